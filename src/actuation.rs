@@ -1,0 +1,165 @@
+//! Actuators: the input matrix `B` and the effort weight `W`, for torques and for forces.
+
+use crate::{Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector};
+use thiserror::Error;
+
+/// The axes in which the columns of `B` are fixed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AxisFrame {
+    /// Fixed to the body.
+    Body,
+    /// Fixed to the reference frame: a torque is then `τ = Rᵀ B u`, a body-fixed force `f = R B u`.
+    Reference,
+}
+
+/// Inputs of one kind, torques or forces: `B` (3×m), its frame, and the weight `W` (m×m).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    axes: Vec<Vector3>,
+    frame: AxisFrame,
+    weight: DMatrix<f64>,
+    /// `W⁻¹ Bᵀ`, m×3: the optimal inputs are `u = −W⁻¹ Bᵀ λ`.
+    gain: DMatrix<f64>,
+    /// `B W⁻¹ Bᵀ`, 3×3.
+    authority: Matrix3,
+}
+
+/// Why axes and weight do not make a channel.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum ChannelError {
+    /// There is no axis, or more than [`Channel::MAX_INPUTS`].
+    #[error("{count} input axes; from 1 to {} are possible", Channel::MAX_INPUTS)]
+    Count {
+        /// How many axes were given.
+        count: usize,
+    },
+    /// An axis is zero or not finite.
+    #[error("input axis {index} is zero or not finite")]
+    Axis {
+        /// Which axis, from 1.
+        index: usize,
+    },
+    /// The weight is not m×m.
+    #[error("the weight is {rows}x{columns}, the inputs are {count}")]
+    WeightShape {
+        /// Rows of the weight.
+        rows: usize,
+        /// Columns of the weight.
+        columns: usize,
+        /// Number of inputs.
+        count: usize,
+    },
+    /// The weight is not symmetric positive definite.
+    #[error("the effort weight is not symmetric positive definite")]
+    Weight,
+}
+
+impl Channel {
+    /// The most inputs of one kind.
+    pub const MAX_INPUTS: usize = 64;
+
+    /// Inputs along `axes` (the columns of `B`) with effort weight `weight` (m×m, symmetric positive
+    /// definite; [1/(N·m)²·cost] up to the user's unit of cost).
+    ///
+    /// # Errors
+    /// A [`ChannelError`] when the axes or the weight are unusable.
+    pub fn new(axes: Vec<Vector3>, frame: AxisFrame, weight: DMatrix<f64>) -> Result<Self, ChannelError> {
+        let count = axes.len();
+        if count == 0 || count > Self::MAX_INPUTS {
+            return Err(ChannelError::Count { count });
+        }
+        for (index, axis) in axes.iter().enumerate() {
+            let size = axis.amax();
+            if !axis.iter().all(|value| value.is_finite()) || size == 0.0 {
+                return Err(ChannelError::Axis { index: index + 1 });
+            }
+        }
+        if weight.nrows() != count || weight.ncols() != count {
+            return Err(ChannelError::WeightShape { rows: weight.nrows(), columns: weight.ncols(), count });
+        }
+        let size = weight.amax();
+        let finite = weight.iter().all(|value| value.is_finite());
+        if !finite || (&weight - weight.transpose()).amax() > 1e-12 * size {
+            return Err(ChannelError::Weight);
+        }
+        let factor = (&weight / size).cholesky().ok_or(ChannelError::Weight)?;
+        let b = DMatrix::from_fn(3, count, |row, column| axes[column][row]);
+        let gain = factor.solve(&b.transpose()) / size;
+        let authority = Matrix3::from_iterator((&b * &gain).iter().copied());
+        let authority = 0.5 * (authority + authority.transpose());
+        if !authority.iter().chain(gain.iter()).all(|value| value.is_finite()) {
+            return Err(ChannelError::Weight);
+        }
+        Ok(Self { axes, frame, weight, gain, authority })
+    }
+
+    /// Three unit inputs along the coordinate axes of `frame`, weight 1.
+    pub fn three_axes(frame: AxisFrame) -> Self {
+        let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
+        let (weight, gain) = (DMatrix::identity(3, 3), DMatrix::identity(3, 3));
+        Self { axes, frame, weight, gain, authority: Matrix3::identity() }
+    }
+
+    /// Number of inputs m.
+    pub fn count(&self) -> usize {
+        self.axes.len()
+    }
+
+    /// The columns of `B`.
+    pub fn axes(&self) -> &[Vector3] {
+        &self.axes
+    }
+
+    /// Where the columns of `B` are fixed.
+    pub fn frame(&self) -> AxisFrame {
+        self.frame
+    }
+
+    /// Effort weight `W`, m×m.
+    pub fn weight(&self) -> &DMatrix<f64> {
+        &self.weight
+    }
+
+    /// `B W⁻¹ Bᵀ`, 3×3, in the axes of [`Channel::frame`].
+    pub fn authority(&self) -> &Matrix3 {
+        &self.authority
+    }
+
+    /// The optimal inputs `u = −W⁻¹ Bᵀ λ` for a costate given in the axes of [`Channel::frame`].
+    pub fn optimal_inputs(&self, costate: &Vector3) -> DVector<f64> {
+        -(&self.gain * costate)
+    }
+
+    /// The optimal `B u = −B W⁻¹ Bᵀ λ`, in the axes of [`Channel::frame`].
+    pub fn optimal_output(&self, costate: &Vector3) -> Vector3 {
+        -(self.authority * costate)
+    }
+
+    /// `B u`, in the axes of [`Channel::frame`].
+    pub fn output(&self, inputs: &[f64]) -> Vector3 {
+        self.axes.iter().zip(inputs).map(|(axis, input)| axis * *input).sum()
+    }
+
+    /// `½ uᵀ W u`.
+    pub fn effort(&self, inputs: &[f64]) -> f64 {
+        let u = DVector::from_column_slice(inputs);
+        0.5 * u.dot(&(&self.weight * &u))
+    }
+}
+
+/// All actuators of the body: torques, and forces when the body also translates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Actuation {
+    /// Torque inputs.
+    pub torque: Channel,
+    /// Force inputs; `None` on SO(3), or when nothing pushes the body.
+    pub force: Option<Channel>,
+}
+
+impl Actuation {
+    /// Number of inputs, forces first.
+    pub fn count(&self) -> usize {
+        self.force.as_ref().map_or(0, Channel::count) + self.torque.count()
+    }
+}

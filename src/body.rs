@@ -1,0 +1,184 @@
+//! The rigid body: inertia, its nonstandard form `J_d`, and mass. Checked once, here.
+
+use crate::{Matrix3, Vector3};
+use thiserror::Error;
+
+/// Inertia of a rigid body about its reference point, body axes.
+///
+/// Holds `J`, the nonstandard inertia `J_d = ½ tr(J) I − J` of the variational integrators, and
+/// the inverse `J⁻¹`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inertia {
+    j: Matrix3,
+    j_d: Matrix3,
+    j_inverse: Matrix3,
+    principal: Vector3,
+}
+
+/// Why a matrix is not an inertia.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum InertiaError {
+    /// An element is NaN or infinite.
+    #[error("inertia has an element that is not finite")]
+    NotFinite,
+    /// The asymmetry exceeds round-off: row, column and the two values.
+    #[error("inertia is not symmetric: ({row},{column}) is {upper}, ({column},{row}) is {lower}")]
+    NotSymmetric {
+        /// Row, from 1.
+        row: usize,
+        /// Column, from 1.
+        column: usize,
+        /// Value at (row, column) [kg·m²].
+        upper: f64,
+        /// Value at (column, row) [kg·m²].
+        lower: f64,
+    },
+    /// A principal moment is zero or negative.
+    #[error("inertia is not positive definite: smallest principal moment {smallest}")]
+    NotPositive {
+        /// The smallest principal moment [kg·m²].
+        smallest: f64,
+    },
+    /// No mass distribution has these principal moments: the largest exceeds the sum of the others.
+    #[error("principal moments {0}, {1}, {2} break the triangle inequality", principal[0], principal[1], principal[2])]
+    Triangle {
+        /// The principal moments, ascending [kg·m²].
+        principal: [f64; 3],
+    },
+    /// The principal moments differ by more than a factor of 1e8.
+    #[error("principal moments differ by a factor of {ratio:.1e}; at most 1e8 is accepted")]
+    IllConditioned {
+        /// Largest over smallest principal moment.
+        ratio: f64,
+    },
+}
+
+impl Inertia {
+    /// Relative asymmetry that counts as round-off and is averaged away.
+    pub const ASYMMETRY: f64 = 1e-8;
+    /// Largest accepted ratio of the principal moments.
+    pub const CONDITION: f64 = 1e8;
+    /// Relative slack of the triangle inequality: a flat plate holds with equality.
+    pub const TRIANGLE_SLACK: f64 = 1e-9;
+
+    /// Checks `j` [kg·m²]: finite, symmetric, positive definite, triangle inequality.
+    ///
+    /// # Errors
+    /// An [`InertiaError`] naming the numbers that break the condition.
+    pub fn new(j: Matrix3) -> Result<Self, InertiaError> {
+        if !j.iter().all(|value| value.is_finite()) {
+            return Err(InertiaError::NotFinite);
+        }
+        let size = j.amax();
+        for row in 0..3 {
+            for column in row + 1..3 {
+                let (upper, lower) = (j[(row, column)], j[(column, row)]);
+                if (upper - lower).abs() > Self::ASYMMETRY * size {
+                    return Err(InertiaError::NotSymmetric {
+                        row: row + 1,
+                        column: column + 1,
+                        upper,
+                        lower,
+                    });
+                }
+            }
+        }
+        let j = 0.5 * (j + j.transpose());
+        let principal = principal_moments(&j);
+        let [smallest, middle, largest] = [principal[0], principal[1], principal[2]];
+        if smallest <= 0.0 || smallest <= 1e-15 * largest {
+            return Err(InertiaError::NotPositive { smallest });
+        }
+        if largest > (smallest + middle) * (1.0 + Self::TRIANGLE_SLACK) {
+            return Err(InertiaError::Triangle { principal: [smallest, middle, largest] });
+        }
+        if largest > Self::CONDITION * smallest {
+            return Err(InertiaError::IllConditioned { ratio: largest / smallest });
+        }
+        let j_d = 0.5 * j.trace() * Matrix3::identity() - j;
+        // Scaled first: the determinant of a very large or small inertia would leave the range of f64.
+        let j_inverse = (j / largest).try_inverse().ok_or(InertiaError::NotPositive { smallest })? / largest;
+        Ok(Self { j, j_d, j_inverse, principal })
+    }
+
+    /// A diagonal inertia [kg·m²].
+    ///
+    /// # Errors
+    /// As [`Inertia::new`].
+    pub fn diagonal(moments: Vector3) -> Result<Self, InertiaError> {
+        Self::new(Matrix3::from_diagonal(&moments))
+    }
+
+    /// Inertia `J` [kg·m²], 3×3, symmetric.
+    pub fn j(&self) -> &Matrix3 {
+        &self.j
+    }
+
+    /// Nonstandard inertia `J_d = ½ tr(J) I − J` [kg·m²], 3×3.
+    pub fn j_d(&self) -> &Matrix3 {
+        &self.j_d
+    }
+
+    /// `J⁻¹` [1/(kg·m²)], 3×3.
+    pub fn j_inverse(&self) -> &Matrix3 {
+        &self.j_inverse
+    }
+
+    /// Principal moments, ascending [kg·m²].
+    pub fn principal(&self) -> &Vector3 {
+        &self.principal
+    }
+
+    /// Mean principal moment `tr(J)/3` [kg·m²], the unit of inertia inside the solvers.
+    pub fn mean(&self) -> f64 {
+        self.j.trace() / 3.0
+    }
+
+    /// Whether the body is a flat plate or a rod: an eigenvalue of `J_d` below 1e-3 of the largest.
+    ///
+    /// The implicit equation then wants steps of half the usual bound.
+    pub fn is_degenerate(&self) -> bool {
+        let half_trace = 0.5 * self.j.trace();
+        half_trace - self.principal[2] < 1e-3 * (half_trace - self.principal[0])
+    }
+}
+
+/// A rigid body: inertia about its reference point, and mass where the body also translates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body {
+    /// Inertia about the mass center (about the pivot for a pendulum), body axes.
+    pub inertia: Inertia,
+    /// Mass [kg]; `None` when only the attitude moves.
+    pub mass: Option<f64>,
+}
+
+/// Eigenvalues of a symmetric 3×3 matrix, ascending, by Jacobi rotations.
+///
+/// nalgebra's eigenvalue routines do not terminate on some inputs; a fixed number of sweeps does.
+pub(crate) fn principal_moments(matrix: &Matrix3) -> Vector3 {
+    let scale = matrix.amax();
+    if scale == 0.0 || !scale.is_finite() {
+        return Vector3::repeat(if scale == 0.0 { 0.0 } else { f64::NAN });
+    }
+    let mut a = matrix / scale;
+    // Quadratic convergence: six sweeps reach round-off for any symmetric 3×3 matrix; twelve is slack.
+    for _ in 0..12 {
+        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
+            if a[(p, q)].abs() < 1e-300 {
+                continue;
+            }
+            let theta = (a[(q, q)] - a[(p, p)]) / (2.0 * a[(p, q)]);
+            let t = theta.signum() / (theta.abs() + theta.hypot(1.0));
+            let (c, s) = (1.0 / t.hypot(1.0), t / t.hypot(1.0));
+            let mut g = Matrix3::identity();
+            g[(p, p)] = c;
+            g[(q, q)] = c;
+            g[(p, q)] = s;
+            g[(q, p)] = -s;
+            a = g.transpose() * a * g;
+        }
+    }
+    let mut values = [a[(0, 0)], a[(1, 1)], a[(2, 2)]];
+    values.sort_by(f64::total_cmp);
+    Vector3::from(values) * scale
+}

@@ -1,0 +1,102 @@
+//! What acts on the body besides its actuators.
+//!
+//! An environment gives force and moment at a pose, their derivatives, and the contracted second
+//! derivatives that the costate sensitivities need. A new one is one file that implements
+//! [`Environment`] and one line in the list of the derivative tests.
+
+use crate::{Matrix3, Vector3};
+use std::fmt::Debug;
+
+/// Where the body is: position of its mass center and attitude.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Position `x`, reference frame [m]; zero when only the attitude moves.
+    pub position: Vector3,
+    /// Attitude `R`, body → reference.
+    pub attitude: Matrix3,
+}
+
+/// Force and moment, or a pair of costates `(λ^γ, λ^Π)` dual to them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wrench {
+    /// Force `f = −∂U/∂x`, reference frame [N].
+    pub force: Vector3,
+    /// Moment `M`, body axes [N·m], with `dU = −f·δx − M·ζ`.
+    pub moment: Vector3,
+}
+
+impl Wrench {
+    /// No force and no moment.
+    pub fn zero() -> Self {
+        Self { force: Vector3::zeros(), moment: Vector3::zeros() }
+    }
+}
+
+/// A linear map from `(δx, ζ)` to a pair (translation, rotation), in 3×3 blocks.
+///
+/// As gradient: `δf = xx δx + xr ζ`, `δM = rx δx + rr ζ` (4.13–4.14).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Blocks {
+    /// Translation by translation (`F_x` in a gradient).
+    pub xx: Matrix3,
+    /// Translation by rotation (`F_R`).
+    pub xr: Matrix3,
+    /// Rotation by translation (`M_x`).
+    pub rx: Matrix3,
+    /// Rotation by rotation (`M_R`).
+    pub rr: Matrix3,
+}
+
+impl Blocks {
+    /// The zero map.
+    pub fn zero() -> Self {
+        Self { xx: Matrix3::zeros(), xr: Matrix3::zeros(), rx: Matrix3::zeros(), rr: Matrix3::zeros() }
+    }
+}
+
+/// A potential field acting on the body.
+pub trait Environment: Debug + Send + Sync {
+    /// Potential energy `U` [J].
+    fn potential(&self, pose: &Pose) -> f64;
+
+    /// Force and moment at a pose.
+    fn wrench(&self, pose: &Pose) -> Wrench;
+
+    /// Derivative `Γ` of force and moment with respect to `(δx, ζ)`.
+    fn gradient(&self, pose: &Pose) -> Blocks;
+
+    /// Derivative `𝒯` of `Γᵀ [λ^γ; λ^Π]` with respect to `(δx, ζ)`, the costates held fixed.
+    fn curvature(&self, pose: &Pose, costates: &Wrench) -> Blocks;
+
+    /// Angular velocity of the reference frame, in its own axes [rad/s]. Zero: inertial.
+    fn frame_rate(&self) -> Vector3 {
+        Vector3::zeros()
+    }
+
+    /// Whether nothing acts at all, so that the solvers may skip every evaluation.
+    fn is_free(&self) -> bool {
+        false
+    }
+}
+
+/// No field: the free rigid body.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Free;
+
+impl Environment for Free {
+    fn potential(&self, _: &Pose) -> f64 {
+        0.0
+    }
+    fn wrench(&self, _: &Pose) -> Wrench {
+        Wrench::zero()
+    }
+    fn gradient(&self, _: &Pose) -> Blocks {
+        Blocks::zero()
+    }
+    fn curvature(&self, _: &Pose, _: &Wrench) -> Blocks {
+        Blocks::zero()
+    }
+    fn is_free(&self) -> bool {
+        true
+    }
+}

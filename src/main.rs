@@ -1,0 +1,3 @@
+//! `slew`: plan, check and verify attitude maneuvers from the command line.
+
+fn main() {}
