@@ -34,7 +34,9 @@ pub mod body;
 pub mod environment;
 pub mod lie;
 pub mod problem;
+pub mod settings;
 pub mod solution;
+pub mod verify;
 
 /// A vector of three components.
 pub type Vector3 = nalgebra::Vector3<f64>;

@@ -1,0 +1,79 @@
+//! What a caller may choose about the solve; the solution echoes it.
+
+use std::time::Duration;
+use thiserror::Error;
+
+/// Which solver.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// Shooting, with the whole ladder behind it.
+    #[default]
+    Auto,
+    /// The same: the only method so far.
+    Shooting,
+}
+
+/// Settings of a plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Which solver. Default: auto.
+    pub method: Method,
+    /// Tolerance of the scaled discrete terminal error. Default 1e-12; round-off allows about 4e-15.
+    pub tolerance: f64,
+    /// Limit on the continuous terminal attitude error [rad]. Default: none.
+    pub continuous_tolerance: Option<f64>,
+    /// Wall-clock limit of the whole plan. Default: none. The best iterate is kept.
+    pub time_limit: Option<Duration>,
+    /// Iteration limit of one Newton run. Default 60.
+    pub max_iterations: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            method: Method::Auto,
+            tolerance: 1e-12,
+            continuous_tolerance: None,
+            time_limit: None,
+            max_iterations: 60,
+        }
+    }
+}
+
+/// A setting out of its range.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("{name} is {value}: {reason}")]
+pub struct SettingsError {
+    /// Which setting.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// What is allowed.
+    pub reason: &'static str,
+}
+
+impl Settings {
+    /// The smallest tolerance that double precision can reach.
+    pub const MIN_TOLERANCE: f64 = 4e-15;
+
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// The first setting out of its range.
+    pub fn check(&self) -> Result<(), SettingsError> {
+        if !(self.tolerance >= Self::MIN_TOLERANCE && self.tolerance < 1.0) {
+            let reason = "must be from 4e-15, which is what double precision reaches, to below 1";
+            return Err(SettingsError { name: "tolerance", value: self.tolerance, reason });
+        }
+        if let Some(limit) = self.continuous_tolerance
+            && !(limit > 0.0 && limit.is_finite())
+        {
+            let reason = "must be positive";
+            return Err(SettingsError { name: "continuous_tolerance", value: limit, reason });
+        }
+        if self.max_iterations == 0 {
+            return Err(SettingsError { name: "max_iterations", value: 0.0, reason: "must be at least 1" });
+        }
+        Ok(())
+    }
+}
