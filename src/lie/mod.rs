@@ -1,8 +1,43 @@
-//! Kernels of the rotation group SO(3).
+//! The rotation group SO(3): exponential, logarithm, their Jacobians, Cayley map, quaternions.
+//!
+//! With `t = |f|` every map of a rotation vector here is `I + a S(f) + b S(f)²`:
+//!
+//! | map | a | b |
+//! |---|---|---|
+//! | `exp S(f)` | `sin t/t` | `(1 − cos t)/t²` |
+//! | `J_r(f)` | `−(1 − cos t)/t²` | `(t − sin t)/t³` |
+//! | `J_r⁻¹(f)` | `½` | `(1 − (t/2) cot(t/2))/t²` |
+//! | `cay(f)` | `2/(1 + t²)` | `2/(1 + t²)` |
+//!
+//! `J_l(f) = J_r(−f) = J_r(f)ᵀ`. SE(3) needs nothing more: positions vary in the reference frame.
+//!
+//! All are accurate to a few ulps, relative to the largest element that moves, for `|f|` from the
+//! smallest normal numbers to π. Arguments that are not finite, or whose square overflows, give NaN.
+
+mod cayley;
+mod kernels;
+mod quaternion;
+mod so3;
+
+pub use cayley::{cayley, cayley_inverse, cayley_minus_identity};
+pub use quaternion::{project_to_rotation, quaternion_from_rotation, rotation_from_quaternion};
+pub use so3::{
+    exp, hat, left_jacobian, left_jacobian_inverse, log, right_jacobian, right_jacobian_directional,
+    right_jacobian_inverse, vee,
+};
 
 use crate::{Matrix3, Vector3};
 
-/// Skew matrix `S(a)`, `S(a) b = a × b`.
-pub fn hat(a: &Vector3) -> Matrix3 {
-    a.cross_matrix()
+/// `a S(f) + b S(f)²`, without forming `S(f)² = f fᵀ − |f|² I` by subtraction.
+fn skew_polynomial(a: f64, b: f64, f: &Vector3) -> Matrix3 {
+    let (x, y, z) = (f.x, f.y, f.z);
+    let (bxy, bxz, byz) = (b * x * y, b * x * z, b * y * z);
+    let (ax, ay, az) = (a * x, a * y, a * z);
+    #[rustfmt::skip]
+    let polynomial = Matrix3::new(
+        -b * (y * y + z * z), bxy - az,             bxz + ay,
+        bxy + az,             -b * (x * x + z * z), byz - ax,
+        bxz - ay,             byz + ax,             -b * (x * x + y * y),
+    );
+    polynomial
 }

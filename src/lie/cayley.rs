@@ -1,0 +1,29 @@
+//! The Cayley map of SO(3), a chart without square roots or trigonometry.
+//!
+//! `cay(f) = (I + S(f))(I − S(f))⁻¹ = I + 2 (S(f) + S(f)²)/(1 + |f|²) = exp S(2 atan|f| f/|f|)`
+
+use super::quaternion::shepperd;
+use super::skew_polynomial;
+use crate::{Matrix3, Vector3};
+
+/// Rotation `cay(f)` with Cayley vector `f = tan(θ/2) axis`.
+pub fn cayley(f: &Vector3) -> Matrix3 {
+    Matrix3::identity() + cayley_minus_identity(f)
+}
+
+/// `cay(f) − I = 2 (S(f) + S(f)²)/(1 + |f|²)`, formed without cancellation.
+///
+/// A step adds this increment to the attitude; forming `cay(f)` first and subtracting `I` would keep
+/// only the absolute accuracy.
+pub fn cayley_minus_identity(f: &Vector3) -> Matrix3 {
+    let a = 2.0 / (1.0 + f.norm_squared());
+    skew_polynomial(a, a, f)
+}
+
+/// Cayley vector of a rotation, `v/w` of its quaternion, the inverse of [`cayley`].
+///
+/// Same as `vee(F − Fᵀ)/(1 + tr F)`, which cancels near a half turn. Not finite at a half turn.
+pub fn cayley_inverse(rotation: &Matrix3) -> Vector3 {
+    let [w, x, y, z] = shepperd(rotation);
+    Vector3::new(x, y, z) / w
+}

@@ -1,0 +1,75 @@
+//! Hamilton quaternions `[w, x, y, z]` of rotations, body → reference, and the nearest rotation.
+
+use super::skew_polynomial;
+use super::so3::twice_vee;
+use crate::{Matrix3, Vector3};
+
+/// Unit quaternion `[w, x, y, z]` of a rotation; its largest component is positive.
+///
+/// Shepperd's method. `q` and `−q` are one rotation: keep continuity along a trajectory yourself.
+pub fn quaternion_from_rotation(rotation: &Matrix3) -> [f64; 4] {
+    let q = shepperd(rotation);
+    let norm = q.iter().map(|component| component * component).sum::<f64>().sqrt();
+    q.map(|component| component / norm)
+}
+
+/// Quaternion by Shepperd's method: divides by the largest of the four components, whose square is
+/// at least ¼. Unit to round-off when the input is orthogonal to round-off.
+pub(super) fn shepperd(r: &Matrix3) -> [f64; 4] {
+    let skew = twice_vee(r);
+    let (d, trace) = (r.diagonal(), r.trace());
+    // 4w² = 1 + tr, 4x² = 1 + r₁₁ − r₂₂ − r₃₃, …
+    let i = d.imax();
+    if trace >= d[i] {
+        let twice_w = (1.0 + trace).sqrt();
+        let v = skew / (2.0 * twice_w);
+        [0.5 * twice_w, v.x, v.y, v.z]
+    } else {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        let twice_largest = (1.0 + d[i] - d[j] - d[k]).sqrt();
+        let scale = 0.5 / twice_largest;
+        let mut q = [skew[i] * scale, 0.0, 0.0, 0.0];
+        q[1 + i] = 0.5 * twice_largest;
+        q[1 + j] = (r[(i, j)] + r[(j, i)]) * scale;
+        q[1 + k] = (r[(i, k)] + r[(k, i)]) * scale;
+        q
+    }
+}
+
+/// Rotation of a quaternion `[w, v]`: `I + 2 (w S(v) + S(v)²)/(w² + |v|²)`.
+///
+/// The quaternion need not be unit; zero gives NaN.
+pub fn rotation_from_quaternion(quaternion: &[f64; 4]) -> Matrix3 {
+    let [w, x, y, z] = *quaternion;
+    let v = Vector3::new(x, y, z);
+    let b = 2.0 / (w * w + v.norm_squared());
+    Matrix3::identity() + skew_polynomial(w * b, b, &v)
+}
+
+/// Rotation nearest to a nearly orthogonal matrix: its polar factor, by Newton's iteration
+/// `X ← ½ (X + X⁻ᵀ)`.
+///
+/// For input off by rounding or by file digits. It converges for every matrix of positive
+/// determinant that is not nearly singular; a negative determinant leads to a reflection, and a
+/// singular or non-finite matrix to values that are not finite.
+pub fn project_to_rotation(matrix: &Matrix3) -> Matrix3 {
+    // Quadratic once near: five iterations from a percent off. The rest is slack for bad scale.
+    const MAX_ITERATIONS: usize = 40;
+    let mut x = *matrix;
+    for _ in 0..MAX_ITERATIONS {
+        let correction = 0.5 * (inverse_transpose(&x) - x);
+        x += correction;
+        // The error left is the square of the correction, half of it.
+        if correction.amax() < 1e-9 {
+            break;
+        }
+    }
+    x
+}
+
+/// `X⁻ᵀ`: the cofactors over the determinant.
+fn inverse_transpose(x: &Matrix3) -> Matrix3 {
+    let (a, b, c) = (x.column(0), x.column(1), x.column(2));
+    let bc = b.cross(&c);
+    Matrix3::from_columns(&[bc, c.cross(&a), a.cross(&b)]) / a.dot(&bc)
+}

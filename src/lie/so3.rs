@@ -1,0 +1,93 @@
+//! Exponential, logarithm and the trivialised derivatives of the exponential.
+
+use super::kernels::{a, b, b_prime, c, c_prime, g};
+use super::quaternion::shepperd;
+use super::skew_polynomial;
+use crate::{Matrix3, Vector3};
+
+/// Skew matrix `S(a)`, `S(a) b = a × b`.
+pub fn hat(a: &Vector3) -> Matrix3 {
+    a.cross_matrix()
+}
+
+/// Inverse of [`hat`], applied to the skew part: `½ [m₃₂ − m₂₃, m₁₃ − m₃₁, m₂₁ − m₁₂]`.
+pub fn vee(m: &Matrix3) -> Vector3 {
+    0.5 * twice_vee(m)
+}
+
+/// `vee(M − Mᵀ)`.
+pub(super) fn twice_vee(m: &Matrix3) -> Vector3 {
+    Vector3::new(m[(2, 1)] - m[(1, 2)], m[(0, 2)] - m[(2, 0)], m[(1, 0)] - m[(0, 1)])
+}
+
+/// Rotation by the vector `f` [rad]: `exp S(f) = I + A S(f) + B S(f)²`.
+pub fn exp(f: &Vector3) -> Matrix3 {
+    let t2 = f.norm_squared();
+    Matrix3::identity() + skew_polynomial(a(t2), b(t2), f)
+}
+
+/// Rotation vector [rad] of a rotation, `|f| ≤ π`, the inverse of [`exp`].
+///
+/// Through the quaternion of largest pivot (Shepperd): `f = 2 atan2(|v|, w) v/|v|`. The usual
+/// `θ/(2 sin θ) (R − Rᵀ)` loses every digit near π. At π, to round-off, `f` and `−f` are one
+/// rotation; the one whose first nonzero component is positive is returned.
+pub fn log(rotation: &Matrix3) -> Vector3 {
+    let [w, x, y, z] = shepperd(rotation);
+    let v = Vector3::new(x, y, z);
+    let norm = v.norm();
+    // atan(s)/s = 1 − s²/3 rounds to 1; the norm itself may have underflowed.
+    if norm < 1e-9 {
+        return v * (2.0 / w);
+    }
+    // Sign of a half turn: w and the components that are zero come out as a few ulps of either sign.
+    let round_off = 4.0 * f64::EPSILON * norm;
+    let negative = if w.abs() <= round_off {
+        v.iter().find(|component| component.abs() > round_off).is_some_and(|first| *first < 0.0)
+    } else {
+        w < 0.0
+    };
+    let angle = 2.0 * norm.atan2(w.abs());
+    v * (if negative { -angle } else { angle } / norm)
+}
+
+/// Right Jacobian `J_r(f) = I − B S(f) + C S(f)²`.
+///
+/// `exp S(f + δ) ≈ exp S(f) exp S(J_r δ)`; the body velocity of `exp S(f(t))` is `J_r(f) ḟ`.
+pub fn right_jacobian(f: &Vector3) -> Matrix3 {
+    let t2 = f.norm_squared();
+    Matrix3::identity() + skew_polynomial(-b(t2), c(t2), f)
+}
+
+/// Inverse right Jacobian `J_r⁻¹(f) = I + ½ S(f) + g S(f)²`, the derivative of [`log`] at `exp S(f)`.
+///
+/// Singular at `|f| = 2π`.
+pub fn right_jacobian_inverse(f: &Vector3) -> Matrix3 {
+    Matrix3::identity() + skew_polynomial(0.5, g(f.norm_squared()), f)
+}
+
+/// Left Jacobian `J_l(f) = J_r(−f) = exp(S(f)) J_r(f)`.
+///
+/// `exp S(f + δ) ≈ exp S(J_l δ) exp S(f)`.
+pub fn left_jacobian(f: &Vector3) -> Matrix3 {
+    let t2 = f.norm_squared();
+    Matrix3::identity() + skew_polynomial(b(t2), c(t2), f)
+}
+
+/// Inverse left Jacobian `J_l⁻¹(f) = I − ½ S(f) + g S(f)²`. Singular at `|f| = 2π`.
+pub fn left_jacobian_inverse(f: &Vector3) -> Matrix3 {
+    Matrix3::identity() + skew_polynomial(-0.5, g(f.norm_squared()), f)
+}
+
+/// Derivative `D(f, v)` of `J_r(f) v` with respect to `f`, `v` held fixed.
+///
+/// `D = B S(v) − 2B' (f×v) fᵀ + 2C' (f×(f×v)) fᵀ + C [(f·v) I + f vᵀ − 2 v fᵀ]`
+pub fn right_jacobian_directional(f: &Vector3, v: &Vector3) -> Matrix3 {
+    let t2 = f.norm_squared();
+    let fv = f.cross(v);
+    let along_f = 2.0 * (c_prime(t2) * f.cross(&fv) - b_prime(t2) * fv);
+    let c = c(t2);
+    b(t2) * hat(v)
+        + (along_f - 2.0 * c * v) * f.transpose()
+        + c * (f * v.transpose())
+        + c * f.dot(v) * Matrix3::identity()
+}
