@@ -4,6 +4,19 @@
 //! derivatives that the costate sensitivities need. A new one is one file that implements
 //! [`Environment`] and one line in the list of the derivative tests.
 
+mod central_gravity;
+mod error;
+mod gravity_gradient;
+mod inverse_square;
+mod second_order_gravity;
+mod uniform_gravity;
+
+pub use central_gravity::{CentralGravity, PointMass};
+pub use error::EnvironmentError;
+pub use gravity_gradient::GravityGradient;
+pub use second_order_gravity::SecondOrderGravity;
+pub use uniform_gravity::UniformGravity;
+
 use crate::{Matrix3, Vector3};
 use std::fmt::Debug;
 
@@ -51,6 +64,17 @@ impl Blocks {
     /// The zero map.
     pub fn zero() -> Self {
         Self { xx: Matrix3::zeros(), xr: Matrix3::zeros(), rx: Matrix3::zeros(), rr: Matrix3::zeros() }
+    }
+
+    /// The same map with translations given in the reference frame, from one in body axes.
+    fn rotate_translations(&self, attitude: &Matrix3) -> Self {
+        let transposed = attitude.transpose();
+        Self {
+            xx: attitude * self.xx * transposed,
+            xr: attitude * self.xr,
+            rx: self.rx * transposed,
+            rr: self.rr,
+        }
     }
 }
 

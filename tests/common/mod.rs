@@ -44,13 +44,17 @@ pub fn matrix3(value: &Value) -> Matrix3 {
     matrix::<3, 3>(value)
 }
 
-/// Largest difference between two matrices; NaN if there is one in either.
+/// Largest magnitude of some numbers; NaN if one is, which `amax` and `f64::max` would swallow.
+pub fn largest<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
+    values.into_iter().fold(0.0, |max: f64, x| if x.abs() > max || x.is_nan() { x.abs() } else { max })
+}
+
+/// Largest difference between the elements of two matrices; NaN if there is one in either.
 pub fn difference<const R: usize, const C: usize>(
     a: &nalgebra::SMatrix<f64, R, C>,
     b: &nalgebra::SMatrix<f64, R, C>,
 ) -> f64 {
-    // `amax` and `f64::max` swallow NaN.
-    (a - b).iter().fold(0.0, |max: f64, d| if d.abs() > max || d.is_nan() { d.abs() } else { max })
+    largest(&(a - b))
 }
 
 /// SplitMix64 (Steele, Lea, Flood 2014): a stream that never changes under the tests.

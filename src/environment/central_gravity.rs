@@ -1,0 +1,114 @@
+//! A body of point masses in the field of a point at the origin.
+//!
+//! Per point, in body axes, with `s = Rᵀx + ρ`:
+//! ```text
+//! U = −k/|s|      φ = −k s/|s|³      f = R φ      M = ρ × φ
+//! K = ∂φ/∂s
+//! F_x = R K Rᵀ    F_R = −R K S(ρ)    M_x = S(ρ) K Rᵀ    M_R = S(ρ) (S(φ) − K S(ρ))
+//! ```
+//! and with the costates `(λ, p)`, `b = p × ρ`, `c = Rᵀλ + b`, `Γᵀ[λ; p] = Σ [R Kc; ρ × Kc + b × φ]`:
+//! ```text
+//! L = ∂(Kc)/∂s at fixed c
+//! D = −L S(ρ) − K S(b)
+//! 𝒯_xx = R L Rᵀ                      𝒯_xr = R D
+//! 𝒯_rx = (S(ρ) L + S(b) K) Rᵀ        𝒯_rr = S(ρ) (S(Kc) + D) + S(b) (S(φ) − K S(ρ))
+//! ```
+//! The moment is summed over the arms `ρ`, not as `Rᵀx × Σφ`, which would lose a further factor
+//! `|x|/|ρ|`. The sum itself still keeps the moment only to `|x|/|ρ|` ulps: in orbit around a planet
+//! [`SecondOrderGravity`](super::SecondOrderGravity) is the better model.
+
+use super::error::{finite_vector, positive};
+use super::inverse_square::InverseSquare;
+use super::{Blocks, Environment, EnvironmentError, Pose, Wrench};
+use crate::Vector3;
+use crate::lie::hat;
+
+/// A point of a body in a central field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointMass {
+    /// `k = μ m` of this point: gravitational parameter of the center times the mass [N·m²].
+    pub parameter: f64,
+    /// Position `ρ` from the mass center of the body, body axes [m].
+    pub position: Vector3,
+}
+
+/// Exact gravity of a point at the origin on a rigid cloud of point masses.
+///
+/// The position is the one of the mass center. Where a point meets the origin nothing is finite.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CentralGravity {
+    points: Vec<PointMass>,
+}
+
+impl CentralGravity {
+    /// A body of these points.
+    ///
+    /// # Errors
+    /// An [`EnvironmentError`] if there are none, a position is not finite, or a parameter is not a
+    /// positive number.
+    pub fn new(points: Vec<PointMass>) -> Result<Self, EnvironmentError> {
+        if points.is_empty() {
+            return Err(EnvironmentError::NoPoints);
+        }
+        for point in &points {
+            positive("parameter of a point mass", point.parameter)?;
+            finite_vector("position of a point mass", point.position)?;
+        }
+        Ok(Self { points })
+    }
+
+    /// Arm `ρ` of each point and its field, body axes.
+    fn fields(&self, pose: &Pose) -> impl Iterator<Item = (&Vector3, InverseSquare)> {
+        let y = pose.attitude.tr_mul(&pose.position);
+        self.points
+            .iter()
+            .map(move |point| (&point.position, InverseSquare::new(point.parameter, &(y + point.position))))
+    }
+}
+
+impl Environment for CentralGravity {
+    fn potential(&self, pose: &Pose) -> f64 {
+        self.fields(pose).map(|(_, field)| field.potential()).sum()
+    }
+
+    fn wrench(&self, pose: &Pose) -> Wrench {
+        let mut sum = Wrench::zero();
+        for (arm, field) in self.fields(pose) {
+            let phi = field.force();
+            sum.force += phi;
+            sum.moment += arm.cross(&phi);
+        }
+        sum.force = pose.attitude * sum.force;
+        sum
+    }
+
+    fn gradient(&self, pose: &Pose) -> Blocks {
+        let mut sum = Blocks::zero();
+        for (arm, field) in self.fields(pose) {
+            let (k, rho) = (field.gradient(), hat(arm));
+            let k_rho = k * rho;
+            sum.xx += k;
+            sum.xr -= k_rho;
+            sum.rx += rho * k;
+            sum.rr += rho * (hat(&field.force()) - k_rho);
+        }
+        sum.rotate_translations(&pose.attitude)
+    }
+
+    fn curvature(&self, pose: &Pose, costates: &Wrench) -> Blocks {
+        let lambda = pose.attitude.tr_mul(&costates.force);
+        let mut sum = Blocks::zero();
+        for (arm, field) in self.fields(pose) {
+            let b = costates.moment.cross(arm);
+            let c = lambda + b;
+            let (k, l) = (field.gradient(), field.curvature(&c));
+            let (rho, kc, b) = (hat(arm), k * c, hat(&b));
+            let d = -l * rho - k * b;
+            sum.xx += l;
+            sum.xr += d;
+            sum.rx += rho * l + b * k;
+            sum.rr += rho * (hat(&kc) + d) + b * (hat(&field.force()) - k * rho);
+        }
+        sum.rotate_translations(&pose.attitude)
+    }
+}

@@ -1,0 +1,48 @@
+//! Attraction `−k s/|s|³` of a point, with its derivatives. The formulas hold in any axes.
+
+use crate::{Matrix3, Vector3};
+
+/// A point at `s` from the attracting center.
+pub(super) struct InverseSquare {
+    k: f64,
+    /// `|s|`.
+    pub(super) r: f64,
+    /// `s/|s|`.
+    pub(super) e: Vector3,
+}
+
+impl InverseSquare {
+    /// Strength `k` [N·m²], position `s` [m].
+    pub(super) fn new(k: f64, s: &Vector3) -> Self {
+        let r = s.norm();
+        Self { k, r, e: s / r }
+    }
+
+    /// `−k/|s|`.
+    pub(super) fn potential(&self) -> f64 {
+        -self.k / self.r
+    }
+
+    /// Force `φ = −k s/|s|³`.
+    pub(super) fn force(&self) -> Vector3 {
+        -self.k / self.r.powi(2) * self.e
+    }
+
+    /// `K = ∂φ/∂s = −k (I − 3 e eᵀ)/|s|³`.
+    pub(super) fn gradient(&self) -> Matrix3 {
+        self.k / self.r.powi(3) * (3.0 * self.e * self.e.transpose() - Matrix3::identity())
+    }
+
+    /// `L = ∂(Kc)/∂s = 3k [c eᵀ + e cᵀ + (e·c) I − 5 (e·c) e eᵀ]/|s|⁴`, `c` held fixed.
+    pub(super) fn curvature(&self, c: &Vector3) -> Matrix3 {
+        let (e, ec) = (&self.e, self.e.dot(c));
+        3.0 * self.k / self.r.powi(4)
+            * (symmetric(c, e) + ec * Matrix3::identity() - 5.0 * ec * e * e.transpose())
+    }
+}
+
+/// `a bᵀ + b aᵀ`.
+pub(super) fn symmetric(a: &Vector3, b: &Vector3) -> Matrix3 {
+    let ab = a * b.transpose();
+    ab + ab.transpose()
+}

@@ -1,0 +1,73 @@
+//! The 3D pendulum: a body on a fixed pivot in a uniform field.
+//!
+//! ```text
+//! G = Rᵀd     U = −m g d·Rρ     M = m g ρ × G
+//! M_R = m g S(ρ) S(G)           N(p) = −m g S(ρ×p) S(G)
+//! ```
+
+use super::error::{direction, finite_vector, not_negative, positive};
+use super::{Blocks, Environment, EnvironmentError, Pose, Wrench};
+use crate::Vector3;
+use crate::lie::hat;
+
+/// Uniform gravity on a body that turns about a fixed pivot: the 3D pendulum.
+///
+/// The inertia of the body is then the one about the pivot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UniformGravity {
+    /// `d`, unit, reference frame.
+    direction: Vector3,
+    /// `m g ρ`, body axes [N·m].
+    weight_arm: Vector3,
+}
+
+impl UniformGravity {
+    /// A body of `mass` [kg] in the acceleration `gravity` [m/s²] along `direction` (where things
+    /// fall; reference frame, any length), with `pivot_to_mass_center` ρ in body axes [m].
+    ///
+    /// # Errors
+    /// An [`EnvironmentError`] naming what is not finite, a mass that is not positive, a negative
+    /// gravity, or a direction without length.
+    pub fn new(
+        mass: f64,
+        gravity: f64,
+        direction_of_fall: Vector3,
+        pivot_to_mass_center: Vector3,
+    ) -> Result<Self, EnvironmentError> {
+        let weight = positive("mass", mass)? * not_negative("gravity", gravity)?;
+        let arm = finite_vector("pivot to mass center", pivot_to_mass_center)?;
+        Ok(Self {
+            direction: direction("direction of gravity", direction_of_fall)?,
+            weight_arm: finite_vector("mass times gravity times arm", weight * arm)?,
+        })
+    }
+
+    /// `G = Rᵀd`, the direction of gravity in body axes.
+    fn direction_in_body(&self, pose: &Pose) -> Vector3 {
+        pose.attitude.tr_mul(&self.direction)
+    }
+}
+
+impl Environment for UniformGravity {
+    fn potential(&self, pose: &Pose) -> f64 {
+        -self.weight_arm.dot(&self.direction_in_body(pose))
+    }
+
+    fn wrench(&self, pose: &Pose) -> Wrench {
+        Wrench { moment: self.weight_arm.cross(&self.direction_in_body(pose)), ..Wrench::zero() }
+    }
+
+    fn gradient(&self, pose: &Pose) -> Blocks {
+        let g = self.direction_in_body(pose);
+        Blocks { rr: hat(&self.weight_arm) * hat(&g), ..Blocks::zero() }
+    }
+
+    fn curvature(&self, pose: &Pose, costates: &Wrench) -> Blocks {
+        let g = self.direction_in_body(pose);
+        Blocks { rr: hat(&costates.moment.cross(&self.weight_arm)) * hat(&g), ..Blocks::zero() }
+    }
+
+    fn is_free(&self) -> bool {
+        self.weight_arm == Vector3::zeros()
+    }
+}
