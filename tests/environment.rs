@@ -349,27 +349,43 @@ fn second_order_gravity_is_the_gravity_gradient_of_its_place() {
     }
 }
 
+/// Six points in opposite pairs.
+fn symmetric_cloud() -> Vec<PointMass> {
+    [(0.3, [0.9, 0.2, -0.1]), (0.2, [-0.2, 0.7, 0.3]), (0.4, [0.1, -0.3, 0.5])]
+        .into_iter()
+        .flat_map(|(parameter, position)| {
+            [1.0, -1.0].map(|side| PointMass { parameter, position: side * Vector3::from(position) })
+        })
+        .collect()
+}
+
 #[test]
 fn second_order_gravity_is_the_limit_of_small_clouds() {
-    // Masses 1, ½, ¼ of `cloud` in a field μ = 1, seen from a distance of 1 and shrunk.
     let mut random = Random::new(13);
     let pose = Pose { position: random.direction(), attitude: random.rotation() };
-    let errors = |size: f64| {
-        let mut points = cloud();
-        points.iter_mut().for_each(|point| point.position *= size);
+    // Relative errors of force and moment for a cloud shrunk to `size`, in a field μ = 1, seen from a distance of 1.
+    let errors = |cloud: &[PointMass], size: f64| {
+        let points: Vec<_> =
+            cloud.iter().map(|point| PointMass { position: size * point.position, ..*point }).collect();
+        let mass = points.iter().map(|point| point.parameter).sum();
         let j = points
             .iter()
             .fold(Matrix3::zeros(), |j, point| j - point.parameter * hat(&point.position).pow(2));
         let exact = CentralGravity::new(points).unwrap().wrench(&pose);
-        let second_order =
-            SecondOrderGravity::new(1.0, 1.75, &Inertia::new(j).unwrap()).unwrap().wrench(&pose);
-        let moment = (second_order.moment - exact.moment).norm() / exact.moment.norm();
-        [(second_order.force - exact.force).norm() / exact.force.norm(), moment]
+        let approximate =
+            SecondOrderGravity::new(1.0, mass, &Inertia::new(j).unwrap()).unwrap().wrench(&pose);
+        [
+            (approximate.force - exact.force).norm() / exact.force.norm(),
+            (approximate.moment - exact.moment).norm() / exact.moment.norm(),
+        ]
     };
-    let ([force, moment], [half_force, half_moment]) = (errors(0.005), errors(0.0025));
-    let (force_order, moment_order) = ((force / half_force).log2(), (moment / half_moment).log2());
-    assert!((force_order - 3.0).abs() <= 0.05, "force: order {force_order}");
-    assert!((moment_order - 1.0).abs() <= 0.05, "moment: order {moment_order}");
+    for (cloud, orders) in [(cloud(), [3.0, 1.0]), (symmetric_cloud(), [4.0, 2.0])] {
+        let (whole, half) = (errors(&cloud, 0.01), errors(&cloud, 0.005));
+        for i in 0..2 {
+            let order = (whole[i] / half[i]).log2();
+            assert!((order - orders[i]).abs() <= 0.05, "{order}, not {} ({i})", orders[i]);
+        }
+    }
 }
 
 #[test]
@@ -417,6 +433,10 @@ fn wrong_numbers_are_rejected_by_name() {
         (point(0.0, ARM), "parameter of a point mass is 0; it must be positive"),
         (point(nan, ARM), "parameter of a point mass is not finite"),
         (point(1.0, bad), "position of a point mass is not finite"),
+        (
+            point(1.0, ARM),
+            "the mass center of the point masses is at (0.1, -0.2, 0.9) m in body axes; it must be the origin",
+        ),
         (
             SecondOrderGravity::new(0.0, 1.0, &inertia()).map(drop),
             "gravitational parameter is 0; it must be positive",

@@ -10,11 +10,13 @@ use std::f64::consts::PI;
 
 const EPS: f64 = f64::EPSILON;
 
-/// Angles [rad] at which every law holds: zero, the smallest, both sides of every switch (1e-9 in
-/// the half angle of the logarithm, 1e-8 in `A`, √10 in the series, 2π/3 between the pivots of the
-/// quaternion), generic ones, and π from below.
+/// Angles \[rad\] at which every law holds: zero, the smallest, both sides of every switch (the guards
+/// at 1e-9 and 1e-8, of the angle and its half; the quaternion changes its pivot between π/2 and 2π/3),
+/// generic ones, and π from below. The switch of the series, √10, is in [`long_angles`].
 fn angles() -> Vec<f64> {
-    let mut angles = vec![0.0, 1e-300, 1e-200, 1e-154, 1e-100, 1e-20, 1e-12, 1e-8, 1e-4, 0.1, 0.5, 1.0, 2.5];
+    let mut angles = vec![
+        0.0, 1e-300, 1e-200, 1e-154, 1e-100, 1e-20, 1e-12, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 0.1, 0.5, 1.0, 2.5,
+    ];
     for switch in [1e-8, 2e-9, 2e-8, 2.0 * PI / 3.0, PI / 2.0] {
         angles.extend([switch * (1.0 - 1e-15), switch, switch * (1.0 + 1e-15)]);
     }
@@ -114,6 +116,9 @@ fn log_of_a_half_turn_has_its_first_component_positive() {
         let exact = 2.0 * axis * axis.transpose() - Matrix3::identity();
         assert!((log(&exact) - expected).norm() <= 6.0 * EPS * PI, "symmetric R about {axis:?}");
     }
+    // A first component of the size of round-off does not decide the sign.
+    let almost = log(&rotation_from_quaternion(&[-1e-17, 1e-17, -0.6, -0.8]));
+    assert!((almost - PI * Vector3::new(0.0, 0.6, 0.8)).norm() <= 6.0 * EPS * PI, "{almost:?}");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! A body of point masses in the field of a point at the origin.
 //!
+//! The dumbbell of the paper (3.8) with any number of points, one of the two bodies held at the origin.
 //! Per point, in body axes, with `s = Rᵀx + ρ`:
 //! ```text
 //! U = −k/|s|      φ = −k s/|s|³      f = R φ      M = ρ × φ
@@ -17,7 +18,7 @@
 //! `|x|/|ρ|`. The sum itself still keeps the moment only to `|x|/|ρ|` ulps: in orbit around a planet
 //! [`SecondOrderGravity`](super::SecondOrderGravity) is the better model.
 
-use super::error::{finite_vector, positive};
+use super::error::{finite, finite_vector, positive};
 use super::inverse_square::InverseSquare;
 use super::{Blocks, Environment, EnvironmentError, Pose, Wrench};
 use crate::Vector3;
@@ -28,7 +29,7 @@ use crate::lie::hat;
 pub struct PointMass {
     /// `k = μ m` of this point: gravitational parameter of the center times the mass [N·m²].
     pub parameter: f64,
-    /// Position `ρ` from the mass center of the body, body axes [m].
+    /// Position `ρ` from the mass center of the body, body axes \[m\].
     pub position: Vector3,
 }
 
@@ -41,11 +42,15 @@ pub struct CentralGravity {
 }
 
 impl CentralGravity {
+    /// Largest distance of the mass center from the origin, relative to the farthest point, that counts
+    /// as round-off of the input.
+    pub const OFF_CENTER: f64 = 1e-6;
+
     /// A body of these points.
     ///
     /// # Errors
-    /// An [`EnvironmentError`] if there are none, a position is not finite, or a parameter is not a
-    /// positive number.
+    /// An [`EnvironmentError`] if there are none, a position is not finite, a parameter is not a
+    /// positive number, or the mass center is not the origin of the body axes.
     pub fn new(points: Vec<PointMass>) -> Result<Self, EnvironmentError> {
         if points.is_empty() {
             return Err(EnvironmentError::NoPoints);
@@ -53,6 +58,13 @@ impl CentralGravity {
         for point in &points {
             positive("parameter of a point mass", point.parameter)?;
             finite_vector("position of a point mass", point.position)?;
+        }
+        let total: f64 = points.iter().map(|point| point.parameter).sum();
+        let center: Vector3 = points.iter().map(|point| point.parameter / total * point.position).sum();
+        let farthest = points.iter().map(|point| point.position.amax()).fold(0.0, f64::max);
+        finite("sum of the parameters of the point masses", total)?;
+        if center.amax() > Self::OFF_CENTER * farthest {
+            return Err(EnvironmentError::OffCenter { center: center.into() });
         }
         Ok(Self { points })
     }

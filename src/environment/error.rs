@@ -37,6 +37,15 @@ pub enum EnvironmentError {
     /// A body of point masses has none.
     #[error("the body has no point masses")]
     NoPoints,
+    /// The point masses do not balance about the origin of the body axes.
+    #[error(
+        "the mass center of the point masses is at ({}, {}, {}) m in body axes; it must be the origin",
+        center[0], center[1], center[2]
+    )]
+    OffCenter {
+        /// Where their mass center is, body axes \[m\].
+        center: [f64; 3],
+    },
 }
 
 type Checked<T> = Result<T, EnvironmentError>;

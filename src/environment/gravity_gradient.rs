@@ -1,5 +1,6 @@
 //! Gravity gradient on a circular orbit, acting along a direction `o`.
 //!
+//! Moment after (3.21); M_R is the block of (4.14), N(p) its transpose times p, differentiated.
 //! ```text
 //! G = Rᵀo     U = (3/2) n² G·JG     M = 3n² G × JG     M_R = 3n² (S(G)J − S(JG)) S(G)
 //! y = J(G×p) − (JG)×p               N(p) = 3n² [−S(y) + S(G)(S(p)J − J S(p))] S(G)

@@ -12,7 +12,7 @@ pub(super) struct InverseSquare {
 }
 
 impl InverseSquare {
-    /// Strength `k` [N·m²], position `s` [m].
+    /// Strength `k` [N·m²], position `s` \[m\].
     pub(super) fn new(k: f64, s: &Vector3) -> Self {
         let r = s.norm();
         Self { k, r, e: s / r }

@@ -23,7 +23,7 @@ use std::fmt::Debug;
 /// Where the body is: position of its mass center and attitude.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// Position `x`, reference frame [m]; zero when only the attitude moves.
+    /// Position `x`, reference frame \[m\]; zero when only the attitude moves.
     pub position: Vector3,
     /// Attitude `R`, body → reference.
     pub attitude: Matrix3,
@@ -32,7 +32,7 @@ pub struct Pose {
 /// Force and moment, or a pair of costates `(λ^γ, λ^Π)` dual to them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wrench {
-    /// Force `f = −∂U/∂x`, reference frame [N].
+    /// Force `f = −∂U/∂x`, reference frame \[N\].
     pub force: Vector3,
     /// Moment `M`, body axes [N·m], with `dU = −f·δx − M·ζ`.
     pub moment: Vector3,
@@ -80,7 +80,7 @@ impl Blocks {
 
 /// A potential field acting on the body.
 pub trait Environment: Debug + Send + Sync {
-    /// Potential energy `U` [J].
+    /// Potential energy `U` \[J\].
     fn potential(&self, pose: &Pose) -> f64;
 
     /// Force and moment at a pose.

@@ -45,7 +45,7 @@ pub struct SecondOrderGravity {
 }
 
 impl SecondOrderGravity {
-    /// A body of `mass` [kg] and `inertia` about its mass center, in the field of gravitational
+    /// A body of `mass` \[kg\] and `inertia` about its mass center, in the field of gravitational
     /// parameter μ [m³/s²].
     ///
     /// # Errors

@@ -1,5 +1,6 @@
 //! The 3D pendulum: a body on a fixed pivot in a uniform field.
 //!
+//! Moment after (3.21); M_R is the block of (4.14), N(p) its transpose times p, differentiated.
 //! ```text
 //! G = Rᵀd     U = −m g d·Rρ     M = m g ρ × G
 //! M_R = m g S(ρ) S(G)           N(p) = −m g S(ρ×p) S(G)
@@ -22,8 +23,8 @@ pub struct UniformGravity {
 }
 
 impl UniformGravity {
-    /// A body of `mass` [kg] in the acceleration `gravity` [m/s²] along `direction` (where things
-    /// fall; reference frame, any length), with `pivot_to_mass_center` ρ in body axes [m].
+    /// A body of `mass` \[kg\] in the acceleration `gravity` [m/s²] along `direction` (where things
+    /// fall; reference frame, any length), with `pivot_to_mass_center` ρ in body axes \[m\].
     ///
     /// # Errors
     /// An [`EnvironmentError`] naming what is not finite, a mass that is not positive, a negative

@@ -20,13 +20,13 @@ pub(super) fn twice_vee(m: &Matrix3) -> Vector3 {
     Vector3::new(m[(2, 1)] - m[(1, 2)], m[(0, 2)] - m[(2, 0)], m[(1, 0)] - m[(0, 1)])
 }
 
-/// Rotation by the vector `f` [rad]: `exp S(f) = I + A S(f) + B S(f)²`.
+/// Rotation by the vector `f` \[rad\]: `exp S(f) = I + A S(f) + B S(f)²`.
 pub fn exp(f: &Vector3) -> Matrix3 {
     let t2 = f.norm_squared();
     Matrix3::identity() + skew_polynomial(a(t2), b(t2), f)
 }
 
-/// Rotation vector [rad] of a rotation, `|f| ≤ π`, the inverse of [`exp`].
+/// Rotation vector \[rad\] of a rotation, `|f| ≤ π`, the inverse of [`exp`].
 ///
 /// Through the quaternion of largest pivot (Shepperd): `f = 2 atan2(|v|, w) v/|v|`. The usual
 /// `θ/(2 sin θ) (R − Rᵀ)` loses every digit near π. At π, to round-off, `f` and `−f` are one
