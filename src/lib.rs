@@ -31,11 +31,19 @@
 
 pub mod actuation;
 pub mod body;
+pub mod dynamics;
 pub mod environment;
+mod extremal;
 pub mod lie;
+mod lifted;
+pub mod planner;
 pub mod problem;
+mod proof;
 pub mod settings;
+mod shooting;
 pub mod solution;
+#[cfg(test)]
+mod testing;
 pub mod verify;
 
 /// A vector of three components.

@@ -1,0 +1,166 @@
+//! The drift: one step of the free rigid body, its lift to the costates, and their derivatives.
+//!
+//! With `E = tr(F J_d) I − F J_d` and `B = h Fᵀ E⁻¹` (4.8–4.17),
+//!
+//! ```text
+//! z'  = A0 z        A0   = [[Fᵀ, B], [0, C]]                 C = Fᵀ + S(Π') B
+//! λ'  = A0⁻ᵀ λ      A0⁻ᵀ = [[Fᵀ, 0], [−B, Fᵀ + B S(Π)]]
+//! δλ' = A0⁻ᵀ (δλ − H z),    H z = ∂(A0ᵀ λ')/∂y z at fixed λ'
+//! ```
+//!
+//! `H` has only momentum columns: with `(μ, p) = λ'`, `q = μ + p × Π'`, `h w = Bᵀ q`,
+//!
+//! ```text
+//! H12 = −F S(μ) B
+//! H22 = −F S(p) B + Bᵀ [ S(p) C + (−S(q) + Fᵀ(h w) Π'ᵀ + Fᵀ J_d S(Fᵀ w)) B ]
+//! ```
+//!
+//! The translation drifts by `x' = x + h γ`, `λ^γ' = λ^γ − h λ^x`.
+
+use super::implicit::{inverse3, solve};
+use super::{Costate, Dynamics, Point, Sensitivity, StepError, lanes::Rows};
+use crate::lie::{cayley_minus_identity, hat};
+use crate::{Matrix3, Vector3};
+
+/// What a drift leaves behind for its linearisation.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Drift {
+    /// Relative attitude `F`.
+    pub f: Matrix3,
+    /// Momentum `Π` before.
+    pub momentum: Vector3,
+    /// Momentum `Π' = FᵀΠ` after.
+    pub momentum_after: Vector3,
+}
+
+/// The matrices of a linearised drift.
+pub(crate) struct LinearDrift {
+    h: f64,
+    f: Matrix3,
+    f_t: Matrix3,
+    b: Matrix3,
+    c: Matrix3,
+    /// `C⁻ᵀ = Fᵀ + B S(Π)`.
+    c_inverse_t: Matrix3,
+    h12: Matrix3,
+    h22: Matrix3,
+}
+
+impl Dynamics {
+    /// Drifts `point` by one step.
+    #[inline]
+    pub(crate) fn drift<const N: usize>(&self, point: &mut Point) -> Result<Drift, StepError> {
+        let momentum = point.momentum.value;
+        let Some(c) = solve(&self.j, &self.j_inverse, &(self.h * momentum)) else {
+            let finite = momentum.iter().all(|value| value.is_finite());
+            return Err(if finite { StepError::TooLong } else { StepError::NotFinite });
+        };
+        let turn = cayley_minus_identity(&c);
+        point.momentum.add(&(turn.transpose() * momentum));
+        point.attitude.add(&(point.attitude.value * turn));
+        if let Some(frame_turn) = &self.frame_turn {
+            point.attitude.add(&(frame_turn * point.attitude.value));
+        }
+        if N == 12 {
+            point.position.add(&(self.h * point.linear_momentum.value));
+        }
+        let f = turn + Matrix3::identity();
+        Ok(Drift { f, momentum, momentum_after: point.momentum.value })
+    }
+
+    /// Carries a costate forward over a drift, `λ' = A0⁻ᵀ λ`, with `E⁻¹` of the drift.
+    #[inline]
+    pub(crate) fn drift_costate<const N: usize>(
+        &self,
+        drift: &Drift,
+        costate: &Costate,
+    ) -> (Costate, Matrix3) {
+        let f_j_d = drift.f * self.j_d;
+        let e = Matrix3::from_diagonal_element(f_j_d.trace()) - f_j_d;
+        let e_inverse = inverse3(&e);
+        let lever = drift.momentum.cross(&costate.pi) - costate.zeta;
+        let mut after = *costate;
+        after.zeta = drift.f.tr_mul(&costate.zeta);
+        after.pi = drift.f.tr_mul(&(costate.pi + e_inverse * lever * self.h));
+        if N == 12 {
+            after.gamma -= self.h * costate.x;
+        }
+        (after, e_inverse)
+    }
+
+    /// Carries a costate back over a drift, `λ = A0ᵀ λ'`.
+    pub(crate) fn drift_costate_back<const N: usize>(&self, drift: &Drift, after: &Costate) -> Costate {
+        let f_j_d = drift.f * self.j_d;
+        let e = Matrix3::from_diagonal_element(f_j_d.trace()) - f_j_d;
+        let b_t = (drift.f.transpose() * inverse3(&e) * self.h).transpose();
+        let mut before = *after;
+        before.zeta = drift.f * after.zeta;
+        before.pi = drift.f * after.pi + b_t * (after.zeta + after.pi.cross(&drift.momentum_after));
+        if N == 12 {
+            before.gamma += self.h * after.x;
+        }
+        before
+    }
+
+    /// The matrices of a linearised drift; `after` is the costate it led to.
+    #[inline]
+    pub(crate) fn linear_drift(&self, drift: &Drift, e_inverse: &Matrix3, after: &Costate) -> LinearDrift {
+        let f = drift.f;
+        let f_t = f.transpose();
+        let b = f_t * e_inverse * self.h;
+        let b_t = b.transpose();
+        let c = f_t + hat(&drift.momentum_after) * b;
+        let c_inverse_t = f_t + b * hat(&drift.momentum);
+        let (mu, p) = (after.zeta, after.pi);
+        let q = mu + p.cross(&drift.momentum_after);
+        let h_w = b_t * q;
+        let f_t_w = f_t * h_w / self.h;
+        let f_s_p = f * hat(&p);
+        let inner = f_t * (self.j_d * hat(&f_t_w) + h_w * drift.momentum_after.transpose()) - hat(&q);
+        LinearDrift {
+            h: self.h,
+            f,
+            f_t,
+            b,
+            c,
+            c_inverse_t,
+            h12: -f * hat(&mu) * b,
+            h22: b_t * (hat(&p) * c + inner * b) - f_s_p * b,
+        }
+    }
+}
+
+impl LinearDrift {
+    /// `z' = A0 z`, `δλ' = A0⁻ᵀ (δλ − H z)`.
+    #[inline]
+    pub fn advance<const N: usize>(&self, columns: &mut Sensitivity<N>) {
+        let zeta = columns.costate_zeta - &self.h12 * &columns.pi;
+        let pi = columns.costate_pi - &self.h22 * &columns.pi;
+        columns.costate_zeta = &self.f_t * &zeta;
+        columns.costate_pi = &self.c_inverse_t * &pi - &self.b * &zeta;
+        columns.zeta = &self.f_t * &columns.zeta + &self.b * &columns.pi;
+        columns.pi = &self.c * &columns.pi;
+        if N == 12 {
+            columns.costate_gamma -= self.h * columns.costate_x;
+            columns.x += self.h * columns.gamma;
+        }
+    }
+
+    /// `H z` of the drift alone: the curvature seen by the state part of `columns`, into its costate part.
+    pub fn curvature<const N: usize>(&self, columns: &Sensitivity<N>) -> Sensitivity<N> {
+        let mut out = Sensitivity::zero();
+        out.costate_zeta = &self.h12 * &columns.pi;
+        out.costate_pi = &self.h22 * &columns.pi;
+        out
+    }
+
+    /// `A0ᵀ` on the costate part of `columns`.
+    pub fn transpose<const N: usize>(&self, columns: &mut Sensitivity<N>) {
+        let (zeta, pi): (Rows<N>, Rows<N>) = (columns.costate_zeta, columns.costate_pi);
+        columns.costate_zeta = &self.f * &zeta;
+        columns.costate_pi = &self.b.transpose() * &zeta + &self.c.transpose() * &pi;
+        if N == 12 {
+            columns.costate_gamma += self.h * columns.costate_x;
+        }
+    }
+}

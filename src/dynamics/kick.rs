@@ -1,0 +1,269 @@
+//! The kick: environment and optimal inputs, as the flow of one Hamiltonian.
+//!
+//! With the optimal inputs `u = −W⁻¹ Bᵀ p`, `p = (λ^γ, λ^Π)`, the kick at the new pose `q` is
+//!
+//! ```text
+//! K(q, p) = p · (wrench(q)) − ½ pᵀ B(q) W⁻¹ B(q)ᵀ p
+//! (γ, Π) += h K_p ,     (λ^x, λ^R) −= h K_q
+//! ```
+//!
+//! `K_p` is force plus moment plus `B u`; `K_q = Γᵀ p` plus, where the axes of an input turn against
+//! the coordinates, a term of the input. Such inputs, with `A = B W⁻¹ Bᵀ`:
+//!
+//! ```text
+//! torque fixed to the reference:  τ = −Rᵀ A R λ^Π            K_R = λ^Π × τ
+//! force fixed to the body:        f = R φ,  φ = −A Rᵀλ^γ     K_R = φ × Rᵀλ^γ
+//! ```
+
+use super::{Authority, Costate, Dynamics, Point, Sensitivity};
+use crate::actuation::AxisFrame;
+use crate::environment::{Blocks, Pose, Wrench};
+use crate::lie::hat;
+use crate::{Matrix3, Vector3};
+
+/// Value and costate gradient of the kick at one pose.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Kick {
+    /// Environment force plus actuator force.
+    pub force: Vector3,
+    /// Environment moment plus actuator torque.
+    pub moment: Vector3,
+    /// `K_x`.
+    pub slope_x: Vector3,
+    /// `K_R`.
+    pub slope_r: Vector3,
+    /// Running cost `½ uᵀ W u`.
+    pub effort: f64,
+}
+
+/// The linearised kick: `K_pq`, `K_pp` and `K_qq` (`K_qp = K_pqᵀ`).
+pub(crate) struct LinearKick {
+    pq: Blocks,
+    pp_force: Matrix3,
+    pp_torque: Matrix3,
+    qq: Blocks,
+    /// `K_pq` and `K_qq` vanish: free body, body torques, reference forces.
+    pure_input: bool,
+}
+
+impl Dynamics {
+    /// Actuator wrench at the optimal inputs for the costate `(λ^γ, λ^Π)`, scaled.
+    fn input_wrench<const N: usize>(&self, pose: &Pose, costate: &Costate) -> Wrench {
+        let r = &pose.attitude;
+        let moment = match self.torque.frame {
+            AxisFrame::Body => -(self.torque.matrix * costate.pi),
+            AxisFrame::Reference => -r.tr_mul(&(self.torque.matrix * (r * costate.pi))),
+        };
+        let force = match self.force.frame {
+            _ if N == 6 => Vector3::zeros(),
+            AxisFrame::Reference => -(self.force.matrix * costate.gamma),
+            AxisFrame::Body => -(r * (self.force.matrix * r.tr_mul(&costate.gamma))),
+        };
+        Wrench { force, moment }
+    }
+
+    /// The kick at a pose.
+    #[inline]
+    pub(crate) fn kick<const N: usize>(&self, pose: &Pose, costate: &Costate) -> Kick {
+        let input = self.input_wrench::<N>(pose, costate);
+        let zero = Vector3::zeros();
+        let mut kick = Kick {
+            force: input.force,
+            moment: input.moment,
+            slope_x: zero,
+            slope_r: zero,
+            effort: -0.5 * costate.pi.dot(&input.moment),
+        };
+        if self.torque.frame == AxisFrame::Reference {
+            kick.slope_r += costate.pi.cross(&input.moment);
+        }
+        if N == 12 {
+            kick.effort -= 0.5 * costate.gamma.dot(&input.force);
+            if self.force.frame == AxisFrame::Body {
+                let r = &pose.attitude;
+                kick.slope_r += r.tr_mul(&input.force).cross(&r.tr_mul(&costate.gamma));
+            }
+        }
+        if let Some(environment) = &self.environment {
+            let wrench = self.wrench(environment.as_ref(), pose);
+            let gradient = self.gradient(environment.as_ref(), pose);
+            kick.moment += wrench.moment;
+            kick.slope_r += gradient.rr.tr_mul(&costate.pi);
+            if N == 12 {
+                kick.force += wrench.force;
+                kick.slope_r += gradient.xr.tr_mul(&costate.gamma);
+                kick.slope_x += gradient.xx.tr_mul(&costate.gamma) + gradient.rx.tr_mul(&costate.pi);
+            }
+        }
+        kick
+    }
+
+    /// The wrench of environment and inputs without the costate's gradient: a bare step.
+    #[inline]
+    pub(crate) fn bare_kick<const N: usize>(&self, point: &mut Point, weight: f64, input: &Wrench) {
+        let mut wrench = *input;
+        if let Some(environment) = &self.environment {
+            let field = self.wrench(environment.as_ref(), &point.pose());
+            wrench.moment += field.moment;
+            wrench.force += field.force;
+        }
+        point.momentum.add(&(wrench.moment * weight));
+        if N == 12 {
+            point.linear_momentum.add(&(wrench.force * weight));
+        }
+    }
+
+    /// The linearised kick at a pose.
+    pub(crate) fn linear_kick<const N: usize>(&self, pose: &Pose, costate: &Costate) -> LinearKick {
+        let r = &pose.attitude;
+        let r_t = r.transpose();
+        let mut kick = LinearKick {
+            pq: Blocks::zero(),
+            pp_force: Matrix3::zeros(),
+            pp_torque: -self.torque.matrix,
+            qq: Blocks::zero(),
+            pure_input: true,
+        };
+        if let Some(environment) = &self.environment {
+            kick.pure_input = false;
+            kick.pq = self.gradient(environment.as_ref(), pose);
+            let costates = Wrench { force: costate.gamma, moment: costate.pi };
+            kick.qq = self.curvature(environment.as_ref(), pose, &costates);
+        }
+        if self.torque.frame == AxisFrame::Reference {
+            // a(R) = Rᵀ A R: δ(a p) = a δp + (S(a p) − a S(p)) ζ with a p = −τ.
+            kick.pure_input = false;
+            let a = r_t * self.torque.matrix * r;
+            let p = &costate.pi;
+            let torque = -(a * p);
+            kick.pp_torque = -a;
+            let turn = hat(&torque) + a * hat(p);
+            kick.pq.rr += turn;
+            kick.qq.rr += hat(p) * turn;
+        }
+        if N == 12 {
+            match self.force.frame {
+                AxisFrame::Reference => kick.pp_force = -self.force.matrix,
+                AxisFrame::Body => {
+                    kick.pure_input = false;
+                    let a = &self.force.matrix;
+                    let rho = r_t * costate.gamma;
+                    let phi = -(a * rho);
+                    kick.pp_force = -(r * a * r_t);
+                    // δρ = Rᵀδλ + S(ρ)ζ, δφ = −A δρ, δf = R (δφ − S(φ)ζ), δ(φ×ρ) = −S(ρ)δφ + S(φ)δρ.
+                    kick.pq.xr += r * (-(a * hat(&rho)) - hat(&phi));
+                    kick.qq.rr += hat(&rho) * a * hat(&rho) + hat(&phi) * hat(&rho);
+                }
+            }
+        }
+        kick
+    }
+}
+
+impl Kick {
+    /// Applies the kick: impulse times `weight` to the momenta, `h` times the slopes to the costates.
+    #[inline]
+    pub fn apply<const N: usize>(&self, point: &mut Point, costate: &mut Costate, weight: f64, h: f64) {
+        point.momentum.add(&(self.moment * weight));
+        costate.zeta -= self.slope_r * h;
+        if N == 12 {
+            point.linear_momentum.add(&(self.force * weight));
+            costate.x -= self.slope_x * h;
+        }
+    }
+}
+
+impl LinearKick {
+    /// The kick on state and costate derivatives: `weight` on the momenta, `h` on the costates.
+    #[inline]
+    pub fn apply<const N: usize>(&self, columns: &mut Sensitivity<N>, weight: f64, h: f64) {
+        columns.pi += weight * (&self.pp_torque * &columns.costate_pi);
+        if N == 12 {
+            columns.gamma += weight * (&self.pp_force * &columns.costate_gamma);
+        }
+        if self.pure_input {
+            return;
+        }
+        columns.pi += weight * (&self.pq.rr * &columns.zeta);
+        columns.costate_zeta -= h * (&self.qq.rr * &columns.zeta);
+        columns.costate_zeta -= h * (&self.pq.rr.transpose() * &columns.costate_pi);
+        if N == 12 {
+            columns.pi += weight * (&self.pq.rx * &columns.x);
+            columns.gamma += weight * (&self.pq.xx * &columns.x + &self.pq.xr * &columns.zeta);
+            columns.costate_zeta -=
+                h * (&self.qq.rx * &columns.x + &self.pq.xr.transpose() * &columns.costate_gamma);
+            columns.costate_x -= h * (&self.qq.xx * &columns.x + &self.qq.xr * &columns.zeta);
+            columns.costate_x -= h
+                * (&self.pq.xx.transpose() * &columns.costate_gamma
+                    + &self.pq.rx.transpose() * &columns.costate_pi);
+        }
+    }
+
+    /// `K_qq z` into the costate part of a fresh set of columns.
+    pub fn curvature<const N: usize>(&self, columns: &Sensitivity<N>) -> Sensitivity<N> {
+        let mut out = Sensitivity::zero();
+        out.costate_zeta = &self.qq.rr * &columns.zeta;
+        if N == 12 {
+            out.costate_zeta += &self.qq.rx * &columns.x;
+            out.costate_x = &self.qq.xx * &columns.x + &self.qq.xr * &columns.zeta;
+        }
+        out
+    }
+
+    /// `K_pq`, momentum rows by configuration columns, N×N.
+    pub fn gradient<const N: usize>(&self) -> nalgebra::SMatrix<f64, N, N> {
+        let mut out = nalgebra::SMatrix::<f64, N, N>::zeros();
+        out.view_mut((N - 3, N - 6), (3, 3)).copy_from(&self.pq.rr);
+        if N == 12 {
+            out.view_mut((3, 0), (3, 3)).copy_from(&self.pq.xx);
+            out.view_mut((3, N - 6), (3, 3)).copy_from(&self.pq.xr);
+            out.view_mut((N - 3, 0), (3, 3)).copy_from(&self.pq.rx);
+        }
+        out
+    }
+
+    /// `−K_pp`, the block of `Q/h`, N×N.
+    pub fn authority<const N: usize>(&self) -> nalgebra::SMatrix<f64, N, N> {
+        let mut out = nalgebra::SMatrix::<f64, N, N>::zeros();
+        out.view_mut((N - 3, N - 3), (3, 3)).copy_from(&-self.pp_torque);
+        if N == 12 {
+            out.view_mut((3, 3), (3, 3)).copy_from(&-self.pp_force);
+        }
+        out
+    }
+}
+
+/// The least-squares inverse of both authorities: which costates call for a given wrench.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct InverseAuthority {
+    force: Authority,
+    torque: Authority,
+}
+
+impl InverseAuthority {
+    /// `(λ^γ, λ^Π)` whose optimal inputs give `wrench` at attitude `r`, as far as the axes reach.
+    pub fn dual(&self, r: &Matrix3, wrench: &Wrench) -> (Vector3, Vector3) {
+        let force = match self.force.frame {
+            AxisFrame::Reference => self.force.matrix * wrench.force,
+            AxisFrame::Body => r * (self.force.matrix * r.tr_mul(&wrench.force)),
+        };
+        let torque = match self.torque.frame {
+            AxisFrame::Body => self.torque.matrix * wrench.moment,
+            AxisFrame::Reference => r.tr_mul(&(self.torque.matrix * (r * wrench.moment))),
+        };
+        (-force, -torque)
+    }
+}
+
+impl Dynamics {
+    /// The least-squares inverse of the inputs' authority.
+    pub(crate) fn inverse_authority(&self) -> InverseAuthority {
+        let invert = |authority: &Authority| {
+            let svd = authority.matrix.svd(true, true);
+            let threshold = 1e-9 * svd.singular_values.amax();
+            let matrix = svd.pseudo_inverse(threshold).unwrap_or_else(|_| Matrix3::zeros());
+            Authority { matrix, frame: authority.frame }
+        };
+        InverseAuthority { force: invert(&self.force), torque: invert(&self.torque) }
+    }
+}

@@ -1,0 +1,222 @@
+//! The forward sweep of state, costates and their sensitivities: the whole of the necessary conditions.
+//!
+//! ```text
+//! λ_{−1} ─▶ drift, kick ─▶ λ_0, u_1, (R,Π)_1 ─▶ … ─▶ λ_{N−1}, u_N, (R,Π)_N
+//! u_{k+1} = −W⁻¹ Bᵀ λ_k^Π ,     λ_{k−1} = A_kᵀ λ_k
+//! ```
+//!
+//! `λ_{−1}` is the one unknown. For Lie–Verlet, the conjugate form of the same sweep, half a kick opens
+//! it and half a kick closes it; the discrete optimum then has `u_0 = −W⁻¹Bᵀλ_{−1}` by the same formula
+//! and is of second order. Nothing is allocated.
+
+use crate::dynamics::drift::Drift;
+use crate::dynamics::{Costate, Dynamics, Point, Sensitivity, StepError, Sum};
+use crate::lie;
+use crate::problem::{Problem, Scheme};
+use crate::{Matrix3, Vector3};
+use nalgebra::{SMatrix, SVector};
+
+/// The boundary value problem of the necessary conditions, on one grid, in scaled units.
+#[derive(Clone, Debug)]
+pub(crate) struct Extremal<const N: usize> {
+    pub dynamics: Dynamics,
+    pub start: Point,
+    pub target: Point,
+}
+
+/// Where a sweep ended.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct End<const N: usize> {
+    /// Terminal error `[log(R_dᵀ R_N); Π_N − Π_d]`, in the crate's order, scaled.
+    pub error: SVector<f64, N>,
+    /// Cost, scaled.
+    pub cost: f64,
+}
+
+/// Costate and state at one node of the sweep, as given to an observer.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Node {
+    /// Index of the node, 0 … N.
+    pub index: usize,
+    /// State; momenta are those of the integrator.
+    pub point: Point,
+    /// Impulse over time that leads from these momenta to the physical ones: `(force, moment)`.
+    pub correction: (Vector3, Vector3),
+    /// Costate `λ_{index−1}`.
+    pub costate: Costate,
+}
+
+impl<const N: usize> Extremal<N> {
+    /// The boundary value problem of `problem` on a grid of `steps` steps.
+    pub fn new(problem: &Problem, steps: usize) -> Self {
+        let dynamics = Dynamics::new(problem, steps);
+        let (start, target) = (dynamics.point(&problem.start), dynamics.point(&problem.end));
+        Self { dynamics, start, target }
+    }
+
+    /// Sweeps from `λ_{−1}`.
+    pub fn sweep(&self, costate: &SVector<f64, N>) -> Result<End<N>, StepError> {
+        self.run::<false>(costate, &mut Sensitivity::zero(), |_| {}, |_| {})
+    }
+
+    /// Sweeps from `λ_{−1}` and shows every node to `observe`.
+    pub fn sweep_observed(
+        &self,
+        costate: &SVector<f64, N>,
+        observe: impl FnMut(Node),
+    ) -> Result<End<N>, StepError> {
+        self.run::<false>(costate, &mut Sensitivity::zero(), observe, |_| {})
+    }
+
+    /// Sweeps from `λ_{−1}` with `Ψ₁₂ = ∂z_N/∂λ_{−1}`, N×N.
+    pub fn sweep_linearized(
+        &self,
+        costate: &SVector<f64, N>,
+    ) -> Result<(End<N>, SMatrix<f64, N, N>), StepError> {
+        self.sweep_conjugate(costate, |_| {})
+    }
+
+    /// As [`Extremal::sweep_linearized`]; `watch` sees the derivatives after every full kick.
+    pub fn sweep_conjugate(
+        &self,
+        costate: &SVector<f64, N>,
+        watch: impl FnMut(&Sensitivity<N>),
+    ) -> Result<(End<N>, SMatrix<f64, N, N>), StepError> {
+        let mut columns = Sensitivity::of_costate();
+        let end = self.run::<true>(costate, &mut columns, |_| {}, watch)?;
+        let psi = columns.state();
+        if !psi.iter().all(|value| value.is_finite()) {
+            return Err(StepError::NotFinite);
+        }
+        Ok((end, psi))
+    }
+
+    /// The sweep. `DERIVE` decides whether `columns` is carried along; both variants compile to their
+    /// own loop.
+    #[inline]
+    fn run<const DERIVE: bool>(
+        &self,
+        costate: &SVector<f64, N>,
+        columns: &mut Sensitivity<N>,
+        mut observe: impl FnMut(Node),
+        mut watch: impl FnMut(&Sensitivity<N>),
+    ) -> Result<End<N>, StepError> {
+        let dynamics = &self.dynamics;
+        let (h, half_kicks) = (dynamics.h, dynamics.scheme == Scheme::LieVerlet);
+        let mut point = self.start;
+        let mut costate = Costate::from_vector(costate);
+        let mut effort = 0.0;
+        let mut correction = (Vector3::zeros(), Vector3::zeros());
+        if half_kicks {
+            let pose = point.pose();
+            let kick = dynamics.kick::<N>(&pose, &costate);
+            if DERIVE {
+                dynamics.linear_kick::<N>(&pose, &costate).apply(columns, 0.5 * h, 0.0);
+            }
+            kick.apply::<N>(&mut point, &mut costate, 0.5 * h, 0.0);
+            effort += 0.5 * kick.effort;
+            correction = (kick.force, kick.moment);
+        }
+        observe(Node { index: 0, point, correction, costate });
+        for index in 1..=dynamics.steps {
+            let drift = dynamics.drift::<N>(&mut point)?;
+            let (after, e_inverse) = dynamics.drift_costate::<N>(&drift, &costate);
+            costate = after;
+            let pose = point.pose();
+            let kick = dynamics.kick::<N>(&pose, &costate);
+            let last = half_kicks && index == dynamics.steps;
+            if DERIVE {
+                dynamics.linear_drift(&drift, &e_inverse, &costate).advance(columns);
+                let linear = dynamics.linear_kick::<N>(&pose, &costate);
+                if last {
+                    let mut full = *columns;
+                    linear.apply(&mut full, h, h);
+                    watch(&full);
+                    linear.apply(columns, 0.5 * h, h);
+                } else {
+                    linear.apply(columns, h, h);
+                    watch(columns);
+                }
+            }
+            let mut kicked = point;
+            kick.apply::<N>(&mut kicked, &mut costate, h, h);
+            effort += if last { 0.5 * kick.effort } else { kick.effort };
+            if half_kicks {
+                correction = (kick.force, kick.moment);
+            }
+            observe(Node { index, point: kicked, correction, costate });
+            if last {
+                kick.apply::<N>(&mut point, &mut costate, 0.5 * h, 0.0);
+            } else {
+                point = kicked;
+            }
+        }
+        let error = self.terminal_error(&point);
+        let cost = effort * h;
+        if error.iter().all(|value| value.is_finite()) && cost.is_finite() {
+            Ok(End { error, cost })
+        } else {
+            Err(StepError::NotFinite)
+        }
+    }
+
+    /// Terminal error of a state: position, linear momentum, attitude (a logarithm), momentum.
+    pub fn terminal_error(&self, point: &Point) -> SVector<f64, N> {
+        let relative: Matrix3 = self.target.attitude.value.tr_mul(&point.attitude.value);
+        Costate {
+            x: point.position.value - self.target.position.value,
+            gamma: point.linear_momentum.value - self.target.linear_momentum.value,
+            zeta: lie::log(&relative),
+            pi: point.momentum.value - self.target.momentum.value,
+        }
+        .to_vector()
+    }
+
+    /// The first drift, which leads from `λ_{−1}` to `λ_0`.
+    pub fn first_drift(&self) -> Result<(Drift, Point), StepError> {
+        let mut point = self.start;
+        let drift = self.dynamics.drift::<N>(&mut point)?;
+        Ok((drift, point))
+    }
+
+    /// The same problem with another target, its attitude and momenta given.
+    pub fn with_target(&self, target: Point) -> Self {
+        Self { target, ..self.clone() }
+    }
+
+    /// The state at the end of the motion without inputs.
+    pub fn ballistic_end(&self) -> Result<Point, StepError> {
+        let mut end = self.start;
+        let origin = Self { target: zero_point(), ..self.clone() };
+        // The observer's last node carries the full kick of Lie–Verlet: take half of it back.
+        let mut last = None;
+        origin.sweep_observed(&SVector::zeros(), |node| last = Some(node))?;
+        if let Some(node) = last {
+            end = node.physical(0.5 * self.dynamics.h);
+        }
+        Ok(end)
+    }
+}
+
+fn zero_point() -> Point {
+    let zero = Vector3::zeros();
+    Point {
+        position: Sum::new(zero),
+        linear_momentum: Sum::new(zero),
+        attitude: Sum::new(Matrix3::identity()),
+        momentum: Sum::new(zero),
+    }
+}
+
+impl Node {
+    /// The physical state: the integrator's momenta less half a kick of length `2 half_step`.
+    pub fn physical(&self, half_step: f64) -> Point {
+        let mut point = self.point;
+        point.linear_momentum.add(&(self.correction.0 * -half_step));
+        point.momentum.add(&(self.correction.1 * -half_step));
+        point
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,157 @@
+//! Continuation: from the uncontrolled motion to the target, and from a short horizon to the whole.
+
+use super::Context;
+use crate::dynamics::{Point, StepError, Sum};
+use crate::extremal::Extremal;
+use crate::lie;
+use crate::lifted::{Lifted, Nodes};
+use crate::planner::geodesic;
+use crate::problem::Problem;
+use crate::shooting::driver::{Report, run};
+use crate::shooting::guess::wound;
+use crate::shooting::newton::{Newton, outcome_of};
+use crate::shooting::refine::failed;
+use crate::solution::Outcome;
+use nalgebra::SVector;
+
+/// Residual to which an intermediate problem is solved.
+const TOLERANCE: f64 = 1e-8;
+/// Iterations granted to an intermediate problem: a good step needs three or four.
+const ITERATIONS: usize = 12;
+/// First and smallest step of the parameter.
+const FIRST_STEP: f64 = 0.2;
+const SMALLEST_STEP: f64 = 1.0 / 512.0;
+
+/// Walks a parameter from `from` to 1: `solve(s)` says whether the problem at `s` was solved, and in
+/// how many iterations.
+fn walk(
+    context: &Context,
+    from: f64,
+    report: &mut Report,
+    mut solve: impl FnMut(f64) -> Result<usize, usize>,
+) -> bool {
+    let (mut at, mut step) = (from, FIRST_STEP);
+    while at < 1.0 {
+        if let Some(outcome) = context.interrupt() {
+            report.outcome = outcome;
+            return false;
+        }
+        let next = (at + step).min(1.0);
+        match solve(next) {
+            Ok(iterations) => {
+                report.iterations += iterations;
+                at = next;
+                if iterations <= ITERATIONS / 2 {
+                    step *= 2.0;
+                }
+            }
+            Err(iterations) => {
+                report.iterations += iterations;
+                step *= 0.25;
+                if step < SMALLEST_STEP {
+                    report.outcome = Outcome::Stalled;
+                    return false;
+                }
+            }
+        }
+    }
+    true
+}
+
+/// Continuation in the boundary data: the target moves from the ballistic end point to the real one,
+/// the way round with `turns` more turns.
+pub(crate) fn in_target<const N: usize>(
+    extremal: &Extremal<N>,
+    turns: i32,
+    context: &Context,
+) -> (Option<SVector<f64, N>>, Report) {
+    let mut report = failed(Outcome::Converged);
+    let ballistic = match extremal.ballistic_end() {
+        Ok(point) => point,
+        Err(error) => return (None, failed(outcome_of(error))),
+    };
+    let target = extremal.target;
+    let relative = ballistic.attitude.value.tr_mul(&target.attitude.value);
+    let way = wound(&lie::log(&relative), turns);
+    let between = |s: f64| Point {
+        position: Sum::new(ballistic.position.value.lerp(&target.position.value, s)),
+        linear_momentum: Sum::new(ballistic.linear_momentum.value.lerp(&target.linear_momentum.value, s)),
+        attitude: Sum::new(ballistic.attitude.value * lie::exp(&(way * s))),
+        momentum: Sum::new(ballistic.momentum.value.lerp(&target.momentum.value, s)),
+    };
+    let mut solved = vec![(0.0, SVector::<f64, N>::zeros())];
+    let reached = walk(context, 0.0, &mut report, |s| {
+        let problem = extremal.with_target(between(s));
+        let newton = Newton::new(&problem, TOLERANCE, predict(&solved, s), None).map_err(|_| 0usize)?;
+        let (newton, run) = run(newton, ITERATIONS, &|| context.interrupt());
+        if run.outcome != Outcome::Converged {
+            return Err(run.iterations);
+        }
+        solved.push((s, newton.costate));
+        Ok(run.iterations)
+    });
+    (reached.then(|| solved[solved.len() - 1].1), report)
+}
+
+/// Secant extrapolation of the last two solutions.
+fn predict<const N: usize>(solved: &[(f64, SVector<f64, N>)], s: f64) -> SVector<f64, N> {
+    let (s1, last) = solved[solved.len() - 1];
+    if solved.len() < 2 {
+        return last;
+    }
+    let (s0, before) = solved[solved.len() - 2];
+    last + (last - before) * ((s - s1) / (s1 - s0))
+}
+
+/// Lifted Newton on one grid from a smooth path.
+pub(crate) fn lifted<const N: usize>(
+    extremal: &Extremal<N>,
+    nodes: Result<Nodes<N>, StepError>,
+    tolerance: f64,
+    iterations: usize,
+    context: &Context,
+) -> (Option<Nodes<N>>, Report) {
+    let lifted = match nodes.and_then(|nodes| Lifted::new(extremal, tolerance, nodes)) {
+        Ok(lifted) => lifted,
+        Err(error) => return (None, failed(outcome_of(error))),
+    };
+    let (lifted, report) = run(lifted, iterations, &|| context.interrupt());
+    ((report.outcome == Outcome::Converged).then_some(lifted.nodes), report)
+}
+
+/// Continuation in the horizon with the lifted Newton: a short maneuver hardly feels its environment
+/// and its boundary rates; it is stretched to the whole.
+pub(crate) fn in_horizon<const N: usize>(
+    problem: &Problem,
+    steps: usize,
+    turns: i32,
+    context: &Context,
+) -> (Option<Nodes<N>>, Report) {
+    let mut report = failed(Outcome::Converged);
+    let at = |s: f64| {
+        let mut shorter = problem.clone();
+        shorter.duration *= s;
+        Extremal::<N>::new(&shorter, steps)
+    };
+    let from = 0.2;
+    let first = at(from);
+    let (nodes, first_report) =
+        lifted(&first, geodesic::nodes(&first, turns), TOLERANCE, 2 * ITERATIONS, context);
+    report.iterations += first_report.iterations;
+    let Some(mut nodes) = nodes else {
+        report.outcome = first_report.outcome;
+        return (None, report);
+    };
+    let reached = walk(context, from, &mut report, |s| {
+        let extremal = at(s);
+        let (next, run) = lifted(&extremal, Ok(nodes.clone()), TOLERANCE, ITERATIONS, context);
+        match next {
+            Some(next) => {
+                nodes = next;
+                Ok(run.iterations)
+            }
+            None => Err(run.iterations),
+        }
+    });
+    (reached.then_some(nodes), report)
+}

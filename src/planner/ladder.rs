@@ -1,0 +1,373 @@
+//! The ladder of one start, and the comparison of all.
+//!
+//! Every start climbs: Newton shooting on a coarse grid, continuation in the boundary data, lifted
+//! Newton, continuation in the horizon. What a rung finds is carried to the requested grid (coarse to
+//! fine) and polished there by the shooting. Deterministic random starts come last.
+
+use super::record::{self, record};
+use super::{Context, continuation, geodesic};
+use crate::extremal::Extremal;
+use crate::lie;
+use crate::problem::{Path, Problem, Scheme};
+use crate::proof;
+use crate::shooting::driver::{Iteration, run};
+use crate::shooting::factor::Factor;
+use crate::shooting::guess::{self, Start};
+use crate::shooting::newton::{Newton, outcome_of};
+use crate::shooting::refine::{GridPoint, failed, refine, solve_grid};
+use crate::solution::{Optimality, Outcome, Rival, Sense, Solution, Trajectory};
+use nalgebra::SVector;
+use std::f64::consts::TAU;
+
+/// Fewest steps of a coarse grid.
+const COARSE_STEPS: usize = 32;
+/// Angle per step that a coarse grid aims at [rad].
+const COARSE_ANGLE: f64 = 0.35;
+/// Random starts tried when nothing else converges.
+const RANDOM_STARTS: usize = 40;
+/// Two extremals whose costates differ by less, relative, are one.
+const SAME: f64 = 1e-6;
+
+/// A converged extremal on the requested grid, or the best of what did not converge.
+#[derive(Clone, Debug)]
+struct Found<const N: usize> {
+    start: String,
+    costate: SVector<f64, N>,
+    cost: f64,
+    residual: f64,
+    outcome: Outcome,
+    sense: Sense,
+    turned_deg: f64,
+    iterations: usize,
+}
+
+struct Search<'a, 'c, const N: usize> {
+    problem: &'a Problem,
+    context: &'a Context<'c>,
+    fine: Extremal<N>,
+    coarse: Extremal<N>,
+    found: Vec<Found<N>>,
+    /// Extremals already met on the coarse grid.
+    met: Vec<SVector<f64, N>>,
+    failure: Option<Found<N>>,
+}
+
+/// Steps of the coarse grid: enough for the fastest rate that the way round suggests.
+fn coarse_steps(problem: &Problem, turns: i32) -> usize {
+    let rate = problem.start.angular_velocity.norm().max(problem.end.angular_velocity.norm())
+        * problem.duration;
+    let relative = problem.start.attitude.tr_mul(&problem.end.attitude);
+    let angle = (lie::log(&relative).norm() + TAU * f64::from(turns)).abs().max(TAU / 2.0);
+    let needed = ((1.5 * angle + rate) / COARSE_ANGLE).ceil().min(problem.steps as f64) as usize;
+    needed.max(COARSE_STEPS)
+}
+
+/// The grid to search on: the coarse one where it is much cheaper than the requested one.
+fn search_grid(problem: &Problem, turns: i32) -> usize {
+    let coarse = coarse_steps(problem, turns);
+    if 2 * coarse <= problem.steps { coarse } else { problem.steps }
+}
+
+/// Solves a checked problem.
+pub(super) fn solve<const N: usize>(
+    problem: &Problem,
+    context: &Context,
+    guess: Option<&[f64]>,
+) -> Solution {
+    let turns = wanted_turns(problem);
+    let most = turns.iter().copied().max_by_key(|turns| turns.abs()).unwrap_or(0);
+    let fine = Extremal::<N>::new(problem, problem.steps);
+    let coarse = Extremal::<N>::new(problem, search_grid(problem, most));
+    let mut search =
+        Search { problem, context, fine, coarse, found: Vec::new(), met: Vec::new(), failure: None };
+    if let Some(guess) = guess {
+        search.from_guess(guess);
+    }
+    if guess.is_none() || search.found.is_empty() {
+        search.climb(&turns);
+    }
+    search.conclude()
+}
+
+/// Turns to try, in order.
+fn wanted_turns(problem: &Problem) -> Vec<i32> {
+    match problem.path {
+        Path::Best => vec![0, -1, 1, -2],
+        Path::Shortest => vec![0],
+        Path::Long => vec![-1],
+        Path::AsGiven(rotation) => vec![turns_as_given(problem, &rotation)],
+    }
+}
+
+/// How many turns the given rotation is away from the short way, as counted from the ballistic end.
+fn turns_as_given(problem: &Problem, rotation: &crate::Vector3) -> i32 {
+    let relative = problem.start.attitude.tr_mul(&problem.end.attitude);
+    let short = lie::log(&relative);
+    // A rotation by 370° is 10° and one turn; one by −350° about the same axis is 10° less one turn.
+    let axis = if short.norm() > 1e-12 { short / short.norm() } else { crate::Vector3::x() };
+    let along = rotation.norm() * rotation.dot(&axis).signum();
+    ((along - short.norm()) / TAU).round() as i32
+}
+
+impl<const N: usize> Search<'_, '_, N> {
+    fn stopped(&self) -> bool {
+        self.context.interrupt().is_some()
+    }
+
+    /// All starts, rung by rung.
+    fn climb(&mut self, turns: &[i32]) {
+        let fractions: &[f64] = if self.problem.path == Path::Shortest { &[1.0] } else { &[1.0, 0.3] };
+        self.newton(turns, fractions);
+        if self.problem.path == Path::Shortest && self.found.is_empty() {
+            self.newton(turns, &[0.3]);
+        }
+        for &turns in turns {
+            // The windings are rivals; only the senses are worth every rung.
+            let main = turns == 0 || turns == -1 || !matches!(self.problem.path, Path::Best);
+            if main && !self.has(turns) && !self.stopped() {
+                self.continuation(turns);
+            }
+        }
+        for &turns in turns {
+            if self.found.is_empty() && !self.stopped() {
+                self.lifted(turns);
+            }
+        }
+        if self.found.is_empty() && !self.stopped() {
+            self.random();
+        }
+    }
+
+    /// Whether an extremal was found from the start with these turns.
+    fn has(&self, turns: i32) -> bool {
+        let name = guess::name_of(turns);
+        self.found.iter().any(|found| found.start == name)
+    }
+
+    fn from_guess(&mut self, guess: &[f64]) {
+        self.context.enter("guess", "guess", self.problem.steps);
+        let scaled = SVector::<f64, N>::from_row_slice(guess)
+            .component_div(&self.fine.dynamics.units.costate());
+        let costate = match self.problem.scheme {
+            Scheme::LieVerlet => Ok(scaled),
+            // A Lie–Euler guess is λ_0.
+            Scheme::LieEuler => self
+                .fine
+                .dynamics
+                .transition::<N>(&self.fine.start, &scaled)
+                .map(|transition| transition.costate_before),
+        };
+        let tolerance = self.context.settings.tolerance;
+        let newton = costate.and_then(|costate| Newton::new(&self.fine, tolerance, costate, None));
+        match newton {
+            Ok(newton) => {
+                let limit = self.context.settings.max_iterations;
+                let (newton, report) = run(newton, limit, &|| self.context.interrupt());
+                self.context.note(self.problem.steps, &report);
+                let (outcome, iterations) = (report.outcome, report.iterations);
+                self.keep("guess", newton.costate, newton.end.cost, newton.residual(), outcome, iterations);
+            }
+            Err(error) => self.context.note(self.problem.steps, &failed(outcome_of(error))),
+        }
+    }
+
+    /// Newton shooting from the ballistic starts, on the coarse grid.
+    fn newton(&mut self, turns: &[i32], fractions: &[f64]) {
+        let starts = guess::ballistic(&self.coarse, turns, fractions);
+        let starts = match starts {
+            Ok(starts) => starts,
+            Err(error) => {
+                self.context.enter("newton", "ballistic", self.coarse.dynamics.steps);
+                self.context.note(self.coarse.dynamics.steps, &failed(outcome_of(error)));
+                return;
+            }
+        };
+        for start in starts {
+            if self.stopped() {
+                return;
+            }
+            self.shoot("newton", start, 0);
+        }
+    }
+
+    /// Newton shooting on the coarse grid from one start, then to the fine grid.
+    fn shoot(&mut self, rung: &str, start: Start<N>, spent: usize) -> bool {
+        let steps = self.coarse.dynamics.steps;
+        self.context.enter(rung, &start.name, steps);
+        let settings = self.context.settings;
+        let interrupt = || self.context.interrupt();
+        let (grid, report) = solve_grid(&self.coarse, start.costate, None, settings, &interrupt);
+        self.context.note(steps, &report);
+        let spent = spent + report.iterations;
+        match grid {
+            Some(grid) => self.finish(&start.name, grid, spent),
+            None => false,
+        }
+    }
+
+    /// Carries a coarse extremal to the requested grid, unless it is known already.
+    fn finish(&mut self, start: &str, grid: GridPoint<N>, spent: usize) -> bool {
+        let scale = grid.costate.amax().max(1.0);
+        if self.met.iter().any(|met| (met - grid.costate).amax() < SAME * scale) {
+            return true;
+        }
+        self.met.push(grid.costate);
+        self.context.enter("coarse_to_fine", start, self.problem.steps);
+        let interrupt = || self.context.interrupt();
+        let refined = refine(self.problem, &self.fine, grid, self.context.settings, &interrupt);
+        let mut iterations = spent;
+        for (steps, report) in &refined.reports {
+            self.context.note(*steps, report);
+            iterations += report.iterations;
+        }
+        self.keep(start, refined.costate, refined.cost, refined.residual, refined.outcome, iterations);
+        refined.outcome == Outcome::Converged
+    }
+
+    fn keep(
+        &mut self,
+        start: &str,
+        costate: SVector<f64, N>,
+        cost: f64,
+        residual: f64,
+        outcome: Outcome,
+        iterations: usize,
+    ) {
+        let (sense, turned_deg) =
+            record::path_sense(&self.coarse, &costate).unwrap_or((Sense::Short, f64::NAN));
+        let found = Found {
+            start: start.into(),
+            costate,
+            cost,
+            residual,
+            outcome,
+            sense,
+            turned_deg,
+            iterations,
+        };
+        if outcome == Outcome::Converged {
+            let same = |other: &Found<N>| {
+                (other.costate - found.costate).amax() < SAME * other.costate.amax().max(1.0)
+            };
+            if !self.found.iter().any(same) {
+                self.found.push(found);
+            }
+        } else if self.failure.as_ref().is_none_or(|failure| residual < failure.residual) {
+            self.failure = Some(found);
+        }
+    }
+
+    fn continuation(&mut self, turns: i32) {
+        let name = guess::name_of(turns);
+        let steps = self.coarse.dynamics.steps;
+        self.context.enter("continuation", &name, steps);
+        let (costate, report) = continuation::in_target(&self.coarse, turns, self.context);
+        self.context.note(steps, &report);
+        if let Some(costate) = costate {
+            self.shoot("continuation", Start { name, turns, costate }, report.iterations);
+        }
+    }
+
+    fn lifted(&mut self, turns: i32) {
+        let name = guess::name_of(turns);
+        let steps = self.coarse.dynamics.steps;
+        self.context.enter("lifted", &name, steps);
+        let limit = self.context.settings.max_iterations;
+        let nodes = geodesic::nodes(&self.coarse, turns);
+        let (mut nodes, mut report) =
+            continuation::lifted(&self.coarse, nodes, 1e-10, limit, self.context);
+        self.context.note(steps, &report);
+        if nodes.is_none() && !self.stopped() {
+            self.context.enter("horizon", &name, steps);
+            (nodes, report) = continuation::in_horizon(self.problem, steps, turns, self.context);
+            self.context.note(steps, &report);
+        }
+        if let Some(nodes) = nodes {
+            let start = Start { name, turns, costate: nodes.costates[0] };
+            self.shoot("lifted", start, report.iterations);
+        }
+    }
+
+    /// Deterministic random starts: random way rounds from the ballistic end.
+    fn random(&mut self) {
+        let Ok((end, psi)) = self.coarse.sweep_linearized(&SVector::zeros()) else { return };
+        let factor = Factor::new(&psi);
+        let mut state = 0x5EED_u64;
+        let mut uniform = move || {
+            // A linear congruential step, its high bits: starts need to be spread, not random.
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / 2.0f64.powi(52) - 1.0
+        };
+        for index in 0..RANDOM_STARTS {
+            if !self.found.is_empty() || self.stopped() {
+                return;
+            }
+            let mut error = end.error;
+            for row in 0..N {
+                error[row] += TAU * uniform() * if row >= N - 6 { 1.0 } else { 0.2 };
+            }
+            let costate = factor.solve(&error) * (-0.5 * (1.0 + uniform()));
+            let start = Start { name: format!("random {}", index + 1), turns: 0, costate };
+            self.shoot("multi_start", start, 0);
+        }
+    }
+
+    /// Chooses among what was found, and writes the solution.
+    fn conclude(mut self) -> Solution {
+        let wanted = match self.problem.path {
+            Path::Shortest => Some(Sense::Short),
+            Path::Long => Some(Sense::Long),
+            Path::Best | Path::AsGiven(_) => None,
+        };
+        let off = |found: &Found<N>| wanted.is_some_and(|wanted| found.sense != wanted);
+        self.found.sort_by(|a, b| off(a).cmp(&off(b)).then(a.cost.total_cmp(&b.cost)));
+        let solve_time = self.context.began.elapsed().as_secs_f64();
+        let winner = self.found.first().cloned().or_else(|| self.failure.clone());
+        let cost_unit = self.fine.dynamics.units.cost;
+        let rivals = self.found.iter().skip(1).map(|rival| Rival {
+            start: rival.start.clone(),
+            sense: rival.sense,
+            cost: rival.cost * cost_unit,
+            conjugate_points: proof::conjugate_points(&self.coarse, &rival.costate),
+            turned_deg: rival.turned_deg,
+        });
+        let mut solution = Solution {
+            outcome: Outcome::Stalled,
+            scheme: self.problem.scheme,
+            steps: self.problem.steps,
+            step: self.problem.step(),
+            cost: f64::NAN,
+            trajectory: Trajectory::default(),
+            terminal: record::terminal_error(&SVector::<f64, N>::repeat(f64::NAN)),
+            optimality: Optimality::default(),
+            sense: Sense::Short,
+            start: String::new(),
+            turned_deg: f64::NAN,
+            iterations: 0,
+            ladder: self.context.ladder.take(),
+            rivals: rivals.collect(),
+            tolerance: self.context.settings.tolerance,
+            solve_time,
+        };
+        if let Some(winner) = winner {
+            solution.outcome = winner.outcome;
+            solution.start = winner.start;
+            solution.iterations = winner.iterations;
+            if let Ok(recorded) = record(self.problem, &self.fine, &winner.costate) {
+                solution.cost = recorded.end.cost * cost_unit;
+                solution.terminal = record::terminal_error(&recorded.end.error);
+                solution.sense = recorded.sense;
+                solution.turned_deg = recorded.turned_deg;
+                solution.trajectory = recorded.trajectory;
+                solution.optimality = proof::optimality(&self.fine, &winner.costate);
+            }
+        }
+        if let Some(stopped) = self.context.interrupt()
+            && solution.outcome != Outcome::Converged
+        {
+            solution.outcome = stopped;
+        }
+        solution
+    }
+}
+

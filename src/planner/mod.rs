@@ -1,0 +1,154 @@
+//! The planner: every sense and winding, each up the ladder, the extremals compared.
+
+pub(crate) mod continuation;
+pub(crate) mod geodesic;
+mod ladder;
+pub(crate) mod record;
+
+use crate::problem::{Motion, Problem, ProblemError};
+use crate::settings::{Settings, SettingsError};
+use crate::shooting::driver::Report;
+use crate::solution::{Outcome, RungReport, Solution};
+use std::cell::{Cell, RefCell};
+use std::time::Instant;
+use thiserror::Error;
+
+/// Why a plan was not attempted.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum PlanError {
+    /// The maneuver cannot be planned as it stands.
+    #[error(transparent)]
+    Problem(#[from] ProblemError),
+    /// A setting is out of its range.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// A guess has the wrong number of costates, or one that is not finite.
+    #[error("the guess has {found} usable costates, the problem needs {needed}")]
+    Guess {
+        /// Finite costates found.
+        found: usize,
+        /// Costates needed.
+        needed: usize,
+    },
+}
+
+/// What an observer of a solve is told.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Progress<'a> {
+    /// The rung at work.
+    pub rung: &'a str,
+    /// The start it works on.
+    pub start: &'a str,
+    /// Steps of its grid.
+    pub steps: usize,
+    /// Seconds since the solve began.
+    pub elapsed: f64,
+}
+
+/// Whether to go on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Control {
+    /// Go on.
+    Continue,
+    /// Stop at the next iteration; the best iterate is kept.
+    Stop,
+}
+
+/// Watches a solve, and may stop it.
+pub trait Observer {
+    /// Called at every rung and between iterations.
+    fn on_progress(&mut self, _progress: &Progress) -> Control {
+        Control::Continue
+    }
+}
+
+/// Nobody watches.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Silent;
+
+impl Observer for Silent {}
+
+/// What every rung shares: settings, the clock, the observer, the record of what was tried.
+pub(crate) struct Context<'a> {
+    pub settings: &'a Settings,
+    observer: RefCell<&'a mut dyn Observer>,
+    began: Instant,
+    at: RefCell<(String, String, usize)>,
+    stopped: Cell<Option<Outcome>>,
+    ladder: RefCell<Vec<RungReport>>,
+}
+
+impl<'a> Context<'a> {
+    fn new(settings: &'a Settings, observer: &'a mut dyn Observer) -> Self {
+        Self {
+            settings,
+            observer: RefCell::new(observer),
+            began: Instant::now(),
+            at: RefCell::default(),
+            stopped: Cell::new(None),
+            ladder: RefCell::default(),
+        }
+    }
+
+    /// Announces a rung.
+    pub fn enter(&self, rung: &str, start: &str, steps: usize) {
+        *self.at.borrow_mut() = (rung.into(), start.into(), steps);
+    }
+
+    /// Notes how a run of the announced rung went, on `steps` steps.
+    pub fn note(&self, steps: usize, report: &Report) {
+        let (rung, start, _) = self.at.borrow().clone();
+        self.ladder.borrow_mut().push(RungReport {
+            rung,
+            start,
+            steps,
+            outcome: report.outcome,
+            iterations: report.iterations,
+            residuals: report.residuals.clone(),
+        });
+    }
+
+    /// Whether something asks to stop; sticky.
+    pub fn interrupt(&self) -> Option<Outcome> {
+        if self.stopped.get().is_none() {
+            let elapsed = self.began.elapsed();
+            let at = self.at.borrow();
+            let progress =
+                Progress { rung: &at.0, start: &at.1, steps: at.2, elapsed: elapsed.as_secs_f64() };
+            if self.observer.borrow_mut().on_progress(&progress) == Control::Stop {
+                self.stopped.set(Some(Outcome::Interrupted));
+            } else if self.settings.time_limit.is_some_and(|limit| elapsed >= limit) {
+                self.stopped.set(Some(Outcome::TimeLimit));
+            }
+        }
+        self.stopped.get()
+    }
+}
+
+/// Solves a maneuver. The solution says how the solve ended; it is not yet verified.
+///
+/// `guess` is a costate to try first, as [`Solution::costates_0`] gives it, SI units.
+///
+/// # Errors
+/// [`PlanError`] when problem, settings or guess cannot be used. A solver that stops is no error.
+pub fn solve(
+    problem: &Problem,
+    settings: &Settings,
+    guess: Option<&[f64]>,
+    observer: &mut dyn Observer,
+) -> Result<Solution, PlanError> {
+    problem.check()?;
+    settings.check()?;
+    if let Some(guess) = guess {
+        let found = guess.iter().filter(|value| value.is_finite()).count();
+        let needed = problem.dimension();
+        if found != needed || guess.len() != needed {
+            return Err(PlanError::Guess { found, needed });
+        }
+    }
+    let context = Context::new(settings, observer);
+    Ok(match problem.motion {
+        Motion::Attitude => ladder::solve::<6>(problem, &context, guess),
+        Motion::RigidBody => ladder::solve::<12>(problem, &context, guess),
+    })
+}

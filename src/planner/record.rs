@@ -1,0 +1,178 @@
+//! From the sweep's scaled nodes to a trajectory in SI units.
+
+use crate::Vector3;
+use crate::actuation::{AxisFrame, Channel};
+use crate::dynamics::{Point, StepError};
+use crate::extremal::{End, Extremal, Node};
+use crate::lie;
+use crate::problem::{Motion, Problem, Scheme};
+use crate::solution::{Sense, TerminalError, Trajectory};
+use nalgebra::SVector;
+
+/// A recorded sweep.
+pub(crate) struct Recorded<const N: usize> {
+    pub end: End<N>,
+    pub trajectory: Trajectory,
+    pub sense: Sense,
+    pub turned_deg: f64,
+}
+
+/// Sweeps once more and records every node.
+pub(crate) fn record<const N: usize>(
+    problem: &Problem,
+    extremal: &Extremal<N>,
+    costate: &SVector<f64, N>,
+) -> Result<Recorded<N>, StepError> {
+    let mut recorder = Recorder::<N>::new(problem, extremal);
+    let end = extremal.sweep_observed(costate, |node| recorder.push(&node))?;
+    let (sense, turned_deg) = path_sense(extremal, costate)?;
+    Ok(Recorded { end, trajectory: recorder.trajectory, sense, turned_deg })
+}
+
+struct Recorder<'a, const N: usize> {
+    problem: &'a Problem,
+    extremal: &'a Extremal<N>,
+    trajectory: Trajectory,
+}
+
+impl<'a, const N: usize> Recorder<'a, N> {
+    fn new(problem: &'a Problem, extremal: &'a Extremal<N>) -> Self {
+        let rows = problem.steps + 1;
+        let input_rows = problem.scheme.input_rows(problem.steps);
+        let input_count = problem.actuation.count();
+        let translation = if problem.motion == Motion::RigidBody { rows } else { 0 };
+        let trajectory = Trajectory {
+            time: Vec::with_capacity(rows),
+            quaternion: Vec::with_capacity(rows),
+            angular_velocity: Vec::with_capacity(rows),
+            position: Vec::with_capacity(translation),
+            velocity: Vec::with_capacity(translation),
+            input: Vec::with_capacity(input_rows * input_count),
+            input_count,
+            torque: Vec::with_capacity(input_rows),
+            force: Vec::with_capacity(translation.min(input_rows)),
+            costates: Vec::with_capacity(input_rows * N),
+        };
+        Self { problem, extremal, trajectory }
+    }
+
+    fn push(&mut self, node: &Node) {
+        let Self { problem, extremal, trajectory } = self;
+        let dynamics = &extremal.dynamics;
+        let units = &dynamics.units;
+        let point = node.physical(0.5 * dynamics.h);
+        let r = &point.attitude.value;
+        trajectory.time.push(if node.index == problem.steps {
+            problem.duration
+        } else {
+            node.index as f64 * problem.step()
+        });
+        let quaternion = continued(trajectory.quaternion.last(), lie::quaternion_from_rotation(r));
+        trajectory.quaternion.push(quaternion);
+        trajectory.angular_velocity.push(dynamics.j_inverse * point.momentum.value / units.time);
+        if problem.motion == Motion::RigidBody {
+            trajectory.position.push(point.position.value * units.length);
+            trajectory.velocity.push(point.linear_momentum.value * (units.length / units.time));
+        }
+        if problem.scheme == Scheme::LieEuler && node.index == 0 {
+            return;
+        }
+        let scale = units.costate::<N>();
+        let costate = node.costate.to_vector::<N>().component_mul(&scale);
+        trajectory.costates.extend(costate.iter());
+        let lambda = |row: usize| Vector3::new(costate[row], costate[row + 1], costate[row + 2]);
+        if problem.motion == Motion::RigidBody {
+            let force = problem.actuation.force.as_ref().map_or_else(Vector3::zeros, |channel| {
+                let in_axes = match channel.frame() {
+                    AxisFrame::Reference => lambda(3),
+                    AxisFrame::Body => r.tr_mul(&lambda(3)),
+                };
+                let output = push_inputs(trajectory, channel, &in_axes);
+                if channel.frame() == AxisFrame::Body { r * output } else { output }
+            });
+            trajectory.force.push(force);
+        }
+        let channel = &problem.actuation.torque;
+        let in_axes = match channel.frame() {
+            AxisFrame::Body => lambda(N - 3),
+            AxisFrame::Reference => r * lambda(N - 3),
+        };
+        let output = push_inputs(trajectory, channel, &in_axes);
+        let torque = if channel.frame() == AxisFrame::Reference { r.tr_mul(&output) } else { output };
+        trajectory.torque.push(torque);
+    }
+}
+
+fn push_inputs(trajectory: &mut Trajectory, channel: &Channel, costate: &Vector3) -> Vector3 {
+    let inputs = channel.optimal_inputs(costate);
+    trajectory.input.extend(inputs.iter());
+    channel.output(inputs.as_slice())
+}
+
+/// The sign of a quaternion that continues the one before.
+fn continued(before: Option<&[f64; 4]>, quaternion: [f64; 4]) -> [f64; 4] {
+    match before {
+        Some(before) if dot(before, &quaternion) < 0.0 => quaternion.map(|value| -value),
+        _ => quaternion,
+    }
+}
+
+fn dot(a: &[f64; 4], b: &[f64; 4]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+/// Rotation sense of the path from `costate`, and the angle it turns in all [deg].
+///
+/// The lifted (continuous) quaternions of the path and of the ballistic motion start equal. The path is
+/// short if it ends on the sheet that the ballistic motion reaches by the shortest rotation to target.
+pub(crate) fn path_sense<const N: usize>(
+    extremal: &Extremal<N>,
+    costate: &SVector<f64, N>,
+) -> Result<(Sense, f64), StepError> {
+    let (path, end, turned) = lifted_end(extremal, costate)?;
+    let (ballistic, from, _) = lifted_end(extremal, &SVector::zeros())?;
+    let rest = lie::log(&from.attitude.value.tr_mul(&end.attitude.value));
+    let halves = 16;
+    // Short steps along the shortest rotation carry the ballistic sheet to the end of the path.
+    let mut carried = ballistic;
+    for index in 1..=halves {
+        let attitude = from.attitude.value * lie::exp(&(rest * (f64::from(index) / f64::from(halves))));
+        carried = continued(Some(&carried), lie::quaternion_from_rotation(&attitude));
+    }
+    let sense = if dot(&carried, &path) >= 0.0 { Sense::Short } else { Sense::Long };
+    Ok((sense, turned.to_degrees()))
+}
+
+/// End of a sweep: its continuous quaternion, its state, and `∫|Ω|dt`.
+fn lifted_end<const N: usize>(
+    extremal: &Extremal<N>,
+    costate: &SVector<f64, N>,
+) -> Result<([f64; 4], Point, f64), StepError> {
+    let dynamics = &extremal.dynamics;
+    let mut quaternion = None;
+    let mut last = extremal.start;
+    let mut turned = 0.0;
+    extremal.sweep_observed(costate, |node| {
+        let point = node.physical(0.5 * dynamics.h);
+        quaternion =
+            Some(continued(quaternion.as_ref(), lie::quaternion_from_rotation(&point.attitude.value)));
+        let rate = |point: &Point| (dynamics.j_inverse * point.momentum.value).norm();
+        if node.index > 0 {
+            turned += 0.5 * dynamics.h * (rate(&point) + rate(&last));
+        }
+        last = point;
+    })?;
+    Ok((quaternion.unwrap_or([1.0, 0.0, 0.0, 0.0]), last, turned))
+}
+
+/// The terminal error in the terms of a solution.
+pub(crate) fn terminal_error<const N: usize>(error: &SVector<f64, N>) -> TerminalError {
+    let norm = |row: usize| error.fixed_rows::<3>(row).norm();
+    let translation = N == 12;
+    TerminalError {
+        attitude_rad: norm(N - 6),
+        momentum_relative: norm(N - 3),
+        position_relative: translation.then(|| norm(0)),
+        linear_momentum_relative: translation.then(|| norm(3)),
+    }
+}

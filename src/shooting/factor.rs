@@ -1,0 +1,128 @@
+//! A factorised N×N matrix, or its pseudo-inverse where a symmetry makes it singular.
+
+use nalgebra::{DMatrix, SMatrix, SVector};
+
+/// Pivots below this fraction of the largest, after equilibration, send the matrix to the SVD.
+const SUSPECT_PIVOT: f64 = 1e-8;
+/// Singular values below this fraction of the largest are those of a symmetry (theory: 1e-17 against
+/// 1e-4 for the weakest actuated direction met).
+pub(crate) const RANK_TOLERANCE: f64 = 1e-9;
+
+/// The inverse of a matrix as an operator.
+#[derive(Clone, Debug)]
+pub(crate) enum Factor<const N: usize> {
+    /// LU with row permutation.
+    Lu { lu: Box<SMatrix<f64, N, N>>, order: [usize; N] },
+    /// Minimum-norm inverse of a rank-deficient matrix: deletes the redundant equations and fixes the
+    /// gauge of the unknowns in one projection.
+    PseudoInverse(Box<SMatrix<f64, N, N>>),
+}
+
+impl<const N: usize> Factor<N> {
+    /// Factorises a finite matrix.
+    pub fn new(matrix: &SMatrix<f64, N, N>) -> Self {
+        let mut lu = *matrix;
+        let mut order: [usize; N] = std::array::from_fn(|row| row);
+        let mut smallest = f64::INFINITY;
+        for pivot in 0..N {
+            let size = |row: usize| lu[(row, pivot)].abs();
+            let best = (pivot..N).fold(pivot, |best, row| if size(row) > size(best) { row } else { best });
+            lu.swap_rows(pivot, best);
+            order.swap(pivot, best);
+            let column_size = matrix.column(pivot).amax();
+            let relative = lu[(pivot, pivot)].abs() / column_size;
+            smallest = if relative < smallest || relative.is_nan() { relative } else { smallest };
+            if !(smallest > SUSPECT_PIVOT) {
+                return Self::PseudoInverse(Box::new(pseudo_inverse(matrix)));
+            }
+            for row in pivot + 1..N {
+                let factor = lu[(row, pivot)] / lu[(pivot, pivot)];
+                lu[(row, pivot)] = factor;
+                for column in pivot + 1..N {
+                    lu[(row, column)] -= factor * lu[(pivot, column)];
+                }
+            }
+        }
+        Self::Lu { lu: Box::new(lu), order }
+    }
+
+    /// `matrix⁻¹ b`, or the minimum-norm least-squares solution.
+    pub fn solve(&self, b: &SVector<f64, N>) -> SVector<f64, N> {
+        match self {
+            Self::PseudoInverse(inverse) => **inverse * b,
+            Self::Lu { lu, order } => {
+                let mut x = SVector::from_fn(|row, _| b[order[row]]);
+                for row in 0..N {
+                    for column in 0..row {
+                        x[row] -= lu[(row, column)] * x[column];
+                    }
+                }
+                for row in (0..N).rev() {
+                    for column in row + 1..N {
+                        x[row] -= lu[(row, column)] * x[column];
+                    }
+                    x[row] /= lu[(row, row)];
+                }
+                x
+            }
+        }
+    }
+}
+
+impl<const N: usize> Factor<N> {
+    /// `matrix⁻¹ b`, column by column.
+    pub fn solve_matrix(&self, b: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
+        let mut x = *b;
+        for column in 0..N {
+            x.set_column(column, &self.solve(&b.column(column).into_owned()));
+        }
+        x
+    }
+
+    /// Whether the matrix was singular to the tolerance of [`Factor::new`].
+    pub fn is_singular(&self) -> bool {
+        matches!(self, Self::PseudoInverse(_))
+    }
+}
+
+/// Pseudo-inverse with columns scaled to unit size first, so that the rank does not depend on units.
+fn pseudo_inverse<const N: usize>(matrix: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
+    let sizes = column_sizes(matrix);
+    let scaled = DMatrix::from_fn(N, N, |row, column| matrix[(row, column)] / sizes[column]);
+    let Some(svd) = scaled.try_svd(true, true, f64::EPSILON, 1000) else {
+        return SMatrix::zeros();
+    };
+    let threshold = RANK_TOLERANCE * svd.singular_values.amax();
+    let Ok(inverse) = svd.pseudo_inverse(threshold) else {
+        return SMatrix::zeros();
+    };
+    SMatrix::from_fn(|row, column| inverse[(row, column)] / sizes[row])
+}
+
+fn column_sizes<const N: usize>(matrix: &SMatrix<f64, N, N>) -> [f64; N] {
+    std::array::from_fn(|column| {
+        let size = matrix.column(column).amax();
+        if size > 0.0 { size } else { 1.0 }
+    })
+}
+
+/// Numerical rank and condition within it, columns equilibrated.
+pub(crate) fn rank_and_condition<const N: usize>(matrix: &SMatrix<f64, N, N>) -> (usize, f64) {
+    let values = singular_values(matrix);
+    let largest = values[0];
+    let rank = values.iter().filter(|value| **value > RANK_TOLERANCE * largest).count();
+    let condition = if rank == 0 { f64::INFINITY } else { largest / values[rank - 1] };
+    (rank, condition)
+}
+
+/// Singular values, descending; zeros when the matrix is not finite.
+fn singular_values<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Vec<f64> {
+    let dynamic = DMatrix::from_fn(N, N, |row, column| matrix[(row, column)]);
+    if !dynamic.iter().all(|value| value.is_finite()) {
+        return vec![0.0; N];
+    }
+    let Some(svd) = dynamic.try_svd(false, false, f64::EPSILON, 1000) else { return vec![0.0; N] };
+    let mut values: Vec<f64> = svd.singular_values.iter().copied().collect();
+    values.sort_by(|a, b| b.total_cmp(a));
+    values
+}
