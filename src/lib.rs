@@ -42,6 +42,7 @@ mod proof;
 pub mod settings;
 mod shooting;
 pub mod solution;
+pub mod spec;
 #[cfg(test)]
 mod testing;
 pub mod verify;

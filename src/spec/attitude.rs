@@ -1,0 +1,249 @@
+//! The notations of an attitude, and what users get wrong in them.
+
+use super::diagnostic::Spot;
+use super::quantity::{short, show};
+use super::section::{Report, Section};
+use crate::lie::{exp, log, project_to_rotation, rotation_from_quaternion};
+use crate::{Matrix3, Vector3};
+use std::f64::consts::{PI, TAU};
+
+/// A rotation as the user wrote it.
+#[derive(Clone, Debug)]
+pub(crate) struct Rotation {
+    /// Body vectors to reference-frame vectors (or end body to start body).
+    pub matrix: Matrix3,
+    /// Rotation vector [rad], as written where the notation keeps whole turns, else the shortest.
+    pub vector: Vector3,
+    /// Where it was written.
+    pub spot: Spot,
+    /// `[0, 0, 0, ±1]` under wxyz, `[±1, 0, 0, 0]` under xyzw: perhaps the identity in the other order.
+    pub maybe_identity: Option<&'static str>,
+}
+
+/// What the rotation is for; decides which angles look mistaken.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Use {
+    /// An attitude: more than a full turn means nothing.
+    Attitude,
+    /// A rotation from the start: whole turns count.
+    Turn,
+}
+
+/// Norm defect of a quaternion, and residual of a matrix, that are taken as rounding and removed.
+const QUATERNION_ROUNDING: f64 = 1e-3;
+const QUATERNION_SILENT: f64 = 1e-9;
+const MATRIX_ROUNDING: f64 = 1e-6;
+
+/// Reads the one notation that an attitude table holds.
+pub(crate) fn rotation(section: &Section<'_>, purpose: Use, report: &mut Report) -> Option<Rotation> {
+    let angle = |name: &str| name == "angle_deg" || name == "angle_rad";
+    let mut names: Vec<&str> = Vec::new();
+    for entry in section.node.entries() {
+        // Axis and angle are one notation together.
+        let name = if angle(&entry.key) { "axis" } else { entry.key.as_str() };
+        let known = super::keys::ATTITUDE.key(&entry.key).is_some();
+        if known && !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let name = match names[..] {
+        [name] => name,
+        [] if section.node.entries().is_empty() => {
+            let reason = "the rotation is empty".to_string();
+            report.error("E0021", section.here(), reason, "add axis = [0, 0, 1], angle_deg = 90");
+            return None;
+        }
+        [] => return None,
+        [first, second, ..] => {
+            let reason = format!("the rotation is given twice, by `{first}` and by `{second}`");
+            report.error("E0028", section.spot(second), reason, "give one notation");
+            return None;
+        }
+    };
+    let spot = section.spot(name);
+    let vector = |vector: Vector3| Rotation {
+        matrix: exp(&vector),
+        vector,
+        spot: section.here(),
+        maybe_identity: None,
+    };
+    let matrix = |matrix: Matrix3| Rotation {
+        matrix,
+        vector: log(&matrix),
+        spot: section.here(),
+        maybe_identity: None,
+    };
+    match name {
+        "axis" => axis_angle(section, purpose, report).map(vector),
+        "rotation_vector_rad" | "rotation_vector_deg" => {
+            let given = section.vector(name)?;
+            warn_unit(&[given.norm()], name, purpose, spot, report);
+            Some(vector(if name.ends_with("_deg") { given.map(f64::to_radians) } else { given }))
+        }
+        "matrix" => rotation_matrix(section, report).map(matrix),
+        "quaternion_wxyz" | "quaternion_xyzw" => {
+            let given = section.quaternion(name)?;
+            let q = if name.ends_with("xyzw") { [given[3], given[0], given[1], given[2]] } else { given };
+            let mut rotation = matrix(quaternion(q, name, spot, report)?);
+            let [w, x, y, z] = q.map(f64::abs);
+            rotation.maybe_identity = match name {
+                "quaternion_wxyz" if w + x + y == 0.0 => Some("quaternion_xyzw"),
+                "quaternion_xyzw" if w + y + z == 0.0 => Some("quaternion_wxyz"),
+                _ => None,
+            };
+            Some(rotation)
+        }
+        _ => euler(section, name, purpose, report),
+    }
+}
+
+fn axis_angle(section: &Section<'_>, purpose: Use, report: &mut Report) -> Option<Vector3> {
+    let angles = ["angle_deg", "angle_rad"];
+    let given: Vec<&str> = angles.into_iter().filter(|name| section.has(name)).collect();
+    if !section.has("axis") {
+        report.error(
+            "E0021",
+            section.here(),
+            format!("`{}` needs an `axis`", given[0]),
+            "add axis = [0, 0, 1]",
+        );
+        return None;
+    }
+    let name = match given[..] {
+        [name] => name,
+        [] => {
+            report.error("E0021", section.here(), "`axis` needs an angle".into(), "add angle_deg = 90");
+            return None;
+        }
+        _ => {
+            let reason = "both `angle_deg` and `angle_rad` are given".into();
+            report.error("E0028", section.spot("angle_rad"), reason, "give one of the two");
+            return None;
+        }
+    };
+    let (axis, angle) = (section.vector("axis"), section.number(name));
+    let size = axis?.amax();
+    if size == 0.0 {
+        let reason = "an axis of length zero has no direction".into();
+        report.error(
+            "E0054",
+            section.spot("axis"),
+            reason,
+            "for no rotation write axis = [0, 0, 1], angle_deg = 0",
+        );
+        return None;
+    }
+    // Scaled first, so that the squares of very long or short axes stay within range.
+    let (axis, angle) = ((axis? / size).normalize(), angle?);
+    warn_unit(&[angle], name, purpose, section.spot(name), report);
+    Some(axis * if name == "angle_deg" { angle.to_radians() } else { angle })
+}
+
+/// Removes rounding from a quaternion `[w, x, y, z]`, refuses more.
+fn quaternion(q: [f64; 4], name: &str, spot: Spot, report: &mut Report) -> Option<Matrix3> {
+    let size = q.iter().fold(0.0_f64, |size, value| size.max(value.abs()));
+    if size == 0.0 {
+        report.error("E0050", spot, "a quaternion of norm 0 is no rotation".into(), "the identity is w = 1");
+        return None;
+    }
+    let unit = q.map(|value| value / size);
+    let norm = size * unit.iter().map(|value| value * value).sum::<f64>().sqrt();
+    let defect = (norm - 1.0).abs();
+    if defect > QUATERNION_ROUNDING {
+        let reason = format!("the norm of the quaternion is {}, a rotation has norm 1", short(norm));
+        let order = if name.ends_with("wxyz") { "w, x, y, z" } else { "x, y, z, w" };
+        report.error(
+            "E0051",
+            spot,
+            reason,
+            format!("divide by the norm, or check the four numbers: {order}"),
+        );
+        return None;
+    }
+    if defect > QUATERNION_SILENT {
+        let reason =
+            format!("the norm of the quaternion differs from 1 by {}; it is normalised", short(defect));
+        report.warn("W0051", spot, reason, "write more digits to keep the attitude as meant");
+    }
+    Some(rotation_from_quaternion(&unit))
+}
+
+/// Removes rounding from a rotation matrix, refuses more.
+fn rotation_matrix(section: &Section<'_>, report: &mut Report) -> Option<Matrix3> {
+    let matrix = section.matrix("matrix")?;
+    let spot = section.spot("matrix");
+    let residual = if matrix.amax() > 2.0 {
+        matrix.amax().powi(2)
+    } else {
+        (matrix.transpose() * matrix - Matrix3::identity()).amax()
+    };
+    if residual > MATRIX_ROUNDING {
+        let reason = format!(
+            "the matrix is not a rotation: RᵀR differs from the identity by {}, at most {MATRIX_ROUNDING:e} is taken as rounding",
+            short(residual)
+        );
+        report.error("E0055", spot, reason, "its rows must be orthogonal and of length 1; write all digits");
+        return None;
+    }
+    if matrix.determinant() < 0.0 {
+        let reason = "the matrix has determinant −1: a reflection, not a rotation".into();
+        report.error("E0056", spot, reason, "check the sign of one row, or the handedness of the axes");
+        return None;
+    }
+    Some(project_to_rotation(&matrix))
+}
+
+fn euler(section: &Section<'_>, name: &str, purpose: Use, report: &mut Report) -> Option<Rotation> {
+    let given = section.vector(name)?;
+    warn_unit(given.as_slice(), name, purpose, section.spot(name), report);
+    let angles = if name.ends_with("_deg") { given.map(f64::to_radians) } else { given };
+    let axes = name.bytes().skip("euler_".len()).take(3).map(|letter| match letter {
+        b'x' => Vector3::x(),
+        b'y' => Vector3::y(),
+        _ => Vector3::z(),
+    });
+    let turns: Vec<Vector3> = axes.zip(angles.iter()).map(|(axis, angle)| axis * *angle).collect();
+    let matrix = turns.iter().fold(Matrix3::identity(), |matrix, turn| matrix * exp(turn));
+    let turning: Vec<&Vector3> = turns.iter().filter(|turn| turn.amax() != 0.0).collect();
+    let vector = match turning[..] {
+        [turn] => *turn,
+        _ => {
+            let whole = purpose == Use::Turn && angles.iter().any(|angle| angle.abs() > PI * 1.000001);
+            let vector = log(&matrix);
+            if whole {
+                let reason = format!(
+                    "three Euler angles do not say how often the body turns; the rotation is taken as one of {}°",
+                    short(vector.norm().to_degrees())
+                );
+                let remedy = "write axis and angle_deg to turn further than 180°";
+                report.warn("W0057", section.spot(name), reason, remedy);
+            }
+            vector
+        }
+    };
+    Some(Rotation { matrix, vector, spot: section.here(), maybe_identity: None })
+}
+
+/// Angles in degrees that are round in radians, and the other way round.
+fn warn_unit(angles: &[f64], name: &str, purpose: Use, spot: Spot, report: &mut Report) {
+    const ROUND: [f64; 9] = [PI / 6.0, PI / 4.0, PI / 3.0, PI / 2.0, TAU / 3.0, 0.75 * PI, PI, 1.5 * PI, TAU];
+    let nonzero: Vec<f64> = angles.iter().map(|angle| angle.abs()).filter(|angle| *angle > 0.0).collect();
+    let Some(first) = nonzero.first() else { return };
+    if name.ends_with("_deg") {
+        let round = |angle: &f64| ROUND.iter().any(|round| (angle - round).abs() < 1e-3 * round);
+        if nonzero.iter().all(round) {
+            let reason = format!("{}° is a small angle, and a round one in radians", show(*first));
+            report.warn("W0058", spot, reason, format!("meant {}?", name.replace("_deg", "_rad")));
+        }
+    } else {
+        let large = |angle: &f64| match purpose {
+            Use::Attitude => *angle > TAU * 1.001,
+            Use::Turn => *angle >= 20.0 && angle.fract() == 0.0,
+        };
+        if let Some(angle) = nonzero.iter().find(|angle| large(angle)) {
+            let turns = short(angle / TAU);
+            let reason = format!("{} rad are {turns} full turns", show(*angle));
+            report.warn("W0058", spot, reason, format!("meant {}?", name.replace("_rad", "_deg")));
+        }
+    }
+}

@@ -1,0 +1,309 @@
+//! The first pass: every key against the tables of [`super::keys`], in file order.
+
+use super::diagnostic::{Finding, Severity, Spot, cut};
+use super::keys::{ATTITUDE, Key, Kind, ROOT, Table};
+use super::quantity as q;
+use super::source::Span;
+use super::suggest::nearest;
+use super::tree::{Entry, Node, Value};
+use super::values::{self, Fault};
+
+/// More findings than this help nobody, and a megabyte of nonsense could make a hundred thousand.
+pub(crate) const MAX_FINDINGS: usize = 100;
+
+/// Checks names, types, shapes and ranges of the whole spec.
+pub(crate) fn check(root: &Node) -> Vec<Finding> {
+    let mut checker = Checker { findings: Vec::new() };
+    checker.table(root, &ROOT, "");
+    checker.findings
+}
+
+struct Checker {
+    findings: Vec<Finding>,
+}
+
+/// `path.name`.
+pub(crate) fn join(path: &str, name: &str) -> String {
+    if path.is_empty() { name.into() } else { format!("{path}.{name}") }
+}
+
+/// How a message names the table at `path`.
+fn table_name(path: &str) -> String {
+    if path.is_empty() { "a spec".into() } else { format!("[{path}]") }
+}
+
+impl Checker {
+    fn full(&self) -> bool {
+        self.findings.len() >= MAX_FINDINGS
+    }
+
+    fn error(&mut self, (code, span, reason, remedy): Fault, key: &str) {
+        if !self.full() {
+            let spot = Spot { span, key: key.into() };
+            self.findings.push(Finding { severity: Severity::Error, code, spot, reason, remedy });
+        }
+    }
+
+    fn table(&mut self, node: &Node, table: &'static Table, path: &str) {
+        if !matches!(node.value, Value::Table(_)) {
+            let (reason, remedy) = match &node.value {
+                Value::Array(items) if items.iter().any(|item| matches!(item.value, Value::Table(_))) => (
+                    format!("`{path}` is a list of tables, one table is needed"),
+                    format!("write [{path}], once"),
+                ),
+                other => (format!("`{path}` is {}, a table is needed", other.kind()), table_sample(table)),
+            };
+            return self.error(("E0024", node.span, reason, remedy), path);
+        }
+        let selected = table.selector.and_then(|selector| match &node.entry(selector)?.node.value {
+            Value::Text(word) => Some(word.as_str()),
+            _ => None,
+        });
+        let applies =
+            |key: &Key| key.only.is_empty() || selected.is_some_and(|kind| key.only.contains(&kind));
+        for entry in node.entries() {
+            if self.full() {
+                return;
+            }
+            match table.key(&entry.key) {
+                None => self.unknown(entry, table, path),
+                // With no valid selector, that is the one error to report.
+                Some(key) if !applies(key) => {
+                    if let (Some(kind), Some(selector)) = (selected, table.selector)
+                        && table.keys.iter().any(|key| key.only.contains(&kind))
+                    {
+                        let reason = format!(
+                            "`{}` does not belong to {selector} = \"{}\", only to \"{}\"",
+                            key.name,
+                            cut(kind, 40),
+                            key.only.join("\", \"")
+                        );
+                        let fault = ("E0020", entry.key_span, reason, "remove the key".into());
+                        self.error(fault, &join(path, key.name));
+                    }
+                }
+                Some(key) => self.value(entry, key, &join(path, key.name)),
+            }
+        }
+        for group in table.exclusive {
+            let given: Vec<&Entry> =
+                node.entries().iter().filter(|e| group.contains(&e.key.as_str())).collect();
+            if let [first, second, ..] = given[..] {
+                let reason = format!("both `{}` and `{}` are given", first.key, second.key);
+                let fault = ("E0028", second.key_span, reason, "give one of the two".into());
+                self.error(fault, &join(path, &second.key));
+            }
+        }
+        for key in table.keys.iter().filter(|key| applies(key) && node.entry(key.name).is_none()) {
+            let Some(sample) = key.sample else { continue };
+            let (code, reason) = match key.kind {
+                Kind::Format => {
+                    ("E0022", "the spec does not say which version of the format it is in".into())
+                }
+                Kind::Table(_) => ("E0021", format!("{} needs [{}]", table_name(path), key.name)),
+                _ => ("E0021", format!("{} needs `{}`", table_name(path), key.name)),
+            };
+            let remedy = if sample.contains('\n') {
+                format!("add, for example:\n{sample}")
+            } else {
+                format!("add {sample}")
+            };
+            self.error((code, opening(node), reason, remedy), &join(path, key.name));
+        }
+        for (group, sample) in table.one_of {
+            if !group.iter().any(|name| node.entry(name).is_some()) {
+                let reason = format!("{} needs `{}`", table_name(path), group[0]);
+                let fault = ("E0021", opening(node), reason, format!("add {sample}"));
+                self.error(fault, &join(path, group[0]));
+            }
+        }
+    }
+
+    fn value(&mut self, entry: &Entry, key: &'static Key, path: &str) {
+        let node = &entry.node;
+        let mut faults = Vec::new();
+        let faults_in = &mut faults;
+        match key.kind {
+            Kind::Format => format_version(node, faults_in),
+            Kind::Text(most) => {
+                values::text(node, most, faults_in);
+            }
+            Kind::Choice(now, later) => {
+                values::choice(node, now, later, faults_in);
+            }
+            Kind::Number(quantity) => {
+                values::number(node, &quantity, faults_in);
+            }
+            Kind::Steps => {
+                values::steps(node, faults_in);
+            }
+            Kind::Count(least, most) => {
+                values::count(node, least, most, faults_in);
+            }
+            Kind::Vector(quantity) => {
+                values::vector(node, &quantity, faults_in);
+            }
+            Kind::Quaternion => {
+                values::quaternion(node, &q::ENTRY, faults_in);
+            }
+            Kind::Matrix => {
+                values::rows(node, &q::ENTRY, faults_in);
+            }
+            Kind::Inertia => {
+                values::inertia(node, &q::INERTIA, faults_in);
+            }
+            Kind::Axes => {
+                values::axes(node, &q::COMPONENT, faults_in);
+            }
+            Kind::Weight => {
+                values::weight(node, &q::WEIGHT, faults_in);
+            }
+            Kind::Table(table) => self.table(node, table, path),
+            Kind::List(table, most) => self.list(node, table, most, path),
+            Kind::Later(what) => faults.push((
+                "E0019",
+                entry.key_span,
+                format!("`{}` belongs to {what}, which this version of slew does not have yet", key.name),
+                "remove it to plan without".into(),
+            )),
+            Kind::LaterLimit(what) => later_limit(entry, what, faults_in),
+        }
+        for fault in faults {
+            self.error(fault, path);
+        }
+    }
+
+    fn list(&mut self, node: &Node, table: &'static Table, most: usize, path: &str) {
+        let Value::Array(items) = &node.value else {
+            let reason = format!("expected a list of tables, found {}", node.value.kind());
+            let remedy = format!("write [ {} ]", table_sample(table).trim_start_matches("write "));
+            return self.error(("E0025", node.span, reason, remedy), path);
+        };
+        if items.len() > most {
+            let reason = format!("the list has {}, the limit is {most}", items.len());
+            return self.error(("E0034", node.span, reason, "shorten it".into()), path);
+        }
+        for (index, item) in items.iter().enumerate() {
+            self.table(item, table, &format!("{path}.{index}"));
+        }
+    }
+
+    fn unknown(&mut self, entry: &Entry, table: &'static Table, path: &str) {
+        let name = cut(&entry.key, 60);
+        let fault = |code, reason: &str, remedy: String| (code, entry.key_span, reason.to_string(), remedy);
+        let attitude = std::ptr::eq(table, &raw const ATTITUDE);
+        let found = if attitude && entry.key.starts_with("quaternion") && !entry.key.contains("xyz") {
+            let reason = "a bare quaternion does not say whether the scalar comes first or last";
+            fault(
+                "E0052",
+                reason,
+                "write quaternion_wxyz (scalar first) or quaternion_xyzw (scalar last)".into(),
+            )
+        } else if attitude && entry.key.starts_with("euler") {
+            let reason = format!("`{name}` does not name a sequence of Euler angles with its unit");
+            fault(
+                "E0057",
+                &reason,
+                "write for example euler_zyx_deg: intrinsic, R = Rz Ry Rx, angles in that order".into(),
+            )
+        } else {
+            let is_table = matches!(entry.node.value, Value::Table(_)) && path.is_empty();
+            let what = if is_table { "table" } else { "key" };
+            let reason = format!("unknown {what} `{name}` in {}", table_name(path));
+            let remedy = match nearest(&entry.key, table.keys.iter().map(|key| key.name)) {
+                Some(known) if is_table => format!("did you mean [{known}]?"),
+                Some(known) => format!("did you mean `{known}`?"),
+                None => elsewhere(&entry.key, table),
+            };
+            fault("E0020", &reason, remedy)
+        };
+        self.error(found, &join(path, &entry.key));
+    }
+}
+
+/// Where a table begins: its header, or the first line for the whole file.
+fn opening(node: &Node) -> Span {
+    match node.entries().first() {
+        // An inline table or an object spans all its text: point at the first character.
+        Some(first) if first.key_span.source == node.span.source && first.key_span.start < node.span.end => {
+            Span { end: node.span.start + 1, ..node.span }
+        }
+        _ => node.span,
+    }
+}
+
+/// A sample of what the table needs.
+fn table_sample(table: &Table) -> String {
+    let needed = table.keys.iter().filter_map(|key| key.sample).filter(|sample| !sample.contains('\n'));
+    let needed = needed.chain(table.one_of.iter().map(|(_, sample)| *sample)).take(3);
+    let inside: Vec<_> = needed.collect();
+    if inside.is_empty() {
+        "write a table: { key = value }".into()
+    } else {
+        format!("write {{ {} }}", inside.join(", "))
+    }
+}
+
+/// The advice about a key that no key of `table` resembles: the table that has it, or what there is.
+fn elsewhere(name: &str, table: &Table) -> String {
+    for key in ROOT.keys {
+        if let Kind::Table(other) = key.kind
+            && other.key(name).is_some()
+        {
+            return format!("`{name}` belongs in [{}]", key.name);
+        }
+    }
+    let known = table.keys.iter().filter(|key| !matches!(key.kind, Kind::Later(_) | Kind::LaterLimit(_)));
+    let known: Vec<_> = known.map(|key| key.name).filter(|name| !name.starts_with('$')).collect();
+    let shown = known.len().min(12);
+    let more = if known.len() > shown { ", …" } else { "" };
+    format!("the keys here are {}{more}", known[..shown].join(", "))
+}
+
+fn format_version(node: &Node, faults: &mut Vec<Fault>) {
+    let mut own = Vec::new();
+    match values::count(node, 1, 1, &mut own) {
+        Some(_) => {}
+        None if own.iter().any(|fault| fault.0 == "E0031") => {
+            let version = match &node.value {
+                Value::Number(number) => q::show(number.value),
+                _ => "another".into(),
+            };
+            let reason = format!("the spec is in format {version}, this program reads format 1");
+            faults.push(("E0023", node.span, reason, "write format = 1, or use a slew that reads it".into()));
+        }
+        None => faults.append(&mut own),
+    }
+}
+
+/// A limit of the actuators: wrong values first, since they tell more than "not yet".
+fn later_limit(entry: &Entry, what: &str, faults: &mut Vec<Fault>) {
+    let numbers: Vec<(f64, Span)> = match &entry.node.value {
+        Value::Number(number) => vec![(number.value, entry.node.span)],
+        Value::Array(items) => items
+            .iter()
+            .filter_map(|item| match &item.value {
+                Value::Number(number) => Some((number.value, item.span)),
+                _ => None,
+            })
+            .collect(),
+        _ => Vec::new(),
+    };
+    for (value, span) in numbers {
+        if !value.is_finite() {
+            let remedy = "leave the key out: without it there is no limit";
+            faults.push(("E0030", span, format!("a limit of {value} is not a limit"), remedy.into()));
+            return;
+        }
+        if value <= 0.0 {
+            let reason = format!("a limit of {} leaves nothing to turn the body with", q::show(value));
+            let remedy = "for an underactuated body leave the axis out of `torque_axes_body`";
+            faults.push(("E0061", span, reason, remedy.into()));
+            return;
+        }
+    }
+    let reason = format!("`{}` belongs to {what}, which this version of slew does not have yet", entry.key);
+    let remedy =
+        "remove it, plan, and compare the peak torque with the limit: a longer `duration_s` lowers it";
+    faults.push(("E0019", entry.key_span, reason, remedy.into()));
+}

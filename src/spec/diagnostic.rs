@@ -1,0 +1,215 @@
+//! What is wrong with a spec, where, why, and what to do about it.
+
+use super::source::{Source, Span};
+use serde::Serialize;
+use std::fmt::{self, Write};
+
+/// Whether a finding stops the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Severity {
+    /// The spec cannot be used.
+    Error,
+    /// The spec is used as the reason says.
+    Warning,
+}
+
+/// One finding about a spec.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Diagnostic {
+    /// Stable code, `E0040` or `W0040`.
+    pub code: &'static str,
+    /// Error or warning.
+    pub severity: Severity,
+    /// The file as the user named it, or `command line`.
+    pub file: String,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in characters, from 1.
+    pub column: usize,
+    /// Key path such as `maneuver.steps`; empty when the finding concerns no key.
+    pub key: String,
+    /// The offending text, cut to a readable length; control characters escaped.
+    pub text: String,
+    /// What is wrong, with the numbers.
+    pub reason: String,
+    /// The next thing to do.
+    pub remedy: String,
+    /// The line to show, with the caret's offset and length in characters.
+    #[serde(skip)]
+    excerpt: Option<(String, usize, usize)>,
+}
+
+impl Diagnostic {
+    /// A finding about a whole file, before there is any text to point at.
+    pub(crate) fn about_file(code: &'static str, file: &str, reason: String, remedy: &str) -> Self {
+        Self {
+            code,
+            severity: Severity::Error,
+            file: escape(file),
+            line: 1,
+            column: 1,
+            key: String::new(),
+            text: String::new(),
+            reason,
+            remedy: remedy.into(),
+            excerpt: None,
+        }
+    }
+
+    /// The finding for people: position, reason, the line with a caret, and the remedy.
+    ///
+    /// Plain text; `colour` adds ANSI colours.
+    pub fn render(&self, colour: bool) -> String {
+        let (kind, paint) = match self.severity {
+            Severity::Error => ("error", "\x1b[1;31m"),
+            Severity::Warning => ("warning", "\x1b[1;33m"),
+        };
+        let (paint, bold, blue, reset) =
+            if colour { (paint, "\x1b[1m", "\x1b[1;34m", "\x1b[0m") } else { ("", "", "", "") };
+        let mut out = format!(
+            "{}:{}:{}: {paint}{kind}[{}]{reset}{bold}: {}{reset}\n",
+            self.file, self.line, self.column, self.code, self.reason
+        );
+        let number = self.line.to_string();
+        if let Some((line, start, length)) = &self.excerpt {
+            let gap = " ".repeat(number.len());
+            // Writing to a String cannot fail.
+            let _ = writeln!(out, " {blue}{number} |{reset} {line}");
+            let _ = writeln!(
+                out,
+                " {gap} {blue}|{reset} {}{paint}{}{reset}",
+                " ".repeat(*start),
+                "^".repeat(*length)
+            );
+        }
+        for (index, line) in self.remedy.lines().enumerate() {
+            let label = if index == 0 { format!("{bold}help:{reset}") } else { "     ".into() };
+            let _ = writeln!(out, " {label} {line}");
+        }
+        out
+    }
+}
+
+impl fmt::Display for Diagnostic {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(&self.render(false))
+    }
+}
+
+/// All findings about a spec that cannot be used, in the order of the file.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(transparent)]
+pub struct Diagnostics(pub Vec<Diagnostic>);
+
+impl Diagnostics {
+    /// Whether the file could not be read at all, as opposed to being wrong inside.
+    pub fn is_io(&self) -> bool {
+        self.0.iter().any(|finding| matches!(finding.code, "E0014" | "E0015"))
+    }
+
+    /// All findings for people, one after the other, with a closing count.
+    pub fn render(&self, colour: bool) -> String {
+        let mut out = String::new();
+        for finding in &self.0 {
+            out.push_str(&finding.render(colour));
+            out.push('\n');
+        }
+        let errors = self.0.iter().filter(|finding| finding.severity == Severity::Error).count();
+        let _ = writeln!(out, "{errors} error{}", if errors == 1 { "" } else { "s" });
+        out
+    }
+}
+
+impl fmt::Display for Diagnostics {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(&self.render(false))
+    }
+}
+
+impl std::error::Error for Diagnostics {}
+
+/// `text` with control characters shown as escapes, so that no terminal obeys them.
+pub fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        // Bidirectional overrides reorder a line on screen without being "control" characters.
+        let hidden = matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+        if c.is_control() || hidden {
+            out.extend(c.escape_default());
+        } else {
+            out.push(c);
+        }
+    }
+    out
+}
+
+/// `text` escaped and cut to `limit` characters.
+pub(crate) fn cut(text: &str, limit: usize) -> String {
+    let mut kept: String = text.chars().take(limit).collect();
+    if kept.len() < text.len() {
+        kept.push('…');
+    }
+    escape(&kept)
+}
+
+/// Characters of a line that an excerpt shows, and those kept before the caret.
+const EXCERPT: usize = 100;
+const LEAD: usize = 60;
+
+/// The line around a span with the caret's place: cut to [`EXCERPT`] characters, escaped.
+fn excerpt(source: &Source, line: usize, span: Span) -> (String, usize, usize) {
+    let (text, start) = source.line(line);
+    let offset = source.boundary(span.start).saturating_sub(start).min(text.len());
+    let end = source.boundary(span.end).saturating_sub(start).clamp(offset, text.len());
+    let lead = text[..offset].chars().count();
+    let skipped = lead.saturating_sub(LEAD);
+    let clean = |text: &str| escape(&text.replace('\t', " "));
+    let before: String = text[..offset].chars().skip(skipped).collect();
+    let before = if skipped > 0 { format!("…{}", clean(&before)) } else { clean(&before) };
+    let room = EXCERPT - lead.min(LEAD);
+    let marked: String = text[offset..end].chars().take(room).collect();
+    let marked = clean(&marked);
+    let rest = text[offset..end].chars().count().min(room);
+    let after = &text[end..];
+    let after = if rest < room { cut(&after.replace('\t', " "), room - rest) } else { "…".into() };
+    let shown = format!("{before}{marked}{after}");
+    (shown.trim_end().to_string(), before.chars().count(), marked.chars().count().max(1))
+}
+
+/// Where a finding is: the bytes, and the key path.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Spot {
+    pub span: Span,
+    pub key: String,
+}
+
+/// One finding before its position is worked out.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Finding {
+    pub severity: Severity,
+    pub code: &'static str,
+    pub spot: Spot,
+    pub reason: String,
+    pub remedy: String,
+}
+
+impl Finding {
+    pub fn resolve(self, sources: &[Source]) -> Diagnostic {
+        let span = self.spot.span;
+        let source = &sources[span.source];
+        let (line, column) = source.position(span.start);
+        Diagnostic {
+            code: self.code,
+            severity: self.severity,
+            file: escape(&source.name),
+            line,
+            column,
+            key: escape(&self.spot.key),
+            text: cut(source.slice(span), 60),
+            reason: self.reason,
+            remedy: self.remedy,
+            excerpt: Some(excerpt(source, line, span)),
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! Kinds of values and the ranges of physical quantities.
+//!
+//! The ranges are wide: they catch slips of the exponent and keep every product that the solvers
+//! form within double precision, nothing more.
+
+/// Which signs a quantity may have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Sign {
+    /// Any, zero included.
+    Any,
+    /// Zero or positive.
+    NotNegative,
+    /// Positive.
+    Positive,
+}
+
+/// A physical quantity: its unit and its range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Quantity {
+    /// Its name with article, for messages.
+    pub name: &'static str,
+    /// Unit in files; empty for a pure number.
+    pub unit: &'static str,
+    /// Smallest magnitude other than zero.
+    pub smallest: f64,
+    /// Largest magnitude.
+    pub largest: f64,
+    /// Signs.
+    pub sign: Sign,
+}
+
+const fn quantity(
+    name: &'static str,
+    unit: &'static str,
+    smallest: f64,
+    largest: f64,
+    sign: Sign,
+) -> Quantity {
+    Quantity { name, unit, smallest, largest, sign }
+}
+
+// Entries of matrices and vectors may be tiny (1e-17 of a neighbour is a rounded zero) but not so
+// small that their squares vanish.
+const TINY: f64 = 1e-150;
+
+pub(crate) const INERTIA: Quantity = quantity("an inertia", "kg·m²", 1e-60, 1e30, Sign::Any);
+pub(crate) const MASS: Quantity = quantity("a mass", "kg", 1e-30, 1e30, Sign::Positive);
+pub(crate) const DURATION: Quantity = quantity("a time", "s", 1e-9, 1e12, Sign::Positive);
+pub(crate) const COMPONENT: Quantity = quantity("a vector component", "", TINY, 1e30, Sign::Any);
+pub(crate) const ENTRY: Quantity = quantity("a matrix entry", "", TINY, 1e30, Sign::Any);
+pub(crate) const WEIGHT: Quantity = quantity("a weight", "", TINY, 1e30, Sign::Any);
+pub(crate) const ANGLE_RAD: Quantity = quantity("an angle", "rad", TINY, 1e6, Sign::Any);
+pub(crate) const ANGLE_DEG: Quantity = quantity("an angle", "deg", TINY, 5e7, Sign::Any);
+pub(crate) const RATE_RAD: Quantity = quantity("an angular velocity", "rad/s", TINY, 1e9, Sign::Any);
+pub(crate) const RATE_DEG: Quantity = quantity("an angular velocity", "deg/s", TINY, 5e10, Sign::Any);
+pub(crate) const ORBITAL_RATE: Quantity = quantity("an orbital rate", "rad/s", 1e-30, 1e9, Sign::Positive);
+pub(crate) const POSITION: Quantity = quantity("a position", "m", TINY, 1e20, Sign::Any);
+pub(crate) const LENGTH: Quantity = quantity("a length", "m", TINY, 1e20, Sign::Any);
+pub(crate) const VELOCITY: Quantity = quantity("a velocity", "m/s", TINY, 1e12, Sign::Any);
+pub(crate) const GRAVITY: Quantity = quantity("a gravity", "m/s²", TINY, 1e12, Sign::NotNegative);
+pub(crate) const GRAVITATIONAL_PARAMETER: Quantity =
+    quantity("a gravitational parameter", "m³/s²", 1e-30, 1e30, Sign::Positive);
+pub(crate) const TOLERANCE: Quantity = quantity("a tolerance", "", TINY, 1e30, Sign::Any);
+pub(crate) const TOLERANCE_DEG: Quantity = quantity("a tolerance", "deg", 1e-15, 360.0, Sign::Positive);
+pub(crate) const COST: Quantity = quantity("a cost", "", TINY, 1e200, Sign::NotNegative);
+
+/// A number as people write it: short, without a long row of zeros.
+pub(crate) fn show(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 || (1e-4..1e7).contains(&size) { format!("{value}") } else { format!("{value:e}") }
+}
+
+/// A computed number to four significant digits.
+pub(crate) fn short(value: f64) -> String {
+    let size = value.abs();
+    if !value.is_finite() || size == 0.0 {
+        return format!("{value}");
+    }
+    if !(1e-4..1e7).contains(&size) {
+        return format!("{value:.3e}");
+    }
+    let decimals = (3 - size.log10().floor() as i32).max(0) as usize;
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+}

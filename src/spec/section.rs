@@ -1,0 +1,164 @@
+//! The second pass's view of a checked table: values by name, silently absent where the first pass
+//! has already complained.
+
+use super::check::{MAX_FINDINGS, join};
+use super::diagnostic::{Finding, Severity, Spot};
+use super::keys::{Key, Kind, ROOT, Table};
+use super::quantity as q;
+use super::tree::{Entry, Node};
+use super::values;
+use crate::{Matrix3, Vector3};
+
+/// Collects findings.
+pub(crate) struct Report {
+    pub findings: Vec<Finding>,
+}
+
+impl Report {
+    pub fn error(&mut self, code: &'static str, spot: Spot, reason: String, remedy: impl Into<String>) {
+        self.push(Severity::Error, code, spot, reason, remedy.into());
+    }
+
+    pub fn warn(&mut self, code: &'static str, spot: Spot, reason: String, remedy: impl Into<String>) {
+        self.push(Severity::Warning, code, spot, reason, remedy.into());
+    }
+
+    fn push(&mut self, severity: Severity, code: &'static str, spot: Spot, reason: String, remedy: String) {
+        if self.findings.len() < 2 * MAX_FINDINGS {
+            self.findings.push(Finding { severity, code, spot, reason, remedy });
+        }
+    }
+
+    /// Whether the spec cannot be used.
+    pub fn failed(&self) -> bool {
+        self.findings.iter().any(|finding| finding.severity == Severity::Error)
+    }
+}
+
+/// A table of the spec and where it is.
+#[derive(Clone, Debug)]
+pub(crate) struct Section<'a> {
+    pub node: &'a Node,
+    table: &'static Table,
+    pub path: String,
+}
+
+impl<'a> Section<'a> {
+    /// The whole spec.
+    pub fn root(node: &'a Node) -> Self {
+        Self { node, table: &ROOT, path: String::new() }
+    }
+
+    /// The table `name`, if it is there.
+    pub fn section(&self, name: &str) -> Option<Section<'a>> {
+        match self.kind(name) {
+            Kind::Table(table) => {
+                Some(Section { node: self.node(name)?, table, path: join(&self.path, name) })
+            }
+            _ => None,
+        }
+    }
+
+    /// The tables of the list `name`.
+    pub fn list(&self, name: &str) -> Vec<Section<'a>> {
+        let (Kind::List(table, _), Some(node)) = (self.kind(name), self.node(name)) else {
+            return Vec::new();
+        };
+        let super::tree::Value::Array(items) = &node.value else {
+            return Vec::new();
+        };
+        let path = join(&self.path, name);
+        let section = |(index, node)| Section { node, table, path: format!("{path}.{index}") };
+        items.iter().enumerate().map(section).collect()
+    }
+
+    pub fn entry(&self, name: &str) -> Option<&'a Entry> {
+        self.node.entry(name)
+    }
+
+    pub fn has(&self, name: &str) -> bool {
+        self.entry(name).is_some()
+    }
+
+    fn node(&self, name: &str) -> Option<&'a Node> {
+        self.entry(name).map(|entry| &entry.node)
+    }
+
+    fn key(&self, name: &str) -> Option<&'static Key> {
+        self.table.key(name)
+    }
+
+    /// What the tables say about `name`; a key that they do not have reads as absent.
+    fn kind(&self, name: &str) -> Kind {
+        debug_assert!(self.key(name).is_some(), "no key {name} in {}", self.path);
+        self.key(name).map_or(Kind::Later(""), |key| key.kind)
+    }
+
+    /// The value of `name`, or the table where it is missing.
+    pub fn spot(&self, name: &str) -> Spot {
+        let span = self.node(name).map_or(self.node.span, |node| node.span);
+        Spot { span, key: join(&self.path, name) }
+    }
+
+    /// The table itself.
+    pub fn here(&self) -> Spot {
+        Spot { span: self.node.span, key: self.path.clone() }
+    }
+
+    pub fn number(&self, name: &str) -> Option<f64> {
+        match self.kind(name) {
+            Kind::Number(quantity) => values::number(self.node(name)?, &quantity, &mut Vec::new()),
+            _ => None,
+        }
+    }
+
+    pub fn count(&self, name: &str) -> Option<usize> {
+        match self.kind(name) {
+            Kind::Count(least, most) => values::count(self.node(name)?, least, most, &mut Vec::new()),
+            Kind::Steps => values::steps(self.node(name)?, &mut Vec::new()),
+            _ => None,
+        }
+    }
+
+    pub fn vector(&self, name: &str) -> Option<Vector3> {
+        match self.kind(name) {
+            Kind::Vector(quantity) => {
+                values::vector(self.node(name)?, &quantity, &mut Vec::new()).map(Vector3::from)
+            }
+            _ => None,
+        }
+    }
+
+    pub fn quaternion(&self, name: &str) -> Option<[f64; 4]> {
+        values::quaternion(self.node(name)?, &q::ENTRY, &mut Vec::new())
+    }
+
+    /// A rotation matrix or an inertia.
+    pub fn matrix(&self, name: &str) -> Option<Matrix3> {
+        let node = self.node(name)?;
+        let rows = match self.kind(name) {
+            Kind::Inertia => values::inertia(node, &q::INERTIA, &mut Vec::new())?,
+            _ => values::rows(node, &q::ENTRY, &mut Vec::new())?,
+        };
+        Some(Matrix3::from_fn(|row, column| rows[row][column]))
+    }
+
+    pub fn axes(&self, name: &str) -> Option<Vec<Vector3>> {
+        let axes = values::axes(self.node(name)?, &q::COMPONENT, &mut Vec::new())?;
+        Some(axes.into_iter().map(Vector3::from).collect())
+    }
+
+    pub fn weight(&self, name: &str) -> Option<Vec<Vec<f64>>> {
+        values::weight(self.node(name)?, &q::WEIGHT, &mut Vec::new())
+    }
+
+    /// A word of a choice, or a text.
+    pub fn word(&self, name: &str) -> Option<&'a str> {
+        let node = self.node(name)?;
+        match self.kind(name) {
+            Kind::Choice(now, later) => values::choice(node, now, later, &mut Vec::new()),
+            Kind::Text(most) => values::text(node, most, &mut Vec::new()),
+            _ => None,
+        }
+    }
+}

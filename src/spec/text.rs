@@ -1,0 +1,104 @@
+//! From file to text: size, kind of file, encoding.
+
+use super::diagnostic::{Diagnostic, Diagnostics};
+use super::quantity::short;
+use super::source::Source;
+use super::{Finding, MAX_BYTES, Severity, Span, Spot};
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::Path;
+
+fn refuse(code: &'static str, file: &str, reason: String, remedy: &str) -> Diagnostics {
+    Diagnostics(vec![Diagnostic::about_file(code, file, reason, remedy)])
+}
+
+/// The bytes of a file, or of a pipe up to the limit.
+pub(super) fn from_file(path: &Path, name: &str) -> Result<Vec<u8>, Diagnostics> {
+    let unreadable = |error: std::io::Error| {
+        let remedy = "check the path; `slew init` writes a first spec";
+        refuse("E0015", name, format!("cannot read the spec: {error}"), remedy)
+    };
+    let metadata = fs::metadata(path).map_err(unreadable)?;
+    let kind = metadata.file_type();
+    if kind.is_dir() {
+        return Err(refuse("E0014", name, "is a directory, not a file".into(), "name a file in it"));
+    }
+    if !kind.is_file() && !is_pipe(kind) {
+        return Err(refuse("E0014", name, "is a device or a socket, not a file".into(), "name a file"));
+    }
+    let file = File::open(path).map_err(unreadable)?;
+    from_stream(file, name, kind.is_file().then_some(metadata.len()))
+}
+
+#[cfg(unix)]
+fn is_pipe(kind: fs::FileType) -> bool {
+    std::os::unix::fs::FileTypeExt::is_fifo(&kind)
+}
+
+#[cfg(not(unix))]
+fn is_pipe(_: fs::FileType) -> bool {
+    false
+}
+
+/// The bytes of a stream, which ends or is too large; `size` if known beforehand.
+pub(super) fn from_stream(reader: impl Read, name: &str, size: Option<u64>) -> Result<Vec<u8>, Diagnostics> {
+    let remedy = "a spec holds one maneuver; remove data that do not belong to it";
+    let limit = MAX_BYTES as u64;
+    if let Some(size) = size.filter(|size| *size > limit) {
+        let megabytes = short(size as f64 / limit as f64);
+        return Err(refuse(
+            "E0004",
+            name,
+            format!("the spec is {megabytes} MiB, the limit is 1 MiB"),
+            remedy,
+        ));
+    }
+    let mut bytes = Vec::new();
+    if let Err(error) = reader.take(limit + 1).read_to_end(&mut bytes) {
+        return Err(refuse("E0015", name, format!("cannot read the spec: {error}"), "try again"));
+    }
+    too_large(&bytes, name)?;
+    Ok(bytes)
+}
+
+fn too_large(bytes: &[u8], name: &str) -> Result<(), Diagnostics> {
+    if bytes.len() > MAX_BYTES {
+        let remedy = "a spec holds one maneuver; remove data that do not belong to it";
+        return Err(refuse("E0004", name, "the spec is larger than the limit of 1 MiB".into(), remedy));
+    }
+    Ok(())
+}
+
+/// The text of a spec: UTF-8, with or without a byte order mark, without control characters.
+pub(super) fn decode<'a>(bytes: &'a [u8], name: &str) -> Result<&'a str, Diagnostics> {
+    too_large(bytes, name)?;
+    let zeros = |offset: usize| bytes.iter().skip(offset).step_by(2).take(32).all(|byte| *byte == 0);
+    let utf16 = bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff");
+    if utf16 || (bytes.len() >= 4 && (zeros(0) != zeros(1))) {
+        return Err(refuse("E0003", name, "the spec is in UTF-16".into(), "save it as UTF-8"));
+    }
+    let text = match std::str::from_utf8(bytes) {
+        Ok(text) => text,
+        Err(error) => {
+            let at = error.valid_up_to();
+            let reason = format!("byte 0x{:02x} at offset {at} is not UTF-8", bytes[at]);
+            let mut finding = refuse("E0002", name, reason, "save the file as UTF-8");
+            let good = std::str::from_utf8(&bytes[..at]).unwrap_or_default();
+            (finding.0[0].line, finding.0[0].column) = Source::new(name, good).position(at);
+            return Err(finding);
+        }
+    };
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let control = |c: char| c.is_ascii_control() && !matches!(c, '\t' | '\n' | '\r');
+    if let Some((start, c)) = text.char_indices().find(|(_, c)| control(*c)) {
+        let finding = Finding {
+            severity: Severity::Error,
+            code: "E0005",
+            spot: Spot { span: Span { source: 0, start, end: start + 1 }, key: String::new() },
+            reason: format!("control character U+{:04X}", u32::from(c)),
+            remedy: "remove it".into(),
+        };
+        return Err(super::diagnostics(vec![finding], &[Source::new(name, text)]));
+    }
+    Ok(text)
+}

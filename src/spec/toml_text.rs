@@ -1,0 +1,192 @@
+//! TOML text to tree.
+
+use super::diagnostic::{Finding, Severity, Spot};
+use super::source::Span;
+use super::tree::{Entry, Node, Number, Value};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// Deepest nesting that a spec may have; the format itself needs four.
+pub(crate) const MAX_DEPTH: usize = 32;
+
+/// Duplicate keys reported at most.
+const MAX_SYNTAX: usize = 20;
+/// How toml's messages about them begin.
+const DUPLICATE: &str = "duplicate key";
+
+/// Parses a TOML document.
+pub(crate) fn parse(text: &str) -> Result<Node, Vec<Finding>> {
+    let (table, errors) = DeTable::parse_recoverable(text);
+    let mut converter = Converter { source: 0, offset: 0, too_deep: None, graveyard: Vec::new() };
+    let root = converter.node(0..text.len(), DeValue::Table(table.into_inner()), 0);
+    let too_deep = converter.finish();
+    // One duplicate says nothing about another; other syntax errors cascade from the first.
+    let duplicate = |error: &&toml::de::Error| error.message().starts_with(DUPLICATE);
+    let duplicates = errors.iter().filter(duplicate).take(MAX_SYNTAX);
+    let first = errors.iter().find(|error| !duplicate(error));
+    let mut findings: Vec<_> = duplicates.chain(first).map(|error| syntax(text, error)).collect();
+    if findings.is_empty()
+        && let Some(span) = too_deep
+    {
+        findings.push(nesting(span));
+    }
+    if findings.is_empty() { Ok(root) } else { Err(findings) }
+}
+
+/// Parses one TOML value of an override; `None` when it is none.
+pub(crate) fn parse_value(text: &str, source: usize, offset: usize) -> Option<Node> {
+    let value = DeValue::parse(text).ok()?;
+    let mut converter = Converter { source, offset, too_deep: None, graveyard: Vec::new() };
+    let node = converter.node(value.span(), value.into_inner(), 0);
+    converter.finish().is_none().then_some(node)
+}
+
+/// A nesting error.
+pub(crate) fn nesting(span: Span) -> Finding {
+    Finding {
+        severity: Severity::Error,
+        code: "E0012",
+        spot: Spot { span, key: String::new() },
+        reason: format!("tables and lists are nested deeper than {MAX_DEPTH} levels"),
+        remedy: "a spec needs four levels; look for a bracket that is never closed".into(),
+    }
+}
+
+/// Turns toml's tree into ours, without recursing deeper than [`MAX_DEPTH`].
+struct Converter<'i> {
+    source: usize,
+    offset: usize,
+    too_deep: Option<Span>,
+    /// Subtrees too deep to convert. Dotted keys inside inline tables nest thousands deep in a few
+    /// kilobytes, so they are also taken apart without recursion.
+    graveyard: Vec<DeValue<'i>>,
+}
+
+impl<'i> Converter<'i> {
+    fn span(&self, range: std::ops::Range<usize>) -> Span {
+        Span { source: self.source, start: range.start + self.offset, end: range.end + self.offset }
+    }
+
+    fn node(&mut self, range: std::ops::Range<usize>, value: DeValue<'i>, depth: usize) -> Node {
+        let span = self.span(range);
+        if depth > MAX_DEPTH {
+            self.too_deep.get_or_insert(span);
+            self.graveyard.push(value);
+            return Node { span, value: Value::Null };
+        }
+        let value = match value {
+            DeValue::String(text) => Value::Text(text.into_owned()),
+            DeValue::Integer(integer) if integer.radix() == 10 => {
+                Value::Number(Number::decimal(integer.as_str()))
+            }
+            DeValue::Integer(integer) => Value::Number(Number::radix(integer.as_str(), integer.radix())),
+            DeValue::Float(float) => Value::Number(Number::decimal(float.as_str())),
+            DeValue::Boolean(_) => Value::Boolean,
+            DeValue::Datetime(_) => Value::Date,
+            DeValue::Array(items) => {
+                Value::Array(items.into_iter().map(|item| self.spanned(item, depth + 1)).collect())
+            }
+            DeValue::Table(table) => {
+                let mut entries = Vec::with_capacity(table.len());
+                for (key, value) in table {
+                    let key_span = self.span(key.span());
+                    let node = self.spanned(value, depth + 1);
+                    entries.push(Entry { key: key.into_inner().into_owned(), key_span, node });
+                }
+                // toml sorts by name; findings come in the order of the file.
+                entries.sort_by_key(|entry| entry.key_span.start);
+                Value::Table(entries)
+            }
+        };
+        Node { span, value }
+    }
+
+    fn spanned(&mut self, value: Spanned<DeValue<'i>>, depth: usize) -> Node {
+        self.node(value.span(), value.into_inner(), depth)
+    }
+
+    /// Buries what was too deep and says where that was.
+    fn finish(mut self) -> Option<Span> {
+        while let Some(value) = self.graveyard.pop() {
+            match value {
+                DeValue::Array(items) => self.graveyard.extend(items.into_iter().map(Spanned::into_inner)),
+                DeValue::Table(table) => {
+                    self.graveyard.extend(table.into_iter().map(|(_, v)| v.into_inner()))
+                }
+                _ => {}
+            }
+        }
+        self.too_deep
+    }
+}
+
+/// A syntax error in our words.
+fn syntax(text: &str, error: &toml::de::Error) -> Finding {
+    let range = error.span().unwrap_or(0..0);
+    let span = Span { source: 0, start: range.start, end: range.end };
+    let message = error.message();
+    if message.contains("recursion limit") {
+        return nesting(span);
+    }
+    let finding = |code, reason: String, remedy: &str| Finding {
+        severity: Severity::Error,
+        code,
+        spot: Spot { span, key: String::new() },
+        reason,
+        remedy: remedy.into(),
+    };
+    if message.starts_with(DUPLICATE) {
+        let key = text.get(range.clone()).unwrap_or_default();
+        let first = first_set(text, range.start, key);
+        let first = first.map_or(String::new(), |line| format!(", first on line {line}"));
+        return finding(
+            "E0011",
+            format!("`{}` is set twice{first}", super::diagnostic::cut(key, 60)),
+            "keep one of the two",
+        );
+    }
+    let remedy = if message.starts_with("unclosed table") {
+        "close the table header with `]`"
+    } else if message.contains("string") {
+        "write text between two quotes \" on one line"
+    } else if message.starts_with("unexpected key or value") {
+        "write one `key = value` per line"
+    } else if message.starts_with("key with no value") || message.starts_with("missing value") {
+        "write `key = value`, a number such as 0.3, a list such as [0, 0, 1], or text in quotes"
+    } else {
+        "see https://toml.io for the notation, or start from the template of `slew init`"
+    };
+    finding("E0010", format!("not valid TOML: {message}"), remedy)
+}
+
+/// The line that set `key` before byte `at`: the last one in the same table, or the table header.
+///
+/// Read off the text, because toml does not say; only an aid, so that no answer is fine too.
+fn first_set(text: &str, at: usize, key: &str) -> Option<usize> {
+    if key.is_empty() {
+        return None;
+    }
+    let before = text.get(..at)?;
+    let start_of_line = before.rfind('\n').map_or(0, |newline| newline + 1);
+    let header = before[start_of_line..].trim_start().starts_with('[');
+    let lines: Vec<&str> = before[..start_of_line].lines().collect();
+    for (index, line) in lines.iter().enumerate().rev() {
+        let line = line.trim_start();
+        if header {
+            let name = line.strip_prefix('[').map(|rest| rest.trim_start_matches('['));
+            if name.and_then(|name| name.trim_start().strip_prefix(key)).is_some_and(ends_name) {
+                return Some(index + 1);
+            }
+        } else if line.strip_prefix(key).is_some_and(ends_name) {
+            return Some(index + 1);
+        } else if line.starts_with('[') {
+            return None;
+        }
+    }
+    None
+}
+
+/// Whether a key ends where `rest` begins.
+fn ends_name(rest: &str) -> bool {
+    matches!(rest.trim_start().chars().next(), Some('=' | ']' | '.'))
+}

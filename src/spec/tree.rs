@@ -1,0 +1,142 @@
+//! One tree for both notations: what the text says, with the place of every key and value.
+
+use super::source::Span;
+
+/// A value and where it stands.
+#[derive(Clone, Debug)]
+pub(crate) struct Node {
+    pub span: Span,
+    pub value: Value,
+}
+
+/// A value as written.
+#[derive(Clone, Debug)]
+pub(crate) enum Value {
+    Table(Vec<Entry>),
+    Array(Vec<Node>),
+    Text(String),
+    Number(Number),
+    Boolean,
+    Date,
+    Null,
+}
+
+/// A number as written.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Number {
+    pub value: f64,
+    pub integer: Integer,
+}
+
+/// What a number is as an integer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Integer {
+    Exact(i64),
+    TooLarge,
+    Fraction,
+}
+
+/// A key and its value.
+#[derive(Clone, Debug)]
+pub(crate) struct Entry {
+    pub key: String,
+    pub key_span: Span,
+    pub node: Node,
+}
+
+impl Number {
+    /// A decimal literal, of TOML (underscores removed) or JSON.
+    pub fn decimal(text: &str) -> Self {
+        let value: f64 = text.parse().unwrap_or(f64::NAN);
+        let whole = text.bytes().all(|byte| byte.is_ascii_digit() || byte == b'-' || byte == b'+');
+        let integer = match text.parse() {
+            Ok(integer) => Integer::Exact(integer),
+            Err(_) if whole => Integer::TooLarge,
+            // 1000.0 and 1e3 count as whole numbers, as in JSON. Beyond 2⁵³ a float names no integer.
+            Err(_) if value.fract() == 0.0 && value.abs() < 9e15 => Integer::Exact(value as i64),
+            Err(_) if value.fract() == 0.0 => Integer::TooLarge,
+            Err(_) => Integer::Fraction,
+        };
+        Self { value, integer }
+    }
+
+    /// An integer literal of another base.
+    pub fn radix(digits: &str, radix: u32) -> Self {
+        match i64::from_str_radix(digits, radix) {
+            Ok(integer) => Self { value: integer as f64, integer: Integer::Exact(integer) },
+            Err(_) => {
+                let value = digits
+                    .chars()
+                    .filter_map(|c| c.to_digit(radix))
+                    .fold(0.0, |value, digit| value * f64::from(radix) + f64::from(digit));
+                Self { value, integer: Integer::TooLarge }
+            }
+        }
+    }
+}
+
+impl Value {
+    /// What it is, for "found …".
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Table(_) => "a table",
+            Self::Array(_) => "a list",
+            Self::Text(_) => "a string",
+            Self::Number(_) => "a number",
+            Self::Boolean => "true or false",
+            Self::Date => "a date",
+            Self::Null => "null",
+        }
+    }
+}
+
+impl Node {
+    /// The entries of a table; none for anything else.
+    pub fn entries(&self) -> &[Entry] {
+        match &self.value {
+            Value::Table(entries) => entries,
+            _ => &[],
+        }
+    }
+
+    /// Whether it is `[]`.
+    pub fn is_empty_list(&self) -> bool {
+        matches!(&self.value, Value::Array(items) if items.is_empty())
+    }
+
+    /// The entry `key` of a table.
+    pub fn entry(&self, key: &str) -> Option<&Entry> {
+        self.entries().iter().find(|entry| entry.key == key)
+    }
+
+    /// Sets `path` below this node to `value`, making the tables on the way.
+    ///
+    /// A number in the path picks an element of a list, from 0. The error says what stands in the way.
+    pub fn set(&mut self, path: &[(String, Span)], value: Node) -> Result<(), (Span, String)> {
+        let Some(((key, key_span), rest)) = path.split_first() else {
+            *self = value;
+            return Ok(());
+        };
+        match &mut self.value {
+            Value::Table(entries) => {
+                let index = entries.iter().position(|entry| entry.key == *key).unwrap_or_else(|| {
+                    let node = Node { span: *key_span, value: Value::Table(Vec::new()) };
+                    entries.push(Entry { key: key.clone(), key_span: *key_span, node });
+                    entries.len() - 1
+                });
+                if rest.is_empty() {
+                    entries[index].key_span = *key_span;
+                }
+                entries[index].node.set(rest, value)
+            }
+            Value::Array(items) => {
+                let count = items.len();
+                match key.parse::<usize>().ok().and_then(|index| items.get_mut(index)) {
+                    Some(item) => item.set(rest, value),
+                    None => Err((*key_span, format!("a list of {count} has no element `{key}`"))),
+                }
+            }
+            other => Err((*key_span, format!("`{key}` would stand inside {}, not a table", other.kind()))),
+        }
+    }
+}

@@ -1,0 +1,324 @@
+//! One value at a time: its type, its shape, its range. Every function collects what is wrong in
+//! `faults` and returns the value only if nothing is.
+
+use super::diagnostic::cut;
+use super::quantity::{Quantity, Sign, show};
+use super::source::Span;
+use super::tree::{Integer, Node, Value};
+use crate::problem::Problem;
+
+/// What is wrong with a value: code, place, reason, remedy.
+pub(crate) type Fault = (&'static str, Span, String, String);
+
+/// Most inputs of one kind, and so the longest list of numbers that can make sense.
+const MAX_AXES: usize = crate::actuation::Channel::MAX_INPUTS;
+
+/// The value is of another type.
+fn wrong_type(node: &Node, wanted: &str, faults: &mut Vec<Fault>) {
+    let remedy = match &node.value {
+        Value::Text(text) if wanted.contains("number") && text.trim().parse::<f64>().is_ok() => {
+            format!("remove the quotes: {}", cut(text.trim(), 40))
+        }
+        _ => format!("write {wanted}"),
+    };
+    faults.push(("E0024", node.span, format!("expected {wanted}, found {}", node.value.kind()), remedy));
+}
+
+/// A number within the range of its quantity.
+pub(crate) fn number(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<f64> {
+    let Value::Number(number) = &node.value else {
+        let wanted = if quantity.unit.is_empty() {
+            "a number".into()
+        } else {
+            format!("a number in {}", quantity.unit)
+        };
+        wrong_type(node, &wanted, faults);
+        return None;
+    };
+    let value = number.value;
+    let Quantity { name, unit, smallest, largest, sign } = *quantity;
+    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+    if !value.is_finite() {
+        let reason = format!("{value} is not a number that can be computed with; {name} must be finite");
+        faults.push((
+            "E0030",
+            node.span,
+            reason,
+            format!("write a finite number, at most {}{unit}", show(largest)),
+        ));
+    } else if (sign == Sign::Positive && value <= 0.0) || (sign == Sign::NotNegative && value < 0.0) {
+        let wanted = if sign == Sign::Positive { "positive" } else { "zero or positive" };
+        let reason = format!("{name} of {}{unit} is not possible: it must be {wanted}", show(value));
+        faults.push(("E0032", node.span, reason, format!("write a {wanted} number")));
+    } else if value.abs() > largest || (value != 0.0 && value.abs() < smallest) {
+        let reason = format!(
+            "{}{unit} is outside the range of {name}, {} to {}{unit}",
+            show(value),
+            show(smallest),
+            show(largest)
+        );
+        faults.push(("E0031", node.span, reason, "check the exponent and the unit".into()));
+    } else {
+        return Some(value);
+    }
+    None
+}
+
+/// A whole number from `least` to `most`.
+pub(crate) fn count(node: &Node, least: i64, most: i64, faults: &mut Vec<Fault>) -> Option<usize> {
+    let value = integer(node, faults)?;
+    if !(least..=most).contains(&value) {
+        let reason = format!("{value} is outside {least} to {most}");
+        faults.push(("E0031", node.span, reason, format!("write a whole number from {least} to {most}")));
+        return None;
+    }
+    usize::try_from(value).ok()
+}
+
+/// Any whole number that fits.
+fn integer(node: &Node, faults: &mut Vec<Fault>) -> Option<i64> {
+    let Value::Number(number) = &node.value else {
+        wrong_type(node, "a whole number", faults);
+        return None;
+    };
+    match number.integer {
+        Integer::Exact(value) => return Some(value),
+        Integer::TooLarge => {
+            let reason = format!("{} is too large for a whole number", show(number.value));
+            faults.push(("E0027", node.span, reason, format!("write a whole number below {:e}", 9e18)));
+        }
+        Integer::Fraction if !number.value.is_finite() => {
+            let reason = format!("{} is not a whole number", number.value);
+            faults.push(("E0030", node.span, reason, "write a whole number".into()));
+        }
+        Integer::Fraction => {
+            let reason = format!("{} is not a whole number", show(number.value));
+            let remedy = format!("write {} or {}", number.value.floor(), number.value.ceil());
+            faults.push(("E0035", node.span, reason, remedy));
+        }
+    }
+    None
+}
+
+/// The number of steps of a plan.
+pub(crate) fn steps(node: &Node, faults: &mut Vec<Fault>) -> Option<usize> {
+    let value = integer(node, faults)?;
+    if value < Problem::MIN_STEPS as i64 {
+        let reason = format!("{value} steps are too few: a plan needs at least {}", Problem::MIN_STEPS);
+        faults.push(("E0033", node.span, reason, "100 is a good start; or leave the key out".into()));
+    } else if value > Problem::MAX_STEPS as i64 {
+        faults.push(too_many_steps(node.span, value as f64));
+    } else {
+        return usize::try_from(value).ok();
+    }
+    None
+}
+
+/// More steps than a plan may have, with the memory that they would take.
+pub(crate) fn too_many_steps(span: Span, steps: f64) -> Fault {
+    // A node holds state, inputs, costates and the transition matrix of the sweep: about 1 kB on SO(3).
+    let gigabytes = steps * 1e3 / 1e9;
+    let reason = format!(
+        "{} steps are too many: they would need about {} GB, the limit of a plan is {}",
+        show(steps),
+        super::quantity::short(gigabytes),
+        Problem::MAX_STEPS
+    );
+    ("E0034", span, reason, "use fewer steps; a thousand are plenty for most maneuvers".into())
+}
+
+/// Text of one line.
+pub(crate) fn text<'a>(node: &'a Node, most: usize, faults: &mut Vec<Fault>) -> Option<&'a str> {
+    let Value::Text(text) = &node.value else {
+        wrong_type(node, "text in quotes", faults);
+        return None;
+    };
+    let length = text.chars().count();
+    if length > most {
+        let reason = format!("the text has {length} characters, the limit is {most}");
+        faults.push(("E0034", node.span, reason, "shorten it".into()));
+        return None;
+    }
+    Some(text)
+}
+
+/// One of some words.
+pub(crate) fn choice<'a>(
+    node: &'a Node,
+    now: &[&'static str],
+    later: &[&'static str],
+    faults: &mut Vec<Fault>,
+) -> Option<&'a str> {
+    let quoted =
+        |words: &[&str]| words.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", ");
+    let Value::Text(word) = &node.value else {
+        wrong_type(node, &format!("one of {}", quoted(now)), faults);
+        return None;
+    };
+    if now.contains(&word.as_str()) {
+        return Some(word);
+    }
+    if later.contains(&word.as_str()) {
+        let reason = format!("\"{word}\" is planned, but this version of slew does not have it yet");
+        faults.push(("E0019", node.span, reason, format!("this version has {}", quoted(now))));
+        return None;
+    }
+    let known = super::suggest::nearest(word, now.iter().chain(later).copied());
+    let remedy = match known {
+        Some(known) => format!("did you mean \"{known}\"?"),
+        None => format!("write one of {}", quoted(now)),
+    };
+    let reason = format!("\"{}\" is not one of {}", cut(word, 40), quoted(now));
+    faults.push(("E0020", node.span, reason, remedy));
+    None
+}
+
+/// The elements of a list that should have `wanted` of them; `what` names them.
+fn items<'a>(node: &'a Node, wanted: usize, what: &str, faults: &mut Vec<Fault>) -> Option<&'a [Node]> {
+    match &node.value {
+        Value::Array(items) if items.len() == wanted => Some(items),
+        Value::Array(items) => {
+            let reason = format!("has {}, needs {wanted} {what}", items.len());
+            let remedy = format!("write a list of {wanted}");
+            faults.push(("E0026", node.span, reason, remedy));
+            None
+        }
+        other => {
+            let reason = format!("expected a list of {wanted} {what}, found {}", other.kind());
+            faults.push(("E0025", node.span, reason, format!("write a list in brackets, {wanted} {what}")));
+            None
+        }
+    }
+}
+
+/// `N` numbers.
+fn numbers<const N: usize>(
+    node: &Node,
+    quantity: &Quantity,
+    what: &str,
+    faults: &mut Vec<Fault>,
+) -> Option<[f64; N]> {
+    let items = items(node, N, what, faults)?;
+    let mut out = [0.0; N];
+    let mut good = true;
+    for (value, item) in out.iter_mut().zip(items) {
+        match number(item, quantity, faults) {
+            Some(number) => *value = number,
+            None => good = false,
+        }
+    }
+    good.then_some(out)
+}
+
+/// Three numbers.
+pub(crate) fn vector(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<[f64; 3]> {
+    numbers(node, quantity, "numbers (x, y, z)", faults)
+}
+
+/// Four numbers.
+pub(crate) fn quaternion(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<[f64; 4]> {
+    numbers(node, quantity, "numbers", faults)
+}
+
+/// Three rows of three numbers.
+pub(crate) fn rows(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<[[f64; 3]; 3]> {
+    let items = items(node, 3, "rows of three numbers", faults)?;
+    let rows: Vec<_> =
+        items.iter().filter_map(|row| numbers::<3>(row, quantity, "numbers in a row", faults)).collect();
+    <[_; 3]>::try_from(rows).ok()
+}
+
+/// Three rows, or a diagonal.
+pub(crate) fn inertia(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<[[f64; 3]; 3]> {
+    let flat = match &node.value {
+        Value::Array(items) => {
+            !items.is_empty() && items.iter().all(|item| !matches!(item.value, Value::Array(_)))
+        }
+        _ => false,
+    };
+    if !flat {
+        return rows(node, quantity, faults);
+    }
+    if let Value::Array(items) = &node.value
+        && items.len() == 6
+    {
+        let reason = "six numbers do not say which sign the products of inertia carry".to_string();
+        let remedy = "write the whole matrix with tensor signs: \
+                      [[Jxx, Jxy, Jxz], [Jxy, Jyy, Jyz], [Jxz, Jyz, Jzz]], Jxy = −∫xy dm";
+        faults.push(("E0044", node.span, reason, remedy.into()));
+        return None;
+    }
+    let [x, y, z] = numbers(node, quantity, "numbers (a diagonal) or three rows of three", faults)?;
+    Some([[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]])
+}
+
+/// A list of axes, at most [`MAX_AXES`].
+pub(crate) fn axes(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<Vec<[f64; 3]>> {
+    let Value::Array(items) = &node.value else {
+        let reason = format!("expected a list of axes, found {}", node.value.kind());
+        let remedy = "write one axis per inner list: [[1, 0, 0], [0, 1, 0]]";
+        faults.push(("E0025", node.span, reason, remedy.into()));
+        return None;
+    };
+    if items.len() > MAX_AXES {
+        let reason = format!("{} axes, the limit is {MAX_AXES}", items.len());
+        faults.push(("E0034", node.span, reason, "use fewer axes".into()));
+        return None;
+    }
+    let axes: Vec<_> = items
+        .iter()
+        .filter_map(|axis| {
+            let values = vector(axis, quantity, faults)?;
+            if values.iter().all(|value| *value == 0.0) {
+                let remedy = "leave the axis out, or give it a direction";
+                faults.push((
+                    "E0054",
+                    axis.span,
+                    "an axis of length zero has no direction".into(),
+                    remedy.into(),
+                ));
+                return None;
+            }
+            Some(values)
+        })
+        .collect();
+    (axes.len() == items.len()).then_some(axes)
+}
+
+/// A weight: n numbers (its diagonal) or n rows of n numbers. Returned as rows.
+pub(crate) fn weight(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<Vec<Vec<f64>>> {
+    let Value::Array(items) = &node.value else {
+        let reason = format!("expected a list of weights, found {}", node.value.kind());
+        faults.push(("E0025", node.span, reason, "write one number per axis: [1, 1, 1]".into()));
+        return None;
+    };
+    let count = items.len();
+    if count > MAX_AXES {
+        let reason = format!("{count} weights, the limit is {MAX_AXES}");
+        faults.push(("E0034", node.span, reason, "give one weight per axis".into()));
+        return None;
+    }
+    let square = items.first().is_some_and(|item| matches!(item.value, Value::Array(_)));
+    let mut rows = vec![vec![0.0; count]; count];
+    let mut good = true;
+    for (index, item) in items.iter().enumerate() {
+        if !square {
+            match number(item, quantity, faults) {
+                Some(value) => rows[index][index] = value,
+                None => good = false,
+            }
+            continue;
+        }
+        let Some(cells) = self::items(item, count, "numbers in a row", faults) else {
+            good = false;
+            continue;
+        };
+        for (column, cell) in cells.iter().enumerate() {
+            match number(cell, quantity, faults) {
+                Some(value) => rows[index][column] = value,
+                None => good = false,
+            }
+        }
+    }
+    good.then_some(rows)
+}
