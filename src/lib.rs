@@ -41,6 +41,7 @@ pub mod problem;
 mod proof;
 pub mod settings;
 mod shooting;
+pub mod simulate;
 pub mod solution;
 pub mod spec;
 #[cfg(test)]

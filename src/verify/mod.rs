@@ -1,6 +1,34 @@
 //! Independent witnesses of a plan. They share no solver, sweep or derivative code with the planner.
+//!
+//! - The **discrete witness** propagates the plan's inputs through its own difference equations, the
+//!   implicit one solved in another form than the planner's. It must meet the terminal conditions.
+//! - The **continuous witness** integrates the equations of motion with another method from another
+//!   crate, the torque held over each step of the plan.
+//! - The two must describe one motion: with that held torque and ever shorter steps the first
+//!   converges to the second at the order of the scheme, or to round-off.
+//!
+//! The witnesses start from the problem and the recorded inputs alone. The recorded attitudes, rates
+//! and torques are compared with what they find.
 
+mod compensated;
+mod continuous;
+mod discrete;
+mod implicit;
+mod order;
+mod plant;
+mod rows;
+
+pub(crate) use continuous::Continuous;
+pub(crate) use discrete::Discrete;
+pub use plant::Phase;
+pub(crate) use plant::{Inputs, Output, Plant, Scale};
+pub use rows::replay;
+pub(crate) use rows::same_sign;
+
+use crate::problem::{Motion, Problem, ProblemError};
+use crate::solution::{TerminalError, Trajectory};
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
 /// What the witnesses found. All errors are at `t = T`, against the terminal conditions of the problem
 /// unless the name says otherwise.
@@ -31,12 +59,15 @@ pub struct Verification {
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub continuous_velocity_m_s: Option<f64>,
     /// Observed order at which the discrete witness, with the held torque at h, h/2, h/4, converges to
-    /// the continuous end state; `None` when it agrees to round-off already.
+    /// the continuous end state; `None` when it agrees to round-off already (or could not be computed).
     pub order: Option<f64>,
     /// Largest norm of the actuator torque at the nodes [N·m].
     pub peak_torque_n_m: f64,
     /// Largest norm of the angular velocity at the nodes [rad/s].
     pub peak_rate_rad_s: f64,
+    /// Why a witness could not reach the end, if one could not; its numbers are then NaN.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub failure: Option<String>,
     /// Every check, with value, limit and verdict.
     pub checks: Vec<Check>,
 }
@@ -54,9 +85,193 @@ pub struct Check {
     pub passed: bool,
 }
 
+/// Why a witness could not reach the end.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum WitnessError {
+    /// The problem itself is unusable.
+    #[error(transparent)]
+    Problem(#[from] ProblemError),
+    /// The recorded rows do not fit the problem.
+    #[error("the plan has {found} {what}, the problem needs {expected}")]
+    Rows {
+        /// Which numbers.
+        what: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many there should be.
+        expected: usize,
+    },
+    /// The scheme of a moving body knows inertial reference frames only.
+    #[error("a body that moves cannot be judged in a turning reference frame")]
+    TurningFrame,
+    /// The implicit equation has no solution below 90° in a step.
+    #[error(
+        "at t = {time} s the body turns too far for one step of {step} s: the implicit equation has no physical solution"
+    )]
+    StepTooLong {
+        /// Start of that step [s].
+        time: f64,
+        /// Its length [s].
+        step: f64,
+    },
+    /// The adaptive integrator gave up.
+    #[error("at t = {time} s the continuous equations of motion could not be integrated to the tolerance")]
+    Continuous {
+        /// Start of that step of the plan [s].
+        time: f64,
+    },
+    /// A number became NaN or infinite.
+    #[error("at t = {time} s a number is no longer finite")]
+    NotFinite {
+        /// When [s].
+        time: f64,
+    },
+}
+
+/// Judges a plan for `problem` by both witnesses.
+///
+/// `tolerance` limits the scaled terminal error of the discrete witness, `continuous_tolerance` [rad]
+/// the attitude error of the continuous one. Whatever the numbers in `trajectory`, this returns: what
+/// cannot be computed is NaN in a failed check, with the reason in [`Verification::failure`].
+///
+/// The checks, by name: `finite`, `discrete terminal`, `recorded states`, `order` (`round-off` when the
+/// witnesses agree to round-off), and `continuous terminal` where a tolerance is given.
+pub fn verify(
+    problem: &Problem,
+    trajectory: &Trajectory,
+    tolerance: f64,
+    continuous_tolerance: Option<f64>,
+) -> Verification {
+    let mut found = Verification::unknown(problem.motion);
+    let mut recorded = f64::NAN;
+    let mut comparison = None;
+    if let Err(error) = found.witness(problem, trajectory, &mut recorded, &mut comparison) {
+        found.failure = Some(error.to_string());
+    }
+    found.at_most("finite", rows::not_finite(trajectory) as f64, 0.0);
+    found.at_most("discrete terminal", found.discrete().largest(), tolerance);
+    found.at_most("recorded states", recorded, RECORDED.max(10.0 * tolerance));
+    match &comparison {
+        Some(comparison) if comparison.passed && comparison.order.is_none() => {
+            let finest = comparison.errors.last().copied().unwrap_or(f64::NAN);
+            found.at_most("round-off", finest, comparison.floor);
+        }
+        _ => found.checks.push(Check {
+            name: "order".into(),
+            value: found.order.unwrap_or(f64::NAN),
+            limit: f64::from(problem.scheme.order()) - order::SLACK,
+            passed: comparison.is_some_and(|comparison| comparison.passed),
+        }),
+    }
+    if let Some(limit) = continuous_tolerance {
+        found.at_most("continuous terminal", found.continuous_attitude_rad, limit);
+    }
+    found
+}
+
+/// Scaled difference that recorded and re-propagated states may have: far above rounding, far below
+/// what anyone would want to know.
+const RECORDED: f64 = 1e-9;
+
 impl Verification {
     /// Whether every check holds.
     pub fn passed(&self) -> bool {
         !self.checks.is_empty() && self.checks.iter().all(|check| check.passed)
     }
+
+    /// Terminal error of the discrete witness.
+    pub fn discrete(&self) -> TerminalError {
+        TerminalError {
+            attitude_rad: self.discrete_attitude_rad,
+            momentum_relative: self.discrete_momentum_relative,
+            position_relative: self.discrete_position_relative,
+            linear_momentum_relative: self.discrete_linear_momentum_relative,
+        }
+    }
+
+    fn unknown(motion: Motion) -> Self {
+        let on_se3 = (motion == Motion::RigidBody).then_some(f64::NAN);
+        Self {
+            discrete_attitude_rad: f64::NAN,
+            discrete_momentum_relative: f64::NAN,
+            discrete_position_relative: on_se3,
+            discrete_linear_momentum_relative: on_se3,
+            continuous_attitude_rad: f64::NAN,
+            continuous_rate_rad_s: f64::NAN,
+            interpolated_attitude_rad: f64::NAN,
+            interpolated_rate_rad_s: f64::NAN,
+            continuous_position_m: on_se3,
+            continuous_velocity_m_s: on_se3,
+            peak_torque_n_m: f64::NAN,
+            peak_rate_rad_s: f64::NAN,
+            ..Self::default()
+        }
+    }
+
+    /// A check that holds when `value ≤ limit`; NaN never does.
+    fn at_most(&mut self, name: &str, value: f64, limit: f64) {
+        self.checks.push(Check { name: name.into(), value, limit, passed: value <= limit });
+    }
+
+    /// Both witnesses, in order of cost; the findings of those that came to an end stay.
+    fn witness(
+        &mut self,
+        problem: &Problem,
+        trajectory: &Trajectory,
+        recorded: &mut f64,
+        comparison: &mut Option<order::Comparison>,
+    ) -> Result<(), WitnessError> {
+        problem.check()?;
+        rows::fit(problem, trajectory)?;
+        let plant = Plant::new(problem).judgeable()?;
+        let inputs = Inputs::new(problem, &trajectory.input);
+        let start = Phase::of(problem, &problem.start);
+        let target = Phase::of(problem, &problem.end);
+        let scale = Scale::of(problem);
+
+        let replayed = rows::compare(&plant, &inputs, trajectory)?;
+        *recorded = replayed.recorded;
+        self.peak_torque_n_m = replayed.peak_torque;
+        self.peak_rate_rad_s = replayed.peak_rate;
+        let error = scale.distance(&replayed.end, &target, problem.motion);
+        self.discrete_attitude_rad = error.attitude_rad;
+        self.discrete_momentum_relative = error.momentum_relative;
+        self.discrete_position_relative = error.position_relative;
+        self.discrete_linear_momentum_relative = error.linear_momentum_relative;
+
+        let held = continuous_end(&plant, &start, |k| (inputs.held(k), inputs.held(k)))?;
+        let error = scale.distance(&held, &target, problem.motion);
+        self.continuous_attitude_rad = error.attitude_rad;
+        self.continuous_rate_rad_s = (held.angular_velocity(problem) - problem.end.angular_velocity).norm();
+        if plant.moves {
+            self.continuous_position_m = Some((held.position - problem.end.position).norm());
+            self.continuous_velocity_m_s = Some((held.velocity(problem) - problem.end.velocity).norm());
+        }
+
+        let interpolated = continuous_end(&plant, &start, |k| inputs.ends(k))?;
+        let error = scale.distance(&interpolated, &target, problem.motion);
+        self.interpolated_attitude_rad = error.attitude_rad;
+        self.interpolated_rate_rad_s =
+            (interpolated.angular_velocity(problem) - problem.end.angular_velocity).norm();
+
+        let compared = order::compare(&plant, &inputs, &held);
+        self.order = compared.order;
+        *comparison = Some(compared);
+        Ok(())
+    }
+}
+
+/// End of the continuous motion under the outputs that `ends` gives for both ends of each step.
+fn continuous_end(
+    plant: &Plant,
+    start: &Phase,
+    ends: impl Fn(usize) -> (Output, Output),
+) -> Result<Phase, WitnessError> {
+    let problem = plant.problem;
+    let mut body = Continuous::new(plant, start);
+    for k in 0..problem.steps {
+        let (from, to) = ends(k);
+        body.advance(k as f64 * problem.step(), problem.step(), &from, &to)?;
+    }
+    Ok(body.phase(problem.duration))
 }

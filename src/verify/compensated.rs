@@ -1,0 +1,32 @@
+//! Sums of many small increments without loss.
+
+use nalgebra::SMatrix;
+
+/// A running sum in two doubles per element: value and what rounding left out of it.
+///
+/// A million naive updates lose up to 1e-10 in a steady rotation, where every rounding has the same
+/// sign; this sum loses what the increments themselves lack.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Compensated<const R: usize, const C: usize> {
+    value: SMatrix<f64, R, C>,
+    rest: SMatrix<f64, R, C>,
+}
+
+impl<const R: usize, const C: usize> Compensated<R, C> {
+    pub(crate) fn new(value: SMatrix<f64, R, C>) -> Self {
+        Self { value, rest: SMatrix::zeros() }
+    }
+
+    pub(crate) fn value(&self) -> &SMatrix<f64, R, C> {
+        &self.value
+    }
+
+    /// Adds by Knuth's error-free sum, then carries the rest into the value.
+    pub(crate) fn add(&mut self, increment: &SMatrix<f64, R, C>) {
+        let sum = self.value + increment;
+        let added = sum - self.value;
+        self.rest += (self.value - (sum - added)) + (increment - added);
+        self.value = sum + self.rest;
+        self.rest -= self.value - sum;
+    }
+}
