@@ -105,3 +105,62 @@ pub(crate) fn exp_minus_identity(f: &Vector3) -> Matrix3 {
     let square = f * f.transpose() - Matrix3::from_diagonal_element(x);
     horner(&A, x).0 * s + horner(&B, x).0 * square
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn numbers(value: &serde_json::Value) -> Vec<f64> {
+        match value {
+            serde_json::Value::Array(items) => items.iter().flat_map(numbers).collect(),
+            number => vec![number.as_f64().unwrap()],
+        }
+    }
+
+    /// Every inertia and angle of the reference, up to 0.9999 of the limit of existence.
+    #[test]
+    fn exponential_form_finds_the_reference_rotations() {
+        let text = include_str!("../../tests/reference/implicit.json");
+        let reference: serde_json::Value = serde_json::from_str(text).unwrap();
+        let cases = reference["cases"].as_array().unwrap();
+        assert!(cases.len() > 30);
+        for (index, case) in cases.iter().enumerate() {
+            let j = Matrix3::from_row_slice(&numbers(&case["J"]));
+            let h = case["h"].as_f64().unwrap();
+            let momentum = Vector3::from_row_slice(&numbers(&case["Pi"]));
+            let expected = Vector3::from_row_slice(&numbers(&case["f"]));
+            let rotation = Matrix3::from_row_slice(&numbers(&case["F"]));
+            let f = Implicit::new(&Inertia::new(j).unwrap()).solve(&(h * momentum)).unwrap();
+            // At the limit the derivative is nearly singular and halves the digits.
+            let tolerance = if expected.norm() > 1.5 { 1e-6 } else { 1e-14 };
+            assert!((f - expected).norm() <= tolerance * expected.norm(), "case {index}: {f} {expected}");
+            let error = (exp_minus_identity(&f) + Matrix3::identity() - rotation).amax();
+            assert!(error <= tolerance.max(1e-15), "case {index}: {error:e}");
+        }
+    }
+
+    /// Only the root below 90° is physical; asking for more momentum than any step carries is an error.
+    #[test]
+    fn beyond_the_limit_of_existence_there_is_no_rotation() {
+        let implicit = Implicit::new(&Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5)).unwrap());
+        assert!(implicit.solve(&Vector3::new(0.0, 0.0, 2.499)).is_some());
+        for g in [2.51, 3.0, 10.0, 1e3, 1e300] {
+            assert_eq!(implicit.solve(&Vector3::new(0.0, 0.0, g)), None, "{g}");
+            assert_eq!(implicit.solve(&(g * Vector3::new(0.6, 0.5, 0.7))), None, "{g}");
+        }
+        assert_eq!(implicit.solve(&Vector3::new(0.0, f64::NAN, 0.1)), None);
+        assert_eq!(implicit.solve(&Vector3::zeros()), Some(Vector3::zeros()));
+    }
+
+    /// Tiny steps keep their relative accuracy: `f → J⁻¹g` and the increment is not lost in `I`.
+    #[test]
+    fn tiny_steps_keep_all_digits() {
+        let implicit = Implicit::new(&Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5)).unwrap());
+        for size in [1e-300, 1e-30, 1e-12] {
+            let f = implicit.solve(&(size * Vector3::new(0.3, -0.4, 0.5))).unwrap();
+            let expected = size * Vector3::new(0.3, -0.2, 0.2);
+            assert!((f - expected).amax() <= 1e-11 * size, "{size:e}: {f}");
+            assert!((exp_minus_identity(&f)[(1, 0)] - f.z).abs() <= 1e-11 * size);
+        }
+    }
+}
