@@ -36,6 +36,7 @@ pub mod environment;
 mod extremal;
 pub mod lie;
 mod lifted;
+pub mod plan;
 pub mod planner;
 pub mod problem;
 mod proof;

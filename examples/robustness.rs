@@ -1,0 +1,218 @@
+//! How often a cold start with default settings is solved, counted over random maneuvers.
+//!
+//! `cargo run --release --example robustness [-- CASES [SEED]]` prints the laws it draws from and what
+//! came out; 10 000 of each kind by default. Every case depends on the seed and its number alone.
+
+use slewkit::body::{Body, Inertia};
+use slewkit::lie;
+use slewkit::plan::{Plan, Silent, Status, plan};
+use slewkit::problem::{Problem, State};
+use slewkit::settings::Settings;
+use slewkit::{Matrix3, Vector3};
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+const STEPS: usize = 200;
+const TERMINAL_LIMIT: f64 = 1e-12;
+
+/// The splitmix64 generator, one stream a case.
+struct Random(u64);
+
+impl Random {
+    fn case(seed: u64, kind: u64, index: usize) -> Self {
+        let mut random = Self(seed ^ (kind << 56) ^ (index as u64).wrapping_mul(0xD134_2543_DE82_EF95));
+        random.unit();
+        random
+    }
+
+    /// Uniform in [0, 1).
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / 2.0f64.powi(53)
+    }
+
+    fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    fn normal(&mut self) -> f64 {
+        (-2.0 * (1.0 - self.unit()).ln()).sqrt() * (2.0 * PI * self.unit()).cos()
+    }
+
+    fn direction(&mut self) -> Vector3 {
+        Vector3::from_fn(|_, _| self.normal()).normalize()
+    }
+
+    /// Uniform on SO(3): a normalised quaternion of four normal numbers.
+    fn rotation(&mut self) -> Matrix3 {
+        let q: [f64; 4] = std::array::from_fn(|_| self.normal());
+        let norm = q.iter().map(|value| value * value).sum::<f64>().sqrt();
+        lie::rotation_from_quaternion(&q.map(|value| value / norm))
+    }
+
+    /// Physical inertia, principal ratio up to 20, random axes: principal second moments of mass
+    /// log-uniform over a factor of 40, drawn again while the ratio of the moments exceeds 20.
+    fn inertia(&mut self) -> Inertia {
+        loop {
+            let d: [f64; 3] = std::array::from_fn(|_| 40f64.powf(-self.unit()));
+            let moments = Vector3::new(d[1] + d[2], d[2] + d[0], d[0] + d[1]);
+            if moments.amax() <= 20.0 * moments.amin() {
+                let axes = self.rotation();
+                let j = axes * Matrix3::from_diagonal(&moments) * axes.transpose();
+                return Inertia::new(0.5 * (j + j.transpose())).expect("a physical inertia");
+            }
+        }
+    }
+
+    fn rates(&mut self) -> Vector3 {
+        Vector3::from_fn(|_, _| self.within(-5.0, 5.0))
+    }
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    RestToRest,
+    MovingEnds,
+}
+
+fn problem(kind: Kind, seed: u64, index: usize) -> Problem {
+    let mut random = Random::case(seed, kind as u64 + 1, index);
+    let body = Body { inertia: random.inertia(), mass: None };
+    let start = random.rotation();
+    let end = match (kind, random.unit()) {
+        (Kind::RestToRest, share) if share < 0.02 => {
+            start * lie::exp(&(random.direction() * (PI - random.within(-1e-6, 1e-6))))
+        }
+        (Kind::RestToRest, share) if share < 0.04 => {
+            start * lie::exp(&(random.direction() * random.within(0.0, 1e-6)))
+        }
+        _ => random.rotation(),
+    };
+    let end = lie::project_to_rotation(&end);
+    let (start, end) = match kind {
+        Kind::RestToRest => (State::at_rest(start), State::at_rest(end)),
+        Kind::MovingEnds => (State::attitude(start, random.rates()), State::attitude(end, random.rates())),
+    };
+    Problem::attitude(body, start, end, 1.0).with_steps(STEPS)
+}
+
+/// What is counted of one plan.
+struct Case {
+    index: usize,
+    status: Status,
+    rung: String,
+    terminal: f64,
+    witness: f64,
+    conjugate_points: Option<usize>,
+    seconds: f64,
+}
+
+fn case(kind: Kind, seed: u64, index: usize) -> Case {
+    let problem = problem(kind, seed, index);
+    let Plan { solution, verification, status } =
+        plan(&problem, &Settings::default(), None, &mut Silent).expect("a valid problem");
+    // The rung that found the winner: the last coarse one before its refinement.
+    let rung = solution
+        .ladder
+        .iter()
+        .rev()
+        .find(|rung| rung.start == solution.start && rung.rung != "coarse_to_fine")
+        .map_or_else(|| "none".into(), |rung| rung.rung.clone());
+    let witness = verification.map_or(f64::INFINITY, |found| {
+        found.discrete_attitude_rad.max(found.discrete_momentum_relative)
+    });
+    Case {
+        index,
+        status,
+        rung,
+        terminal: solution.terminal.largest(),
+        witness,
+        conjugate_points: solution.optimality.conjugate_points,
+        seconds: solution.solve_time,
+    }
+}
+
+fn count(kind: Kind, name: &str, cases: usize, seed: u64) {
+    let began = Instant::now();
+    let next = AtomicUsize::new(0);
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let mut results: Vec<Case> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads)
+            .map(|_| {
+                scope.spawn(|| {
+                    let mut mine = Vec::new();
+                    loop {
+                        let index = next.fetch_add(1, Ordering::Relaxed);
+                        if index >= cases {
+                            return mine;
+                        }
+                        mine.push(case(kind, seed, index));
+                    }
+                })
+            })
+            .collect();
+        workers.into_iter().flat_map(|worker| worker.join().expect("no panic")).collect()
+    });
+    results.sort_by_key(|case| case.index);
+    println!("{name}: {cases} cases");
+    let mut statuses = BTreeMap::new();
+    let mut rungs = BTreeMap::new();
+    for case in &results {
+        *statuses.entry(case.status.name()).or_insert(0usize) += 1;
+        if case.status == Status::Solved {
+            *rungs.entry(case.rung.as_str()).or_insert(0usize) += 1;
+        }
+    }
+    let share = |count: usize| 100.0 * count as f64 / cases as f64;
+    for (status, count) in &statuses {
+        println!("  {status:<22}{count:>7}  {:.3} %", share(*count));
+    }
+    for (rung, count) in &rungs {
+        println!("    by {rung:<17}{count:>7}  {:.3} %", share(*count));
+    }
+    let solved: Vec<&Case> = results.iter().filter(|case| case.status == Status::Solved).collect();
+    let wrong =
+        solved.iter().filter(|case| !(case.terminal.max(case.witness) <= TERMINAL_LIMIT)).count();
+    let worst = |value: &dyn Fn(&Case) -> f64| solved.iter().map(|case| value(case)).fold(0.0, f64::max);
+    println!("  called solved with a terminal error above {TERMINAL_LIMIT:.0e}: {wrong}");
+    println!("  largest terminal error: solver {:.1e}", worst(&|case| case.terminal));
+    println!("  largest terminal error: witness {:.1e}", worst(&|case| case.witness));
+    let minima = solved.iter().filter(|case| case.conjugate_points == Some(0)).count();
+    println!("  without a conjugate point: {minima}  {:.3} %", share(minima));
+    let mut times: Vec<f64> = results.iter().map(|case| case.seconds).collect();
+    times.sort_by(f64::total_cmp);
+    let at = |part: f64| 1e3 * times[((times.len() - 1) as f64 * part) as usize];
+    println!("  solve time, ms: median {:.2}, 99 % {:.2}, largest {:.2}", at(0.5), at(0.99), at(1.0));
+    let failed: Vec<usize> =
+        results.iter().filter(|case| case.status != Status::Solved).map(|case| case.index).collect();
+    if !failed.is_empty() {
+        println!("  not solved: {:?}", &failed[..failed.len().min(40)]);
+    }
+    println!("  wall time {:.1} s on {threads} threads\n", began.elapsed().as_secs_f64());
+}
+
+fn main() {
+    let mut arguments = std::env::args().skip(1).map(|argument| argument.parse::<u64>());
+    let cases = arguments.next().and_then(Result::ok).unwrap_or(10_000) as usize;
+    let seed = arguments.next().and_then(Result::ok).unwrap_or(2026);
+    println!("Random slews from a cold start: T = 1, lie_verlet, N = {STEPS}, default settings, seed {seed}.");
+    println!("Attitudes uniform on SO(3); principal second moments of mass log-uniform over a factor of 40,");
+    println!("principal ratios of the inertia up to 20, random axes.\n");
+    count(
+        Kind::RestToRest,
+        "Rest to rest, 2 % within 1e-6 of 180 deg, 2 % within 1e-6 of 0",
+        cases,
+        seed,
+    );
+    count(
+        Kind::MovingEnds,
+        "Boundary rates uniform in ±5 rad/T on each axis, both ends",
+        cases,
+        seed,
+    );
+}
