@@ -1,7 +1,7 @@
 //! `[body]` and `[actuators]`.
 
 use super::diagnostic::Spot;
-use super::quantity::{short, show};
+use super::quantity::{self as q, short, show};
 use super::section::{Report, Section};
 use crate::actuation::{Actuation, AxisFrame, Channel, ChannelError};
 use crate::body::{Inertia, InertiaError};
@@ -10,6 +10,8 @@ use nalgebra::DMatrix;
 
 /// Asymmetry that needs no warning: the last digit of an entry.
 const SILENT_ASYMMETRY: f64 = 1e-15;
+/// Smallest principal moment [kg·m²], weight and axis length: the products of the solvers stay in range.
+const SMALLEST: f64 = 1e-30;
 /// A body thinner than this [kg/m³] inside its radius of gyration has its inertia in other units.
 const THINNEST: f64 = 1e-5;
 
@@ -26,6 +28,16 @@ pub(crate) fn inertia(body: &Section<'_>, report: &mut Report) -> Option<Inertia
             return None;
         }
     };
+    let smallest = inertia.principal()[0];
+    if smallest < SMALLEST {
+        let reason = format!(
+            "the smallest principal moment, {} kg·m², is outside the range of an inertia, {SMALLEST:e} to {:e} kg·m²",
+            short(smallest),
+            q::INERTIA.largest
+        );
+        report.error("E0031", spot, reason, "check the exponent and the unit");
+        return None;
+    }
     let asymmetry = (matrix - matrix.transpose()).amax() / matrix.amax();
     if asymmetry > SILENT_ASYMMETRY {
         let reason = format!(
@@ -164,6 +176,23 @@ fn channel(
     } else {
         DMatrix::identity(count, count)
     };
+    // Channel would refuse it too, without saying which.
+    if let Some(index) = (0..count).find(|index| weight[(*index, *index)] < SMALLEST) {
+        let value = show(weight[(index, index)]);
+        let reason =
+            format!("the weight of input {} is {value}, it must be at least {SMALLEST:e}", index + 1);
+        report.error("E0065", section.spot(weight_name), reason, "every input must cost something");
+        return None;
+    }
+    if let Some(index) = axes.iter().position(|axis| axis.amax() < SMALLEST) {
+        let reason = format!(
+            "axis {} has length {}, at least {SMALLEST:e} is needed",
+            index + 1,
+            show(axes[index].norm())
+        );
+        report.error("E0031", section.spot(name), reason, "an axis of length 1 makes inputs in N·m or N");
+        return None;
+    }
     match Channel::new(axes, frame, weight) {
         Ok(channel) => Some(channel),
         Err(error) => {
@@ -177,7 +206,7 @@ fn channel(
                 ChannelError::Weight => (
                     "E0065",
                     at(weight_name),
-                    "every input must cost something: positive weights, and a symmetric positive definite matrix",
+                    "write the same number on both sides of the diagonal, smaller than the diagonal",
                 ),
             };
             report.error(code, spot, error.to_string(), remedy);

@@ -29,7 +29,7 @@ pub(crate) fn join(path: &str, name: &str) -> String {
 
 /// How a message names the table at `path`.
 fn table_name(path: &str) -> String {
-    if path.is_empty() { "a spec".into() } else { format!("[{path}]") }
+    if path.is_empty() { "the spec".into() } else { format!("[{path}]") }
 }
 
 impl Checker {
@@ -61,12 +61,13 @@ impl Checker {
         });
         let applies =
             |key: &Key| key.only.is_empty() || selected.is_some_and(|kind| key.only.contains(&kind));
+        let mut suggested = Vec::new();
         for entry in node.entries() {
             if self.full() {
                 return;
             }
             match table.key(&entry.key) {
-                None => self.unknown(entry, table, path),
+                None => suggested.extend(self.unknown(entry, table, path)),
                 // With no valid selector, that is the one error to report.
                 Some(key) if !applies(key) => {
                     if let (Some(kind), Some(selector)) = (selected, table.selector)
@@ -94,7 +95,9 @@ impl Checker {
                 self.error(fault, &join(path, &second.key));
             }
         }
-        for key in table.keys.iter().filter(|key| applies(key) && node.entry(key.name).is_none()) {
+        // A misspelt key is not missing as well.
+        let missing = |name: &str| node.entry(name).is_none() && !suggested.contains(&name);
+        for key in table.keys.iter().filter(|key| applies(key) && missing(key.name)) {
             let Some(sample) = key.sample else { continue };
             let (code, reason) = match key.kind {
                 Kind::Format => {
@@ -108,12 +111,12 @@ impl Checker {
             } else {
                 format!("add {sample}")
             };
-            self.error((code, opening(node), reason, remedy), &join(path, key.name));
+            self.error((code, opening(node, path), reason, remedy), &join(path, key.name));
         }
         for (group, sample) in table.one_of {
-            if !group.iter().any(|name| node.entry(name).is_some()) {
+            if group.iter().all(|name| missing(name)) {
                 let reason = format!("{} needs `{}`", table_name(path), group[0]);
-                let fault = ("E0021", opening(node), reason, format!("add {sample}"));
+                let fault = ("E0021", opening(node, path), reason, format!("add {sample}"));
                 self.error(fault, &join(path, group[0]));
             }
         }
@@ -163,12 +166,19 @@ impl Checker {
             Kind::Later(what) => faults.push((
                 "E0019",
                 entry.key_span,
-                format!("`{}` belongs to {what}, which this version of slew does not have yet", key.name),
+                format!("`{}`: this version of slew does not have {what} yet", key.name),
                 "remove it to plan without".into(),
             )),
             Kind::LaterLimit(what) => later_limit(entry, what, faults_in),
         }
-        for fault in faults {
+        for (index, mut fault) in faults.into_iter().enumerate() {
+            // Three wrong numbers of a list show what is wrong with the others.
+            if index == 3 {
+                return;
+            }
+            if !fault.2.contains(&format!("`{}`", key.name)) {
+                fault.2 = format!("`{}`: {}", key.name, fault.2);
+            }
             self.error(fault, path);
         }
     }
@@ -188,7 +198,9 @@ impl Checker {
         }
     }
 
-    fn unknown(&mut self, entry: &Entry, table: &'static Table, path: &str) {
+    /// Reports an unknown key; returns the known one that was probably meant.
+    fn unknown(&mut self, entry: &Entry, table: &'static Table, path: &str) -> Option<&'static str> {
+        let known = nearest(&entry.key, table.keys.iter().map(|key| key.name));
         let name = cut(&entry.key, 60);
         let fault = |code, reason: &str, remedy: String| (code, entry.key_span, reason.to_string(), remedy);
         let attitude = std::ptr::eq(table, &raw const ATTITUDE);
@@ -210,7 +222,7 @@ impl Checker {
             let is_table = matches!(entry.node.value, Value::Table(_)) && path.is_empty();
             let what = if is_table { "table" } else { "key" };
             let reason = format!("unknown {what} `{name}` in {}", table_name(path));
-            let remedy = match nearest(&entry.key, table.keys.iter().map(|key| key.name)) {
+            let remedy = match known {
                 Some(known) if is_table => format!("did you mean [{known}]?"),
                 Some(known) => format!("did you mean `{known}`?"),
                 None => elsewhere(&entry.key, table),
@@ -218,11 +230,15 @@ impl Checker {
             fault("E0020", &reason, remedy)
         };
         self.error(found, &join(path, &entry.key));
+        known
     }
 }
 
-/// Where a table begins: its header, or the first line for the whole file.
-fn opening(node: &Node) -> Span {
+/// Where a table begins: its header; nowhere for the whole spec.
+fn opening(node: &Node, path: &str) -> Span {
+    if path.is_empty() {
+        return Span::default();
+    }
     match node.entries().first() {
         // An inline table or an object spans all its text: point at the first character.
         Some(first) if first.key_span.source == node.span.source && first.key_span.start < node.span.end => {
@@ -302,7 +318,7 @@ fn later_limit(entry: &Entry, what: &str, faults: &mut Vec<Fault>) {
             return;
         }
     }
-    let reason = format!("`{}` belongs to {what}, which this version of slew does not have yet", entry.key);
+    let reason = format!("`{}`: this version of slew does not have {what} yet", entry.key);
     let remedy =
         "remove it, plan, and compare the peak torque with the limit: a longer `duration_s` lowers it";
     faults.push(("E0019", entry.key_span, reason, remedy.into()));

@@ -115,8 +115,14 @@ impl Diagnostics {
             out.push_str(&finding.render(colour));
             out.push('\n');
         }
-        let errors = self.0.iter().filter(|finding| finding.severity == Severity::Error).count();
-        let _ = writeln!(out, "{errors} error{}", if errors == 1 { "" } else { "s" });
+        let count = |severity| self.0.iter().filter(|finding| finding.severity == severity).count();
+        let several = |count, word| format!("{count} {word}{}", if count == 1 { "" } else { "s" });
+        let (errors, warnings) = (count(Severity::Error), count(Severity::Warning));
+        out.push_str(&several(errors, "error"));
+        if warnings > 0 {
+            let _ = write!(out, ", {}", several(warnings, "warning"));
+        }
+        out.push('\n');
         out
     }
 }
@@ -209,7 +215,8 @@ impl Finding {
             text: cut(source.slice(span), 60),
             reason: self.reason,
             remedy: self.remedy,
-            excerpt: Some(excerpt(source, line, span)),
+            // What is missing from the whole file has no place to point at.
+            excerpt: (span != Span::default()).then(|| excerpt(source, line, span)),
         }
     }
 }

@@ -26,7 +26,7 @@ pub(crate) fn parse(source: &Source) -> Result<Node, Vec<Finding>> {
     let parsed = parse_to_ast(text, &CollectOptions::default(), &strict);
     let value = match parsed {
         Ok(parsed) => parsed.value,
-        Err(error) => return Err(vec![syntax(error.kind(), span(error.range()))]),
+        Err(error) => return Err(vec![syntax(error.kind(), span(error.range()), source)]),
     };
     let mut duplicates = Vec::new();
     let root = match value {
@@ -102,8 +102,11 @@ fn node(value: ast::Value<'_>, source: &Source, duplicates: &mut Vec<Finding>) -
 }
 
 /// A syntax error in our words.
-fn syntax(kind: &ParseErrorKind, span: Span) -> Finding {
+fn syntax(kind: &ParseErrorKind, span: Span, source: &Source) -> Finding {
+    let word = source.slice(span);
+    let not_finite = ["NaN", "Infinity"].iter().any(|name| word.trim_start_matches('-').starts_with(name));
     let remedy = match kind {
+        _ if not_finite => "JSON has no such number; write a finite one",
         ParseErrorKind::CommentsNotAllowed => "JSON has no comments; TOML has: `# …`",
         ParseErrorKind::TrailingCommasNotAllowed => "remove the comma after the last element",
         ParseErrorKind::ExpectedComma => "put a comma between the elements",

@@ -102,7 +102,7 @@ pub(crate) static ROOT: Table = Table::new(&[
     key("name", Kind::Text(200), "What is planned, for people. Default: the file name."),
     key("description", Kind::Text(10_000), "Notes for people; ignored."),
     key("body", Kind::Table(&BODY), "The rigid body.")
-        .needed("[body]\ninertia_kg_m2 = [1, 2, 3]   # or three rows: the whole matrix"),
+        .needed("[body]\ninertia_kg_m2 = [2, 3, 4]   # or three rows: the whole matrix"),
     key(
         "actuators",
         Kind::Table(&ACTUATORS),
@@ -127,7 +127,7 @@ pub(crate) static ROOT: Table = Table::new(&[
 
 static BODY: Table = Table::new(&[
     key("inertia_kg_m2", Kind::Inertia, "Inertia about the mass center (about the pivot under uniform_gravity), body axes, tensor signs: three rows, or a diagonal of three.")
-        .needed("inertia_kg_m2 = [1, 2, 3]"),
+        .needed("inertia_kg_m2 = [2, 3, 4]"),
     key("mass_kg", Kind::Number(q::MASS), "Mass; needed when positions are given, and nowhere else."),
 ]);
 

@@ -57,9 +57,8 @@ pub(crate) fn steps(
     let steps = wanted.round();
     if steps < Problem::MIN_STEPS as f64 {
         let reason = format!(
-            "a step of {} s makes {} steps of {} s; a plan needs at least {}",
+            "a step of {} s is too long for a maneuver of {} s; a plan needs at least {} steps",
             show(step),
-            show(steps),
             show(duration),
             Problem::MIN_STEPS
         );

@@ -77,7 +77,9 @@ pub(crate) fn short(value: f64) -> String {
         return format!("{value}");
     }
     if !(1e-4..1e7).contains(&size) {
-        return format!("{value:.3e}");
+        let text = format!("{value:.3e}");
+        let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+        return format!("{}e{exponent}", digits.trim_end_matches('0').trim_end_matches('.'));
     }
     let decimals = (3 - size.log10().floor() as i32).max(0) as usize;
     let text = format!("{value:.decimals$}");

@@ -7,7 +7,7 @@ pub(crate) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> O
         return None;
     }
     let word = word.to_ascii_lowercase().replace('-', "_");
-    let limit = (word.chars().count() / 3).max(2);
+    let limit = (word.chars().count() / 3).max(1);
     known
         .filter_map(|candidate| {
             // `inertia` for `inertia_kg_m2`: the unit left out, or another one.

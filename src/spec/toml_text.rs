@@ -145,6 +145,23 @@ fn syntax(text: &str, error: &toml::de::Error) -> Finding {
             "keep one of the two",
         );
     }
+    const VALUE: &str =
+        "write `key = value`: a number such as 0.3, a list such as [0, 0, 1], or text in quotes";
+    if message.starts_with("string values must be quoted") {
+        // toml reads a missing value as an unquoted string of length zero.
+        let word = text.get(range).unwrap_or_default().trim();
+        return if word.is_empty() {
+            finding("E0010", "not valid TOML: the value is missing".into(), VALUE)
+        } else {
+            let word = super::diagnostic::cut(word, 40);
+            let remedy = format!("put text between quotes: \"{word}\"");
+            finding(
+                "E0010",
+                format!("not valid TOML: {word} is neither a number nor text in quotes"),
+                &remedy,
+            )
+        };
+    }
     let remedy = if message.starts_with("unclosed table") {
         "close the table header with `]`"
     } else if message.contains("string") {
@@ -152,7 +169,9 @@ fn syntax(text: &str, error: &toml::de::Error) -> Finding {
     } else if message.starts_with("unexpected key or value") {
         "write one `key = value` per line"
     } else if message.starts_with("key with no value") || message.starts_with("missing value") {
-        "write `key = value`, a number such as 0.3, a list such as [0, 0, 1], or text in quotes"
+        VALUE
+    } else if message.contains("array") {
+        "put commas between the elements of a list and close it with `]`"
     } else {
         "see https://toml.io for the notation, or start from the template of `slew init`"
     };

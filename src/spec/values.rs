@@ -39,7 +39,9 @@ pub(crate) fn number(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) 
     let Quantity { name, unit, smallest, largest, sign } = *quantity;
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
     if !value.is_finite() {
-        let reason = format!("{value} is not a number that can be computed with; {name} must be finite");
+        let found =
+            if value.is_nan() { "nan is not a number" } else { "the value is infinite or beyond 1e308" };
+        let reason = format!("{found}; {name} must be finite");
         faults.push((
             "E0030",
             node.span,
@@ -104,7 +106,7 @@ fn integer(node: &Node, faults: &mut Vec<Fault>) -> Option<i64> {
 pub(crate) fn steps(node: &Node, faults: &mut Vec<Fault>) -> Option<usize> {
     let value = integer(node, faults)?;
     if value < Problem::MIN_STEPS as i64 {
-        let reason = format!("{value} steps are too few: a plan needs at least {}", Problem::MIN_STEPS);
+        let reason = format!("{value} is too few: a plan needs at least {} steps", Problem::MIN_STEPS);
         faults.push(("E0033", node.span, reason, "100 is a good start; or leave the key out".into()));
     } else if value > Problem::MAX_STEPS as i64 {
         faults.push(too_many_steps(node.span, value as f64));
@@ -260,6 +262,11 @@ pub(crate) fn axes(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) ->
         faults.push(("E0025", node.span, reason, remedy.into()));
         return None;
     };
+    if !items.is_empty() && items.iter().all(|item| matches!(item.value, Value::Number(_))) {
+        let reason = "expected a list of axes, found a list of numbers: one axis".to_string();
+        faults.push(("E0025", node.span, reason, "put the axis in a list: [[1, 0, 0]]".into()));
+        return None;
+    }
     if items.len() > MAX_AXES {
         let reason = format!("{} axes, the limit is {MAX_AXES}", items.len());
         faults.push(("E0034", node.span, reason, "use fewer axes".into()));

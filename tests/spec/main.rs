@@ -1,0 +1,88 @@
+//! Spec files: what they mean, what is refused and in which words, and that no input breaks the reader.
+
+mod bad_inputs;
+mod files;
+mod meaning;
+mod mutations;
+mod schema;
+
+use slewkit::spec::{self, Diagnostics, Format, Loaded, Override};
+
+/// A complete spec, to change in the tests.
+pub const BASE: &str = r#"
+format = 1
+name = "base"
+[body]
+inertia_kg_m2 = [[2, 0.1, 0], [0.1, 3, 0], [0, 0, 4]]
+[start]
+attitude = { axis = [0, 0, 1], angle_deg = 0 }
+angular_velocity_deg_s = [0, 0, 0]
+[end]
+attitude = { euler_zyx_deg = [80, -25, 40] }
+angular_velocity_deg_s = [0, 0, 0]
+[maneuver]
+duration_s = 60
+steps = 200
+"#;
+
+/// A complete spec that moves the body too.
+pub const ORBIT: &str = r#"
+format = 1
+[body]
+inertia_kg_m2 = [2, 3, 4]
+mass_kg = 2
+[start]
+attitude = { quaternion_wxyz = [1, 0, 0, 0] }
+position_m = [100, 0, 0]
+velocity_m_s = [0, 0.1, 0]
+[end]
+rotation_from_start = { rotation_vector_rad = [0, 0, 7] }
+angular_velocity_rad_s = [0, 0, 0.01]
+position_m = [0, 100, 0]
+velocity_m_s = [-0.1, 0, 0]
+[environment]
+kind = "central_gravity"
+gravitational_parameter_m3_s2 = 1.0
+body = "points"
+points = [ { mass_kg = 1, position_m = [0.15, 0, 0] }, { mass_kg = 1, position_m = [-0.15, 0, 0] } ]
+[actuators]
+torque_axes_reference = [[1, 0, 0], [0, 2, 0]]
+effort_weight = [[2, 0.5], [0.5, 1]]
+force_axes_body = [[0, 0, 1]]
+force_effort_weight = [3]
+[maneuver]
+duration_s = 60
+step_s = 0.5
+[solver]
+method = "shooting"
+scheme = "lie_euler"
+tolerance = 1e-10
+continuous_tolerance_deg = 0.5
+time_limit_s = 2.5
+max_iterations = 30
+[expect]
+source = "nowhere"
+status = "solved"
+cost = { value = 1.5, tolerance = 0.01 }
+terminal_error = 1e-12
+newton_iterations_at_most = 20
+conjugate_points = 0
+sense = "long"
+rivals = [ { value = 71.4, tolerance = 0.1 } ]
+"#;
+
+/// Reads TOML with overrides.
+pub fn load_with(text: &str, set: &[&str]) -> Result<Loaded, Diagnostics> {
+    let set: Vec<Override> = set.iter().map(|text| Override::parse(text).unwrap()).collect();
+    spec::from_str(text, "test.toml", Format::Toml, &set)
+}
+
+/// Reads TOML with overrides that must be good.
+pub fn good(text: &str, set: &[&str]) -> Loaded {
+    load_with(text, set).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+/// Reads TOML with overrides that must be bad.
+pub fn bad(text: &str, set: &[&str]) -> Diagnostics {
+    load_with(text, set).expect_err("accepted")
+}
