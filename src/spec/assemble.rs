@@ -255,7 +255,9 @@ fn refuse(error: &ProblemError, maneuver: &Section<'_>, ends: [&Boundary<'_>; 2]
                 show(*limit)
             );
             let remedy = if *steps <= Problem::MAX_STEPS {
-                format!("raise `steps` to at least {steps}, or leave it out")
+                let raise =
+                    if maneuver.has("step_s") { "replace `step_s` by `steps` =" } else { "raise `steps` to" };
+                format!("{raise} {steps} or more, or leave it out")
             } else {
                 format!("even {} steps are too few: check the rate and `duration_s`", Problem::MAX_STEPS)
             };

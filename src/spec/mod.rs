@@ -47,7 +47,7 @@ use std::io::Read;
 use std::path::Path;
 use tree::{Node, Value};
 
-/// The largest spec [bytes].
+/// The largest spec, in bytes.
 pub const MAX_BYTES: usize = 1 << 20;
 
 /// The notation of a spec.
