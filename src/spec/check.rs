@@ -27,6 +27,11 @@ pub(crate) fn join(path: &str, name: &str) -> String {
     if path.is_empty() { name.into() } else { format!("{path}.{name}") }
 }
 
+/// Whether a key means something under this value of the table's selector.
+fn applies(key: &Key, selected: Option<&str>) -> bool {
+    key.only.is_empty() || selected.is_some_and(|kind| key.only.contains(&kind))
+}
+
 /// How a message names the table at `path`.
 fn table_name(path: &str) -> String {
     if path.is_empty() { "the spec".into() } else { format!("[{path}]") }
@@ -59,8 +64,6 @@ impl Checker {
             Value::Text(word) => Some(word.as_str()),
             _ => None,
         });
-        let applies =
-            |key: &Key| key.only.is_empty() || selected.is_some_and(|kind| key.only.contains(&kind));
         let mut suggested = Vec::new();
         for entry in node.entries() {
             if self.full() {
@@ -68,50 +71,15 @@ impl Checker {
             }
             match table.key(&entry.key) {
                 None => suggested.extend(self.unknown(entry, table, path)),
-                // With no valid selector, that is the one error to report.
-                Some(key) if !applies(key) => {
-                    if let (Some(kind), Some(selector)) = (selected, table.selector)
-                        && table.keys.iter().any(|key| key.only.contains(&kind))
-                    {
-                        let reason = format!(
-                            "`{}` does not belong to {selector} = \"{}\", only to \"{}\"",
-                            key.name,
-                            cut(kind, 40),
-                            key.only.join("\", \"")
-                        );
-                        let fault = ("E0020", entry.key_span, reason, "remove the key".into());
-                        self.error(fault, &join(path, key.name));
-                    }
-                }
-                Some(key) => self.value(entry, key, &join(path, key.name)),
+                Some(key) if applies(key, selected) => self.value(entry, key, &join(path, key.name)),
+                Some(key) => self.misplaced(entry, key, table, selected, path),
             }
         }
-        for group in table.exclusive {
-            let given: Vec<&Entry> =
-                node.entries().iter().filter(|e| group.contains(&e.key.as_str())).collect();
-            if let [first, second, ..] = given[..] {
-                let reason = format!("both `{}` and `{}` are given", first.key, second.key);
-                let fault = ("E0028", second.key_span, reason, "give one of the two".into());
-                self.error(fault, &join(path, &second.key));
-            }
-        }
+        self.contradictions(node, table, path);
         // A misspelt key is not missing as well.
         let missing = |name: &str| node.entry(name).is_none() && !suggested.contains(&name);
-        for key in table.keys.iter().filter(|key| applies(key) && missing(key.name)) {
-            let Some(sample) = key.sample else { continue };
-            let (code, reason) = match key.kind {
-                Kind::Format => {
-                    ("E0022", "the spec does not say which version of the format it is in".into())
-                }
-                Kind::Table(_) => ("E0021", format!("{} needs [{}]", table_name(path), key.name)),
-                _ => ("E0021", format!("{} needs `{}`", table_name(path), key.name)),
-            };
-            let remedy = if sample.contains('\n') {
-                format!("add, for example:\n{sample}")
-            } else {
-                format!("add {sample}")
-            };
-            self.error((code, opening(node, path), reason, remedy), &join(path, key.name));
+        for key in table.keys.iter().filter(|key| applies(key, selected) && missing(key.name)) {
+            self.missing(node, key, path);
         }
         for (group, sample) in table.one_of {
             if group.iter().all(|name| missing(name)) {
@@ -120,6 +88,58 @@ impl Checker {
                 self.error(fault, &join(path, group[0]));
             }
         }
+    }
+
+    /// Reports a key that belongs to another value of the selector. Without a valid selector nothing is
+    /// said: that is the one error to report.
+    fn misplaced(
+        &mut self,
+        entry: &Entry,
+        key: &Key,
+        table: &'static Table,
+        selected: Option<&str>,
+        path: &str,
+    ) {
+        if let (Some(kind), Some(selector)) = (selected, table.selector)
+            && table.keys.iter().any(|key| key.only.contains(&kind))
+        {
+            let reason = format!(
+                "`{}` does not belong to {selector} = \"{}\", only to \"{}\"",
+                key.name,
+                cut(kind, 40),
+                key.only.join("\", \"")
+            );
+            self.error(("E0020", entry.key_span, reason, "remove the key".into()), &join(path, key.name));
+        }
+    }
+
+    /// Reports keys of which only one may be given.
+    fn contradictions(&mut self, node: &Node, table: &'static Table, path: &str) {
+        for group in table.exclusive {
+            let given: Vec<&Entry> =
+                node.entries().iter().filter(|entry| group.contains(&entry.key.as_str())).collect();
+            if let [first, second, ..] = given[..] {
+                let reason = format!("both `{}` and `{}` are given", first.key, second.key);
+                let fault = ("E0028", second.key_span, reason, "give one of the two".into());
+                self.error(fault, &join(path, &second.key));
+            }
+        }
+    }
+
+    /// Reports a key that is missing, if it is needed.
+    fn missing(&mut self, node: &Node, key: &Key, path: &str) {
+        let Some(sample) = key.sample else { return };
+        let (code, reason) = match key.kind {
+            Kind::Format => ("E0022", "the spec does not say which version of the format it is in".into()),
+            Kind::Table(_) => ("E0021", format!("{} needs [{}]", table_name(path), key.name)),
+            _ => ("E0021", format!("{} needs `{}`", table_name(path), key.name)),
+        };
+        let remedy = if sample.contains('\n') {
+            format!("add, for example:\n{sample}")
+        } else {
+            format!("add {sample}")
+        };
+        self.error((code, opening(node, path), reason, remedy), &join(path, key.name));
     }
 
     fn value(&mut self, entry: &Entry, key: &'static Key, path: &str) {

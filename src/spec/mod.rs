@@ -119,7 +119,7 @@ pub struct Expect {
     pub status: String,
     /// Cost.
     pub cost: Option<Toleranced>,
-    /// Bound on the larger of attitude [rad] and relative momentum error at the end.
+    /// Bound on the larger of attitude error in rad and relative momentum error at the end.
     pub terminal_error: Option<f64>,
     /// Bound on the Newton iterations of the winning start, all its rungs.
     pub newton_iterations_at_most: Option<usize>,

@@ -42,7 +42,14 @@ fn variant(table: &'static Table, selected: Option<(&str, &str)>) -> Value {
             _ => kind(key.kind),
         };
         if let Value::Object(value) = &mut value {
-            value.insert("description".into(), json!(key.doc));
+            let unit = match key.kind {
+                Kind::Number(quantity) | Kind::Vector(quantity) if !quantity.unit.is_empty() => {
+                    format!(" Unit: {}.", quantity.unit)
+                }
+                Kind::Inertia => " Unit: kg·m².".into(),
+                _ => String::new(),
+            };
+            value.insert("description".into(), json!(format!("{}{unit}", key.doc)));
         }
         properties.insert(key.name.into(), value);
         if key.sample.is_some() {
