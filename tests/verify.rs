@@ -341,6 +341,24 @@ fn continuous_circular_orbit_closes() {
     }
 }
 
+/// A thruster fixed in the body pushes where the body points: `x = ½ (F/m) t²` along `R F`.
+#[test]
+fn body_fixed_forces_turn_with_the_body() {
+    let start = State::at_rest(lie::exp(&Vector3::new(0.4, -0.3, 0.5)));
+    let body = Body { inertia: Inertia::new(full_inertia()).unwrap(), mass: Some(2.0) };
+    let mut problem = Problem::rigid_body(body, start, start, 3.0);
+    let force = Vector3::new(0.5, -0.2, 0.3);
+    for frame in [AxisFrame::Body, AxisFrame::Reference] {
+        problem.actuation.force = Some(Channel::three_axes(frame));
+        let pushed = if frame == AxisFrame::Body { start.attitude * force } else { force };
+        for propagator in PROPAGATORS {
+            let row = final_row(&problem, propagator, 10, Some(&[force.x, force.y, force.z, 0.0, 0.0, 0.0]));
+            assert!((row.position - 0.5 * 9.0 / 2.0 * pushed).norm() < 1e-14, "{frame:?} {propagator:?}");
+            assert!((row.velocity - 3.0 / 2.0 * pushed).norm() < 1e-14);
+        }
+    }
+}
+
 /// A torque about a horizontal reference axis leaves the vertical momentum of a pendulum alone.
 #[test]
 fn reference_frame_torques_leave_the_vertical_momentum() {
@@ -476,6 +494,24 @@ fn a_body_left_alone_agrees_to_round_off() {
     assert!(check(&found, "round-off"));
 }
 
+/// Upright and left alone, a pendulum multiplies its round-off by a hundred thousand: no order is to be
+/// seen, and no disagreement either.
+#[test]
+fn amplified_round_off_is_round_off() {
+    let start = State::at_rest(lie::exp(&Vector3::new(0.4, -0.3, 0.5)));
+    let upright = -1.7 * (start.attitude.transpose() * Vector3::z());
+    let mut errors = vec![];
+    for duration in [10.0, 14.0, 18.0] {
+        let problem = Problem::attitude(body(full_inertia()), start, start, duration)
+            .with_environment(Field::pendulum(upright));
+        let (problem, plan) = aimed(problem.clone(), &vec![0.0; 303]);
+        let found = verify(&problem, &plan, 1e-12, None);
+        assert!(check(&found, "round-off"), "{found:#?}");
+        errors.push(found.checks.iter().find(|check| check.name == "round-off").unwrap().value);
+    }
+    assert!(errors.iter().any(|error| *error > 1e-11), "nothing was amplified: {errors:?}");
+}
+
 // ---- wrong plans ------------------------------------------------------------------------------------
 
 fn good() -> (Problem, Trajectory) {
@@ -558,6 +594,8 @@ fn nan_and_infinity_fail_wherever_they_stand() {
             spoil(&mut wrong, bad);
             let found = verify(&problem, &wrong, 1e-12, None);
             assert!(!check(&found, "finite") && !found.passed(), "{index} {bad}: {found:#?}");
+            let states = (1..=4).contains(&index);
+            assert!(!states || !check(&found, "recorded states"), "{index} {bad}: {found:#?}");
         }
     }
     let mut nan_input = plan.clone();
@@ -610,10 +648,47 @@ fn steps_too_long_and_bad_problems_are_failures_with_reasons() {
     assert!(found.failure.as_ref().unwrap().contains("one step"), "{found:#?}");
     assert!(!found.passed());
     problem.duration = f64::NAN;
-    assert!(!verify(&problem, &plan, 1e-12, None).passed());
+    let found = verify(&problem, &plan, 1e-12, None);
+    assert!(!found.passed() && found.failure.unwrap().contains("duration"));
     problem.duration = 2.0;
     problem.steps = 0;
-    assert!(!verify(&problem, &plan, 1e-12, None).passed());
+    let found = verify(&problem, &plan, 1e-12, None);
+    assert!(!found.passed() && found.failure.unwrap().contains("steps"));
+}
+
+#[test]
+fn a_field_without_a_value_ends_the_simulation_with_its_time() {
+    let problem = ballistic(full_inertia(), Vector3::new(0.3, -0.4, 0.6), 2.0)
+        .with_environment(Field::pendulum(Vector3::repeat(f64::NAN)));
+    let run = |propagator| {
+        simulate(&problem, &Simulation { propagator, ..Simulation::default() }, |row| row.time.is_finite())
+    };
+    assert_eq!(run(Propagator::Continuous), Err(WitnessError::Continuous { time: 0.0 }));
+    assert!(matches!(run(Propagator::LieVerlet), Err(WitnessError::NotFinite { .. })));
+}
+
+#[test]
+fn simulation_hands_out_the_rows_asked_for() {
+    let problem = ballistic(full_inertia(), Vector3::new(0.3, -0.4, 0.6), 2.0);
+    for propagator in PROPAGATORS {
+        let mut times = vec![];
+        let settings = Simulation { propagator, steps: 10, stride: 4, inputs: None };
+        simulate(&problem, &settings, |row| {
+            times.push(row.time);
+            true
+        })
+        .unwrap();
+        assert_eq!(times, [0.0, 0.8, 1.6, 2.0]);
+        let mut rows = 0;
+        simulate(&problem, &settings, |_| {
+            rows += 1;
+            rows < 2
+        })
+        .unwrap();
+        assert_eq!(rows, 2, "stops when told");
+    }
+    let settings = Simulation { inputs: Some(&[1.0]), ..Simulation::default() };
+    assert!(matches!(simulate(&problem, &settings, |_| true), Err(WitnessError::Rows { .. })));
 }
 
 /// A field that is no function of the pose: its moment depends on how often it was asked.

@@ -59,7 +59,7 @@ pub struct Verification {
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub continuous_velocity_m_s: Option<f64>,
     /// Observed order at which the discrete witness, with the held torque at h, h/2, h/4, converges to
-    /// the continuous end state; `None` when it agrees to round-off already (or could not be computed).
+    /// the continuous end state; `None` at round-off, or where it could not be computed.
     pub order: Option<f64>,
     /// Largest norm of the actuator torque at the nodes [N·m].
     pub peak_torque_n_m: f64,

@@ -24,6 +24,9 @@ pub(super) const SLACK: f64 = 0.5;
 /// Agreement, scaled and relative to the size of the motion, that counts as round-off.
 const ROUND_OFF: f64 = 1e-12;
 
+/// Agreement that amplified round-off can excuse at most.
+const AMPLIFIED: f64 = 1e-6;
+
 /// Round-off of the propagations, before the dynamics amplify it.
 const START_ROUND_OFF: f64 = 2e-13;
 
@@ -89,7 +92,7 @@ pub(super) fn compare(plant: &Plant, inputs: &Inputs, continuous: &Phase) -> Com
             return found;
         }
         let orders: Vec<f64> = found.errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect();
-        found.order = orders.last().copied();
+        found.order = orders.last().copied().filter(|order| order.is_finite());
         let enough = f64::from(problem.scheme.order()) - SLACK;
         if orders.len() >= 2 && orders[orders.len() - 2..].iter().all(|order| *order >= enough) {
             found.passed = true;
@@ -98,7 +101,7 @@ pub(super) fn compare(plant: &Plant, inputs: &Inputs, continuous: &Phase) -> Com
     }
     // Dynamics that amplify a disturbance of the start amplify round-off alike.
     let finest = found.errors.last().copied().unwrap_or(f64::NAN);
-    if finest < 1e-7 {
+    if finest < AMPLIFIED {
         found.floor = found.floor.max(START_ROUND_OFF * size * amplification(plant, inputs, &start, &scale));
         if finest <= found.floor {
             found.order = None;
