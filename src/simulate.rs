@@ -58,17 +58,17 @@ impl Default for Simulation<'_> {
 /// One moment of the motion, SI units, frames as in the crate's conventions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
     /// Attitude quaternion `[w, x, y, z]`, continuous along the motion.
     pub quaternion: [f64; 4],
     /// Angular velocity, body axes [rad/s].
     pub angular_velocity: Vector3,
-    /// Position, reference frame [m]; zero on SO(3).
+    /// Position, reference frame \[m\]; zero on SO(3).
     pub position: Vector3,
     /// Velocity, reference frame [m/s]; zero on SO(3).
     pub velocity: Vector3,
-    /// Kinetic plus potential energy [J]. In a turning frame minus `n · RΠ`: Jacobi's integral, which
+    /// Kinetic plus potential energy \[J\]. In a turning frame minus `n · RΠ`: Jacobi's integral, which
     /// is what a field fixed in that frame conserves.
     pub energy: f64,
     /// Angular momentum `RΠ + x × γ` about the origin, inertial axes [N·m·s].

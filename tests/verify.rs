@@ -715,3 +715,24 @@ fn witnesses_that_disagree_fail_the_order_check() {
     let found = verify(&problem.with_environment(Drifting::default()), &plan, 1e-1, None);
     assert!(check(&found, "discrete terminal") && !check(&found, "order"), "{found:#?}");
 }
+
+/// Plates and rods, principal moments up to a factor of 1e8 apart, axes askew.
+#[test]
+fn degenerate_bodies_are_judged_like_others() {
+    let tilt = lie::exp(&Vector3::new(0.4, -0.3, 0.5));
+    for (moments, steps) in [([1.0, 1.0, 2.0], 80), ([1e-4, 1.0, 1.0], 400), ([1e-8, 1.0, 1.0], 400)] {
+        let j = tilt * Matrix3::from_diagonal(&Vector3::from(moments)) * tilt.transpose();
+        // Inputs across the thin axis: about it they would spin the rod up beyond any step.
+        let across = torques(tilt, AxisFrame::Body).torque.axes()[1..].to_vec();
+        let channel = Channel::new(across, AxisFrame::Body, DMatrix::identity(2, 2)).unwrap();
+        for scheme in SCHEMES {
+            let problem = ballistic(0.5 * (j + j.transpose()), Vector3::zeros(), 2.0)
+                .with_actuation(Actuation { torque: channel.clone(), force: None })
+                .with_steps(steps)
+                .with_scheme(scheme);
+            let (problem, plan) = aimed(problem.clone(), &smooth_inputs(&problem));
+            let found = verify(&problem, &plan, 1e-7, None);
+            assert!(found.passed(), "{moments:?} {scheme:?}: {found:#?}");
+        }
+    }
+}

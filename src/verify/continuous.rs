@@ -11,7 +11,7 @@
 
 use super::WitnessError;
 use super::compensated::Compensated;
-use super::plant::{Output, Phase, Plant, Scale};
+use super::plant::{Output, Phase, Plant, Scale, angular_velocity};
 use crate::environment::{Pose, Wrench};
 use crate::{Matrix3, Vector3, lie};
 use differential_equations::methods::{Adaptive, ExplicitRungeKutta, Ordinary};
@@ -47,7 +47,7 @@ impl<'a> Continuous<'a> {
         }
     }
 
-    /// From `time` over `step` [s], the outputs linear in time between `start` and `end`.
+    /// From `time` over `step` \[s\], the outputs linear in time between `start` and `end`.
     pub(crate) fn advance(
         &mut self,
         time: f64,
@@ -61,7 +61,7 @@ impl<'a> Continuous<'a> {
         }
     }
 
-    /// The phase at `time` [s], which must be the end of the last step.
+    /// The phase at `time` \[s\], which must be the end of the last step.
     pub(crate) fn phase(&self, time: f64) -> Phase {
         match self {
             Self::Attitude(propagation) => propagation.base.phase(time),
@@ -83,6 +83,7 @@ struct Base<'a> {
     /// Factors from N·m and N to scaled moment and force.
     moment_unit: f64,
     force_unit: f64,
+    j: Matrix3,
     j_inverse: Matrix3,
     /// Body → inertial.
     quaternion: Compensated<4, 1>,
@@ -130,7 +131,7 @@ impl<const D: usize> ODE<f64, [f64; D]> for Change<'_> {
     fn diff(&self, t: f64, y: &[f64; D], dydt: &mut [f64; D]) {
         let base = self.base;
         let momentum = base.momentum.value() + vector(y, 4);
-        let rate = base.j_inverse * momentum;
+        let rate = angular_velocity(&base.j, &base.j_inverse, &momentum);
         let (w, v) = (1.0 + y[0], vector(y, 1));
         let moves = D == RIGID_BODY;
         let shift = if moves { vector(y, 7) } else { Vector3::zeros() };
@@ -210,7 +211,7 @@ impl Change<'_> {
 impl<'a> Base<'a> {
     fn new(plant: &'a Plant<'a>, start: &Phase) -> Self {
         let scale = Scale::of(plant.problem);
-        let j_inverse = plant.problem.body.inertia.j_inverse() * scale.inertia;
+        let inertia = &plant.problem.body.inertia;
         let quaternion = lie::quaternion_from_rotation(&start.attitude);
         let linear = scale.mass * scale.length / scale.time;
         Self {
@@ -218,7 +219,8 @@ impl<'a> Base<'a> {
             scale,
             moment_unit: scale.time * (scale.time / scale.inertia),
             force_unit: scale.time / linear,
-            j_inverse,
+            j: inertia.j() / scale.inertia,
+            j_inverse: inertia.j_inverse() * scale.inertia,
             quaternion: Compensated::new(SVector::from(quaternion)),
             momentum: Compensated::new(start.momentum * (scale.time / scale.inertia)),
             position: Compensated::new(start.position / scale.length),

@@ -55,7 +55,7 @@ impl<'a> Discrete<'a> {
         }
     }
 
-    /// Time of the node reached [s].
+    /// Time of the node reached \[s\].
     pub(crate) fn time(&self) -> f64 {
         self.steps as f64 * self.step
     }

@@ -34,7 +34,7 @@ use thiserror::Error;
 /// unless the name says otherwise.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Verification {
-    /// Discrete equations re-propagated with the exponential form: attitude error [rad].
+    /// Discrete equations re-propagated with the exponential form: attitude error \[rad\].
     pub discrete_attitude_rad: f64,
     /// The same: momentum error, `|ΔΠ| T / J_mean`.
     pub discrete_momentum_relative: f64,
@@ -44,15 +44,15 @@ pub struct Verification {
     /// The same on SE(3): linear momentum error over mass · length / `T`.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub discrete_linear_momentum_relative: Option<f64>,
-    /// Continuous equations of motion, torque held over each step: attitude error [rad].
+    /// Continuous equations of motion, torque held over each step: attitude error \[rad\].
     pub continuous_attitude_rad: f64,
     /// The same: rate error [rad/s].
     pub continuous_rate_rad_s: f64,
-    /// The same with the torque interpolated linearly over each step: attitude error [rad].
+    /// The same with the torque interpolated linearly over each step: attitude error \[rad\].
     pub interpolated_attitude_rad: f64,
     /// The same, interpolated: rate error [rad/s].
     pub interpolated_rate_rad_s: f64,
-    /// The same, held, on SE(3): position error [m].
+    /// The same, held, on SE(3): position error \[m\].
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub continuous_position_m: Option<f64>,
     /// The same, held, on SE(3): velocity error [m/s].
@@ -109,28 +109,28 @@ pub enum WitnessError {
         "at t = {time} s the body turns too far for one step of {step} s: the implicit equation has no physical solution"
     )]
     StepTooLong {
-        /// Start of that step [s].
+        /// Start of that step \[s\].
         time: f64,
-        /// Its length [s].
+        /// Its length \[s\].
         step: f64,
     },
     /// The adaptive integrator gave up.
     #[error("at t = {time} s the continuous equations of motion could not be integrated to the tolerance")]
     Continuous {
-        /// Start of that step of the plan [s].
+        /// Start of that step of the plan \[s\].
         time: f64,
     },
     /// A number became NaN or infinite.
     #[error("at t = {time} s a number is no longer finite")]
     NotFinite {
-        /// When [s].
+        /// When \[s\].
         time: f64,
     },
 }
 
 /// Judges a plan for `problem` by both witnesses.
 ///
-/// `tolerance` limits the scaled terminal error of the discrete witness, `continuous_tolerance` [rad]
+/// `tolerance` limits the scaled terminal error of the discrete witness, `continuous_tolerance` \[rad\]
 /// the attitude error of the continuous one. Whatever the numbers in `trajectory`, this returns: what
 /// cannot be computed is NaN in a failed check, with the reason in [`Verification::failure`].
 ///
