@@ -123,9 +123,8 @@ fn case(kind: Kind, seed: u64, index: usize) -> Case {
         .rev()
         .find(|rung| rung.start == solution.start && rung.rung != "coarse_to_fine")
         .map_or_else(|| "none".into(), |rung| rung.rung.clone());
-    let witness = verification.map_or(f64::INFINITY, |found| {
-        found.discrete_attitude_rad.max(found.discrete_momentum_relative)
-    });
+    let witness = verification
+        .map_or(f64::INFINITY, |found| found.discrete_attitude_rad.max(found.discrete_momentum_relative));
     Case {
         index,
         status,
@@ -176,8 +175,7 @@ fn count(kind: Kind, name: &str, cases: usize, seed: u64) {
         println!("    by {rung:<17}{count:>7}  {:.3} %", share(*count));
     }
     let solved: Vec<&Case> = results.iter().filter(|case| case.status == Status::Solved).collect();
-    let wrong =
-        solved.iter().filter(|case| !(case.terminal.max(case.witness) <= TERMINAL_LIMIT)).count();
+    let wrong = solved.iter().filter(|case| !(case.terminal.max(case.witness) <= TERMINAL_LIMIT)).count();
     let worst = |value: &dyn Fn(&Case) -> f64| solved.iter().map(|case| value(case)).fold(0.0, f64::max);
     println!("  called solved with a terminal error above {TERMINAL_LIMIT:.0e}: {wrong}");
     println!("  largest terminal error: solver {:.1e}", worst(&|case| case.terminal));
@@ -200,19 +198,11 @@ fn main() {
     let mut arguments = std::env::args().skip(1).map(|argument| argument.parse::<u64>());
     let cases = arguments.next().and_then(Result::ok).unwrap_or(10_000) as usize;
     let seed = arguments.next().and_then(Result::ok).unwrap_or(2026);
-    println!("Random slews from a cold start: T = 1, lie_verlet, N = {STEPS}, default settings, seed {seed}.");
+    println!(
+        "Random slews from a cold start: T = 1, lie_verlet, N = {STEPS}, default settings, seed {seed}."
+    );
     println!("Attitudes uniform on SO(3); principal second moments of mass log-uniform over a factor of 40,");
     println!("principal ratios of the inertia up to 20, random axes.\n");
-    count(
-        Kind::RestToRest,
-        "Rest to rest, 2 % within 1e-6 of 180 deg, 2 % within 1e-6 of 0",
-        cases,
-        seed,
-    );
-    count(
-        Kind::MovingEnds,
-        "Boundary rates uniform in ±5 rad/T on each axis, both ends",
-        cases,
-        seed,
-    );
+    count(Kind::RestToRest, "Rest to rest, 2 % within 1e-6 of 180 deg, 2 % within 1e-6 of 0", cases, seed);
+    count(Kind::MovingEnds, "Boundary rates uniform in ±5 rad/T on each axis, both ends", cases, seed);
 }

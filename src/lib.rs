@@ -33,7 +33,7 @@ pub mod actuation;
 pub mod body;
 pub mod dynamics;
 pub mod environment;
-mod extremal;
+pub mod extremal;
 pub mod lie;
 mod lifted;
 pub mod plan;

@@ -149,8 +149,7 @@ impl<const N: usize> Residuals<N> {
         let (mut d, mut c, mut linear) = (Vec::new(), Vec::new(), Vec::new());
         let start = opening_point(extremal, &nodes.costates[0]);
         let start_costate = Costate::from_vector(&nodes.costates[0]);
-        let q_start =
-            dynamics.linear_kick::<N>(&start.pose(), &start_costate).authority::<N>() * dynamics.h;
+        let q_start = dynamics.linear_kick::<N>(&start.pose(), &start_costate).authority::<N>() * dynamics.h;
         for k in 0..steps {
             let from = if k == 0 { &start } else { &nodes.points[k] };
             let step = dynamics.transition::<N>(from, &nodes.costates[k + 1])?;
@@ -226,6 +225,10 @@ impl<const N: usize> Iteration for Lifted<'_, N> {
         self.residuals.largest
     }
 
+    fn converged(&self) -> bool {
+        self.residual() <= self.tolerance
+    }
+
     fn advance(&mut self) -> Option<Outcome> {
         let Some(direction) = self.direction() else { return Some(Outcome::Singular) };
         let norm = self.residuals.norm;
@@ -236,7 +239,7 @@ impl<const N: usize> Iteration for Lifted<'_, N> {
             match Residuals::at(self.extremal, &nodes) {
                 Ok(residuals) if residuals.norm <= (1.0 - 2.0 * ARMIJO * fraction) * norm => {
                     (self.nodes, self.residuals) = (nodes, residuals);
-                    return (self.residual() <= self.tolerance).then_some(Outcome::Converged);
+                    return self.converged().then_some(Outcome::Converged);
                 }
                 Ok(_) => {}
                 Err(error) => failure = outcome_of(error),
@@ -244,6 +247,6 @@ impl<const N: usize> Iteration for Lifted<'_, N> {
             fraction *= 0.5;
         }
         // At the floor of round-off no step reduces the norm any more.
-        Some(if self.residual() <= self.tolerance { Outcome::Converged } else { failure })
+        Some(if self.converged() { Outcome::Converged } else { failure })
     }
 }

@@ -17,7 +17,7 @@
 //!
 //! The translation drifts by `x' = x + h γ`, `λ^γ' = λ^γ − h λ^x`.
 
-use super::implicit::{inverse3, solve};
+use super::implicit::{inverse3, solve, solve3};
 use super::{Costate, Dynamics, Point, Sensitivity, StepError, lanes::Rows};
 use crate::lie::{cayley_minus_identity, hat};
 use crate::{Matrix3, Vector3};
@@ -48,7 +48,7 @@ pub(crate) struct LinearDrift {
 
 impl Dynamics {
     /// Drifts `point` by one step.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn drift<const N: usize>(&self, point: &mut Point) -> Result<Drift, StepError> {
         let momentum = point.momentum.value;
         let Some(c) = solve(&self.j, &self.j_inverse, &(self.h * momentum)) else {
@@ -68,30 +68,34 @@ impl Dynamics {
         Ok(Drift { f, momentum, momentum_after: point.momentum.value })
     }
 
-    /// Carries a costate forward over a drift, `λ' = A0⁻ᵀ λ`, with `E⁻¹` of the drift.
-    #[inline]
+    /// `E = tr(F J_d) I − F J_d` of a drift.
+    #[inline(always)]
+    pub(crate) fn drift_matrix(&self, drift: &Drift) -> Matrix3 {
+        let f_j_d = drift.f * self.j_d;
+        Matrix3::from_diagonal_element(f_j_d.trace()) - f_j_d
+    }
+
+    /// Carries a costate forward over a drift, `λ' = A0⁻ᵀ λ`.
+    #[inline(always)]
     pub(crate) fn drift_costate<const N: usize>(
         &self,
         drift: &Drift,
+        e: &Matrix3,
         costate: &Costate,
-    ) -> (Costate, Matrix3) {
-        let f_j_d = drift.f * self.j_d;
-        let e = Matrix3::from_diagonal_element(f_j_d.trace()) - f_j_d;
-        let e_inverse = inverse3(&e);
+    ) -> Costate {
         let lever = drift.momentum.cross(&costate.pi) - costate.zeta;
         let mut after = *costate;
         after.zeta = drift.f.tr_mul(&costate.zeta);
-        after.pi = drift.f.tr_mul(&(costate.pi + e_inverse * lever * self.h));
+        after.pi = drift.f.tr_mul(&(costate.pi + solve3(e, &lever) * self.h));
         if N == 12 {
             after.gamma -= self.h * costate.x;
         }
-        (after, e_inverse)
+        after
     }
 
     /// Carries a costate back over a drift, `λ = A0ᵀ λ'`.
     pub(crate) fn drift_costate_back<const N: usize>(&self, drift: &Drift, after: &Costate) -> Costate {
-        let f_j_d = drift.f * self.j_d;
-        let e = Matrix3::from_diagonal_element(f_j_d.trace()) - f_j_d;
+        let e = self.drift_matrix(drift);
         let b_t = (drift.f.transpose() * inverse3(&e) * self.h).transpose();
         let mut before = *after;
         before.zeta = drift.f * after.zeta;
@@ -103,11 +107,11 @@ impl Dynamics {
     }
 
     /// The matrices of a linearised drift; `after` is the costate it led to.
-    #[inline]
-    pub(crate) fn linear_drift(&self, drift: &Drift, e_inverse: &Matrix3, after: &Costate) -> LinearDrift {
+    #[inline(always)]
+    pub(crate) fn linear_drift(&self, drift: &Drift, e: &Matrix3, after: &Costate) -> LinearDrift {
         let f = drift.f;
         let f_t = f.transpose();
-        let b = f_t * e_inverse * self.h;
+        let b = f_t * inverse3(e) * self.h;
         let b_t = b.transpose();
         let c = f_t + hat(&drift.momentum_after) * b;
         let c_inverse_t = f_t + b * hat(&drift.momentum);
@@ -132,7 +136,7 @@ impl Dynamics {
 
 impl LinearDrift {
     /// `z' = A0 z`, `δλ' = A0⁻ᵀ (δλ − H z)`.
-    #[inline]
+    #[inline(always)]
     pub fn advance<const N: usize>(&self, columns: &mut Sensitivity<N>) {
         let zeta = columns.costate_zeta - &self.h12 * &columns.pi;
         let pi = columns.costate_pi - &self.h22 * &columns.pi;

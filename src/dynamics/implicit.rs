@@ -20,7 +20,7 @@ const MAX_ITERATIONS: usize = 12;
 
 /// Solves for the Cayley vector `c` of one step. `None` when there is no physical solution: the step
 /// is too long for this momentum (or a number is not finite).
-#[inline]
+#[inline(always)]
 pub(crate) fn solve(j: &Matrix3, j_inverse: &Matrix3, g: &Vector3) -> Option<Vector3> {
     // Two passes of the fixed point c = ½J⁻¹(g + g×c + (g·c)c) from c = ½J⁻¹g: error O(|c|⁴).
     let mut c = 0.5 * (j_inverse * g);
@@ -51,7 +51,7 @@ pub(crate) fn solve(j: &Matrix3, j_inverse: &Matrix3, g: &Vector3) -> Option<Vec
 }
 
 /// `a⁻¹ b` by cofactors. A singular matrix gives infinities, which the callers' checks refuse.
-#[inline]
+#[inline(always)]
 pub(crate) fn solve3(a: &Matrix3, b: &Vector3) -> Vector3 {
     let (c0, c1, c2) = (a.column(0), a.column(1), a.column(2));
     let c12 = c1.cross(&c2);
@@ -60,7 +60,7 @@ pub(crate) fn solve3(a: &Matrix3, b: &Vector3) -> Vector3 {
 }
 
 /// `a⁻¹` by cofactors.
-#[inline]
+#[inline(always)]
 pub(crate) fn inverse3(a: &Matrix3) -> Matrix3 {
     let (c0, c1, c2) = (a.column(0), a.column(1), a.column(2));
     let (r0, r1, r2) = (c1.cross(&c2), c2.cross(&c0), c0.cross(&c1));

@@ -38,12 +38,10 @@ pub(crate) struct Kick {
 
 /// The linearised kick: `K_pq`, `K_pp` and `K_qq` (`K_qp = K_pqᵀ`).
 pub(crate) struct LinearKick {
-    pq: Blocks,
     pp_force: Matrix3,
     pp_torque: Matrix3,
-    qq: Blocks,
-    /// `K_pq` and `K_qq` vanish: free body, body torques, reference forces.
-    pure_input: bool,
+    /// `(K_pq, K_qq)`; `None` where both vanish: free body, body torques, reference forces.
+    field: Option<(Blocks, Blocks)>,
 }
 
 impl Dynamics {
@@ -63,7 +61,7 @@ impl Dynamics {
     }
 
     /// The kick at a pose.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn kick<const N: usize>(&self, pose: &Pose, costate: &Costate) -> Kick {
         let input = self.input_wrench::<N>(pose, costate);
         let zero = Vector3::zeros();
@@ -99,7 +97,7 @@ impl Dynamics {
     }
 
     /// The wrench of environment and inputs without the costate's gradient: a bare step.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn bare_kick<const N: usize>(&self, point: &mut Point, weight: f64, input: &Wrench) {
         let mut wrench = *input;
         if let Some(environment) = &self.environment {
@@ -115,54 +113,52 @@ impl Dynamics {
 
     /// The linearised kick at a pose.
     pub(crate) fn linear_kick<const N: usize>(&self, pose: &Pose, costate: &Costate) -> LinearKick {
+        let turning =
+            self.torque.frame == AxisFrame::Reference || (N == 12 && self.force.frame == AxisFrame::Body);
+        if self.environment.is_none() && !turning {
+            let (pp_force, pp_torque) = (-self.force.matrix, -self.torque.matrix);
+            return LinearKick { pp_force, pp_torque, field: None };
+        }
+        self.field_kick::<N>(pose, costate)
+    }
+
+    /// The linearised kick of an environment, or of inputs whose axes turn against the coordinates.
+    fn field_kick<const N: usize>(&self, pose: &Pose, costate: &Costate) -> LinearKick {
         let r = &pose.attitude;
         let r_t = r.transpose();
-        let mut kick = LinearKick {
-            pq: Blocks::zero(),
-            pp_force: Matrix3::zeros(),
-            pp_torque: -self.torque.matrix,
-            qq: Blocks::zero(),
-            pure_input: true,
-        };
+        let (mut pq, mut qq) = (Blocks::zero(), Blocks::zero());
+        let (mut pp_force, mut pp_torque) = (-self.force.matrix, -self.torque.matrix);
         if let Some(environment) = &self.environment {
-            kick.pure_input = false;
-            kick.pq = self.gradient(environment.as_ref(), pose);
+            pq = self.gradient(environment.as_ref(), pose);
             let costates = Wrench { force: costate.gamma, moment: costate.pi };
-            kick.qq = self.curvature(environment.as_ref(), pose, &costates);
+            qq = self.curvature(environment.as_ref(), pose, &costates);
         }
         if self.torque.frame == AxisFrame::Reference {
             // a(R) = Rᵀ A R: δ(a p) = a δp + (S(a p) − a S(p)) ζ with a p = −τ.
-            kick.pure_input = false;
             let a = r_t * self.torque.matrix * r;
             let p = &costate.pi;
             let torque = -(a * p);
-            kick.pp_torque = -a;
             let turn = hat(&torque) + a * hat(p);
-            kick.pq.rr += turn;
-            kick.qq.rr += hat(p) * turn;
+            pp_torque = -a;
+            pq.rr += turn;
+            qq.rr += hat(p) * turn;
         }
-        if N == 12 {
-            match self.force.frame {
-                AxisFrame::Reference => kick.pp_force = -self.force.matrix,
-                AxisFrame::Body => {
-                    kick.pure_input = false;
-                    let a = &self.force.matrix;
-                    let rho = r_t * costate.gamma;
-                    let phi = -(a * rho);
-                    kick.pp_force = -(r * a * r_t);
-                    // δρ = Rᵀδλ + S(ρ)ζ, δφ = −A δρ, δf = R (δφ − S(φ)ζ), δ(φ×ρ) = −S(ρ)δφ + S(φ)δρ.
-                    kick.pq.xr += r * (-(a * hat(&rho)) - hat(&phi));
-                    kick.qq.rr += hat(&rho) * a * hat(&rho) + hat(&phi) * hat(&rho);
-                }
-            }
+        if N == 12 && self.force.frame == AxisFrame::Body {
+            // δρ = Rᵀδλ + S(ρ)ζ, δφ = −A δρ, δf = R (δφ − S(φ)ζ), δ(φ×ρ) = −S(ρ)δφ + S(φ)δρ.
+            let a = &self.force.matrix;
+            let rho = r_t * costate.gamma;
+            let phi = -(a * rho);
+            pp_force = -(r * a * r_t);
+            pq.xr += r * (-(a * hat(&rho)) - hat(&phi));
+            qq.rr += hat(&rho) * a * hat(&rho) + hat(&phi) * hat(&rho);
         }
-        kick
+        LinearKick { pp_force, pp_torque, field: Some((pq, qq)) }
     }
 }
 
 impl Kick {
     /// Applies the kick: impulse times `weight` to the momenta, `h` times the slopes to the costates.
-    #[inline]
+    #[inline(always)]
     pub fn apply<const N: usize>(&self, point: &mut Point, costate: &mut Costate, weight: f64, h: f64) {
         point.momentum.add(&(self.moment * weight));
         costate.zeta -= self.slope_r * h;
@@ -175,37 +171,34 @@ impl Kick {
 
 impl LinearKick {
     /// The kick on state and costate derivatives: `weight` on the momenta, `h` on the costates.
-    #[inline]
+    #[inline(always)]
     pub fn apply<const N: usize>(&self, columns: &mut Sensitivity<N>, weight: f64, h: f64) {
         columns.pi += weight * (&self.pp_torque * &columns.costate_pi);
         if N == 12 {
             columns.gamma += weight * (&self.pp_force * &columns.costate_gamma);
         }
-        if self.pure_input {
-            return;
-        }
-        columns.pi += weight * (&self.pq.rr * &columns.zeta);
-        columns.costate_zeta -= h * (&self.qq.rr * &columns.zeta);
-        columns.costate_zeta -= h * (&self.pq.rr.transpose() * &columns.costate_pi);
+        let Some((pq, qq)) = &self.field else { return };
+        columns.pi += weight * (&pq.rr * &columns.zeta);
+        columns.costate_zeta -= h * (&qq.rr * &columns.zeta);
+        columns.costate_zeta -= h * (&pq.rr.transpose() * &columns.costate_pi);
         if N == 12 {
-            columns.pi += weight * (&self.pq.rx * &columns.x);
-            columns.gamma += weight * (&self.pq.xx * &columns.x + &self.pq.xr * &columns.zeta);
-            columns.costate_zeta -=
-                h * (&self.qq.rx * &columns.x + &self.pq.xr.transpose() * &columns.costate_gamma);
-            columns.costate_x -= h * (&self.qq.xx * &columns.x + &self.qq.xr * &columns.zeta);
-            columns.costate_x -= h
-                * (&self.pq.xx.transpose() * &columns.costate_gamma
-                    + &self.pq.rx.transpose() * &columns.costate_pi);
+            columns.pi += weight * (&pq.rx * &columns.x);
+            columns.gamma += weight * (&pq.xx * &columns.x + &pq.xr * &columns.zeta);
+            columns.costate_zeta -= h * (&qq.rx * &columns.x + &pq.xr.transpose() * &columns.costate_gamma);
+            columns.costate_x -= h * (&qq.xx * &columns.x + &qq.xr * &columns.zeta);
+            columns.costate_x -=
+                h * (&pq.xx.transpose() * &columns.costate_gamma + &pq.rx.transpose() * &columns.costate_pi);
         }
     }
 
     /// `K_qq z` into the costate part of a fresh set of columns.
     pub fn curvature<const N: usize>(&self, columns: &Sensitivity<N>) -> Sensitivity<N> {
         let mut out = Sensitivity::zero();
-        out.costate_zeta = &self.qq.rr * &columns.zeta;
+        let Some((_, qq)) = &self.field else { return out };
+        out.costate_zeta = &qq.rr * &columns.zeta;
         if N == 12 {
-            out.costate_zeta += &self.qq.rx * &columns.x;
-            out.costate_x = &self.qq.xx * &columns.x + &self.qq.xr * &columns.zeta;
+            out.costate_zeta += &qq.rx * &columns.x;
+            out.costate_x = &qq.xx * &columns.x + &qq.xr * &columns.zeta;
         }
         out
     }
@@ -213,11 +206,12 @@ impl LinearKick {
     /// `K_pq`, momentum rows by configuration columns, N×N.
     pub fn gradient<const N: usize>(&self) -> nalgebra::SMatrix<f64, N, N> {
         let mut out = nalgebra::SMatrix::<f64, N, N>::zeros();
-        out.view_mut((N - 3, N - 6), (3, 3)).copy_from(&self.pq.rr);
+        let Some((pq, _)) = &self.field else { return out };
+        out.view_mut((N - 3, N - 6), (3, 3)).copy_from(&pq.rr);
         if N == 12 {
-            out.view_mut((3, 0), (3, 3)).copy_from(&self.pq.xx);
-            out.view_mut((3, N - 6), (3, 3)).copy_from(&self.pq.xr);
-            out.view_mut((N - 3, 0), (3, 3)).copy_from(&self.pq.rx);
+            out.view_mut((3, 0), (3, 3)).copy_from(&pq.xx);
+            out.view_mut((3, N - 6), (3, 3)).copy_from(&pq.xr);
+            out.view_mut((N - 3, 0), (3, 3)).copy_from(&pq.rx);
         }
         out
     }

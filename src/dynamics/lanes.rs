@@ -3,7 +3,7 @@
 //! A 3×L block stored by rows, so that a 3×3 matrix acts on all L columns with the same scalar
 //! coefficients: the compiler puts the columns into the lanes of its vector registers.
 
-use crate::{Matrix3, Vector3};
+use crate::Matrix3;
 use std::ops::{Add, AddAssign, Mul, Sub, SubAssign};
 
 /// A 3×L block of columns.
@@ -24,24 +24,11 @@ impl<const L: usize> Rows<L> {
         }
         rows
     }
-
-    /// `a × column` for every column.
-    #[inline]
-    pub fn crossed_by(&self, a: &Vector3) -> Self {
-        let [x, y, z] = &self.0;
-        let mut out = Self::zero();
-        for l in 0..L {
-            out.0[0][l] = a.y * z[l] - a.z * y[l];
-            out.0[1][l] = a.z * x[l] - a.x * z[l];
-            out.0[2][l] = a.x * y[l] - a.y * x[l];
-        }
-        out
-    }
 }
 
 impl<const L: usize> Mul<&Rows<L>> for &Matrix3 {
     type Output = Rows<L>;
-    #[inline]
+    #[inline(always)]
     fn mul(self, rows: &Rows<L>) -> Rows<L> {
         let [x, y, z] = &rows.0;
         let mut out = Rows::zero();
@@ -57,7 +44,7 @@ impl<const L: usize> Mul<&Rows<L>> for &Matrix3 {
 
 impl<const L: usize> Mul<Rows<L>> for f64 {
     type Output = Rows<L>;
-    #[inline]
+    #[inline(always)]
     fn mul(self, mut rows: Rows<L>) -> Rows<L> {
         rows.0.iter_mut().flatten().for_each(|value| *value *= self);
         rows
@@ -65,7 +52,7 @@ impl<const L: usize> Mul<Rows<L>> for f64 {
 }
 
 impl<const L: usize> AddAssign for Rows<L> {
-    #[inline]
+    #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         for (row, increment) in self.0.iter_mut().zip(&other.0) {
             for l in 0..L {
@@ -76,7 +63,7 @@ impl<const L: usize> AddAssign for Rows<L> {
 }
 
 impl<const L: usize> SubAssign for Rows<L> {
-    #[inline]
+    #[inline(always)]
     fn sub_assign(&mut self, other: Self) {
         for (row, decrement) in self.0.iter_mut().zip(&other.0) {
             for l in 0..L {
@@ -88,7 +75,7 @@ impl<const L: usize> SubAssign for Rows<L> {
 
 impl<const L: usize> Add for Rows<L> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn add(mut self, other: Self) -> Self {
         self += other;
         self
@@ -97,7 +84,7 @@ impl<const L: usize> Add for Rows<L> {
 
 impl<const L: usize> Sub for Rows<L> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn sub(mut self, other: Self) -> Self {
         self -= other;
         self

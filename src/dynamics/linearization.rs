@@ -28,8 +28,6 @@ pub(crate) struct Transition<const N: usize> {
     pub end: Point,
     /// `λ_{k−1}` that belongs to `λ_k`.
     pub costate_before: SVector<f64, N>,
-    /// Running cost `½ uᵀWu` at the end of the step.
-    pub effort: f64,
     /// The matrices.
     pub linear: Linearization<N>,
 }
@@ -50,7 +48,7 @@ impl Dynamics {
         kick.apply::<N>(&mut end, &mut costate, self.h, -self.h);
         let linear = self.matrices::<N>(&drift, &costate, &linear_kick);
         let before = self.drift_costate_back::<N>(&drift, &costate);
-        Ok(Transition { end, costate_before: before.to_vector(), effort: kick.effort, linear })
+        Ok(Transition { end, costate_before: before.to_vector(), linear })
     }
 
     /// `λ_{k−1}` that belongs to `λ_k` of the step from `start`, by `A_kᵀ`.
@@ -74,8 +72,7 @@ impl Dynamics {
         after: &Costate,
         kick: &super::kick::LinearKick,
     ) -> Linearization<N> {
-        let (_, e_inverse) = self.drift_costate::<N>(drift, after);
-        let linear = self.linear_drift(drift, &e_inverse, after);
+        let linear = self.linear_drift(drift, &self.drift_matrix(drift), after);
         let mut columns = Sensitivity::<N>::of_state();
         let free = linear.curvature(&columns).costate();
         linear.advance(&mut columns);

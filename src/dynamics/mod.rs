@@ -95,7 +95,7 @@ impl<const R: usize, const C: usize> Sum<R, C> {
         Self { value, excess: SMatrix::zeros() }
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn add(&mut self, increment: &SMatrix<f64, R, C>) {
         let increment = increment - self.excess;
         let sum = self.value + increment;
@@ -249,6 +249,21 @@ impl Dynamics {
         }
     }
 
+    /// Propagates the start of `problem` over all steps without inputs: attitude and momentum (scaled)
+    /// at the end. The bare step that a sweep is measured against.
+    ///
+    /// # Errors
+    /// [`StepError`] where the implicit equation has no solution.
+    pub fn propagate(&self, problem: &Problem) -> Result<(Matrix3, Vector3), StepError> {
+        let mut point = self.point(&problem.start);
+        let input = Wrench { force: Vector3::zeros(), moment: Vector3::repeat(0.1) };
+        for _ in 0..self.steps {
+            self.drift::<6>(&mut point)?;
+            self.bare_kick::<6>(&mut point, self.h, &input);
+        }
+        Ok((point.attitude.value, point.momentum.value))
+    }
+
     /// Angular velocity of the reference frame, in its axes, scaled.
     pub(crate) fn frame_rate(&self) -> Vector3 {
         let rate = self.environment.as_ref().map_or_else(Vector3::zeros, |field| field.frame_rate());
@@ -264,7 +279,7 @@ impl Dynamics {
     }
 
     /// Force and moment of the environment, scaled.
-    #[inline]
+    #[inline(always)]
     fn wrench(&self, environment: &dyn Environment, pose: &Pose) -> Wrench {
         let wrench = environment.wrench(&self.pose_si(pose));
         Wrench { force: wrench.force / self.units.force(), moment: wrench.moment / self.units.torque() }

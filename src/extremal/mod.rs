@@ -9,7 +9,6 @@
 //! it and half a kick closes it; the discrete optimum then has `u_0 = −W⁻¹Bᵀλ_{−1}` by the same formula
 //! and is of second order. Nothing is allocated.
 
-use crate::dynamics::drift::Drift;
 use crate::dynamics::{Costate, Dynamics, Point, Sensitivity, StepError, Sum};
 use crate::lie;
 use crate::problem::{Problem, Scheme};
@@ -18,15 +17,15 @@ use nalgebra::{SMatrix, SVector};
 
 /// The boundary value problem of the necessary conditions, on one grid, in scaled units.
 #[derive(Clone, Debug)]
-pub(crate) struct Extremal<const N: usize> {
-    pub dynamics: Dynamics,
-    pub start: Point,
-    pub target: Point,
+pub struct Extremal<const N: usize> {
+    pub(crate) dynamics: Dynamics,
+    pub(crate) start: Point,
+    pub(crate) target: Point,
 }
 
 /// Where a sweep ended.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct End<const N: usize> {
+pub struct End<const N: usize> {
     /// Terminal error `[log(R_dᵀ R_N); Π_N − Π_d]`, in the crate's order, scaled.
     pub error: SVector<f64, N>,
     /// Cost, scaled.
@@ -60,7 +59,7 @@ impl<const N: usize> Extremal<N> {
     }
 
     /// Sweeps from `λ_{−1}` and shows every node to `observe`.
-    pub fn sweep_observed(
+    pub(crate) fn sweep_observed(
         &self,
         costate: &SVector<f64, N>,
         observe: impl FnMut(Node),
@@ -77,7 +76,7 @@ impl<const N: usize> Extremal<N> {
     }
 
     /// As [`Extremal::sweep_linearized`]; `watch` sees the derivatives after every full kick.
-    pub fn sweep_conjugate(
+    pub(crate) fn sweep_conjugate(
         &self,
         costate: &SVector<f64, N>,
         watch: impl FnMut(&Sensitivity<N>),
@@ -120,13 +119,13 @@ impl<const N: usize> Extremal<N> {
         observe(Node { index: 0, point, correction, costate });
         for index in 1..=dynamics.steps {
             let drift = dynamics.drift::<N>(&mut point)?;
-            let (after, e_inverse) = dynamics.drift_costate::<N>(&drift, &costate);
-            costate = after;
+            let e = dynamics.drift_matrix(&drift);
+            costate = dynamics.drift_costate::<N>(&drift, &e, &costate);
             let pose = point.pose();
             let kick = dynamics.kick::<N>(&pose, &costate);
             let last = half_kicks && index == dynamics.steps;
             if DERIVE {
-                dynamics.linear_drift(&drift, &e_inverse, &costate).advance(columns);
+                dynamics.linear_drift(&drift, &e, &costate).advance(columns);
                 let linear = dynamics.linear_kick::<N>(&pose, &costate);
                 if last {
                     let mut full = *columns;
@@ -161,7 +160,7 @@ impl<const N: usize> Extremal<N> {
     }
 
     /// Terminal error of a state: position, linear momentum, attitude (a logarithm), momentum.
-    pub fn terminal_error(&self, point: &Point) -> SVector<f64, N> {
+    pub(crate) fn terminal_error(&self, point: &Point) -> SVector<f64, N> {
         let relative: Matrix3 = self.target.attitude.value.tr_mul(&point.attitude.value);
         Costate {
             x: point.position.value - self.target.position.value,
@@ -172,20 +171,13 @@ impl<const N: usize> Extremal<N> {
         .to_vector()
     }
 
-    /// The first drift, which leads from `λ_{−1}` to `λ_0`.
-    pub fn first_drift(&self) -> Result<(Drift, Point), StepError> {
-        let mut point = self.start;
-        let drift = self.dynamics.drift::<N>(&mut point)?;
-        Ok((drift, point))
-    }
-
     /// The same problem with another target, its attitude and momenta given.
-    pub fn with_target(&self, target: Point) -> Self {
+    pub(crate) fn with_target(&self, target: Point) -> Self {
         Self { target, ..self.clone() }
     }
 
     /// The state at the end of the motion without inputs.
-    pub fn ballistic_end(&self) -> Result<Point, StepError> {
+    pub(crate) fn ballistic_end(&self) -> Result<Point, StepError> {
         let mut end = self.start;
         let origin = Self { target: zero_point(), ..self.clone() };
         // The observer's last node carries the full kick of Lie–Verlet: take half of it back.

@@ -170,9 +170,9 @@ fn zoo() -> Vec<Problem> {
             attitude.actuation.force = None;
             problems.push(attitude.clone());
             problems.push(attitude.clone().with_environment(pendulum(1.7, Vector3::new(0.1, -0.2, 0.9))));
-            problems
-                .push(attitude.with_environment(GravityGradient::new(0.8, &inertia).unwrap()));
-            let points = [(0.6, Vector3::new(0.3, 0.1, 0.02)), (0.9, Vector3::new(-0.2, -0.2 / 3.0, -0.04 / 3.0))];
+            problems.push(attitude.with_environment(GravityGradient::new(0.8, &inertia).unwrap()));
+            let points =
+                [(0.6, Vector3::new(0.3, 0.1, 0.02)), (0.9, Vector3::new(-0.2, -0.2 / 3.0, -0.04 / 3.0))];
             let points = points.map(|(parameter, position)| PointMass { parameter, position }).to_vec();
             problems.push(base.clone());
             problems.push(base.with_environment(CentralGravity::new(points).unwrap()));
@@ -205,7 +205,14 @@ fn check_sensitivity<const N: usize>(problem: &Problem, random: &mut Random) {
         };
         let difference = ((at(1.0) - at(-1.0)) * 8.0 - (at(2.0) - at(-2.0))) / (12.0 * step);
         let error = (difference - psi.column(column)).amax();
-        assert!(error < 1e-10 * psi.amax(), "{:?} {:?} {:?} column {column}: {error:e} {:e}", problem.scheme, problem.environment, problem.actuation.torque.frame(), psi.amax());
+        assert!(
+            error < 1e-10 * psi.amax(),
+            "{:?} {:?} {:?} column {column}: {error:e} {:e}",
+            problem.scheme,
+            problem.environment,
+            problem.actuation.torque.frame(),
+            psi.amax()
+        );
     }
 }
 
@@ -241,8 +248,7 @@ fn check_matrices<const N: usize>(problem: &Problem, random: &mut Random) {
         let before = pair[0].costate.to_vector::<N>();
         assert!((step.costate_before - before).amax() < 1e-13 * before.amax().max(1.0));
         let Linear { a, h, q } = step.linear;
-        costate_columns =
-            Factor::new(&a.transpose()).solve_matrix(&(costate_columns - h * psi_from_nodes));
+        costate_columns = Factor::new(&a.transpose()).solve_matrix(&(costate_columns - h * psi_from_nodes));
         psi_from_nodes = a * psi_from_nodes - q * costate_columns;
         let error = (psi_from_nodes - watched[k]).amax();
         assert!(error < 1e-11 * watched[k].amax().max(1.0), "{problem:?} {k}: {error:e}");

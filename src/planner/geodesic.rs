@@ -21,9 +21,8 @@ fn cubic(t: f64, a0: &Vector3, v0: &Vector3, a1: &Vector3, v1: &Vector3) -> (Vec
         + v0 * (t3 - 2.0 * t2 + t)
         + a1 * (3.0 * t2 - 2.0 * t3)
         + v1 * (t3 - t2);
-    let slope = (a1 - a0) * (6.0 * t - 6.0 * t2)
-        + v0 * (3.0 * t2 - 4.0 * t + 1.0)
-        + v1 * (3.0 * t2 - 2.0 * t);
+    let slope =
+        (a1 - a0) * (6.0 * t - 6.0 * t2) + v0 * (3.0 * t2 - 4.0 * t + 1.0) + v1 * (3.0 * t2 - 2.0 * t);
     (value, slope)
 }
 
@@ -42,13 +41,11 @@ pub(crate) fn along<const N: usize>(
     let (start, target) = (&extremal.start, &extremal.target);
     let (steps, h) = (dynamics.steps, dynamics.h);
     let frame = dynamics.frame_rate();
-    let rate = |point: &Point| {
-        dynamics.j_inverse * point.momentum.value - point.attitude.value.tr_mul(&frame)
-    };
+    let rate =
+        |point: &Point| dynamics.j_inverse * point.momentum.value - point.attitude.value.tr_mul(&frame);
     // Near a full turn J_r⁻¹ is singular; the slope there is only a guess.
     let away = (rotation.norm() - TAU).abs() > 0.5;
-    let end_slope =
-        if away { lie::right_jacobian_inverse(rotation) * rate(target) } else { rate(target) };
+    let end_slope = if away { lie::right_jacobian_inverse(rotation) * rate(target) } else { rate(target) };
     let zero = Vector3::zeros();
     let mut points = Vec::with_capacity(steps + 1);
     for index in 0..=steps {

@@ -36,8 +36,6 @@ struct Found<const N: usize> {
     cost: f64,
     residual: f64,
     outcome: Outcome,
-    sense: Sense,
-    turned_deg: f64,
     iterations: usize,
 }
 
@@ -54,12 +52,13 @@ struct Search<'a, 'c, const N: usize> {
 
 /// Steps of the coarse grid: enough for the fastest rate that the way round suggests.
 fn coarse_steps(problem: &Problem, turns: i32) -> usize {
-    let rate = problem.start.angular_velocity.norm().max(problem.end.angular_velocity.norm())
-        * problem.duration;
+    let rate =
+        problem.start.angular_velocity.norm().max(problem.end.angular_velocity.norm()) * problem.duration;
     let relative = problem.start.attitude.tr_mul(&problem.end.attitude);
     let angle = (lie::log(&relative).norm() + TAU * f64::from(turns)).abs().max(TAU / 2.0);
     let needed = ((1.5 * angle + rate) / COARSE_ANGLE).ceil().min(problem.steps as f64) as usize;
-    needed.max(COARSE_STEPS)
+    // Even, so that grids of 3/2 as many steps exist.
+    needed.max(COARSE_STEPS).next_multiple_of(2)
 }
 
 /// The grid to search on: the coarse one where it is much cheaper than the requested one.
@@ -69,11 +68,7 @@ fn search_grid(problem: &Problem, turns: i32) -> usize {
 }
 
 /// Solves a checked problem.
-pub(super) fn solve<const N: usize>(
-    problem: &Problem,
-    context: &Context,
-    guess: Option<&[f64]>,
-) -> Solution {
+pub(super) fn solve<const N: usize>(problem: &Problem, context: &Context, guess: Option<&[f64]>) -> Solution {
     let turns = wanted_turns(problem);
     let most = turns.iter().copied().max_by_key(|turns| turns.abs()).unwrap_or(0);
     let fine = Extremal::<N>::new(problem, problem.steps);
@@ -146,8 +141,8 @@ impl<const N: usize> Search<'_, '_, N> {
 
     fn from_guess(&mut self, guess: &[f64]) {
         self.context.enter("guess", "guess", self.problem.steps);
-        let scaled = SVector::<f64, N>::from_row_slice(guess)
-            .component_div(&self.fine.dynamics.units.costate());
+        let scaled =
+            SVector::<f64, N>::from_row_slice(guess).component_div(&self.fine.dynamics.units.costate());
         let costate = match self.problem.scheme {
             Scheme::LieVerlet => Ok(scaled),
             // A Lie–Euler guess is λ_0.
@@ -196,7 +191,7 @@ impl<const N: usize> Search<'_, '_, N> {
         self.context.enter(rung, &start.name, steps);
         let settings = self.context.settings;
         let interrupt = || self.context.interrupt();
-        let (grid, report) = solve_grid(&self.coarse, start.costate, None, settings, &interrupt);
+        let (grid, report) = solve_grid(&self.coarse, start.costate, None, true, settings, &interrupt);
         self.context.note(steps, &report);
         let spent = spent + report.iterations;
         match grid {
@@ -233,18 +228,7 @@ impl<const N: usize> Search<'_, '_, N> {
         outcome: Outcome,
         iterations: usize,
     ) {
-        let (sense, turned_deg) =
-            record::path_sense(&self.coarse, &costate).unwrap_or((Sense::Short, f64::NAN));
-        let found = Found {
-            start: start.into(),
-            costate,
-            cost,
-            residual,
-            outcome,
-            sense,
-            turned_deg,
-            iterations,
-        };
+        let found = Found { start: start.into(), costate, cost, residual, outcome, iterations };
         if outcome == Outcome::Converged {
             let same = |other: &Found<N>| {
                 (other.costate - found.costate).amax() < SAME * other.costate.amax().max(1.0)
@@ -264,7 +248,7 @@ impl<const N: usize> Search<'_, '_, N> {
         let (costate, report) = continuation::in_target(&self.coarse, turns, self.context);
         self.context.note(steps, &report);
         if let Some(costate) = costate {
-            self.shoot("continuation", Start { name, turns, costate }, report.iterations);
+            self.shoot("continuation", Start { name, costate }, report.iterations);
         }
     }
 
@@ -274,8 +258,7 @@ impl<const N: usize> Search<'_, '_, N> {
         self.context.enter("lifted", &name, steps);
         let limit = self.context.settings.max_iterations;
         let nodes = geodesic::nodes(&self.coarse, turns);
-        let (mut nodes, mut report) =
-            continuation::lifted(&self.coarse, nodes, 1e-10, limit, self.context);
+        let (mut nodes, mut report) = continuation::lifted(&self.coarse, nodes, 1e-10, limit, self.context);
         self.context.note(steps, &report);
         if nodes.is_none() && !self.stopped() {
             self.context.enter("horizon", &name, steps);
@@ -283,7 +266,7 @@ impl<const N: usize> Search<'_, '_, N> {
             self.context.note(steps, &report);
         }
         if let Some(nodes) = nodes {
-            let start = Start { name, turns, costate: nodes.costates[0] };
+            let start = Start { name, costate: nodes.costates[0] };
             self.shoot("lifted", start, report.iterations);
         }
     }
@@ -307,29 +290,41 @@ impl<const N: usize> Search<'_, '_, N> {
                 error[row] += TAU * uniform() * if row >= N - 6 { 1.0 } else { 0.2 };
             }
             let costate = factor.solve(&error) * (-0.5 * (1.0 + uniform()));
-            let start = Start { name: format!("random {}", index + 1), turns: 0, costate };
+            let start = Start { name: format!("random {}", index + 1), costate };
             self.shoot("multi_start", start, 0);
         }
     }
 
-    /// Chooses among what was found, and writes the solution.
-    fn conclude(mut self) -> Solution {
+    /// Sense of a path, as far as the coarse grid tells.
+    fn sense(&self, found: &Found<N>) -> (Sense, f64) {
+        record::path_sense(&self.coarse, &found.costate).unwrap_or((Sense::Short, f64::NAN))
+    }
+
+    /// Puts the winner first: of the wanted sense, if there is one, the lowest cost.
+    fn rank(&mut self) {
         let wanted = match self.problem.path {
             Path::Shortest => Some(Sense::Short),
             Path::Long => Some(Sense::Long),
             Path::Best | Path::AsGiven(_) => None,
         };
-        let off = |found: &Found<N>| wanted.is_some_and(|wanted| found.sense != wanted);
-        self.found.sort_by(|a, b| off(a).cmp(&off(b)).then(a.cost.total_cmp(&b.cost)));
+        let mut found = std::mem::take(&mut self.found);
+        let several = found.len() > 1;
+        let off = |found: &Found<N>| several && wanted.is_some_and(|wanted| self.sense(found).0 != wanted);
+        found.sort_by(|a, b| off(a).cmp(&off(b)).then(a.cost.total_cmp(&b.cost)));
+        self.found = found;
+    }
+
+    /// Chooses among what was found, and writes the solution.
+    fn conclude(mut self) -> Solution {
+        self.rank();
         let solve_time = self.context.began.elapsed().as_secs_f64();
-        let winner = self.found.first().cloned().or_else(|| self.failure.clone());
+        let winner = self.found.first().or(self.failure.as_ref());
         let cost_unit = self.fine.dynamics.units.cost;
-        let rivals = self.found.iter().skip(1).map(|rival| Rival {
-            start: rival.start.clone(),
-            sense: rival.sense,
-            cost: rival.cost * cost_unit,
-            conjugate_points: proof::conjugate_points(&self.coarse, &rival.costate),
-            turned_deg: rival.turned_deg,
+        let rivals = self.found.iter().skip(1).map(|rival| {
+            let (sense, turned_deg) = self.sense(rival);
+            let conjugate_points = proof::conjugate_points(&self.coarse, &rival.costate);
+            let (start, cost) = (rival.start.clone(), rival.cost * cost_unit);
+            Rival { start, sense, cost, conjugate_points, turned_deg }
         });
         let mut solution = Solution {
             outcome: Outcome::Stalled,
@@ -351,7 +346,7 @@ impl<const N: usize> Search<'_, '_, N> {
         };
         if let Some(winner) = winner {
             solution.outcome = winner.outcome;
-            solution.start = winner.start;
+            solution.start = winner.start.clone();
             solution.iterations = winner.iterations;
             if let Ok(recorded) = record(self.problem, &self.fine, &winner.costate) {
                 solution.cost = recorded.end.cost * cost_unit;
@@ -370,4 +365,3 @@ impl<const N: usize> Search<'_, '_, N> {
         solution
     }
 }
-

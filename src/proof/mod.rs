@@ -8,10 +8,7 @@ use crate::solution::Optimality;
 use nalgebra::{DMatrix, SMatrix, SVector};
 
 /// First- and second-order optimality of the extremal from `costate`.
-pub(crate) fn optimality<const N: usize>(
-    extremal: &Extremal<N>,
-    costate: &SVector<f64, N>,
-) -> Optimality {
+pub(crate) fn optimality<const N: usize>(extremal: &Extremal<N>, costate: &SVector<f64, N>) -> Optimality {
     let (rank, condition) = match extremal.sweep_linearized(costate) {
         Ok((_, psi)) => rank_and_condition(&psi),
         Err(_) => (0, f64::INFINITY),
@@ -102,8 +99,8 @@ pub(crate) fn conjugate_points<const N: usize>(
 fn negative_eigenvalues<const N: usize>(q: &SMatrix<f64, N, N>, p: &SMatrix<f64, N, N>) -> usize {
     let dynamic = DMatrix::from_fn(N, N, |row, column| q[(row, column)]);
     let Some(eigen) = dynamic.try_symmetric_eigen(f64::EPSILON, 1000) else { return 0 };
-    let root = &eigen.eigenvectors
-        * DMatrix::from_diagonal(&eigen.eigenvalues.map(|value| value.max(0.0).sqrt()));
+    let root =
+        &eigen.eigenvectors * DMatrix::from_diagonal(&eigen.eigenvalues.map(|value| value.max(0.0).sqrt()));
     let p = DMatrix::from_fn(N, N, |row, column| p[(row, column)]);
     let form = DMatrix::identity(N, N) + root.transpose() * p * &root;
     let form = 0.5 * (&form + form.transpose());

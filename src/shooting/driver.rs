@@ -7,6 +7,8 @@ use argmin::core::{Error, Executor, IterState, KV, Problem, Solver, State, Termi
 pub(crate) trait Iteration {
     /// Norm of the residual at the present iterate.
     fn residual(&self) -> f64;
+    /// Whether there is nothing left to do.
+    fn converged(&self) -> bool;
     /// One step; `Some` when the iteration ends, at its best iterate.
     fn advance(&mut self) -> Option<Outcome>;
 }
@@ -58,6 +60,9 @@ impl<I: Iteration> Solver<(), DriverState> for Driver<'_, I> {
 /// Runs an iteration to its end or for `max_iterations`.
 pub(crate) fn run<I: Iteration>(iteration: I, max_iterations: usize, interrupt: Interrupt) -> (I, Report) {
     let residuals = vec![iteration.residual()];
+    if iteration.converged() {
+        return (iteration, Report { outcome: Outcome::Converged, iterations: 0, residuals });
+    }
     let driver = Driver { iteration, interrupt, outcome: None, residuals };
     let executor = Executor::new((), driver)
         .configure(|state: DriverState| state.max_iters(max_iterations as u64))

@@ -21,8 +21,6 @@ use std::f64::consts::TAU;
 #[derive(Clone, Debug)]
 pub(crate) struct Start<const N: usize> {
     pub name: String,
-    /// Full turns added to the short way.
-    pub turns: i32,
     pub costate: SVector<f64, N>,
 }
 
@@ -64,7 +62,7 @@ pub(crate) fn ballistic<const N: usize>(
             error.fixed_rows_mut::<3>(N - 6).copy_from(&wound(&short, turns));
             let costate = factor.solve(&error) * -fraction;
             let name = name_of(turns);
-            starts.push(Start { name, turns, costate });
+            starts.push(Start { name, costate });
         }
     }
     Ok(starts)

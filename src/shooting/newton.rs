@@ -19,17 +19,19 @@ use nalgebra::SVector;
 /// Sufficient decrease of the line search.
 const ARMIJO: f64 = 1e-4;
 /// A step that shrinks the error to less than this fraction keeps its factor.
-const KEEP_FACTOR: f64 = 0.05;
+const KEEP_FACTOR: f64 = 0.1;
 /// Shortest fraction of a Newton step that is tried.
 const SHORTEST: f64 = 1.0 / 4096.0;
 /// Below the tolerance the iteration goes on to this fraction of it, as long as that is cheap.
-const POLISH: f64 = 0.02;
+const POLISH: f64 = 0.5;
 
 /// The iterate of a shooting.
 #[derive(Clone, Debug)]
 pub(crate) struct Newton<'a, const N: usize> {
     extremal: &'a Extremal<N>,
     tolerance: f64,
+    /// Residual at which no further step is worth its sweep.
+    enough: f64,
     /// `λ_{−1}`, scaled.
     pub costate: SVector<f64, N>,
     /// Where its sweep ended.
@@ -48,7 +50,13 @@ impl<'a, const N: usize> Newton<'a, N> {
         factor: Option<Factor<N>>,
     ) -> Result<Self, StepError> {
         let end = extremal.sweep(&costate)?;
-        Ok(Self { extremal, tolerance, costate, end, factor, exact: false })
+        let enough = POLISH * tolerance;
+        Ok(Self { extremal, tolerance, enough, costate, end, factor, exact: false })
+    }
+
+    /// The same, polished to `enough` as long as every step with the factor at hand gains a digit.
+    pub fn polished_to(self, enough: f64) -> Self {
+        Self { enough, ..self }
     }
 
     fn refresh(&mut self) -> Result<(), StepError> {
@@ -88,24 +96,29 @@ impl<const N: usize> Iteration for Newton<'_, N> {
         self.end.error.amax()
     }
 
+    fn converged(&self) -> bool {
+        self.residual() <= self.enough
+    }
+
     fn advance(&mut self) -> Option<Outcome> {
-        if self.residual() <= POLISH * self.tolerance {
-            return Some(Outcome::Converged);
-        }
         let converged = self.residual() <= self.tolerance;
         // An old factor gets one try at full length, a fresh one the whole line search.
         let mut moved = self.factor.is_some() && !self.exact && self.search(1.0);
         if !moved && !converged {
-            if !self.exact && let Err(error) = self.refresh() {
+            if !self.exact
+                && let Err(error) = self.refresh()
+            {
                 return Some(outcome_of(error));
             }
             moved = self.search(SHORTEST);
         }
-        match (moved, converged) {
-            (_, true) => Some(Outcome::Converged),
-            (false, false) => Some(Outcome::Stalled),
-            (true, false) => (self.residual() <= POLISH * self.tolerance).then_some(Outcome::Converged),
+        if !moved {
+            return Some(if converged { Outcome::Converged } else { Outcome::Stalled });
         }
+        // Below the tolerance only cheap steps go on: those whose factor was worth keeping.
+        let polishing = self.residual() <= self.tolerance && self.factor.is_some();
+        let done = self.converged() || (converged && !polishing);
+        done.then_some(Outcome::Converged)
     }
 }
 
