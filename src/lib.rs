@@ -33,6 +33,7 @@ pub mod actuation;
 pub mod body;
 pub mod dynamics;
 pub mod environment;
+pub mod export;
 pub mod extremal;
 pub mod lie;
 mod lifted;

@@ -1,0 +1,537 @@
+//! Every file that the library writes is read back, bit for bit, or is not there at all.
+
+use slewkit::body::{Body, Inertia};
+use slewkit::export::{
+    ExportError, FileError, PlanFile, ProblemRecord, Target, TrajectoryDocument, read_guess, write_csv,
+    write_jsonl,
+};
+use slewkit::plan::{Plan, Status};
+use slewkit::problem::{Motion, Problem, Scheme, State};
+use slewkit::settings::Settings;
+use slewkit::solution::{Optimality, Outcome, Rival, RungReport, Sense, Solution, TerminalError, Trajectory};
+use slewkit::verify::{Check, Verification};
+use slewkit::{Matrix3, Vector3};
+use std::borrow::Cow;
+use std::fs;
+use std::path::Path;
+
+/// Numbers that a careless writer loses: signed zero, subnormals, 17 digits, the ends of the range.
+const AWKWARD: [f64; 9] = [
+    -0.0,
+    5e-324,
+    f64::MIN_POSITIVE - 5e-324,
+    0.1 + 0.2,
+    -1.0 / 3.0,
+    9007199254740993.0,
+    f64::MAX,
+    -f64::MIN_POSITIVE,
+    1e23,
+];
+
+/// An endless supply of awkward numbers.
+struct Numbers(usize);
+
+impl Numbers {
+    fn next(&mut self) -> f64 {
+        self.0 += 1;
+        AWKWARD[self.0 % AWKWARD.len()]
+    }
+    fn row<const M: usize>(&mut self) -> [f64; M] {
+        std::array::from_fn(|_| self.next())
+    }
+    fn vectors(&mut self, rows: usize) -> Vec<Vector3> {
+        (0..rows).map(|_| self.row::<3>().into()).collect()
+    }
+}
+
+fn problem(motion: Motion, scheme: Scheme) -> Problem {
+    let inertia = Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5)).unwrap();
+    let start = State::at_rest(Matrix3::identity());
+    let end = State::at_rest(Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0));
+    let body = Body { inertia, mass: (motion == Motion::RigidBody).then_some(3.0) };
+    let problem = match motion {
+        Motion::Attitude => Problem::attitude(body, start, end, 0.3),
+        Motion::RigidBody => Problem::rigid_body(body, start, end, 0.3),
+    };
+    problem.with_steps(4).with_scheme(scheme)
+}
+
+fn trajectory(problem: &Problem) -> Trajectory {
+    let mut numbers = Numbers(0);
+    let (nodes, rows) = (problem.steps + 1, problem.scheme.input_rows(problem.steps));
+    let moving = problem.motion == Motion::RigidBody;
+    Trajectory {
+        time: (0..nodes).map(|k| k as f64 * problem.step()).collect(),
+        quaternion: (0..nodes).map(|_| numbers.row()).collect(),
+        angular_velocity: numbers.vectors(nodes),
+        position: numbers.vectors(if moving { nodes } else { 0 }),
+        velocity: numbers.vectors(if moving { nodes } else { 0 }),
+        input: (0..rows * problem.actuation.count()).map(|_| numbers.next()).collect(),
+        input_count: problem.actuation.count(),
+        torque: numbers.vectors(rows),
+        force: numbers.vectors(if moving { rows } else { 0 }),
+        costates: (0..rows * problem.dimension()).map(|_| numbers.next()).collect(),
+    }
+}
+
+fn plan(problem: &Problem) -> Plan {
+    let check = Check { name: "order".into(), value: 1.99, limit: 0.3, passed: true };
+    let verification = Verification { order: Some(1.9999), checks: vec![check], ..Verification::default() };
+    let rung = RungReport {
+        rung: "newton".into(),
+        start: "short".into(),
+        steps: 4,
+        outcome: Outcome::Converged,
+        iterations: 2,
+        residuals: vec![0.1 + 0.2, 1e-3, 5e-324],
+    };
+    let rival = Rival {
+        start: "long".into(),
+        sense: Sense::Long,
+        cost: 1.0 / 3.0,
+        conjugate_points: None,
+        turned_deg: 210.0,
+    };
+    let solution = Solution {
+        outcome: Outcome::Converged,
+        scheme: problem.scheme,
+        steps: problem.steps,
+        step: problem.step(),
+        cost: 0.1 + 0.7,
+        trajectory: trajectory(problem),
+        terminal: TerminalError { attitude_rad: 4e-13, momentum_relative: 2e-14, ..Default::default() },
+        optimality: Optimality { stationarity: 6e-13, conjugate_points: Some(0), rank: 6, condition: 38.0 },
+        sense: Sense::Short,
+        start: "short".into(),
+        turned_deg: 150.0,
+        iterations: 2,
+        ladder: vec![rung],
+        rivals: vec![rival],
+        tolerance: 1e-12,
+        solve_time: 0.0024,
+    };
+    Plan { solution, verification: Some(verification), status: Status::Solved }
+}
+
+/// The four kinds of trajectory: two motions, two schemes.
+fn kinds() -> Vec<Problem> {
+    let mut kinds = Vec::new();
+    for motion in [Motion::Attitude, Motion::RigidBody] {
+        for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {
+            kinds.push(problem(motion, scheme));
+        }
+    }
+    kinds
+}
+
+fn bits(values: &[f64]) -> Vec<u64> {
+    values.iter().map(|value| value.to_bits()).collect()
+}
+
+/// Equality of floats takes −0 for 0: compare bits.
+fn assert_same_bits(a: &Trajectory, b: &Trajectory) {
+    assert_eq!(a, b);
+    for (a, b) in [(&a.time, &b.time), (&a.input, &b.input), (&a.costates, &b.costates)] {
+        assert_eq!(bits(a), bits(b));
+    }
+    assert_eq!(bits(a.quaternion.as_flattened()), bits(b.quaternion.as_flattened()));
+    for (a, b) in [
+        (&a.angular_velocity, &b.angular_velocity),
+        (&a.torque, &b.torque),
+        (&a.position, &b.position),
+        (&a.velocity, &b.velocity),
+        (&a.force, &b.force),
+    ] {
+        for (a, b) in a.iter().zip(b) {
+            assert_eq!(bits(a.as_slice()), bits(b.as_slice()));
+        }
+    }
+}
+
+#[test]
+fn plan_file_reads_back_bit_for_bit() {
+    for problem in kinds() {
+        let plan = plan(&problem);
+        let file = PlanFile::new(&problem, &Settings::default(), &plan);
+        let mut first = Vec::new();
+        file.write(&mut first).unwrap();
+        let back = PlanFile::read(first.as_slice()).unwrap();
+        assert_eq!(file, back);
+        assert_same_bits(&back.trajectory.0, &plan.solution.trajectory);
+        let mut second = Vec::new();
+        back.write(&mut second).unwrap();
+        assert_eq!(String::from_utf8(first).unwrap(), String::from_utf8(second).unwrap());
+        back.on_grid(&problem).unwrap();
+    }
+}
+
+#[test]
+fn plan_file_has_the_keys_of_the_contract() {
+    let problem = problem(Motion::RigidBody, Scheme::LieVerlet);
+    let plan = plan(&problem);
+    let mut text = Vec::new();
+    PlanFile::new(&problem, &Settings::default(), &plan).write(&mut text).unwrap();
+    let json: serde_json::Value = serde_json::from_slice(&text).unwrap();
+    for key in [
+        "/status",
+        "/exit_code",
+        "/name",
+        "/method",
+        "/scheme",
+        "/steps",
+        "/step_s",
+        "/cost",
+        "/duration_s",
+        "/iterations",
+        "/solve_time_s",
+        "/terminal/attitude_rad",
+        "/terminal/momentum_relative",
+        "/optimality/stationarity",
+        "/optimality/conjugate_points",
+        "/optimality/rank",
+        "/optimality/condition",
+        "/verified/discrete_attitude_rad",
+        "/verified/continuous_attitude_rad",
+        "/verified/continuous_rate_rad_s",
+        "/verified/order",
+        "/verified/checks/0/passed",
+        "/ladder/0/rung",
+        "/ladder/0/outcome",
+        "/ladder/0/iterations",
+        "/rivals/0/sense",
+        "/rivals/0/cost",
+        "/costates_0/11",
+        "/problem/inertia_kg_m2/2/2",
+        "/problem/end/matrix/1/0",
+        "/settings/tolerance",
+        "/trajectory/time_s/4",
+        "/trajectory/quaternion_wxyz/4/3",
+        "/trajectory/angular_velocity_rad_s/4/2",
+        "/trajectory/input/4/5",
+        "/trajectory/torque_n_m/4/2",
+        "/trajectory/costates/4/11",
+        "/trajectory/position_m/4/2",
+        "/trajectory/velocity_m_s/4/2",
+        "/trajectory/force_n/4/2",
+    ] {
+        assert!(json.pointer(key).is_some(), "{key} is missing");
+    }
+    assert_eq!(json["status"], "solved");
+    assert_eq!(json["exit_code"], 0);
+    assert_eq!(json["rivals"][0]["sense"], "long");
+    // Not transposed: R maps body x to reference y.
+    assert_eq!(
+        json["problem"]["end"]["matrix"],
+        serde_json::json!([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    );
+}
+
+#[test]
+fn a_file_has_its_outer_keys_on_lines_of_their_own() {
+    let problem = problem(Motion::Attitude, Scheme::LieVerlet);
+    let plan = plan(&problem);
+    let mut text = Vec::new();
+    PlanFile::new(&problem, &Settings::default(), &plan).write(&mut text).unwrap();
+    let text = String::from_utf8(text).unwrap();
+    assert!(text.starts_with("{\n  \"format\": 1,\n"), "{}", &text[..60]);
+    assert!(text.contains("\n    \"time_s\": [0.0,"));
+    assert_eq!(text.lines().filter(|line| line.contains("solve_time_s")).count(), 1);
+    assert!(text.ends_with("}\n"));
+}
+
+#[test]
+fn guess_is_read_from_a_plan_without_its_trajectory() {
+    let problem = problem(Motion::Attitude, Scheme::LieVerlet);
+    let plan = plan(&problem);
+    let mut text = Vec::new();
+    PlanFile::new(&problem, &Settings::default(), &plan).write(&mut text).unwrap();
+    assert_eq!(bits(&read_guess(text.as_slice()).unwrap()), bits(&plan.solution.trajectory.costates[..6]));
+    assert!(matches!(read_guess(&b"{\"cost\": 1}"[..]), Err(ExportError::Json(_))));
+    assert!(matches!(read_guess(&b"{\"costates_0\": [1e999]}"[..]), Err(ExportError::Json(_))));
+}
+
+#[test]
+fn numbers_that_are_not_finite_read_back_as_nan_outside_the_trajectory() {
+    let problem = problem(Motion::Attitude, Scheme::LieVerlet);
+    let mut plan = plan(&problem);
+    plan.solution.optimality.condition = f64::INFINITY;
+    plan.solution.ladder[0].residuals[1] = f64::NAN;
+    plan.solution.terminal.attitude_rad = f64::NAN;
+    plan.solution.optimality.conjugate_points = None;
+    if let Some(verification) = &mut plan.verification {
+        verification.continuous_rate_rad_s = f64::NAN;
+        verification.order = None;
+    }
+    let mut text = Vec::new();
+    PlanFile::new(&problem, &Settings::default(), &plan).write(&mut text).unwrap();
+    let back = PlanFile::read(text.as_slice()).unwrap();
+    assert!(back.optimality.condition.is_nan());
+    assert_eq!(back.optimality.conjugate_points, None);
+    assert!(back.ladder[0].residuals[1].is_nan());
+    assert_eq!(back.ladder[0].residuals[0], 0.1 + 0.2);
+    assert!(back.terminal.attitude_rad.is_nan());
+    assert_eq!(back.terminal.position_relative, None);
+    let verified = back.verified.unwrap();
+    assert!(verified.continuous_rate_rad_s.is_nan());
+    assert_eq!(verified.order, None);
+}
+
+#[test]
+fn trajectory_that_is_not_finite_is_refused_in_every_format() {
+    for spoil in 0..4 {
+        let problem = problem(Motion::RigidBody, Scheme::LieVerlet);
+        let mut plan = plan(&problem);
+        let trajectory = &mut plan.solution.trajectory;
+        let (key, row) = match spoil {
+            0 => {
+                trajectory.quaternion[3][1] = f64::NAN;
+                ("quaternion_wxyz", 3)
+            }
+            1 => {
+                trajectory.force[2][0] = f64::INFINITY;
+                ("force_n", 2)
+            }
+            2 => {
+                trajectory.input[7] = f64::NAN;
+                ("input", 1)
+            }
+            _ => {
+                *trajectory.costates.last_mut().unwrap() = f64::NEG_INFINITY;
+                ("costates", 4)
+            }
+        };
+        let wanted = format!("{key} of the trajectory is not finite in row {row}");
+        let trajectory = plan.solution.trajectory.clone();
+        let file = PlanFile::new(&problem, &Settings::default(), &plan);
+        for result in [
+            file.write(std::io::sink()),
+            write_csv(&trajectory, std::io::sink()),
+            write_jsonl(&trajectory, std::io::sink()),
+        ] {
+            let error = result.unwrap_err();
+            assert_eq!(error.to_string(), wanted);
+            assert_eq!(error.code(), "E0104");
+        }
+        let document = TrajectoryDocument(Cow::Owned(trajectory));
+        assert!(serde_json::to_string(&document).unwrap_err().to_string().contains(&wanted));
+    }
+}
+
+#[test]
+fn csv_reads_back_bit_for_bit_with_inputs_where_they_exist() {
+    for problem in kinds() {
+        let trajectory = trajectory(&problem);
+        let mut text = Vec::new();
+        write_csv(&trajectory, &mut text).unwrap();
+        let text = String::from_utf8(text).unwrap();
+        let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
+        let header = lines.next().unwrap();
+        let rows: Vec<_> = lines.collect();
+        assert_eq!(rows.len(), problem.steps + 1);
+        assert!(rows.iter().all(|row| row.len() == header.len()));
+        let column = |name: &str| {
+            let index = header.iter().position(|column| *column == name).unwrap_or_else(|| panic!("{name}"));
+            rows.iter().map(|row| row[index].parse().ok()).collect::<Vec<Option<f64>>>()
+        };
+        let late = problem.steps + 1 - trajectory.torque.len();
+        let same = |name: &str, late: usize, wanted: Vec<f64>| {
+            let found = column(name);
+            assert!(found[..late].iter().all(Option::is_none), "{name}");
+            let found: Vec<f64> = found[late..].iter().map(|value| value.unwrap()).collect();
+            assert_eq!(bits(&found), bits(&wanted), "{name}");
+        };
+        same("time_s", 0, trajectory.time.clone());
+        same("quaternion_z", 0, trajectory.quaternion.iter().map(|q| q[3]).collect());
+        same("angular_velocity_y_rad_s", 0, trajectory.angular_velocity.iter().map(|v| v.y).collect());
+        same("torque_x_n_m", late, trajectory.torque.iter().map(|v| v.x).collect());
+        let nth = |flat: &[f64], width: usize, at: usize| flat.chunks(width).map(|row| row[at]).collect();
+        same("input_2", late, nth(&trajectory.input, trajectory.input_count, 1));
+        same("costate_6", late, nth(&trajectory.costates, problem.dimension(), 5));
+        if problem.motion == Motion::RigidBody {
+            same("position_z_m", 0, trajectory.position.iter().map(|v| v.z).collect());
+            same("velocity_x_m_s", 0, trajectory.velocity.iter().map(|v| v.x).collect());
+            same("force_y_n", late, trajectory.force.iter().map(|v| v.y).collect());
+        } else {
+            assert!(!text.contains("force") && !text.contains("position"));
+        }
+    }
+}
+
+#[test]
+fn json_lines_hold_one_node_each() {
+    for problem in kinds() {
+        let trajectory = trajectory(&problem);
+        let mut text = Vec::new();
+        write_jsonl(&trajectory, &mut text).unwrap();
+        let text = String::from_utf8(text).unwrap();
+        let rows: Vec<serde_json::Value> =
+            text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+        assert_eq!(rows.len(), problem.steps + 1);
+        assert_eq!(rows[0].get("input").is_none(), problem.scheme == Scheme::LieEuler);
+        let last = &rows[problem.steps];
+        let costates: Vec<f64> = serde_json::from_value(last["costates"].clone()).unwrap();
+        let n = trajectory.costates.len();
+        assert_eq!(bits(&costates), bits(&trajectory.costates[n - problem.dimension()..]));
+        assert_eq!(last["quaternion_wxyz"][2].as_f64(), Some(trajectory.quaternion[4][2]));
+    }
+}
+
+#[test]
+fn table_of_a_simulation_has_no_columns_of_inputs() {
+    let mut trajectory = trajectory(&problem(Motion::Attitude, Scheme::LieVerlet));
+    trajectory.torque.clear();
+    trajectory.input.clear();
+    trajectory.input_count = 0;
+    trajectory.costates.clear();
+    let mut text = Vec::new();
+    write_csv(&trajectory, &mut text).unwrap();
+    let text = String::from_utf8(text).unwrap();
+    assert_eq!(text.lines().count(), 6);
+    assert!(text.lines().all(|line| line.split(',').count() == 8), "{text}");
+    write_jsonl(&trajectory, std::io::sink()).unwrap();
+}
+
+#[test]
+fn arrays_that_do_not_fit_the_maneuver_are_refused() {
+    let problem = problem(Motion::Attitude, Scheme::LieVerlet);
+    let plan = plan(&problem);
+    let mut text = Vec::new();
+    PlanFile::new(&problem, &Settings::default(), &plan).write(&mut text).unwrap();
+    let whole: serde_json::Value = serde_json::from_slice(&text).unwrap();
+    let refused = |change: &dyn Fn(&mut serde_json::Value)| {
+        let mut json = whole.clone();
+        change(&mut json);
+        let text = json.to_string();
+        match PlanFile::read(text.as_bytes()) {
+            Err(error) => error,
+            Ok(file) => file.on_grid(&problem).unwrap_err(),
+        }
+    };
+    for key in ["time_s", "quaternion_wxyz", "angular_velocity_rad_s", "input", "torque_n_m", "costates"] {
+        let error = refused(&|json| {
+            json["trajectory"][key].as_array_mut().unwrap().pop();
+        });
+        assert_eq!(error.code(), "E0103", "{key}");
+        assert!(error.to_string().contains(key), "{error}");
+    }
+    assert_eq!(refused(&|json| json["steps"] = 5.into()).code(), "E0103");
+    assert_eq!(refused(&|json| json["steps"] = u64::MAX.into()).code(), "E0103");
+    assert_eq!(refused(&|json| json["scheme"] = "rk4".into()).code(), "E0102");
+    assert_eq!(refused(&|json| json["format"] = 2.into()).code(), "E0102");
+    assert_eq!(refused(&|json| json["trajectory"]["input"][2] = serde_json::json!([1.0])).code(), "E0102");
+    assert_eq!(refused(&|json| json["trajectory"]["time_s"][2] = serde_json::Value::Null).code(), "E0102");
+    let cut = &text[..text.len() / 2];
+    let error = PlanFile::read(cut).unwrap_err();
+    assert!(error.code() == "E0102" && error.to_string().contains("line"), "{error}");
+}
+
+#[test]
+fn a_record_names_the_keys_in_which_two_maneuvers_differ() {
+    let one = problem(Motion::Attitude, Scheme::LieVerlet);
+    let mut other = one.clone();
+    assert_eq!(ProblemRecord::from(&one).differences(&(&other).into()), []);
+    other.end.attitude[(0, 0)] = 1e-17;
+    assert_eq!(ProblemRecord::from(&one).differences(&(&other).into()), []);
+    other.duration = 0.4;
+    other.end.angular_velocity.x = 1e-9;
+    let keys: Vec<_> = ProblemRecord::from(&one)
+        .differences(&(&other).into())
+        .into_iter()
+        .map(|difference| difference.key)
+        .collect();
+    assert_eq!(keys, ["duration_s", "end.angular_velocity_rad_s"]);
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> =
+        fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().to_string_lossy().into()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_file_is_there_whole_or_not_at_all() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plan.json");
+    let target = Target::new(&path, false).unwrap();
+    let failed = target.write(|output| {
+        output.write_all(b"half")?;
+        Err(std::io::Error::other("disk full").into())
+    });
+    assert_eq!(failed.unwrap_err().code(), "E0097");
+    assert_eq!(names(folder.path()), [""; 0], "nothing may be left behind");
+
+    target.write(|output| Ok(output.write_all(b"whole")?)).unwrap();
+    assert_eq!(fs::read(&path).unwrap(), b"whole");
+    assert_eq!(names(folder.path()), ["plan.json"]);
+
+    let forced = Target::new(&path, true).unwrap();
+    assert!(forced.write(|_| Err(std::io::Error::other("disk full").into())).is_err());
+    assert_eq!(fs::read(&path).unwrap(), b"whole", "the old file survives a failed write");
+    forced.write(|output| Ok(output.write_all(b"newer")?)).unwrap();
+    assert_eq!(fs::read(&path).unwrap(), b"newer");
+    assert_eq!(names(folder.path()), ["plan.json"]);
+}
+
+#[test]
+fn an_existing_file_is_never_replaced_without_force() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plan.json");
+    let early = Target::new(&path, false).unwrap();
+    fs::write(&path, "mine").unwrap();
+    assert!(matches!(Target::new(&path, false), Err(FileError::Exists { .. })));
+    // Also when it appears between the check and the end of the solve.
+    let error = early.write(|output| Ok(output.write_all(b"other")?)).unwrap_err();
+    assert_eq!(error.code(), "E0098");
+    assert_eq!(fs::read(&path).unwrap(), b"mine");
+    assert_eq!(names(folder.path()), ["plan.json"]);
+}
+
+#[test]
+fn names_that_cannot_be_files_are_refused_before_the_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let code = |name: &str| match Target::new(folder.path().join(name), true) {
+        Ok(_) => "accepted",
+        Err(error) => error.code(),
+    };
+    assert_eq!(code("missing/plan.json"), "E0095");
+    for name in ["a\nb", "\u{1b}[31mred", "CON", "con.json", "Lpt1.txt", "folder/", "."] {
+        assert_eq!(code(name), "E0099", "{name:?}");
+    }
+    assert_eq!(code(&"n".repeat(256)), "E0099");
+    for name in ["CONE.json", "com0.json", "lpt10", "plan", ".hidden", "größe.json"] {
+        assert_eq!(code(name), "accepted", "{name:?}");
+    }
+    fs::create_dir(folder.path().join("taken")).unwrap();
+    assert_eq!(code("taken"), "E0099");
+    let shown = Target::new(folder.path().join("\u{1b}[31m"), true).unwrap_err().to_string();
+    assert!(shown.contains("\\u{1b}") && !shown.contains('\u{1b}'), "{shown}");
+}
+
+#[test]
+fn an_output_that_is_an_input_is_refused_even_with_force() {
+    let folder = tempfile::tempdir().unwrap();
+    let spec = folder.path().join("spec.toml");
+    fs::write(&spec, "spec").unwrap();
+    let target = Target::new(folder.path().join("./spec.toml"), true).unwrap();
+    assert_eq!(target.distinct_from(&spec).unwrap_err().code(), "E0100");
+    Target::new(folder.path().join("plan.json"), true).unwrap().distinct_from(&spec).unwrap();
+}
+
+#[cfg(unix)]
+#[test]
+fn devices_and_rights_are_respected() {
+    use std::os::unix::fs::PermissionsExt;
+    assert_eq!(Target::new("/dev/null", true).unwrap_err().code(), "E0099");
+    let folder = tempfile::tempdir().unwrap();
+    let mode = |name: &str| fs::metadata(folder.path().join(name)).unwrap().permissions().mode();
+    fs::write(folder.path().join("ordinary"), "").unwrap();
+    let path = folder.path().join("ours");
+    Target::new(&path, false).unwrap().write(|output| Ok(output.write_all(b"x")?)).unwrap();
+    assert_eq!(mode("ours"), mode("ordinary"), "readable as any new file");
+    fs::set_permissions(&path, fs::Permissions::from_mode(0o640)).unwrap();
+    Target::new(&path, true).unwrap().write(|output| Ok(output.write_all(b"x")?)).unwrap();
+    assert_eq!(mode("ours") & 0o777, 0o640, "a replaced file keeps its rights");
+    std::os::unix::fs::symlink(folder.path().join("nowhere"), folder.path().join("dangling")).unwrap();
+    assert_eq!(Target::new(folder.path().join("dangling"), false).unwrap_err().code(), "E0098");
+}
