@@ -1,3 +1,9 @@
 //! `slew`: plan, check and verify attitude maneuvers from the command line.
 
-fn main() {}
+#![forbid(unsafe_code)]
+
+mod cli;
+
+fn main() -> std::process::ExitCode {
+    cli::main()
+}

@@ -1,0 +1,105 @@
+//! The two streams: text for people on stderr, data on stdout. A closed stream is no error.
+
+use slewkit::export::ExportError;
+use std::io::{self, BufWriter, IsTerminal, Write};
+
+/// Text for people.
+#[derive(Debug)]
+pub struct Console {
+    quiet: bool,
+    /// Whether to colour: a terminal, and `NO_COLOR` empty or absent.
+    pub colour: bool,
+    terminal: bool,
+    /// A progress line stands on the screen.
+    progress: bool,
+}
+
+/// Meaning of a text, shown as colour where there is colour.
+#[derive(Clone, Copy, Debug)]
+pub enum Tone {
+    /// It went well.
+    Good,
+    /// It did not.
+    Bad,
+    /// Something to know.
+    Note,
+}
+
+impl Console {
+    /// A console on stderr; `quiet` keeps all but errors.
+    pub fn new(quiet: bool) -> Self {
+        let terminal = io::stderr().is_terminal();
+        let no_colour = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+        Self { quiet, colour: terminal && !no_colour, terminal, progress: false }
+    }
+
+    /// Paints `text`.
+    pub fn paint(&self, tone: Tone, text: &str) -> String {
+        let code = match tone {
+            Tone::Good => "1;32",
+            Tone::Bad => "1;31",
+            Tone::Note => "1;33",
+        };
+        if self.colour { format!("\x1b[{code}m{text}\x1b[0m") } else { text.into() }
+    }
+
+    /// One line or several, unless quiet.
+    pub fn say(&mut self, text: &str) {
+        if !self.quiet {
+            self.plain_error(text);
+        }
+    }
+
+    /// A coded error, quiet or not.
+    pub fn error(&mut self, code: &str, reason: &str, remedy: &str) {
+        let label = self.paint(Tone::Bad, &format!("error[{code}]"));
+        let mut text = format!("{label}: {reason}");
+        if !remedy.is_empty() {
+            text.push_str(&format!("\n  help: {remedy}"));
+        }
+        self.plain_error(&text);
+    }
+
+    /// Rendered text, quiet or not.
+    pub fn plain_error(&mut self, text: &str) {
+        self.clear_progress();
+        // `eprintln!` panics when stderr is closed.
+        let _ = writeln!(io::stderr().lock(), "{}", text.trim_end_matches('\n'));
+    }
+
+    /// Whether anybody sees progress.
+    pub fn shows_progress(&self) -> bool {
+        self.terminal && !self.quiet
+    }
+
+    /// Replaces the progress line.
+    pub fn progress(&mut self, text: &str) {
+        if self.shows_progress() {
+            let mut stderr = io::stderr().lock();
+            let _ = write!(stderr, "\r\x1b[K{text}");
+            let _ = stderr.flush();
+            self.progress = true;
+        }
+    }
+
+    fn clear_progress(&mut self) {
+        if std::mem::take(&mut self.progress) {
+            let _ = write!(io::stderr().lock(), "\r\x1b[K");
+        }
+    }
+}
+
+/// Writes data to stdout. A reader that has gone, as `head` does, ends the writing and is no error.
+pub fn to_stdout(content: impl FnOnce(&mut dyn Write) -> Result<(), ExportError>) -> Result<(), ExportError> {
+    // Locked and buffered: stdout itself flushes at every newline.
+    let mut output = BufWriter::new(io::stdout().lock());
+    let written = content(&mut output).and_then(|()| Ok(output.flush()?));
+    match written {
+        Err(error) if error.is_broken_pipe() => {
+            // What is still buffered would be tried again on drop.
+            drop(output.into_parts());
+            Ok(())
+        }
+        other => other,
+    }
+}

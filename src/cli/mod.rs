@@ -1,0 +1,114 @@
+//! The command line: one file per command. Arguments are parsed as typed, then checked and combined.
+
+mod args;
+mod check;
+mod console;
+mod convert;
+mod failure;
+mod interrupt;
+mod number;
+mod plan;
+mod simulate;
+mod spec_file;
+mod summary;
+mod texts;
+mod verify;
+
+use args::Common;
+use clap::{CommandFactory, Parser, Subcommand};
+use console::Console;
+use failure::{Exit, Failure};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::process::ExitCode;
+
+/// Optimal attitude maneuvers, planned and independently verified.
+///
+/// Text for people goes to stderr, data to stdout or to the file of `-o`.
+#[derive(Debug, Parser)]
+#[command(name = "slew", version, max_term_width = 100, after_help = EXIT_CODES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  solved and verified      4  proved infeasible        7  solved, verification failed
+  1  internal error           5  not converged            8  file or I/O
+  2  usage                    6  time or memory limit     130  interrupted, best result kept
+  3  spec invalid
+
+`slew init > maneuver.toml` writes a spec to start from; `slew plan maneuver.toml -o plan.json` plans it.";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Plan the maneuver of a spec and verify it
+    Plan(plan::Args),
+    /// Check a spec and report all its errors at once
+    Check(check::Args),
+    /// Verify a plan file against its spec, without the solver
+    Verify(verify::Args),
+    /// Propagate the body of a spec from its start, without optimisation
+    Simulate(simulate::Args),
+    /// Convert an attitude from one notation to all others
+    Convert(convert::Args),
+    /// Print the JSON Schema of specs, for editors
+    Schema(texts::Args),
+    /// Print a commented spec to start from
+    Init(texts::Args),
+    /// Print completions for a shell
+    Completions {
+        /// Which shell
+        shell: clap_complete::Shell,
+    },
+}
+
+impl Command {
+    fn common(&self) -> Common {
+        match self {
+            Self::Plan(args) => args.output.common(),
+            Self::Simulate(args) => args.output.common(),
+            Self::Check(args) => args.report.common(),
+            Self::Verify(args) => args.report.common(),
+            Self::Convert(args) => args.report.common(),
+            Self::Schema(_) | Self::Init(_) | Self::Completions { .. } => Common::default(),
+        }
+    }
+
+    fn run(self, console: &mut Console) -> Result<Exit, Failure> {
+        match self {
+            Self::Plan(args) => plan::run(&args, console),
+            Self::Check(args) => check::run(&args, console),
+            Self::Verify(args) => verify::run(&args, console),
+            Self::Simulate(args) => simulate::run(&args, console),
+            Self::Convert(args) => convert::run(&args, console),
+            Self::Schema(args) => texts::run(&args, &texts::schema(), console),
+            Self::Init(args) => texts::run(&args, &texts::template(), console),
+            Self::Completions { shell } => {
+                // Into memory first: the generator panics when the pipe is closed.
+                let mut script = Vec::new();
+                clap_complete::generate(shell, &mut Cli::command(), "slew", &mut script);
+                console::to_stdout(|output| Ok(output.write_all(&script)?))?;
+                Ok(Exit::Solved)
+            }
+        }
+    }
+}
+
+/// Parses, runs, and turns the outcome into an exit code.
+pub fn main() -> ExitCode {
+    // Clap prints help to stdout with 0 and usage errors to stderr with 2.
+    let command = Cli::parse().command;
+    let common = command.common();
+    let mut console = Console::new(common.quiet);
+    // A bug must not look like one of the statuses; the panic itself has been printed by then.
+    let outcome = catch_unwind(AssertUnwindSafe(|| command.run(&mut console)));
+    let exit = match outcome {
+        Ok(Ok(exit)) => exit,
+        Ok(Err(failure)) => failure.report(&mut console, common.json),
+        Err(_) => {
+            Failure::Internal("please report what was printed above".into()).report(&mut console, common.json)
+        }
+    };
+    exit.into()
+}

@@ -1,0 +1,145 @@
+//! `slew plan`: solve, verify, tell, write.
+
+use super::args::{Destination, Format, OutputArgs, SpecArgs};
+use super::console::{self, Console};
+use super::failure::{Exit, Failure, Message};
+use super::{interrupt, spec_file, summary};
+use slewkit::export::{ExportError, PlanFile, Target, read_guess, write_csv, write_jsonl};
+use slewkit::plan::{self, Control, Observer, Plan, PlanError, Progress, Status};
+use slewkit::problem::{Problem, ProblemError};
+use slewkit::settings::Settings;
+use slewkit::spec::Loaded;
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Arguments of `slew plan`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  slew plan maneuver.toml -o plan.json
+  slew plan maneuver.toml --set maneuver.duration_s=90 --format json | jq .cost
+  slew plan maneuver.toml --guess neighbour.json -o trajectory.csv")]
+pub struct Args {
+    #[command(flatten)]
+    pub spec: SpecArgs,
+    #[command(flatten)]
+    pub output: OutputArgs,
+    /// Begin from the costates of another plan
+    #[arg(long, value_name = "PLAN.json")]
+    pub guess: Option<PathBuf>,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
+    let mut inputs: Vec<&Path> = vec![&args.spec.spec];
+    inputs.extend(args.guess.as_deref());
+    let destination = args.output.destination(&inputs)?;
+    let Loaded { problem, settings, .. } = spec_file::read(&args.spec.spec, &args.spec.reading, console)?;
+    let guess = args.guess.as_deref().map(|path| guess(path, &problem)).transpose()?;
+
+    interrupt::watch();
+    let mut watcher = Watcher::new(console);
+    let plan = plan::plan(&problem, &settings, guess.as_deref(), &mut watcher).map_err(refusal)?;
+
+    console.say(&summary::plan(console, &problem, &plan));
+    match &destination {
+        Destination::None => {}
+        Destination::Stdout(format) => {
+            console::to_stdout(|output| write(*format, &problem, &settings, &plan, output))?;
+        }
+        Destination::File(target, format) => {
+            target.write(|output| write(*format, &problem, &settings, &plan, output))?;
+            wrote(console, target);
+        }
+    }
+    Ok(match plan.status {
+        Status::Solved => Exit::Solved,
+        status => Exit::Plan(status),
+    })
+}
+
+/// The closing line of a summary.
+pub fn wrote(console: &mut Console, target: &Target) {
+    console.say(&summary::line("wrote", &slewkit::spec::escape(&target.path().to_string_lossy())));
+}
+
+fn write(
+    format: Format,
+    problem: &Problem,
+    settings: &Settings,
+    plan: &Plan,
+    output: &mut dyn Write,
+) -> Result<(), ExportError> {
+    match format {
+        Format::Jsonl => write_jsonl(&plan.solution.trajectory, output),
+        Format::Csv => write_csv(&plan.solution.trajectory, output),
+        Format::Json | Format::Text => PlanFile::new(problem, settings, plan).write(output),
+    }
+}
+
+fn guess(path: &Path, problem: &Problem) -> Result<Vec<f64>, Failure> {
+    let file = File::open(path).map_err(|error| Failure::unreadable(path, &error))?;
+    let costates = read_guess(file).map_err(|error| Failure::unusable(path, &error))?;
+    let needed = problem.dimension();
+    if costates.len() != needed {
+        let found = costates.len();
+        return Err(Failure::File(Message {
+            code: "E0103",
+            reason: format!("the guess has {found} costates, this maneuver needs {needed}"),
+            remedy: "give a plan of the same kind of maneuver: 6 costates for an attitude, 12 with positions"
+                .into(),
+        }));
+    }
+    Ok(costates)
+}
+
+/// Why the planner did not even begin.
+fn refusal(error: PlanError) -> Failure {
+    match error {
+        PlanError::Problem(error) => invalid(error),
+        other => Failure::Problem(Message {
+            code: "E0121",
+            reason: other.to_string(),
+            remedy: "change the spec accordingly".into(),
+        }),
+    }
+}
+
+/// A spec that reads well and asks what cannot be.
+pub fn invalid(error: ProblemError) -> Failure {
+    let (code, remedy) = match &error {
+        ProblemError::StepTooLong { steps, .. } => {
+            ("E0120", format!("raise `maneuver.steps` to {steps} or more"))
+        }
+        _ => ("E0121", "change the spec accordingly".into()),
+    };
+    Failure::Problem(Message { code, reason: error.to_string(), remedy })
+}
+
+/// Shows progress and listens to Ctrl-C.
+struct Watcher<'a> {
+    console: &'a mut Console,
+    shown: Instant,
+}
+
+impl<'a> Watcher<'a> {
+    /// Quick solves show nothing; long ones a line ten times a second.
+    const INTERVAL: Duration = Duration::from_millis(100);
+
+    fn new(console: &'a mut Console) -> Self {
+        Self { console, shown: Instant::now() }
+    }
+}
+
+impl Observer for Watcher<'_> {
+    fn on_progress(&mut self, progress: &Progress) -> Control {
+        if self.console.shows_progress() && self.shown.elapsed() >= Self::INTERVAL {
+            self.shown = Instant::now();
+            let Progress { rung, start, steps, elapsed, .. } = progress;
+            self.console.progress(&format!("  {elapsed:.1} s  {rung}, start {start}, {steps} steps"));
+        }
+        if interrupt::requested() { Control::Stop } else { Control::Continue }
+    }
+}

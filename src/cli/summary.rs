@@ -1,0 +1,240 @@
+//! What `plan` and `verify` tell in words.
+
+use super::console::{Console, Tone};
+use super::number::{counted, error, significant, time};
+use slewkit::plan::{Plan, Status};
+use slewkit::problem::{Motion, Problem, Scheme};
+use slewkit::solution::{Outcome, RungReport, Sense, Solution, TerminalError};
+use slewkit::spec::escape;
+use slewkit::verify::Verification;
+
+/// Width of the longest first line, name and verdict.
+const WIDTH: usize = 76;
+
+/// A labelled line of a summary.
+pub fn line(label: &str, text: &str) -> String {
+    format!("  {label:<11} {text}")
+}
+
+/// The first line: name to the left, verdict to the right.
+pub fn headline(console: &Console, name: &str, verdict: &str, tone: Tone) -> String {
+    let name = escape(name);
+    let gap = WIDTH.saturating_sub(name.chars().count() + verdict.chars().count()).max(2);
+    format!("{name}{}{}", " ".repeat(gap), console.paint(tone, verdict))
+}
+
+/// The summary of a plan, solved or not.
+pub fn plan(console: &Console, problem: &Problem, plan: &Plan) -> String {
+    let solution = &plan.solution;
+    let (verdict, tone) = match plan.status {
+        Status::Solved => ("solved and verified", Tone::Good),
+        Status::Infeasible => ("infeasible", Tone::Bad),
+        Status::NotConverged => ("not converged", Tone::Bad),
+        Status::LimitReached => ("limit reached", Tone::Bad),
+        Status::VerificationFailed => ("solved, but verification failed", Tone::Bad),
+        Status::Interrupted => ("interrupted", Tone::Note),
+    };
+    let mut lines = vec![headline(console, &problem.name, verdict, tone)];
+    lines.push(line("method", &method(problem, solution)));
+    if solution.outcome == Outcome::Converged {
+        lines.extend(found(problem, solution));
+    } else {
+        lines.push(line("stopped", stopped(solution.outcome)));
+        lines.push(line("best so far", &terminal(&solution.terminal)));
+        lines.extend(ladder(&solution.ladder));
+    }
+    if let Some(verification) = &plan.verification {
+        lines.extend(verified(console, verification));
+    }
+    lines.extend(advice(problem, plan).iter().map(|text| line("try", text)));
+    lines.join("\n")
+}
+
+fn method(problem: &Problem, solution: &Solution) -> String {
+    let scheme = match solution.scheme {
+        Scheme::LieVerlet => "Lie–Verlet",
+        Scheme::LieEuler => "Lie–Euler",
+    };
+    format!(
+        "shooting: Newton on {} costates, {} {scheme} steps of {} s",
+        problem.dimension(),
+        solution.steps,
+        significant(solution.step, 3),
+    )
+}
+
+/// What a converged solve found.
+fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
+    let unit = match problem.motion {
+        Motion::Attitude => "  N²·m²·s",
+        // Forces and torques add up in the unit that the user's weights give them.
+        Motion::RigidBody => "",
+    };
+    let mut lines = vec![
+        line("path", &format!("{}, turned {:.1} deg", way(solution.sense), solution.turned_deg)),
+        line("cost", &format!("{}{unit}", significant(solution.cost, 6))),
+        line("iterations", &iterations(solution)),
+        line("terminal", &terminal(&solution.terminal)),
+    ];
+    let optimality = &solution.optimality;
+    let second = match optimality.conjugate_points {
+        Some(0) => "no conjugate point".into(),
+        Some(count) => format!("{}: not a minimum", counted(count, "conjugate point")),
+        None => "not tested".into(),
+    };
+    let first = error(optimality.stationarity);
+    lines.push(line("optimality", &format!("stationarity {first}   second order: {second}")));
+    for rival in &solution.rivals {
+        let points = match rival.conjugate_points {
+            Some(0) => ", a local minimum".into(),
+            Some(count) => format!(", {}", counted(count, "conjugate point")),
+            None => String::new(),
+        };
+        let (cost, turned) = (significant(rival.cost, 6), rival.turned_deg);
+        lines.push(line(
+            "rival",
+            &format!("{}, turned {turned:.1} deg, cost {cost}{points}", way(rival.sense)),
+        ));
+    }
+    lines
+}
+
+fn way(sense: Sense) -> &'static str {
+    match sense {
+        Sense::Short => "short way round",
+        Sense::Long => "long way round",
+    }
+}
+
+/// How many residuals are shown before and after an ellipsis.
+const SHOWN: (usize, usize) = (3, 4);
+
+/// Iterations of the winning start, with the residuals of its last rung.
+fn iterations(solution: &Solution) -> String {
+    let last = solution.ladder.iter().rev().find(|rung| rung.start == solution.start);
+    let errors = last.map_or(&[][..], |rung| &rung.residuals);
+    let shown = |errors: &[f64]| errors.iter().map(|value| error(*value)).collect::<Vec<_>>().join(" → ");
+    let course = match errors {
+        [] => String::new(),
+        short if short.len() <= SHOWN.0 + SHOWN.1 => format!("   ({})", shown(short)),
+        long => format!("   ({} → … → {})", shown(&long[..SHOWN.0]), shown(&long[long.len() - SHOWN.1..])),
+    };
+    format!("{}{course}   {}", solution.iterations, time(solution.solve_time))
+}
+
+fn terminal(terminal: &TerminalError) -> String {
+    let mut text = format!(
+        "attitude {} rad   momentum {} (relative)",
+        error(terminal.attitude_rad),
+        error(terminal.momentum_relative)
+    );
+    if let (Some(position), Some(momentum)) = (terminal.position_relative, terminal.linear_momentum_relative)
+    {
+        text.push_str(&format!("   position {}   linear momentum {}", error(position), error(momentum)));
+    }
+    text
+}
+
+/// Limits and verdicts of the witnesses, and every check that fails.
+pub fn verified(console: &Console, verification: &Verification) -> Vec<String> {
+    let mut lines = vec![line(
+        "limits",
+        &format!(
+            "peak torque {} N·m   peak rate {} deg/s",
+            significant(verification.peak_torque_n_m, 3),
+            significant(verification.peak_rate_rad_s.to_degrees(), 3)
+        ),
+    )];
+    let mut continuous = format!(
+        "continuous dynamics, torque held over each step, Verner 9(8) at 1e-14: attitude {} rad",
+        error(verification.continuous_attitude_rad)
+    );
+    if let Some(position) = verification.continuous_position_m {
+        continuous.push_str(&format!(", position {} m", error(position)));
+    }
+    lines.push(line("verified", &continuous));
+    if let Some(failure) = &verification.failure {
+        lines.push(line("witness", &escape(failure)));
+    }
+    for check in verification.checks.iter().filter(|check| !check.passed) {
+        let label = console.paint(Tone::Bad, &escape(&check.name));
+        let (value, limit) = (significant(check.value, 3), significant(check.limit, 3));
+        lines.push(line("failed", &format!("{label}: {value}, limit {limit}")));
+    }
+    lines
+}
+
+fn stopped(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Converged => "the terminal conditions are met",
+        Outcome::IterationLimit => "the iteration limit was reached",
+        Outcome::Stalled => "no step reduces the terminal error any more",
+        Outcome::StepTooLong => "the body turns too far in one step: the implicit equation has no solution",
+        Outcome::NotFinite => "a number became NaN or infinite",
+        Outcome::Singular => "the sensitivity matrix is singular: the costates do not steer the end state",
+        Outcome::Unreachable => {
+            "the terminal conditions contradict a conserved quantity: no torque can meet them"
+        }
+        Outcome::TimeLimit => "the time limit was reached",
+        Outcome::Interrupted => "interrupted; this is the best iterate",
+    }
+}
+
+/// Everything tried, one line a rung.
+fn ladder(rungs: &[RungReport]) -> Vec<String> {
+    let outcome = |outcome: Outcome| match outcome {
+        Outcome::Converged => "converged",
+        Outcome::IterationLimit => "iteration limit",
+        Outcome::Stalled => "stalled",
+        Outcome::StepTooLong => "step too long",
+        Outcome::NotFinite => "not finite",
+        Outcome::Singular => "singular",
+        Outcome::Unreachable => "unreachable",
+        Outcome::TimeLimit => "time limit",
+        Outcome::Interrupted => "interrupted",
+    };
+    let tell = |(index, rung): (usize, &RungReport)| {
+        let course = match (rung.residuals.first(), rung.residuals.last()) {
+            (Some(first), Some(last)) => format!("{} → {}", error(*first), error(*last)),
+            _ => String::new(),
+        };
+        let text = format!(
+            "{:<15} {:<8} {:>7} steps  {:<15} {:>3} iterations  {course}",
+            escape(&rung.rung),
+            escape(&rung.start),
+            rung.steps,
+            outcome(rung.outcome),
+            rung.iterations,
+        );
+        line(if index == 0 { "ladder" } else { "" }, text.trim_end())
+    };
+    rungs.iter().enumerate().map(tell).collect()
+}
+
+/// What to try next, most promising first.
+fn advice(problem: &Problem, plan: &Plan) -> Vec<String> {
+    let solution = &plan.solution;
+    let more_steps = || {
+        let steps = (2 * solution.steps).min(Problem::MAX_STEPS);
+        format!("more steps: --set maneuver.steps={steps}")
+    };
+    let longer = || format!("more time: --set maneuver.duration_s={}", 1.5 * problem.duration);
+    let neighbour =
+        || "a plan of an easier neighbour (longer, or a smaller turn) as guess: --guess PLAN.json".into();
+    match (plan.status, solution.outcome) {
+        (Status::Solved, _) => vec![],
+        (Status::VerificationFailed, _) => vec![more_steps()],
+        (_, Outcome::StepTooLong) => vec![more_steps(), longer()],
+        (_, Outcome::IterationLimit) => {
+            vec!["more iterations: --set solver.max_iterations=200".into(), more_steps(), neighbour()]
+        }
+        (_, Outcome::Stalled | Outcome::NotFinite) => vec![more_steps(), longer(), neighbour()],
+        (_, Outcome::Singular | Outcome::Unreachable) => {
+            vec!["other torque axes, or terminal rates that the present ones can reach".into()]
+        }
+        (_, Outcome::TimeLimit) => {
+            vec!["a higher `solver.time_limit_s`, or fewer steps, and this result as --guess".into()]
+        }
+        (_, Outcome::Interrupted | Outcome::Converged) => vec![],
+    }
+}

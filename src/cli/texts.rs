@@ -1,0 +1,42 @@
+//! `slew schema` and `slew init`: texts to start from.
+
+use super::console::{self, Console};
+use super::failure::{Exit, Failure};
+use super::summary;
+use slewkit::export::Target;
+use slewkit::spec::escape;
+use std::path::PathBuf;
+
+/// Arguments of `slew schema` and `slew init`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Write to FILE instead of stdout
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Replace FILE if it exists
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// The JSON Schema of specs.
+pub fn schema() -> String {
+    format!("{:#}\n", slewkit::spec::schema())
+}
+
+/// A commented spec.
+pub fn template() -> String {
+    slewkit::spec::template().into()
+}
+
+/// Writes `text` where the arguments say.
+pub fn run(args: &Args, text: &str, console: &mut Console) -> Result<Exit, Failure> {
+    match &args.output {
+        Some(path) if path.as_os_str() != "-" => {
+            let target = Target::new(path, args.force)?;
+            target.write(|output| Ok(output.write_all(text.as_bytes())?))?;
+            console.say(&summary::line("wrote", &escape(&path.to_string_lossy())));
+        }
+        _ => console::to_stdout(|output| Ok(output.write_all(text.as_bytes())?))?,
+    }
+    Ok(Exit::Solved)
+}

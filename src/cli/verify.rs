@@ -1,0 +1,87 @@
+//! `slew verify`: a plan file against its spec, by the witnesses alone.
+
+use super::args::{Reading, ReportArgs};
+use super::console::{self, Console, Tone};
+use super::failure::{Exit, Failure, Message};
+use super::{spec_file, summary};
+use serde::Serialize;
+use slewkit::export::{Difference, ExportError, PlanFile, ProblemRecord, write_document};
+use slewkit::plan::Status;
+use slewkit::spec::Loaded;
+use slewkit::verify::{self, Verification};
+use std::fs::File;
+use std::path::PathBuf;
+
+/// Arguments of `slew verify`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Plan file, as `slew plan SPEC -o PLAN.json` wrote it
+    #[arg(value_name = "PLAN.json")]
+    pub plan: PathBuf,
+    /// The spec that the plan must fulfil; `-` reads stdin
+    #[arg(long)]
+    pub spec: PathBuf,
+    #[command(flatten)]
+    pub reading: Reading,
+    #[command(flatten)]
+    pub report: ReportArgs,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    status: &'static str,
+    exit_code: u8,
+    name: &'a str,
+    steps: usize,
+    verified: &'a Verification,
+    /// Where the maneuver of the plan is not that of the spec: plan first.
+    differences: &'a [Difference],
+}
+
+/// Runs the command.
+pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
+    let Loaded { problem, settings, .. } = spec_file::read(&args.spec, &args.reading, console)?;
+    let file = File::open(&args.plan).map_err(|error| Failure::unreadable(&args.plan, &error))?;
+    let plan = PlanFile::read(file).map_err(|error| Failure::unusable(&args.plan, &error))?;
+    // The grid is the plan's own matter; what it must achieve stands in the spec.
+    let problem = plan.on_grid(&problem).map_err(|error| misfit(args, &error))?;
+
+    let differences = plan.problem.differences(&ProblemRecord::from(&problem));
+    let verification =
+        verify::verify(&problem, &plan.trajectory.0, settings.tolerance, settings.continuous_tolerance);
+    let (exit, verdict, tone) = if verification.passed() {
+        (Exit::Solved, "verified", Tone::Good)
+    } else {
+        (Exit::Plan(Status::VerificationFailed), "verification failed", Tone::Bad)
+    };
+    let mut lines = vec![summary::headline(console, &problem.name, verdict, tone)];
+    lines.extend(summary::verified(console, &verification));
+    for difference in &differences {
+        let Difference { key, first, second } = difference;
+        lines.push(summary::line("differs", &format!("{key}: {first} in the plan, {second} in the spec")));
+    }
+    console.say(&lines.join("\n"));
+    if args.report.json() {
+        let report = Report {
+            status: exit.status(),
+            exit_code: exit.code(),
+            name: &problem.name,
+            steps: problem.steps,
+            verified: &verification,
+            differences: &differences,
+        };
+        console::to_stdout(|output| write_document(&report, output))?;
+    }
+    Ok(exit)
+}
+
+/// A plan whose arrays do not fit the maneuver of the spec has failed.
+fn misfit(args: &Args, error: &ExportError) -> Failure {
+    match Failure::unusable(&args.plan, error) {
+        Failure::File(Message { code: code @ "E0103", reason, .. }) => {
+            let remedy = "give the spec that the plan was made from".into();
+            Failure::Plan(Status::VerificationFailed, Message { code, reason, remedy })
+        }
+        other => other,
+    }
+}
