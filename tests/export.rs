@@ -254,6 +254,8 @@ fn guess_is_read_from_a_plan_without_its_trajectory() {
 fn numbers_that_are_not_finite_read_back_as_nan_outside_the_trajectory() {
     let problem = problem(Motion::Attitude, Scheme::LieVerlet);
     let mut plan = plan(&problem);
+    plan.solution.cost = f64::NAN;
+    plan.solution.turned_deg = f64::NAN;
     plan.solution.optimality.condition = f64::INFINITY;
     plan.solution.ladder[0].residuals[1] = f64::NAN;
     plan.solution.terminal.attitude_rad = f64::NAN;
@@ -265,6 +267,7 @@ fn numbers_that_are_not_finite_read_back_as_nan_outside_the_trajectory() {
     let mut text = Vec::new();
     PlanFile::new(&problem, &Settings::default(), &plan).write(&mut text).unwrap();
     let back = PlanFile::read(text.as_slice()).unwrap();
+    assert!(back.cost.is_nan() && back.turned_deg.is_nan());
     assert!(back.optimality.condition.is_nan());
     assert_eq!(back.optimality.conjugate_points, None);
     assert!(back.ladder[0].residuals[1].is_nan());

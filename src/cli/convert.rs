@@ -47,8 +47,10 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         let tree: Map<String, Value> = serde_json::to_value(&notations)
             .and_then(serde_json::from_value)
             .map_err(|error| ExportError::Io(error.into()))?;
-        for (key, value) in &tree {
-            writeln!(output, "{key} = {value}")?;
+        let mut lines: Vec<_> = tree.iter().collect();
+        lines.sort_by_key(|(key, _)| (key.starts_with("euler"), *key));
+        for (key, value) in lines {
+            writeln!(output, "{key} = {}", value.to_string().replace(',', ", "))?;
         }
         Ok(())
     })?;

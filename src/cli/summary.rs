@@ -40,7 +40,7 @@ pub fn plan(console: &Console, problem: &Problem, plan: &Plan) -> String {
         lines.extend(found(problem, solution));
     } else {
         lines.push(line("stopped", stopped(solution.outcome)));
-        lines.push(line("best so far", &terminal(&solution.terminal)));
+        lines.push(line("best", &best(&solution.terminal)));
         lines.extend(ladder(&solution.ladder));
     }
     if let Some(verification) = &plan.verification {
@@ -180,9 +180,13 @@ fn stopped(outcome: Outcome) -> &'static str {
     }
 }
 
-/// Everything tried, one line a rung.
-fn ladder(rungs: &[RungReport]) -> Vec<String> {
-    let outcome = |outcome: Outcome| match outcome {
+/// The terminal error of the best iterate, if one reached the end at all.
+fn best(error: &TerminalError) -> String {
+    if error.largest().is_finite() { terminal(error) } else { "no iterate reached the end".into() }
+}
+
+fn ended(outcome: Outcome) -> &'static str {
+    match outcome {
         Outcome::Converged => "converged",
         Outcome::IterationLimit => "iteration limit",
         Outcome::Stalled => "stalled",
@@ -192,24 +196,50 @@ fn ladder(rungs: &[RungReport]) -> Vec<String> {
         Outcome::Unreachable => "unreachable",
         Outcome::TimeLimit => "time limit",
         Outcome::Interrupted => "interrupted",
-    };
-    let tell = |(index, rung): (usize, &RungReport)| {
-        let course = match (rung.residuals.first(), rung.residuals.last()) {
-            (Some(first), Some(last)) => format!("{} → {}", error(*first), error(*last)),
-            _ => String::new(),
-        };
-        let text = format!(
-            "{:<15} {:<8} {:>7} steps  {:<15} {:>3} iterations  {course}",
-            escape(&rung.rung),
-            escape(&rung.start),
-            rung.steps,
-            outcome(rung.outcome),
-            rung.iterations,
-        );
-        line(if index == 0 { "ladder" } else { "" }, text.trim_end())
-    };
-    rungs.iter().enumerate().map(tell).collect()
+    }
 }
+
+/// Runs of one rung, one after the other, beyond which they share a line; a file has them all.
+const CROWD: usize = 8;
+
+/// Everything tried, one line a run, a crowd of equal ones in one.
+fn ladder(rungs: &[RungReport]) -> Vec<String> {
+    let texts = rungs
+        .chunk_by(|a, b| a.rung == b.rung)
+        .flat_map(|runs| if runs.len() > CROWD { vec![crowd(runs)] } else { runs.iter().map(run).collect() });
+    texts
+        .enumerate()
+        .map(|(index, text)| line(if index == 0 { "ladder" } else { "" }, text.trim_end()))
+        .collect()
+}
+
+fn run(rung: &RungReport) -> String {
+    let course = match (rung.residuals.first(), rung.residuals.last()) {
+        (Some(first), Some(last)) => format!("{} → {}", error(*first), error(*last)),
+        _ => String::new(),
+    };
+    let (name, start) = (escape(&rung.rung), escape(&rung.start));
+    let (outcome, iterations) = (ended(rung.outcome), counted(rung.iterations, "iteration"));
+    format!("{name:<15} {start:<9} {:>7} steps  {outcome:<15}  {iterations:>14}  {course}", rung.steps)
+}
+
+fn crowd(runs: &[RungReport]) -> String {
+    let mut outcomes: Vec<(&str, usize)> = Vec::new();
+    for rung in runs {
+        match outcomes.iter_mut().find(|(name, _)| *name == ended(rung.outcome)) {
+            Some((_, count)) => *count += 1,
+            None => outcomes.push((ended(rung.outcome), 1)),
+        }
+    }
+    let outcomes: Vec<_> = outcomes.iter().map(|(name, count)| format!("{count} {name}")).collect();
+    let last = runs.iter().filter_map(|rung| rung.residuals.last());
+    let best =
+        last.copied().min_by(f64::total_cmp).map_or(String::new(), |best| format!(", best {}", error(best)));
+    format!("{:<15} {} runs: {}{best}", escape(&runs[0].rung), runs.len(), outcomes.join(", "))
+}
+
+/// Terminal errors up to this multiple of the tolerance count as nearly there.
+const NEARLY: f64 = 1e4;
 
 /// What to try next, most promising first.
 fn advice(problem: &Problem, plan: &Plan) -> Vec<String> {
@@ -221,19 +251,27 @@ fn advice(problem: &Problem, plan: &Plan) -> Vec<String> {
     let longer = || format!("more time: --set maneuver.duration_s={}", 1.5 * problem.duration);
     let neighbour =
         || "a plan of an easier neighbour (longer, or a smaller turn) as guess: --guess PLAN.json".into();
+    // So close that only round-off can be in the way.
+    let reached = solution.terminal.largest();
+    let nearly = reached.is_finite() && reached < NEARLY * solution.tolerance;
+    let looser = || {
+        let tolerance = 10_f64.powi(reached.log10().ceil() as i32);
+        format!("a looser tolerance: --set solver.tolerance={tolerance:e}")
+    };
     match (plan.status, solution.outcome) {
         (Status::Solved, _) => vec![],
         (Status::VerificationFailed, _) => vec![more_steps()],
         (_, Outcome::StepTooLong) => vec![more_steps(), longer()],
         (_, Outcome::IterationLimit) => {
-            vec!["more iterations: --set solver.max_iterations=200".into(), more_steps(), neighbour()]
+            vec!["a higher `solver.max_iterations`".into(), more_steps(), neighbour()]
         }
+        (_, Outcome::Stalled) if nearly => vec![looser(), more_steps()],
         (_, Outcome::Stalled | Outcome::NotFinite) => vec![more_steps(), longer(), neighbour()],
         (_, Outcome::Singular | Outcome::Unreachable) => {
             vec!["other torque axes, or terminal rates that the present ones can reach".into()]
         }
         (_, Outcome::TimeLimit) => {
-            vec!["a higher `solver.time_limit_s`, or fewer steps, and this result as --guess".into()]
+            vec!["a higher `solver.time_limit_s`".into(), "fewer steps, as a first guess".into()]
         }
         (_, Outcome::Interrupted | Outcome::Converged) => vec![],
     }

@@ -38,6 +38,7 @@ pub struct PlanFile<'a> {
     /// The step [s].
     pub step_s: f64,
     /// Cost.
+    #[serde(deserialize_with = "lenient")]
     pub cost: f64,
     /// Duration [s].
     pub duration_s: f64,
@@ -52,6 +53,7 @@ pub struct PlanFile<'a> {
     /// Rotation sense of the path.
     pub sense: Sense,
     /// Total angle turned [deg].
+    #[serde(deserialize_with = "lenient")]
     pub turned_deg: f64,
     /// Tolerance of the scaled terminal error.
     pub tolerance: f64,

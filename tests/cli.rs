@@ -1,0 +1,515 @@
+//! The real binary in a folder of its own: what it prints, writes and returns.
+
+use serde_json::Value;
+use slewkit::export::PlanFile;
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+const SPEC: &str = r#"
+format = 1
+name = "test slew"
+[body]
+inertia_kg_m2 = [1, 2, 2.5]
+[start]
+attitude = { axis = [0, 0, 1], angle_deg = 0 }
+[end]
+attitude = { euler_zyx_deg = [80, -25, 40] }
+[maneuver]
+duration_s = 10
+steps = 100
+"#;
+
+/// A folder with a spec in it, and the binary run from there.
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        let folder = Self(tempfile::tempdir().unwrap());
+        fs::write(folder.path("spec.toml"), SPEC).unwrap();
+        folder
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn names(&self) -> Vec<String> {
+        let entries = fs::read_dir(self.0.path()).unwrap();
+        let mut names: Vec<_> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.path(name)).unwrap()
+    }
+
+    fn json(&self, name: &str) -> Value {
+        serde_json::from_str(&self.read(name)).unwrap()
+    }
+
+    fn command(&self, args: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_slew"));
+        command.args(args).current_dir(self.0.path()).stdin(Stdio::null());
+        command
+    }
+
+    fn slew(&self, args: &[&str]) -> Run {
+        Run::of(self.command(args).output().unwrap(), args)
+    }
+
+    fn slew_with_stdin(&self, args: &[&str], stdin: &str) -> Run {
+        let mut command = self.command(args);
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        child.stdin.take().unwrap().write_all(stdin.as_bytes()).unwrap();
+        Run::of(child.wait_with_output().unwrap(), args)
+    }
+}
+
+/// How a command ended.
+struct Run {
+    code: i32,
+    stdout: String,
+    stderr: String,
+}
+
+impl Run {
+    fn of(output: Output, args: &[&str]) -> Self {
+        let code = output.status.code().unwrap_or_else(|| panic!("{args:?} was killed"));
+        let text = |bytes| String::from_utf8(bytes).unwrap();
+        let run = Self { code, stdout: text(output.stdout), stderr: text(output.stderr) };
+        assert!(!run.stderr.contains("panicked"), "{args:?}: {}", run.stderr);
+        run
+    }
+
+    /// Checks the exit code.
+    #[track_caller]
+    fn ends(self, code: i32) -> Self {
+        assert_eq!(self.code, code, "stdout: {}\nstderr: {}", self.stdout, self.stderr);
+        self
+    }
+
+    #[track_caller]
+    fn tells(self, wanted: &str) -> Self {
+        assert!(self.stderr.contains(wanted), "no {wanted:?} in: {}", self.stderr);
+        self
+    }
+
+    #[track_caller]
+    fn silent(self) -> Self {
+        assert_eq!(self.stderr, "");
+        self
+    }
+
+    fn json(&self) -> Value {
+        serde_json::from_str(&self.stdout).unwrap_or_else(|error| panic!("{error}: {}", self.stdout))
+    }
+}
+
+#[test]
+fn plan_tells_people_on_stderr_and_writes_the_file() {
+    let folder = Folder::new();
+    let run = folder.slew(&["plan", "spec.toml", "-o", "plan.json"]).ends(0);
+    assert_eq!(run.stdout, "");
+    let run = run.tells("test slew").tells("solved and verified").tells("wrote       plan.json");
+    for label in ["method", "cost", "iterations", "terminal", "optimality", "limits", "verified"] {
+        assert!(run.stderr.contains(&format!("\n  {label} ")), "{label}: {}", run.stderr);
+    }
+    assert!(!run.stderr.contains('\u{1b}'), "no colour and no progress off a terminal");
+    let plan = PlanFile::read(fs::File::open(folder.path("plan.json")).unwrap()).unwrap();
+    assert_eq!((plan.status.name(), plan.exit_code, plan.steps), ("solved", 0, 100));
+    assert_eq!(plan.trajectory.0.time.len(), 101);
+    assert!(plan.terminal.largest() <= 1e-12);
+    assert_eq!(folder.names(), ["plan.json", "spec.toml"]);
+}
+
+#[test]
+fn quiet_plan_with_format_prints_data_alone() {
+    let folder = Folder::new();
+    let json = folder.slew(&["plan", "spec.toml", "-q", "--format", "json"]).ends(0).silent();
+    assert_eq!(json.json()["status"], "solved");
+    let rows = folder.slew(&["plan", "spec.toml", "-q", "--format", "jsonl"]).ends(0).silent();
+    assert_eq!(rows.stdout.lines().count(), 101);
+    let last: Value = serde_json::from_str(rows.stdout.lines().last().unwrap()).unwrap();
+    assert_eq!(last["time_s"], 10.0);
+    let table = folder.slew(&["plan", "spec.toml", "-q", "--format", "csv"]).ends(0).silent();
+    assert_eq!(table.stdout.lines().count(), 102);
+    assert!(table.stdout.starts_with("time_s,quaternion_w,"));
+}
+
+#[test]
+fn ending_of_the_output_chooses_the_format_and_format_overrules_it() {
+    let folder = Folder::new();
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "a.csv"]).ends(0).silent();
+    assert!(folder.read("a.csv").starts_with("time_s,"));
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "a.jsonl"]).ends(0);
+    assert!(folder.read("a.jsonl").starts_with("{\"time_s\":0.0,"));
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "b.csv", "--format", "json"]).ends(0);
+    assert_eq!(folder.json("b.csv")["exit_code"], 0);
+    let stdout = folder.slew(&["plan", "spec.toml", "-q", "-o", "-"]).ends(0);
+    assert_eq!(stdout.json()["exit_code"], 0);
+}
+
+#[test]
+fn two_runs_differ_in_the_solve_time_alone() {
+    let folder = Folder::new();
+    let document = |run: Run| {
+        let lines = run.stdout.lines().map(str::to_string);
+        lines.filter(|line| !line.contains("\"solve_time_s\"")).collect::<Vec<_>>()
+    };
+    let args = ["plan", "spec.toml", "-q", "--format", "json"];
+    let first = folder.slew(&args).ends(0);
+    let lines = first.stdout.lines().count();
+    let (first, second) = (document(first), document(folder.slew(&args)));
+    assert_eq!(first.len(), lines - 1);
+    assert_eq!(first, second);
+}
+
+#[test]
+fn overrides_change_the_plan_and_wrong_ones_are_named() {
+    let folder = Folder::new();
+    let set = |text: &str| folder.slew(&["plan", "spec.toml", "-q", "--format", "json", "--set", text]);
+    assert_eq!(set("maneuver.steps=50").ends(0).json()["steps"], 50);
+    assert_eq!(set("solver.scheme=lie_euler").ends(0).json()["scheme"], "lie_euler");
+    set("maneuver.stps=50").ends(3).tells("E0020").tells("did you mean `steps`?");
+    set("maneuver.steps").ends(2).tells("--set");
+}
+
+#[test]
+fn a_plan_is_the_best_guess_for_itself() {
+    let folder = Folder::new();
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "plan.json"]).ends(0);
+    let args = ["plan", "spec.toml", "-q", "--format", "json", "--guess", "plan.json"];
+    let again = folder.slew(&args).ends(0).json();
+    let first = folder.json("plan.json");
+    let rung = again["ladder"].as_array().unwrap().iter().find(|rung| rung["rung"] == "guess").unwrap();
+    assert_eq!(rung["outcome"], "converged");
+    assert!(rung["iterations"].as_u64().unwrap() <= 1, "{rung}");
+    let cost = |plan: &Value| plan["cost"].as_f64().unwrap();
+    assert!((cost(&again) - cost(&first)).abs() <= 1e-12 * cost(&first));
+}
+
+#[test]
+fn a_guess_that_is_none_is_refused() {
+    let folder = Folder::new();
+    fs::write(folder.path("three.json"), "{\"costates_0\": [1, 2, 3]}").unwrap();
+    let guess = |name: &str| folder.slew(&["plan", "spec.toml", "--guess", name]);
+    guess("spec.toml").ends(8).tells("E0102").tells("not a plan file");
+    guess("three.json").ends(8).tells("E0103").tells("3 costates, this maneuver needs 6");
+    guess("missing.json").ends(8).tells("E0090").tells("missing.json");
+}
+
+#[test]
+fn every_status_has_its_exit_code_and_its_name() {
+    let folder = Folder::new();
+    let plan = |set: &[&str]| {
+        let mut args = vec!["plan", "spec.toml", "-q", "--format", "json"];
+        set.iter().for_each(|text| args.extend(["--set", text]));
+        folder.slew(&args)
+    };
+    let status = |run: &Run| {
+        let json = run.json();
+        assert_eq!(json["exit_code"], run.code);
+        json["status"].as_str().unwrap().to_string()
+    };
+    assert_eq!(status(&plan(&[]).ends(0)), "solved");
+    assert_eq!(status(&plan(&["body.inertia_kg_m2=[1, 2, 9]"]).ends(3)), "spec_invalid");
+    assert_eq!(status(&plan(&["start.angular_velocity_deg_s=[0,0,900]"]).ends(3)), "spec_invalid");
+    // One torque axis on a sphere never leaves that axis.
+    let stuck = ["body.inertia_kg_m2=[1, 1, 1]", "actuators.torque_axes_body=[[0, 0, 1]]"];
+    let stuck = plan(&stuck);
+    assert!(matches!(stuck.code, 4 | 5), "{}", stuck.code);
+    assert!(["infeasible", "not_converged"].contains(&status(&stuck).as_str()));
+    assert_eq!(status(&plan(&["solver.time_limit_s=1e-9"]).ends(6)), "limit_reached");
+    let strict = plan(&["solver.continuous_tolerance_deg=1e-9"]).ends(7);
+    assert_eq!(status(&strict), "verification_failed");
+    assert_eq!(
+        folder.slew(&["plan", "nowhere.toml", "--format", "json"]).ends(8).json()["status"],
+        "file_error"
+    );
+    folder.slew(&["plan", "spec.toml", "--no-such-flag"]).ends(2);
+    folder.slew(&["plan"]).ends(2);
+    folder.slew(&[]).ends(2);
+}
+
+#[test]
+fn an_unsolved_plan_tells_how_it_stopped_and_what_to_try() {
+    let folder = Folder::new();
+    let one = ["plan", "spec.toml", "-o", "best.json", "--set", "solver.max_iterations=1"];
+    let run = folder.slew(&one).ends(5).tells("not converged").tells("the iteration limit was reached");
+    let run = run.tells("\n  ladder ").tells("newton").tells("\n  try ").tells("solver.max_iterations");
+    assert!(run.stderr.lines().count() < 60, "a crowd of runs shares a line: {}", run.stderr);
+    let best = folder.json("best.json");
+    assert_eq!(best["status"], "not_converged");
+    assert_eq!(best["verified"], Value::Null);
+    PlanFile::read(folder.read("best.json").as_bytes()).unwrap();
+}
+
+#[test]
+fn all_errors_of_a_spec_are_reported_at_once() {
+    let folder = Folder::new();
+    folder.slew(&["check", "spec.toml"]).ends(0).tells("valid");
+    let wrong = SPEC.replace("[1, 2, 2.5]", "[1, 2, 9]").replace("duration_s = 10", "duration_s = -1");
+    fs::write(folder.path("wrong.toml"), wrong).unwrap();
+    let run =
+        folder.slew(&["check", "wrong.toml"]).ends(3).tells("wrong.toml:5:").tells("E0042").tells("E0032");
+    assert_eq!(run.stdout, "");
+    let json = folder.slew(&["check", "wrong.toml", "--format", "json"]).ends(3).json();
+    let codes: Vec<_> = json["diagnostics"].as_array().unwrap().iter().map(|d| d["code"].clone()).collect();
+    assert_eq!(codes, ["E0042", "E0032"]);
+    let json = folder.slew(&["check", "spec.toml", "-q", "--format", "json"]).ends(0).silent().json();
+    assert_eq!((json["status"].as_str(), json["steps"].as_u64()), (Some("valid"), Some(100)));
+}
+
+#[test]
+fn spec_comes_from_stdin_in_either_notation() {
+    let folder = Folder::new();
+    let toml = folder.slew_with_stdin(&["plan", "-", "-q", "--format", "json"], SPEC).ends(0).json();
+    let json = r#"{"format": 1, "name": "test slew", "body": {"inertia_kg_m2": [1, 2, 2.5]},
+        "start": {"attitude": {"axis": [0, 0, 1], "angle_deg": 0}},
+        "end": {"attitude": {"euler_zyx_deg": [80, -25, 40]}},
+        "maneuver": {"duration_s": 10, "steps": 100}}"#;
+    let args = ["plan", "-", "-q", "--format", "json", "--input", "json"];
+    let json = folder.slew_with_stdin(&args, json).ends(0).json();
+    assert_eq!(toml["trajectory"], json["trajectory"]);
+    folder.slew_with_stdin(&["check", "-"], "").ends(3).tells("E0001").tells("stdin:1:1");
+}
+
+#[test]
+fn outputs_are_never_replaced_unasked() {
+    let folder = Folder::new();
+    fs::write(folder.path("plan.json"), "mine").unwrap();
+    // Refused before the spec is even read.
+    folder.slew(&["plan", "nowhere.toml", "-o", "plan.json"]).ends(8).tells("E0098").tells("--force");
+    assert_eq!(folder.read("plan.json"), "mine");
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "plan.json", "--force"]).ends(0).silent();
+    assert_eq!(folder.json("plan.json")["status"], "solved");
+    folder.slew(&["plan", "spec.toml", "-o", "spec.toml", "--force"]).ends(8).tells("E0100");
+    folder.slew(&["simulate", "spec.toml", "-o", "./spec.toml", "--force"]).ends(8).tells("E0100");
+    assert_eq!(folder.read("spec.toml"), SPEC);
+    folder.slew(&["plan", "spec.toml", "-o", "missing/plan.json"]).ends(8).tells("E0095");
+    folder.slew(&["plan", "spec.toml", "-o", "CON"]).ends(8).tells("E0099");
+    folder.slew(&["init", "-o", "plan.json"]).ends(8).tells("E0098");
+    assert_eq!(folder.names(), ["plan.json", "spec.toml"]);
+}
+
+#[test]
+fn a_reader_that_leaves_early_is_no_error() {
+    let folder = Folder::new();
+    let quick: [&[&str]; 5] = [
+        &["plan", "spec.toml", "--format", "jsonl", "--set", "maneuver.steps=5000"],
+        &["simulate", "spec.toml", "--format", "csv", "--steps", "5000"],
+        &["schema"],
+        &["completions", "bash"],
+        &["convert", "axis = [0, 0, 1], angle_deg = 90"],
+    ];
+    for args in quick {
+        let mut child = folder.command(args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut line = String::new();
+        BufReader::with_capacity(16, child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        // The pipe is closed now, with most of the data unread.
+        let mut stderr = String::new();
+        child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(0), "{args:?}: {stderr}");
+        assert!(!line.is_empty() && !stderr.contains("panic") && !stderr.contains("error"), "{stderr}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_told() {
+    let folder = Folder::new();
+    let full = fs::File::options().write(true).open("/dev/full").unwrap();
+    let output = folder.command(&["schema"]).stdout(full).stderr(Stdio::piped()).output().unwrap();
+    Run::of(output, &["schema"]).ends(8).tells("E0097");
+}
+
+#[test]
+fn verify_judges_a_plan_file_by_its_spec() {
+    let folder = Folder::new();
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "plan.json", "--set", "maneuver.steps=80"]).ends(0);
+    let verify = |plan: &str, more: &[&str]| {
+        let mut args = vec!["verify", plan, "--spec", "spec.toml"];
+        args.extend(more);
+        folder.slew(&args)
+    };
+    // The grid is the plan's own.
+    let run = verify("plan.json", &[]).ends(0).tells("verified");
+    assert!(!run.stderr.contains("differs"), "{}", run.stderr);
+    let json = verify("plan.json", &["-q", "--format", "json"]).ends(0).silent().json();
+    assert_eq!((json["status"].as_str(), json["steps"].as_u64()), (Some("solved"), Some(80)));
+    // The witnesses find what the planner found.
+    let plan = folder.json("plan.json");
+    assert_eq!(json["verified"], plan["verified"]);
+
+    let other = ["--set", "end.attitude.euler_zyx_deg=[81, -25, 40]", "--format", "json"];
+    let run = verify("plan.json", &other).ends(7).tells("verification failed").tells("end.matrix");
+    assert_eq!(run.json()["status"], "verification_failed");
+    assert_eq!(run.json()["differences"][0]["key"], "end.matrix");
+
+    let mut forged = plan.clone();
+    forged["trajectory"]["input"][40][0] = 0.123.into();
+    fs::write(folder.path("forged.json"), forged.to_string()).unwrap();
+    verify("forged.json", &[]).ends(7).tells("failed");
+    let mut short = plan.clone();
+    short["trajectory"]["torque_n_m"].as_array_mut().unwrap().pop();
+    fs::write(folder.path("short.json"), short.to_string()).unwrap();
+    verify("short.json", &["--format", "json"]).ends(7).tells("E0103").tells("torque_n_m");
+    fs::write(folder.path("torn.json"), &plan.to_string()[..5000]).unwrap();
+    verify("torn.json", &[]).ends(8).tells("E0102");
+    verify("missing.json", &[]).ends(8).tells("E0090");
+}
+
+#[test]
+fn simulate_follows_a_spinning_body_for_a_turn() {
+    let folder = Folder::new();
+    // 36 deg/s about a principal axis: one turn in ten seconds.
+    let spin = ["--set", "start.angular_velocity_deg_s=[0, 0, 36]"];
+    let simulate = |more: &[&str]| {
+        let mut args = vec!["simulate", "spec.toml"];
+        args.extend(spin);
+        args.extend(more);
+        folder.slew(&args)
+    };
+    let json = simulate(&["--format", "json", "--propagator", "continuous"]).ends(0).tells("energy").json();
+    let q: [f64; 4] = serde_json::from_value(json["trajectory"]["quaternion_wxyz"][100].clone()).unwrap();
+    assert!((q[0] + 1.0).abs() < 1e-13 && q[3].abs() < 1e-12, "a full turn changes the sign: {q:?}");
+    let half: [f64; 4] = serde_json::from_value(json["trajectory"]["quaternion_wxyz"][50].clone()).unwrap();
+    assert!((half[3] - 1.0).abs() < 1e-13, "{half:?}");
+
+    let table = simulate(&["-q", "--format", "csv", "--steps", "1000", "--stride", "250"]).ends(0).silent();
+    let times: Vec<&str> = table.stdout.lines().skip(1).map(|line| line.split(',').next().unwrap()).collect();
+    assert_eq!(times, ["0.0", "2.5", "5.0", "7.5", "10.0"]);
+    let columns = table.stdout.lines().map(|line| line.split(',').count()).collect::<Vec<_>>();
+    assert_eq!(columns, [12; 6]);
+
+    let pushed = simulate(&["-q", "--format", "jsonl", "--inputs", "0,0,0.1"]).ends(0);
+    let last: Value = serde_json::from_str(pushed.stdout.lines().last().unwrap()).unwrap();
+    let momentum = last["angular_momentum_n_m_s"][2].as_f64().unwrap();
+    assert!((momentum - (2.5 * 36_f64.to_radians() + 1.0)).abs() < 1e-12, "{momentum}");
+    simulate(&["--inputs", "0,0"]).ends(2).tells("--inputs");
+    simulate(&["--inputs", "0,0,nan"]).ends(2).tells("finite");
+    simulate(&["--steps", "0"]).ends(2);
+    simulate(&["--steps", "1000000000", "--format", "json"]).ends(2).tells("--stride");
+    simulate(&["--steps", "2", "-o", "none.csv"]).ends(5).tells("raise `--steps`");
+    assert_eq!(folder.names(), ["spec.toml"]);
+}
+
+#[test]
+fn convert_gives_every_notation_and_each_reads_back() {
+    let folder = Folder::new();
+    let attitudes = [
+        "euler_zyx_deg = [10, 20, 150]",
+        "quaternion_xyzw = [0.5, -0.5, 0.5, 0.5]",
+        "{ axis = [1, 2, 3], angle_deg = -170 }",
+        "attitude = { euler_xyz_deg = [0, 90, 30] }",
+        "axis = [0, 0, 1], angle_deg = 180",
+        "matrix = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]",
+        "rotation_vector_rad = [1e-9, 0, 0]",
+        "euler_zxz_deg = [30, 180, 40]",
+    ];
+    let wxyz = |text: &str| {
+        let run = folder.slew(&["convert", text, "--format", "json", "-q"]).ends(0);
+        serde_json::from_value::<[f64; 4]>(run.json()["quaternion_wxyz"].clone()).unwrap()
+    };
+    for text in attitudes {
+        let run = folder.slew(&["convert", text]).ends(0).silent();
+        let wanted = wxyz(text);
+        let mut lines: Vec<&str> = run.stdout.lines().collect();
+        assert_eq!(lines.len(), 18, "{}", run.stdout);
+        let part = |name: &str, lines: &mut Vec<&str>| {
+            let at = lines.iter().position(|line| line.starts_with(name)).unwrap();
+            lines.remove(at).to_string()
+        };
+        let (axis, angle) = (part("axis", &mut lines), part("angle_deg", &mut lines));
+        let pair = format!("{axis}, {angle}");
+        lines.push(&pair);
+        for line in lines {
+            let found = wxyz(line);
+            let dot: f64 = wanted.iter().zip(found).map(|(a, b)| a * b).sum();
+            let apart =
+                wanted.iter().zip(found).map(|(a, b)| (a * dot.signum() - b).abs()).fold(0.0, f64::max);
+            // Sixteen digits of an angle near 180 deg are 3e-16 of a turn; two conversions.
+            assert!(apart < 4e-15, "{text} as {line}: {wanted:?}, {found:?}");
+        }
+    }
+}
+
+#[test]
+fn convert_explains_what_is_wrong_with_an_attitude() {
+    let folder = Folder::new();
+    folder.slew(&["convert", "quaternion = [1, 0, 0, 0]"]).ends(3).tells("attitude:1:").tells("E0052");
+    folder.slew(&["convert", "euler_zyx_deg = [10, 20]"]).ends(3).tells("E0026");
+    folder.slew_with_stdin(&["convert", "-"], "axis = [0, 0, 1], angle_deg = 90\n").ends(0);
+}
+
+#[test]
+fn texts_to_start_from_work() {
+    let folder = Folder::new();
+    folder.slew(&["init", "-o", "first.toml"]).ends(0).tells("first.toml");
+    folder.slew(&["plan", "first.toml", "-q"]).ends(0).silent();
+    assert_eq!(folder.slew(&["init"]).ends(0).stdout, folder.read("first.toml"));
+    let schema = folder.slew(&["schema"]).ends(0).json();
+    assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        assert!(folder.slew(&["completions", shell]).ends(0).stdout.contains("simulate"), "{shell}");
+    }
+    folder.slew(&["completions", "tcsh"]).ends(2);
+    assert!(folder.slew(&["--help"]).ends(0).stdout.contains("Exit codes"));
+    assert!(folder.slew(&["--version"]).ends(0).stdout.starts_with("slew 0."));
+}
+
+#[test]
+fn what_the_user_wrote_does_not_steer_the_terminal() {
+    let folder = Folder::new();
+    let spec = SPEC.replace("test slew", "\\u001B]0;owned\\u0007");
+    fs::write(folder.path("esc.toml"), spec).unwrap();
+    let run = folder.slew(&["plan", "esc.toml", "-o", "p.json"]);
+    assert!(!run.stderr.contains('\u{1b}') && !run.stderr.contains('\u{7}'), "{:?}", run.stderr);
+    assert!(run.stderr.contains("owned"), "{}", run.stderr);
+    let run = folder.slew(&["plan", "spec.toml", "-o", "\u{1b}[31m.json"]).ends(8).tells("E0099");
+    assert!(!run.stderr.contains('\u{1b}'), "{:?}", run.stderr);
+    let run = folder.slew(&["verify", "\u{1b}[31m.json", "--spec", "spec.toml"]).ends(8).tells("E0090");
+    assert!(!run.stderr.contains('\u{1b}'), "{:?}", run.stderr);
+}
+
+/// The signals that a process has taken over, from the kernel's own list.
+#[cfg(target_os = "linux")]
+fn catches_interrupt(process: u32) -> bool {
+    let status = fs::read_to_string(Path::new("/proc").join(process.to_string()).join("status"));
+    let mask = status.ok().and_then(|text| {
+        let line = text.lines().find_map(|line| line.strip_prefix("SigCgt:"))?.trim().to_string();
+        u64::from_str_radix(&line, 16).ok()
+    });
+    mask.is_some_and(|mask| mask & 0b10 != 0)
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_interrupted_plan_keeps_its_best_result() {
+    let folder = Folder::new();
+    // Far too fast for the step: minutes of ladder.
+    let args = [
+        "plan",
+        "spec.toml",
+        "-o",
+        "best.json",
+        "--set",
+        "maneuver.steps=100000",
+        "--set",
+        "end.angular_velocity_deg_s=[0, 0, 90000]",
+    ];
+    let child = folder.command(&args).stderr(Stdio::piped()).spawn().unwrap();
+    while !catches_interrupt(child.id()) {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+    let run = Run::of(child.wait_with_output().unwrap(), &args).ends(130).tells("interrupted");
+    assert!(run.stderr.contains("wrote"), "{}", run.stderr);
+    let best = PlanFile::read(folder.read("best.json").as_bytes()).unwrap();
+    assert_eq!((best.status.name(), best.exit_code), ("interrupted", 130));
+}
