@@ -345,6 +345,10 @@ fn verify_judges_a_plan_file_by_its_spec() {
     let plan = folder.json("plan.json");
     assert_eq!(json["verified"], plan["verified"]);
 
+    let piped = folder.slew_with_stdin(&["verify", "-", "--spec", "spec.toml"], &folder.read("plan.json"));
+    piped.ends(0).tells("verified");
+    folder.slew(&["verify", "-", "--spec", "-"]).ends(2).tells("stdin");
+
     let other = ["--set", "end.attitude.euler_zyx_deg=[81, -25, 40]", "--format", "json"];
     let run = verify("plan.json", &other).ends(7).tells("verification failed").tells("end.matrix");
     assert_eq!(run.json()["status"], "verification_failed");

@@ -70,7 +70,7 @@ pub enum Failure {
     Usage(String),
     /// The end of the solve is known without a plan.
     Plan(Status, Message),
-    /// A bug.
+    /// A bug; the code stands for no mistake of the user.
     Internal(String),
 }
 
@@ -124,7 +124,9 @@ impl Failure {
                 console.error(message.code, &message.reason, &message.remedy);
             }
             Self::Usage(reason) => console.error("usage", reason, "see `slew --help`"),
-            Self::Internal(reason) => console.error("E0001", &format!("internal error: {reason}"), ""),
+            Self::Internal(reason) => {
+                console.error("internal", reason, "this is a bug: please report it with the spec");
+            }
         }
         if json {
             // The pipe may be what failed: there is nobody left to tell.

@@ -107,7 +107,7 @@ pub fn main() -> ExitCode {
         Ok(Ok(exit)) => exit,
         Ok(Err(failure)) => failure.report(&mut console, common.json),
         Err(_) => {
-            Failure::Internal("please report what was printed above".into()).report(&mut console, common.json)
+            Failure::Internal("the program panicked, see above".into()).report(&mut console, common.json)
         }
     };
     exit.into()

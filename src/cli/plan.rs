@@ -9,7 +9,6 @@ use slewkit::plan::{self, Control, Observer, Plan, PlanError, Progress, Status};
 use slewkit::problem::{Problem, ProblemError};
 use slewkit::settings::Settings;
 use slewkit::spec::Loaded;
-use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -26,7 +25,7 @@ pub struct Args {
     pub spec: SpecArgs,
     #[command(flatten)]
     pub output: OutputArgs,
-    /// Begin from the costates of another plan
+    /// Begin from the costates of another plan; `-` reads stdin
     #[arg(long, value_name = "PLAN.json")]
     pub guess: Option<PathBuf>,
 }
@@ -35,6 +34,7 @@ pub struct Args {
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let mut inputs: Vec<&Path> = vec![&args.spec.spec];
     inputs.extend(args.guess.as_deref());
+    spec_file::one_stdin(&inputs)?;
     let destination = args.output.destination(&inputs)?;
     let Loaded { problem, settings, .. } = spec_file::read(&args.spec.spec, &args.spec.reading, console)?;
     let guess = args.guess.as_deref().map(|path| guess(path, &problem)).transpose()?;
@@ -80,8 +80,8 @@ fn write(
 }
 
 fn guess(path: &Path, problem: &Problem) -> Result<Vec<f64>, Failure> {
-    let file = File::open(path).map_err(|error| Failure::unreadable(path, &error))?;
-    let costates = read_guess(file).map_err(|error| Failure::unusable(path, &error))?;
+    let costates =
+        read_guess(spec_file::open_plan(path)?).map_err(|error| Failure::unusable(path, &error))?;
     let needed = problem.dimension();
     if costates.len() != needed {
         let found = costates.len();

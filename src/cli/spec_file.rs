@@ -4,7 +4,8 @@ use super::args::{Notation, Reading};
 use super::console::Console;
 use super::failure::Failure;
 use slewkit::spec::{self, Format, Loaded, Override};
-use std::io;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::Path;
 
 /// Reads the spec at `path`, or stdin for `-`, with the overrides, and tells its warnings.
@@ -30,7 +31,24 @@ pub fn read(path: &Path, reading: &Reading, console: &mut Console) -> Result<Loa
     Ok(loaded)
 }
 
+/// Opens a plan file, or stdin for `-`.
+pub fn open_plan(path: &Path) -> Result<Box<dyn Read>, Failure> {
+    if is_stdin(path) {
+        return Ok(Box::new(io::stdin().lock()));
+    }
+    let file = File::open(path).map_err(|error| Failure::unreadable(path, &error))?;
+    Ok(Box::new(file))
+}
+
+/// Refuses to read two inputs from stdin.
+pub fn one_stdin(inputs: &[&Path]) -> Result<(), Failure> {
+    match inputs.iter().filter(|path| is_stdin(path)).count() {
+        0 | 1 => Ok(()),
+        _ => Err(Failure::Usage("only one input can come from stdin".into())),
+    }
+}
+
 /// Whether `path` stands for stdin.
-pub fn is_stdin(path: &Path) -> bool {
+fn is_stdin(path: &Path) -> bool {
     path.as_os_str() == "-"
 }

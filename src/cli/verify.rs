@@ -9,13 +9,12 @@ use slewkit::export::{Difference, ExportError, PlanFile, ProblemRecord, write_do
 use slewkit::plan::Status;
 use slewkit::spec::Loaded;
 use slewkit::verify::{self, Verification};
-use std::fs::File;
 use std::path::PathBuf;
 
 /// Arguments of `slew verify`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Plan file, as `slew plan SPEC -o PLAN.json` wrote it
+    /// Plan file, as `slew plan SPEC -o PLAN.json` wrote it; `-` reads stdin
     #[arg(value_name = "PLAN.json")]
     pub plan: PathBuf,
     /// The spec that the plan must fulfil; `-` reads stdin
@@ -40,9 +39,10 @@ struct Report<'a> {
 
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
+    spec_file::one_stdin(&[&args.plan, &args.spec])?;
     let Loaded { problem, settings, .. } = spec_file::read(&args.spec, &args.reading, console)?;
-    let file = File::open(&args.plan).map_err(|error| Failure::unreadable(&args.plan, &error))?;
-    let plan = PlanFile::read(file).map_err(|error| Failure::unusable(&args.plan, &error))?;
+    let plan = PlanFile::read(spec_file::open_plan(&args.plan)?)
+        .map_err(|error| Failure::unusable(&args.plan, &error))?;
     // The grid is the plan's own matter; what it must achieve stands in the spec.
     let problem = plan.on_grid(&problem).map_err(|error| misfit(args, &error))?;
 

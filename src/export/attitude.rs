@@ -28,7 +28,7 @@ pub struct Notations {
     pub euler_deg: EulerAngles,
 }
 
-/// Euler angles [deg] in the order of [`EULER_SEQUENCES`], written as `euler_xyz_deg` and so on.
+/// Euler angles in degrees, in the order of [`EULER_SEQUENCES`], written as `euler_xyz_deg` and so on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EulerAngles(pub [[f64; 3]; 12]);
 

@@ -35,16 +35,16 @@ pub struct PlanFile<'a> {
     pub scheme: String,
     /// Number of steps.
     pub steps: usize,
-    /// The step [s].
+    /// The step, seconds.
     pub step_s: f64,
     /// Cost.
     #[serde(deserialize_with = "lenient")]
     pub cost: f64,
-    /// Duration [s].
+    /// Duration, seconds.
     pub duration_s: f64,
     /// Newton iterations of the winning start.
     pub iterations: usize,
-    /// Wall time of the solve alone [s]: the only key that differs between two runs.
+    /// Wall time of the solve alone, seconds: the only key that differs between two runs.
     pub solve_time_s: f64,
     /// How the solve itself ended.
     pub outcome: Outcome,
@@ -52,7 +52,7 @@ pub struct PlanFile<'a> {
     pub start: String,
     /// Rotation sense of the path.
     pub sense: Sense,
-    /// Total angle turned [deg].
+    /// Total angle turned, degrees.
     #[serde(deserialize_with = "lenient")]
     pub turned_deg: f64,
     /// Tolerance of the scaled terminal error.
