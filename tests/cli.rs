@@ -265,6 +265,18 @@ fn all_errors_of_a_spec_are_reported_at_once() {
 }
 
 #[test]
+fn warnings_are_told_and_do_not_stop_the_plan() {
+    let folder = Folder::new();
+    // 1.57 degrees: radians, perhaps.
+    let set = ["--set", "end.attitude={axis = [0, 0, 1], angle_deg = 1.5707963267948966}"];
+    let run = |args: &[&str]| folder.slew(&[args, &set].concat());
+    run(&["plan", "spec.toml"]).ends(0).tells("warning[W0058]").tells("solved and verified");
+    run(&["plan", "spec.toml", "--quiet"]).ends(0).silent();
+    let json = run(&["check", "spec.toml", "--format", "json"]).ends(0).tells("valid, 1 warning").json();
+    assert_eq!(json["diagnostics"][0]["code"], "W0058");
+}
+
+#[test]
 fn spec_comes_from_stdin_in_either_notation() {
     let folder = Folder::new();
     let toml = folder.slew_with_stdin(&["plan", "-", "-q", "--format", "json"], SPEC).ends(0).json();
