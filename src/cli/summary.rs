@@ -109,12 +109,15 @@ fn way(sense: Sense) -> &'static str {
 /// How many residuals are shown before and after an ellipsis.
 const SHOWN: (usize, usize) = (3, 4);
 
-/// Iterations of the winning start, with the residuals of its last rung.
+/// Iterations of the winning start, with the residuals of those of its rungs that converged.
 fn iterations(solution: &Solution) -> String {
-    let last = solution.ladder.iter().rev().find(|rung| rung.start == solution.start);
-    let errors = last.map_or(&[][..], |rung| &rung.residuals);
+    let won = |rung: &&RungReport| rung.start == solution.start && rung.outcome == Outcome::Converged;
+    let mut errors: Vec<f64> =
+        solution.ladder.iter().filter(won).flat_map(|rung| rung.residuals.iter().copied()).collect();
+    // A rung begins where the one before ended.
+    errors.dedup();
     let shown = |errors: &[f64]| errors.iter().map(|value| error(*value)).collect::<Vec<_>>().join(" → ");
-    let course = match errors {
+    let course = match &errors[..] {
         [] => String::new(),
         short if short.len() <= SHOWN.0 + SHOWN.1 => format!("   ({})", shown(short)),
         long => format!("   ({} → … → {})", shown(&long[..SHOWN.0]), shown(&long[long.len() - SHOWN.1..])),
