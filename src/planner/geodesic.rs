@@ -97,7 +97,7 @@ fn inverse_dynamics<const N: usize>(
         })
         .collect();
     let mut costates = Vec::with_capacity(points.len());
-    for index in 0..points.len() {
+    for (index, point) in points.iter().enumerate() {
         // Dual k belongs to node k+1; the first node takes that of the second.
         let here = index.saturating_sub(1).min(duals.len() - 1);
         let next = (here + 1).min(duals.len() - 1);
@@ -106,7 +106,7 @@ fn inverse_dynamics<const N: usize>(
         let (gamma, pi) = duals[here];
         let gamma_slope = (duals[next].0 - duals[before].0) / span;
         let pi_slope = (duals[next].1 - duals[before].1) / span;
-        let momentum = points[index].momentum.value;
+        let momentum = point.momentum.value;
         let omega = dynamics.j_inverse * momentum;
         let zeta = -(dynamics.j * (pi_slope + omega.cross(&pi))) - pi.cross(&momentum);
         let costate: SVector<f64, N> = Costate { x: -gamma_slope, gamma, zeta, pi }.to_vector();

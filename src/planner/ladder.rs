@@ -47,6 +47,8 @@ struct Search<'a, 'c, const N: usize> {
     found: Vec<Found<N>>,
     /// Extremals already met on the coarse grid.
     met: Vec<SVector<f64, N>>,
+    /// Starts that have led to an extremal, new or known.
+    arrived: Vec<String>,
     failure: Option<Found<N>>,
 }
 
@@ -73,10 +75,18 @@ pub(super) fn solve<const N: usize>(problem: &Problem, context: &Context, guess:
     let most = turns.iter().copied().max_by_key(|turns| turns.abs()).unwrap_or(0);
     let fine = Extremal::<N>::new(problem, problem.steps);
     let coarse = Extremal::<N>::new(problem, search_grid(problem, most));
-    let mut search =
-        Search { problem, context, fine, coarse, found: Vec::new(), met: Vec::new(), failure: None };
+    let mut search = Search {
+        problem,
+        context,
+        fine,
+        coarse,
+        found: Vec::new(),
+        met: Vec::new(),
+        arrived: Vec::new(),
+        failure: None,
+    };
     if let Some(guess) = guess {
-        search.from_guess(guess);
+        search.try_guess(guess);
     }
     if guess.is_none() || search.found.is_empty() {
         search.climb(&turns);
@@ -116,15 +126,14 @@ impl<const N: usize> Search<'_, '_, N> {
         if self.problem.path == Path::Shortest && self.found.is_empty() {
             self.newton(turns, &[0.3]);
         }
-        for &turns in turns {
-            // The windings are rivals; only the senses are worth every rung.
-            let main = turns == 0 || turns == -1 || !matches!(self.problem.path, Path::Best);
-            if main && !self.has(turns) && !self.stopped() {
+        // The windings are rivals; only the senses, or what was asked for, are worth every rung.
+        let best = matches!(self.problem.path, Path::Best);
+        for &turns in turns.iter().filter(|turns| !best || **turns == 0 || **turns == -1) {
+            let name = guess::name_of(turns);
+            if !self.arrived.contains(&name) && !self.stopped() {
                 self.continuation(turns);
             }
-        }
-        for &turns in turns {
-            if self.found.is_empty() && !self.stopped() {
+            if !self.arrived.contains(&name) && !self.stopped() {
                 self.lifted(turns);
             }
         }
@@ -133,13 +142,7 @@ impl<const N: usize> Search<'_, '_, N> {
         }
     }
 
-    /// Whether an extremal was found from the start with these turns.
-    fn has(&self, turns: i32) -> bool {
-        let name = guess::name_of(turns);
-        self.found.iter().any(|found| found.start == name)
-    }
-
-    fn from_guess(&mut self, guess: &[f64]) {
+    fn try_guess(&mut self, guess: &[f64]) {
         self.context.enter("guess", "guess", self.problem.steps);
         let scaled =
             SVector::<f64, N>::from_row_slice(guess).component_div(&self.fine.dynamics.units.costate());
@@ -204,6 +207,7 @@ impl<const N: usize> Search<'_, '_, N> {
     fn finish(&mut self, start: &str, grid: GridPoint<N>, spent: usize) -> bool {
         let scale = grid.costate.amax().max(1.0);
         if self.met.iter().any(|met| (met - grid.costate).amax() < SAME * scale) {
+            self.arrived.push(start.into());
             return true;
         }
         self.met.push(grid.costate);
@@ -230,6 +234,7 @@ impl<const N: usize> Search<'_, '_, N> {
     ) {
         let found = Found { start: start.into(), costate, cost, residual, outcome, iterations };
         if outcome == Outcome::Converged {
+            self.arrived.push(start.into());
             let same = |other: &Found<N>| {
                 (other.costate - found.costate).amax() < SAME * other.costate.amax().max(1.0)
             };

@@ -32,7 +32,7 @@ impl<const N: usize> Factor<N> {
             let column_size = matrix.column(pivot).amax();
             let relative = lu[(pivot, pivot)].abs() / column_size;
             smallest = if relative < smallest || relative.is_nan() { relative } else { smallest };
-            if !(smallest > SUSPECT_PIVOT) {
+            if smallest <= SUSPECT_PIVOT || smallest.is_nan() {
                 return Self::PseudoInverse(Box::new(pseudo_inverse(matrix)));
             }
             for row in pivot + 1..N {

@@ -13,15 +13,20 @@ use super::driver::Iteration;
 use super::factor::Factor;
 use crate::dynamics::StepError;
 use crate::extremal::{End, Extremal};
+use crate::lie;
 use crate::solution::Outcome;
-use nalgebra::SVector;
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 /// Sufficient decrease of the line search.
 const ARMIJO: f64 = 1e-4;
 /// A step that shrinks the error to less than this fraction keeps its factor.
 const KEEP_FACTOR: f64 = 0.1;
-/// Shortest fraction of a Newton step that is tried.
-const SHORTEST: f64 = 1.0 / 4096.0;
+/// Shortest fraction of a Newton step that is tried before the step is damped instead.
+const SHORTEST: f64 = 1.0 / 16.0;
+/// Damping of the step, in units of the largest singular value: from nearly Newton to nearly gradient.
+const DAMPING: [f64; 7] = [1e-6, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0];
+/// Converged is below this fraction of the tolerance: the rest is for the round-off of the witnesses.
+const ACCEPT: f64 = 0.9;
 /// Below the tolerance the iteration goes on to this fraction of it, as long as that is cheap.
 const POLISH: f64 = 0.5;
 
@@ -37,8 +42,8 @@ pub(crate) struct Newton<'a, const N: usize> {
     /// Where its sweep ended.
     pub end: End<N>,
     factor: Option<Factor<N>>,
-    /// Whether the factor is that of the present iterate.
-    exact: bool,
+    /// `Ψ₁₂` of the present iterate, if it was computed.
+    psi: Option<SMatrix<f64, N, N>>,
 }
 
 impl<'a, const N: usize> Newton<'a, N> {
@@ -50,8 +55,8 @@ impl<'a, const N: usize> Newton<'a, N> {
         factor: Option<Factor<N>>,
     ) -> Result<Self, StepError> {
         let end = extremal.sweep(&costate)?;
-        let enough = POLISH * tolerance;
-        Ok(Self { extremal, tolerance, enough, costate, end, factor, exact: false })
+        let (tolerance, enough) = (ACCEPT * tolerance, POLISH * tolerance);
+        Ok(Self { extremal, tolerance, enough, costate, end, factor, psi: None })
     }
 
     /// The same, polished to `enough` as long as every step with the factor at hand gains a digit.
@@ -62,38 +67,68 @@ impl<'a, const N: usize> Newton<'a, N> {
     fn refresh(&mut self) -> Result<(), StepError> {
         let (_, psi) = self.extremal.sweep_linearized(&self.costate)?;
         self.factor = Some(Factor::new(&psi));
-        self.exact = true;
+        self.psi = Some(psi);
         Ok(())
     }
 
-    /// Tries the direction of the present factor; whether it led anywhere.
+    /// Moves to `trial` if that decreases the error enough for a step of the given fraction.
+    fn try_step(&mut self, trial: SVector<f64, N>, fraction: f64) -> bool {
+        let norm = self.end.error.norm();
+        // A sweep that fails is a step too long, like an error that does not fall.
+        let Ok(end) = self.extremal.sweep(&trial) else { return false };
+        if end.error.norm() > (1.0 - 2.0 * ARMIJO * fraction) * norm {
+            return false;
+        }
+        if end.error.norm() > KEEP_FACTOR * norm {
+            self.factor = None;
+        }
+        (self.costate, self.end, self.psi) = (trial, end, None);
+        true
+    }
+
+    /// Line search along the direction of the present factor.
     fn search(&mut self, shortest: f64) -> bool {
         let Some(factor) = &self.factor else { return false };
         let direction = -factor.solve(&self.end.error);
-        let norm = self.end.error.norm();
         let mut fraction = 1.0;
         while fraction >= shortest {
-            let trial = self.costate + direction * fraction;
-            // A sweep that fails is a step too long, like an error that does not fall.
-            if let Ok(end) = self.extremal.sweep(&trial)
-                && end.error.norm() <= (1.0 - 2.0 * ARMIJO * fraction) * norm
-            {
-                let kept = end.error.norm() <= KEEP_FACTOR * norm;
-                (self.costate, self.end, self.exact) = (trial, end, false);
-                if !kept {
-                    self.factor = None;
-                }
+            if self.try_step(self.costate + direction * fraction, fraction) {
                 return true;
             }
             fraction *= 0.5;
         }
         false
     }
+
+    /// Damped least-squares (Levenberg–Marquardt) steps: where Ψ₁₂ is nearly singular the Newton step is
+    /// long and wrong, and these are the shorter ones that still descend.
+    fn damped(&mut self) -> bool {
+        let Some(psi) = &self.psi else { return false };
+        let attitude = self.end.error.fixed_rows::<3>(N - 6).into_owned();
+        let inverse = lie::right_jacobian_inverse(&attitude);
+        let mut jacobian = DMatrix::from_fn(N, N, |row, column| psi[(row, column)]);
+        let turned = inverse * psi.fixed_rows::<3>(N - 6);
+        jacobian.rows_mut(N - 6, 3).copy_from(&turned);
+        let Some(svd) = jacobian.try_svd(true, true, f64::EPSILON, 1000) else { return false };
+        let (Some(u), Some(v_t)) = (&svd.u, &svd.v_t) else { return false };
+        let error = DVector::from_column_slice(self.end.error.as_slice());
+        let along = u.tr_mul(&error);
+        let largest = svd.singular_values.amax();
+        let directions = DAMPING.map(|damping| {
+            let squared = (damping * largest) * (damping * largest);
+            let weights = svd.singular_values.map(|value| value / (value * value + squared));
+            let direction = v_t.tr_mul(&along.component_mul(&weights));
+            SVector::<f64, N>::from_column_slice((-direction).as_slice())
+        });
+        directions.into_iter().any(|direction| self.try_step(self.costate + direction, 0.0))
+    }
 }
 
 impl<const N: usize> Iteration for Newton<'_, N> {
+    /// The largest of the errors of attitude, momentum, position and linear momentum.
     fn residual(&self) -> f64 {
-        self.end.error.amax()
+        let blocks = (0..N / 3).map(|block| self.end.error.fixed_rows::<3>(3 * block).norm());
+        blocks.fold(0.0, f64::max)
     }
 
     fn converged(&self) -> bool {
@@ -103,14 +138,14 @@ impl<const N: usize> Iteration for Newton<'_, N> {
     fn advance(&mut self) -> Option<Outcome> {
         let converged = self.residual() <= self.tolerance;
         // An old factor gets one try at full length, a fresh one the whole line search.
-        let mut moved = self.factor.is_some() && !self.exact && self.search(1.0);
-        if !moved && !converged {
-            if !self.exact
+        let mut moved = self.factor.is_some() && self.psi.is_none() && self.search(1.0);
+        if !moved {
+            if self.psi.is_none()
                 && let Err(error) = self.refresh()
             {
-                return Some(outcome_of(error));
+                return Some(if converged { Outcome::Converged } else { outcome_of(error) });
             }
-            moved = self.search(SHORTEST);
+            moved = if converged { self.search(1.0) } else { self.search(SHORTEST) || self.damped() };
         }
         if !moved {
             return Some(if converged { Outcome::Converged } else { Outcome::Stalled });
