@@ -1,0 +1,141 @@
+//! Every shipped problem planned as a user would, against numbers that nobody here computed with this crate.
+
+mod common;
+
+
+
+use slewkit::plan::{Plan, Silent, plan};
+use slewkit::problem::{Problem};
+use slewkit::settings::Settings;
+use slewkit::spec::{self, Expect, Loaded};
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// The files of `problems/`, in order of their names.
+fn files() -> Vec<PathBuf> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/problems");
+    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
+        .unwrap_or_else(|error| panic!("{folder}: {error}"))
+        .map(|entry| entry.expect("an entry of the folder").path())
+        .filter(|path| path.extension().is_some_and(|extension| extension == "toml"))
+        .collect();
+    files.sort();
+    files
+}
+
+/// The shipped problem of this name.
+fn problem(name: &str) -> Loaded {
+    let path = PathBuf::from(format!("{}/problems/{name}.toml", env!("CARGO_MANIFEST_DIR")));
+    spec::read(&path, &[]).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+fn solve(problem: &Problem, settings: &Settings) -> Plan {
+    plan(problem, settings, None, &mut Silent).unwrap_or_else(|error| panic!("{}: {error}", problem.name))
+}
+
+/// What of `[expect]` the plan does not meet, in words.
+fn unmet(expect: &Expect, plan: &Plan) -> Vec<String> {
+    let solution = &plan.solution;
+    let mut unmet = Vec::new();
+    let mut claim = |holds: bool, what: String| {
+        if !holds {
+            unmet.push(what);
+        }
+    };
+    let status = plan.status.name();
+    claim(status == expect.status, format!("status {status}, not {}", expect.status));
+    if status == "verification_failed" {
+        let checks = plan.verification.iter().flat_map(|verification| &verification.checks);
+        for check in checks.filter(|check| !check.passed) {
+            claim(false, format!("{} {:.3e}, limit {:.3e}", check.name, check.value, check.limit));
+        }
+    }
+    if let Some(cost) = expect.cost {
+        let found = solution.cost;
+        let met = (found - cost.value).abs() <= cost.tolerance;
+        claim(met, format!("cost {found}, not {} ± {:e}", cost.value, cost.tolerance));
+    }
+    if let Some(limit) = expect.terminal_error {
+        let error = solution.terminal.largest();
+        claim(error <= limit, format!("terminal error {error:.2e} above {limit:e}"));
+    }
+    if let Some(limit) = expect.newton_iterations_at_most {
+        let count = solution.iterations;
+        claim(count <= limit, format!("{count} iterations, not {limit}"));
+    }
+    if let Some(count) = expect.conjugate_points {
+        let found = solution.optimality.conjugate_points;
+        claim(found == Some(count), format!("conjugate points {found:?}, not {count}"));
+    }
+    if let Some(sense) = expect.sense {
+        claim(solution.sense == sense, format!("sense {:?}, not {sense:?}", solution.sense));
+    }
+    for rival in &expect.rivals {
+        let found = solution.rivals.iter().any(|other| (other.cost - rival.value).abs() <= rival.tolerance);
+        claim(found, format!("no rival of cost {}", rival.value));
+    }
+    unmet
+}
+
+#[test]
+fn every_shipped_problem_comes_to_what_it_expects() {
+    let only = std::env::var("SLEW_PROBLEM").ok();
+    let mut failures = Vec::new();
+    println!(
+        "{:32} {:>22} {:>14} {:>9} {:>5} {:>5} {:>4} {:>7} {:>7} {:>8}  rivals",
+        "problem", "cost", "off by", "terminal", "iter", "conj", "rank", "steps", "solve s", "all s"
+    );
+    for path in files() {
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        if only.as_ref().is_some_and(|only| !name.contains(only)) {
+            continue;
+        }
+        let loaded = match spec::read(&path, &[]) {
+            Ok(loaded) => loaded,
+            Err(errors) => {
+                failures.push(format!("{name}: {errors}"));
+                continue;
+            }
+        };
+        for warning in &loaded.warnings {
+            failures.push(format!("{name}: {warning}"));
+        }
+        let Some(expect) = &loaded.expect else {
+            failures.push(format!("{name}: no [expect]"));
+            continue;
+        };
+        if expect.source.is_none() || expect.cost.is_none() {
+            failures.push(format!("{name}: [expect] without source or cost"));
+        }
+        let began = Instant::now();
+        let plan = solve(&loaded.problem, &loaded.settings);
+        let all = began.elapsed().as_secs_f64();
+        let solution = &plan.solution;
+        let off = expect.cost.map_or(f64::NAN, |cost| solution.cost - cost.value);
+        let conjugate = solution.optimality.conjugate_points;
+        let rivals: Vec<String> = solution
+            .rivals
+            .iter()
+            .map(|rival| {
+                let count = rival.conjugate_points.map_or("?".into(), |count| count.to_string());
+                format!("{:.4} ({count})", rival.cost)
+            })
+            .collect();
+        println!(
+            "{name:32} {:>22} {off:>14.3e} {:>9.1e} {:>5} {:>5} {:>4} {:>7} {:>7.3} {all:>8.3}  {} {:?} {:?} {}",
+            solution.cost,
+            solution.terminal.largest(),
+            solution.iterations,
+            conjugate.map_or("?".into(), |count| count.to_string()),
+            solution.optimality.rank,
+            solution.steps,
+            solution.solve_time,
+            plan.status.name(),
+            solution.start,
+            solution.sense,
+            rivals.join(" ")
+        );
+        failures.extend(unmet(expect, &plan).into_iter().map(|what| format!("{name}: {what}")));
+    }
+    assert!(failures.is_empty(), "\n{}", failures.join("\n"));
+}
