@@ -148,7 +148,7 @@ impl Inertia {
 pub struct Body {
     /// Inertia about the mass center (about the pivot for a pendulum), body axes.
     pub inertia: Inertia,
-    /// Mass [kg]; `None` when only the attitude moves.
+    /// Mass \[kg\]; `None` when only the attitude moves.
     pub mass: Option<f64>,
 }
 

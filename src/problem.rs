@@ -10,7 +10,7 @@ use thiserror::Error;
 /// Pose and velocities at one end of the maneuver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
-    /// Position of the mass center, reference frame [m]; zero on SO(3).
+    /// Position of the mass center, reference frame \[m\]; zero on SO(3).
     pub position: Vector3,
     /// Velocity of the mass center, reference frame [m/s]; zero on SO(3).
     pub velocity: Vector3,
@@ -85,7 +85,7 @@ pub enum Path {
     Shortest,
     /// The other sense.
     Long,
-    /// The rotation from the start as written: a rotation vector in the body axes of the start [rad],
+    /// The rotation from the start as written: a rotation vector in the body axes of the start \[rad\],
     /// any angle.
     AsGiven(Vector3),
 }
@@ -110,7 +110,7 @@ pub struct Problem {
     pub start: State,
     /// State at `t = T`.
     pub end: State,
-    /// Duration `T` [s].
+    /// Duration `T` \[s\].
     pub duration: f64,
     /// Number of steps `N`; the step is `h = T/N`.
     pub steps: usize,
@@ -148,7 +148,7 @@ pub enum ProblemError {
     StepTooLong {
         /// "start" or "end".
         end: &'static str,
-        /// `h |Ω|` [rad].
+        /// `h |Ω|` \[rad\].
         angle: f64,
         /// The bound.
         limit: f64,
@@ -222,7 +222,7 @@ impl Problem {
         self
     }
 
-    /// Step `h = T/N` [s].
+    /// Step `h = T/N` \[s\].
     pub fn step(&self) -> f64 {
         self.duration / self.steps as f64
     }

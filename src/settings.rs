@@ -20,7 +20,7 @@ pub struct Settings {
     pub method: Method,
     /// Tolerance of the scaled discrete terminal error. Default 1e-12; round-off allows about 4e-15.
     pub tolerance: f64,
-    /// Limit on the continuous terminal attitude error [rad]. Default: none.
+    /// Limit on the continuous terminal attitude error \[rad\]. Default: none.
     pub continuous_tolerance: Option<f64>,
     /// Wall-clock limit of the whole plan. Default: none. The best iterate is kept.
     pub time_limit: Option<Duration>,

@@ -35,13 +35,13 @@ pub enum Outcome {
 /// `λ_{−1} … λ_{N−1}`). On SO(3) the vectors of positions, velocities and forces are empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trajectory {
-    /// Times [s].
+    /// Times \[s\].
     pub time: Vec<f64>,
     /// Attitude quaternions `[w, x, y, z]`, continuous along the trajectory.
     pub quaternion: Vec<[f64; 4]>,
     /// Angular velocity, body axes [rad/s].
     pub angular_velocity: Vec<Vector3>,
-    /// Position, reference frame [m].
+    /// Position, reference frame \[m\].
     pub position: Vec<Vector3>,
     /// Velocity, reference frame [m/s].
     pub velocity: Vec<Vector3>,
@@ -51,7 +51,7 @@ pub struct Trajectory {
     pub input_count: usize,
     /// Actuator torque, body axes [N·m].
     pub torque: Vec<Vector3>,
-    /// Actuator force, reference frame [N].
+    /// Actuator force, reference frame \[N\].
     pub force: Vec<Vector3>,
     /// Costates, row after row, 6 or 12 numbers a row, ordered as the crate's conventions say.
     pub costates: Vec<f64>,
@@ -67,7 +67,7 @@ impl Trajectory {
 /// Distance of the discrete trajectory's end from the terminal conditions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TerminalError {
-    /// `|log(R_dᵀ R_N)|` [rad].
+    /// `|log(R_dᵀ R_N)|` \[rad\].
     pub attitude_rad: f64,
     /// `|Π_N − Π_d| T / J_mean`.
     pub momentum_relative: f64,
@@ -138,7 +138,7 @@ pub struct Rival {
     pub cost: f64,
     /// Its conjugate points, if counted.
     pub conjugate_points: Option<usize>,
-    /// Total angle turned, `∫|Ω|dt` [deg].
+    /// Total angle turned, `∫|Ω|dt` \[deg\].
     pub turned_deg: f64,
 }
 
@@ -162,7 +162,7 @@ pub struct Solution {
     pub scheme: Scheme,
     /// Number of steps.
     pub steps: usize,
-    /// Step [s].
+    /// Step \[s\].
     pub step: f64,
     /// Cost `Σ (h/2) uᵀWu`, trapezoidal for Lie–Verlet.
     pub cost: f64,
@@ -176,7 +176,7 @@ pub struct Solution {
     pub sense: Sense,
     /// The start that led here.
     pub start: String,
-    /// Total angle turned, `∫|Ω|dt` [deg].
+    /// Total angle turned, `∫|Ω|dt` \[deg\].
     pub turned_deg: f64,
     /// Newton iterations of the winning start, all its rungs.
     pub iterations: usize,
@@ -186,7 +186,7 @@ pub struct Solution {
     pub rivals: Vec<Rival>,
     /// Tolerance asked for, scaled.
     pub tolerance: f64,
-    /// Wall time of the solve alone [s], without second-order test and verification.
+    /// Wall time of the solve alone \[s\], without second-order test and verification.
     pub solve_time: f64,
 }
 

@@ -8,7 +8,7 @@
 //!
 //! followed by a *kick* at the new pose, `Π⁺ = Π' + h (M⁺ + B u⁺)`, `γ⁺ = γ + h (f⁺ + B_f u⁺)`. Both
 //! are lifted to the costates: the drift by `A0⁻ᵀ`, the kick as the flow of a Hamiltonian (see
-//! [`kick`]). That is theory and code for SO(3) and SE(3) at once, for any environment, and for
+//! the module `kick`). That is theory and code for SO(3) and SE(3) at once, for any environment, and for
 //! actuators that are fixed to the body or to the reference frame.
 
 pub(crate) mod drift;

@@ -10,13 +10,13 @@ use nalgebra::SVector;
 /// force, moment and cost, and those are converted where they are evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Units {
-    /// Unit of time `T` [s].
+    /// Unit of time `T` \[s\].
     pub time: f64,
     /// Unit of inertia `tr(J)/3` [kg·m²].
     pub inertia: f64,
-    /// Unit of mass [kg].
+    /// Unit of mass \[kg\].
     pub mass: f64,
-    /// Unit of length [m].
+    /// Unit of length \[m\].
     pub length: f64,
     /// Unit of cost, chosen so that the mean diagonal of `B W⁻¹ Bᵀ` for torques is 1.
     pub cost: f64,
@@ -56,7 +56,7 @@ impl Units {
         self.inertia / self.time / self.time
     }
 
-    /// Unit of force [N].
+    /// Unit of force \[N\].
     pub fn force(&self) -> f64 {
         self.mass * self.length / self.time / self.time
     }

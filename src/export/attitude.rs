@@ -65,7 +65,7 @@ impl From<&Matrix3> for Notations {
     }
 }
 
-/// Angles `(a, b, c)` [rad] with `R = R_i(a) R_j(b) R_k(c)`.
+/// Angles `(a, b, c)` \[rad\] with `R = R_i(a) R_j(b) R_k(c)`.
 ///
 /// `a` comes from the column of `R` that `c` does not move. Then `R_i(a)ᵀ R = R_j(b) R_k(c)`: row `j`
 /// gives `c`, the same column gives `b`. At gimbal lock `a` is whatever round-off says and `c` makes up

@@ -21,7 +21,7 @@ use std::f64::consts::TAU;
 
 /// Fewest steps of a coarse grid.
 const COARSE_STEPS: usize = 32;
-/// Angle per step that a coarse grid aims at [rad].
+/// Angle per step that a coarse grid aims at \[rad\].
 const COARSE_ANGLE: f64 = 0.35;
 /// Random starts tried when nothing else converges.
 const RANDOM_STARTS: usize = 40;

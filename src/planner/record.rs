@@ -121,7 +121,7 @@ fn dot(a: &[f64; 4], b: &[f64; 4]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
-/// Rotation sense of the path from `costate`, and the angle it turns in all [deg].
+/// Rotation sense of the path from `costate`, and the angle it turns in all \[deg\].
 ///
 /// The lifted (continuous) quaternions of the path and of the ballistic motion start equal. The path is
 /// short if it ends on the sheet that the ballistic motion reaches by the shortest rotation to target.

@@ -12,7 +12,7 @@ use std::f64::consts::{PI, TAU};
 pub(crate) struct Rotation {
     /// Body vectors to reference-frame vectors (or end body to start body).
     pub matrix: Matrix3,
-    /// Rotation vector [rad], as written where the notation keeps whole turns, else the shortest.
+    /// Rotation vector \[rad\], as written where the notation keeps whole turns, else the shortest.
     pub vector: Vector3,
     /// Where it was written.
     pub spot: Spot,

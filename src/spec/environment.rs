@@ -15,7 +15,7 @@ use std::sync::Arc;
 pub(crate) struct Surroundings<'a> {
     pub section: Option<Section<'a>>,
     pub motion: Motion,
-    /// The mass of `[body]` [kg].
+    /// The mass of `[body]` \[kg\].
     pub mass: Option<f64>,
 }
 

@@ -9,7 +9,7 @@ use crate::settings::{Method, Settings};
 use crate::solution::Sense;
 use std::time::Duration;
 
-/// Angle per step that the default number of steps allows [rad]: two or three Newton iterations.
+/// Angle per step that the default number of steps allows \[rad\]: two or three Newton iterations.
 const ANGLE_PER_STEP: f64 = 0.3;
 /// The fewest steps chosen by default.
 const DEFAULT_STEPS: f64 = 100.0;

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! Units stand in the keys; inside the crate everything is SI. All errors of a spec are reported at
-//! once, each with its place, its reason and a remedy. [`schema`] gives the JSON Schema of the format,
+//! once, each with its place, its reason and a remedy. [`schema()`] gives the JSON Schema of the format,
 //! [`template`] a spec to start from.
 //!
 //! What a spec leaves out: three body torques of weight 1; three forces along the reference axes too
