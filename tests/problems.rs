@@ -2,10 +2,8 @@
 
 mod common;
 
-
-
 use slewkit::plan::{Plan, Silent, plan};
-use slewkit::problem::{Problem};
+use slewkit::problem::Problem;
 use slewkit::settings::Settings;
 use slewkit::spec::{self, Expect, Loaded};
 use std::path::PathBuf;

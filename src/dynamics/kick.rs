@@ -249,7 +249,46 @@ impl InverseAuthority {
     }
 }
 
+/// `G` with `G Gᵀ = B W⁻¹ Bᵀ`, for torques and forces.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct InputRoot {
+    force: Authority,
+    torque: Authority,
+}
+
+impl InputRoot {
+    /// `G` at attitude `r`, N×N with the blocks of the momenta filled.
+    pub fn at<const N: usize>(&self, r: &Matrix3) -> nalgebra::SMatrix<f64, N, N> {
+        let mut out = nalgebra::SMatrix::<f64, N, N>::zeros();
+        let torque = match self.torque.frame {
+            AxisFrame::Body => self.torque.matrix,
+            AxisFrame::Reference => r.tr_mul(&self.torque.matrix),
+        };
+        out.view_mut((N - 3, N - 3), (3, 3)).copy_from(&torque);
+        if N == 12 {
+            let force = match self.force.frame {
+                AxisFrame::Reference => self.force.matrix,
+                AxisFrame::Body => r * self.force.matrix,
+            };
+            out.view_mut((3, 3), (3, 3)).copy_from(&force);
+        }
+        out
+    }
+}
+
 impl Dynamics {
+    /// The square root of the inputs' authority.
+    pub(crate) fn input_root(&self) -> InputRoot {
+        let root = |authority: &Authority| {
+            // For a symmetric positive semidefinite matrix U Σ Vᵀ has U = V on its range.
+            let svd = authority.matrix.svd(true, false);
+            let roots = svd.singular_values.map(f64::sqrt);
+            let u = svd.u.unwrap_or_else(Matrix3::zeros);
+            Authority { matrix: u * Matrix3::from_diagonal(&roots), frame: authority.frame }
+        };
+        InputRoot { force: root(&self.force), torque: root(&self.torque) }
+    }
+
     /// The least-squares inverse of the inputs' authority.
     pub(crate) fn inverse_authority(&self) -> InverseAuthority {
         let invert = |authority: &Authority| {

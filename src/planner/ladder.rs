@@ -4,20 +4,21 @@
 //! Newton, continuation in the horizon. What a rung finds is carried to the requested grid (coarse to
 //! fine) and polished there by the shooting. Deterministic random starts come last.
 
-use super::record::{self, record};
+use super::record::{self, Way, record};
 use super::{Context, continuation, geodesic};
+use crate::Vector3;
 use crate::extremal::Extremal;
 use crate::lie;
 use crate::problem::{Path, Problem, Scheme};
 use crate::proof;
 use crate::shooting::driver::{Iteration, run};
-use crate::shooting::factor::Factor;
+use crate::shooting::factor::{Factor, effective};
 use crate::shooting::guess::{self, Start};
 use crate::shooting::newton::{Newton, outcome_of};
 use crate::shooting::refine::{GridPoint, failed, refine, solve_grid};
 use crate::solution::{Optimality, Outcome, Rival, Sense, Solution, Trajectory};
 use nalgebra::SVector;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Fewest steps of a coarse grid.
 const COARSE_STEPS: usize = 32;
@@ -105,11 +106,11 @@ fn wanted_turns(problem: &Problem) -> Vec<i32> {
 }
 
 /// How many turns the given rotation is away from the short way, as counted from the ballistic end.
-fn turns_as_given(problem: &Problem, rotation: &crate::Vector3) -> i32 {
+fn turns_as_given(problem: &Problem, rotation: &Vector3) -> i32 {
     let relative = problem.start.attitude.tr_mul(&problem.end.attitude);
     let short = lie::log(&relative);
     // A rotation by 370° is 10° and one turn; one by −350° about the same axis is 10° less one turn.
-    let axis = if short.norm() > 1e-12 { short / short.norm() } else { crate::Vector3::x() };
+    let axis = if short.norm() > 1e-12 { short / short.norm() } else { Vector3::x() };
     let along = rotation.norm() * rotation.dot(&axis).signum();
     ((along - short.norm()) / TAU).round() as i32
 }
@@ -205,12 +206,14 @@ impl<const N: usize> Search<'_, '_, N> {
 
     /// Carries a coarse extremal to the requested grid, unless it is known already.
     fn finish(&mut self, start: &str, grid: GridPoint<N>, spent: usize) -> bool {
-        let scale = grid.costate.amax().max(1.0);
-        if self.met.iter().any(|met| (met - grid.costate).amax() < SAME * scale) {
+        // Under a symmetry costates of one extremal differ by what has no effect: leave that out.
+        let effective = grid.psi.map_or(grid.costate, |psi| effective(&psi, &grid.costate));
+        let scale = effective.amax().max(1.0);
+        if self.met.iter().any(|met| (met - effective).amax() < SAME * scale) {
             self.arrived.push(start.into());
             return true;
         }
-        self.met.push(grid.costate);
+        self.met.push(effective);
         self.context.enter("coarse_to_fine", start, self.problem.steps);
         let interrupt = || self.context.interrupt();
         let refined = refine(self.problem, &self.fine, grid, self.context.settings, &interrupt);
@@ -300,23 +303,34 @@ impl<const N: usize> Search<'_, '_, N> {
         }
     }
 
-    /// Sense of a path, as far as the coarse grid tells.
-    fn sense(&self, found: &Found<N>) -> (Sense, f64) {
-        record::path_sense(&self.coarse, &found.costate).unwrap_or((Sense::Short, f64::NAN))
+    /// How a path goes round, as far as the coarse grid tells.
+    fn way(&self, found: &Found<N>) -> Way {
+        record::way_round(&self.coarse, &found.costate).unwrap_or(Way {
+            sense: Sense::Short,
+            turned_deg: f64::NAN,
+            rotation: Vector3::repeat(f64::NAN),
+        })
     }
 
-    /// Puts the winner first: of the wanted sense, if there is one, the lowest cost.
+    /// How far a path is from what was asked for: the wrong sense, or another rotation than the given.
+    fn astray(&self, found: &Found<N>) -> f64 {
+        match self.problem.path {
+            Path::Best => 0.0,
+            Path::Shortest => f64::from(u8::from(self.way(found).sense != Sense::Short)),
+            Path::Long => f64::from(u8::from(self.way(found).sense != Sense::Long)),
+            // Half a turn at a time: extremals of one winding differ by less, windings by more.
+            Path::AsGiven(rotation) => ((self.way(found).rotation - rotation).norm() / PI).floor(),
+        }
+    }
+
+    /// Puts the winner first: the nearest to what was asked for, of these the lowest cost.
     fn rank(&mut self) {
-        let wanted = match self.problem.path {
-            Path::Shortest => Some(Sense::Short),
-            Path::Long => Some(Sense::Long),
-            Path::Best | Path::AsGiven(_) => None,
-        };
-        let mut found = std::mem::take(&mut self.found);
+        let found = std::mem::take(&mut self.found);
         let several = found.len() > 1;
-        let off = |found: &Found<N>| several && wanted.is_some_and(|wanted| self.sense(found).0 != wanted);
-        found.sort_by(|a, b| off(a).cmp(&off(b)).then(a.cost.total_cmp(&b.cost)));
-        self.found = found;
+        let mut keyed: Vec<(f64, Found<N>)> =
+            found.into_iter().map(|found| (if several { self.astray(&found) } else { 0.0 }, found)).collect();
+        keyed.sort_by(|(a, x), (b, y)| a.total_cmp(b).then(x.cost.total_cmp(&y.cost)));
+        self.found = keyed.into_iter().map(|(_, found)| found).collect();
     }
 
     /// Chooses among what was found, and writes the solution.
@@ -326,7 +340,7 @@ impl<const N: usize> Search<'_, '_, N> {
         let winner = self.found.first().or(self.failure.as_ref());
         let cost_unit = self.fine.dynamics.units.cost;
         let rivals = self.found.iter().skip(1).map(|rival| {
-            let (sense, turned_deg) = self.sense(rival);
+            let Way { sense, turned_deg, .. } = self.way(rival);
             let conjugate_points = proof::conjugate_points(&self.coarse, &rival.costate);
             let (start, cost) = (rival.start.clone(), rival.cost * cost_unit);
             Rival { start, sense, cost, conjugate_points, turned_deg }
@@ -356,8 +370,8 @@ impl<const N: usize> Search<'_, '_, N> {
             if let Ok(recorded) = record(self.problem, &self.fine, &winner.costate) {
                 solution.cost = recorded.end.cost * cost_unit;
                 solution.terminal = record::terminal_error(&recorded.end.error);
-                solution.sense = recorded.sense;
-                solution.turned_deg = recorded.turned_deg;
+                solution.sense = recorded.way.sense;
+                solution.turned_deg = recorded.way.turned_deg;
                 solution.trajectory = recorded.trajectory;
                 solution.optimality = proof::optimality(&self.fine, &winner.costate);
             }

@@ -13,8 +13,18 @@ use nalgebra::SVector;
 pub(crate) struct Recorded<const N: usize> {
     pub end: End<N>,
     pub trajectory: Trajectory,
+    pub way: Way,
+}
+
+/// How a path goes round.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Way {
+    /// Its sense.
     pub sense: Sense,
+    /// `∫|Ω|dt` \[deg\].
     pub turned_deg: f64,
+    /// `∫Ω dt`, body axes \[rad\]: the rotation vector, where the axis is fixed.
+    pub rotation: Vector3,
 }
 
 /// Sweeps once more and records every node.
@@ -25,8 +35,8 @@ pub(crate) fn record<const N: usize>(
 ) -> Result<Recorded<N>, StepError> {
     let mut recorder = Recorder::<N>::new(problem, extremal);
     let end = extremal.sweep_observed(costate, |node| recorder.push(&node))?;
-    let (sense, turned_deg) = path_sense(extremal, costate)?;
-    Ok(Recorded { end, trajectory: recorder.trajectory, sense, turned_deg })
+    let way = way_round(extremal, costate)?;
+    Ok(Recorded { end, trajectory: recorder.trajectory, way })
 }
 
 struct Recorder<'a, const N: usize> {
@@ -121,48 +131,55 @@ fn dot(a: &[f64; 4], b: &[f64; 4]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
-/// Rotation sense of the path from `costate`, and the angle it turns in all \[deg\].
+/// How the path from `costate` goes round.
 ///
 /// The lifted (continuous) quaternions of the path and of the ballistic motion start equal. The path is
 /// short if it ends on the sheet that the ballistic motion reaches by the shortest rotation to target.
-pub(crate) fn path_sense<const N: usize>(
+pub(crate) fn way_round<const N: usize>(
     extremal: &Extremal<N>,
     costate: &SVector<f64, N>,
-) -> Result<(Sense, f64), StepError> {
-    let (path, end, turned) = lifted_end(extremal, costate)?;
-    let (ballistic, from, _) = lifted_end(extremal, &SVector::zeros())?;
-    let rest = lie::log(&from.attitude.value.tr_mul(&end.attitude.value));
-    let halves = 16;
+) -> Result<Way, StepError> {
+    let path = lift(extremal, costate)?;
+    let ballistic = lift(extremal, &SVector::zeros())?;
+    let from = &ballistic.end.attitude.value;
+    let rest = lie::log(&from.tr_mul(&path.end.attitude.value));
     // Short steps along the shortest rotation carry the ballistic sheet to the end of the path.
-    let mut carried = ballistic;
-    for index in 1..=halves {
-        let attitude = from.attitude.value * lie::exp(&(rest * (f64::from(index) / f64::from(halves))));
+    let parts = 16;
+    let mut carried = ballistic.quaternion;
+    for index in 1..=parts {
+        let attitude = from * lie::exp(&(rest * (f64::from(index) / f64::from(parts))));
         carried = continued(Some(&carried), lie::quaternion_from_rotation(&attitude));
     }
-    let sense = if dot(&carried, &path) >= 0.0 { Sense::Short } else { Sense::Long };
-    Ok((sense, turned.to_degrees()))
+    let sense = if dot(&carried, &path.quaternion) >= 0.0 { Sense::Short } else { Sense::Long };
+    Ok(Way { sense, turned_deg: path.turned.to_degrees(), rotation: path.rotation })
 }
 
-/// End of a sweep: its continuous quaternion, its state, and `∫|Ω|dt`.
-fn lifted_end<const N: usize>(
-    extremal: &Extremal<N>,
-    costate: &SVector<f64, N>,
-) -> Result<([f64; 4], Point, f64), StepError> {
+/// A sweep followed on the double cover.
+struct Lift {
+    quaternion: [f64; 4],
+    end: Point,
+    turned: f64,
+    rotation: Vector3,
+}
+
+fn lift<const N: usize>(extremal: &Extremal<N>, costate: &SVector<f64, N>) -> Result<Lift, StepError> {
     let dynamics = &extremal.dynamics;
     let mut quaternion = None;
-    let mut last = extremal.start;
-    let mut turned = 0.0;
+    let mut end = extremal.start;
+    let (mut turned, mut rotation) = (0.0, Vector3::zeros());
     extremal.sweep_observed(costate, |node| {
         let point = node.physical(0.5 * dynamics.h);
-        quaternion =
-            Some(continued(quaternion.as_ref(), lie::quaternion_from_rotation(&point.attitude.value)));
-        let rate = |point: &Point| (dynamics.j_inverse * point.momentum.value).norm();
+        let attitude = lie::quaternion_from_rotation(&point.attitude.value);
+        quaternion = Some(continued(quaternion.as_ref(), attitude));
+        let rate = |point: &Point| dynamics.j_inverse * point.momentum.value;
         if node.index > 0 {
-            turned += 0.5 * dynamics.h * (rate(&point) + rate(&last));
+            let (now, before) = (rate(&point), rate(&end));
+            turned += 0.5 * dynamics.h * (now.norm() + before.norm());
+            rotation += (now + before) * (0.5 * dynamics.h);
         }
-        last = point;
+        end = point;
     })?;
-    Ok((quaternion.unwrap_or([1.0, 0.0, 0.0, 0.0]), last, turned))
+    Ok(Lift { quaternion: quaternion.unwrap_or([1.0, 0.0, 0.0, 0.0]), end, turned, rotation })
 }
 
 /// The terminal error in the terms of a solution.

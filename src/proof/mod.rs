@@ -1,11 +1,12 @@
 //! What a plan proves by itself: stationarity, rank and condition of Ψ₁₂, conjugate points.
 
-use crate::dynamics::{Costate, Sensitivity};
+use crate::Matrix3;
+use crate::dynamics::Sensitivity;
 use crate::extremal::{Extremal, Node};
 use crate::problem::Scheme;
 use crate::shooting::factor::{Factor, rank_and_condition};
 use crate::solution::Optimality;
-use nalgebra::{DMatrix, SMatrix, SVector};
+use nalgebra::{SMatrix, SVector};
 
 /// First- and second-order optimality of the extremal from `costate`.
 pub(crate) fn optimality<const N: usize>(extremal: &Extremal<N>, costate: &SVector<f64, N>) -> Optimality {
@@ -42,7 +43,7 @@ fn stationarity<const N: usize>(extremal: &Extremal<N>, costate: &SVector<f64, N
 }
 
 /// Number of conjugate points inside the maneuver: directions in which the cost has a decrease of
-/// second order within the constraints. `None` where Ψ₁₂ never has its full rank.
+/// second order within the constraints. `None` where Ψ₁₂ never reaches its rank before the end.
 ///
 /// With `Z_k = Ψ₁₂(k)`, `Λ_k` the derivative of the costate and `Q = G Gᵀ` the inputs' authority, a
 /// step meets as many conjugate points as
@@ -52,7 +53,8 @@ fn stationarity<const N: usize>(extremal: &Extremal<N>, costate: &SVector<f64, N
 /// ```
 ///
 /// has negative eigenvalues: the discrete Riccati condition. Unlike sign changes of `det Ψ₁₂(k)` it
-/// counts double points twice.
+/// counts double points twice. Under a symmetry the inverse is the one within the rank: what the
+/// inputs reach, the range of G, lies in it.
 pub(crate) fn conjugate_points<const N: usize>(
     extremal: &Extremal<N>,
     costate: &SVector<f64, N>,
@@ -60,55 +62,77 @@ pub(crate) fn conjugate_points<const N: usize>(
     let dynamics = &extremal.dynamics;
     let steps = dynamics.steps;
     let half_end = dynamics.scheme == Scheme::LieVerlet;
-    let mut nodes: Vec<(crate::environment::Pose, Costate)> = Vec::new();
-    extremal.sweep_observed(costate, |node| nodes.push((node.point.pose(), node.costate))).ok()?;
-    let mut total = 0;
-    let mut regular_before = false;
-    let mut ever = false;
+    let root = dynamics.input_root();
+    let (_, psi) = extremal.sweep_linearized(costate).ok()?;
+    let full = rank_and_condition(&psi).0;
+    let mut attitudes: Vec<Matrix3> = Vec::with_capacity(steps + 1);
+    extremal.sweep_observed(costate, |node| attitudes.push(node.point.attitude.value)).ok()?;
+    let mut counter = Counter { full, regular: false, ever: false, total: 0 };
     let mut index = 0;
     let mut last = None;
-    let mut count = |index: usize, z: &SMatrix<f64, N, N>, dual: &SMatrix<f64, N, N>, share: f64| {
-        let factor = Factor::new(z);
-        let regular = !factor.is_singular();
-        if regular && regular_before {
-            let (pose, costate) = &nodes[index];
-            let q = dynamics.linear_kick::<N>(pose, costate).authority::<N>() * (dynamics.h * share);
-            let p = dual * factor.solve_matrix(&SMatrix::identity());
-            total += negative_eigenvalues::<N>(&q, &p);
-            ever = true;
-        }
-        regular_before = regular;
-    };
-    let (_, psi) = extremal
+    extremal
         .sweep_conjugate(costate, |columns: &Sensitivity<N>| {
             index += 1;
             if index < steps || !half_end {
-                count(index, &columns.state(), &columns.costate(), 1.0);
+                let g = root.at::<N>(&attitudes[index]) * dynamics.h.sqrt();
+                counter.meet(&columns.state(), &columns.costate(), &g);
             } else {
                 last = Some(columns.costate());
             }
         })
         .ok()?;
     if let Some(dual) = last {
-        count(steps, &psi, &dual, 0.5);
+        // The closing half kick of Lie–Verlet has half the authority.
+        let g = root.at::<N>(&attitudes[steps]) * (0.5 * dynamics.h).sqrt();
+        counter.meet(&psi, &dual, &g);
     }
-    ever.then_some(total)
+    counter.ever.then_some(counter.total)
 }
 
-/// Negative eigenvalues of `I + Gᵀ P G`, `Q = G Gᵀ`.
-fn negative_eigenvalues<const N: usize>(q: &SMatrix<f64, N, N>, p: &SMatrix<f64, N, N>) -> usize {
-    let dynamic = DMatrix::from_fn(N, N, |row, column| q[(row, column)]);
-    let Some(eigen) = dynamic.try_symmetric_eigen(f64::EPSILON, 1000) else { return 0 };
-    let root =
-        &eigen.eigenvectors * DMatrix::from_diagonal(&eigen.eigenvalues.map(|value| value.max(0.0).sqrt()));
-    let p = DMatrix::from_fn(N, N, |row, column| p[(row, column)]);
-    let form = DMatrix::identity(N, N) + root.transpose() * p * &root;
-    let form = 0.5 * (&form + form.transpose());
-    if !form.iter().all(|value| value.is_finite()) {
-        return 0;
+/// Counts conjugate points node by node.
+struct Counter {
+    /// Rank of Ψ₁₂ at the end.
+    full: usize,
+    /// Whether the node before had it.
+    regular: bool,
+    /// Whether two nodes in a row ever had it.
+    ever: bool,
+    total: usize,
+}
+
+impl Counter {
+    fn meet<const N: usize>(
+        &mut self,
+        z: &SMatrix<f64, N, N>,
+        dual: &SMatrix<f64, N, N>,
+        g: &SMatrix<f64, N, N>,
+    ) {
+        let factor = Factor::new(z);
+        // Near the start Ψ₁₂(k) is short of rank by construction, or too ill-conditioned to tell.
+        let regular =
+            if self.full == N { !factor.is_singular() } else { rank_and_condition(z).0 == self.full };
+        if regular && self.regular {
+            let form = SMatrix::identity() + g.tr_mul(&(dual * factor.solve_matrix(g)));
+            self.total += negative_pivots(&form);
+            self.ever = true;
+        }
+        self.regular = regular;
     }
-    match form.try_symmetric_eigen(f64::EPSILON, 1000) {
-        Some(eigen) => eigen.eigenvalues.iter().filter(|value| **value < 0.0).count(),
-        None => 0,
+}
+
+/// Negative eigenvalues of a symmetric matrix: the negative pivots of `L D Lᵀ` (Sylvester's law).
+fn negative_pivots<const N: usize>(form: &SMatrix<f64, N, N>) -> usize {
+    let mut a = (form + form.transpose()) * 0.5;
+    let mut negative = 0;
+    for pivot in 0..N {
+        let d = a[(pivot, pivot)];
+        negative += usize::from(d < 0.0);
+        for row in pivot + 1..N {
+            let factor = a[(row, pivot)] / d;
+            for column in pivot + 1..N {
+                a[(row, column)] -= factor * a[(pivot, column)];
+            }
+        }
     }
+    negative
 }

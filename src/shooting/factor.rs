@@ -24,13 +24,13 @@ impl<const N: usize> Factor<N> {
         let mut lu = *matrix;
         let mut order: [usize; N] = std::array::from_fn(|row| row);
         let mut smallest = f64::INFINITY;
+        let sizes = column_sizes(matrix);
         for pivot in 0..N {
             let size = |row: usize| lu[(row, pivot)].abs();
             let best = (pivot..N).fold(pivot, |best, row| if size(row) > size(best) { row } else { best });
             lu.swap_rows(pivot, best);
             order.swap(pivot, best);
-            let column_size = matrix.column(pivot).amax();
-            let relative = lu[(pivot, pivot)].abs() / column_size;
+            let relative = lu[(pivot, pivot)].abs() / sizes[pivot];
             smallest = if relative < smallest || relative.is_nan() { relative } else { smallest };
             if smallest <= SUSPECT_PIVOT || smallest.is_nan() {
                 return Self::PseudoInverse(Box::new(pseudo_inverse(matrix)));
@@ -99,10 +99,24 @@ fn pseudo_inverse<const N: usize>(matrix: &SMatrix<f64, N, N>) -> SMatrix<f64, N
     SMatrix::from_fn(|row, column| inverse[(row, column)] / sizes[row])
 }
 
+/// The part of a costate that has an effect through `psi`: its component along the row space.
+pub(crate) fn effective<const N: usize>(
+    psi: &SMatrix<f64, N, N>,
+    costate: &SVector<f64, N>,
+) -> SVector<f64, N> {
+    match Factor::new(psi) {
+        Factor::Lu { .. } => *costate,
+        Factor::PseudoInverse(inverse) => *inverse * (psi * costate),
+    }
+}
+
+/// Sizes of the columns; one that is nothing but the round-off of the others is not blown up to a
+/// direction of its own.
 fn column_sizes<const N: usize>(matrix: &SMatrix<f64, N, N>) -> [f64; N] {
+    let largest = matrix.amax();
     std::array::from_fn(|column| {
         let size = matrix.column(column).amax();
-        if size > 0.0 { size } else { 1.0 }
+        if size > RANK_TOLERANCE * largest { size } else { largest.max(f64::MIN_POSITIVE) }
     })
 }
 
