@@ -20,7 +20,7 @@
 
 use super::error::{finite, finite_vector, positive};
 use super::inverse_square::InverseSquare;
-use super::{Blocks, Environment, EnvironmentError, Pose, Wrench};
+use super::{Blocks, Description, Environment, EnvironmentError, Pose, Wrench};
 use crate::Vector3;
 use crate::lie::hat;
 
@@ -122,5 +122,12 @@ impl Environment for CentralGravity {
             sum.rr += rho * (hat(&kc) + d) + b * (hat(&field.force()) - k * rho);
         }
         sum.rotate_translations(&pose.attitude)
+    }
+
+    fn describe(&self) -> Description {
+        let parameters = self.points.iter().map(|point| point.parameter).collect();
+        let positions = self.points.iter().flat_map(|point| point.position.iter().copied()).collect();
+        let numbers = [("parameters_n_m2", parameters), ("positions_m", positions)];
+        Description::new("central_gravity", numbers)
     }
 }

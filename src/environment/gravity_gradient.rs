@@ -7,7 +7,7 @@
 //! ```
 
 use super::error::{direction, finite, not_negative};
-use super::{Blocks, Environment, EnvironmentError, Pose, Wrench};
+use super::{Blocks, Description, Environment, EnvironmentError, Pose, Wrench};
 use crate::body::Inertia;
 use crate::lie::hat;
 use crate::{Matrix3, Vector3};
@@ -95,5 +95,14 @@ impl Environment for GravityGradient {
 
     fn is_free(&self) -> bool {
         self.stiffness == Matrix3::zeros()
+    }
+
+    fn describe(&self) -> Description {
+        let numbers = [
+            ("outward", self.outward.as_slice().to_vec()),
+            ("frame_rate_rad_s", self.frame_rate.as_slice().to_vec()),
+            ("stiffness_n_m", self.stiffness.as_slice().to_vec()),
+        ];
+        Description::new("gravity_gradient", numbers)
     }
 }

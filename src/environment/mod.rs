@@ -78,6 +78,22 @@ impl Blocks {
     }
 }
 
+/// What a field is, for plan files and for telling two of them apart: its kind and its numbers.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Description {
+    /// Its kind, such as "uniform_gravity".
+    pub kind: String,
+    /// Its numbers, SI units, each under a key that ends in the unit.
+    pub numbers: Vec<(&'static str, Vec<f64>)>,
+}
+
+impl Description {
+    /// A field of this kind with these numbers.
+    pub fn new(kind: &str, numbers: impl Into<Vec<(&'static str, Vec<f64>)>>) -> Self {
+        Self { kind: kind.into(), numbers: numbers.into() }
+    }
+}
+
 /// A potential field acting on the body.
 pub trait Environment: Debug + Send + Sync {
     /// Potential energy `U` \[J\].
@@ -101,6 +117,11 @@ pub trait Environment: Debug + Send + Sync {
     fn is_free(&self) -> bool {
         false
     }
+
+    /// What it is, for plan files. Default: "custom", without numbers.
+    fn describe(&self) -> Description {
+        Description::new("custom", [])
+    }
 }
 
 /// No field: the free rigid body.
@@ -122,5 +143,8 @@ impl Environment for Free {
     }
     fn is_free(&self) -> bool {
         true
+    }
+    fn describe(&self) -> Description {
+        Description::new("free", [])
     }
 }

@@ -27,7 +27,7 @@
 
 use super::error::{finite, positive};
 use super::inverse_square::{InverseSquare, symmetric};
-use super::{Blocks, Environment, EnvironmentError, Pose, Wrench};
+use super::{Blocks, Description, Environment, EnvironmentError, Pose, Wrench};
 use crate::body::Inertia;
 use crate::lie::hat;
 use crate::{Matrix3, Vector3};
@@ -150,5 +150,13 @@ impl Environment for SecondOrderGravity {
         let xr = w - v * y - h * b;
         let rx = xr.transpose();
         Blocks { xx, xr, rx, rr: rx * y + (y * h - a) * b }.rotate_translations(&pose.attitude)
+    }
+
+    fn describe(&self) -> Description {
+        let numbers = [
+            ("monopole_n_m2", vec![self.monopole]),
+            ("quadrupole_n_m4", self.quadrupole.as_slice().to_vec()),
+        ];
+        Description::new("second_order_gravity", numbers)
     }
 }

@@ -7,7 +7,7 @@
 //! ```
 
 use super::error::{direction, finite_vector, not_negative, positive};
-use super::{Blocks, Environment, EnvironmentError, Pose, Wrench};
+use super::{Blocks, Description, Environment, EnvironmentError, Pose, Wrench};
 use crate::Vector3;
 use crate::lie::hat;
 
@@ -70,5 +70,13 @@ impl Environment for UniformGravity {
 
     fn is_free(&self) -> bool {
         self.weight_arm == Vector3::zeros()
+    }
+
+    fn describe(&self) -> Description {
+        let numbers = [
+            ("direction", self.direction.as_slice().to_vec()),
+            ("weight_arm_n_m", self.weight_arm.as_slice().to_vec()),
+        ];
+        Description::new("uniform_gravity", numbers)
     }
 }

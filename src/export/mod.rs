@@ -14,7 +14,7 @@ mod trajectory;
 pub use attitude::{EULER_SEQUENCES, EulerAngles, Notations};
 pub use file::{FileError, Target};
 pub use plan_file::{PlanFile, read_guess, write_document};
-pub use record::{ChannelRecord, Difference, ProblemRecord, SettingsRecord, StateRecord};
+pub use record::{ChannelRecord, Difference, EnvironmentRecord, ProblemRecord, SettingsRecord, StateRecord};
 pub use rows::{write_csv, write_jsonl};
 pub use trajectory::{TrajectoryDocument, TrajectoryError, check_trajectory};
 

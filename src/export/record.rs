@@ -1,11 +1,13 @@
 //! What was asked, as a plan file remembers it: the maneuver and the settings, in SI units.
 
 use crate::actuation::{AxisFrame, Channel};
+use crate::environment::{Description, Environment};
 use crate::problem::{Motion, Path, Problem, State};
 use crate::settings::{Method, Settings};
 use crate::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use std::collections::BTreeMap;
 
 /// The maneuver of a plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -17,8 +19,8 @@ pub struct ProblemRecord {
     /// Mass, when the body moves too.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub mass_kg: Option<f64>,
-    /// The environment and its numbers, for people and for comparison.
-    pub environment: String,
+    /// What acts on the body besides its actuators.
+    pub environment: EnvironmentRecord,
     /// Torque inputs.
     pub torque: ChannelRecord,
     /// Force inputs.
@@ -35,6 +37,16 @@ pub struct ProblemRecord {
     /// With "as_given": the rotation vector from the start, body axes of the start.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub rotation_from_start_rad: Option<[f64; 3]>,
+}
+
+/// The environment and its numbers, for people and for comparison.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EnvironmentRecord {
+    /// "free", "uniform_gravity", …, or "custom" for a field of the caller's own.
+    pub kind: String,
+    /// Its numbers, by name.
+    #[serde(flatten)]
+    pub numbers: BTreeMap<String, Value>,
 }
 
 /// Inputs of one kind.
@@ -86,6 +98,18 @@ fn row(vector: &Vector3) -> [f64; 3] {
     (*vector).into()
 }
 
+impl From<&dyn Environment> for EnvironmentRecord {
+    fn from(environment: &dyn Environment) -> Self {
+        let Description { kind, numbers } = environment.describe();
+        let number = |numbers: Vec<f64>| match numbers[..] {
+            [number] => number.into(),
+            _ => numbers.into(),
+        };
+        let numbers = numbers.into_iter().map(|(name, numbers)| (name.into(), number(numbers))).collect();
+        Self { kind, numbers }
+    }
+}
+
 impl From<&Channel> for ChannelRecord {
     fn from(channel: &Channel) -> Self {
         let frame = match channel.frame() {
@@ -120,7 +144,7 @@ impl From<&Problem> for ProblemRecord {
             motion: if moving { "rigid_body" } else { "attitude" }.into(),
             inertia_kg_m2: rows(problem.body.inertia.j()),
             mass_kg: problem.body.mass,
-            environment: format!("{:?}", problem.environment),
+            environment: problem.environment.as_ref().into(),
             torque: (&problem.actuation.torque).into(),
             force: problem.actuation.force.as_ref().map(Into::into),
             start: state(&problem.start),
