@@ -1,0 +1,44 @@
+//! Watch a solve, and stop it: an `Observer` is told every rung and asked whether to go on.
+//!
+//! `cargo run --release --example watch_and_stop`
+
+use slewkit::body::{Body, Inertia};
+use slewkit::plan::{Control, Observer, Progress, Status, plan};
+use slewkit::problem::{Problem, State};
+use slewkit::settings::Settings;
+use slewkit::{Matrix3, Vector3, lie};
+
+/// Prints every change of rung, start or grid, and stops where it is told to.
+struct Watcher {
+    seen: Vec<String>,
+    stop_at: &'static str,
+}
+
+impl Observer for Watcher {
+    fn on_progress(&mut self, progress: &Progress) -> Control {
+        let here = format!("{} from {}, {} steps", progress.rung, progress.start, progress.steps);
+        if !progress.rung.is_empty() && self.seen.last() != Some(&here) {
+            println!("  {here}");
+            self.seen.push(here);
+        }
+        if progress.rung == self.stop_at { Control::Stop } else { Control::Continue }
+    }
+}
+
+pub fn main() {
+    let inertia = Inertia::diagonal(Vector3::new(2.0, 1.6, 1.1)).expect("a physical inertia");
+    let end = State::at_rest(lie::exp(&Vector3::new(1.0, 2.0, -0.5)));
+    let start = State::at_rest(Matrix3::identity());
+    let problem = Problem::attitude(Body { inertia, mass: None }, start, end, 2.0).with_steps(500);
+    let solve = |stop_at| {
+        let mut watcher = Watcher { seen: Vec::new(), stop_at };
+        let plan = plan(&problem, &Settings::default(), None, &mut watcher).expect("a valid problem");
+        println!("{}, {} tried\n", plan.status.name(), watcher.seen.len());
+        (plan.status, watcher.seen.len())
+    };
+    let (whole, rungs) = solve("nothing");
+    let (stopped, few) = solve("newton");
+
+    assert_eq!((whole, stopped), (Status::Solved, Status::Interrupted));
+    assert!(rungs > few);
+}
