@@ -41,6 +41,7 @@ pub mod plan;
 pub mod planner;
 pub mod problem;
 mod proof;
+mod reachability;
 pub mod settings;
 mod shooting;
 pub mod simulate;

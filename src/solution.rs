@@ -184,6 +184,8 @@ pub struct Solution {
     pub ladder: Vec<RungReport>,
     /// Other extremals found, cheapest first.
     pub rivals: Vec<Rival>,
+    /// Why no input can meet the terminal conditions, where that is proved.
+    pub obstruction: Option<String>,
     /// Tolerance asked for, scaled.
     pub tolerance: f64,
     /// Wall time of the solve alone \[s\], without second-order test and verification.
@@ -191,6 +193,36 @@ pub struct Solution {
 }
 
 impl Solution {
+    /// A solution of which nothing is known yet.
+    pub(crate) fn unsolved(problem: &Problem, tolerance: f64) -> Self {
+        let nan = f64::NAN;
+        let translation = (problem.dimension() == 12).then_some(nan);
+        Self {
+            outcome: Outcome::Stalled,
+            scheme: problem.scheme,
+            steps: problem.steps,
+            step: problem.step(),
+            cost: nan,
+            trajectory: Trajectory::default(),
+            terminal: TerminalError {
+                attitude_rad: nan,
+                momentum_relative: nan,
+                position_relative: translation,
+                linear_momentum_relative: translation,
+            },
+            optimality: Optimality::default(),
+            sense: Sense::Short,
+            start: String::new(),
+            turned_deg: nan,
+            iterations: 0,
+            ladder: Vec::new(),
+            rivals: Vec::new(),
+            obstruction: None,
+            tolerance,
+            solve_time: 0.0,
+        }
+    }
+
     /// The costates that the shooting solves for: `λ_0` for Lie–Euler, `λ_{−1}` for Lie–Verlet, SI.
     pub fn costates_0(&self, problem: &Problem) -> &[f64] {
         &self.trajectory.costates[..problem.dimension().min(self.trajectory.costates.len())]

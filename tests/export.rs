@@ -107,6 +107,7 @@ fn plan(problem: &Problem) -> Plan {
         iterations: 2,
         ladder: vec![rung],
         rivals: vec![rival],
+        obstruction: None,
         tolerance: 1e-12,
         solve_time: 0.0024,
     };

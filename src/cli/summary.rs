@@ -40,8 +40,12 @@ pub fn plan(console: &Console, problem: &Problem, plan: &Plan) -> String {
         lines.extend(found(problem, solution));
     } else {
         lines.push(line("stopped", stopped(solution.outcome)));
-        lines.push(line("best", &best(&solution.terminal)));
-        lines.extend(ladder(&solution.ladder));
+        if let Some(obstruction) = &solution.obstruction {
+            lines.push(line("because", obstruction));
+        } else {
+            lines.push(line("best", &best(&solution.terminal)));
+            lines.extend(ladder(&solution.ladder));
+        }
     }
     if let Some(verification) = &plan.verification {
         lines.extend(verified(console, verification));

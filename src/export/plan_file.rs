@@ -72,6 +72,9 @@ pub struct PlanFile<'a> {
     /// Other extremals found.
     #[serde(deserialize_with = "lenient")]
     pub rivals: Vec<Rival>,
+    /// Why no input can meet the terminal conditions, where that is proved.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub obstruction: Option<String>,
     /// The settings that made it.
     pub settings: SettingsRecord,
     /// The maneuver that was asked.
@@ -113,6 +116,7 @@ impl<'a> PlanFile<'a> {
             verified: plan.verification.clone(),
             ladder: solution.ladder.clone(),
             rivals: solution.rivals.clone(),
+            obstruction: solution.obstruction.clone(),
             settings: settings.into(),
             problem: problem.into(),
             costates_0: solution.costates_0(problem).to_vec(),

@@ -16,7 +16,7 @@ use crate::shooting::factor::{Factor, effective};
 use crate::shooting::guess::{self, Start};
 use crate::shooting::newton::{Newton, outcome_of};
 use crate::shooting::refine::{GridPoint, failed, refine, solve_grid};
-use crate::solution::{Optimality, Outcome, Rival, Sense, Solution, Trajectory};
+use crate::solution::{Outcome, Rival, Sense, Solution};
 use nalgebra::SVector;
 use std::f64::consts::{PI, TAU};
 
@@ -138,8 +138,20 @@ impl<const N: usize> Search<'_, '_, N> {
                 self.lifted(turns);
             }
         }
-        if self.found.is_empty() && !self.stopped() {
+        if !self.settled() && !self.stopped() {
             self.random();
+        }
+    }
+
+    /// Whether there is no reason to look further. A saddle has something cheaper near it.
+    fn settled(&mut self) -> bool {
+        self.rank();
+        let Some(best) = self.found.first() else { return false };
+        match self.problem.path {
+            Path::AsGiven(_) | Path::Shortest => true,
+            // The long way has many extremals, and no single start leads to the cheapest of them.
+            Path::Long => false,
+            Path::Best => proof::conjugate_points(&self.coarse, &best.costate) == Some(0),
         }
     }
 
@@ -289,8 +301,9 @@ impl<const N: usize> Search<'_, '_, N> {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (state >> 11) as f64 / 2.0f64.powi(52) - 1.0
         };
-        for index in 0..RANDOM_STARTS {
-            if !self.found.is_empty() || self.stopped() {
+        let starts = if self.found.is_empty() { RANDOM_STARTS } else { RANDOM_STARTS / 2 };
+        for index in 0..starts {
+            if self.stopped() {
                 return;
             }
             let mut error = end.error;
@@ -299,7 +312,11 @@ impl<const N: usize> Search<'_, '_, N> {
             }
             let costate = factor.solve(&error) * (-0.5 * (1.0 + uniform()));
             let start = Start { name: format!("random {}", index + 1), costate };
+            let before = self.found.len();
             self.shoot("multi_start", start, 0);
+            if self.found.len() > before && self.settled() {
+                return;
+            }
         }
     }
 
@@ -345,24 +362,10 @@ impl<const N: usize> Search<'_, '_, N> {
             let (start, cost) = (rival.start.clone(), rival.cost * cost_unit);
             Rival { start, sense, cost, conjugate_points, turned_deg }
         });
-        let mut solution = Solution {
-            outcome: Outcome::Stalled,
-            scheme: self.problem.scheme,
-            steps: self.problem.steps,
-            step: self.problem.step(),
-            cost: f64::NAN,
-            trajectory: Trajectory::default(),
-            terminal: record::terminal_error(&SVector::<f64, N>::repeat(f64::NAN)),
-            optimality: Optimality::default(),
-            sense: Sense::Short,
-            start: String::new(),
-            turned_deg: f64::NAN,
-            iterations: 0,
-            ladder: self.context.ladder.take(),
-            rivals: rivals.collect(),
-            tolerance: self.context.settings.tolerance,
-            solve_time,
-        };
+        let rivals = rivals.collect();
+        let ladder = self.context.ladder.take();
+        let unsolved = Solution::unsolved(self.problem, self.context.settings.tolerance);
+        let mut solution = Solution { ladder, rivals, solve_time, ..unsolved };
         if let Some(winner) = winner {
             solution.outcome = winner.outcome;
             solution.start = winner.start.clone();

@@ -6,6 +6,7 @@ mod ladder;
 pub(crate) mod record;
 
 use crate::problem::{Motion, Problem, ProblemError};
+use crate::reachability;
 use crate::settings::{Settings, SettingsError};
 use crate::shooting::driver::Report;
 use crate::solution::{Outcome, RungReport, Solution};
@@ -145,6 +146,10 @@ pub fn solve(
         if found != needed || guess.len() != needed {
             return Err(PlanError::Guess { found, needed });
         }
+    }
+    if let Some(obstruction) = reachability::obstruction(problem) {
+        let unsolved = Solution::unsolved(problem, settings.tolerance);
+        return Ok(Solution { outcome: Outcome::Unreachable, obstruction: Some(obstruction), ..unsolved });
     }
     let context = Context::new(settings, observer);
     Ok(match problem.motion {

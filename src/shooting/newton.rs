@@ -20,11 +20,15 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 /// Sufficient decrease of the line search.
 const ARMIJO: f64 = 1e-4;
 /// A step that shrinks the error to less than this fraction keeps its factor.
-const KEEP_FACTOR: f64 = 0.1;
+const KEEP_FACTOR: f64 = 0.05;
 /// Shortest fraction of a Newton step that is tried before the step is damped instead.
 const SHORTEST: f64 = 1.0 / 16.0;
 /// Damping of the step, in units of the largest singular value: from nearly Newton to nearly gradient.
 const DAMPING: [f64; 7] = [1e-6, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0];
+/// A damped step that shrinks the error to this fraction is taken at once, else the best of all.
+const GOOD_STEP: f64 = 0.9;
+/// An error that has not shrunk to half over this many iterations is stuck.
+const PATIENCE: usize = 16;
 /// Converged is below this fraction of the tolerance: the rest is for the round-off of the witnesses.
 const ACCEPT: f64 = 0.9;
 /// Below the tolerance the iteration goes on to this fraction of it, as long as that is cheap.
@@ -44,6 +48,8 @@ pub(crate) struct Newton<'a, const N: usize> {
     factor: Option<Factor<N>>,
     /// `Ψ₁₂` of the present iterate, if it was computed.
     psi: Option<SMatrix<f64, N, N>>,
+    /// The last errors, oldest first.
+    recent: [f64; PATIENCE],
 }
 
 impl<'a, const N: usize> Newton<'a, N> {
@@ -56,7 +62,8 @@ impl<'a, const N: usize> Newton<'a, N> {
     ) -> Result<Self, StepError> {
         let end = extremal.sweep(&costate)?;
         let (tolerance, enough) = (ACCEPT * tolerance, POLISH * tolerance);
-        Ok(Self { extremal, tolerance, enough, costate, end, factor, psi: None })
+        let recent = [f64::INFINITY; PATIENCE];
+        Ok(Self { extremal, tolerance, enough, costate, end, factor, psi: None, recent })
     }
 
     /// The same, polished to `enough` as long as every step with the factor at hand gains a digit.
@@ -79,11 +86,15 @@ impl<'a, const N: usize> Newton<'a, N> {
         if end.error.norm() > (1.0 - 2.0 * ARMIJO * fraction) * norm {
             return false;
         }
-        if end.error.norm() > KEEP_FACTOR * norm {
+        self.accept(trial, end);
+        true
+    }
+
+    fn accept(&mut self, costate: SVector<f64, N>, end: End<N>) {
+        if end.error.norm() > KEEP_FACTOR * self.end.error.norm() {
             self.factor = None;
         }
-        (self.costate, self.end, self.psi) = (trial, end, None);
-        true
+        (self.costate, self.end, self.psi) = (costate, end, None);
     }
 
     /// Line search along the direction of the present factor.
@@ -114,13 +125,25 @@ impl<'a, const N: usize> Newton<'a, N> {
         let error = DVector::from_column_slice(self.end.error.as_slice());
         let along = u.tr_mul(&error);
         let largest = svd.singular_values.amax();
-        let directions = DAMPING.map(|damping| {
+        let norm = self.end.error.norm();
+        let mut best: Option<(SVector<f64, N>, End<N>)> = None;
+        for damping in DAMPING {
             let squared = (damping * largest) * (damping * largest);
             let weights = svd.singular_values.map(|value| value / (value * value + squared));
             let direction = v_t.tr_mul(&along.component_mul(&weights));
-            SVector::<f64, N>::from_column_slice((-direction).as_slice())
-        });
-        directions.into_iter().any(|direction| self.try_step(self.costate + direction, 0.0))
+            let trial = self.costate - SVector::<f64, N>::from_column_slice(direction.as_slice());
+            let Ok(end) = self.extremal.sweep(&trial) else { continue };
+            let reached = end.error.norm();
+            if reached < best.as_ref().map_or(norm, |(_, end)| end.error.norm()) {
+                best = Some((trial, end));
+                if reached <= GOOD_STEP * norm {
+                    break;
+                }
+            }
+        }
+        let Some((trial, end)) = best else { return false };
+        self.accept(trial, end);
+        true
     }
 }
 
@@ -147,7 +170,11 @@ impl<const N: usize> Iteration for Newton<'_, N> {
             }
             moved = if converged { self.search(1.0) } else { self.search(SHORTEST) || self.damped() };
         }
-        if !moved {
+        let norm = self.end.error.norm();
+        let stuck = norm > 0.5 * self.recent[0];
+        self.recent.rotate_left(1);
+        self.recent[PATIENCE - 1] = norm;
+        if !moved || (stuck && !converged) {
             return Some(if converged { Outcome::Converged } else { Outcome::Stalled });
         }
         // Below the tolerance only cheap steps go on: those whose factor was worth keeping.

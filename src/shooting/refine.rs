@@ -14,7 +14,7 @@ use crate::solution::Outcome;
 use nalgebra::{SMatrix, SVector};
 
 /// Residual at which an intermediate grid counts as solved.
-const GRID_TOLERANCE: f64 = 1e-8;
+const GRID_TOLERANCE: f64 = 1e-6;
 /// Residual to which it is polished where that is cheap: extrapolation passes on what is left.
 const GRID_POLISH: f64 = 1e-13;
 /// Residual from which one chord step with an extrapolated factor reaches the polish unseen.
@@ -54,6 +54,8 @@ pub(crate) fn solve_grid<const N: usize>(
     interrupt: Interrupt,
 ) -> (Option<GridPoint<N>>, Report) {
     let newton = match Newton::new(extremal, GRID_TOLERANCE, costate, factor) {
+        // The grids of the first-order scheme extrapolate too badly to deserve a polish.
+        Ok(newton) if extremal.dynamics.scheme == Scheme::LieEuler => newton,
         Ok(newton) => newton.polished_to(GRID_POLISH),
         Err(error) => return (None, failed(outcome_of(error))),
     };
