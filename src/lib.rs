@@ -12,6 +12,48 @@
 //! variational integrator, so that the discrete optimality conditions are exact and the terminal
 //! conditions are met to round-off.
 //!
+//! # In fifteen lines
+//!
+//! ```
+//! use slewkit::body::{Body, Inertia};
+//! use slewkit::plan::{Silent, Status, plan};
+//! use slewkit::problem::{Problem, State};
+//! use slewkit::settings::Settings;
+//! use slewkit::{Matrix3, Vector3, lie};
+//!
+//! let body = Body { inertia: Inertia::diagonal(Vector3::new(120.0, 100.0, 80.0))?, mass: None };
+//! let start = State::at_rest(Matrix3::identity());
+//! let end = State::at_rest(lie::exp(&Vector3::new(0.4, -0.8, 1.2)));
+//! let problem = Problem::attitude(body, start, end, 60.0).with_steps(200);
+//!
+//! let plan = plan(&problem, &Settings::default(), None, &mut Silent)?;
+//! assert_eq!(plan.status, Status::Solved);
+//! assert!(plan.solution.terminal.largest() < 1e-12);
+//! assert_eq!(plan.solution.optimality.conjugate_points, Some(0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # How the main types relate
+//!
+//! ```text
+//! spec file ──▶ spec::Loaded ──▶ Problem, Settings ──▶ plan::plan ──▶ Plan ──▶ export::PlanFile
+//!                                 │                                    │
+//!       Body, Environment, Actuation, State × 2         Solution, Verification, Status
+//! ```
+//!
+//! [`spec`] reads a file into a [`problem::Problem`] in SI units and [`settings::Settings`]; a caller
+//! may build both directly. [`plan::plan`] solves ([`planner::solve`] gives a [`solution::Solution`]
+//! with its [`solution::Outcome`]) and has [`verify::verify`] judge the result; [`plan::Status`] says
+//! what became of it. [`export`] writes and reads files. A field of the caller's own implements
+//! [`environment::Environment`]; [`simulate`] propagates a body without optimisation. How a solver
+//! stopped is a value; only what cannot be computed at all is an error.
+//!
+//! # What this crate does not do
+//!
+//! No limits on torques or rates, no pointing constraints, no minimum time, no wheels, no flexible
+//! bodies. No claim of a global minimum: no conjugate point means a local one. No ephemerides, no
+//! estimation, no control in the loop.
+//!
 //! # Conventions, stated here and nowhere else
 //!
 //! - **Attitude** `R` maps body vectors to reference-frame vectors. The reference frame is inertial
@@ -50,6 +92,11 @@ pub mod spec;
 #[cfg(test)]
 mod testing;
 pub mod verify;
+
+/// The code of the README, compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
 
 /// A vector of three components.
 pub type Vector3 = nalgebra::Vector3<f64>;
