@@ -134,8 +134,10 @@ impl<const N: usize> Search<'_, '_, N> {
             if !self.arrived.contains(&name) && !self.stopped() {
                 self.continuation(turns);
             }
-            if !self.arrived.contains(&name) && !self.stopped() {
-                self.lifted(turns);
+            // A smooth path leads elsewhere than a costate does: for the best, look there too.
+            let missing = !self.arrived.contains(&name);
+            if (missing || best) && !self.stopped() {
+                self.lifted(turns, missing);
             }
         }
         if !self.settled() && !self.stopped() {
@@ -272,7 +274,8 @@ impl<const N: usize> Search<'_, '_, N> {
         }
     }
 
-    fn lifted(&mut self, turns: i32) {
+    /// Lifted Newton from a smooth path; `stretch` it from a short horizon if that fails.
+    fn lifted(&mut self, turns: i32, stretch: bool) {
         let name = guess::name_of(turns);
         let steps = self.coarse.dynamics.steps;
         self.context.enter("lifted", &name, steps);
@@ -280,7 +283,7 @@ impl<const N: usize> Search<'_, '_, N> {
         let nodes = geodesic::nodes(&self.coarse, turns);
         let (mut nodes, mut report) = continuation::lifted(&self.coarse, nodes, 1e-10, limit, self.context);
         self.context.note(steps, &report);
-        if nodes.is_none() && !self.stopped() {
+        if nodes.is_none() && stretch && !self.stopped() {
             self.context.enter("horizon", &name, steps);
             (nodes, report) = continuation::in_horizon(self.problem, steps, turns, self.context);
             self.context.note(steps, &report);
@@ -295,6 +298,12 @@ impl<const N: usize> Search<'_, '_, N> {
     fn random(&mut self) {
         let Ok((end, psi)) = self.coarse.sweep_linearized(&SVector::zeros()) else { return };
         let factor = Factor::new(&psi);
+        let short = end.error.fixed_rows::<3>(N - 6).into_owned();
+        // The long way is looked for around itself, anything else everywhere.
+        let (around, spread) = match self.problem.path {
+            Path::Long => (guess::wound(&short, -1), 0.5 * PI),
+            _ => (short, TAU),
+        };
         let mut state = 0x5EED_u64;
         let mut uniform = move || {
             // A linear congruential step, its high bits: starts need to be spread, not random.
@@ -307,8 +316,9 @@ impl<const N: usize> Search<'_, '_, N> {
                 return;
             }
             let mut error = end.error;
+            error.fixed_rows_mut::<3>(N - 6).copy_from(&around);
             for row in 0..N {
-                error[row] += TAU * uniform() * if row >= N - 6 { 1.0 } else { 0.2 };
+                error[row] += spread * uniform() * if row >= N - 6 { 1.0 } else { 0.2 };
             }
             let costate = factor.solve(&error) * (-0.5 * (1.0 + uniform()));
             let start = Start { name: format!("random {}", index + 1), costate };
