@@ -2,6 +2,7 @@
 
 use super::drift::Drift;
 use super::{Costate, Dynamics, Point, Sensitivity, StepError};
+use crate::problem::State;
 use nalgebra::{SMatrix, SVector};
 
 /// One linearised step, N×N, scaled units.
@@ -49,6 +50,18 @@ impl Dynamics {
         let linear = self.matrices::<N>(&drift, &costate, &linear_kick);
         let before = self.drift_costate_back::<N>(&drift, &costate);
         Ok(Transition { end, costate_before: before.to_vector(), linear })
+    }
+
+    /// The matrices of one step from a boundary state (SI) under the costate `λ_k` of that step (scaled).
+    ///
+    /// # Errors
+    /// [`StepError`] where the implicit equation has no solution.
+    pub fn linearize<const N: usize>(
+        &self,
+        start: &State,
+        costate: &SVector<f64, N>,
+    ) -> Result<Linearization<N>, StepError> {
+        Ok(self.transition(&self.point(start), costate)?.linear)
     }
 
     /// `λ_{k−1}` that belongs to `λ_k` of the step from `start`, by `A_kᵀ`.
