@@ -250,3 +250,6 @@ impl<const N: usize> Iteration for Lifted<'_, N> {
         Some(if self.converged() { Outcome::Converged } else { failure })
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,7 +1,10 @@
 //! What the unit tests share: reference files and random numbers.
 
+use crate::actuation::{Actuation, AxisFrame, Channel};
+use crate::body::{Body, Inertia};
+use crate::problem::{Problem, State};
 use crate::{Matrix3, Vector3};
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{DMatrix, SMatrix, SVector};
 use serde_json::Value;
 
 /// A file of tests/reference.
@@ -42,4 +45,58 @@ impl Random {
     pub fn rotation(&mut self) -> Matrix3 {
         crate::lie::exp(&(self.vector3() * 2.0))
     }
+}
+
+/// A full inertia, its principal axes tilted, the one of the reference files.
+pub fn full_inertia() -> Inertia {
+    Inertia::new(Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1)).unwrap()
+}
+
+/// Inputs along the columns of `axes` with a full weight matrix.
+pub fn channel(axes: &Matrix3, frame: AxisFrame, weight: &Matrix3) -> Channel {
+    let columns = axes.column_iter().map(|column| column.into_owned()).collect();
+    Channel::new(columns, frame, DMatrix::from_iterator(3, 3, weight.iter().copied())).unwrap()
+}
+
+/// Torques alone along the columns of `axes`.
+pub fn torques(axes: &Matrix3, frame: AxisFrame, weight: &Matrix3) -> Actuation {
+    Actuation { torque: channel(axes, frame, weight), force: None }
+}
+
+/// Inputs that leave nothing out: full `B`, full `W`, more force inputs than forces.
+pub fn full_actuation(frame: AxisFrame) -> Actuation {
+    let b = Matrix3::new(1.0, 0.1, 0.0, 0.0, 0.9, -0.2, 0.1, 0.0, 1.1);
+    let w = Matrix3::new(1.0, 0.2, 0.0, 0.2, 2.0, 0.1, 0.0, 0.1, 0.5);
+    let other = if frame == AxisFrame::Body { AxisFrame::Reference } else { AxisFrame::Body };
+    let mut axes: Vec<Vector3> = b.column_iter().map(|column| column.into_owned()).collect();
+    axes.push(Vector3::new(0.5, 0.5, -0.7));
+    let weight = DMatrix::from_fn(4, 4, |i, j| if i == j { 1.0 + 0.3 * i as f64 } else { 0.1 });
+    let force = Channel::new(axes, other, weight).unwrap();
+    Actuation { torque: channel(&b, frame, &w), force: Some(force) }
+}
+
+/// A maneuver of a body with [`full_inertia`] and mass 1.3 between random states that are not at rest.
+pub fn moving_ends(random: &mut Random, frame: AxisFrame) -> Problem {
+    let mut state = || State {
+        position: Vector3::new(1.0, 0.2, -0.1) + 0.1 * random.vector3(),
+        // Nearly the speed of a circular orbit in the fields of the tests: no close encounters.
+        velocity: Vector3::new(0.0, 1.0, 0.0) + 0.2 * random.vector3(),
+        attitude: random.rotation(),
+        angular_velocity: random.vector3(),
+    };
+    let (start, end) = (state(), state());
+    let body = Body { inertia: full_inertia(), mass: Some(1.3) };
+    Problem::rigid_body(body, start, end, 1.7).with_actuation(full_actuation(frame)).with_steps(12)
+}
+
+/// The same on SO(3).
+pub fn attitude_only(mut problem: Problem) -> Problem {
+    problem.motion = crate::problem::Motion::Attitude;
+    problem.actuation.force = None;
+    problem
+}
+
+/// Components uniform in [−1, 1).
+pub fn random_vector<const N: usize>(random: &mut Random) -> SVector<f64, N> {
+    SVector::from_fn(|_, _| random.uniform())
 }

@@ -323,3 +323,6 @@ fn exp_minus_identity(f: &Vector3) -> Matrix3 {
     let angle = f.norm();
     lie::cayley_minus_identity(&(f * ((0.5 * angle).tan() / angle)))
 }
+
+#[cfg(test)]
+mod tests;

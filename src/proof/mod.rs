@@ -136,3 +136,6 @@ fn negative_pivots<const N: usize>(form: &SMatrix<f64, N, N>) -> usize {
     }
     negative
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,81 @@
+//! The inner loops allocate nothing, counted by the allocator itself.
+
+// The crate forbids unsafe code. This test is a crate of its own, and a counting allocator is an
+// `unsafe impl`: both methods pass their arguments on to the system's allocator as they are.
+
+use slewkit::body::{Body, Inertia};
+use slewkit::dynamics::Dynamics;
+use slewkit::environment::{CentralGravity, PointMass, UniformGravity};
+use slewkit::extremal::Extremal;
+use slewkit::problem::{Problem, Scheme, State};
+use slewkit::{Matrix3, Vector3, lie};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+struct Counting;
+
+thread_local! {
+    static COUNT: Cell<usize> = const { Cell::new(0) };
+}
+
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        // During thread shutdown the counter may be gone: nobody looks any more.
+        let _ = COUNT.try_with(|count| count.set(count.get() + 1));
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Allocations that `work` makes on this thread.
+fn allocations<T>(work: impl FnOnce() -> T) -> usize {
+    let before = COUNT.get();
+    let result = std::hint::black_box(work());
+    let count = COUNT.get() - before;
+    drop(result);
+    count
+}
+
+fn state(seed: f64) -> State {
+    State {
+        position: Vector3::new(1.0, 0.2 * seed, -0.1),
+        velocity: Vector3::new(0.1, 0.8, 0.2 * seed),
+        attitude: lie::exp(&Vector3::new(0.3 * seed, -0.2, 0.5)),
+        angular_velocity: Vector3::new(0.1, -0.3, 0.2 * seed),
+    }
+}
+
+fn check<const N: usize>(problem: &Problem) {
+    let extremal = Extremal::<N>::new(problem, problem.steps);
+    let costate = nalgebra::SVector::<f64, N>::from_fn(|row, _| 0.02 * row as f64 - 0.05);
+    let dynamics = Dynamics::new(problem, problem.steps);
+    assert!(extremal.sweep_linearized(&costate).is_ok());
+    let (scheme, field) = (problem.scheme, &problem.environment);
+    assert_eq!(allocations(|| extremal.sweep(&costate)), 0, "{scheme:?} {field:?}");
+    assert_eq!(allocations(|| extremal.sweep_linearized(&costate)), 0, "{scheme:?} {field:?}");
+    assert_eq!(allocations(|| dynamics.linearize::<N>(&problem.start, &costate)), 0, "{scheme:?} {field:?}");
+    assert_eq!(allocations(|| dynamics.propagate(problem)), 0, "{scheme:?} {field:?}");
+}
+
+#[test]
+fn sweeps_allocate_nothing() {
+    assert_eq!(allocations(|| vec![1, 2, 3]), 1, "the counter counts");
+    let inertia = Inertia::new(Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1)).unwrap();
+    let body = Body { inertia, mass: Some(1.3) };
+    let pendulum = UniformGravity::new(1.0, 1.7, Vector3::z(), Vector3::new(0.1, -0.2, 0.9)).unwrap();
+    let points = [0.1, -0.1].map(|x| PointMass { parameter: 0.5, position: Vector3::new(x, 0.0, 0.0) });
+    for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {
+        let attitude = Problem::attitude(body.clone(), state(1.0), state(-1.0), 2.0).with_scheme(scheme);
+        check::<6>(&attitude);
+        check::<6>(&attitude.with_environment(pendulum.clone()));
+        let moving = Problem::rigid_body(body.clone(), state(1.0), state(-1.0), 2.0).with_scheme(scheme);
+        check::<12>(&moving);
+        check::<12>(&moving.with_environment(CentralGravity::new(points.to_vec()).unwrap()));
+    }
+}
