@@ -288,7 +288,7 @@ impl Problem {
             let rate = state.angular_velocity.norm();
             let angle = rate * self.step();
             if angle >= limit {
-                let steps = (rate * self.duration / limit).floor() as usize + 1;
+                let steps = ((rate * self.duration / limit).floor() as usize).saturating_add(1);
                 return Err(ProblemError::StepTooLong { end, angle, limit, steps });
             }
         }

@@ -1,0 +1,81 @@
+//! What the planner's tests share.
+
+use slewkit::actuation::{Actuation, AxisFrame, Channel};
+use slewkit::body::{Body, Inertia};
+use slewkit::lie;
+use slewkit::plan::{Plan, Silent, Status, plan};
+use slewkit::planner::solve;
+use slewkit::problem::{Problem, State};
+use slewkit::settings::Settings;
+use slewkit::solution::{Outcome, Solution};
+use slewkit::{Matrix3, Vector3};
+
+/// The full inertia of the reference files.
+pub fn full_inertia() -> Inertia {
+    Inertia::new(Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1)).unwrap()
+}
+
+pub fn full_body() -> Body {
+    Body { inertia: full_inertia(), mass: None }
+}
+
+/// Three torques of diagonal weight.
+pub fn weighted(weight: [f64; 3]) -> Actuation {
+    let weight = nalgebra::DMatrix::from_diagonal(&nalgebra::DVector::from_row_slice(&weight));
+    let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
+    Actuation { torque: Channel::new(axes, AxisFrame::Body, weight).unwrap(), force: None }
+}
+
+/// Rest to rest about (1, 2, −0.5) in 2 s.
+pub fn rest_to_rest(degrees: f64) -> Problem {
+    let axis = Vector3::new(1.0, 2.0, -0.5).normalize();
+    let end = State::at_rest(lie::exp(&(axis * degrees.to_radians())));
+    Problem::attitude(full_body(), State::at_rest(Matrix3::identity()), end, 2.0).with_steps(50)
+}
+
+/// A solve that must converge.
+pub fn solved(problem: &Problem) -> Solution {
+    let solution = solve(problem, &Settings::default(), None, &mut Silent).unwrap();
+    assert_eq!(solution.outcome, Outcome::Converged, "{:?}", solution.ladder);
+    assert!(solution.terminal.largest() <= 1e-12);
+    solution
+}
+
+/// A plan that must be solved and verified.
+pub fn planned(problem: &Problem) -> Plan {
+    let plan = plan(problem, &Settings::default(), None, &mut Silent).unwrap();
+    assert_eq!(plan.status, Status::Solved, "{:?} {:?}", plan.solution.ladder, plan.verification);
+    plan
+}
+
+/// `a` and `b` agree to `limit`, relative to the largest of `b`.
+pub fn assert_close(name: &str, a: &[f64], b: &[f64], limit: f64) {
+    assert_eq!(a.len(), b.len(), "{name}");
+    let size = b.iter().fold(0.0f64, |size, value| size.max(value.abs()));
+    let error = a.iter().zip(b).fold(0.0f64, |error, (x, y)| error.max((x - y).abs()));
+    assert!(error <= limit * size, "{name}: {:e}", error / size);
+}
+
+/// The splitmix64 generator.
+pub struct Random(pub u64);
+
+impl Random {
+    /// Uniform in [0, 1).
+    pub fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / 2.0f64.powi(53)
+    }
+
+    /// Components uniform in [−1, 1).
+    pub fn vector(&mut self) -> Vector3 {
+        Vector3::from_fn(|_, _| 2.0 * self.unit() - 1.0)
+    }
+
+    /// One of several.
+    pub fn pick<T: Copy>(&mut self, from: &[T]) -> T {
+        from[(self.unit() * from.len() as f64) as usize]
+    }
+}
