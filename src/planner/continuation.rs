@@ -1,6 +1,7 @@
 //! Continuation: from the uncontrolled motion to the target, and from a short horizon to the whole.
 
 use super::Context;
+use crate::Vector3;
 use crate::dynamics::{Point, StepError, Sum};
 use crate::extremal::Extremal;
 use crate::lie;
@@ -136,7 +137,7 @@ pub(crate) fn in_horizon<const N: usize>(
     let from = 0.2;
     let first = at(from);
     let (nodes, first_report) =
-        lifted(&first, geodesic::nodes(&first, turns), TOLERANCE, 2 * ITERATIONS, context);
+        lifted(&first, geodesic::nodes(&first, turns, &Vector3::zeros()), TOLERANCE, 2 * ITERATIONS, context);
     report.iterations += first_report.iterations;
     let Some(mut nodes) = nodes else {
         report.outcome = first_report.outcome;

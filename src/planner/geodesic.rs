@@ -12,7 +12,7 @@ use crate::lie;
 use crate::lifted::Nodes;
 use crate::shooting::guess::wound;
 use nalgebra::SVector;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Cubic through `(0, a0, v0)` and `(1, a1, v1)`: value and slope at `t`.
 fn cubic(t: f64, a0: &Vector3, v0: &Vector3, a1: &Vector3, v1: &Vector3) -> (Vector3, Vector3) {
@@ -26,16 +26,22 @@ fn cubic(t: f64, a0: &Vector3, v0: &Vector3, a1: &Vector3, v1: &Vector3) -> (Vec
     (value, slope)
 }
 
-/// Nodes along the path of `turns` more turns than the shortest rotation from start to target.
-pub(crate) fn nodes<const N: usize>(extremal: &Extremal<N>, turns: i32) -> Result<Nodes<N>, StepError> {
+/// Nodes along the path of `turns` more turns than the shortest rotation from start to target, bent by
+/// `bump` \[rad\] in its middle.
+pub(crate) fn nodes<const N: usize>(
+    extremal: &Extremal<N>,
+    turns: i32,
+    bump: &Vector3,
+) -> Result<Nodes<N>, StepError> {
     let relative = extremal.start.attitude.value.tr_mul(&extremal.target.attitude.value);
-    along(extremal, &wound(&lie::log(&relative), turns))
+    along(extremal, &wound(&lie::log(&relative), turns), bump)
 }
 
 /// Nodes along the path with the rotation vector `rotation` from the start, its body axes.
-pub(crate) fn along<const N: usize>(
+fn along<const N: usize>(
     extremal: &Extremal<N>,
     rotation: &Vector3,
+    bump: &Vector3,
 ) -> Result<Nodes<N>, StepError> {
     let dynamics = &extremal.dynamics;
     let (start, target) = (&extremal.start, &extremal.target);
@@ -50,7 +56,10 @@ pub(crate) fn along<const N: usize>(
     let mut points = Vec::with_capacity(steps + 1);
     for index in 0..=steps {
         let t = index as f64 * h;
-        let (a, slope) = cubic(t, &zero, &rate(start), rotation, &end_slope);
+        let (mut a, mut slope) = cubic(t, &zero, &rate(start), rotation, &end_slope);
+        // sin² leaves both ends and their rates as they are.
+        a += bump * (PI * t).sin().powi(2);
+        slope += bump * (PI * (TAU * t).sin());
         let attitude = start.attitude.value * lie::exp(&a);
         let omega = lie::right_jacobian(&a) * slope + attitude.tr_mul(&frame);
         let (position, velocity) = cubic(

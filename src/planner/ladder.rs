@@ -9,7 +9,7 @@ use super::{Context, continuation, geodesic};
 use crate::Vector3;
 use crate::extremal::Extremal;
 use crate::lie;
-use crate::problem::{Path, Problem, Scheme};
+use crate::problem::{Motion, Path, Problem, Scheme};
 use crate::proof;
 use crate::shooting::driver::{Iteration, run};
 use crate::shooting::factor::{Factor, effective};
@@ -137,7 +137,19 @@ impl<const N: usize> Search<'_, '_, N> {
             // A smooth path leads elsewhere than a costate does: for the best, look there too.
             let missing = !self.arrived.contains(&name);
             if (missing || best) && !self.stopped() {
-                self.lifted(turns, missing);
+                self.lifted(turns, &Vector3::zeros(), missing);
+            }
+        }
+        // A field, or a body that translates too, has extremals beside the straight ways.
+        let rich = self.problem.motion == Motion::RigidBody || !self.problem.environment.is_free();
+        if best && rich {
+            for (index, axis) in [0, 1, 2, 0, 1, 2].into_iter().enumerate() {
+                for turns in [0, -1] {
+                    if !self.stopped() {
+                        let sign = if index < 3 { 1.0 } else { -1.0 };
+                        self.lifted(turns, &(Vector3::ith(axis, sign)), false);
+                    }
+                }
             }
         }
         if !self.settled() && !self.stopped() {
@@ -275,12 +287,13 @@ impl<const N: usize> Search<'_, '_, N> {
     }
 
     /// Lifted Newton from a smooth path; `stretch` it from a short horizon if that fails.
-    fn lifted(&mut self, turns: i32, stretch: bool) {
-        let name = guess::name_of(turns);
+    fn lifted(&mut self, turns: i32, bump: &Vector3, stretch: bool) {
+        let bent = if bump.amax() > 0.0 { ", bent path" } else { ", smooth path" };
+        let name = format!("{}{bent}", guess::name_of(turns));
         let steps = self.coarse.dynamics.steps;
         self.context.enter("lifted", &name, steps);
         let limit = self.context.settings.max_iterations;
-        let nodes = geodesic::nodes(&self.coarse, turns);
+        let nodes = geodesic::nodes(&self.coarse, turns, bump);
         let (mut nodes, mut report) = continuation::lifted(&self.coarse, nodes, 1e-10, limit, self.context);
         self.context.note(steps, &report);
         if nodes.is_none() && stretch && !self.stopped() {
