@@ -116,8 +116,11 @@ const SHOWN: (usize, usize) = (3, 4);
 /// Iterations of the winning start, with the residuals of those of its rungs that converged.
 fn iterations(solution: &Solution) -> String {
     let won = |rung: &&RungReport| rung.start == solution.start && rung.outcome == Outcome::Converged;
-    let mut errors: Vec<f64> =
-        solution.ladder.iter().filter(won).flat_map(|rung| rung.residuals.iter().copied()).collect();
+    let won: Vec<&RungReport> = solution.ladder.iter().filter(won).collect();
+    // What the same start led to later, from a shorter first step, is another story.
+    let refined = won.iter().rposition(|rung| rung.rung == "coarse_to_fine");
+    let won = &won[..refined.map_or(won.len(), |last| last + 1)];
+    let mut errors: Vec<f64> = won.iter().flat_map(|rung| rung.residuals.iter().copied()).collect();
     // A rung begins where the one before ended.
     errors.dedup();
     let shown = |errors: &[f64]| errors.iter().map(|value| error(*value)).collect::<Vec<_>>().join(" → ");
