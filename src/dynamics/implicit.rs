@@ -22,11 +22,18 @@ const MAX_ITERATIONS: usize = 12;
 /// is too long for this momentum (or a number is not finite).
 #[inline(always)]
 pub(crate) fn solve(j: &Matrix3, j_inverse: &Matrix3, g: &Vector3) -> Option<Vector3> {
-    // Two passes of the fixed point c = ½J⁻¹(g + g×c + (g·c)c) from c = ½J⁻¹g: error O(|c|⁴).
-    let mut c = 0.5 * (j_inverse * g);
+    let start = 0.5 * (j_inverse * g);
+    // Two passes of the fixed point c = ½J⁻¹(g + g×c + (g·c)c): error O(|c|⁴). They diverge for large
+    // steps of thin rods and plates, where Newton finds its way from the plain start.
+    let mut c = start;
     for _ in 0..2 {
         c = 0.5 * (j_inverse * (g + g.cross(&c) + c * g.dot(&c)));
     }
+    newton(j, g, c).or_else(|| newton(j, g, start))
+}
+
+#[inline(always)]
+fn newton(j: &Matrix3, g: &Vector3, mut c: Vector3) -> Option<Vector3> {
     for _ in 0..MAX_ITERATIONS {
         let gc = g.dot(&c);
         let residual = g + g.cross(&c) + c * gc - 2.0 * (j * c);

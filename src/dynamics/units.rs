@@ -1,7 +1,7 @@
 //! The units of the solvers: `T = 1`, mean principal moment 1, mass 1.
 
-use crate::Vector3;
 use crate::problem::{Motion, Problem, State};
+use crate::Matrix3;
 use nalgebra::SVector;
 
 /// Units in which every quantity of a maneuver is of order one, whatever the spacecraft.
@@ -18,7 +18,7 @@ pub struct Units {
     pub mass: f64,
     /// Unit of length \[m\].
     pub length: f64,
-    /// Unit of cost, chosen so that the mean diagonal of `B W⁻¹ Bᵀ` for torques is 1.
+    /// Unit of cost: that of a turn by one radian, or of a shift by one length where that is dearer.
     pub cost: f64,
 }
 
@@ -28,8 +28,6 @@ impl Units {
         let time = problem.duration;
         let inertia = problem.body.inertia.mean();
         let mass = problem.body.mass.unwrap_or(1.0);
-        let authority = problem.actuation.torque.authority().trace() / 3.0;
-        let cost = inertia / time * (inertia / time) / (time * authority);
         let length = match problem.motion {
             Motion::Attitude => 1.0,
             Motion::RigidBody => {
@@ -38,7 +36,16 @@ impl Units {
                 if largest > 0.0 { largest } else { 1.0 }
             }
         };
-        Self { time, inertia, mass, length, cost }
+        // The cost of a turn by one radian, or of a shift by one length, whichever is dearer: the scale of
+        // the costates.
+        let price =
+            |momentum: f64, authority: &Matrix3| momentum / time * momentum / (authority.trace() / 3.0);
+        let turn = price(inertia / time, problem.actuation.torque.authority());
+        let shift = match (&problem.actuation.force, problem.motion) {
+            (Some(force), Motion::RigidBody) => price(mass * length / time, force.authority()),
+            _ => 0.0,
+        };
+        Self { time, inertia, mass, length, cost: turn.max(shift) }
     }
 
     /// Unit of angular momentum [N·m·s].
@@ -69,10 +76,5 @@ impl Units {
             let pair = if N == 12 && row < 6 { translation } else { rotation };
             pair[row % 6 / 3]
         })
-    }
-
-    /// `|a|` in units of angular momentum, for the terminal error.
-    pub fn relative_momentum(&self, momentum: &Vector3) -> f64 {
-        momentum.norm() / self.momentum()
     }
 }

@@ -12,7 +12,7 @@ use crate::testing::{full_inertia, matrix, reference, torques, vector};
 use serde_json::Value;
 
 fn solved<const N: usize>(extremal: &Extremal<N>) -> (Nodes<N>, Report) {
-    let nodes = geodesic::nodes(extremal, 0).unwrap();
+    let nodes = geodesic::nodes(extremal, 0, &Vector3::zeros()).unwrap();
     let lifted = Lifted::new(extremal, 1e-12, nodes).unwrap();
     let (lifted, report) = run(lifted, 30, &|| None);
     assert_eq!(report.outcome, Outcome::Converged, "{:?}", report.residuals);

@@ -67,7 +67,9 @@ fn coarse_steps(problem: &Problem, turns: i32) -> usize {
 /// The grid to search on: the coarse one where it is much cheaper than the requested one.
 fn search_grid(problem: &Problem, turns: i32) -> usize {
     let coarse = coarse_steps(problem, turns);
-    if 2 * coarse <= problem.steps { coarse } else { problem.steps }
+    // In a field the grids agree less: what is found on a coarse one may not be there on a finer.
+    let worth = if problem.environment.is_free() { 2 } else { 4 };
+    if worth * coarse <= problem.steps { coarse } else { problem.steps }
 }
 
 /// Solves a checked problem.

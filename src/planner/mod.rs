@@ -85,7 +85,7 @@ impl<'a> Context<'a> {
             settings,
             observer: RefCell::new(observer),
             began: Instant::now(),
-            at: RefCell::default(),
+            at: RefCell::new(("start".into(), "ballistic".into(), 0)),
             stopped: Cell::new(None),
             ladder: RefCell::default(),
         }
