@@ -22,14 +22,23 @@ const MAX_ITERATIONS: usize = 12;
 /// is too long for this momentum (or a number is not finite).
 #[inline(always)]
 pub(crate) fn solve(j: &Matrix3, j_inverse: &Matrix3, g: &Vector3) -> Option<Vector3> {
-    let start = 0.5 * (j_inverse * g);
     // Two passes of the fixed point c = ½J⁻¹(g + g×c + (g·c)c): error O(|c|⁴). They diverge for large
     // steps of thin rods and plates, where Newton finds its way from the plain start.
-    let mut c = start;
+    let mut c = 0.5 * (j_inverse * g);
     for _ in 0..2 {
         c = 0.5 * (j_inverse * (g + g.cross(&c) + c * g.dot(&c)));
     }
-    newton(j, g, c).or_else(|| newton(j, g, start))
+    match newton(j, g, c) {
+        Some(c) => Some(c),
+        None => from_plain_start(j, j_inverse, g),
+    }
+}
+
+/// Kept out of line: the common path is short and stays in registers.
+#[cold]
+#[inline(never)]
+fn from_plain_start(j: &Matrix3, j_inverse: &Matrix3, g: &Vector3) -> Option<Vector3> {
+    newton(j, g, 0.5 * (j_inverse * g))
 }
 
 #[inline(always)]

@@ -1,7 +1,7 @@
 //! The units of the solvers: `T = 1`, mean principal moment 1, mass 1.
 
-use crate::problem::{Motion, Problem, State};
 use crate::Matrix3;
+use crate::problem::{Motion, Problem, State};
 use nalgebra::SVector;
 
 /// Units in which every quantity of a maneuver is of order one, whatever the spacecraft.
