@@ -1,8 +1,9 @@
 //! The ladder of one start, and the comparison of all.
 //!
 //! Every start climbs: Newton shooting on a coarse grid, continuation in the boundary data, lifted
-//! Newton, continuation in the horizon. What a rung finds is carried to the requested grid (coarse to
-//! fine) and polished there by the shooting. Deterministic random starts come last.
+//! Newton from a smooth path, continuation in the horizon. What a rung finds is carried to the requested
+//! grid (coarse to fine) and polished there by the shooting. Deterministic random starts come last, and
+//! when all that was found is a saddle.
 
 use super::record::{self, Way, record};
 use super::{Context, continuation, geodesic};
