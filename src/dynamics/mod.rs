@@ -249,8 +249,9 @@ impl Dynamics {
         }
     }
 
-    /// Propagates the start of `problem` over all steps without inputs: attitude and momentum (scaled)
-    /// at the end. The bare step that a sweep is measured against.
+    /// Propagates the start of `problem` on SO(3) over all steps under a small constant torque (0.1 on
+    /// each body axis, scaled): attitude and momentum (scaled) at the end. The bare step, without costates
+    /// or optimal inputs, that a sweep is measured against.
     ///
     /// # Errors
     /// [`StepError`] where the implicit equation has no solution.

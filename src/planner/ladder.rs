@@ -25,7 +25,8 @@ use std::f64::consts::{PI, TAU};
 const COARSE_STEPS: usize = 32;
 /// Angle per step that a coarse grid aims at \[rad\].
 const COARSE_ANGLE: f64 = 0.35;
-/// Random starts tried when nothing else converges.
+/// Random starts tried when nothing else converges; half as many when all that did is a saddle, or for
+/// the long way.
 const RANDOM_STARTS: usize = 40;
 /// Two extremals whose costates differ by less, relative, are one.
 const SAME: f64 = 1e-6;
@@ -108,7 +109,8 @@ fn wanted_turns(problem: &Problem) -> Vec<i32> {
     }
 }
 
-/// How many turns the given rotation is away from the short way, as counted from the ballistic end.
+/// How many turns the given rotation is away from the shortest one between the boundary attitudes. It only
+/// names the start; which extremal is the given one is decided by its own rotation.
 fn turns_as_given(problem: &Problem, rotation: &Vector3) -> i32 {
     let relative = problem.start.attitude.tr_mul(&problem.end.attitude);
     let short = lie::log(&relative);
