@@ -77,6 +77,7 @@ pub mod dynamics;
 pub mod environment;
 pub mod export;
 pub mod extremal;
+pub mod full_body;
 pub mod lie;
 mod lifted;
 pub mod plan;

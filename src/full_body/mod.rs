@@ -1,0 +1,20 @@
+//! The full body problem: n rigid bodies on SE(3)ⁿ that act on each other.
+//!
+//! ```text
+//! m_i ẍ_i = f_i = −∂U/∂x_i      Π̇_i = Π_i × Ω_i + M_i      δU = −Σ_i (f_i·δx_i + M_i·ζ_i)
+//! ```
+//!
+//! Forces `f_i` are in the reference frame, moments `M_i` in the axes of body i, as in the survey's
+//! section 3.
+
+use crate::environment::{Pose, Wrench};
+
+/// A potential `U(x_1, R_1, …, x_n, R_n)` and what it exerts on each body.
+pub trait Potential: std::fmt::Debug + Send + Sync {
+    /// `U` \[J\].
+    fn energy(&self, poses: &[Pose]) -> f64;
+
+    /// Force (reference frame \[N\]) and moment (body axes \[N·m\]) on each body, written over `wrenches`, which
+    /// has one row per pose.
+    fn wrenches(&self, poses: &[Pose], wrenches: &mut [Wrench]);
+}
