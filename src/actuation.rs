@@ -23,6 +23,25 @@ pub struct Channel {
     gain: DMatrix<f64>,
     /// `B W⁻¹ Bᵀ`, 3×3.
     authority: Matrix3,
+    limits: Limits,
+}
+
+/// Limits of the inputs of one channel; absent: none.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Limits {
+    /// `|u_i| ≤` this, one per input [N·m or N].
+    pub size: Option<Vec<f64>>,
+    /// `|B u| ≤` this [N·m or N].
+    pub norm: Option<f64>,
+    /// `|du_i/dt| ≤` this, one per input [N·m/s or N/s].
+    pub rate: Option<Vec<f64>>,
+}
+
+impl Limits {
+    /// Whether there is no limit at all.
+    pub fn is_none(&self) -> bool {
+        self.size.is_none() && self.norm.is_none() && self.rate.is_none()
+    }
 }
 
 /// Why axes and weight do not make a channel.
@@ -53,6 +72,14 @@ pub enum ChannelError {
     /// The weight is not symmetric positive definite.
     #[error("the effort weight is not symmetric positive definite")]
     Weight,
+    /// A limit is not positive and finite, or not one per input.
+    #[error("{what}: {count} inputs need as many limits, each positive and finite")]
+    Limit {
+        /// Which limit.
+        what: &'static str,
+        /// Number of inputs.
+        count: usize,
+    },
 }
 
 impl Channel {
@@ -91,14 +118,42 @@ impl Channel {
         if !authority.iter().chain(gain.iter()).all(|value| value.is_finite()) {
             return Err(ChannelError::Weight);
         }
-        Ok(Self { axes, frame, weight, gain, authority })
+        Ok(Self { axes, frame, weight, gain, authority, limits: Limits::default() })
     }
 
     /// Three unit inputs along the coordinate axes of `frame`, weight 1.
     pub fn three_axes(frame: AxisFrame) -> Self {
         let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
         let (weight, gain) = (DMatrix::identity(3, 3), DMatrix::identity(3, 3));
-        Self { axes, frame, weight, gain, authority: Matrix3::identity() }
+        Self { axes, frame, weight, gain, authority: Matrix3::identity(), limits: Limits::default() }
+    }
+
+    /// The same inputs under limits.
+    ///
+    /// # Errors
+    /// [`ChannelError::Limit`] when a limit is not positive and finite, or their number is not that of the
+    /// inputs.
+    pub fn with_limits(mut self, limits: Limits) -> Result<Self, ChannelError> {
+        let count = self.count();
+        let usable = |value: &f64| *value > 0.0 && value.is_finite();
+        let each = |values: &Option<Vec<f64>>| {
+            values.as_ref().is_none_or(|values| values.len() == count && values.iter().all(usable))
+        };
+        let checks = [
+            ("limit of size", each(&limits.size)),
+            ("limit of the norm", limits.norm.as_ref().is_none_or(usable)),
+            ("limit of the rate of change", each(&limits.rate)),
+        ];
+        if let Some((what, _)) = checks.into_iter().find(|(_, fine)| !fine) {
+            return Err(ChannelError::Limit { what, count });
+        }
+        self.limits = limits;
+        Ok(self)
+    }
+
+    /// The limits of the inputs.
+    pub fn limits(&self) -> &Limits {
+        &self.limits
     }
 
     /// Number of inputs m.
@@ -148,6 +203,19 @@ impl Channel {
     }
 }
 
+/// Reaction wheels that drive the torque inputs: input i is the torque that wheel i exerts on the body
+/// about its axis, so the momentum of the wheel changes by `ḣ_i = −u_i`.
+///
+/// The spin axes are those of the torque channel, which is fixed to the body. The body's inertia
+/// contains the wheels, but for their spin. The total momentum in body axes is `JΩ + Σ a_i h_i`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wheels {
+    /// Momentum `h_i` of each wheel about its axis at the start [N·m·s].
+    pub momentum: Vec<f64>,
+    /// Limit of `|h_i|`, one per wheel; infinite where there is none [N·m·s].
+    pub momentum_limit: Vec<f64>,
+}
+
 /// All actuators of the body: torques, and forces when the body also translates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Actuation {
@@ -155,11 +223,24 @@ pub struct Actuation {
     pub torque: Channel,
     /// Force inputs; `None` on SO(3), or when nothing pushes the body.
     pub force: Option<Channel>,
+    /// The wheels behind the torque inputs, where they are wheels.
+    pub wheels: Option<Wheels>,
 }
 
 impl Actuation {
+    /// Torque inputs alone.
+    pub fn torques(torque: Channel) -> Self {
+        Self { torque, force: None, wheels: None }
+    }
+
     /// Number of inputs, forces first.
     pub fn count(&self) -> usize {
         self.force.as_ref().map_or(0, Channel::count) + self.torque.count()
+    }
+
+    /// Whether any input has a limit, or stores its momentum in a wheel.
+    pub fn is_limited(&self) -> bool {
+        let force = self.force.as_ref().is_some_and(|channel| !channel.limits().is_none());
+        force || !self.torque.limits().is_none() || self.wheels.is_some()
     }
 }

@@ -73,6 +73,7 @@
 
 pub mod actuation;
 pub mod body;
+pub mod constraint;
 pub mod dynamics;
 pub mod environment;
 pub mod export;

@@ -2,6 +2,7 @@
 
 use crate::actuation::{Actuation, AxisFrame, Channel};
 use crate::body::Body;
+use crate::constraint::{Constraint, ConstraintError};
 use crate::environment::{Environment, Free};
 use crate::{Matrix3, Vector3};
 use std::sync::Arc;
@@ -118,6 +119,8 @@ pub struct Problem {
     pub scheme: Scheme,
     /// Which way round.
     pub path: Path,
+    /// Where the body may point and how fast it may turn.
+    pub constraints: Vec<Constraint>,
 }
 
 /// Why a maneuver cannot be planned as it stands.
@@ -158,6 +161,27 @@ pub enum ProblemError {
     /// Something that the motion needs is absent.
     #[error("{0}")]
     Missing(&'static str),
+    /// A constraint cannot be used.
+    #[error("constraint \"{name}\": {error}")]
+    Constraint {
+        /// Its name.
+        name: String,
+        /// Why not.
+        error: ConstraintError,
+    },
+    /// The start or the end violates a constraint: no plan can hold it.
+    #[error("the {end} violates \"{name}\": {found}")]
+    Violated {
+        /// "start" or "end".
+        end: &'static str,
+        /// Name of the constraint.
+        name: String,
+        /// The value and the limit, in words.
+        found: String,
+    },
+    /// Wheels and torque inputs do not fit together.
+    #[error("{0}")]
+    Wheels(String),
 }
 
 impl Problem {
@@ -174,13 +198,14 @@ impl Problem {
             motion: Motion::Attitude,
             body,
             environment: Arc::new(Free),
-            actuation: Actuation { torque: Channel::three_axes(AxisFrame::Body), force: None },
+            actuation: Actuation::torques(Channel::three_axes(AxisFrame::Body)),
             start,
             end,
             duration,
             steps: 100,
             scheme: Scheme::LieVerlet,
             path: Path::Best,
+            constraints: Vec::new(),
         }
     }
 
@@ -220,6 +245,17 @@ impl Problem {
     pub fn with_path(mut self, path: Path) -> Self {
         self.path = path;
         self
+    }
+
+    /// The same maneuver under one more constraint.
+    pub fn with_constraint(mut self, constraint: Constraint) -> Self {
+        self.constraints.push(constraint);
+        self
+    }
+
+    /// Whether anything limits inputs, rates or pointing.
+    pub fn is_constrained(&self) -> bool {
+        !self.constraints.is_empty() || self.actuation.is_limited()
     }
 
     /// Step `h = T/N` \[s\].

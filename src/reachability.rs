@@ -205,7 +205,7 @@ mod tests {
         let torque = Channel::new(axes, frame, weight).unwrap();
         let body = Body { inertia, mass: None };
         Problem::attitude(body, State::at_rest(Matrix3::identity()), end, 2.0)
-            .with_actuation(Actuation { torque, force: None })
+            .with_actuation(Actuation::torques(torque))
     }
 
     fn turned(rotation: [f64; 3], rate: [f64; 3]) -> State {

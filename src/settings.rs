@@ -6,11 +6,14 @@ use thiserror::Error;
 /// Which solver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// Shooting, with the whole ladder behind it.
+    /// Shooting with the whole ladder behind it; sequential convex programming, then polish, where
+    /// something is constrained.
     #[default]
     Auto,
-    /// The same: the only method so far.
+    /// Shooting on the costates. Limits on the inputs alone go through the saturated control law.
     Shooting,
+    /// Sequential convex programming, then polish on the active set.
+    Scp,
 }
 
 /// Settings of a plan.

@@ -2,6 +2,7 @@
 
 use crate::Vector3;
 use crate::problem::{Problem, Scheme};
+use crate::settings::Method;
 use serde::{Deserialize, Serialize};
 
 /// How a solve ended. The best iterate is always in the [`Solution`].
@@ -53,6 +54,9 @@ pub struct Trajectory {
     pub torque: Vec<Vector3>,
     /// Actuator force, reference frame \[N\].
     pub force: Vec<Vector3>,
+    /// Momenta of the reaction wheels [N·m·s], row after row, one number per wheel, `N + 1` rows; empty
+    /// without wheels.
+    pub wheel_momentum: Vec<f64>,
     /// Costates, row after row, 6 or 12 numbers a row, ordered as the crate's conventions say.
     pub costates: Vec<f64>,
 }
@@ -100,7 +104,8 @@ impl TerminalError {
 /// First- and second-order optimality of the extremal, in scaled units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Optimality {
-    /// Largest residual of the discrete stationarity conditions.
+    /// Largest residual of the discrete stationarity conditions; with constraints, of all the conditions
+    /// of Karush, Kuhn and Tucker.
     pub stationarity: f64,
     /// Number of conjugate points inside the maneuver; 0: a local minimum. `None`: not computed.
     pub conjugate_points: Option<usize>,
@@ -108,6 +113,17 @@ pub struct Optimality {
     pub rank: usize,
     /// Ratio of its largest to its smallest singular value within that rank.
     pub condition: f64,
+}
+
+/// Where a constraint acts, and how hard.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ActiveConstraint {
+    /// Name of the constraint, or of the limit: "torque limit", "torque rate limit", …
+    pub name: String,
+    /// Times at which it acts \[s\].
+    pub time_s: Vec<f64>,
+    /// Its multipliers there, scaled units, not negative.
+    pub multiplier: Vec<f64>,
 }
 
 /// One rung of the ladder: what was tried and how it ended.
@@ -158,6 +174,8 @@ pub enum Sense {
 pub struct Solution {
     /// How the solve ended.
     pub outcome: Outcome,
+    /// Which road led here: shooting, or sequential convex programming with polish.
+    pub method: Method,
     /// The discretisation.
     pub scheme: Scheme,
     /// Number of steps.
@@ -182,6 +200,8 @@ pub struct Solution {
     pub iterations: usize,
     /// Everything tried, in order.
     pub ladder: Vec<RungReport>,
+    /// Which constraints act, where and how hard.
+    pub active: Vec<ActiveConstraint>,
     /// Other extremals found, cheapest first.
     pub rivals: Vec<Rival>,
     /// Why no input can meet the terminal conditions, where that is proved.
@@ -199,6 +219,7 @@ impl Solution {
         let translation = (problem.dimension() == 12).then_some(nan);
         Self {
             outcome: Outcome::Stalled,
+            method: Method::Shooting,
             scheme: problem.scheme,
             steps: problem.steps,
             step: problem.step(),
@@ -216,6 +237,7 @@ impl Solution {
             turned_deg: nan,
             iterations: 0,
             ladder: Vec::new(),
+            active: Vec::new(),
             rivals: Vec::new(),
             obstruction: None,
             tolerance,

@@ -60,7 +60,7 @@ pub fn channel(axes: &Matrix3, frame: AxisFrame, weight: &Matrix3) -> Channel {
 
 /// Torques alone along the columns of `axes`.
 pub fn torques(axes: &Matrix3, frame: AxisFrame, weight: &Matrix3) -> Actuation {
-    Actuation { torque: channel(axes, frame, weight), force: None }
+    Actuation::torques(channel(axes, frame, weight))
 }
 
 /// Inputs that leave nothing out: full `B`, full `W`, more force inputs than forces.
@@ -72,7 +72,7 @@ pub fn full_actuation(frame: AxisFrame) -> Actuation {
     axes.push(Vector3::new(0.5, 0.5, -0.7));
     let weight = DMatrix::from_fn(4, 4, |i, j| if i == j { 1.0 + 0.3 * i as f64 } else { 0.1 });
     let force = Channel::new(axes, other, weight).unwrap();
-    Actuation { torque: channel(&b, frame, &w), force: Some(force) }
+    Actuation { torque: channel(&b, frame, &w), force: Some(force), wheels: None }
 }
 
 /// A maneuver of a body with [`full_inertia`] and mass 1.3 between random states that are not at rest.

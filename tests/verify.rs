@@ -80,7 +80,7 @@ fn body(j: Matrix3) -> Body {
 
 fn torques(b: Matrix3, frame: AxisFrame) -> Actuation {
     let axes = b.column_iter().map(Into::into).collect();
-    Actuation { torque: Channel::new(axes, frame, DMatrix::identity(3, 3)).unwrap(), force: None }
+    Actuation::torques(Channel::new(axes, frame, DMatrix::identity(3, 3)).unwrap())
 }
 
 /// A moving start, an end that nothing aims at: for tests of the propagation alone.
@@ -727,7 +727,7 @@ fn degenerate_bodies_are_judged_like_others() {
         let channel = Channel::new(across, AxisFrame::Body, DMatrix::identity(2, 2)).unwrap();
         for scheme in SCHEMES {
             let problem = ballistic(0.5 * (j + j.transpose()), Vector3::zeros(), 2.0)
-                .with_actuation(Actuation { torque: channel.clone(), force: None })
+                .with_actuation(Actuation::torques(channel.clone()))
                 .with_steps(steps)
                 .with_scheme(scheme);
             let (problem, plan) = aimed(problem.clone(), &smooth_inputs(&problem));

@@ -214,7 +214,7 @@ impl Dynamics {
         let units = Units::of(problem);
         let h = 1.0 / steps as f64;
         let inertia = &problem.body.inertia;
-        let Actuation { torque, force } = &problem.actuation;
+        let Actuation { torque, force, .. } = &problem.actuation;
         let rotation = units.cost / units.momentum() / units.torque();
         let translation = units.cost / units.linear_momentum() / units.force();
         let zero = Authority { matrix: Matrix3::zeros(), frame: AxisFrame::Reference };

@@ -161,6 +161,7 @@ impl From<&Settings> for SettingsRecord {
         let method = match settings.method {
             Method::Auto => "auto",
             Method::Shooting => "shooting",
+            Method::Scp => "scp",
         };
         Self {
             method: method.into(),

@@ -163,6 +163,7 @@ impl<'de> Deserialize<'de> for TrajectoryDocument<'_> {
             input_count: keys.input.width,
             torque: vectors(keys.torque_n_m),
             force: vectors(keys.force_n),
+            wheel_momentum: Vec::new(),
             costates: keys.costates.values,
         };
         let needed = costate_width(&trajectory);

@@ -44,7 +44,7 @@ fn so3_case(case: &Value) -> Problem {
     let problem = Problem::attitude(body, start, end, case["T"].as_f64().unwrap())
         .with_steps(case["N"].as_u64().unwrap() as usize)
         .with_scheme(Scheme::LieEuler)
-        .with_actuation(Actuation { torque, force: None });
+        .with_actuation(Actuation::torques(torque));
     if case["potential"].as_str().unwrap().eq_ignore_ascii_case("free") {
         return problem;
     }
@@ -159,8 +159,11 @@ fn zoo() -> Vec<Problem> {
             let (start, end) = (state(), state());
             let body = Body { inertia: inertia.clone(), mass: Some(1.3) };
             let other = if frame == AxisFrame::Body { AxisFrame::Reference } else { AxisFrame::Body };
-            let actuation =
-                Actuation { torque: channel(&b, frame, &w), force: Some(channel(&w, other, &b.tr_mul(&b))) };
+            let actuation = Actuation {
+                torque: channel(&b, frame, &w),
+                force: Some(channel(&w, other, &b.tr_mul(&b))),
+                wheels: None,
+            };
             let base = Problem::rigid_body(body, start, end, 1.7)
                 .with_actuation(actuation)
                 .with_steps(12)

@@ -61,6 +61,7 @@ impl<'a, const N: usize> Recorder<'a, N> {
             input_count,
             torque: Vec::with_capacity(input_rows),
             force: Vec::with_capacity(translation.min(input_rows)),
+            wheel_momentum: Vec::new(),
             costates: Vec::with_capacity(input_rows * N),
         };
         Self { problem, extremal, trajectory }

@@ -135,7 +135,7 @@ fn conjugate_points_are_the_negative_directions_of_the_reduced_hessian() {
                     let moving = moving_ends(&mut random, frame).with_scheme(scheme).with_steps(60);
                     let mut attitude = attitude_only(moving.clone());
                     if frame == AxisFrame::Body {
-                        attitude.actuation = Actuation { torque: axes(count), force: None };
+                        attitude.actuation = Actuation::torques(axes(count));
                     }
                     let hanging = attitude.clone().with_environment(pendulum.clone());
                     let mut counts = vec![

@@ -84,6 +84,7 @@ pub(crate) fn assemble(root: &Section<'_>, default_name: &str, report: &mut Repo
         steps,
         scheme,
         path,
+        constraints: Vec::new(),
     };
     if let Err(error) = problem.check() {
         refuse(&error, &section, [&start, &end], report);
@@ -267,7 +268,11 @@ fn refuse(error: &ProblemError, maneuver: &Section<'_>, ends: [&Boundary<'_>; 2]
             let end = at(end);
             report.error("E0055", end.section.spot(end.key), error.to_string(), "write all digits");
         }
-        ProblemError::Value { .. } | ProblemError::Missing(_) => {
+        ProblemError::Value { .. }
+        | ProblemError::Missing(_)
+        | ProblemError::Constraint { .. }
+        | ProblemError::Violated { .. }
+        | ProblemError::Wheels(_) => {
             report.error("E0031", maneuver.here(), error.to_string(), "check the numbers");
         }
     }

@@ -124,7 +124,7 @@ pub(crate) fn actuation(
     let force_names = [("force_axes_reference", AxisFrame::Reference), ("force_axes_body", AxisFrame::Body)];
     let Some(section) = section else {
         let force = (motion == Motion::RigidBody).then(|| Channel::three_axes(AxisFrame::Reference));
-        return Some(Actuation { torque: Channel::three_axes(AxisFrame::Body), force });
+        return Some(Actuation { torque: Channel::three_axes(AxisFrame::Body), force, wheels: None });
     };
     let torque = channel(section, &torque_names, "effort_weight", report);
     let force_keys = ["force_axes_reference", "force_axes_body", "force_effort_weight"];
@@ -134,7 +134,7 @@ pub(crate) fn actuation(
             let remedy = "remove it, or give `position_m` and `velocity_m_s` in [start] and [end]";
             report.error("E0064", section.spot(key), reason, remedy);
         }
-        return Some(Actuation { torque: torque?, force: None });
+        return Some(Actuation::torques(torque?));
     }
     let none = force_names.iter().any(|(name, _)| section.axes(name).is_some_and(|axes| axes.is_empty()));
     if none {
@@ -142,10 +142,10 @@ pub(crate) fn actuation(
             let reason = "a weight of forces is given, but the list of force axes is empty".to_string();
             report.error("E0026", section.spot("force_effort_weight"), reason, "remove one of the two");
         }
-        return Some(Actuation { torque: torque?, force: None });
+        return Some(Actuation::torques(torque?));
     }
     let force = channel(section, &force_names, "force_effort_weight", report);
-    Some(Actuation { torque: torque?, force: Some(force?) })
+    Some(Actuation { torque: torque?, force: Some(force?), wheels: None })
 }
 
 /// Inputs of one kind: axes under one of two names (the first is the default), and their weight.
@@ -203,6 +203,7 @@ fn channel(
                 }
                 ChannelError::Count { .. } => ("E0034", at(name), "use fewer axes"),
                 ChannelError::WeightShape { .. } => ("E0026", at(weight_name), "give one weight per axis"),
+                ChannelError::Limit { .. } => ("E0061", at(name), "leave the limit out where there is none"),
                 ChannelError::Weight => (
                     "E0065",
                     at(weight_name),

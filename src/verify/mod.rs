@@ -65,11 +65,32 @@ pub struct Verification {
     pub peak_torque_n_m: f64,
     /// Largest norm of the angular velocity at the nodes [rad/s].
     pub peak_rate_rad_s: f64,
+    /// Every limit and constraint with its smallest margin, in the order of the problem.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub margins: Vec<Margin>,
     /// Why a witness could not reach the end, if one could not; its numbers are then NaN.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub failure: Option<String>,
     /// Every check, with value, limit and verdict.
     pub checks: Vec<Check>,
+}
+
+/// How far a plan stays from one limit or constraint, at the nodes and on the arcs between them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Margin {
+    /// Name of the constraint, or "torque limit", "torque norm limit", "torque rate limit", "wheel torque
+    /// limit", "wheel momentum limit" and the like.
+    pub name: String,
+    /// The smallest distance to the limit, in `unit`; negative: violated.
+    pub margin: f64,
+    /// "deg", "deg/s", "N·m", "N·m/s", "N·m·s", "N", "N/s".
+    pub unit: String,
+    /// The same relative to the limit, or \[rad\] for a cone.
+    pub scaled: f64,
+    /// When \[s\].
+    pub time_s: f64,
+    /// Which input, axis, wheel, or pair of boresight and direction, in words; empty where there is one.
+    pub at: String,
 }
 
 /// One named check.

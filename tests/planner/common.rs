@@ -23,7 +23,7 @@ pub fn full_body() -> Body {
 pub fn weighted(weight: [f64; 3]) -> Actuation {
     let weight = nalgebra::DMatrix::from_diagonal(&nalgebra::DVector::from_row_slice(&weight));
     let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
-    Actuation { torque: Channel::new(axes, AxisFrame::Body, weight).unwrap(), force: None }
+    Actuation::torques(Channel::new(axes, AxisFrame::Body, weight).unwrap())
 }
 
 /// Rest to rest about (1, 2, −0.5) in 2 s.

@@ -45,7 +45,7 @@ fn pendulum(units: Units) -> Problem {
     let gravity = 1.7 * units.length / units.time / units.time;
     let arm = Vector3::new(0.1, -0.2, 0.9) * units.length;
     Problem::attitude(Body { inertia, mass: None }, start, end, 2.0 * units.time)
-        .with_actuation(Actuation { torque, force: None })
+        .with_actuation(Actuation::torques(torque))
         .with_environment(UniformGravity::new(units.mass, gravity, Vector3::z(), arm).unwrap())
         .with_path(Path::Shortest)
 }

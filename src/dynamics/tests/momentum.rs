@@ -20,7 +20,7 @@ fn torques_without_vertical_component_keep_the_vertical_momentum() {
     let pendulum = UniformGravity::new(1.0, 1.7, Vector3::z(), Vector3::new(0.1, -0.2, 0.9)).unwrap();
     for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {
         let problem = attitude_only(moving_ends(&mut random, AxisFrame::Body))
-            .with_actuation(Actuation { torque: horizontal.clone(), force: None })
+            .with_actuation(Actuation::torques(horizontal.clone()))
             .with_environment(pendulum.clone())
             .with_scheme(scheme)
             .with_steps(40);
