@@ -69,6 +69,7 @@ fn trajectory(problem: &Problem) -> Trajectory {
         input: (0..rows * problem.actuation.count()).map(|_| numbers.next()).collect(),
         input_count: problem.actuation.count(),
         torque: numbers.vectors(rows),
+        wheel_momentum: Vec::new(),
         force: numbers.vectors(if moving { rows } else { 0 }),
         costates: (0..rows * problem.dimension()).map(|_| numbers.next()).collect(),
     }
@@ -106,6 +107,8 @@ fn plan(problem: &Problem) -> Plan {
         turned_deg: 150.0,
         iterations: 2,
         ladder: vec![rung],
+        active: Vec::new(),
+        method: slewkit::settings::Method::Shooting,
         rivals: vec![rival],
         obstruction: None,
         tolerance: 1e-12,

@@ -76,6 +76,7 @@ fn dumbbell(units: Units) -> Problem {
         .with_actuation(Actuation {
             torque: channel(AxisFrame::Body, torque),
             force: Some(channel(AxisFrame::Reference, force)),
+            wheels: None,
         })
         .with_environment(CentralGravity::new(points.to_vec()).unwrap())
         .with_path(Path::Shortest)
