@@ -5,8 +5,11 @@
 
 use slewkit::body::{Body, Inertia};
 use slewkit::dynamics::Dynamics;
-use slewkit::environment::{CentralGravity, PointMass, UniformGravity};
+use slewkit::environment::{CentralGravity, PointMass, Pose, UniformGravity, Wrench};
 use slewkit::extremal::Extremal;
+use slewkit::full_body::{
+    Attractor, Dumbbell, Dumbbells, MassPoint, MutualGravity, PointCloud, Potential, Threads,
+};
 use slewkit::problem::{Problem, Scheme, State};
 use slewkit::{Matrix3, Vector3, lie};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -78,4 +81,33 @@ fn sweeps_allocate_nothing() {
         check::<12>(&moving);
         check::<12>(&moving.with_environment(CentralGravity::new(points.to_vec()).unwrap()));
     }
+}
+
+#[test]
+fn forces_allocate_nothing() {
+    let dumbbell = Dumbbell { mass: 1.0, length: 0.5, sphere_radius: 0.1 };
+    let point = |k: usize| MassPoint {
+        mass: 1.0,
+        position: Vector3::new((k as f64).sin(), (1.3 * k as f64).sin(), (1.7 * k as f64).sin()),
+    };
+    let cloud = || PointCloud::centered((0..300).map(point).collect()).unwrap().0;
+    let gravity =
+        MutualGravity::new(1.0, vec![Attractor::Cloud(cloud()), Attractor::Cloud(cloud())]).unwrap();
+    let potentials: [Box<dyn Potential>; 3] = [
+        Box::new(Dumbbells::new(1.0, &[dumbbell; 2]).unwrap()),
+        Box::new(gravity.clone().with_threads(Threads::One)),
+        Box::new(gravity.with_threads(Threads::Many)),
+    ];
+    let at =
+        |x: f64| Pose { position: Vector3::new(x, 0.0, 0.0), attitude: lie::exp(&Vector3::new(x, 0.2, 0.3)) };
+    let (poses, mut wrenches) = ([at(0.0), at(4.0)], [Wrench::zero(); 2]);
+    // Inside a pool of threads: a call from outside hands over a job, which now and then allocates.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    pool.install(|| {
+        for potential in potentials {
+            potential.wrenches(&poses, &mut wrenches);
+            let count = allocations(|| (0..100).for_each(|_| potential.wrenches(&poses, &mut wrenches)));
+            assert_eq!(count, 0, "{potential:?}");
+        }
+    });
 }

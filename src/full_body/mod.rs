@@ -7,6 +7,20 @@
 //! Forces `f_i` are in the reference frame, moments `M_i` in the axes of body i, as in the survey's
 //! section 3.
 
+mod dumbbell;
+mod error;
+pub mod invariants;
+mod lanes;
+mod mutual_gravity;
+mod point_cloud;
+mod relative;
+mod second_order;
+
+pub use dumbbell::{Dumbbell, Dumbbells};
+pub use error::FullBodyError;
+pub use mutual_gravity::{Attractor, GRAVITATIONAL_CONSTANT, MutualGravity, Threads};
+pub use point_cloud::{MassPoint, PointCloud};
+
 use crate::environment::{Pose, Wrench};
 
 /// A potential `U(x_1, R_1, …, x_n, R_n)` and what it exerts on each body.

@@ -1,0 +1,73 @@
+//! What the constructors of bodies and potentials reject, and the checks they share.
+
+use crate::Vector3;
+use thiserror::Error;
+
+/// Why numbers do not describe attracting bodies.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum FullBodyError {
+    /// A number is NaN or infinite, or a sum or product of the numbers overflows.
+    #[error("{name} is not finite")]
+    NotFinite {
+        /// What was given.
+        name: &'static str,
+    },
+    /// A quantity that must be positive is zero or negative.
+    #[error("{name} is {value}; it must be positive")]
+    NotPositive {
+        /// What was given.
+        name: &'static str,
+        /// Its value, SI units.
+        value: f64,
+    },
+    /// A count is zero, or beyond what memory and time are good for.
+    #[error("{name}: {count}; from 1 to {limit} are possible")]
+    Count {
+        /// What was counted.
+        name: &'static str,
+        /// How many there are.
+        count: usize,
+        /// The largest possible number.
+        limit: usize,
+    },
+    /// The mass center is not the origin of the body axes.
+    #[error(
+        "the mass center is at ({}, {}, {}) m in body axes; it must be the origin: shift the body by its negative",
+        center[0], center[1], center[2]
+    )]
+    OffCenter {
+        /// Where the mass center is, body axes \[m\].
+        center: [f64; 3],
+    },
+}
+
+pub(super) type Checked<T> = Result<T, FullBodyError>;
+
+pub(super) fn finite(name: &'static str, value: f64) -> Checked<f64> {
+    if value.is_finite() { Ok(value) } else { Err(FullBodyError::NotFinite { name }) }
+}
+
+pub(super) fn positive(name: &'static str, value: f64) -> Checked<f64> {
+    if finite(name, value)? > 0.0 { Ok(value) } else { Err(FullBodyError::NotPositive { name, value }) }
+}
+
+pub(super) fn finite_vector(name: &'static str, value: &Vector3) -> Checked<()> {
+    value.iter().try_for_each(|component| finite(name, *component).map(drop))
+}
+
+pub(super) fn count(name: &'static str, count: usize, limit: usize) -> Checked<usize> {
+    if (1..=limit).contains(&count) { Ok(count) } else { Err(FullBodyError::Count { name, count, limit }) }
+}
+
+/// Largest distance of a mass center from the origin, relative to the farthest point of the body, that
+/// counts as round-off of the input.
+pub(super) const OFF_CENTER: f64 = 1e-6;
+
+/// The mass center must be the origin, on the scale of the farthest point.
+pub(super) fn centered(center: &Vector3, farthest: f64) -> Checked<()> {
+    if center.norm() <= OFF_CENTER * farthest {
+        Ok(())
+    } else {
+        Err(FullBodyError::OffCenter { center: (*center).into() })
+    }
+}

@@ -1,0 +1,66 @@
+//! The systems of bodies that every potential is tested on.
+
+use crate::common::Random;
+use slewkit::Vector3;
+use slewkit::body::Inertia;
+use slewkit::environment::Pose;
+use slewkit::full_body::*;
+
+/// A potential of several bodies of about unit size and mass.
+pub struct System {
+    pub name: &'static str,
+    pub potential: Box<dyn Potential>,
+    pub bodies: usize,
+}
+
+pub fn dumbbells() -> Vec<Dumbbell> {
+    [(1.0, 0.5), (2.0, 1.0), (0.7, 0.8)]
+        .map(|(mass, length)| Dumbbell { mass, length, sphere_radius: 0.2 * length })
+        .to_vec()
+}
+
+/// Points without any symmetry.
+pub fn cloud(seed: u64, points: usize) -> PointCloud {
+    let mut random = Random::new(seed);
+    let point = |_| MassPoint { mass: 1.2 + random.uniform(), position: 0.5 * random.vector() };
+    PointCloud::centered((0..points).map(point).collect()).unwrap().0
+}
+
+pub fn second_order(mass: f64) -> Attractor {
+    let inertia = Inertia::diagonal(mass * Vector3::new(0.1, 0.13, 0.2)).unwrap();
+    Attractor::SecondOrder { mass, inertia }
+}
+
+/// Every potential. A new one is one line here.
+pub fn all() -> Vec<System> {
+    let closed = |dumbbells: &[Dumbbell]| Dumbbells::new(0.9, dumbbells).unwrap();
+    let mutual = |bodies: Vec<Attractor>| MutualGravity::new(0.9, bodies).unwrap();
+    let clouds = |sizes: &[usize]| -> Vec<Attractor> {
+        sizes.iter().enumerate().map(|(i, size)| Attractor::Cloud(cloud(i as u64, *size))).collect()
+    };
+    let point = || Attractor::point(1.3).unwrap();
+    let rods = dumbbells().iter().map(|dumbbell| Attractor::Cloud(dumbbell.cloud().unwrap())).collect();
+    let pair = vec![second_order(1.2), second_order(0.4)];
+    let mut mixed = clouds(&[7, 3]);
+    mixed.extend([second_order(2.0), point()]);
+    let system = |name, bodies, potential| System { name, potential, bodies };
+    vec![
+        system("two dumbbells", 2, Box::new(closed(&dumbbells()[..2]))),
+        system("three dumbbells", 3, Box::new(closed(&dumbbells()))),
+        system("dumbbells as clouds", 3, Box::new(mutual(rods))),
+        system("points", 2, Box::new(mutual(vec![point(), point()]))),
+        system("two clouds", 2, Box::new(mutual(clouds(&[5, 9])))),
+        system("five clouds", 5, Box::new(mutual(clouds(&[5, 9, 1, 4, 13])))),
+        system("second order", 2, Box::new(mutual(pair))),
+        system("clouds, second order, point", 4, Box::new(mutual(mixed))),
+    ]
+}
+
+/// Poses with mass centers at least about 2 apart.
+pub fn poses(random: &mut Random, bodies: usize) -> Vec<Pose> {
+    let place = |body: usize| {
+        let grid = Vector3::new((body % 2) as f64, (body / 2 % 2) as f64, (body / 4) as f64);
+        Pose { position: 3.0 * grid + 0.5 * random.vector(), attitude: random.rotation() }
+    };
+    (0..bodies).map(place).collect()
+}
