@@ -79,6 +79,7 @@ pub mod environment;
 pub mod export;
 pub mod extremal;
 pub mod full_body;
+pub mod integrator;
 pub mod lie;
 mod lifted;
 pub mod plan;

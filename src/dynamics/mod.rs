@@ -97,11 +97,21 @@ impl<const R: usize, const C: usize> Sum<R, C> {
 
     #[inline(always)]
     pub fn add(&mut self, increment: &SMatrix<f64, R, C>) {
-        let increment = increment - self.excess;
-        let sum = self.value + increment;
-        self.excess = (sum - self.value) - increment;
-        self.value = sum;
+        compensated_add(&mut self.value, &mut self.excess, increment);
     }
+}
+
+/// Adds to a sum `value` that so far has got `excess` too much by rounding (Kahan).
+#[inline(always)]
+pub(crate) fn compensated_add<const R: usize, const C: usize>(
+    value: &mut SMatrix<f64, R, C>,
+    excess: &mut SMatrix<f64, R, C>,
+    increment: &SMatrix<f64, R, C>,
+) {
+    let increment = increment - *excess;
+    let sum = *value + increment;
+    *excess = (sum - *value) - increment;
+    *value = sum;
 }
 
 impl Point {
@@ -229,7 +239,7 @@ impl Dynamics {
             j_d: inertia.j_d() / units.inertia,
             j_inverse: inertia.j_inverse() * units.inertia,
             environment,
-            frame_turn: (turn.amax() > 0.0).then(|| exp_minus_identity(&turn)),
+            frame_turn: (turn.amax() > 0.0).then(|| lie::exp_minus_identity(&turn)),
             torque: Authority { matrix: torque.authority() * rotation, frame: torque.frame() },
             force: force.as_ref().map_or(zero, |channel| Authority {
                 matrix: channel.authority() * translation,
@@ -317,12 +327,6 @@ impl Dynamics {
     fn pose_si(&self, pose: &Pose) -> Pose {
         Pose { position: pose.position * self.units.length, attitude: pose.attitude }
     }
-}
-
-/// `exp S(f) − I` without cancellation, by the Cayley vector `tan(|f|/2) f/|f|` of the same rotation.
-fn exp_minus_identity(f: &Vector3) -> Matrix3 {
-    let angle = f.norm();
-    lie::cayley_minus_identity(&(f * ((0.5 * angle).tan() / angle)))
 }
 
 #[cfg(test)]

@@ -22,8 +22,8 @@ mod so3;
 pub use cayley::{cayley, cayley_inverse, cayley_minus_identity};
 pub use quaternion::{project_to_rotation, quaternion_from_rotation, rotation_from_quaternion};
 pub use so3::{
-    exp, hat, left_jacobian, left_jacobian_inverse, log, right_jacobian, right_jacobian_directional,
-    right_jacobian_inverse, vee,
+    exp, exp_minus_identity, hat, left_jacobian, left_jacobian_inverse, log, right_jacobian,
+    right_jacobian_directional, right_jacobian_inverse, vee,
 };
 
 use crate::{Matrix3, Vector3};

@@ -26,6 +26,12 @@ pub fn exp(f: &Vector3) -> Matrix3 {
     Matrix3::identity() + skew_polynomial(a(t2), b(t2), f)
 }
 
+/// `exp S(f) − I`, formed without cancellation: the increment of an attitude by a small rotation.
+pub fn exp_minus_identity(f: &Vector3) -> Matrix3 {
+    let t2 = f.norm_squared();
+    skew_polynomial(a(t2), b(t2), f)
+}
+
 /// Rotation vector \[rad\] of a rotation, `|f| ≤ π`, the inverse of [`exp`].
 ///
 /// Through the quaternion of largest pivot (Shepperd): `f = 2 atan2(|v|, w) v/|v|`. The usual
