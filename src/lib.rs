@@ -74,6 +74,7 @@
 pub mod actuation;
 pub mod body;
 pub mod constraint;
+mod convex;
 pub mod dynamics;
 pub mod environment;
 pub mod export;
