@@ -216,6 +216,19 @@ pub struct Wheels {
     pub momentum_limit: Vec<f64>,
 }
 
+/// What a limit of the actuators limits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LimitKind {
+    /// [`Limits::size`].
+    Size,
+    /// [`Limits::norm`].
+    Norm,
+    /// [`Limits::rate`].
+    Rate,
+    /// [`Wheels::momentum_limit`].
+    WheelMomentum,
+}
+
 /// All actuators of the body: torques, and forces when the body also translates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Actuation {
@@ -236,6 +249,24 @@ impl Actuation {
     /// Number of inputs, forces first.
     pub fn count(&self) -> usize {
         self.force.as_ref().map_or(0, Channel::count) + self.torque.count()
+    }
+
+    /// Name under which reports speak of a limit of the forces, or else of the torques: "torque limit",
+    /// "torque norm limit", "torque rate limit", "wheel torque limit", "wheel torque rate limit", "wheel
+    /// momentum limit", "force limit", "force norm limit", "force rate limit".
+    pub fn limit_name(&self, kind: LimitKind, of_force: bool) -> &'static str {
+        let wheels = self.wheels.is_some();
+        match kind {
+            LimitKind::Size if of_force => "force limit",
+            LimitKind::Norm if of_force => "force norm limit",
+            LimitKind::Rate if of_force => "force rate limit",
+            LimitKind::Size if wheels => "wheel torque limit",
+            LimitKind::Size => "torque limit",
+            LimitKind::Norm => "torque norm limit",
+            LimitKind::Rate if wheels => "wheel torque rate limit",
+            LimitKind::Rate => "torque rate limit",
+            LimitKind::WheelMomentum => "wheel momentum limit",
+        }
     }
 
     /// Whether any input has a limit, or stores its momentum in a wheel.

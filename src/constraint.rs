@@ -3,6 +3,10 @@
 //! A constraint holds along the whole discrete trajectory: at the nodes and on the arcs between them,
 //! on each of which the body turns about one fixed axis at one fixed rate.
 
+mod arc;
+
+pub use arc::{Approach, Arc, Target, angle_between};
+
 use crate::Vector3;
 use thiserror::Error;
 
@@ -106,6 +110,15 @@ impl Direction {
     /// The direction at time `t` \[s\] in the axes of a reference frame that turns at `frame_rate`.
     pub fn at(&self, time: f64, frame_rate: &Vector3) -> Vector3 {
         if self.turns_with_frame { self.vector } else { crate::lie::exp(&(frame_rate * -time)) * self.vector }
+    }
+
+    /// The direction on the arc of `step` \[s\] that begins at `time` \[s\], in inertial axes: those of the
+    /// reference frame, which turns at `frame_rate`, at `t = 0`.
+    pub fn on_arc(&self, time: f64, step: f64, frame_rate: &Vector3) -> Target {
+        if !self.turns_with_frame || *frame_rate == Vector3::zeros() {
+            return Target { start: self.vector, turn: Vector3::zeros() };
+        }
+        Target { start: crate::lie::exp(&(frame_rate * time)) * self.vector, turn: frame_rate * step }
     }
 }
 

@@ -13,6 +13,7 @@ use super::WitnessError;
 use super::compensated::Compensated;
 use super::implicit::{Implicit, exp_minus_identity};
 use super::plant::{Output, Phase, Plant};
+use crate::constraint::Arc;
 use crate::environment::{Pose, Wrench};
 use crate::problem::Scheme;
 
@@ -30,6 +31,8 @@ pub(crate) struct Discrete<'a> {
     /// Body → inertial.
     attitude: Compensated<3, 3>,
     momentum: Compensated<3, 1>,
+    /// The drift that led to the node reached.
+    arc: Option<Arc>,
     /// Pose in the reference frame and field at the node reached.
     pose: Pose,
     field: Wrench,
@@ -50,6 +53,7 @@ impl<'a> Discrete<'a> {
             linear_momentum: Compensated::new(start.linear_momentum),
             attitude: Compensated::new(start.attitude),
             momentum: Compensated::new(start.momentum),
+            arc: None,
             pose,
             field: plant.field(&pose),
         }
@@ -95,6 +99,7 @@ impl<'a> Discrete<'a> {
             .ok_or(WitnessError::StepTooLong { time: self.time(), step: self.step })?;
         let turn = exp_minus_identity(&f);
         self.momentum.add(&turn.tr_mul(&momentum));
+        self.arc = Some(Arc { start: *self.attitude.value(), turn: f });
         self.attitude.add(&(self.attitude.value() * turn));
         if self.plant.moves {
             self.position.add(&(self.step * self.per_mass * self.linear_momentum.value()));
@@ -106,6 +111,11 @@ impl<'a> Discrete<'a> {
         }
         self.field = self.plant.field(&self.pose);
         Ok(())
+    }
+
+    /// The arc that led to the node reached, inertial axes; none before the first step.
+    pub(crate) fn arc(&self) -> Option<&Arc> {
+        self.arc.as_ref()
     }
 
     /// The phase at the node reached.

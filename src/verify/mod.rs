@@ -14,12 +14,15 @@ mod compensated;
 mod continuous;
 mod discrete;
 mod implicit;
+mod margins;
 mod order;
 mod plant;
 mod rows;
+mod wheels;
 
 pub(crate) use continuous::Continuous;
 pub(crate) use discrete::Discrete;
+pub use margins::{Margin, margins, worst_violation};
 pub use plant::Phase;
 pub(crate) use plant::{Inputs, Output, Plant, Scale};
 pub use rows::replay;
@@ -73,24 +76,6 @@ pub struct Verification {
     pub failure: Option<String>,
     /// Every check, with value, limit and verdict.
     pub checks: Vec<Check>,
-}
-
-/// How far a plan stays from one limit or constraint, at the nodes and on the arcs between them.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Margin {
-    /// Name of the constraint, or "torque limit", "torque norm limit", "torque rate limit", "wheel torque
-    /// limit", "wheel momentum limit" and the like.
-    pub name: String,
-    /// The smallest distance to the limit, in `unit`; negative: violated.
-    pub margin: f64,
-    /// "deg", "deg/s", "N·m", "N·m/s", "N·m·s", "N", "N/s".
-    pub unit: String,
-    /// The same relative to the limit, or \[rad\] for a cone.
-    pub scaled: f64,
-    /// When \[s\].
-    pub time_s: f64,
-    /// Which input, axis, wheel, or pair of boresight and direction, in words; empty where there is one.
-    pub at: String,
 }
 
 /// One named check.
@@ -155,8 +140,10 @@ pub enum WitnessError {
 /// the attitude error of the continuous one. Whatever the numbers in `trajectory`, this returns: what
 /// cannot be computed is NaN in a failed check, with the reason in [`Verification::failure`].
 ///
-/// The checks, by name: `finite`, `discrete terminal`, `recorded states`, `order` (`round-off` when the
-/// witnesses agree to round-off), and `continuous terminal` where a tolerance is given.
+/// The checks, by name: `finite`, `discrete terminal`, `recorded states`, `constraints` where there are any
+/// (the worst scaled violation at and between the nodes, against [`Margin::ROUND_OFF`]), `order`
+/// (`round-off` when the witnesses agree to round-off), and `continuous terminal` where a tolerance is
+/// given.
 pub fn verify(
     problem: &Problem,
     trajectory: &Trajectory,
@@ -164,14 +151,17 @@ pub fn verify(
     continuous_tolerance: Option<f64>,
 ) -> Verification {
     let mut found = Verification::unknown(problem.motion);
-    let mut recorded = f64::NAN;
-    let mut comparison = None;
-    if let Err(error) = found.witness(problem, trajectory, &mut recorded, &mut comparison) {
+    let mut judged = Judged { recorded: f64::NAN, violation: f64::NAN, comparison: None };
+    if let Err(error) = found.witness(problem, trajectory, &mut judged) {
         found.failure = Some(error.to_string());
     }
+    let Judged { recorded, violation, comparison } = judged;
     found.at_most("finite", rows::not_finite(trajectory) as f64, 0.0);
     found.at_most("discrete terminal", found.discrete().largest(), tolerance);
     found.at_most("recorded states", recorded, RECORDED.max(10.0 * tolerance));
+    if problem.is_constrained() {
+        found.at_most("constraints", violation, Margin::ROUND_OFF);
+    }
     match &comparison {
         Some(comparison) if comparison.passed && comparison.order.is_none() => {
             let finest = comparison.errors.last().copied().unwrap_or(f64::NAN);
@@ -193,6 +183,15 @@ pub fn verify(
 /// Scaled difference that recorded and re-propagated states may have: far above rounding, far below
 /// what anyone would want to know.
 const RECORDED: f64 = 1e-9;
+
+/// What the checks need beside the numbers of a [`Verification`]; NaN and `None` where a witness failed.
+struct Judged {
+    /// Largest scaled difference between recorded and found states.
+    recorded: f64,
+    /// Worst scaled violation of a limit or constraint.
+    violation: f64,
+    comparison: Option<order::Comparison>,
+}
 
 impl Verification {
     /// Whether every check holds.
@@ -239,8 +238,7 @@ impl Verification {
         &mut self,
         problem: &Problem,
         trajectory: &Trajectory,
-        recorded: &mut f64,
-        comparison: &mut Option<order::Comparison>,
+        judged: &mut Judged,
     ) -> Result<(), WitnessError> {
         problem.check()?;
         rows::fit(problem, trajectory)?;
@@ -251,9 +249,11 @@ impl Verification {
         let scale = Scale::of(problem);
 
         let replayed = rows::compare(&plant, &inputs, trajectory)?;
-        *recorded = replayed.recorded;
+        judged.recorded = replayed.recorded;
+        judged.violation = worst_violation(&replayed.margins);
         self.peak_torque_n_m = replayed.peak_torque;
         self.peak_rate_rad_s = replayed.peak_rate;
+        self.margins = replayed.margins;
         let error = scale.distance(&replayed.end, &target, problem.motion);
         self.discrete_attitude_rad = error.attitude_rad;
         self.discrete_momentum_relative = error.momentum_relative;
@@ -277,7 +277,7 @@ impl Verification {
 
         let compared = order::compare(&plant, &inputs, &held);
         self.order = compared.order;
-        *comparison = Some(compared);
+        judged.comparison = Some(compared);
         Ok(())
     }
 }

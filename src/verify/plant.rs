@@ -129,7 +129,7 @@ impl Output {
 /// The plan's inputs as the steps use them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Inputs<'a> {
-    problem: &'a Problem,
+    pub(super) problem: &'a Problem,
     rows: &'a [f64],
 }
 
@@ -139,9 +139,23 @@ impl<'a> Inputs<'a> {
         Self { problem, rows }
     }
 
-    pub(crate) fn row(&self, index: usize) -> Output {
+    /// The same, once the number of rows is checked.
+    pub(crate) fn checked(problem: &'a Problem, rows: &'a [f64]) -> Result<Self, WitnessError> {
+        let expected = problem.scheme.input_rows(problem.steps) * problem.actuation.count();
+        if rows.len() != expected {
+            return Err(WitnessError::Rows { what: "input numbers", found: rows.len(), expected });
+        }
+        Ok(Self { problem, rows })
+    }
+
+    /// The numbers of a row.
+    pub(crate) fn numbers(&self, index: usize) -> &'a [f64] {
         let count = self.problem.actuation.count();
-        Output::of(self.problem, &self.rows[index * count..(index + 1) * count])
+        &self.rows[index * count..(index + 1) * count]
+    }
+
+    pub(crate) fn row(&self, index: usize) -> Output {
+        Output::of(self.problem, self.numbers(index))
     }
 
     /// Outputs at both ends of step k. Lie–Euler has no `u_0`; `u_1` stands for it.

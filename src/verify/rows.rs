@@ -2,7 +2,9 @@
 
 use super::WitnessError;
 use super::discrete::Discrete;
+use super::margins::{Margin, Meter};
 use super::plant::{Inputs, Output, Phase, Plant, Scale};
+use super::wheels::Wheels;
 use crate::problem::{Motion, Problem};
 use crate::solution::Trajectory;
 use crate::{Vector3, lie};
@@ -40,14 +42,67 @@ pub(super) fn fit(problem: &Problem, trajectory: &Trajectory) -> Result<(), Witn
     }
 }
 
+/// A node that the discrete witness has reached.
+pub(super) struct Node<'a> {
+    inputs: &'a Inputs<'a>,
+    body: &'a Discrete<'a>,
+    /// Momenta of the wheels.
+    wheels: &'a [f64],
+    index: usize,
+}
+
+impl Node<'_> {
+    /// The row of inputs of this node, if it has one: Lie–Euler has none at the start.
+    fn row(&self) -> Option<usize> {
+        let problem = self.inputs.problem;
+        (self.index + problem.scheme.input_rows(problem.steps)).checked_sub(problem.steps + 1)
+    }
+
+    /// Holds this node, and the arc that led here, against the limits.
+    pub(super) fn measure(&self, meter: &mut Meter) {
+        let (problem, time) = (self.inputs.problem, self.body.time());
+        if let Some(arc) = self.body.arc() {
+            meter.arc(time - problem.step(), arc);
+        }
+        meter.rate(time, &self.body.phase().angular_velocity(problem));
+        meter.wheels(time, self.wheels);
+        if let Some(row) = self.row() {
+            let before = row.checked_sub(1).map(|row| self.inputs.numbers(row));
+            meter.inputs(time, self.inputs.numbers(row), before);
+        }
+    }
+}
+
+/// The discrete witness from node to node; Lie–Verlet stands in the middle of each node's kick.
+pub(super) fn walk(
+    plant: &Plant,
+    inputs: &Inputs,
+    mut visit: impl FnMut(Node),
+) -> Result<Phase, WitnessError> {
+    let problem = plant.problem;
+    let start = Phase::of(problem, &problem.start);
+    let mut body = Discrete::new(plant, &start, problem.scheme, problem.step());
+    let mut wheels = Wheels::new(inputs);
+    for index in 0..=problem.steps {
+        if index > 0 {
+            let (from, to) = inputs.ends(index - 1);
+            body.advance(&from, &to)?;
+            wheels.advance(inputs, index - 1);
+        }
+        visit(Node { inputs, body: &body, wheels: wheels.momenta(), index });
+    }
+    Ok(body.phase())
+}
+
 /// What one run of the discrete witness over the plan finds.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Finding {
     pub(super) end: Phase,
     /// Largest scaled difference between recorded and found; NaN if any is NaN.
     pub(super) recorded: f64,
     pub(super) peak_torque: f64,
     pub(super) peak_rate: f64,
+    pub(super) margins: Vec<Margin>,
 }
 
 /// Larger of the two; NaN if either is, unlike `f64::max`.
@@ -55,7 +110,7 @@ fn larger(a: f64, b: f64) -> f64 {
     if b > a || b.is_nan() { b } else { a }
 }
 
-/// Propagates the plan and compares it row by row. The rows must fit.
+/// Propagates the plan, compares it row by row and holds it against its limits. The rows must fit.
 pub(super) fn compare(
     plant: &Plant,
     inputs: &Inputs,
@@ -64,36 +119,26 @@ pub(super) fn compare(
     let problem = plant.problem;
     let scale = Scale::of(problem);
     let (torque_unit, force_unit) = scale.loads();
-    let start = Phase::of(problem, &problem.start);
-    let mut body = Discrete::new(plant, &start, problem.scheme, problem.step());
-    let mut found = Finding { end: start, recorded: 0.0, peak_torque: 0.0, peak_rate: 0.0 };
-    let first_output = problem.steps + 1 - problem.scheme.input_rows(problem.steps);
-    for node in 0..=problem.steps {
-        if node > 0 {
-            let (from, to) = inputs.ends(node - 1);
-            body.advance(&from, &to)?;
-        }
-        let phase = body.phase();
-        let rate = phase.angular_velocity(problem);
-        found.peak_rate = larger(found.peak_rate, rate.norm());
-        let time = (trajectory.time[node] - body.time()).abs() / scale.time;
-        let states = state_difference(plant, trajectory, node, &phase, &scale);
-        found.recorded = larger(larger(found.recorded, states), time);
-        if node >= first_output {
-            let row = node - first_output;
+    let mut meter = Meter::new(problem);
+    let (mut recorded, mut peak_torque, mut peak_rate) = (0.0, 0.0, 0.0);
+    let end = walk(plant, inputs, |node| {
+        let phase = node.body.phase();
+        peak_rate = larger(peak_rate, phase.angular_velocity(problem).norm());
+        let time = (trajectory.time[node.index] - node.body.time()).abs() / scale.time;
+        let states = state_difference(plant, trajectory, node.index, &phase, &scale);
+        recorded = larger(larger(recorded, states), time);
+        if let Some(row) = node.row() {
             let output: Output = inputs.row(row);
-            found.peak_torque = larger(found.peak_torque, output.torque.norm());
+            peak_torque = larger(peak_torque, output.torque.norm());
             let acting = plant.actuators(&phase.attitude, &output);
-            let torque = (trajectory.torque[row] - acting.moment).norm() / torque_unit;
-            found.recorded = larger(found.recorded, torque);
+            recorded = larger(recorded, (trajectory.torque[row] - acting.moment).norm() / torque_unit);
             if plant.moves {
-                let force = (trajectory.force[row] - acting.force).norm() / force_unit;
-                found.recorded = larger(found.recorded, force);
+                recorded = larger(recorded, (trajectory.force[row] - acting.force).norm() / force_unit);
             }
         }
-    }
-    found.end = body.phase();
-    Ok(found)
+        node.measure(&mut meter);
+    })?;
+    Ok(Finding { end, recorded, peak_torque, peak_rate, margins: meter.margins() })
 }
 
 /// Scaled difference of the recorded state from `phase`.
@@ -129,39 +174,28 @@ fn state_difference(
 pub fn replay(problem: &Problem, inputs: &[f64]) -> Result<Trajectory, WitnessError> {
     problem.check()?;
     let plant = Plant::new(problem).judgeable()?;
+    let rows = Inputs::checked(problem, inputs)?;
     let count = problem.actuation.count();
-    let expected = problem.scheme.input_rows(problem.steps) * count;
-    if inputs.len() != expected {
-        return Err(WitnessError::Rows { what: "input numbers", found: inputs.len(), expected });
-    }
-    let rows = Inputs::new(problem, inputs);
-    let start = Phase::of(problem, &problem.start);
-    let mut body = Discrete::new(&plant, &start, problem.scheme, problem.step());
-    let mut quaternion = lie::quaternion_from_rotation(&start.attitude);
     let mut found = Trajectory { input: inputs.to_vec(), input_count: count, ..Trajectory::default() };
-    let first_output = problem.steps + 1 - problem.scheme.input_rows(problem.steps);
-    for node in 0..=problem.steps {
-        if node > 0 {
-            let (from, to) = rows.ends(node - 1);
-            body.advance(&from, &to)?;
-        }
-        let phase = body.phase();
+    let mut quaternion = lie::quaternion_from_rotation(&problem.start.attitude);
+    walk(&plant, &rows, |node| {
+        let phase = node.body.phase();
         quaternion = same_sign(lie::quaternion_from_rotation(&phase.attitude), &quaternion);
-        found.time.push(body.time());
+        found.time.push(node.body.time());
         found.quaternion.push(quaternion);
         found.angular_velocity.push(phase.angular_velocity(problem));
         if plant.moves {
             found.position.push(phase.position);
             found.velocity.push(phase.velocity(problem));
         }
-        if node >= first_output {
-            let acting = plant.actuators(&phase.attitude, &rows.row(node - first_output));
+        if let Some(row) = node.row() {
+            let acting = plant.actuators(&phase.attitude, &rows.row(row));
             found.torque.push(acting.moment);
             if plant.moves {
                 found.force.push(acting.force);
             }
         }
-    }
+    })?;
     Ok(found)
 }
 

@@ -1,0 +1,182 @@
+//! The arc between two nodes, and how near a boresight comes to a direction, or how far it strays, on it.
+//!
+//! On one step of the variational integrators the body turns about one axis at one rate, seen from
+//! inertial space: `A(τ) = A_k exp(τ S(f))`, `0 ≤ τ ≤ 1`, `F_k = exp S(f)`. With `e = f/|f|` and `v = A_kᵀw`
+//! a direction `w` fixed in inertial space has
+//!
+//! ```text
+//! w·A(τ) b = a + c cos(τ|f|) + s sin(τ|f|) ,   a = (e·v)(e·b) ,   c = v·b − a ,   s = v·(e × b)
+//! ```
+//!
+//! so the extremum inside the arc is at `τ|f| = atan2(±s, ±c)`. A direction that turns with a reference
+//! frame gives a product of two rotations, without a closed form for its extremum. There a cubic through
+//! values and slopes stands for it on pieces so short that its error is below round-off.
+
+use super::Side;
+use crate::{Matrix3, Vector3, lie};
+
+/// What the body does from one node to the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arc {
+    /// Attitude at its start, body → inertial.
+    pub start: Matrix3,
+    /// Rotation vector of the whole arc, body axes \[rad\].
+    pub turn: Vector3,
+}
+
+/// A direction while the body is on an arc: `exp(τ S(turn)) start`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Target {
+    /// Unit vector at the start of the arc, inertial axes.
+    pub start: Vector3,
+    /// Rotation vector of its own motion over the arc, inertial axes \[rad\]; zero: fixed.
+    pub turn: Vector3,
+}
+
+/// Where on an arc a boresight is nearest to a direction, or farthest from it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Approach {
+    /// Part of the arc, from 0 to 1.
+    pub part: f64,
+    /// Angle between boresight and direction there \[rad\].
+    pub angle: f64,
+}
+
+/// Angle of the two motions together over which a cubic is as good as round-off: its error is `x⁴/384`.
+const PIECE: f64 = 2e-3;
+
+/// Most pieces of an arc: motions of more than a hundred radians in one step are refused.
+const MAX_PIECES: f64 = 65_536.0;
+
+/// Angle between two vectors \[rad\], good to round-off at 0 and π too.
+pub fn angle_between(a: &Vector3, b: &Vector3) -> f64 {
+    a.cross(b).norm().atan2(a.dot(b))
+}
+
+impl Target {
+    /// The direction after `part` of the arc, inertial axes.
+    pub fn at(&self, part: f64) -> Vector3 {
+        if self.turn == Vector3::zeros() { self.start } else { lie::exp(&(part * self.turn)) * self.start }
+    }
+}
+
+impl Arc {
+    /// Attitude after `part` of the arc, body → inertial.
+    pub fn attitude(&self, part: f64) -> Matrix3 {
+        self.start * lie::exp(&(part * self.turn))
+    }
+
+    /// Angle between `boresight` (unit vector, body axes) and `target` after `part` of the arc \[rad\].
+    pub fn angle(&self, boresight: &Vector3, target: &Target, part: f64) -> f64 {
+        angle_between(&(self.attitude(part) * boresight), &target.at(part))
+    }
+
+    /// Where the cone is in most danger: the smallest angle on the arc for a keep-out cone, the largest for
+    /// a keep-in cone. The angle is NaN where a number is, or where more than a hundred radians are turned.
+    pub fn extreme(&self, boresight: &Vector3, target: &Target, side: Side) -> Approach {
+        let at = |part: f64| Approach { part, angle: self.angle(boresight, target, part) };
+        let worse = |a: Approach, b: Approach| {
+            let (smaller, larger) = (b.angle < a.angle, b.angle > a.angle);
+            let taken = if side == Side::KeepOut { smaller } else { larger };
+            if taken || b.angle.is_nan() { b } else { a }
+        };
+        let ends = worse(at(0.0), at(1.0));
+        if target.turn == Vector3::zeros() {
+            self.turning_point(boresight, &target.start, side).map_or(ends, |part| worse(ends, at(part)))
+        } else {
+            self.turning_points(boresight, target, side).map(at).fold(ends, worse)
+        }
+    }
+
+    /// The part at which the closed form has its extremum, if that is on the arc.
+    fn turning_point(&self, boresight: &Vector3, direction: &Vector3, side: Side) -> Option<f64> {
+        let angle = self.turn.norm();
+        if angle == 0.0 {
+            return None;
+        }
+        let axis = self.turn / angle;
+        let v = self.start.tr_mul(direction);
+        let c = v.dot(boresight) - axis.dot(&v) * axis.dot(boresight);
+        let s = v.dot(&axis.cross(boresight));
+        let phase = if side == Side::KeepOut { s.atan2(c) } else { (-s).atan2(-c) };
+        // An arc of more than half a turn may hold the extremum at a negative phase too.
+        let phase = if phase < 0.0 { phase + std::f64::consts::TAU } else { phase };
+        (phase <= angle).then_some(phase / angle)
+    }
+
+    /// On each piece the part at which the cubic through values and slopes has its extremum; one that is
+    /// NaN where there are too many pieces.
+    fn turning_points(
+        &self,
+        boresight: &Vector3,
+        target: &Target,
+        side: Side,
+    ) -> impl Iterator<Item = f64> + use<> {
+        let sign = if side == Side::KeepOut { 1.0 } else { -1.0 };
+        let (arc, target, boresight) = (*self, *target, *boresight);
+        let sample = move |part: f64| {
+            let (attitude, w) = (arc.attitude(part), target.at(part));
+            let (v, dv) = (attitude * boresight, attitude * arc.turn.cross(&boresight));
+            (sign * w.dot(&v), sign * (w.dot(&dv) + target.turn.cross(&w).dot(&v)))
+        };
+        let pieces = ((self.turn.norm() + target.turn.norm()) / PIECE).ceil().max(1.0);
+        let usable = pieces <= MAX_PIECES;
+        let count = if usable { pieces as u32 } else { 1 };
+        let length = 1.0 / f64::from(count);
+        let mut left = sample(0.0);
+        (0..count).filter_map(move |piece| {
+            if !usable {
+                return Some(f64::NAN);
+            }
+            let start = f64::from(piece) * length;
+            let right = sample(start + length);
+            let found = highest_of_cubic(left.0, right.0, length * left.1, length * right.1);
+            left = right;
+            found.map(|part| start + part * length)
+        })
+    }
+}
+
+/// Where the cubic on [0, 1] with these values and slopes at its ends has a maximum inside, or at an end to
+/// round-off: one on the border of two pieces must not fall between them.
+fn highest_of_cubic(value_0: f64, value_1: f64, slope_0: f64, slope_1: f64) -> Option<f64> {
+    const BORDER: f64 = 1e-6;
+    // p' = slope_0 + 2 q x + 3 r x²
+    let rise = value_1 - value_0;
+    let q = 3.0 * rise - 2.0 * slope_0 - slope_1;
+    let r = slope_0 + slope_1 - 2.0 * rise;
+    let discriminant = q * q - 3.0 * r * slope_0;
+    if discriminant < 0.0 {
+        return None;
+    }
+    // Of the two roots the one with p'' = 2 (q + 3 r x) < 0; in the form without cancellation.
+    let root = discriminant.sqrt();
+    let x = if q < 0.0 { slope_0 / (root - q) } else { (-root - q) / (3.0 * r) };
+    (x > -BORDER && x < 1.0 + BORDER).then_some(x.clamp(0.0, 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `p = c₀ + c₁x + c₂x² + c₃x³`.
+    fn highest([c0, c1, c2, c3]: [f64; 4]) -> Option<f64> {
+        highest_of_cubic(c0, c0 + c1 + c2 + c3, c1, c1 + 2.0 * c2 + 3.0 * c3)
+    }
+
+    #[test]
+    fn maxima_of_cubics_are_found_in_every_branch() {
+        let close = |found: Option<f64>, x: f64| found.is_some_and(|found| (found - x).abs() < 1e-14);
+        assert!(close(highest([0.3, 1.0, 0.0, -1.0]), (1.0_f64 / 3.0).sqrt()));
+        assert!(close(highest([0.0, 1.0, -1.0, 0.0]), 0.5));
+        // p' = −3 (x − 0.25)(x − 0.5): the maximum is at 0.5; p' = 3 (x − 0.25)(x − 0.5): at 0.25.
+        assert!(close(highest([0.0, -0.375, 1.125, -1.0]), 0.5));
+        assert!(close(highest([0.0, 0.375, -1.125, 1.0]), 0.25));
+        for none in [[0.0, 1.0, 0.0, 0.0], [0.0, -1.0, 1.0, 0.0], [1.0, 1.0, 1.0, 1.0], [1.0, 0.0, 0.0, 0.0]]
+        {
+            assert_eq!(highest(none), None, "{none:?}");
+        }
+        assert_eq!(highest([0.0, 0.0, -1.0, 0.0]), Some(0.0));
+        assert!(close(highest([0.0, 2.0, -1.0, 0.0]), 1.0));
+    }
+}

@@ -1,0 +1,45 @@
+//! What the wheels store: it follows from the inputs alone, `ḣ_i = −u_i`.
+//!
+//! ```text
+//! Lie–Euler   h_i⁺ = h_i − h u_i⁺           Lie–Verlet   h_i⁺ = h_i − (h/2)(u_i + u_i⁺)
+//! ```
+
+use super::compensated::Compensated;
+use super::plant::Inputs;
+use crate::problem::Scheme;
+use nalgebra::SMatrix;
+
+/// The momenta of the wheels from node to node.
+pub(super) struct Wheels {
+    sums: Vec<Compensated<1, 1>>,
+    momenta: Vec<f64>,
+}
+
+impl Wheels {
+    /// At the start; of a body without wheels: none.
+    pub(super) fn new(inputs: &Inputs) -> Self {
+        let wheels = inputs.problem.actuation.wheels.as_ref();
+        let momenta = wheels.map_or_else(Vec::new, |wheels| wheels.momentum.clone());
+        let sums = momenta.iter().map(|h| Compensated::new(SMatrix::from([[*h]]))).collect();
+        Self { sums, momenta }
+    }
+
+    /// Over step k.
+    pub(super) fn advance(&mut self, inputs: &Inputs, k: usize) {
+        let step = inputs.problem.step();
+        let (from, to) = match inputs.problem.scheme {
+            Scheme::LieEuler => (k, k),
+            Scheme::LieVerlet => (k, k + 1),
+        };
+        let held = inputs.numbers(from).iter().zip(inputs.numbers(to)).map(|(a, b)| 0.5 * (a + b));
+        for ((sum, momentum), held) in self.sums.iter_mut().zip(&mut self.momenta).zip(held) {
+            sum.add(&SMatrix::from([[-step * held]]));
+            *momentum = sum.value()[0];
+        }
+    }
+
+    /// Momentum of each wheel at the node reached [N·m·s].
+    pub(super) fn momenta(&self) -> &[f64] {
+        &self.momenta
+    }
+}
