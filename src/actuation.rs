@@ -251,6 +251,12 @@ impl Actuation {
         self.force.as_ref().map_or(0, Channel::count) + self.torque.count()
     }
 
+    /// Momentum `Σ a_i h_i` that the wheels store at the start, axes of the torque channel [N·m·s]; zero
+    /// without wheels.
+    pub fn stored_momentum(&self) -> Vector3 {
+        self.wheels.as_ref().map_or_else(Vector3::zeros, |wheels| self.torque.output(&wheels.momentum))
+    }
+
     /// Name under which reports speak of a limit of the forces, or else of the torques: "torque limit",
     /// "torque norm limit", "torque rate limit", "wheel torque limit", "wheel torque rate limit", "wheel
     /// momentum limit", "force limit", "force norm limit", "force rate limit".

@@ -68,10 +68,12 @@ pub struct Row {
     pub position: Vector3,
     /// Velocity, reference frame [m/s]; zero on SO(3).
     pub velocity: Vector3,
-    /// Kinetic plus potential energy \[J\]. In a turning frame minus `n · RΠ`: Jacobi's integral, which
+    /// Momentum that the wheels store, body axes [N·m·s]; zero without wheels.
+    pub stored_momentum: Vector3,
+    /// Kinetic plus potential energy of the body \[J\], without the spin of wheels. In a turning frame minus `n · RΠ`: Jacobi's integral, which
     /// is what a field fixed in that frame conserves.
     pub energy: f64,
-    /// Angular momentum `RΠ + x × γ` about the origin, inertial axes [N·m·s].
+    /// Angular momentum `R(Π + μ) + x × γ` about the origin, inertial axes [N·m·s].
     pub momentum: Vector3,
 }
 
@@ -146,13 +148,14 @@ fn row(plant: &Plant, time: f64, quaternion: [f64; 4], phase: &Phase) -> Row {
     let spin = phase.attitude * phase.momentum;
     let pose = Pose { position: phase.position, attitude: phase.attitude };
     let potential = problem.environment.potential(&pose);
-    let momentum = spin + phase.position.cross(&phase.linear_momentum);
+    let momentum = spin + phase.attitude * phase.stored + phase.position.cross(&phase.linear_momentum);
     Row {
         time,
         quaternion,
         angular_velocity: rate,
         position: phase.position,
         velocity,
+        stored_momentum: phase.stored,
         energy: 0.5 * (phase.momentum.dot(&rate) + phase.linear_momentum.dot(&velocity)) + potential
             - plant.frame_rate().dot(&spin),
         momentum: plant.to_reference(time).map_or(momentum, |frame| frame.tr_mul(&momentum)),

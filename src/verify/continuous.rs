@@ -1,8 +1,9 @@
 //! The continuous witness: the equations of motion themselves, integrated by Verner's 9(8) pair.
 //!
 //! ```text
-//! q̇ = ½ q ∘ (0, Ω) ,   Π̇ = Π × Ω + M + τ ,   ẋ = γ/m ,   γ̇ = f + f_u ,   Ω = J⁻¹Π
+//! q̇ = ½ q ∘ (0, Ω) ,   Π̇ = (Π + μ) × Ω + M + τ ,   ẋ = γ/m ,   γ̇ = f + f_u ,   Ω = J⁻¹Π
 //! ```
+//! and `μ̇ = −τ` where wheels make the torque τ: under a torque linear in time, a quadratic;
 //! with q the inertial attitude quaternion, and field and frame evaluated at every stage. The torque
 //! jumps at the nodes of the plan, so each of its steps is an integration of its own. What is
 //! integrated is the change over that step, in units of `T`, the mean moment of inertia, the mass and
@@ -88,6 +89,8 @@ struct Base<'a> {
     /// Body → inertial.
     quaternion: Compensated<4, 1>,
     momentum: Compensated<3, 1>,
+    /// What the wheels store, where there are any.
+    stored: Option<Compensated<3, 1>>,
     position: Compensated<3, 1>,
     linear_momentum: Compensated<3, 1>,
 }
@@ -106,6 +109,12 @@ fn vector(y: &[f64], at: usize) -> Vector3 {
 }
 
 impl Change<'_> {
+    /// `∫τ dt` of body-fixed torques since the last node, scaled.
+    fn spent(&self, t: f64) -> Vector3 {
+        let (from, to) = (self.outputs.0.torque, self.outputs.1.torque);
+        self.base.moment_unit * (t * from + 0.5 * t * t / self.length * (to - from))
+    }
+
     /// Scaled force and moment of field and actuators after a turn `[w, v]` and a change of position.
     fn loads(&self, t: f64, w: f64, v: &Vector3, position: &Vector3) -> [Wrench; 2] {
         let Base { plant, scale, moment_unit, force_unit, .. } = self.base;
@@ -132,11 +141,12 @@ impl<const D: usize> ODE<f64, [f64; D]> for Change<'_> {
         let base = self.base;
         let momentum = base.momentum.value() + vector(y, 4);
         let rate = angular_velocity(&base.j, &base.j_inverse, &momentum);
+        let total = base.stored.as_ref().map_or(momentum, |stored| momentum + stored.value() - self.spent(t));
         let (w, v) = (1.0 + y[0], vector(y, 1));
         let moves = D == RIGID_BODY;
         let shift = if moves { vector(y, 7) } else { Vector3::zeros() };
         let [field, actuators] = self.loads(t, w, &v, &shift);
-        let momentum_dot = momentum.cross(&rate) + field.moment + actuators.moment;
+        let momentum_dot = total.cross(&rate) + field.moment + actuators.moment;
         dydt[0] = -0.5 * v.dot(&rate);
         dydt[1..4].copy_from_slice((0.5 * (w * rate + v.cross(&rate))).as_slice());
         dydt[4..7].copy_from_slice(momentum_dot.as_slice());
@@ -164,7 +174,11 @@ impl<'a, const D: usize> Propagation<'a, D> {
             self.solver.atol[index] = TOLERANCE * length * speed;
         }
         let y = integrate(&mut self.solver, &change, length).ok_or(WitnessError::Continuous { time })?;
+        let spent = change.spent(length);
         self.base.add(&y);
+        if let Some(stored) = &mut self.base.stored {
+            stored.add(&-spent);
+        }
         Ok(())
     }
 }
@@ -200,7 +214,8 @@ impl Change<'_> {
         let momentum = base.momentum.value();
         // Absolute values: with an ill-conditioned inertia the products cancel.
         let rate = (base.j_inverse.abs() * momentum.abs()).norm();
-        let torque = momentum.norm() * rate + field.moment.norm() + actuators.moment.norm();
+        let stored = base.stored.as_ref().map_or(0.0, |stored| stored.value().norm());
+        let torque = (momentum.norm() + stored) * rate + field.moment.norm() + actuators.moment.norm();
         let force = field.force.norm() + actuators.force.norm();
         let speeds = [rate, torque, base.linear_momentum.value().norm(), force];
         let block = |index: usize| [0, 0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3][index];
@@ -223,6 +238,8 @@ impl<'a> Base<'a> {
             j_inverse: inertia.j_inverse() * scale.inertia,
             quaternion: Compensated::new(SVector::from(quaternion)),
             momentum: Compensated::new(start.momentum * (scale.time / scale.inertia)),
+            stored: (plant.problem.actuation.wheels.is_some())
+                .then(|| Compensated::new(start.stored * (scale.time / scale.inertia))),
             position: Compensated::new(start.position / scale.length),
             linear_momentum: Compensated::new(start.linear_momentum / linear),
         }
@@ -251,6 +268,10 @@ impl<'a> Base<'a> {
             linear_momentum: scale.mass * scale.length / scale.time * self.linear_momentum.value(),
             attitude: self.plant.to_reference(time).map_or(attitude, |frame| frame * attitude),
             momentum: scale.inertia / scale.time * self.momentum.value(),
+            stored: self
+                .stored
+                .as_ref()
+                .map_or_else(Vector3::zeros, |stored| scale.inertia / scale.time * stored.value()),
         }
     }
 }

@@ -6,6 +6,12 @@
 //! Lie–Euler   Π̃ = Π,                   γ̃ = γ,                     b = h
 //! Lie–Verlet  Π̃ = Π + (h/2)(M + τ),    γ̃ = γ + (h/2)(f + f_u),    b = h/2
 //! ```
+//! With wheels that store `μ = Σ a_i h_i`, `H = Π + μ`, and `u` the torque of the wheels on the body:
+//!
+//! ```text
+//! h S(H̃ − (I + S(c) + c cᵀ) μ̃) = F J_d − J_d Fᵀ ,  F = cay(c) ,   H⁺ = FᵀH̃ + b M⁺ ,   μ⁺ = μ̃ − b τ⁺
+//! Lie–Verlet  H̃ = H + (h/2) M ,  μ̃ = μ − (h/2) τ
+//! ```
 //! (2.4, 3.22–3.26, 4.5–4.7.) The equation for F is solved in its exponential form, and every
 //! update is a small increment to a compensated sum: a million steps end within 1e-13.
 
@@ -13,6 +19,7 @@ use super::WitnessError;
 use super::compensated::Compensated;
 use super::implicit::{Implicit, exp_minus_identity};
 use super::plant::{Output, Phase, Plant};
+use crate::Vector3;
 use crate::constraint::Arc;
 use crate::environment::{Pose, Wrench};
 use crate::problem::Scheme;
@@ -31,6 +38,8 @@ pub(crate) struct Discrete<'a> {
     /// Body → inertial.
     attitude: Compensated<3, 3>,
     momentum: Compensated<3, 1>,
+    /// What the wheels store, where there are any.
+    stored: Option<Compensated<3, 1>>,
     /// The drift that led to the node reached.
     arc: Option<Arc>,
     /// Pose in the reference frame and field at the node reached.
@@ -53,6 +62,7 @@ impl<'a> Discrete<'a> {
             linear_momentum: Compensated::new(start.linear_momentum),
             attitude: Compensated::new(start.attitude),
             momentum: Compensated::new(start.momentum),
+            stored: plant.problem.actuation.wheels.is_some().then(|| Compensated::new(start.stored)),
             arc: None,
             pose,
             field: plant.field(&pose),
@@ -83,6 +93,9 @@ impl<'a> Discrete<'a> {
     fn kick(&mut self, duration: f64, output: &Output) {
         let actuators = self.plant.actuators(&self.pose.attitude, output);
         self.momentum.add(&(duration * (self.field.moment + actuators.moment)));
+        if let Some(stored) = &mut self.stored {
+            stored.add(&(-duration * actuators.moment));
+        }
         if self.plant.moves {
             self.linear_momentum.add(&(duration * (self.field.force + actuators.force)));
         }
@@ -93,12 +106,13 @@ impl<'a> Discrete<'a> {
         if !momentum.iter().all(|value| value.is_finite()) {
             return Err(WitnessError::NotFinite { time: self.time() });
         }
+        let stored = self.stored();
         let f = self
             .implicit
-            .solve(&(self.step * momentum))
+            .solve(&(self.step * momentum), &(self.step * stored))
             .ok_or(WitnessError::StepTooLong { time: self.time(), step: self.step })?;
         let turn = exp_minus_identity(&f);
-        self.momentum.add(&turn.tr_mul(&momentum));
+        self.momentum.add(&turn.tr_mul(&(momentum + stored)));
         self.arc = Some(Arc { start: *self.attitude.value(), turn: f });
         self.attitude.add(&(self.attitude.value() * turn));
         if self.plant.moves {
@@ -113,6 +127,11 @@ impl<'a> Discrete<'a> {
         Ok(())
     }
 
+    /// Momentum in the wheels, body axes.
+    fn stored(&self) -> Vector3 {
+        self.stored.as_ref().map_or_else(Vector3::zeros, |stored| *stored.value())
+    }
+
     /// The arc that led to the node reached, inertial axes; none before the first step.
     pub(crate) fn arc(&self) -> Option<&Arc> {
         self.arc.as_ref()
@@ -125,6 +144,7 @@ impl<'a> Discrete<'a> {
             linear_momentum: *self.linear_momentum.value(),
             attitude: self.pose.attitude,
             momentum: *self.momentum.value(),
+            stored: self.stored(),
         }
     }
 }

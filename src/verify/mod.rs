@@ -140,7 +140,8 @@ pub enum WitnessError {
 /// the attitude error of the continuous one. Whatever the numbers in `trajectory`, this returns: what
 /// cannot be computed is NaN in a failed check, with the reason in [`Verification::failure`].
 ///
-/// The checks, by name: `finite`, `discrete terminal`, `recorded states`, `constraints` where there are any
+/// The checks, by name: `finite`, `discrete terminal`, `recorded states`, `total momentum` where wheels alone
+/// turn the body, `constraints` where there are any
 /// (the worst scaled violation at and between the nodes, against [`Margin::ROUND_OFF`]), `order`
 /// (`round-off` when the witnesses agree to round-off), and `continuous terminal` where a tolerance is
 /// given.
@@ -151,14 +152,18 @@ pub fn verify(
     continuous_tolerance: Option<f64>,
 ) -> Verification {
     let mut found = Verification::unknown(problem.motion);
-    let mut judged = Judged { recorded: f64::NAN, violation: f64::NAN, comparison: None };
+    let mut judged =
+        Judged { recorded: f64::NAN, momentum_drift: None, violation: f64::NAN, comparison: None };
     if let Err(error) = found.witness(problem, trajectory, &mut judged) {
         found.failure = Some(error.to_string());
     }
-    let Judged { recorded, violation, comparison } = judged;
+    let Judged { recorded, momentum_drift, violation, comparison } = judged;
     found.at_most("finite", rows::not_finite(trajectory) as f64, 0.0);
     found.at_most("discrete terminal", found.discrete().largest(), tolerance);
     found.at_most("recorded states", recorded, RECORDED.max(10.0 * tolerance));
+    if let Some(drift) = momentum_drift {
+        found.at_most("total momentum", drift, RECORDED.max(10.0 * tolerance));
+    }
     if problem.is_constrained() {
         found.at_most("constraints", violation, Margin::ROUND_OFF);
     }
@@ -188,6 +193,8 @@ const RECORDED: f64 = 1e-9;
 struct Judged {
     /// Largest scaled difference between recorded and found states.
     recorded: f64,
+    /// Drift of the total momentum in the recorded states, where wheels and nothing else turn the body.
+    momentum_drift: Option<f64>,
     /// Worst scaled violation of a limit or constraint.
     violation: f64,
     comparison: Option<order::Comparison>,
@@ -244,6 +251,8 @@ impl Verification {
         rows::fit(problem, trajectory)?;
         let plant = Plant::new(problem).judgeable()?;
         let inputs = Inputs::new(problem, &trajectory.input);
+        let isolated = plant.free && problem.actuation.wheels.is_some();
+        judged.momentum_drift = isolated.then(|| rows::momentum_drift(&plant, trajectory));
         let start = Phase::of(problem, &problem.start);
         let target = Phase::of(problem, &problem.end);
         let scale = Scale::of(problem);

@@ -123,6 +123,7 @@ fn amplification(plant: &Plant, inputs: &Inputs, start: &Phase, scale: &Scale) -
         linear_momentum: start.linear_momentum - scale.mass * scale.length / scale.time * change,
         attitude: start.attitude * lie::exp(&change),
         momentum: start.momentum + scale.inertia / scale.time * change,
+        stored: start.stored,
     };
     let ends = [start, &disturbed].map(|phase| held_end(plant, inputs, phase, 1));
     match ends {

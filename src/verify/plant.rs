@@ -18,16 +18,19 @@ pub struct Phase {
     pub attitude: Matrix3,
     /// Angular momentum `Π = JΩ`, body axes [N·m·s].
     pub momentum: Vector3,
+    /// Momentum `μ = Σ a_i h_i` that the wheels store, body axes [N·m·s]; zero without wheels.
+    pub stored: Vector3,
 }
 
 impl Phase {
-    /// The phase of a boundary state of `problem`.
+    /// The phase of a boundary state of `problem`, with the wheels as they are at the start.
     pub fn of(problem: &Problem, state: &State) -> Self {
         Self {
             position: state.position,
             linear_momentum: problem.body.mass.unwrap_or(0.0) * state.velocity,
             attitude: state.attitude,
             momentum: problem.body.inertia.j() * state.angular_velocity,
+            stored: problem.actuation.stored_momentum(),
         }
     }
 
@@ -43,7 +46,7 @@ impl Phase {
     }
 
     pub(crate) fn is_finite(&self) -> bool {
-        let vectors = [&self.position, &self.linear_momentum, &self.momentum];
+        let vectors = [&self.position, &self.linear_momentum, &self.momentum, &self.stored];
         vectors.into_iter().flatten().chain(self.attitude.iter()).all(|value| value.is_finite())
     }
 }

@@ -14,7 +14,8 @@ pub(super) fn not_finite(trajectory: &Trajectory) -> usize {
     let Trajectory { angular_velocity, position, velocity, torque, force, .. } = trajectory;
     let vectors = [angular_velocity, position, velocity, torque, force].into_iter().flatten().flatten();
     let quaternions = trajectory.quaternion.iter().flatten();
-    let scalars = trajectory.time.iter().chain(&trajectory.input).chain(&trajectory.costates);
+    let Trajectory { time, input, costates, wheel_momentum, .. } = trajectory;
+    let scalars = [time, input, costates, wheel_momentum].into_iter().flatten();
     vectors.chain(quaternions).chain(scalars).filter(|value| !value.is_finite()).count()
 }
 
@@ -25,6 +26,7 @@ pub(super) fn fit(problem: &Problem, trajectory: &Trajectory) -> Result<(), Witn
     let moves = problem.motion == Motion::RigidBody;
     let on_se3 = |rows: usize| if moves { rows } else { 0 };
     let inputs = problem.actuation.count();
+    let wheels = problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len());
     let expected = [
         ("inputs in a row", trajectory.input_count, inputs),
         ("input numbers", trajectory.input.len(), outputs * inputs),
@@ -35,6 +37,7 @@ pub(super) fn fit(problem: &Problem, trajectory: &Trajectory) -> Result<(), Witn
         ("velocities", trajectory.velocity.len(), on_se3(nodes)),
         ("torques", trajectory.torque.len(), outputs),
         ("forces", trajectory.force.len(), on_se3(outputs)),
+        ("wheel momenta", trajectory.wheel_momentum.len(), nodes * wheels),
     ];
     match expected.into_iter().find(|(_, found, expected)| found != expected) {
         Some((what, found, expected)) => Err(WitnessError::Rows { what, found, expected }),
@@ -127,6 +130,9 @@ pub(super) fn compare(
         let time = (trajectory.time[node.index] - node.body.time()).abs() / scale.time;
         let states = state_difference(plant, trajectory, node.index, &phase, &scale);
         recorded = larger(larger(recorded, states), time);
+        for (found, momentum) in node.wheels.iter().zip(row_of(trajectory, node.index, node.wheels.len())) {
+            recorded = larger(recorded, (found - momentum).abs() * scale.time / scale.inertia);
+        }
         if let Some(row) = node.row() {
             let output: Output = inputs.row(row);
             peak_torque = larger(peak_torque, output.torque.norm());
@@ -139,6 +145,31 @@ pub(super) fn compare(
         node.measure(&mut meter);
     })?;
     Ok(Finding { end, recorded, peak_torque, peak_rate, margins: meter.margins() })
+}
+
+/// The recorded momenta of `count` wheels at a node.
+fn row_of(trajectory: &Trajectory, node: usize, count: usize) -> &[f64] {
+    &trajectory.wheel_momentum[node * count..(node + 1) * count]
+}
+
+/// How far the recorded states of a free body with wheels are from one total momentum `R(Π + μ)` in
+/// inertial space: the largest change, over the unit of momentum or the momentum itself. The rows must fit.
+pub(super) fn momentum_drift(plant: &Plant, trajectory: &Trajectory) -> f64 {
+    let problem = plant.problem;
+    let channel = &problem.actuation.torque;
+    let total = |node: usize| {
+        let attitude = lie::rotation_from_quaternion(&trajectory.quaternion[node]);
+        let stored = channel.output(row_of(trajectory, node, channel.count()));
+        let momentum = attitude * (problem.body.inertia.j() * trajectory.angular_velocity[node] + stored);
+        plant.to_reference(trajectory.time[node]).map_or(momentum, |frame| frame.tr_mul(&momentum))
+    };
+    let start = problem.start.attitude * {
+        let phase = Phase::of(problem, &problem.start);
+        phase.momentum + phase.stored
+    };
+    let scale = Scale::of(problem);
+    let unit = (scale.inertia / scale.time).max(start.norm());
+    (0..=problem.steps).fold(0.0, |drift, node| larger(drift, (total(node) - start).norm() / unit))
 }
 
 /// Scaled difference of the recorded state from `phase`.
@@ -161,6 +192,7 @@ fn state_difference(
             .map_or_else(Vector3::zeros, |velocity| velocity * problem.body.mass.unwrap_or(0.0)),
         attitude: lie::rotation_from_quaternion(&q),
         momentum: problem.body.inertia.j() * rate,
+        stored: phase.stored,
     };
     larger(scale.distance(&recorded, phase, problem.motion).largest(), (size - 1.0).abs())
 }
@@ -188,6 +220,7 @@ pub fn replay(problem: &Problem, inputs: &[f64]) -> Result<Trajectory, WitnessEr
             found.position.push(phase.position);
             found.velocity.push(phase.velocity(problem));
         }
+        found.wheel_momentum.extend(node.wheels);
         if let Some(row) = node.row() {
             let acting = plant.actuators(&phase.attitude, &rows.row(row));
             found.torque.push(acting.moment);
