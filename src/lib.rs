@@ -73,6 +73,8 @@
 
 pub mod actuation;
 pub mod body;
+#[cfg(feature = "sdp")]
+pub mod bound;
 pub mod constraint;
 mod convex;
 pub mod dynamics;

@@ -80,11 +80,14 @@ pub(crate) struct ConeSettings {
     pub max_iterations: u32,
     /// Wall clock of one solve \[s\]. Default: none.
     pub time_limit: f64,
+    /// Static regularisation of the linear systems, mended by iterative refinement. Default 1e-8, the solver's own; a
+    /// larger one carries semidefinite programs with solutions of rank one to the end, a smaller one does not.
+    pub regularization: f64,
 }
 
 impl Default for ConeSettings {
     fn default() -> Self {
-        Self { tolerance: 1e-9, max_iterations: 200, time_limit: f64::INFINITY }
+        Self { tolerance: 1e-9, max_iterations: 200, time_limit: f64::INFINITY, regularization: 1e-8 }
     }
 }
 
@@ -406,8 +409,13 @@ impl Program {
 
 impl ConeSettings {
     fn checked(&self) -> Result<DefaultSettings<f64>, ConeError> {
-        for (name, value) in [("tolerance", self.tolerance), ("time_limit", self.time_limit)] {
-            if value.is_nan() || value <= 0.0 || (name == "tolerance" && value >= 1.0) {
+        let below = [
+            ("tolerance", self.tolerance, 1.0),
+            ("regularization", self.regularization, 1.0),
+            ("time_limit", self.time_limit, f64::INFINITY),
+        ];
+        for (name, value, limit) in below {
+            if !(value > 0.0 && (value < limit || limit.is_infinite())) {
                 return Err(ConeError::Setting { name, value });
             }
         }
@@ -427,6 +435,7 @@ impl ConeSettings {
             tol_gap_abs: self.tolerance,
             tol_gap_rel: self.tolerance,
             tol_feas: self.tolerance,
+            static_regularization_constant: self.regularization,
             ..DefaultSettings::default()
         })
     }

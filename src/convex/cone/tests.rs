@@ -78,6 +78,23 @@ fn a_second_order_cone_has_its_bound_first() {
     close(optimum.objective, -(2.0f64.sqrt()));
 }
 
+#[cfg(feature = "sdp")]
+#[test]
+fn a_semidefinite_cone_is_packed_by_columns_with_root_two() {
+    // min 2a + c subject to [a 3; 3 c] ⪰ 0: ac = 9, so a = 3/√2, c = 3√2, and z has the same packing.
+    let root = 2.0f64.sqrt();
+    let rows = [(0, 0, -1.0), (2, 1, -1.0)];
+    let mut solver =
+        new(program(2, &[], &[2.0, 1.0], &rows, &[0.0, 3.0 * root, 0.0], &[Cone::Semidefinite(2)]));
+    let optimum = solved(&mut solver);
+    // On the boundary of the cone x is good to the root of the tolerance only.
+    let expected = [3.0 / root, 3.0 * root, 6.0 * root, 2.0, -2.0, 1.0];
+    let found = [optimum.x[0], optimum.x[1], optimum.objective, optimum.z[0], optimum.z[1], optimum.z[2]];
+    for (found, expected) in found.iter().zip(expected) {
+        assert!((found - expected).abs() < 1e-5, "{found} is not {expected}");
+    }
+}
+
 #[test]
 fn no_number_that_is_not_finite_reaches_the_solver() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
@@ -283,6 +300,10 @@ fn settings_are_checked_and_the_solver_is_silent_and_single() {
     }
     for bad in [f64::NAN, 0.0, -1.0] {
         let settings = ConeSettings { time_limit: bad, ..ConeSettings::default() };
+        assert!(matches!(ConeSolver::new(pinned(3.0), &settings), Err(ConeError::Setting { .. })));
+    }
+    for bad in [f64::NAN, 0.0, 1.0] {
+        let settings = ConeSettings { regularization: bad, ..ConeSettings::default() };
         assert!(matches!(ConeSolver::new(pinned(3.0), &settings), Err(ConeError::Setting { .. })));
     }
     let none = ConeSettings { max_iterations: 0, ..ConeSettings::default() };
