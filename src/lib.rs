@@ -90,6 +90,7 @@ pub mod planner;
 pub mod problem;
 mod proof;
 mod reachability;
+mod scp;
 pub mod settings;
 mod shooting;
 pub mod simulate;

@@ -75,6 +75,11 @@ impl Dynamics {
         Matrix3::from_diagonal_element(f_j_d.trace()) - f_j_d
     }
 
+    /// `B = h Fᵀ E⁻¹` of a drift: `ξ = B δΠ`.
+    pub(crate) fn drift_block(&self, drift: &Drift, e: &Matrix3) -> Matrix3 {
+        drift.f.transpose() * inverse3(e) * self.h
+    }
+
     /// Carries a costate forward over a drift, `λ' = A0⁻ᵀ λ`.
     #[inline(always)]
     pub(crate) fn drift_costate<const N: usize>(

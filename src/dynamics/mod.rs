@@ -12,6 +12,7 @@
 //! actuators that are fixed to the body or to the reference frame.
 
 pub(crate) mod drift;
+mod gyrostat;
 pub(crate) mod implicit;
 pub(crate) mod kick;
 pub(crate) mod lanes;
@@ -286,6 +287,24 @@ impl Dynamics {
         match &self.frame_turn {
             Some(turn) => attitude + turn.tr_mul(attitude),
             None => *attitude,
+        }
+    }
+
+    /// `R⁺` in the axes of the reference frame at the end of a step, from `R_k F_k`.
+    pub(crate) fn turned(&self, attitude: &Matrix3) -> Matrix3 {
+        match &self.frame_turn {
+            Some(turn) => attitude + turn * attitude,
+            None => *attitude,
+        }
+    }
+
+    /// Force and moment of the environment and their gradient, scaled; zero for a free body.
+    pub(crate) fn field(&self, pose: &Pose) -> (Wrench, Blocks) {
+        match &self.environment {
+            Some(environment) => {
+                (self.wrench(environment.as_ref(), pose), self.gradient(environment.as_ref(), pose))
+            }
+            None => (Wrench::zero(), Blocks::zero()),
         }
     }
 

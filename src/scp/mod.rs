@@ -1,0 +1,247 @@
+//! The convex road: sequential convex programming on the group.
+//!
+//! Around an iterate the chain of stages ([`model`]) and all limits ([`rows`]) are linear in tangent
+//! vectors, the cost is quadratic: a cone program ([`subproblem`]), with a trust region on the rotation
+//! of each node, a virtual control and slacks that keep it feasible. Its solution moves the iterate by
+//! the group's exponential. Near a solution, Newton on the optimality conditions takes over
+//! ([`polish`]): a converged point is a variational trajectory to round-off, and its multipliers are
+//! costates.
+
+mod banded;
+mod curvature;
+pub(crate) mod guess;
+pub(crate) mod iterate;
+pub(crate) mod model;
+mod polish;
+pub(crate) mod rows;
+mod subproblem;
+
+use crate::solution::Outcome;
+use curvature::{Multipliers, blocks, convexified};
+use iterate::{Evaluated, Iterate};
+use model::Model;
+use nalgebra::{DMatrix, DVector};
+use polish::{Polished, polish};
+use rows::Rows;
+use subproblem::{Failure, Move, Subproblem, Weights};
+
+/// Subproblems after which the iteration gives up.
+const MAX_SUBPROBLEMS: usize = 60;
+/// First and largest trust radius \[rad\]; below the smallest nothing moves.
+const RADIUS: (f64, f64, f64) = (0.7, 2.0, 1e-7);
+/// Share of the promised decrease that makes a move acceptable, and that makes the radius grow.
+const ACCEPT: f64 = 0.05;
+const GOOD: f64 = 0.7;
+
+/// What the iteration may do.
+#[derive(Clone, Debug)]
+pub(crate) struct Options {
+    /// Whether Newton may take over before the convex iteration itself has converged.
+    pub polish_early: bool,
+    /// Size of a move at which the convex iteration itself counts as converged.
+    pub tolerance: f64,
+    /// Residual of the polished point.
+    pub polish_tolerance: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { polish_early: true, tolerance: 1e-7, polish_tolerance: 1e-11 }
+    }
+}
+
+/// How the convex iteration ended.
+pub(crate) struct Convex {
+    pub outcome: Outcome,
+    /// The last iterate, and its multipliers.
+    pub iterate: Iterate,
+    pub multipliers: Multipliers,
+    pub cost: f64,
+    /// Subproblems solved.
+    pub subproblems: usize,
+    /// Size of defects after each subproblem, the first before any.
+    pub residuals: Vec<f64>,
+    /// The largest violations left, per group of rows.
+    pub violations: Vec<f64>,
+    /// The point that meets all conditions to round-off.
+    pub polished: Option<Polished>,
+    /// Wall time inside the cone solver \[s\].
+    pub cone_seconds: f64,
+    /// Interior-point iterations.
+    pub cone_iterations: u32,
+}
+
+/// The iteration.
+struct Scp<'a> {
+    model: &'a Model,
+    rows: &'a Rows,
+    options: &'a Options,
+    iterate: Iterate,
+    evaluated: Evaluated,
+    multipliers: Option<Multipliers>,
+    weights: Weights,
+    subproblem: Subproblem<'a>,
+    polished: Option<Polished>,
+    residuals: Vec<f64>,
+}
+
+/// Runs the convex iteration from an iterate. `None` where it cannot be evaluated at all.
+pub(crate) fn run(
+    model: &Model,
+    rows: &Rows,
+    start: Iterate,
+    multipliers: Option<Multipliers>,
+    options: &Options,
+    interrupt: &dyn Fn() -> Option<Outcome>,
+) -> Option<Convex> {
+    let evaluated = start.evaluate(model, rows).ok()?;
+    let weights = Weights { defect: 100.0, violation: vec![100.0; rows.groups.len()], radius: RADIUS.0 };
+    let residuals = vec![evaluated.largest_defect()];
+    let subproblem = Subproblem::new(model, rows);
+    let mut scp =
+        Scp { model, rows, options, iterate: start, evaluated, multipliers, weights, subproblem, polished: None, residuals };
+    let mut outcome = Outcome::IterationLimit;
+    let mut subproblems = 0;
+    while subproblems < MAX_SUBPROBLEMS {
+        if let Some(stopped) = interrupt() {
+            outcome = stopped;
+            break;
+        }
+        subproblems += 1;
+        if let Some(ended) = scp.advance() {
+            outcome = ended;
+            break;
+        }
+    }
+    Some(scp.conclude(outcome, subproblems))
+}
+
+impl Scp<'_> {
+    /// One subproblem; `Some` when the iteration ends.
+    fn advance(&mut self) -> Option<Outcome> {
+        let curvature = self.curvature();
+        let step = match self.subproblem.solve(&self.iterate, &self.evaluated, &curvature, &self.weights) {
+            Ok(step) => step,
+            Err(Failure::Time) => return Some(Outcome::TimeLimit),
+            Err(Failure::Numerical) => {
+                // Shorter steps and no curvature are the better conditioned subproblem.
+                self.weights.radius *= 0.25;
+                self.multipliers = None;
+                return (self.weights.radius < RADIUS.2).then_some(Outcome::Stalled);
+            }
+        };
+        let length = longest(self.model, &step);
+        let before = self.merit(&self.evaluated);
+        let candidate = self.iterate.moved(self.model, &step.states, &step.inputs, 1.0);
+        let evaluated = candidate.evaluate(self.model, self.rows);
+        let actual = evaluated.as_ref().map_or(f64::NEG_INFINITY, |evaluated| before - self.merit(evaluated));
+        let noise = 1e-12 * (1.0 + before.abs());
+        let ratio = (actual + noise) / (step.predicted.max(0.0) + noise);
+        let bounded = length >= 0.99 * self.weights.radius;
+        let accepted = ratio >= ACCEPT;
+        if std::env::var("SCP").is_ok() { eprintln!("  cost {:.4} inf {:.2e} pred {:.2e} act {:.2e} ratio {ratio:.2} len {length:.1e} radius {:.1e} left {:.1e} mu {:.1e} its {}", self.evaluated.cost, self.evaluated.infeasibility(), step.predicted, actual, self.weights.radius, step.left, self.weights.defect, step.work.iterations); }
+        self.reprice(&step);
+        if accepted {
+            if let Ok(evaluated) = evaluated {
+                (self.iterate, self.evaluated) = (candidate, evaluated);
+            }
+            self.multipliers = Some(step.multipliers.clone());
+            if ratio >= GOOD && bounded {
+                self.weights.radius = (2.5 * self.weights.radius).min(RADIUS.1);
+            } else if ratio < 0.25 {
+                self.weights.radius *= 0.5;
+            }
+        } else {
+            self.weights.radius = 0.3 * self.weights.radius.min(length);
+        }
+        self.residuals.push(self.evaluated.largest_defect());
+        let left = step.left * self.residuals.last().copied().unwrap_or(0.0);
+        let feasible = left < 1e-7 && step.slacks.iter().all(|slack| *slack < 1e-6);
+        let settled = accepted && length <= self.options.tolerance.max(1e-9) && feasible;
+        let near = accepted && feasible && !bounded && length < 0.5;
+        if (near && self.options.polish_early) || settled {
+            self.try_polish();
+        }
+        if settled || self.polished.is_some() {
+            return Some(Outcome::Converged);
+        }
+        (self.weights.radius < RADIUS.2).then_some(Outcome::Stalled)
+    }
+
+    /// The convex part of the Lagrangian's second derivatives; zero before there are multipliers.
+    fn curvature(&self) -> Vec<DMatrix<f64>> {
+        let n = self.model.n;
+        let none = || vec![DMatrix::zeros(n, n); self.model.steps + 1];
+        let Some(multipliers) = &self.multipliers else { return none() };
+        match blocks(self.model, self.rows, &self.iterate, &self.evaluated, multipliers) {
+            Ok(blocks) => blocks.iter().map(|block| convexified(&block.state)).collect(),
+            Err(_) => none(),
+        }
+    }
+
+    /// Cost and priced violations.
+    fn merit(&self, evaluated: &Evaluated) -> f64 {
+        let violations = evaluated.violations(self.rows);
+        let priced: f64 =
+            violations.iter().zip(&self.weights.violation).map(|(violation, weight)| violation * weight).sum();
+        evaluated.cost + self.weights.defect * evaluated.infeasibility() + priced
+    }
+
+    /// Keeps the prices above the multipliers, so that the merit function is exact.
+    fn reprice(&mut self, step: &Move) {
+        let costates = step.multipliers.costates.iter().map(|costate| costate.amax());
+        let largest = costates.fold(step.multipliers.terminal.amax(), f64::max);
+        self.weights.defect = self.weights.defect.max(2.0 * largest);
+        let mut sums = vec![0.0; self.weights.violation.len()];
+        for (row, multiplier) in self.rows.rows.iter().zip(&step.multipliers.rows) {
+            sums[row.group] += multiplier;
+        }
+        for ((weight, sum), slack) in self.weights.violation.iter_mut().zip(sums).zip(&step.slacks) {
+            // A slack in use at its full price: raise the price while that may help.
+            let paid = *slack > 1e-6 && *weight < 1e6;
+            *weight = weight.max(2.0 * sum.min(1e6)) * if paid { 3.0 } else { 1.0 };
+        }
+        if step.left * self.evaluated.largest_defect() > 1e-7 && self.weights.defect < 1e6 {
+            self.weights.defect *= 3.0;
+        }
+    }
+
+    fn try_polish(&mut self) {
+        let Some(multipliers) = &self.multipliers else { return };
+        let tolerance = self.options.polish_tolerance;
+        let Some(polished) = polish(self.model, self.rows, &self.iterate, multipliers, tolerance) else { return };
+        // Newton may run to a dearer stationary point; the convex iteration knows better.
+        let slack = 0.02 * self.evaluated.cost.abs() + self.weights.defect * self.evaluated.infeasibility();
+        if polished.cost <= self.evaluated.cost + slack {
+            self.polished = Some(polished);
+        }
+    }
+
+    fn conclude(self, outcome: Outcome, subproblems: usize) -> Convex {
+        let zeros = || Multipliers {
+            costates: vec![DVector::zeros(self.model.n); self.model.steps + 1],
+            terminal: DVector::zeros(self.model.terminal_count()),
+            rows: vec![0.0; self.rows.rows.len()],
+        };
+        Convex {
+            outcome,
+            cost: self.evaluated.cost,
+            violations: self.evaluated.violations(self.rows),
+            multipliers: self.multipliers.unwrap_or_else(zeros),
+            iterate: self.iterate,
+            subproblems,
+            residuals: self.residuals,
+            polished: self.polished,
+            cone_seconds: self.subproblem.seconds,
+            cone_iterations: self.subproblem.iterations,
+        }
+    }
+}
+
+/// The largest rotation of a node in a move \[rad\].
+fn longest(model: &Model, step: &Move) -> f64 {
+    step.states.iter().map(|z| z.rows(model.zeta(), 3).norm()).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests;

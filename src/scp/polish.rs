@@ -1,0 +1,348 @@
+//! The last digits: semismooth Newton on the conditions of Karush, Kuhn and Tucker.
+//!
+//! ```text
+//! κ W u_k + B_kᵀ λ_{k−1} + Σ ν ∂c/∂u = 0            λ_{k−1} = A_kᵀ λ_k + Σ ν ∂c/∂y
+//! defects = 0 ,  e = 0 ,                            ν ≥ 0 ,  c ≤ 0 ,  ν c = 0
+//! ```
+//!
+//! A row acts where `ν + ρ c > 0`: then `c = 0` is an equation, else `ν = 0`. That is Newton's method
+//! on the complementarity, and the primal-dual active set method; it finds the active set by itself
+//! from a near one. Ordered stage by stage the matrix is a band.
+
+use super::banded::Banded;
+use super::curvature::{Multipliers, blocks};
+use super::iterate::{Evaluated, Iterate};
+use super::model::Model;
+use super::rows::{Rows, Value};
+use nalgebra::DVector;
+
+/// Newton iterations after which the active set is taken not to settle.
+const MAX_ITERATIONS: usize = 30;
+/// Steps that turn a node by more than this \[rad\] are shortened.
+const LONGEST_TURN: f64 = 0.4;
+/// Proximal term on the multipliers: keeps the matrix regular where rows repeat each other, and
+/// vanishes from the solution.
+const PROXIMAL: f64 = 1e-11;
+
+/// A point that meets the conditions.
+pub(crate) struct Polished {
+    pub iterate: Iterate,
+    pub multipliers: Multipliers,
+    pub cost: f64,
+    /// Largest residual of all conditions, costates relative to the largest one.
+    pub residual: f64,
+    pub iterations: usize,
+}
+
+/// Polishes an iterate; `None` where Newton does not settle.
+pub(crate) fn polish(
+    model: &Model,
+    rows: &Rows,
+    iterate: &Iterate,
+    multipliers: &Multipliers,
+    tolerance: f64,
+) -> Option<Polished> {
+    let mut iterate = iterate.clone();
+    let mut multipliers = multipliers.clone();
+    let mut best: Option<Polished> = None;
+    let mut idle = 0;
+    for iteration in 0..MAX_ITERATIONS {
+        let mut evaluated = iterate.evaluate(model, rows).ok()?;
+        evaluated.rows.iter_mut().for_each(|value| *value = value.smooth());
+        let active = active(&evaluated, &multipliers, iteration == 0);
+        for (multiplier, active) in multipliers.rows.iter_mut().zip(&active) {
+            if !active {
+                *multiplier = 0.0;
+            }
+        }
+        let residuals = Residuals::of(model, rows, &iterate, &evaluated, &multipliers);
+        let size = residuals.largest(&evaluated, &multipliers, &active);
+        if best.as_ref().is_none_or(|best| size < best.residual) {
+            let better = best.as_ref().is_none_or(|best| size < 0.5 * best.residual);
+            idle = if better { 0 } else { idle + 1 };
+            best = Some(Polished {
+                iterate: iterate.clone(),
+                multipliers: multipliers.clone(),
+                cost: evaluated.cost,
+                residual: size,
+                iterations: iteration,
+            });
+        } else {
+            idle += 1;
+        }
+        let floor = best.as_ref().is_some_and(|best| best.residual <= tolerance);
+        if (floor && idle >= 1) || size <= 1e-3 * tolerance || idle >= 12 {
+            break;
+        }
+        let Some((states, inputs, change)) =
+            direction(model, rows, &iterate, &evaluated, &multipliers, &residuals, &active)
+        else {
+            break;
+        };
+        let turn = |z: &DVector<f64>| z.rows(model.zeta(), 3).norm();
+        let longest = states.iter().map(turn).fold(0.0, f64::max);
+        let fraction = if longest > LONGEST_TURN { LONGEST_TURN / longest } else { 1.0 };
+        iterate = iterate.moved(model, &states, &inputs, fraction);
+        for (costate, delta) in multipliers.costates.iter_mut().zip(&change.costates) {
+            *costate += delta * fraction;
+        }
+        multipliers.terminal += &change.terminal * fraction;
+        for (multiplier, delta) in multipliers.rows.iter_mut().zip(&change.rows) {
+            *multiplier += delta * fraction;
+        }
+    }
+    best.filter(|best| best.residual <= tolerance)
+}
+
+/// Which rows act. At first those with a multiplier that is not round-off.
+fn active(evaluated: &Evaluated, multipliers: &Multipliers, first: bool) -> Vec<bool> {
+    let largest = multipliers.rows.iter().fold(0.0f64, |largest, value| largest.max(*value));
+    let rho = largest.max(1e-3);
+    let acts = |(value, multiplier): (&Value, &f64)| match value {
+        Value::Half { c, .. } if first => multiplier + 0.1 * rho * c > 0.0 && *multiplier > 1e-6 * rho || *c > 1e-9,
+        Value::Half { c, .. } => multiplier + rho * c > 0.0,
+        _ => false,
+    };
+    evaluated.rows.iter().zip(&multipliers.rows).map(acts).collect()
+}
+
+/// Residuals of stationarity, by stage.
+struct Residuals {
+    inputs: Vec<DVector<f64>>,
+    states: Vec<DVector<f64>>,
+    /// Scale of the costates.
+    scale: f64,
+}
+
+impl Residuals {
+    fn of(
+        model: &Model,
+        rows: &Rows,
+        iterate: &Iterate,
+        evaluated: &Evaluated,
+        multipliers: &Multipliers,
+    ) -> Self {
+        let first = model.first_input();
+        let mut inputs = Vec::with_capacity(model.steps + 1);
+        let mut states = Vec::with_capacity(model.steps + 1);
+        for stage in 0..=model.steps {
+            let costate = &multipliers.costates[stage];
+            let slope = if stage == 0 { &evaluated.opening_slope } else { &evaluated.steps[stage - 1].b };
+            let u = DVector::from_column_slice(&iterate.inputs[stage]);
+            let weight = model.kick_weight(stage);
+            inputs.push(if stage >= first {
+                &model.weight * u * weight + slope.tr_mul(costate)
+            } else {
+                DVector::zeros(model.m)
+            });
+            states.push(if stage < model.steps {
+                evaluated.steps[stage].a.tr_mul(&multipliers.costates[stage + 1]) - costate
+            } else {
+                evaluated.terminal_slope.tr_mul(&multipliers.terminal) - costate
+            });
+        }
+        for ((row, value), multiplier) in rows.rows.iter().zip(&evaluated.rows).zip(&multipliers.rows) {
+            let Value::Half { state, inputs: by_inputs, next, .. } = value else { continue };
+            if *multiplier == 0.0 {
+                continue;
+            }
+            if let Some(slope) = state {
+                states[row.stage] += slope * *multiplier;
+            }
+            if let Some(slope) = by_inputs {
+                inputs[row.stage] += slope * *multiplier;
+            }
+            if let Some(slope) = next {
+                inputs[row.stage + 1] += slope * *multiplier;
+            }
+        }
+        let scale = multipliers.costates.iter().map(|costate| costate.amax()).fold(1.0, f64::max);
+        Self { inputs, states, scale }
+    }
+
+    fn largest(&self, evaluated: &Evaluated, multipliers: &Multipliers, active: &[bool]) -> f64 {
+        let norm = |list: &[DVector<f64>]| list.iter().map(|value| value.amax()).fold(0.0, f64::max);
+        // Inputs enter with the weight of a kick: compare them as the inputs they are.
+        let steps = self.inputs.len() as f64;
+        let mut largest = (norm(&self.inputs) * steps).max(norm(&self.states)) / self.scale;
+        largest = largest.max(evaluated.largest_defect());
+        for ((value, multiplier), active) in evaluated.rows.iter().zip(&multipliers.rows).zip(active) {
+            let Value::Half { c, .. } = value else { continue };
+            largest = largest.max(if *active { c.abs() } else { c.max(0.0) });
+            largest = largest.max(-multiplier / self.scale);
+        }
+        if largest.is_nan() { f64::INFINITY } else { largest }
+    }
+}
+
+/// Where each unknown of a stage stands: costate, inputs, multipliers of its acting rows, state.
+struct Layout {
+    costate: Vec<usize>,
+    inputs: Vec<usize>,
+    states: Vec<usize>,
+    rows: Vec<Option<usize>>,
+    terminal: usize,
+    size: usize,
+}
+
+impl Layout {
+    fn of(model: &Model, rows: &Rows, active: &[bool]) -> Self {
+        let mut layout = Self {
+            costate: Vec::new(),
+            inputs: Vec::new(),
+            states: Vec::new(),
+            rows: vec![None; active.len()],
+            terminal: 0,
+            size: 0,
+        };
+        let mut at = 0;
+        let mut row = 0;
+        for stage in 0..=model.steps {
+            layout.costate.push(at);
+            at += model.n;
+            layout.inputs.push(at);
+            at += model.m;
+            while row < rows.rows.len() && rows.rows[row].stage == stage {
+                if active[row] {
+                    layout.rows[row] = Some(at);
+                    at += 1;
+                }
+                row += 1;
+            }
+            layout.states.push(at);
+            at += model.n;
+        }
+        layout.terminal = at;
+        layout.size = at + model.terminal_count();
+        layout
+    }
+}
+
+/// The Newton direction: changes of states, inputs and multipliers.
+#[allow(clippy::type_complexity)]
+fn direction(
+    model: &Model,
+    rows: &Rows,
+    iterate: &Iterate,
+    evaluated: &Evaluated,
+    multipliers: &Multipliers,
+    residuals: &Residuals,
+    active: &[bool],
+) -> Option<(Vec<DVector<f64>>, Vec<DVector<f64>>, Multipliers)> {
+    let curvature = blocks(model, rows, iterate, evaluated, multipliers).ok()?;
+    let layout = Layout::of(model, rows, active);
+    let (n, m) = (model.n, model.m);
+    let mut entries: Vec<(usize, usize, f64)> = Vec::new();
+    let mut both = |row: usize, column: usize, value: f64| {
+        entries.push((row, column, value));
+        entries.push((column, row, value));
+    };
+    let mut right = vec![0.0; layout.size];
+    for stage in 0..=model.steps {
+        let (l, u, z) = (layout.costate[stage], layout.inputs[stage], layout.states[stage]);
+        for i in 0..n {
+            both(l + i, z + i, -1.0);
+            right[l + i] = -evaluated.defects[stage][i];
+            right[z + i] = -residuals.states[stage][i];
+        }
+        let slope = if stage == 0 { &evaluated.opening_slope } else { &evaluated.steps[stage - 1].b };
+        for j in 0..m {
+            right[u + j] = -residuals.inputs[stage][j];
+            for i in 0..n {
+                both(l + i, u + j, slope[(i, j)]);
+            }
+        }
+        if stage > 0 {
+            let before = layout.states[stage - 1];
+            let a = &evaluated.steps[stage - 1].a;
+            for i in 0..n {
+                for j in 0..n {
+                    both(l + i, before + j, a[(i, j)]);
+                }
+            }
+        }
+        if let Some(next) = &curvature[stage].next {
+            let after = layout.inputs[stage + 1];
+            for i in 0..n {
+                for j in 0..m {
+                    both(z + i, after + j, next[(i, j)]);
+                }
+            }
+        }
+        if let Some(mixed) = &curvature[stage].mixed {
+            for i in 0..n {
+                for j in 0..m {
+                    both(z + i, u + j, mixed[(i, j)]);
+                }
+            }
+        }
+    }
+    let t = layout.terminal;
+    for i in 0..model.terminal_count() {
+        right[t + i] = -evaluated.terminal[i];
+        for j in 0..n {
+            both(t + i, layout.states[model.steps] + j, evaluated.terminal_slope[(i, j)]);
+        }
+    }
+    for (index, place) in layout.rows.iter().enumerate() {
+        let Some(place) = *place else { continue };
+        let Value::Half { c, state, inputs, next } = &evaluated.rows[index] else { continue };
+        let stage = rows.rows[index].stage;
+        right[place] = -c;
+        let parts = [
+            (state, layout.states[stage]),
+            (inputs, layout.inputs[stage]),
+            (next, layout.inputs[(stage + 1).min(model.steps)]),
+        ];
+        for (slope, at) in parts {
+            for (offset, value) in slope.iter().flat_map(|slope| slope.iter().enumerate()) {
+                both(place, at + offset, *value);
+            }
+        }
+    }
+    // The diagonal blocks, once each.
+    for stage in 0..=model.steps {
+        let (u, z) = (layout.inputs[stage], layout.states[stage]);
+        let weight = model.kick_weight(stage);
+        for i in 0..m {
+            for j in 0..m {
+                let rows = curvature[stage].inputs.as_ref().map_or(0.0, |inputs| inputs[(i, j)]);
+                // Lie–Euler has no u_0: keep it where it is.
+                let own = if weight > 0.0 { model.weight[(i, j)] * weight } else { f64::from(u8::from(i == j)) };
+                entries.push((u + i, u + j, own + rows));
+            }
+        }
+        for i in 0..n {
+            for j in 0..n {
+                entries.push((z + i, z + j, curvature[stage].state[(i, j)]));
+            }
+        }
+    }
+    for place in layout.rows.iter().flatten() {
+        entries.push((*place, *place, -PROXIMAL));
+    }
+    let half = entries
+        .iter()
+        .filter(|(_, _, value)| *value != 0.0)
+        .map(|(row, column, _)| row.abs_diff(*column))
+        .max()
+        .unwrap_or(0);
+    let mut band = Banded::new(layout.size, half);
+    for (row, column, value) in entries {
+        if value != 0.0 {
+            band.add(row, column, value);
+        }
+    }
+    if !band.solve(&mut right) {
+        return None;
+    }
+    let part = |at: usize, count: usize| DVector::from_column_slice(&right[at..at + count]);
+    let states = layout.states.iter().map(|at| part(*at, n)).collect();
+    let inputs = layout.inputs.iter().map(|at| part(*at, m)).collect();
+    let change = Multipliers {
+        costates: layout.costate.iter().map(|at| part(*at, n)).collect(),
+        terminal: part(t, model.terminal_count()),
+        rows: layout.rows.iter().map(|at| at.map_or(0.0, |at| right[at])).collect(),
+    };
+    Some((states, inputs, change))
+}
