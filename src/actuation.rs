@@ -275,6 +275,12 @@ impl Actuation {
         }
     }
 
+    /// The same actuators without limits, and as if no wheel stored what they give.
+    pub(crate) fn without_limits(&self) -> Self {
+        let free = |channel: &Channel| Channel { limits: Limits::default(), ..channel.clone() };
+        Self { torque: free(&self.torque), force: self.force.as_ref().map(free), wheels: None }
+    }
+
     /// Whether any input has a limit, or stores its momentum in a wheel.
     pub fn is_limited(&self) -> bool {
         let force = self.force.as_ref().is_some_and(|channel| !channel.limits().is_none());

@@ -1,13 +1,15 @@
 //! The planner: every sense and winding, each up the ladder, the extremals compared.
 
+mod constrained;
 pub(crate) mod continuation;
+mod detour;
 pub(crate) mod geodesic;
 mod ladder;
 pub(crate) mod record;
 
 use crate::problem::{Motion, Problem, ProblemError};
 use crate::reachability;
-use crate::settings::{Settings, SettingsError};
+use crate::settings::{Method, Settings, SettingsError};
 use crate::shooting::driver::Report;
 use crate::solution::{Outcome, RungReport, Solution};
 use std::cell::{Cell, RefCell};
@@ -152,6 +154,9 @@ pub fn solve(
         return Ok(Solution { outcome: Outcome::Unreachable, obstruction: Some(obstruction), ..unsolved });
     }
     let context = Context::new(settings, observer);
+    if settings.method == Method::Scp || (problem.is_constrained() && settings.method == Method::Auto) {
+        return Ok(constrained::solve(problem, &context));
+    }
     Ok(match problem.motion {
         Motion::Attitude => ladder::solve::<6>(problem, &context, guess),
         Motion::RigidBody => ladder::solve::<12>(problem, &context, guess),

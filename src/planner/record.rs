@@ -1,12 +1,13 @@
 //! From the sweep's scaled nodes to a trajectory in SI units.
 
-use crate::Vector3;
+
 use crate::actuation::{AxisFrame, Channel};
 use crate::dynamics::{Point, StepError};
 use crate::extremal::{End, Extremal, Node};
 use crate::lie;
 use crate::problem::{Motion, Problem, Scheme};
 use crate::solution::{Sense, TerminalError, Trajectory};
+use crate::{Matrix3, Vector3};
 use nalgebra::SVector;
 
 /// A recorded sweep.
@@ -121,7 +122,7 @@ fn push_inputs(trajectory: &mut Trajectory, channel: &Channel, costate: &Vector3
 }
 
 /// The sign of a quaternion that continues the one before.
-fn continued(before: Option<&[f64; 4]>, quaternion: [f64; 4]) -> [f64; 4] {
+pub(crate) fn continued(before: Option<&[f64; 4]>, quaternion: [f64; 4]) -> [f64; 4] {
     match before {
         Some(before) if dot(before, &quaternion) < 0.0 => quaternion.map(|value| -value),
         _ => quaternion,
@@ -141,9 +142,32 @@ pub(crate) fn way_round<const N: usize>(
     costate: &SVector<f64, N>,
 ) -> Result<Way, StepError> {
     let path = lift(extremal, costate)?;
+    let sense = sense(extremal, &path.end.attitude.value, &path.quaternion)?;
+    Ok(Way { sense, turned_deg: path.turned.to_degrees(), rotation: path.rotation })
+}
+
+/// The sense of a path given by its attitudes, node after node.
+pub(crate) fn sense_of<const N: usize>(
+    extremal: &Extremal<N>,
+    attitudes: &[Matrix3],
+) -> Result<Sense, StepError> {
+    let mut quaternion = None;
+    for attitude in attitudes {
+        quaternion = Some(continued(quaternion.as_ref(), lie::quaternion_from_rotation(attitude)));
+    }
+    let end = attitudes.last().copied().unwrap_or_else(Matrix3::identity);
+    sense(extremal, &end, &quaternion.unwrap_or([1.0, 0.0, 0.0, 0.0]))
+}
+
+/// Which sheet of the double cover a path ends on, against the ballistic motion.
+fn sense<const N: usize>(
+    extremal: &Extremal<N>,
+    end: &Matrix3,
+    lifted: &[f64; 4],
+) -> Result<Sense, StepError> {
     let ballistic = lift(extremal, &SVector::zeros())?;
     let from = &ballistic.end.attitude.value;
-    let rest = lie::log(&from.tr_mul(&path.end.attitude.value));
+    let rest = lie::log(&from.tr_mul(end));
     // Short steps along the shortest rotation carry the ballistic sheet to the end of the path.
     let parts = 16;
     let mut carried = ballistic.quaternion;
@@ -151,8 +175,7 @@ pub(crate) fn way_round<const N: usize>(
         let attitude = from * lie::exp(&(rest * (f64::from(index) / f64::from(parts))));
         carried = continued(Some(&carried), lie::quaternion_from_rotation(&attitude));
     }
-    let sense = if dot(&carried, &path.quaternion) >= 0.0 { Sense::Short } else { Sense::Long };
-    Ok(Way { sense, turned_deg: path.turned.to_degrees(), rotation: path.rotation })
+    Ok(if dot(&carried, lifted) >= 0.0 { Sense::Short } else { Sense::Long })
 }
 
 /// A sweep followed on the double cover.

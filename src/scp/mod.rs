@@ -13,6 +13,7 @@ pub(crate) mod guess;
 pub(crate) mod iterate;
 pub(crate) mod model;
 mod polish;
+pub(crate) mod record;
 pub(crate) mod rows;
 mod subproblem;
 
@@ -69,6 +70,19 @@ pub(crate) struct Convex {
     pub cone_seconds: f64,
     /// Interior-point iterations.
     pub cone_iterations: u32,
+}
+
+impl Convex {
+    /// How far the last iterate is from a maneuver: the largest defect or violation.
+    pub fn miss(&self) -> f64 {
+        let defect = self.residuals.last().copied().unwrap_or(f64::INFINITY);
+        self.violations.iter().fold(defect, |miss, violation| miss.max(*violation))
+    }
+}
+
+/// Multipliers to start from: costates of another grid, and no row acting yet.
+pub(crate) fn seeded(rows: &Rows, costates: Vec<DVector<f64>>, terminal: DVector<f64>) -> Multipliers {
+    Multipliers { costates, terminal, rows: vec![0.0; rows.rows.len()] }
 }
 
 /// The iteration.

@@ -1,0 +1,417 @@
+//! Maneuvers under limits and constraints: the convex road, from seeds that the shooting and geometry
+//! give, on a coarse grid first.
+//!
+//! The relaxed maneuver, without limits, is solved by shooting for each sense. Where the best of those
+//! meets every limit it is the answer. Otherwise each relaxed path, and its detours around the cones it
+//! crosses, seeds a convex iteration on a coarse grid; the cheapest is carried to the requested grid.
+
+use super::detour::{Seed, detours};
+use super::{Context, ladder, record};
+use crate::dynamics::Dynamics;
+use crate::environment::Pose;
+use crate::extremal::Extremal;
+use crate::lie;
+use crate::problem::{Motion, Path, Problem};
+use crate::scp::{self, Convex, Options, guess, model::Model, rows::Rows};
+use crate::settings::Method;
+use crate::shooting::driver::Report;
+use crate::solution::{ActiveConstraint, Optimality, Outcome, Rival, RungReport, Solution, Sense, TerminalError, Trajectory};
+use crate::{Matrix3, Vector3};
+use nalgebra::DVector;
+
+/// Steps of the coarse grid: enough for the angle per step and for cones between the nodes.
+const COARSE_STEPS: usize = 24;
+/// Largest angle per step of the coarse grid \[rad\].
+const COARSE_ANGLE: f64 = 0.3;
+/// A relaxed cost this much above a feasible one is not worth its seeds: limits only make it dearer.
+const HOPELESS: f64 = 1.0;
+
+/// A converged maneuver on some grid.
+struct Found {
+    name: String,
+    convex: Convex,
+    cost: f64,
+    /// Subproblems and Newton iterations of this seed so far.
+    spent: usize,
+}
+
+/// Solves a checked problem by the convex road.
+pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
+    let mut rungs = Vec::new();
+    let relaxed = relaxed(problem);
+    let free_choice = context.settings.method == Method::Auto;
+    let senses: &[Path] = match problem.path {
+        Path::Best => &[Path::Shortest, Path::Long],
+        ref other => std::slice::from_ref(other),
+    };
+    let coarse = coarse_steps(problem);
+    let mut seeds: Vec<(f64, Seed)> = Vec::new();
+    for sense in senses {
+        let asked = relaxed.clone().with_steps(coarse).with_path(*sense);
+        let mut solution = shoot(&asked, context);
+        rungs.append(&mut solution.ladder);
+        if solution.outcome == Outcome::Converged {
+            let name = if *sense == Path::Long { "long" } else { "short" };
+            let poses = poses(&solution.trajectory, &Dynamics::new(&asked, coarse));
+            seeds.push((solution.cost, Seed { name: name.into(), poses }));
+        }
+    }
+    seeds.sort_by(|a, b| a.0.total_cmp(&b.0));
+    if free_choice && let Some(best) = unlimited(problem, &relaxed, &seeds, context, &mut rungs) {
+        return best;
+    }
+    let model = Model::new(problem, coarse);
+    if seeds.is_empty() {
+        seeds.push((0.0, Seed { name: "straight".into(), poses: straight(&model) }));
+    }
+    let mut search = Search { problem, context, rungs, found: Vec::new(), best_failure: None };
+    let rows = Rows::of(problem, &model);
+    for (cost, seed) in seeds {
+        let hopeless = search.found.iter().any(|found| found.cost * HOPELESS < cost / model.dynamics.units.cost);
+        if hopeless || context.interrupt().is_some() {
+            continue;
+        }
+        for seed in detours(problem, &model.dynamics.frame_rate(), seed) {
+            search.descend(&model, &rows, seed);
+        }
+    }
+    search.conclude(&model)
+}
+
+/// The maneuver without limits, constraints and wheels.
+fn relaxed(problem: &Problem) -> Problem {
+    let mut relaxed = problem.clone();
+    relaxed.constraints.clear();
+    relaxed.actuation = problem.actuation.without_limits();
+    relaxed
+}
+
+/// The shooting on a problem without limits.
+fn shoot(problem: &Problem, context: &Context) -> Solution {
+    match problem.motion {
+        Motion::Attitude => ladder::solve::<6>(problem, context, None),
+        Motion::RigidBody => ladder::solve::<12>(problem, context, None),
+    }
+}
+
+/// The relaxed solution where it meets every limit as it is.
+fn unlimited(
+    problem: &Problem,
+    relaxed: &Problem,
+    seeds: &[(f64, Seed)],
+    context: &Context,
+    rungs: &mut Vec<RungReport>,
+) -> Option<Solution> {
+    let (_, seed) = seeds.first()?;
+    if problem.actuation.wheels.is_some() {
+        return None;
+    }
+    // On the coarse grid first: a clear violation there spares the fine solve.
+    let steps = seed.poses.len() - 1;
+    let model = Model::new(problem, steps);
+    let rows = Rows::of(problem, &model);
+    let clear = |worst: f64, room: f64| worst < room;
+    let iterate = guess::along(&model, &Rows::default(), &seed.poses);
+    let worst = |iterate: &scp::iterate::Iterate, model: &Model, rows: &Rows| {
+        let evaluated = iterate.evaluate(model, rows).ok()?;
+        Some(evaluated.rows.iter().map(|value| value.violation()).fold(f64::NEG_INFINITY, f64::max))
+    };
+    if !clear(worst(&iterate, &model, &rows)?, 0.05) {
+        return None;
+    }
+    let mut solution = shoot(relaxed, context);
+    if solution.outcome != Outcome::Converged {
+        rungs.append(&mut solution.ladder);
+        return None;
+    }
+    let model = Model::new(problem, problem.steps);
+    let rows = Rows::of(problem, &model);
+    let mut iterate = guess::along(&model, &Rows::default(), &poses(&solution.trajectory, &model.dynamics));
+    let first = model.first_input();
+    for stage in first..=problem.steps {
+        let inputs = solution.trajectory.inputs(stage - first);
+        iterate.inputs[stage] = inputs.iter().zip(&model.input_unit).map(|(u, unit)| u / unit).collect();
+    }
+    if clear(worst(&iterate, &model, &rows)?, 0.0) {
+        rungs.append(&mut solution.ladder);
+        solution.ladder = std::mem::take(rungs);
+        solution.solve_time = context.began.elapsed().as_secs_f64();
+        return Some(solution);
+    }
+    rungs.append(&mut solution.ladder);
+    None
+}
+
+/// Poses of a recorded trajectory, scaled.
+fn poses(trajectory: &Trajectory, dynamics: &Dynamics) -> Vec<Pose> {
+    let pose = |(index, quaternion): (usize, &[f64; 4])| Pose {
+        position: trajectory.position.get(index).map_or(Vector3::zeros(), |x| x / dynamics.units.length),
+        attitude: lie::project_to_rotation(&lie::rotation_from_quaternion(quaternion)),
+    };
+    trajectory.quaternion.iter().enumerate().map(pose).collect()
+}
+
+/// The cubic along the shortest rotation.
+fn straight(model: &Model) -> Vec<Pose> {
+    let relative = lie::log(&model.start.attitude.tr_mul(&model.target.attitude));
+    let pose = |stage: usize| {
+        let t = stage as f64 * model.h;
+        let along = 3.0 * t * t - 2.0 * t * t * t;
+        Pose {
+            position: model.start.position + (model.target.position - model.start.position) * along,
+            attitude: model.start.attitude * lie::exp(&(relative * along)),
+        }
+    };
+    (0..=model.steps).map(pose).collect()
+}
+
+fn coarse_steps(problem: &Problem) -> usize {
+    let rate = problem.start.angular_velocity.norm().max(problem.end.angular_velocity.norm());
+    let relative = problem.start.attitude.tr_mul(&problem.end.attitude);
+    let angle = lie::log(&relative).norm();
+    // The fastest moment of a rest-to-rest slew is 1.5 times its mean rate.
+    let needed = ((1.5 * angle + rate * problem.duration) / COARSE_ANGLE).ceil();
+    let coarse = (needed.min(1e6) as usize).max(COARSE_STEPS).next_multiple_of(2);
+    if 3 * coarse <= 2 * problem.steps { coarse } else { problem.steps }
+}
+
+struct Search<'a, 'c> {
+    problem: &'a Problem,
+    context: &'a Context<'c>,
+    rungs: Vec<RungReport>,
+    found: Vec<Found>,
+    /// The nearest miss: its size, its name, its grid and where it ended.
+    best_failure: Option<(f64, String, Model, Convex)>,
+}
+
+impl Search<'_, '_> {
+    /// One convex iteration from a seed.
+    fn descend(&mut self, model: &Model, rows: &Rows, seed: Seed) {
+        let start = guess::along(model, rows, &seed.poses);
+        self.context.enter("scp", &seed.name, model.steps);
+        let interrupt = || self.context.interrupt();
+        let Some(convex) = scp::run(model, rows, start, None, &Options::default(), &interrupt) else { return };
+        self.note(model.steps, &seed.name, &convex);
+        self.keep(model, seed.name, convex, 0);
+    }
+
+    fn note(&mut self, steps: usize, name: &str, convex: &Convex) {
+        let report = Report {
+            outcome: convex.outcome,
+            iterations: convex.subproblems,
+            residuals: convex.residuals.clone(),
+        };
+        self.context.enter("scp", name, steps);
+        self.context.note(steps, &report);
+        if let Some(polished) = &convex.polished {
+            let residuals = vec![convex.residuals.last().copied().unwrap_or(f64::NAN), polished.residual];
+            let report = Report { outcome: Outcome::Converged, iterations: polished.iterations, residuals };
+            self.context.enter("polish", name, steps);
+            self.context.note(steps, &report);
+        }
+    }
+
+    fn keep(&mut self, model: &Model, name: String, convex: Convex, spent: usize) {
+        let newton = convex.polished.as_ref().map_or(0, |polished| polished.iterations);
+        let spent = spent + convex.subproblems + newton;
+        match &convex.polished {
+            Some(polished) => {
+                let cost = polished.cost;
+                let same = |found: &Found| (found.cost - cost).abs() <= 1e-9 * cost.abs().max(1e-12);
+                if !self.found.iter().any(same) {
+                    self.found.push(Found { name, convex, cost, spent });
+                }
+                self.found.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            }
+            None => {
+                let miss = convex.miss();
+                if self.best_failure.as_ref().is_none_or(|failure| miss < failure.0) {
+                    self.best_failure = Some((miss, name, model.clone(), convex));
+                }
+            }
+        }
+    }
+
+    /// Carries the cheapest to the requested grid and records it.
+    fn conclude(mut self, coarse: &Model) -> Solution {
+        let problem = self.problem;
+        let unsolved = Solution::unsolved(problem, self.context.settings.tolerance);
+        let mut solution = Solution { method: Method::Scp, ..unsolved };
+        let found = std::mem::take(&mut self.found);
+        let rivals: Vec<(String, f64)> = found.iter().map(|found| (found.name.clone(), found.cost)).collect();
+        let fine = Model::new(problem, problem.steps);
+        let rows = Rows::of(problem, &fine);
+        let mut winner = None;
+        if coarse.steps == problem.steps {
+            winner = found.into_iter().next();
+        } else {
+            for candidate in found {
+                if self.context.interrupt().is_some() {
+                    break;
+                }
+                if let Some(refined) = self.refine(coarse, &fine, &rows, candidate) {
+                    winner = Some(refined);
+                    break;
+                }
+            }
+        }
+        let unit = fine.dynamics.units.cost;
+        match winner {
+            Some(found) => {
+                solution.rivals = rivals
+                    .into_iter()
+                    .filter(|(name, _)| *name != found.name)
+                    .map(|(start, cost)| Rival {
+                        sense: Sense::Short,
+                        start,
+                        cost: cost * unit,
+                        conjugate_points: None,
+                        turned_deg: f64::NAN,
+                    })
+                    .collect();
+                self.fill(&mut solution, &fine, &rows, found);
+            }
+            None => {
+                if let Some((_, name, model, convex)) = self.best_failure.take() {
+                    solution.outcome = convex.outcome;
+                    solution.start = name;
+                    solution.iterations = convex.subproblems;
+                    if model.steps == problem.steps {
+                        self.write(&mut solution, &model, &convex.iterate, &convex.multipliers.costates);
+                    }
+                }
+                if solution.outcome == Outcome::Converged {
+                    solution.outcome = Outcome::Stalled;
+                }
+                if let Some(stopped) = self.context.interrupt() {
+                    solution.outcome = stopped;
+                }
+            }
+        }
+        self.rungs.append(&mut self.context.ladder.take());
+        solution.ladder = self.rungs;
+        solution.solve_time = self.context.began.elapsed().as_secs_f64();
+        solution
+    }
+
+    /// A coarse solution carried to the fine grid.
+    fn refine(&mut self, coarse: &Model, fine: &Model, rows: &Rows, found: Found) -> Option<Found> {
+        let polished = found.convex.polished.as_ref()?;
+        let ratio = coarse.steps as f64 / fine.steps as f64;
+        let between = |stage: usize| {
+            let at = (stage as f64 * ratio).min(coarse.steps as f64);
+            let low = (at.floor() as usize).min(coarse.steps - 1);
+            (low, at - low as f64)
+        };
+        let states = &polished.iterate.states;
+        let pose = |stage: usize| {
+            let (low, share) = between(stage);
+            let (a, b) = (&states[low], &states[low + 1]);
+            let turn = lie::log(&a.attitude.tr_mul(&b.attitude));
+            Pose {
+                position: a.position + (b.position - a.position) * share,
+                attitude: lie::project_to_rotation(&(a.attitude * lie::exp(&(turn * share)))),
+            }
+        };
+        let poses: Vec<Pose> = (0..=fine.steps).map(pose).collect();
+        let mut start = guess::along(fine, rows, &poses);
+        // Inputs of the coarse solution are smoother than those of its piecewise path.
+        for stage in fine.first_input()..=fine.steps {
+            let (low, share) = between(stage);
+            let low = low.max(coarse.first_input());
+            let (a, b) = (&polished.iterate.inputs[low], &polished.iterate.inputs[(low + 1).min(coarse.steps)]);
+            start.inputs[stage] = a.iter().zip(b).map(|(a, b)| a + (b - a) * share).collect();
+        }
+        let costates: Vec<DVector<f64>> = (0..=fine.steps)
+            .map(|stage| {
+                let (low, share) = between(stage);
+                let (a, b) = (&polished.multipliers.costates[low], &polished.multipliers.costates[low + 1]);
+                a + (b - a) * share
+            })
+            .collect();
+        let multipliers = scp::seeded(rows, costates, polished.multipliers.terminal.clone());
+        self.context.enter("scp", &found.name, fine.steps);
+        let interrupt = || self.context.interrupt();
+        let convex = scp::run(fine, rows, start, Some(multipliers), &Options::default(), &interrupt)?;
+        self.note(fine.steps, &found.name, &convex);
+        let (name, spent) = (found.name, found.spent);
+        self.keep(fine, name, convex, spent);
+        self.found.pop()
+    }
+
+    /// Everything that is told of a converged maneuver.
+    fn fill(&self, solution: &mut Solution, model: &Model, rows: &Rows, found: Found) {
+        let Some(polished) = &found.convex.polished else { return };
+        solution.outcome = Outcome::Converged;
+        solution.start = found.name.clone();
+        solution.iterations = found.spent;
+        self.write(solution, model, &polished.iterate, &polished.multipliers.costates);
+        solution.optimality = Optimality {
+            stationarity: polished.residual,
+            conjugate_points: None,
+            rank: model.terminal_count(),
+            condition: f64::NAN,
+        };
+        solution.active = rows
+            .groups
+            .iter()
+            .enumerate()
+            .filter_map(|(group, named)| {
+                let acting = rows.rows.iter().zip(&polished.multipliers.rows);
+                let acting = acting.filter(|(row, multiplier)| row.group == group && **multiplier > 0.0);
+                let (time_s, multiplier): (Vec<f64>, Vec<f64>) = acting
+                    .map(|(row, multiplier)| (row.stage as f64 * self.problem.step(), *multiplier))
+                    .unzip();
+                (!time_s.is_empty()).then(|| ActiveConstraint { name: named.name.clone(), time_s, multiplier })
+            })
+            .collect();
+    }
+
+    /// The trajectory of an iterate in SI units, with its cost and terminal error.
+    fn write(
+        &self,
+        solution: &mut Solution,
+        model: &Model,
+        iterate: &scp::iterate::Iterate,
+        costates: &[DVector<f64>],
+    ) {
+        let Ok(replayed) = iterate.replayed(model) else { return };
+        solution.cost = iterate.cost(model) * model.dynamics.units.cost;
+        let (error, _) = model.terminal(&replayed.states[model.steps]);
+        let norm = |row: usize| error.rows(row, 3).norm();
+        let moves = model.terminal_count() == 12;
+        solution.terminal = TerminalError {
+            attitude_rad: norm(model.zeta()),
+            momentum_relative: norm(model.pi()),
+            position_relative: moves.then(|| norm(0)),
+            linear_momentum_relative: moves.then(|| norm(3)),
+        };
+        solution.trajectory = scp::record::trajectory(self.problem, model, &replayed, costates);
+        let attitudes: Vec<Matrix3> = replayed.states.iter().map(|state| state.attitude).collect();
+        solution.sense = sense(self.problem, &attitudes);
+        solution.turned_deg = turned_deg(model, &replayed);
+    }
+}
+
+/// Total angle turned, inertial \[deg\].
+fn turned_deg(model: &Model, iterate: &scp::iterate::Iterate) -> f64 {
+    let rates: Vec<f64> = (0..=model.steps)
+        .map(|stage| {
+            let physical = model.physical(stage, &iterate.states[stage], &iterate.inputs[stage]);
+            let carried = model.wheel_momentum(&physical.wheels);
+            (model.dynamics.j_inverse * (physical.momentum - carried)).norm()
+        })
+        .collect();
+    let sum: f64 = rates.windows(2).map(|pair| 0.5 * model.h * (pair[0] + pair[1])).sum();
+    sum.to_degrees()
+}
+
+/// The sense of a path of attitudes; the straight one where it cannot be told.
+fn sense(problem: &Problem, attitudes: &[Matrix3]) -> Sense {
+    let relaxed = relaxed(problem);
+    let sense = match problem.motion {
+        Motion::Attitude => record::sense_of::<6>(&Extremal::new(&relaxed, problem.steps), attitudes),
+        Motion::RigidBody => record::sense_of::<12>(&Extremal::new(&relaxed, problem.steps), attitudes),
+    };
+    sense.unwrap_or(Sense::Short)
+}
