@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 plan.status.name(), solution.outcome, solution.terminal.largest(), solution.start,
                 1e3 * began.elapsed().as_secs_f64(), problem.name
             );
-            for rung in &solution.ladder {
+            for rung in solution.ladder.iter().filter(|rung| matches!(rung.rung.as_str(), "scp" | "polish")) {
                 println!("     {} {} {} {:?} {} {:?}", rung.rung, rung.start, rung.steps, rung.outcome, rung.iterations, rung.residuals.last());
             }
             if let Some(verification) = &plan.verification {

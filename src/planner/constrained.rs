@@ -12,20 +12,18 @@ use crate::environment::Pose;
 use crate::extremal::Extremal;
 use crate::lie;
 use crate::problem::{Motion, Path, Problem};
-use crate::scp::{self, Convex, Options, guess, model::Model, rows::Rows};
+use crate::scp::{self, Convex, Options, guess, iterate::Iterate, model::Model, rows::Rows};
 use crate::settings::Method;
 use crate::shooting::driver::Report;
 use crate::solution::{ActiveConstraint, Optimality, Outcome, Rival, RungReport, Solution, Sense, TerminalError, Trajectory};
 use crate::{Matrix3, Vector3};
 use nalgebra::DVector;
+use std::f64::consts::TAU;
 
 /// Steps of the coarse grid: enough for the angle per step and for cones between the nodes.
 const COARSE_STEPS: usize = 24;
 /// Largest angle per step of the coarse grid \[rad\].
 const COARSE_ANGLE: f64 = 0.3;
-/// A relaxed cost this much above a feasible one is not worth its seeds: limits only make it dearer.
-const HOPELESS: f64 = 1.0;
-
 /// A converged maneuver on some grid.
 struct Found {
     name: String,
@@ -37,37 +35,22 @@ struct Found {
 
 /// Solves a checked problem by the convex road.
 pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
-    let mut rungs = Vec::new();
     let relaxed = relaxed(problem);
-    let free_choice = context.settings.method == Method::Auto;
-    let senses: &[Path] = match problem.path {
-        Path::Best => &[Path::Shortest, Path::Long],
-        ref other => std::slice::from_ref(other),
-    };
     let coarse = coarse_steps(problem);
-    let mut seeds: Vec<(f64, Seed)> = Vec::new();
-    for sense in senses {
-        let asked = relaxed.clone().with_steps(coarse).with_path(*sense);
-        let mut solution = shoot(&asked, context);
-        rungs.append(&mut solution.ladder);
-        if solution.outcome == Outcome::Converged {
-            let name = if *sense == Path::Long { "long" } else { "short" };
-            let poses = poses(&solution.trajectory, &Dynamics::new(&asked, coarse));
-            seeds.push((solution.cost, Seed { name: name.into(), poses }));
-        }
-    }
-    seeds.sort_by(|a, b| a.0.total_cmp(&b.0));
-    if free_choice && let Some(best) = unlimited(problem, &relaxed, &seeds, context, &mut rungs) {
+    let model = Model::new(problem, coarse);
+    let rows = Rows::of(problem, &model);
+    let mut search = Search { problem, context, rungs: Vec::new(), found: Vec::new(), best_failure: None };
+    let mut seeds = search.relaxed_paths(&relaxed, coarse);
+    if context.settings.method == Method::Auto
+        && let Some(best) = search.unlimited(&relaxed, &seeds)
+    {
         return best;
     }
-    let model = Model::new(problem, coarse);
     if seeds.is_empty() {
         seeds.push((0.0, Seed { name: "straight".into(), poses: straight(&model) }));
     }
-    let mut search = Search { problem, context, rungs, found: Vec::new(), best_failure: None };
-    let rows = Rows::of(problem, &model);
     for (cost, seed) in seeds {
-        let hopeless = search.found.iter().any(|found| found.cost * HOPELESS < cost / model.dynamics.units.cost);
+        let hopeless = search.found.iter().any(|found| found.cost < cost);
         if hopeless || context.interrupt().is_some() {
             continue;
         }
@@ -92,54 +75,6 @@ fn shoot(problem: &Problem, context: &Context) -> Solution {
         Motion::Attitude => ladder::solve::<6>(problem, context, None),
         Motion::RigidBody => ladder::solve::<12>(problem, context, None),
     }
-}
-
-/// The relaxed solution where it meets every limit as it is.
-fn unlimited(
-    problem: &Problem,
-    relaxed: &Problem,
-    seeds: &[(f64, Seed)],
-    context: &Context,
-    rungs: &mut Vec<RungReport>,
-) -> Option<Solution> {
-    let (_, seed) = seeds.first()?;
-    if problem.actuation.wheels.is_some() {
-        return None;
-    }
-    // On the coarse grid first: a clear violation there spares the fine solve.
-    let steps = seed.poses.len() - 1;
-    let model = Model::new(problem, steps);
-    let rows = Rows::of(problem, &model);
-    let clear = |worst: f64, room: f64| worst < room;
-    let iterate = guess::along(&model, &Rows::default(), &seed.poses);
-    let worst = |iterate: &scp::iterate::Iterate, model: &Model, rows: &Rows| {
-        let evaluated = iterate.evaluate(model, rows).ok()?;
-        Some(evaluated.rows.iter().map(|value| value.violation()).fold(f64::NEG_INFINITY, f64::max))
-    };
-    if !clear(worst(&iterate, &model, &rows)?, 0.05) {
-        return None;
-    }
-    let mut solution = shoot(relaxed, context);
-    if solution.outcome != Outcome::Converged {
-        rungs.append(&mut solution.ladder);
-        return None;
-    }
-    let model = Model::new(problem, problem.steps);
-    let rows = Rows::of(problem, &model);
-    let mut iterate = guess::along(&model, &Rows::default(), &poses(&solution.trajectory, &model.dynamics));
-    let first = model.first_input();
-    for stage in first..=problem.steps {
-        let inputs = solution.trajectory.inputs(stage - first);
-        iterate.inputs[stage] = inputs.iter().zip(&model.input_unit).map(|(u, unit)| u / unit).collect();
-    }
-    if clear(worst(&iterate, &model, &rows)?, 0.0) {
-        rungs.append(&mut solution.ladder);
-        solution.ladder = std::mem::take(rungs);
-        solution.solve_time = context.began.elapsed().as_secs_f64();
-        return Some(solution);
-    }
-    rungs.append(&mut solution.ladder);
-    None
 }
 
 /// Poses of a recorded trajectory, scaled.
@@ -175,6 +110,12 @@ fn coarse_steps(problem: &Problem) -> usize {
     if 3 * coarse <= 2 * problem.steps { coarse } else { problem.steps }
 }
 
+/// The worst violation of all rows at an iterate.
+fn worst(problem: &Problem, model: &Model, iterate: &Iterate) -> Option<f64> {
+    let evaluated = iterate.evaluate(model, &Rows::of(problem, model)).ok()?;
+    Some(evaluated.rows.iter().map(|value| value.violation()).fold(f64::NEG_INFINITY, f64::max))
+}
+
 struct Search<'a, 'c> {
     problem: &'a Problem,
     context: &'a Context<'c>,
@@ -185,6 +126,63 @@ struct Search<'a, 'c> {
 }
 
 impl Search<'_, '_> {
+    /// The relaxed maneuver in each sense asked for, with its scaled cost, cheapest first: limits only make
+    /// it dearer.
+    fn relaxed_paths(&mut self, relaxed: &Problem, coarse: usize) -> Vec<(f64, Seed)> {
+        let relative = lie::log(&relaxed.start.attitude.tr_mul(&relaxed.end.attitude));
+        // The long way about the same axis; its cheapest winding is looked for only where that is asked.
+        let back = relative * (1.0 - TAU / relative.norm().max(1e-6));
+        let senses = match relaxed.path {
+            Path::Best => vec![("short", Path::Shortest), ("long", Path::AsGiven(back))],
+            Path::Shortest => vec![("short", Path::Shortest)],
+            Path::Long => vec![("long", Path::Long)],
+            Path::AsGiven(rotation) => vec![("as given", Path::AsGiven(rotation))],
+        };
+        let mut seeds = Vec::new();
+        for (name, path) in senses {
+            let asked = relaxed.clone().with_steps(coarse).with_path(path);
+            let mut solution = shoot(&asked, self.context);
+            self.rungs.append(&mut solution.ladder);
+            if solution.outcome == Outcome::Converged {
+                let dynamics = Dynamics::new(&asked, coarse);
+                let poses = poses(&solution.trajectory, &dynamics);
+                seeds.push((solution.cost / dynamics.units.cost, Seed { name: name.into(), poses }));
+            }
+        }
+        seeds.sort_by(|a, b| a.0.total_cmp(&b.0));
+        seeds
+    }
+
+    /// The relaxed solution, where it meets every limit as it is.
+    fn unlimited(&mut self, relaxed: &Problem, seeds: &[(f64, Seed)]) -> Option<Solution> {
+        let problem = self.problem;
+        let (_, seed) = seeds.first().filter(|_| problem.actuation.wheels.is_none())?;
+        // A clear violation on the coarse grid spares the fine solve.
+        let coarse = Model::new(problem, seed.poses.len() - 1);
+        if worst(problem, &coarse, &guess::along(&coarse, &Rows::default(), &seed.poses))? > 0.05 {
+            return None;
+        }
+        let mut solution = shoot(relaxed, self.context);
+        self.rungs.append(&mut solution.ladder);
+        if solution.outcome != Outcome::Converged {
+            return None;
+        }
+        let model = Model::new(problem, problem.steps);
+        let mut iterate =
+            guess::along(&model, &Rows::default(), &poses(&solution.trajectory, &model.dynamics));
+        let first = model.first_input();
+        for stage in first..=problem.steps {
+            let inputs = solution.trajectory.inputs(stage - first);
+            iterate.inputs[stage] = inputs.iter().zip(&model.input_unit).map(|(u, unit)| u / unit).collect();
+        }
+        if worst(problem, &model, &iterate)? > 0.0 {
+            return None;
+        }
+        solution.ladder = std::mem::take(&mut self.rungs);
+        solution.solve_time = self.context.began.elapsed().as_secs_f64();
+        Some(solution)
+    }
+
     /// One convex iteration from a seed.
     fn descend(&mut self, model: &Model, rows: &Rows, seed: Seed) {
         let start = guess::along(model, rows, &seed.poses);
@@ -372,7 +370,7 @@ impl Search<'_, '_> {
         &self,
         solution: &mut Solution,
         model: &Model,
-        iterate: &scp::iterate::Iterate,
+        iterate: &Iterate,
         costates: &[DVector<f64>],
     ) {
         let Ok(replayed) = iterate.replayed(model) else { return };
@@ -394,7 +392,7 @@ impl Search<'_, '_> {
 }
 
 /// Total angle turned, inertial \[deg\].
-fn turned_deg(model: &Model, iterate: &scp::iterate::Iterate) -> f64 {
+fn turned_deg(model: &Model, iterate: &Iterate) -> f64 {
     let rates: Vec<f64> = (0..=model.steps)
         .map(|stage| {
             let physical = model.physical(stage, &iterate.states[stage], &iterate.inputs[stage]);

@@ -34,6 +34,13 @@ const RADIUS: (f64, f64, f64) = (0.7, 2.0, 1e-7);
 const ACCEPT: f64 = 0.05;
 const GOOD: f64 = 0.7;
 
+/// Slacks and defects above this, scaled, count as violated.
+const VIOLATED: f64 = 1e-6;
+/// Highest price of a unit of defect or violation; costs are of order ten.
+const DEAREST: f64 = 1e5;
+/// A promised decrease below this share of what the violation costs is none.
+const FUTILE: f64 = 1e-2;
+
 /// What the iteration may do.
 #[derive(Clone, Debug)]
 pub(crate) struct Options {
@@ -154,7 +161,9 @@ impl Scp<'_> {
         let bounded = length >= 0.99 * self.weights.radius;
         let accepted = ratio >= ACCEPT;
         if std::env::var("SCP").is_ok() { eprintln!("  cost {:.4} inf {:.2e} pred {:.2e} act {:.2e} ratio {ratio:.2} len {length:.1e} radius {:.1e} left {:.1e} mu {:.1e} its {}", self.evaluated.cost, self.evaluated.infeasibility(), step.predicted, actual, self.weights.radius, step.left, self.weights.defect, step.work.iterations); }
-        self.reprice(&step);
+        let lacking = step.slacks.iter().fold(self.lacking(&step), |worst, slack| worst.max(*slack));
+        let feasible = lacking <= VIOLATED;
+        let dearest = self.reprice(&step);
         if accepted {
             if let Ok(evaluated) = evaluated {
                 (self.iterate, self.evaluated) = (candidate, evaluated);
@@ -169,8 +178,6 @@ impl Scp<'_> {
             self.weights.radius = 0.3 * self.weights.radius.min(length);
         }
         self.residuals.push(self.evaluated.largest_defect());
-        let left = step.left * self.residuals.last().copied().unwrap_or(0.0);
-        let feasible = left < 1e-7 && step.slacks.iter().all(|slack| *slack < 1e-6);
         let settled = accepted && length <= self.options.tolerance.max(1e-9) && feasible;
         let near = accepted && feasible && !bounded && length < 0.5;
         if (near && self.options.polish_early) || settled {
@@ -178,6 +185,10 @@ impl Scp<'_> {
         }
         if settled || self.polished.is_some() {
             return Some(Outcome::Converged);
+        }
+        // At the highest price, what is still violated stays so: a local optimum of the violation.
+        if dearest && !feasible && step.predicted <= FUTILE * lacking * DEAREST {
+            return Some(Outcome::Stalled);
         }
         (self.weights.radius < RADIUS.2).then_some(Outcome::Stalled)
     }
@@ -202,22 +213,30 @@ impl Scp<'_> {
     }
 
     /// Keeps the prices above the multipliers, so that the merit function is exact.
-    fn reprice(&mut self, step: &Move) {
+    /// Tells whether all that is violated is at the highest price.
+    fn reprice(&mut self, step: &Move) -> bool {
+        let dearest = (self.lacking(step) <= VIOLATED || self.weights.defect >= DEAREST)
+            && step.slacks.iter().zip(&self.weights.violation).all(|(s, w)| *s <= VIOLATED || *w >= DEAREST);
         let costates = step.multipliers.costates.iter().map(|costate| costate.amax());
         let largest = costates.fold(step.multipliers.terminal.amax(), f64::max);
-        self.weights.defect = self.weights.defect.max(2.0 * largest);
         let mut sums = vec![0.0; self.weights.violation.len()];
         for (row, multiplier) in self.rows.rows.iter().zip(&step.multipliers.rows) {
             sums[row.group] += multiplier;
         }
         for ((weight, sum), slack) in self.weights.violation.iter_mut().zip(sums).zip(&step.slacks) {
-            // A slack in use at its full price: raise the price while that may help.
-            let paid = *slack > 1e-6 && *weight < 1e6;
-            *weight = weight.max(2.0 * sum.min(1e6)) * if paid { 3.0 } else { 1.0 };
+            // A slack in use has its full price as multiplier: a higher price may remove it.
+            let wanted = if *slack > VIOLATED { 5.0 * *weight } else { 2.0 * sum };
+            *weight = weight.max(wanted).min(DEAREST);
         }
-        if step.left * self.evaluated.largest_defect() > 1e-7 && self.weights.defect < 1e6 {
-            self.weights.defect *= 3.0;
-        }
+        let wanted =
+            if self.lacking(step) > VIOLATED { 5.0 * self.weights.defect } else { 2.0 * largest };
+        self.weights.defect = self.weights.defect.max(wanted).min(DEAREST);
+        dearest
+    }
+
+    /// Size of the defects that a move leaves.
+    fn lacking(&self, step: &Move) -> f64 {
+        step.left * self.evaluated.largest_defect()
     }
 
     fn try_polish(&mut self) {

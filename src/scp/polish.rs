@@ -57,6 +57,12 @@ pub(crate) fn polish(
         }
         let residuals = Residuals::of(model, rows, &iterate, &evaluated, &multipliers);
         let size = residuals.largest(&evaluated, &multipliers, &active);
+        if std::env::var("POLISH").is_ok() {
+            let n = |list: &[DVector<f64>]| list.iter().map(|value| value.amax()).fold(0.0, f64::max);
+            let neg = multipliers.rows.iter().fold(0.0f64, |a, b| a.min(*b));
+            let acts: Vec<String> = active.iter().enumerate().filter(|a| *a.1).map(|(i, _)| match &rows.rows[i].what { super::rows::What::InputSize{input,..} => format!("u{input}@{}", rows.rows[i].stage), super::rows::What::Cone{arc,..} => format!("{}@{}:{:.0e}", if *arc {"arc"} else {"node"}, rows.rows[i].stage, multipliers.rows[i]), w => format!("{w:?}")}).collect();
+            eprintln!("    polish {iteration}: size {size:.1e} u {:.1e} z {:.1e} defect {:.1e} active {} neg {neg:.1e} viol {:?} {acts:?}", n(&residuals.inputs), n(&residuals.states), evaluated.largest_defect(), acts.len(), evaluated.violations(rows));
+        }
         if best.as_ref().is_none_or(|best| size < best.residual) {
             let better = best.as_ref().is_none_or(|best| size < 0.5 * best.residual);
             idle = if better { 0 } else { idle + 1 };
