@@ -30,11 +30,23 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let solution = &plan.solution;
             println!(
                 "seed {seed}: {} {:?} terminal {:.1e} {} of {:.1} ms, {}",
-                plan.status.name(), solution.outcome, solution.terminal.largest(), solution.start,
-                1e3 * began.elapsed().as_secs_f64(), problem.name
+                plan.status.name(),
+                solution.outcome,
+                solution.terminal.largest(),
+                solution.start,
+                1e3 * began.elapsed().as_secs_f64(),
+                problem.name
             );
             for rung in solution.ladder.iter().filter(|rung| matches!(rung.rung.as_str(), "scp" | "polish")) {
-                println!("     {} {} {} {:?} {} {:?}", rung.rung, rung.start, rung.steps, rung.outcome, rung.iterations, rung.residuals.last());
+                println!(
+                    "     {} {} {} {:?} {} {:?}",
+                    rung.rung,
+                    rung.start,
+                    rung.steps,
+                    rung.outcome,
+                    rung.iterations,
+                    rung.residuals.last()
+                );
             }
             if let Some(verification) = &plan.verification {
                 for check in verification.checks.iter().filter(|check| !check.passed) {
@@ -89,7 +101,8 @@ fn case(seed: u64) -> Option<Problem> {
     let start = lie::exp(&(random.direction() * (3.0 * random.unit())));
     let end = start * lie::exp(&(random.direction() * angle));
     let free = Problem::attitude(body, State::at_rest(start), State::at_rest(end), 1.0);
-    let unconstrained = plan(&free.clone().with_path(Path::Shortest), &Settings::default(), None, &mut Silent).ok()?;
+    let unconstrained =
+        plan(&free.clone().with_path(Path::Shortest), &Settings::default(), None, &mut Silent).ok()?;
     let trajectory = &unconstrained.solution.trajectory;
     let peak = trajectory.torque.iter().map(|torque| torque.amax()).fold(0.0, f64::max);
     let share = 0.6 + 0.35 * random.unit();
@@ -106,9 +119,12 @@ fn case(seed: u64) -> Option<Problem> {
             let boresight = random.direction();
             let at = 0.25 + 0.5 * random.unit();
             let q = trajectory.quaternion[(at * (trajectory.quaternion.len() - 1) as f64) as usize];
-            let direction = lie::rotation_from_quaternion(&q) * boresight;
-            let half_angle = (5.0 + 25.0 * random.unit()).to_radians();
-            let away = |r: &Matrix3| (r * boresight).dot(&direction).clamp(-1.0, 1.0).acos() > half_angle + 0.02;
+            let half_angle = (3.0 + 9.0 * random.unit()).to_radians();
+            // The path crosses the cone, as a rule off its axis.
+            let aside = lie::exp(&(random.direction() * (half_angle * random.unit())));
+            let direction = aside * lie::rotation_from_quaternion(&q) * boresight;
+            let away =
+                |r: &Matrix3| (r * boresight).dot(&direction).clamp(-1.0, 1.0).acos() > half_angle + 0.02;
             if away(&start) && away(&end) {
                 text += &format!(", cone {:.1} deg at {at:.2}", half_angle.to_degrees());
                 let pointing = Pointing {
@@ -118,7 +134,10 @@ fn case(seed: u64) -> Option<Problem> {
                     half_angle,
                     margin: 0.0,
                 };
-                problem = problem.with_constraint(Constraint { name: format!("cone {index}"), rule: Rule::Pointing(pointing) });
+                problem = problem.with_constraint(Constraint {
+                    name: format!("cone {index}"),
+                    rule: Rule::Pointing(pointing),
+                });
                 break;
             }
         }

@@ -115,6 +115,19 @@ pub struct Optimality {
     pub condition: f64,
 }
 
+/// What the convex road took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ConvexWork {
+    /// Subproblems of the seed that won, on all its grids.
+    pub subproblems: usize,
+    /// Subproblems of all seeds.
+    pub all_subproblems: usize,
+    /// Interior-point iterations of all.
+    pub cone_iterations: u32,
+    /// Wall time inside the cone solver, all seeds \[s\].
+    pub cone_seconds: f64,
+}
+
 /// Where a constraint acts, and how hard.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ActiveConstraint {
@@ -200,6 +213,8 @@ pub struct Solution {
     pub iterations: usize,
     /// Everything tried, in order.
     pub ladder: Vec<RungReport>,
+    /// What the convex road took, where it was taken.
+    pub convex: Option<ConvexWork>,
     /// Which constraints act, where and how hard.
     pub active: Vec<ActiveConstraint>,
     /// Other extremals found, cheapest first.
@@ -237,6 +252,7 @@ impl Solution {
             turned_deg: nan,
             iterations: 0,
             ladder: Vec::new(),
+            convex: None,
             active: Vec::new(),
             rivals: Vec::new(),
             obstruction: None,

@@ -107,6 +107,7 @@ fn plan(problem: &Problem) -> Plan {
         turned_deg: 150.0,
         iterations: 2,
         ladder: vec![rung],
+        convex: None,
         active: Vec::new(),
         method: slewkit::settings::Method::Shooting,
         rivals: vec![rival],

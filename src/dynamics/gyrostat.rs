@@ -78,8 +78,6 @@ impl Dynamics {
 /// `∂G/∂c`, with `mu = hμ`.
 fn slope(j: &Matrix3, g: &Vector3, mu: &Vector3, c: &Vector3) -> Matrix3 {
     let (gc, mc, cc) = (g.dot(c), mu.dot(c), 1.0 + c.norm_squared());
-    hat(g) + c * g.transpose() - 2.0 * j
-        - (mu + c * mc) * (2.0 * c.transpose())
-        - c * mu.transpose() * cc
+    hat(g) + c * g.transpose() - 2.0 * j - (mu + c * mc) * (2.0 * c.transpose()) - c * mu.transpose() * cc
         + Matrix3::from_diagonal_element(gc - mc * cc)
 }

@@ -15,7 +15,10 @@ use crate::problem::{Motion, Path, Problem};
 use crate::scp::{self, Convex, Options, guess, iterate::Iterate, model::Model, rows::Rows};
 use crate::settings::Method;
 use crate::shooting::driver::Report;
-use crate::solution::{ActiveConstraint, Optimality, Outcome, Rival, RungReport, Solution, Sense, TerminalError, Trajectory};
+use crate::solution::{
+    ActiveConstraint, ConvexWork, Optimality, Outcome, Rival, RungReport, Sense, Solution, TerminalError,
+    Trajectory,
+};
 use crate::{Matrix3, Vector3};
 use nalgebra::DVector;
 use std::f64::consts::TAU;
@@ -29,8 +32,9 @@ struct Found {
     name: String,
     convex: Convex,
     cost: f64,
-    /// Subproblems and Newton iterations of this seed so far.
-    spent: usize,
+    /// Subproblems of this seed so far, and Newton iterations.
+    subproblems: usize,
+    newton: usize,
 }
 
 /// Solves a checked problem by the convex road.
@@ -39,7 +43,14 @@ pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
     let coarse = coarse_steps(problem);
     let model = Model::new(problem, coarse);
     let rows = Rows::of(problem, &model);
-    let mut search = Search { problem, context, rungs: Vec::new(), found: Vec::new(), best_failure: None };
+    let mut search = Search {
+        problem,
+        context,
+        rungs: Vec::new(),
+        found: Vec::new(),
+        work: ConvexWork::default(),
+        best_failure: None,
+    };
     let mut seeds = search.relaxed_paths(&relaxed, coarse);
     if context.settings.method == Method::Auto
         && let Some(best) = search.unlimited(&relaxed, &seeds)
@@ -121,6 +132,7 @@ struct Search<'a, 'c> {
     context: &'a Context<'c>,
     rungs: Vec<RungReport>,
     found: Vec<Found>,
+    work: ConvexWork,
     /// The nearest miss: its size, its name, its grid and where it ended.
     best_failure: Option<(f64, String, Model, Convex)>,
 }
@@ -188,12 +200,17 @@ impl Search<'_, '_> {
         let start = guess::along(model, rows, &seed.poses);
         self.context.enter("scp", &seed.name, model.steps);
         let interrupt = || self.context.interrupt();
-        let Some(convex) = scp::run(model, rows, start, None, &Options::default(), &interrupt) else { return };
+        let Some(convex) = scp::run(model, rows, start, None, &Options::default(), &interrupt) else {
+            return;
+        };
         self.note(model.steps, &seed.name, &convex);
-        self.keep(model, seed.name, convex, 0);
+        self.keep(model, seed.name, convex, (0, 0));
     }
 
     fn note(&mut self, steps: usize, name: &str, convex: &Convex) {
+        self.work.all_subproblems += convex.subproblems;
+        self.work.cone_iterations += convex.cone_iterations;
+        self.work.cone_seconds += convex.cone_seconds;
         let report = Report {
             outcome: convex.outcome,
             iterations: convex.subproblems,
@@ -209,15 +226,15 @@ impl Search<'_, '_> {
         }
     }
 
-    fn keep(&mut self, model: &Model, name: String, convex: Convex, spent: usize) {
-        let newton = convex.polished.as_ref().map_or(0, |polished| polished.iterations);
-        let spent = spent + convex.subproblems + newton;
+    fn keep(&mut self, model: &Model, name: String, convex: Convex, spent: (usize, usize)) {
+        let newton = spent.1 + convex.polished.as_ref().map_or(0, |polished| polished.iterations);
+        let subproblems = spent.0 + convex.subproblems;
         match &convex.polished {
             Some(polished) => {
                 let cost = polished.cost;
                 let same = |found: &Found| (found.cost - cost).abs() <= 1e-9 * cost.abs().max(1e-12);
                 if !self.found.iter().any(same) {
-                    self.found.push(Found { name, convex, cost, spent });
+                    self.found.push(Found { name, convex, cost, subproblems, newton });
                 }
                 self.found.sort_by(|a, b| a.cost.total_cmp(&b.cost));
             }
@@ -317,7 +334,8 @@ impl Search<'_, '_> {
         for stage in fine.first_input()..=fine.steps {
             let (low, share) = between(stage);
             let low = low.max(coarse.first_input());
-            let (a, b) = (&polished.iterate.inputs[low], &polished.iterate.inputs[(low + 1).min(coarse.steps)]);
+            let (a, b) =
+                (&polished.iterate.inputs[low], &polished.iterate.inputs[(low + 1).min(coarse.steps)]);
             start.inputs[stage] = a.iter().zip(b).map(|(a, b)| a + (b - a) * share).collect();
         }
         let costates: Vec<DVector<f64>> = (0..=fine.steps)
@@ -332,7 +350,7 @@ impl Search<'_, '_> {
         let interrupt = || self.context.interrupt();
         let convex = scp::run(fine, rows, start, Some(multipliers), &Options::default(), &interrupt)?;
         self.note(fine.steps, &found.name, &convex);
-        let (name, spent) = (found.name, found.spent);
+        let (name, spent) = (found.name, (found.subproblems, found.newton));
         self.keep(fine, name, convex, spent);
         self.found.pop()
     }
@@ -342,7 +360,8 @@ impl Search<'_, '_> {
         let Some(polished) = &found.convex.polished else { return };
         solution.outcome = Outcome::Converged;
         solution.start = found.name.clone();
-        solution.iterations = found.spent;
+        solution.iterations = found.subproblems + found.newton;
+        solution.convex = Some(ConvexWork { subproblems: found.subproblems, ..self.work });
         self.write(solution, model, &polished.iterate, &polished.multipliers.costates);
         solution.optimality = Optimality {
             stationarity: polished.residual,
@@ -360,19 +379,17 @@ impl Search<'_, '_> {
                 let (time_s, multiplier): (Vec<f64>, Vec<f64>) = acting
                     .map(|(row, multiplier)| (row.stage as f64 * self.problem.step(), *multiplier))
                     .unzip();
-                (!time_s.is_empty()).then(|| ActiveConstraint { name: named.name.clone(), time_s, multiplier })
+                (!time_s.is_empty()).then(|| ActiveConstraint {
+                    name: named.name.clone(),
+                    time_s,
+                    multiplier,
+                })
             })
             .collect();
     }
 
     /// The trajectory of an iterate in SI units, with its cost and terminal error.
-    fn write(
-        &self,
-        solution: &mut Solution,
-        model: &Model,
-        iterate: &Iterate,
-        costates: &[DVector<f64>],
-    ) {
+    fn write(&self, solution: &mut Solution, model: &Model, iterate: &Iterate, costates: &[DVector<f64>]) {
         let Ok(replayed) = iterate.replayed(model) else { return };
         solution.cost = iterate.cost(model) * model.dynamics.units.cost;
         let (error, _) = model.terminal(&replayed.states[model.steps]);

@@ -95,7 +95,11 @@ fn around(cone: &Cone, frame_rate: &Vector3, seed: Seed, out: &mut Vec<Seed>) {
         let shift = lateral + side * (cone.half_angle + CLEARANCE);
         let poses = seed.poses.iter().enumerate().map(|(index, pose)| {
             let at = index as f64;
-            let fade = if at <= centre { (at - low) / (centre - low).max(1.0) } else { (high - at) / (high - centre).max(1.0) };
+            let fade = if at <= centre {
+                (at - low) / (centre - low).max(1.0)
+            } else {
+                (high - at) / (high - centre).max(1.0)
+            };
             let weight = (fade.clamp(0.0, 1.0) * std::f64::consts::FRAC_PI_2).sin().powi(2);
             let turn = lie::exp(&(along * (-shift * weight)));
             Pose { position: pose.position, attitude: turn * pose.attitude }

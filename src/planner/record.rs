@@ -1,6 +1,5 @@
 //! From the sweep's scaled nodes to a trajectory in SI units.
 
-
 use crate::actuation::{AxisFrame, Channel};
 use crate::dynamics::{Point, StepError};
 use crate::extremal::{End, Extremal, Node};

@@ -83,33 +83,34 @@ fn block(
         let step = model.step(stage, &model.moved(state, z), next)?;
         Ok(step.a.tr_mul(&multipliers.costates[stage + 1]))
     };
-    let row_gradient = |z: &DVector<f64>, inputs: &[f64]| -> Result<(DVector<f64>, DVector<f64>), StepError> {
-        let (mut by_state, mut by_inputs) = (DVector::zeros(n), DVector::zeros(m));
-        let moved = model.moved(state, z);
-        let next = if steps_on { &iterate.inputs[stage + 1] } else { inputs };
-        let step = if steps_on { Some(model.step(stage, &moved, next)?) } else { None };
-        let (zero, none) = (crate::Vector3::zeros(), nalgebra::Matrix3xX::zeros(n));
-        let place = Place {
-            state: &moved,
-            inputs,
-            next,
-            arc: step.as_ref().map_or(&zero, |step| &step.arc),
-            arc_slope: step.as_ref().map_or(&none, |step| &step.arc_slope),
-        };
-        for index in acting {
-            let value = rows.rows[*index].what.at(model, stage, &place).smooth();
-            if let Value::Half { state, inputs, .. } = value {
-                let multiplier = multipliers.rows[*index];
-                if let Some(slope) = state {
-                    by_state += slope * multiplier;
-                }
-                if let Some(slope) = inputs {
-                    by_inputs += slope * multiplier;
+    let row_gradient =
+        |z: &DVector<f64>, inputs: &[f64]| -> Result<(DVector<f64>, DVector<f64>), StepError> {
+            let (mut by_state, mut by_inputs) = (DVector::zeros(n), DVector::zeros(m));
+            let moved = model.moved(state, z);
+            let next = if steps_on { &iterate.inputs[stage + 1] } else { inputs };
+            let step = if steps_on { Some(model.step(stage, &moved, next)?) } else { None };
+            let (zero, none) = (crate::Vector3::zeros(), nalgebra::Matrix3xX::zeros(n));
+            let place = Place {
+                state: &moved,
+                inputs,
+                next,
+                arc: step.as_ref().map_or(&zero, |step| &step.arc),
+                arc_slope: step.as_ref().map_or(&none, |step| &step.arc_slope),
+            };
+            for index in acting {
+                let value = rows.rows[*index].what.at(model, stage, &place).smooth();
+                if let Value::Half { state, inputs, .. } = value {
+                    let multiplier = multipliers.rows[*index];
+                    if let Some(slope) = state {
+                        by_state += slope * multiplier;
+                    }
+                    if let Some(slope) = inputs {
+                        by_inputs += slope * multiplier;
+                    }
                 }
             }
-        }
-        Ok((by_state, by_inputs))
-    };
+            Ok((by_state, by_inputs))
+        };
     let mut block = Block { state: DMatrix::zeros(n, n), mixed: None, inputs: None, next: None };
     let zero = DVector::zeros(n);
     let shifted = |values: &[f64], index: usize, by: f64| {

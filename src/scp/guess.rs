@@ -3,9 +3,9 @@
 use super::iterate::Iterate;
 use super::model::{Model, State};
 use super::rows::{Rows, What};
+use crate::Vector3;
 use crate::environment::Pose;
 use crate::lie::vee;
-use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, DVector};
 
 /// The iterate that follows `poses` (one per node, scaled), as far as inputs within their limits allow:
@@ -75,9 +75,4 @@ fn inputs(model: &Model, rows: &Rows, states: &[State], stage: usize) -> Vec<f64
         }
     }
     inputs
-}
-
-/// A pose with its attitude turned by `turn`, reference axes.
-pub(crate) fn turned(pose: &Pose, turn: &Matrix3) -> Pose {
-    Pose { position: pose.position, attitude: turn * pose.attitude }
 }

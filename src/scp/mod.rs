@@ -41,6 +41,9 @@ const DEAREST: f64 = 1e5;
 /// A promised decrease below this share of what the violation costs is none.
 const FUTILE: f64 = 1e-2;
 
+/// Relative accuracy to which subproblems are solved.
+const NOISE: f64 = 1e-9;
+
 /// What the iteration may do.
 #[derive(Clone, Debug)]
 pub(crate) struct Options {
@@ -119,8 +122,18 @@ pub(crate) fn run(
     let weights = Weights { defect: 100.0, violation: vec![100.0; rows.groups.len()], radius: RADIUS.0 };
     let residuals = vec![evaluated.largest_defect()];
     let subproblem = Subproblem::new(model, rows);
-    let mut scp =
-        Scp { model, rows, options, iterate: start, evaluated, multipliers, weights, subproblem, polished: None, residuals };
+    let mut scp = Scp {
+        model,
+        rows,
+        options,
+        iterate: start,
+        evaluated,
+        multipliers,
+        weights,
+        subproblem,
+        polished: None,
+        residuals,
+    };
     let mut outcome = Outcome::IterationLimit;
     let mut subproblems = 0;
     while subproblems < MAX_SUBPROBLEMS {
@@ -156,11 +169,11 @@ impl Scp<'_> {
         let candidate = self.iterate.moved(self.model, &step.states, &step.inputs, 1.0);
         let evaluated = candidate.evaluate(self.model, self.rows);
         let actual = evaluated.as_ref().map_or(f64::NEG_INFINITY, |evaluated| before - self.merit(evaluated));
-        let noise = 1e-12 * (1.0 + before.abs());
+        // Below the cone solver's accuracy no ratio means anything: such moves are taken.
+        let noise = NOISE * (1.0 + self.evaluated.cost.abs());
         let ratio = (actual + noise) / (step.predicted.max(0.0) + noise);
         let bounded = length >= 0.99 * self.weights.radius;
         let accepted = ratio >= ACCEPT;
-        if std::env::var("SCP").is_ok() { eprintln!("  cost {:.4} inf {:.2e} pred {:.2e} act {:.2e} ratio {ratio:.2} len {length:.1e} radius {:.1e} left {:.1e} mu {:.1e} its {}", self.evaluated.cost, self.evaluated.infeasibility(), step.predicted, actual, self.weights.radius, step.left, self.weights.defect, step.work.iterations); }
         let lacking = step.slacks.iter().fold(self.lacking(&step), |worst, slack| worst.max(*slack));
         let feasible = lacking <= VIOLATED;
         let dearest = self.reprice(&step);
@@ -207,8 +220,11 @@ impl Scp<'_> {
     /// Cost and priced violations.
     fn merit(&self, evaluated: &Evaluated) -> f64 {
         let violations = evaluated.violations(self.rows);
-        let priced: f64 =
-            violations.iter().zip(&self.weights.violation).map(|(violation, weight)| violation * weight).sum();
+        let priced: f64 = violations
+            .iter()
+            .zip(&self.weights.violation)
+            .map(|(violation, weight)| violation * weight)
+            .sum();
         evaluated.cost + self.weights.defect * evaluated.infeasibility() + priced
     }
 
@@ -228,8 +244,7 @@ impl Scp<'_> {
             let wanted = if *slack > VIOLATED { 5.0 * *weight } else { 2.0 * sum };
             *weight = weight.max(wanted).min(DEAREST);
         }
-        let wanted =
-            if self.lacking(step) > VIOLATED { 5.0 * self.weights.defect } else { 2.0 * largest };
+        let wanted = if self.lacking(step) > VIOLATED { 5.0 * self.weights.defect } else { 2.0 * largest };
         self.weights.defect = self.weights.defect.max(wanted).min(DEAREST);
         dearest
     }
@@ -242,7 +257,9 @@ impl Scp<'_> {
     fn try_polish(&mut self) {
         let Some(multipliers) = &self.multipliers else { return };
         let tolerance = self.options.polish_tolerance;
-        let Some(polished) = polish(self.model, self.rows, &self.iterate, multipliers, tolerance) else { return };
+        let Some(polished) = polish(self.model, self.rows, &self.iterate, multipliers, tolerance) else {
+            return;
+        };
         // Newton may run to a dearer stationary point; the convex iteration knows better.
         let slack = 0.02 * self.evaluated.cost.abs() + self.weights.defect * self.evaluated.infeasibility();
         if polished.cost <= self.evaluated.cost + slack {

@@ -149,8 +149,20 @@ impl Model {
     /// Weight κ_k of kick k.
     pub fn kick_weight(&self, stage: usize) -> f64 {
         match self.scheme {
-            Scheme::LieEuler => if stage == 0 { 0.0 } else { self.h },
-            Scheme::LieVerlet => if stage == 0 || stage == self.steps { 0.5 * self.h } else { self.h },
+            Scheme::LieEuler => {
+                if stage == 0 {
+                    0.0
+                } else {
+                    self.h
+                }
+            }
+            Scheme::LieVerlet => {
+                if stage == 0 || stage == self.steps {
+                    0.5 * self.h
+                } else {
+                    self.h
+                }
+            }
         }
     }
 
@@ -381,17 +393,16 @@ impl Model {
         self.add_gradient(&mut a, &kick.gradient, weight);
         let end = self.kicked(&end, &kick, inputs, weight);
         let arc = lie::log(&f);
-        Ok(Step {
-            end,
-            a,
-            b: kick.inputs * weight,
-            arc_slope: lie::right_jacobian_inverse(&arc) * turn,
-            arc,
-        })
+        Ok(Step { end, a, b: kick.inputs * weight, arc_slope: lie::right_jacobian_inverse(&arc) * turn, arc })
     }
 
     /// Physical angular velocity at stage k, and its derivatives with respect to state and inputs.
-    pub fn rate(&self, stage: usize, state: &State, inputs: &[f64]) -> (Vector3, Matrix3xX<f64>, Matrix3xX<f64>) {
+    pub fn rate(
+        &self,
+        stage: usize,
+        state: &State,
+        inputs: &[f64],
+    ) -> (Vector3, Matrix3xX<f64>, Matrix3xX<f64>) {
         let (zeta, pi, lag) = (self.zeta(), self.pi(), self.lag(stage));
         let kick = self.kick(&state.pose(), inputs);
         let mut momentum = state.momentum - kick.wrench.moment * lag;

@@ -57,12 +57,6 @@ pub(crate) fn polish(
         }
         let residuals = Residuals::of(model, rows, &iterate, &evaluated, &multipliers);
         let size = residuals.largest(&evaluated, &multipliers, &active);
-        if std::env::var("POLISH").is_ok() {
-            let n = |list: &[DVector<f64>]| list.iter().map(|value| value.amax()).fold(0.0, f64::max);
-            let neg = multipliers.rows.iter().fold(0.0f64, |a, b| a.min(*b));
-            let acts: Vec<String> = active.iter().enumerate().filter(|a| *a.1).map(|(i, _)| match &rows.rows[i].what { super::rows::What::InputSize{input,..} => format!("u{input}@{}", rows.rows[i].stage), super::rows::What::Cone{arc,..} => format!("{}@{}:{:.0e}", if *arc {"arc"} else {"node"}, rows.rows[i].stage, multipliers.rows[i]), w => format!("{w:?}")}).collect();
-            eprintln!("    polish {iteration}: size {size:.1e} u {:.1e} z {:.1e} defect {:.1e} active {} neg {neg:.1e} viol {:?} {acts:?}", n(&residuals.inputs), n(&residuals.states), evaluated.largest_defect(), acts.len(), evaluated.violations(rows));
-        }
         if best.as_ref().is_none_or(|best| size < best.residual) {
             let better = best.as_ref().is_none_or(|best| size < 0.5 * best.residual);
             idle = if better { 0 } else { idle + 1 };
@@ -105,7 +99,9 @@ fn active(evaluated: &Evaluated, multipliers: &Multipliers, first: bool) -> Vec<
     let largest = multipliers.rows.iter().fold(0.0f64, |largest, value| largest.max(*value));
     let rho = largest.max(1e-3);
     let acts = |(value, multiplier): (&Value, &f64)| match value {
-        Value::Half { c, .. } if first => multiplier + 0.1 * rho * c > 0.0 && *multiplier > 1e-6 * rho || *c > 1e-9,
+        Value::Half { c, .. } if first => {
+            multiplier + 0.1 * rho * c > 0.0 && *multiplier > 1e-6 * rho || *c > 1e-9
+        }
         Value::Half { c, .. } => multiplier + rho * c > 0.0,
         _ => false,
     };
@@ -244,7 +240,7 @@ fn direction(
         entries.push((column, row, value));
     };
     let mut right = vec![0.0; layout.size];
-    for stage in 0..=model.steps {
+    for (stage, curvature) in curvature.iter().enumerate() {
         let (l, u, z) = (layout.costate[stage], layout.inputs[stage], layout.states[stage]);
         for i in 0..n {
             both(l + i, z + i, -1.0);
@@ -267,7 +263,7 @@ fn direction(
                 }
             }
         }
-        if let Some(next) = &curvature[stage].next {
+        if let Some(next) = &curvature.next {
             let after = layout.inputs[stage + 1];
             for i in 0..n {
                 for j in 0..m {
@@ -275,7 +271,7 @@ fn direction(
                 }
             }
         }
-        if let Some(mixed) = &curvature[stage].mixed {
+        if let Some(mixed) = &curvature.mixed {
             for i in 0..n {
                 for j in 0..m {
                     both(z + i, u + j, mixed[(i, j)]);
@@ -307,20 +303,21 @@ fn direction(
         }
     }
     // The diagonal blocks, once each.
-    for stage in 0..=model.steps {
+    for (stage, curvature) in curvature.iter().enumerate() {
         let (u, z) = (layout.inputs[stage], layout.states[stage]);
         let weight = model.kick_weight(stage);
         for i in 0..m {
             for j in 0..m {
-                let rows = curvature[stage].inputs.as_ref().map_or(0.0, |inputs| inputs[(i, j)]);
+                let rows = curvature.inputs.as_ref().map_or(0.0, |inputs| inputs[(i, j)]);
                 // Lie–Euler has no u_0: keep it where it is.
-                let own = if weight > 0.0 { model.weight[(i, j)] * weight } else { f64::from(u8::from(i == j)) };
+                let own =
+                    if weight > 0.0 { model.weight[(i, j)] * weight } else { f64::from(u8::from(i == j)) };
                 entries.push((u + i, u + j, own + rows));
             }
         }
         for i in 0..n {
             for j in 0..n {
-                entries.push((z + i, z + j, curvature[stage].state[(i, j)]));
+                entries.push((z + i, z + j, curvature.state[(i, j)]));
             }
         }
     }

@@ -19,7 +19,7 @@ pub(crate) fn trajectory(
     let units = &model.dynamics.units;
     let moves = problem.motion == Motion::RigidBody;
     let mut out = Trajectory { input_count: model.m, ..Trajectory::default() };
-    for stage in 0..=model.steps {
+    for (stage, costate) in costates.iter().enumerate() {
         let (state, inputs) = (&iterate.states[stage], &iterate.inputs[stage]);
         let physical = model.physical(stage, state, inputs);
         let carried = model.wheel_momentum(&physical.wheels);
@@ -42,7 +42,7 @@ pub(crate) fn trajectory(
         if moves {
             out.force.push(output.force * units.force());
         }
-        let costate = costate_blocks(model, &costates[stage]);
+        let costate = costate_blocks(model, costate);
         if moves {
             out.costates.extend(costate.to_vector::<12>().component_mul(&units.costate()).iter());
         } else {

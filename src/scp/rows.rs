@@ -212,8 +212,7 @@ impl What {
                 let momentum = place.state.wheels[*wheel] + lag * place.inputs[model.forces + wheel];
                 let mut state = DVector::zeros(model.n);
                 state[6 + wheel] = sign / limit;
-                let inputs =
-                    if lag > 0.0 { unit(model.forces + wheel, sign * lag / limit) } else { None };
+                let inputs = if lag > 0.0 { unit(model.forces + wheel, sign * lag / limit) } else { None };
                 Value::Half { c: sign * momentum / limit - 1.0, state: Some(state), inputs, next: None }
             }
         }
@@ -276,7 +275,11 @@ impl Arc {
         let mut at = 0.5;
         for _ in 0..60 {
             let (first, second) = self.slopes(at);
-            if first > 0.0 { low = at } else { high = at }
+            if first > 0.0 {
+                low = at
+            } else {
+                high = at
+            }
             let newton = at - first / second;
             let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
             if (next - at).abs() <= 1e-15 {
@@ -301,8 +304,11 @@ impl Rows {
                     rows.along(model, group, &|arc| vec![What::RateNorm { arc, limit }]);
                 }
                 Rule::RateAxes(limits) => rows.along(model, group, &|arc| {
-                    let axis = |axis: usize, sign: f64| {
-                        What::RateAxis { arc, axis, sign, limit: limits[axis] * problem.duration }
+                    let axis = |axis: usize, sign: f64| What::RateAxis {
+                        arc,
+                        axis,
+                        sign,
+                        limit: limits[axis] * problem.duration,
                     };
                     (0..3).flat_map(|index| [axis(index, 1.0), axis(index, -1.0)]).collect()
                 }),

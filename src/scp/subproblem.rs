@@ -18,7 +18,7 @@ use super::curvature::Multipliers;
 use super::iterate::{Evaluated, Iterate};
 use super::model::Model;
 use super::rows::{Rows, Value};
-use crate::convex::cone::{Answer, Cone, ConeError, ConeSettings, ConeSolver, Program, Reason, Work};
+use crate::convex::cone::{Answer, Cone, ConeError, ConeSettings, ConeSolver, Program, Reason};
 use crate::convex::sparse::Sparse;
 use nalgebra::{DMatrix, DVector};
 
@@ -48,7 +48,6 @@ pub(crate) struct Move {
     pub multipliers: Multipliers,
     /// The model's decrease of the merit function.
     pub predicted: f64,
-    pub work: Work,
 }
 
 /// Why there is no move.
@@ -164,8 +163,9 @@ impl<'a> Subproblem<'a> {
             rows: places.iter().map(|place| optimum.z[*place].max(0.0)).collect(),
         };
         let states: Vec<_> = stages.map(|stage| part(layout.state(stage), n)).collect();
-        let predicted = self.predicted(iterate, evaluated, curvature, weights, &states, &inputs, left, &slacks);
-        Ok(Move { states, inputs, left, slacks, multipliers, predicted, work })
+        let predicted =
+            self.predicted(iterate, evaluated, curvature, weights, &states, &inputs, left, &slacks);
+        Ok(Move { states, inputs, left, slacks, multipliers, predicted })
     }
 
     /// Decrease of the merit function that the subproblem promises, its curvature included.
@@ -231,11 +231,11 @@ impl<'a> Subproblem<'a> {
         let model = self.model;
         let mut linear = vec![0.0; layout.count];
         let mut quadratic = Vec::new();
-        for stage in 0..=model.steps {
+        for (stage, curvature) in curvature.iter().enumerate() {
             let (z, u) = (layout.state(stage), layout.inputs(stage));
             for j in 0..layout.n {
                 for i in 0..=j {
-                    quadratic.push((z + i, z + j, curvature[stage][(i, j)]));
+                    quadratic.push((z + i, z + j, curvature[(i, j)]));
                 }
             }
             // Lie–Euler has no u_0: any weight keeps it at zero.
@@ -244,7 +244,11 @@ impl<'a> Subproblem<'a> {
             let slope = &model.weight * inputs * weight;
             for j in 0..layout.m {
                 for i in 0..=j {
-                    let own = if weight > 0.0 { model.weight[(i, j)] * weight } else { f64::from(u8::from(i == j)) };
+                    let own = if weight > 0.0 {
+                        model.weight[(i, j)] * weight
+                    } else {
+                        f64::from(u8::from(i == j))
+                    };
                     quadratic.push((u + i, u + j, own));
                 }
                 linear[u + j] = slope[j];
@@ -319,7 +323,9 @@ impl<'a> Subproblem<'a> {
             }
             let zeros = (DVector::zeros(layout.n), DVector::zeros(layout.m));
             let (c, state, inputs, next) = match value {
-                Value::Half { c, state, inputs, next } => (*c, state.as_ref(), inputs.as_ref(), next.as_ref()),
+                Value::Half { c, state, inputs, next } => {
+                    (*c, state.as_ref(), inputs.as_ref(), next.as_ref())
+                }
                 // An idle arc keeps its place in the pattern.
                 _ => {
                     let (by_state, by_inputs, _) = row.what.depends(self.model);
@@ -376,7 +382,10 @@ impl<'a> Subproblem<'a> {
                 let at = writer.row(v[i]);
                 let parts = [(state, layout.state(row.stage)), (inputs, layout.inputs(row.stage))];
                 for (slope, first) in parts {
-                    for (offset, value) in slope.iter().flat_map(|slope| slope.row(i).iter().copied().enumerate().collect::<Vec<_>>()) {
+                    for (offset, value) in slope
+                        .iter()
+                        .flat_map(|slope| slope.row(i).iter().copied().enumerate().collect::<Vec<_>>())
+                    {
                         writer.put(at, first + offset, -value);
                     }
                 }
