@@ -67,7 +67,6 @@ pub(crate) struct Convex {
     /// The last iterate, and its multipliers.
     pub iterate: Iterate,
     pub multipliers: Multipliers,
-    pub cost: f64,
     /// Subproblems solved.
     pub subproblems: usize,
     /// Size of defects after each subproblem, the first before any.
@@ -275,7 +274,6 @@ impl Scp<'_> {
         };
         Convex {
             outcome,
-            cost: self.evaluated.cost,
             violations: self.evaluated.violations(self.rows),
             multipliers: self.multipliers.unwrap_or_else(zeros),
             iterate: self.iterate,

@@ -4,6 +4,7 @@
 //! the nodes is a row of the arc of its own: on one step the body turns about one axis at one rate.
 
 use super::model::{Model, State};
+use crate::actuation::LimitKind;
 use crate::constraint::{Direction, Rule, Side};
 use crate::lie;
 use crate::problem::Problem;
@@ -352,15 +353,13 @@ impl Rows {
         let first = model.first_input();
         let force = problem.actuation.force.as_ref().filter(|_| model.forces > 0);
         let wheels = problem.actuation.wheels.as_ref();
-        let torque_name = if wheels.is_some() { "wheel torque" } else { "torque" };
-        let channels = [
-            force.map(|channel| (channel, 0, true, "force")),
-            Some((&problem.actuation.torque, model.forces, false, torque_name)),
-        ];
-        for (channel, offset, forces, name) in channels.into_iter().flatten() {
+        let channels =
+            [force.map(|channel| (channel, 0, true)), Some((&problem.actuation.torque, model.forces, false))];
+        for (channel, offset, forces) in channels.into_iter().flatten() {
             let limits = channel.limits();
+            let name = |kind| problem.actuation.limit_name(kind, forces);
             if let Some(sizes) = &limits.size {
-                let group = self.group(&format!("{name} limit"), true);
+                let group = self.group(name(LimitKind::Size), true);
                 for stage in first..=model.steps {
                     for (index, size) in sizes.iter().enumerate() {
                         let input = offset + index;
@@ -373,14 +372,14 @@ impl Rows {
                 }
             }
             if let Some(norm) = limits.norm {
-                let group = self.group(&format!("{name} norm limit"), true);
+                let group = self.group(name(LimitKind::Norm), true);
                 let limit = norm / model.input_unit[offset];
                 for stage in first..=model.steps {
                     self.rows.push(Row { group, stage, what: What::InputNorm { forces, limit } });
                 }
             }
             if let Some(rates) = &limits.rate {
-                let group = self.group(&format!("{name} rate limit"), true);
+                let group = self.group(name(LimitKind::Rate), true);
                 for stage in first..model.steps {
                     for (index, rate) in rates.iter().enumerate() {
                         let input = offset + index;
@@ -396,7 +395,7 @@ impl Rows {
         let Some(wheels) = wheels.filter(|wheels| wheels.momentum_limit.iter().any(|l| l.is_finite())) else {
             return;
         };
-        let group = self.group("wheel momentum limit", false);
+        let group = self.group(problem.actuation.limit_name(LimitKind::WheelMomentum, false), false);
         for stage in 1..=model.steps {
             for (wheel, limit) in wheels.momentum_limit.iter().enumerate() {
                 let limit = limit / model.dynamics.units.momentum();
