@@ -21,7 +21,7 @@ pub use error::FullBodyError;
 pub use mutual_gravity::{Attractor, GRAVITATIONAL_CONSTANT, MutualGravity, Threads};
 pub use point_cloud::{MassPoint, PointCloud};
 
-use crate::environment::{Pose, Wrench};
+use crate::environment::{Blocks, Pose, Wrench};
 
 /// A potential `U(x_1, R_1, …, x_n, R_n)` and what it exerts on each body.
 pub trait Potential: std::fmt::Debug + Send + Sync {
@@ -31,4 +31,12 @@ pub trait Potential: std::fmt::Debug + Send + Sync {
     /// Force (reference frame \[N\]) and moment (body axes \[N·m\]) on each body, written over `wrenches`, which
     /// has one row per pose.
     fn wrenches(&self, poses: &[Pose], wrenches: &mut [Wrench]);
+
+    /// Derivative of force and moment on body i with respect to `(δx, ζ)` of body j, written over
+    /// `gradient[n i + j]`; false, and nothing written, where the potential does not offer it.
+    ///
+    /// The implicit methods converge quadratically with it, linearly without. Default: not offered.
+    fn gradient(&self, _poses: &[Pose], _gradient: &mut [Blocks]) -> bool {
+        false
+    }
 }

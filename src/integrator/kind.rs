@@ -1,5 +1,6 @@
 //! The methods by name.
 
+use super::galerkin::{DEGREES, Galerkin, Quadrature};
 use super::lagrangian_verlet::LagrangianVerlet;
 use super::lie_euler::LieEuler;
 use super::lie_verlet::LieVerlet;
@@ -19,6 +20,13 @@ pub enum Kind {
     LieVerlet,
     /// `lie_verlet_lagrangian`: the same map as a discrete Lagrangian map.
     LieVerletLagrangian,
+    /// `galerkin_gauss_1` … `galerkin_lobatto_6`: variational with curves of a degree; order twice that.
+    Galerkin {
+        /// Degree of the curves, 1 … 6.
+        degree: usize,
+        /// Where the action is sampled.
+        quadrature: Quadrature,
+    },
 }
 
 /// Settings of the methods that have any.
@@ -47,10 +55,31 @@ fn names() -> String {
     Kind::all().map(Kind::name).collect::<Vec<_>>().join(", ")
 }
 
+const GAUSS: [&str; 6] = [
+    "galerkin_gauss_1",
+    "galerkin_gauss_2",
+    "galerkin_gauss_3",
+    "galerkin_gauss_4",
+    "galerkin_gauss_5",
+    "galerkin_gauss_6",
+];
+const LOBATTO: [&str; 6] = [
+    "galerkin_lobatto_1",
+    "galerkin_lobatto_2",
+    "galerkin_lobatto_3",
+    "galerkin_lobatto_4",
+    "galerkin_lobatto_5",
+    "galerkin_lobatto_6",
+];
+
 impl Kind {
     /// All methods.
     pub fn all() -> impl Iterator<Item = Self> {
-        [Self::LieEuler, Self::LieEulerAdjoint, Self::LieVerlet, Self::LieVerletLagrangian].into_iter()
+        let galerkin = |quadrature| DEGREES.map(move |degree| Self::Galerkin { degree, quadrature });
+        [Self::LieEuler, Self::LieEulerAdjoint, Self::LieVerlet, Self::LieVerletLagrangian]
+            .into_iter()
+            .chain(galerkin(Quadrature::Gauss))
+            .chain(galerkin(Quadrature::Lobatto))
     }
 
     /// Its name in files and commands.
@@ -60,6 +89,10 @@ impl Kind {
             Self::LieEulerAdjoint => "lie_euler_adjoint",
             Self::LieVerlet => "lie_verlet",
             Self::LieVerletLagrangian => "lie_verlet_lagrangian",
+            Self::Galerkin { degree, quadrature } => {
+                let names = if quadrature == Quadrature::Gauss { GAUSS } else { LOBATTO };
+                names.get(degree.wrapping_sub(1)).copied().unwrap_or("galerkin")
+            }
         }
     }
 
@@ -69,6 +102,7 @@ impl Kind {
             Self::LieEuler | Self::LieEulerAdjoint => LieEuler::facts(),
             Self::LieVerlet => LieVerlet::facts(),
             Self::LieVerletLagrangian => LagrangianVerlet::facts(),
+            Self::Galerkin { degree, .. } => Galerkin::facts(degree),
         }
     }
 
@@ -96,6 +130,12 @@ impl Kind {
             Self::LieEulerAdjoint => Box::new(LieEuler::new(system, state, step, true)),
             Self::LieVerlet => Box::new(LieVerlet::new(system, state, step)),
             Self::LieVerletLagrangian => Box::new(LagrangianVerlet::new(system, state, step)),
+            Self::Galerkin { degree, quadrature } => {
+                if !DEGREES.contains(&degree) {
+                    return Err(SystemError::Degree { degree });
+                }
+                Box::new(Galerkin::new(system, state, step, degree, quadrature))
+            }
         })
     }
 }

@@ -20,6 +20,7 @@
 //! everything is turned back by `exp(−h S(n))`.
 
 mod drift;
+mod galerkin;
 mod kind;
 mod lagrangian_verlet;
 mod lie_euler;
@@ -29,9 +30,11 @@ mod system;
 #[cfg(test)]
 mod tests;
 
+pub use crate::full_body::invariants::Momentum;
+pub use galerkin::{EulerPoincare, Quadrature, ReducedStep};
 pub use kind::{Kind, Settings, UnknownKind};
 pub use state::SystemState;
-pub use system::{Input, Invariants, Momentum, System, SystemError};
+pub use system::{Input, Invariants, System, SystemError};
 
 use thiserror::Error;
 
@@ -113,7 +116,7 @@ pub enum StepError {
     TooLong {
         /// Number of the body, from 1.
         body: usize,
-        /// The step [s].
+        /// The step \[s\].
         step: f64,
         /// `h|J⁻¹Π|` \[rad\].
         turn: f64,
@@ -123,7 +126,7 @@ pub enum StepError {
         "the equations of a step of {step:e} s did not converge in {iterations} iterations; shorten the step"
     )]
     NotConverged {
-        /// The step [s].
+        /// The step \[s\].
         step: f64,
         /// Iterations made.
         iterations: u32,
@@ -133,7 +136,7 @@ pub enum StepError {
         "the error control gave up within a step of {step:e} s; loosen the tolerance or look for a collision"
     )]
     GaveUp {
-        /// The step [s].
+        /// The step \[s\].
         step: f64,
     },
     /// A number is NaN or infinite.

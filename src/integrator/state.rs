@@ -1,7 +1,6 @@
 //! The state of all bodies, as compensated sums.
 
-use super::StepError;
-use super::system::Momentum;
+use super::{Momentum, StepError};
 use crate::body::Body;
 use crate::dynamics::compensated_add;
 use crate::environment::{Pose, Wrench};

@@ -2,8 +2,9 @@
 
 use super::state::SystemState;
 use crate::body::Body;
-use crate::environment::{Environment, Pose, Wrench};
+use crate::environment::{Blocks, Environment, Pose, Wrench};
 use crate::full_body::Potential;
+use crate::full_body::invariants::{self, Momentum};
 use crate::problem::State;
 use crate::{Matrix3, Vector3, lie};
 use std::sync::Arc;
@@ -88,6 +89,12 @@ pub enum SystemError {
     Step {
         /// The step given \[s\].
         step: f64,
+    },
+    /// No Galerkin method has this degree.
+    #[error("a Galerkin method of degree {degree} is not offered, the degrees are 1 to 6")]
+    Degree {
+        /// The degree given.
+        degree: usize,
     },
     /// The tolerance is unusable.
     #[error("the tolerance is {tolerance:e}, it must lie between 1e-15 and 0.1")]
@@ -230,30 +237,20 @@ impl System {
         Ok(())
     }
 
-    /// `Σ ½(Ω·JΩ + γ·γ/m)` \[J\].
-    pub fn kinetic_energy(&self, state: &SystemState) -> f64 {
-        let energy = |(body, momentum): (&Body, &Momentum)| {
-            let rotation = momentum.angular.dot(&angular_velocity(body, &momentum.angular));
-            0.5 * (rotation + body.mass.map_or(0.0, |mass| momentum.linear.norm_squared() / mass))
-        };
-        self.bodies.iter().zip(state.momenta()).map(energy).sum()
-    }
-
     /// Energy, momenta and orthogonality.
     pub fn invariants(&self, state: &SystemState) -> Invariants {
-        let potential = self.potential.as_ref().map_or(0.0, |potential| potential.energy(state.poses()));
-        let (mut linear_momentum, mut angular_momentum) = (Vector3::zeros(), Vector3::zeros());
+        let (poses, momenta) = (state.poses(), state.momenta());
+        let potential = self.potential.as_ref().map_or(0.0, |potential| potential.energy(poses));
+        let angular_momentum = invariants::angular_momentum(poses, momenta);
+        let kinetic = invariants::kinetic_energy(&self.bodies, momenta);
         let mut worst = 0.0_f64;
-        for (pose, momentum) in state.poses().iter().zip(state.momenta()) {
-            linear_momentum += momentum.linear;
-            angular_momentum += pose.position.cross(&momentum.linear) + pose.attitude * momentum.angular;
-            let error = orthogonality(&pose.attitude);
+        for error in poses.iter().map(|pose| orthogonality(&pose.attitude)) {
             // Written so that a NaN stays.
             worst = if error <= worst { worst } else { error };
         }
         Invariants {
-            energy: self.kinetic_energy(state) + potential - self.frame_rate.dot(&angular_momentum),
-            linear_momentum,
+            energy: kinetic + potential - self.frame_rate.dot(&angular_momentum),
+            linear_momentum: invariants::linear_momentum(momenta),
             angular_momentum,
             orthogonality: worst,
         }
@@ -265,24 +262,7 @@ fn orthogonality(attitude: &Matrix3) -> f64 {
     (attitude.tr_mul(attitude) - Matrix3::identity()).norm()
 }
 
-/// `Ω` of `JΩ = Π` with one step of refinement: the plain product misses by ε·cond(J), which for a thin
-/// rod is a torque about its axis that is not there.
-pub(crate) fn angular_velocity(body: &Body, momentum: &Vector3) -> Vector3 {
-    let inertia = &body.inertia;
-    let rate = inertia.j_inverse() * momentum;
-    rate + inertia.j_inverse() * (momentum - inertia.j() * rate)
-}
-
-/// Momenta of one body.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Momentum {
-    /// Linear momentum `γ = m ẋ`, reference frame [N·s]; zero for a body that only turns.
-    pub linear: Vector3,
-    /// Angular momentum `Π = JΩ`, body axes [N·m·s].
-    pub angular: Vector3,
-}
-
-/// An environment as the potential of one body.
+/// An environment as the potential of the only body.
 #[derive(Clone, Debug)]
 struct EnvironmentPotential {
     environment: Arc<dyn Environment>,
@@ -290,13 +270,16 @@ struct EnvironmentPotential {
 
 impl Potential for EnvironmentPotential {
     fn energy(&self, poses: &[Pose]) -> f64 {
-        poses.iter().map(|pose| self.environment.potential(pose)).sum()
+        self.environment.potential(&poses[0])
     }
 
     fn wrenches(&self, poses: &[Pose], wrenches: &mut [Wrench]) {
-        for (pose, wrench) in poses.iter().zip(wrenches) {
-            *wrench = self.environment.wrench(pose);
-        }
+        wrenches[0] = self.environment.wrench(&poses[0]);
+    }
+
+    fn gradient(&self, poses: &[Pose], gradient: &mut [Blocks]) -> bool {
+        gradient[0] = self.environment.gradient(&poses[0]);
+        true
     }
 }
 
@@ -343,6 +326,45 @@ impl Loads {
         potential.wrenches(poses, wrenches);
     }
 
+    /// The potential's gradient at `fraction` of the step, n×n blocks, poses and forces as in `total`.
+    ///
+    /// # Panics
+    /// Without a potential that gives one.
+    pub fn gradient(&mut self, fraction: f64, poses: &[Pose], gradient: &mut [Blocks]) {
+        let potential = self.system.potential.clone().expect("a potential");
+        let Some(turn) = self.frame_turn() else {
+            assert!(potential.gradient(poses, gradient), "a potential that once gave its gradient gives it");
+            return;
+        };
+        let frame = lie::exp(&(turn * fraction));
+        self.turn_poses(&frame, poses);
+        assert!(
+            potential.gradient(&self.turned, gradient),
+            "a potential that once gave its gradient gives it"
+        );
+        let turns = |body: &Body| body.mass.is_some();
+        for (row, blocks) in gradient.chunks_exact_mut(poses.len()).enumerate() {
+            for (block, column) in blocks.iter_mut().zip(&self.system.bodies) {
+                if turns(&self.system.bodies[row]) {
+                    block.xr = frame.tr_mul(&block.xr);
+                    block.xx = frame.tr_mul(&block.xx);
+                }
+                if turns(column) {
+                    block.rx *= frame;
+                    block.xx *= frame;
+                }
+            }
+        }
+    }
+
+    /// Turns poses of the axes at the start of the step into the frame.
+    fn turn_poses(&mut self, frame: &Matrix3, poses: &[Pose]) {
+        for ((turned, pose), body) in self.turned.iter_mut().zip(poses).zip(&self.system.bodies) {
+            let position = if body.mass.is_some() { frame * pose.position } else { pose.position };
+            *turned = Pose { position, attitude: frame * pose.attitude };
+        }
+    }
+
     /// Potential and inputs at `fraction` of the step, poses and forces in the axes of its start.
     pub fn total(&mut self, fraction: f64, poses: &[Pose], inputs: &[Input], wrenches: &mut [Wrench]) {
         let Some(turn) = self.frame_turn() else {
@@ -351,11 +373,8 @@ impl Loads {
             return;
         };
         let frame = lie::exp(&(turn * fraction));
-        let mut turned = std::mem::take(&mut self.turned);
-        for ((turned, pose), body) in turned.iter_mut().zip(poses).zip(&self.system.bodies) {
-            let position = if body.mass.is_some() { frame * pose.position } else { pose.position };
-            *turned = Pose { position, attitude: frame * pose.attitude };
-        }
+        self.turn_poses(&frame, poses);
+        let turned = std::mem::take(&mut self.turned);
         self.field(&turned, wrenches);
         self.turned = turned;
         add_inputs(inputs, fraction, wrenches);

@@ -20,6 +20,7 @@ mod quaternion;
 mod so3;
 
 pub use cayley::{cayley, cayley_inverse, cayley_minus_identity};
+pub(crate) use kernels::Second;
 pub use quaternion::{project_to_rotation, quaternion_from_rotation, rotation_from_quaternion};
 pub use so3::{
     exp, exp_minus_identity, hat, left_jacobian, left_jacobian_inverse, log, right_jacobian,
@@ -29,7 +30,7 @@ pub use so3::{
 use crate::{Matrix3, Vector3};
 
 /// `a S(f) + b S(f)²`, without forming `S(f)² = f fᵀ − |f|² I` by subtraction.
-fn skew_polynomial(a: f64, b: f64, f: &Vector3) -> Matrix3 {
+pub(crate) fn skew_polynomial(a: f64, b: f64, f: &Vector3) -> Matrix3 {
     let (x, y, z) = (f.x, f.y, f.z);
     let (bxy, bxz, byz) = (b * x * y, b * x * z, b * y * z);
     let (ax, ay, az) = (a * x, a * y, a * z);

@@ -1,61 +1,17 @@
 //! The methods against reference values, their laws and each other.
 
 mod agreement;
+mod galerkin;
 mod reference;
 
 use super::{Input, Integrator, Kind, Settings, System, SystemState};
-use crate::body::{Body, Inertia};
-use crate::environment::{Pose, UniformGravity, Wrench};
-use crate::full_body::Potential;
+use crate::body::Body;
+use crate::environment::{UniformGravity, Wrench};
+use crate::full_body::{Dumbbell, Dumbbells};
 use crate::problem::State;
 use crate::testing::{full_inertia, matrix, reference, vector};
 use crate::{Matrix3, Vector3, lie};
 use std::sync::Arc;
-
-/// Point masses under Newton's gravity, G = 1, summed over all pairs of different bodies.
-#[derive(Debug)]
-struct Points {
-    /// Mass and place in body axes of each point of each body.
-    bodies: Vec<Vec<(f64, Vector3)>>,
-}
-
-impl Points {
-    /// Calls `each(i, j, ρ_p, m_p m_q, y_p − y_q)` for every pair of points of different bodies.
-    fn pairs(&self, poses: &[Pose], mut each: impl FnMut(usize, Vector3, f64, Vector3)) {
-        for (i, (a, pose_a)) in self.bodies.iter().zip(poses).enumerate() {
-            for (j, (b, pose_b)) in self.bodies.iter().zip(poses).enumerate() {
-                if i == j {
-                    continue;
-                }
-                for (mass_a, place_a) in a {
-                    for (mass_b, place_b) in b {
-                        let d = pose_a.position + pose_a.attitude * place_a
-                            - pose_b.position
-                            - pose_b.attitude * place_b;
-                        each(i, *place_a, mass_a * mass_b, d);
-                    }
-                }
-            }
-        }
-    }
-}
-
-impl Potential for Points {
-    fn energy(&self, poses: &[Pose]) -> f64 {
-        let mut energy = 0.0;
-        self.pairs(poses, |_, _, masses, d| energy -= 0.5 * masses / d.norm());
-        energy
-    }
-
-    fn wrenches(&self, poses: &[Pose], wrenches: &mut [Wrench]) {
-        wrenches.fill(Wrench::zero());
-        self.pairs(poses, |i, place, masses, d| {
-            let force = d * (-masses / d.norm().powi(3));
-            wrenches[i].force += force;
-            wrenches[i].moment += place.cross(&poses[i].attitude.tr_mul(&force));
-        });
-    }
-}
 
 fn attitude_body() -> Body {
     Body { inertia: full_inertia(), mass: None }
@@ -83,17 +39,10 @@ fn start(system: &System, attitude: &Matrix3, momentum: Vector3) -> SystemState 
 
 /// The two dumbbells of theory.md 5.1: separation `d`, spins scaled by `spin`.
 fn dumbbells(d: f64, spin: f64) -> (System, SystemState) {
-    let mut bodies = Vec::new();
-    let mut points = Vec::new();
-    for (mass, length) in [(1.0, 0.5), (2.0, 1.0)] {
-        let along: f64 = 0.4 * mass * (0.2_f64 * length).powi(2);
-        let across = along + 0.25 * mass * length * length;
-        let inertia = Inertia::diagonal(Vector3::new(along, across, across)).unwrap();
-        bodies.push(Body { inertia, mass: Some(mass) });
-        let end = Vector3::new(0.5 * length, 0.0, 0.0);
-        points.push(vec![(0.5 * mass, end), (0.5 * mass, -end)]);
-    }
-    let system = System::new(bodies, Some(Arc::new(Points { bodies: points }))).unwrap();
+    let pair = [(1.0, 0.5), (2.0, 1.0)];
+    let pair = pair.map(|(mass, length)| Dumbbell { mass, length, sphere_radius: 0.2 * length });
+    let bodies = pair.iter().map(|dumbbell| dumbbell.body().unwrap()).collect();
+    let system = System::new(bodies, Some(Arc::new(Dumbbells::new(1.0, &pair).unwrap()))).unwrap();
     let speed = (3.0 / d).sqrt();
     let state = |part: f64, f: Vector3, rate: Vector3| State {
         position: Vector3::new(part * d, 0.0, 0.0),

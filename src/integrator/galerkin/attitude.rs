@@ -1,0 +1,144 @@
+//! The stage equations of the attitude of one body, and their exact Jacobian.
+//!
+//! ```text
+//! g_ν = ∂L_d/∂ξ_ν = h Σ b_i [ l'_ν(c_i) ∂T/∂v + l_ν(c_i) (∂T/∂ξ + J_r(ξ_i)ᵀ M_i) ]
+//! P   = Π_0 + h Σ b_i exp S(ξ_i) M_i
+//!
+//! 0 = −g_ν  (ν < s)        0 = J_r(ξ_s) P − g_s                    then Π_1 = exp S(ξ_s)ᵀ P
+//! ```
+//! The last is the printed `J_r⁻¹ g_s − h Σ b_i exp S(ξ_i) M_i = Π_0`, free of the inverse. Because
+//! `J_l⁻¹ = exp S(ξ)ᵀ J_r⁻¹`, the momentum at the end needs no `g_s`: it is the old one and the impulses,
+//! turned, and so kept to round-off however far the iteration was driven.
+
+use super::convergence::relative;
+use super::kinetic::Chart;
+use super::linear::Dense;
+use super::scheme::Scheme;
+use crate::lie::hat;
+use crate::{Matrix3, Vector3};
+use std::f64::consts::PI;
+
+/// The curve of one body's attitude over a step.
+#[derive(Clone, Debug)]
+pub(super) struct Arc {
+    /// `ξ_1 … ξ_s`.
+    pub xi: Vec<Vector3>,
+    /// The chart at the quadrature points.
+    pub charts: Vec<Chart>,
+    /// `h Σ b_i exp S(ξ_i) M_i`, as of the last look at the equations.
+    pub impulse: Vector3,
+}
+
+impl Arc {
+    pub fn new(scheme: &Scheme) -> Self {
+        Self {
+            xi: vec![Vector3::zeros(); scheme.degree],
+            charts: vec![Chart::at(Vector3::zeros()); scheme.points.len()],
+            impulse: Vector3::zeros(),
+        }
+    }
+
+    /// Starts from a constant angular velocity [rad/s].
+    pub fn constant_rate(&mut self, scheme: &Scheme, h: f64, rate: &Vector3) {
+        for (xi, d) in self.xi.iter_mut().zip(&scheme.times) {
+            *xi = rate * (h * d);
+        }
+    }
+
+    /// Starts from where the curve of the last step leads.
+    pub fn extrapolate(&mut self, scheme: &Scheme) {
+        let back = crate::lie::exp(&-self.xi[scheme.degree - 1]);
+        // In place: the charts are of no use until the next look, and there is at least one per unknown.
+        for (chart, row) in self.charts.iter_mut().zip(&scheme.ahead) {
+            chart.xi = crate::lie::log(&(back * crate::lie::exp(&combine(row, &self.xi))));
+        }
+        for (xi, chart) in self.xi.iter_mut().zip(&self.charts) {
+            *xi = chart.xi;
+        }
+    }
+
+    /// Puts the charts at the quadrature points of the curve.
+    pub fn place(&mut self, scheme: &Scheme) {
+        for (chart, values) in self.charts.iter_mut().zip(&scheme.values) {
+            *chart = Chart::at(combine(values, &self.xi));
+        }
+    }
+
+    /// Adds a Newton correction; returns its size relative to the curve's, not finite when the curve has left
+    /// the chart.
+    pub fn correct(&mut self, correction: &[f64]) -> f64 {
+        let (mut change, mut size) = (0.0, 0.0);
+        for (xi, delta) in self.xi.iter_mut().zip(correction.chunks_exact(3)) {
+            let delta = Vector3::from_column_slice(delta);
+            *xi += delta;
+            change += delta.norm_squared();
+            size += xi.norm_squared();
+            if xi.norm_squared() >= PI * PI {
+                return f64::NAN;
+            }
+        }
+        relative(change.sqrt(), size.sqrt())
+    }
+
+    /// Writes the right-hand sides under the moments `M_i`, and notes the impulse.
+    pub fn residual(
+        &mut self,
+        scheme: &Scheme,
+        j: &Matrix3,
+        h: f64,
+        momentum: &Vector3,
+        moments: impl Fn(usize) -> Vector3,
+        out: &mut [f64],
+        mut jacobian: Option<(&mut Dense, usize)>,
+    ) {
+        let s = scheme.degree;
+        let end = Chart::at(self.xi[s - 1]);
+        out.fill(0.0);
+        self.impulse = Vector3::zeros();
+        for (i, chart) in self.charts.iter().enumerate() {
+            let (values, slopes, weight) = (&scheme.values[i], &scheme.slopes[i], h * scheme.weights[i]);
+            let kinetic = chart.kinetic(j, h, &combine(slopes, &self.xi));
+            let moment = moments(i);
+            let turned = moment + chart.turn() * moment;
+            self.impulse += weight * turned;
+            let by_xi = kinetic.by_xi + chart.j_r.tr_mul(&moment);
+            for nu in 0..s {
+                let g = (kinetic.by_v * slopes[nu] + by_xi * values[nu]) * weight;
+                for (out, g) in out[3 * nu..].iter_mut().zip(&g) {
+                    *out -= g;
+                }
+            }
+            let Some((matrix, offset)) = &mut jacobian else { continue };
+            let xi_xi = (kinetic.xi_xi + chart.transposed_directional(&moment)) * weight;
+            let (vv, v_xi) = (kinetic.vv * weight, kinetic.v_xi * weight);
+            // δ(exp S(ξ) M) = −exp S(ξ) S(M) J_r δξ
+            let turn = hat(&moment) * chart.j_r;
+            let carried = end.j_r * (turn + chart.turn() * turn) * weight;
+            for nu in 0..s {
+                let (slope, value) = (slopes[nu], values[nu]);
+                let (by_slope, by_value) =
+                    (vv * slope + v_xi.transpose() * value, v_xi * slope + xi_xi * value);
+                for mu in 0..s {
+                    let mut block = by_slope * slopes[mu] + by_value * values[mu];
+                    if nu == s - 1 {
+                        block += carried * values[mu];
+                    }
+                    matrix.add(*offset + 3 * nu, *offset + 3 * mu, &block);
+                }
+            }
+        }
+        let carried = momentum + self.impulse;
+        for (out, value) in out[3 * (s - 1)..].iter_mut().zip(&(end.j_r * carried)) {
+            *out += value;
+        }
+        if let Some((matrix, offset)) = jacobian {
+            let last = offset + 3 * (s - 1);
+            matrix.add(last, last, &-end.directional(&carried));
+        }
+    }
+}
+
+/// `Σ w_ν ξ_ν`.
+pub(super) fn combine(weights: &[f64], vectors: &[Vector3]) -> Vector3 {
+    weights.iter().zip(vectors).map(|(weight, vector)| vector * *weight).sum()
+}

@@ -1,0 +1,57 @@
+//! When an iteration on the stage equations is done.
+
+/// Relative accuracy that is as good as none missing.
+const ROUND_OFF: f64 = 2e-16;
+
+/// Below this, relative, a correction that no longer shrinks is noise.
+const NOISE: f64 = 1e-11;
+
+/// Newton takes 2–4, iterations without the potential's gradient up to a dozen.
+pub(super) const MAX_ITERATIONS: u32 = 40;
+
+/// Watches the corrections, each relative to the size of what it corrects.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Convergence {
+    /// Whether the Jacobian is exact, so that convergence is quadratic.
+    exact: bool,
+    last: f64,
+}
+
+/// What to do next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Next {
+    Iterate,
+    Done,
+    GiveUp,
+}
+
+impl Convergence {
+    pub fn new(exact: bool) -> Self {
+        Self { exact, last: f64::INFINITY }
+    }
+
+    /// After a correction.
+    pub fn after(&mut self, correction: f64) -> Next {
+        if !correction.is_finite() {
+            return Next::GiveUp;
+        }
+        let ratio = correction / self.last;
+        // The error left: Δθ² where corrections shrink like Δ, CΔ², C³Δ⁴, …; Δθ/(1 − θ) where by a factor.
+        let left = match (ratio < 0.5, self.exact) {
+            (true, true) => correction * ratio * ratio,
+            (true, false) => correction * ratio / (1.0 - ratio),
+            (false, _) => correction,
+        };
+        let noise = correction <= NOISE && ratio >= 0.5 && self.last <= NOISE;
+        // The first correction has nothing to be compared with.
+        let left = if self.last.is_finite() { left } else { correction };
+        self.last = correction;
+        if left <= ROUND_OFF || noise { Next::Done } else { Next::Iterate }
+    }
+}
+
+/// `|Δ|` over the size of what it corrects.
+pub(super) fn relative(correction: f64, size: f64) -> f64 {
+    // Nothing to correct in nothing: a body at rest.
+    if correction == 0.0 { 0.0 } else { correction / size }
+}
