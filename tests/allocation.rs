@@ -5,15 +5,17 @@
 
 use slewkit::body::{Body, Inertia};
 use slewkit::dynamics::Dynamics;
-use slewkit::environment::{CentralGravity, PointMass, Pose, UniformGravity, Wrench};
+use slewkit::environment::{CentralGravity, GravityGradient, PointMass, Pose, UniformGravity, Wrench};
 use slewkit::extremal::Extremal;
 use slewkit::full_body::{
     Attractor, Dumbbell, Dumbbells, MassPoint, MutualGravity, PointCloud, Potential, Threads,
 };
+use slewkit::integrator::{self, EulerPoincare, Input, Kind, Quadrature};
 use slewkit::problem::{Problem, Scheme, State};
 use slewkit::{Matrix3, Vector3, lie};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
+use std::sync::Arc;
 
 struct Counting;
 
@@ -110,4 +112,38 @@ fn forces_allocate_nothing() {
             assert_eq!(count, 0, "{potential:?}");
         }
     });
+}
+
+/// A step of every method, for one body and for two, with and without inputs. The references of another
+/// crate allocate and say so.
+#[test]
+fn steps_of_the_integrators_allocate_nothing() {
+    let inertia = Inertia::new(Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1)).unwrap();
+    let body = Body { inertia, mass: None };
+    let field = UniformGravity::new(1.0, 1.7, Vector3::z(), Vector3::new(0.1, -0.2, 0.9)).unwrap();
+    let orbit = GravityGradient::new(0.5, &body.inertia).unwrap();
+    let pair = [(1.0, 0.5), (2.0, 1.0)];
+    let pair = pair.map(|(mass, length)| Dumbbell { mass, length, sphere_radius: 0.2 * length });
+    let bodies = pair.iter().map(|dumbbell| dumbbell.body().unwrap()).collect();
+    let systems = [
+        integrator::System::new(vec![body.clone()], None).unwrap(),
+        integrator::System::single(body.clone(), Arc::new(field)).unwrap(),
+        integrator::System::single(body, Arc::new(orbit)).unwrap(),
+        integrator::System::new(bodies, Some(Arc::new(Dumbbells::new(1.0, &pair).unwrap()))).unwrap(),
+    ];
+    for system in &systems {
+        let n = system.bodies().len();
+        let start = system.state(&[state(1.0), state(-6.0)][..n]).unwrap();
+        let input = Wrench { force: Vector3::zeros(), moment: Vector3::new(1e-4, 0.0, -1e-4) };
+        let inputs = vec![Input::held(input); n];
+        for kind in Kind::all().filter(|kind| !matches!(kind, Kind::Dop853 | Kind::Verner98)) {
+            let mut method = kind.start(system, &start, 0.01, &integrator::Settings::default()).unwrap();
+            for inputs in [&[][..], &inputs] {
+                let count = allocations(|| (0..3).map(|_| method.step(inputs)).all(|step| step.is_ok()));
+                assert_eq!(count, 0, "{kind} {system:?}");
+            }
+        }
+    }
+    let mut reduced = EulerPoincare::new(&systems[0].bodies()[0].inertia, 3, Quadrature::Gauss, 0.1).unwrap();
+    assert_eq!(allocations(|| reduced.step(&Vector3::new(0.3, 0.5, 1.0)).unwrap()), 0);
 }

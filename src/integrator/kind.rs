@@ -1,9 +1,14 @@
 //! The methods by name.
 
+use super::adaptive::Reference;
 use super::galerkin::{DEGREES, Galerkin, Quadrature};
+use super::implicit_midpoint::ImplicitMidpoint;
 use super::lagrangian_verlet::LagrangianVerlet;
 use super::lie_euler::LieEuler;
+use super::lie_group_rk::{Composition, LieGroupRk};
 use super::lie_verlet::LieVerlet;
+use super::runge_kutta::RungeKutta;
+use super::tableau;
 use super::{Facts, Integrator, System, SystemError, SystemState};
 use std::fmt;
 use std::str::FromStr;
@@ -27,6 +32,24 @@ pub enum Kind {
         /// Where the action is sampled.
         quadrature: Quadrature,
     },
+    /// `explicit_midpoint`: Runge's rule of order 2 on the matrix elements (RK).
+    ExplicitMidpoint,
+    /// `implicit_midpoint`: order 2 on the matrix elements, by fixed-point iteration to 1e-13 (SRK).
+    ImplicitMidpoint,
+    /// `crouch_grossman_2`: order 2 with products of exponentials (LGM).
+    CrouchGrossman2,
+    /// `crouch_grossman_3`: order 3 with products of exponentials.
+    CrouchGrossman3,
+    /// `rkmk4`: Runge–Kutta–Munthe-Kaas with Kutta's method, order 4.
+    MuntheKaas4,
+    /// `rkf78`: Fehlberg's 7(8) at a fixed step, order 8.
+    Fehlberg78,
+    /// `rkf78_adaptive`: the same with error control within each step.
+    Fehlberg78Adaptive,
+    /// `dop853`: Dormand and Prince's 8(5,3) with error control within each step.
+    Dop853,
+    /// `verner98`: Verner's 9(8) with error control within each step.
+    Verner98,
 }
 
 /// Settings of the methods that have any.
@@ -80,6 +103,17 @@ impl Kind {
             .into_iter()
             .chain(galerkin(Quadrature::Gauss))
             .chain(galerkin(Quadrature::Lobatto))
+            .chain([
+                Self::ExplicitMidpoint,
+                Self::ImplicitMidpoint,
+                Self::CrouchGrossman2,
+                Self::CrouchGrossman3,
+                Self::MuntheKaas4,
+                Self::Fehlberg78,
+                Self::Fehlberg78Adaptive,
+                Self::Dop853,
+                Self::Verner98,
+            ])
     }
 
     /// Its name in files and commands.
@@ -93,6 +127,15 @@ impl Kind {
                 let names = if quadrature == Quadrature::Gauss { GAUSS } else { LOBATTO };
                 names.get(degree.wrapping_sub(1)).copied().unwrap_or("galerkin")
             }
+            Self::ExplicitMidpoint => "explicit_midpoint",
+            Self::ImplicitMidpoint => "implicit_midpoint",
+            Self::CrouchGrossman2 => "crouch_grossman_2",
+            Self::CrouchGrossman3 => "crouch_grossman_3",
+            Self::MuntheKaas4 => "rkmk4",
+            Self::Fehlberg78 => "rkf78",
+            Self::Fehlberg78Adaptive => "rkf78_adaptive",
+            Self::Dop853 => "dop853",
+            Self::Verner98 => "verner98",
         }
     }
 
@@ -103,6 +146,15 @@ impl Kind {
             Self::LieVerlet => LieVerlet::facts(),
             Self::LieVerletLagrangian => LagrangianVerlet::facts(),
             Self::Galerkin { degree, .. } => Galerkin::facts(degree),
+            Self::ExplicitMidpoint => RungeKutta::facts(&tableau::MIDPOINT, false),
+            Self::ImplicitMidpoint => ImplicitMidpoint::facts(),
+            Self::CrouchGrossman2 => LieGroupRk::facts(&tableau::MIDPOINT),
+            Self::CrouchGrossman3 => LieGroupRk::facts(&tableau::CROUCH_GROSSMAN_3),
+            Self::MuntheKaas4 => LieGroupRk::facts(&tableau::KUTTA_4),
+            Self::Fehlberg78 => RungeKutta::facts(&tableau::FEHLBERG_78, false),
+            Self::Fehlberg78Adaptive => RungeKutta::facts(&tableau::FEHLBERG_78, true),
+            Self::Dop853 => Reference::facts(8),
+            Self::Verner98 => Reference::facts(9),
         }
     }
 
@@ -125,6 +177,12 @@ impl Kind {
         if !(1e-15..=0.1).contains(&tolerance) {
             return Err(SystemError::Tolerance { tolerance });
         }
+        let explicit = |tableau, tolerance| -> Box<dyn Integrator> {
+            Box::new(RungeKutta::new(system, state, step, tableau, tolerance))
+        };
+        let on_group = |tableau, composition| -> Box<dyn Integrator> {
+            Box::new(LieGroupRk::new(system, state, step, tableau, composition))
+        };
         Ok(match self {
             Self::LieEuler => Box::new(LieEuler::new(system, state, step, false)),
             Self::LieEulerAdjoint => Box::new(LieEuler::new(system, state, step, true)),
@@ -136,6 +194,15 @@ impl Kind {
                 }
                 Box::new(Galerkin::new(system, state, step, degree, quadrature))
             }
+            Self::ExplicitMidpoint => explicit(tableau::MIDPOINT, None),
+            Self::ImplicitMidpoint => Box::new(ImplicitMidpoint::new(system, state, step)),
+            Self::CrouchGrossman2 => on_group(tableau::MIDPOINT, Composition::CrouchGrossman),
+            Self::CrouchGrossman3 => on_group(tableau::CROUCH_GROSSMAN_3, Composition::CrouchGrossman),
+            Self::MuntheKaas4 => on_group(tableau::KUTTA_4, Composition::MuntheKaas),
+            Self::Fehlberg78 => explicit(tableau::FEHLBERG_78, None),
+            Self::Fehlberg78Adaptive => explicit(tableau::FEHLBERG_78, Some(tolerance)),
+            Self::Dop853 => Box::new(Reference::dop853(system, state, step, tolerance)),
+            Self::Verner98 => Box::new(Reference::verner98(system, state, step, tolerance)),
         })
     }
 }

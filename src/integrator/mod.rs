@@ -19,14 +19,20 @@
 //! a step they work in the inertial axes that coincide with those of the frame at its start, then
 //! everything is turned back by `exp(−h S(n))`.
 
+mod adaptive;
+mod ambient;
 mod drift;
 mod galerkin;
+mod implicit_midpoint;
 mod kind;
 mod lagrangian_verlet;
 mod lie_euler;
+mod lie_group_rk;
 mod lie_verlet;
+mod runge_kutta;
 mod state;
 mod system;
+mod tableau;
 #[cfg(test)]
 mod tests;
 

@@ -29,6 +29,16 @@ pub(super) struct Arc {
     pub impulse: Vector3,
 }
 
+/// What a step starts with.
+pub(super) struct Start {
+    /// Inertia.
+    pub j: Matrix3,
+    /// Step.
+    pub h: f64,
+    /// `Π_0`.
+    pub momentum: Vector3,
+}
+
 impl Arc {
     pub fn new(scheme: &Scheme) -> Self {
         Self {
@@ -84,9 +94,7 @@ impl Arc {
     pub fn residual(
         &mut self,
         scheme: &Scheme,
-        j: &Matrix3,
-        h: f64,
-        momentum: &Vector3,
+        Start { j, h, momentum }: &Start,
         moments: impl Fn(usize) -> Vector3,
         out: &mut [f64],
         mut jacobian: Option<(&mut Dense, usize)>,
@@ -97,7 +105,7 @@ impl Arc {
         self.impulse = Vector3::zeros();
         for (i, chart) in self.charts.iter().enumerate() {
             let (values, slopes, weight) = (&scheme.values[i], &scheme.slopes[i], h * scheme.weights[i]);
-            let kinetic = chart.kinetic(j, h, &combine(slopes, &self.xi));
+            let kinetic = chart.kinetic(j, *h, &combine(slopes, &self.xi));
             let moment = moments(i);
             let turned = moment + chart.turn() * moment;
             self.impulse += weight * turned;

@@ -6,7 +6,7 @@
 //! ```
 //! `R_1 = R_0 F` reconstructs the attitude afterwards.
 
-use super::attitude::Arc;
+use super::attitude::{Arc, Start};
 use super::convergence::{Convergence, MAX_ITERATIONS, Next};
 use super::linear::Dense;
 use super::scheme::{DEGREES, Quadrature, Scheme};
@@ -100,6 +100,7 @@ impl EulerPoincare {
             return Err(StepError::NotFinite);
         }
         let s = self.scheme.degree;
+        let start = Start { j: self.j, h: 1.0, momentum: g };
         self.arc.constant_rate(&self.scheme, 1.0, &(self.j_inverse * g));
         let mut convergence = Convergence::new(true);
         for iterations in 1..=MAX_ITERATIONS {
@@ -107,7 +108,7 @@ impl EulerPoincare {
             self.matrix.clear();
             let none = |_| Vector3::zeros();
             let jacobian = Some((&mut self.matrix, 0));
-            self.arc.residual(&self.scheme, &self.j, 1.0, &g, none, &mut self.right, jacobian);
+            self.arc.residual(&self.scheme, &start, none, &mut self.right, jacobian);
             self.matrix.solve(&mut self.right);
             match convergence.after(self.arc.correct(&self.right)) {
                 Next::Iterate => {}

@@ -11,6 +11,9 @@
 //! g_ν = h Σ b_i [ l'_ν(c_i) m y'(c_i)/h² + l_ν(c_i) f_i ]
 //! 0 = g_ν (ν < s) ,   γ_0 + h Σ b_i f_i = g_s          then γ_1 = γ_0 + h Σ b_i f_i
 //! ```
+//! The chart sits at the start of the step and the same curve seen from the end is no polynomial: for s ≥ 2 the
+//! methods are symplectic and keep momenta, but are not symmetric in time.
+//!
 //! Inputs enter like forces of the potential (discrete Lagrange–d'Alembert). All equations are solved
 //! together by Newton. With the gradient of the potential the Jacobian is exact, 2–4 iterations; without it,
 //! or with too many bodies, its part is left out, every body is solved for alone, and the error shrinks by a
@@ -31,7 +34,7 @@ use super::{Facts, Input, Integrator, StepError, System, SystemState, Work};
 use crate::body::Body;
 use crate::environment::{Blocks, Pose, Wrench};
 use crate::{Vector3, lie};
-use attitude::{Arc, combine};
+use attitude::{Arc, Start, combine};
 use convergence::{Convergence, MAX_ITERATIONS, Next, relative};
 use linear::Dense;
 use nalgebra::DMatrix;
@@ -207,15 +210,26 @@ impl Galerkin {
                 }
             };
             let moment = |i: usize| wrenches[i * n + index].moment;
-            let j = body.inertia.j();
-            curve.arc.residual(&self.scheme, j, h, &momentum.angular, moment, angular, Some(jacobian));
+            let start = Start { j: *body.inertia.j(), h, momentum: momentum.angular };
+            curve.arc.residual(&self.scheme, &start, moment, angular, Some(jacobian));
             if self.coupled.is_none() {
                 self.single.solve(angular);
             }
             let Some(mass) = body.mass else { continue };
             let force = |i: usize| wrenches[i * n + index].force;
             let linear = &mut linear[..3 * s];
-            linear_residual(&self.scheme, h, &self.stiffness, mass, curve, &momentum.linear, force, linear);
+            for (nu, out) in linear.chunks_exact_mut(3).enumerate() {
+                let last = if nu == s - 1 { 1.0 } else { 0.0 };
+                // γ_0 + h Σ b f in the last row, less g_ν in all.
+                let mut sum = momentum.linear * last;
+                for (mu, shift) in curve.shifts.iter().enumerate() {
+                    sum -= shift * (mass * self.stiffness.matrix[(nu, mu)]);
+                }
+                for (i, weight) in self.scheme.weights.iter().enumerate() {
+                    sum += force(i) * (h * weight * (last - self.scheme.values[i][nu]));
+                }
+                out.copy_from_slice(sum.as_slice());
+            }
             match &mut self.coupled {
                 Some((_, matrix)) => {
                     let corner = offset + 3 * s;
@@ -305,32 +319,6 @@ fn place(curves: &[Curve], scheme: &Scheme, state: &SystemState, i: usize, poses
     for ((curve, start), pose) in curves.iter().zip(state.poses()).zip(poses) {
         pose.attitude = start.attitude + start.attitude * curve.arc.charts[i].turn();
         pose.position = start.position + combine(&scheme.values[i], &curve.shifts);
-    }
-}
-
-/// `γ_0 + h Σ b f` (last row) less `g_ν`.
-#[allow(clippy::too_many_arguments, reason = "what stands in the equation")]
-fn linear_residual(
-    scheme: &Scheme,
-    h: f64,
-    stiffness: &Stiffness,
-    mass: f64,
-    curve: &Curve,
-    momentum: &Vector3,
-    force: impl Fn(usize) -> Vector3,
-    out: &mut [f64],
-) {
-    let s = scheme.degree;
-    for (nu, out) in out.chunks_exact_mut(3).enumerate() {
-        let last = if nu == s - 1 { 1.0 } else { 0.0 };
-        let mut sum = momentum * last;
-        for (mu, shift) in curve.shifts.iter().enumerate() {
-            sum -= shift * (mass * stiffness.matrix[(nu, mu)]);
-        }
-        for (i, weight) in scheme.weights.iter().enumerate() {
-            sum += force(i) * (h * weight * (last - scheme.values[i][nu]));
-        }
-        out.copy_from_slice(sum.as_slice());
     }
 }
 

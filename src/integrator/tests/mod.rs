@@ -2,6 +2,8 @@
 
 mod agreement;
 mod galerkin;
+mod laws;
+mod orders;
 mod reference;
 
 use super::{Input, Integrator, Kind, Settings, System, SystemState};

@@ -1,0 +1,159 @@
+//! The references of the crate `differential-equations`: DOP853 and Verner's 9(8), with error control.
+//!
+//! Each step is an integration of its own, so that inputs may jump at the nodes. The solvers of that crate
+//! allocate; these two are for accuracy, not for speed.
+
+use super::ambient::Ambient;
+use super::{Facts, Input, Integrator, StepError, System, SystemState, Work};
+use differential_equations::methods::{Adaptive, DormandPrince, ExplicitRungeKutta, Ordinary};
+use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
+use differential_equations::status::Status;
+use differential_equations::tolerance::Tolerance;
+use std::cell::RefCell;
+
+type Dop853 = ExplicitRungeKutta<Ordinary, DormandPrince, f64, Vec<f64>, 8, 12, 16>;
+type Verner98 = ExplicitRungeKutta<Ordinary, Adaptive, f64, Vec<f64>, 9, 16, 21>;
+
+/// Parts a step may be divided into before it is given up.
+const MAX_PARTS: usize = 100_000;
+
+/// A reference method.
+pub(super) struct Reference {
+    ambient: Ambient,
+    solver: Solver,
+    tolerance: f64,
+    /// Length of the part to try first, the last one of the step before.
+    part: f64,
+    scales: Vec<f64>,
+    work: Work,
+}
+
+/// Which one.
+enum Solver {
+    Dop853(Box<Dop853>),
+    Verner98(Box<Verner98>),
+}
+
+/// The change over a step as an ODE in the time since its start.
+struct Change<'a> {
+    ambient: RefCell<&'a mut Ambient>,
+    inputs: &'a [Input],
+    step: f64,
+}
+
+impl ODE<f64, Vec<f64>> for Change<'_> {
+    fn diff(&self, t: f64, y: &Vec<f64>, dydt: &mut Vec<f64>) {
+        self.ambient.borrow_mut().rate(t / self.step, y, self.inputs, dydt);
+    }
+}
+
+impl Reference {
+    pub fn dop853(system: &System, state: &SystemState, step: f64, tolerance: f64) -> Self {
+        let solver = Dop853::dop853().max_steps(usize::MAX);
+        Self::new(system, state, step, tolerance, Solver::Dop853(Box::new(solver)))
+    }
+
+    pub fn verner98(system: &System, state: &SystemState, step: f64, tolerance: f64) -> Self {
+        let solver = Verner98::rkv988e().max_steps(usize::MAX);
+        Self::new(system, state, step, tolerance, Solver::Verner98(Box::new(solver)))
+    }
+
+    fn new(system: &System, state: &SystemState, step: f64, tolerance: f64, solver: Solver) -> Self {
+        let ambient = Ambient::new(system, state, step);
+        let scales = vec![0.0; ambient.size];
+        Self { ambient, solver, tolerance, part: step, scales, work: Work::default() }
+    }
+
+    pub fn facts(order: u32) -> Facts {
+        Facts {
+            order,
+            explicit: true,
+            symplectic: false,
+            preserves_momentum: false,
+            preserves_group: false,
+            force_evaluations: None,
+        }
+    }
+}
+
+/// The change over a step; `None` when the solver gives up. Counts rejected parts and notes the last length.
+fn integrate<M>(
+    solver: &mut M,
+    change: &Change,
+    zero: &Vec<f64>,
+    part: &mut f64,
+    rejected: &mut u64,
+) -> Option<Vec<f64>>
+where
+    M: OrdinaryNumericalMethod<f64, Vec<f64>>
+        + differential_equations::interpolate::Interpolation<f64, Vec<f64>>,
+{
+    solver.init(change, 0.0, change.step, zero).ok()?;
+    for _ in 0..MAX_PARTS {
+        let rest = change.step - solver.t();
+        let last = solver.h() > 0.9999 * rest;
+        if last {
+            solver.set_h(rest);
+        } else {
+            *part = solver.h();
+        }
+        solver.step(change).ok()?;
+        // The crate's error norm drops NaN, so a NaN state would be accepted.
+        if !solver.y().iter().all(|value| value.is_finite()) {
+            return None;
+        }
+        if matches!(solver.status(), Status::RejectedStep) {
+            *rejected += 1;
+        } else if last {
+            *part = solver.h().max(*part);
+            return Some(solver.y().clone());
+        }
+    }
+    None
+}
+
+impl Integrator for Reference {
+    fn step(&mut self, inputs: &[Input]) -> Result<(), StepError> {
+        let step = self.ambient.loads.step;
+        let zero = vec![0.0; self.scales.len()];
+        let mut rate = zero.clone();
+        self.ambient.rate(0.0, &zero, inputs, &mut rate);
+        rate.iter_mut().for_each(|rate| *rate *= step);
+        self.ambient.scales(&rate, &mut self.scales);
+        let allowed = Tolerance::Vector(self.scales.iter().map(|scale| self.tolerance * scale).collect());
+        let change = Change { ambient: RefCell::new(&mut self.ambient), inputs, step };
+        let (part, rejected) = (&mut self.part, &mut self.work.rejected);
+        // The changes start at zero: the error is measured against the sizes alone.
+        let none = Tolerance::Scalar(0.0);
+        let result = match &mut self.solver {
+            Solver::Dop853(solver) => {
+                (solver.h0, solver.atol, solver.rtol) = (part.min(step), allowed, none);
+                integrate(solver.as_mut(), &change, &zero, part, rejected)
+            }
+            Solver::Verner98(solver) => {
+                (solver.h0, solver.atol, solver.rtol) = (part.min(step), allowed, none);
+                integrate(solver.as_mut(), &change, &zero, part, rejected)
+            }
+        };
+        let y = result.ok_or(StepError::GaveUp { step })?;
+        self.ambient.add(&y);
+        self.ambient.turn_frame();
+        self.work.steps += 1;
+        if self.ambient.state.is_finite() { Ok(()) } else { Err(StepError::NotFinite) }
+    }
+
+    fn state(&self) -> &SystemState {
+        &self.ambient.state
+    }
+
+    fn facts(&self) -> Facts {
+        Self::facts(match self.solver {
+            Solver::Dop853(_) => 8,
+            Solver::Verner98(_) => 9,
+        })
+    }
+
+    fn work(&self) -> Work {
+        Work { force_evaluations: self.ambient.loads.evaluations, ..self.work }
+    }
+}

@@ -1,0 +1,155 @@
+//! Explicit Runge–Kutta methods on the nine numbers of an attitude: what a user would take instead.
+//!
+//! ```text
+//! k_i = f(t + c_i h, y + h Σ_{j<i} a_ij k_j) ,   y⁺ = y + h Σ b_i k_i
+//! ```
+//! Nothing is conserved: the attitude leaves the group, energy and momenta drift. With an embedded pair and a
+//! tolerance the step is divided until the estimated error of each part, relative to the size of each
+//! quantity, is within it.
+
+use super::ambient::{Ambient, largest};
+use super::tableau::Tableau;
+use super::{Facts, Input, Integrator, StepError, System, SystemState, Work};
+
+/// Parts a step may be divided into before it is given up.
+const MAX_PARTS: u32 = 1_000_000;
+
+/// An explicit Runge–Kutta method, of fixed steps or adaptive.
+#[derive(Clone, Debug)]
+pub(super) struct RungeKutta {
+    ambient: Ambient,
+    tableau: Tableau,
+    /// Error allowed per part; `None`: the step is taken as it is.
+    tolerance: Option<f64>,
+    /// Length of the part to try next \[s\].
+    part: f64,
+    stages: Vec<Vec<f64>>,
+    /// Change at the start of the part, at a stage, and its error.
+    base: Vec<f64>,
+    y: Vec<f64>,
+    scales: Vec<f64>,
+    work: Work,
+}
+
+impl RungeKutta {
+    pub fn new(
+        system: &System,
+        state: &SystemState,
+        step: f64,
+        tableau: Tableau,
+        tolerance: Option<f64>,
+    ) -> Self {
+        let ambient = Ambient::new(system, state, step);
+        let zero = vec![0.0; ambient.size];
+        Self {
+            tableau: tableau.checked(),
+            tolerance,
+            part: step,
+            stages: vec![zero.clone(); tableau.c.len()],
+            base: zero.clone(),
+            y: zero.clone(),
+            scales: zero,
+            ambient,
+            work: Work::default(),
+        }
+    }
+
+    pub fn facts(tableau: &Tableau, adaptive: bool) -> Facts {
+        Facts {
+            order: tableau.order,
+            explicit: true,
+            symplectic: false,
+            preserves_momentum: false,
+            preserves_group: false,
+            force_evaluations: (!adaptive).then_some(tableau.c.len() as u32),
+        }
+    }
+
+    /// Fills the stages of a part that starts at `from` [s], and leaves its end in `y`.
+    fn part(&mut self, from: f64, length: f64, inputs: &[Input]) {
+        let step = self.ambient.loads.step;
+        for i in 0..self.stages.len() {
+            combine(&self.base, length, self.tableau.a[i], &self.stages, &mut self.y);
+            let fraction = (from + self.tableau.c[i] * length) / step;
+            self.ambient.rate(fraction, &self.y, inputs, &mut self.stages[i]);
+        }
+        combine(&self.base, length, self.tableau.b, &self.stages, &mut self.y);
+    }
+
+    fn adaptive(&mut self, tolerance: f64, error: &[f64], inputs: &[Input]) -> Result<(), StepError> {
+        let step = self.ambient.loads.step;
+        let give_up = StepError::GaveUp { step };
+        let mut done = 0.0;
+        for _ in 0..MAX_PARTS {
+            let rest = step - done;
+            let last = self.part >= 0.999 * rest;
+            let length = if last { rest } else { self.part };
+            self.part(done, length, inputs);
+            self.ambient.scales(&self.y, &mut self.scales);
+            let stages = &self.stages;
+            let errors = (0..self.y.len())
+                .map(|index| length * error.iter().zip(stages).map(|(e, k)| e * k[index]).sum::<f64>());
+            let ratio = largest(errors, &self.scales) / tolerance;
+            if !ratio.is_finite() {
+                return Err(StepError::NotFinite);
+            }
+            // The estimate is of order 7: err ~ h⁸.
+            let factor = 0.9 * ratio.powf(-1.0 / f64::from(self.tableau.order));
+            if ratio <= 1.0 {
+                self.base.copy_from_slice(&self.y);
+                if last {
+                    // A rest shorter than what is possible says nothing about the next part.
+                    self.part = self.part.max(length * factor.clamp(0.2, 4.0)).min(step);
+                    return Ok(());
+                }
+                done += length;
+                self.part = length * factor.clamp(0.2, 4.0);
+            } else {
+                self.work.rejected += 1;
+                self.part = length * factor.clamp(0.1, 0.9);
+                if self.part < 1e-12 * step {
+                    return Err(give_up);
+                }
+            }
+        }
+        Err(give_up)
+    }
+}
+
+/// `y = base + h Σ w_j k_j`.
+fn combine(base: &[f64], h: f64, weights: &[f64], stages: &[Vec<f64>], y: &mut [f64]) {
+    y.copy_from_slice(base);
+    for (weight, stage) in weights.iter().zip(stages) {
+        let weight = h * weight;
+        // Fehlberg's rows are half zeros.
+        if weight.abs() > 0.0 {
+            y.iter_mut().zip(stage).for_each(|(y, k)| *y += weight * k);
+        }
+    }
+}
+
+impl Integrator for RungeKutta {
+    fn step(&mut self, inputs: &[Input]) -> Result<(), StepError> {
+        self.base.fill(0.0);
+        match (self.tolerance, self.tableau.error) {
+            (Some(tolerance), Some(error)) => self.adaptive(tolerance, error, inputs)?,
+            _ => self.part(0.0, self.ambient.loads.step, inputs),
+        }
+        self.ambient.add(&self.y);
+        self.ambient.turn_frame();
+        self.work.steps += 1;
+        if self.ambient.state.is_finite() { Ok(()) } else { Err(StepError::NotFinite) }
+    }
+
+    fn state(&self) -> &SystemState {
+        &self.ambient.state
+    }
+
+    fn facts(&self) -> Facts {
+        Self::facts(&self.tableau, self.tolerance.is_some())
+    }
+
+    fn work(&self) -> Work {
+        Work { force_evaluations: self.ambient.loads.evaluations, ..self.work }
+    }
+}
