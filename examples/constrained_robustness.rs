@@ -15,6 +15,8 @@ use slewkit::{Matrix3, Vector3, lie};
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let count: u64 = std::env::args().nth(1).map_or(Ok(2000), |text| text.parse())?;
     let mut times = Vec::new();
+    let mut work = (Vec::new(), Vec::new(), Vec::new());
+    let mut share = 0.0;
     let mut tally = std::collections::BTreeMap::<&str, u64>::new();
     let only: Option<u64> = std::env::args().nth(2).and_then(|text| text.parse().ok());
     for seed in 0..count {
@@ -25,6 +27,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let began = std::time::Instant::now();
         let plan = plan(&problem, &Settings::default(), None, &mut Silent)?;
         times.push(plan.solution.solve_time);
+        if let Some(convex) = &plan.solution.convex {
+            work.0.push(convex.subproblems);
+            work.1.push(convex.all_subproblems);
+            work.2.push(convex.cone_iterations as usize);
+            share += convex.cone_seconds;
+        }
         *tally.entry(plan.status.name()).or_default() += 1;
         if plan.status != Status::Solved || only.is_some() {
             let solution = &plan.solution;
@@ -55,9 +63,25 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
         }
     }
+    for (name, list) in [
+        ("subproblems of the winner", &mut work.0),
+        ("of all seeds", &mut work.1),
+        ("cone iterations", &mut work.2),
+    ] {
+        list.sort_unstable();
+        if !list.is_empty() {
+            println!(
+                "{name}: median {}, 95 % {}, most {}",
+                list[list.len() / 2],
+                list[list.len() * 95 / 100],
+                list[list.len() - 1]
+            );
+        }
+    }
     times.sort_by(f64::total_cmp);
     let at = |share: f64| 1e3 * times[(share * (times.len() - 1) as f64) as usize];
     println!("{tally:?}");
+    println!("inside the cone solver: {:.0} %", 100.0 * share / times.iter().sum::<f64>());
     println!("solve time: median {:.1} ms, 95 % {:.1} ms, worst {:.1} ms", at(0.5), at(0.95), at(1.0));
     Ok(())
 }

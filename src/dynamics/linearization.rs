@@ -64,6 +64,29 @@ impl Dynamics {
         Ok(self.transition(&self.point(start), costate)?.linear)
     }
 
+    /// `H_k = ∂(A_kᵀ λ)/∂y` of one step from `start` at fixed inputs, its kick of weight `weight`; for inputs
+    /// whose axes do not turn against the coordinates.
+    pub(crate) fn curvature_of_step<const N: usize>(
+        &self,
+        start: &Point,
+        costate: &SVector<f64, N>,
+        weight: f64,
+    ) -> Result<SMatrix<f64, N, N>, StepError> {
+        let mut end = *start;
+        let drift = self.drift::<N>(&mut end)?;
+        let mut costate = Costate::from_vector(costate);
+        let pose = end.pose();
+        let linear_kick = self.linear_kick::<N>(&pose, &costate);
+        self.kick::<N>(&pose, &costate).apply::<N>(&mut end, &mut costate, 0.0, -weight);
+        let linear = self.linear_drift(&drift, &self.drift_matrix(&drift), &costate);
+        let mut columns = Sensitivity::<N>::of_state();
+        let free = linear.curvature(&columns).costate();
+        linear.advance(&mut columns);
+        let mut curvature = linear_kick.curvature(&columns);
+        linear.transpose(&mut curvature);
+        Ok(free + curvature.costate() * weight)
+    }
+
     /// `λ_{k−1}` that belongs to `λ_k` of the step from `start`, by `A_kᵀ`.
     pub(crate) fn costate_before<const N: usize>(
         &self,

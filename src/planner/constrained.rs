@@ -12,7 +12,7 @@ use crate::environment::Pose;
 use crate::extremal::Extremal;
 use crate::lie;
 use crate::problem::{Motion, Path, Problem};
-use crate::scp::{self, Convex, Options, guess, iterate::Iterate, model::Model, rows::Rows};
+use crate::scp::{self, Convex, Multipliers, Options, guess, iterate::Iterate, model::Model, rows::Rows};
 use crate::settings::Method;
 use crate::shooting::driver::Report;
 use crate::solution::{
@@ -345,14 +345,46 @@ impl Search<'_, '_> {
                 a + (b - a) * share
             })
             .collect();
-        let multipliers = scp::seeded(rows, costates, polished.multipliers.terminal.clone());
+        let multipliers = Multipliers {
+            costates,
+            terminal: polished.multipliers.terminal.clone(),
+            rows: self.carried(coarse, rows, &polished.multipliers.rows),
+        };
         self.context.enter("scp", &found.name, fine.steps);
         let interrupt = || self.context.interrupt();
-        let convex = scp::run(fine, rows, start, Some(multipliers), &Options::default(), &interrupt)?;
+        let options = Options::default();
+        // Newton finds the active set of a near grid by itself as a rule.
+        let convex = match scp::polished_only(fine, rows, &start, &multipliers, &options) {
+            Some(convex) if (convex.cost() - found.cost).abs() <= 0.05 * found.cost => convex,
+            _ => scp::run(fine, rows, start, Some(multipliers), &options, &interrupt)?,
+        };
         self.note(fine.steps, &found.name, &convex);
         let (name, spent) = (found.name, (found.subproblems, found.newton));
         self.keep(fine, name, convex, spent);
         self.found.pop()
+    }
+
+    /// Multipliers of the rows on the fine grid from those on the coarse one: of the same row at the nearest
+    /// stage, in proportion to the step.
+    fn carried(&self, coarse: &Model, rows: &Rows, multipliers: &[f64]) -> Vec<f64> {
+        let fine_steps = self.problem.steps;
+        let coarse_rows = Rows::of(self.problem, coarse);
+        let slices = |rows: &Rows, steps: usize| -> Vec<std::ops::Range<usize>> {
+            let first = |stage: usize| rows.rows.partition_point(|row| row.stage < stage);
+            (0..=steps).map(|stage| first(stage)..first(stage + 1)).collect()
+        };
+        let from = slices(&coarse_rows, coarse.steps);
+        let ratio = coarse.steps as f64 / fine_steps as f64;
+        let mut out = vec![0.0; rows.rows.len()];
+        for (stage, slice) in slices(rows, fine_steps).into_iter().enumerate() {
+            let near = from[(stage as f64 * ratio).round() as usize].clone();
+            if near.len() == slice.len() {
+                for (to, from) in slice.zip(near) {
+                    out[to] = ratio * multipliers[from];
+                }
+            }
+        }
+        out
     }
 
     /// Everything that is told of a converged maneuver.

@@ -157,8 +157,19 @@ pub fn solve(
     if settings.method == Method::Scp || (problem.is_constrained() && settings.method == Method::Auto) {
         return Ok(constrained::solve(problem, &context));
     }
-    Ok(match problem.motion {
+    let solution = match problem.motion {
         Motion::Attitude => ladder::solve::<6>(problem, &context, guess),
         Motion::RigidBody => ladder::solve::<12>(problem, &context, guess),
-    })
+    };
+    let rescue = solution.outcome != Outcome::Converged && settings.method == Method::Auto;
+    if !rescue || context.interrupt().is_some() {
+        return Ok(solution);
+    }
+    // The last rung: the convex road needs no costates to start from.
+    let mut second = constrained::solve(problem, &context);
+    if second.outcome != Outcome::Converged {
+        return Ok(solution);
+    }
+    second.ladder = solution.ladder.into_iter().chain(second.ladder).collect();
+    Ok(second)
 }

@@ -4,15 +4,16 @@
 //! L = Σ κ ½uᵀWu + Σ λ_k·(step_k − y_{k+1}) + η·e + Σ ν c
 //! ```
 //!
-//! They are central differences of exact gradients, taken along the group. A Newton matrix with nine
-//! correct digits costs no accuracy, since that comes from the residual; and one procedure serves every
-//! environment, every row and the wheels.
+//! A step's part is the planner's own `H_k`. The parts of the rows, of the wheels and of inputs whose axes
+//! turn are central differences of exact gradients, taken along the group: a Newton matrix with nine
+//! correct digits costs no accuracy, since that comes from the residual, and one procedure serves them
+//! all.
 
 use super::iterate::{Evaluated, Iterate};
 use super::model::Model;
 use super::rows::{Place, Rows, Value};
 use crate::dynamics::StepError;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SVector};
 
 /// Step of the differences: states and inputs are of order one.
 const STEP: f64 = 1e-5;
@@ -112,21 +113,33 @@ fn block(
             Ok((by_state, by_inputs))
         };
     let mut block = Block { state: DMatrix::zeros(n, n), mixed: None, inputs: None, next: None };
+    let known = if steps_on { closed_form(model, iterate, multipliers, stage)? } else { None };
     let zero = DVector::zeros(n);
     let shifted = |values: &[f64], index: usize, by: f64| {
         let mut out = values.to_vec();
         out[index] += by;
         out
     };
+    let by_difference = known.is_none();
+    if let Some(known) = known {
+        block.state = known;
+    }
     for column in 0..n {
+        if !by_difference && acting.is_empty() {
+            break;
+        }
         let mut z = DVector::zeros(n);
         z[column] = STEP;
-        let next = if steps_on { &iterate.inputs[stage + 1][..] } else { &[] };
-        let mut slope = step_gradient(&z, next)? - step_gradient(&-&z, next)?;
+        let mut slope = DVector::zeros(n);
+        if by_difference {
+            let next = if steps_on { &iterate.inputs[stage + 1][..] } else { &[] };
+            slope += step_gradient(&z, next)? - step_gradient(&-&z, next)?;
+        }
         if !acting.is_empty() {
             slope += row_gradient(&z, inputs)?.0 - row_gradient(&-&z, inputs)?.0;
         }
-        block.state.set_column(column, &(slope / (2.0 * STEP)));
+        let mut own = block.state.column_mut(column);
+        own += slope / (2.0 * STEP);
     }
     if !acting.is_empty() {
         let (mut mixed, mut square) = (DMatrix::zeros(n, m), DMatrix::zeros(m, m));
@@ -149,6 +162,31 @@ fn block(
         block.next = Some(matrix);
     }
     Ok(block)
+}
+
+/// The step's part by the planner's own `H_k`, where that applies: no wheels, and inputs whose axes stand
+/// still in the coordinates of the momenta.
+fn closed_form(
+    model: &Model,
+    iterate: &Iterate,
+    multipliers: &Multipliers,
+    stage: usize,
+) -> Result<Option<DMatrix<f64>>, StepError> {
+    if model.wheels > 0 || model.inputs_turn() {
+        return Ok(None);
+    }
+    let (point, weight) = (iterate.states[stage].point(), model.kick_weight(stage + 1));
+    let costate = multipliers.costates[stage + 1].as_slice();
+    let n = model.n;
+    Ok(Some(if n == 12 {
+        let costate = SVector::<f64, 12>::from_column_slice(costate);
+        let matrix = model.dynamics.curvature_of_step(&point, &costate, weight)?;
+        DMatrix::from_column_slice(n, n, matrix.as_slice())
+    } else {
+        let costate = SVector::<f64, 6>::from_column_slice(costate);
+        let matrix = model.dynamics.curvature_of_step(&point, &costate, weight)?;
+        DMatrix::from_column_slice(n, n, matrix.as_slice())
+    }))
 }
 
 /// The nearest positive semidefinite matrix to the symmetric part; zero where it cannot be found.

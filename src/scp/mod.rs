@@ -18,7 +18,8 @@ pub(crate) mod rows;
 mod subproblem;
 
 use crate::solution::Outcome;
-use curvature::{Multipliers, blocks, convexified};
+pub(crate) use curvature::Multipliers;
+use curvature::{blocks, convexified};
 use iterate::{Evaluated, Iterate};
 use model::Model;
 use nalgebra::{DMatrix, DVector};
@@ -26,8 +27,6 @@ use polish::{Polished, polish};
 use rows::Rows;
 use subproblem::{Failure, Move, Subproblem, Weights};
 
-/// Subproblems after which the iteration gives up.
-const MAX_SUBPROBLEMS: usize = 60;
 /// First and largest trust radius \[rad\]; below the smallest nothing moves.
 const RADIUS: (f64, f64, f64) = (0.7, 2.0, 1e-7);
 /// Share of the promised decrease that makes a move acceptable, and that makes the radius grow.
@@ -41,9 +40,6 @@ const DEAREST: f64 = 1e5;
 /// A promised decrease below this share of what the violation costs is none.
 const FUTILE: f64 = 1e-2;
 
-/// Relative accuracy to which subproblems are solved.
-const NOISE: f64 = 1e-9;
-
 /// What the iteration may do.
 #[derive(Clone, Debug)]
 pub(crate) struct Options {
@@ -53,11 +49,15 @@ pub(crate) struct Options {
     pub tolerance: f64,
     /// Residual of the polished point.
     pub polish_tolerance: f64,
+    /// Accuracy of the subproblems; about 1e-9 is what the cone solver reliably gives.
+    pub cone_tolerance: f64,
+    /// Subproblems after which the iteration gives up.
+    pub most: usize,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { polish_early: true, tolerance: 1e-7, polish_tolerance: 1e-11 }
+        Self { polish_early: true, tolerance: 1e-7, polish_tolerance: 1e-11, cone_tolerance: 1e-7, most: 30 }
     }
 }
 
@@ -82,6 +82,11 @@ pub(crate) struct Convex {
 }
 
 impl Convex {
+    /// Scaled cost of the polished point, or NaN.
+    pub fn cost(&self) -> f64 {
+        self.polished.as_ref().map_or(f64::NAN, |polished| polished.cost)
+    }
+
     /// How far the last iterate is from a maneuver: the largest defect or violation.
     pub fn miss(&self) -> f64 {
         let defect = self.residuals.last().copied().unwrap_or(f64::INFINITY);
@@ -89,9 +94,26 @@ impl Convex {
     }
 }
 
-/// Multipliers to start from: costates of another grid, and no row acting yet.
-pub(crate) fn seeded(rows: &Rows, costates: Vec<DVector<f64>>, terminal: DVector<f64>) -> Multipliers {
-    Multipliers { costates, terminal, rows: vec![0.0; rows.rows.len()] }
+/// Newton alone, from an iterate near a solution on another grid. `None` where it does not settle.
+pub(crate) fn polished_only(
+    model: &Model,
+    rows: &Rows,
+    start: &Iterate,
+    multipliers: &Multipliers,
+    options: &Options,
+) -> Option<Convex> {
+    let polished = polish(model, rows, start, multipliers, options.polish_tolerance)?;
+    Some(Convex {
+        outcome: Outcome::Converged,
+        iterate: polished.iterate.clone(),
+        multipliers: polished.multipliers.clone(),
+        subproblems: 0,
+        residuals: vec![polished.residual],
+        violations: vec![0.0; rows.groups.len()],
+        polished: Some(polished),
+        cone_seconds: 0.0,
+        cone_iterations: 0,
+    })
 }
 
 /// The iteration.
@@ -120,7 +142,7 @@ pub(crate) fn run(
     let evaluated = start.evaluate(model, rows).ok()?;
     let weights = Weights { defect: 100.0, violation: vec![100.0; rows.groups.len()], radius: RADIUS.0 };
     let residuals = vec![evaluated.largest_defect()];
-    let subproblem = Subproblem::new(model, rows);
+    let subproblem = Subproblem::new(model, rows, options.cone_tolerance);
     let mut scp = Scp {
         model,
         rows,
@@ -135,7 +157,7 @@ pub(crate) fn run(
     };
     let mut outcome = Outcome::IterationLimit;
     let mut subproblems = 0;
-    while subproblems < MAX_SUBPROBLEMS {
+    while subproblems < options.most {
         if let Some(stopped) = interrupt() {
             outcome = stopped;
             break;
@@ -169,7 +191,7 @@ impl Scp<'_> {
         let evaluated = candidate.evaluate(self.model, self.rows);
         let actual = evaluated.as_ref().map_or(f64::NEG_INFINITY, |evaluated| before - self.merit(evaluated));
         // Below the cone solver's accuracy no ratio means anything: such moves are taken.
-        let noise = NOISE * (1.0 + self.evaluated.cost.abs());
+        let noise = self.options.cone_tolerance * (1.0 + self.evaluated.cost.abs());
         let ratio = (actual + noise) / (step.predicted.max(0.0) + noise);
         let bounded = length >= 0.99 * self.weights.radius;
         let accepted = ratio >= ACCEPT;

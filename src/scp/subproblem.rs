@@ -22,9 +22,6 @@ use crate::convex::cone::{Answer, Cone, ConeError, ConeSettings, ConeSolver, Pro
 use crate::convex::sparse::Sparse;
 use nalgebra::{DMatrix, DVector};
 
-/// Accuracy asked of the cone solver: what its regularisation reliably allows.
-const TOLERANCE: f64 = 1e-9;
-
 /// Weights and trust radius of a subproblem.
 #[derive(Clone, Debug)]
 pub(crate) struct Weights {
@@ -64,6 +61,8 @@ pub(crate) struct Subproblem<'a> {
     model: &'a Model,
     rows: &'a Rows,
     solver: Option<ConeSolver>,
+    /// Accuracy asked of the cone solver.
+    tolerance: f64,
     /// Wall time inside the cone solver \[s\].
     pub seconds: f64,
     /// Interior-point iterations in all.
@@ -126,8 +125,8 @@ impl Writer {
 }
 
 impl<'a> Subproblem<'a> {
-    pub fn new(model: &'a Model, rows: &'a Rows) -> Self {
-        Self { model, rows, solver: None, seconds: 0.0, iterations: 0 }
+    pub fn new(model: &'a Model, rows: &'a Rows, tolerance: f64) -> Self {
+        Self { model, rows, solver: None, tolerance, seconds: 0.0, iterations: 0 }
     }
 
     /// The best move from an iterate. `curvature` holds a positive semidefinite matrix per stage.
@@ -212,7 +211,7 @@ impl<'a> Subproblem<'a> {
                 solver.update_bound(&program.bound)?;
             }
             _ => {
-                let settings = ConeSettings { tolerance: TOLERANCE, ..ConeSettings::default() };
+                let settings = ConeSettings { tolerance: self.tolerance, ..ConeSettings::default() };
                 self.solver = Some(ConeSolver::new(program, &settings)?);
             }
         }
