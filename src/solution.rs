@@ -221,6 +221,8 @@ pub struct Solution {
     pub rivals: Vec<Rival>,
     /// Why no input can meet the terminal conditions, where that is proved.
     pub obstruction: Option<String>,
+    /// What stays violated where the search came nearest, and what would help; where no plan was found.
+    pub shortfall: Option<String>,
     /// Tolerance asked for, scaled.
     pub tolerance: f64,
     /// Wall time of the solve alone \[s\], without second-order test and verification.
@@ -256,6 +258,7 @@ impl Solution {
             active: Vec::new(),
             rivals: Vec::new(),
             obstruction: None,
+            shortfall: None,
             tolerance,
             solve_time: 0.0,
         }

@@ -108,6 +108,7 @@ fn plan(problem: &Problem) -> Plan {
         iterations: 2,
         ladder: vec![rung],
         convex: None,
+        shortfall: None,
         active: Vec::new(),
         method: slewkit::settings::Method::Shooting,
         rivals: vec![rival],

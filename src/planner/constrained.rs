@@ -6,7 +6,7 @@
 //! crosses, seeds a convex iteration on a coarse grid; the cheapest is carried to the requested grid.
 
 use super::detour::{Seed, detours};
-use super::{Context, ladder, record};
+use super::{Context, ladder, record, shortfall};
 use crate::dynamics::Dynamics;
 use crate::environment::Pose;
 use crate::extremal::Extremal;
@@ -70,6 +70,31 @@ pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
         }
     }
     search.conclude(&model)
+}
+
+/// Whether a plan is found on the coarse grid.
+pub(super) fn is_solvable(problem: &Problem, context: &Context) -> bool {
+    let coarse = coarse_steps(problem);
+    let model = Model::new(problem, coarse);
+    let rows = Rows::of(problem, &model);
+    let mut search = Search {
+        problem,
+        context,
+        rungs: Vec::new(),
+        found: Vec::new(),
+        work: ConvexWork::default(),
+        best_failure: None,
+    };
+    for (_, seed) in search.relaxed_paths(&relaxed(problem), coarse) {
+        for seed in detours(problem, &model.dynamics.frame_rate(), seed) {
+            if search.found.is_empty() && context.interrupt().is_none() {
+                search.descend(&model, &rows, seed);
+            }
+        }
+    }
+    // What was tried for advice is no rung of this maneuver's ladder.
+    context.ladder.take();
+    !search.found.is_empty()
 }
 
 /// The maneuver without limits, constraints and wheels.
@@ -291,6 +316,8 @@ impl Search<'_, '_> {
                     solution.outcome = convex.outcome;
                     solution.start = name;
                     solution.iterations = convex.subproblems;
+                    let rows = Rows::of(problem, &model);
+                    solution.shortfall = Some(shortfall::violated(&convex, &rows));
                     if model.steps == problem.steps {
                         self.write(&mut solution, &model, &convex.iterate, &convex.multipliers.costates);
                     }

@@ -6,6 +6,7 @@ mod detour;
 pub(crate) mod geodesic;
 mod ladder;
 pub(crate) mod record;
+mod shortfall;
 
 use crate::problem::{Motion, Problem, ProblemError};
 use crate::reachability;
@@ -155,7 +156,17 @@ pub fn solve(
     }
     let context = Context::new(settings, observer);
     if settings.method == Method::Scp || (problem.is_constrained() && settings.method == Method::Auto) {
-        return Ok(constrained::solve(problem, &context));
+        let mut solution = constrained::solve(problem, &context);
+        if solution.outcome != Outcome::Converged
+            && context.interrupt().is_none()
+            && let Some(violated) = &mut solution.shortfall
+        {
+            match shortfall::longer(problem, &context) {
+                Some(duration) => violated.push_str(&format!("; a plan of {duration:.4} s was found")),
+                None => violated.push_str("; none was found for up to three times the duration either"),
+            }
+        }
+        return Ok(solution);
     }
     let solution = match problem.motion {
         Motion::Attitude => ladder::solve::<6>(problem, &context, guess),

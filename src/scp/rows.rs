@@ -45,6 +45,8 @@ pub(crate) struct Group {
     pub name: String,
     /// Limits of the inputs hold throughout; the others may be violated on the way to a solution.
     pub hard: bool,
+    /// Whether violations are angles \[rad\]; otherwise they are shares of the limit.
+    pub is_angle: bool,
 }
 
 /// All rows of a maneuver, stage after stage.
@@ -314,6 +316,7 @@ impl Rows {
                     (0..3).flat_map(|index| [axis(index, 1.0), axis(index, -1.0)]).collect()
                 }),
                 Rule::Pointing(pointing) => {
+                    rows.groups[group].is_angle = true;
                     let sign = if pointing.side == Side::KeepOut { 1.0 } else { -1.0 };
                     let half_angle = pointing.effective_half_angle();
                     rows.along(model, group, &|arc| {
@@ -334,7 +337,7 @@ impl Rows {
     }
 
     fn group(&mut self, name: &str, hard: bool) -> usize {
-        self.groups.push(Group { name: name.into(), hard });
+        self.groups.push(Group { name: name.into(), hard, is_angle: false });
         self.groups.len() - 1
     }
 
