@@ -156,11 +156,16 @@ pub struct Body {
 ///
 /// nalgebra's eigenvalue routines do not terminate on some inputs; a fixed number of sweeps does.
 pub(crate) fn principal_moments(matrix: &Matrix3) -> Vector3 {
+    principal_axes(matrix).0
+}
+
+/// Eigenvalues of a symmetric 3×3 matrix, ascending, and the right-handed axes that belong to them, as columns.
+pub(crate) fn principal_axes(matrix: &Matrix3) -> (Vector3, Matrix3) {
     let scale = matrix.amax();
     if scale == 0.0 || !scale.is_finite() {
-        return Vector3::repeat(if scale == 0.0 { 0.0 } else { f64::NAN });
+        return (Vector3::repeat(if scale == 0.0 { 0.0 } else { f64::NAN }), Matrix3::identity());
     }
-    let mut a = matrix / scale;
+    let (mut a, mut axes) = (matrix / scale, Matrix3::identity());
     // Quadratic convergence: six sweeps reach round-off for any symmetric 3×3 matrix; twelve is slack.
     for _ in 0..12 {
         for (p, q) in [(0, 1), (0, 2), (1, 2)] {
@@ -176,9 +181,15 @@ pub(crate) fn principal_moments(matrix: &Matrix3) -> Vector3 {
             g[(p, q)] = s;
             g[(q, p)] = -s;
             a = g.transpose() * a * g;
+            axes *= g;
         }
     }
-    let mut values = [a[(0, 0)], a[(1, 1)], a[(2, 2)]];
-    values.sort_by(f64::total_cmp);
-    Vector3::from(values) * scale
+    let mut order = [0, 1, 2];
+    order.sort_by(|&i, &j| a[(i, i)].total_cmp(&a[(j, j)]));
+    let values = Vector3::from(order.map(|i| a[(i, i)])) * scale;
+    let mut axes = Matrix3::from_columns(&order.map(|i| axes.column(i).into_owned()));
+    if axes.determinant() < 0.0 {
+        axes.set_column(2, &-axes.column(2));
+    }
+    (values, axes)
 }

@@ -30,6 +30,9 @@ pub enum FullBodyError {
         /// The largest possible number.
         limit: usize,
     },
+    /// A body without mass does not translate, and neither attracts nor is attracted.
+    #[error("a body has no mass; every body of several needs one")]
+    NoMass,
     /// The mass center is not the origin of the body axes.
     #[error(
         "the mass center is at ({}, {}, {}) m in body axes; it must be the origin: shift the body by its negative",

@@ -6,20 +6,53 @@
 //!
 //! Forces `f_i` are in the reference frame, moments `M_i` in the axes of body i, as in the survey's
 //! section 3.
+//!
+//! | potential | for | error |
+//! |---|---|---|
+//! | [`Dumbbells`] | spheres on rods | closed form |
+//! | [`MutualGravity`] of [`Attractor::Cloud`] | any shape, as points | exact for the points |
+//! | … of [`Attractor::Polyhedron`] with points or clouds | homogeneous solids | closed form |
+//! | … of two [`Attractor::Polyhedron`] | homogeneous solids | Gauss points of one in the exact field of the other: `O((l/d)^{2n})` |
+//! | … with an [`Attractor::SecondOrder`] | small or distant bodies | force `O((l/r)³)` of itself, moment `O(l/r)` |
+//!
+//! Force and moment of each come from one energy that depends on relative positions and attitudes: total force
+//! and total moment vanish to round-off whatever the energy approximates.
+//!
+//! ```
+//! use slewkit::full_body::{Attractor, HomogeneousPolyhedron, MutualGravity, Polyhedron, Potential};
+//! use slewkit::{Matrix3, Vector3, environment::{Pose, Wrench}};
+//!
+//! // Two octahedra of 2000 kg/m³, 3 Gauss points along each direction of a tetrahedron.
+//! let solid = |size: f64| {
+//!     let shape = Polyhedron::octahedron(&(size * Vector3::new(1.0, 0.8, 0.7)))?;
+//!     Ok::<_, Box<dyn std::error::Error>>(Attractor::Polyhedron(HomogeneousPolyhedron::new(shape, 2000.0, 3)?))
+//! };
+//! let gravity = MutualGravity::new(slewkit::full_body::GRAVITATIONAL_CONSTANT, vec![solid(500.0)?, solid(150.0)?])?;
+//! let at = |x: f64, y: f64| Pose { position: Vector3::new(x, y, 0.0), attitude: Matrix3::identity() };
+//! let mut wrenches = [Wrench::zero(); 2];
+//! gravity.wrenches(&[at(0.0, 0.0), at(1200.0, 300.0)], &mut wrenches);
+//! assert!((wrenches[0].force + wrenches[1].force).norm() < 1e-15 * wrenches[0].force.norm());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
+mod attractor;
 mod dumbbell;
 mod error;
 pub mod invariants;
 mod lanes;
 mod mutual_gravity;
+mod pair;
 mod point_cloud;
-mod relative;
+pub mod polyhedron;
+pub mod relative;
 mod second_order;
 
+pub use attractor::Attractor;
 pub use dumbbell::{Dumbbell, Dumbbells};
 pub use error::FullBodyError;
-pub use mutual_gravity::{Attractor, GRAVITATIONAL_CONSTANT, MutualGravity, Threads};
+pub use mutual_gravity::{GRAVITATIONAL_CONSTANT, MutualGravity, Threads};
 pub use point_cloud::{MassPoint, PointCloud};
+pub use polyhedron::{HomogeneousPolyhedron, Polyhedron};
 
 use crate::environment::{Blocks, Pose, Wrench};
 
@@ -38,5 +71,19 @@ pub trait Potential: std::fmt::Debug + Send + Sync {
     /// The implicit methods converge quadratically with it, linearly without. Default: not offered.
     fn gradient(&self, _poses: &[Pose], _gradient: &mut [Blocks]) -> bool {
         false
+    }
+}
+
+impl<P: Potential + ?Sized> Potential for &P {
+    fn energy(&self, poses: &[Pose]) -> f64 {
+        (**self).energy(poses)
+    }
+
+    fn wrenches(&self, poses: &[Pose], wrenches: &mut [Wrench]) {
+        (**self).wrenches(poses, wrenches);
+    }
+
+    fn gradient(&self, poses: &[Pose], gradient: &mut [Blocks]) -> bool {
+        (**self).gradient(poses, gradient)
     }
 }

@@ -10,7 +10,7 @@
 //! under `ρ → −ρ`, and the product of the two second ones: the force is off by O((l/r)³) of itself and
 //! the moment by O(l/r); one order better for such symmetric bodies.
 
-use super::mutual_gravity::Exchange;
+use super::pair::Exchange;
 use crate::environment::Pose;
 use crate::{Matrix3, Vector3};
 

@@ -4,9 +4,13 @@
 mod common;
 
 mod conservation;
+mod field;
 mod gradients;
 mod limits;
+mod obj;
 mod reference;
 mod rejected;
+mod relative;
+mod shapes;
 mod systems;
 mod verlet;

@@ -11,6 +11,8 @@ pub struct System {
     pub name: &'static str,
     pub potential: Box<dyn Potential>,
     pub bodies: usize,
+    /// Relative round-off of the energy.
+    pub round_off: f64,
 }
 
 pub fn dumbbells() -> Vec<Dumbbell> {
@@ -31,6 +33,36 @@ pub fn second_order(mass: f64) -> Attractor {
     Attractor::SecondOrder { mass, inertia }
 }
 
+/// A tetrahedron without any symmetry, a body that is not star-shaped, and an octahedron.
+pub fn tetrahedron() -> Polyhedron {
+    let corners =
+        [[0.5, -0.1, -0.2], [-0.4, 0.4, -0.1], [-0.2, -0.4, -0.3], [0.1, 0.0, 0.6]].map(Vector3::from);
+    Polyhedron::new(corners.to_vec(), vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]).unwrap().centered()
+}
+
+/// A U of three bars: its mass center is outside.
+pub fn horseshoe() -> Polyhedron {
+    let outline = [[0., 0.], [3., 0.], [3., 3.], [2., 3.], [2., 1.], [1., 1.], [1., 3.], [0., 3.]];
+    let corner = |z: f64| outline.map(|[x, y]| 0.2 * Vector3::new(x, y, z));
+    let vertices = [corner(0.0), corner(1.0)].concat();
+    let caps = [[0, 1, 4], [0, 4, 5], [1, 2, 3], [1, 3, 4], [0, 5, 6], [0, 6, 7]];
+    let mut faces: Vec<[u32; 3]> =
+        caps.iter().flat_map(|&[a, b, c]| [[a, c, b], [a + 8, b + 8, c + 8]]).collect();
+    for a in 0..8 {
+        let b = (a + 1) % 8;
+        faces.extend([[a, b, b + 8], [a, b + 8, a + 8]]);
+    }
+    Polyhedron::new(vertices, faces).unwrap().centered()
+}
+
+pub fn octahedron() -> Polyhedron {
+    Polyhedron::octahedron(&Vector3::new(0.7, 0.5, 0.4)).unwrap()
+}
+
+pub fn solid(shape: Polyhedron, order: usize) -> Attractor {
+    Attractor::Polyhedron(HomogeneousPolyhedron::with_mass(shape, 1.1, order).unwrap())
+}
+
 /// Every potential. A new one is one line here.
 pub fn all() -> Vec<System> {
     let closed = |dumbbells: &[Dumbbell]| Dumbbells::new(0.9, dumbbells).unwrap();
@@ -43,7 +75,16 @@ pub fn all() -> Vec<System> {
     let pair = vec![second_order(1.2), second_order(0.4)];
     let mut mixed = clouds(&[7, 3]);
     mixed.extend([second_order(2.0), point()]);
-    let system = |name, bodies, potential| System { name, potential, bodies };
+    let crowd = vec![
+        solid(octahedron(), 2),
+        Attractor::Cloud(cloud(2, 6)),
+        solid(tetrahedron(), 1),
+        second_order(0.3),
+        solid(horseshoe(), 2),
+    ];
+    let system = |name, bodies, potential| System { name, potential, bodies, round_off: 1e-14 };
+    // About r² l/V ulps: see the derivation at the field of a polyhedron.
+    let solids = |name, bodies, potential| System { round_off: 2e-13, ..system(name, bodies, potential) };
     vec![
         system("two dumbbells", 2, Box::new(closed(&dumbbells()[..2]))),
         system("three dumbbells", 3, Box::new(closed(&dumbbells()))),
@@ -53,6 +94,14 @@ pub fn all() -> Vec<System> {
         system("five clouds", 5, Box::new(mutual(clouds(&[5, 9, 1, 4, 13])))),
         system("second order", 2, Box::new(mutual(pair))),
         system("clouds, second order, point", 4, Box::new(mutual(mixed))),
+        solids("polyhedron and point", 2, Box::new(mutual(vec![point(), solid(tetrahedron(), 1)]))),
+        solids(
+            "polyhedron and cloud",
+            2,
+            Box::new(mutual(vec![solid(horseshoe(), 1), Attractor::Cloud(cloud(4, 7))])),
+        ),
+        solids("two octahedra", 2, Box::new(mutual(vec![solid(octahedron(), 3), solid(octahedron(), 3)]))),
+        solids("bodies of every kind", 5, Box::new(mutual(crowd))),
     ]
 }
 

@@ -1,0 +1,321 @@
+//! Wavefront OBJ files: vertices and faces of one solid.
+//!
+//! `v x y z` (a weight or a color after it is ignored) and `f a b c …` with corners `v`, `v/vt`, `v//vn` or
+//! `v/vt/vn`, negative ones counted from the end. Polygons become fans of triangles. Lines that end in `\`
+//! continue. Vertices at one place are one vertex, as exporters that split faces write them, and faces that
+//! thereby lose a corner disappear. Groups and objects all belong to the one solid; normals, textures and
+//! materials are ignored.
+
+use super::{Polyhedron, ShapeError};
+use crate::Vector3;
+use std::collections::HashMap;
+use std::io::{BufRead, Read};
+use thiserror::Error;
+
+/// What is wrong with an OBJ file, and where.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("line {line}: {problem}")]
+pub struct ObjError {
+    /// Line, from 1; for what the whole shows, the last one, or the one of the face that shows it.
+    pub line: usize,
+    /// What is wrong there.
+    pub problem: ObjProblem,
+}
+
+/// What can be wrong with an OBJ file.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum ObjProblem {
+    /// The file cannot be read.
+    #[error("cannot be read: {0}")]
+    Read(String),
+    /// A line, with those that continue it, is too long.
+    #[error("the line is longer than {limit} bytes")]
+    LineTooLong {
+        /// The largest number of bytes.
+        limit: usize,
+    },
+    /// The file is too long.
+    #[error("the file is longer than {limit} bytes")]
+    FileTooLong {
+        /// The largest number of bytes.
+        limit: u64,
+    },
+    /// A line starts with no keyword of the format.
+    #[error("`{0}` is no keyword of a Wavefront OBJ file")]
+    Keyword(String),
+    /// A vertex has fewer than three coordinates or more than OBJ knows.
+    #[error("a vertex has {0} numbers; three coordinates are needed, a weight or a color may follow")]
+    Coordinates(usize),
+    /// A coordinate is no number, or not finite.
+    #[error("`{0}` is not a finite number")]
+    Number(String),
+    /// A face has fewer than three corners.
+    #[error("a face has {0} corners; at least 3 are needed")]
+    Corners(usize),
+    /// A corner of a face is not an index.
+    #[error(
+        "`{0}` is not the corner of a face: v, v/vt, v//vn or v/vt/vn, counted from 1, or from the end by −1"
+    )]
+    Corner(String),
+    /// A negative index reaches before the first vertex.
+    #[error("the corner {index} counts from the end, but only {vertices} vertices came before")]
+    BeforeFirst {
+        /// The index.
+        index: i64,
+        /// How many vertices there are.
+        vertices: usize,
+    },
+    /// The scale is not a positive number.
+    #[error("the scale is {0}; it must be a positive number")]
+    Scale(f64),
+    /// The vertices and faces are no solid.
+    #[error(transparent)]
+    Shape(ShapeError),
+}
+
+/// Keywords whose lines say nothing about the solid.
+const IGNORED: &[&str] = &[
+    "vn",
+    "vt",
+    "vp",
+    "g",
+    "o",
+    "s",
+    "mg",
+    "usemtl",
+    "mtllib",
+    "usemap",
+    "maplib",
+    "l",
+    "p",
+    "lod",
+    "bevel",
+    "c_interp",
+    "d_interp",
+    "shadow_obj",
+    "trace_obj",
+];
+
+/// Most bytes of a line.
+const LINE: usize = 1 << 16;
+/// Most bytes of a file.
+const FILE: u64 = 1 << 28;
+
+/// The solid of a Wavefront OBJ file, its coordinates multiplied by `scale` \[m\].
+///
+/// Memory is bounded by [`Polyhedron::SIZE`], a file by 256 MiB and a line by 64 KiB.
+///
+/// # Errors
+/// An [`ObjError`] with the line and what is wrong there.
+pub fn read_obj(reader: impl BufRead, scale: f64) -> Result<Polyhedron, ObjError> {
+    if !(scale > 0.0 && scale.is_finite()) {
+        return Err(ObjError { line: 0, problem: ObjProblem::Scale(scale) });
+    }
+    let mut mesh = Mesh { scale, ..Mesh::default() };
+    let mut lines = Lines { reader: reader.take(FILE + 1), number: 0 };
+    let mut text = Vec::new();
+    loop {
+        let first = lines.number + 1;
+        let more =
+            lines.next(&mut text).map_err(|problem| ObjError { line: lines.number.max(1), problem })?;
+        if !more {
+            break;
+        }
+        mesh.line(&String::from_utf8_lossy(&text), first)
+            .map_err(|problem| ObjError { line: first, problem })?;
+    }
+    mesh.solid(lines.number.max(1))
+}
+
+/// Logical lines of a file.
+struct Lines<R> {
+    reader: std::io::Take<R>,
+    /// Lines read so far.
+    number: usize,
+}
+
+impl<R: BufRead> Lines<R> {
+    /// Reads the next line and those that continue it. False at the end.
+    fn next(&mut self, text: &mut Vec<u8>) -> Result<bool, ObjProblem> {
+        text.clear();
+        loop {
+            let room = (LINE + 1 - text.len()) as u64;
+            let count = self.reader.by_ref().take(room).read_until(b'\n', text);
+            let count = count.map_err(|error| ObjProblem::Read(error.to_string()))?;
+            self.number += usize::from(count > 0);
+            if self.reader.limit() == 0 {
+                return Err(ObjProblem::FileTooLong { limit: FILE });
+            }
+            if text.len() > LINE {
+                return Err(ObjProblem::LineTooLong { limit: LINE });
+            }
+            while text.last().is_some_and(|byte| matches!(byte, b'\n' | b'\r')) {
+                text.pop();
+            }
+            if count == 0 || text.last() != Some(&b'\\') {
+                return Ok(count > 0 || !text.is_empty());
+            }
+            *text.last_mut().expect("it is a backslash") = b' ';
+        }
+    }
+}
+
+/// What has been read so far.
+#[derive(Default)]
+struct Mesh {
+    scale: f64,
+    vertices: Vec<Vector3>,
+    faces: Vec<[u32; 3]>,
+    /// The line of each face.
+    lines: Vec<usize>,
+}
+
+impl Mesh {
+    fn line(&mut self, text: &str, line: usize) -> Result<(), ObjProblem> {
+        let content = text.split('#').next().unwrap_or_default();
+        let mut words = content.split_whitespace();
+        match words.next() {
+            None => Ok(()),
+            Some("v") => self.vertex(words),
+            // "fo" is an older spelling.
+            Some("f" | "fo") => self.face(words, line),
+            Some(keyword) if IGNORED.contains(&keyword) => Ok(()),
+            Some(keyword) => Err(ObjProblem::Keyword(shortened(keyword))),
+        }
+    }
+
+    fn vertex<'a>(&mut self, words: impl Iterator<Item = &'a str>) -> Result<(), ObjProblem> {
+        let number = |word: &str| match word.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            _ => Err(ObjProblem::Number(shortened(word))),
+        };
+        let numbers = words.map(number).collect::<Result<Vec<_>, _>>()?;
+        match numbers[..] {
+            [x, y, z] | [x, y, z, _] | [x, y, z, _, _, _] | [x, y, z, _, _, _, _] => {
+                self.full("vertices", self.vertices.len())?;
+                self.vertices.push(self.scale * Vector3::new(x, y, z));
+                Ok(())
+            }
+            _ => Err(ObjProblem::Coordinates(numbers.len())),
+        }
+    }
+
+    fn face<'a>(&mut self, words: impl Iterator<Item = &'a str>, line: usize) -> Result<(), ObjProblem> {
+        let corners = words.map(|word| self.corner(word)).collect::<Result<Vec<_>, _>>()?;
+        if corners.len() < 3 {
+            return Err(ObjProblem::Corners(corners.len()));
+        }
+        for pair in corners[1..].windows(2) {
+            self.full("faces", self.faces.len())?;
+            self.faces.push([corners[0], pair[0], pair[1]]);
+            self.lines.push(line);
+        }
+        Ok(())
+    }
+
+    /// The vertex of a corner, from 0. A positive index may name a vertex that is yet to come.
+    fn corner(&self, word: &str) -> Result<u32, ObjProblem> {
+        let wrong = || ObjProblem::Corner(shortened(word));
+        let mut parts = word.split('/');
+        let index: i64 = parts.next().unwrap_or_default().parse().map_err(|_| wrong())?;
+        let rest: Vec<_> = parts.collect();
+        let is_index = |text: &&str| text.parse::<i64>().is_ok_and(|index| index != 0);
+        // v, v/vt, v//vn, v/vt/vn; some exporters write v/ and v//.
+        let well_formed = rest.len() <= 2 && rest.iter().all(|part| part.is_empty() || is_index(part));
+        if !well_formed || index == 0 {
+            return Err(wrong());
+        }
+        let vertices = self.vertices.len();
+        if index > 0 {
+            return u32::try_from(index - 1).map_err(|_| wrong());
+        }
+        let from_end = usize::try_from(index.unsigned_abs()).ok().and_then(|back| vertices.checked_sub(back));
+        from_end.map(|vertex| vertex as u32).ok_or(ObjProblem::BeforeFirst { index, vertices })
+    }
+
+    fn full(&self, name: &'static str, count: usize) -> Result<(), ObjProblem> {
+        let limit = Polyhedron::SIZE;
+        if count < limit {
+            Ok(())
+        } else {
+            Err(ObjProblem::Shape(ShapeError::Count { name, count: count + 1, limit }))
+        }
+    }
+
+    /// The solid. Errors count vertices as the file does, and have the line of their face.
+    fn solid(mut self, last: usize) -> Result<Polyhedron, ObjError> {
+        let at_face = |line, error| ObjError { line, problem: ObjProblem::Shape(error) };
+        let count = self.vertices.len();
+        for (number, (face, &line)) in self.faces.iter().zip(&self.lines).enumerate() {
+            if let Some(&vertex) = face.iter().find(|&&vertex| vertex as usize >= count) {
+                let (face, vertex) = (number + 1, vertex as usize + 1);
+                return Err(at_face(line, ShapeError::OutOfRange { face, vertex, vertices: count }));
+            }
+            let [a, b, c] = *face;
+            if a == b || b == c || c == a {
+                let vertex = if b == c { b } else { a } as usize + 1;
+                return Err(at_face(line, ShapeError::Repeated { face: number + 1, vertex }));
+            }
+        }
+        let places = self.merge();
+        let (vertices, faces, lines) = (self.vertices, self.faces, self.lines);
+        Polyhedron::new(vertices, faces).map_err(|error| {
+            let (face, error) = in_file(error, &places);
+            at_face(face.map_or(last, |face| lines[face - 1]), error)
+        })
+    }
+
+    /// Makes vertices at one place one, drops those of no face and faces without three corners. Returns the
+    /// number in the file of every vertex that is left.
+    fn merge(&mut self) -> Vec<usize> {
+        let mut first_at = HashMap::new();
+        let (mut vertices, mut places) = (Vec::new(), Vec::new());
+        for face in &mut self.faces {
+            for corner in face {
+                let vertex = self.vertices[*corner as usize];
+                // Adding zero makes −0 and 0 the same place.
+                let key = [0, 1, 2].map(|axis| (vertex[axis] + 0.0).to_bits());
+                *corner = *first_at.entry(key).or_insert_with(|| {
+                    vertices.push(vertex);
+                    places.push(*corner as usize + 1);
+                    vertices.len() as u32 - 1
+                });
+            }
+        }
+        let has_corners = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
+        let kept: Vec<bool> = self.faces.iter().map(has_corners).collect();
+        let mut keep = kept.iter();
+        self.faces.retain(|_| *keep.next().unwrap_or(&true));
+        let mut keep = kept.iter();
+        self.lines.retain(|_| *keep.next().unwrap_or(&true));
+        self.vertices = vertices;
+        places
+    }
+}
+
+/// The face of an error, and the error with the vertex numbers of the file.
+fn in_file(error: ShapeError, places: &[usize]) -> (Option<usize>, ShapeError) {
+    use ShapeError::{Coordinate, NotManifold, Open, Orientation};
+    let place = |vertex: usize| places[vertex - 1];
+    match error {
+        Open { face, from, to } => (Some(face), Open { face, from: place(from), to: place(to) }),
+        NotManifold { face, faces, from, to } => {
+            (Some(face), NotManifold { face, faces, from: place(from), to: place(to) })
+        }
+        Orientation { face, other, from, to } => {
+            (Some(face), Orientation { face, other, from: place(from), to: place(to) })
+        }
+        Coordinate { vertex, value, limit } => (None, Coordinate { vertex: place(vertex), value, limit }),
+        other => (None, other),
+    }
+}
+
+/// At most the first 40 characters of a word, for a message.
+fn shortened(word: &str) -> String {
+    let mut short: String =
+        word.chars().take(40).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
+    if short.chars().count() < word.chars().count() {
+        short.push('…');
+    }
+    short
+}
