@@ -20,6 +20,10 @@ use nalgebra::DVector;
 const MAX_ITERATIONS: usize = 30;
 /// Steps that turn a node by more than this \[rad\] are shortened.
 const LONGEST_TURN: f64 = 0.4;
+/// Residual at which the equations of an active set count as nearly met.
+const NEARLY: f64 = 1e-8;
+/// Share of the largest multiplier below which one is taken for the cone solver's round-off.
+const LIKELY: f64 = 1e-4;
 /// Proximal term on the multipliers: keeps the matrix regular where rows repeat each other, and
 /// vanishes from the solution.
 const PROXIMAL: f64 = 1e-11;
@@ -42,6 +46,22 @@ pub(crate) fn polish(
     multipliers: &Multipliers,
     tolerance: f64,
 ) -> Option<Polished> {
+    newton(model, rows, iterate, multipliers, tolerance, false)
+        .or_else(|| newton(model, rows, iterate, multipliers, tolerance, true))
+}
+
+/// Newton's method. If `patient`, the active set changes only where the equations of the present one are
+/// nearly met: slower, but rows that nearly repeat each other, as those of a coasting body do, cannot throw it
+/// about.
+fn newton(
+    model: &Model,
+    rows: &Rows,
+    iterate: &Iterate,
+    multipliers: &Multipliers,
+    tolerance: f64,
+    patient: bool,
+) -> Option<Polished> {
+    let mut set: Option<Vec<bool>> = None;
     let mut iterate = iterate.clone();
     let mut multipliers = multipliers.clone();
     let mut best: Option<Polished> = None;
@@ -49,7 +69,16 @@ pub(crate) fn polish(
     for iteration in 0..MAX_ITERATIONS {
         let mut evaluated = iterate.evaluate(model, rows).ok()?;
         evaluated.rows.iter_mut().for_each(|value| *value = value.smooth());
-        let active = active(&evaluated, &multipliers, iteration == 0);
+        let active = match set.take() {
+            _ if !patient => active(&evaluated, &multipliers, iteration == 0),
+            None => likely(&evaluated, &multipliers),
+            Some(set) => {
+                let residuals = Residuals::of(model, rows, &iterate, &evaluated, &multipliers);
+                let met = residuals.of_equations(&evaluated, &set) <= NEARLY;
+                if met { corrected(&evaluated, &multipliers, &set) } else { set }
+            }
+        };
+        set = Some(active.clone());
         for (multiplier, active) in multipliers.rows.iter_mut().zip(&active) {
             if !active {
                 *multiplier = 0.0;
@@ -108,6 +137,24 @@ fn active(evaluated: &Evaluated, multipliers: &Multipliers, first: bool) -> Vec<
     evaluated.rows.iter().zip(&multipliers.rows).map(acts).collect()
 }
 
+/// Rows whose multiplier is not small beside the largest.
+fn likely(evaluated: &Evaluated, multipliers: &Multipliers) -> Vec<bool> {
+    let largest = multipliers.rows.iter().fold(0.0f64, |largest, value| largest.max(*value));
+    let acts = |(value, multiplier): (&Value, &f64)| {
+        matches!(value, Value::Half { .. }) && *multiplier > LIKELY * largest
+    };
+    evaluated.rows.iter().zip(&multipliers.rows).map(acts).collect()
+}
+
+/// The set without rows that pull, and with rows that are violated.
+fn corrected(evaluated: &Evaluated, multipliers: &Multipliers, set: &[bool]) -> Vec<bool> {
+    let acts = |((value, multiplier), active): ((&Value, &f64), &bool)| match value {
+        Value::Half { c, .. } => (*active && *multiplier > 0.0) || (!active && *c > 1e-12),
+        _ => false,
+    };
+    evaluated.rows.iter().zip(&multipliers.rows).zip(set).map(acts).collect()
+}
+
 /// Residuals of stationarity, by stage.
 struct Residuals {
     inputs: Vec<DVector<f64>>,
@@ -162,15 +209,28 @@ impl Residuals {
         Self { inputs, states, scale }
     }
 
-    fn largest(&self, evaluated: &Evaluated, multipliers: &Multipliers, active: &[bool]) -> f64 {
+    /// The largest residual of the equations that the set makes, whatever the signs say.
+    fn of_equations(&self, evaluated: &Evaluated, active: &[bool]) -> f64 {
         let norm = |list: &[DVector<f64>]| list.iter().map(|value| value.amax()).fold(0.0, f64::max);
-        // Inputs enter with the weight of a kick: compare them as the inputs they are.
         let steps = self.inputs.len() as f64;
         let mut largest = (norm(&self.inputs) * steps).max(norm(&self.states)) / self.scale;
         largest = largest.max(evaluated.largest_defect());
+        for (value, _) in evaluated.rows.iter().zip(active).filter(|(_, active)| **active) {
+            if let Value::Half { c, .. } = value {
+                largest = largest.max(c.abs());
+            }
+        }
+        if largest.is_nan() { f64::INFINITY } else { largest }
+    }
+
+    /// The same, with rows that are violated or pull.
+    fn largest(&self, evaluated: &Evaluated, multipliers: &Multipliers, active: &[bool]) -> f64 {
+        let mut largest = self.of_equations(evaluated, active);
         for ((value, multiplier), active) in evaluated.rows.iter().zip(&multipliers.rows).zip(active) {
             let Value::Half { c, .. } = value else { continue };
-            largest = largest.max(if *active { c.abs() } else { c.max(0.0) });
+            if !active {
+                largest = largest.max(*c);
+            }
             largest = largest.max(-multiplier / self.scale);
         }
         if largest.is_nan() { f64::INFINITY } else { largest }
