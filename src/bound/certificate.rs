@@ -120,3 +120,50 @@ pub(crate) fn rank_one_defect(matrix: &DMatrix<f64>) -> f64 {
     values.sort_by(|a, b| b.total_cmp(a));
     if values.len() < 2 { 0.0 } else { values[1] / values[0] }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::convex::cone::Program;
+    use crate::convex::sparse::Sparse;
+
+    /// Minimise `2 − y` over the one moment `0 ≤ y ≤ 1`, of which the cone states `s = y`: the minimum is 1.
+    fn one_moment(cone: Cone) -> MomentProgram {
+        MomentProgram {
+            program: Program {
+                quadratic: Sparse::zeros(1, 1),
+                linear: vec![-1.0],
+                matrix: Sparse::from_triplets(1, 1, &[(0, 0, -1.0)]),
+                bound: vec![0.0],
+                cones: vec![cone],
+            },
+            offset: 2.0,
+            cost_magnitude: 3.0,
+            traces: vec![1.0],
+            moment_matrices: 1,
+        }
+    }
+
+    #[test]
+    fn each_way_to_claim_too_much_is_corrected() {
+        for cone in [Cone::Nonnegative(1), Cone::Semidefinite(1)] {
+            // z = −1 leaves no residual and claims 2, by a multiplier of the wrong sign; z = 0 claims 2 by a residual.
+            for z in [-1.0, 0.0, -0.5, 3.0] {
+                let proof = prove(&one_moment(cone), &[z], true).unwrap();
+                assert!((proof.claimed - 2.0).abs() < 1e-15);
+                assert!(proof.bound <= 1.0, "{cone:?} z {z}: {}", proof.bound);
+            }
+            let best = prove(&one_moment(cone), &[0.0], true).unwrap().bound;
+            assert!(best > 1.0 - 1e-12, "{best}");
+        }
+    }
+
+    #[test]
+    fn packing_keeps_the_inner_product() {
+        let root = std::f64::consts::SQRT_2;
+        let matrix = unpacked(&[1.0, 2.0 * root, 3.0], 2);
+        assert!((matrix - nalgebra::dmatrix![1.0, 2.0; 2.0, 3.0]).amax() < 1e-15);
+        assert!(rank_one_defect(&nalgebra::dmatrix![1.0, 1.0; 1.0, 1.0]) < 1e-15);
+        assert!((rank_one_defect(&nalgebra::dmatrix![2.0, 0.0; 0.0, 1.0]) - 0.5).abs() < 1e-15);
+    }
+}

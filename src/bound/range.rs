@@ -41,3 +41,40 @@ impl Ends {
         if sine < 1.0 { sine.asin() } else { std::f64::consts::FRAC_PI_2 }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::Random;
+
+    #[test]
+    fn the_cheapest_way_through_a_momentum_just_reaches_it() {
+        let mut random = Random(17);
+        let (steps, h) = (9usize, 0.2);
+        for round in 0..50 {
+            let resting = round % 2 == 0;
+            let mut end = || if resting { Vector3::zeros() } else { 0.5 * random.vector3() };
+            let momenta = [end(), end()];
+            let between = random.vector3();
+            for k in 1..steps {
+                // Equal torques before the step, equal ones after it: cost of Lie–Euler for a unit sphere.
+                let (before, after) = (k as f64 * h, (steps - k) as f64 * h);
+                let [a, b] = [between - momenta[0], momenta[1] - between];
+                let cost = 0.5 * (a.norm_squared() / before + b.norm_squared() / after);
+                let ends = Ends { momenta, duration: steps as f64 * h, budget: 2.0 * cost };
+                let reached = (h * between.norm()).min(1.0).asin();
+                let angle = ends.angle(before, h, 1.0);
+                assert!(angle >= reached, "step {k}: {angle} below {reached}");
+                if resting {
+                    assert!(angle < reached * (1.0 + 1e-6), "step {k}: {angle} is not {reached}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn too_much_momentum_for_the_implicit_equation_is_all_of_the_branch() {
+        let ends = Ends { momenta: [Vector3::zeros(); 2], duration: 1.0, budget: 1e4 };
+        assert!((ends.angle(0.5, 0.1, 0.3) - std::f64::consts::FRAC_PI_2).abs() < 1e-15);
+    }
+}

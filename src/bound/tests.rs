@@ -290,6 +290,18 @@ fn a_perturbed_dual_vector_still_proves_a_bound() {
     }
     // Without the correction some of these would have been false.
     assert!(misled > 10, "{misled}");
+    // Two attacks that leave one correction alone to answer. The constant's own entry touches no residual; a scaled
+    // vector keeps every block positive.
+    let place = moments.program.cones.iter().take_while(|cone| !matches!(cone, Cone::Semidefinite(_)));
+    let constant = place.map(|cone| cone.rows()).sum::<usize>();
+    let mut raised = z.clone();
+    raised[constant] -= 5.0;
+    let shrunk: Vec<f64> = z.iter().map(|z| 0.9 * z).collect();
+    for attack in [&raised, &shrunk] {
+        let proof = prove(&moments, attack, true).unwrap();
+        assert!(value(proof.claimed) > minimum + 0.01, "not an attack: {}", value(proof.claimed));
+        assert!(value(proof.bound) <= minimum + PRINTED, "{}", value(proof.bound));
+    }
     // Anything at all proves something true, and what is no number proves nothing.
     let wild: Vec<f64> = z.iter().map(|_| 1e6 * random.uniform()).collect();
     assert!(prove(&moments, &wild, true).unwrap().bound < 0.0);
