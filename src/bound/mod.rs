@@ -16,8 +16,12 @@
 //!
 //! # How tight
 //!
-//! As tight as [`LowerBound::gap`] says; the relaxation can be loose, above all without a known cost.
-//! [`LowerBound::rank_one_defect`] near zero means that the relaxation has found one maneuver, not a mixture.
+//! As tight as [`LowerBound::gap`] says. Where one rotation is free the localised relaxation was exact in every case
+//! of the reference and in nearly all random ones. On longer chains it mixes the short way with the long way where their
+//! costs are close and the steps wide: a gap of 10–20 % for a turn of 170° in 4 to 8 steps. On finer grids, given the
+//! known cost, the steps are narrow and the gap closes: 1e-7 in 12 and 16 steps for 60°, 120° and 170°
+//! (`cargo run --release --features sdp --example global_bound 16`). [`LowerBound::rank_one_defect`] near zero means
+//! that the relaxation has found one maneuver, not a mixture.
 //!
 //! Needs the cargo feature `sdp`.
 
