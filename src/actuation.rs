@@ -13,6 +13,9 @@ pub enum AxisFrame {
     Reference,
 }
 
+/// Singular value of `B`, relative to the largest, below which its axes count as coplanar.
+const RANK_TOLERANCE: f64 = 1e-6;
+
 /// Inputs of one kind, torques or forces: `B` (3×m), its frame, and the weight `W` (m×m).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
@@ -194,6 +197,27 @@ impl Channel {
     /// `B u`, in the axes of [`Channel::frame`].
     pub fn output(&self, inputs: &[f64]) -> Vector3 {
         self.axes.iter().zip(inputs).map(|(axis, input)| axis * *input).sum()
+    }
+
+    /// Rank of `B`, from 1 to 3, and for rank 2 the unit vector about which (along which, for forces) no input
+    /// acts, else for rank 1 the one about which all act.
+    pub fn rank(&self) -> (usize, Option<Vector3>) {
+        let longest = self.axes.iter().map(Vector3::amax).fold(0.0, f64::max);
+        let units = self.axes.iter().map(|axis| axis / longest);
+        let eigen = units.map(|axis| axis * axis.transpose()).sum::<Matrix3>().symmetric_eigen();
+        let mut order = [0, 1, 2];
+        order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+        let least = RANK_TOLERANCE.powi(2) * eigen.eigenvalues[order[0]];
+        let rank = order.iter().filter(|index| eigen.eigenvalues[**index] > least).count();
+        let direction = |index: usize| {
+            let vector: Vector3 = eigen.eigenvectors.column(index).into_owned();
+            vector * vector[vector.iamax()].signum()
+        };
+        match rank {
+            1 => (1, Some(direction(order[0]))),
+            2 => (2, Some(direction(order[2]))),
+            _ => (rank, None),
+        }
     }
 
     /// `½ uᵀ W u`.

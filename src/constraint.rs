@@ -7,8 +7,12 @@ mod arc;
 
 pub use arc::{Approach, Arc, Target, angle_between};
 
-use crate::Vector3;
+use crate::{Matrix3, Vector3};
+use std::f64::consts::PI;
 use thiserror::Error;
+
+/// What a boundary value may be beyond its limit, relative to it (in \[rad\] for a cone): rounding.
+pub const BOUNDARY_ROUNDING: f64 = 1e-9;
 
 /// One constraint, with the name under which reports speak of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,6 +93,9 @@ pub enum ConstraintError {
         /// The limit [rad/s].
         value: f64,
     },
+    /// Reports would speak of two constraints by one name.
+    #[error("another constraint has the same name")]
+    SameName,
 }
 
 impl Pointing {
@@ -147,9 +154,174 @@ impl Constraint {
                     }
                 }
                 let angle = pointing.effective_half_angle();
-                let usable = angle > 0.0 && angle < std::f64::consts::PI && pointing.margin >= 0.0;
+                let cone = |angle: f64| angle > 0.0 && angle < PI;
+                let usable = cone(angle) && cone(pointing.half_angle) && pointing.margin >= 0.0;
                 if usable { Ok(()) } else { Err(ConstraintError::Angle { degrees: angle.to_degrees() }) }
             }
         }
+    }
+
+    /// How a body in `attitude` with angular velocity `rate` [rad/s] at `time` \[s\] violates the constraint,
+    /// in words with the value and the limit; `None` where it holds, also exactly on the limit.
+    ///
+    /// The reference frame turns at `frame_rate` [rad/s]. Of several violated pairs the worst is told.
+    pub fn violation(
+        &self,
+        attitude: &Matrix3,
+        rate: &Vector3,
+        time: f64,
+        frame_rate: &Vector3,
+    ) -> Option<String> {
+        let above = |value: f64, limit: f64| value > limit * (1.0 + BOUNDARY_ROUNDING);
+        let told = |value: f64, limit: f64| {
+            let (value, limit) = distinct(value.to_degrees(), limit.to_degrees());
+            format!("is {value} deg/s, the limit is {limit} deg/s")
+        };
+        match &self.rule {
+            Rule::RateNorm(limit) => {
+                above(rate.norm(), *limit).then(|| format!("the rate {}", told(rate.norm(), *limit)))
+            }
+            Rule::RateAxes(limits) => {
+                let excess = |axis: &usize| rate[*axis].abs() / limits[*axis];
+                let worst = (0..3).max_by(|a, b| excess(a).total_cmp(&excess(b)))?;
+                let (value, limit) = (rate[worst].abs(), limits[worst]);
+                let axis = ["x", "y", "z"][worst];
+                above(value, limit).then(|| format!("the rate about {axis} {}", told(value, limit)))
+            }
+            Rule::Pointing(pointing) => pointing.violation(attitude, time, frame_rate),
+        }
+    }
+}
+
+impl Pointing {
+    fn violation(&self, attitude: &Matrix3, time: f64, frame_rate: &Vector3) -> Option<String> {
+        let limit = self.effective_half_angle();
+        let several = self.directions.len() > 1;
+        let (mut worst, mut found) = (BOUNDARY_ROUNDING, None);
+        for (index, (boresight, direction)) in self.pairs().enumerate() {
+            let (b, w) = (attitude * boresight, direction.at(time, frame_rate));
+            let angle = angle_between(&b, &w);
+            let inside = limit - angle;
+            let excess = if self.side == Side::KeepOut { inside } else { -inside };
+            if excess > worst {
+                (worst, found) = (excess, Some((index, angle)));
+            }
+        }
+        let (index, angle) = found?;
+        let (boresight, direction) = (index / self.directions.len(), index % self.directions.len());
+        let name = |what: &str, many: bool, index: usize| {
+            if many { format!("{what} {}", index + 1) } else { format!("the {what}") }
+        };
+        let boresight = name("boresight", self.boresights.len() > 1, boresight);
+        let axis = if several { name("direction", true, direction) } else { "the axis".into() };
+        let (angle, cone) = distinct(angle.to_degrees(), limit.to_degrees());
+        let margin = short(self.margin.to_degrees(), 4);
+        let margin = match (self.margin > 0.0, self.side) {
+            (false, _) => String::new(),
+            (true, Side::KeepOut) => format!(", margin of {margin} deg included"),
+            (true, Side::KeepIn) => format!(", margin of {margin} deg taken off"),
+        };
+        Some(format!("{boresight} is {angle} deg from {axis}, the cone is {cone} deg{margin}"))
+    }
+}
+
+/// A number without a tail of zeros.
+fn short(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
+}
+
+/// Two numbers with few digits, enough to tell them apart.
+fn distinct(value: f64, limit: f64) -> (String, String) {
+    let largest = value.abs().max(limit.abs());
+    if !(1e-4..1e7).contains(&largest) {
+        return (format!("{value:e}"), format!("{limit:e}"));
+    }
+    let least = (2 - largest.log10().floor() as i32).max(0) as usize;
+    let pair = |decimals| (short(value, decimals), short(limit, decimals));
+    // A limit is shown as it was written where three more digits will do.
+    let rounded = |decimals: usize| (limit - short(limit, decimals).parse().unwrap_or(limit)).abs();
+    let fits = |decimals: &usize| {
+        let (a, b) = pair(*decimals);
+        a != b && (rounded(*decimals) <= 1e-12 * limit.abs() || *decimals >= least + 3)
+    };
+    pair((least..16).find(fits).unwrap_or(16))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cone(side: Side, half_angle: f64, margin: f64) -> Constraint {
+        let directions = vec![Direction { vector: Vector3::z(), turns_with_frame: false }];
+        let boresights = vec![Vector3::x()];
+        let (half_angle, margin) = (half_angle.to_radians(), margin.to_radians());
+        let rule = Rule::Pointing(Pointing { side, boresights, directions, half_angle, margin });
+        Constraint { name: "cone".into(), rule }
+    }
+
+    /// The boresight x, turned about −y by `angle`, is 90° − `angle` from z.
+    fn found(constraint: &Constraint, angle: f64) -> Option<String> {
+        let attitude = crate::lie::exp(&(Vector3::y() * -angle.to_radians()));
+        constraint.violation(&attitude, &Vector3::zeros(), 0.0, &Vector3::zeros())
+    }
+
+    #[test]
+    fn a_cone_is_violated_inside_or_outside_and_not_on_its_surface() {
+        let out = cone(Side::KeepOut, 35.0, 0.5);
+        let told =
+            "the boresight is 12.3 deg from the axis, the cone is 35.5 deg, margin of 0.5 deg included";
+        assert_eq!(found(&out, 77.7).as_deref(), Some(told));
+        assert_eq!(found(&out, 54.5), None);
+        assert_eq!(found(&out, 54.5 + 5e-8), None);
+        assert_eq!(
+            found(&out, 54.5 + 1e-6).as_deref(),
+            Some(
+                "the boresight is 35.499999 deg from the axis, the cone is 35.5 deg, margin of 0.5 deg included"
+            )
+        );
+        let within = cone(Side::KeepIn, 20.0, 0.0);
+        assert_eq!(found(&within, 70.0), None);
+        let told = "the boresight is 90 deg from the axis, the cone is 20 deg";
+        assert_eq!(found(&within, 0.0).as_deref(), Some(told));
+    }
+
+    #[test]
+    fn an_inertial_direction_turns_against_a_turning_frame() {
+        // A quarter turn of the frame about y takes the inertial z to −x of the frame.
+        let constraint = cone(Side::KeepOut, 10.0, 0.0);
+        let rate = Vector3::y() * PI / 2.0;
+        let back = crate::lie::exp(&(Vector3::z() * PI));
+        let found = |time| constraint.violation(&back, &Vector3::zeros(), time, &rate);
+        assert_eq!(found(0.0), None);
+        assert!(found(1.0).is_some_and(|told| told.contains("is 0 deg from the axis")), "{:?}", found(1.0));
+    }
+
+    #[test]
+    fn a_rate_is_violated_above_its_limit_and_not_on_it() {
+        let degrees = |x: f64, y: f64, z: f64| Vector3::new(x, y, z).map(f64::to_radians);
+        let norm = Constraint { name: "n".into(), rule: Rule::RateNorm(0.25_f64.to_radians()) };
+        let axes = Constraint { name: "a".into(), rule: Rule::RateAxes(degrees(1.0, 2.0, 3.0)) };
+        let told = |constraint: &Constraint, rate: Vector3| {
+            constraint.violation(&Matrix3::identity(), &rate, 0.0, &Vector3::zeros())
+        };
+        assert_eq!(told(&norm, degrees(0.15, 0.2, 0.0)), None);
+        let wanted = "the rate is 0.5 deg/s, the limit is 0.25 deg/s";
+        assert_eq!(told(&norm, degrees(0.0, 0.0, -0.5)).as_deref(), Some(wanted));
+        assert_eq!(told(&axes, degrees(-1.0, 2.0, 3.0)), None);
+        let wanted = "the rate about y is 2.5 deg/s, the limit is 2 deg/s";
+        assert_eq!(told(&axes, degrees(1.1, -2.5, 3.0)).as_deref(), Some(wanted));
+    }
+
+    #[test]
+    fn numbers_are_short_and_told_apart() {
+        let both = |value, limit| {
+            let (a, b) = distinct(value, limit);
+            format!("{a} {b}")
+        };
+        assert_eq!(both(12.3, 35.0), "12.3 35");
+        assert_eq!(both(34.999_999_9, 35.0), "34.9999999 35");
+        assert_eq!(both(1234.5678, 0.25), "1235 0.25".replace("1235", "1234.57"));
+        assert_eq!(both(1e9, 2.0), "1e9 2e0");
     }
 }

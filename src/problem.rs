@@ -1,5 +1,7 @@
 //! The maneuver to plan: a checked, immutable value in SI units.
 
+mod check;
+
 use crate::actuation::{Actuation, AxisFrame, Channel};
 use crate::body::Body;
 use crate::constraint::{Constraint, ConstraintError};
@@ -189,6 +191,8 @@ impl Problem {
     pub const MIN_STEPS: usize = 2;
     /// The most steps.
     pub const MAX_STEPS: usize = 1_000_000;
+    /// The most constraints.
+    pub const MAX_CONSTRAINTS: usize = 1_000;
 
     /// An attitude maneuver of a free body with three body torques of unit weight, 100 steps of the
     /// second-order scheme.
@@ -269,65 +273,5 @@ impl Problem {
             Motion::Attitude => 6,
             Motion::RigidBody => 12,
         }
-    }
-
-    /// Checks what the types cannot: ranges, rotations, the step against the boundary rates.
-    ///
-    /// # Errors
-    /// The first [`ProblemError`] met.
-    pub fn check(&self) -> Result<(), ProblemError> {
-        if !(self.duration > 0.0 && self.duration.is_finite()) {
-            return Err(ProblemError::Value {
-                what: "duration",
-                value: self.duration,
-                reason: "must be positive and finite",
-            });
-        }
-        if self.steps < Self::MIN_STEPS || self.steps > Self::MAX_STEPS {
-            return Err(ProblemError::Value {
-                what: "steps",
-                value: self.steps as f64,
-                reason: "must be from 2 to 1000000",
-            });
-        }
-        if self.motion == Motion::RigidBody {
-            let Some(mass) = self.body.mass else {
-                return Err(ProblemError::Missing("a maneuver that moves the body needs its mass"));
-            };
-            if !(mass > 0.0 && mass.is_finite()) {
-                return Err(ProblemError::Value {
-                    what: "mass",
-                    value: mass,
-                    reason: "must be positive and finite",
-                });
-            }
-        }
-        let limit = if self.body.inertia.is_degenerate() { 0.5 } else { 1.0 };
-        for (end, state) in [("start", &self.start), ("end", &self.end)] {
-            let vectors = [&state.position, &state.velocity, &state.angular_velocity];
-            for value in vectors.into_iter().flatten().chain(state.attitude.iter()) {
-                if !value.is_finite() {
-                    return Err(ProblemError::Value {
-                        what: "boundary state",
-                        value: *value,
-                        reason: "must be finite",
-                    });
-                }
-            }
-            let residual = (state.attitude.transpose() * state.attitude - Matrix3::identity()).amax();
-            if residual > 1e-12 {
-                return Err(ProblemError::NotRotation { end, residual });
-            }
-            if state.attitude.determinant() < 0.0 {
-                return Err(ProblemError::NotRotation { end, residual: 2.0 });
-            }
-            let rate = state.angular_velocity.norm();
-            let angle = rate * self.step();
-            if angle >= limit {
-                let steps = ((rate * self.duration / limit).floor() as usize).saturating_add(1);
-                return Err(ProblemError::StepTooLong { end, angle, limit, steps });
-            }
-        }
-        Ok(())
     }
 }
