@@ -16,6 +16,17 @@ pub enum Method {
     Scp,
 }
 
+impl Method {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Shooting => "shooting",
+            Self::Scp => "scp",
+        }
+    }
+}
+
 /// Settings of a plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {

@@ -1,14 +1,18 @@
 //! Every file that the library writes is read back, bit for bit, or is not there at all.
 
+use slewkit::actuation::{Actuation, AxisFrame, Channel, Limits, Wheels};
 use slewkit::body::{Body, Inertia};
+use slewkit::constraint::{Constraint, Direction, Pointing, Rule, Side};
 use slewkit::export::{
     ExportError, FileError, PlanFile, ProblemRecord, Target, TrajectoryDocument, read_guess, write_csv,
     write_jsonl,
 };
 use slewkit::plan::{Plan, Status};
 use slewkit::problem::{Motion, Problem, Scheme, State};
-use slewkit::settings::Settings;
-use slewkit::solution::{Optimality, Outcome, Rival, RungReport, Sense, Solution, TerminalError, Trajectory};
+use slewkit::settings::{Method, Settings};
+use slewkit::solution::{
+    ActiveConstraint, Optimality, Outcome, Rival, RungReport, Sense, Solution, TerminalError, Trajectory,
+};
 use slewkit::verify::{Check, Verification};
 use slewkit::{Matrix3, Vector3};
 use std::borrow::Cow;
@@ -56,6 +60,44 @@ fn problem(motion: Motion, scheme: Scheme) -> Problem {
     problem.with_steps(4).with_scheme(scheme)
 }
 
+/// Four wheels in a pyramid, one of them without a limit of its momentum.
+fn with_wheels(problem: Problem) -> Problem {
+    let axes = [(0.8, 0.0), (0.0, 0.8), (-0.8, 0.0), (0.0, -0.8)].map(|(x, y)| Vector3::new(x, y, 0.6));
+    let torque = Channel::new(axes.to_vec(), AxisFrame::Body, nalgebra::DMatrix::identity(4, 4)).unwrap();
+    let size = Some(vec![0.1, 0.2, 0.3, 0.4]);
+    let torque = torque.with_limits(Limits { size, norm: None, rate: None }).unwrap();
+    let momentum_limit = vec![1.0, 2.0, f64::INFINITY, 4.0];
+    let wheels = Wheels { momentum: vec![0.1, 0.0, -0.5, 4.0], momentum_limit };
+    problem.with_actuation(Actuation { torque, force: None, wheels: Some(wheels) })
+}
+
+fn wheel_count(problem: &Problem) -> usize {
+    problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len())
+}
+
+/// Every kind of constraint, all held by the ends.
+fn with_constraints(problem: Problem) -> Problem {
+    let direction = |vector, turns_with_frame| Direction { vector, turns_with_frame };
+    let pointing = |side, sign: f64, half_angle| {
+        Rule::Pointing(Pointing {
+            side,
+            boresights: vec![Vector3::z(), Vector3::x()],
+            directions: vec![
+                direction(sign * Vector3::new(0.36, 0.48, 0.8), false),
+                direction(sign * Vector3::z(), true),
+            ],
+            half_angle,
+            margin: 0.1 + 0.2,
+        })
+    };
+    let constraint = |name: &str, rule| Constraint { name: name.into(), rule };
+    problem
+        .with_constraint(constraint("Sun", pointing(Side::KeepOut, -1.0, 0.5)))
+        .with_constraint(constraint("Earth", pointing(Side::KeepIn, 1.0, 2.5)))
+        .with_constraint(constraint("rate", Rule::RateNorm(1.0 / 3.0)))
+        .with_constraint(constraint("rates", Rule::RateAxes(Vector3::new(0.1, 0.2, 0.3))))
+}
+
 fn trajectory(problem: &Problem) -> Trajectory {
     let mut numbers = Numbers(0);
     let (nodes, rows) = (problem.steps + 1, problem.scheme.input_rows(problem.steps));
@@ -69,7 +111,7 @@ fn trajectory(problem: &Problem) -> Trajectory {
         input: (0..rows * problem.actuation.count()).map(|_| numbers.next()).collect(),
         input_count: problem.actuation.count(),
         torque: numbers.vectors(rows),
-        wheel_momentum: Vec::new(),
+        wheel_momentum: (0..nodes * wheel_count(problem)).map(|_| numbers.next()).collect(),
         force: numbers.vectors(if moving { rows } else { 0 }),
         costates: (0..rows * problem.dimension()).map(|_| numbers.next()).collect(),
     }
@@ -109,8 +151,12 @@ fn plan(problem: &Problem) -> Plan {
         ladder: vec![rung],
         convex: None,
         shortfall: None,
-        active: Vec::new(),
-        method: slewkit::settings::Method::Shooting,
+        active: vec![ActiveConstraint {
+            name: "torque limit".into(),
+            time_s: vec![0.1 + 0.2, 5e-324],
+            multiplier: vec![1.0 / 3.0, 0.0],
+        }],
+        method: if problem.is_constrained() { Method::Scp } else { Method::Shooting },
         rivals: vec![rival],
         obstruction: None,
         tolerance: 1e-12,
@@ -119,13 +165,13 @@ fn plan(problem: &Problem) -> Plan {
     Plan { solution, verification: Some(verification), status: Status::Solved }
 }
 
-/// The four kinds of trajectory: two motions, two schemes.
+/// The kinds of trajectory: two motions, and wheels under constraints, in two schemes.
 fn kinds() -> Vec<Problem> {
     let mut kinds = Vec::new();
-    for motion in [Motion::Attitude, Motion::RigidBody] {
-        for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {
-            kinds.push(problem(motion, scheme));
-        }
+    for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {
+        kinds.push(problem(Motion::Attitude, scheme));
+        kinds.push(problem(Motion::RigidBody, scheme));
+        kinds.push(with_constraints(with_wheels(problem(Motion::Attitude, scheme))));
     }
     kinds
 }
@@ -137,7 +183,8 @@ fn bits(values: &[f64]) -> Vec<u64> {
 /// Equality of floats takes −0 for 0: compare bits.
 fn assert_same_bits(a: &Trajectory, b: &Trajectory) {
     assert_eq!(a, b);
-    for (a, b) in [(&a.time, &b.time), (&a.input, &b.input), (&a.costates, &b.costates)] {
+    let momenta = (&a.wheel_momentum, &b.wheel_momentum);
+    for (a, b) in [(&a.time, &b.time), (&a.input, &b.input), (&a.costates, &b.costates), momenta] {
         assert_eq!(bits(a), bits(b));
     }
     assert_eq!(bits(a.quaternion.as_flattened()), bits(b.quaternion.as_flattened()));
@@ -167,7 +214,10 @@ fn plan_file_reads_back_bit_for_bit() {
         let mut second = Vec::new();
         back.write(&mut second).unwrap();
         assert_eq!(String::from_utf8(first).unwrap(), String::from_utf8(second).unwrap());
-        back.on_grid(&problem).unwrap();
+        assert_eq!(back.method, if problem.is_constrained() { "scp" } else { "shooting" });
+        assert_eq!(back.active, plan.solution.active);
+        assert_eq!(back.problem.differences(&(&problem).into()), []);
+        back.on_grid(&problem).unwrap().check().unwrap();
     }
 }
 
@@ -356,6 +406,12 @@ fn csv_reads_back_bit_for_bit_with_inputs_where_they_exist() {
         let nth = |flat: &[f64], width: usize, at: usize| flat.chunks(width).map(|row| row[at]).collect();
         same("input_2", late, nth(&trajectory.input, trajectory.input_count, 1));
         same("costate_6", late, nth(&trajectory.costates, problem.dimension(), 5));
+        let wheels = wheel_count(&problem);
+        if wheels > 0 {
+            same("wheel_momentum_3_n_m_s", 0, nth(&trajectory.wheel_momentum, wheels, 2));
+        } else {
+            assert!(!text.contains("wheel"));
+        }
         if problem.motion == Motion::RigidBody {
             same("position_z_m", 0, trajectory.position.iter().map(|v| v.z).collect());
             same("velocity_x_m_s", 0, trajectory.velocity.iter().map(|v| v.x).collect());
@@ -381,6 +437,11 @@ fn json_lines_hold_one_node_each() {
         let costates: Vec<f64> = serde_json::from_value(last["costates"].clone()).unwrap();
         let n = trajectory.costates.len();
         assert_eq!(bits(&costates), bits(&trajectory.costates[n - problem.dimension()..]));
+        assert_eq!(rows[0].get("wheel_momentum_n_m_s").is_some(), wheel_count(&problem) > 0);
+        if wheel_count(&problem) > 0 {
+            let momenta: Vec<f64> = serde_json::from_value(rows[2]["wheel_momentum_n_m_s"].clone()).unwrap();
+            assert_eq!(bits(&momenta), bits(&trajectory.wheel_momentum[8..12]));
+        }
         assert_eq!(last["quaternion_wxyz"][2].as_f64(), Some(trajectory.quaternion[4][2]));
     }
 }
@@ -402,7 +463,7 @@ fn table_of_a_simulation_has_no_columns_of_inputs() {
 
 #[test]
 fn arrays_that_do_not_fit_the_maneuver_are_refused() {
-    let problem = problem(Motion::Attitude, Scheme::LieVerlet);
+    let problem = with_wheels(problem(Motion::Attitude, Scheme::LieVerlet));
     let plan = plan(&problem);
     let mut text = Vec::new();
     PlanFile::new(&problem, &Settings::default(), &plan).write(&mut text).unwrap();
@@ -416,13 +477,28 @@ fn arrays_that_do_not_fit_the_maneuver_are_refused() {
             Ok(file) => file.on_grid(&problem).unwrap_err(),
         }
     };
-    for key in ["time_s", "quaternion_wxyz", "angular_velocity_rad_s", "input", "torque_n_m", "costates"] {
+    for key in [
+        "time_s",
+        "quaternion_wxyz",
+        "angular_velocity_rad_s",
+        "input",
+        "torque_n_m",
+        "costates",
+        "wheel_momentum_n_m_s",
+    ] {
         let error = refused(&|json| {
             json["trajectory"][key].as_array_mut().unwrap().pop();
         });
-        assert_eq!(error.code(), "E0103", "{key}");
+        assert!(["E0102", "E0103"].contains(&error.code()), "{key}");
         assert!(error.to_string().contains(key), "{error}");
     }
+    // Transposed, without momenta, and with momenta of a fifth wheel.
+    let momenta = "wheel_momentum_n_m_s";
+    let transposed = serde_json::json!(vec![[0.0, 1.0, 2.0, 3.0, 4.0]; 4]);
+    assert_eq!(refused(&|json| json["trajectory"][momenta] = transposed.clone()).code(), "E0102");
+    assert_eq!(refused(&|json| json["trajectory"][momenta] = serde_json::json!([])).code(), "E0103");
+    let fifth = serde_json::json!(vec![[0.0, 1.0, 2.0, 3.0, 4.0]; 5]);
+    assert_eq!(refused(&|json| json["trajectory"][momenta] = fifth.clone()).code(), "E0103");
     assert_eq!(refused(&|json| json["steps"] = 5.into()).code(), "E0103");
     assert_eq!(refused(&|json| json["steps"] = u64::MAX.into()).code(), "E0103");
     assert_eq!(refused(&|json| json["scheme"] = "rk4".into()).code(), "E0102");
@@ -449,6 +525,54 @@ fn a_record_names_the_keys_in_which_two_maneuvers_differ() {
         .map(|difference| difference.key)
         .collect();
     assert_eq!(keys, ["duration_s", "end.angular_velocity_rad_s"]);
+}
+
+/// Whatever limits a maneuver makes it another one, and the record says which key.
+#[test]
+fn maneuvers_under_other_limits_never_look_the_same() {
+    let one = with_constraints(with_wheels(problem(Motion::Attitude, Scheme::LieVerlet)));
+    let keys = |change: &dyn Fn(&mut Problem)| {
+        let mut other = one.clone();
+        change(&mut other);
+        let differences = ProblemRecord::from(&one).differences(&(&other).into());
+        differences.into_iter().map(|difference| difference.key).collect::<Vec<_>>()
+    };
+    let limited = |limits: Limits| {
+        move |problem: &mut Problem| {
+            problem.actuation.torque = problem.actuation.torque.clone().with_limits(limits.clone()).unwrap();
+        }
+    };
+    let size = Some(vec![0.1, 0.2, 0.3, 0.5]);
+    assert_eq!(keys(&limited(Limits { size: size.clone(), ..Limits::default() })), ["torque.limit"]);
+    assert_eq!(keys(&limited(Limits::default())), ["torque.limit"]);
+    let (norm, rate) = (Some(1.0), Some(vec![1.0; 4]));
+    let all = ["torque.limit", "torque.norm_limit", "torque.rate_limit"];
+    assert_eq!(keys(&limited(Limits { size, norm, rate })), all);
+    let wheels = |change: fn(&mut Wheels)| {
+        move |problem: &mut Problem| change(problem.actuation.wheels.as_mut().unwrap())
+    };
+    assert_eq!(keys(&wheels(|wheels| wheels.momentum[1] = 0.1)), ["wheels.momentum_n_m_s"]);
+    assert_eq!(keys(&wheels(|wheels| wheels.momentum_limit[2] = 9.0)), ["wheels.momentum_limit_n_m_s"]);
+    assert_eq!(keys(&|problem| problem.actuation.wheels = None), ["wheels"]);
+    assert_eq!(keys(&|problem| drop(problem.constraints.pop())), ["constraints"]);
+    assert_eq!(keys(&|problem| problem.constraints[2].name = "other".into()), ["constraints.2.name"]);
+    let rule = Rule::RateNorm(0.25);
+    let limit = "constraints.2.angular_velocity_limit_rad_s";
+    assert_eq!(keys(&|problem| problem.constraints[2].rule = rule.clone()), [limit]);
+    let cone = |change: fn(&mut Pointing)| {
+        move |problem: &mut Problem| match &mut problem.constraints[0].rule {
+            Rule::Pointing(pointing) => change(pointing),
+            _ => unreachable!(),
+        }
+    };
+    let key = |name: &str| vec![format!("constraints.0.{name}")];
+    assert_eq!(keys(&cone(|cone| cone.half_angle += 1e-9)), key("half_angle_rad"));
+    assert_eq!(keys(&cone(|cone| cone.half_angle += 1e-15)), Vec::<String>::new());
+    assert_eq!(keys(&cone(|cone| cone.margin = 0.0)), key("margin_rad"));
+    assert_eq!(keys(&cone(|cone| cone.side = Side::KeepIn)), key("kind"));
+    assert_eq!(keys(&cone(|cone| cone.boresights.swap(0, 1))), key("boresights_body"));
+    let turning = [key("directions_inertial"), key("directions_reference")].concat();
+    assert_eq!(keys(&cone(|cone| cone.directions[0].turns_with_frame = true)), turning);
 }
 
 fn names(folder: &Path) -> Vec<String> {

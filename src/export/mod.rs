@@ -14,7 +14,10 @@ mod trajectory;
 pub use attitude::{EULER_SEQUENCES, EulerAngles, Notations};
 pub use file::{FileError, Target};
 pub use plan_file::{PlanFile, read_guess, write_document};
-pub use record::{ChannelRecord, Difference, EnvironmentRecord, ProblemRecord, SettingsRecord, StateRecord};
+pub use record::{
+    ChannelRecord, ConeRecord, ConstraintRecord, Difference, EnvironmentRecord, ProblemRecord, RuleRecord,
+    SettingsRecord, StateRecord, WheelsRecord,
+};
 pub use rows::{write_csv, write_jsonl};
 pub use trajectory::{TrajectoryDocument, TrajectoryError, check_trajectory};
 

@@ -7,7 +7,7 @@ use super::{ExportError, check_trajectory};
 use crate::plan::{Plan, Status};
 use crate::problem::{Problem, Scheme};
 use crate::settings::Settings;
-use crate::solution::{Optimality, Outcome, Rival, RungReport, Sense, TerminalError};
+use crate::solution::{ActiveConstraint, Optimality, Outcome, Rival, RungReport, Sense, TerminalError};
 use crate::verify::Verification;
 use serde::{Deserialize, Serialize};
 use serde_json::ser::{CompactFormatter, Formatter};
@@ -29,7 +29,7 @@ pub struct PlanFile<'a> {
     pub exit_code: u8,
     /// Name of the maneuver.
     pub name: String,
-    /// "shooting".
+    /// Which solver led here: "shooting", or "scp" for sequential convex programming.
     pub method: String,
     /// "lie_verlet" or "lie_euler".
     pub scheme: String,
@@ -69,6 +69,9 @@ pub struct PlanFile<'a> {
     /// Everything tried, in order.
     #[serde(deserialize_with = "lenient")]
     pub ladder: Vec<RungReport>,
+    /// Which limits and constraints act, where and how hard.
+    #[serde(default, deserialize_with = "lenient")]
+    pub active: Vec<ActiveConstraint>,
     /// Other extremals found.
     #[serde(deserialize_with = "lenient")]
     pub rivals: Vec<Rival>,
@@ -98,7 +101,7 @@ impl<'a> PlanFile<'a> {
             status: plan.status,
             exit_code: plan.status.exit_code(),
             name: problem.name.clone(),
-            method: "shooting".into(),
+            method: solution.method.name().into(),
             scheme: solution.scheme.name().into(),
             steps: solution.steps,
             step_s: solution.step,
@@ -115,6 +118,7 @@ impl<'a> PlanFile<'a> {
             optimality: solution.optimality,
             verified: plan.verification.clone(),
             ladder: solution.ladder.clone(),
+            active: solution.active.clone(),
             rivals: solution.rivals.clone(),
             obstruction: solution.obstruction.clone(),
             settings: settings.into(),

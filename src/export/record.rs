@@ -1,9 +1,10 @@
 //! What was asked, as a plan file remembers it: the maneuver and the settings, in SI units.
 
-use crate::actuation::{AxisFrame, Channel};
+use crate::actuation::{AxisFrame, Channel, Limits, Wheels};
+use crate::constraint::{Constraint, Direction, Rule, Side};
 use crate::environment::{Description, Environment};
 use crate::problem::{Motion, Path, Problem, State};
-use crate::settings::{Method, Settings};
+use crate::settings::Settings;
 use crate::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -26,6 +27,12 @@ pub struct ProblemRecord {
     /// Force inputs.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub force: Option<ChannelRecord>,
+    /// The wheels behind the torque inputs.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub wheels: Option<WheelsRecord>,
+    /// Where the body may point and how fast it may turn.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub constraints: Vec<ConstraintRecord>,
     /// State at the start.
     pub start: StateRecord,
     /// State at the end.
@@ -58,6 +65,71 @@ pub struct ChannelRecord {
     pub axes: Vec<[f64; 3]>,
     /// Effort weight `W`, rows.
     pub effort_weight: Vec<Vec<f64>>,
+    /// Limit of the size of each input.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub limit: Option<Vec<f64>>,
+    /// Limit of the norm of `B u`.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub norm_limit: Option<f64>,
+    /// Limit of the rate of change of each input, per second.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub rate_limit: Option<Vec<f64>>,
+}
+
+/// Reaction wheels; their axes and torque limits are those of the torque inputs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WheelsRecord {
+    /// Momentum of each wheel at the start.
+    pub momentum_n_m_s: Vec<f64>,
+    /// Limit of its size; `null` where there is none.
+    pub momentum_limit_n_m_s: Vec<Option<f64>>,
+}
+
+/// One constraint.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ConstraintRecord {
+    /// Its name.
+    pub name: String,
+    /// What it asks.
+    #[serde(flatten)]
+    pub rule: RuleRecord,
+}
+
+/// What a constraint asks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum RuleRecord {
+    /// Boresights outside of cones.
+    KeepOut(ConeRecord),
+    /// Boresights inside of cones.
+    KeepIn(ConeRecord),
+    /// The norm of the angular velocity.
+    RateNorm {
+        /// Its limit.
+        angular_velocity_limit_rad_s: f64,
+    },
+    /// The components of the angular velocity, body axes.
+    RateAxes {
+        /// Their limits.
+        angular_velocity_limit_rad_s: [f64; 3],
+    },
+}
+
+/// Cones about directions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ConeRecord {
+    /// Unit vectors, body axes.
+    pub boresights_body: Vec<[f64; 3]>,
+    /// Unit vectors fixed in inertial space, axes of the reference frame at the start.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub directions_inertial: Vec<[f64; 3]>,
+    /// Unit vectors fixed to the reference frame.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub directions_reference: Vec<[f64; 3]>,
+    /// Half angle, without the margin.
+    pub half_angle_rad: f64,
+    /// Margin.
+    pub margin_rad: f64,
 }
 
 /// The state at one end.
@@ -78,7 +150,7 @@ pub struct StateRecord {
 /// The settings of a plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SettingsRecord {
-    /// "auto" or "shooting".
+    /// "auto", "shooting" or "scp".
     pub method: String,
     /// Tolerance of the scaled discrete terminal error.
     pub tolerance: f64,
@@ -117,11 +189,57 @@ impl From<&Channel> for ChannelRecord {
             AxisFrame::Reference => "reference",
         };
         let weight = channel.weight();
+        let Limits { size, norm, rate } = channel.limits().clone();
         Self {
             frame: frame.into(),
             axes: channel.axes().iter().map(row).collect(),
             effort_weight: weight.row_iter().map(|row| row.iter().copied().collect()).collect(),
+            limit: size,
+            norm_limit: norm,
+            rate_limit: rate,
         }
+    }
+}
+
+impl From<&Wheels> for WheelsRecord {
+    fn from(wheels: &Wheels) -> Self {
+        let limit = |limit: &f64| limit.is_finite().then_some(*limit);
+        Self {
+            momentum_n_m_s: wheels.momentum.clone(),
+            momentum_limit_n_m_s: wheels.momentum_limit.iter().map(limit).collect(),
+        }
+    }
+}
+
+impl From<&Constraint> for ConstraintRecord {
+    fn from(constraint: &Constraint) -> Self {
+        let rule = match &constraint.rule {
+            Rule::RateNorm(limit) => RuleRecord::RateNorm { angular_velocity_limit_rad_s: *limit },
+            Rule::RateAxes(limits) => RuleRecord::RateAxes { angular_velocity_limit_rad_s: row(limits) },
+            Rule::Pointing(pointing) => {
+                let directions = |turning: bool| {
+                    let of_kind = move |direction: &&Direction| direction.turns_with_frame == turning;
+                    pointing
+                        .directions
+                        .iter()
+                        .filter(of_kind)
+                        .map(|direction| row(&direction.vector))
+                        .collect()
+                };
+                let cone = ConeRecord {
+                    boresights_body: pointing.boresights.iter().map(row).collect(),
+                    directions_inertial: directions(false),
+                    directions_reference: directions(true),
+                    half_angle_rad: pointing.half_angle,
+                    margin_rad: pointing.margin,
+                };
+                match pointing.side {
+                    Side::KeepOut => RuleRecord::KeepOut(cone),
+                    Side::KeepIn => RuleRecord::KeepIn(cone),
+                }
+            }
+        };
+        Self { name: constraint.name.clone(), rule }
     }
 }
 
@@ -147,6 +265,8 @@ impl From<&Problem> for ProblemRecord {
             environment: problem.environment.as_ref().into(),
             torque: (&problem.actuation.torque).into(),
             force: problem.actuation.force.as_ref().map(Into::into),
+            wheels: problem.actuation.wheels.as_ref().map(Into::into),
+            constraints: problem.constraints.iter().map(Into::into).collect(),
             start: state(&problem.start),
             end: state(&problem.end),
             duration_s: problem.duration,
@@ -158,13 +278,8 @@ impl From<&Problem> for ProblemRecord {
 
 impl From<&Settings> for SettingsRecord {
     fn from(settings: &Settings) -> Self {
-        let method = match settings.method {
-            Method::Auto => "auto",
-            Method::Shooting => "shooting",
-            Method::Scp => "scp",
-        };
         Self {
-            method: method.into(),
+            method: settings.method.name().into(),
             tolerance: settings.tolerance,
             continuous_tolerance_rad: settings.continuous_tolerance,
             time_limit_s: settings.time_limit.map(|limit| limit.as_secs_f64()),
@@ -207,6 +322,14 @@ fn compare(key: &str, first: &Value, second: &Value, found: &mut Vec<Difference>
             }
         }
         _ if agree(first, second) => {}
+        // Tables of a list, such as constraints, one by one.
+        (Value::Array(a), Value::Array(b))
+            if a.len() == b.len() && a.iter().chain(b).all(Value::is_object) =>
+        {
+            for (index, (first, second)) in a.iter().zip(b).enumerate() {
+                compare(&format!("{key}.{index}"), first, second, found);
+            }
+        }
         _ => found.push(Difference { key: key.into(), first: first.to_string(), second: second.to_string() }),
     }
 }
@@ -219,6 +342,10 @@ fn agree(first: &Value, second: &Value) -> bool {
         (Value::Number(a), Value::Number(b)) => {
             let (a, b) = (a.as_f64().unwrap_or(f64::NAN), b.as_f64().unwrap_or(f64::NAN));
             (a - b).abs() <= ROUND_OFF * a.abs().max(b.abs()).max(1.0)
+        }
+        (Value::Object(a), Value::Object(b)) => {
+            let has = |(key, first): (&String, &Value)| b.get(key).is_some_and(|second| agree(first, second));
+            a.len() == b.len() && a.iter().all(has)
         }
         _ => first == second,
     }

@@ -5,7 +5,7 @@
 //! has no input at the first node: its fields are empty in CSV and absent in JSON lines.
 
 use super::ExportError;
-use super::trajectory::{check_finite, costate_width};
+use super::trajectory::{check_finite, costate_width, wheel_count};
 use crate::Vector3;
 use crate::solution::Trajectory;
 use serde::Serialize;
@@ -28,6 +28,8 @@ struct Row<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     force_n: Option<[f64; 3]>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    wheel_momentum_n_m_s: Option<&'a [f64]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     costates: Option<&'a [f64]>,
 }
 
@@ -49,8 +51,15 @@ fn row(trajectory: &Trajectory, index: usize) -> Row<'_> {
         input: chunk(&trajectory.input, trajectory.input_count),
         torque_n_m: input_row.and_then(|row| at(&trajectory.torque, row)),
         force_n: input_row.and_then(|row| at(&trajectory.force, row)),
+        wheel_momentum_n_m_s: wheel_momentum(trajectory, index),
         costates: chunk(&trajectory.costates, costate_width(trajectory)),
     }
+}
+
+/// Momenta of the wheels at a node.
+fn wheel_momentum(trajectory: &Trajectory, index: usize) -> Option<&[f64]> {
+    let wheels = wheel_count(trajectory);
+    trajectory.wheel_momentum.get(index * wheels..(index + 1) * wheels).filter(|row| !row.is_empty())
 }
 
 /// Writes one JSON object a line, the keys as in a plan.
@@ -92,6 +101,8 @@ pub fn write_csv(trajectory: &Trajectory, mut output: impl Write) -> Result<(), 
         vector("force", "n");
     }
     header.extend((1..=trajectory.input_count).map(|index| format!("input_{index}")));
+    let wheels = wheel_count(trajectory);
+    header.extend((1..=wheels).map(|index| format!("wheel_momentum_{index}_n_m_s")));
     header.extend((1..=costates).map(|index| format!("costate_{index}")));
     writeln!(output, "{}", header.join(","))?;
 
@@ -118,6 +129,7 @@ pub fn write_csv(trajectory: &Trajectory, mut output: impl Write) -> Result<(), 
             numbers(row.force_n.as_ref().map(<[f64; 3]>::as_slice), 3)?;
         }
         numbers(row.input, trajectory.input_count)?;
+        numbers(row.wheel_momentum_n_m_s, wheels)?;
         numbers(row.costates, costates)?;
         writeln!(output)?;
     }

@@ -45,6 +45,9 @@ pub fn check_trajectory(trajectory: &Trajectory, problem: &Problem) -> Result<()
     expect("input", "numbers in a row", trajectory.input_count, inputs)?;
     let rows = problem.scheme.input_rows(problem.steps);
     expect("costates", "numbers in all", trajectory.costates.len(), rows * dimension)?;
+    let wheels = problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len());
+    let momenta = trajectory.wheel_momentum.len();
+    expect("wheel_momentum_n_m_s", "numbers in all", momenta, (problem.steps + 1) * wheels)?;
     check_finite(trajectory)
 }
 
@@ -99,12 +102,18 @@ pub(super) fn check_finite(trajectory: &Trajectory) -> Result<(), TrajectoryErro
     scan("input", trajectory.input.chunks(trajectory.input_count.max(1)))?;
     scan("torque_n_m", trajectory.torque.iter())?;
     scan("force_n", trajectory.force.iter())?;
+    scan("wheel_momentum_n_m_s", trajectory.wheel_momentum.chunks(wheel_count(trajectory).max(1)))?;
     scan("costates", trajectory.costates.chunks(costate_width(trajectory)))
 }
 
 /// 6 or 12: positions are there or not.
 pub(super) fn costate_width(trajectory: &Trajectory) -> usize {
     if trajectory.position.is_empty() { 6 } else { 12 }
+}
+
+/// Number of reaction wheels: a row of their momenta at every node.
+pub(super) fn wheel_count(trajectory: &Trajectory) -> usize {
+    trajectory.wheel_momentum.len() / trajectory.time.len().max(1)
 }
 
 /// A [`Trajectory`] with the keys of the file format.
@@ -117,7 +126,9 @@ impl Serialize for TrajectoryDocument<'_> {
         let trajectory = &*self.0;
         check_finite(trajectory).map_err(S::Error::custom)?;
         let moving = !trajectory.position.is_empty();
-        let mut keys = serializer.serialize_struct("Trajectory", if moving { 9 } else { 6 })?;
+        let wheels = wheel_count(trajectory);
+        let fields = if moving { 9 } else { 6 } + usize::from(wheels > 0);
+        let mut keys = serializer.serialize_struct("Trajectory", fields)?;
         keys.serialize_field("time_s", &trajectory.time)?;
         keys.serialize_field("quaternion_wxyz", &trajectory.quaternion)?;
         keys.serialize_field("angular_velocity_rad_s", &Vectors(&trajectory.angular_velocity))?;
@@ -129,6 +140,9 @@ impl Serialize for TrajectoryDocument<'_> {
         keys.serialize_field("torque_n_m", &Vectors(&trajectory.torque))?;
         if moving {
             keys.serialize_field("force_n", &Vectors(&trajectory.force))?;
+        }
+        if wheels > 0 {
+            keys.serialize_field("wheel_momentum_n_m_s", &Rows(&trajectory.wheel_momentum, wheels))?;
         }
         keys.serialize_field("costates", &Rows(&trajectory.costates, costate_width(trajectory)))?;
         keys.end()
@@ -150,6 +164,8 @@ impl<'de> Deserialize<'de> for TrajectoryDocument<'_> {
             torque_n_m: Vec<[f64; 3]>,
             #[serde(default)]
             force_n: Vec<[f64; 3]>,
+            #[serde(default)]
+            wheel_momentum_n_m_s: Flat,
             costates: Flat,
         }
         let keys = Keys::deserialize(deserializer)?;
@@ -163,9 +179,17 @@ impl<'de> Deserialize<'de> for TrajectoryDocument<'_> {
             input_count: keys.input.width,
             torque: vectors(keys.torque_n_m),
             force: vectors(keys.force_n),
-            wheel_momentum: Vec::new(),
+            wheel_momentum: keys.wheel_momentum_n_m_s.values,
             costates: keys.costates.values,
         };
+        // Rows and columns that have changed places would fit as well.
+        let nodes = trajectory.time.len().max(trajectory.quaternion.len());
+        let (width, count) = (keys.wheel_momentum_n_m_s.width, trajectory.wheel_momentum.len());
+        if width * nodes != count {
+            let (found, needed) = (count / width.max(1), nodes);
+            let (key, of) = ("wheel_momentum_n_m_s", "rows");
+            return Err(D::Error::custom(TrajectoryError::Shape { key, of, found, needed }));
+        }
         let needed = costate_width(&trajectory);
         if keys.costates.width != needed && !trajectory.costates.is_empty() {
             let found = keys.costates.width;
@@ -200,6 +224,7 @@ impl Serialize for Rows<'_> {
 }
 
 /// Rows of equal width, read into one flat array.
+#[derive(Default)]
 struct Flat {
     values: Vec<f64>,
     width: usize,
