@@ -26,6 +26,9 @@ pub enum PlanError {
     /// A setting is out of its range.
     #[error(transparent)]
     Settings(#[from] SettingsError),
+    /// The maneuver is under limits or constraints that no solver holds.
+    #[error("no solver holds limits and constraints yet: {0}")]
+    Constrained(String),
     /// A guess has the wrong number of costates, or one that is not finite.
     #[error("the guess has {found} usable costates, the problem needs {needed}")]
     Guess {
@@ -143,6 +146,9 @@ pub fn solve(
 ) -> Result<Solution, PlanError> {
     problem.check()?;
     settings.check()?;
+    if problem.is_constrained() {
+        return Err(PlanError::Constrained("plan without them and compare the peaks".into()));
+    }
     if let Some(guess) = guess {
         let found = guess.iter().filter(|value| value.is_finite()).count();
         let needed = problem.dimension();

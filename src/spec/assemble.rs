@@ -1,14 +1,14 @@
 //! The second pass: from the checked tree to the problem, with everything that takes more than one key.
 
 use super::attitude::{self, Rotation, Use};
-use super::diagnostic::Spot;
+use super::diagnostic::{Spot, escape};
 use super::quantity::{short, show};
 use super::section::{Report, Section};
-use super::{Expect, body, environment, maneuver};
+use super::{Expect, actuators, body, constraint, environment, maneuver};
 use crate::body::{Body, Inertia};
 use crate::lie::log;
 use crate::problem::{Motion, Path, Problem, ProblemError, State};
-use crate::settings::Settings;
+use crate::settings::{Method, Settings};
 use crate::{Matrix3, Vector3};
 use std::f64::consts::TAU;
 
@@ -33,8 +33,10 @@ pub(crate) fn assemble(root: &Section<'_>, default_name: &str, report: &mut Repo
     if let Some(section) = &body_section {
         mass_and_motion(section, inertia.as_ref(), mass, motion, report);
     }
-    let actuation = body::actuation(root.section("actuators").as_ref(), motion, report);
-    let (scheme, settings) = maneuver::solver(root.section("solver").as_ref(), report);
+    let actuation = actuators::actuation(root.section("actuators").as_ref(), motion, report);
+    let constraints = constraint::constraints(root, report);
+    let solver = root.section("solver");
+    let (scheme, settings) = maneuver::solver(solver.as_ref(), report);
     let expect = root.section("expect").map(|section| maneuver::expect(&section));
     let surroundings = environment::Surroundings { section: root.section("environment"), motion, mass };
     let environment = surroundings.read(inertia.as_ref(), report);
@@ -84,11 +86,24 @@ pub(crate) fn assemble(root: &Section<'_>, default_name: &str, report: &mut Repo
         steps,
         scheme,
         path,
-        constraints: Vec::new(),
+        constraints: constraints?,
     };
-    if let Err(error) = problem.check() {
-        refuse(&error, &section, [&start, &end], report);
-        return None;
+    if let (Method::Shooting, Some(solver)) = (settings.method, &solver) {
+        constraint::refuse_shooting(&problem, solver, report);
+    }
+    match problem.check() {
+        Ok(()) => {}
+        // All of them at once.
+        Err(ProblemError::Violated { .. }) => {
+            for error in problem.violations() {
+                refuse(&error, &problem, &section, [&start, &end], report);
+            }
+            return None;
+        }
+        Err(error) => {
+            refuse(&error, &problem, &section, [&start, &end], report);
+            return None;
+        }
     }
     Some(Assembled { problem, settings, expect })
 }
@@ -246,7 +261,13 @@ fn warn_quaternion_order(start: &Rotation, end: &Rotation, report: &mut Report) 
 }
 
 /// What [`Problem::check`] found, with its place in the spec.
-fn refuse(error: &ProblemError, maneuver: &Section<'_>, ends: [&Boundary<'_>; 2], report: &mut Report) {
+fn refuse(
+    error: &ProblemError,
+    problem: &Problem,
+    maneuver: &Section<'_>,
+    ends: [&Boundary<'_>; 2],
+    report: &mut Report,
+) {
     let at = |name: &str| ends[usize::from(name == "end")];
     match error {
         ProblemError::StepTooLong { end, angle, limit, steps } => {
@@ -268,10 +289,15 @@ fn refuse(error: &ProblemError, maneuver: &Section<'_>, ends: [&Boundary<'_>; 2]
             let end = at(end);
             report.error("E0055", end.section.spot(end.key), error.to_string(), "write all digits");
         }
+        ProblemError::Violated { end, name, .. } => {
+            let (code, remedy) = constraint::violated(problem, name, end);
+            let at = at(end);
+            let spot = if code == "E0060" { at.rate_spot() } else { at.section.spot(at.key) };
+            report.error(code, spot, escape(&error.to_string()), remedy);
+        }
         ProblemError::Value { .. }
         | ProblemError::Missing(_)
         | ProblemError::Constraint { .. }
-        | ProblemError::Violated { .. }
         | ProblemError::Wheels(_) => {
             report.error("E0031", maneuver.here(), error.to_string(), "check the numbers");
         }

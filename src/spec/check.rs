@@ -1,7 +1,7 @@
 //! The first pass: every key against the tables of [`super::keys`], in file order.
 
 use super::diagnostic::{Finding, Severity, Spot, cut};
-use super::keys::{ATTITUDE, Key, Kind, ROOT, Table};
+use super::keys::{ATTITUDE, DIRECTION, Key, Kind, ROOT, Table};
 use super::quantity as q;
 use super::source::Span;
 use super::suggest::nearest;
@@ -81,7 +81,8 @@ impl Checker {
         for key in table.keys.iter().filter(|key| applies(key, selected) && missing(key.name)) {
             self.missing(node, key, path);
         }
-        for (group, sample) in table.one_of {
+        let belongs = |name: &&str| table.key(name).is_some_and(|key| applies(key, selected));
+        for (group, sample) in table.one_of.iter().filter(|(group, _)| group.iter().any(belongs)) {
             if group.iter().all(|name| missing(name)) {
                 let reason = format!("{} needs `{}`", table_name(path), group[0]);
                 let fault = ("E0021", opening(node, path), reason, format!("add {sample}"));
@@ -181,6 +182,20 @@ impl Checker {
             Kind::Weight => {
                 values::weight(node, &q::WEIGHT, faults_in);
             }
+            Kind::Limit(quantity) => {
+                values::limit(node, &quantity, faults_in);
+            }
+            Kind::Limits(quantity, count) => {
+                values::limits(node, &quantity, count, faults_in);
+            }
+            Kind::Vectors(quantity) => {
+                values::vectors(node, &quantity, faults_in);
+            }
+            Kind::Directions => self.directions(node, path, faults_in),
+            Kind::HeavenlyBody => values::heavenly_body(node, faults_in),
+            Kind::Texts(most) => {
+                values::texts(node, most, faults_in);
+            }
             Kind::Table(table) => self.table(node, table, path),
             Kind::List(table, most) => self.list(node, table, most, path),
             Kind::Later(what) => faults.push((
@@ -189,7 +204,6 @@ impl Checker {
                 format!("`{}`: this version of slew does not have {what} yet", key.name),
                 "remove it to plan without".into(),
             )),
-            Kind::LaterLimit(what) => later_limit(entry, what, faults_in),
         }
         for (index, mut fault) in faults.into_iter().enumerate() {
             // Three wrong numbers of a list show what is wrong with the others.
@@ -203,10 +217,46 @@ impl Checker {
         }
     }
 
+    /// A direction, or a list of them.
+    fn directions(&mut self, node: &Node, path: &str, faults: &mut Vec<Fault>) {
+        let sample = "{ vector = [0, 0, 1] }, or { ra_deg = 231.0, dec_deg = -18.3 }";
+        let items = match &node.value {
+            Value::Table(_) => return self.table(node, &DIRECTION, path),
+            Value::Array(items) if items.iter().any(|item| matches!(item.value, Value::Number(_))) => {
+                let reason = "expected a direction, found a list of numbers".to_string();
+                return faults.push(("E0025", node.span, reason, format!("write {sample}")));
+            }
+            Value::Array(items) if items.is_empty() => {
+                let reason = "the list of directions is empty".to_string();
+                return faults.push((
+                    "E0026",
+                    node.span,
+                    reason,
+                    format!("give one direction or several: {sample}"),
+                ));
+            }
+            Value::Array(items) if items.len() > values::MAX_DIRECTIONS => {
+                let reason = format!("{} directions, the limit is {}", items.len(), values::MAX_DIRECTIONS);
+                return faults.push(("E0034", node.span, reason, "use several constraints".into()));
+            }
+            Value::Array(items) => items,
+            _ => return values::heavenly_body(node, faults),
+        };
+        for (index, item) in items.iter().enumerate() {
+            match item.value {
+                Value::Table(_) => self.table(item, &DIRECTION, &format!("{path}.{index}")),
+                _ => values::heavenly_body(item, faults),
+            }
+        }
+    }
+
     fn list(&mut self, node: &Node, table: &'static Table, most: usize, path: &str) {
         let Value::Array(items) = &node.value else {
             let reason = format!("expected a list of tables, found {}", node.value.kind());
-            let remedy = format!("write [ {} ]", table_sample(table).trim_start_matches("write "));
+            let remedy = match node.value {
+                Value::Table(_) => format!("write [[{path}]], with two brackets, once for each"),
+                _ => format!("write [ {} ]", table_sample(table).trim_start_matches("write ")),
+            };
             return self.error(("E0025", node.span, reason, remedy), path);
         };
         if items.len() > most {
@@ -289,7 +339,7 @@ fn elsewhere(name: &str, table: &Table) -> String {
             return format!("`{name}` belongs in [{}]", key.name);
         }
     }
-    let known = table.keys.iter().filter(|key| !matches!(key.kind, Kind::Later(_) | Kind::LaterLimit(_)));
+    let known = table.keys.iter().filter(|key| !matches!(key.kind, Kind::Later(_) | Kind::HeavenlyBody));
     let known: Vec<_> = known.map(|key| key.name).filter(|name| !name.starts_with('$')).collect();
     let shown = known.len().min(12);
     let more = if known.len() > shown { ", …" } else { "" };
@@ -310,36 +360,4 @@ fn format_version(node: &Node, faults: &mut Vec<Fault>) {
         }
         None => faults.append(&mut own),
     }
-}
-
-/// A limit of the actuators: wrong values first, since they tell more than "not yet".
-fn later_limit(entry: &Entry, what: &str, faults: &mut Vec<Fault>) {
-    let numbers: Vec<(f64, Span)> = match &entry.node.value {
-        Value::Number(number) => vec![(number.value, entry.node.span)],
-        Value::Array(items) => items
-            .iter()
-            .filter_map(|item| match &item.value {
-                Value::Number(number) => Some((number.value, item.span)),
-                _ => None,
-            })
-            .collect(),
-        _ => Vec::new(),
-    };
-    for (value, span) in numbers {
-        if !value.is_finite() {
-            let remedy = "leave the key out: without it there is no limit";
-            faults.push(("E0030", span, format!("a limit of {value} is not a limit"), remedy.into()));
-            return;
-        }
-        if value <= 0.0 {
-            let reason = format!("a limit of {} leaves nothing to turn the body with", q::show(value));
-            let remedy = "for an underactuated body leave the axis out of `torque_axes_body`";
-            faults.push(("E0061", span, reason, remedy.into()));
-            return;
-        }
-    }
-    let reason = format!("`{}`: this version of slew does not have {what} yet", entry.key);
-    let remedy =
-        "remove it, plan, and compare the peak torque with the limit: a longer `duration_s` lowers it";
-    faults.push(("E0019", entry.key_span, reason, remedy.into()));
 }

@@ -33,10 +33,20 @@ pub(crate) enum Kind {
     Table(&'static Table),
     /// A list of tables, at most this many.
     List(&'static Table, usize),
+    /// A positive number; without the key there is no limit.
+    Limit(Quantity),
+    /// One limit for all, or a list: as many as there are inputs, or this many.
+    Limits(Quantity, Option<usize>),
+    /// Three numbers, or a list of such vectors.
+    Vectors(Quantity),
+    /// A direction in space, or a list of them.
+    Directions,
+    /// A heavenly body, whose direction this version cannot know.
+    HeavenlyBody,
+    /// A list of texts, at most this many.
+    Texts(usize),
     /// Known, but this version cannot do it; the text says what it will be.
     Later(&'static str),
-    /// A limit of the actuators: known, but this version cannot do it.
-    LaterLimit(&'static str),
 }
 
 /// One key.
@@ -92,6 +102,9 @@ impl Key {
 }
 
 pub(crate) const MAX_POINTS: usize = 100;
+pub(crate) const MAX_WHEELS: usize = crate::actuation::Channel::MAX_INPUTS;
+const POINTING: &[&str] = &["keep_out", "keep_in"];
+const RATE_LIMIT: &[&str] = &["rate_limit"];
 const UNIFORM: &[&str] = &["uniform_gravity"];
 const GRADIENT: &[&str] = &["gravity_gradient"];
 const CENTRAL: &[&str] = &["central_gravity"];
@@ -122,7 +135,11 @@ pub(crate) static ROOT: Table = Table::new(&[
         Kind::Table(&EXPECT),
         "What the plan must come to; read by the tests of a collection of problems.",
     ),
-    key("constraint", Kind::Later("pointing and rate constraints"), ""),
+    key(
+        "constraint",
+        Kind::List(&CONSTRAINT, crate::problem::Problem::MAX_CONSTRAINTS),
+        "Where the body may point and how fast it may turn, all the way. Default: anywhere, any rate.",
+    ),
 ]);
 
 static BODY: Table = Table::new(&[
@@ -159,10 +176,41 @@ static ACTUATORS: Table = Table {
             Kind::Weight,
             "Weight of the force inputs, like effort_weight. Default: 1 each.",
         ),
-        key("torque_limit_n_m", Kind::LaterLimit("torque limits"), ""),
-        key("torque_norm_limit_n_m", Kind::LaterLimit("torque limits"), ""),
-        key("torque_rate_limit_n_m_per_s", Kind::LaterLimit("torque rate limits"), ""),
-        key("wheel", Kind::Later("reaction wheels"), ""),
+        key(
+            "torque_limit_n_m",
+            Kind::Limits(q::TORQUE, None),
+            "Limit of the size of each torque input: one for all, or one per axis. Default: none.",
+        ),
+        key(
+            "torque_norm_limit_n_m",
+            Kind::Limit(q::TORQUE_NORM),
+            "Limit of the norm of the whole torque. Default: none.",
+        ),
+        key(
+            "torque_rate_limit_n_m_per_s",
+            Kind::Limits(q::TORQUE_RATE, None),
+            "Limit of how fast each torque input changes: one for all, or one per axis. Default: none.",
+        ),
+        key(
+            "force_limit_n",
+            Kind::Limits(q::FORCE, None),
+            "Limit of the size of each force input: one for all, or one per axis. Default: none.",
+        ),
+        key(
+            "force_norm_limit_n",
+            Kind::Limit(q::FORCE_NORM),
+            "Limit of the norm of the whole force. Default: none.",
+        ),
+        key(
+            "force_rate_limit_n_per_s",
+            Kind::Limits(q::FORCE_RATE, None),
+            "Limit of how fast each force input changes: one for all, or one per axis. Default: none.",
+        ),
+        key(
+            "wheel",
+            Kind::List(&WHEEL, MAX_WHEELS),
+            "Reaction wheels, instead of torque axes; each input is the torque of one wheel on the body.",
+        ),
     ],
     exclusive: &[
         &["torque_axes_body", "torque_axes_reference"],
@@ -170,6 +218,67 @@ static ACTUATORS: Table = Table {
     ],
     ..Table::new(&[])
 };
+
+static WHEEL: Table = Table::new(&[
+    key("name", Kind::Text(100), "What messages call the wheel. Default: its number."),
+    key("axis_body", Kind::Vector(q::COMPONENT), "Spin axis, body axes, of length 1.")
+        .needed("axis_body = [1, 0, 0]"),
+    key(
+        "torque_limit_n_m",
+        Kind::Limit(q::TORQUE),
+        "Limit of the size of its torque; for every wheel or for none. Default: none.",
+    ),
+    key(
+        "momentum_limit_n_m_s",
+        Kind::Limit(q::WHEEL_LIMIT),
+        "Limit of the size of its momentum about its axis. Default: none.",
+    ),
+    key(
+        "momentum_n_m_s",
+        Kind::Number(q::WHEEL_MOMENTUM),
+        "Its momentum about its axis at the start; free at the end. Default: 0.",
+    ),
+    key("effort_weight", Kind::Number(q::WHEEL_WEIGHT), "Weight of its torque in ½uᵀWu. Default: 1."),
+]);
+
+static CONSTRAINT: Table = Table {
+    keys: &[
+        key("kind", Kind::Choice(&["keep_out", "keep_in", "rate_limit"], &[]), "What it asks: boresights outside or inside of cones, or a limit of the angular velocity.")
+            .needed("kind = \"keep_out\""),
+        key("name", Kind::Text(100), "What reports call it. Default: its kind."),
+        key("boresight_body", Kind::Vectors(q::COMPONENT), "One boresight or several, body axes, any length.")
+            .needed("boresight_body = [0, 0, 1]")
+            .only(POINTING),
+        key("direction_inertial", Kind::Directions, "What the cone is about, fixed in inertial space: one direction or several, in the axes of the reference frame at the start.")
+            .only(POINTING),
+        key("direction_reference", Kind::Directions, "The same, fixed to a reference frame that turns.")
+            .only(POINTING),
+        key("half_angle_deg", Kind::Number(q::ANGLE_DEG), "Half angle of the cone, between 0 and 180.")
+            .needed("half_angle_deg = 35")
+            .only(POINTING),
+        key("margin_deg", Kind::Number(q::MARGIN_DEG), "Margin: added to the half angle of a keep-out cone, taken from that of a keep-in cone. Default: 0.")
+            .only(POINTING),
+        key("angular_velocity_limit_deg_s", Kind::Limits(q::RATE_LIMIT_DEG, Some(3)), "Limit of the inertial angular velocity: one number for its norm, or three for its components in body axes.")
+            .only(RATE_LIMIT),
+        key("angular_velocity_limit_rad_s", Kind::Limits(q::RATE_LIMIT_RAD, Some(3)), "The same in rad/s.")
+            .only(RATE_LIMIT),
+    ],
+    selector: Some("kind"),
+    exclusive: &[RATE_LIMITS],
+    one_of: &[
+        (&["direction_inertial", "direction_reference"], "direction_inertial = { ra_deg = 231.0, dec_deg = -18.3 }"),
+        (RATE_LIMITS, "angular_velocity_limit_deg_s = 4"),
+    ],
+};
+const RATE_LIMITS: &[&str] = &["angular_velocity_limit_deg_s", "angular_velocity_limit_rad_s"];
+
+/// A direction: right ascension and declination, or a vector.
+pub(crate) static DIRECTION: Table = Table::new(&[
+    key("ra_deg", Kind::Number(q::ANGLE_DEG), "Right ascension: from the x axis towards y; with dec_deg."),
+    key("dec_deg", Kind::Number(q::ANGLE_DEG), "Declination: from the x-y plane towards z; with ra_deg."),
+    key("vector", Kind::Vector(q::COMPONENT), "A vector of any length."),
+    key("body", Kind::HeavenlyBody, ""),
+]);
 
 const ATTITUDE_KEY: Key = key(
     "attitude",
@@ -249,7 +358,11 @@ static MANEUVER: Table = Table {
 };
 
 static SOLVER: Table = Table::new(&[
-    key("method", Kind::Choice(&["auto", "shooting"], &["scp"]), "Which solver. Default: auto."),
+    key(
+        "method",
+        Kind::Choice(&["auto", "shooting", "scp"], &[]),
+        "Which solver: shooting on the costates, or sequential convex programming. Default: auto, which takes the second where something is constrained.",
+    ),
     key(
         "scheme",
         Kind::Choice(&["lie_verlet", "lie_euler"], &[]),
@@ -328,6 +441,13 @@ static EXPECT: Table = Table::new(&[
     ),
     key("conjugate_points", Kind::Count(0, 1_000_000), "Conjugate points of the plan."),
     key("sense", Kind::Choice(&["short", "long"], &[]), "Rotation sense of the plan."),
+    key(
+        "margin_at_least",
+        Kind::Number(q::MARGIN),
+        "Bound on the smallest margin of all limits and constraints, relative to the limit or in rad.",
+    ),
+    key("active", Kind::Texts(100), "Names of exactly those limits and constraints that act."),
+    key("because", Kind::Text(200), "Part of the reason why nothing can meet the terminal conditions."),
     key("rivals", Kind::List(&TOLERANCED, 100), "Costs of other extremals that must be found."),
 ]);
 

@@ -86,9 +86,11 @@ pub(crate) fn steps(
 pub(crate) fn solver(section: Option<&Section<'_>>, report: &mut Report) -> (Scheme, Settings) {
     let mut settings = Settings::default();
     let Some(section) = section else { return (Scheme::LieVerlet, settings) };
-    if section.word("method") == Some("shooting") {
-        settings.method = Method::Shooting;
-    }
+    settings.method = match section.word("method") {
+        Some("shooting") => Method::Shooting,
+        Some("scp") => Method::Scp,
+        _ => Method::Auto,
+    };
     if let Some(tolerance) = section.number("tolerance") {
         let spot = section.spot("tolerance");
         if tolerance < Settings::MIN_TOLERANCE {
@@ -130,5 +132,8 @@ pub(crate) fn expect(section: &Section<'_>) -> Expect {
         conjugate_points: section.count("conjugate_points"),
         sense: section.word("sense").map(|word| if word == "long" { Sense::Long } else { Sense::Short }),
         rivals: section.list("rivals").iter().filter_map(toleranced).collect(),
+        margin_at_least: section.number("margin_at_least"),
+        active: section.texts("active").map(|names| names.into_iter().map(str::to_string).collect()),
+        because: section.word("because").map(str::to_string),
     }
 }

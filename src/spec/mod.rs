@@ -10,14 +10,17 @@
 //!
 //! What a spec leaves out: three body torques of weight 1; three forces along the reference axes too
 //! when `[start]` has a position; angular velocities at rest; the number of steps of [`default_steps`];
-//! nothing that acts on the body; `path = "best"`, or `"as_given"` with `rotation_from_start`.
+//! nothing that acts on the body; no limits and no constraints; `path = "best"`, or `"as_given"` with
+//! `rotation_from_start`.
 //! Under `rotation_from_start` a quaternion, a matrix, or two or more Euler angles mean the shortest
 //! rotation; axis and angle, a rotation vector, or a single Euler angle mean the angle as written.
 
+mod actuators;
 mod assemble;
 mod attitude;
 mod body;
 mod check;
+mod constraint;
 mod diagnostic;
 mod environment;
 mod json_text;
@@ -129,6 +132,12 @@ pub struct Expect {
     pub sense: Option<Sense>,
     /// Costs of other extremals that must be found.
     pub rivals: Vec<Toleranced>,
+    /// Bound on the smallest scaled margin of all limits and constraints.
+    pub margin_at_least: Option<f64>,
+    /// Names of exactly those limits and constraints that act.
+    pub active: Option<Vec<String>>,
+    /// Part of the reason why nothing can meet the terminal conditions.
+    pub because: Option<String>,
 }
 
 /// A spec that can be planned.

@@ -63,6 +63,23 @@ pub(crate) const GRAVITATIONAL_PARAMETER: Quantity =
 pub(crate) const TOLERANCE: Quantity = quantity("a tolerance", "", TINY, 1e30, Sign::Any);
 pub(crate) const TOLERANCE_DEG: Quantity = quantity("a tolerance", "deg", 1e-15, 360.0, Sign::Positive);
 pub(crate) const COST: Quantity = quantity("a cost", "", TINY, 1e200, Sign::NotNegative);
+pub(crate) const TORQUE: Quantity = quantity("a torque limit", "N·m", 1e-30, 1e30, Sign::Positive);
+pub(crate) const TORQUE_RATE: Quantity =
+    quantity("a limit of the torque rate", "N·m/s", 1e-30, 1e30, Sign::Positive);
+pub(crate) const TORQUE_NORM: Quantity =
+    quantity("a limit of the torque norm", "N·m", 1e-30, 1e30, Sign::Positive);
+pub(crate) const FORCE_NORM: Quantity =
+    quantity("a limit of the force norm", "N", 1e-30, 1e30, Sign::Positive);
+pub(crate) const FORCE: Quantity = quantity("a force limit", "N", 1e-30, 1e30, Sign::Positive);
+pub(crate) const FORCE_RATE: Quantity =
+    quantity("a limit of the force rate", "N/s", 1e-30, 1e30, Sign::Positive);
+pub(crate) const WHEEL_LIMIT: Quantity = quantity("a momentum limit", "N·m·s", 1e-30, 1e30, Sign::Positive);
+pub(crate) const WHEEL_MOMENTUM: Quantity = quantity("a wheel momentum", "N·m·s", TINY, 1e30, Sign::Any);
+pub(crate) const WHEEL_WEIGHT: Quantity = quantity("a weight", "", 1e-30, 1e30, Sign::Positive);
+pub(crate) const RATE_LIMIT_RAD: Quantity = quantity("a rate limit", "rad/s", 1e-30, 1e9, Sign::Positive);
+pub(crate) const RATE_LIMIT_DEG: Quantity = quantity("a rate limit", "deg/s", 1e-30, 5e10, Sign::Positive);
+pub(crate) const MARGIN_DEG: Quantity = quantity("a margin", "deg", TINY, 360.0, Sign::NotNegative);
+pub(crate) const MARGIN: Quantity = quantity("a margin", "", TINY, 1e200, Sign::Any);
 
 /// A number as people write it: short, without a long row of zeros.
 pub(crate) fn show(value: f64) -> String {

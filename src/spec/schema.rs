@@ -1,7 +1,8 @@
 //! The JSON Schema of a spec, made from the tables of [`super::keys`].
 
-use super::keys::{ATTITUDE, Kind, ROOT, Table};
+use super::keys::{ATTITUDE, DIRECTION, Kind, ROOT, Table};
 use super::quantity::{Quantity, Sign};
+use super::values::MAX_DIRECTIONS;
 use crate::problem::Problem;
 use serde_json::{Map, Value, json};
 
@@ -34,7 +35,7 @@ fn variant(table: &'static Table, selected: Option<(&str, &str)>) -> Value {
     let mut required = Vec::new();
     for key in table.keys {
         let applies = key.only.is_empty() || selected.is_some_and(|(_, word)| key.only.contains(&word));
-        if !applies || matches!(key.kind, Kind::Later(_) | Kind::LaterLimit(_)) {
+        if !applies || matches!(key.kind, Kind::Later(_) | Kind::HeavenlyBody) {
             continue;
         }
         let mut value = match selected {
@@ -43,7 +44,12 @@ fn variant(table: &'static Table, selected: Option<(&str, &str)>) -> Value {
         };
         if let Value::Object(value) = &mut value {
             let unit = match key.kind {
-                Kind::Number(quantity) | Kind::Vector(quantity) if !quantity.unit.is_empty() => {
+                Kind::Number(quantity)
+                | Kind::Vector(quantity)
+                | Kind::Limit(quantity)
+                | Kind::Limits(quantity, _)
+                    if !quantity.unit.is_empty() =>
+                {
                     format!(" Unit: {}.", quantity.unit)
                 }
                 Kind::Inertia => " Unit: kg·m².".into(),
@@ -68,10 +74,16 @@ fn variant(table: &'static Table, selected: Option<(&str, &str)>) -> Value {
     }
     for (group, _) in table.one_of {
         let known = group.iter().filter(|name| properties.contains_key(**name));
-        all.push(json!({ "anyOf": known.map(|name| json!({ "required": [name] })).collect::<Vec<_>>() }));
+        let known: Vec<_> = known.map(|name| json!({ "required": [name] })).collect();
+        if !known.is_empty() {
+            all.push(json!({ "anyOf": known }));
+        }
     }
     if std::ptr::eq(table, &raw const ATTITUDE) {
         all.push(json!({ "oneOf": notations() }));
+    }
+    if std::ptr::eq(table, &raw const DIRECTION) {
+        all.push(json!({ "oneOf": [{ "required": ["ra_deg", "dec_deg"] }, { "required": ["vector"] }] }));
     }
     let mut out = Map::new();
     out.insert("type".into(), json!("object"));
@@ -114,8 +126,27 @@ fn kind(kind: Kind) -> Value {
             "oneOf": [any.clone(), { "type": "array", "items": any, "maxItems": 64 }] } }),
         Kind::Table(inner) => table(inner),
         Kind::List(inner, most) => json!({ "type": "array", "items": table(inner), "maxItems": most }),
-        Kind::Later(_) | Kind::LaterLimit(_) => json!(false),
+        Kind::Limit(quantity) => number(&quantity),
+        Kind::Limits(quantity, count) => {
+            let each = match count {
+                Some(count) => list(count, number(&quantity)),
+                None => json!({ "type": "array", "items": number(&quantity), "maxItems": 64 }),
+            };
+            json!({ "oneOf": [number(&quantity), each] })
+        }
+        Kind::Vectors(quantity) => {
+            let vector = list(3, number(&quantity));
+            json!({ "oneOf": [vector, several(vector.clone())] })
+        }
+        Kind::Directions => json!({ "oneOf": [table(&DIRECTION), several(table(&DIRECTION))] }),
+        Kind::Texts(most) => json!({ "type": "array", "items": { "type": "string" }, "maxItems": most }),
+        Kind::Later(_) | Kind::HeavenlyBody => json!(false),
     }
+}
+
+/// At least one of something.
+fn several(items: Value) -> Value {
+    json!({ "type": "array", "items": items, "minItems": 1, "maxItems": MAX_DIRECTIONS })
 }
 
 fn number(quantity: &Quantity) -> Value {

@@ -3,9 +3,9 @@
 
 use super::check::{MAX_FINDINGS, join};
 use super::diagnostic::{Finding, Severity, Spot};
-use super::keys::{Key, Kind, ROOT, Table};
+use super::keys::{DIRECTION, Key, Kind, ROOT, Table};
 use super::quantity as q;
-use super::tree::{Entry, Node};
+use super::tree::{Entry, Node, Value};
 use super::values;
 use crate::{Matrix3, Vector3};
 
@@ -64,10 +64,13 @@ impl<'a> Section<'a> {
         let (Kind::List(table, _), Some(node)) = (self.kind(name), self.node(name)) else {
             return Vec::new();
         };
-        let super::tree::Value::Array(items) = &node.value else {
+        let Value::Array(items) = &node.value else {
             return Vec::new();
         };
-        let path = join(&self.path, name);
+        Self::items(items, table, &join(&self.path, name))
+    }
+
+    fn items(items: &'a [Node], table: &'static Table, path: &str) -> Vec<Section<'a>> {
         let section = |(index, node)| Section { node, table, path: format!("{path}.{index}") };
         items.iter().enumerate().map(section).collect()
     }
@@ -108,6 +111,7 @@ impl<'a> Section<'a> {
     pub fn number(&self, name: &str) -> Option<f64> {
         match self.kind(name) {
             Kind::Number(quantity) => values::number(self.node(name)?, &quantity, &mut Vec::new()),
+            Kind::Limit(quantity) => values::limit(self.node(name)?, &quantity, &mut Vec::new()),
             _ => None,
         }
     }
@@ -141,6 +145,40 @@ impl<'a> Section<'a> {
             _ => values::rows(node, &q::ENTRY, &mut Vec::new())?,
         };
         Some(Matrix3::from_fn(|row, column| rows[row][column]))
+    }
+
+    /// One limit for all, or one for each.
+    pub fn limits(&self, name: &str) -> Option<values::Limits> {
+        match self.kind(name) {
+            Kind::Limits(quantity, count) => {
+                values::limits(self.node(name)?, &quantity, count, &mut Vec::new())
+            }
+            _ => None,
+        }
+    }
+
+    /// One vector or several, none of length zero.
+    pub fn vectors(&self, name: &str) -> Option<Vec<Vector3>> {
+        let vectors = values::vectors(self.node(name)?, &q::COMPONENT, &mut Vec::new())?;
+        Some(vectors.into_iter().map(Vector3::from).collect())
+    }
+
+    /// The tables of a direction or of several, none where the key is absent; `None` if there is anything else.
+    pub fn directions(&self, name: &str) -> Option<Vec<Section<'a>>> {
+        let path = join(&self.path, name);
+        let Some(node) = self.node(name) else { return Some(Vec::new()) };
+        match &node.value {
+            Value::Table(_) => Some(vec![Section { node, table: &DIRECTION, path }]),
+            Value::Array(items) if items.iter().all(|item| matches!(item.value, Value::Table(_))) => (1
+                ..=values::MAX_DIRECTIONS)
+                .contains(&items.len())
+                .then(|| Self::items(items, &DIRECTION, &path)),
+            _ => None,
+        }
+    }
+
+    pub fn texts(&self, name: &str) -> Option<Vec<&'a str>> {
+        values::texts(self.node(name)?, usize::MAX, &mut Vec::new())
     }
 
     pub fn axes(&self, name: &str) -> Option<Vec<Vector3>> {

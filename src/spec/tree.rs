@@ -1,5 +1,6 @@
 //! One tree for both notations: what the text says, with the place of every key and value.
 
+use super::diagnostic::cut;
 use super::source::Span;
 
 /// A value and where it stands.
@@ -133,10 +134,13 @@ impl Node {
                 let count = items.len();
                 match key.parse::<usize>().ok().and_then(|index| items.get_mut(index)) {
                     Some(item) => item.set(rest, value),
-                    None => Err((*key_span, format!("a list of {count} has no element `{key}`"))),
+                    None => Err((*key_span, format!("a list of {count} has no element `{}`", cut(key, 60)))),
                 }
             }
-            other => Err((*key_span, format!("`{key}` would stand inside {}, not a table", other.kind()))),
+            other => Err((
+                *key_span,
+                format!("`{}` would stand inside {}, not a table", cut(key, 60), other.kind()),
+            )),
         }
     }
 }

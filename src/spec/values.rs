@@ -66,6 +66,150 @@ pub(crate) fn number(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) 
     None
 }
 
+/// A limit: positive and finite.
+pub(crate) fn limit(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<f64> {
+    let none = "leave the key out: without it there is no limit";
+    match &node.value {
+        Value::Number(number) if number.value.is_nan() => {
+            let reason = "nan is not a number, and no limit".to_string();
+            faults.push(("E0030", node.span, reason, format!("write a positive number, or {none}")));
+            None
+        }
+        Value::Number(number) if number.value.is_infinite() => {
+            let reason = format!("a limit of {} is not a limit", number.value);
+            faults.push(("E0030", node.span, reason, none.into()));
+            None
+        }
+        Value::Number(number) if number.value <= 0.0 => {
+            let Quantity { name, unit, .. } = *quantity;
+            let (leaves, remedy) = match unit {
+                _ if name.ends_with("norm") => {
+                    ("nothing to act with", "write a positive limit, or leave the key out")
+                }
+                "N·m" => (
+                    "nothing to turn the body with",
+                    "for an underactuated body leave the axis out of `torque_axes_body`, for a failed wheel the wheel",
+                ),
+                "N" => ("nothing to push the body with", "leave the axis out of the force axes"),
+                "N·m·s" => ("the wheel no momentum to take", "leave the wheel out"),
+                "deg/s" | "rad/s" => ("no way to turn", "write a positive rate"),
+                _ => ("the input no way to change", "write a positive rate of change"),
+            };
+            let reason = format!("{name} of {} {unit} leaves {leaves}", show(number.value));
+            faults.push(("E0061", node.span, reason, remedy.into()));
+            None
+        }
+        _ => number(node, quantity, faults),
+    }
+}
+
+/// One limit for all, or one for each.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Limits {
+    All(f64),
+    Each(Vec<f64>),
+}
+
+/// One limit for all, or a list: `count` of them if that is known, else at most [`MAX_AXES`].
+pub(crate) fn limits(
+    node: &Node,
+    quantity: &Quantity,
+    count: Option<usize>,
+    faults: &mut Vec<Fault>,
+) -> Option<Limits> {
+    let Value::Array(items) = &node.value else {
+        return limit(node, quantity, faults).map(Limits::All);
+    };
+    let items = match count {
+        Some(count) => self::items(node, count, "limits (x, y, z), or is one number", faults)?,
+        None if items.len() > MAX_AXES => {
+            let reason = format!("{} limits, at most {MAX_AXES} are possible", items.len());
+            faults.push(("E0034", node.span, reason, "give one limit per axis".into()));
+            return None;
+        }
+        None => items,
+    };
+    let limits: Vec<_> = items.iter().filter_map(|item| limit(item, quantity, faults)).collect();
+    (limits.len() == items.len()).then_some(Limits::Each(limits))
+}
+
+/// One vector, or a list of them, at most [`MAX_AXES`]; none of length zero.
+pub(crate) fn vectors(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<Vec<[f64; 3]>> {
+    match &node.value {
+        Value::Array(items) if items.is_empty() => {
+            let reason = "the list is empty".to_string();
+            faults.push(("E0026", node.span, reason, "give one vector or several: [[0, 0, 1]]".into()));
+            None
+        }
+        Value::Array(items) if items.iter().all(|item| matches!(item.value, Value::Number(_))) => {
+            let vector = vector(node, quantity, faults)?;
+            not_zero(node, vector, faults).then(|| vec![vector])
+        }
+        Value::Array(_) => axes(node, quantity, faults),
+        other => {
+            let reason = format!("expected a vector or a list of vectors, found {}", other.kind());
+            faults.push(("E0025", node.span, reason, "write [0, 0, 1] or [[0, 0, 1], [0, 1, 0]]".into()));
+            None
+        }
+    }
+}
+
+fn not_zero(node: &Node, vector: [f64; 3], faults: &mut Vec<Fault>) -> bool {
+    let zero = vector.iter().all(|value| *value == 0.0);
+    if zero {
+        let reason = "an axis of length zero has no direction".into();
+        faults.push(("E0054", node.span, reason, "leave the axis out, or give it a direction".into()));
+    }
+    !zero
+}
+
+/// Most boresights or directions of one constraint.
+pub(crate) const MAX_DIRECTIONS: usize = MAX_AXES;
+
+/// Heavenly bodies that a user may think of.
+const HEAVENLY: [&str; 10] =
+    ["sun", "moon", "earth", "mercury", "venus", "mars", "jupiter", "saturn", "uranus", "neptune"];
+
+/// A heavenly body in place of a direction: without ephemerides and an epoch nobody knows where it is.
+pub(crate) fn heavenly_body(node: &Node, faults: &mut Vec<Fault>) {
+    let Value::Text(body) = &node.value else {
+        return wrong_type(
+            node,
+            "a direction: { ra_deg = 231.0, dec_deg = -18.3 } or { vector = [0, 0, 1] }",
+            faults,
+        );
+    };
+    let lower = body.to_lowercase();
+    let fixed = "write its direction at the time of the maneuver: { ra_deg = 231.0, dec_deg = -18.3 }";
+    if HEAVENLY.contains(&lower.as_str()) {
+        let reason = format!(
+            "where \"{lower}\" stands depends on the time: that takes an epoch and an ephemeris, which are not read yet"
+        );
+        faults.push(("E0073", node.span, reason, fixed.into()));
+    } else {
+        let known = super::suggest::nearest(&lower, HEAVENLY.into_iter());
+        let meant = known.map_or(String::new(), |known| format!("did you mean \"{known}\"? Then "));
+        let reason = format!("unknown body \"{}\"", cut(body, 40));
+        faults.push(("E0072", node.span, reason, format!("{meant}{fixed}")));
+    }
+}
+
+/// Texts of one line, at most `most` of them.
+pub(crate) fn texts<'a>(node: &'a Node, most: usize, faults: &mut Vec<Fault>) -> Option<Vec<&'a str>> {
+    let Value::Array(items) = &node.value else {
+        let reason = format!("expected a list of texts, found {}", node.value.kind());
+        faults.push(("E0025", node.span, reason, "write [\"one\", \"two\"]".into()));
+        return None;
+    };
+    if items.len() > most {
+        let reason = format!("the list has {}, the limit is {most}", items.len());
+        faults.push(("E0034", node.span, reason, "shorten it".into()));
+        return None;
+    }
+    let texts: Vec<_> = items.iter().filter_map(|item| text(item, 200, faults)).collect();
+    (texts.len() == items.len()).then_some(texts)
+}
+
 /// A whole number from `least` to `most`.
 pub(crate) fn count(node: &Node, least: i64, most: i64, faults: &mut Vec<Fault>) -> Option<usize> {
     let value = integer(node, faults)?;
@@ -276,17 +420,7 @@ pub(crate) fn axes(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) ->
         .iter()
         .filter_map(|axis| {
             let values = vector(axis, quantity, faults)?;
-            if values.iter().all(|value| *value == 0.0) {
-                let remedy = "leave the axis out, or give it a direction";
-                faults.push((
-                    "E0054",
-                    axis.span,
-                    "an axis of length zero has no direction".into(),
-                    remedy.into(),
-                ));
-                return None;
-            }
-            Some(values)
+            not_zero(axis, values, faults).then_some(values)
         })
         .collect();
     (axes.len() == items.len()).then_some(axes)

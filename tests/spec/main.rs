@@ -71,6 +71,86 @@ sense = "long"
 rivals = [ { value = 71.4, tolerance = 0.1 } ]
 "#;
 
+/// A complete spec under every kind of limit and constraint, in a frame that turns.
+pub const CONSTRAINED: &str = r#"
+format = 1
+[body]
+inertia_kg_m2 = [2, 3, 4]
+[actuators]
+torque_axes_body = [[1, 0, 0], [0, 0.8, 0.6]]
+torque_limit_n_m = [0.5, 0.25]
+torque_norm_limit_n_m = 0.6
+torque_rate_limit_n_m_per_s = 0.1
+[start]
+attitude = { axis = [0, 0, 1], angle_deg = 0 }
+angular_velocity_deg_s = [0, 0.3, 0]
+[end]
+attitude = { euler_zyx_deg = [80, -25, 40] }
+angular_velocity_deg_s = [0, 0, 0]
+[environment]
+kind = "gravity_gradient"
+orbital_rate_rad_s = 0.001
+[maneuver]
+duration_s = 60
+steps = 200
+[solver]
+method = "scp"
+[[constraint]]
+kind = "keep_out"
+name = "star tracker away from the Sun"
+boresight_body = [0, 0, 3]
+direction_inertial = { ra_deg = 231.0, dec_deg = -18.3 }
+half_angle_deg = 35
+margin_deg = 0.5
+[[constraint]]
+kind = "keep_in"
+boresight_body = [[0, 0, 1], [0.6, 0, 0.8]]
+direction_inertial = [ { vector = [0, 0, 2] }, { ra_deg = -90, dec_deg = 60 } ]
+direction_reference = { vector = [1, 0, 1] }
+half_angle_deg = 100
+[[constraint]]
+kind = "rate_limit"
+angular_velocity_limit_deg_s = 4
+[[constraint]]
+kind = "rate_limit"
+angular_velocity_limit_rad_s = [0.1, 0.2, 0.3]
+[expect]
+margin_at_least = -1e-9
+active = ["torque limit", "rate limit 2"]
+because = "shortest"
+"#;
+
+/// A complete spec with four reaction wheels.
+pub const WHEELS: &str = r#"
+format = 1
+[body]
+inertia_kg_m2 = [120, 100, 80]
+[start]
+attitude = { axis = [0, 0, 1], angle_deg = 0 }
+[end]
+attitude = { euler_zyx_deg = [80, -25, 40] }
+[maneuver]
+duration_s = 60
+[[actuators.wheel]]
+name = "+x"
+axis_body = [0.8, 0, 0.6]
+torque_limit_n_m = 0.2
+momentum_limit_n_m_s = 20
+momentum_n_m_s = 20
+[[actuators.wheel]]
+axis_body = [0, 0.8, 0.6]
+torque_limit_n_m = 0.3
+effort_weight = 2
+[[actuators.wheel]]
+axis_body = [-0.8, 0, 0.6]
+torque_limit_n_m = 0.2
+momentum_n_m_s = -1.5
+[[actuators.wheel]]
+axis_body = [0, -0.8, 0.6]
+torque_limit_n_m = 0.2
+momentum_limit_n_m_s = 10
+"#;
+
 /// Reads TOML with overrides.
 pub fn load_with(text: &str, set: &[&str]) -> Result<Loaded, Diagnostics> {
     let set: Vec<Override> = set.iter().map(|text| Override::parse(text).unwrap()).collect();

@@ -1,7 +1,8 @@
 //! What a spec means.
 
-use crate::{BASE, ORBIT, bad, good};
-use slewkit::actuation::AxisFrame;
+use crate::{BASE, CONSTRAINED, ORBIT, WHEELS, bad, good};
+use slewkit::actuation::{AxisFrame, Limits};
+use slewkit::constraint::{Direction, Rule, Side};
 use slewkit::lie;
 use slewkit::problem::{Motion, Path, Scheme};
 use slewkit::settings::Method;
@@ -29,14 +30,36 @@ fn template_loads_without_a_word() {
     let loaded = good(spec::template(), &[]);
     assert!(loaded.warnings.is_empty());
     assert_eq!(loaded.problem.steps, 100);
-    // What it shows in comments holds too.
-    let shown = spec::template().replace("# steps", "steps").replace("# path", "path");
-    let shown = shown.replace("# torque_axes", "torque_axes").replace("# effort_weight", "effort_weight");
-    let shown = shown.replace("# [", "[").replace("# kind", "kind").replace("# orbital", "orbital");
-    let shown = shown.replace("# tolerance", "tolerance").replace("# continuous", "continuous");
-    let problem = good(&shown, &[]).problem;
+    // What it shows in comments holds too, but for the reaction wheels, which take the place of torque axes.
+    let shown = |wheels: bool| {
+        let mut table = "";
+        let mut text = String::new();
+        for line in spec::template().lines() {
+            let bare = line.strip_prefix("# ").unwrap_or(line);
+            table = if bare.starts_with('[') { bare.split_once(']').unwrap().0 } else { table };
+            let key = bare.split(" = ").next().unwrap();
+            let is_key =
+                key.starts_with('[') || (key.len() > 3 && !key.contains(' ') && bare.contains(" = "));
+            let wanted = match table {
+                "[[actuators.wheel" => wheels,
+                "[actuators" => !wheels,
+                _ => true,
+            };
+            let kept = is_key && wanted && key != "rotation_from_start";
+            text.push_str(if kept { bare } else { "" });
+            text.push('\n');
+        }
+        good(&text, &[]).problem
+    };
+    let problem = shown(false);
     assert_eq!((problem.steps, problem.actuation.torque.count()), (200, 2));
     assert_eq!(problem.environment.frame_rate(), Vector3::new(0.0, 0.00116, 0.0));
+    let limits = problem.actuation.torque.limits();
+    assert_eq!((limits.size.as_deref(), limits.rate.as_deref()), (Some(&[0.5; 2][..]), Some(&[0.1; 2][..])));
+    assert_eq!(problem.constraints.len(), 2);
+    let error = std::panic::catch_unwind(|| shown(true)).unwrap_err();
+    let text = error.downcast_ref::<String>().unwrap();
+    assert!(text.contains("rank 1: torque only about (1, 0, 0)"), "{text}");
 }
 
 #[test]
@@ -157,6 +180,84 @@ fn every_key_of_an_orbit_spec_arrives() {
 }
 
 #[test]
+fn every_limit_and_constraint_arrives_in_si_units() {
+    let loaded = good(CONSTRAINED, &[]);
+    let problem = &loaded.problem;
+    assert_eq!(loaded.settings.method, Method::Scp);
+    let (size, rate) = (Some(vec![0.5, 0.25]), Some(vec![0.1, 0.1]));
+    assert_eq!(*problem.actuation.torque.limits(), Limits { size, norm: Some(0.6), rate });
+    let names: Vec<&str> = problem.constraints.iter().map(|constraint| constraint.name.as_str()).collect();
+    assert_eq!(names, ["star tracker away from the Sun", "keep-in cone", "rate limit", "rate limit 2"]);
+
+    let Rule::Pointing(out) = &problem.constraints[0].rule else { panic!() };
+    assert_eq!((out.side, &out.boresights[..]), (Side::KeepOut, &[Vector3::z()][..]));
+    assert_eq!((out.half_angle, out.margin), (35_f64.to_radians(), 0.5_f64.to_radians()));
+    let (ra, dec) = (231_f64.to_radians(), -(18.3_f64.to_radians()));
+    let sun = Vector3::new(dec.cos() * ra.cos(), dec.cos() * ra.sin(), dec.sin());
+    assert!((out.directions[0].vector - sun).amax() < 1e-15 && !out.directions[0].turns_with_frame);
+
+    let Rule::Pointing(within) = &problem.constraints[1].rule else { panic!() };
+    assert_eq!((within.side, within.margin), (Side::KeepIn, 0.0));
+    assert_eq!((within.boresights.len(), within.boresights[0]), (2, Vector3::z()));
+    assert!((within.boresights[1] - Vector3::new(0.6, 0.0, 0.8)).amax() < 1e-15);
+    let (half, s, c) = (0.5_f64.sqrt(), 60_f64.to_radians().sin(), 60_f64.to_radians().cos());
+    let expected =
+        [(Vector3::z(), false), (Vector3::new(0.0, -c, s), false), (Vector3::new(half, 0.0, half), true)];
+    assert_eq!(within.directions.len(), 3);
+    for (Direction { vector, turns_with_frame }, (wanted, turning)) in within.directions.iter().zip(expected)
+    {
+        assert!((vector - wanted).amax() < 1e-15 && *turns_with_frame == turning, "{vector} {wanted}");
+    }
+    assert_eq!(problem.constraints[2].rule, Rule::RateNorm(4_f64.to_radians()));
+    assert_eq!(problem.constraints[3].rule, Rule::RateAxes(Vector3::new(0.1, 0.2, 0.3)));
+
+    let expect = loaded.expect.unwrap();
+    assert_eq!((expect.margin_at_least, expect.because.as_deref()), (Some(-1e-9), Some("shortest")));
+    assert_eq!(expect.active.unwrap(), ["torque limit", "rate limit 2"]);
+}
+
+#[test]
+fn wheels_become_torque_inputs_with_momenta() {
+    let actuation = good(WHEELS, &[]).problem.actuation;
+    let torque = &actuation.torque;
+    assert_eq!((torque.frame(), torque.count()), (AxisFrame::Body, 4));
+    assert!((torque.axes()[2] - Vector3::new(-0.8, 0.0, 0.6)).amax() < 1e-15);
+    assert_eq!(torque.limits().size.as_deref(), Some(&[0.2, 0.3, 0.2, 0.2][..]));
+    assert_eq!(torque.weight().diagonal().as_slice(), [1.0, 2.0, 1.0, 1.0]);
+    let wheels = actuation.wheels.unwrap();
+    assert_eq!(wheels.momentum, [20.0, 0.0, -1.5, 0.0]);
+    assert_eq!(wheels.momentum_limit, [20.0, f64::INFINITY, f64::INFINITY, 10.0]);
+    // Three of them, without torque limits.
+    let bare = good(
+        WHEELS,
+        &[
+            "actuators.wheel=[{ axis_body = [1, 0, 0] }, { axis_body = [0, 1, 0] }, { axis_body = [0, 0, 1] }]",
+        ],
+    );
+    assert!(bare.warnings.is_empty() && bare.problem.actuation.torque.limits().is_none());
+}
+
+#[test]
+fn limits_of_forces_arrive_and_boundary_values_on_a_limit_are_accepted() {
+    let set = [
+        "solver.method=scp",
+        "actuators.force_limit_n=3",
+        "actuators.force_norm_limit_n=2.5",
+        "actuators.force_rate_limit_n_per_s=[0.5]",
+    ];
+    let problem = good(ORBIT, &set).problem;
+    let expected = Limits { size: Some(vec![3.0]), norm: Some(2.5), rate: Some(vec![0.5]) };
+    assert_eq!(*problem.actuation.force.unwrap().limits(), expected);
+    assert!(problem.actuation.torque.limits().is_none());
+    let rate = "constraint=[{ kind = \"rate_limit\", angular_velocity_limit_deg_s = 2 }]";
+    good(BASE, &[rate, "start.angular_velocity_deg_s=[0, 1.2, -1.6]"]);
+    let cone = "constraint=[{ kind = \"keep_out\", boresight_body = [1, 0, 0], direction_inertial = { vector = [0, 0, 1] }, half_angle_deg = 90 }]";
+    // The end is 65° from z: inside.
+    assert_eq!(bad(BASE, &[cone]).0.len(), 1);
+    good(BASE, &[cone, "end.attitude={ axis = [0, 0, 1], angle_deg = 90 }"]);
+}
+
+#[test]
 fn what_is_left_out_has_defaults() {
     let text = BASE.replace("angular_velocity_deg_s = [0, 0, 0]\n", "").replace("steps = 200", "");
     let loaded = good(&text, &[]);
@@ -168,6 +269,7 @@ fn what_is_left_out_has_defaults() {
     assert_eq!((problem.steps, problem.scheme, problem.path), (100, Scheme::LieVerlet, Path::Best));
     assert!(problem.environment.is_free() && loaded.expect.is_none());
     assert_eq!((problem.actuation.torque.count(), problem.actuation.force.is_none()), (3, true));
+    assert!(!problem.is_constrained());
     let orbit = ORBIT.replace("force_axes_body = [[0, 0, 1]]\nforce_effort_weight = [3]", "");
     let force = good(&orbit, &[]).problem.actuation.force.unwrap();
     assert_eq!((force.frame(), force.count()), (AxisFrame::Reference, 3));

@@ -1,7 +1,7 @@
 //! No input makes the reader panic, hang, or fail without saying why.
 
 use crate::bad_inputs::files;
-use crate::{BASE, ORBIT};
+use crate::{BASE, CONSTRAINED, ORBIT, WHEELS};
 use slewkit::spec::{self, Format, Override, Severity};
 
 /// PCG32, so that the stream is the same everywhere.
@@ -76,6 +76,8 @@ const WORDS: &[&str] = &[
     "body",
     "attitude",
     "kind",
+    "\"keep_in\"",
+    "constraint",
     "points",
     "steps",
     "second_order",
@@ -160,6 +162,8 @@ fn twenty_thousand_mutations_are_read_or_refused() {
         (&pendulum, Format::Toml),
         (&moon, Format::Toml),
         (json, Format::Json),
+        (CONSTRAINED, Format::Toml),
+        (WHEELS, Format::Toml),
     ];
     for (text, format) in good {
         spec::from_str(text, "x", format, &[]).unwrap_or_else(|errors| panic!("{errors}"));
@@ -186,13 +190,16 @@ fn mutated_overrides_are_set_or_refused() {
         "start",
         "solver.tolerance",
         "expect.rivals",
+        "constraint.0.direction_inertial.ra_deg",
+        "constraint.1.boresight_body.1.0",
+        "actuators.torque_limit_n_m",
         "a.b",
     ];
     for round in 0..5_000 {
         let typed = format!("{}={}", random.pick(&keys), random.pick(NUMBERS));
         let typed = String::from_utf8_lossy(&mutate(&typed, &mut random)).into_owned();
         let Ok(set) = Override::parse(&typed) else { continue };
-        let text = if round % 2 == 0 { BASE } else { ORBIT };
+        let text = [BASE, ORBIT, CONSTRAINED][round % 3];
         let outcome = std::panic::catch_unwind(|| read(text.as_bytes(), Format::Toml, &[set]));
         assert!(outcome.is_ok(), "round {round}: {typed:?}");
     }
