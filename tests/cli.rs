@@ -265,6 +265,30 @@ fn all_errors_of_a_spec_are_reported_at_once() {
 }
 
 #[test]
+fn check_lists_limits_and_constraints() {
+    let folder = Folder::new();
+    let rate = "constraint=[{ kind = \"rate_limit\", name = \"slow \\u001b[31m\", angular_velocity_limit_deg_s = 9 }]";
+    let wheels = "actuators.wheel=[{ axis_body = [1, 0, 0], momentum_limit_n_m_s = 2 }, { axis_body = [0, 1, 0] }, { axis_body = [0, 0, 1] }]";
+    let check = ["check", "spec.toml", "--format", "json", "--set", rate, "--set"];
+    let args = [&check[..], &["actuators.torque_limit_n_m=1"]].concat();
+    let run =
+        folder.slew(&args).ends(0).tells("limits      torque limit\n").tells("constraints slow \\u{1b}[31m");
+    assert_eq!(run.json()["limits"], serde_json::json!(["torque limit"]));
+    let run = folder.slew(&[&check[..], &[wheels]].concat()).ends(0);
+    let run = run.tells("inputs      3, each the torque of a reaction wheel").tells("wheel momentum limit");
+    assert_eq!(
+        (run.json()["wheels"].as_u64(), run.json()["constraints"][0].as_str()),
+        (Some(3), Some("slow \u{1b}[31m"))
+    );
+    let cone = "constraint=[{ kind = \"keep_out\", boresight_body = [0, 0, 1], direction_inertial = { vector = [0, 0, 1] }, half_angle_deg = 5 }]";
+    folder
+        .slew(&["plan", "spec.toml", "--set", cone])
+        .ends(3)
+        .tells("E0071")
+        .tells("the boresight is 0 deg from the axis");
+}
+
+#[test]
 fn warnings_are_told_and_do_not_stop_the_plan() {
     let folder = Folder::new();
     // 1.57 degrees: radians, perhaps.

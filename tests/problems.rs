@@ -70,6 +70,26 @@ fn unmet(expect: &Expect, plan: &Plan) -> Vec<String> {
         let found = solution.rivals.iter().any(|other| (other.cost - rival.value).abs() <= rival.tolerance);
         claim(found, format!("no rival of cost {}", rival.value));
     }
+    if let Some(least) = expect.margin_at_least {
+        let margins = plan.verification.iter().flat_map(|verification| &verification.margins);
+        let margins: Vec<_> = margins.collect();
+        claim(!margins.is_empty(), "no margin is told".into());
+        for margin in margins {
+            let (name, scaled, time) = (&margin.name, margin.scaled, margin.time_s);
+            claim(scaled >= least, format!("margin of \"{name}\" {scaled:.3e} at {time} s, below {least:e}"));
+        }
+    }
+    if let Some(names) = &expect.active {
+        let mut found: Vec<&str> = solution.active.iter().map(|active| active.name.as_str()).collect();
+        let mut names: Vec<&str> = names.iter().map(String::as_str).collect();
+        found.sort_unstable();
+        names.sort_unstable();
+        claim(found == names, format!("active: {found:?}, not {names:?}"));
+    }
+    if let Some(reason) = &expect.because {
+        let told = solution.obstruction.as_deref().unwrap_or("nothing");
+        claim(told.contains(reason.as_str()), format!("because {told:?}, which does not say {reason:?}"));
+    }
     unmet
 }
 
@@ -141,6 +161,10 @@ fn every_shipped_problem_says_what_it_is_for_and_where_its_cost_comes_from() {
         let expect = loaded.expect.unwrap_or_else(|| panic!("{name}: no [expect]"));
         let source = expect.source.unwrap_or_else(|| panic!("{name}: no source"));
         assert!(source.len() > 20, "{name}: {source:?} is no source");
+        if expect.status == "infeasible" {
+            assert!(expect.because.is_some(), "{name}: no reason");
+            continue;
+        }
         let cost = expect.cost.unwrap_or_else(|| panic!("{name}: no cost"));
         let relative = cost.tolerance / cost.value;
         assert!(cost.value > 0.0 && relative <= 2.5e-4, "{name}: cost known to {relative:.1e} only");

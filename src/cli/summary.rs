@@ -4,9 +4,10 @@ use super::console::{Console, Tone};
 use super::number::{counted, error, significant, time};
 use slewkit::plan::{Plan, Status};
 use slewkit::problem::{Motion, Problem, Scheme};
-use slewkit::solution::{Outcome, RungReport, Sense, Solution, TerminalError};
+use slewkit::settings::Method;
+use slewkit::solution::{ActiveConstraint, Outcome, RungReport, Sense, Solution, TerminalError, Trajectory};
 use slewkit::spec::escape;
-use slewkit::verify::Verification;
+use slewkit::verify::{Margin, Verification};
 
 /// Width of the longest first line, name and verdict.
 const WIDTH: usize = 76;
@@ -48,7 +49,8 @@ pub fn plan(console: &Console, problem: &Problem, plan: &Plan) -> String {
         }
     }
     if let Some(verification) = &plan.verification {
-        lines.extend(verified(console, verification));
+        let judged = Judged { problem, trajectory: &solution.trajectory, active: &solution.active };
+        lines.extend(verified(console, &judged, verification));
     }
     lines.extend(advice(problem, plan).iter().map(|text| line("try", text)));
     lines.join("\n")
@@ -59,13 +61,21 @@ fn method(problem: &Problem, solution: &Solution) -> String {
         Scheme::LieVerlet => "Lie–Verlet",
         Scheme::LieEuler => "Lie–Euler",
     };
-    format!(
-        "shooting: Newton on {} costates, {} {scheme} steps of {} s",
-        problem.dimension(),
-        solution.steps,
-        significant(solution.step, 3),
-    )
+    let how = match solution.method {
+        Method::Scp => {
+            let convex = solution.ladder.iter().filter(|rung| rung.rung == CONVEX);
+            let count = convex.map(|rung| rung.iterations).sum();
+            format!("convex: {}, then Newton on the active set", counted(count, "subproblem"))
+        }
+        Method::Shooting | Method::Auto => {
+            format!("shooting: Newton on {} costates", problem.dimension())
+        }
+    };
+    format!("{how}, {} {scheme} steps of {} s", solution.steps, significant(solution.step, 3))
 }
+
+/// Name of the rung whose iterations are convex subproblems.
+const CONVEX: &str = "convex";
 
 /// What a converged solve found.
 fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
@@ -145,16 +155,35 @@ fn terminal(terminal: &TerminalError) -> String {
     text
 }
 
+/// What the witnesses judged.
+pub struct Judged<'a> {
+    /// The maneuver.
+    pub problem: &'a Problem,
+    /// The plan.
+    pub trajectory: &'a Trajectory,
+    /// What the solver says acts.
+    pub active: &'a [ActiveConstraint],
+}
+
 /// Limits and verdicts of the witnesses, and every check that fails.
-pub fn verified(console: &Console, verification: &Verification) -> Vec<String> {
-    let mut lines = vec![line(
-        "limits",
-        &format!(
-            "peak torque {} N·m   peak rate {} deg/s",
-            significant(verification.peak_torque_n_m, 3),
-            significant(verification.peak_rate_rad_s.to_degrees(), 3)
-        ),
-    )];
+pub fn verified(console: &Console, judged: &Judged, verification: &Verification) -> Vec<String> {
+    let mut peaks = format!(
+        "peak torque {} N·m   peak rate {} deg/s",
+        significant(verification.peak_torque_n_m, 3),
+        significant(verification.peak_rate_rad_s.to_degrees(), 3)
+    );
+    if judged.problem.actuation.wheels.is_some() {
+        let momenta = judged.trajectory.wheel_momentum.iter().map(|momentum| momentum.abs());
+        let peak = momenta.fold(0.0, f64::max);
+        peaks.push_str(&format!("   peak wheel momentum {} N·m·s", significant(peak, 3)));
+    }
+    let mut lines = vec![line("limits", &peaks)];
+    let name = |margin: &Margin| escape(&margin.name);
+    let width = verification.margins.iter().map(|margin| name(margin).chars().count()).max().unwrap_or(0);
+    for margin in &verification.margins {
+        let text = format!("{:<width$}  {}", name(margin), self::margin(console, judged, margin));
+        lines.push(line("", &text));
+    }
     let mut continuous = format!(
         "continuous dynamics, torque held over each step, Verner 9(8) at 1e-14: attitude {} rad",
         error(verification.continuous_attitude_rad)
@@ -173,6 +202,26 @@ pub fn verified(console: &Console, verification: &Verification) -> Vec<String> {
     }
     lines
 }
+
+/// How near the plan comes to one limit, when, and whether that is between two nodes.
+fn margin(console: &Console, judged: &Judged, margin: &Margin) -> String {
+    let active = judged.active.iter().find(|active| active.name == margin.name);
+    let state = match active {
+        _ if margin.scaled < -VIOLATED => console.paint(Tone::Bad, "violated, "),
+        Some(active) => format!("active at {}, ", counted(active.time_s.len(), "node")),
+        None => String::new(),
+    };
+    // What acts touches its limit up to round-off, of either sign.
+    let value = if margin.scaled.abs() <= VIOLATED { 0.0 } else { margin.margin };
+    let steps = margin.time_s / judged.problem.step();
+    let between = if (steps - steps.round()).abs() > 1e-6 { ", between nodes" } else { "" };
+    let at = if margin.at.is_empty() { String::new() } else { format!(", {}", escape(&margin.at)) };
+    let (value, time) = (significant(value, 3), significant(margin.time_s, 4));
+    format!("{state}margin {value} {} at {time} s{between}{at}", margin.unit)
+}
+
+/// Scaled violation that is round-off.
+const VIOLATED: f64 = 1e-9;
 
 fn stopped(outcome: Outcome) -> &'static str {
     match outcome {

@@ -55,7 +55,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         (Exit::Plan(Status::VerificationFailed), "verification failed", Tone::Bad)
     };
     let mut lines = vec![summary::headline(console, &problem.name, verdict, tone)];
-    lines.extend(summary::verified(console, &verification));
+    let judged = summary::Judged { problem: &problem, trajectory: &plan.trajectory.0, active: &plan.active };
+    lines.extend(summary::verified(console, &judged, &verification));
     for difference in &differences {
         let Difference { key, first, second } = difference;
         lines.push(summary::line("differs", &format!("{key}: {first} in the plan, {second} in the spec")));
