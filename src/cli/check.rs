@@ -6,7 +6,7 @@ use super::failure::{Exit, Failure};
 use super::number::{counted, significant};
 use super::{spec_file, summary};
 use serde::Serialize;
-use slewkit::actuation::{Actuation, Channel, Limits};
+use slewkit::actuation::{Actuation, Channel, LimitKind, Limits};
 use slewkit::export::write_document;
 use slewkit::problem::Motion;
 use slewkit::spec::{Diagnostic, Loaded, escape};
@@ -30,7 +30,7 @@ struct Report<'a> {
     duration_s: f64,
     inputs: usize,
     wheels: usize,
-    limits: &'a [String],
+    limits: &'a [&'static str],
     constraints: Vec<&'a str>,
     diagnostics: &'a [Diagnostic],
 }
@@ -95,18 +95,22 @@ fn listed(names: &[&str]) -> String {
 }
 
 /// The limits of the actuators, by the names that reports use.
-fn limits(actuation: &Actuation) -> Vec<String> {
-    let of = |channel: &Channel, what: &str, wheels: bool| {
-        let Limits { size, norm, rate } = channel.limits();
-        let name = |given: bool, limit: &str| given.then(|| format!("{what} {limit}"));
-        let of_wheels = if wheels { "wheel " } else { "" };
-        let size = name(size.is_some(), "limit").map(|name| format!("{of_wheels}{name}"));
-        [size, name(norm.is_some(), "norm limit"), name(rate.is_some(), "rate limit")]
-    };
-    let momentum =
-        actuation.wheels.as_ref().map(|wheels| wheels.momentum_limit.iter().any(|limit| limit.is_finite()));
-    let force = actuation.force.as_ref().map(|channel| of(channel, "force", false));
-    let torque = of(&actuation.torque, "torque", actuation.wheels.is_some());
-    let momentum = momentum.unwrap_or(false).then(|| "wheel momentum limit".to_string());
-    torque.into_iter().chain(force.into_iter().flatten()).flatten().chain(momentum).collect()
+fn limits(actuation: &Actuation) -> Vec<&'static str> {
+    let mut names = Vec::new();
+    let channels = [(Some(&actuation.torque), false), (actuation.force.as_ref(), true)];
+    for (channel, of_force) in channels {
+        let Some(Limits { size, norm, rate }) = channel.map(Channel::limits) else { continue };
+        let given = [
+            (size.is_some(), LimitKind::Size),
+            (norm.is_some(), LimitKind::Norm),
+            (rate.is_some(), LimitKind::Rate),
+        ];
+        let given = given.into_iter().filter(|(given, _)| *given);
+        names.extend(given.map(|(_, kind)| actuation.limit_name(kind, of_force)));
+    }
+    let momenta = actuation.wheels.iter().flat_map(|wheels| &wheels.momentum_limit);
+    if momenta.clone().any(|limit| limit.is_finite()) {
+        names.push(actuation.limit_name(LimitKind::WheelMomentum, false));
+    }
+    names
 }

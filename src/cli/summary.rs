@@ -207,21 +207,18 @@ pub fn verified(console: &Console, judged: &Judged, verification: &Verification)
 fn margin(console: &Console, judged: &Judged, margin: &Margin) -> String {
     let active = judged.active.iter().find(|active| active.name == margin.name);
     let state = match active {
-        _ if margin.scaled < -VIOLATED => console.paint(Tone::Bad, "violated, "),
+        _ if !margin.holds() => console.paint(Tone::Bad, "violated, "),
         Some(active) => format!("active at {}, ", counted(active.time_s.len(), "node")),
         None => String::new(),
     };
     // What acts touches its limit up to round-off, of either sign.
-    let value = if margin.scaled.abs() <= VIOLATED { 0.0 } else { margin.margin };
+    let value = if margin.scaled.abs() <= Margin::ROUND_OFF { 0.0 } else { margin.margin };
     let steps = margin.time_s / judged.problem.step();
     let between = if (steps - steps.round()).abs() > 1e-6 { ", between nodes" } else { "" };
     let at = if margin.at.is_empty() { String::new() } else { format!(", {}", escape(&margin.at)) };
     let (value, time) = (significant(value, 3), significant(margin.time_s, 4));
     format!("{state}margin {value} {} at {time} s{between}{at}", margin.unit)
 }
-
-/// Scaled violation that is round-off.
-const VIOLATED: f64 = 1e-9;
 
 fn stopped(outcome: Outcome) -> &'static str {
     match outcome {

@@ -12,7 +12,7 @@ use crate::problem::Problem;
 const MAX_PAIRS: usize = 10_000;
 
 /// What reports call the limits of the actuators, which no constraint may be called too.
-const TAKEN: [&str; 8] = [
+const TAKEN: [&str; 9] = [
     "torque limit",
     "torque norm limit",
     "torque rate limit",
@@ -20,6 +20,7 @@ const TAKEN: [&str; 8] = [
     "force norm limit",
     "force rate limit",
     "wheel torque limit",
+    "wheel torque rate limit",
     "wheel momentum limit",
 ];
 
