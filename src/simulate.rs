@@ -90,7 +90,7 @@ pub fn simulate(
     settings: &Simulation,
     mut sink: impl FnMut(&Row) -> bool,
 ) -> Result<(), WitnessError> {
-    match problem.check() {
+    match problem.check_numbers() {
         // That is about the problem's own steps, and the propagator will say it of ours.
         Ok(()) | Err(ProblemError::StepTooLong { .. }) => {}
         Err(error) => return Err(error.into()),

@@ -7,14 +7,24 @@ use crate::constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError};
 use std::collections::HashSet;
 
 impl Problem {
-    /// Checks what the types cannot: ranges, rotations, the step against the boundary rates, the start and the
-    /// end against the constraints, wheels against the inputs they drive.
+    /// Checks what the types cannot: all that [`Problem::check_numbers`] does, and the start and the end against
+    /// the constraints, which no plan could hold.
     ///
     /// A boundary value exactly on a limit is accepted.
     ///
     /// # Errors
     /// The first [`ProblemError`] met.
     pub fn check(&self) -> Result<(), ProblemError> {
+        self.check_numbers()?;
+        self.violations().next().map_or(Ok(()), Err)
+    }
+
+    /// Checks ranges, rotations, the step against the boundary rates, the constraints for themselves, and wheels
+    /// against the inputs they drive: what it takes to propagate the body and to measure margins.
+    ///
+    /// # Errors
+    /// The first [`ProblemError`] met, never [`ProblemError::Violated`].
+    pub fn check_numbers(&self) -> Result<(), ProblemError> {
         if !(self.duration > 0.0 && self.duration.is_finite()) {
             return Err(out_of_range("duration", self.duration, "must be positive and finite"));
         }
@@ -29,12 +39,9 @@ impl Problem {
                 return Err(out_of_range("mass", mass, "must be positive and finite"));
             }
         }
-        for (end, state, _) in self.ends() {
-            self.check_state(end, state)?;
-        }
         self.check_wheels()?;
         self.check_constraints()?;
-        self.violations().next().map_or(Ok(()), Err)
+        self.ends().into_iter().try_for_each(|(end, state, _)| self.check_state(end, state))
     }
 
     /// Every constraint that the start or the end violates: no plan can hold it.
@@ -209,6 +216,8 @@ mod tests {
         fast.end.angular_velocity.y = 0.2;
         let limit = |limit| Constraint { name: "rate".into(), rule: Rule::RateNorm(limit) };
         fast.clone().with_constraint(limit(0.2)).check().unwrap();
+        // The motion itself can be measured.
+        fast.clone().with_constraint(limit(0.1)).check_numbers().unwrap();
         let told = "the end violates \"rate\": the rate is 11.4592 deg/s, the limit is 5.7296 deg/s";
         refused(fast.with_constraint(limit(0.1)).check(), told);
     }

@@ -86,7 +86,7 @@ pub fn worst_violation(margins: &[Margin]) -> f64 {
 /// # Errors
 /// A [`WitnessError`] when the problem is unusable, the rows do not fit it, or a step has no solution.
 pub fn margins(problem: &Problem, inputs: &[f64]) -> Result<Vec<Margin>, WitnessError> {
-    problem.check()?;
+    problem.check_numbers()?;
     let plant = Plant::new(problem).judgeable()?;
     let inputs = Inputs::checked(problem, inputs)?;
     let mut meter = Meter::new(problem);

@@ -247,7 +247,7 @@ impl Verification {
         trajectory: &Trajectory,
         judged: &mut Judged,
     ) -> Result<(), WitnessError> {
-        problem.check()?;
+        problem.check_numbers()?;
         rows::fit(problem, trajectory)?;
         let plant = Plant::new(problem).judgeable()?;
         let inputs = Inputs::new(problem, &trajectory.input);

@@ -204,7 +204,7 @@ fn state_difference(
 /// # Errors
 /// A [`WitnessError`] when the problem is unusable, the rows do not fit it, or a step has no solution.
 pub fn replay(problem: &Problem, inputs: &[f64]) -> Result<Trajectory, WitnessError> {
-    problem.check()?;
+    problem.check_numbers()?;
     let plant = Plant::new(problem).judgeable()?;
     let rows = Inputs::checked(problem, inputs)?;
     let count = problem.actuation.count();
