@@ -289,6 +289,67 @@ fn check_lists_limits_and_constraints() {
 }
 
 #[test]
+fn a_plan_under_constraints_tells_margins_and_is_verified_from_its_file() {
+    let folder = Folder::new();
+    let cone = "constraint=[{ kind = \"keep_out\", name = \"Sun\", boresight_body = [1, 0, 0], direction_inertial = { ra_deg = 45, dec_deg = 2 }, half_angle_deg = 20 }]";
+    let limit = "actuators.torque_norm_limit_n_m=0.17";
+    let set = ["--set", cone, "--set", limit, "--set", "maneuver.steps=50"];
+    let plan = |more: &[&str]| folder.slew(&[&["plan", "spec.toml"], &set[..], more].concat());
+    let run = plan(&["-o", "plan.json"]).ends(0).tells("solved and verified").tells("method      convex: ");
+    let run = run
+        .tells("torque norm limit  active at ")
+        .tells("Sun                active at ")
+        .tells("margin 0 deg at ");
+    let run = run.tells("between nodes");
+    assert!(!run.stderr.contains("violated"), "{}", run.stderr);
+    let json = folder.json("plan.json");
+    assert_eq!(json["method"], "scp");
+    let names = |list: &Value| {
+        let names = list.as_array().unwrap().iter();
+        names.map(|entry| entry["name"].as_str().unwrap().to_string()).collect::<Vec<_>>()
+    };
+    assert_eq!(names(&json["active"]), ["torque norm limit", "Sun"]);
+    assert_eq!(names(&json["verified"]["margins"]), ["torque norm limit", "Sun"]);
+    assert!(json["verified"]["margins"][1]["scaled"].as_f64().unwrap() > -1e-9);
+    assert_eq!(json["problem"]["constraints"][0]["kind"], "keep_out");
+    assert_eq!(json["problem"]["torque"]["norm_limit"], 0.17);
+
+    let verify = |set: &[&str]| folder.slew(&[&["verify", "plan.json", "--spec", "spec.toml"], set].concat());
+    let run = verify(&set).ends(0).tells("verified").tells("active at ");
+    assert!(!run.stderr.contains("differs"), "{}", run.stderr);
+    // The plan of a wider cone would have to pass further out, and without limits it was not asked for.
+    let wider = ["--set", cone, "--set", limit, "--set", "constraint.0.half_angle_deg=21"];
+    verify(&wider).ends(7).tells("constraints.0.half_angle_rad").tells("violated, margin -1.00 deg");
+    verify(&[]).ends(0).tells("differs     constraints").tells("differs     torque.norm_limit");
+
+    // Two runs differ in the solve time alone.
+    plan(&["-q", "-o", "again.json"]).ends(0);
+    let (first, second) = (folder.read("plan.json"), folder.read("again.json"));
+    let differ: Vec<_> = first.lines().zip(second.lines()).filter(|(a, b)| a != b).collect();
+    assert!(differ.len() == 1 && differ[0].0.contains("solve_time_s"), "{differ:?}");
+
+    let shooting = [&set[..], &["--set", "solver.method=shooting"]].concat();
+    folder.slew(&[&["plan", "spec.toml"], &shooting[..]].concat()).ends(3).tells("E0066");
+}
+
+#[test]
+fn wheels_show_in_summary_and_tables() {
+    let folder = Folder::new();
+    let wheels = "actuators.wheel=[{ axis_body = [1, 0, 0], momentum_limit_n_m_s = 5, momentum_n_m_s = 0.5 }, { axis_body = [0, 1, 0] }, { axis_body = [0, 0, 1] }]";
+    let plan = |more: &[&str]| folder.slew(&[&["plan", "spec.toml", "--set", wheels], more].concat());
+    let run = plan(&["-o", "plan.json"]).ends(0).tells("peak wheel momentum ");
+    run.tells("wheel momentum limit  margin ");
+    let json = folder.json("plan.json");
+    assert_eq!(json["trajectory"]["wheel_momentum_n_m_s"][0], serde_json::json!([0.5, 0.0, 0.0]));
+    assert_eq!(json["trajectory"]["wheel_momentum_n_m_s"].as_array().unwrap().len(), 101);
+    let table = plan(&["-q", "--format", "csv"]).ends(0);
+    assert!(table.stdout.lines().next().unwrap().contains("wheel_momentum_3_n_m_s"));
+    folder.slew(&["verify", "plan.json", "--spec", "spec.toml", "--set", wheels]).ends(0);
+    let run = folder.slew(&["verify", "plan.json", "--spec", "spec.toml"]);
+    run.ends(7).tells("E0103").tells("wheel_momentum_n_m_s");
+}
+
+#[test]
 fn warnings_are_told_and_do_not_stop_the_plan() {
     let folder = Folder::new();
     // 1.57 degrees: radians, perhaps.

@@ -11,7 +11,8 @@ use slewkit::plan::{Plan, Status};
 use slewkit::problem::{Motion, Problem, Scheme, State};
 use slewkit::settings::{Method, Settings};
 use slewkit::solution::{
-    ActiveConstraint, Optimality, Outcome, Rival, RungReport, Sense, Solution, TerminalError, Trajectory,
+    ActiveConstraint, ConvexWork, Optimality, Outcome, Rival, RungReport, Sense, Solution, TerminalError,
+    Trajectory,
 };
 use slewkit::verify::{Check, Verification};
 use slewkit::{Matrix3, Vector3};
@@ -149,8 +150,13 @@ fn plan(problem: &Problem) -> Plan {
         turned_deg: 150.0,
         iterations: 2,
         ladder: vec![rung],
-        convex: None,
         shortfall: None,
+        convex: problem.is_constrained().then_some(ConvexWork {
+            subproblems: 3,
+            all_subproblems: 7,
+            cone_iterations: 50,
+            cone_seconds: 0.01,
+        }),
         active: vec![ActiveConstraint {
             name: "torque limit".into(),
             time_s: vec![0.1 + 0.2, 5e-324],
@@ -216,6 +222,10 @@ fn plan_file_reads_back_bit_for_bit() {
         assert_eq!(String::from_utf8(first).unwrap(), String::from_utf8(second).unwrap());
         assert_eq!(back.method, if problem.is_constrained() { "scp" } else { "shooting" });
         assert_eq!(back.active, plan.solution.active);
+        assert_eq!(
+            back.convex.as_ref().map(|work| work.cone_iterations),
+            problem.is_constrained().then_some(50)
+        );
         assert_eq!(back.problem.differences(&(&problem).into()), []);
         back.on_grid(&problem).unwrap().check().unwrap();
     }

@@ -62,20 +62,18 @@ fn method(problem: &Problem, solution: &Solution) -> String {
         Scheme::LieEuler => "Lie–Euler",
     };
     let how = match solution.method {
-        Method::Scp => {
-            let convex = solution.ladder.iter().filter(|rung| rung.rung == CONVEX);
-            let count = convex.map(|rung| rung.iterations).sum();
-            format!("convex: {}, then Newton on the active set", counted(count, "subproblem"))
-        }
+        Method::Scp => match &solution.convex {
+            Some(work) => {
+                format!("convex: {}, then Newton on the active set", counted(work.subproblems, "subproblem"))
+            }
+            None => "convex".into(),
+        },
         Method::Shooting | Method::Auto => {
             format!("shooting: Newton on {} costates", problem.dimension())
         }
     };
     format!("{how}, {} {scheme} steps of {} s", solution.steps, significant(solution.step, 3))
 }
-
-/// Name of the rung whose iterations are convex subproblems.
-const CONVEX: &str = "convex";
 
 /// What a converged solve found.
 fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
@@ -104,11 +102,13 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
             Some(count) => format!(", {}", counted(count, "conjugate point")),
             None => String::new(),
         };
-        let (cost, turned) = (significant(rival.cost, 6), rival.turned_deg);
-        lines.push(line(
-            "rival",
-            &format!("{}, turned {turned:.1} deg, cost {cost}{points}", way(rival.sense)),
-        ));
+        // The convex road knows its rivals by the path that they began on.
+        let path = if rival.turned_deg.is_finite() {
+            format!("{}, turned {:.1} deg", way(rival.sense), rival.turned_deg)
+        } else {
+            format!("from {}", escape(&rival.start))
+        };
+        lines.push(line("rival", &format!("{path}, cost {}{points}", significant(rival.cost, 6))));
     }
     lines
 }
@@ -125,7 +125,11 @@ const SHOWN: (usize, usize) = (3, 4);
 
 /// Iterations of the winning start, with the residuals of those of its rungs that converged.
 fn iterations(solution: &Solution) -> String {
-    let won = |rung: &&RungReport| rung.start == solution.start && rung.outcome == Outcome::Converged;
+    let convex = solution.method == Method::Scp;
+    let won = |rung: &&RungReport| {
+        let road = ["scp", "polish"].contains(&rung.rung.as_str()) == convex;
+        road && rung.start == solution.start && rung.outcome == Outcome::Converged
+    };
     let won: Vec<&RungReport> = solution.ladder.iter().filter(won).collect();
     // What the same start led to later, from a shorter first step, is another story.
     let refined = won.iter().rposition(|rung| rung.rung == "coarse_to_fine");

@@ -13,7 +13,7 @@ mod trajectory;
 
 pub use attitude::{EULER_SEQUENCES, EulerAngles, Notations};
 pub use file::{FileError, Target};
-pub use plan_file::{PlanFile, read_guess, write_document};
+pub use plan_file::{ConvexRecord, PlanFile, read_guess, write_document};
 pub use record::{
     ChannelRecord, ConeRecord, ConstraintRecord, Difference, EnvironmentRecord, ProblemRecord, RuleRecord,
     SettingsRecord, StateRecord, WheelsRecord,

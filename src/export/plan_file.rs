@@ -7,7 +7,9 @@ use super::{ExportError, check_trajectory};
 use crate::plan::{Plan, Status};
 use crate::problem::{Problem, Scheme};
 use crate::settings::Settings;
-use crate::solution::{ActiveConstraint, Optimality, Outcome, Rival, RungReport, Sense, TerminalError};
+use crate::solution::{
+    ActiveConstraint, ConvexWork, Optimality, Outcome, Rival, RungReport, Sense, TerminalError,
+};
 use crate::verify::Verification;
 use serde::{Deserialize, Serialize};
 use serde_json::ser::{CompactFormatter, Formatter};
@@ -69,6 +71,9 @@ pub struct PlanFile<'a> {
     /// Everything tried, in order.
     #[serde(deserialize_with = "lenient")]
     pub ladder: Vec<RungReport>,
+    /// What the convex iteration took, where there was one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub convex: Option<ConvexRecord>,
     /// Which limits and constraints act, where and how hard.
     #[serde(default, deserialize_with = "lenient")]
     pub active: Vec<ActiveConstraint>,
@@ -86,6 +91,24 @@ pub struct PlanFile<'a> {
     pub costates_0: Vec<f64>,
     /// The trajectory.
     pub trajectory: TrajectoryDocument<'a>,
+}
+
+/// What the convex iteration took, but for its time, which differs between two runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ConvexRecord {
+    /// Subproblems of the seed that won, on all its grids.
+    pub subproblems: usize,
+    /// Subproblems of all seeds.
+    pub all_subproblems: usize,
+    /// Interior-point iterations of all.
+    pub cone_iterations: u32,
+}
+
+impl From<&ConvexWork> for ConvexRecord {
+    fn from(work: &ConvexWork) -> Self {
+        let ConvexWork { subproblems, all_subproblems, cone_iterations, .. } = *work;
+        Self { subproblems, all_subproblems, cone_iterations }
+    }
 }
 
 impl<'a> PlanFile<'a> {
@@ -118,6 +141,7 @@ impl<'a> PlanFile<'a> {
             optimality: solution.optimality,
             verified: plan.verification.clone(),
             ladder: solution.ladder.clone(),
+            convex: solution.convex.as_ref().map(Into::into),
             active: solution.active.clone(),
             rivals: solution.rivals.clone(),
             obstruction: solution.obstruction.clone(),

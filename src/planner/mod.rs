@@ -26,9 +26,9 @@ pub enum PlanError {
     /// A setting is out of its range.
     #[error(transparent)]
     Settings(#[from] SettingsError),
-    /// The maneuver is under limits or constraints that no solver holds.
-    #[error("no solver holds limits and constraints yet: {0}")]
-    Constrained(String),
+    /// The shooting is asked for limits or constraints that it does not hold.
+    #[error("the shooting does not hold limits and constraints: choose method = \"auto\" or \"scp\"")]
+    Constrained,
     /// A guess has the wrong number of costates, or one that is not finite.
     #[error("the guess has {found} usable costates, the problem needs {needed}")]
     Guess {
@@ -146,8 +146,8 @@ pub fn solve(
 ) -> Result<Solution, PlanError> {
     problem.check()?;
     settings.check()?;
-    if problem.is_constrained() {
-        return Err(PlanError::Constrained("plan without them and compare the peaks".into()));
+    if problem.is_constrained() && settings.method == Method::Shooting {
+        return Err(PlanError::Constrained);
     }
     if let Some(guess) = guess {
         let found = guess.iter().filter(|value| value.is_finite()).count();
