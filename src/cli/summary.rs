@@ -40,10 +40,11 @@ pub fn plan(console: &Console, problem: &Problem, plan: &Plan) -> String {
     if solution.outcome == Outcome::Converged {
         lines.extend(found(problem, solution));
     } else {
-        lines.push(line("stopped", stopped(solution.outcome)));
+        lines.push(line("stopped", stopped(solution)));
         if let Some(obstruction) = &solution.obstruction {
-            lines.push(line("because", obstruction));
+            lines.push(line("because", &escape(obstruction)));
         } else {
+            lines.extend(solution.shortfall.iter().map(|text| line("missing", &escape(text))));
             lines.push(line("best", &best(&solution.terminal)));
             lines.extend(ladder(&solution.ladder));
         }
@@ -224,10 +225,13 @@ fn margin(console: &Console, judged: &Judged, margin: &Margin) -> String {
     format!("{state}margin {value} {} at {time} s{between}{at}", margin.unit)
 }
 
-fn stopped(outcome: Outcome) -> &'static str {
-    match outcome {
+fn stopped(solution: &Solution) -> &'static str {
+    match solution.outcome {
         Outcome::Converged => "the terminal conditions are met",
         Outcome::IterationLimit => "the iteration limit was reached",
+        Outcome::Stalled if solution.method == Method::Scp => {
+            "no plan within the limits and constraints was found"
+        }
         Outcome::Stalled => "no step reduces the terminal error any more",
         Outcome::StepTooLong => "the body turns too far in one step: the implicit equation has no solution",
         Outcome::NotFinite => "a number became NaN or infinite",

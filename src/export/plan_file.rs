@@ -83,6 +83,9 @@ pub struct PlanFile<'a> {
     /// Why no input can meet the terminal conditions, where that is proved.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub obstruction: Option<String>,
+    /// What stays violated where the search came nearest, and what would help; where no plan was found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shortfall: Option<String>,
     /// The settings that made it.
     pub settings: SettingsRecord,
     /// The maneuver that was asked.
@@ -145,6 +148,7 @@ impl<'a> PlanFile<'a> {
             active: solution.active.clone(),
             rivals: solution.rivals.clone(),
             obstruction: solution.obstruction.clone(),
+            shortfall: solution.shortfall.clone(),
             settings: settings.into(),
             problem: problem.into(),
             costates_0: solution.costates_0(problem).to_vec(),
