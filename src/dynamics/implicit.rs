@@ -11,8 +11,12 @@
 
 use crate::{Matrix3, Vector3};
 
-/// Newton is quadratic: a correction `Δ` leaves an error of about `|Δ|²`, relative. A correction below
-/// this bound is the last one, with room for ill-conditioned inertias.
+/// Bound on the product of an iteration's two corrections. The residual it leaves,
+/// `(g·δ₁) δ₂ + (g·δ₂) δ₁ + …`, is then below an ulp of `g`.
+const LEFT: f64 = 5e-17;
+
+/// The plain Newton iteration is quadratic: a correction `Δ` leaves an error of about `|Δ|²`, relative. A
+/// correction below this bound is the last one, with room for ill-conditioned inertias.
 const LAST_CORRECTION: f64 = 2e-9;
 
 /// The survey needs 2–3 iterations and 6 were measured at 0.99 of the bound; twice that is failure.
@@ -28,41 +32,75 @@ pub(crate) fn solve(j: &Matrix3, j_inverse: &Matrix3, g: &Vector3) -> Option<Vec
 /// As [`solve`], with the Newton iterations it took.
 #[inline(always)]
 pub(crate) fn solve_counting(j: &Matrix3, j_inverse: &Matrix3, g: &Vector3) -> Option<(Vector3, u32)> {
-    // Two passes of the fixed point c = ½J⁻¹(g + g×c + (g·c)c): error O(|c|⁴). They diverge for large
-    // steps of thin rods and plates, where Newton finds its way from the plain start.
-    let mut c = 0.5 * (j_inverse * g);
-    for _ in 0..2 {
-        c = 0.5 * (j_inverse * (g + g.cross(&c) + c * g.dot(&c)));
-    }
-    match newton(j, g, c) {
+    // One pass of the fixed point c = ½J⁻¹(g + g×c + (g·c)c): error O(|c|³).
+    let start = 0.5 * (j_inverse * g);
+    let c = 0.5 * (j_inverse * (g + g.cross(&start) + start * g.dot(&start)));
+    match chebyshev(j, g, c) {
         Some(root) => Some(root),
         None => from_plain_start(j, j_inverse, g),
     }
 }
 
-/// Kept out of line: the common path is short and stays in registers.
+/// As [`solve_counting`], from a guess `c`; `None` also where it leads astray.
+#[inline(always)]
+pub(crate) fn solve_from(j: &Matrix3, g: &Vector3, c: Vector3) -> Option<(Vector3, u32)> {
+    // A guess that is not a number fails at once.
+    if c.x.is_nan() { None } else { chebyshev(j, g, c) }
+}
+
+/// Newton with the second-order correction of Chebyshev. `G` is quadratic in `c`, so that the residual after a
+/// Newton correction `δ₁` is `(g·δ₁) δ₁` exactly, and `δ₂ = (−∇G)⁻¹ (g·δ₁) δ₁` with the same inverse: third
+/// order for one division, and most of it waits for the division anyway.
+#[inline(always)]
+fn chebyshev(j: &Matrix3, g: &Vector3, mut c: Vector3) -> Option<(Vector3, u32)> {
+    for iteration in 1..=MAX_ITERATIONS {
+        let (residual, a) = equation(j, g, &c);
+        let (c0, c1, c2) = (a.column(0), a.column(1), a.column(2));
+        let (r0, r1, r2) = (c1.cross(&c2), c2.cross(&c0), c0.cross(&c1));
+        let inverse = 1.0 / c0.dot(&r0);
+        // δ₁ = q/det, δ₂ = q₂/det³.
+        let q = Vector3::new(r0.dot(&residual), r1.dot(&residual), r2.dot(&residual));
+        let bend = q * g.dot(&q);
+        let q2 = Vector3::new(r0.dot(&bend), r1.dot(&bend), r2.dot(&bend));
+        let (first, second) = (q * inverse, q2 * (inverse * inverse * inverse));
+        c += first + second;
+        if second.amax() * first.amax() <= LEFT {
+            return (c.norm_squared() < 1.0).then_some((c, iteration));
+        }
+    }
+    None
+}
+
+/// `G(c)` and `−∇G`.
+#[inline(always)]
+fn equation(j: &Matrix3, g: &Vector3, c: &Vector3) -> (Vector3, Matrix3) {
+    let gc = g.dot(c);
+    let residual = g + g.cross(c) + c * gc - 2.0 * (j * c);
+    let mut a = 2.0 * j - c * g.transpose();
+    a[(0, 0)] -= gc;
+    a[(1, 1)] -= gc;
+    a[(2, 2)] -= gc;
+    a[(0, 1)] += g.z;
+    a[(1, 0)] -= g.z;
+    a[(0, 2)] -= g.y;
+    a[(2, 0)] += g.y;
+    a[(1, 2)] += g.x;
+    a[(2, 1)] -= g.x;
+    (residual, a)
+}
+
+/// Large steps of thin rods and plates make the fixed point diverge, where Newton finds its way from the plain
+/// start. Kept out of line: the common path is short and stays in registers.
 #[cold]
 #[inline(never)]
 fn from_plain_start(j: &Matrix3, j_inverse: &Matrix3, g: &Vector3) -> Option<(Vector3, u32)> {
     newton(j, g, 0.5 * (j_inverse * g))
 }
 
-#[inline(always)]
-fn newton(j: &Matrix3, g: &Vector3, mut c: Vector3) -> Option<(Vector3, u32)> {
+/// Plain Newton from `c`.
+pub(crate) fn newton(j: &Matrix3, g: &Vector3, mut c: Vector3) -> Option<(Vector3, u32)> {
     for iteration in 1..=MAX_ITERATIONS {
-        let gc = g.dot(&c);
-        let residual = g + g.cross(&c) + c * gc - 2.0 * (j * c);
-        // −∇G, written out: a 3×3 inverse by cofactors is the cheapest exact solve.
-        let mut a = 2.0 * j - c * g.transpose();
-        a[(0, 0)] -= gc;
-        a[(1, 1)] -= gc;
-        a[(2, 2)] -= gc;
-        a[(0, 1)] += g.z;
-        a[(1, 0)] -= g.z;
-        a[(0, 2)] -= g.y;
-        a[(2, 0)] += g.y;
-        a[(1, 2)] += g.x;
-        a[(2, 1)] -= g.x;
+        let (residual, a) = equation(j, g, &c);
         let correction = solve3(&a, &residual);
         c += correction;
         if correction.amax() <= LAST_CORRECTION {

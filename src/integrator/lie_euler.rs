@@ -66,7 +66,7 @@ impl Integrator for LieEuler {
             self.wrenches.fill(Wrench::zero());
         }
         // All turns before any change: a step that fails leaves the state as it was.
-        for (body, rotor) in self.rotors.iter().enumerate() {
+        for (body, rotor) in self.rotors.iter_mut().enumerate() {
             let momentum = self.state.momenta()[body].angular + h * self.wrenches[body].moment;
             self.turns[body] = rotor.turn(body, &momentum, &mut self.work.iterations)?;
         }

@@ -58,15 +58,40 @@ impl LieVerlet {
             force_evaluations: Some(1),
         }
     }
+
+    /// The step without potential and inputs: the drift alone, free of the arithmetic of kicks.
+    fn free_step(&mut self) -> Result<(), StepError> {
+        for (body, rotor) in self.rotors.iter_mut().enumerate() {
+            let momentum = self.state.momenta()[body].angular;
+            self.turns[body] = rotor.turn(body, &momentum, &mut self.work.iterations)?;
+        }
+        for (body, about) in self.loads.system.bodies().iter().enumerate() {
+            let momentum = self.state.momenta()[body];
+            let (turn, change) = increments(&self.turns[body], &momentum.angular);
+            self.state.add_angular(body, &change);
+            self.state.add_attitude(body, &(self.state.poses()[body].attitude * turn));
+            if let Some(mass) = about.mass {
+                self.state.add_position(body, &(momentum.linear * (self.loads.step / mass)));
+            }
+        }
+        if let Some(turn) = self.loads.frame_turn() {
+            self.state.turn_frame(self.loads.system.bodies(), &turn);
+        }
+        self.work.steps += 1;
+        Ok(())
+    }
 }
 
 impl Integrator for LieVerlet {
     fn step(&mut self, inputs: &[Input]) -> Result<(), StepError> {
         let h = self.loads.step;
+        if self.loads.is_free(inputs) {
+            return self.free_step();
+        }
         self.wrenches.copy_from_slice(&self.field);
         add_inputs(inputs, 0.0, &mut self.wrenches);
         // All turns before any change: a step that fails leaves the state as it was.
-        for (body, rotor) in self.rotors.iter().enumerate() {
+        for (body, rotor) in self.rotors.iter_mut().enumerate() {
             let momentum = self.state.momenta()[body].angular + 0.5 * h * self.wrenches[body].moment;
             self.turns[body] = rotor.turn(body, &momentum, &mut self.work.iterations)?;
         }
@@ -86,9 +111,6 @@ impl Integrator for LieVerlet {
             self.state.turn_frame(self.loads.system.bodies(), &turn);
         }
         self.work.steps += 1;
-        if self.loads.is_free(inputs) {
-            return Ok(());
-        }
         self.loads.field(self.state.poses(), &mut self.field);
         self.wrenches.copy_from_slice(&self.field);
         add_inputs(inputs, 1.0, &mut self.wrenches);

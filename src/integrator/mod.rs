@@ -23,6 +23,7 @@ mod adaptive;
 mod ambient;
 mod drift;
 mod galerkin;
+mod implicit;
 mod implicit_midpoint;
 mod kind;
 mod lagrangian_verlet;
@@ -38,6 +39,7 @@ mod tests;
 
 pub use crate::full_body::invariants::Momentum;
 pub use galerkin::{EulerPoincare, Quadrature, ReducedStep};
+pub use implicit::AttitudeEquation;
 pub use kind::{Kind, Settings, UnknownKind};
 pub use state::SystemState;
 pub use system::{Input, Invariants, System, SystemError};

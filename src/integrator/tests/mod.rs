@@ -1,6 +1,7 @@
 //! The methods against reference values, their laws and each other.
 
 mod agreement;
+mod conservation;
 mod galerkin;
 mod laws;
 mod orders;
