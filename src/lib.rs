@@ -8,6 +8,7 @@
 //!             (R, Π) given at t = 0 and at t = T
 //! ```
 //!
+//! under limits on inputs and rates, keep-out and keep-in cones, driven by torques or reaction wheels,
 //! and the same on SE(3) with position `x` and linear momentum `γ`. It is discretised by a
 //! variational integrator, so that the discrete optimality conditions are exact and the terminal
 //! conditions are met to round-off.
@@ -50,8 +51,7 @@
 //!
 //! # What this crate does not do
 //!
-//! No limits on torques or rates, no pointing constraints, no minimum time, no wheels, no flexible
-//! bodies. No claim of a global minimum: no conjugate point means a local one. No ephemerides, no
+//! No minimum time, no minimum fuel, no flexible bodies. No claim of a global minimum: no conjugate point means a local one. No ephemerides, no
 //! estimation, no control in the loop.
 //!
 //! # Conventions, stated here and nowhere else
