@@ -89,7 +89,7 @@ pub mod plan;
 pub mod planner;
 pub mod problem;
 mod proof;
-mod reachability;
+pub mod reachability;
 mod scp;
 pub mod settings;
 mod shooting;

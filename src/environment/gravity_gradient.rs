@@ -8,7 +8,7 @@
 
 use super::error::{direction, finite, not_negative};
 use super::{Blocks, Description, Environment, EnvironmentError, Pose, Wrench};
-use crate::body::Inertia;
+use crate::body::{Inertia, principal_moments};
 use crate::lie::hat;
 use crate::{Matrix3, Vector3};
 
@@ -91,6 +91,12 @@ impl Environment for GravityGradient {
 
     fn frame_rate(&self) -> Vector3 {
         self.frame_rate
+    }
+
+    /// `|3n² G × JG| ≤ (3/2) n² (J₃ − J₁)` with the largest and the smallest principal moment.
+    fn moment_bound(&self) -> Option<f64> {
+        let principal = principal_moments(&self.stiffness);
+        Some(0.5 * (principal[2] - principal[0]))
     }
 
     fn is_free(&self) -> bool {

@@ -113,6 +113,13 @@ pub trait Environment: Debug + Send + Sync {
         Vector3::zeros()
     }
 
+    /// A bound of `|M|` over all poses [N·m]; `None` where there is none, or none is known. Default: `None`.
+    ///
+    /// Proofs that a maneuver is infeasible count the field as so much more torque.
+    fn moment_bound(&self) -> Option<f64> {
+        None
+    }
+
     /// Whether nothing acts at all, so that the solvers may skip every evaluation.
     fn is_free(&self) -> bool {
         false
@@ -140,6 +147,9 @@ impl Environment for Free {
     }
     fn curvature(&self, _: &Pose, _: &Wrench) -> Blocks {
         Blocks::zero()
+    }
+    fn moment_bound(&self) -> Option<f64> {
+        Some(0.0)
     }
     fn is_free(&self) -> bool {
         true

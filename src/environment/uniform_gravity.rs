@@ -68,6 +68,11 @@ impl Environment for UniformGravity {
         Blocks { rr: hat(&costates.moment.cross(&self.weight_arm)) * hat(&g), ..Blocks::zero() }
     }
 
+    /// `|m g ρ × G| ≤ m g |ρ|`.
+    fn moment_bound(&self) -> Option<f64> {
+        Some(self.weight_arm.norm())
+    }
+
     fn is_free(&self) -> bool {
         self.weight_arm == Vector3::zeros()
     }

@@ -158,7 +158,11 @@ pub fn solve(
     }
     if let Some(obstruction) = reachability::obstruction(problem) {
         let unsolved = Solution::unsolved(problem, settings.tolerance);
-        return Ok(Solution { outcome: Outcome::Unreachable, obstruction: Some(obstruction), ..unsolved });
+        return Ok(Solution {
+            outcome: Outcome::Unreachable,
+            obstruction: Some(obstruction.reason),
+            ..unsolved
+        });
     }
     let context = Context::new(settings, observer);
     if settings.method == Method::Scp || (problem.is_constrained() && settings.method == Method::Auto) {

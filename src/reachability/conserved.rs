@@ -1,4 +1,4 @@
-//! What no input can change: proofs that a maneuver of a free body is infeasible.
+//! What no input can change about a free body without wheels.
 //!
 //! Two inputs steer an asymmetric body anywhere, so the rank of the linearisation proves nothing. These
 //! arguments do, for a body on which nothing acts but its actuators:
@@ -19,7 +19,7 @@ use nalgebra::SymmetricEigen;
 const ZERO: f64 = 1e-9;
 
 /// Why no input can meet the terminal conditions, in words; `None` where nothing is proved.
-pub(crate) fn obstruction(problem: &Problem) -> Option<String> {
+pub(super) fn obstruction(problem: &Problem) -> Option<String> {
     if !problem.environment.is_free() {
         return None;
     }
