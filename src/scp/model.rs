@@ -303,6 +303,24 @@ impl Model {
         Kick { wrench, gradient, inputs: columns }
     }
 
+    /// The costate of a stage as the shooting knows it: after a full kick, also at the end of a Lie–Verlet
+    /// chain, whose last kick is a half one. `λ ← (I − ½h G)ᵀ λ` there.
+    pub fn after_full_kick(
+        &self,
+        stage: usize,
+        state: &State,
+        inputs: &[f64],
+        costate: &DVector<f64>,
+    ) -> DVector<f64> {
+        if self.scheme == Scheme::LieEuler || stage < self.steps {
+            return costate.clone();
+        }
+        let mut rest = DMatrix::identity(self.n, self.n);
+        let kick = self.kick(&state.pose(), inputs);
+        self.add_gradient(&mut rest, &kick.gradient, -self.kick_weight(stage));
+        rest.tr_mul(costate)
+    }
+
     /// Applies a kick of weight `weight`.
     fn kicked(&self, state: &State, kick: &Kick, inputs: &[f64], weight: f64) -> State {
         let mut out = state.clone();

@@ -42,7 +42,7 @@ pub(crate) fn trajectory(
         if moves {
             out.force.push(output.force * units.force());
         }
-        let costate = costate_blocks(model, costate);
+        let costate = costate_blocks(model, &model.after_full_kick(stage, state, inputs, costate));
         if moves {
             out.costates.extend(costate.to_vector::<12>().component_mul(&units.costate()).iter());
         } else {
