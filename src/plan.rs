@@ -77,7 +77,11 @@ pub fn plan(
     guess: Option<&[f64]>,
     observer: &mut dyn Observer,
 ) -> Result<Plan, PlanError> {
-    let solution = planner::solve(problem, settings, guess, observer)?;
+    Ok(judged(problem, settings, planner::solve(problem, settings, guess, observer)?))
+}
+
+/// A solution with what the witnesses say of it, where it converged.
+pub(crate) fn judged(problem: &Problem, settings: &Settings, solution: Solution) -> Plan {
     if solution.outcome != Outcome::Converged {
         let status = match solution.outcome {
             Outcome::TimeLimit => Status::LimitReached,
@@ -85,10 +89,10 @@ pub fn plan(
             Outcome::Unreachable => Status::Infeasible,
             _ => Status::NotConverged,
         };
-        return Ok(Plan { solution, verification: None, status });
+        return Plan { solution, verification: None, status };
     }
     let (tolerance, continuous) = (settings.tolerance, settings.continuous_tolerance);
     let verification = verify::verify(problem, &solution.trajectory, tolerance, continuous);
     let status = if verification.passed() { Status::Solved } else { Status::VerificationFailed };
-    Ok(Plan { solution, verification: Some(verification), status })
+    Plan { solution, verification: Some(verification), status }
 }

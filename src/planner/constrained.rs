@@ -37,8 +37,15 @@ struct Found {
     newton: usize,
 }
 
-/// Solves a checked problem by the convex road.
-pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
+/// Solves a checked problem by the convex road; `last` says what ends it on the requested grid.
+///
+/// `along` is a trajectory on that grid to begin from, instead of the relaxed paths.
+pub(super) fn solve(
+    problem: &Problem,
+    context: &Context,
+    last: &Options,
+    along: Option<&Trajectory>,
+) -> Solution {
     let relaxed = relaxed(problem);
     let coarse = coarse_steps(problem);
     let model = Model::new(problem, coarse);
@@ -46,11 +53,18 @@ pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
     let mut search = Search {
         problem,
         context,
+        last,
         rungs: Vec::new(),
         found: Vec::new(),
         work: ConvexWork::default(),
         best_failure: None,
     };
+    if let Some(trajectory) = along {
+        let fine = Model::new(problem, problem.steps);
+        let seed = Seed { name: "given path".into(), poses: poses(trajectory, &fine.dynamics) };
+        search.descend(&fine, &Rows::of(problem, &fine), seed);
+        return search.conclude(&fine);
+    }
     let mut seeds = search.relaxed_paths(&relaxed, coarse);
     if context.settings.method == Method::Auto
         && let Some(best) = search.unlimited(&relaxed, &seeds)
@@ -80,6 +94,7 @@ pub(super) fn is_solvable(problem: &Problem, context: &Context) -> bool {
     let mut search = Search {
         problem,
         context,
+        last: &Options::default(),
         rungs: Vec::new(),
         found: Vec::new(),
         work: ConvexWork::default(),
@@ -155,6 +170,8 @@ fn worst(problem: &Problem, model: &Model, iterate: &Iterate) -> Option<f64> {
 struct Search<'a, 'c> {
     problem: &'a Problem,
     context: &'a Context<'c>,
+    /// How the iteration on the requested grid ends.
+    last: &'a Options,
     rungs: Vec<RungReport>,
     found: Vec<Found>,
     work: ConvexWork,
@@ -225,7 +242,9 @@ impl Search<'_, '_> {
         let start = guess::along(model, rows, &seed.poses);
         self.context.enter("scp", &seed.name, model.steps);
         let interrupt = || self.context.interrupt();
-        let Some(convex) = scp::run(model, rows, start, None, &Options::default(), &interrupt) else {
+        let early = Options::default();
+        let options = if model.steps == self.problem.steps { self.last } else { &early };
+        let Some(convex) = scp::run(model, rows, start, None, options, &interrupt) else {
             return;
         };
         self.note(model.steps, &seed.name, &convex);
@@ -243,7 +262,7 @@ impl Search<'_, '_> {
         };
         self.context.enter("scp", name, steps);
         self.context.note(steps, &report);
-        if let Some(polished) = &convex.polished {
+        if let Some(polished) = convex.polished.as_ref().filter(|polished| polished.iterations > 0) {
             let residuals = vec![convex.residuals.last().copied().unwrap_or(f64::NAN), polished.residual];
             let report = Report { outcome: Outcome::Converged, iterations: polished.iterations, residuals };
             self.context.enter("polish", name, steps);
@@ -379,11 +398,16 @@ impl Search<'_, '_> {
         };
         self.context.enter("scp", &found.name, fine.steps);
         let interrupt = || self.context.interrupt();
-        let options = Options::default();
+        let near = |convex: &Convex| (convex.cost() - found.cost).abs() <= 0.05 * found.cost;
         // Newton finds the active set of a near grid by itself as a rule.
-        let convex = match scp::polished_only(fine, rows, &start, &multipliers, &options) {
-            Some(convex) if (convex.cost() - found.cost).abs() <= 0.05 * found.cost => convex,
-            _ => scp::run(fine, rows, start, Some(multipliers), &options, &interrupt)?,
+        let newton = if self.last.polish {
+            scp::polished_only(fine, rows, &start, &multipliers, self.last).filter(near)
+        } else {
+            None
+        };
+        let convex = match newton {
+            Some(convex) => convex,
+            None => scp::run(fine, rows, start, Some(multipliers), self.last, &interrupt)?,
         };
         self.note(fine.steps, &found.name, &convex);
         let (name, spent) = (found.name, (found.subproblems, found.newton));

@@ -10,9 +10,10 @@ mod shortfall;
 
 use crate::problem::{Motion, Problem, ProblemError};
 use crate::reachability;
+use crate::scp::Options;
 use crate::settings::{Method, Settings, SettingsError};
 use crate::shooting::driver::Report;
-use crate::solution::{Outcome, RungReport, Solution};
+use crate::solution::{Outcome, RungReport, Solution, Trajectory};
 use std::cell::{Cell, RefCell};
 use std::time::Instant;
 use thiserror::Error;
@@ -26,9 +27,12 @@ pub enum PlanError {
     /// A setting is out of its range.
     #[error(transparent)]
     Settings(#[from] SettingsError),
-    /// The shooting is asked for limits or constraints that it does not hold.
-    #[error("the shooting does not hold limits and constraints: choose method = \"auto\" or \"scp\"")]
-    Constrained,
+    /// The shooting cannot take what limits the maneuver.
+    #[error("the shooting cannot plan this maneuver: {reason}; use method = \"scp\" or \"auto\"")]
+    NotForShooting {
+        /// What it cannot take.
+        reason: &'static str,
+    },
     /// A guess has the wrong number of costates, or one that is not finite.
     #[error("the guess has {found} usable costates, the problem needs {needed}")]
     Guess {
@@ -147,7 +151,7 @@ pub fn solve(
     problem.check()?;
     settings.check()?;
     if problem.is_constrained() && settings.method == Method::Shooting {
-        return Err(PlanError::Constrained);
+        return Err(PlanError::NotForShooting { reason: "it has limits or constraints" });
     }
     if let Some(guess) = guess {
         let found = guess.iter().filter(|value| value.is_finite()).count();
@@ -166,7 +170,7 @@ pub fn solve(
     }
     let context = Context::new(settings, observer);
     if settings.method == Method::Scp || (problem.is_constrained() && settings.method == Method::Auto) {
-        let mut solution = constrained::solve(problem, &context);
+        let mut solution = constrained::solve(problem, &context, &Options::default(), None);
         if solution.outcome != Outcome::Converged
             && context.interrupt().is_none()
             && let Some(violated) = &mut solution.shortfall
@@ -178,6 +182,9 @@ pub fn solve(
         }
         return Ok(solution);
     }
+    if problem.is_constrained() {
+        return Err(PlanError::NotForShooting { reason: "it has limits or constraints" });
+    }
     let solution = match problem.motion {
         Motion::Attitude => ladder::solve::<6>(problem, &context, guess),
         Motion::RigidBody => ladder::solve::<12>(problem, &context, guess),
@@ -187,10 +194,39 @@ pub fn solve(
         return Ok(solution);
     }
     // The last rung: the convex road needs no costates to start from.
-    let mut second = constrained::solve(problem, &context);
+    let mut second = constrained::solve(problem, &context, &Options::default(), None);
     if second.outcome != Outcome::Converged {
         return Ok(solution);
     }
     second.ladder = solution.ladder.into_iter().chain(second.ladder).collect();
     Ok(second)
+}
+
+/// Solves a maneuver by the convex road, limited or not, from its own seeds or along a trajectory on the
+/// same grid.
+///
+/// Without `polish` the iteration on the requested grid goes on to its own convergence, and Newton does
+/// not touch what it returns: the costates are the duals of the last subproblem, and
+/// [`Solution::optimality`] has the residual of all the conditions.
+///
+/// # Errors
+/// [`PlanError`] when problem or settings cannot be used.
+pub(crate) fn solve_convex(
+    problem: &Problem,
+    settings: &Settings,
+    polish: bool,
+    along: Option<&Trajectory>,
+    observer: &mut dyn Observer,
+) -> Result<Solution, PlanError> {
+    problem.check()?;
+    let settings = Settings { method: Method::Scp, ..settings.clone() };
+    settings.check()?;
+    if let Some(obstruction) = reachability::obstruction(problem) {
+        let unsolved = Solution::unsolved(problem, settings.tolerance);
+        let (method, outcome) = (Method::Scp, Outcome::Unreachable);
+        return Ok(Solution { method, outcome, obstruction: Some(obstruction), ..unsolved });
+    }
+    let context = Context::new(&settings, observer);
+    let last = if polish { Options::default() } else { Options::unpolished() };
+    Ok(constrained::solve(problem, &context, &last, along))
 }

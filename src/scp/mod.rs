@@ -43,6 +43,8 @@ const FUTILE: f64 = 1e-2;
 /// What the iteration may do.
 #[derive(Clone, Debug)]
 pub(crate) struct Options {
+    /// Whether Newton finishes the digits at all. Without, the converged iterate counts as it is.
+    pub polish: bool,
     /// Whether Newton may take over before the convex iteration itself has converged.
     pub polish_early: bool,
     /// Size of a move at which the convex iteration itself counts as converged.
@@ -57,7 +59,21 @@ pub(crate) struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { polish_early: true, tolerance: 1e-7, polish_tolerance: 1e-11, cone_tolerance: 1e-7, most: 30 }
+        Self {
+            polish: true,
+            polish_early: true,
+            tolerance: 1e-7,
+            polish_tolerance: 1e-11,
+            cone_tolerance: 1e-7,
+            most: 30,
+        }
+    }
+}
+
+impl Options {
+    /// The convex iteration to its own convergence, with nothing of Newton's.
+    pub fn unpolished() -> Self {
+        Self { polish: false, polish_early: false, cone_tolerance: 1e-9, most: 60, ..Self::default() }
     }
 }
 
@@ -73,7 +89,7 @@ pub(crate) struct Convex {
     pub residuals: Vec<f64>,
     /// The largest violations left, per group of rows.
     pub violations: Vec<f64>,
-    /// The point that meets all conditions to round-off.
+    /// The point that meets all conditions: to round-off, or as it is where no polish was asked for.
     pub polished: Option<Polished>,
     /// Wall time inside the cone solver \[s\].
     pub cone_seconds: f64,
@@ -214,7 +230,11 @@ impl Scp<'_> {
         self.residuals.push(self.evaluated.largest_defect());
         let settled = accepted && length <= self.options.tolerance.max(1e-9) && feasible;
         let near = accepted && feasible && !bounded && length < 0.5;
-        if (near && self.options.polish_early) || settled {
+        if !self.options.polish {
+            let multipliers = self.multipliers.as_ref().filter(|_| settled);
+            self.polished =
+                multipliers.and_then(|found| polish::as_it_is(self.model, self.rows, &self.iterate, found));
+        } else if (near && self.options.polish_early) || settled {
             self.try_polish();
         }
         if settled || self.polished.is_some() {

@@ -24,8 +24,8 @@ const LONGEST_TURN: f64 = 0.4;
 const NEARLY: f64 = 1e-8;
 /// Share of the largest multiplier below which one is taken for the cone solver's round-off.
 const LIKELY: f64 = 1e-4;
-/// Proximal term on the multipliers: keeps the matrix regular where rows repeat each other, and
-/// vanishes from the solution.
+/// Proximal term on the multipliers: keeps the matrix regular where rows repeat each other, or a symmetry
+/// makes a terminal condition follow from the others, and vanishes from the solution.
 const PROXIMAL: f64 = 1e-11;
 
 /// A point that meets the conditions.
@@ -121,6 +121,26 @@ fn newton(
         }
     }
     best.filter(|best| best.residual <= tolerance)
+}
+
+/// An iterate that no Newton touches, with the residual that it has. Multipliers that are an interior
+/// point's round-off are cut to zero.
+pub(super) fn as_it_is(
+    model: &Model,
+    rows: &Rows,
+    iterate: &Iterate,
+    multipliers: &Multipliers,
+) -> Option<Polished> {
+    let mut multipliers = multipliers.clone();
+    let mut evaluated = iterate.evaluate(model, rows).ok()?;
+    evaluated.rows.iter_mut().for_each(|value| *value = value.smooth());
+    let active = active(&evaluated, &multipliers, true);
+    for (multiplier, _) in multipliers.rows.iter_mut().zip(&active).filter(|(_, active)| !**active) {
+        *multiplier = 0.0;
+    }
+    let residuals = Residuals::of(model, rows, iterate, &evaluated, &multipliers);
+    let residual = residuals.largest(&evaluated, &multipliers, &active);
+    Some(Polished { iterate: iterate.clone(), multipliers, cost: evaluated.cost, residual, iterations: 0 })
 }
 
 /// Which rows act. At first those with a multiplier that is not round-off.
@@ -381,8 +401,9 @@ fn direction(
             }
         }
     }
-    for place in layout.rows.iter().flatten() {
-        entries.push((*place, *place, -PROXIMAL));
+    let terminal = (0..model.terminal_count()).map(|row| layout.terminal + row);
+    for place in layout.rows.iter().flatten().copied().chain(terminal) {
+        entries.push((place, place, -PROXIMAL));
     }
     let half = entries
         .iter()
