@@ -75,6 +75,7 @@ pub mod actuation;
 pub mod body;
 #[cfg(feature = "sdp")]
 pub mod bound;
+pub mod compare;
 pub mod constraint;
 mod convex;
 pub mod dynamics;

@@ -235,6 +235,15 @@ pub fn lower_bound(problem: &Problem, settings: &BoundSettings) -> Result<LowerB
     Ok(bound)
 }
 
+/// Whether [`lower_bound`] speaks of such a problem, on its grid; nothing is solved.
+///
+/// # Errors
+/// The [`BoundError`] that [`lower_bound`] would give.
+pub fn covered(problem: &Problem) -> Result<(), BoundError> {
+    problem.check()?;
+    Setup::new(problem, &BoundSettings::default()).map(|_| ())
+}
+
 /// Regularisations to try, the usually best first. Every dual vector proves something; the best proof counts.
 const REGULARIZATIONS: [f64; 3] = [1e-7, 1e-6, 1e-8];
 
