@@ -238,9 +238,9 @@ fn every_status_has_its_exit_code_and_its_name() {
 #[test]
 fn an_unsolved_plan_tells_how_it_stopped_and_what_to_try() {
     let folder = Folder::new();
-    // `auto` would go on to the convex road, which solves it.
-    let one = ["plan", "spec.toml", "-o", "best.json", "--set", "solver.max_iterations=1"];
-    let one = [&one[..], &["--set", "solver.method=\"shooting\""]].concat();
+    // By itself the shooting: `auto` has another road left.
+    let keys = ["solver.max_iterations=1", "solver.method=\"shooting\""];
+    let one = ["plan", "spec.toml", "-o", "best.json", "--set", keys[0], "--set", keys[1]];
     let run = folder.slew(&one).ends(5).tells("not converged").tells("the iteration limit was reached");
     let run = run.tells("\n  ladder ").tells("newton").tells("\n  try ").tells("solver.max_iterations");
     assert!(run.stderr.lines().count() < 60, "a crowd of runs shares a line: {}", run.stderr);
@@ -563,6 +563,107 @@ fn texts_to_start_from_work() {
     folder.slew(&["completions", "tcsh"]).ends(2);
     assert!(folder.slew(&["--help"]).ends(0).stdout.contains("Exit codes"));
     assert!(folder.slew(&["--version"]).ends(0).stdout.starts_with("slew 0."));
+}
+
+/// A comparison as a document, without the lines that hold a time.
+fn comparison(folder: &Folder, args: &[&str]) -> (Value, Vec<String>) {
+    let mut all = vec!["compare", "spec.toml", "-q", "--format", "json"];
+    all.extend(args);
+    let run = folder.slew(&all).ends(0).silent();
+    let mut document = run.json();
+    let mut times = Vec::new();
+    // Every key that holds a time is called so.
+    fn strip(value: &mut Value, path: &str, times: &mut Vec<String>) {
+        match value {
+            Value::Object(map) => {
+                if map.remove("solve_time_s").is_some() {
+                    times.push(path.to_string());
+                }
+                map.iter_mut().for_each(|(key, value)| strip(value, &format!("{path}.{key}"), times));
+            }
+            Value::Array(list) => list.iter_mut().for_each(|value| strip(value, path, times)),
+            _ => {}
+        }
+    }
+    strip(&mut document, "", &mut times);
+    (document, times)
+}
+
+#[test]
+fn compare_sets_the_methods_side_by_side() {
+    let folder = Folder::new();
+    let run = folder.slew(&["compare", "spec.toml"]).ends(0).tells("test slew").tells("the methods agree");
+    assert_eq!(run.stdout, "");
+    let run = run.tells("shooting  ").tells("scp + polish").tells("costs").tells("Newton step");
+    assert!(!run.stderr.contains('\u{1b}'), "no colour and no progress off a terminal");
+    let (document, times) = comparison(&folder, &[]);
+    assert_eq!(document["compares"], "methods");
+    assert_eq!((document["status"].as_str(), document["exit_code"].as_u64()), (Some("solved"), Some(0)));
+    assert_eq!(document["steps"], 100);
+    let methods = document["methods"].as_array().unwrap();
+    let names: Vec<_> = methods.iter().map(|run| run["method"].as_str().unwrap()).collect();
+    assert_eq!(names, ["shooting", "scp", "scp_polish"]);
+    let costs: Vec<f64> = methods.iter().map(|run| run["cost"].as_f64().unwrap()).collect();
+    assert!(costs.iter().all(|cost| (cost / costs[0] - 1.0).abs() < 1e-9), "{costs:?}");
+    assert_eq!(methods[1]["status"], "converged");
+    assert!(methods[2]["terminal"]["attitude_rad"].as_f64().unwrap() < 1e-12);
+    let agreement = &document["agreement"];
+    assert_eq!(agreement["verdict"], "agree");
+    assert!(agreement["duals_before_polish"].as_f64().unwrap() < 1e-6);
+    assert!(agreement["from_duals"]["newton_steps"].as_u64().unwrap() <= 2);
+    // The costs of the comparison are those of a plan.
+    let plan = folder.slew(&["plan", "spec.toml", "-q", "--format", "json"]).ends(0).json();
+    assert_eq!(plan["cost"], methods[0]["cost"]);
+    // Times apart, two runs are equal.
+    assert_eq!(times, [".methods"; 3]);
+    assert_eq!(comparison(&folder, &[]).0, document);
+}
+
+#[test]
+fn compare_refuses_what_it_cannot_do_and_ends_as_a_plan_does() {
+    let folder = Folder::new();
+    folder.slew(&["compare"]).ends(2);
+    folder.slew(&["compare", "nowhere.toml"]).ends(8).tells("nowhere.toml");
+    folder.slew(&["compare", "spec.toml", "--set", "maneuver.stps=5"]).ends(3).tells("E0020");
+    folder.slew(&["compare", "spec.toml", "--format", "csv"]).ends(2);
+    folder.slew(&["compare", "spec.toml", "--bound-steps", "4"]).ends(2).tells("--bound");
+    for steps in ["1", "61", "many"] {
+        folder.slew(&["compare", "spec.toml", "--bound", "--bound-steps", steps]).ends(2);
+    }
+    let late = ["compare", "spec.toml", "--format", "json", "--set", "solver.time_limit_s=1e-9"];
+    let run = folder.slew(&late).ends(6).tells("limit reached");
+    assert_eq!(run.json()["exit_code"], 6);
+    assert!(folder.slew(&["compare", "--help"]).ends(0).stdout.contains("7 when their costs differ"));
+}
+
+#[cfg(not(feature = "sdp"))]
+#[test]
+fn a_bound_that_this_build_cannot_give_says_how_to_build_one_that_can() {
+    let folder = Folder::new();
+    // Before the spec is even read.
+    let args = ["compare", "nowhere.toml", "--bound", "--format", "json"];
+    let run = folder.slew(&args).ends(2).tells("--features sdp").tells("libopenblas-dev");
+    assert_eq!(run.json()["status"], "usage_error");
+}
+
+#[cfg(feature = "sdp")]
+#[test]
+fn a_bound_states_its_grid_and_its_gap() {
+    let folder = Folder::new();
+    let args = ["compare", "spec.toml", "--bound", "--bound-steps", "4"];
+    folder.slew(&args).ends(0).tells("4 Lie–Verlet steps, another discrete problem").tells("gap ");
+    let (document, times) = comparison(&folder, &["--bound", "--bound-steps", "4"]);
+    assert_eq!(times.last().unwrap(), ".bound");
+    let bound = &document["bound"];
+    assert_eq!((bound["steps"].as_u64(), bound["same_grid"].as_bool()), (Some(4), Some(false)));
+    let number = |key: &str| bound[key].as_f64().unwrap();
+    assert!(number("lower_bound") <= number("cost"));
+    assert!((number("gap") - (1.0 - number("lower_bound") / number("cost"))).abs() < 1e-12);
+    // What no bound covers is told, and is no failure of the comparison.
+    let two = ["actuators.torque_axes_body=[[1,0,0],[0,1,0]]", "maneuver.duration_s=30"];
+    let args = ["compare", "spec.toml", "--bound", "--format", "json", "--set", two[0], "--set", two[1]];
+    let run = folder.slew(&args).tells("no lower bound");
+    assert!(run.json()["bound"]["reason"].as_str().unwrap().contains("two axes"), "{}", run.stdout);
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 mod args;
 mod check;
+mod compare;
 mod console;
 mod convert;
 mod failure;
@@ -48,6 +49,8 @@ enum Command {
     Check(check::Args),
     /// Verify a plan file against its spec, without the solver
     Verify(verify::Args),
+    /// Compare the methods on one spec, side by side
+    Compare(compare::Args),
     /// Propagate the body of a spec from its start, without optimisation
     Simulate(simulate::Args),
     /// Convert an attitude from one notation to all others
@@ -70,6 +73,7 @@ impl Command {
             Self::Simulate(args) => args.output.common(),
             Self::Check(args) => args.report.common(),
             Self::Verify(args) => args.report.common(),
+            Self::Compare(args) => args.report.common(),
             Self::Convert(args) => args.report.common(),
             Self::Schema(_) | Self::Init(_) | Self::Completions { .. } => Common::default(),
         }
@@ -80,6 +84,7 @@ impl Command {
             Self::Plan(args) => plan::run(&args, console),
             Self::Check(args) => check::run(&args, console),
             Self::Verify(args) => verify::run(&args, console),
+            Self::Compare(args) => compare::run(&args, console),
             Self::Simulate(args) => simulate::run(&args, console),
             Self::Convert(args) => convert::run(&args, console),
             Self::Schema(args) => texts::run(&args, &texts::schema(), console),

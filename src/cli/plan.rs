@@ -96,7 +96,7 @@ fn guess(path: &Path, problem: &Problem) -> Result<Vec<f64>, Failure> {
 }
 
 /// Why the planner did not even begin.
-fn refusal(error: PlanError) -> Failure {
+pub fn refusal(error: PlanError) -> Failure {
     match error {
         PlanError::Problem(error) => invalid(error),
         other => Failure::Problem(Message {
@@ -119,7 +119,7 @@ pub fn invalid(error: ProblemError) -> Failure {
 }
 
 /// Shows progress and listens to Ctrl-C.
-struct Watcher<'a> {
+pub struct Watcher<'a> {
     console: &'a mut Console,
     shown: Instant,
 }
@@ -128,7 +128,8 @@ impl<'a> Watcher<'a> {
     /// Quick solves show nothing; long ones a line ten times a second.
     const INTERVAL: Duration = Duration::from_millis(100);
 
-    fn new(console: &'a mut Console) -> Self {
+    /// A watcher that shows progress on `console`.
+    pub fn new(console: &'a mut Console) -> Self {
         Self { console, shown: Instant::now() }
     }
 }

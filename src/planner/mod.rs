@@ -182,9 +182,6 @@ pub fn solve(
         }
         return Ok(solution);
     }
-    if problem.is_constrained() {
-        return Err(PlanError::NotForShooting { reason: "it has limits or constraints" });
-    }
     let solution = match problem.motion {
         Motion::Attitude => ladder::solve::<6>(problem, &context, guess),
         Motion::RigidBody => ladder::solve::<12>(problem, &context, guess),

@@ -1,0 +1,106 @@
+//! `slew compare`: the methods side by side on the maneuver of a spec.
+
+mod bound;
+mod table;
+
+use super::args::{ReportArgs, SpecArgs};
+use super::console::{self, Console};
+use super::failure::{Exit, Failure};
+use super::plan::{Watcher, refusal};
+use super::{interrupt, spec_file};
+use serde::Serialize;
+use slewkit::compare::{Comparison, compare};
+use slewkit::export::write_document;
+use slewkit::plan::Status;
+use slewkit::spec::Loaded;
+
+/// Arguments of `slew compare`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+The methods: shooting, where it applies; scp, the convex iteration to its own convergence;
+scp + polish, as `slew plan` takes it. `solver.method` of the spec is not used; a time limit
+holds for each solve.
+
+Exit codes: 0 when at least one method solved and those that did agree; 7 when their costs
+differ, or a witness rejects a plan; otherwise as of `slew plan`. A bound that cannot be
+given changes no exit code.
+
+In JSON the keys `solve_time_s` alone differ between two runs.
+
+Examples:
+  slew compare maneuver.toml
+  slew compare maneuver.toml --format json | jq .agreement
+  slew compare maneuver.toml --bound --bound-steps 4")]
+pub struct Args {
+    #[command(flatten)]
+    pub spec: SpecArgs,
+    #[command(flatten)]
+    pub report: ReportArgs,
+    /// Add a global lower bound, and the gap to it; on a coarser grid of the same maneuver, with a plan of
+    /// that grid. Free bodies only; limits are left out of the bound. Needs the cargo feature `sdp`
+    #[arg(long)]
+    pub bound: bool,
+    /// Steps on which to bound, by default 8; the solve grows fast with them
+    #[arg(long, value_name = "STEPS", requires = "bound", value_parser = clap::value_parser!(u16).range(2..=60))]
+    pub bound_steps: Option<u16>,
+}
+
+/// The comparison as a document. `compares` says what is compared.
+#[derive(Serialize)]
+struct Document<'a> {
+    format: u32,
+    generator: &'static str,
+    compares: &'static str,
+    status: Status,
+    exit_code: u8,
+    name: &'a str,
+    scheme: &'static str,
+    steps: usize,
+    step_s: f64,
+    duration_s: f64,
+    tolerance: f64,
+    #[serde(flatten)]
+    comparison: &'a Comparison,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bound: Option<&'a serde_json::Value>,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
+    if args.bound {
+        bound::available()?;
+    }
+    let Loaded { problem, settings, .. } = spec_file::read(&args.spec.spec, &args.spec.reading, console)?;
+    interrupt::watch();
+    let comparison = compare(&problem, &settings, &mut Watcher::new(console)).map_err(refusal)?;
+    let bound = args.bound.then(|| {
+        bound::bound(&problem, &settings, args.bound_steps.map(usize::from), &mut Watcher::new(console))
+    });
+    let bound = bound.transpose()?;
+    let mut lines = table::lines(console, &problem, &comparison);
+    lines.extend(bound.iter().flat_map(|bound| bound.lines.clone()));
+    console.say(&lines.join("\n"));
+    let status = comparison.status();
+    if args.report.json() {
+        let document = Document {
+            format: 1,
+            generator: concat!("slewkit ", env!("CARGO_PKG_VERSION")),
+            compares: "methods",
+            status,
+            exit_code: status.exit_code(),
+            name: &problem.name,
+            scheme: problem.scheme.name(),
+            steps: problem.steps,
+            step_s: problem.step(),
+            duration_s: problem.duration,
+            tolerance: settings.tolerance,
+            comparison: &comparison,
+            bound: bound.as_ref().map(|bound| &bound.document),
+        };
+        console::to_stdout(|output| write_document(&document, output))?;
+    }
+    Ok(match status {
+        Status::Solved => Exit::Solved,
+        status => Exit::Plan(status),
+    })
+}

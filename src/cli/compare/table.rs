@@ -1,0 +1,176 @@
+//! The comparison in words: a table, and what it says.
+
+use super::super::console::{Console, Tone};
+use super::super::number::{counted, error, significant, time};
+use super::super::summary::{headline, line};
+use slewkit::compare::{
+    Acting, Agreement, ByItself, Comparison, Contender, FromDuals, Run, Standing, Verdict,
+};
+use slewkit::plan::Status;
+use slewkit::problem::{Problem, Scheme};
+use slewkit::solution::Outcome;
+use slewkit::spec::escape;
+
+fn name(method: Contender) -> &'static str {
+    match method {
+        Contender::Shooting => "shooting",
+        Contender::Scp => "scp",
+        Contender::ScpPolish => "scp + polish",
+    }
+}
+
+fn standing(standing: Standing) -> &'static str {
+    match standing {
+        Standing::Solved => "solved",
+        Standing::Converged => "converged",
+        Standing::DoesNotApply => "does not apply",
+        Standing::Infeasible => "infeasible",
+        Standing::NotConverged => "not converged",
+        Standing::LimitReached => "time limit",
+        Standing::VerificationFailed => "verification failed",
+        Standing::Interrupted => "interrupted",
+    }
+}
+
+/// The summary of a comparison.
+pub fn lines(console: &Console, problem: &Problem, comparison: &Comparison) -> Vec<String> {
+    let agreement = &comparison.agreement;
+    let (verdict, tone) = match (comparison.status(), agreement.verdict) {
+        (Status::Solved, Verdict::Agree) => ("the methods agree", Tone::Good),
+        (Status::Solved, _) => ("solved by one method", Tone::Good),
+        (Status::VerificationFailed, Verdict::Disagree) => ("the methods do not agree", Tone::Bad),
+        (Status::VerificationFailed, _) => ("verification failed", Tone::Bad),
+        (Status::Infeasible, _) => ("infeasible", Tone::Bad),
+        (Status::NotConverged, _) => ("not converged", Tone::Bad),
+        (Status::LimitReached, _) => ("limit reached", Tone::Bad),
+        (Status::Interrupted, _) => ("interrupted", Tone::Note),
+    };
+    let scheme = match problem.scheme {
+        Scheme::LieVerlet => "Lie–Verlet",
+        Scheme::LieEuler => "Lie–Euler",
+    };
+    let grid = format!("{} {scheme} steps of {} s", problem.steps, significant(problem.step(), 3));
+    let mut lines = vec![headline(console, &problem.name, verdict, tone), line("problem", &grid)];
+    lines.extend(table(&comparison.methods).iter().map(|row| line("", row)));
+    for run in &comparison.methods {
+        if let Some(reason) = &run.reason {
+            lines.push(line("", &format!("{}: {}", name(run.method), escape(reason))));
+        }
+        if let Some(by_itself) = &run.by_itself {
+            lines.push(line("", &found_alone(run, by_itself)));
+        }
+    }
+    lines.extend(agreed(agreement));
+    lines.extend(active(problem, comparison));
+    lines
+}
+
+/// What a method found before it was shown a cheaper answer.
+fn found_alone(run: &Run, by_itself: &ByItself) -> String {
+    let cost = by_itself.cost.map_or(String::new(), |cost| format!(", cost {}", significant(cost, 6)));
+    format!(
+        "{}: along the path of the cheapest answer; by itself {}{cost}",
+        name(run.method),
+        standing(by_itself.status)
+    )
+}
+
+/// Rows of equal columns, the first a header.
+fn table(runs: &[Run]) -> Vec<String> {
+    let header = ["method", "", "cost", "terminal", "KKT", "subproblems", "Newton", "time"].map(String::from);
+    let row = |run: &Run| {
+        let absent = || "–".to_string();
+        let applies = run.status != Standing::DoesNotApply;
+        [
+            name(run.method).into(),
+            standing(run.status).into(),
+            run.cost.map_or_else(absent, |cost| significant(cost, 12)),
+            run.terminal.map_or_else(absent, |terminal| error(terminal.largest())),
+            run.stationarity.map_or_else(absent, error),
+            run.subproblems.map_or_else(absent, |count| count.to_string()),
+            if applies { run.newton_iterations.to_string() } else { absent() },
+            if applies { time(run.solve_time_s) } else { absent() },
+        ]
+    };
+    let rows: Vec<[String; 8]> = std::iter::once(header).chain(runs.iter().map(row)).collect();
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..8).map(width).collect();
+    let text = |row: &[String; 8]| {
+        let cell = |(column, cell): (usize, &String)| {
+            let width = widths[column];
+            if column < 2 { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
+        };
+        row.iter().enumerate().map(cell).collect::<Vec<_>>().join("  ").trim_end().to_string()
+    };
+    rows.iter().map(text).collect()
+}
+
+fn agreed(agreement: &Agreement) -> Vec<String> {
+    let mut lines = Vec::new();
+    if let Some(cost) = agreement.cost {
+        let text = match agreement.verdict {
+            Verdict::Disagree => format!("differ by {} (relative)", error(cost)),
+            _ => format!("agree to {} (relative)", error(cost)),
+        };
+        lines.push(line("costs", &text));
+    }
+    match (agreement.duals_before_polish, agreement.duals_after_polish, agreement.polish_change) {
+        (None, None, None) => {}
+        (None, None, Some(change)) => {
+            lines
+                .push(line("duals", &format!("the polish changes them by {} of the largest", error(change))));
+        }
+        (before, after, _) => {
+            let part =
+                |value: Option<f64>, when: &str| value.map(|value| format!("{} {when} polish", error(value)));
+            let parts: Vec<String> =
+                [part(before, "before"), part(after, "after")].into_iter().flatten().collect();
+            let text = format!("against the shooting's costates {}, of the largest", parts.join(", "));
+            lines.push(line("duals", &text));
+            if agreement.costates_unique == Some(false) {
+                lines.push(line("", "a symmetry: costates are not unique, and need not agree"));
+            }
+        }
+    }
+    if let Some(from_duals) = &agreement.from_duals {
+        lines.push(line("from duals", &started(from_duals)));
+    }
+    lines
+}
+
+fn started(from_duals: &FromDuals) -> String {
+    let course: Vec<String> = from_duals.residuals.iter().map(|residual| error(*residual)).collect();
+    let course = course.join(" → ");
+    match (from_duals.newton_steps, from_duals.outcome) {
+        (Some(steps), _) => format!("the shooting needs {} ({course})", counted(steps, "Newton step")),
+        (None, Outcome::Converged) => format!("the shooting converges ({course})"),
+        (None, _) => format!("the shooting does not converge ({course})"),
+    }
+}
+
+/// What acts, of the first method that tells.
+fn active(problem: &Problem, comparison: &Comparison) -> Vec<String> {
+    let order = [Contender::ScpPolish, Contender::Shooting, Contender::Scp];
+    let solved = |run: &&Run| matches!(run.status, Standing::Solved | Standing::Converged);
+    let told = order.iter().filter_map(|method| comparison.run(*method)).find(solved);
+    let Some(run) = told.filter(|_| problem.is_constrained()) else { return Vec::new() };
+    let nodes = |acting: &Acting| {
+        let (first, last) = (acting.time_s.first(), acting.time_s.last());
+        let span = first.zip(last).map_or(String::new(), |(first, last)| {
+            format!(", from {} to {} s", significant(*first, 4), significant(*last, 4))
+        });
+        format!("{} at {}{span}", escape(&acting.name), counted(acting.time_s.len(), "node"))
+    };
+    let mut texts: Vec<String> = run.active.iter().map(nodes).collect();
+    if texts.is_empty() {
+        texts.push("nothing acts".into());
+    }
+    if let Some(differing) = comparison.agreement.active_nodes_that_differ {
+        let text = match differing {
+            0 => "shooting and convex road agree on it".into(),
+            count => format!("shooting and convex road differ at {}", counted(count, "node")),
+        };
+        texts.push(text);
+    }
+    texts.iter().enumerate().map(|(index, text)| line(if index == 0 { "active" } else { "" }, text)).collect()
+}
