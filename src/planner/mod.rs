@@ -221,7 +221,7 @@ pub(crate) fn solve_convex(
     if let Some(obstruction) = reachability::obstruction(problem) {
         let unsolved = Solution::unsolved(problem, settings.tolerance);
         let (method, outcome) = (Method::Scp, Outcome::Unreachable);
-        return Ok(Solution { method, outcome, obstruction: Some(obstruction), ..unsolved });
+        return Ok(Solution { method, outcome, obstruction: Some(obstruction.reason), ..unsolved });
     }
     let context = Context::new(&settings, observer);
     let last = if polish { Options::default() } else { Options::unpolished() };
