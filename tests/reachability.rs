@@ -130,10 +130,11 @@ fn fence(mut problem: Problem, inputs: &[f64], random: &mut Random) -> Problem {
     };
     for mut constraint in wanted {
         let Rule::Pointing(pointing) = &constraint.rule else { unreachable!() };
-        let (widest, sign) = if pointing.side == Side::KeepOut { (1e-6, 1.0) } else { (3.141_592, -1.0) };
+        let (widest, sign) =
+            if pointing.side == Side::KeepOut { (1e-6, 1.0) } else { (std::f64::consts::PI - 1e-6, -1.0) };
         let Ok(margin) = measure(&constraint, widest) else { continue };
         let half_angle = widest + sign * (margin - 1e-9);
-        if !(1e-6..3.141).contains(&half_angle) {
+        if !(1e-6..std::f64::consts::PI - 1e-6).contains(&half_angle) {
             continue;
         }
         let Rule::Pointing(pointing) = &mut constraint.rule else { unreachable!() };
