@@ -633,7 +633,7 @@ fn compare_refuses_what_it_cannot_do_and_ends_as_a_plan_does() {
     let late = ["compare", "spec.toml", "--format", "json", "--set", "solver.time_limit_s=1e-9"];
     let run = folder.slew(&late).ends(6).tells("limit reached");
     assert_eq!(run.json()["exit_code"], 6);
-    assert!(folder.slew(&["compare", "--help"]).ends(0).stdout.contains("7 when their costs differ"));
+    assert!(folder.slew(&["compare", "--help"]).ends(0).stdout.contains("7 when their costs"));
 }
 
 #[cfg(not(feature = "sdp"))]
