@@ -4,8 +4,10 @@
 //! on each of which the body turns about one fixed axis at one fixed rate.
 
 mod arc;
+mod conflict;
 
 pub use arc::{Approach, Arc, Target, angle_between};
+pub use conflict::{Conflict, conflict};
 
 use crate::{Matrix3, Vector3};
 use std::f64::consts::PI;

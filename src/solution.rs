@@ -21,7 +21,7 @@ pub enum Outcome {
     NotFinite,
     /// The sensitivity matrix is singular beyond the symmetries of the problem.
     Singular,
-    /// The terminal conditions contradict a conserved quantity: no torque can meet them.
+    /// No plan exists, and [`Solution::obstruction`] says why.
     Unreachable,
     /// The time limit was reached.
     TimeLimit,
@@ -219,7 +219,7 @@ pub struct Solution {
     pub active: Vec<ActiveConstraint>,
     /// Other extremals found, cheapest first.
     pub rivals: Vec<Rival>,
-    /// Why no input can meet the terminal conditions, where that is proved.
+    /// Why there is no plan, where that is proved; see [`crate::reachability`].
     pub obstruction: Option<String>,
     /// What stays violated where the search came nearest, and what would help; where no plan was found.
     pub shortfall: Option<String>,

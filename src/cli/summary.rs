@@ -236,9 +236,7 @@ fn stopped(solution: &Solution) -> &'static str {
         Outcome::StepTooLong => "the body turns too far in one step: the implicit equation has no solution",
         Outcome::NotFinite => "a number became NaN or infinite",
         Outcome::Singular => "the sensitivity matrix is singular: the costates do not steer the end state",
-        Outcome::Unreachable => {
-            "the terminal conditions contradict a conserved quantity: no torque can meet them"
-        }
+        Outcome::Unreachable => "no plan exists: that is proved",
         Outcome::TimeLimit => "the time limit was reached",
         Outcome::Interrupted => "interrupted; this is the best iterate",
     }
@@ -331,8 +329,11 @@ fn advice(problem: &Problem, plan: &Plan) -> Vec<String> {
         }
         (_, Outcome::Stalled) if nearly => vec![looser(), more_steps()],
         (_, Outcome::Stalled | Outcome::NotFinite) => vec![more_steps(), longer(), neighbour()],
-        (_, Outcome::Singular | Outcome::Unreachable) => {
+        (_, Outcome::Singular) => {
             vec!["other torque axes, or terminal rates that the present ones can reach".into()]
+        }
+        (_, Outcome::Unreachable) => {
+            vec!["what the reason names; or other torque axes, terminal rates or attitudes".into()]
         }
         (_, Outcome::TimeLimit) => {
             vec!["a higher `solver.time_limit_s`".into(), "fewer steps, as a first guess".into()]

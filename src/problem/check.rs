@@ -3,7 +3,7 @@
 use super::{Motion, Problem, ProblemError, State};
 use crate::Matrix3;
 use crate::actuation::{AxisFrame, Wheels};
-use crate::constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError};
+use crate::constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError, conflict};
 use std::collections::HashSet;
 
 impl Problem {
@@ -46,11 +46,17 @@ impl Problem {
 
     /// Every constraint that the start or the end violates: no plan can hold it.
     ///
-    /// The boundary states and the constraints themselves must be in order.
+    /// Two constraints that leave no attitude at all are passed over: another start or end would not help, and
+    /// the planner proves so much. The boundary states and the constraints themselves must be in order.
     pub(crate) fn violations(&self) -> impl Iterator<Item = ProblemError> {
         let frame_rate = self.environment.frame_rate();
+        let contradicting =
+            conflict(&self.constraints, &(frame_rate * self.duration)).map(|found| found.names);
+        let considered = move |constraint: &&Constraint| {
+            contradicting.is_none_or(|names| !names.contains(&constraint.name.as_str()))
+        };
         self.ends().into_iter().flat_map(move |(end, state, time)| {
-            self.constraints.iter().filter_map(move |constraint| {
+            self.constraints.iter().filter(considered).filter_map(move |constraint| {
                 let (attitude, rate) = (&state.attitude, &state.angular_velocity);
                 let found = constraint.violation(attitude, rate, time, &frame_rate)?;
                 Some(ProblemError::Violated { end, name: constraint.name.clone(), found })

@@ -1,7 +1,7 @@
 //! Proofs that no plan exists: what no input can change, and what limited inputs cannot do in time.
 //!
 //! - `conserved`: momenta that no input changes, at odds with the terminal conditions;
-//! - `conflict`: cones that leave no attitude at some moment;
+//! - cones that leave no attitude at some moment ([`conflict`]);
 //! - `storage`: momentum that the wheels must hold in the end and cannot;
 //! - `impulse`: momentum to gain, or a distance to go, for which torque or force and time do not suffice;
 //! - `demand`: an angle to turn by, or the way of a boresight, for which they do not. The bounds are those of `envelope`, for the discrete maneuver as it is planned and for the
@@ -10,7 +10,6 @@
 //! A maneuver for which nothing is proved may be infeasible all the same.
 
 mod capability;
-mod conflict;
 mod conserved;
 mod demand;
 mod detour;
@@ -20,6 +19,7 @@ mod outputs;
 mod storage;
 mod words;
 
+use crate::constraint::{Conflict, conflict};
 use crate::problem::Problem;
 use std::fmt;
 
@@ -50,8 +50,19 @@ pub fn obstruction(problem: &Problem) -> Option<Obstruction> {
     let wheels = problem.actuation.wheels.is_some();
     let conserved = || if wheels { None } else { conserved::obstruction(problem) };
     (conserved().map(Obstruction::from))
-        .or_else(|| conflict::obstruction(problem).map(Obstruction::from))
+        .or_else(|| exclusive_cones(problem).map(Obstruction::from))
         .or_else(|| storage::obstruction(problem))
         .or_else(|| impulse::obstruction(problem))
         .or_else(|| demand::obstruction(problem))
+}
+
+fn exclusive_cones(problem: &Problem) -> Option<String> {
+    let frame_turn = problem.environment.frame_rate() * problem.duration;
+    let Conflict { names: [first, second], part, missing } = conflict(&problem.constraints, &frame_turn)?;
+    Some(format!(
+        "\"{first}\" and \"{second}\" leave no attitude at t = {} s: {} deg are missing between their cones, and \
+         half angles that differ by so much in all could do",
+        words::about(part * problem.duration),
+        words::at_least(missing.to_degrees())
+    ))
 }

@@ -1,0 +1,153 @@
+//! Cones that leave no attitude at some moment.
+//!
+//! Outside of a cone of half angle β about w is inside of one of half angle 180° − β about −w. Two boresights
+//! at the angle γ, each inside of its cone, α₁ about w₁ and α₂ about w₂ with δ between them, can be so if and
+//! only if `|γ − δ| ≤ α₁ + α₂`. Between directions of which one turns with the reference frame δ changes, and
+//! its extremes over a whole maneuver are those of one rotation ([`Arc`]).
+
+use super::{Arc, BOUNDARY_ROUNDING, Constraint, Pointing, Rule, Side, Target, angle_between};
+use crate::{Matrix3, Vector3};
+use std::f64::consts::PI;
+
+/// Pairs of boresights and directions that are compared with each other.
+const MAX_PAIRS: usize = 1000;
+
+/// Two constraints that exclude each other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Conflict<'a> {
+    /// Names of the two, in the order of the list; one name twice where a constraint contradicts itself.
+    pub names: [&'a str; 2],
+    /// When, as a part of the maneuver.
+    pub part: f64,
+    /// By how much their cones miss each other \[rad\].
+    pub missing: f64,
+}
+
+/// The first two constraints that leave no attitude at some moment of a maneuver in which the reference frame
+/// turns by the vector `frame_turn` \[rad\]; `None` where any two leave one.
+///
+/// The constraints must be in order ([`Constraint::check`]).
+pub fn conflict<'a>(constraints: &'a [Constraint], frame_turn: &Vector3) -> Option<Conflict<'a>> {
+    let all: Vec<Inside> = constraints.iter().flat_map(cones).take(MAX_PAIRS).collect();
+    all.iter()
+        .enumerate()
+        .find_map(|(index, second)| all[..index].iter().find_map(|first| first.conflict(second, frame_turn)))
+}
+
+/// One boresight that has to be inside of one cone.
+struct Inside<'a> {
+    name: &'a str,
+    boresight: &'a Vector3,
+    /// Axis at `t = 0`, and whether it turns with the frame.
+    axis: Vector3,
+    turns: bool,
+    half_angle: f64,
+}
+
+impl<'a> Inside<'a> {
+    fn conflict(&self, other: &Inside<'a>, frame_turn: &Vector3) -> Option<Conflict<'a>> {
+        let between = angle_between(self.boresight, other.boresight);
+        let (moving, standing) = if self.turns { (self, other) } else { (other, self) };
+        let turn = if moving.turns && !standing.turns { *frame_turn } else { Vector3::zeros() };
+        let arc = Arc { start: Matrix3::identity(), turn };
+        let target = Target { start: standing.axis, turn: Vector3::zeros() };
+        let off = |side: Side| {
+            let extreme = arc.extreme(&moving.axis, &target, side);
+            (extreme.part, (extreme.angle - between).abs())
+        };
+        let (near, far) = (off(Side::KeepOut), off(Side::KeepIn));
+        let (part, worst) = if near.1 > far.1 { near } else { far };
+        let missing = worst - self.half_angle - other.half_angle;
+        let names = [self.name, other.name];
+        (missing > BOUNDARY_ROUNDING).then_some(Conflict { names, part, missing })
+    }
+}
+
+/// A constraint as cones to be inside of.
+fn cones(constraint: &Constraint) -> impl Iterator<Item = Inside<'_>> {
+    let pointing = match &constraint.rule {
+        Rule::Pointing(pointing) => Some(pointing),
+        Rule::RateNorm(_) | Rule::RateAxes(_) => None,
+    };
+    pointing.into_iter().flat_map(move |pointing| {
+        let (sign, half_angle) = inside(pointing);
+        pointing.pairs().map(move |(boresight, direction)| Inside {
+            name: &constraint.name,
+            boresight,
+            axis: sign * direction.vector,
+            turns: direction.turns_with_frame,
+            half_angle,
+        })
+    })
+}
+
+/// Sign of the axis, and half angle, of the cone to be inside of.
+fn inside(pointing: &Pointing) -> (f64, f64) {
+    let angle = pointing.effective_half_angle();
+    match pointing.side {
+        Side::KeepIn => (1.0, angle),
+        Side::KeepOut => (-1.0, PI - angle),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Direction;
+    use super::*;
+    use crate::testing::Random;
+
+    fn cone(name: &str, side: Side, boresight: Vector3, vector: Vector3, half_angle: f64) -> Constraint {
+        let (boresights, directions) = (vec![boresight], vec![Direction { vector, turns_with_frame: false }]);
+        let rule = Rule::Pointing(Pointing { side, boresights, directions, half_angle, margin: 0.0 });
+        Constraint { name: name.into(), rule }
+    }
+
+    /// The formula against attitudes: the two boresights are laid where they come nearest to both cones.
+    #[test]
+    fn two_cones_exclude_each_other_where_no_attitude_is_inside_of_both() {
+        let mut random = Random(12);
+        let (mut free, mut excluded) = (0, 0);
+        for case in 0..400 {
+            let unit = |random: &mut Random| random.vector3().normalize();
+            let sides =
+                [case % 2, case / 2 % 2].map(|odd| if odd == 0 { Side::KeepIn } else { Side::KeepOut });
+            let angles = sides.map(|side| {
+                let inside = 0.25 * PI * (1.0 + 0.9 * random.uniform());
+                if side == Side::KeepIn { inside } else { PI - inside }
+            });
+            let list = [0, 1].map(|index| {
+                let (b, w) = (unit(&mut random), unit(&mut random));
+                cone(["a", "b"][index], sides[index], b, w, angles[index])
+            });
+            // By how much the worse of the two is missed, at best: a search over attitudes.
+            let missed = |attitude: &Matrix3| {
+                let missed = list
+                    .iter()
+                    .flat_map(cones)
+                    .map(|cone| angle_between(&(attitude * cone.boresight), &cone.axis) - cone.half_angle);
+                missed.fold(f64::NEG_INFINITY, f64::max)
+            };
+            let mut best = (0..300).map(|_| random.rotation()).min_by(|a, b| missed(a).total_cmp(&missed(b)));
+            for step in 0..12_000 {
+                let size = 10.0_f64.powf(-f64::from(step) / 2400.0);
+                let tried = best.map(|best| best * crate::lie::exp(&(size * random.vector3())));
+                if tried.as_ref().map(missed) < best.as_ref().map(missed) {
+                    best = tried;
+                }
+            }
+            let missed = best.as_ref().map(missed).unwrap();
+            let found = conflict(&list, &Vector3::zeros());
+            match &found {
+                None => assert!(missed < 1e-3, "{case}: {missed} {list:?}"),
+                Some(found) => {
+                    assert_eq!(found.names, ["a", "b"]);
+                    // What is missing is shared between the two at best.
+                    assert!((missed - 0.5 * found.missing).abs() < 2e-3, "{case}: {missed} {found:?}");
+                }
+            }
+            free += usize::from(found.is_none());
+            excluded += usize::from(found.is_some());
+        }
+        assert!(free > 50 && excluded > 20, "{free} {excluded}");
+    }
+}
