@@ -91,6 +91,7 @@ pub mod planner;
 pub mod problem;
 mod proof;
 pub mod reachability;
+mod saturation;
 mod scp;
 pub mod settings;
 mod shooting;

@@ -1,7 +1,8 @@
 //! What the unit tests share: reference files and random numbers.
 
-use crate::actuation::{Actuation, AxisFrame, Channel};
+use crate::actuation::{Actuation, AxisFrame, Channel, Limits};
 use crate::body::{Body, Inertia};
+use crate::extremal::Extremal;
 use crate::problem::{Problem, State};
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, SMatrix, SVector};
@@ -99,4 +100,41 @@ pub fn attitude_only(mut problem: Problem) -> Problem {
 /// Components uniform in [−1, 1).
 pub fn random_vector<const N: usize>(random: &mut Random) -> SVector<f64, N> {
     SVector::from_fn(|_, _| random.uniform())
+}
+
+/// The same maneuver with limits that are `part` of what the extremal from `costate` would demand: on the
+/// norm of the torque and on each force input, or the other way round. Inputs that are limited one by one
+/// get the diagonal of their weight.
+pub fn limited<const N: usize>(
+    problem: &Problem,
+    costate: &SVector<f64, N>,
+    norm: bool,
+    part: f64,
+) -> Problem {
+    let within = |channel: &Channel, norm: bool, limit: f64| {
+        let (mut weight, mut limits) = (channel.weight().clone(), Limits::default());
+        if norm {
+            limits.norm = Some(limit);
+        } else {
+            weight = DMatrix::from_diagonal(&weight.diagonal());
+            limits.size = Some(vec![limit; channel.count()]);
+        }
+        let channel = Channel::new(channel.axes().to_vec(), channel.frame(), weight).unwrap();
+        channel.with_limits(limits).unwrap()
+    };
+    let mut problem = problem.clone();
+    let demand = |problem: &Problem| Extremal::<N>::new(problem, problem.steps).demand(costate).unwrap();
+    // A limit of 1e9 is never reached.
+    let torque = problem.actuation.torque.clone();
+    problem.actuation.torque = within(&torque, norm, 1e9);
+    let limit = part * 1e9 * demand(&problem);
+    if let Some(force) = problem.actuation.force.clone() {
+        problem.actuation.torque = torque.clone();
+        problem.actuation.force = Some(within(&force, !norm, 1e9));
+        let limit = part * 1e9 * demand(&problem);
+        problem.actuation.force = Some(within(&force, !norm, limit));
+    }
+    problem.actuation.torque = within(&torque, norm, limit);
+    assert_eq!(crate::saturation::obstacle(&problem), None);
+    problem
 }

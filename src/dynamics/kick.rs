@@ -14,8 +14,11 @@
 //! torque fixed to the reference:  τ = −Rᵀ A R λ^Π            K_R = λ^Π × τ
 //! force fixed to the body:        f = R φ,  φ = −A Rᵀλ^γ     K_R = φ × Rᵀλ^γ
 //! ```
+//!
+//! Under limits the inputs' part of `K` is the minimum over the allowed inputs: `B u` comes from the
+//! saturated law, and its derivative takes the place of `−A` (module `saturation`).
 
-use super::{Authority, Costate, Dynamics, Point, Sensitivity};
+use super::{Costate, Dynamics, Point, Sensitivity};
 use crate::actuation::AxisFrame;
 use crate::environment::{Blocks, Pose, Wrench};
 use crate::lie::hat;
@@ -45,42 +48,32 @@ pub(crate) struct LinearKick {
 }
 
 impl Dynamics {
-    /// Actuator wrench at the optimal inputs for the costate `(λ^γ, λ^Π)`, scaled.
-    fn input_wrench<const N: usize>(&self, pose: &Pose, costate: &Costate) -> Wrench {
-        let r = &pose.attitude;
-        let moment = match self.torque.frame {
-            AxisFrame::Body => -(self.torque.matrix * costate.pi),
-            AxisFrame::Reference => -r.tr_mul(&(self.torque.matrix * (r * costate.pi))),
-        };
-        let force = match self.force.frame {
-            _ if N == 6 => Vector3::zeros(),
-            AxisFrame::Reference => -(self.force.matrix * costate.gamma),
-            AxisFrame::Body => -(r * (self.force.matrix * r.tr_mul(&costate.gamma))),
-        };
-        Wrench { force, moment }
+    /// The kick at a pose.
+    pub(crate) fn kick<const N: usize>(&self, pose: &Pose, costate: &Costate) -> Kick {
+        if self.is_limited() {
+            self.kick_of::<N, true>(pose, costate)
+        } else {
+            self.kick_of::<N, false>(pose, costate)
+        }
     }
 
-    /// The kick at a pose.
+    /// The kick at a pose, of limited inputs or of others: so that a loop over all steps asks but once.
     #[inline(always)]
-    pub(crate) fn kick<const N: usize>(&self, pose: &Pose, costate: &Costate) -> Kick {
-        let input = self.input_wrench::<N>(pose, costate);
+    pub(crate) fn kick_of<const N: usize, const LIMITED: bool>(
+        &self,
+        pose: &Pose,
+        costate: &Costate,
+    ) -> Kick {
+        let (input, effort) = self.inputs::<N, LIMITED>(pose, costate);
         let zero = Vector3::zeros();
-        let mut kick = Kick {
-            force: input.force,
-            moment: input.moment,
-            slope_x: zero,
-            slope_r: zero,
-            effort: -0.5 * costate.pi.dot(&input.moment),
-        };
+        let mut kick =
+            Kick { force: input.force, moment: input.moment, slope_x: zero, slope_r: zero, effort };
         if self.torque.frame == AxisFrame::Reference {
             kick.slope_r += costate.pi.cross(&input.moment);
         }
-        if N == 12 {
-            kick.effort -= 0.5 * costate.gamma.dot(&input.force);
-            if self.force.frame == AxisFrame::Body {
-                let r = &pose.attitude;
-                kick.slope_r += r.tr_mul(&input.force).cross(&r.tr_mul(&costate.gamma));
-            }
+        if N == 12 && self.force.frame == AxisFrame::Body {
+            let r = &pose.attitude;
+            kick.slope_r += r.tr_mul(&input.force).cross(&r.tr_mul(&costate.gamma));
         }
         if let Some(environment) = &self.environment {
             let wrench = self.wrench(environment.as_ref(), pose);
@@ -113,41 +106,57 @@ impl Dynamics {
 
     /// The linearised kick at a pose.
     pub(crate) fn linear_kick<const N: usize>(&self, pose: &Pose, costate: &Costate) -> LinearKick {
+        if self.is_limited() {
+            self.linear_kick_of::<N, true>(pose, costate)
+        } else {
+            self.linear_kick_of::<N, false>(pose, costate)
+        }
+    }
+
+    /// The linearised kick at a pose, of limited inputs or of others.
+    pub(crate) fn linear_kick_of<const N: usize, const LIMITED: bool>(
+        &self,
+        pose: &Pose,
+        costate: &Costate,
+    ) -> LinearKick {
         let turning =
             self.torque.frame == AxisFrame::Reference || (N == 12 && self.force.frame == AxisFrame::Body);
-        if self.environment.is_none() && !turning {
+        if self.environment.is_none() && !turning && !LIMITED {
             let (pp_force, pp_torque) = (-self.force.matrix, -self.torque.matrix);
             return LinearKick { pp_force, pp_torque, field: None };
         }
-        self.field_kick::<N>(pose, costate)
+        self.field_kick::<N, LIMITED>(pose, costate)
     }
 
-    /// The linearised kick of an environment, or of inputs whose axes turn against the coordinates.
-    fn field_kick<const N: usize>(&self, pose: &Pose, costate: &Costate) -> LinearKick {
+    /// The linearised kick of an environment, of limited inputs, or of inputs whose axes turn against the
+    /// coordinates.
+    #[inline(never)]
+    fn field_kick<const N: usize, const LIMITED: bool>(&self, pose: &Pose, costate: &Costate) -> LinearKick {
         let r = &pose.attitude;
         let r_t = r.transpose();
         let (mut pq, mut qq) = (Blocks::zero(), Blocks::zero());
-        let (mut pp_force, mut pp_torque) = (-self.force.matrix, -self.torque.matrix);
+        let (input, _) = self.inputs::<N, LIMITED>(pose, costate);
+        let (force, torque) = self.input_slopes(pose, costate);
+        let (mut pp_force, mut pp_torque) = (-force, -torque);
         if let Some(environment) = &self.environment {
             pq = self.gradient(environment.as_ref(), pose);
             let costates = Wrench { force: costate.gamma, moment: costate.pi };
             qq = self.curvature(environment.as_ref(), pose, &costates);
         }
         if self.torque.frame == AxisFrame::Reference {
-            // a(R) = Rᵀ A R: δ(a p) = a δp + (S(a p) − a S(p)) ζ with a p = −τ.
-            let a = r_t * self.torque.matrix * r;
+            // τ = Rᵀ φ(R p), δφ = −A δ(R p), a = Rᵀ A R: δτ = −a δp + (S(τ) + a S(p)) ζ.
+            let a = r_t * torque * r;
             let p = &costate.pi;
-            let torque = -(a * p);
-            let turn = hat(&torque) + a * hat(p);
+            let turn = hat(&input.moment) + a * hat(p);
             pp_torque = -a;
             pq.rr += turn;
             qq.rr += hat(p) * turn;
         }
         if N == 12 && self.force.frame == AxisFrame::Body {
             // δρ = Rᵀδλ + S(ρ)ζ, δφ = −A δρ, δf = R (δφ − S(φ)ζ), δ(φ×ρ) = −S(ρ)δφ + S(φ)δρ.
-            let a = &self.force.matrix;
+            let a = &force;
             let rho = r_t * costate.gamma;
-            let phi = -(a * rho);
+            let phi = r_t * input.force;
             pp_force = -(r * a * r_t);
             pq.xr += r * (-(a * hat(&rho)) - hat(&phi));
             qq.rr += hat(&rho) * a * hat(&rho) + hat(&phi) * hat(&rho);
@@ -224,79 +233,5 @@ impl LinearKick {
             out.view_mut((3, 3), (3, 3)).copy_from(&-self.pp_force);
         }
         out
-    }
-}
-
-/// The least-squares inverse of both authorities: which costates call for a given wrench.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct InverseAuthority {
-    force: Authority,
-    torque: Authority,
-}
-
-impl InverseAuthority {
-    /// `(λ^γ, λ^Π)` whose optimal inputs give `wrench` at attitude `r`, as far as the axes reach.
-    pub fn dual(&self, r: &Matrix3, wrench: &Wrench) -> (Vector3, Vector3) {
-        let force = match self.force.frame {
-            AxisFrame::Reference => self.force.matrix * wrench.force,
-            AxisFrame::Body => r * (self.force.matrix * r.tr_mul(&wrench.force)),
-        };
-        let torque = match self.torque.frame {
-            AxisFrame::Body => self.torque.matrix * wrench.moment,
-            AxisFrame::Reference => r.tr_mul(&(self.torque.matrix * (r * wrench.moment))),
-        };
-        (-force, -torque)
-    }
-}
-
-/// `G` with `G Gᵀ = B W⁻¹ Bᵀ`, for torques and forces.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct InputRoot {
-    force: Authority,
-    torque: Authority,
-}
-
-impl InputRoot {
-    /// `G` at attitude `r`, N×N with the blocks of the momenta filled.
-    pub fn at<const N: usize>(&self, r: &Matrix3) -> nalgebra::SMatrix<f64, N, N> {
-        let mut out = nalgebra::SMatrix::<f64, N, N>::zeros();
-        let torque = match self.torque.frame {
-            AxisFrame::Body => self.torque.matrix,
-            AxisFrame::Reference => r.tr_mul(&self.torque.matrix),
-        };
-        out.view_mut((N - 3, N - 3), (3, 3)).copy_from(&torque);
-        if N == 12 {
-            let force = match self.force.frame {
-                AxisFrame::Reference => self.force.matrix,
-                AxisFrame::Body => r * self.force.matrix,
-            };
-            out.view_mut((3, 3), (3, 3)).copy_from(&force);
-        }
-        out
-    }
-}
-
-impl Dynamics {
-    /// The square root of the inputs' authority.
-    pub(crate) fn input_root(&self) -> InputRoot {
-        let root = |authority: &Authority| {
-            // For a symmetric positive semidefinite matrix U Σ Vᵀ has U = V on its range.
-            let svd = authority.matrix.svd(true, false);
-            let roots = svd.singular_values.map(f64::sqrt);
-            let u = svd.u.unwrap_or_else(Matrix3::zeros);
-            Authority { matrix: u * Matrix3::from_diagonal(&roots), frame: authority.frame }
-        };
-        InputRoot { force: root(&self.force), torque: root(&self.torque) }
-    }
-
-    /// The least-squares inverse of the inputs' authority.
-    pub(crate) fn inverse_authority(&self) -> InverseAuthority {
-        let invert = |authority: &Authority| {
-            let svd = authority.matrix.svd(true, true);
-            let threshold = 1e-9 * svd.singular_values.amax();
-            let matrix = svd.pseudo_inverse(threshold).unwrap_or_else(|_| Matrix3::zeros());
-            Authority { matrix, frame: authority.frame }
-        };
-        InverseAuthority { force: invert(&self.force), torque: invert(&self.torque) }
     }
 }

@@ -14,6 +14,7 @@
 pub(crate) mod drift;
 mod gyrostat;
 pub(crate) mod implicit;
+pub(crate) mod inputs;
 pub(crate) mod kick;
 pub(crate) mod lanes;
 mod linearization;
@@ -26,6 +27,7 @@ use crate::actuation::{Actuation, AxisFrame};
 use crate::environment::{Blocks, Environment, Pose, Wrench};
 use crate::lie;
 use crate::problem::{Problem, Scheme, State};
+use crate::saturation::Law;
 use crate::{Matrix3, Vector3};
 use lanes::Rows;
 use nalgebra::{SMatrix, SVector};
@@ -56,6 +58,8 @@ pub struct Dynamics {
     frame_turn: Option<Matrix3>,
     torque: Authority,
     force: Authority,
+    /// `None`: no input has a limit.
+    laws: Option<Box<Laws>>,
 }
 
 /// `B W⁻¹ Bᵀ` of one kind of input, scaled, and the axes it is fixed in.
@@ -63,6 +67,13 @@ pub struct Dynamics {
 pub(crate) struct Authority {
     pub matrix: Matrix3,
     pub frame: AxisFrame,
+}
+
+/// The laws of limited inputs, scaled.
+#[derive(Clone, Debug)]
+pub(crate) struct Laws {
+    pub force: Option<Law>,
+    pub torque: Option<Law>,
 }
 
 /// State of the sweep: pose and momenta, each with the round-off that its sum has shed so far.
@@ -113,6 +124,12 @@ pub(crate) fn compensated_add<const R: usize, const C: usize>(
     let sum = *value + increment;
     *excess = (sum - *value) - increment;
     *value = sum;
+}
+
+impl Laws {
+    fn boxed(self) -> Option<Box<Self>> {
+        (self.force.is_some() || self.torque.is_some()).then(|| Box::new(self))
+    }
 }
 
 impl Point {
@@ -246,7 +263,26 @@ impl Dynamics {
                 matrix: channel.authority() * translation,
                 frame: channel.frame(),
             }),
+            laws: Laws {
+                force: force.as_ref().and_then(Law::of).map(|law| law.scaled(translation, units.force())),
+                torque: Law::of(torque).map(|law| law.scaled(rotation, units.torque())),
+            }
+            .boxed(),
         }
+    }
+
+    /// Whether any input has a limit.
+    pub(crate) fn is_limited(&self) -> bool {
+        self.laws.is_some()
+    }
+
+    /// The same with every limit of the inputs `factor` times as large.
+    pub(crate) fn relaxed(&self, factor: f64) -> Self {
+        let relaxed = |laws: &Laws| Laws {
+            force: laws.force.as_ref().map(|law| law.relaxed(factor)),
+            torque: laws.torque.as_ref().map(|law| law.relaxed(factor)),
+        };
+        Self { laws: self.laws.as_deref().map(|laws| Box::new(relaxed(laws))), ..self.clone() }
     }
 
     /// A boundary state in scaled units.

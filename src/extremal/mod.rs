@@ -90,10 +90,25 @@ impl<const N: usize> Extremal<N> {
         Ok((end, psi))
     }
 
-    /// The sweep. `DERIVE` decides whether `columns` is carried along; both variants compile to their
-    /// own loop.
-    #[inline]
+    /// The sweep. `DERIVE` decides whether `columns` is carried along.
+    #[inline(always)]
     fn run<const DERIVE: bool>(
+        &self,
+        costate: &SVector<f64, N>,
+        columns: &mut Sensitivity<N>,
+        observe: impl FnMut(Node),
+        watch: impl FnMut(&Sensitivity<N>),
+    ) -> Result<End<N>, StepError> {
+        if self.dynamics.is_limited() {
+            self.run_of::<DERIVE, true>(costate, columns, observe, watch)
+        } else {
+            self.run_of::<DERIVE, false>(costate, columns, observe, watch)
+        }
+    }
+
+    /// The sweep of limited inputs or of others; every variant compiles to its own loop.
+    #[inline]
+    fn run_of<const DERIVE: bool, const LIMITED: bool>(
         &self,
         costate: &SVector<f64, N>,
         columns: &mut Sensitivity<N>,
@@ -108,9 +123,9 @@ impl<const N: usize> Extremal<N> {
         let mut correction = (Vector3::zeros(), Vector3::zeros());
         if half_kicks {
             let pose = point.pose();
-            let kick = dynamics.kick::<N>(&pose, &costate);
+            let kick = dynamics.kick_of::<N, LIMITED>(&pose, &costate);
             if DERIVE {
-                dynamics.linear_kick::<N>(&pose, &costate).apply(columns, 0.5 * h, 0.0);
+                dynamics.linear_kick_of::<N, LIMITED>(&pose, &costate).apply(columns, 0.5 * h, 0.0);
             }
             kick.apply::<N>(&mut point, &mut costate, 0.5 * h, 0.0);
             effort += 0.5 * kick.effort;
@@ -122,11 +137,11 @@ impl<const N: usize> Extremal<N> {
             let e = dynamics.drift_matrix(&drift);
             costate = dynamics.drift_costate::<N>(&drift, &e, &costate);
             let pose = point.pose();
-            let kick = dynamics.kick::<N>(&pose, &costate);
+            let kick = dynamics.kick_of::<N, LIMITED>(&pose, &costate);
             let last = half_kicks && index == dynamics.steps;
             if DERIVE {
                 dynamics.linear_drift(&drift, &e, &costate).advance(columns);
-                let linear = dynamics.linear_kick::<N>(&pose, &costate);
+                let linear = dynamics.linear_kick_of::<N, LIMITED>(&pose, &costate);
                 if last {
                     let mut full = *columns;
                     linear.apply(&mut full, h, h);
@@ -174,6 +189,23 @@ impl<const N: usize> Extremal<N> {
     /// The same problem with another target, its attitude and momenta given.
     pub(crate) fn with_target(&self, target: Point) -> Self {
         Self { target, ..self.clone() }
+    }
+
+    /// The same problem with every limit of the inputs `factor` times as large.
+    pub(crate) fn relaxed(&self, factor: f64) -> Self {
+        Self { dynamics: self.dynamics.relaxed(factor), ..self.clone() }
+    }
+
+    /// How many times its limit the most demanded input of the extremal from `costate` would be without it.
+    pub(crate) fn demand(&self, costate: &SVector<f64, N>) -> Result<f64, StepError> {
+        let mut largest = 0.0f64;
+        self.sweep_observed(costate, |node| {
+            // Lie–Euler has no input at the start.
+            if node.index > 0 || self.dynamics.scheme == Scheme::LieVerlet {
+                largest = largest.max(self.dynamics.demand(&node.point.pose(), &node.costate));
+            }
+        })?;
+        Ok(largest)
     }
 
     /// The state at the end of the motion without inputs.

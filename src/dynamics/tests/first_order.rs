@@ -2,14 +2,17 @@
 //!
 //! For any costate, solved or not, the controls that the sweep generates satisfy
 //! `w_j h W u_j + (∂y_N/∂u_j)ᵀ ν = 0`, with `w_j` the weight of `u_j` in the cost and `ν` the costate at
-//! the end. That holds signs, indices and end weights of every scheme and input frame to account.
+//! the end. That holds signs, indices and end weights of every scheme and input frame to account. Within
+//! limits what is left over pushes against the limit that acts, and is zero elsewhere.
 
 use super::second_order::zoo;
 use super::twin::{Field, State, Twin, V, tangent};
 use crate::Vector3;
+use crate::actuation::Channel;
 use crate::extremal::{Extremal, Node};
 use crate::problem::{Motion, Problem, Scheme};
-use crate::testing::{Random, random_vector};
+use crate::saturation::Law;
+use crate::testing::{Random, limited, random_vector};
 use nalgebra::{DVector, SVector};
 use num_dual::{Dual, Dual64};
 
@@ -25,10 +28,38 @@ fn inputs<const N: usize>(problem: &Problem, node: &Node, units: &SVector<f64, N
         || DVector::zeros(0),
         |channel| {
             let gamma = if channel.frame() == Body { r.tr_mul(&part(3)) } else { part(3) };
-            channel.optimal_inputs(&gamma)
+            optimal(channel, &gamma)
         },
     );
-    [force, torque.optimal_inputs(&pi)]
+    [force, optimal(torque, &pi)]
+}
+
+fn optimal(channel: &Channel, costate: &Vector3) -> DVector<f64> {
+    Law::of(channel).map_or_else(|| channel.optimal_inputs(costate), |law| law.inputs(channel, costate))
+}
+
+/// The part of a gradient that the limits of the channel do not balance.
+fn unbalanced(channel: &Channel, inputs: &DVector<f64>, gradient: &DVector<f64>) -> DVector<f64> {
+    let mut rest = gradient.clone();
+    if let Some(limits) = &channel.limits().size {
+        for (row, limit) in limits.iter().enumerate() {
+            // At its limit an input would go on, and must not.
+            let outward = -gradient[row] * inputs[row].signum();
+            if inputs[row].abs() >= *limit && outward >= 0.0 {
+                rest[row] = 0.0;
+            }
+        }
+    }
+    if let Some(limit) = channel.limits().norm {
+        let output = channel.output(inputs.as_slice());
+        let b_t = channel.axes().iter().map(|axis| axis.dot(&output));
+        let normal = DVector::from_iterator(channel.count(), b_t);
+        let outward = -gradient.dot(&normal) / normal.norm_squared();
+        if output.norm() >= limit * (1.0 - 1e-12) && outward >= 0.0 {
+            rest += normal * outward;
+        }
+    }
+    rest
 }
 
 fn check<const N: usize>(problem: &Problem, field: &Field, random: &mut Random) -> f64 {
@@ -60,6 +91,7 @@ fn check<const N: usize>(problem: &Problem, field: &Field, random: &mut Random) 
         let weight = if verlet && (j == 0 || j == problem.steps) { 0.5 } else { 1.0 };
         for (kind, channel) in channels.into_iter().enumerate() {
             let Some(channel) = channel else { continue };
+            let (mut gradients, mut largest) = (DVector::zeros(channel.count()), 0.0f64);
             let effort = channel.weight() * &rows[j][kind] * (weight * problem.step());
             for component in 0..channel.count() {
                 let varied = |row: usize, which: usize| -> V<Dual64> {
@@ -87,8 +119,10 @@ fn check<const N: usize>(problem: &Problem, field: &Field, random: &mut Random) 
                 let terms = tangent::<N, f64>(&state).component_mul(&nu) * units.cost;
                 let gradient = terms.sum();
                 let scale = effort.amax().max(terms.abs().sum()).max(units.cost * dynamics.h);
-                worst = worst.max((effort[component] + gradient).abs() / scale);
+                gradients[component] = effort[component] + gradient;
+                largest = largest.max(scale);
             }
+            worst = worst.max(unbalanced(channel, &rows[j][kind], &gradients).amax() / largest);
         }
     }
     worst
@@ -106,6 +140,34 @@ fn any_costate_generates_stationary_controls() {
             };
             let frame = problem.actuation.torque.frame();
             assert!(worst < 3e-14, "{scheme:?} {field:?} {frame:?}: {worst:e}");
+        }
+    }
+}
+
+fn check_within<const N: usize>(problem: &Problem, norm: bool, field: &Field, random: &mut Random) -> f64 {
+    let extremal = Extremal::<N>::new(problem, problem.steps);
+    let mut costate = random_vector::<N>(random);
+    while extremal.sweep(&costate).is_err() {
+        costate *= 0.5;
+    }
+    let part = 0.5 + 0.3 * random.uniform();
+    check::<N>(&limited(problem, &costate, norm, part), field, random)
+}
+
+#[test]
+fn within_limits_any_costate_generates_controls_that_only_the_limits_hold_back() {
+    let mut random = Random(31);
+    for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {
+        for (problem, field) in zoo() {
+            for norm in [false, true] {
+                let problem = problem.clone().with_scheme(scheme);
+                let worst = match problem.motion {
+                    Motion::Attitude => check_within::<6>(&problem, norm, &field, &mut random),
+                    Motion::RigidBody => check_within::<12>(&problem, norm, &field, &mut random),
+                };
+                let frame = problem.actuation.torque.frame();
+                assert!(worst < 3e-14, "{scheme:?} {field:?} {frame:?}: {worst:e}");
+            }
         }
     }
 }
