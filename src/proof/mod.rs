@@ -1,5 +1,7 @@
 //! What a plan proves by itself: stationarity, rank and condition of Ψ₁₂, conjugate points.
 
+mod inertia;
+
 use crate::Matrix3;
 use crate::dynamics::Sensitivity;
 use crate::extremal::{Extremal, Node};
@@ -23,23 +25,34 @@ pub(crate) fn optimality<const N: usize>(extremal: &Extremal<N>, costate: &SVect
 }
 
 /// Largest residual `|λ_{k−1} − A_kᵀ λ_k|` of the costate recursion, recomputed backward by `A_kᵀ`
-/// where the sweep went forward by `A_k⁻ᵀ`; relative to the largest costate.
+/// where the sweep went forward by `A_k⁻ᵀ`, relative to the largest costate; under limits also the largest
+/// projection residual of the inputs, relative to the largest they give.
 fn stationarity<const N: usize>(extremal: &Extremal<N>, costate: &SVector<f64, N>) -> f64 {
+    let dynamics = &extremal.dynamics;
     let mut before: Option<Node> = None;
     let (mut worst, mut size) = (0.0f64, 0.0f64);
+    let (mut worst_input, mut largest_output) = (0.0f64, 0.0f64);
     let swept = extremal.sweep_observed(costate, |node| {
         if let Some(before) = &before {
             let costate = node.costate.to_vector::<N>();
             let expected = before.costate.to_vector::<N>();
-            match extremal.dynamics.costate_before::<N>(&before.point, &costate) {
+            match dynamics.costate_before::<N>(&before.point, &costate) {
                 Ok(back) => worst = worst.max((back - expected).amax()),
                 Err(_) => worst = f64::INFINITY,
             }
             size = size.max(expected.amax());
         }
+        if dynamics.is_limited() {
+            let (pose, costate) = (node.point.pose(), &node.costate);
+            worst_input = worst_input.max(dynamics.input_residual(&pose, costate));
+            let kick = dynamics.kick::<N>(&pose, costate);
+            largest_output = largest_output.max(kick.effort.sqrt());
+        }
         before = Some(node);
     });
-    if swept.is_err() { f64::INFINITY } else { worst / size.max(1.0) }
+    let costates = worst / size.max(1.0);
+    let inputs = worst_input / largest_output.max(1.0);
+    if swept.is_err() { f64::INFINITY } else { costates.max(inputs) }
 }
 
 /// Number of conjugate points inside the maneuver: directions in which the cost has a decrease of
@@ -60,6 +73,9 @@ pub(crate) fn conjugate_points<const N: usize>(
     costate: &SVector<f64, N>,
 ) -> Option<usize> {
     let dynamics = &extremal.dynamics;
+    if dynamics.is_limited() {
+        return inertia::conjugate_points(extremal, costate);
+    }
     let steps = dynamics.steps;
     let half_end = dynamics.scheme == Scheme::LieVerlet;
     let root = dynamics.input_root();

@@ -7,7 +7,9 @@ use crate::dynamics::{Costate, Linearization};
 use crate::environment::UniformGravity;
 use crate::lie;
 use crate::problem::{Problem, State};
-use crate::testing::{Random, attitude_only, full_inertia, moving_ends, random_vector, reference, vector};
+use crate::testing::{
+    Random, attitude_only, full_inertia, limited, moving_ends, random_vector, reference, vector,
+};
 use crate::{Matrix3, Vector3};
 use nalgebra::DMatrix;
 
@@ -105,7 +107,17 @@ fn the_published_extremals_have_0_2_2_3_conjugate_points() {
 
 /// Random extremals: any costate leads to one, that of the maneuver to where it ends.
 fn compare<const N: usize>(problem: &Problem, size: f64, random: &mut Random) -> Option<usize> {
-    let extremal = Extremal::<N>::new(problem, problem.steps);
+    compare_within::<N>(problem, None, size, random)
+}
+
+/// The same within limits on single inputs, or on the norm of what they give.
+fn compare_within<const N: usize>(
+    problem: &Problem,
+    norm: Option<bool>,
+    size: f64,
+    random: &mut Random,
+) -> Option<usize> {
+    let mut extremal = Extremal::<N>::new(problem, problem.steps);
     // A rest-to-rest turn by about `size` has λ^R = −12 φ, λ^Π = −6 φ.
     let phi = random.vector3().normalize() * size;
     let mut costate = random_vector::<N>(random);
@@ -113,9 +125,16 @@ fn compare<const N: usize>(problem: &Problem, size: f64, random: &mut Random) ->
     rotation *= 0.5 * size;
     rotation -= SVector::<f64, 6>::from_fn(|row, _| if row < 3 { 12.0 } else { 6.0 } * phi[row % 3]);
     extremal.sweep(&costate).ok()?;
+    if let Some(norm) = norm {
+        let part = 0.65 + 0.3 * random.uniform();
+        extremal = Extremal::new(&limited(problem, &costate, norm, part), problem.steps);
+        extremal.sweep(&costate).ok()?;
+    }
     let (counted, dense) = (conjugate_points(&extremal, &costate), negative_directions(&extremal, &costate));
     let (scheme, actuation) = (problem.scheme, &problem.actuation.torque);
     assert_eq!(counted, Some(dense), "{scheme:?} {actuation:?} {:?} {costate}", problem.environment);
+    // The elimination serves without limits too, by another road.
+    assert_eq!(inertia::conjugate_points(&extremal, &costate), Some(dense));
     counted
 }
 
@@ -153,5 +172,42 @@ fn conjugate_points_are_the_negative_directions_of_the_reduced_hessian() {
         }
     }
     // The comparison means something only where there is something to count.
+    assert!(seen[0] >= 10 && seen[1..].iter().sum::<usize>() >= 10, "{seen:?}");
+}
+
+#[test]
+fn conjugate_points_within_limits_are_those_of_the_free_inputs() {
+    let mut random = Random(47);
+    let pendulum = UniformGravity::new(1.0, 1.7, Vector3::z(), Vector3::new(0.1, -0.2, 0.9)).unwrap();
+    let axes = |frame: AxisFrame, count: usize| {
+        let all = [Vector3::x(), Vector3::new(0.2, 1.0, 0.0), Vector3::z(), Vector3::new(0.5, 0.5, -0.7)];
+        let weight = DMatrix::from_fn(count, count, |i, j| if i == j { 1.0 + 0.4 * i as f64 } else { 0.0 });
+        Channel::new(all[..count].to_vec(), frame, weight).unwrap()
+    };
+    let mut seen = [0usize; 8];
+    for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {
+        for frame in [AxisFrame::Body, AxisFrame::Reference] {
+            for norm in [false, true] {
+                for size in [1.0, 5.0, 9.0] {
+                    let other = if frame == AxisFrame::Body { AxisFrame::Reference } else { AxisFrame::Body };
+                    let mut moving = moving_ends(&mut random, frame).with_scheme(scheme).with_steps(30);
+                    moving.actuation.torque = axes(frame, 3);
+                    moving.actuation.force = Some(axes(other, 4));
+                    let mut attitude = attitude_only(moving.clone()).with_steps(60);
+                    let mut counts = Vec::new();
+                    for count in [2, 3, 4] {
+                        attitude.actuation = Actuation::torques(axes(frame, count));
+                        counts.push(compare_within::<6>(&attitude, Some(norm), size, &mut random));
+                    }
+                    let hanging = attitude.with_environment(pendulum.clone());
+                    counts.push(compare_within::<6>(&hanging, Some(norm), size, &mut random));
+                    counts.push(compare_within::<12>(&moving, Some(norm), size, &mut random));
+                    for found in counts.into_iter().flatten() {
+                        seen[found.min(7)] += 1;
+                    }
+                }
+            }
+        }
+    }
     assert!(seen[0] >= 10 && seen[1..].iter().sum::<usize>() >= 10, "{seen:?}");
 }
