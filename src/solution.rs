@@ -135,14 +135,16 @@ pub struct ActiveConstraint {
     pub name: String,
     /// Times at which it acts \[s\].
     pub time_s: Vec<f64>,
-    /// Its multipliers there, scaled units, not negative.
+    /// Its multipliers there, scaled units, not negative. Of a limit of the inputs, as the shooting finds
+    /// it: how fast the running cost falls as the limit grows, `−∂(cost rate)/∂ ln ū`.
     pub multiplier: Vec<f64>,
 }
 
 /// One rung of the ladder: what was tried and how it ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RungReport {
-    /// "newton", "coarse_to_fine", "continuation", "lifted", "multi_start", "guess".
+    /// "newton", "coarse_to_fine", "continuation", "lifted", "horizon", "multi_start", "guess"; with limited
+    /// inputs also "saturated" (Newton from the extremal without limits) and "limits" (limits drawn in).
     pub rung: String,
     /// From which start: "short", "long", "+1 turn", …
     pub start: String,

@@ -6,7 +6,11 @@ mod bounds;
 mod common;
 #[path = "planner/costs.rs"]
 mod costs;
+#[path = "planner/dense.rs"]
+mod dense;
 #[path = "planner/invariance.rs"]
 mod invariance;
+#[path = "planner/limits.rs"]
+mod limits;
 #[path = "planner/order.rs"]
 mod order;

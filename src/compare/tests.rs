@@ -138,6 +138,9 @@ fn the_reference_costs_come_from_every_method() {
             let allowed = if run.method == Contender::Scp { COST } else { digits + 2e-13 };
             assert!(off.abs() < allowed, "{:?} {share:?}: off by {off:e}", run.method);
         }
+        // Duals of the convex iteration, before any polish, are costates: two steps of Newton remain.
+        let started = found.agreement.from_duals.as_ref().unwrap();
+        assert!(started.newton_steps.is_some_and(|steps| steps <= 2), "{started:?}");
         let acts =
             found.run(Contender::ScpPolish).unwrap().active.iter().any(|one| one.name == "torque limit");
         assert_eq!(acts, share.is_some());

@@ -22,6 +22,8 @@ const ITERATIONS: usize = 12;
 /// First and smallest step of the parameter.
 const FIRST_STEP: f64 = 0.2;
 const SMALLEST_STEP: f64 = 1.0 / 512.0;
+/// The least tolerance of an intermediate problem.
+const ROUND_OFF: f64 = 1e-13;
 
 /// Walks a parameter from `from` to 1: `solve(s)` says whether the problem at `s` was solved, and in
 /// how many iterations.
@@ -155,4 +157,55 @@ pub(crate) fn in_horizon<const N: usize>(
         }
     });
     (reached.then_some(nodes), report)
+}
+
+/// An extremal within limits that are wider than the true ones.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wider<const N: usize> {
+    /// Its costate.
+    pub costate: SVector<f64, N>,
+    /// How many times as large as the true limits those are that it keeps.
+    pub factor: f64,
+}
+
+/// Continuation in the limits of the inputs: drawn in from those that an extremal keeps, in equal ratios,
+/// to the true ones; how far that went.
+///
+/// Where limits become too tight for any maneuver, costates grow without bound: the walk stops short of
+/// there, and begun anew it takes shorter steps.
+pub(crate) fn in_limits<const N: usize>(
+    extremal: &Extremal<N>,
+    from: &Wider<N>,
+    context: &Context,
+) -> (Wider<N>, Report) {
+    let factor = |s: f64| if s < 1.0 { from.factor.powf(1.0 - s) } else { 1.0 };
+    // A small maneuver is not solved because its error is small.
+    let tolerance = (TOLERANCE * from.costate.amax().min(1.0)).max(ROUND_OFF);
+    let mut report = failed(Outcome::Converged);
+    let mut solved = vec![(0.0, from.costate)];
+    walk(context, 0.0, &mut report, |s| {
+        let problem = extremal.relaxed(factor(s));
+        let newton = Newton::new(&problem, tolerance, predict(&solved, s), None).map_err(|_| 0usize)?;
+        let (newton, run) = run(newton, ITERATIONS, &|| context.interrupt());
+        if run.outcome != Outcome::Converged {
+            return Err(run.iterations);
+        }
+        solved.push((s, newton.costate));
+        Ok(run.iterations)
+    });
+    let (at, costate) = solved[solved.len() - 1];
+    (Wider { costate, factor: factor(at) }, report)
+}
+
+/// The nodes of the extremal from `costate`.
+pub(crate) fn nodes_of<const N: usize>(
+    extremal: &Extremal<N>,
+    costate: &SVector<f64, N>,
+) -> Result<Nodes<N>, StepError> {
+    let mut nodes = Nodes { points: Vec::new(), costates: Vec::new() };
+    extremal.sweep_observed(costate, |node| {
+        nodes.points.push(node.point);
+        nodes.costates.push(node.costate.to_vector());
+    })?;
+    Ok(nodes)
 }

@@ -33,26 +33,30 @@ const SAME: f64 = 1e-6;
 
 /// A converged extremal on the requested grid, or the best of what did not converge.
 #[derive(Clone, Debug)]
-struct Found<const N: usize> {
-    start: String,
-    costate: SVector<f64, N>,
-    cost: f64,
-    residual: f64,
-    outcome: Outcome,
-    iterations: usize,
+pub(super) struct Found<const N: usize> {
+    pub start: String,
+    pub costate: SVector<f64, N>,
+    pub cost: f64,
+    pub residual: f64,
+    pub outcome: Outcome,
+    pub iterations: usize,
 }
 
-struct Search<'a, 'c, const N: usize> {
-    problem: &'a Problem,
-    context: &'a Context<'c>,
-    fine: Extremal<N>,
+pub(super) struct Search<'a, 'c, const N: usize> {
+    pub problem: &'a Problem,
+    pub context: &'a Context<'c>,
+    /// On the requested grid.
+    pub fine: Extremal<N>,
+    /// Where it is searched.
     coarse: Extremal<N>,
-    found: Vec<Found<N>>,
+    pub found: Vec<Found<N>>,
     /// Extremals already met on the coarse grid.
     met: Vec<SVector<f64, N>>,
     /// Starts that have led to an extremal, new or known.
     arrived: Vec<String>,
     failure: Option<Found<N>>,
+    /// What is lacking, in words, where no plan was found.
+    pub shortfall: Option<String>,
 }
 
 /// Steps of the coarse grid: enough for the fastest rate that the way round suggests.
@@ -68,6 +72,10 @@ fn coarse_steps(problem: &Problem, turns: i32) -> usize {
 
 /// The grid to search on: the coarse one where it is much cheaper than the requested one.
 fn search_grid(problem: &Problem, turns: i32) -> usize {
+    // Where inputs meet their limits, costates on two grids have no expansion in the step.
+    if problem.actuation.is_limited() {
+        return problem.steps;
+    }
     let coarse = coarse_steps(problem, turns);
     // In a field the grids agree less: what is found on a coarse one may not be there on a finer.
     let worth = if problem.environment.is_free() { 2 } else { 4 };
@@ -77,25 +85,29 @@ fn search_grid(problem: &Problem, turns: i32) -> usize {
 /// Solves a checked problem.
 pub(super) fn solve<const N: usize>(problem: &Problem, context: &Context, guess: Option<&[f64]>) -> Solution {
     let turns = wanted_turns(problem);
-    let most = turns.iter().copied().max_by_key(|turns| turns.abs()).unwrap_or(0);
-    let fine = Extremal::<N>::new(problem, problem.steps);
-    let coarse = Extremal::<N>::new(problem, search_grid(problem, most));
-    let mut search = Search {
-        problem,
-        context,
-        fine,
-        coarse,
-        found: Vec::new(),
-        met: Vec::new(),
-        arrived: Vec::new(),
-        failure: None,
-    };
+    let mut search = Search::<N>::new(problem, context, &turns);
     if let Some(guess) = guess {
-        search.try_guess(guess);
+        search.try_guess(guess, "guess");
     }
     if guess.is_none() || search.found.is_empty() {
-        search.climb(&turns);
+        if search.fine.dynamics.is_limited() {
+            search.climb_limited(&turns);
+        } else {
+            search.climb(&turns);
+        }
     }
+    search.conclude()
+}
+
+/// Newton from a guess alone, on the requested grid, with no ladder behind it.
+pub(super) fn polish<const N: usize>(
+    problem: &Problem,
+    context: &Context,
+    guess: &[f64],
+    start: &str,
+) -> Solution {
+    let mut search = Search::<N>::new(problem, context, &[0]);
+    search.try_guess(guess, start);
     search.conclude()
 }
 
@@ -120,13 +132,21 @@ fn turns_as_given(problem: &Problem, rotation: &Vector3) -> i32 {
     ((along - short.norm()) / TAU).round() as i32
 }
 
-impl<const N: usize> Search<'_, '_, N> {
-    fn stopped(&self) -> bool {
+impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
+    pub fn new(problem: &'a Problem, context: &'a Context<'c>, turns: &[i32]) -> Self {
+        let most = turns.iter().copied().max_by_key(|turns| turns.abs()).unwrap_or(0);
+        let fine = Extremal::<N>::new(problem, problem.steps);
+        let coarse = Extremal::<N>::new(problem, search_grid(problem, most));
+        let (found, met, arrived) = (Vec::new(), Vec::new(), Vec::new());
+        Self { problem, context, fine, coarse, found, met, arrived, failure: None, shortfall: None }
+    }
+
+    pub fn stopped(&self) -> bool {
         self.context.interrupt().is_some()
     }
 
     /// All starts, rung by rung.
-    fn climb(&mut self, turns: &[i32]) {
+    pub fn climb(&mut self, turns: &[i32]) {
         let fractions: &[f64] = if self.problem.path == Path::Shortest { &[1.0] } else { &[1.0, 0.3] };
         self.newton(turns, fractions);
         if self.problem.path == Path::Shortest && self.found.is_empty() {
@@ -174,8 +194,8 @@ impl<const N: usize> Search<'_, '_, N> {
         }
     }
 
-    fn try_guess(&mut self, guess: &[f64]) {
-        self.context.enter("guess", "guess", self.problem.steps);
+    fn try_guess(&mut self, guess: &[f64], start: &str) {
+        self.context.enter("guess", start, self.problem.steps);
         let scaled =
             SVector::<f64, N>::from_row_slice(guess).component_div(&self.fine.dynamics.units.costate());
         let costate = match self.problem.scheme {
@@ -195,7 +215,7 @@ impl<const N: usize> Search<'_, '_, N> {
                 let (newton, report) = run(newton, limit, &|| self.context.interrupt());
                 self.context.note(self.problem.steps, &report);
                 let (outcome, iterations) = (report.outcome, report.iterations);
-                self.keep("guess", newton.costate, newton.end.cost, newton.residual(), outcome, iterations);
+                self.keep(start, newton.costate, newton.end.cost, newton.residual(), outcome, iterations);
             }
             Err(error) => self.context.note(self.problem.steps, &failed(outcome_of(error))),
         }
@@ -257,7 +277,7 @@ impl<const N: usize> Search<'_, '_, N> {
         refined.outcome == Outcome::Converged
     }
 
-    fn keep(
+    pub fn keep(
         &mut self,
         start: &str,
         costate: SVector<f64, N>,
@@ -369,7 +389,7 @@ impl<const N: usize> Search<'_, '_, N> {
     }
 
     /// Puts the winner first: the nearest to what was asked for, of these the lowest cost.
-    fn rank(&mut self) {
+    pub fn rank(&mut self) {
         let found = std::mem::take(&mut self.found);
         let several = found.len() > 1;
         let mut keyed: Vec<(f64, Found<N>)> =
@@ -393,7 +413,8 @@ impl<const N: usize> Search<'_, '_, N> {
         let rivals = rivals.collect();
         let ladder = self.context.ladder.take();
         let unsolved = Solution::unsolved(self.problem, self.context.settings.tolerance);
-        let mut solution = Solution { ladder, rivals, solve_time, ..unsolved };
+        let shortfall = self.shortfall;
+        let mut solution = Solution { ladder, rivals, solve_time, shortfall, ..unsolved };
         if let Some(winner) = winner {
             solution.outcome = winner.outcome;
             solution.start = winner.start.clone();
@@ -404,6 +425,7 @@ impl<const N: usize> Search<'_, '_, N> {
                 solution.sense = recorded.way.sense;
                 solution.turned_deg = recorded.way.turned_deg;
                 solution.trajectory = recorded.trajectory;
+                solution.active = recorded.active;
                 solution.optimality = proof::optimality(&self.fine, &winner.costate);
             }
         }

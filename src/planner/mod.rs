@@ -6,14 +6,16 @@ mod detour;
 pub(crate) mod geodesic;
 mod ladder;
 pub(crate) mod record;
+mod saturated;
 mod shortfall;
 
 use crate::problem::{Motion, Problem, ProblemError};
 use crate::reachability;
+use crate::saturation;
 use crate::scp::Options;
 use crate::settings::{Method, Settings, SettingsError};
 use crate::shooting::driver::Report;
-use crate::solution::{Outcome, RungReport, Solution, Trajectory};
+use crate::solution::{Optimality, Outcome, RungReport, Solution, Trajectory};
 use std::cell::{Cell, RefCell};
 use std::time::Instant;
 use thiserror::Error;
@@ -136,7 +138,53 @@ impl<'a> Context<'a> {
     }
 }
 
+fn check(problem: &Problem, settings: &Settings, guess: Option<&[f64]>) -> Result<(), PlanError> {
+    problem.check()?;
+    settings.check()?;
+    if let Some(guess) = guess {
+        let found = guess.iter().filter(|value| value.is_finite()).count();
+        let needed = problem.dimension();
+        if found != needed || guess.len() != needed {
+            return Err(PlanError::Guess { found, needed });
+        }
+    }
+    Ok(())
+}
+
+/// Whether the shooting can take what limits a maneuver.
+fn check_for_shooting(problem: &Problem) -> Result<(), PlanError> {
+    saturation::obstacle(problem).map_or(Ok(()), |reason| Err(PlanError::NotForShooting { reason }))
+}
+
+/// Polishes a costate guess, as [`Solution::costates_0`] gives it (SI units; `λ_0` for Lie–Euler, `λ_{−1}` for
+/// Lie–Verlet), by the shooting's Newton alone, without the ladder: what the duals of another method need.
+///
+/// Limits of the inputs act through the saturated control law, so that a guess within Newton's reach is
+/// brought to the tolerance in a step or two.
+///
+/// # Errors
+/// [`PlanError`] when problem, settings or guess cannot be used. A Newton that stops is no error.
+pub fn polish(
+    problem: &Problem,
+    settings: &Settings,
+    guess: &[f64],
+    observer: &mut dyn Observer,
+) -> Result<Solution, PlanError> {
+    check(problem, settings, Some(guess))?;
+    check_for_shooting(problem)?;
+    let context = Context::new(settings, observer);
+    Ok(match problem.motion {
+        Motion::Attitude => ladder::polish::<6>(problem, &context, guess, "guess"),
+        Motion::RigidBody => ladder::polish::<12>(problem, &context, guess, "guess"),
+    })
+}
+
 /// Solves a maneuver. The solution says how the solve ended; it is not yet verified.
+///
+/// The shooting takes limits of the size of the inputs, or of the norm of what they give, through the
+/// saturated control law. By default ([`Method::Auto`]) it is tried first wherever it applies; where it finds
+/// nothing the convex road does, whose duals then start the shooting once more. Everything else (constraints
+/// on pointing or rates, limits of how fast inputs change, reaction wheels) takes the convex road.
 ///
 /// `guess` is a costate to try first, as [`Solution::costates_0`] gives it, SI units.
 ///
@@ -148,17 +196,10 @@ pub fn solve(
     guess: Option<&[f64]>,
     observer: &mut dyn Observer,
 ) -> Result<Solution, PlanError> {
-    problem.check()?;
-    settings.check()?;
-    if problem.is_constrained() && settings.method == Method::Shooting {
-        return Err(PlanError::NotForShooting { reason: "it has limits or constraints" });
-    }
-    if let Some(guess) = guess {
-        let found = guess.iter().filter(|value| value.is_finite()).count();
-        let needed = problem.dimension();
-        if found != needed || guess.len() != needed {
-            return Err(PlanError::Guess { found, needed });
-        }
+    check(problem, settings, guess)?;
+    let obstacle = check_for_shooting(problem);
+    if settings.method == Method::Shooting {
+        obstacle.clone()?;
     }
     if let Some(obstruction) = reachability::obstruction(problem) {
         let unsolved = Solution::unsolved(problem, settings.tolerance);
@@ -169,18 +210,9 @@ pub fn solve(
         });
     }
     let context = Context::new(settings, observer);
-    if settings.method == Method::Scp || (problem.is_constrained() && settings.method == Method::Auto) {
-        let mut solution = constrained::solve(problem, &context, &Options::default(), None);
-        if solution.outcome != Outcome::Converged
-            && context.interrupt().is_none()
-            && let Some(violated) = &mut solution.shortfall
-        {
-            match shortfall::longer(problem, &context) {
-                Some(duration) => violated.push_str(&format!("; a plan of {duration:.4} s was found")),
-                None => violated.push_str("; none was found for up to three times the duration either"),
-            }
-        }
-        return Ok(solution);
+    if settings.method == Method::Scp || obstacle.is_err() {
+        let solution = constrained::solve(problem, &context, &Options::default(), None);
+        return Ok(with_advice(problem, &context, held_to(settings.tolerance, solution)));
     }
     let solution = match problem.motion {
         Motion::Attitude => ladder::solve::<6>(problem, &context, guess),
@@ -190,13 +222,76 @@ pub fn solve(
     if !rescue || context.interrupt().is_some() {
         return Ok(solution);
     }
-    // The last rung: the convex road needs no costates to start from.
-    let mut second = constrained::solve(problem, &context, &Options::default(), None);
+    // The last rung: the convex road needs no costates to start from, and its duals are some.
+    let second = constrained::solve(problem, &context, &Options::default(), None);
+    let mut second = held_to(settings.tolerance, confirmed(problem, &context, second));
     if second.outcome != Outcome::Converged {
-        return Ok(solution);
+        if !problem.is_constrained() {
+            return Ok(solution);
+        }
+        second = with_advice(problem, &context, second);
     }
     second.ladder = solution.ladder.into_iter().chain(second.ladder).collect();
     Ok(second)
+}
+
+/// A solution that counts as converged only where its terminal error, replayed from the start, is within the
+/// tolerance.
+fn held_to(tolerance: f64, mut solution: Solution) -> Solution {
+    let met = solution.terminal.largest() <= tolerance;
+    if solution.outcome == Outcome::Converged && !met {
+        solution.outcome = Outcome::Stalled;
+        solution.shortfall = Some(format!(
+            "the conditions of the optimum are met, but the inputs replayed from the start miss the end by {:.1e}, \
+             scaled; the tolerance is {tolerance:.1e}",
+            solution.terminal.largest()
+        ));
+    }
+    solution
+}
+
+/// An answer of the convex road with the shooting's word on it, started from its duals: whether it is an
+/// extremal, and of which second order. Where its terminal error is above the tolerance, the shooting's own.
+fn confirmed(problem: &Problem, context: &Context, solution: Solution) -> Solution {
+    if solution.outcome != Outcome::Converged || context.interrupt().is_some() {
+        return solution;
+    }
+    let duals = solution.costates_0(problem);
+    let mut shot = match problem.motion {
+        Motion::Attitude => ladder::polish::<6>(problem, context, duals, "duals"),
+        Motion::RigidBody => ladder::polish::<12>(problem, context, duals, "duals"),
+    };
+    let same = (shot.cost - solution.cost).abs() <= SAME_COST * solution.cost.abs();
+    let agrees = shot.outcome == Outcome::Converged && same;
+    let ladder = solution.ladder.iter().cloned().chain(std::mem::take(&mut shot.ladder)).collect();
+    if !agrees {
+        return Solution { ladder, ..solution };
+    }
+    let met = solution.terminal.largest() <= context.settings.tolerance;
+    if !met {
+        let Solution { convex, rivals, .. } = solution;
+        return Solution { ladder, convex, rivals, ..shot };
+    }
+    let stationarity = solution.optimality.stationarity.max(shot.optimality.stationarity);
+    let optimality = Optimality { stationarity, ..shot.optimality };
+    Solution { ladder, optimality, solve_time: shot.solve_time, ..solution }
+}
+
+/// Costs of one extremal differ by less, relative.
+const SAME_COST: f64 = 1e-9;
+
+/// An unsolved maneuver with the duration for which a plan was found.
+fn with_advice(problem: &Problem, context: &Context, mut solution: Solution) -> Solution {
+    if solution.outcome != Outcome::Converged
+        && context.interrupt().is_none()
+        && let Some(violated) = &mut solution.shortfall
+    {
+        match shortfall::longer(problem, context) {
+            Some(duration) => violated.push_str(&format!("; a plan of {duration:.4} s was found")),
+            None => violated.push_str("; none was found for up to three times the duration either"),
+        }
+    }
+    solution
 }
 
 /// Solves a maneuver by the convex road, limited or not, from its own seeds or along a trajectory on the
@@ -225,5 +320,6 @@ pub(crate) fn solve_convex(
     }
     let context = Context::new(&settings, observer);
     let last = if polish { Options::default() } else { Options::unpolished() };
-    Ok(constrained::solve(problem, &context, &last, along))
+    let solution = constrained::solve(problem, &context, &last, along);
+    Ok(if polish { held_to(settings.tolerance, solution) } else { solution })
 }

@@ -1,18 +1,20 @@
 //! From the sweep's scaled nodes to a trajectory in SI units.
 
-use crate::actuation::{AxisFrame, Channel};
+use crate::actuation::{Actuation, AxisFrame, Channel, LimitKind};
 use crate::dynamics::{Point, StepError};
 use crate::extremal::{End, Extremal, Node};
 use crate::lie;
 use crate::problem::{Motion, Problem, Scheme};
-use crate::solution::{Sense, TerminalError, Trajectory};
+use crate::saturation::Law;
+use crate::solution::{ActiveConstraint, Sense, TerminalError, Trajectory};
 use crate::{Matrix3, Vector3};
-use nalgebra::SVector;
+use nalgebra::{DVector, SVector};
 
 /// A recorded sweep.
 pub(crate) struct Recorded<const N: usize> {
     pub end: End<N>,
     pub trajectory: Trajectory,
+    pub active: Vec<ActiveConstraint>,
     pub way: Way,
 }
 
@@ -36,13 +38,46 @@ pub(crate) fn record<const N: usize>(
     let mut recorder = Recorder::<N>::new(problem, extremal);
     let end = extremal.sweep_observed(costate, |node| recorder.push(&node))?;
     let way = way_round(extremal, costate)?;
-    Ok(Recorded { end, trajectory: recorder.trajectory, way })
+    let limits = [recorder.force_limit, recorder.torque_limit].into_iter().flatten();
+    let active = limits.map(|limit| limit.active).filter(|active| !active.time_s.is_empty()).collect();
+    Ok(Recorded { end, trajectory: recorder.trajectory, active, way })
 }
 
 struct Recorder<'a, const N: usize> {
     problem: &'a Problem,
     extremal: &'a Extremal<N>,
     trajectory: Trajectory,
+    force_limit: Option<Limit>,
+    torque_limit: Option<Limit>,
+}
+
+/// The limit of a channel: its law, SI units, and where it acts.
+struct Limit {
+    law: Law,
+    active: ActiveConstraint,
+    /// Unit of the multipliers: cost over time.
+    unit: f64,
+}
+
+impl Limit {
+    fn of(problem: &Problem, channel: Option<&Channel>, of_force: bool, unit: f64) -> Option<Self> {
+        let channel = channel?;
+        let law = Law::of(channel)?;
+        let kind = if channel.limits().norm.is_some() { LimitKind::Norm } else { LimitKind::Size };
+        let name = problem.actuation.limit_name(kind, of_force).into();
+        let active = ActiveConstraint { name, time_s: Vec::new(), multiplier: Vec::new() };
+        Some(Self { law, active, unit })
+    }
+
+    /// The inputs for a costate, in the axes of the channel, at time `time`.
+    fn inputs(&mut self, channel: &Channel, costate: &Vector3, time: f64) -> DVector<f64> {
+        let multiplier = self.law.multipliers(costate).iter().sum::<f64>() / self.unit;
+        if multiplier > 0.0 {
+            self.active.time_s.push(time);
+            self.active.multiplier.push(multiplier);
+        }
+        self.law.inputs(channel, costate)
+    }
 }
 
 impl<'a, const N: usize> Recorder<'a, N> {
@@ -64,20 +99,22 @@ impl<'a, const N: usize> Recorder<'a, N> {
             wheel_momentum: Vec::new(),
             costates: Vec::with_capacity(input_rows * N),
         };
-        Self { problem, extremal, trajectory }
+        let Actuation { force, torque, .. } = &problem.actuation;
+        let unit = extremal.dynamics.units.cost / extremal.dynamics.units.time;
+        let force_limit = Limit::of(problem, force.as_ref(), true, unit);
+        let torque_limit = Limit::of(problem, Some(torque), false, unit);
+        Self { problem, extremal, trajectory, force_limit, torque_limit }
     }
 
     fn push(&mut self, node: &Node) {
-        let Self { problem, extremal, trajectory } = self;
+        let Self { problem, extremal, trajectory, force_limit, torque_limit } = self;
         let dynamics = &extremal.dynamics;
         let units = &dynamics.units;
         let point = node.physical(0.5 * dynamics.h);
         let r = &point.attitude.value;
-        trajectory.time.push(if node.index == problem.steps {
-            problem.duration
-        } else {
-            node.index as f64 * problem.step()
-        });
+        let last = node.index == problem.steps;
+        let time = if last { problem.duration } else { node.index as f64 * problem.step() };
+        trajectory.time.push(time);
         let quaternion = continued(trajectory.quaternion.last(), lie::quaternion_from_rotation(r));
         trajectory.quaternion.push(quaternion);
         trajectory.angular_velocity.push(dynamics.j_inverse * point.momentum.value / units.time);
@@ -98,7 +135,7 @@ impl<'a, const N: usize> Recorder<'a, N> {
                     AxisFrame::Reference => lambda(3),
                     AxisFrame::Body => r.tr_mul(&lambda(3)),
                 };
-                let output = push_inputs(trajectory, channel, &in_axes);
+                let output = push_inputs(trajectory, channel, force_limit.as_mut(), &in_axes, time);
                 if channel.frame() == AxisFrame::Body { r * output } else { output }
             });
             trajectory.force.push(force);
@@ -108,14 +145,23 @@ impl<'a, const N: usize> Recorder<'a, N> {
             AxisFrame::Body => lambda(N - 3),
             AxisFrame::Reference => r * lambda(N - 3),
         };
-        let output = push_inputs(trajectory, channel, &in_axes);
+        let output = push_inputs(trajectory, channel, torque_limit.as_mut(), &in_axes, time);
         let torque = if channel.frame() == AxisFrame::Reference { r.tr_mul(&output) } else { output };
         trajectory.torque.push(torque);
     }
 }
 
-fn push_inputs(trajectory: &mut Trajectory, channel: &Channel, costate: &Vector3) -> Vector3 {
-    let inputs = channel.optimal_inputs(costate);
+fn push_inputs(
+    trajectory: &mut Trajectory,
+    channel: &Channel,
+    limit: Option<&mut Limit>,
+    costate: &Vector3,
+    time: f64,
+) -> Vector3 {
+    let inputs = match limit {
+        Some(limit) => limit.inputs(channel, costate, time),
+        None => channel.optimal_inputs(costate),
+    };
     trajectory.input.extend(inputs.iter());
     channel.output(inputs.as_slice())
 }

@@ -91,7 +91,8 @@ impl<'a, const N: usize> Newton<'a, N> {
     }
 
     fn accept(&mut self, costate: SVector<f64, N>, end: End<N>) {
-        if end.error.norm() > KEEP_FACTOR * self.end.error.norm() {
+        // Under limits the next iterate may have other free inputs, and with them another Ψ.
+        if self.extremal.dynamics.is_limited() || end.error.norm() > KEEP_FACTOR * self.end.error.norm() {
             self.factor = None;
         }
         (self.costate, self.end, self.psi) = (costate, end, None);

@@ -7,6 +7,7 @@ use super::values::Limits;
 use crate::Vector3;
 use crate::constraint::{Constraint, Direction, Pointing, Rule, Side};
 use crate::problem::Problem;
+use crate::saturation;
 
 /// Pairs of a boresight and a direction in all constraints together.
 const MAX_PAIRS: usize = 10_000;
@@ -259,6 +260,10 @@ pub(crate) fn refuse_shooting(problem: &Problem, solver: &Section<'_>, report: &
         "reaction wheels".into()
     } else if limits(&actuation.torque) || actuation.force.as_ref().is_some_and(limits) {
         "a limit of how fast inputs change".into()
+    } else if let Some(obstacle) = saturation::obstacle(problem) {
+        let reason = format!("method = \"shooting\" does not serve here: {obstacle}");
+        report.error("E0066", solver.spot("method"), reason, "write method = \"auto\" or \"scp\"");
+        return;
     } else {
         return;
     };
