@@ -7,7 +7,7 @@
 use super::StepError;
 use crate::body::Body;
 use crate::dynamics::implicit::{solve_counting, solve_from};
-use crate::{Matrix3, Vector3, lie};
+use crate::{Matrix3, Vector3};
 
 /// One body as the implicit equation sees it, in units of its mean principal moment.
 #[derive(Clone, Debug)]
@@ -70,11 +70,9 @@ impl Rotor {
     }
 }
 
-/// `F − I` and `Fᵀp − p` of the rotation with Cayley vector `c`.
+/// `Fᵀp − p` of the rotation with Cayley vector `c`: `a (S(c)² − S(c)) p`, `a = 2/(1 + |c|²)`.
 #[inline(always)]
-pub(super) fn increments(c: &Vector3, p: &Vector3) -> (Matrix3, Vector3) {
-    // Fᵀ = I + a (S(c)² − S(c)), a = 2/(1 + |c|²): the products need not wait for the division.
+pub(super) fn carried(c: &Vector3, p: &Vector3) -> Vector3 {
     let w = c.cross(p);
-    let a = 2.0 / (1.0 + c.norm_squared());
-    (lie::cayley_minus_identity(c), (c.cross(&w) - w) * a)
+    (c.cross(&w) - w) * (2.0 / (1.0 + c.norm_squared()))
 }

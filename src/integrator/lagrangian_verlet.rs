@@ -91,7 +91,7 @@ impl Integrator for LagrangianVerlet {
         for (body, about) in self.loads.system.bodies().iter().enumerate() {
             let last = &mut self.last[body];
             last.turn = lie::cayley_minus_identity(&self.turns[body]);
-            self.state.add_attitude(body, &(self.state.poses()[body].attitude * last.turn));
+            self.state.turn_attitude(body, &self.turns[body]);
             let Some(mass) = about.mass else { continue };
             if self.work.steps == 0 {
                 let kicked = self.state.momenta()[body].linear + 0.5 * h * self.after[body].force;

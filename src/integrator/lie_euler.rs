@@ -12,7 +12,7 @@
 //! Inputs act at the end of the step, for the adjoint at its start. With `Π̃ = Π + (h/2) M` either one is
 //! Lie–Verlet in other variables: their error is the missing half kick at the ends, and does not grow.
 
-use super::drift::{Rotor, increments};
+use super::drift::{Rotor, carried};
 use super::system::{Loads, add_inputs};
 use super::{Facts, Input, Integrator, StepError, System, SystemState, Work};
 use crate::Vector3;
@@ -72,9 +72,9 @@ impl Integrator for LieEuler {
         }
         for (body, about) in self.loads.system.bodies().iter().enumerate() {
             let (impulse, momentum) = (self.wrenches[body], self.state.momenta()[body]);
-            let (turn, change) = increments(&self.turns[body], &(momentum.angular + h * impulse.moment));
+            let change = carried(&self.turns[body], &(momentum.angular + h * impulse.moment));
             self.state.add_angular(body, &(change + h * impulse.moment));
-            self.state.add_attitude(body, &(self.state.poses()[body].attitude * turn));
+            self.state.turn_attitude(body, &self.turns[body]);
             if let Some(mass) = about.mass {
                 self.state.add_position(body, &((momentum.linear + h * impulse.force) * (h / mass)));
                 self.state.add_linear(body, &(h * impulse.force));

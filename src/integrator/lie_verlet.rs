@@ -11,7 +11,7 @@
 //! ```
 //! The potential at the end of a step is that of the next one's start, and is kept.
 
-use super::drift::{Rotor, increments};
+use super::drift::{Rotor, carried};
 use super::system::{Loads, add_inputs};
 use super::{Facts, Input, Integrator, StepError, System, SystemState, Work};
 use crate::Vector3;
@@ -67,9 +67,9 @@ impl LieVerlet {
         }
         for (body, about) in self.loads.system.bodies().iter().enumerate() {
             let momentum = self.state.momenta()[body];
-            let (turn, change) = increments(&self.turns[body], &momentum.angular);
+            let change = carried(&self.turns[body], &momentum.angular);
             self.state.add_angular(body, &change);
-            self.state.add_attitude(body, &(self.state.poses()[body].attitude * turn));
+            self.state.turn_attitude(body, &self.turns[body]);
             if let Some(mass) = about.mass {
                 self.state.add_position(body, &(momentum.linear * (self.loads.step / mass)));
             }
@@ -98,9 +98,9 @@ impl Integrator for LieVerlet {
         for (body, about) in self.loads.system.bodies().iter().enumerate() {
             let (impulse, momentum) = (self.wrenches[body], self.state.momenta()[body]);
             let kicked = momentum.angular + 0.5 * h * impulse.moment;
-            let (turn, change) = increments(&self.turns[body], &kicked);
+            let change = carried(&self.turns[body], &kicked);
             self.state.add_angular(body, &(change + 0.5 * h * impulse.moment));
-            self.state.add_attitude(body, &(self.state.poses()[body].attitude * turn));
+            self.state.turn_attitude(body, &self.turns[body]);
             if let Some(mass) = about.mass {
                 let kicked = momentum.linear + 0.5 * h * impulse.force;
                 self.state.add_position(body, &(kicked * (h / mass)));
