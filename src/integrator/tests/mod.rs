@@ -2,7 +2,9 @@
 
 mod agreement;
 mod conservation;
+mod frames_and_inputs;
 mod galerkin;
+mod implicit;
 mod laws;
 mod orders;
 mod reference;
