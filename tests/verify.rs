@@ -8,14 +8,16 @@ use slewkit::actuation::{Actuation, AxisFrame, Channel};
 use slewkit::body::{Body, Inertia};
 use slewkit::environment::{Blocks, Environment, Pose, Wrench};
 use slewkit::problem::{Problem, Scheme, State};
-use slewkit::simulate::{Propagator, Row, Simulation, simulate};
+use slewkit::simulate::Row;
+use slewkit::simulate::witness::{Propagator, Settings as Propagation, propagate};
 use slewkit::solution::Trajectory;
 use slewkit::verify::{Verification, WitnessError, replay, verify};
 use slewkit::{Matrix3, Vector3, lie};
 use std::f64::consts::PI;
+use std::ops::ControlFlow;
 
 const SCHEMES: [Scheme; 2] = [Scheme::LieEuler, Scheme::LieVerlet];
-const PROPAGATORS: [Propagator; 2] = [Propagator::LieVerlet, Propagator::Continuous];
+const PROPAGATORS: [Propagator; 2] = [Propagator::LieVerlet, Propagator::Verner98];
 
 /// `U = −p·(Rᵀd)` (pendulum), `U = (n²·3/2) G·JG`, `G = Rᵀo` (gravity gradient along a fixed direction),
 /// `U = −μm/|x|` (a point), all in a frame turning at `rate`. Written anew: the witnesses use only
@@ -91,17 +93,17 @@ fn ballistic(j: Matrix3, rate: Vector3, duration: f64) -> Problem {
 
 fn final_row(problem: &Problem, propagator: Propagator, steps: u64, inputs: Option<&[f64]>) -> Row {
     let mut last = None;
-    let settings = Simulation { propagator, steps, stride: u64::MAX, inputs };
-    simulate(problem, &settings, |row| {
-        last = Some(*row);
-        true
+    let settings = Propagation { propagator, steps, stride: u64::MAX, inputs };
+    propagate(problem, &settings, &mut |row: &Row| {
+        last = Some(row.clone());
+        ControlFlow::Continue(())
     })
     .unwrap();
     last.unwrap()
 }
 
 fn attitude_error(row: &Row, expected: &Matrix3) -> f64 {
-    lie::log(&(expected.transpose() * lie::rotation_from_quaternion(&row.quaternion))).norm()
+    lie::log(&(expected.transpose() * lie::rotation_from_quaternion(&row.bodies[0].quaternion))).norm()
 }
 
 /// Smooth inputs of a few units.
@@ -216,7 +218,11 @@ fn a_million_steps_stay_within_a_few_ulps_of_the_closed_form() {
     let error = attitude_error(&row, &lie::exp(&Vector3::new(0.0, 0.0, angle)));
     // 48 turns: the angle itself is known to 6e-14.
     assert!(error < 3e-13, "{error:e}");
-    assert!((row.momentum - Vector3::new(0.0, 0.0, 750.0)).norm() < 1e-12, "{}", row.momentum);
+    assert!(
+        (row.invariants.angular_momentum - Vector3::new(0.0, 0.0, 750.0)).norm() < 1e-12,
+        "{}",
+        row.invariants.angular_momentum
+    );
 }
 
 #[test]
@@ -224,7 +230,7 @@ fn a_million_tumbling_steps_conserve_spatial_momentum() {
     let problem = ballistic(full_inertia(), Vector3::new(30.0, -20.0, 45.0), 1.0);
     let first = problem.start.attitude * (full_inertia() * problem.start.angular_velocity);
     let row = final_row(&problem, Propagator::LieVerlet, 1_000_000, None);
-    let error = (row.momentum - first).norm() / first.norm();
+    let error = (row.invariants.angular_momentum - first).norm() / first.norm();
     assert!(error < 2e-14, "{error:e}");
 }
 
@@ -235,7 +241,7 @@ fn continuous_steady_rotation_is_exact() {
     let axis = Vector3::new(0.0, 3.0, 0.0);
     let problem = ballistic(Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 2.5)), axis, 2.0);
     for steps in [1, 7, 1000] {
-        let row = final_row(&problem, Propagator::Continuous, steps, None);
+        let row = final_row(&problem, Propagator::Verner98, steps, None);
         let error = attitude_error(&row, &(problem.start.attitude * lie::exp(&(2.0 * axis))));
         assert!(error < 1e-14, "{steps}: {error:e}");
     }
@@ -252,10 +258,10 @@ fn continuous_axisymmetric_precession_is_exact() {
     let spin = Vector3::new(0.0, 0.0, t * (1.0 / c - 1.0 / a) * c * rate.z);
     let expected = lie::exp(&(t / a * spatial)) * start * lie::exp(&spin);
     for steps in [1, 10, 3000] {
-        let row = final_row(&problem, Propagator::Continuous, steps, None);
+        let row = final_row(&problem, Propagator::Verner98, steps, None);
         let error = attitude_error(&row, &expected);
         assert!(error < 5e-14, "{steps}: {error:e}");
-        assert!((row.momentum - spatial).norm() < 5e-14);
+        assert!((row.invariants.angular_momentum - spatial).norm() < 5e-14);
     }
 }
 
@@ -263,14 +269,18 @@ fn continuous_axisymmetric_precession_is_exact() {
 fn continuous_asymmetric_body_conserves_momentum_and_energy() {
     let problem = ballistic(full_inertia(), Vector3::new(1.0, -2.0, 1.5), 20.0);
     let mut first = None;
-    let settings = Simulation { propagator: Propagator::Continuous, steps: 200, ..Simulation::default() };
+    let settings = Propagation { propagator: Propagator::Verner98, steps: 200, ..Propagation::default() };
     let mut rows = 0;
-    simulate(&problem, &settings, |row| {
-        let first = first.get_or_insert(*row);
-        assert!((row.momentum - first.momentum).norm() < 1e-13, "t = {}", row.time);
-        assert!((row.energy - first.energy).abs() < 1e-13, "t = {}", row.time);
+    propagate(&problem, &settings, &mut |row: &Row| {
+        let first = first.get_or_insert_with(|| row.clone());
+        assert!(
+            (row.invariants.angular_momentum - first.invariants.angular_momentum).norm() < 1e-13,
+            "t = {}",
+            row.time
+        );
+        assert!((row.invariants.energy - first.invariants.energy).abs() < 1e-13, "t = {}", row.time);
         rows += 1;
-        true
+        ControlFlow::Continue(())
     })
     .unwrap();
     assert_eq!(rows, 201);
@@ -283,9 +293,9 @@ fn constant_torque_turns_by_half_its_acceleration_times_time_squared() {
     let problem = Problem::attitude(body(inertia), start, start, 3.0);
     let expected = lie::exp(&Vector3::new(0.0, 0.5 * (0.8 / 2.0) * 9.0, 0.0));
     for steps in [1, 100] {
-        let row = final_row(&problem, Propagator::Continuous, steps, Some(&[0.0, 0.8, 0.0]));
+        let row = final_row(&problem, Propagator::Verner98, steps, Some(&[0.0, 0.8, 0.0]));
         assert!(attitude_error(&row, &expected) < 1e-14);
-        assert!((row.angular_velocity.y - 1.2).abs() < 1e-14);
+        assert!((row.bodies[0].angular_velocity.y - 1.2).abs() < 1e-14);
     }
 }
 
@@ -296,7 +306,7 @@ fn turning_frame_turns_the_attitude_back() {
     let problem =
         ballistic(2.0 * Matrix3::identity(), rate, 4.0).with_environment(Field { rate: n, ..Field::none() });
     let expected = lie::exp(&(-4.0 * n)) * problem.start.attitude * lie::exp(&(4.0 * rate));
-    let row = final_row(&problem, Propagator::Continuous, 50, None);
+    let row = final_row(&problem, Propagator::Verner98, 50, None);
     assert!(attitude_error(&row, &expected) < 1e-14);
     // Discrete: per step asin(h|Ω|) instead of h|Ω|, the frame exactly.
     let row = final_row(&problem, Propagator::LieVerlet, 50, None);
@@ -311,11 +321,11 @@ fn turning_gravity_gradient_conserves_jacobis_integral() {
     let field = Field { gradient: (1.0, Vector3::z(), full_inertia()), rate: Vector3::y(), ..Field::none() };
     let problem = ballistic(full_inertia(), Vector3::new(0.3, 1.2, -0.4), 6.0).with_environment(field);
     let mut first = None;
-    let settings = Simulation { propagator: Propagator::Continuous, steps: 60, ..Simulation::default() };
-    simulate(&problem, &settings, |row| {
-        let drift = row.energy - *first.get_or_insert(row.energy);
+    let settings = Propagation { propagator: Propagator::Verner98, steps: 60, ..Propagation::default() };
+    propagate(&problem, &settings, &mut |row: &Row| {
+        let drift = row.invariants.energy - *first.get_or_insert(row.invariants.energy);
         assert!(drift.abs() < 1e-13, "t = {}: {drift:e}", row.time);
-        true
+        ControlFlow::Continue(())
     })
     .unwrap();
 }
@@ -333,11 +343,13 @@ fn continuous_circular_orbit_closes() {
     let problem = Problem::rigid_body(body, start, start, period)
         .with_environment(Field { point: mu * mass, ..Field::none() });
     for steps in [20, 1000] {
-        let row = final_row(&problem, Propagator::Continuous, steps, None);
-        let errors =
-            [(row.position - start.position).norm() / radius, (row.velocity - start.velocity).norm() / speed];
+        let row = final_row(&problem, Propagator::Verner98, steps, None);
+        let errors = [
+            (row.bodies[0].position - start.position).norm() / radius,
+            (row.bodies[0].velocity - start.velocity).norm() / speed,
+        ];
         assert!(errors.iter().all(|error| *error < 1e-13), "{steps}: {errors:?}");
-        assert!((row.momentum.z / (mass * radius * speed) - 1.0).abs() < 1e-14);
+        assert!((row.invariants.angular_momentum.z / (mass * radius * speed) - 1.0).abs() < 1e-14);
     }
 }
 
@@ -353,8 +365,11 @@ fn body_fixed_forces_turn_with_the_body() {
         let pushed = if frame == AxisFrame::Body { start.attitude * force } else { force };
         for propagator in PROPAGATORS {
             let row = final_row(&problem, propagator, 10, Some(&[force.x, force.y, force.z, 0.0, 0.0, 0.0]));
-            assert!((row.position - 0.5 * 9.0 / 2.0 * pushed).norm() < 1e-14, "{frame:?} {propagator:?}");
-            assert!((row.velocity - 3.0 / 2.0 * pushed).norm() < 1e-14);
+            assert!(
+                (row.bodies[0].position - 0.5 * 9.0 / 2.0 * pushed).norm() < 1e-14,
+                "{frame:?} {propagator:?}"
+            );
+            assert!((row.bodies[0].velocity - 3.0 / 2.0 * pushed).norm() < 1e-14);
         }
     }
 }
@@ -368,7 +383,7 @@ fn reference_frame_torques_leave_the_vertical_momentum() {
     let vertical = (problem.start.attitude * (full_inertia() * problem.start.angular_velocity)).z;
     for propagator in PROPAGATORS {
         let row = final_row(&problem, propagator, 200, Some(&[1.0, -0.7, 0.0]));
-        assert!((row.momentum.z - vertical).abs() < 1e-13, "{propagator:?}");
+        assert!((row.invariants.angular_momentum.z - vertical).abs() < 1e-13, "{propagator:?}");
     }
     for scheme in SCHEMES {
         problem.scheme = scheme;
@@ -661,9 +676,10 @@ fn a_field_without_a_value_ends_the_simulation_with_its_time() {
     let problem = ballistic(full_inertia(), Vector3::new(0.3, -0.4, 0.6), 2.0)
         .with_environment(Field::pendulum(Vector3::repeat(f64::NAN)));
     let run = |propagator| {
-        simulate(&problem, &Simulation { propagator, ..Simulation::default() }, |row| row.time.is_finite())
+        let settings = Propagation { propagator, ..Propagation::default() };
+        propagate(&problem, &settings, &mut |_: &Row| ControlFlow::Continue(()))
     };
-    assert_eq!(run(Propagator::Continuous), Err(WitnessError::Continuous { time: 0.0 }));
+    assert_eq!(run(Propagator::Verner98), Err(WitnessError::Continuous { time: 0.0 }));
     assert!(matches!(run(Propagator::LieVerlet), Err(WitnessError::NotFinite { .. })));
 }
 
@@ -672,23 +688,26 @@ fn simulation_hands_out_the_rows_asked_for() {
     let problem = ballistic(full_inertia(), Vector3::new(0.3, -0.4, 0.6), 2.0);
     for propagator in PROPAGATORS {
         let mut times = vec![];
-        let settings = Simulation { propagator, steps: 10, stride: 4, inputs: None };
-        simulate(&problem, &settings, |row| {
+        let settings = Propagation { propagator, steps: 10, stride: 4, inputs: None };
+        propagate(&problem, &settings, &mut |row: &Row| {
             times.push(row.time);
-            true
+            ControlFlow::Continue(())
         })
         .unwrap();
         assert_eq!(times, [0.0, 0.8, 1.6, 2.0]);
         let mut rows = 0;
-        simulate(&problem, &settings, |_| {
+        propagate(&problem, &settings, &mut |_: &Row| {
             rows += 1;
-            rows < 2
+            if rows < 2 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         })
         .unwrap();
         assert_eq!(rows, 2, "stops when told");
     }
-    let settings = Simulation { inputs: Some(&[1.0]), ..Simulation::default() };
-    assert!(matches!(simulate(&problem, &settings, |_| true), Err(WitnessError::Rows { .. })));
+    let settings = Propagation { inputs: Some(&[1.0]), ..Propagation::default() };
+    assert!(matches!(
+        propagate(&problem, &settings, &mut |_: &Row| ControlFlow::Continue(())),
+        Err(WitnessError::Rows { .. })
+    ));
 }
 
 /// A field that is no function of the pose: its moment depends on how often it was asked.

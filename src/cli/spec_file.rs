@@ -3,13 +3,43 @@
 use super::args::{Notation, Reading};
 use super::console::Console;
 use super::failure::Failure;
-use slewkit::spec::{self, Format, Loaded, Override};
+use slewkit::spec::{self, Diagnostic, Format, Loaded, Override, Spec};
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-/// Reads the spec at `path`, or stdin for `-`, with the overrides, and tells its warnings.
+/// Reads the maneuver at `path`, or from stdin for `-`, with the overrides, and tells its warnings.
 pub fn read(path: &Path, reading: &Reading, console: &mut Console) -> Result<Loaded, Failure> {
+    let (overrides, format) = arguments(path, reading)?;
+    let loaded = if is_stdin(path) {
+        spec::from_reader(io::stdin().lock(), "stdin", format, &overrides)?
+    } else {
+        spec::read_as(path, format, &overrides)?
+    };
+    tell(&loaded.warnings, console);
+    Ok(loaded)
+}
+
+/// Reads the spec of either kind at `path`, or from stdin for `-`, with the overrides, and tells its warnings.
+pub fn load(path: &Path, reading: &Reading, console: &mut Console) -> Result<Spec, Failure> {
+    let (overrides, format) = arguments(path, reading)?;
+    let spec = if is_stdin(path) {
+        spec::load_from_reader(io::stdin().lock(), "stdin", format, &overrides)?
+    } else {
+        spec::load(path, format, &overrides)?
+    };
+    tell(spec.warnings(), console);
+    Ok(spec)
+}
+
+fn tell(warnings: &[Diagnostic], console: &mut Console) {
+    for warning in warnings {
+        console.say(&warning.render(console.colour));
+    }
+}
+
+/// The overrides and the notation.
+fn arguments(path: &Path, reading: &Reading) -> Result<(Vec<Override>, Format), Failure> {
     let overrides = reading
         .set
         .iter()
@@ -20,15 +50,7 @@ pub fn read(path: &Path, reading: &Reading, console: &mut Console) -> Result<Loa
         Some(Notation::Json) => Format::Json,
         None => Format::of(path),
     };
-    let loaded = if is_stdin(path) {
-        spec::from_reader(io::stdin().lock(), "stdin", format, &overrides)?
-    } else {
-        spec::read_as(path, format, &overrides)?
-    };
-    for warning in &loaded.warnings {
-        console.say(&warning.render(console.colour));
-    }
-    Ok(loaded)
+    Ok((overrides, format))
 }
 
 /// Opens a plan file, or stdin for `-`.

@@ -45,14 +45,16 @@ pub struct MutualGravity {
 impl MutualGravity {
     /// Most bodies; their pairs are summed one by one.
     pub const BODIES: usize = 2_000;
+    /// Most interactions of point with point that one evaluation may take: about half a minute.
+    pub const INTERACTIONS: usize = 10_000_000_000;
     /// Interactions from which threads pay.
     const PAYS: f64 = 4.0 * TASK as f64;
 
     /// The gravity of `bodies` on one another, with the constant `G` [m³/(kg·s²)].
     ///
     /// # Errors
-    /// A [`FullBodyError`](super::FullBodyError) if there are no bodies or too many, the constant or a
-    /// mass is not a positive number, or their product overflows.
+    /// A [`FullBodyError`](super::FullBodyError) if there are no bodies or too many, an evaluation would take more
+    /// than [`Self::INTERACTIONS`], the constant or a mass is not a positive number, or their product overflows.
     pub fn new(gravitational_constant: f64, bodies: Vec<Attractor>) -> Checked<Self> {
         positive("gravitational constant", gravitational_constant)?;
         count("bodies", bodies.len(), Self::BODIES)?;
@@ -64,12 +66,11 @@ impl MutualGravity {
         )?;
         let moments: Vec<_> =
             bodies.iter().map(|body| Moments { mass: body.mass(), inertia: body.inertia() }).collect();
-        let (mut tasks, mut cost) = (Vec::new(), 0.0);
-        for first in 0..bodies.len() {
-            for second in first + 1..bodies.len() {
-                cost += Task::split(&bodies, first, second, &mut tasks);
-            }
-        }
+        let pairs = || (0..bodies.len()).flat_map(|first| (first + 1..bodies.len()).map(move |i| (first, i)));
+        let cost: f64 = pairs().map(|(first, second)| Task::cost(&bodies, first, second)).sum();
+        count("interactions in one evaluation", 1 + cost as usize, Self::INTERACTIONS)?;
+        let mut tasks = Vec::new();
+        pairs().for_each(|(first, second)| Task::split(&bodies, first, second, &mut tasks));
         let results = Mutex::new(vec![Exchange::ZERO; tasks.len()]);
         Ok(Self { gravitational_constant, bodies, moments, tasks, threads: Threads::Auto, cost, results })
     }

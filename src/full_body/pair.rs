@@ -87,17 +87,23 @@ fn roles(bodies: &[Attractor], first: usize, second: usize) -> Option<(usize, us
 }
 
 impl Task {
-    /// Cuts a pair into tasks, and returns its cost in interactions of point with point.
-    pub fn split(bodies: &[Attractor], first: usize, second: usize, tasks: &mut Vec<Self>) -> f64 {
+    /// What a pair costs, in interactions of point with point.
+    pub fn cost(bodies: &[Attractor], first: usize, second: usize) -> f64 {
+        match roles(bodies, first, second) {
+            Some((_, probe, cost)) => cost as f64 * probes(&bodies[probe]).len() as f64,
+            None => SECOND_ORDER as f64,
+        }
+    }
+
+    /// Cuts a pair into tasks.
+    pub fn split(bodies: &[Attractor], first: usize, second: usize, tasks: &mut Vec<Self>) {
         let Some((field, probe, cost)) = roles(bodies, first, second) else {
-            tasks.push(Self { field: first, probe: second, range: 0..0 });
-            return SECOND_ORDER as f64;
+            return tasks.push(Self { field: first, probe: second, range: 0..0 });
         };
         let count = probes(&bodies[probe]).len();
         let step = (TASK / cost).next_multiple_of(LANES).max(LANES);
         let starts = (0..count).step_by(step);
         tasks.extend(starts.map(|start| Self { field, probe, range: start..(start + step).min(count) }));
-        cost as f64 * count as f64
     }
 
     /// Force and moments.

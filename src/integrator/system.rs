@@ -172,7 +172,16 @@ impl System {
         let frame_rate = environment.frame_rate();
         let potential = (!environment.is_free())
             .then(|| Arc::new(EnvironmentPotential { environment }) as Arc<dyn Potential>);
-        Ok(Self { frame_rate, ..Self::new(vec![body], potential)? })
+        Self::turning(vec![body], potential, frame_rate)
+    }
+
+    /// Bodies and potential in a reference frame that turns.
+    pub(crate) fn turning(
+        bodies: Vec<Body>,
+        potential: Option<Arc<dyn Potential>>,
+        frame_rate: Vector3,
+    ) -> Result<Self, SystemError> {
+        Ok(Self { frame_rate, ..Self::new(bodies, potential)? })
     }
 
     /// The bodies.

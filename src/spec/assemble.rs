@@ -38,10 +38,12 @@ pub(crate) fn assemble(root: &Section<'_>, default_name: &str, report: &mut Repo
     let solver = root.section("solver");
     let (scheme, settings) = maneuver::solver(solver.as_ref(), report);
     let expect = root.section("expect").map(|section| maneuver::expect(&section));
-    let surroundings = environment::Surroundings { section: root.section("environment"), motion, mass };
+    let place = "[start] and [end]";
+    let surroundings =
+        environment::Surroundings { section: root.section("environment"), motion, mass, place };
     let environment = surroundings.read(inertia.as_ref(), report);
-    if let Some(ends) = start.as_ref().zip(end.as_ref()) {
-        surroundings.check_ends(ends, report);
+    if let Some((start, end)) = start.as_ref().zip(end.as_ref()) {
+        surroundings.check_ends(&[start, end], report);
     }
 
     let section = root.section("maneuver")?;
@@ -113,15 +115,15 @@ pub(crate) struct Boundary<'a> {
     pub section: Section<'a>,
     /// The key that holds the rotation: `attitude` or `rotation_from_start`.
     key: &'static str,
-    rotation: Option<Rotation>,
+    pub rotation: Option<Rotation>,
     /// Inertial angular velocity, body axes [rad/s]; `None` if given wrongly.
-    rate: Option<Vector3>,
+    pub rate: Option<Vector3>,
     pub position: Option<Vector3>,
     pub velocity: Option<Vector3>,
 }
 
 impl<'a> Boundary<'a> {
-    fn read(section: Section<'a>, key: &'static str, report: &mut Report) -> Self {
+    pub fn read(section: Section<'a>, key: &'static str, report: &mut Report) -> Self {
         let purpose = if key == "attitude" { Use::Attitude } else { Use::Turn };
         let rotation =
             section.section(key).and_then(|rotation| attitude::rotation(&rotation, purpose, report));
@@ -145,11 +147,11 @@ impl<'a> Boundary<'a> {
     }
 
     /// The place of the angular velocity, or of the table when there is none.
-    fn rate_spot(&self) -> Spot {
+    pub fn rate_spot(&self) -> Spot {
         self.section.spot(self.section.rate_key().unwrap_or("angular_velocity_deg_s"))
     }
 
-    fn state(&self, attitude: Matrix3) -> Option<State> {
+    pub fn state(&self, attitude: Matrix3) -> Option<State> {
         let vector = |value: Option<Vector3>, name| match value {
             None if self.section.has(name) => None,
             other => Some(other.unwrap_or_default()),

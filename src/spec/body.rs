@@ -1,7 +1,9 @@
 //! `[body]`.
 
+use super::diagnostic::Spot;
 use super::quantity::{self as q, short, show};
 use super::section::{Report, Section};
+use crate::Matrix3;
 use crate::body::{Inertia, InertiaError};
 
 /// Asymmetry that needs no warning: the last digit of an entry.
@@ -14,8 +16,11 @@ const THINNEST: f64 = 1e-5;
 /// The inertia, checked.
 pub(crate) fn inertia(body: &Section<'_>, report: &mut Report) -> Option<Inertia> {
     let name = "inertia_kg_m2";
-    let matrix = body.matrix(name)?;
-    let spot = body.spot(name);
+    checked(body.matrix(name)?, body.spot(name), report)
+}
+
+/// This inertia, checked; `spot` is where it was written.
+pub(crate) fn checked(matrix: Matrix3, spot: Spot, report: &mut Report) -> Option<Inertia> {
     let inertia = match Inertia::new(matrix) {
         Ok(inertia) => inertia,
         Err(error) => {

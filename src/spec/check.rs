@@ -1,7 +1,7 @@
 //! The first pass: every key against the tables of [`super::keys`], in file order.
 
 use super::diagnostic::{Finding, Severity, Spot, cut};
-use super::keys::{ATTITUDE, DIRECTION, Key, Kind, ROOT, Table};
+use super::keys::{ATTITUDE, DIRECTION, Key, Kind, ROOT, SIMULATION_ROOT, Table};
 use super::quantity as q;
 use super::source::Span;
 use super::suggest::nearest;
@@ -12,14 +12,18 @@ use super::values::{self, Fault};
 pub(crate) const MAX_FINDINGS: usize = 100;
 
 /// Checks names, types, shapes and ranges of the whole spec.
-pub(crate) fn check(root: &Node) -> Vec<Finding> {
-    let mut checker = Checker { findings: Vec::new() };
-    checker.table(root, &ROOT, "");
+///
+/// `table` are the keys of its kind: a maneuver's or a simulation's.
+pub(crate) fn check(root: &Node, table: &'static Table) -> Vec<Finding> {
+    let mut checker = Checker { findings: Vec::new(), root: table };
+    checker.table(root, table, "");
     checker.findings
 }
 
 struct Checker {
     findings: Vec<Finding>,
+    /// The keys of the whole spec.
+    root: &'static Table,
 }
 
 /// `path.name`.
@@ -133,6 +137,9 @@ impl Checker {
         let (code, reason) = match key.kind {
             Kind::Format => ("E0022", "the spec does not say which version of the format it is in".into()),
             Kind::Table(_) => ("E0021", format!("{} needs [{}]", table_name(path), key.name)),
+            Kind::List(..) if path.is_empty() => {
+                ("E0021", format!("{} needs [[{}]]", table_name(path), key.name))
+            }
             _ => ("E0021", format!("{} needs `{}`", table_name(path), key.name)),
         };
         let remedy = if sample.contains('\n') {
@@ -160,6 +167,15 @@ impl Checker {
             }
             Kind::Steps => {
                 values::steps(node, faults_in);
+            }
+            Kind::LongSteps => {
+                values::long_steps(node, faults_in);
+            }
+            Kind::Vertices(quantity) => {
+                values::vertices(node, &quantity, faults_in);
+            }
+            Kind::Faces => {
+                values::faces(node, faults_in);
             }
             Kind::Count(least, most) => {
                 values::count(node, least, most, faults_in);
@@ -268,6 +284,30 @@ impl Checker {
         }
     }
 
+    /// The complaint about a table that only the other kind of spec has.
+    fn of_the_other_kind(&self, entry: &Entry, path: &str) -> Option<Fault> {
+        let simulation = std::ptr::eq(self.root, &raw const SIMULATION_ROOT);
+        let other = if simulation { &ROOT } else { &SIMULATION_ROOT };
+        let key = other.key(&entry.key).filter(|_| path.is_empty())?;
+        let (of, this, remedy) = match (simulation, key.name) {
+            (true, "body" | "start") => {
+                ("maneuver", "simulation", "a simulation has [[bodies]], each with its attitude at the start")
+            }
+            (true, _) => (
+                "maneuver",
+                "simulation",
+                "remove it; or remove [simulation] and [[bodies]] to plan a maneuver",
+            ),
+            (false, _) => (
+                "simulation",
+                "maneuver",
+                "remove it; or remove [maneuver], [start] and [end] to simulate bodies",
+            ),
+        };
+        let reason = format!("`{}` belongs to a {of}, but this spec is a {this}", key.name);
+        Some(("E0018", entry.key_span, reason, remedy.into()))
+    }
+
     /// Reports an unknown key; returns the known one that was probably meant.
     fn unknown(&mut self, entry: &Entry, table: &'static Table, path: &str) -> Option<&'static str> {
         let known = nearest(&entry.key, table.keys.iter().map(|key| key.name));
@@ -288,6 +328,8 @@ impl Checker {
                 &reason,
                 "write for example euler_zyx_deg: intrinsic, R = Rz Ry Rx, angles in that order".into(),
             )
+        } else if let Some(advice) = self.of_the_other_kind(entry, path) {
+            advice
         } else {
             let is_table = matches!(entry.node.value, Value::Table(_)) && path.is_empty();
             let what = if is_table { "table" } else { "key" };
@@ -295,7 +337,7 @@ impl Checker {
             let remedy = match known {
                 Some(known) if is_table => format!("did you mean [{known}]?"),
                 Some(known) => format!("did you mean `{known}`?"),
-                None => elsewhere(&entry.key, table),
+                None => elsewhere(&entry.key, table, self.root),
             };
             fault("E0020", &reason, remedy)
         };
@@ -331,8 +373,8 @@ fn table_sample(table: &Table) -> String {
 }
 
 /// The advice about a key that no key of `table` resembles: the table that has it, or what there is.
-fn elsewhere(name: &str, table: &Table) -> String {
-    for key in ROOT.keys {
+fn elsewhere(name: &str, table: &Table, root: &Table) -> String {
+    for key in root.keys {
         if let Kind::Table(other) = key.kind
             && other.key(name).is_some()
         {

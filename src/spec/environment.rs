@@ -15,8 +15,10 @@ use std::sync::Arc;
 pub(crate) struct Surroundings<'a> {
     pub section: Option<Section<'a>>,
     pub motion: Motion,
-    /// The mass of `[body]` \[kg\].
+    /// The mass of the body \[kg\].
     pub mass: Option<f64>,
+    /// Where the spec has its states, for messages.
+    pub place: &'static str,
 }
 
 /// Relative difference of the masses of the points from the mass of the body that is rounding.
@@ -31,8 +33,10 @@ impl Surroundings<'_> {
         if moves && self.motion == Motion::Attitude {
             let reason =
                 "central_gravity acts on position and attitude, but no position is given".to_string();
-            let remedy = "add `position_m` and `velocity_m_s` to [start] and [end]; for the attitude alone \
-                          use kind = \"gravity_gradient\"";
+            let remedy = format!(
+                "add `position_m` and `velocity_m_s` to {}; for the attitude alone use kind = \"gravity_gradient\"",
+                self.place
+            );
             report.error("E0085", section.spot("kind"), reason, remedy);
             return None;
         }
@@ -97,7 +101,7 @@ impl Surroundings<'_> {
         let sum: f64 = points.iter().map(|(mass, _)| mass).sum();
         if (sum - mass).abs() > MASS_ROUNDING * mass {
             let reason = format!(
-                "the masses of the points sum to {} kg, body.mass_kg is {} kg",
+                "the masses of the points sum to {} kg, that of the body is {} kg",
                 short(sum),
                 show(mass)
             );
@@ -109,13 +113,13 @@ impl Surroundings<'_> {
         accept(CentralGravity::new(points.into_iter().map(point).collect()), section, report)
     }
 
-    /// What the environment asks of the two ends.
-    pub fn check_ends(&self, (start, end): (&Boundary<'_>, &Boundary<'_>), report: &mut Report) {
+    /// What the environment asks of the states, the start first.
+    pub fn check_ends(&self, ends: &[&Boundary<'_>], report: &mut Report) {
         let Some(section) = &self.section else { return };
         match section.word("kind") {
             Some("gravity_gradient") => {
-                for end in [start, end] {
-                    if end.section.rate_key().is_none() {
+                for end in ends {
+                    if end.section.rate_key().is_none() && !end.section.has("angular_momentum_body_n_m_s") {
                         let reason = format!(
                             "[{}] needs an angular velocity: under gravity_gradient rest against LVLH and inertial rest differ",
                             end.section.path
@@ -130,7 +134,7 @@ impl Surroundings<'_> {
                 let points = section.list("points");
                 let reach = points.iter().filter_map(|point| point.vector("position_m"));
                 let reach = reach.map(|position| position.norm()).fold(1e-30, f64::max);
-                for end in [start, end] {
+                for end in ends {
                     let Some(radius) = end.position.map(|position| position.norm()) else { continue };
                     if radius <= reach {
                         let reason = format!(
@@ -142,7 +146,9 @@ impl Surroundings<'_> {
                         report.error("E0083", end.section.spot("position_m"), reason, remedy);
                     }
                 }
-                self.warn_escape(section, start, report);
+                if let Some(start) = ends.first() {
+                    self.warn_escape(section, start, report);
+                }
             }
             _ => {}
         }

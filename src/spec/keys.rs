@@ -1,5 +1,9 @@
 //! Every key of a spec, once: the reader, the messages and the JSON Schema all work from these tables.
 
+mod simulation;
+
+pub(crate) use simulation::{MAX_LISTED, MAX_STEPS, SIMULATION_ROOT};
+
 use super::quantity::{self as q, Quantity};
 
 /// What a key holds.
@@ -15,6 +19,8 @@ pub(crate) enum Kind {
     Number(Quantity),
     /// The number of steps of a plan.
     Steps,
+    /// The number of steps of a simulation.
+    LongSteps,
     /// A count, from … to ….
     Count(i64, i64),
     /// Three numbers (x, y, z).
@@ -45,6 +51,10 @@ pub(crate) enum Kind {
     HeavenlyBody,
     /// A list of texts, at most this many.
     Texts(usize),
+    /// A list of points, each three numbers.
+    Vertices(Quantity),
+    /// A list of triangles, each three whole numbers from 1.
+    Faces,
     /// Known, but this version cannot do it; the text says what it will be.
     Later(&'static str),
 }

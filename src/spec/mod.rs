@@ -1,8 +1,12 @@
-//! Spec files: the maneuver as a person writes it, in TOML or JSON.
+//! Spec files: the maneuver or the simulation as a person writes it, in TOML or JSON.
 //!
 //! ```text
 //! text ──▶ tree with places ──▶ --set ──▶ check of names, types, ranges ──▶ Problem, Settings
+//!                                                                       └─▶ Simulation
 //! ```
+//!
+//! A spec with `[simulation]` or `[[bodies]]` is simulated, any other planned. [`load`] reads either kind, [`read`] one
+//! that is planned.
 //!
 //! Units stand in the keys; inside the crate everything is SI. All errors of a spec are reported at
 //! once, each with its place, its reason and a remedy. [`schema()`] gives the JSON Schema of the format,
@@ -29,6 +33,8 @@ mod maneuver;
 mod quantity;
 mod schema;
 mod section;
+mod shape;
+mod simulation;
 mod source;
 mod suggest;
 mod text;
@@ -42,8 +48,11 @@ pub use schema::schema;
 
 use crate::problem::Problem;
 use crate::settings::Settings;
+use crate::simulate::Simulation;
 use crate::solution::Sense;
+use crate::{Matrix3, Vector3};
 use diagnostic::{Finding, Spot};
+use keys::{ROOT, SIMULATION_ROOT};
 use section::{Report, Section};
 use source::{Source, Span};
 use std::io::Read;
@@ -153,15 +162,149 @@ pub struct Loaded {
     pub warnings: Vec<Diagnostic>,
 }
 
-/// Reads the spec at `path`, in TOML or, if its name ends in `.json`, in JSON.
+/// `[expect]` of a simulation: what the motion of a shipped problem must come to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SimulationExpect {
+    /// Where the numbers come from.
+    pub source: Option<String>,
+    /// Energy at the start \[J\].
+    pub energy: Option<Toleranced>,
+    /// Bound on the error of the energy, relative to the energy at the start.
+    pub energy_error_at_most: Option<f64>,
+    /// Bound on the change of the angular momentum, relative to the one at the start.
+    pub angular_momentum_error_at_most: Option<f64>,
+    /// Bound on the change of the linear momentum, relative to the sum of the sizes of all at the start.
+    pub linear_momentum_error_at_most: Option<f64>,
+    /// Bound on `‖I − RᵀR‖` of every body.
+    pub orthogonality_at_most: Option<f64>,
+    /// States at the end.
+    pub end: Vec<EndExpect>,
+    /// Mean rate of a body axis about a direction.
+    pub precession: Option<Precession>,
+    /// Mean period of a body axis that swings.
+    pub oscillation: Option<Oscillation>,
+}
+
+/// State of one body at the end, each with the largest accepted distance from it (SI units, radians).
+#[derive(Clone, Debug, PartialEq)]
+pub struct EndExpect {
+    /// Which body, from 0.
+    pub body: usize,
+    /// Attitude, body → reference.
+    pub attitude: Option<(Matrix3, f64)>,
+    /// Angular velocity, body axes [rad/s].
+    pub angular_velocity: Option<(Vector3, f64)>,
+    /// Position, reference frame \[m\].
+    pub position: Option<(Vector3, f64)>,
+    /// Velocity, reference frame [m/s].
+    pub velocity: Option<(Vector3, f64)>,
+}
+
+/// How fast a body axis turns about a direction, in the mean.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Precession {
+    /// Which body, from 0.
+    pub body: usize,
+    /// The axis, body axes, any length.
+    pub axis: Vector3,
+    /// What it turns about, reference frame, any length.
+    pub about: Vector3,
+    /// Mean rate [rad/s].
+    pub rate: Toleranced,
+}
+
+/// How a body axis swings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Oscillation {
+    /// Which body, from 0.
+    pub body: usize,
+    /// The axis, body axes, any length.
+    pub axis: Vector3,
+    /// The direction along which its component is observed, reference frame, any length.
+    pub direction: Vector3,
+    /// Mean time between upward passages of that component through zero \[s\].
+    pub period: Toleranced,
+}
+
+/// A spec that can be simulated.
+#[derive(Clone, Debug)]
+pub struct LoadedSimulation {
+    /// Bodies, method and duration, in SI units, checked.
+    pub simulation: Simulation,
+    /// What the motion must come to, if the spec says so.
+    pub expect: Option<SimulationExpect>,
+    /// What is accepted but worth a word, in file order.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// A spec of either kind.
+#[derive(Clone, Debug)]
+pub enum Spec {
+    /// To be planned.
+    Maneuver(Box<Loaded>),
+    /// To be simulated.
+    Simulation(Box<LoadedSimulation>),
+}
+
+impl Spec {
+    /// What is accepted but worth a word, in file order.
+    pub fn warnings(&self) -> &[Diagnostic] {
+        match self {
+            Self::Maneuver(loaded) => &loaded.warnings,
+            Self::Simulation(loaded) => &loaded.warnings,
+        }
+    }
+}
+
+/// Reads the spec of either kind at `path` in the given notation. Files that it names are relative to its folder.
 ///
 /// # Errors
 /// Everything that is wrong with the file or in it.
+pub fn load(path: &Path, format: Format, overrides: &[Override]) -> Result<Spec, Diagnostics> {
+    let name = path.display().to_string();
+    let bytes = text::from_file(path, &name)?;
+    any(text::decode(&bytes, &name)?, &name, folder_of(path), format, overrides, Wanted::Any)
+}
+
+/// Reads a spec of either kind from a stream, such as the standard input, to its end or to the size limit; `name`
+/// stands for it in messages. Files that it names are relative to the current folder.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_from_reader(
+    reader: impl Read,
+    name: &str,
+    format: Format,
+    overrides: &[Override],
+) -> Result<Spec, Diagnostics> {
+    let bytes = text::from_stream(reader, name, None)?;
+    any(text::decode(&bytes, name)?, name, Path::new(""), format, overrides, Wanted::Any)
+}
+
+/// Reads a spec of either kind from text; `name` stands for it in messages, files that it names are relative to
+/// `folder`.
+///
+/// # Errors
+/// Every error of the spec, in file order, with the warnings among them.
+pub fn load_from_str(
+    text: &str,
+    name: &str,
+    folder: &Path,
+    format: Format,
+    overrides: &[Override],
+) -> Result<Spec, Diagnostics> {
+    any(text::decode(text.as_bytes(), name)?, name, folder, format, overrides, Wanted::Any)
+}
+
+/// Reads the maneuver at `path`, in TOML or, if its name ends in `.json`, in JSON.
+///
+/// # Errors
+/// Everything that is wrong with the file or in it; a simulation is no maneuver.
 pub fn read(path: &Path, overrides: &[Override]) -> Result<Loaded, Diagnostics> {
     read_as(path, Format::of(path), overrides)
 }
 
-/// Reads the spec at `path` in the given notation.
+/// Reads the maneuver at `path` in the given notation.
 ///
 /// # Errors
 /// As [`read`].
@@ -171,7 +314,7 @@ pub fn read_as(path: &Path, format: Format, overrides: &[Override]) -> Result<Lo
     from_bytes(&bytes, &name, format, overrides)
 }
 
-/// Reads a spec from a stream, such as the standard input, to its end or to the size limit.
+/// Reads a maneuver from a stream, such as the standard input, to its end or to the size limit.
 ///
 /// # Errors
 /// As [`read`].
@@ -185,7 +328,7 @@ pub fn from_reader(
     from_bytes(&bytes, name, format, overrides)
 }
 
-/// Reads a spec from bytes; `name` stands for it in messages.
+/// Reads a maneuver from bytes; `name` stands for it in messages.
 ///
 /// # Errors
 /// As [`read`].
@@ -199,7 +342,7 @@ pub fn from_bytes(
     from_str(text, name, format, overrides)
 }
 
-/// Reads a spec from text; `name` stands for it in messages.
+/// Reads a maneuver from text; `name` stands for it in messages.
 ///
 /// # Errors
 /// Every error of the spec, in file order, with the warnings among them.
@@ -210,27 +353,85 @@ pub fn from_str(
     overrides: &[Override],
 ) -> Result<Loaded, Diagnostics> {
     let text = text::decode(text.as_bytes(), name)?;
+    match any(text, name, Path::new(""), format, overrides, Wanted::Maneuver)? {
+        Spec::Maneuver(loaded) => Ok(*loaded),
+        // `any` has refused it.
+        Spec::Simulation(_) => Err(Diagnostics(Vec::new())),
+    }
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().unwrap_or_else(|| Path::new(""))
+}
+
+/// Which kind of spec will do.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Wanted {
+    Any,
+    Maneuver,
+}
+
+/// Reads a spec. Files that it names are relative to `folder`.
+fn any(
+    text: &str,
+    name: &str,
+    folder: &Path,
+    format: Format,
+    overrides: &[Override],
+    wanted: Wanted,
+) -> Result<Spec, Diagnostics> {
     let mut sources = vec![Source::new(name, text)];
     let root = match parse(&sources[0], format) {
         Ok(root) => root,
         Err(findings) => return Err(diagnostics(findings, &sources)),
     };
     let (root, mut findings) = apply(root, overrides, &mut sources);
-    findings.extend(check::check(&root));
+    let simulated = is_simulation(&root);
+    if let Some(key) = simulated.filter(|_| wanted == Wanted::Maneuver) {
+        let finding = Finding {
+            severity: Severity::Error,
+            code: "E0018",
+            spot: Spot { span: key.key_span, key: key.key.clone() },
+            reason: format!("`{}` makes this spec a simulation: there is no maneuver to plan", key.key),
+            remedy: "run `slew simulate` on it; or write [body], [start], [end] and [maneuver]".into(),
+        };
+        return Err(diagnostics(vec![finding], &sources));
+    }
+    let table = if simulated.is_some() { &SIMULATION_ROOT } else { &ROOT };
+    findings.extend(check::check(&root, table));
     let mut report = Report { findings };
     let stem = Path::new(name).file_stem().map_or(name.into(), |stem| stem.to_string_lossy());
-    let assembled = assemble::assemble(&Section::root(&root), &stem, &mut report);
+    let section = Section::root(&root, table);
+    let spec = if simulated.is_some() {
+        simulation::assemble(&section, &stem, folder, &mut report).map(|assembled| {
+            let simulation::Assembled { simulation, expect } = assembled;
+            Spec::Simulation(Box::new(LoadedSimulation { simulation, expect, warnings: Vec::new() }))
+        })
+    } else {
+        assemble::assemble(&section, &stem, &mut report).map(|assembled| {
+            let assemble::Assembled { problem, settings, expect } = assembled;
+            Spec::Maneuver(Box::new(Loaded { problem, settings, expect, warnings: Vec::new() }))
+        })
+    };
     let failed = report.failed();
     let list = diagnostics(report.findings, &sources);
-    match assembled {
-        Some(assembled) if !failed => Ok(Loaded {
-            problem: assembled.problem,
-            settings: assembled.settings,
-            expect: assembled.expect,
-            warnings: list.0,
-        }),
+    match spec {
+        Some(mut spec) if !failed => {
+            match &mut spec {
+                Spec::Maneuver(loaded) => loaded.warnings = list.0,
+                Spec::Simulation(loaded) => loaded.warnings = list.0,
+            }
+            Ok(spec)
+        }
         _ => Err(list),
     }
+}
+
+/// The key that makes a spec a simulation; none in a maneuver. Of a spec that has keys of both, `[maneuver]`
+/// decides unless there is `[simulation]`.
+fn is_simulation(root: &Node) -> Option<&tree::Entry> {
+    let decided = || root.entry("bodies").or_else(|| root.entry("gravity"));
+    root.entry("simulation").or_else(|| if root.entry("maneuver").is_some() { None } else { decided() })
 }
 
 /// A commented spec to start from: a three-axis slew.

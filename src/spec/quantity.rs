@@ -78,6 +78,13 @@ pub(crate) const WHEEL_MOMENTUM: Quantity = quantity("a wheel momentum", "N·m·
 pub(crate) const WHEEL_WEIGHT: Quantity = quantity("a weight", "", 1e-30, 1e30, Sign::Positive);
 pub(crate) const RATE_LIMIT_RAD: Quantity = quantity("a rate limit", "rad/s", 1e-30, 1e9, Sign::Positive);
 pub(crate) const RATE_LIMIT_DEG: Quantity = quantity("a rate limit", "deg/s", 1e-30, 5e10, Sign::Positive);
+pub(crate) const SIZE: Quantity = quantity("a length", "m", 1e-30, 1e20, Sign::Positive);
+pub(crate) const DENSITY: Quantity = quantity("a density", "kg/m³", 1e-30, 1e30, Sign::Positive);
+pub(crate) const GRAVITATIONAL_CONSTANT: Quantity =
+    quantity("a constant of gravitation", "m³/(kg·s²)", 1e-30, 1e30, Sign::Positive);
+pub(crate) const MOMENTUM: Quantity = quantity("a momentum", "", TINY, 1e60, Sign::Any);
+pub(crate) const STEP_TOLERANCE: Quantity = quantity("a tolerance", "", 1e-15, 0.1, Sign::Positive);
+pub(crate) const SIGNED: Quantity = quantity("a value", "", TINY, 1e200, Sign::Any);
 pub(crate) const MARGIN_DEG: Quantity = quantity("a margin", "deg", TINY, 360.0, Sign::NotNegative);
 pub(crate) const MARGIN: Quantity = quantity("a margin", "", TINY, 1e200, Sign::Any);
 

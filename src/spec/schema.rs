@@ -1,6 +1,6 @@
 //! The JSON Schema of a spec, made from the tables of [`super::keys`].
 
-use super::keys::{ATTITUDE, DIRECTION, Kind, ROOT, Table};
+use super::keys::{ATTITUDE, DIRECTION, Kind, MAX_LISTED, MAX_STEPS, ROOT, SIMULATION_ROOT, Table};
 use super::quantity::{Quantity, Sign};
 use super::values::MAX_DIRECTIONS;
 use crate::problem::Problem;
@@ -8,12 +8,18 @@ use serde_json::{Map, Value, json};
 
 /// The JSON Schema (draft 2020-12) of a spec, for editors. It holds for the TOML form too.
 pub fn schema() -> Value {
-    let mut schema = table(&ROOT);
-    if let Value::Object(schema) = &mut schema {
-        schema.insert("$schema".into(), json!("https://json-schema.org/draft/2020-12/schema"));
-        schema.insert("title".into(), json!("slewkit maneuver spec, format 1"));
-    }
-    schema
+    let titled = |root, title: &str| {
+        let mut schema = table(root);
+        if let Value::Object(schema) = &mut schema {
+            schema.insert("title".into(), json!(title));
+        }
+        schema
+    };
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "slewkit spec, format 1",
+        "oneOf": [titled(&ROOT, "maneuver, to be planned"), titled(&SIMULATION_ROOT, "simulation")],
+    })
 }
 
 fn table(table: &'static Table) -> Value {
@@ -46,6 +52,7 @@ fn variant(table: &'static Table, selected: Option<(&str, &str)>) -> Value {
             let unit = match key.kind {
                 Kind::Number(quantity)
                 | Kind::Vector(quantity)
+                | Kind::Vertices(quantity)
                 | Kind::Limit(quantity)
                 | Kind::Limits(quantity, _)
                     if !quantity.unit.is_empty() =>
@@ -115,6 +122,14 @@ fn kind(kind: Kind) -> Value {
         Kind::Number(quantity) => number(&quantity),
         Kind::Steps => {
             json!({ "type": "integer", "minimum": Problem::MIN_STEPS, "maximum": Problem::MAX_STEPS })
+        }
+        Kind::LongSteps => json!({ "type": "integer", "minimum": 1, "maximum": MAX_STEPS }),
+        Kind::Vertices(quantity) => {
+            json!({ "type": "array", "items": list(3, number(&quantity)), "maxItems": MAX_LISTED })
+        }
+        Kind::Faces => {
+            let corner = json!({ "type": "integer", "minimum": 1, "maximum": MAX_LISTED });
+            json!({ "type": "array", "items": list(3, corner), "maxItems": MAX_LISTED })
         }
         Kind::Count(least, most) => json!({ "type": "integer", "minimum": least, "maximum": most }),
         Kind::Vector(quantity) => list(3, number(&quantity)),

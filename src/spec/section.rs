@@ -3,7 +3,7 @@
 
 use super::check::{MAX_FINDINGS, join};
 use super::diagnostic::{Finding, Severity, Spot};
-use super::keys::{DIRECTION, Key, Kind, ROOT, Table};
+use super::keys::{DIRECTION, Key, Kind, Table};
 use super::quantity as q;
 use super::tree::{Entry, Node, Value};
 use super::values;
@@ -45,8 +45,8 @@ pub(crate) struct Section<'a> {
 
 impl<'a> Section<'a> {
     /// The whole spec.
-    pub fn root(node: &'a Node) -> Self {
-        Self { node, table: &ROOT, path: String::new() }
+    pub fn root(node: &'a Node, table: &'static Table) -> Self {
+        Self { node, table, path: String::new() }
     }
 
     /// The table `name`, if it is there.
@@ -145,6 +145,21 @@ impl<'a> Section<'a> {
             _ => values::rows(node, &q::ENTRY, &mut Vec::new())?,
         };
         Some(Matrix3::from_fn(|row, column| rows[row][column]))
+    }
+
+    /// The number of steps of a simulation.
+    pub fn long_steps(&self, name: &str) -> Option<u64> {
+        values::long_steps(self.node(name)?, &mut Vec::new())
+    }
+
+    pub fn vertices(&self, name: &str) -> Option<Vec<Vector3>> {
+        let vertices = values::vertices(self.node(name)?, &q::POSITION, &mut Vec::new())?;
+        Some(vertices.into_iter().map(Vector3::from).collect())
+    }
+
+    /// Triangles, vertices counted from 1.
+    pub fn faces(&self, name: &str) -> Option<Vec<[u32; 3]>> {
+        values::faces(self.node(name)?, &mut Vec::new())
     }
 
     /// One limit for all, or one for each.

@@ -2,6 +2,7 @@
 //! `faults` and returns the value only if nothing is.
 
 use super::diagnostic::cut;
+use super::keys::{MAX_LISTED, MAX_STEPS};
 use super::quantity::{Quantity, Sign, show};
 use super::source::Span;
 use super::tree::{Integer, Node, Value};
@@ -271,6 +272,75 @@ pub(crate) fn too_many_steps(span: Span, steps: f64) -> Fault {
         Problem::MAX_STEPS
     );
     ("E0034", span, reason, "use fewer steps; a thousand are plenty for most maneuvers".into())
+}
+
+/// The number of steps of a simulation.
+pub(crate) fn long_steps(node: &Node, faults: &mut Vec<Fault>) -> Option<u64> {
+    let value = integer(node, faults)?;
+    if value < 1 {
+        let reason = format!("{value} is too few: a simulation needs at least 1 step");
+        faults.push(("E0033", node.span, reason, "write how many, or give step_s instead".into()));
+    } else if value > MAX_STEPS {
+        faults.push(too_many_long_steps(node.span, value as f64));
+    } else {
+        return u64::try_from(value).ok();
+    }
+    None
+}
+
+/// More steps than a simulation may have.
+pub(crate) fn too_many_long_steps(span: Span, steps: f64) -> Fault {
+    let reason = format!(
+        "{} steps are too many: a simulation may have {}, a minute or more even for a single free body",
+        show(steps),
+        show(MAX_STEPS as f64)
+    );
+    ("E0034", span, reason, "take longer steps, a method of higher order, or a shorter duration".into())
+}
+
+/// The elements of a list that may be long; `sample` shows one of them in brackets.
+fn long_list<'a>(node: &'a Node, what: &str, sample: &str, faults: &mut Vec<Fault>) -> Option<&'a [Node]> {
+    match &node.value {
+        Value::Array(items) if items.len() > MAX_LISTED => {
+            let reason = format!("{} {what}, at most {MAX_LISTED} can stand in a spec", items.len());
+            faults.push((
+                "E0034",
+                node.span,
+                reason,
+                "put the shape into an OBJ file: obj = \"shape.obj\"".into(),
+            ));
+            None
+        }
+        Value::Array(items) => Some(items),
+        other => {
+            let reason = format!("expected a list of {what}, found {}", other.kind());
+            faults.push(("E0025", node.span, reason, format!("write {sample}")));
+            None
+        }
+    }
+}
+
+/// A list of points.
+pub(crate) fn vertices(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<Vec<[f64; 3]>> {
+    let items = long_list(node, "vertices", "[[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]]", faults)?;
+    let points: Vec<_> = items.iter().filter_map(|item| vector(item, quantity, faults)).collect();
+    (points.len() == items.len()).then_some(points)
+}
+
+/// A list of triangles, vertices counted from 1.
+pub(crate) fn faces(node: &Node, faults: &mut Vec<Fault>) -> Option<Vec<[u32; 3]>> {
+    let list = long_list(node, "faces", "[[1, 2, 3], [1, 4, 2], [2, 4, 3], [3, 4, 1]]", faults)?;
+    let triangle = |face: &Node, faults: &mut Vec<Fault>| {
+        let corners = items(face, 3, "vertices, counted from 1", faults)?;
+        let corners: Vec<u32> = corners
+            .iter()
+            .filter_map(|corner| count(corner, 1, MAX_LISTED as i64, faults))
+            .filter_map(|corner| u32::try_from(corner).ok())
+            .collect();
+        <[u32; 3]>::try_from(corners).ok()
+    };
+    let faces: Vec<_> = list.iter().filter_map(|face| triangle(face, faults)).collect();
+    (faces.len() == list.len()).then_some(faces)
 }
 
 /// Text of one line.

@@ -71,6 +71,48 @@ sense = "long"
 rivals = [ { value = 71.4, tolerance = 0.1 } ]
 "#;
 
+/// A complete spec of bodies that are simulated.
+pub const SIMULATION: &str = r#"
+format = 1
+[simulation]
+integrator = "galerkin_gauss_2"
+duration_s = 30
+step_s = 0.05
+output_stride = 4
+tolerance = 1e-12
+[gravity]
+gravitational_constant_m3_kg_s2 = 1
+potential = "shapes"
+[[bodies]]
+name = "dumbbell"
+mass_kg = 2
+shape = { kind = "dumbbell", length_m = 0.5, sphere_radius_m = 0.1 }
+attitude = { axis = [0, 0, 1], angle_deg = 30 }
+angular_velocity_rad_s = [0.1, -0.2, 0.3]
+position_m = [2, 0, 0]
+velocity_m_s = [0, 0.5, 0]
+[[bodies]]
+name = "tetrahedron"
+attitude = { quaternion_wxyz = [1, 0, 0, 0] }
+angular_momentum_body_n_m_s = [0, 0, 0.1]
+position_m = [-1, 0, 0]
+linear_momentum_n_s = [0, -1, 0]
+[bodies.shape]
+kind = "polyhedron"
+density_kg_m3 = 3
+vertices_m = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]
+faces = [[1, 2, 3], [1, 3, 4], [1, 4, 2], [2, 4, 3]]
+gauss_order = 2
+[expect]
+source = "nowhere"
+energy_error_at_most = 1e-3
+orthogonality_at_most = 1e-12
+[[expect.end]]
+body = "dumbbell"
+position_m = [0, 0, 0]
+position_tolerance_m = 10
+"#;
+
 /// A complete spec under every kind of limit and constraint, in a frame that turns.
 pub const CONSTRAINED: &str = r#"
 format = 1

@@ -1,29 +1,14 @@
-//! Propagation without optimisation: a body from its start, under the field and constant inputs.
+//! Propagation by the witnesses' own equations, reaction wheels included.
 //!
-//! ```
-//! use slewkit::body::{Body, Inertia};
-//! use slewkit::problem::{Problem, State};
-//! use slewkit::simulate::{Simulation, simulate};
-//! use slewkit::{Matrix3, Vector3};
-//!
-//! let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5))?, mass: None };
-//! let start = State::attitude(Matrix3::identity(), Vector3::new(0.01, 1.0, 0.0));
-//! let problem = Problem::attitude(body, start, State::at_rest(Matrix3::identity()), 20.0);
-//! let (mut first, mut drift) = (None, 0.0_f64);
-//! simulate(&problem, &Simulation { steps: 2000, stride: 100, ..Simulation::default() }, |row| {
-//!     let first = *first.get_or_insert(row.momentum);
-//!     drift = drift.max((row.momentum - first).norm());
-//!     true
-//! })?;
-//! assert!(drift < 1e-14);
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
+//! A second road to what [`super::Simulation`] computes, in inertial axes and with the implicit equation in its
+//! exponential form; and the only one for a body with wheels.
 
-use crate::Vector3;
+use super::{BodyState, Observer, Row};
 use crate::environment::Pose;
-use crate::lie;
+use crate::integrator::Invariants;
 use crate::problem::{Problem, ProblemError, Scheme};
 use crate::verify::{Continuous, Discrete, Output, Phase, Plant, WitnessError, same_sign};
+use crate::{Matrix3, lie};
 
 /// How to propagate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -33,12 +18,12 @@ pub enum Propagator {
     LieVerlet,
     /// Verner 9(8) at tolerance 1e-14, restarted at every step: exact to round-off, about ten times
     /// slower.
-    Continuous,
+    Verner98,
 }
 
-/// Settings of a simulation over the duration of its problem.
+/// Settings of a propagation over the duration of its problem.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Simulation<'a> {
+pub struct Settings<'a> {
     /// How to propagate.
     pub propagator: Propagator,
     /// Number of steps, at least 1; independent of the problem's. Default 1000.
@@ -49,47 +34,25 @@ pub struct Simulation<'a> {
     pub inputs: Option<&'a [f64]>,
 }
 
-impl Default for Simulation<'_> {
+impl Default for Settings<'_> {
     fn default() -> Self {
         Self { propagator: Propagator::LieVerlet, steps: 1000, stride: 1, inputs: None }
     }
 }
 
-/// One moment of the motion, SI units, frames as in the crate's conventions.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
-    /// Time \[s\].
-    pub time: f64,
-    /// Attitude quaternion `[w, x, y, z]`, continuous along the motion.
-    pub quaternion: [f64; 4],
-    /// Angular velocity, body axes [rad/s].
-    pub angular_velocity: Vector3,
-    /// Position, reference frame \[m\]; zero on SO(3).
-    pub position: Vector3,
-    /// Velocity, reference frame [m/s]; zero on SO(3).
-    pub velocity: Vector3,
-    /// Momentum that the wheels store, body axes [N·m·s]; zero without wheels.
-    pub stored_momentum: Vector3,
-    /// Kinetic plus potential energy of the body \[J\], without the spin of wheels. In a turning frame minus `n · RΠ`: Jacobi's integral, which
-    /// is what a field fixed in that frame conserves.
-    pub energy: f64,
-    /// Angular momentum `R(Π + μ) + x × γ` about the origin, inertial axes [N·m·s].
-    pub momentum: Vector3,
-}
-
-/// Propagates the start of `problem` and hands rows to `sink` until the end or until it returns false.
+/// Propagates the start of `problem` and hands rows to `observer`, until the end (true) or until it breaks off.
 ///
 /// Nothing is kept: memory does not grow with the steps. The end state of the problem, its scheme and
-/// its own number of steps play no part.
+/// its own number of steps play no part. The momenta of the rows count the wheels', the energy does not.
 ///
 /// # Errors
 /// A [`WitnessError`] when the problem is unusable or the motion cannot be propagated further; rows up
 /// to there have been handed out.
-pub fn simulate(
+pub fn propagate(
     problem: &Problem,
-    settings: &Simulation,
-    mut sink: impl FnMut(&Row) -> bool,
-) -> Result<(), WitnessError> {
+    settings: &Settings,
+    observer: &mut impl Observer,
+) -> Result<bool, WitnessError> {
     match problem.check_numbers() {
         // That is about the problem's own steps, and the propagator will say it of ours.
         Ok(()) | Err(ProblemError::StepTooLong { .. }) => {}
@@ -111,7 +74,7 @@ pub fn simulate(
         Propagator::LieVerlet => {
             Carrier::Discrete(Box::new(Discrete::new(&plant, &start, Scheme::LieVerlet, step)))
         }
-        Propagator::Continuous => Carrier::Continuous(Continuous::new(&plant, &start)),
+        Propagator::Verner98 => Carrier::Continuous(Continuous::new(&plant, &start)),
     };
     let mut quaternion = lie::quaternion_from_rotation(&start.attitude);
     for k in 0..=steps {
@@ -124,17 +87,22 @@ pub fn simulate(
             return Err(WitnessError::NotFinite { time });
         }
         quaternion = same_sign(lie::quaternion_from_rotation(&phase.attitude), &quaternion);
-        if (k % stride == 0 || k == steps) && !sink(&row(&plant, time, quaternion, &phase)) {
-            return Ok(());
+        if (k % stride == 0 || k == steps)
+            && observer.on_row(&row(&plant, time, quaternion, &phase)).is_break()
+        {
+            return Ok(k == steps);
         }
         if k < steps {
             match &mut body {
                 Carrier::Discrete(body) => body.advance(&output, &output)?,
                 Carrier::Continuous(body) => body.advance(time, step, &output, &output)?,
             }
+            if observer.on_step(k + 1).is_break() {
+                return Ok(false);
+            }
         }
     }
-    Ok(())
+    Ok(true)
 }
 
 enum Carrier<'a> {
@@ -149,15 +117,22 @@ fn row(plant: &Plant, time: f64, quaternion: [f64; 4], phase: &Phase) -> Row {
     let pose = Pose { position: phase.position, attitude: phase.attitude };
     let potential = problem.environment.potential(&pose);
     let momentum = spin + phase.attitude * phase.stored + phase.position.cross(&phase.linear_momentum);
+    let inertial = plant.to_reference(time).map_or_else(Matrix3::identity, |frame| frame.transpose());
     Row {
         time,
-        quaternion,
-        angular_velocity: rate,
-        position: phase.position,
-        velocity,
-        stored_momentum: phase.stored,
-        energy: 0.5 * (phase.momentum.dot(&rate) + phase.linear_momentum.dot(&velocity)) + potential
-            - plant.frame_rate().dot(&spin),
-        momentum: plant.to_reference(time).map_or(momentum, |frame| frame.tr_mul(&momentum)),
+        bodies: vec![BodyState {
+            quaternion,
+            angular_velocity: rate,
+            position: phase.position,
+            velocity,
+            stored_momentum: phase.stored,
+        }],
+        invariants: Invariants {
+            energy: 0.5 * (phase.momentum.dot(&rate) + phase.linear_momentum.dot(&velocity)) + potential
+                - plant.frame_rate().dot(&spin),
+            linear_momentum: inertial * phase.linear_momentum,
+            angular_momentum: inertial * momentum,
+            orthogonality: (phase.attitude.tr_mul(&phase.attitude) - Matrix3::identity()).norm(),
+        },
     }
 }

@@ -1,0 +1,375 @@
+//! `slew simulate`: propagate the bodies of a spec from their start, without optimisation, row after row.
+
+mod record;
+mod report;
+
+use super::args::{Destination, Format, OutputArgs, SpecArgs};
+use super::console::{self, Console};
+use super::failure::{Exit, Failure, Message};
+use super::{interrupt, plan, spec_file};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use record::{Document, Layout};
+use report::Seen;
+use slewkit::export::{ExportError, write_document};
+use slewkit::integrator::{Kind, Settings, StepError};
+use slewkit::plan::Status;
+use slewkit::problem::Problem;
+use slewkit::simulate::witness::{self, Propagator};
+use slewkit::simulate::{Observer, Row, Run, Simulation, SimulationError};
+use slewkit::spec::Spec;
+use slewkit::verify::WitnessError;
+use std::io::Write;
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+/// Arguments of `slew simulate`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+A simulation spec has [simulation] and [[bodies]]. Of a maneuver the motion lasts as long and begins at its start;
+its end plays no part.
+CSV and JSON lines are streamed, whatever the number of steps; JSON is held in memory first.
+
+Examples:
+  slew simulate dumbbells.toml -o motion.csv
+  slew simulate dumbbells.toml --integrator galerkin_gauss_3 --set simulation.step_s=0.1
+  slew simulate maneuver.toml --steps 5000 --stride 10 --format jsonl")]
+pub struct Args {
+    #[command(flatten)]
+    pub spec: SpecArgs,
+    #[command(flatten)]
+    pub output: OutputArgs,
+    /// Number of steps; by default those of the spec
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    pub steps: Option<u64>,
+    /// One row every so many steps; by default the output_stride of the spec, or 1
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub stride: Option<u64>,
+    /// Method; by default that of the spec, or lie_verlet
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(Kind::all().map(Kind::name)).try_map(|name| name.parse::<Kind>()))]
+    pub integrator: Option<Kind>,
+    /// Inputs of a maneuver, held throughout, forces before torques, as in `--inputs 0,0,0.1`; by default none
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true)]
+    pub inputs: Option<Vec<f64>>,
+}
+
+/// Rows of one JSON document, one for each body, held in memory.
+const MAX_DOCUMENT_ROWS: u64 = 10_000_000;
+/// Error per step that the error-controlled methods are allowed where a spec does not say: exact to round-off.
+const TOLERANCE: f64 = 1e-14;
+
+/// Runs the command.
+pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
+    let destination = args.output.destination(&[&args.spec.spec])?;
+    let motion = match spec_file::load(&args.spec.spec, &args.spec.reading, console)? {
+        Spec::Maneuver(loaded) => Motion::of_maneuver(loaded.problem, args)?,
+        Spec::Simulation(loaded) => {
+            if args.inputs.is_some() {
+                let reason = "--inputs: the bodies of a simulation spec have no actuators";
+                return Err(Failure::Usage(reason.into()));
+            }
+            let mut simulation = loaded.simulation;
+            simulation.kind = args.integrator.unwrap_or(simulation.kind);
+            simulation.steps = args.steps.unwrap_or(simulation.steps);
+            simulation.stride = args.stride.unwrap_or(simulation.stride);
+            Motion::Bodies(Box::new(simulation))
+        }
+    };
+    let layout = motion.layout();
+    let rows = (layout.steps / layout.stride).saturating_mul(layout.bodies.len() as u64);
+    if matches!(&destination, Destination::Stdout(Format::Json) | Destination::File(_, Format::Json))
+        && rows > MAX_DOCUMENT_ROWS
+    {
+        let reason = format!("{} steps are too many for one JSON document", layout.steps);
+        return Err(Failure::Usage(format!("{reason}: raise --stride, or choose --format jsonl or csv")));
+    }
+    interrupt::watch();
+    let mut job = Job { motion: &motion, layout, seen: None, run: None, failure: None, stopped: None };
+    let to_file = matches!(destination, Destination::File(..));
+    let written = match &destination {
+        Destination::None => job.run(Format::Text, &mut std::io::sink(), false, console),
+        Destination::Stdout(format) => {
+            console::to_stdout(|output| job.run(*format, output, *format == Format::Json, console))
+        }
+        Destination::File(target, format) => {
+            target.write(|output| job.run(*format, output, to_file, console))
+        }
+    };
+    if let Some(failure) = job.failure {
+        return Err(failure);
+    }
+    let Job { layout, seen, run, stopped, .. } = job;
+    if written.is_ok() || stopped.is_none() {
+        written?;
+    }
+    if let Some(seen) = &seen {
+        console.say(&seen.summary(console, &layout, run.as_ref(), stopped));
+    }
+    if let Some(steps) = stopped {
+        return if to_file || matches!(destination, Destination::Stdout(Format::Json)) {
+            let reason = format!("interrupted after {steps} of {} steps; nothing is written", layout.steps);
+            let remedy = "run it again; CSV and JSON lines on stdout keep the rows so far".into();
+            Err(Failure::Plan(Status::Interrupted, Message { code: "E0123", reason, remedy }))
+        } else {
+            Ok(Exit::Plan(Status::Interrupted))
+        };
+    }
+    if let Destination::File(target, _) = &destination {
+        plan::wrote(console, target);
+    }
+    Ok(Exit::Solved)
+}
+
+/// What is propagated, and by whom.
+enum Motion {
+    /// Bodies by an integrator.
+    Bodies(Box<Simulation>),
+    /// A body with reaction wheels, by the witnesses' equations.
+    Wheels(Box<Problem>, Propagator, Wheels),
+}
+
+/// How a body with wheels is propagated.
+struct Wheels {
+    steps: u64,
+    stride: u64,
+    inputs: Option<Vec<f64>>,
+}
+
+impl Motion {
+    fn of_maneuver(problem: Problem, args: &Args) -> Result<Self, Failure> {
+        let inputs = args.inputs.clone();
+        if inputs.iter().flatten().any(|value| !value.is_finite()) {
+            return Err(Failure::Usage("--inputs: every input must be finite".into()));
+        }
+        let (steps, stride) = (args.steps.unwrap_or(problem.steps as u64), args.stride.unwrap_or(1));
+        if problem.actuation.wheels.is_some() {
+            let propagator = match args.integrator.unwrap_or(Kind::LieVerlet) {
+                Kind::LieVerlet => Propagator::LieVerlet,
+                Kind::Verner98 => Propagator::Verner98,
+                other => {
+                    let reason = format!("--integrator {other}: reaction wheels are beyond it");
+                    return Err(Failure::Usage(format!("{reason}; take lie_verlet or verner98")));
+                }
+            };
+            return Ok(Self::Wheels(Box::new(problem), propagator, Wheels { steps, stride, inputs }));
+        }
+        let mut simulation = Simulation::of(&problem, inputs.as_deref()).map_err(refusal)?;
+        simulation.kind = args.integrator.unwrap_or(simulation.kind);
+        simulation.settings = Settings { tolerance: TOLERANCE };
+        (simulation.steps, simulation.stride) = (steps, stride);
+        Ok(Self::Bodies(Box::new(simulation)))
+    }
+
+    fn layout(&self) -> Layout {
+        match self {
+            Self::Bodies(simulation) => Layout {
+                name: simulation.name.clone(),
+                integrator: simulation.kind.name(),
+                bodies: simulation.bodies.clone(),
+                moves: simulation.system.bodies().iter().map(|body| body.mass.is_some()).collect(),
+                duration: simulation.duration,
+                steps: simulation.steps,
+                stride: simulation.stride,
+            },
+            Self::Wheels(problem, propagator, wheels) => Layout {
+                name: problem.name.clone(),
+                integrator: match propagator {
+                    Propagator::LieVerlet => Kind::LieVerlet.name(),
+                    Propagator::Verner98 => Kind::Verner98.name(),
+                },
+                bodies: vec!["body 1".into()],
+                moves: vec![problem.motion == slewkit::problem::Motion::RigidBody],
+                duration: problem.duration,
+                steps: wheels.steps,
+                stride: wheels.stride,
+            },
+        }
+    }
+
+    fn run(&self, observer: &mut impl Observer) -> Result<Option<Run>, Failure> {
+        match self {
+            Self::Bodies(simulation) => simulation.run(observer).map(Some).map_err(refusal),
+            Self::Wheels(problem, propagator, Wheels { steps, stride, inputs }) => {
+                let settings = witness::Settings {
+                    propagator: *propagator,
+                    steps: *steps,
+                    stride: *stride,
+                    inputs: inputs.as_deref(),
+                };
+                witness::propagate(problem, &settings, observer).map_err(refusal_of_witness)?;
+                Ok(None)
+            }
+        }
+    }
+}
+
+/// A simulation on its way to an output.
+struct Job<'a> {
+    motion: &'a Motion,
+    layout: Layout,
+    seen: Option<Seen>,
+    run: Option<Run>,
+    /// Why the motion could not be followed to its end: the output is then given up.
+    failure: Option<Failure>,
+    /// Steps made before Ctrl-C.
+    stopped: Option<u64>,
+}
+
+impl Job<'_> {
+    /// `whole`: an output that is interrupted is given up.
+    fn run(
+        &mut self,
+        format: Format,
+        output: &mut dyn Write,
+        whole: bool,
+        console: &mut Console,
+    ) -> Result<(), ExportError> {
+        if format == Format::Csv {
+            writeln!(output, "{}", self.layout.header())?;
+        }
+        let document = (format == Format::Json).then(|| Document::new(&self.layout));
+        let mut writer = Writer {
+            layout: &self.layout,
+            format,
+            output,
+            document,
+            seen: None,
+            result: Ok(()),
+            stopped: None,
+            progress: Progress::new(console, self.layout.steps),
+        };
+        let ended = self.motion.run(&mut writer);
+        let Writer { document, seen, result, stopped, .. } = writer;
+        (self.seen, self.stopped) = (seen, stopped);
+        result?;
+        match ended {
+            Ok(run) => self.run = run,
+            Err(failure) => {
+                self.failure = Some(failure);
+                return Err(std::io::Error::other("the simulation stopped").into());
+            }
+        }
+        if self.stopped.is_some() && whole {
+            return Err(std::io::Error::other("interrupted").into());
+        }
+        match document {
+            Some(document) => {
+                write_document(&document.finished(self.run.as_ref(), self.seen.as_ref()), output)
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+/// Takes the rows to the output.
+struct Writer<'l, 'a> {
+    layout: &'l Layout,
+    format: Format,
+    output: &'a mut dyn Write,
+    document: Option<Document<'l>>,
+    seen: Option<Seen>,
+    result: Result<(), ExportError>,
+    stopped: Option<u64>,
+    progress: Progress<'a>,
+}
+
+impl Observer for Writer<'_, '_> {
+    fn on_row(&mut self, row: &Row) -> ControlFlow<()> {
+        self.seen.get_or_insert_with(|| Seen::new(row)).note(row);
+        self.result = match (&mut self.document, self.format) {
+            (Some(document), _) => {
+                document.push(row);
+                Ok(())
+            }
+            (None, Format::Csv) => self.layout.write_csv(row, self.output),
+            (None, Format::Jsonl) => self.layout.write_jsonl(row, self.output),
+            (None, _) => Ok(()),
+        };
+        if self.result.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    }
+
+    fn on_step(&mut self, steps: u64) -> ControlFlow<()> {
+        if interrupt::requested() {
+            self.stopped = Some(steps);
+            return ControlFlow::Break(());
+        }
+        self.progress.note(steps);
+        ControlFlow::Continue(())
+    }
+}
+
+/// The progress line: ten times a second, and nothing where nobody sees it.
+struct Progress<'a> {
+    console: &'a mut Console,
+    steps: u64,
+    began: Instant,
+    shown: Instant,
+    /// When to look at the clock again: it costs as much as a short step.
+    next: u64,
+    stride: u64,
+}
+
+impl<'a> Progress<'a> {
+    const INTERVAL: Duration = Duration::from_millis(100);
+
+    fn new(console: &'a mut Console, steps: u64) -> Self {
+        let now = Instant::now();
+        let next = if console.shows_progress() { 1 } else { u64::MAX };
+        Self { console, steps, began: now, shown: now, next, stride: 1 }
+    }
+
+    fn note(&mut self, made: u64) {
+        if made < self.next {
+            return;
+        }
+        let waited = self.shown.elapsed();
+        if waited < Self::INTERVAL / 8 {
+            self.stride = (2 * self.stride).min(1 << 20);
+        } else if waited >= Self::INTERVAL {
+            let elapsed = self.began.elapsed().as_secs_f64();
+            let share = made as f64 / self.steps as f64;
+            let rest = elapsed * (1.0 - share) / share;
+            let percent = (100.0 * share).floor();
+            self.console
+                .progress(&format!("  {percent} %  step {made} of {}, {rest:.0} s to go", self.steps));
+            self.shown = Instant::now();
+            self.stride = (self.stride / 2).max(1);
+        }
+        self.next = made.saturating_add(self.stride);
+    }
+}
+
+fn refusal(error: SimulationError) -> Failure {
+    let reason = error.to_string();
+    let stopped = |code, remedy: &str| {
+        Failure::Plan(Status::NotConverged, Message { code, reason: reason.clone(), remedy: remedy.into() })
+    };
+    match error {
+        SimulationError::Problem(error) => plan::invalid(error),
+        SimulationError::Inputs { .. } => Failure::Usage(format!("--inputs: {reason}")),
+        SimulationError::Step {
+            error: StepError::TooLong { .. } | StepError::NotConverged { .. }, ..
+        } => stopped("E0120", "raise the number of steps: `--steps`, or the steps of the spec"),
+        SimulationError::Step { .. } => {
+            stopped("E0122", "check the start and what acts; bodies may have met")
+        }
+        SimulationError::System(_) | SimulationError::Grid | SimulationError::Wheels => {
+            Failure::Problem(Message { code: "E0121", reason, remedy: "change the spec accordingly".into() })
+        }
+    }
+}
+
+fn refusal_of_witness(error: WitnessError) -> Failure {
+    let reason = error.to_string();
+    match error {
+        WitnessError::Problem(error) => plan::invalid(error),
+        WitnessError::Rows { .. } => Failure::Usage(format!("--inputs: {reason}")),
+        WitnessError::StepTooLong { .. } => {
+            let remedy = "raise `--steps`".into();
+            Failure::Plan(Status::NotConverged, Message { code: "E0120", reason, remedy })
+        }
+        _ => {
+            let remedy = "check start and environment".into();
+            Failure::Plan(Status::NotConverged, Message { code: "E0122", reason, remedy })
+        }
+    }
+}
