@@ -6,7 +6,8 @@ mod meaning;
 mod mutations;
 mod schema;
 
-use slewkit::spec::{self, Diagnostics, Format, Loaded, Override};
+use slewkit::spec::{self, Diagnostics, Format, Loaded, Override, Spec};
+use std::path::Path;
 
 /// A complete spec, to change in the tests.
 pub const BASE: &str = r#"
@@ -197,6 +198,12 @@ momentum_limit_n_m_s = 10
 pub fn load_with(text: &str, set: &[&str]) -> Result<Loaded, Diagnostics> {
     let set: Vec<Override> = set.iter().map(|text| Override::parse(text).unwrap()).collect();
     spec::from_str(text, "test.toml", Format::Toml, &set)
+}
+
+/// Reads TOML of either kind with overrides.
+pub fn load_any(text: &str, set: &[&str]) -> Result<Spec, Diagnostics> {
+    let set: Vec<Override> = set.iter().map(|text| Override::parse(text).unwrap()).collect();
+    spec::load_from_str(text, "test.toml", Path::new(""), Format::Toml, &set)
 }
 
 /// Reads TOML with overrides that must be good.

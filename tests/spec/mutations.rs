@@ -1,8 +1,11 @@
 //! No input makes the reader panic, hang, or fail without saying why.
 
 use crate::bad_inputs::files;
-use crate::{BASE, CONSTRAINED, ORBIT, WHEELS};
-use slewkit::spec::{self, Format, Override, Severity};
+use crate::{BASE, CONSTRAINED, ORBIT, SIMULATION, WHEELS};
+use slewkit::simulate::Row;
+use slewkit::spec::{self, Format, Override, Severity, Spec};
+use std::ops::ControlFlow;
+use std::path::Path;
 
 /// PCG32, so that the stream is the same everywhere.
 struct Random(u64);
@@ -124,11 +127,28 @@ fn mutate(text: &str, random: &mut Random) -> Vec<u8> {
 }
 
 fn read(bytes: &[u8], format: Format, set: &[Override]) {
-    match spec::from_bytes(bytes, "x", format, set) {
-        Ok(loaded) => {
-            loaded.problem.check().unwrap();
-            loaded.settings.check().unwrap();
-            assert!(loaded.warnings.iter().all(|finding| finding.severity == Severity::Warning));
+    // What is no text at all is the matter of `from_bytes`.
+    let read = match std::str::from_utf8(bytes) {
+        Ok(text) => spec::load_from_str(text, "x", Path::new("tests/bad_inputs"), format, set),
+        Err(_) => spec::from_bytes(bytes, "x", format, set).map(|loaded| Spec::Maneuver(Box::new(loaded))),
+    };
+    match read {
+        Ok(spec) => {
+            assert!(spec.warnings().iter().all(|finding| finding.severity == Severity::Warning));
+            match spec {
+                Spec::Maneuver(loaded) => {
+                    loaded.problem.check().unwrap();
+                    loaded.settings.check().unwrap();
+                }
+                Spec::Simulation(loaded) => {
+                    let mut simulation = loaded.simulation;
+                    simulation.system.check(&simulation.start).unwrap();
+                    simulation.duration = simulation.step();
+                    simulation.steps = 1;
+                    // It steps, or says why not.
+                    drop(simulation.run(&mut |_: &Row| ControlFlow::Continue(())));
+                }
+            }
         }
         Err(errors) => {
             assert!(errors.0.iter().any(|finding| finding.severity == Severity::Error), "no reason given");
@@ -164,9 +184,11 @@ fn twenty_thousand_mutations_are_read_or_refused() {
         (json, Format::Json),
         (CONSTRAINED, Format::Toml),
         (WHEELS, Format::Toml),
+        (SIMULATION, Format::Toml),
     ];
     for (text, format) in good {
-        spec::from_str(text, "x", format, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+        spec::load_from_str(text, "x", Path::new(""), format, &[])
+            .unwrap_or_else(|errors| panic!("{errors}"));
     }
     for round in 0..20_000 {
         let (text, format) = good[round % good.len()];
@@ -194,12 +216,19 @@ fn mutated_overrides_are_set_or_refused() {
         "constraint.1.boresight_body.1.0",
         "actuators.torque_limit_n_m",
         "a.b",
+        "bodies.0.shape.kind",
+        "bodies.1.shape.vertices_m.2.0",
+        "bodies.1.shape.faces.0.1",
+        "bodies.1.shape.obj",
+        "simulation.integrator",
+        "simulation.step_s",
+        "gravity.gravitational_constant_m3_kg_s2",
     ];
     for round in 0..5_000 {
         let typed = format!("{}={}", random.pick(&keys), random.pick(NUMBERS));
         let typed = String::from_utf8_lossy(&mutate(&typed, &mut random)).into_owned();
         let Ok(set) = Override::parse(&typed) else { continue };
-        let text = [BASE, ORBIT, CONSTRAINED][round % 3];
+        let text = [BASE, ORBIT, CONSTRAINED, SIMULATION][round % 4];
         let outcome = std::panic::catch_unwind(|| read(text.as_bytes(), Format::Toml, &[set]));
         assert!(outcome.is_ok(), "round {round}: {typed:?}");
     }
