@@ -348,7 +348,7 @@ fn refusal(error: SimulationError) -> Failure {
         SimulationError::Inputs { .. } => Failure::Usage(format!("--inputs: {reason}")),
         SimulationError::Step {
             error: StepError::TooLong { .. } | StepError::NotConverged { .. }, ..
-        } => stopped("E0120", "raise the number of steps: `--steps`, or the steps of the spec"),
+        } => stopped("E0120", "raise `--steps`, or the steps of the spec"),
         SimulationError::Step { .. } => {
             stopped("E0122", "check the start and what acts; bodies may have met")
         }
