@@ -3,17 +3,18 @@
 use slewkit::plan::{Plan, Silent, Status, plan};
 use slewkit::problem::Problem;
 use slewkit::settings::Settings;
-use slewkit::spec::{self, Expect, Loaded};
+use slewkit::spec::{self, Expect, Format, Loaded, Spec};
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// The files of `problems/`, in order of their names.
+/// The maneuvers among the files of `problems/`, in order of their names; `simulations.rs` runs the others.
 fn files() -> Vec<PathBuf> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/problems");
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
         .unwrap_or_else(|error| panic!("{folder}: {error}"))
         .map(|entry| entry.expect("an entry of the folder").path())
         .filter(|path| path.extension().is_some_and(|extension| extension == "toml"))
+        .filter(|path| !matches!(spec::load(path, Format::Toml, &[]), Ok(Spec::Simulation(_))))
         .collect();
     files.sort();
     files

@@ -9,7 +9,7 @@ use serde::Serialize;
 use slewkit::actuation::{Actuation, Channel, LimitKind, Limits};
 use slewkit::export::write_document;
 use slewkit::problem::Motion;
-use slewkit::spec::{Diagnostic, Loaded, escape};
+use slewkit::spec::{Diagnostic, Loaded, LoadedSimulation, Spec, escape};
 
 /// Arguments of `slew check`.
 #[derive(Debug, clap::Args)]
@@ -37,13 +37,102 @@ struct Report<'a> {
 
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
-    let Loaded { problem, warnings, .. } = spec_file::read(&args.spec.spec, &args.spec.reading, console)?;
+    match spec_file::load(&args.spec.spec, &args.spec.reading, console)? {
+        Spec::Maneuver(loaded) => maneuver(&loaded, args, console),
+        Spec::Simulation(loaded) => simulation(&loaded, args, console),
+    }
+}
+
+/// "valid", and how many warnings.
+fn verdict(warnings: &[Diagnostic]) -> (String, Tone) {
+    match warnings.len() {
+        0 => ("valid".into(), Tone::Good),
+        count => (format!("valid, {}", counted(count, "warning")), Tone::Note),
+    }
+}
+
+#[derive(Serialize)]
+struct SimulationReport<'a> {
+    status: &'static str,
+    exit_code: u8,
+    name: &'a str,
+    integrator: &'static str,
+    order: u32,
+    symplectic: bool,
+    steps: u64,
+    step_s: f64,
+    duration_s: f64,
+    rows: u64,
+    bodies: Vec<BodyReport<'a>>,
+    diagnostics: &'a [Diagnostic],
+}
+
+#[derive(Serialize)]
+struct BodyReport<'a> {
+    name: &'a str,
+    /// None: it only turns.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mass_kg: Option<f64>,
+    principal_moments_kg_m2: [f64; 3],
+}
+
+fn simulation(loaded: &LoadedSimulation, args: &Args, console: &mut Console) -> Result<Exit, Failure> {
+    let LoadedSimulation { simulation, warnings, .. } = loaded;
+    let (verdict, tone) = verdict(warnings);
+    let bodies: Vec<BodyReport<'_>> = simulation
+        .bodies
+        .iter()
+        .zip(simulation.system.bodies())
+        .map(|(name, body)| BodyReport {
+            name,
+            mass_kg: body.mass,
+            principal_moments_kg_m2: (*body.inertia.principal()).into(),
+        })
+        .collect();
+    let rows = simulation.steps.div_ceil(simulation.stride) + 1;
+    let (duration, step) = (significant(simulation.duration, 4), significant(simulation.step(), 3));
+    let steps = format!("{duration} s in {} steps of {step} s, {rows} rows", simulation.steps);
+    let mut lines = vec![
+        summary::headline(console, &simulation.name, &verdict, tone),
+        summary::line("simulation", &steps),
+        summary::line("integrator", simulation.kind.name()),
+    ];
+    for (index, body) in bodies.iter().enumerate().take(SHOWN) {
+        let mass = body.mass_kg.map_or("only turns".into(), |mass| format!("{} kg", significant(mass, 6)));
+        let moments = body.principal_moments_kg_m2.map(|moment| significant(moment, 6)).join(", ");
+        let label = if index == 0 { "bodies" } else { "" };
+        let text = format!("{}: {mass}, principal moments {moments} kg·m²", escape(body.name));
+        lines.push(summary::line(label, &text));
+    }
+    if bodies.len() > SHOWN {
+        lines.push(summary::line("", &format!("… {} in all", bodies.len())));
+    }
+    console.say(&lines.join("\n"));
+    if args.report.json() {
+        let facts = simulation.kind.facts();
+        let report = SimulationReport {
+            status: "valid",
+            exit_code: 0,
+            name: &simulation.name,
+            integrator: simulation.kind.name(),
+            order: facts.order,
+            symplectic: facts.symplectic,
+            steps: simulation.steps,
+            step_s: simulation.step(),
+            duration_s: simulation.duration,
+            rows,
+            bodies,
+            diagnostics: warnings,
+        };
+        console::to_stdout(|output| write_document(&report, output))?;
+    }
+    Ok(Exit::Solved)
+}
+
+fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit, Failure> {
+    let Loaded { problem, warnings, .. } = loaded;
     problem.check().map_err(super::plan::invalid)?;
-    let verdict = match warnings.len() {
-        0 => "valid".into(),
-        count => format!("valid, {}", counted(count, "warning")),
-    };
-    let tone = if warnings.is_empty() { Tone::Good } else { Tone::Note };
+    let (verdict, tone) = verdict(warnings);
     let moves = match problem.motion {
         Motion::Attitude => "attitude",
         Motion::RigidBody => "position and attitude",
@@ -79,7 +168,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
             wheels,
             limits: &limits,
             constraints,
-            diagnostics: &warnings,
+            diagnostics: warnings,
         };
         console::to_stdout(|output| write_document(&report, output))?;
     }

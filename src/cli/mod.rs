@@ -51,14 +51,14 @@ enum Command {
     Verify(verify::Args),
     /// Compare the methods on one spec, side by side
     Compare(compare::Args),
-    /// Propagate the body of a spec from its start, without optimisation
+    /// Propagate the bodies of a spec from their start, without optimisation
     Simulate(simulate::Args),
     /// Convert an attitude from one notation to all others
     Convert(convert::Args),
     /// Print the JSON Schema of specs, for editors
     Schema(texts::Args),
     /// Print a commented spec to start from
-    Init(texts::Args),
+    Init(texts::InitArgs),
     /// Print completions for a shell
     Completions {
         /// Which shell
@@ -88,7 +88,7 @@ impl Command {
             Self::Simulate(args) => simulate::run(&args, console),
             Self::Convert(args) => convert::run(&args, console),
             Self::Schema(args) => texts::run(&args, &texts::schema(), console),
-            Self::Init(args) => texts::run(&args, &texts::template(), console),
+            Self::Init(args) => texts::run(&args.output, &texts::template(args.simulation), console),
             Self::Completions { shell } => {
                 // Into memory first: the generator panics when the pipe is closed.
                 let mut script = Vec::new();

@@ -18,14 +18,24 @@ pub struct Args {
     pub force: bool,
 }
 
+/// Arguments of `slew init`.
+#[derive(Debug, clap::Args)]
+pub struct InitArgs {
+    /// A simulation instead of a maneuver
+    #[arg(long)]
+    pub simulation: bool,
+    #[command(flatten)]
+    pub output: Args,
+}
+
 /// The JSON Schema of specs.
 pub fn schema() -> String {
     format!("{:#}\n", slewkit::spec::schema())
 }
 
 /// A commented spec.
-pub fn template() -> String {
-    slewkit::spec::template().into()
+pub fn template(simulation: bool) -> String {
+    if simulation { slewkit::spec::simulation_template() } else { slewkit::spec::template() }.into()
 }
 
 /// Writes `text` where the arguments say.

@@ -439,6 +439,11 @@ pub fn template() -> &'static str {
     include_str!("template.toml")
 }
 
+/// A commented simulation to start from: two bodies that attract one another.
+pub fn simulation_template() -> &'static str {
+    include_str!("simulation_template.toml")
+}
+
 /// The tree of the file.
 fn parse(source: &Source, format: Format) -> Result<Node, Vec<Finding>> {
     let text = &source.text;

@@ -119,6 +119,7 @@ pub(crate) fn shape(
                     &section,
                     report,
                 ),
+                _ if section.has("obj") && (section.has("vertices_m") || section.has("faces")) => None,
                 _ if section.has("obj") => from_obj(&section, folder, report),
                 _ => listed(&section, report),
             }?;
@@ -187,6 +188,10 @@ fn homogeneous(
 
 /// Vertices and faces that stand in the spec.
 fn listed(section: &Section<'_>, report: &mut Report) -> Option<Polyhedron> {
+    if !section.has("vertices_m") {
+        // The first pass has said that a shape is missing.
+        return None;
+    }
     if !section.has("faces") {
         let reason = "`vertices_m` needs `faces`".to_string();
         let remedy =
@@ -251,7 +256,7 @@ fn open(written: &str, folder: &Path) -> Result<(PathBuf, File), (&'static str, 
         return Err(escapes("out of"));
     }
     let missing = |error: std::io::Error| {
-        let reason = format!("\"{}\" cannot be read, as {shown}: {error}", cut(written, 100));
+        let reason = format!("\"{}\" cannot be read, as {shown}: {}", cut(written, 100), error.kind());
         ("E0090", reason, "the path is relative to the folder of the spec: check it")
     };
     let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };

@@ -47,7 +47,7 @@ pub(crate) fn assemble(
 ) -> Option<Assembled> {
     let list = root.list("bodies");
     if list.is_empty() {
-        if root.has("bodies") {
+        if root.entry("bodies").is_some_and(|entry| entry.node.is_empty_list()) {
             let reason = "a simulation needs at least one body".to_string();
             report.error("E0021", root.spot("bodies"), reason, "add a table [[bodies]]");
         }

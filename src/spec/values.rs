@@ -368,7 +368,12 @@ pub(crate) fn choice<'a>(
     let quoted =
         |words: &[&str]| words.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", ");
     let Value::Text(word) = &node.value else {
-        wrong_type(node, &format!("one of {}", quoted(now)), faults);
+        let wanted = if now.len() > 12 {
+            format!("one of {}, …", quoted(&now[..3]))
+        } else {
+            format!("one of {}", quoted(now))
+        };
+        wrong_type(node, &wanted, faults);
         return None;
     };
     if now.contains(&word.as_str()) {
@@ -384,7 +389,12 @@ pub(crate) fn choice<'a>(
         Some(known) => format!("did you mean \"{known}\"?"),
         None => format!("write one of {}", quoted(now)),
     };
-    let reason = format!("\"{}\" is not one of {}", cut(word, 40), quoted(now));
+    // A long list is told once.
+    let reason = if now.len() > 12 {
+        format!("\"{}\" is none of the {} that there are", cut(word, 40), now.len())
+    } else {
+        format!("\"{}\" is not one of {}", cut(word, 40), quoted(now))
+    };
     faults.push(("E0020", node.span, reason, remedy));
     None
 }

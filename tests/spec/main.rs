@@ -5,6 +5,7 @@ mod files;
 mod meaning;
 mod mutations;
 mod schema;
+mod simulation;
 
 use slewkit::spec::{self, Diagnostics, Format, Loaded, Override, Spec};
 use std::path::Path;
