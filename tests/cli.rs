@@ -1,113 +1,14 @@
 //! The real binary in a folder of its own: what it prints, writes and returns.
 
+#[path = "common/binary.rs"]
+mod binary;
+
+use binary::{Folder, Run, SPEC};
 use serde_json::Value;
 use slewkit::export::PlanFile;
 use std::fs;
-use std::io::{BufRead, BufReader, Read, Write};
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
-
-const SPEC: &str = r#"
-format = 1
-name = "test slew"
-[body]
-inertia_kg_m2 = [1, 2, 2.5]
-[start]
-attitude = { axis = [0, 0, 1], angle_deg = 0 }
-[end]
-attitude = { euler_zyx_deg = [80, -25, 40] }
-[maneuver]
-duration_s = 10
-steps = 100
-"#;
-
-/// A folder with a spec in it, and the binary run from there.
-struct Folder(tempfile::TempDir);
-
-impl Folder {
-    fn new() -> Self {
-        let folder = Self(tempfile::tempdir().unwrap());
-        fs::write(folder.path("spec.toml"), SPEC).unwrap();
-        folder
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn names(&self) -> Vec<String> {
-        let entries = fs::read_dir(self.0.path()).unwrap();
-        let mut names: Vec<_> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
-        names.sort();
-        names
-    }
-
-    fn read(&self, name: &str) -> String {
-        fs::read_to_string(self.path(name)).unwrap()
-    }
-
-    fn json(&self, name: &str) -> Value {
-        serde_json::from_str(&self.read(name)).unwrap()
-    }
-
-    fn command(&self, args: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_slew"));
-        command.args(args).current_dir(self.0.path()).stdin(Stdio::null());
-        command
-    }
-
-    fn slew(&self, args: &[&str]) -> Run {
-        Run::of(self.command(args).output().unwrap(), args)
-    }
-
-    fn slew_with_stdin(&self, args: &[&str], stdin: &str) -> Run {
-        let mut command = self.command(args);
-        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        let mut child = command.spawn().unwrap();
-        child.stdin.take().unwrap().write_all(stdin.as_bytes()).unwrap();
-        Run::of(child.wait_with_output().unwrap(), args)
-    }
-}
-
-/// How a command ended.
-struct Run {
-    code: i32,
-    stdout: String,
-    stderr: String,
-}
-
-impl Run {
-    fn of(output: Output, args: &[&str]) -> Self {
-        let code = output.status.code().unwrap_or_else(|| panic!("{args:?} was killed"));
-        let text = |bytes| String::from_utf8(bytes).unwrap();
-        let run = Self { code, stdout: text(output.stdout), stderr: text(output.stderr) };
-        assert!(!run.stderr.contains("panicked"), "{args:?}: {}", run.stderr);
-        run
-    }
-
-    /// Checks the exit code.
-    #[track_caller]
-    fn ends(self, code: i32) -> Self {
-        assert_eq!(self.code, code, "stdout: {}\nstderr: {}", self.stdout, self.stderr);
-        self
-    }
-
-    #[track_caller]
-    fn tells(self, wanted: &str) -> Self {
-        assert!(self.stderr.contains(wanted), "no {wanted:?} in: {}", self.stderr);
-        self
-    }
-
-    #[track_caller]
-    fn silent(self) -> Self {
-        assert_eq!(self.stderr, "");
-        self
-    }
-
-    fn json(&self) -> Value {
-        serde_json::from_str(&self.stdout).unwrap_or_else(|error| panic!("{error}: {}", self.stdout))
-    }
-}
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Command, Stdio};
 
 #[test]
 fn plan_tells_people_on_stderr_and_writes_the_file() {
@@ -680,17 +581,6 @@ fn what_the_user_wrote_does_not_steer_the_terminal() {
     assert!(!run.stderr.contains('\u{1b}'), "{:?}", run.stderr);
 }
 
-/// The signals that a process has taken over, from the kernel's own list.
-#[cfg(target_os = "linux")]
-fn catches_interrupt(process: u32) -> bool {
-    let status = fs::read_to_string(Path::new("/proc").join(process.to_string()).join("status"));
-    let mask = status.ok().and_then(|text| {
-        let line = text.lines().find_map(|line| line.strip_prefix("SigCgt:"))?.trim().to_string();
-        u64::from_str_radix(&line, 16).ok()
-    });
-    mask.is_some_and(|mask| mask & 0b10 != 0)
-}
-
 #[cfg(target_os = "linux")]
 #[test]
 fn an_interrupted_plan_keeps_its_best_result() {
@@ -707,7 +597,7 @@ fn an_interrupted_plan_keeps_its_best_result() {
         "end.angular_velocity_deg_s=[0, 0, 90000]",
     ];
     let child = folder.command(&args).stderr(Stdio::piped()).spawn().unwrap();
-    while !catches_interrupt(child.id()) {
+    while !binary::catches_interrupt(child.id()) {
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
     let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();

@@ -1,0 +1,268 @@
+//! `slew simulate`, `slew check` and their refusals on specs of bodies, as a user runs them.
+
+#[path = "common/binary.rs"]
+mod binary;
+
+use binary::{Folder, Run};
+use serde_json::Value;
+use slewkit::integrator::Kind;
+use std::fs;
+use std::process::Stdio;
+
+/// Two bodies far from each other and from rest.
+const PAIR: &str = r#"
+format = 1
+name = "a pair"
+[simulation]
+duration_s = 4
+step_s = 0.01
+output_stride = 100
+[gravity]
+gravitational_constant_m3_kg_s2 = 1
+[[bodies]]
+name = "dumbbell, \"heavy\""
+mass_kg = 2
+shape = { kind = "dumbbell", length_m = 0.5, sphere_radius_m = 0.1 }
+attitude = { axis = [0, 0, 1], angle_deg = 30 }
+angular_velocity_rad_s = [0.1, -0.2, 0.3]
+position_m = [1, 0, 0]
+velocity_m_s = [0, 0.5, 0]
+[[bodies]]
+name = "ball"
+shape = { kind = "sphere", radius_m = 0.2, density_kg_m3 = 30 }
+attitude = { axis = [0, 0, 1], angle_deg = 0 }
+angular_velocity_rad_s = [0, 0, 1]
+position_m = [-1, 0, 0]
+velocity_m_s = [0, -0.5, 0]
+"#;
+
+fn folder() -> Folder {
+    let folder = Folder::new();
+    fs::write(folder.path("pair.toml"), PAIR).unwrap();
+    folder
+}
+
+/// The same numbers in all three formats, at the spec's stride.
+#[test]
+fn the_formats_hold_the_same_numbers() {
+    let folder = folder();
+    let table = folder.slew(&["simulate", "pair.toml", "-q", "--format", "csv"]).ends(0).silent().stdout;
+    let mut lines = table.lines();
+    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let rows: Vec<Vec<f64>> =
+        lines.map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
+    assert_eq!(header.len(), 1 + 2 * 13 + 1 + 3 + 3 + 1);
+    assert!(rows.iter().all(|row| row.len() == header.len()));
+    let column =
+        |name: &str| header.iter().position(|column| *column == name).unwrap_or_else(|| panic!("{name}"));
+    assert_eq!(rows.iter().map(|row| row[0]).collect::<Vec<_>>(), [0.0, 1.0, 2.0, 3.0, 4.0]);
+
+    let objects = folder.slew(&["simulate", "pair.toml", "-q", "--format", "jsonl"]).ends(0).stdout;
+    let objects: Vec<Value> = objects.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let document = folder.slew(&["simulate", "pair.toml", "-q", "--format", "json"]).ends(0).json();
+    let trajectory = &document["trajectory"];
+    assert_eq!((objects.len(), trajectory["time_s"].as_array().unwrap().len()), (5, 5));
+    for (index, (row, object)) in rows.iter().zip(&objects).enumerate() {
+        for (name, in_line, in_document) in [
+            (
+                "body2_position_y_m",
+                &object["bodies"][1]["position_m"][1],
+                &trajectory["bodies"][1]["position_m"][index][1],
+            ),
+            (
+                "body1_quaternion_z",
+                &object["bodies"][0]["quaternion_wxyz"][3],
+                &trajectory["bodies"][0]["quaternion_wxyz"][index][3],
+            ),
+            (
+                "body1_angular_velocity_x_rad_s",
+                &object["bodies"][0]["angular_velocity_rad_s"][0],
+                &trajectory["bodies"][0]["angular_velocity_rad_s"][index][0],
+            ),
+            ("energy_j", &object["energy_j"], &trajectory["energy_j"][index]),
+            (
+                "linear_momentum_y_n_s",
+                &object["linear_momentum_n_s"][1],
+                &trajectory["linear_momentum_n_s"][index][1],
+            ),
+            (
+                "angular_momentum_z_n_m_s",
+                &object["angular_momentum_n_m_s"][2],
+                &trajectory["angular_momentum_n_m_s"][index][2],
+            ),
+            (
+                "orthogonality_error",
+                &object["orthogonality_error"],
+                &trajectory["orthogonality_error"][index],
+            ),
+        ] {
+            let value = row[column(name)];
+            assert_eq!((in_line.as_f64(), in_document.as_f64()), (Some(value), Some(value)), "{name}");
+        }
+    }
+    assert_eq!(document["integrator"], "lie_verlet");
+    assert_eq!((document["steps"].as_u64(), document["stride"].as_u64()), (Some(400), Some(100)));
+    assert_eq!((document["order"].as_u64(), document["force_evaluations"].as_u64()), (Some(2), Some(401)));
+    assert_eq!(trajectory["bodies"][0]["name"], "dumbbell, \"heavy\"");
+    let momentum = &document["errors"]["angular_momentum_n_m_s"];
+    assert!(momentum.as_f64().unwrap() < 1e-14, "{momentum}");
+}
+
+#[test]
+fn the_summary_tells_the_method_and_what_it_kept() {
+    let folder = folder();
+    let run = folder.slew(&["simulate", "pair.toml"]).ends(0).tells("4.000 s in 400 steps");
+    assert_eq!(run.stdout, "", "data only when asked for");
+    let run =
+        run.tells("order 2, explicit, symplectic, keeps momenta, keeps rotations, 1 force evaluation a step");
+    run.tells("401 force evaluations").tells("rotations   off by at most").tells("ball: quaternion_wxyz");
+    let other =
+        ["simulate", "pair.toml", "--integrator", "explicit_midpoint", "--steps", "40", "--stride", "7"];
+    let run = folder.slew(&other).ends(0).tells("order 2, explicit, 2 force evaluations a step");
+    run.tells("80 force evaluations");
+}
+
+/// One way through: every integrator on a maneuver and on bodies, alike to its order.
+#[test]
+fn every_integrator_can_be_asked_for_by_name() {
+    let folder = folder();
+    for kind in Kind::all() {
+        let name = kind.name();
+        let spin = "start.angular_velocity_deg_s=[5, 36, 3]";
+        let args = ["simulate", "spec.toml", "--integrator", name, "--format", "jsonl", "-q", "--set", spin];
+        let last = |run: Run| -> Value { serde_json::from_str(run.stdout.lines().last().unwrap()).unwrap() };
+        let maneuver = last(folder.slew(&args).ends(0));
+        let rate = maneuver["angular_velocity_rad_s"][1].as_f64().unwrap();
+        let bodies = last(
+            folder.slew(&["simulate", "pair.toml", "--integrator", name, "--format", "jsonl", "-q"]).ends(0),
+        );
+        let place = bodies["bodies"][0]["position_m"][0].as_f64().unwrap();
+        // From DOP853 of scipy at 1e-13.
+        assert!((rate - EXACT_RATE).abs() < 2e-2, "{name}: {rate}");
+        assert!((place - EXACT_PLACE).abs() < 2e-2, "{name}: {place}");
+        if kind.facts().order >= 4 {
+            assert!((rate - EXACT_RATE).abs() < 1e-6, "{name}: {rate}");
+            assert!((place - EXACT_PLACE).abs() < 1e-6, "{name}: {place}");
+        }
+    }
+    folder.slew(&["simulate", "spec.toml", "--integrator", "leapfrog"]).ends(2).tells("lie_verlet");
+}
+
+const EXACT_RATE: f64 = 0.5679614955718211;
+const EXACT_PLACE: f64 = 0.3122043220968179;
+
+#[test]
+fn check_tells_what_would_be_simulated() {
+    let folder = folder();
+    let run = folder
+        .slew(&["check", "pair.toml", "--format", "json"])
+        .ends(0)
+        .tells("400 steps of 0.0100 s, 5 rows");
+    let run = run.tells("ball: 1.00531 kg, principal moments");
+    let report = run.json();
+    assert_eq!((&report["status"], &report["rows"]), (&"valid".into(), &5.into()));
+    assert_eq!(report["bodies"][1]["name"], "ball");
+    let args = [
+        "check",
+        "pair.toml",
+        "--set",
+        "bodies.1.mass_kg=2",
+        "--set",
+        "simulation.stpes=4",
+        "--format",
+        "json",
+    ];
+    let report = folder.slew(&args).ends(3).tells("E0028").tells("did you mean `steps`").json();
+    assert_eq!(report["diagnostics"][0]["key"], "bodies.1.mass_kg");
+}
+
+#[test]
+fn what_is_only_for_the_other_kind_of_spec_is_refused() {
+    let folder = folder();
+    for command in [
+        &["plan", "pair.toml", "-o", "plan.json"][..],
+        &["verify", "none.json", "--spec", "pair.toml"],
+        &["compare", "pair.toml"],
+    ] {
+        folder.slew(command).ends(3).tells("E0018").tells("slew simulate");
+    }
+    folder.slew(&["simulate", "pair.toml", "--inputs", "1,2,3"]).ends(2).tells("no actuators");
+    let wheel =
+        "actuators.wheel=[{ axis_body = [1, 0, 0] }, { axis_body = [0, 1, 0] }, { axis_body = [0, 0, 1] }]";
+    let wheels = |name| folder.slew(&["simulate", "spec.toml", "--set", wheel, "--integrator", name]);
+    wheels("rkmk4").ends(2).tells("reaction wheels").tells("verner98");
+    wheels("lie_verlet").ends(0);
+    wheels("verner98").ends(0);
+    assert_eq!(folder.names(), ["pair.toml", "spec.toml"]);
+}
+
+#[test]
+fn the_template_of_a_simulation_runs() {
+    let folder = Folder::new();
+    folder.slew(&["init", "--simulation", "-o", "bodies.toml"]).ends(0);
+    folder.slew(&["check", "bodies.toml"]).ends(0).tells("valid");
+    folder.slew(&["simulate", "bodies.toml", "-o", "motion.csv"]).ends(0).tells("wrote");
+    assert_eq!(folder.read("motion.csv").lines().count(), 102);
+    folder.slew(&["simulate", "bodies.toml", "-o", "motion.csv"]).ends(8).tells("E0098");
+}
+
+/// A motion that cannot go on says where and why, and leaves no file.
+#[test]
+fn a_collision_leaves_no_file() {
+    let folder = folder();
+    let fall = [
+        "simulate",
+        "pair.toml",
+        "-o",
+        "fall.csv",
+        "--set",
+        "bodies.0.velocity_m_s=[0,0,0]",
+        "--set",
+        "bodies.1.velocity_m_s=[0,0,0]",
+        "--set",
+        "bodies.0.shape={ kind = \"sphere\", radius_m = 0.1 }",
+        "--integrator",
+        "dop853",
+    ];
+    folder.slew(&fall).ends(5).tells("E0122").tells("at t = ");
+    assert_eq!(folder.names(), ["pair.toml", "spec.toml"]);
+}
+
+/// Ctrl-C: a stream keeps the whole rows so far, a file or a document does not appear.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_interrupted_simulation_leaves_nothing_half_written() {
+    use std::io::{BufRead, BufReader, Read};
+    let folder = folder();
+    let long = ["--steps", "1000000000", "--stride", "1000"];
+    let interrupt = |child: &std::process::Child| {
+        while !binary::catches_interrupt(child.id()) {
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        let sent =
+            std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+        assert!(sent.success());
+    };
+    let mut args = vec!["simulate", "pair.toml", "-o", "long.csv"];
+    args.extend(long);
+    let child = folder.command(&args).stderr(Stdio::piped()).spawn().unwrap();
+    interrupt(&child);
+    Run::of(child.wait_with_output().unwrap(), &args).ends(130).tells("E0123").tells("nothing is written");
+    assert_eq!(folder.names(), ["pair.toml", "spec.toml"]);
+
+    let mut args = vec!["simulate", "pair.toml", "--format", "jsonl"];
+    args.extend(long);
+    let mut child = folder.command(&args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut reader = BufReader::new(child.stdout.take().unwrap());
+    let mut first = String::new();
+    reader.read_line(&mut first).unwrap();
+    interrupt(&child);
+    let mut rest = String::new();
+    reader.read_to_string(&mut rest).unwrap();
+    let run = Run::of(child.wait_with_output().unwrap(), &args).ends(130).tells("interrupted after");
+    assert!(rest.ends_with('\n'), "{:?}", &rest[rest.len().saturating_sub(80)..]);
+    for line in rest.lines() {
+        serde_json::from_str::<Value>(line).unwrap_or_else(|error| panic!("{error}: {line}"));
+    }
+    drop(run);
+}
