@@ -75,6 +75,7 @@ pub mod actuation;
 pub mod body;
 #[cfg(feature = "sdp")]
 pub mod bound;
+pub mod chart;
 pub mod compare;
 pub mod constraint;
 mod convex;
@@ -101,6 +102,7 @@ pub mod spec;
 #[cfg(test)]
 mod testing;
 pub mod verify;
+pub mod work_precision;
 
 /// The code of the README, compiled and run.
 #[cfg(doctest)]

@@ -1,0 +1,23 @@
+//! Charts as SVG: curves over linear or logarithmic axes, and paths in space.
+//!
+//! No measurement of text, no style sheet, no script: a file opens in every browser and vector editor
+//! and prints as it looks. Colours are those of Okabe and Ito, told apart also by colour-blind readers; curves
+//! differ in mark and dash as well.
+
+mod axis;
+mod curves;
+mod scene;
+mod svg;
+
+pub use axis::{Axis, Scale};
+pub use curves::{Chart, Curve, Shape};
+pub use scene::{Item, Scene};
+
+/// Colours of curves, in order.
+pub const COLOURS: [&str; 8] =
+    ["#0072b2", "#d55e00", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#7a5c00", "#555555"];
+
+/// Colour of the curve or body of this number.
+pub fn colour(index: usize) -> &'static str {
+    COLOURS[index % COLOURS.len()]
+}

@@ -1,0 +1,124 @@
+//! The elements of SVG that charts need.
+
+use std::fmt::Write;
+
+/// Font of all text, and its size \[px\].
+const FONT: &str = "Helvetica, Arial, 'DejaVu Sans', sans-serif";
+pub(super) const FONT_SIZE: f64 = 13.0;
+
+/// Colours of frame, grid and text.
+pub(super) const INK: &str = "#222222";
+pub(super) const FAINT: &str = "#666666";
+pub(super) const GRID: &str = "#dddddd";
+
+/// A drawing on its way.
+pub(super) struct Svg {
+    text: String,
+}
+
+/// Where a text stands relative to its point.
+#[derive(Clone, Copy)]
+pub(super) enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+impl Svg {
+    pub fn new(width: f64, height: f64) -> Self {
+        let mut text = String::new();
+        let _ = write!(
+            text,
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+             viewBox=\"0 0 {width} {height}\" font-family=\"{FONT}\" font-size=\"{FONT_SIZE}\">\n\
+             <rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n"
+        );
+        Self { text }
+    }
+
+    pub fn end(mut self) -> String {
+        self.text.push_str("</svg>\n");
+        self.text
+    }
+
+    /// An element as it is.
+    pub fn raw(&mut self, element: &str) {
+        self.text.push_str(element);
+        self.text.push('\n');
+    }
+
+    pub fn line(&mut self, a: (f64, f64), b: (f64, f64), style: &str) {
+        let ([x1, y1], [x2, y2]) = ([a.0, a.1].map(number), [b.0, b.1].map(number));
+        self.raw(&format!("<line x1=\"{x1}\" y1=\"{y1}\" x2=\"{x2}\" y2=\"{y2}\" {style}/>"));
+    }
+
+    pub fn circle(&mut self, center: (f64, f64), radius: f64, style: &str) {
+        let [x, y, r] = [center.0, center.1, radius].map(number);
+        self.raw(&format!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\" {style}/>"));
+    }
+
+    /// A polyline, or a polygon where it is closed.
+    pub fn path(&mut self, points: &[(f64, f64)], closed: bool, style: &str) {
+        let name = if closed { "polygon" } else { "polyline" };
+        let list: Vec<String> =
+            points.iter().map(|(x, y)| format!("{},{}", number(*x), number(*y))).collect();
+        self.raw(&format!("<{name} points=\"{}\" {style}/>", list.join(" ")));
+    }
+
+    /// Text. `^{…}` in it is raised.
+    pub fn text(&mut self, at: (f64, f64), anchor: Anchor, style: &str, text: &str) {
+        let anchor = match anchor {
+            Anchor::Start => "start",
+            Anchor::Middle => "middle",
+            Anchor::End => "end",
+        };
+        let [x, y] = [at.0, at.1].map(number);
+        self.raw(&format!(
+            "<text x=\"{x}\" y=\"{y}\" text-anchor=\"{anchor}\" {style}>{}</text>",
+            rich(text)
+        ));
+    }
+}
+
+/// Escaped, with `^{…}` raised.
+fn rich(text: &str) -> String {
+    let mut out = String::new();
+    let mut rest = text;
+    while let Some(at) = rest.find("^{") {
+        let (before, after) = (&rest[..at], &rest[at + 2..]);
+        let Some(end) = after.find('}') else { break };
+        let raised = escape(&after[..end]);
+        // The second shift brings what follows back to the line.
+        let _ = write!(out, "{}<tspan dy=\"-5\" font-size=\"75%\">{raised}</tspan>", escape(before));
+        rest = &after[end + 1..];
+        if !rest.is_empty() {
+            let first = rest.chars().next().map_or(0, char::len_utf8);
+            let _ = write!(out, "<tspan dy=\"5\">{}</tspan>", escape(&rest[..first]));
+            rest = &rest[first..];
+        }
+    }
+    out + &escape(rest)
+}
+
+fn escape(text: &str) -> String {
+    let mut out = String::new();
+    for character in text.chars() {
+        match character {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            // No XML file may hold them, not even escaped.
+            c if c.is_control() => out.push('\u{fffd}'),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// A coordinate: a hundredth of a pixel is enough.
+fn number(value: f64) -> String {
+    let text = format!("{value:.2}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".into() } else { text.into() }
+}
