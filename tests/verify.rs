@@ -448,6 +448,56 @@ fn held_torques_converge_at_the_order_of_the_scheme() {
     }
 }
 
+/// Two exact integrators of unlike kinds: another crate's Runge–Kutta pair on quaternions, and a variational
+/// method in rotation vectors. A plan of 80 steps and one of 3, whose steps it divides.
+#[test]
+fn the_symplectic_witness_ends_where_the_continuous_one_does() {
+    for (name, problem) in assortment() {
+        for (scheme, steps) in [(SCHEMES[0], 80), (SCHEMES[1], 80), (SCHEMES[1], 3), (SCHEMES[1], 2000)] {
+            let problem = problem.clone().with_scheme(scheme).with_steps(steps);
+            let (problem, plan) = aimed(problem.clone(), &smooth_inputs(&problem));
+            let found = verify(&problem, &plan, 1e-12, None);
+            assert!(check(&found, "symplectic witness"), "{name} {scheme:?} {steps}: {found:#?}");
+            let apart = found.symplectic_to_continuous.unwrap();
+            assert!(apart < 1e-12, "{name} {scheme:?} {steps}: {apart:e}");
+            let near = |a: Option<f64>, b: Option<f64>| (a.unwrap() - b.unwrap()).abs() < 1e-11;
+            assert!(near(found.symplectic_attitude_rad, Some(found.continuous_attitude_rad)));
+            assert!(near(found.symplectic_rate_rad_s, Some(found.continuous_rate_rad_s)));
+            assert_eq!(found.symplectic_position_m.is_some(), found.continuous_position_m.is_some());
+            if found.symplectic_position_m.is_some() {
+                assert!(near(found.symplectic_position_m, found.continuous_position_m));
+                assert!(near(found.symplectic_velocity_m_s, found.continuous_velocity_m_s));
+            }
+        }
+    }
+}
+
+/// What the planner's equations mean and what acts differs: a field whose force is no function of the pose. The
+/// witnesses evaluate it at other places and other times.
+#[test]
+fn witnesses_that_see_different_fields_do_not_agree() {
+    #[derive(Debug, Default)]
+    struct Fickle(std::sync::atomic::AtomicU64);
+    impl Environment for Fickle {
+        fn potential(&self, _: &Pose) -> f64 {
+            0.0
+        }
+        fn wrench(&self, _: &Pose) -> Wrench {
+            let calls = self.0.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            Wrench { force: Vector3::zeros(), moment: Vector3::x() * (1e-6 * (calls / 1000 % 7) as f64) }
+        }
+        fn gradient(&self, _: &Pose) -> Blocks {
+            unreachable!("the witnesses use no derivative")
+        }
+        fn curvature(&self, _: &Pose, _: &Wrench) -> Blocks {
+            unreachable!("the witnesses use no derivative")
+        }
+    }
+    let (problem, plan) = good();
+    let found = verify(&problem.with_environment(Fickle::default()), &plan, 1e-3, None);
+    assert!(!check(&found, "symplectic witness"), "{found:#?}");
+}
+
 /// Halving the plan's own step: mean and linear torque of Verlet and the held torque of Lie–Euler lead the
 /// continuous motion to the discrete end at the order of the scheme (theory, section 3).
 #[test]
@@ -542,12 +592,22 @@ fn wrong_inputs_fail_the_discrete_terminal_check() {
     flipped.input.iter_mut().for_each(|u| *u = -*u);
     let mut nudged = plan.clone();
     nudged.input[61] += 1e-6;
+    let right = verify(&problem, &plan, 1e-12, None).symplectic_attitude_rad.unwrap();
+    for (nudge, seen) in [(1e-6, 1e-9), (1.0, 1e-3)] {
+        let mut wrong = plan.clone();
+        wrong.input[61] += nudge;
+        let wrong = verify(&problem, &wrong, 1e-12, None).symplectic_attitude_rad.unwrap();
+        assert!((wrong - right).abs() > seen, "{nudge}: {right:e} {wrong:e}");
+    }
     let mut nudged_little = plan;
     nudged_little.input[61] += 1e-9;
     for wrong in [flipped, nudged, nudged_little] {
         let found = verify(&problem, &wrong, 1e-12, None);
         assert!(!check(&found, "discrete terminal"), "{found:#?}");
         assert!(!found.passed());
+        // The witness of other equations sees the same.
+        let apart = (found.symplectic_attitude_rad.unwrap() - found.continuous_attitude_rad).abs();
+        assert!(apart < 1e-12, "{found:#?}");
     }
 }
 

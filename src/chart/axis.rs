@@ -62,7 +62,7 @@ impl Laid {
         }
         let given = axis.limits.map(|(low, high)| (place(low), place(high)));
         let (mut low, mut high) = given.filter(|(a, b)| a < b && (b - a).is_finite()).unwrap_or(limits);
-        if !(low <= high) {
+        if low > high {
             (low, high) = (0.0, 1.0);
         }
         if given.is_none() {
@@ -119,6 +119,8 @@ impl Laid {
         // A label takes about 40 pixels along the axis.
         let every = (decades / (length / 40.0)).ceil().max(1.0) as i64;
         let (first, last) = (self.low.floor() as i64, self.high.ceil() as i64);
+        // All in full, or all as powers of ten.
+        let plain = self.low >= -2.3 && self.high < 4.0;
         let mut ticks = Vec::new();
         for decade in (first..=last).take(700) {
             let marked = decade.rem_euclid(every) == 0;
@@ -129,8 +131,8 @@ impl Laid {
                 }
                 let spaced = decades < 1.6 && (decades < 0.8 || matches!(digit, 2 | 5));
                 let label = match digit {
-                    1 if marked => Some(power_of_ten(1, decade)),
-                    2.. if spaced => Some(power_of_ten(digit, decade)),
+                    1 if marked => Some(power_of_ten(1, decade, plain)),
+                    2.. if spaced => Some(power_of_ten(digit, decade, plain)),
                     _ => None,
                 };
                 if digit == 1 || (decades <= 8.0 && every == 1) {
@@ -142,11 +144,12 @@ impl Laid {
     }
 }
 
-/// The numbers in between in full, others as powers of ten.
-fn power_of_ten(digit: u8, decade: i64) -> String {
+fn power_of_ten(digit: u8, decade: i64, plain: bool) -> String {
     match (digit, decade) {
-        (_, -2..0) => format!("{:.*}", -decade as usize, f64::from(digit) * 10_f64.powi(decade as i32)),
-        (_, 0..=3) => format!("{}", i64::from(digit) * 10_i64.pow(decade as u32)),
+        (_, ..0) if plain => {
+            format!("{:.*}", decade.unsigned_abs() as usize, f64::from(digit) * 10_f64.powi(decade as i32))
+        }
+        (_, 0..=3) if plain => format!("{}", i64::from(digit) * 10_i64.pow(decade as u32)),
         (1, _) => format!("10^{{{}}}", minus(&decade.to_string())),
         _ => format!("{digit}·10^{{{}}}", minus(&decade.to_string())),
     }
@@ -157,7 +160,7 @@ fn linear_label(value: f64, step: f64, largest: f64) -> String {
         return "0".into();
     }
     let decimals = (-step.log10()).ceil().max(0.0) as usize;
-    if largest >= 1e6 || largest < 1e-3 {
+    if !(1e-3..1e6).contains(&largest) {
         let power = largest.log10().floor();
         let unit = 10_f64.powf(power);
         let decimals = (-(step / unit).log10()).ceil().clamp(0.0, 15.0) as usize;
@@ -184,7 +187,8 @@ mod tests {
     fn ticks_are_round_numbers_inside_the_axis() {
         assert_eq!(labels(&Axis::linear(""), &[0.0, 10.0]), ["0", "2", "4", "6", "8", "10"]);
         assert_eq!(labels(&Axis::linear(""), &[-0.3, 0.3]), ["−0.2", "0", "0.2"]);
-        assert_eq!(labels(&Axis::logarithmic(""), &[1e-3, 1.0]), ["10^{−3}", "0.01", "0.1", "1"]);
+        assert_eq!(labels(&Axis::logarithmic(""), &[1e-3, 1.0]), ["10^{−3}", "10^{−2}", "10^{−1}", "10^{0}"]);
+        assert_eq!(labels(&Axis::logarithmic(""), &[0.012, 4.0]), ["0.1", "1"]);
         for axis in [Axis::linear(""), Axis::logarithmic("")] {
             let laid = Laid::new(&axis, [2.5e-4, 7.3].into_iter(), 50.0, 400.0);
             assert!(laid.ticks().iter().all(|tick| (50.0..=400.0).contains(&tick.at)));

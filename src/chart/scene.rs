@@ -59,6 +59,9 @@ const MARGIN: f64 = 62.0;
 const AZIMUTH: f64 = -62.0;
 const ELEVATION: f64 = 34.0;
 
+/// Parts of a rod.
+const PARTS: usize = 10;
+
 /// Parallel projection onto the drawing.
 struct View {
     right: Vector3,
@@ -214,11 +217,12 @@ impl Scene {
                 }
                 Item::Rod { ends, style } => {
                     let colour = mix(colour(*style), -0.35);
-                    line(
-                        &ends[0],
-                        &ends[1],
-                        format!("stroke=\"{colour}\" stroke-width=\"2.4\" stroke-linecap=\"round\""),
-                    );
+                    let style = format!("stroke=\"{colour}\" stroke-width=\"2.4\" stroke-linecap=\"round\"");
+                    // In parts, so that each goes before or behind what it passes.
+                    let at = |part: usize| ends[0] + (ends[1] - ends[0]) * (part as f64 / PARTS as f64);
+                    for part in 0..PARTS {
+                        line(&at(part), &at(part + 1), style.clone());
+                    }
                 }
                 Item::Ball { .. } => {}
             }

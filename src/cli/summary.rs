@@ -197,6 +197,11 @@ pub fn verified(console: &Console, judged: &Judged, verification: &Verification)
         continuous.push_str(&format!(", position {} m", error(position)));
     }
     lines.push(line("verified", &continuous));
+    if let Some(attitude) = verification.symplectic_attitude_rad {
+        let apart = verification.symplectic_to_continuous.unwrap_or(f64::NAN);
+        let text = format!("symplectic witness, Galerkin: attitude {} rad", error(attitude));
+        lines.push(line("", &format!("{text}, {} from the continuous one", error(apart))));
+    }
     if let Some(failure) = &verification.failure {
         lines.push(line("witness", &escape(failure)));
     }

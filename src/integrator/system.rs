@@ -184,6 +184,13 @@ impl System {
         Ok(Self { frame_rate, ..Self::new(bodies, potential)? })
     }
 
+    /// The same in a reference frame that turns at this angular velocity, in its own axes [rad/s]: the potential
+    /// is fixed in it, and states are given against it.
+    #[must_use]
+    pub fn with_frame_rate(self, frame_rate: Vector3) -> Self {
+        Self { frame_rate, ..self }
+    }
+
     /// The bodies.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies

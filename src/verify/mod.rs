@@ -4,7 +4,9 @@
 //!   implicit one solved in another form than the planner's. It must meet the terminal conditions.
 //! - The **continuous witness** integrates the equations of motion with another method from another
 //!   crate, the torque held over each step of the plan.
-//! - The two must describe one motion: with that held torque and ever shorter steps the first
+//! - The **symplectic witness** propagates the same held torque with a Galerkin variational integrator of
+//!   high order, and must end where the continuous one does, to round-off.
+//! - The first two must describe one motion: with that held torque and ever shorter steps the first
 //!   converges to the second at the order of the scheme, or to round-off.
 //!
 //! The witnesses start from the problem and the recorded inputs alone. The recorded attitudes, rates
@@ -18,6 +20,7 @@ mod margins;
 mod order;
 mod plant;
 mod rows;
+mod symplectic;
 mod wheels;
 
 pub(crate) use continuous::Continuous;
@@ -61,6 +64,22 @@ pub struct Verification {
     /// The same, held, on SE(3): velocity error [m/s].
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub continuous_velocity_m_s: Option<f64>,
+    /// The symplectic witness, torque held over each step: attitude error \[rad\]. `None` where it cannot judge:
+    /// with reaction wheels, with more than four million steps, or where its equations do not converge.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub symplectic_attitude_rad: Option<f64>,
+    /// The same: rate error [rad/s].
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub symplectic_rate_rad_s: Option<f64>,
+    /// The same on SE(3): position error \[m\].
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub symplectic_position_m: Option<f64>,
+    /// The same on SE(3): velocity error [m/s].
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub symplectic_velocity_m_s: Option<f64>,
+    /// Scaled distance between the ends of the symplectic and the continuous witness.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub symplectic_to_continuous: Option<f64>,
     /// Observed order at which the discrete witness, with the held torque at h, h/2, h/4, converges to
     /// the continuous end state; `None` at round-off, or where it could not be computed.
     pub order: Option<f64>,
@@ -143,8 +162,8 @@ pub enum WitnessError {
 /// The checks, by name: `finite`, `discrete terminal`, `recorded states`, `total momentum` where wheels alone
 /// turn the body, `constraints` where there are any
 /// (the worst scaled violation at and between the nodes, against [`Margin::ROUND_OFF`]), `order`
-/// (`round-off` when the witnesses agree to round-off), and `continuous terminal` where a tolerance is
-/// given.
+/// (`round-off` when the witnesses agree to round-off), `symplectic witness` where that one can judge, and
+/// `continuous terminal` where a tolerance is given.
 pub fn verify(
     problem: &Problem,
     trajectory: &Trajectory,
@@ -152,12 +171,17 @@ pub fn verify(
     continuous_tolerance: Option<f64>,
 ) -> Verification {
     let mut found = Verification::unknown(problem.motion);
-    let mut judged =
-        Judged { recorded: f64::NAN, momentum_drift: None, violation: f64::NAN, comparison: None };
+    let mut judged = Judged {
+        recorded: f64::NAN,
+        momentum_drift: None,
+        violation: f64::NAN,
+        comparison: None,
+        apart_limit: 0.0,
+    };
     if let Err(error) = found.witness(problem, trajectory, &mut judged) {
         found.failure = Some(error.to_string());
     }
-    let Judged { recorded, momentum_drift, violation, comparison } = judged;
+    let Judged { recorded, momentum_drift, violation, comparison, apart_limit } = judged;
     found.at_most("finite", rows::not_finite(trajectory) as f64, 0.0);
     found.at_most("discrete terminal", found.discrete().largest(), tolerance);
     found.at_most("recorded states", recorded, RECORDED.max(10.0 * tolerance));
@@ -179,6 +203,9 @@ pub fn verify(
             passed: comparison.is_some_and(|comparison| comparison.passed),
         }),
     }
+    if let Some(apart) = found.symplectic_to_continuous {
+        found.at_most("symplectic witness", apart, apart_limit);
+    }
     if let Some(limit) = continuous_tolerance {
         found.at_most("continuous terminal", found.continuous_attitude_rad, limit);
     }
@@ -198,6 +225,8 @@ struct Judged {
     /// Worst scaled violation of a limit or constraint.
     violation: f64,
     comparison: Option<order::Comparison>,
+    /// How far apart the ends of the symplectic and the continuous witness may be.
+    apart_limit: f64,
 }
 
 impl Verification {
@@ -276,6 +305,20 @@ impl Verification {
         if plant.moves {
             self.continuous_position_m = Some((held.position - problem.end.position).norm());
             self.continuous_velocity_m_s = Some((held.velocity(problem) - problem.end.velocity).norm());
+        }
+
+        if let Some(end) = symplectic::end(&plant, &inputs, &start, self.peak_rate_rad_s)? {
+            let error = scale.distance(&end, &target, problem.motion);
+            self.symplectic_attitude_rad = Some(error.attitude_rad);
+            let rate = end.angular_velocity(problem) - problem.end.angular_velocity;
+            self.symplectic_rate_rad_s = Some(rate.norm());
+            if plant.moves {
+                self.symplectic_position_m = Some((end.position - problem.end.position).norm());
+                self.symplectic_velocity_m_s = Some((end.velocity(problem) - problem.end.velocity).norm());
+            }
+            let apart = order::norm(&scale.distance(&end, &held, problem.motion));
+            self.symplectic_to_continuous = Some(apart);
+            judged.apart_limit = order::agreement(&plant, &inputs, &held, apart);
         }
 
         let interpolated = continuous_end(&plant, &start, |k| inputs.ends(k))?;

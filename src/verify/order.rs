@@ -111,6 +111,24 @@ pub(super) fn compare(plant: &Plant, inputs: &Inputs, continuous: &Phase) -> Com
     found
 }
 
+/// Distance, scaled and relative to the size of the motion, that the ends of two exact witnesses may have.
+const EXACT: f64 = 1e-9;
+
+/// How far apart two witnesses of the held plan may end whose own errors are round-off; `continuous` is the end of
+/// one, `apart` how far they are.
+pub(super) fn agreement(plant: &Plant, inputs: &Inputs, continuous: &Phase, apart: f64) -> f64 {
+    let scale = Scale::of(plant.problem);
+    let size = 1.0 + continuous.momentum.norm() * scale.time / scale.inertia;
+    let limit = EXACT * size;
+    if apart <= limit {
+        return limit;
+    }
+    let start = Phase::of(plant.problem, &plant.problem.start);
+    let amplified = START_ROUND_OFF * size * amplification(plant, inputs, &start, &scale);
+    // Written so that a NaN leaves the limit as it is.
+    if amplified > limit { amplified.min(AMPLIFIED * size) } else { limit }
+}
+
 /// By how much a small disturbance of the start has grown at the end.
 fn amplification(plant: &Plant, inputs: &Inputs, start: &Phase, scale: &Scale) -> f64 {
     const DISTURBANCE: f64 = 1e-7;

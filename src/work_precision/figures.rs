@@ -40,11 +40,13 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// Two balls on a rod along the first axis.
+    /// Two balls joined by a rod along the first axis.
     pub fn dumbbell(name: impl Into<String>, dumbbell: &crate::full_body::Dumbbell) -> Self {
-        let ends = [0.5, -0.5].map(|side| Vector3::new(side * dumbbell.length, 0.0, 0.0));
-        let balls = ends.map(|end| (end, dumbbell.sphere_radius)).to_vec();
-        Self { name: name.into(), rods: vec![ends], balls }
+        let along = |x: f64| Vector3::new(x, 0.0, 0.0);
+        let (half, radius) = (0.5 * dumbbell.length, dumbbell.sphere_radius);
+        let balls = [half, -half].map(|x| (along(x), radius)).to_vec();
+        // From surface to surface; balls that overlap hide it.
+        Self { name: name.into(), rods: vec![[along(half - radius), along(radius - half)]], balls }
     }
 
     /// The edges of a solid.

@@ -50,7 +50,8 @@ pub struct Study {
     pub shown_step: f64,
     /// Settings of the methods that have any.
     pub settings: integrator::Settings,
-    /// Times a run is repeated at most to find its shortest time; runs of more than a second are not.
+    /// Times a run is repeated to find its shortest time: short ones are more often, those of more than a second
+    /// are not.
     pub repeats: u32,
 }
 

@@ -15,8 +15,12 @@ const SAMPLES: u64 = 200_000;
 /// Steps between two looks at the clock and at whether to go on.
 const CHUNK: u64 = 1024;
 
-/// Time after which a run is not repeated \[s\].
+/// Time that the repetitions of a run take at least, and time after which it is not repeated \[s\].
+const SHORT: f64 = 0.02;
 const LONG: f64 = 1.0;
+
+/// Most repetitions of a run.
+const MOST_REPEATS: u32 = 100;
 
 /// A method with a step, to a horizon.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -186,8 +190,10 @@ impl Setup<'_> {
         let end = self.observe(scales, recorder, &mut reached, go_on)?;
         let mut times = vec![f64::INFINITY; reached.len()];
         let mut stopped = matches!(end, End::Stopped);
-        for _ in 0..repeats.max(1) {
-            if stopped || reached.is_empty() {
+        let mut spent = 0.0;
+        for repeat in 0..MOST_REPEATS {
+            let enough = repeat >= repeats.max(1) && spent >= SHORT;
+            if stopped || reached.is_empty() || enough {
                 break;
             }
             let passed = self.time(&self.horizons[..reached.len()], go_on)?;
@@ -195,7 +201,8 @@ impl Setup<'_> {
             for (best, time) in times.iter_mut().zip(passed.into_iter().flatten()) {
                 *best = best.min(time);
             }
-            if times.last().is_some_and(|time| *time > LONG) {
+            spent += times.last().copied().unwrap_or(0.0);
+            if spent > LONG {
                 break;
             }
         }

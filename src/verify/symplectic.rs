@@ -1,0 +1,107 @@
+//! The symplectic witness: the held torque through a variational integrator of order 6, 8 or 12.
+//!
+//! ```text
+//! curves of degree s in the natural chart, action at s Gauss points, steps of at most 0.2 rad
+//! ```
+//! It integrates Hamilton's principle where the continuous witness integrates the equations of motion, in a
+//! rotation vector where that has a quaternion, and solves for what that evaluates. Of the planner's code it
+//! uses none, and of the field force and moment alone.
+
+use super::WitnessError;
+use super::plant::{Inputs, Output, Phase, Plant};
+use crate::body::Body;
+use crate::environment::{Pose, Wrench};
+use crate::full_body::Potential;
+use crate::integrator::{Kind, Momentum, Quadrature, Settings, StepError, System, SystemState};
+use crate::problem::Problem;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Largest turn of a step [rad]. Steps of the plan are divided until it holds.
+const LARGEST_TURN: f64 = 0.2;
+
+/// Most parts of a step of the plan, and most steps in all: a few seconds.
+const MOST_PARTS: f64 = 1e4;
+const MOST_STEPS: f64 = 4e6;
+
+/// Field and actuators as one load on one body, the actuators' output set from outside.
+#[derive(Debug)]
+struct Load {
+    problem: Problem,
+    output: Arc<Mutex<Output>>,
+}
+
+impl Potential for Load {
+    /// Nobody asks: the actuators have none.
+    fn energy(&self, poses: &[Pose]) -> f64 {
+        self.problem.environment.potential(&poses[0])
+    }
+
+    fn wrenches(&self, poses: &[Pose], wrenches: &mut [Wrench]) {
+        let plant = Plant::new(&self.problem);
+        let output = *self.output.lock().unwrap_or_else(PoisonError::into_inner);
+        let field = plant.field(&poses[0]);
+        let actuators = plant.actuators(&poses[0].attitude, &output);
+        wrenches[0] =
+            Wrench { force: field.force + actuators.force, moment: field.moment + actuators.moment };
+    }
+}
+
+/// The degree whose error over a maneuver of steps of this turn is round-off.
+fn degree(turn: f64) -> usize {
+    match turn {
+        ..=3e-3 => 3,
+        ..=2e-2 => 4,
+        _ => 6,
+    }
+}
+
+/// End of the held plan, whose angular velocity is nowhere much above `peak_rate` [rad/s]; `None` for what the
+/// witness cannot judge: wheels, steps too many, or a field so stiff that its iteration does not converge.
+pub(super) fn end(
+    plant: &Plant,
+    inputs: &Inputs,
+    start: &Phase,
+    peak_rate: f64,
+) -> Result<Option<Phase>, WitnessError> {
+    let problem = plant.problem;
+    let turn = problem.step() * peak_rate;
+    let parts = (turn / LARGEST_TURN).ceil().max(1.0);
+    // Written so that a NaN ends here.
+    let bearable = parts <= MOST_PARTS && parts * problem.steps as f64 <= MOST_STEPS;
+    if problem.actuation.wheels.is_some() || !bearable {
+        return Ok(None);
+    }
+    let output = Arc::new(Mutex::new(Output::none()));
+    let mass = problem.body.mass.filter(|_| plant.moves);
+    let body = Body { inertia: problem.body.inertia.clone(), mass };
+    let load = Load { problem: problem.clone(), output: Arc::clone(&output) };
+    let unusable = |_| WitnessError::NotFinite { time: 0.0 };
+    let system = System::new(vec![body], Some(Arc::new(load))).map_err(unusable)?;
+    let system = system.with_frame_rate(plant.frame_rate());
+    let pose = Pose { position: start.position, attitude: start.attitude };
+    let momentum = Momentum { linear: start.linear_momentum, angular: start.momentum };
+    let state = SystemState::new(vec![pose], vec![momentum]);
+    let kind = Kind::Galerkin { degree: degree(turn / parts), quadrature: Quadrature::Gauss };
+    let step = problem.step() / parts;
+    let mut method = kind.start(&system, &state, step, &Settings::default()).map_err(unusable)?;
+    for k in 0..problem.steps {
+        *output.lock().unwrap_or_else(PoisonError::into_inner) = inputs.held(k);
+        let time = k as f64 * problem.step();
+        for _ in 0..parts as usize {
+            match method.step(&[]) {
+                Ok(()) => {}
+                Err(StepError::NotFinite) => return Err(WitnessError::NotFinite { time }),
+                // Steps too long for its iteration, which are not too long for the plan.
+                Err(_) => return Ok(None),
+            }
+        }
+    }
+    let (pose, momentum) = (method.state().poses()[0], method.state().momenta()[0]);
+    Ok(Some(Phase {
+        position: pose.position,
+        linear_momentum: momentum.linear,
+        attitude: pose.attitude,
+        momentum: momentum.angular,
+        stored: start.stored,
+    }))
+}
