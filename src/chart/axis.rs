@@ -188,7 +188,7 @@ mod tests {
         assert_eq!(labels(&Axis::linear(""), &[0.0, 10.0]), ["0", "2", "4", "6", "8", "10"]);
         assert_eq!(labels(&Axis::linear(""), &[-0.3, 0.3]), ["−0.2", "0", "0.2"]);
         assert_eq!(labels(&Axis::logarithmic(""), &[1e-3, 1.0]), ["10^{−3}", "10^{−2}", "10^{−1}", "10^{0}"]);
-        assert_eq!(labels(&Axis::logarithmic(""), &[0.012, 4.0]), ["0.1", "1"]);
+        assert_eq!(labels(&Axis::logarithmic(""), &[0.02, 4.0]), ["0.1", "1"]);
         for axis in [Axis::linear(""), Axis::logarithmic("")] {
             let laid = Laid::new(&axis, [2.5e-4, 7.3].into_iter(), 50.0, 400.0);
             assert!(laid.ticks().iter().all(|tick| (50.0..=400.0).contains(&tick.at)));
