@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let second = state(-1.0 / 3.0, Vector3::new(-0.3, 0.1, 0.8), Vector3::new(0.1, 0.4, 0.5));
     let start = system.state(&[first, second])?;
 
-    let study = Study { horizons: vec![16.0, 32.0, 64.0], ..Study::survey(0.04, 64.0) };
+    let study = Study { horizons: vec![16.0, 32.0, 64.0], ..Study::survey(0.01, 64.0) };
     let found = study.run(&system, &start, &mut |_| ControlFlow::Continue(()))?;
     println!("{found}");
 

@@ -607,3 +607,85 @@ fn an_interrupted_plan_keeps_its_best_result() {
     let best = PlanFile::read(folder.read("best.json").as_bytes()).unwrap();
     assert_eq!((best.status.name(), best.exit_code), ("interrupted", 130));
 }
+
+/// Two dumbbells for a second.
+const DUMBBELLS: &str = r#"format = 1
+name = "pair"
+[simulation]
+duration_s = 16
+step_s = 0.02
+[gravity]
+gravitational_constant_m3_kg_s2 = 1
+[[bodies]]
+name = "a"
+mass_kg = 1
+shape = { kind = "dumbbell", length_m = 0.5, sphere_radius_m = 0.1 }
+attitude = { rotation_vector_rad = [0.2, 0.5, 0.3] }
+angular_velocity_rad_s = [1.2, -0.8, 4]
+position_m = [-1.6, 0, 0]
+velocity_m_s = [0, -0.73, 0]
+[[bodies]]
+name = "b"
+mass_kg = 2
+shape = { kind = "dumbbell", length_m = 1, sphere_radius_m = 0.2 }
+attitude = { rotation_vector_rad = [-0.3, 0.1, 0.8] }
+angular_velocity_rad_s = [0.4, 1.6, 2]
+position_m = [0.8, 0, 0]
+velocity_m_s = [0, 0.365, 0]
+"#;
+
+#[test]
+fn compare_sets_integrators_side_by_side_and_draws_them() {
+    let folder = Folder::new();
+    fs::write(folder.path("pair.toml"), DUMBBELLS).unwrap();
+    fs::create_dir(folder.path("figures")).unwrap();
+    let args = ["compare", "pair.toml", "--figures", "figures", "--format", "json"];
+    let run = folder.slew(&args).ends(0).tells("pair").tells("at equal mean energy error");
+    let document = run.json();
+    assert_eq!(document["compares"], "integrators");
+    assert_eq!(document["status"], "solved");
+    let names = ["lie_verlet", "crouch_grossman_2", "explicit_midpoint", "implicit_midpoint"];
+    assert_eq!(document["integrators"], serde_json::json!(names));
+    let runs = document["runs"].as_array().unwrap();
+    let horizons = document["horizons_s"].as_array().unwrap().len();
+    assert_eq!(runs.len(), 4 * 7 * horizons);
+    for run in runs {
+        assert!(run["energy_error_mean"].as_f64().unwrap() < 1.0 && run["failure"].is_null(), "{run}");
+        let evaluations = run["force_evaluations"].as_f64().unwrap() / run["steps"].as_f64().unwrap();
+        let expected = match run["method"].as_str().unwrap() {
+            "lie_verlet" => 1.0..2.1,
+            "implicit_midpoint" => 4.0..50.0,
+            _ => 2.0..2.1,
+        };
+        assert!(expected.contains(&evaluations), "{run}");
+    }
+    assert!(document["equal_error"].as_array().unwrap().len() >= 4 * horizons);
+    let drawn: Vec<_> = fs::read_dir(folder.path("figures")).unwrap().collect();
+    assert_eq!(drawn.len(), 9);
+    let picture = fs::read_to_string(folder.path("figures/trajectories.svg")).unwrap();
+    assert!(picture.starts_with("<svg ") && picture.ends_with("</svg>\n") && picture.contains(">b</text>"));
+    // Figures that exist stay, and nothing is run.
+    folder.slew(&args[..4]).ends(8).tells("E0098").tells("--force");
+    fs::write(folder.path("figures/work_precision.svg"), "mine").unwrap();
+    let few = ["--integrators", "lie_verlet,rkf78", "--step", "0.2,0.1", "--horizon", "2", "--error", "1e-5"];
+    let run = folder.slew(&[&args[..], &["--force"], &few].concat()).ends(0);
+    let document = run.json();
+    assert_eq!(document["runs"].as_array().unwrap().len(), 4);
+    assert_eq!(document["equal_error"][1]["method"], "rkf78");
+    assert_ne!(fs::read_to_string(folder.path("figures/work_precision.svg")).unwrap(), "mine");
+}
+
+#[test]
+fn compare_refuses_studies_that_make_no_sense() {
+    let folder = Folder::new();
+    fs::write(folder.path("pair.toml"), DUMBBELLS).unwrap();
+    let compare = |more: &[&str]| folder.slew(&[&["compare", "pair.toml"], more].concat());
+    compare(&["--bound"]).ends(2);
+    compare(&["--integrators", "euler"]).ends(2).tells("lie_verlet");
+    compare(&["--step", "0.3"]).ends(3).tells("E0124").tells("does not divide the horizon");
+    compare(&["--step", "nan"]).ends(3).tells("E0124");
+    compare(&["--horizon", "2,1"]).ends(3).tells("rising order");
+    compare(&["--figures", "nowhere"]).ends(8).tells("E0095");
+    compare(&["--force"]).ends(2);
+    folder.slew(&["compare", "spec.toml", "--step", "0.1"]).ends(2).tells("this one is of a maneuver");
+}

@@ -449,11 +449,11 @@ fn held_torques_converge_at_the_order_of_the_scheme() {
 }
 
 /// Two exact integrators of unlike kinds: another crate's Runge–Kutta pair on quaternions, and a variational
-/// method in rotation vectors. A plan of 80 steps and one of 3, whose steps it divides.
+/// method in rotation vectors. Plans of 80 steps, of 8 whose steps it divides, and of 2000.
 #[test]
 fn the_symplectic_witness_ends_where_the_continuous_one_does() {
     for (name, problem) in assortment() {
-        for (scheme, steps) in [(SCHEMES[0], 80), (SCHEMES[1], 80), (SCHEMES[1], 3), (SCHEMES[1], 2000)] {
+        for (scheme, steps) in [(SCHEMES[0], 80), (SCHEMES[1], 80), (SCHEMES[1], 8), (SCHEMES[1], 2000)] {
             let problem = problem.clone().with_scheme(scheme).with_steps(steps);
             let (problem, plan) = aimed(problem.clone(), &smooth_inputs(&problem));
             let found = verify(&problem, &plan, 1e-12, None);

@@ -46,6 +46,7 @@ pub use diagnostic::{Diagnostic, Diagnostics, Severity, escape};
 pub use maneuver::default_steps;
 pub use schema::schema;
 
+use crate::full_body::{Attractor, Dumbbell};
 use crate::problem::Problem;
 use crate::settings::Settings;
 use crate::simulate::Simulation;
@@ -231,10 +232,21 @@ pub struct Oscillation {
 pub struct LoadedSimulation {
     /// Bodies, method and duration, in SI units, checked.
     pub simulation: Simulation,
+    /// Shapes of the bodies, in their order; `None` for those without.
+    pub shapes: Vec<Option<BodyShape>>,
     /// What the motion must come to, if the spec says so.
     pub expect: Option<SimulationExpect>,
     /// What is accepted but worth a word, in file order.
     pub warnings: Vec<Diagnostic>,
+}
+
+/// Shape of a body.
+#[derive(Clone, Debug)]
+pub enum BodyShape {
+    /// Two spheres on a rod.
+    Dumbbell(Dumbbell),
+    /// Any other.
+    Other(Attractor),
 }
 
 /// A spec of either kind.
@@ -404,8 +416,8 @@ fn any(
     let section = Section::root(&root, table);
     let spec = if simulated.is_some() {
         simulation::assemble(&section, &stem, folder, &mut report).map(|assembled| {
-            let simulation::Assembled { simulation, expect } = assembled;
-            Spec::Simulation(Box::new(LoadedSimulation { simulation, expect, warnings: Vec::new() }))
+            let simulation::Assembled { simulation, shapes, expect } = assembled;
+            Spec::Simulation(Box::new(LoadedSimulation { simulation, shapes, expect, warnings: Vec::new() }))
         })
     } else {
         assemble::assemble(&section, &stem, &mut report).map(|assembled| {

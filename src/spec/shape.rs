@@ -47,6 +47,7 @@ impl Budget {
 }
 
 /// A shape as written, all numbers known.
+#[derive(Clone, Debug)]
 pub(crate) struct Shape {
     /// Mass \[kg\].
     pub mass: f64,

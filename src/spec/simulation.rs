@@ -7,7 +7,7 @@ use super::environment::Surroundings;
 use super::quantity::{short, show};
 use super::section::{Report, Section};
 use super::shape::{Budget, Shape, shape};
-use super::{EndExpect, Oscillation, Precession, SimulationExpect, Toleranced, body, values};
+use super::{BodyShape, EndExpect, Oscillation, Precession, SimulationExpect, Toleranced, body, values};
 use crate::body::{Body, Inertia};
 use crate::full_body::{
     Attractor, Dumbbell, Dumbbells, FullBodyError, GRAVITATIONAL_CONSTANT, MutualGravity, Potential,
@@ -22,6 +22,7 @@ use std::sync::Arc;
 /// What a simulation spec says, all of it valid unless the report holds an error.
 pub(crate) struct Assembled {
     pub simulation: Simulation,
+    pub shapes: Vec<Option<BodyShape>>,
     pub expect: Option<SimulationExpect>,
 }
 
@@ -110,7 +111,15 @@ pub(crate) fn assemble(
     if gravity.is_some() {
         apart(&simulation, &members, report);
     }
-    Some(Assembled { simulation, expect: expect.flatten() })
+    let shapes = members.iter().map(|member| member.shape.as_ref().map(shown)).collect();
+    Some(Assembled { simulation, shapes, expect: expect.flatten() })
+}
+
+fn shown(shape: &Shape) -> BodyShape {
+    match shape.dumbbell {
+        Some(dumbbell) => BodyShape::Dumbbell(dumbbell),
+        None => BodyShape::Other(shape.attractor.clone()),
+    }
 }
 
 fn accept<T>(result: Result<T, SystemError>, root: &Section<'_>, report: &mut Report) -> Option<T> {

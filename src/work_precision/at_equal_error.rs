@@ -43,10 +43,33 @@ pub struct EqualError {
     pub time_ratio: Option<f64>,
 }
 
+/// Most levels that are chosen.
+const LEVELS: usize = 5;
+
+/// Round errors between the largest and the smallest of the first method to the longest horizon, largest first;
+/// every so many, that they are few. Empty where it has one error or none.
+pub(super) fn levels(study: &Study, runs: &[Run]) -> Vec<f64> {
+    let (Some(first), Some(horizon)) = (study.kinds.first(), study.horizons.last()) else {
+        return Vec::new();
+    };
+    let of = |run: &&Run| run.method == first.name() && run.horizon_s.to_bits() == horizon.to_bits();
+    let errors = runs.iter().filter(of).filter_map(error).filter(|error| *error > 0.0);
+    let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
+    for error in errors {
+        (low, high) = (low.min(error), high.max(error));
+    }
+    let round = (-320..320).rev().flat_map(|power| [3, 1].map(|digit| format!("{digit}e{power}")));
+    // From text, so that 1e-5 is the nearest number to 1e-5.
+    let round = round.filter_map(|text| text.parse::<f64>().ok());
+    let inside: Vec<f64> = round.filter(|level| (low..=high).contains(level)).collect();
+    let stride = inside.len().div_ceil(LEVELS).max(1);
+    inside.into_iter().step_by(stride).collect()
+}
+
 /// All horizons, levels and methods.
-pub(super) fn table(study: &Study, runs: &[Run]) -> Vec<EqualError> {
+pub(super) fn table(study: &Study, levels: &[f64], runs: &[Run]) -> Vec<EqualError> {
     let mut table = Vec::new();
-    for (&horizon, &level) in study.horizons.iter().flat_map(|t| study.levels.iter().map(move |e| (t, e))) {
+    for (&horizon, &level) in study.horizons.iter().flat_map(|t| levels.iter().map(move |e| (t, e))) {
         let rows: Vec<EqualError> = study
             .kinds
             .iter()

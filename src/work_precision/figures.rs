@@ -58,6 +58,14 @@ impl Outline {
         Self { name: name.into(), rods, balls: Vec::new() }
     }
 
+    /// The points of a cloud, a few hundred of them.
+    pub fn points(name: impl Into<String>, cloud: &crate::full_body::PointCloud) -> Self {
+        let points = cloud.points();
+        let shown = points.iter().step_by(points.len().div_ceil(300).max(1));
+        let balls = shown.map(|point| (point.position, 0.0)).collect();
+        Self { name: name.into(), rods: Vec::new(), balls }
+    }
+
     /// A point.
     pub fn point(name: impl Into<String>) -> Self {
         Self { name: name.into(), rods: Vec::new(), balls: vec![(Vector3::zeros(), 0.0)] }
@@ -76,51 +84,38 @@ fn label(kind: Kind) -> String {
     format!("{survey}{}", kind.name())
 }
 
-/// All figures. `outlines` has one per body, or fewer: the others are points.
+/// Names of the figures, in the order in which they are drawn.
+pub const FIGURES: [&str; 9] = [
+    "trajectories",
+    "energy_over_time",
+    "energy_error_over_time",
+    "orthogonality_over_time",
+    "energy_over_step",
+    "orthogonality_over_step",
+    "momentum_over_step",
+    "time_over_step",
+    "work_precision",
+];
+
+/// All figures, in the order of [`FIGURES`]. `outlines` has one per body, or fewer: the others are points.
 pub fn figures(title: &str, study: &Study, found: &WorkPrecision, outlines: &[Outline]) -> Vec<Figure> {
-    let figure = |name, svg| Figure { name, svg };
     let drawn = Drawn { title, study, found };
-    vec![
-        figure("trajectories", drawn.trajectories(outlines)),
-        figure("energy_over_time", drawn.energy_over_time().svg()),
-        figure(
-            "energy_error_over_time",
-            drawn.over_time("Energy error", "|E − E₀| / (T₀ + |U₀|)", |m| m.energy_error).svg(),
-        ),
-        figure(
-            "orthogonality_over_time",
-            drawn.over_time("Orthogonality error", "‖I − RᵀR‖", |m| m.orthogonality).svg(),
-        ),
-        figure(
-            "energy_over_step",
-            drawn
-                .over_step("Mean energy error", "mean |E − E₀| / (T₀ + |U₀|)", |run| {
-                    Some(run.errors?.energy_error_mean)
-                })
-                .svg(),
-        ),
-        figure(
-            "orthogonality_over_step",
-            drawn
-                .over_step("Mean orthogonality error", "mean ‖I − RᵀR‖", |run| {
-                    Some(run.errors?.orthogonality_error_mean)
-                })
-                .svg(),
-        ),
-        figure(
-            "momentum_over_step",
-            drawn
-                .over_step("Largest error of the angular momentum", "max |L − L₀| / Σ|Lᵢ|", |run| {
-                    Some(run.errors?.angular_momentum_error_max)
-                })
-                .svg(),
-        ),
-        figure(
-            "time_over_step",
-            drawn.over_step("Time", "time, s", |run| run.errors.map(|_| run.time_s)).svg(),
-        ),
-        figure("work_precision", drawn.work_precision().svg()),
-    ]
+    let relative = "|E − E₀| / (T₀ + |U₀|)";
+    let mean = |run: &Run| Some(run.errors?.energy_error_mean);
+    let orthogonality = |run: &Run| Some(run.errors?.orthogonality_error_mean);
+    let momentum = |run: &Run| Some(run.errors?.angular_momentum_error_max);
+    let svg = [
+        drawn.trajectories(outlines),
+        drawn.energy_over_time().svg(),
+        drawn.over_time("Energy error", relative, |moment| moment.energy_error).svg(),
+        drawn.over_time("Orthogonality error", "‖I − RᵀR‖", |moment| moment.orthogonality).svg(),
+        drawn.over_step("Mean energy error", &format!("mean {relative}"), mean).svg(),
+        drawn.over_step("Mean orthogonality error", "mean ‖I − RᵀR‖", orthogonality).svg(),
+        drawn.over_step("Largest error of the angular momentum", "max |L − L₀| / Σ|Lᵢ|", momentum).svg(),
+        drawn.over_step("Time", "time, s", |run| run.errors.map(|_| run.time_s)).svg(),
+        drawn.work_precision().svg(),
+    ];
+    FIGURES.into_iter().zip(svg).map(|(name, svg)| Figure { name, svg }).collect()
 }
 
 struct Drawn<'a> {

@@ -44,7 +44,8 @@ pub struct Study {
     pub steps: Vec<f64>,
     /// How long to follow the motion \[s\], shortest first; each is a whole number of every step.
     pub horizons: Vec<f64>,
-    /// Mean energy errors `e_E` at which work is compared.
+    /// Mean energy errors `e_E` at which work is compared. None: 1, 3, 10, 30, … times a power of ten, five at most,
+    /// within what the first method reaches to the longest horizon.
     pub levels: Vec<f64>,
     /// The step whose runs are recorded over time, one of `steps` \[s\].
     pub shown_step: f64,
@@ -129,6 +130,8 @@ pub struct Progress {
 pub struct WorkPrecision {
     /// Energy that energy errors are relative to, `T₀ + |U₀|` \[J\].
     pub energy_scale_j: f64,
+    /// Mean energy errors at which work is compared.
+    pub levels: Vec<f64>,
     /// A row per method, step and horizon, in this order.
     pub runs: Vec<Run>,
     /// A row per horizon, level and method, in this order.
@@ -154,14 +157,22 @@ impl Study {
     pub const SURVEY: [Kind; 4] =
         [Kind::LieVerlet, Kind::CrouchGrossman2, Kind::ExplicitMidpoint, Kind::ImplicitMidpoint];
 
-    /// The methods of the survey at 4, 2, 1, ½, ¼ and ⅛ of `step`, over `duration`, a tenth and a hundredth of
-    /// it, at the mean errors 1e-3, 1e-4 and 1e-5. Both are in seconds.
+    /// The methods of the survey at 16, 8, 4, 2, 1, ½ and ¼ of `step`, over `duration`, a tenth and a hundredth
+    /// of it, to the nearest whole number of the longest step; levels are chosen. Short motions have shorter steps and
+    /// fewer horizons. Both are in seconds.
     pub fn survey(step: f64, duration: f64) -> Self {
+        let step = step.min(duration);
+        let factors = [16.0, 8.0, 4.0, 2.0, 1.0];
+        let factor = factors.into_iter().find(|factor| 100.0 * factor * step <= duration).unwrap_or(1.0);
+        let longest = factor * step;
+        let mut horizons =
+            [0.01, 0.1, 1.0].map(|part| (part * duration / longest).round().max(1.0) * longest).to_vec();
+        horizons.dedup_by(|a, b| a <= b);
         Self {
             kinds: Self::SURVEY.to_vec(),
-            steps: [4.0, 2.0, 1.0, 0.5, 0.25, 0.125].map(|factor| factor * step).to_vec(),
-            horizons: [0.01, 0.1, 1.0].map(|part| part * duration).to_vec(),
-            levels: vec![1e-3, 1e-4, 1e-5],
+            steps: (0..7).map(|halvings| longest * 0.5_f64.powi(halvings)).collect(),
+            horizons,
+            levels: Vec::new(),
             shown_step: step,
             settings: integrator::Settings::default(),
             repeats: 3,
@@ -185,7 +196,9 @@ impl Study {
         count("methods", self.kinds.len())?;
         count("steps", self.steps.len())?;
         count("horizons", self.horizons.len())?;
-        count("error levels", self.levels.len())?;
+        if !self.levels.is_empty() {
+            count("error levels", self.levels.len())?;
+        }
         in_order("steps", &self.steps, "falling", |before, value| value < before)?;
         in_order("horizons", &self.horizons, "rising", |before, value| value > before)?;
         in_order("error levels", &self.levels, "falling", |before, value| value < before)?;
@@ -221,6 +234,7 @@ impl Study {
         let scales = run::Scales::of(system, start);
         let mut found = WorkPrecision {
             energy_scale_j: scales.energy,
+            levels: self.levels.clone(),
             runs: Vec::new(),
             equal_error: Vec::new(),
             histories: Vec::new(),
@@ -243,8 +257,7 @@ impl Study {
                     setup.measure(&scales, &self.horizons, self.repeats, &mut recorder, &mut go_on)?;
                 if stopped {
                     found.interrupted = true;
-                    found.equal_error = at_equal_error::table(self, &found.runs);
-                    return Ok(found);
+                    return Ok(self.compared(found));
                 }
                 found.runs.extend(rows);
                 if step.to_bits() == self.shown_step.to_bits() {
@@ -256,8 +269,15 @@ impl Study {
                 done += 1;
             }
         }
-        found.equal_error = at_equal_error::table(self, &found.runs);
-        Ok(found)
+        Ok(self.compared(found))
+    }
+
+    fn compared(&self, mut found: WorkPrecision) -> WorkPrecision {
+        if found.levels.is_empty() {
+            found.levels = at_equal_error::levels(self, &found.runs);
+        }
+        found.equal_error = at_equal_error::table(self, &found.levels, &found.runs);
+        found
     }
 }
 

@@ -138,7 +138,7 @@ fn work_at_equal_error_is_exact_for_powers_of_the_step() {
     for run in &mut runs[8..10] {
         run.errors = None;
     }
-    let table = at_equal_error::table(&study, &runs);
+    let table = at_equal_error::table(&study, &study.levels, &runs);
     let row = |level: i32, method: &str| {
         let of = |row: &&EqualError| row.energy_error == 0.5_f64.powi(level) && row.method == method;
         table.iter().find(of).unwrap()
@@ -165,6 +165,40 @@ fn work_at_equal_error_is_exact_for_powers_of_the_step() {
 }
 
 #[test]
+fn levels_are_round_numbers_within_reach_of_the_first_method() {
+    let steps = vec![0.3, 0.1, 0.03];
+    let study = Study {
+        kinds: vec![Kind::LieVerlet, Kind::ExplicitMidpoint],
+        levels: Vec::new(),
+        horizons: vec![1.0],
+        shown_step: 0.3,
+        steps: steps.clone(),
+        ..Study::survey(1.0, 1.0)
+    };
+    // From 0.09 down to 9e-4; what the second method reaches does not count.
+    let mut runs: Vec<Run> = steps.iter().map(|step| power("lie_verlet", *step, 2, 1000.0)).collect();
+    runs.extend(steps.iter().map(|step| power("explicit_midpoint", *step, 6, 1000.0)));
+    assert_eq!(at_equal_error::levels(&study, &runs), [3e-2, 1e-2, 3e-3, 1e-3]);
+    for run in &mut runs {
+        run.errors = None;
+    }
+    assert!(at_equal_error::levels(&study, &runs).is_empty());
+}
+
+#[test]
+fn the_survey_can_be_made_for_any_step_and_duration() {
+    for (step, duration) in [(0.01, 3200.0), (0.01, 1.0), (0.7, 60.0), (1e-3, 1e6), (3.0, 7.0), (1e9, 1e-3)] {
+        let study = Study::survey(step, duration);
+        study.check().unwrap_or_else(|error| panic!("{step} {duration}: {error}"));
+    }
+    let study = Study::survey(0.01, 3200.0);
+    assert_eq!(study.steps, [0.16, 0.08, 0.04, 0.02, 0.01, 0.005, 0.0025]);
+    assert_eq!(study.horizons, [32.0, 320.0, 3200.0]);
+    // 3 s are no whole number of steps of 0.16 s, 3.04 s are.
+    assert!((Study::survey(0.01, 300.0).horizons[0] - 3.04).abs() < 1e-12);
+}
+
+#[test]
 fn a_step_that_is_good_by_luck_is_no_evidence() {
     let steps = vec![0.5, 0.25, 0.125];
     let study = Study {
@@ -177,7 +211,7 @@ fn a_step_that_is_good_by_luck_is_no_evidence() {
     };
     let mut runs: Vec<Run> = steps.iter().map(|step| power("lie_verlet", *step, 2, 1000.0)).collect();
     runs[0].errors = Some(Errors { energy_error_mean: 1e-9, ..Errors::default() });
-    let table = at_equal_error::table(&study, &runs);
+    let table = at_equal_error::table(&study, &study.levels, &runs);
     assert!((0.125..0.25).contains(&table[0].step_s.unwrap()), "{table:?}");
 }
 

@@ -1,0 +1,183 @@
+//! Integrators side by side on the bodies of a simulation spec: tables, JSON and figures.
+
+use super::super::console::{self, Console, Tone};
+use super::super::failure::{Exit, Failure, Message};
+use super::super::summary::headline;
+use super::super::{interrupt, plan};
+use super::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use serde::Serialize;
+use slewkit::export::{Target, write_document};
+use slewkit::full_body::Attractor;
+use slewkit::integrator::Kind;
+use slewkit::plan::Status;
+use slewkit::spec::{BodyShape, LoadedSimulation};
+use slewkit::work_precision::figures::{FIGURES, Outline, figures};
+use slewkit::work_precision::{Progress, Study, WorkPrecision};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// What to compare, other than what follows from the spec.
+#[derive(Debug, clap::Args)]
+pub struct StudyArgs {
+    /// Integrators, the first of which the others are compared with; by default lie_verlet, crouch_grossman_2,
+    /// explicit_midpoint and implicit_midpoint
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = PossibleValuesParser::new(Kind::all().map(Kind::name)).try_map(|name| name.parse::<Kind>()))]
+    pub integrators: Vec<Kind>,
+    /// Steps in seconds, longest first; each must divide every horizon
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub step: Vec<f64>,
+    /// Horizons in seconds, shortest first
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub horizon: Vec<f64>,
+    /// Mean energy errors at which to compare work, largest first; by default up to five that the first
+    /// integrator reaches
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub error: Vec<f64>,
+    /// Draw figures: SVG files in the folder DIR, which must exist
+    #[arg(long, value_name = "DIR")]
+    pub figures: Option<PathBuf>,
+    /// Replace figures that exist
+    #[arg(long, requires = "figures")]
+    pub force: bool,
+}
+
+impl StudyArgs {
+    /// Whether anything is asked for.
+    pub fn any(&self) -> bool {
+        let lists = [&self.step, &self.horizon, &self.error];
+        self.figures.is_some() || !self.integrators.is_empty() || lists.iter().any(|list| !list.is_empty())
+    }
+
+    /// The files of the figures, checked before any work; none that is `spec`.
+    pub fn targets(&self, spec: &Path) -> Result<Vec<Target>, Failure> {
+        let Some(folder) = &self.figures else { return Ok(Vec::new()) };
+        let target = |name: &&str| {
+            let target = Target::new(folder.join(format!("{name}.svg")), self.force)?;
+            target.distinct_from(spec)?;
+            Ok(target)
+        };
+        FIGURES.iter().map(target).collect()
+    }
+
+    /// The study of a spec, with what is asked for instead.
+    fn study(&self, loaded: &LoadedSimulation) -> Study {
+        let simulation = &loaded.simulation;
+        let mut study = Study::survey(simulation.step(), simulation.duration);
+        study.settings = simulation.settings;
+        if !Study::SURVEY.contains(&simulation.kind) {
+            study.kinds.push(simulation.kind);
+        }
+        let replace = |list: &mut Vec<f64>, asked: &Vec<f64>| {
+            if !asked.is_empty() {
+                list.clone_from(asked);
+            }
+        };
+        replace(&mut study.steps, &self.step);
+        replace(&mut study.horizons, &self.horizon);
+        replace(&mut study.levels, &self.error);
+        if !self.integrators.is_empty() {
+            study.kinds.clone_from(&self.integrators);
+        }
+        // The step of the spec, or that in the middle of those asked for.
+        if !self.step.is_empty() {
+            study.shown_step = self.step[self.step.len() / 2];
+        }
+        study
+    }
+}
+
+/// The comparison as a document. `compares` says what is compared.
+#[derive(Serialize)]
+struct Document<'a> {
+    format: u32,
+    generator: &'static str,
+    compares: &'static str,
+    status: &'static str,
+    exit_code: u8,
+    name: &'a str,
+    bodies: &'a [String],
+    integrators: Vec<&'static str>,
+    steps_s: &'a [f64],
+    horizons_s: &'a [f64],
+    #[serde(flatten)]
+    found: &'a WorkPrecision,
+}
+
+/// Runs the comparison, tells it, writes the figures.
+pub fn run(
+    args: &Args,
+    loaded: &LoadedSimulation,
+    targets: &[Target],
+    console: &mut Console,
+) -> Result<Exit, Failure> {
+    let simulation = &loaded.simulation;
+    let study = args.study.study(loaded);
+    interrupt::watch();
+    let mut watcher = Watcher { console, shown: Instant::now() };
+    let ran = study.run(&simulation.system, &simulation.start, &mut |progress| watcher.look(progress));
+    let found = ran.map_err(|error| {
+        let remedy = "choose other --step, --horizon or --error".into();
+        Failure::Problem(Message { code: "E0124", reason: error.to_string(), remedy })
+    })?;
+    let (exit, verdict, tone) = match found.interrupted {
+        false => (Exit::Solved, "integrators compared", Tone::Good),
+        true => (Exit::Plan(Status::Interrupted), "interrupted", Tone::Note),
+    };
+    console.say(&headline(console, &simulation.name, verdict, tone));
+    console.say(&format!("\n{found}"));
+    if args.report.json() {
+        let document = Document {
+            format: 1,
+            generator: concat!("slewkit ", env!("CARGO_PKG_VERSION")),
+            compares: "integrators",
+            status: exit.status(),
+            exit_code: exit.code(),
+            name: &simulation.name,
+            bodies: &simulation.bodies,
+            integrators: study.kinds.iter().map(|kind| kind.name()).collect(),
+            steps_s: &study.steps,
+            horizons_s: &study.horizons,
+            found: &found,
+        };
+        console::to_stdout(|output| write_document(&document, output))?;
+    }
+    // What an interrupted comparison lacks would look like a finding.
+    if !found.interrupted && !targets.is_empty() {
+        let drawn = figures(&simulation.name, &study, &found, &outlines(loaded));
+        for (figure, target) in drawn.iter().zip(targets) {
+            target.write(|output| Ok(output.write_all(figure.svg.as_bytes())?))?;
+            plan::wrote(console, target);
+        }
+    }
+    Ok(exit)
+}
+
+/// How the bodies are drawn.
+fn outlines(loaded: &LoadedSimulation) -> Vec<Outline> {
+    let outline = |(name, shape): (&String, &Option<BodyShape>)| match shape {
+        Some(BodyShape::Dumbbell(dumbbell)) => Outline::dumbbell(name, dumbbell),
+        Some(BodyShape::Other(Attractor::Polyhedron(solid))) => Outline::polyhedron(name, solid.shape()),
+        Some(BodyShape::Other(Attractor::Cloud(cloud))) => Outline::points(name, cloud),
+        Some(BodyShape::Other(_)) | None => Outline::point(name),
+    };
+    loaded.simulation.bodies.iter().zip(&loaded.shapes).map(outline).collect()
+}
+
+/// Shows progress ten times a second, and stops at Ctrl-C.
+struct Watcher<'a> {
+    console: &'a mut Console,
+    shown: Instant,
+}
+
+impl Watcher<'_> {
+    fn look(&mut self, progress: &Progress) -> ControlFlow<()> {
+        if self.console.shows_progress() && self.shown.elapsed() >= Duration::from_millis(100) {
+            self.shown = Instant::now();
+            let Progress { kind, step, runs: (done, all) } = progress;
+            self.console.progress(&format!("  {} of {all}  {kind}, step {step} s", done + 1));
+        }
+        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
