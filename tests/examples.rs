@@ -2,6 +2,8 @@
 
 #[path = "../examples/guess_and_sweep.rs"]
 mod guess_and_sweep;
+#[path = "../examples/integrators_compared.rs"]
+mod integrators_compared;
 #[path = "../examples/own_environment.rs"]
 mod own_environment;
 #[path = "../examples/plan_a_slew.rs"]
@@ -27,4 +29,9 @@ fn watch_and_stop_runs() {
 #[test]
 fn guess_and_sweep_runs() {
     guess_and_sweep::main();
+}
+
+#[test]
+fn integrators_compared_runs() {
+    integrators_compared::main().unwrap();
 }

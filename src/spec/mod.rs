@@ -246,7 +246,7 @@ pub enum BodyShape {
     /// Two spheres on a rod.
     Dumbbell(Dumbbell),
     /// Any other.
-    Other(Attractor),
+    Other(Box<Attractor>),
 }
 
 /// A spec of either kind.

@@ -118,7 +118,7 @@ pub(crate) fn assemble(
 fn shown(shape: &Shape) -> BodyShape {
     match shape.dumbbell {
         Some(dumbbell) => BodyShape::Dumbbell(dumbbell),
-        None => BodyShape::Other(shape.attractor.clone()),
+        None => BodyShape::Other(Box::new(shape.attractor.clone())),
     }
 }
 

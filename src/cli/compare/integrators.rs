@@ -158,9 +158,12 @@ pub fn run(
 fn outlines(loaded: &LoadedSimulation) -> Vec<Outline> {
     let outline = |(name, shape): (&String, &Option<BodyShape>)| match shape {
         Some(BodyShape::Dumbbell(dumbbell)) => Outline::dumbbell(name, dumbbell),
-        Some(BodyShape::Other(Attractor::Polyhedron(solid))) => Outline::polyhedron(name, solid.shape()),
-        Some(BodyShape::Other(Attractor::Cloud(cloud))) => Outline::points(name, cloud),
-        Some(BodyShape::Other(_)) | None => Outline::point(name),
+        Some(BodyShape::Other(attractor)) => match &**attractor {
+            Attractor::Polyhedron(solid) => Outline::polyhedron(name, solid.shape()),
+            Attractor::Cloud(cloud) => Outline::points(name, cloud),
+            _ => Outline::point(name),
+        },
+        None => Outline::point(name),
     };
     loaded.simulation.bodies.iter().zip(&loaded.shapes).map(outline).collect()
 }
