@@ -12,7 +12,12 @@ use crate::environment::Pose;
 use crate::extremal::Extremal;
 use crate::lie;
 use crate::problem::{Motion, Path, Problem};
-use crate::scp::{self, Convex, Multipliers, Options, guess, iterate::Iterate, model::Model, rows::Rows};
+use crate::scp::{
+    self, Convex, Multipliers, Options, guess,
+    iterate::Iterate,
+    model::{Model, State},
+    rows::Rows,
+};
 use crate::settings::Method;
 use crate::shooting::driver::Report;
 use crate::solution::{
@@ -135,6 +140,45 @@ fn poses(trajectory: &Trajectory, dynamics: &Dynamics) -> Vec<Pose> {
         attitude: lie::project_to_rotation(&lie::rotation_from_quaternion(quaternion)),
     };
     trajectory.quaternion.iter().enumerate().map(pose).collect()
+}
+
+/// A path with continuous rates through the nodes of a coarse one: cubics of Hermite on each step, in the
+/// rotation vector from its first node.
+struct Interpolant<'a> {
+    nodes: &'a [State],
+    /// From each node to the next: rotation vector, and distance.
+    turns: Vec<Vector3>,
+    ways: Vec<Vector3>,
+}
+
+impl<'a> Interpolant<'a> {
+    fn of(nodes: &'a [State]) -> Self {
+        let turns = nodes.windows(2).map(|pair| lie::log(&pair[0].attitude.tr_mul(&pair[1].attitude)));
+        let ways = nodes.windows(2).map(|pair| pair[1].position - pair[0].position);
+        Self { nodes, turns: turns.collect(), ways: ways.collect() }
+    }
+
+    /// The pose at a share of the step that begins at node `low`.
+    fn at(&self, low: usize, share: f64) -> Pose {
+        let node = &self.nodes[low];
+        let turn = cubic(&self.turns, low, share);
+        Pose {
+            position: node.position + cubic(&self.ways, low, share),
+            attitude: lie::project_to_rotation(&(node.attitude * lie::exp(&turn))),
+        }
+    }
+}
+
+/// The way within a step, from the ways of all: rates at the nodes are means of the two steps beside them.
+fn cubic(ways: &[Vector3], low: usize, share: f64) -> Vector3 {
+    let way = ways[low];
+    let before = if low > 0 { 0.5 * (ways[low - 1] + way) } else { way };
+    let after = ways.get(low + 1).map_or(way, |next| 0.5 * (way + next));
+    // At the ends the rate goes on as inside.
+    let before = if low > 0 { before } else { 2.0 * way - after };
+    let after = if low + 1 < ways.len() { after } else { 2.0 * way - before };
+    let (s, s2, s3) = (share, share * share, share * share * share);
+    way * (3.0 * s2 - 2.0 * s3) + before * (s3 - 2.0 * s2 + s) + after * (s3 - s2)
 }
 
 /// The cubic along the shortest rotation.
@@ -365,17 +409,18 @@ impl Search<'_, '_> {
             (low, at - low as f64)
         };
         let states = &polished.iterate.states;
-        let pose = |stage: usize| {
-            let (low, share) = between(stage);
-            let (a, b) = (&states[low], &states[low + 1]);
-            let turn = lie::log(&a.attitude.tr_mul(&b.attitude));
-            Pose {
-                position: a.position + (b.position - a.position) * share,
-                attitude: lie::project_to_rotation(&(a.attitude * lie::exp(&(turn * share)))),
-            }
-        };
-        let poses: Vec<Pose> = (0..=fine.steps).map(pose).collect();
+        let smooth = Interpolant::of(states);
+        let poses: Vec<Pose> = (0..=fine.steps)
+            .map(|stage| {
+                let (low, share) = between(stage);
+                smooth.at(low, share)
+            })
+            .collect();
         let mut start = guess::along(fine, rows, &poses);
+        for (stage, state) in start.states.iter_mut().enumerate() {
+            let (low, share) = between(stage);
+            state.wheels = &states[low].wheels * (1.0 - share) + &states[low + 1].wheels * share;
+        }
         // Inputs of the coarse solution are smoother than those of its piecewise path.
         for stage in fine.first_input()..=fine.steps {
             let (low, share) = between(stage);

@@ -24,7 +24,7 @@ use iterate::{Evaluated, Iterate};
 use model::Model;
 use nalgebra::{DMatrix, DVector};
 use polish::{Polished, polish};
-use rows::Rows;
+use rows::{Rows, What};
 use subproblem::{Failure, Move, Subproblem, Weights};
 
 /// First and largest trust radius \[rad\]; below the smallest nothing moves.
@@ -64,7 +64,7 @@ impl Default for Options {
             polish_early: true,
             tolerance: 1e-7,
             polish_tolerance: 1e-11,
-            cone_tolerance: 1e-7,
+            cone_tolerance: 1e-6,
             most: 30,
         }
     }
@@ -118,7 +118,8 @@ pub(crate) fn polished_only(
     multipliers: &Multipliers,
     options: &Options,
 ) -> Option<Convex> {
-    let polished = polish(model, rows, start, multipliers, options.polish_tolerance)?;
+    let (start, multipliers) = saturated(model, rows, start, multipliers)?;
+    let polished = polish(model, rows, &start, &multipliers, options.polish_tolerance)?;
     Some(Convex {
         outcome: Outcome::Converged,
         iterate: polished.iterate.clone(),
@@ -130,6 +131,42 @@ pub(crate) fn polished_only(
         cone_seconds: 0.0,
         cone_iterations: 0,
     })
+}
+
+/// Inputs that are optimal for the costates within their sizes, `u = clamp(−(κW)⁻¹Bᵀλ)`, and multipliers of these
+/// limits; where the weight is diagonal and nothing else limits the inputs of a stage.
+fn saturated(
+    model: &Model,
+    rows: &Rows,
+    start: &Iterate,
+    multipliers: &Multipliers,
+) -> Option<(Iterate, Multipliers)> {
+    let (mut start, mut multipliers) = (start.clone(), multipliers.clone());
+    let others = |what: &What| matches!(what, What::InputRate { .. } | What::InputNorm { .. });
+    let diagonal = DMatrix::from_diagonal(&model.weight.diagonal()) == model.weight;
+    if !diagonal || rows.rows.iter().any(|row| others(&row.what)) {
+        return Some((start, multipliers));
+    }
+    let evaluated = start.evaluate(model, rows).ok()?;
+    for stage in model.first_input()..=model.steps {
+        let slope = if stage == 0 { &evaluated.opening_slope } else { &evaluated.steps[stage - 1].b };
+        let pull = slope.tr_mul(&multipliers.costates[stage]);
+        let weight = model.kick_weight(stage);
+        for (index, input) in start.inputs[stage].iter_mut().enumerate() {
+            *input = -pull[index] / (weight * model.weight[(index, index)]);
+        }
+    }
+    for (row, multiplier) in rows.rows.iter().zip(&mut multipliers.rows) {
+        let What::InputSize { input, sign, limit } = row.what else { continue };
+        let value = &mut start.inputs[row.stage][input];
+        let over = sign * *value - limit;
+        *multiplier = 0.0;
+        if over > 0.0 {
+            *value = sign * limit;
+            *multiplier = over * model.kick_weight(row.stage) * model.weight[(input, input)] * limit;
+        }
+    }
+    Some((start, multipliers))
 }
 
 /// The iteration.

@@ -22,6 +22,8 @@ const MAX_ITERATIONS: usize = 30;
 const LONGEST_TURN: f64 = 0.4;
 /// Residual at which the equations of an active set count as nearly met.
 const NEARLY: f64 = 1e-8;
+/// Growth of the residual after which Newton does not come back.
+const LOST: f64 = 100.0;
 /// Share of the largest multiplier below which one is taken for the cone solver's round-off.
 const LIKELY: f64 = 1e-4;
 /// Proximal term on the multipliers: keeps the matrix regular where rows repeat each other, or a symmetry
@@ -100,7 +102,8 @@ fn newton(
             idle += 1;
         }
         let floor = best.as_ref().is_some_and(|best| best.residual <= tolerance);
-        if (floor && idle >= 1) || size <= 1e-3 * tolerance || idle >= 12 {
+        let lost = !patient && best.as_ref().is_some_and(|best| size > LOST * best.residual);
+        if (floor && idle >= 1) || size <= 1e-3 * tolerance || idle >= 12 || lost {
             break;
         }
         let Some((states, inputs, change)) =
