@@ -46,8 +46,17 @@
 //! may build both directly. [`plan::plan`] solves ([`planner::solve`] gives a [`solution::Solution`]
 //! with its [`solution::Outcome`]) and has [`verify::verify`] judge the result; [`plan::Status`] says
 //! what became of it. [`export`] writes and reads files. A field of the caller's own implements
-//! [`environment::Environment`]; [`simulate`] propagates a body without optimisation. How a solver
-//! stopped is a value; only what cannot be computed at all is an error.
+//! [`environment::Environment`]. How a solver stopped is a value; only what cannot be computed at all is
+//! an error.
+//!
+//! ```text
+//! spec file ──▶ spec::Spec ──▶ simulate::Simulation ──▶ rows
+//!                               │
+//!            integrator::{System, SystemState, Kind}, full_body::Potential
+//! ```
+//!
+//! [`simulate`] propagates bodies without optimisation, one or many, by any [`integrator`], under an environment
+//! or their mutual gravity ([`full_body`]). [`spec::load`] tells the two kinds of spec apart.
 //!
 //! # What this crate does not do
 //!

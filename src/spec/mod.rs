@@ -18,6 +18,9 @@
 //! `rotation_from_start`.
 //! Under `rotation_from_start` a quaternion, a matrix, or two or more Euler angles mean the shortest
 //! rotation; axis and angle, a rotation vector, or a single Euler angle mean the angle as written.
+//!
+//! What a simulation leaves out: Lie–Verlet; a row for every step; bodies at rest that neither attract nor are
+//! attracted; the inertia of a body that has a shape. A body without a shape attracts to second order in its size.
 
 mod actuators;
 mod assemble;

@@ -87,7 +87,7 @@ pub(crate) fn assemble(
             if !alone {
                 let reason = "the bodies do not act on one another: there is no [gravity]".to_string();
                 report.warn(
-                    "W0085",
+                    "W0132",
                     root.spot("bodies"),
                     reason,
                     "add [gravity], or simulate them one by one",
@@ -269,7 +269,7 @@ fn environment<'a>(
     {
         let reason = "the body starts at rest in a central field: it falls into the center".to_string();
         let remedy = "nothing to do if that is meant; else add `velocity_m_s`";
-        report.warn("W0084", member.boundary.section.here(), reason, remedy);
+        report.warn("W0133", member.boundary.section.here(), reason, remedy);
     }
     let motion = if member.moves { Motion::RigidBody } else { Motion::Attitude };
     Some(Surroundings { section: Some(section), motion, mass: member.mass, place: "[[bodies]]" })
@@ -407,7 +407,7 @@ fn apart(simulation: &Simulation, members: &[Member<'_>], report: &mut Report) {
                 );
                 let remedy =
                     "nothing to do if their shapes are apart; gravity is that of bodies that do not touch";
-                report.warn("W0083", spot(), reason, remedy);
+                report.warn("W0131", spot(), reason, remedy);
             }
         }
     }

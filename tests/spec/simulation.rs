@@ -129,3 +129,30 @@ fn shapes_come_from_files_beside_the_spec_and_from_nowhere_else() {
         assert!(errors.0[0].reason.contains("link"), "{errors}");
     }
 }
+
+/// What would take more memory or time than anybody has is refused before it is built.
+#[test]
+fn shapes_beyond_memory_and_time_are_refused() {
+    let bodies = |count: usize, order: usize| {
+        let body = |index: usize| {
+            format!(
+                "[[bodies]]\nmass_kg = 1\nshape = {{ kind = \"cuboid\", edges_m = [1, 1, 1], gauss_order = {order} }}\n\
+                 attitude = {{ quaternion_wxyz = [1, 0, 0, 0] }}\nposition_m = [{}, 0, 0]\n",
+                10 * index
+            )
+        };
+        let bodies: String = (0..count).map(body).collect();
+        format!("format = 1\n[simulation]\nduration_s = 1\nsteps = 10\n[gravity]\n{bodies}")
+    };
+    // 12 faces of 8³ points each: 325 bodies have two million points.
+    let errors = crate::load_any(&bodies(330, 8), &[]).unwrap_err();
+    assert_eq!(errors.0[0].code, "E0034");
+    assert!(errors.0[0].reason.contains("2000000 points"), "{errors}");
+    // 300 bodies have fewer, but their pairs take 3e10 interactions.
+    let errors = crate::load_any(&bodies(300, 8), &[]).unwrap_err();
+    assert_eq!(errors.0[0].code, "E0086");
+    assert!(errors.0[0].reason.contains("interactions"), "{errors}");
+    let errors = crate::load_any(&bodies(1001, 1), &[]).unwrap_err();
+    assert_eq!((errors.0[0].code, errors.0[0].key.as_str()), ("E0034", "bodies"));
+    crate::load_any(&bodies(20, 4), &[]).unwrap();
+}
