@@ -1,18 +1,22 @@
 //! `[bodies.shape]`: what mass, inertia and gravity a shape gives.
 
-use super::diagnostic::cut;
+use super::diagnostic::{Spot, cut};
+use super::quantity::short;
 use super::section::{Report, Section};
 use crate::full_body::polyhedron::read_obj;
 use crate::full_body::{Attractor, Dumbbell, HomogeneousPolyhedron, MassPoint, PointCloud, Polyhedron};
 use crate::{Matrix3, full_body::FullBodyError};
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Read};
 use std::path::{Component, Path, PathBuf};
 
 /// Most faces of all bodies of a spec together.
 pub(crate) const MAX_FACES: usize = 200_000;
 /// Most points and Gauss points of all bodies of a spec together.
 pub(crate) const MAX_POINTS: usize = 2_000_000;
+
+/// Most bytes of all OBJ files of a spec together: seconds of reading.
+pub(crate) const MAX_BYTES: u64 = 128 << 20;
 
 /// Gauss points along each direction of a tetrahedron, if the spec does not say.
 const GAUSS_ORDER: usize = 3;
@@ -22,18 +26,20 @@ const GAUSS_ORDER: usize = 3;
 pub(crate) struct Budget {
     faces: usize,
     points: usize,
+    /// Bytes of OBJ files.
+    bytes: u64,
 }
 
 impl Budget {
     pub fn new() -> Self {
-        Self { faces: MAX_FACES, points: MAX_POINTS }
+        Self { faces: MAX_FACES, points: MAX_POINTS, bytes: MAX_BYTES }
     }
 
     /// Takes what a shape needs; false, and a complaint, where that is too much.
     fn take(&mut self, section: &Section<'_>, faces: usize, points: usize, report: &mut Report) -> bool {
         if let (Some(faces), Some(points)) = (self.faces.checked_sub(faces), self.points.checked_sub(points))
         {
-            *self = Self { faces, points };
+            (self.faces, self.points) = (faces, points);
             return true;
         }
         let reason = format!(
@@ -42,6 +48,23 @@ impl Budget {
             self.faces, self.points
         );
         report.error("E0034", section.here(), reason, "take a coarser shape, or a lower gauss_order");
+        false
+    }
+
+    /// Takes the size of a file, before it is read.
+    fn take_file(&mut self, size: u64, spot: Spot, report: &mut Report) -> bool {
+        if let Some(bytes) = self.bytes.checked_sub(size) {
+            self.bytes = bytes;
+            return true;
+        }
+        let megabytes = |bytes: u64| short(bytes as f64 / f64::from(1 << 20));
+        let reason = format!(
+            "the file has {} MiB; all OBJ files together may have {} MiB, and {} are left",
+            megabytes(size),
+            megabytes(MAX_BYTES),
+            megabytes(self.bytes)
+        );
+        report.error("E0034", spot, reason, "take a coarser shape");
         false
     }
 }
@@ -121,7 +144,7 @@ pub(crate) fn shape(
                     report,
                 ),
                 _ if section.has("obj") && (section.has("vertices_m") || section.has("faces")) => None,
-                _ if section.has("obj") => from_obj(&section, folder, report),
+                _ if section.has("obj") => from_obj(&section, folder, budget, report),
                 _ => listed(&section, report),
             }?;
             homogeneous(&solid, &section, mass, density, budget, report)
@@ -214,7 +237,12 @@ fn listed(section: &Section<'_>, report: &mut Report) -> Option<Polyhedron> {
     }
 }
 
-fn from_obj(section: &Section<'_>, folder: &Path, report: &mut Report) -> Option<Polyhedron> {
+fn from_obj(
+    section: &Section<'_>,
+    folder: &Path,
+    budget: &mut Budget,
+    report: &mut Report,
+) -> Option<Polyhedron> {
     let written = section.word("obj")?;
     let spot = section.spot("obj");
     let (path, file) = match open(written, folder) {
@@ -224,11 +252,15 @@ fn from_obj(section: &Section<'_>, folder: &Path, report: &mut Report) -> Option
             return None;
         }
     };
+    let size = file.metadata().map_or(u64::MAX, |metadata| metadata.len());
+    if !budget.take_file(size, spot.clone(), report) {
+        return None;
+    }
     let unit = section.number("obj_unit_m");
     if unit.is_none() && section.has("obj_unit_m") {
         return None;
     }
-    match read_obj(BufReader::new(file), unit.unwrap_or(1.0)) {
+    match read_obj(BufReader::new(file.take(size)), unit.unwrap_or(1.0)) {
         Ok(solid) => Some(solid),
         Err(error) => {
             let reason = format!("{}: {error}", cut(&path.to_string_lossy(), 200));

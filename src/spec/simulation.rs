@@ -4,6 +4,7 @@ use super::assemble::Boundary;
 use super::attitude::{self, Use};
 use super::diagnostic::cut;
 use super::environment::Surroundings;
+use super::keys::{MAX_BODIES, MAX_STEPS};
 use super::quantity::{short, show};
 use super::section::{Report, Section};
 use super::shape::{Budget, Shape, shape};
@@ -52,6 +53,10 @@ pub(crate) fn assemble(
             let reason = "a simulation needs at least one body".to_string();
             report.error("E0021", root.spot("bodies"), reason, "add a table [[bodies]]");
         }
+        return None;
+    }
+    if list.len() > MAX_BODIES {
+        // The first pass has said so.
         return None;
     }
     let gravity = root.section("gravity");
@@ -331,7 +336,7 @@ fn grid(section: &Section<'_>, report: &mut Report) -> Option<(f64, u64)> {
         report.error("E0033", spot, reason, format!("write a step of at most {} s", show(duration)));
         return None;
     }
-    if steps > super::keys::MAX_STEPS as f64 {
+    if steps > MAX_STEPS as f64 {
         let (code, _, reason, remedy) = values::too_many_long_steps(spot.span, steps);
         report.error(code, spot, reason, remedy);
         return None;

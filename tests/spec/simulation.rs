@@ -117,6 +117,12 @@ fn shapes_come_from_files_beside_the_spec_and_from_nowhere_else() {
         std::fs::write(&path, text).unwrap();
         spec::load(&path, Format::Toml, &[])
     };
+    // A file of holes takes no space on the disk, but would take minutes to read.
+    let huge = std::fs::File::create(inner.join("huge.obj")).unwrap();
+    huge.set_len(1 << 32).unwrap();
+    let errors = spec("huge.obj").unwrap_err();
+    assert_eq!(errors.0[0].code, "E0034");
+    assert!(errors.0[0].reason.contains("4096 MiB"), "{errors}");
     let Ok(Spec::Simulation(loaded)) = spec("./shape.obj") else { panic!("not read") };
     let mass = loaded.simulation.system.bodies()[0].mass.unwrap();
     assert!((mass / (8000.0 / 3.0) - 1.0).abs() < 1e-14, "{mass}");
