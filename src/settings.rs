@@ -38,7 +38,7 @@ pub struct Settings {
     pub continuous_tolerance: Option<f64>,
     /// Wall-clock limit of the whole plan. Default: none. The best iterate is kept.
     pub time_limit: Option<Duration>,
-    /// Iteration limit of one Newton run. Default 60.
+    /// Iteration limit of one Newton run, and of the subproblems of one convex run. Default 60.
     pub max_iterations: usize,
 }
 

@@ -6,7 +6,7 @@
 //! crosses, seeds a convex iteration on a coarse grid; the cheapest is carried to the requested grid.
 
 use super::detour::{Seed, detours};
-use super::{Context, ladder, record, shortfall};
+use super::{Context, ladder, options, record, shortfall};
 use crate::dynamics::Dynamics;
 use crate::environment::Pose;
 use crate::extremal::Extremal;
@@ -96,10 +96,11 @@ pub(super) fn is_solvable(problem: &Problem, context: &Context) -> bool {
     let coarse = coarse_steps(problem);
     let model = Model::new(problem, coarse);
     let rows = Rows::of(problem, &model);
+    let options = options(context.settings);
     let mut search = Search {
         problem,
         context,
-        last: &Options::default(),
+        last: &options,
         rungs: Vec::new(),
         found: Vec::new(),
         work: ConvexWork::default(),
@@ -286,7 +287,7 @@ impl Search<'_, '_> {
         let start = guess::along(model, rows, &seed.poses);
         self.context.enter("scp", &seed.name, model.steps);
         let interrupt = || self.context.interrupt();
-        let early = Options::default();
+        let early = options(self.context.settings);
         let options = if model.steps == self.problem.steps { self.last } else { &early };
         let Some(convex) = scp::run(model, rows, start, None, options, &interrupt) else {
             return;
@@ -380,7 +381,7 @@ impl Search<'_, '_> {
                     solution.start = name;
                     solution.iterations = convex.subproblems;
                     let rows = Rows::of(problem, &model);
-                    solution.shortfall = Some(shortfall::violated(&convex, &rows));
+                    solution.shortfall = Some(shortfall::violated(&convex, &rows, solution.iterations));
                     if model.steps == problem.steps {
                         self.write(&mut solution, &model, &convex.iterate, &convex.multipliers.costates);
                     }

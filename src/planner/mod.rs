@@ -211,7 +211,7 @@ pub fn solve(
     }
     let context = Context::new(settings, observer);
     if settings.method == Method::Scp || obstacle.is_err() {
-        let solution = constrained::solve(problem, &context, &Options::default(), None);
+        let solution = constrained::solve(problem, &context, &options(settings), None);
         return Ok(with_advice(problem, &context, held_to(settings.tolerance, solution)));
     }
     let solution = match problem.motion {
@@ -223,7 +223,7 @@ pub fn solve(
         return Ok(solution);
     }
     // The last rung: the convex road needs no costates to start from, and its duals are some.
-    let second = constrained::solve(problem, &context, &Options::default(), None);
+    let second = constrained::solve(problem, &context, &options(settings), None);
     let mut second = held_to(settings.tolerance, confirmed(problem, &context, second));
     if second.outcome != Outcome::Converged {
         if !problem.is_constrained() {
@@ -277,12 +277,19 @@ fn confirmed(problem: &Problem, context: &Context, solution: Solution) -> Soluti
     Solution { ladder, optimality, solve_time: shot.solve_time, ..solution }
 }
 
+/// What the settings allow the convex road.
+fn options(settings: &Settings) -> Options {
+    Options::default().within(settings.max_iterations)
+}
+
 /// Costs of one extremal differ by less, relative.
 const SAME_COST: f64 = 1e-9;
 
 /// An unsolved maneuver with the duration for which a plan was found.
 fn with_advice(problem: &Problem, context: &Context, mut solution: Solution) -> Solution {
-    if solution.outcome != Outcome::Converged
+    // A search that was cut short says nothing about the maneuver.
+    let searched = !matches!(solution.outcome, Outcome::Converged | Outcome::IterationLimit);
+    if searched
         && context.interrupt().is_none()
         && let Some(violated) = &mut solution.shortfall
     {
@@ -320,6 +327,7 @@ pub(crate) fn solve_convex(
     }
     let context = Context::new(&settings, observer);
     let last = if polish { Options::default() } else { Options::unpolished() };
+    let last = last.within(settings.max_iterations);
     let solution = constrained::solve(problem, &context, &last, along);
     Ok(if polish { held_to(settings.tolerance, solution) } else { solution })
 }

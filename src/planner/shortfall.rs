@@ -7,6 +7,7 @@ use super::{Context, constrained};
 use crate::problem::Problem;
 use crate::scp::Convex;
 use crate::scp::rows::Rows;
+use crate::solution::Outcome;
 
 /// Durations tried, as multiples of the one asked for.
 const STRETCHES: [f64; 5] = [1.1, 1.25, 1.5, 2.0, 3.0];
@@ -15,9 +16,13 @@ const HALVINGS: usize = 3;
 /// Violations below this, scaled, are not worth words.
 const NOTICED: f64 = 1e-6;
 
-/// What stays violated at the last iterate of the nearest miss.
-pub(super) fn violated(convex: &Convex, rows: &Rows) -> String {
+/// What stays violated at the last iterate of the nearest miss, after so many subproblems.
+pub(super) fn violated(convex: &Convex, rows: &Rows, subproblems: usize) -> String {
     let mut parts = Vec::new();
+    let cut_short = convex.outcome == Outcome::IterationLimit;
+    if cut_short {
+        parts.push(format!("the limit of iterations came first, after {subproblems} subproblems"));
+    }
     for (group, violation) in rows.groups.iter().zip(&convex.violations) {
         if *violation > NOTICED {
             // Cones are violated by an angle, limits by a share of themselves.
@@ -31,7 +36,11 @@ pub(super) fn violated(convex: &Convex, rows: &Rows) -> String {
     let defect = convex.residuals.last().copied().unwrap_or(f64::NAN);
     let met = defect <= NOTICED;
     if !met {
-        parts.push("the actuators within their limits do not reach the end".into());
+        parts.push(if cut_short {
+            "the path does not yet reach the end".into()
+        } else {
+            "the actuators within their limits do not reach the end".into()
+        });
     }
     if parts.is_empty() { "the search stopped before its end".into() } else { parts.join("; ") }
 }

@@ -55,6 +55,8 @@ pub(crate) struct Options {
     pub cone_tolerance: f64,
     /// Subproblems after which the iteration gives up.
     pub most: usize,
+    /// Newton iterations after which a polish gives up.
+    pub newton: usize,
 }
 
 impl Default for Options {
@@ -65,7 +67,8 @@ impl Default for Options {
             tolerance: 1e-7,
             polish_tolerance: 1e-11,
             cone_tolerance: 1e-6,
-            most: 30,
+            most: 60,
+            newton: 30,
         }
     }
 }
@@ -73,7 +76,12 @@ impl Default for Options {
 impl Options {
     /// The convex iteration to its own convergence, with nothing of Newton's.
     pub fn unpolished() -> Self {
-        Self { polish: false, polish_early: false, cone_tolerance: 1e-9, most: 60, ..Self::default() }
+        Self { polish: false, polish_early: false, cone_tolerance: 1e-9, ..Self::default() }
+    }
+
+    /// The same with `most` subproblems, and no more Newton iterations than that.
+    pub fn within(self, most: usize) -> Self {
+        Self { most, newton: self.newton.min(most), ..self }
     }
 }
 
@@ -119,7 +127,7 @@ pub(crate) fn polished_only(
     options: &Options,
 ) -> Option<Convex> {
     let (start, multipliers) = saturated(model, rows, start, multipliers)?;
-    let polished = polish(model, rows, &start, &multipliers, options.polish_tolerance)?;
+    let polished = polish(model, rows, &start, &multipliers, options)?;
     Some(Convex {
         outcome: Outcome::Converged,
         iterate: polished.iterate.clone(),
@@ -334,8 +342,7 @@ impl Scp<'_> {
 
     fn try_polish(&mut self) {
         let Some(multipliers) = &self.multipliers else { return };
-        let tolerance = self.options.polish_tolerance;
-        let Some(polished) = polish(self.model, self.rows, &self.iterate, multipliers, tolerance) else {
+        let Some(polished) = polish(self.model, self.rows, &self.iterate, multipliers, self.options) else {
             return;
         };
         // Newton may run to a dearer stationary point; the convex iteration knows better.

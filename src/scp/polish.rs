@@ -9,6 +9,7 @@
 //! on the complementarity, and the primal-dual active set method; it finds the active set by itself
 //! from a near one. Ordered stage by stage the matrix is a band.
 
+use super::Options;
 use super::banded::Banded;
 use super::curvature::{Multipliers, blocks};
 use super::iterate::{Evaluated, Iterate};
@@ -16,8 +17,6 @@ use super::model::Model;
 use super::rows::{Rows, Value};
 use nalgebra::DVector;
 
-/// Newton iterations after which the active set is taken not to settle.
-const MAX_ITERATIONS: usize = 30;
 /// Steps that turn a node by more than this \[rad\] are shortened.
 const LONGEST_TURN: f64 = 0.4;
 /// Residual at which the equations of an active set count as nearly met.
@@ -46,10 +45,10 @@ pub(crate) fn polish(
     rows: &Rows,
     iterate: &Iterate,
     multipliers: &Multipliers,
-    tolerance: f64,
+    options: &Options,
 ) -> Option<Polished> {
-    newton(model, rows, iterate, multipliers, tolerance, false)
-        .or_else(|| newton(model, rows, iterate, multipliers, tolerance, true))
+    newton(model, rows, iterate, multipliers, options, false)
+        .or_else(|| newton(model, rows, iterate, multipliers, options, true))
 }
 
 /// Newton's method. If `patient`, the active set changes only where the equations of the present one are
@@ -60,15 +59,17 @@ fn newton(
     rows: &Rows,
     iterate: &Iterate,
     multipliers: &Multipliers,
-    tolerance: f64,
+    options: &Options,
     patient: bool,
 ) -> Option<Polished> {
+    let tolerance = options.polish_tolerance;
     let mut set: Option<Vec<bool>> = None;
     let mut iterate = iterate.clone();
     let mut multipliers = multipliers.clone();
     let mut best: Option<Polished> = None;
     let mut idle = 0;
-    for iteration in 0..MAX_ITERATIONS {
+    // The last pass judges what the last step led to.
+    for iteration in 0..=options.newton {
         let mut evaluated = iterate.evaluate(model, rows).ok()?;
         evaluated.rows.iter_mut().for_each(|value| *value = value.smooth());
         let active = match set.take() {

@@ -242,10 +242,8 @@ fn the_reference_costs_are_met_before_and_after_polish() {
     for (share, cost) in [(None, 16.389987441935), (Some(0.75), 16.718658565135), (Some(0.65), 18.0852435685)]
     {
         let problem = reference_slew(share);
-        let (model, convex) = converge(
-            &problem,
-            &Options { polish_early: false, cone_tolerance: 1e-9, most: 60, ..Options::default() },
-        );
+        let (model, convex) =
+            converge(&problem, &Options { polish_early: false, cone_tolerance: 1e-9, ..Options::default() });
         let polished = convex.polished.as_ref().expect("polished");
         let unit = model.dynamics.units.cost;
         let before = convex.iterate.cost(&model) * unit;
@@ -264,10 +262,8 @@ fn the_reference_costs_are_met_before_and_after_polish() {
 fn early_polish_finds_the_same_point_in_few_subproblems() {
     for share in [None, Some(0.75), Some(0.65)] {
         let problem = reference_slew(share);
-        let (_, late) = converge(
-            &problem,
-            &Options { polish_early: false, cone_tolerance: 1e-9, most: 60, ..Options::default() },
-        );
+        let (_, late) =
+            converge(&problem, &Options { polish_early: false, cone_tolerance: 1e-9, ..Options::default() });
         let (_, early) = converge(&problem, &Options::default());
         let (late_cost, early_cost) = (late.polished.unwrap().cost, early.polished.unwrap().cost);
         assert!((late_cost - early_cost).abs() < 1e-12 * late_cost);

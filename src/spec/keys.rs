@@ -393,7 +393,11 @@ static SOLVER: Table = Table::new(&[
         Kind::Number(q::DURATION),
         "Limit on the wall-clock time of the plan. Default: none.",
     ),
-    key("max_iterations", Kind::Count(1, 1_000_000), "Iteration limit of one Newton run. Default: 60."),
+    key(
+        "max_iterations",
+        Kind::Count(1, 1_000_000),
+        "Iteration limit of one Newton run, and of the subproblems of one convex run. Default: 60.",
+    ),
 ]);
 
 static ENVIRONMENT: Table = Table {

@@ -12,7 +12,7 @@ use slewkit::plan::{Plan, PlanError, Silent, Status, plan};
 use slewkit::planner::{polish, solve};
 use slewkit::problem::{Path, Problem, Scheme, State};
 use slewkit::settings::{Method, Settings};
-use slewkit::solution::{Outcome, Solution};
+use slewkit::solution::{Outcome, RungReport, Solution};
 use slewkit::{Matrix3, Vector3};
 
 fn settings() -> Settings {
@@ -112,6 +112,30 @@ fn tight_limits_are_reached_by_drawing_them_in() {
     assert_close("cost", &[found.cost], &[solution.cost], 1e-10);
     let confirmed = found.ladder.iter().find(|rung| rung.rung == "guess" && rung.start == "duals").unwrap();
     assert!(confirmed.outcome == Outcome::Converged && confirmed.iterations <= 2, "{confirmed:?}");
+}
+
+#[test]
+fn the_convex_road_stops_at_the_limit_of_iterations_and_says_so() {
+    let limited = within(&rest_to_rest(120.0), 0.7);
+    let slow = Constraint { name: "slow".into(), rule: Rule::RateNorm(1.55) };
+    let problem = limited.with_constraint(slow);
+    let at = |max_iterations: usize| {
+        plan(&problem, &Settings { max_iterations, ..Settings::default() }, None, &mut Silent).unwrap()
+    };
+    let whole = at(60);
+    assert_eq!(whole.status, Status::Solved);
+    let needed = whole.solution.ladder.iter().map(|rung| rung.iterations).max().unwrap();
+    assert!(needed > 3, "{:?}", whole.solution.ladder);
+    let cut = at(2);
+    assert_eq!((cut.status, cut.solution.outcome), (Status::NotConverged, Outcome::IterationLimit));
+    let convex = |rung: &&RungReport| ["scp", "polish"].contains(&rung.rung.as_str());
+    let convex: Vec<&RungReport> = cut.solution.ladder.iter().filter(convex).collect();
+    assert!(convex.iter().all(|rung| rung.iterations <= 2), "{convex:?}");
+    assert!(convex.iter().any(|rung| rung.outcome == Outcome::IterationLimit), "{convex:?}");
+    let shortfall = cut.solution.shortfall.unwrap();
+    assert!(shortfall.contains("the limit of iterations came first, after 2 subproblems"), "{shortfall}");
+    // No advice on the duration from a search that was cut short.
+    assert!(!shortfall.contains("was found"), "{shortfall}");
 }
 
 /// Within limits of the inputs alone the shooting is quicker, counts conjugate points, and comes first.
