@@ -93,6 +93,7 @@ pub mod environment;
 pub mod export;
 pub mod extremal;
 pub mod full_body;
+mod inertia;
 pub mod integrator;
 pub mod lie;
 mod lifted;

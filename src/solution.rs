@@ -107,7 +107,9 @@ pub struct Optimality {
     /// Largest residual of the discrete stationarity conditions; with constraints, of all the conditions
     /// of Karush, Kuhn and Tucker.
     pub stationarity: f64,
-    /// Number of conjugate points inside the maneuver; 0: a local minimum. `None`: not computed.
+    /// Number of conjugate points inside the maneuver; 0: a local minimum. From the convex road the number
+    /// of independent directions, among those that limits and constraints leave, in which the cost
+    /// decreases; 0: a strict local minimum. The two are one number. `None`: not decided.
     pub conjugate_points: Option<usize>,
     /// Numerical rank of the sensitivity matrix Ψ₁₂.
     pub rank: usize,

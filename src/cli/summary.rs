@@ -91,9 +91,13 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
     ];
     let optimality = &solution.optimality;
     let second = match optimality.conjugate_points {
+        Some(0) if solution.method == Method::Scp => "strict local minimum".into(),
+        Some(count) if solution.method == Method::Scp => {
+            format!("cost decreases in {}: not a minimum", counted(count, "direction"))
+        }
         Some(0) => "no conjugate point".into(),
         Some(count) => format!("{}: not a minimum", counted(count, "conjugate point")),
-        None => "not tested".into(),
+        None => "not decided".into(),
     };
     let first = error(optimality.stationarity);
     lines.push(line("optimality", &format!("stationarity {first}   second order: {second}")));

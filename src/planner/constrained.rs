@@ -360,6 +360,8 @@ impl Search<'_, '_> {
             }
         }
         let unit = fine.dynamics.units.cost;
+        // The solver's own time, without the second-order test.
+        solution.solve_time = self.context.began.elapsed().as_secs_f64();
         match winner {
             Some(found) => {
                 solution.rivals = rivals
@@ -396,7 +398,6 @@ impl Search<'_, '_> {
         }
         self.rungs.append(&mut self.context.ladder.take());
         solution.ladder = self.rungs;
-        solution.solve_time = self.context.began.elapsed().as_secs_f64();
         solution
     }
 
@@ -494,7 +495,12 @@ impl Search<'_, '_> {
         self.write(solution, model, &polished.iterate, &polished.multipliers.costates);
         solution.optimality = Optimality {
             stationarity: polished.residual,
-            conjugate_points: None,
+            conjugate_points: scp::second_order::descents(
+                model,
+                rows,
+                &polished.iterate,
+                &polished.multipliers,
+            ),
             rank: model.terminal_count(),
             condition: f64::NAN,
         };

@@ -11,10 +11,12 @@ mod banded;
 mod curvature;
 pub(crate) mod guess;
 pub(crate) mod iterate;
+mod kkt;
 pub(crate) mod model;
 mod polish;
 pub(crate) mod record;
 pub(crate) mod rows;
+pub(crate) mod second_order;
 mod subproblem;
 
 use crate::solution::Outcome;

@@ -11,8 +11,9 @@
 
 use super::Options;
 use super::banded::Banded;
-use super::curvature::{Multipliers, blocks};
+use super::curvature::Multipliers;
 use super::iterate::{Evaluated, Iterate};
+use super::kkt::Kkt;
 use super::model::Model;
 use super::rows::{Rows, Value};
 use nalgebra::DVector;
@@ -25,9 +26,6 @@ const NEARLY: f64 = 1e-8;
 const LOST: f64 = 100.0;
 /// Share of the largest multiplier below which one is taken for the cone solver's round-off.
 const LIKELY: f64 = 1e-4;
-/// Proximal term on the multipliers: keeps the matrix regular where rows repeat each other, or a symmetry
-/// makes a terminal condition follow from the others, and vanishes from the solution.
-const PROXIMAL: f64 = 1e-11;
 
 /// A point that meets the conditions.
 pub(crate) struct Polished {
@@ -261,49 +259,6 @@ impl Residuals {
     }
 }
 
-/// Where each unknown of a stage stands: costate, inputs, multipliers of its acting rows, state.
-struct Layout {
-    costate: Vec<usize>,
-    inputs: Vec<usize>,
-    states: Vec<usize>,
-    rows: Vec<Option<usize>>,
-    terminal: usize,
-    size: usize,
-}
-
-impl Layout {
-    fn of(model: &Model, rows: &Rows, active: &[bool]) -> Self {
-        let mut layout = Self {
-            costate: Vec::new(),
-            inputs: Vec::new(),
-            states: Vec::new(),
-            rows: vec![None; active.len()],
-            terminal: 0,
-            size: 0,
-        };
-        let mut at = 0;
-        let mut row = 0;
-        for stage in 0..=model.steps {
-            layout.costate.push(at);
-            at += model.n;
-            layout.inputs.push(at);
-            at += model.m;
-            while row < rows.rows.len() && rows.rows[row].stage == stage {
-                if active[row] {
-                    layout.rows[row] = Some(at);
-                    at += 1;
-                }
-                row += 1;
-            }
-            layout.states.push(at);
-            at += model.n;
-        }
-        layout.terminal = at;
-        layout.size = at + model.terminal_count();
-        layout
-    }
-}
-
 /// The Newton direction: changes of states, inputs and multipliers.
 #[allow(clippy::type_complexity)]
 fn direction(
@@ -315,99 +270,27 @@ fn direction(
     residuals: &Residuals,
     active: &[bool],
 ) -> Option<(Vec<DVector<f64>>, Vec<DVector<f64>>, Multipliers)> {
-    let curvature = blocks(model, rows, iterate, evaluated, multipliers).ok()?;
-    let layout = Layout::of(model, rows, active);
+    let Kkt { layout, entries } = Kkt::of(model, rows, iterate, evaluated, multipliers, active)?;
     let (n, m) = (model.n, model.m);
-    let mut entries: Vec<(usize, usize, f64)> = Vec::new();
-    let mut both = |row: usize, column: usize, value: f64| {
-        entries.push((row, column, value));
-        entries.push((column, row, value));
-    };
+    let t = layout.terminal;
     let mut right = vec![0.0; layout.size];
-    for (stage, curvature) in curvature.iter().enumerate() {
+    for stage in 0..=model.steps {
         let (l, u, z) = (layout.costate[stage], layout.inputs[stage], layout.states[stage]);
         for i in 0..n {
-            both(l + i, z + i, -1.0);
             right[l + i] = -evaluated.defects[stage][i];
             right[z + i] = -residuals.states[stage][i];
         }
-        let slope = if stage == 0 { &evaluated.opening_slope } else { &evaluated.steps[stage - 1].b };
         for j in 0..m {
             right[u + j] = -residuals.inputs[stage][j];
-            for i in 0..n {
-                both(l + i, u + j, slope[(i, j)]);
-            }
-        }
-        if stage > 0 {
-            let before = layout.states[stage - 1];
-            let a = &evaluated.steps[stage - 1].a;
-            for i in 0..n {
-                for j in 0..n {
-                    both(l + i, before + j, a[(i, j)]);
-                }
-            }
-        }
-        if let Some(next) = &curvature.next {
-            let after = layout.inputs[stage + 1];
-            for i in 0..n {
-                for j in 0..m {
-                    both(z + i, after + j, next[(i, j)]);
-                }
-            }
-        }
-        if let Some(mixed) = &curvature.mixed {
-            for i in 0..n {
-                for j in 0..m {
-                    both(z + i, u + j, mixed[(i, j)]);
-                }
-            }
         }
     }
-    let t = layout.terminal;
     for i in 0..model.terminal_count() {
         right[t + i] = -evaluated.terminal[i];
-        for j in 0..n {
-            both(t + i, layout.states[model.steps] + j, evaluated.terminal_slope[(i, j)]);
-        }
     }
-    for (index, place) in layout.rows.iter().enumerate() {
-        let Some(place) = *place else { continue };
-        let Value::Half { c, state, inputs, next } = &evaluated.rows[index] else { continue };
-        let stage = rows.rows[index].stage;
-        right[place] = -c;
-        let parts = [
-            (state, layout.states[stage]),
-            (inputs, layout.inputs[stage]),
-            (next, layout.inputs[(stage + 1).min(model.steps)]),
-        ];
-        for (slope, at) in parts {
-            for (offset, value) in slope.iter().flat_map(|slope| slope.iter().enumerate()) {
-                both(place, at + offset, *value);
-            }
+    for (place, value) in layout.rows.iter().zip(&evaluated.rows) {
+        if let (Some(place), Value::Half { c, .. }) = (place, value) {
+            right[*place] = -c;
         }
-    }
-    // The diagonal blocks, once each.
-    for (stage, curvature) in curvature.iter().enumerate() {
-        let (u, z) = (layout.inputs[stage], layout.states[stage]);
-        let weight = model.kick_weight(stage);
-        for i in 0..m {
-            for j in 0..m {
-                let rows = curvature.inputs.as_ref().map_or(0.0, |inputs| inputs[(i, j)]);
-                // Lie–Euler has no u_0: keep it where it is.
-                let own =
-                    if weight > 0.0 { model.weight[(i, j)] * weight } else { f64::from(u8::from(i == j)) };
-                entries.push((u + i, u + j, own + rows));
-            }
-        }
-        for i in 0..n {
-            for j in 0..n {
-                entries.push((z + i, z + j, curvature.state[(i, j)]));
-            }
-        }
-    }
-    let terminal = (0..model.terminal_count()).map(|row| layout.terminal + row);
-    for place in layout.rows.iter().flatten().copied().chain(terminal) {
-        entries.push((place, place, -PROXIMAL));
     }
     let half = entries
         .iter()
