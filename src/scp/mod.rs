@@ -78,7 +78,9 @@ impl Default for Options {
 impl Options {
     /// The convex iteration to its own convergence, with nothing of Newton's.
     pub fn unpolished() -> Self {
-        Self { polish: false, polish_early: false, cone_tolerance: 1e-9, ..Self::default() }
+        // Duals follow the iterate: they have six digits only where its moves have nine.
+        let (tolerance, cone_tolerance) = (1e-9, 1e-9);
+        Self { polish: false, polish_early: false, tolerance, cone_tolerance, ..Self::default() }
     }
 
     /// The same with `most` subproblems, and no more Newton iterations than that.
