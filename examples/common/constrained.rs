@@ -8,28 +8,9 @@ use slewkit::problem::{Path, Problem, State};
 use slewkit::settings::Settings;
 use slewkit::{Matrix3, Vector3, lie};
 
-/// The splitmix64 generator.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 * 2.0f64.powi(-53)
-    }
-
-    fn direction(&mut self) -> Vector3 {
-        loop {
-            let v = Vector3::from_fn(|_, _| 2.0 * self.unit() - 1.0);
-            let size = v.norm();
-            if size > 0.1 && size < 1.0 {
-                return v / size;
-            }
-        }
-    }
-}
+#[path = "random.rs"]
+mod random;
+use random::Random;
 
 /// Case `seed`: a body with moments in 0.3–1.3, a rest-to-rest slew by 30–170° in unit time, every torque axis
 /// limited to 60–95 % of the largest component of the unconstrained torque, and `cones` keep-out cones (one or
@@ -37,7 +18,7 @@ impl Random {
 /// its middle half, as a rule off their axes. Neither end is inside a cone; cones for which that fails a hundred
 /// times are left out. `None` where the unconstrained slew was not found.
 pub fn case(seed: u64, cones: Option<usize>) -> Option<Problem> {
-    let mut random = Random(seed.wrapping_mul(0x1234_5677) + 99);
+    let mut random = Random::new(seed.wrapping_mul(0x1234_5677) + 99);
     let moments = loop {
         let m = Vector3::from_fn(|_, _| 0.3 + random.unit());
         if m.x + m.y > 1.05 * m.z && m.y + m.z > 1.05 * m.x && m.z + m.x > 1.05 * m.y {

@@ -12,6 +12,8 @@ use nalgebra::{DMatrix, DVector};
 /// What the roads may differ by: costs relative, duals of the convex iteration, multipliers after polish.
 const COST: f64 = 1e-9;
 const DUALS: f64 = 1e-6;
+/// The same under path constraints, which act at single moments with multipliers that a small shift changes much.
+const PATH_DUALS: f64 = 1e-5;
 const POLISHED: f64 = 1e-9;
 /// What a polished answer may leave: terminal error, and residual of all conditions.
 const TERMINAL: f64 = 1e-12;
@@ -65,7 +67,7 @@ fn unmet(found: &Comparison, minimum: bool) -> Vec<String> {
         claim(!minimum || before.is_some_and(|value| value <= DUALS), format!("duals {before:?}"));
     } else if shooting.status == Standing::DoesNotApply {
         let change = agreement.polish_change;
-        claim(change.is_some_and(|value| value <= DUALS), format!("polish changes duals by {change:?}"));
+        claim(change.is_some_and(|value| value <= PATH_DUALS), format!("polish changes duals by {change:?}"));
     }
     if let Some(started) = &agreement.from_duals {
         claim(started.newton_steps.is_some_and(|steps| steps <= 3), format!("{started:?}"));
@@ -81,9 +83,19 @@ fn every_shipped_problem_is_solved_alike_by_all_methods() {
     let mut files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.sort();
     let mut failures = Vec::new();
-    for path in files.into_iter().filter(|path| path.to_string_lossy().contains(&only)) {
+    let wanted = |path: &std::path::PathBuf| {
+        path.extension().is_some_and(|is| is == "toml") && path.to_string_lossy().contains(&only)
+    };
+    for path in files.into_iter().filter(wanted) {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
-        let problem = spec::read(&path, &[]).unwrap().problem;
+        // Simulations plan nothing.
+        let spec::Spec::Maneuver(loaded) = spec::load(&path, spec::Format::Toml, &[]).unwrap() else {
+            continue;
+        };
+        if loaded.expect.as_ref().is_some_and(|expect| expect.status == "infeasible") {
+            continue;
+        }
+        let problem = loaded.problem;
         // Hundreds of nodes show nothing that a hundred do not, and a subproblem each takes its time.
         let steps = problem.steps.min(200);
         let mut problem = problem.with_steps(steps);

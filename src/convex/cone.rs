@@ -437,8 +437,8 @@ impl ConeSettings {
             tol_feas: self.tolerance,
             static_regularization_constant: self.regularization,
             // Digits beyond the tolerance cost a tenth of the time and change nothing.
-            iterative_refinement_reltol: 1e-3 * self.tolerance,
-            iterative_refinement_abstol: 1e-3 * self.tolerance,
+            iterative_refinement_reltol: (1e-3 * self.tolerance).max(1e-13),
+            iterative_refinement_abstol: (1e-3 * self.tolerance).max(1e-12),
             ..DefaultSettings::default()
         })
     }
