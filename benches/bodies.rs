@@ -1,13 +1,17 @@
-//! What one evaluation of the mutual gravity costs: force and moment on every body.
+//! What one evaluation of the mutual gravity costs, force and moment on every body, and one step of all bodies.
 //!
 //! The throughput column counts interactions: pairs of points, or a face of a polyhedron and a point. `serial` is on
 //! the calling thread, `parallel` on all threads; the library takes the faster of the two by size.
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
+use slewkit::body::Body;
 use slewkit::environment::{Pose, Wrench};
 use slewkit::full_body::*;
+use slewkit::integrator::{Kind, Settings, System};
+use slewkit::problem::State;
 use slewkit::{Vector3, lie};
+use std::sync::Arc;
 
 fn main() {
     divan::main();
@@ -65,6 +69,24 @@ fn clouds_serial(bencher: Bencher, size: (usize, usize)) {
 #[divan::bench(args = CLOUDS, max_time = 2)]
 fn clouds_parallel(bencher: Bencher, size: (usize, usize)) {
     clouds(bencher, size, Threads::Many);
+}
+
+/// A Lie–Verlet step of all bodies; threads where they pay, as by default.
+#[divan::bench(args = CLOUDS, max_time = 2)]
+fn step_of_clouds(bencher: Bencher, (bodies, points): (usize, usize)) {
+    let attractors = vec![cloud(points); bodies];
+    // A point has no inertia of its own: that of a small ball.
+    let inertia = slewkit::body::Inertia::diagonal(Vector3::new(0.3, 0.4, 0.5)).unwrap();
+    let rigid = attractors.iter().map(|body| Body { inertia: inertia.clone(), mass: Some(body.mass()) });
+    let (rigid, gravity) = (rigid.collect(), MutualGravity::new(1.0, attractors).unwrap());
+    let system = System::new(rigid, Some(Arc::new(gravity))).unwrap();
+    let states = poses(bodies).into_iter().map(|pose| State {
+        position: pose.position,
+        ..State::attitude(pose.attitude, Vector3::new(0.1, 0.3, 0.2))
+    });
+    let start = system.state(&states.collect::<Vec<_>>()).unwrap();
+    let mut method = Kind::LieVerlet.start(&system, &start, 1e-6, &Settings::default()).unwrap();
+    bencher.bench_local(|| method.step(black_box(&[])).unwrap());
 }
 
 #[divan::bench(args = [2, 10, 100])]

@@ -9,8 +9,8 @@
 mod motions;
 
 use motions::{dumbbells, free_body, full_inertia, steady_rotation};
-use slewkit::Vector3;
 use slewkit::integrator::{AttitudeEquation, Kind, Settings};
+use slewkit::{Matrix3, Vector3, lie};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -19,6 +19,7 @@ fn main() {
     let seconds = if benching { 0.3 } else { 0.0 };
     steps(seconds);
     implicit(seconds);
+    naive(seconds, if benching { 1_000_000 } else { 1000 });
     conservation(if benching { &[1_000_000, 10_000_000] } else { &[1000] });
 }
 
@@ -101,6 +102,41 @@ fn implicit(seconds: f64) {
             exponential.0 / newton.0,
             exponential.0 / ours.0
         );
+    }
+}
+
+/// `R⁺ = R F` and `Π⁺ = FᵀΠ` as they stand, beside the compensated sums of the library, with the same equation.
+fn naive(seconds: f64, steps: u32) {
+    const BATCH: u32 = 200;
+    println!(
+        "\nnaive and compensated updates after {steps} steps of 0.02 s: drift of momentum, RᵀR, ns a step\n"
+    );
+    println!("{:16} {:>30} {:>30}", "", "naive", "compensated");
+    for (name, (system, start)) in [("free asymmetric", free_body()), ("steady rotation", steady_rotation())]
+    {
+        let equation = AttitudeEquation::new(&system.bodies()[0].inertia, 0.02);
+        let (attitude, momentum) = (start.poses()[0].attitude, start.momenta()[0].angular);
+        let spatial = attitude * momentum;
+        let drift = |attitude: &Matrix3, momentum: &Vector3| {
+            let orthogonality = (attitude.tr_mul(attitude) - Matrix3::identity()).norm();
+            ((attitude * momentum - spatial).norm() / spatial.norm(), orthogonality)
+        };
+        let step = |(attitude, momentum): (Matrix3, Vector3)| {
+            let turn = lie::cayley(&equation.solve(&momentum).unwrap().0);
+            (attitude * turn, turn.tr_mul(&momentum))
+        };
+        let end = (0..steps).fold((attitude, momentum), |state, _| step(state));
+        let (lost, off) = drift(&end.0, &end.1);
+        let mut state = (attitude, momentum);
+        let time = fastest(seconds, BATCH, || (0..BATCH).for_each(|_| state = step(black_box(state))));
+        let cell = |lost: f64, off: f64, time: f64| format!("{lost:.1e} {off:.1e} {time:.1}");
+        let naive = cell(lost, off, time);
+        let mut method = Kind::LieVerlet.start(&system, &start, 0.02, &Settings::default()).unwrap();
+        (0..steps).for_each(|_| method.step(&[]).unwrap());
+        let (pose, momenta) = (method.state().poses()[0], method.state().momenta()[0]);
+        let (lost, off) = drift(&pose.attitude, &momenta.angular);
+        let time = fastest(seconds, BATCH, || (0..BATCH).for_each(|_| method.step(&[]).unwrap()));
+        println!("{name:16} {naive:>30} {:>30}", cell(lost, off, time));
     }
 }
 

@@ -8,7 +8,8 @@ use slewkit::dynamics::Dynamics;
 use slewkit::environment::{CentralGravity, GravityGradient, PointMass, Pose, UniformGravity, Wrench};
 use slewkit::extremal::Extremal;
 use slewkit::full_body::{
-    Attractor, Dumbbell, Dumbbells, MassPoint, MutualGravity, PointCloud, Potential, Threads,
+    Attractor, Dumbbell, Dumbbells, HomogeneousPolyhedron, MassPoint, MutualGravity, PointCloud, Polyhedron,
+    Potential, Threads,
 };
 use slewkit::integrator::{self, EulerPoincare, Input, Kind, Quadrature};
 use slewkit::problem::{Problem, Scheme, State};
@@ -125,12 +126,24 @@ fn steps_of_the_integrators_allocate_nothing() {
     let pair = [(1.0, 0.5), (2.0, 1.0)];
     let pair = pair.map(|(mass, length)| Dumbbell { mass, length, sphere_radius: 0.2 * length });
     let bodies = pair.iter().map(|dumbbell| dumbbell.body().unwrap()).collect();
-    let systems = [
+    let mut systems = vec![
         integrator::System::new(vec![body.clone()], None).unwrap(),
         integrator::System::single(body.clone(), Arc::new(field)).unwrap(),
         integrator::System::single(body, Arc::new(orbit)).unwrap(),
         integrator::System::new(bodies, Some(Arc::new(Dumbbells::new(1.0, &pair).unwrap()))).unwrap(),
     ];
+    let point = |k: usize| MassPoint {
+        mass: 0.1,
+        position: 0.3 * Vector3::new((k as f64).sin(), (1.3 * k as f64).sin(), (1.7 * k as f64).sin()),
+    };
+    let cloud = || PointCloud::centered((0..20).map(point).collect()).unwrap().0;
+    let solid = Polyhedron::octahedron(&Vector3::new(0.5, 0.4, 0.3)).unwrap();
+    let solid = || Attractor::Polyhedron(HomogeneousPolyhedron::with_mass(solid.clone(), 2.0, 2).unwrap());
+    for attractors in [vec![Attractor::Cloud(cloud()), Attractor::Cloud(cloud())], vec![solid(), solid()]] {
+        let bodies = attractors.iter().map(|attractor| attractor.body().unwrap()).collect();
+        let gravity = MutualGravity::new(1.0, attractors).unwrap().with_threads(Threads::One);
+        systems.push(integrator::System::new(bodies, Some(Arc::new(gravity))).unwrap());
+    }
     for system in &systems {
         let n = system.bodies().len();
         let start = system.state(&[state(1.0), state(-6.0)][..n]).unwrap();

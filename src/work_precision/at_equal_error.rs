@@ -43,8 +43,9 @@ pub struct EqualError {
     pub time_ratio: Option<f64>,
 }
 
-/// Most levels that are chosen.
+/// Most levels that are chosen, and the lowest: below, errors are round-off and tell nothing of a method.
 const LEVELS: usize = 5;
+const LOWEST: f64 = 1e-13;
 
 /// Round errors between the largest and the smallest of the first method to the longest horizon, largest first;
 /// every so many, that they are few. Empty where it has one error or none.
@@ -61,7 +62,7 @@ pub(super) fn levels(study: &Study, runs: &[Run]) -> Vec<f64> {
     let round = (-320..320).rev().flat_map(|power| [3, 1].map(|digit| format!("{digit}e{power}")));
     // From text, so that 1e-5 is the nearest number to 1e-5.
     let round = round.filter_map(|text| text.parse::<f64>().ok());
-    let inside: Vec<f64> = round.filter(|level| (low..=high).contains(level)).collect();
+    let inside: Vec<f64> = round.filter(|level| *level >= LOWEST && (low..=high).contains(level)).collect();
     let stride = inside.len().div_ceil(LEVELS).max(1);
     inside.into_iter().step_by(stride).collect()
 }

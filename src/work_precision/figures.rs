@@ -13,6 +13,7 @@
 //! a quadratic invariant, to the tolerance of its iteration; and its energy error is near that of the
 //! variational method, not near that of the explicit rule.
 
+use super::table::short;
 use super::{History, Path, Run, Study, WorkPrecision};
 use crate::chart::{Axis, Chart, Curve, Item, Scale, Scene, Shape};
 use crate::environment::Pose;
@@ -155,7 +156,7 @@ impl Drawn<'_> {
         let limits = Some((0.0, self.horizon()));
         Chart {
             title: title.into(),
-            subtitle: format!("{}, step {} s", self.title, self.study.shown_step),
+            subtitle: format!("{}, step {} s", self.title, short(self.study.shown_step)),
             x: Axis { limits, ..Axis::linear("time, s") },
             y,
             curves: self.found.histories.iter().map(curve).collect(),
@@ -176,7 +177,7 @@ impl Drawn<'_> {
         };
         Chart {
             title: title.into(),
-            subtitle: format!("{}, over {} s", self.title, self.horizon()),
+            subtitle: format!("{}, over {} s", self.title, short(self.horizon())),
             x: Axis::logarithmic("step, s"),
             y: Axis { scale: Scale::Logarithmic, label: unit.into(), limits: None },
             curves: self.study.kinds.iter().map(curve).collect(),
@@ -190,7 +191,7 @@ impl Drawn<'_> {
         };
         Chart {
             title: "Work and precision".into(),
-            subtitle: format!("{}, over {} s", self.title, self.horizon()),
+            subtitle: format!("{}, over {} s", self.title, short(self.horizon())),
             x: Axis::logarithmic("time, s"),
             y: Axis::logarithmic("mean |E − E₀| / (T₀ + |U₀|)"),
             curves: self.study.kinds.iter().map(curve).collect(),
@@ -200,20 +201,22 @@ impl Drawn<'_> {
     fn trajectories(&self, outlines: &[Outline]) -> String {
         let path = &self.found.path;
         let moves = path.moves.iter().any(|moves| *moves);
-        let (items, names) = if moves { orbits(path, outlines) } else { tips(path) };
+        let (items, names, shown) = if moves { orbits(path, outlines) } else { tips(path) };
         let step = self.study.steps.last().copied().unwrap_or(0.0);
+        let span = short((shown as u64 * path.stride) as f64 * step);
         let (title, unit) = if moves {
             ("Trajectories, the first revolution solid", "m")
         } else {
             ("Tips of the body axes in the reference frame", "unit sphere")
         };
-        let subtitle = format!("{}, over {} s, step {step} s", self.title, self.study.horizons[0]);
+        let subtitle = format!("{}, over {span} s, step {} s", self.title, short(step));
         Scene { title: title.into(), subtitle, unit: unit.into(), names, items }.svg()
     }
 }
 
-/// Snapshots on the first revolution.
+/// Snapshots on the first revolution, and revolutions that are drawn.
 const SNAPSHOTS: usize = 8;
+const REVOLUTIONS: usize = 3;
 
 /// Points of a line, at most: more than the eye tells apart.
 const POINTS: usize = 1200;
@@ -227,14 +230,15 @@ fn thinned<T: Clone>(points: &[T]) -> Vec<T> {
     thin
 }
 
-/// Paths of the mass centers with snapshots of the bodies.
-fn orbits(path: &Path, outlines: &[Outline]) -> (Vec<Item>, Vec<String>) {
+/// Paths of the mass centers with snapshots of the bodies; also the index of the last pose drawn.
+fn orbits(path: &Path, outlines: &[Outline]) -> (Vec<Item>, Vec<String>, usize) {
     let first = revolution(path);
+    let last = (REVOLUTIONS * first).min(path.poses[0].len() - 1);
     let (mut items, mut names) = (Vec::new(), Vec::new());
     for (style, poses) in path.poses.iter().enumerate() {
         let outline = outlines.get(style).cloned();
         let outline = outline.unwrap_or_else(|| Outline::point(format!("body {}", style + 1)));
-        let points: Vec<Vector3> = poses.iter().map(|pose| pose.position).collect();
+        let points: Vec<Vector3> = poses[..=last].iter().map(|pose| pose.position).collect();
         items.push(Item::Path { points: thinned(&points[first..]), style, faint: true });
         items.push(Item::Path { points: thinned(&points[..=first]), style, faint: false });
         for snapshot in 0..SNAPSHOTS {
@@ -251,7 +255,7 @@ fn orbits(path: &Path, outlines: &[Outline]) -> (Vec<Item>, Vec<String>) {
         }
         names.push(outline.name);
     }
-    (items, names)
+    (items, names, last)
 }
 
 /// Index of the pose at the end of the first revolution of the first body, about the second one or the
@@ -272,8 +276,8 @@ fn revolution(path: &Path) -> usize {
     count - 1
 }
 
-/// Paths of the tips of the first body's axes.
-fn tips(path: &Path) -> (Vec<Item>, Vec<String>) {
+/// Paths of the tips of the first body's axes; also the index of the last pose drawn.
+fn tips(path: &Path) -> (Vec<Item>, Vec<String>, usize) {
     let poses = &path.poses[0];
     let tip = |axis: usize| -> Vec<Vector3> {
         poses.iter().map(|pose| Matrix3::column(&pose.attitude, axis).into_owned()).collect()
@@ -286,5 +290,5 @@ fn tips(path: &Path) -> (Vec<Item>, Vec<String>) {
         items.push(Item::Rod { ends: [Vector3::zeros(), end], style });
         items.push(Item::Ball { center: end, radius: 0.035, style });
     }
-    (items, ["first axis", "second axis", "third axis"].map(String::from).to_vec())
+    (items, ["first axis", "second axis", "third axis"].map(String::from).to_vec(), poses.len() - 1)
 }

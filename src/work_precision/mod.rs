@@ -45,7 +45,7 @@ pub struct Study {
     /// How long to follow the motion \[s\], shortest first; each is a whole number of every step.
     pub horizons: Vec<f64>,
     /// Mean energy errors `e_E` at which work is compared. None: 1, 3, 10, 30, … times a power of ten, five at most,
-    /// within what the first method reaches to the longest horizon.
+    /// within what the first method reaches to the longest horizon, and above round-off.
     pub levels: Vec<f64>,
     /// The step whose runs are recorded over time, one of `steps` \[s\].
     pub shown_step: f64,
@@ -139,7 +139,7 @@ pub struct WorkPrecision {
     /// The methods over time at the step shown, to the longest horizon.
     #[serde(skip)]
     pub histories: Vec<History>,
-    /// The motion over the shortest horizon, by the first method at the shortest step.
+    /// The motion over the horizon in the middle, by the first method at the shortest step.
     #[serde(skip)]
     pub path: Path,
     /// Whether the study was stopped before its end; what it has found so far is there.
@@ -249,7 +249,7 @@ impl Study {
                 let horizons = self.horizons.iter().map(|&horizon| Self::count(step, horizon)).collect();
                 let mut recorder = Recorder::new(&scales, *self.horizons.last().expect("checked"));
                 if first && index + 1 == self.steps.len() {
-                    recorder.follow(system, start, Self::count(step, self.horizons[0]));
+                    recorder.follow(system, start, Self::count(step, self.horizons[self.horizons.len() / 2]));
                 }
                 let setup = run::Setup { system, start, kind, step, horizons, settings: self.settings };
                 let mut go_on = || watch(&progress);

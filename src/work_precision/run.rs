@@ -295,5 +295,5 @@ impl Setup<'_> {
 }
 
 fn at(time: f64, error: &StepError) -> String {
-    format!("at t = {time} s: {error}")
+    format!("at t = {} s: {error}", super::table::short(time))
 }

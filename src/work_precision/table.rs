@@ -18,7 +18,7 @@ impl fmt::Display for WorkPrecision {
                 writeln!(
                     f,
                     "over {} s\n  {:22} {:>10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>12} {:>12} {:>11}",
-                    run.horizon_s,
+                    short(run.horizon_s),
                     "method",
                     "step, s",
                     "energy",
@@ -50,7 +50,7 @@ impl fmt::Display for WorkPrecision {
                     || before.energy_error.to_bits() != row.energy_error.to_bits()
             };
             let group = match first_of_group {
-                true => format!("{:>10} {:>8.0e}", row.horizon_s, row.energy_error),
+                true => format!("{:>10} {:>8.0e}", short(row.horizon_s), row.energy_error),
                 false => format!("{:>19}", ""),
             };
             writeln!(f, "  {group}  {}", equal(row))?;
@@ -116,7 +116,7 @@ fn equal(row: &EqualError) -> String {
 }
 
 /// Four digits, without zeros at the end.
-fn short(value: f64) -> String {
+pub(super) fn short(value: f64) -> String {
     if !(1e-4..1e6).contains(&value) {
         return format!("{value:.3e}");
     }
