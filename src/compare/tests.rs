@@ -12,8 +12,6 @@ use nalgebra::{DMatrix, DVector};
 /// What the roads may differ by: costs relative, duals of the convex iteration, multipliers after polish.
 const COST: f64 = 1e-9;
 const DUALS: f64 = 1e-6;
-/// The same under path constraints, which act at single moments with multipliers that a small shift changes much.
-const PATH_DUALS: f64 = 1e-5;
 const POLISHED: f64 = 1e-9;
 /// What a polished answer may leave: terminal error, and residual of all conditions.
 const TERMINAL: f64 = 1e-12;
@@ -67,7 +65,7 @@ fn unmet(found: &Comparison, minimum: bool) -> Vec<String> {
         claim(!minimum || before.is_some_and(|value| value <= DUALS), format!("duals {before:?}"));
     } else if shooting.status == Standing::DoesNotApply {
         let change = agreement.polish_change;
-        claim(change.is_some_and(|value| value <= PATH_DUALS), format!("polish changes duals by {change:?}"));
+        claim(change.is_some_and(|value| value <= DUALS), format!("polish changes duals by {change:?}"));
     }
     if let Some(started) = &agreement.from_duals {
         claim(started.newton_steps.is_some_and(|steps| steps <= 3), format!("{started:?}"));
