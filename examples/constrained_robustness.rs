@@ -41,6 +41,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             continue;
         }
         println!("case {seed}: {}, {}", plan.status.name(), problem.name);
+        println!("    {}", solution.shortfall.as_deref().unwrap_or("nothing is known to be missing"));
         for rung in solution.ladder.iter().filter(|rung| rung.rung == "scp" || rung.rung == "polish") {
             let left = rung.residuals.last().copied().unwrap_or(f64::NAN);
             println!(
