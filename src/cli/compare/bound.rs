@@ -1,9 +1,9 @@
 //! The global lower bound of `slew compare --bound`.
 
-use super::super::failure::Failure;
-use slewkit::plan::Observer;
-use slewkit::problem::Problem;
-use slewkit::settings::Settings;
+#[cfg(feature = "sdp")]
+pub use found::{available, bound};
+#[cfg(not(feature = "sdp"))]
+pub use missing::{available, bound};
 
 /// A bound, or why there is none, in words and as a document.
 pub struct Bound {
@@ -13,31 +13,35 @@ pub struct Bound {
     pub document: serde_json::Value,
 }
 
-/// Refuses what this program was built without.
 #[cfg(not(feature = "sdp"))]
-pub fn available() -> Result<(), Failure> {
-    Err(Failure::Usage(
-        "--bound needs semidefinite programs, which this `slew` was built without: build it with \
-         `cargo install slewkit --features sdp`; that links the system's OpenBLAS (Debian, Ubuntu: \
-         `apt-get install libopenblas-dev`)"
-            .into(),
-    ))
-}
+mod missing {
+    use super::super::super::failure::Failure;
+    use super::Bound;
+    use slewkit::plan::Observer;
+    use slewkit::problem::Problem;
+    use slewkit::settings::Settings;
 
-/// As [`available`].
-#[cfg(not(feature = "sdp"))]
-pub fn bound(
-    _problem: &Problem,
-    _settings: &Settings,
-    _steps: Option<usize>,
-    _observer: &mut dyn Observer,
-) -> Result<Bound, Failure> {
-    available()?;
-    Err(Failure::Internal("a bound without semidefinite programs".into()))
-}
+    /// Refuses what this program was built without.
+    pub fn available() -> Result<(), Failure> {
+        Err(Failure::Usage(
+            "--bound needs semidefinite programs, which this `slew` was built without: build it with \
+             `cargo install slewkit --features sdp`; that links the system's OpenBLAS (Debian, Ubuntu: \
+             `apt-get install libopenblas-dev`)"
+                .into(),
+        ))
+    }
 
-#[cfg(feature = "sdp")]
-pub use found::{available, bound};
+    /// As [`available`].
+    pub fn bound(
+        _problem: &Problem,
+        _settings: &Settings,
+        _steps: Option<usize>,
+        _observer: &mut dyn Observer,
+    ) -> Result<Bound, Failure> {
+        available()?;
+        Err(Failure::Internal("a bound without semidefinite programs".into()))
+    }
+}
 
 #[cfg(feature = "sdp")]
 mod found {
