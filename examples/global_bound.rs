@@ -29,11 +29,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let known_cost = plan.cost.is_finite().then_some(plan.cost);
                 let bound = lower_bound(&problem, &BoundSettings { known_cost, ..BoundSettings::default() })?;
                 let largest = bound.step_angles.iter().copied().fold(0.0, f64::max).to_degrees();
-                let gap = bound.gap.unwrap_or(f64::NAN);
+                let missing = || "no plan".to_string();
+                let cost = known_cost.map_or_else(missing, |cost| format!("{cost:.6}"));
+                let gap = bound.gap.map_or_else(missing, |gap| format!("{gap:.1e}"));
                 println!(
-                    "{degrees:4.0}°  {:10} {steps:6} {:10.6} {:10.6} {gap:10.1e} {largest:12.1}° {:8} {:8.2}",
+                    "{degrees:4.0}°  {:10} {steps:6} {cost:>10} {:10.6} {gap:>10} {largest:12.1}° {:8} {:8.2}",
                     scheme.name(),
-                    plan.cost,
                     bound.cost,
                     bound.moments,
                     bound.solve_time,

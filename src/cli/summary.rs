@@ -36,7 +36,10 @@ pub fn plan(console: &Console, problem: &Problem, plan: &Plan) -> String {
         Status::Interrupted => ("interrupted", Tone::Note),
     };
     let mut lines = vec![headline(console, &problem.name, verdict, tone)];
-    lines.push(line("method", &method(problem, solution)));
+    // What is proved infeasible was not searched for.
+    if plan.status != Status::Infeasible {
+        lines.push(line("method", &method(problem, solution)));
+    }
     if solution.outcome == Outcome::Converged {
         lines.extend(found(problem, solution));
     } else {
