@@ -2,13 +2,14 @@
 //!
 //! `cargo run --release --example constrained_robustness [-- CASES [FOLDER]]`, 2 000 cases by default, counts
 //! over the law of `examples/common/constrained.rs`. What is neither solved nor proved infeasible is told with
-//! all that was tried; with a folder, as one JSON plan file a case.
+//! all that was tried, and with what becomes of it without the cones; with a folder, as one JSON plan file a case.
 
 #[path = "common/constrained.rs"]
 mod constrained;
 
 use slewkit::export::PlanFile;
 use slewkit::plan::{Silent, Status, plan};
+use slewkit::problem::Problem;
 use slewkit::settings::Settings;
 use std::collections::BTreeMap;
 
@@ -21,27 +22,33 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (mut winner, mut all) = (Vec::new(), Vec::new());
     let mut tally = BTreeMap::<&str, usize>::new();
     let mut worst = f64::INFINITY;
+    let (mut unsolved, mut by_torque) = (0, 0);
     for seed in 0..count {
         let Some(problem) = constrained::case(seed, None) else {
             *tally.entry("no unconstrained slew").or_default() += 1;
             continue;
         };
-        let plan = plan(&problem, &settings, None, &mut Silent)?;
-        let solution = &plan.solution;
+        let found = plan(&problem, &settings, None, &mut Silent)?;
+        let solution = &found.solution;
         times.push(solution.solve_time);
-        *tally.entry(plan.status.name()).or_default() += 1;
+        *tally.entry(found.status.name()).or_default() += 1;
         if let Some(convex) = &solution.convex {
             winner.push(convex.subproblems);
             all.push(convex.all_subproblems);
             cone_time += convex.cone_seconds;
         }
-        if plan.status == Status::Solved {
-            let margins = plan.verification.iter().flat_map(|verification| &verification.margins);
+        if found.status == Status::Solved {
+            let margins = found.verification.iter().flat_map(|verification| &verification.margins);
             worst = margins.map(|margin| margin.scaled).fold(worst, f64::min);
             continue;
         }
-        println!("case {seed}: {}, {}", plan.status.name(), problem.name);
+        println!("case {seed}: {}, {}", found.status.name(), problem.name);
         println!("    {}", solution.shortfall.as_deref().unwrap_or("nothing is known to be missing"));
+        let without = Problem { constraints: Vec::new(), ..problem.clone() };
+        let without = plan(&without, &settings, None, &mut Silent)?.status;
+        println!("    without the cones: {}", without.name());
+        unsolved += 1;
+        by_torque += usize::from(without != Status::Solved);
         for rung in solution.ladder.iter().filter(|rung| rung.rung == "scp" || rung.rung == "polish") {
             let left = rung.residuals.last().copied().unwrap_or(f64::NAN);
             println!(
@@ -52,7 +59,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         if let Some(folder) = &folder {
             std::fs::create_dir_all(folder)?;
             let file = std::fs::File::create(format!("{folder}/case_{seed}.json"))?;
-            PlanFile::new(&problem, &settings, &plan).write(file)?;
+            PlanFile::new(&problem, &settings, &found).write(file)?;
         }
     }
     let at = |list: &mut Vec<usize>, share: f64| {
@@ -62,6 +69,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     times.sort_by(f64::total_cmp);
     let time = |share: f64| 1e3 * times[(share * (times.len() - 1) as f64) as usize];
     println!("{tally:?}; smallest scaled margin of what is called solved: {worst:.1e}");
+    println!("of {unsolved} not solved, {by_torque} are not solved without the cones either");
     println!(
         "subproblems: of the winning seed median {}, 95 % {}",
         at(&mut winner, 0.5),
