@@ -3,7 +3,7 @@
 //! `cargo run --release --example guess_and_sweep`
 
 use slewkit::body::{Body, Inertia};
-use slewkit::plan::{Silent, Status, plan};
+use slewkit::plan::{Guess, Silent, Status, plan};
 use slewkit::problem::{Problem, State};
 use slewkit::settings::Settings;
 use slewkit::{Matrix3, Vector3, lie};
@@ -15,12 +15,12 @@ pub fn main() {
     let problem = Problem::attitude(body, State::at_rest(Matrix3::identity()), end, 60.0);
     let settings = Settings::default();
 
-    let mut guess: Option<Vec<f64>> = None;
+    let mut guess: Option<Guess> = None;
     let mut products = Vec::new();
     println!("duration  cost        cost·T³      start  iterations");
     for duration in [60.0, 63.0, 66.0, 69.0, 72.0] {
         let problem = Problem { duration, ..problem.clone() };
-        let plan = plan(&problem, &settings, guess.as_deref(), &mut Silent).expect("a valid problem");
+        let plan = plan(&problem, &settings, guess.as_ref(), &mut Silent).expect("a valid problem");
         let solution = &plan.solution;
         let product = solution.cost * duration.powi(3);
         println!(
@@ -30,7 +30,7 @@ pub fn main() {
         assert_eq!(plan.status, Status::Solved);
         assert!(guess.is_none() || solution.start == "guess");
         products.push(product);
-        guess = Some(solution.costates_0(&problem).to_vec());
+        guess = Some(Guess::of(solution, &problem));
     }
     // At rest on both ends time only scales the motion: cost falls with the cube of the duration.
     assert!(products.iter().all(|product| (product / products[0] - 1.0).abs() < 1e-10));

@@ -1,6 +1,6 @@
 //! Plan a maneuver: solve it, then have it verified.
 
-pub use crate::planner::{Control, Observer, PlanError, Progress, Silent};
+pub use crate::planner::{Control, Guess, Observer, PlanError, Progress, Silent};
 
 use crate::planner;
 use crate::problem::Problem;
@@ -66,7 +66,7 @@ pub struct Plan {
 
 /// Plans a maneuver: every sense and winding, the ladder for hard cases, verification.
 ///
-/// `guess` is a costate to try first, as [`Solution::costates_0`] gives it, SI units.
+/// `guess` is tried first: its costates by the shooting, its path by the convex road.
 ///
 /// # Errors
 /// [`PlanError`] when problem, settings or guess cannot be used. A solver that stops is no error: see
@@ -74,7 +74,7 @@ pub struct Plan {
 pub fn plan(
     problem: &Problem,
     settings: &Settings,
-    guess: Option<&[f64]>,
+    guess: Option<&Guess>,
     observer: &mut dyn Observer,
 ) -> Result<Plan, PlanError> {
     Ok(judged(problem, settings, planner::solve(problem, settings, guess, observer)?))

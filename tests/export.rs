@@ -7,7 +7,7 @@ use slewkit::export::{
     ExportError, FileError, PlanFile, ProblemRecord, Target, TrajectoryDocument, read_guess, write_csv,
     write_jsonl,
 };
-use slewkit::plan::{Plan, Status};
+use slewkit::plan::{Guess, Plan, Status};
 use slewkit::problem::{Motion, Problem, Scheme, State};
 use slewkit::settings::{Method, Settings};
 use slewkit::solution::{
@@ -306,14 +306,20 @@ fn a_file_has_its_outer_keys_on_lines_of_their_own() {
 }
 
 #[test]
-fn guess_is_read_from_a_plan_without_its_trajectory() {
+fn guess_is_read_from_a_plan_file() {
     let problem = problem(Motion::Attitude, Scheme::LieVerlet);
     let plan = plan(&problem);
     let mut text = Vec::new();
     PlanFile::new(&problem, &Settings::default(), &plan).write(&mut text).unwrap();
-    assert_eq!(bits(&read_guess(text.as_slice()).unwrap()), bits(&plan.solution.trajectory.costates[..6]));
+    let guess = read_guess(text.as_slice()).unwrap();
+    assert_eq!(bits(&guess.costates), bits(&plan.solution.trajectory.costates[..6]));
+    assert_eq!(guess, Guess::of(&plan.solution, &problem));
+    let alone = read_guess(&b"{\"format\": 1, \"costates_0\": [1.5]}"[..]).unwrap();
+    assert_eq!(alone, Guess::costates(&[1.5]));
     assert!(matches!(read_guess(&b"{\"cost\": 1}"[..]), Err(ExportError::Json(_))));
-    assert!(matches!(read_guess(&b"{\"costates_0\": [1e999]}"[..]), Err(ExportError::Json(_))));
+    let read = |text: &str| read_guess(text.as_bytes());
+    assert!(matches!(read("{\"format\": 1, \"costates_0\": [1e999]}"), Err(ExportError::Json(_))));
+    assert!(matches!(read("{\"format\": 2, \"costates_0\": []}"), Err(ExportError::Format { found: 2 })));
 }
 
 #[test]

@@ -5,7 +5,7 @@ use super::console::{self, Console};
 use super::failure::{Exit, Failure, Message};
 use super::{interrupt, spec_file, summary};
 use slewkit::export::{ExportError, PlanFile, Target, read_guess, write_csv, write_jsonl};
-use slewkit::plan::{self, Control, Observer, Plan, PlanError, Progress, Status};
+use slewkit::plan::{self, Control, Guess, Observer, Plan, PlanError, Progress, Status};
 use slewkit::problem::{Problem, ProblemError};
 use slewkit::settings::Settings;
 use slewkit::spec::Loaded;
@@ -25,7 +25,7 @@ pub struct Args {
     pub spec: SpecArgs,
     #[command(flatten)]
     pub output: OutputArgs,
-    /// Begin from the costates of another plan; `-` reads stdin
+    /// Begin from another plan: its costates, or its path where limits act; `-` reads stdin
     #[arg(long, value_name = "PLAN.json")]
     pub guess: Option<PathBuf>,
 }
@@ -41,7 +41,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
 
     interrupt::watch();
     let mut watcher = Watcher::new(console);
-    let plan = plan::plan(&problem, &settings, guess.as_deref(), &mut watcher).map_err(refusal)?;
+    let plan = plan::plan(&problem, &settings, guess.as_ref(), &mut watcher).map_err(refusal)?;
 
     console.say(&summary::plan(console, &problem, &plan));
     match &destination {
@@ -79,12 +79,10 @@ fn write(
     }
 }
 
-fn guess(path: &Path, problem: &Problem) -> Result<Vec<f64>, Failure> {
-    let costates =
-        read_guess(spec_file::open_plan(path)?).map_err(|error| Failure::unusable(path, &error))?;
-    let needed = problem.dimension();
-    if costates.len() != needed {
-        let found = costates.len();
+fn guess(path: &Path, problem: &Problem) -> Result<Guess, Failure> {
+    let guess = read_guess(spec_file::open_plan(path)?).map_err(|error| Failure::unusable(path, &error))?;
+    let (found, needed) = (guess.costates.len(), problem.dimension());
+    if found != needed {
         return Err(Failure::File(Message {
             code: "E0103",
             reason: format!("the guess has {found} costates, this maneuver needs {needed}"),
@@ -92,7 +90,7 @@ fn guess(path: &Path, problem: &Problem) -> Result<Vec<f64>, Failure> {
                 .into(),
         }));
     }
-    Ok(costates)
+    Ok(guess)
 }
 
 /// Why the planner did not even begin.

@@ -1,7 +1,7 @@
 //! How near the answers come to each other.
 
 use crate::dynamics::Units;
-use crate::planner::{self, Observer, PlanError};
+use crate::planner::{self, Guess, Observer, PlanError};
 use crate::problem::{Motion, Problem};
 use crate::settings::Settings;
 use crate::solution::{Outcome, Solution};
@@ -175,7 +175,8 @@ fn from_duals(
     duals: &Solution,
     observer: &mut dyn Observer,
 ) -> Result<FromDuals, PlanError> {
-    let solution = planner::solve(problem, settings, Some(duals.costates_0(problem)), observer)?;
+    let solution =
+        planner::solve(problem, settings, Some(&Guess::costates(duals.costates_0(problem))), observer)?;
     let guess = solution.ladder.iter().find(|rung| rung.rung == "guess");
     let (outcome, residuals) =
         guess.map_or((solution.outcome, Vec::new()), |rung| (rung.outcome, rung.residuals.clone()));

@@ -25,7 +25,7 @@ pub use agreement::{Agreement, FromDuals, Verdict};
 pub use global::{BOUND_STEPS, Global, GlobalError, global};
 
 use crate::plan::{self, Plan, Status};
-use crate::planner::{self, Observer, PlanError};
+use crate::planner::{self, Guess, Observer, PlanError};
 use crate::problem::Problem;
 use crate::settings::{Method, Settings};
 use crate::solution::{Outcome, Sense, Solution, TerminalError, Trajectory};
@@ -157,7 +157,7 @@ pub fn compare(
         && polished.converged()
         && (!shot.converged() || agreement::cheaper(problem, polished.solution(), shot.solution()))
     {
-        let guess = polished.solution().costates_0(problem).to_vec();
+        let guess = Guess::costates(polished.solution().costates_0(problem));
         let again = plan::plan(problem, &shooting_settings, Some(&guess), observer)?;
         shot.again(problem, again, polished.solution());
     }

@@ -4,7 +4,8 @@ use super::lenient::lenient;
 use super::record::{ProblemRecord, SettingsRecord};
 use super::trajectory::{TrajectoryDocument, TrajectoryError};
 use super::{ExportError, check_trajectory};
-use crate::plan::{Plan, Status};
+use crate::Vector3;
+use crate::plan::{Guess, Plan, Status};
 use crate::problem::{Problem, Scheme};
 use crate::settings::Settings;
 use crate::solution::{
@@ -199,17 +200,32 @@ impl<'a> PlanFile<'a> {
     }
 }
 
-/// Reads only the costates of a plan file, as a guess for another plan; the rest is skipped unread.
+/// Reads what a plan file suggests for another plan: its costates, and the poses of its trajectory.
 ///
 /// # Errors
-/// The stream, or a text that is no plan.
-pub fn read_guess(input: impl Read) -> Result<Vec<f64>, ExportError> {
+/// The stream, a text that is no plan, or another version of the format.
+pub fn read_guess(input: impl Read) -> Result<Guess, ExportError> {
     #[derive(Deserialize)]
-    struct Guess {
+    struct Document {
+        format: u32,
         costates_0: Vec<f64>,
+        #[serde(default)]
+        trajectory: Path,
     }
-    let guess: Guess = serde_json::from_reader(BufReader::new(input))?;
-    Ok(guess.costates_0)
+    #[derive(Default, Deserialize)]
+    struct Path {
+        #[serde(default)]
+        quaternion_wxyz: Vec<[f64; 4]>,
+        #[serde(default)]
+        position_m: Vec<[f64; 3]>,
+    }
+    let Document { format, costates_0, trajectory } = serde_json::from_reader(BufReader::new(input))?;
+    if format != PlanFile::FORMAT {
+        return Err(ExportError::Format { found: format });
+    }
+    let Path { quaternion_wxyz: quaternion, position_m } = trajectory;
+    let position = position_m.into_iter().map(Vector3::from).collect();
+    Ok(Guess { costates: costates_0, quaternion, position })
 }
 
 /// Writes any document of ours: the keys of the two outer levels on lines of their own, so that two

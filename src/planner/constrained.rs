@@ -6,7 +6,7 @@
 //! crosses, seeds a convex iteration on a coarse grid; the cheapest is carried to the requested grid.
 
 use super::detour::{Seed, detours};
-use super::{Context, ladder, options, record, shortfall};
+use super::{Context, Guess, ladder, options, record, shortfall};
 use crate::dynamics::Dynamics;
 use crate::environment::Pose;
 use crate::extremal::Extremal;
@@ -42,15 +42,23 @@ struct Found {
     newton: usize,
 }
 
+/// A path known before the search.
+pub(super) enum Hint<'a> {
+    None,
+    /// Begin from its path as well, and first.
+    Also(&'a Guess),
+    /// A trajectory on the requested grid to begin from, instead of all other paths.
+    Only(&'a Trajectory),
+}
+
+impl<'a> Hint<'a> {
+    pub fn of(guess: Option<&'a Guess>) -> Self {
+        guess.map_or(Self::None, Self::Also)
+    }
+}
+
 /// Solves a checked problem by the convex road; `last` says what ends it on the requested grid.
-///
-/// `along` is a trajectory on that grid to begin from, instead of the relaxed paths.
-pub(super) fn solve(
-    problem: &Problem,
-    context: &Context,
-    last: &Options,
-    along: Option<&Trajectory>,
-) -> Solution {
+pub(super) fn solve(problem: &Problem, context: &Context, last: &Options, hint: Hint) -> Solution {
     let relaxed = relaxed(problem);
     let coarse = coarse_steps(problem);
     let model = Model::new(problem, coarse);
@@ -64,7 +72,7 @@ pub(super) fn solve(
         work: ConvexWork::default(),
         best_failure: None,
     };
-    if let Some(trajectory) = along {
+    if let Hint::Only(trajectory) = hint {
         let fine = Model::new(problem, problem.steps);
         let seed = Seed { name: "given path".into(), poses: poses(trajectory, &fine.dynamics) };
         search.descend(&fine, &Rows::of(problem, &fine), seed);
@@ -78,6 +86,12 @@ pub(super) fn solve(
     }
     if seeds.is_empty() {
         seeds.push((0.0, Seed { name: "straight".into(), poses: straight(&model) }));
+    }
+    if let Hint::Also(guess) = hint
+        && let Some(seed) = guess.seed(&model)
+        && as_asked(problem, &seed)
+    {
+        search.descend(&model, &rows, seed);
     }
     for (cost, seed) in seeds {
         let hopeless = search.found.iter().any(|found| found.cost < cost);
@@ -278,6 +292,8 @@ impl Search<'_, '_> {
             return None;
         }
         solution.ladder = std::mem::take(&mut self.rungs);
+        // Those of the relaxed maneuver: nobody knows whether they keep within the limits.
+        solution.rivals.clear();
         solution.solve_time = self.context.began.elapsed().as_secs_f64();
         Some(solution)
     }
@@ -554,6 +570,16 @@ fn turned_deg(model: &Model, iterate: &Iterate) -> f64 {
         .collect();
     let sum: f64 = rates.windows(2).map(|pair| 0.5 * model.h * (pair[0] + pair[1])).sum();
     sum.to_degrees()
+}
+
+/// Whether a path goes the way round that the problem asks for.
+fn as_asked(problem: &Problem, seed: &Seed) -> bool {
+    let attitudes: Vec<Matrix3> = seed.poses.iter().map(|pose| pose.attitude).collect();
+    match problem.path {
+        Path::Best | Path::AsGiven(_) => true,
+        Path::Shortest => sense(problem, &attitudes) == Sense::Short,
+        Path::Long => sense(problem, &attitudes) == Sense::Long,
+    }
 }
 
 /// The sense of a path of attitudes; the straight one where it cannot be told.

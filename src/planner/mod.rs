@@ -4,10 +4,13 @@ mod constrained;
 pub(crate) mod continuation;
 mod detour;
 pub(crate) mod geodesic;
+mod guess;
 mod ladder;
 pub(crate) mod record;
 mod saturated;
 mod shortfall;
+
+pub use guess::Guess;
 
 use crate::problem::{Motion, Problem, ProblemError};
 use crate::reachability;
@@ -16,6 +19,7 @@ use crate::scp::Options;
 use crate::settings::{Method, Settings, SettingsError};
 use crate::shooting::driver::Report;
 use crate::solution::{Optimality, Outcome, RungReport, Solution, Trajectory};
+use constrained::Hint;
 use std::cell::{Cell, RefCell};
 use std::time::Instant;
 use thiserror::Error;
@@ -43,6 +47,11 @@ pub enum PlanError {
         /// Costates needed.
         needed: usize,
     },
+    /// A guess has a path that is none.
+    #[error(
+        "the path of the guess is unusable: it takes two or more unit quaternions, and as many positions or none"
+    )]
+    GuessPath,
 }
 
 /// What an observer of a solve is told.
@@ -138,17 +147,17 @@ impl<'a> Context<'a> {
     }
 }
 
-fn check(problem: &Problem, settings: &Settings, guess: Option<&[f64]>) -> Result<(), PlanError> {
+fn check(problem: &Problem, settings: &Settings) -> Result<(), PlanError> {
     problem.check()?;
     settings.check()?;
-    if let Some(guess) = guess {
-        let found = guess.iter().filter(|value| value.is_finite()).count();
-        let needed = problem.dimension();
-        if found != needed || guess.len() != needed {
-            return Err(PlanError::Guess { found, needed });
-        }
-    }
     Ok(())
+}
+
+fn check_costates(problem: &Problem, costates: &[f64]) -> Result<(), PlanError> {
+    let found = costates.iter().filter(|value| value.is_finite()).count();
+    let needed = problem.dimension();
+    let usable = found == needed && costates.len() == needed;
+    if usable { Ok(()) } else { Err(PlanError::Guess { found, needed }) }
 }
 
 /// Whether the shooting can take what limits a maneuver.
@@ -170,7 +179,8 @@ pub fn polish(
     guess: &[f64],
     observer: &mut dyn Observer,
 ) -> Result<Solution, PlanError> {
-    check(problem, settings, Some(guess))?;
+    check(problem, settings)?;
+    check_costates(problem, guess)?;
     check_for_shooting(problem)?;
     let context = Context::new(settings, observer);
     Ok(match problem.motion {
@@ -186,17 +196,23 @@ pub fn polish(
 /// nothing the convex road does, whose duals then start the shooting once more. Everything else (constraints
 /// on pointing or rates, limits of how fast inputs change, reaction wheels) takes the convex road.
 ///
-/// `guess` is a costate to try first, as [`Solution::costates_0`] gives it, SI units.
+/// `guess` is tried first: its costates by the shooting, its path by the convex road.
 ///
 /// # Errors
 /// [`PlanError`] when problem, settings or guess cannot be used. A solver that stops is no error.
 pub fn solve(
     problem: &Problem,
     settings: &Settings,
-    guess: Option<&[f64]>,
+    guess: Option<&Guess>,
     observer: &mut dyn Observer,
 ) -> Result<Solution, PlanError> {
-    check(problem, settings, guess)?;
+    check(problem, settings)?;
+    if let Some(guess) = guess {
+        check_costates(problem, &guess.costates)?;
+        if !guess.path_is_sound() {
+            return Err(PlanError::GuessPath);
+        }
+    }
     let obstacle = check_for_shooting(problem);
     if settings.method == Method::Shooting {
         obstacle.clone()?;
@@ -211,19 +227,20 @@ pub fn solve(
     }
     let context = Context::new(settings, observer);
     if settings.method == Method::Scp || obstacle.is_err() {
-        let solution = constrained::solve(problem, &context, &options(settings), None);
+        let solution = constrained::solve(problem, &context, &options(settings), Hint::of(guess));
         return Ok(with_advice(problem, &context, held_to(settings.tolerance, solution)));
     }
+    let costates = guess.map(|guess| guess.costates.as_slice());
     let solution = match problem.motion {
-        Motion::Attitude => ladder::solve::<6>(problem, &context, guess),
-        Motion::RigidBody => ladder::solve::<12>(problem, &context, guess),
+        Motion::Attitude => ladder::solve::<6>(problem, &context, costates),
+        Motion::RigidBody => ladder::solve::<12>(problem, &context, costates),
     };
     let rescue = solution.outcome != Outcome::Converged && settings.method == Method::Auto;
     if !rescue || context.interrupt().is_some() {
         return Ok(solution);
     }
     // The last rung: the convex road needs no costates to start from, and its duals are some.
-    let second = constrained::solve(problem, &context, &options(settings), None);
+    let second = constrained::solve(problem, &context, &options(settings), Hint::of(guess));
     let mut second = held_to(settings.tolerance, confirmed(problem, &context, second));
     if second.outcome != Outcome::Converged {
         if !problem.is_constrained() {
@@ -328,6 +345,6 @@ pub(crate) fn solve_convex(
     let context = Context::new(&settings, observer);
     let last = if polish { Options::default() } else { Options::unpolished() };
     let last = last.within(settings.max_iterations);
-    let solution = constrained::solve(problem, &context, &last, along);
+    let solution = constrained::solve(problem, &context, &last, along.map_or(Hint::None, Hint::Only));
     Ok(if polish { held_to(settings.tolerance, solution) } else { solution })
 }

@@ -3,7 +3,7 @@
 use super::common::{Random, rest_to_rest, solved, weighted};
 use slewkit::body::{Body, Inertia};
 use slewkit::environment::UniformGravity;
-use slewkit::plan::{Control, Observer, PlanError, Progress, Silent, Status, plan};
+use slewkit::plan::{Control, Guess, Observer, PlanError, Progress, Silent, Status, plan};
 use slewkit::planner::solve;
 use slewkit::problem::{Path, Problem, Scheme, State};
 use slewkit::settings::Settings;
@@ -37,7 +37,7 @@ fn a_time_limit_is_kept_and_leaves_a_best_iterate() {
     // A guess is swept before the clock is looked at: there is an iterate to keep.
     let problem = rest_to_rest(150.0).with_steps(20_000);
     let settings = Settings { time_limit: Some(Duration::from_nanos(1)), ..Settings::default() };
-    let guess = solved(&rest_to_rest(140.0)).costates_0(&problem).to_vec();
+    let guess = Guess::costates(solved(&rest_to_rest(140.0)).costates_0(&problem));
     let limited = plan(&problem, &settings, Some(&guess), &mut Silent).unwrap();
     assert_eq!(limited.status, Status::LimitReached);
     assert_eq!(limited.solution.outcome, Outcome::TimeLimit);
@@ -56,21 +56,23 @@ fn a_guess_is_used() {
         .with_path(Path::AsGiven(Vector3::new(1.0, 2.0, -0.5).normalize() * (-240f64).to_radians()));
     let long = solved(&problem);
     let settings = Settings::default();
-    let guess = long.costates_0(&problem);
+    let guess = Guess::of(&long, &problem);
     // Without the guess the best path is the short one; with it the solve stays on the long way.
     let best = problem.clone().with_path(Path::Best);
-    let warm = solve(&best, &settings, Some(guess), &mut Silent).unwrap();
+    let warm = solve(&best, &settings, Some(&guess), &mut Silent).unwrap();
     assert!((warm.cost - long.cost).abs() < 1e-9 * long.cost);
     assert_eq!((warm.start.as_str(), warm.iterations), ("guess", 0));
     assert!(solved(&best).cost < 0.5 * long.cost);
 
     let wrong = [[0.0; 5].to_vec(), [f64::NAN; 6].to_vec()];
-    for guess in wrong {
+    for costates in wrong {
         assert!(matches!(
-            solve(&best, &settings, Some(&guess), &mut Silent),
+            solve(&best, &settings, Some(&Guess::costates(&costates)), &mut Silent),
             Err(PlanError::Guess { needed: 6, .. })
         ));
     }
+    let no_unit = Guess { quaternion: vec![[1.0, 0.0, 0.0, f64::NAN]; 3], ..guess };
+    assert_eq!(solve(&best, &settings, Some(&no_unit), &mut Silent).unwrap_err(), PlanError::GuessPath);
 }
 
 #[test]

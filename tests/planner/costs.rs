@@ -3,7 +3,7 @@
 use super::common::{full_body, planned, rest_to_rest};
 use serde_json::Value;
 use slewkit::lie;
-use slewkit::plan::Silent;
+use slewkit::plan::{Guess, Silent};
 use slewkit::planner::solve;
 use slewkit::problem::{Path, Problem, Scheme, State};
 use slewkit::settings::Settings;
@@ -48,7 +48,8 @@ fn the_published_windings_are_extremals_and_nothing_dearer_is_found() {
 
         // The published extremal itself, from its costates.
         let lambda_0: Vec<f64> = (0..6).map(|row| case["lambda0"][row].as_f64().unwrap()).collect();
-        let solution = solve(&problem, &Settings::default(), Some(&lambda_0), &mut Silent).unwrap();
+        let solution =
+            solve(&problem, &Settings::default(), Some(&Guess::costates(&lambda_0)), &mut Silent).unwrap();
         assert_eq!((solution.outcome, solution.start.as_str()), (Outcome::Converged, "guess"));
         let error = (solution.cost - expected).abs() / expected;
         assert!(error < 1e-12, "{degrees}°: {}, not {expected}", solution.cost);

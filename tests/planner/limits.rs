@@ -8,7 +8,7 @@ use slewkit::body::{Body, Inertia};
 use slewkit::constraint::{Constraint, Rule};
 use slewkit::environment::UniformGravity;
 use slewkit::lie;
-use slewkit::plan::{Plan, PlanError, Silent, Status, plan};
+use slewkit::plan::{Guess, Plan, PlanError, Silent, Status, plan};
 use slewkit::planner::{polish, solve};
 use slewkit::problem::{Path, Problem, Scheme, State};
 use slewkit::settings::{Method, Settings};
@@ -321,6 +321,25 @@ fn a_guess_near_the_costates_is_polished_in_two_steps() {
 
 /// A norm limit below what a bang-bang turn about a fixed axis takes, four sixths of the peak without limits;
 /// not far enough for a proof. Nothing is found, and nothing pretends to be.
+#[test]
+fn the_path_of_a_guess_begins_the_convex_road() {
+    let problem = within(&rest_to_rest(120.0), 0.75);
+    let settings = Settings { method: Method::Scp, ..settings() };
+    let cold = solve(&problem, &settings, None, &mut Silent).unwrap();
+    assert_eq!((cold.outcome, cold.start.as_str()), (Outcome::Converged, "short"));
+    // A neighbour's path: other ends, another grid.
+    let neighbour = within(&rest_to_rest(115.0), 0.8).with_steps(37);
+    let guess = Guess::of(&solve(&neighbour, &settings, None, &mut Silent).unwrap(), &neighbour);
+    let warm = solve(&problem, &settings, Some(&guess), &mut Silent).unwrap();
+    assert_eq!((warm.outcome, warm.start.as_str()), (Outcome::Converged, "guess"));
+    assert!((warm.cost - cold.cost).abs() < 1e-9 * cold.cost);
+    // The long way is no guess for the short one.
+    let long = within(&rest_to_rest(120.0).with_path(Path::Long), 0.9);
+    let away = Guess::of(&solve(&long, &settings, None, &mut Silent).unwrap(), &long);
+    let short = problem.clone().with_path(Path::Shortest);
+    assert_eq!(solve(&short, &settings, Some(&away), &mut Silent).unwrap().start, "short");
+}
+
 #[test]
 fn limits_too_tight_for_any_maneuver_end_unsolved() {
     let free = rest_to_rest(90.0).with_path(Path::Shortest);
