@@ -13,6 +13,7 @@ use slewkit::reachability::{Obstruction, obstruction};
 use slewkit::solution::Trajectory;
 use slewkit::verify::{margins, replay};
 use slewkit::{Matrix3, Vector3, lie};
+use std::f64::consts::TAU;
 
 const SCHEMES: [Scheme; 2] = [Scheme::LieEuler, Scheme::LieVerlet];
 
@@ -256,6 +257,39 @@ fn a_maneuver_that_exists_is_never_denied() {
     assert!(tried > 4000 && constrained > 1000, "only {tried} maneuvers, {constrained} with cones");
     // The claims have teeth: with limits a little smaller many of the same maneuvers are denied.
     assert!(denied[0] > 30 && denied[1] > 200 && denied[3] > 2000, "{denied:?} of {tried} are denied");
+}
+
+/// Under-actuated bodies next to those with a conserved momentum: a little asymmetry, misalignment or initial rate,
+/// made large by hard torques, leads where the conserved quantity would not.
+#[test]
+fn a_premise_that_holds_nearly_proves_nothing() {
+    let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
+    let mut strayed = 0;
+    for exponent in 4..=13 {
+        let little = 0.9 * 10.0_f64.powi(-exponent);
+        let tilted = Matrix3::new(1.0, 0.0, 0.0, 0.0, 2.0, little, 0.0, little, 2.5);
+        let diagonal = |a: f64, b: f64, c: f64| Matrix3::from_diagonal(&Vector3::new(a, b, c));
+        let cases = [
+            (diagonal(1.0, 1.0 + little, 1.5), vec![x, y], Vector3::zeros(), 60.0),
+            (tilted, vec![y], Vector3::zeros(), 100.0),
+            (diagonal(1.2, 2.0, 3.0), vec![y], x * little, 400.0),
+            (diagonal(1.0, 2.0, 2.5), vec![y + z * little], Vector3::zeros(), 100.0),
+        ];
+        for (j, axes, rate, size) in cases {
+            let count = axes.len();
+            let torque = Channel::new(axes, AxisFrame::Body, DMatrix::identity(count, count)).unwrap();
+            let start = State::attitude(Matrix3::identity(), rate);
+            let problem = Problem::attitude(body(j), start, start, 1.0)
+                .with_steps(400)
+                .with_actuation(Actuation::torques(torque));
+            let inputs: Vec<f64> =
+                (0..=400).flat_map(|row| vec![size * (TAU * f64::from(row) / 400.0).sin(); count]).collect();
+            let (problem, _) = aimed(problem, &inputs).unwrap();
+            strayed += usize::from(problem.end.angular_velocity.cross(&y).norm() > 1e-8);
+            assert_eq!(obstruction(&problem), None, "{little:e}: {problem:#?}");
+        }
+    }
+    assert!(strayed > 20, "only {strayed} cases try the proofs");
 }
 
 /// The factor of the torque limit at which the proof first denies the maneuver: 1 would be a false claim.

@@ -8,15 +8,21 @@
 //!   `Π × J⁻¹Π`; if that is one axis, the body turns about it and no other;
 //! - with torques fixed to the reference frame, `c·RΠ` is conserved when `cᵀB = 0`;
 //! - without force along `c`, `c·γ` is conserved and `c·x` moves uniformly.
+//!
+//! An unstable rotation makes much of little, so a premise that holds nearly proves nothing: it has to hold to
+//! the round-off of the numbers given. Only the values that a proof compares may differ by more.
 
+use super::words::about;
+use crate::Vector3;
 use crate::actuation::{AxisFrame, Channel};
 use crate::lie::hat;
 use crate::problem::{Motion, Problem};
-use crate::{Matrix3, Vector3};
-use nalgebra::SymmetricEigen;
+use nalgebra::DMatrix;
 
-/// Relative size below which a product counts as zero, and above which two values differ.
-const ZERO: f64 = 1e-9;
+/// Relative round-off of what is given: a premise that holds to this holds.
+const ROUND_OFF: f64 = 1e-14;
+/// Relative difference above which two conserved values are two.
+const DIFFERENT: f64 = 1e-9;
 
 /// Why no input can meet the terminal conditions, in words; `None` where nothing is proved.
 pub(super) fn obstruction(problem: &Problem) -> Option<String> {
@@ -31,17 +37,20 @@ pub(super) fn obstruction(problem: &Problem) -> Option<String> {
 
 /// Orthonormal directions `c` with `rows · c = 0`.
 fn null_space(rows: &[Vector3]) -> Vec<Vector3> {
-    let gram: Matrix3 = rows.iter().map(|row| row * row.transpose()).sum();
-    let Some(eigen) = SymmetricEigen::try_new(gram, f64::EPSILON, 1000) else { return Vec::new() };
-    let small = ZERO * ZERO * eigen.eigenvalues.amax().max(1.0);
-    let null = (0..3).filter(|index| eigen.eigenvalues[*index] <= small);
-    null.map(|index| upright(&eigen.eigenvectors.column(index).into_owned())).collect()
+    // Three more rows of zeros: the decomposition has all three directions, however few the rows.
+    let stacked =
+        DMatrix::from_fn(rows.len() + 3, 3, |row, column| rows.get(row).map_or(0.0, |row| row[column]));
+    let Some(svd) = stacked.try_svd(false, true, f64::EPSILON, 1000) else { return Vec::new() };
+    let Some(directions) = svd.v_t else { return Vec::new() };
+    let small = ROUND_OFF * svd.singular_values.amax().max(1.0);
+    let null = (0..3).filter(|index| svd.singular_values[*index] <= small);
+    null.map(|index| upright(&Vector3::from_fn(|axis, _| directions[(index, axis)]))).collect()
 }
 
-/// The direction with its largest component positive and its round-off removed, for messages.
+/// The direction with its largest component positive and its round-off removed.
 fn upright(direction: &Vector3) -> Vector3 {
     let largest = direction[direction.iamax()];
-    direction.map(|value| if value.abs() < ZERO { 0.0 } else { value * largest.signum() })
+    direction.map(|value| if value.abs() < DIFFERENT { 0.0 } else { value * largest.signum() })
 }
 
 fn unit_axes(channel: &Channel) -> Vec<Vector3> {
@@ -56,7 +65,7 @@ fn momenta(problem: &Problem) -> (Vector3, Vector3) {
 
 /// Whether two values of an angular momentum differ by more than round-off.
 fn differ(problem: &Problem, a: f64, b: f64) -> bool {
-    (a - b).abs() * problem.duration > ZERO * problem.body.inertia.mean()
+    (a - b).abs() * problem.duration > DIFFERENT * problem.body.inertia.mean()
 }
 
 fn show(axis: &Vector3) -> String {
@@ -80,8 +89,10 @@ fn symmetric_axis(problem: &Problem) -> Option<String> {
         differ(problem, before, after).then(|| {
             format!(
                 "no torque changes the angular momentum about the body axis {} (no actuator, and the body \
-                 is symmetric about it): it is {before:.6} N·m·s at the start and {after:.6} at the end",
-                show(&c)
+                 is symmetric about it): it is {} N·m·s at the start and {} at the end",
+                show(&c),
+                about(before),
+                about(after)
             )
         })
     })
@@ -92,16 +103,19 @@ fn momentum_subspace(problem: &Problem) -> Option<String> {
     let rate = |momentum: &Vector3| inertia.j_inverse() * momentum * inertia.mean();
     let (start, end) = momenta(problem);
     let mut basis: Vec<Vector3> = Vec::new();
+    // Rates of unit momenta are up to this large.
+    let small = ROUND_OFF * (inertia.mean() / inertia.principal()[0]);
     let add = |basis: &mut Vec<Vector3>, vector: Vector3| {
         let rest = basis.iter().fold(vector, |rest, axis| rest - axis * axis.dot(&rest));
-        if rest.norm() > ZERO {
+        if rest.norm() > small {
             basis.push(rest.normalize());
             return true;
         }
         false
     };
-    if differ(problem, start.norm(), 0.0) {
-        add(&mut basis, start.normalize());
+    // However little: it may grow.
+    if let Some(direction) = start.try_normalize(0.0) {
+        add(&mut basis, direction);
     }
     for axis in unit_axes(&problem.actuation.torque) {
         add(&mut basis, axis);
@@ -120,8 +134,8 @@ fn momentum_subspace(problem: &Problem) -> Option<String> {
         let where_ = if basis.len() == 1 { "one axis" } else { "one plane" };
         return Some(format!(
             "whatever the torques, the angular momentum stays in {where_} of the body that the terminal rate \
-             leaves by {:.6} N·m·s along {}",
-            outside.norm(),
+             leaves by {} N·m·s along {}",
+            about(outside.norm()),
             show(&upright(&outside.normalize()))
         ));
     }
@@ -129,7 +143,7 @@ fn momentum_subspace(problem: &Problem) -> Option<String> {
     let axis = upright(&axis);
     let relative = problem.start.attitude.tr_mul(&problem.end.attitude);
     let tilt = (relative * axis - axis).norm();
-    (tilt > ZERO).then(|| {
+    (tilt > DIFFERENT).then(|| {
         format!(
             "whatever the torques, the body turns about its axis {} only: the direction of that axis is \
              conserved, and the terminal attitude tilts it by {:.3} deg",
@@ -146,9 +160,11 @@ fn spatial_momentum(problem: &Problem) -> Option<String> {
         let (before, after) = (c.dot(&start), c.dot(&end));
         differ(problem, before, after).then(|| {
             format!(
-                "no torque changes the angular momentum about the reference axis {}: it is {before:.6} N·m·s \
-                 at the start and {after:.6} at the end",
-                show(&c)
+                "no torque changes the angular momentum about the reference axis {}: it is {} N·m·s at the \
+                 start and {} at the end",
+                show(&c),
+                about(before),
+                about(after)
             )
         })
     })
@@ -171,20 +187,22 @@ fn translation(problem: &Problem) -> Option<String> {
         let length = [start.position, end.position, start.velocity * duration, end.velocity * duration]
             .iter()
             .fold(0.0, |length, vector| vector.amax().max(length));
-        if (speeds.0 - speeds.1).abs() * duration > ZERO * length {
+        if (speeds.0 - speeds.1).abs() * duration > DIFFERENT * length {
             return Some(format!(
-                "no force acts along the reference axis {}: the velocity along it stays {:.6} m/s and the \
-                 terminal one is {:.6}",
+                "no force acts along the reference axis {}: the velocity along it stays {} m/s and the \
+                 terminal one is {}",
                 show(&c),
-                speeds.0,
-                speeds.1
+                about(speeds.0),
+                about(speeds.1)
             ));
         }
-        ((drifted - position).abs() > ZERO * length).then(|| {
+        ((drifted - position).abs() > DIFFERENT * length).then(|| {
             format!(
-                "no force acts along the reference axis {}: the position along it will be {drifted:.6} m and \
-                 the terminal one is {position:.6}",
-                show(&c)
+                "no force acts along the reference axis {}: the position along it will be {} m and the \
+                 terminal one is {}",
+                show(&c),
+                about(drifted),
+                about(position)
             )
         })
     })
@@ -193,6 +211,7 @@ fn translation(problem: &Problem) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Matrix3;
     use crate::actuation::Actuation;
     use crate::body::{Body, Inertia};
     use crate::lie;
