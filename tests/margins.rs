@@ -383,6 +383,7 @@ fn margins_that_are_not_known_are_not_held() {
     let nan = Margin {
         name: String::new(),
         margin: 0.0,
+        continuous_margin: None,
         unit: String::new(),
         scaled: f64::NAN,
         time_s: 0.0,
@@ -417,4 +418,47 @@ fn pointing_at(problem: &mut Problem, vector: Vector3, half_angle: f64) {
     pointing.boresights = vec![Vector3::x()];
     pointing.directions = vec![Direction { vector, turns_with_frame: false }];
     pointing.half_angle = half_angle;
+}
+
+/// The continuous motion under the held torque, against the discrete one of steps so short that it is the same: at
+/// 800 and 1600 steps a step, and in the limit.
+#[test]
+fn continuous_margins_are_those_of_ever_shorter_steps() {
+    let mut moved = 0.0_f64;
+    for scheme in SCHEMES {
+        let problem = tumbling(scheme)
+            .with_constraint(cone(Side::KeepOut, 0.2, 0.0, false))
+            .with_constraint(cone(Side::KeepIn, 1.0, 0.1, false))
+            .with_constraint(Constraint { name: "norm".into(), rule: Rule::RateNorm(2.0) })
+            .with_constraint(Constraint { name: "axes".into(), rule: Rule::RateAxes(Vector3::repeat(1.5)) });
+        let inputs = smooth_inputs(&problem);
+        let found = verify(&problem, &replay(&problem, &inputs).unwrap(), 1e-12, Some(0.1));
+        let rows: Vec<&[f64]> = inputs.chunks(3).collect();
+        let held = |step: usize| -> Vec<f64> {
+            match scheme {
+                Scheme::LieEuler => rows[step].to_vec(),
+                Scheme::LieVerlet => {
+                    rows[step].iter().zip(rows[step + 1]).map(|(a, b)| 0.5 * (a + b)).collect()
+                }
+            }
+        };
+        let fine = |times: usize| {
+            let fine = problem.clone().with_steps(times * problem.steps).with_scheme(Scheme::LieEuler);
+            let inputs: Vec<f64> = (0..fine.steps).flat_map(|step| held(step / times)).collect();
+            margins(&fine, &inputs).unwrap()
+        };
+        let (coarse, finer) = (fine(800), fine(1600));
+        for ((margin, coarse), finer) in found.margins.iter().zip(&coarse).zip(&finer) {
+            let expected = 2.0 * finer.margin - coarse.margin;
+            let (continuous, difference) = (margin.continuous_margin.unwrap(), margin.margin - expected);
+            let missed = (continuous - expected).abs();
+            assert!(missed < 0.02 * difference.abs() + 1e-4, "{scheme:?} {margin:?} {expected}");
+            moved = moved.max(difference.abs());
+        }
+        // What enters a cone by more than the tolerance fails.
+        let check = found.checks.iter().find(|check| check.name == "continuous pointing").unwrap();
+        let worst = found.margins[..2].iter().map(|margin| -margin.continuous_margin.unwrap().to_radians());
+        assert!((check.value - worst.fold(0.0, f64::max)).abs() < 1e-12 && !check.passed);
+    }
+    assert!(moved > 0.5, "the discrete and the continuous margins hardly differ: {moved} deg");
 }

@@ -234,7 +234,12 @@ fn margin(console: &Console, judged: &Judged, margin: &Margin) -> String {
     let between = if (steps - steps.round()).abs() > 1e-6 { ", between nodes" } else { "" };
     let at = if margin.at.is_empty() { String::new() } else { format!(", {}", escape(&margin.at)) };
     let (value, time) = (significant(value, 3), significant(margin.time_s, 4));
-    format!("{state}margin {value} {} at {time} s{between}{at}", margin.unit)
+    // Where the limit acts the continuous motion oversteps it by the error of the discretisation.
+    let continuous = margin.continuous_margin.filter(|continuous| *continuous < 0.0);
+    let overstepped = continuous.map_or(String::new(), |continuous| {
+        format!("; the continuous motion is {} {} beyond", significant(-continuous, 2), margin.unit)
+    });
+    format!("{state}margin {value} {} at {time} s{between}{at}{overstepped}", margin.unit)
 }
 
 fn stopped(solution: &Solution) -> &'static str {

@@ -62,6 +62,15 @@ impl<'a> Continuous<'a> {
         }
     }
 
+    /// Attitude at the end of the last step, body → inertial.
+    pub(super) fn inertial_attitude(&self) -> Matrix3 {
+        let quaternion = match self {
+            Self::Attitude(propagation) => propagation.base.quaternion.value(),
+            Self::RigidBody(propagation) => propagation.base.quaternion.value(),
+        };
+        lie::rotation_from_quaternion(&quaternion.data.0[0])
+    }
+
     /// The phase at `time` \[s\], which must be the end of the last step.
     pub(crate) fn phase(&self, time: f64) -> Phase {
         match self {

@@ -1,9 +1,11 @@
 //! How far a motion stays from every limit and constraint, at the nodes and on the arcs between them.
 //!
 //! On an arc the body turns at the one rate `f/h` about one axis, so the rate is checked there as at the
-//! nodes, and every cone where its boresight is nearest to the rim ([`crate::constraint::Arc`]). Between
-//! nodes the torque of a plan is held or interpolated, and the momentum of its wheels is linear: their
-//! limits need the nodes only.
+//! nodes, and every cone where its boresight is nearest to the rim ([`crate::constraint::Arc`]). The torque of a
+//! plan is held over each step, and the momentum of its wheels is linear there: their limits need the nodes only.
+//!
+//! That is the discrete motion. Under the same held torque the continuous one is a little elsewhere, and has
+//! margins of its own ([`Margin::continuous_margin`]).
 
 use super::WitnessError;
 use super::plant::{Inputs, Plant};
@@ -23,6 +25,10 @@ pub struct Margin {
     pub name: String,
     /// The smallest distance to the limit, in `unit`; negative: violated.
     pub margin: f64,
+    /// The same of the continuous motion under the held torque, for rates and cones: it differs by the error
+    /// of the discretisation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub continuous_margin: Option<f64>,
     /// "deg", "deg/s", "N·m", "N·m/s", "N·m·s", "N", "N/s".
     pub unit: String,
     /// The same relative to the limit, or \[rad\] for a cone.
@@ -194,6 +200,11 @@ impl<'a> Meter<'a> {
         Self { frame_rate: problem.environment.frame_rate(), step: problem.step(), entries }
     }
 
+    /// For a motion met every `step` \[s\].
+    pub(crate) fn every(step: f64, problem: &'a Problem) -> Self {
+        Self { step, ..Self::new(problem) }
+    }
+
     /// A row of inputs at `time`, after the row `before` one step earlier.
     pub(crate) fn inputs(&mut self, time: f64, row: &[f64], before: Option<&[f64]>) {
         let step = self.step;
@@ -280,6 +291,7 @@ impl Entry<'_> {
         Margin {
             name: self.name.clone(),
             margin: met(margin),
+            continuous_margin: None,
             unit: self.unit.into(),
             scaled: met(scaled),
             time_s: time,

@@ -25,12 +25,15 @@ mod wheels;
 
 pub(crate) use continuous::Continuous;
 pub(crate) use discrete::Discrete;
+use margins::Meter;
 pub use margins::{Margin, margins, worst_violation};
 pub use plant::Phase;
 pub(crate) use plant::{Inputs, Output, Plant, Scale};
 pub use rows::replay;
 pub(crate) use rows::same_sign;
 
+use crate::constraint::{Arc, Rule};
+use crate::lie;
 use crate::problem::{Motion, Problem, ProblemError};
 use crate::solution::{TerminalError, Trajectory};
 use serde::{Deserialize, Serialize};
@@ -156,14 +159,14 @@ pub enum WitnessError {
 /// Judges a plan for `problem` by both witnesses.
 ///
 /// `tolerance` limits the scaled terminal error of the discrete witness, `continuous_tolerance` \[rad\]
-/// the attitude error of the continuous one. Whatever the numbers in `trajectory`, this returns: what
+/// the attitude error of the continuous one, and how far it may violate a cone. Whatever the numbers in `trajectory`, this returns: what
 /// cannot be computed is NaN in a failed check, with the reason in [`Verification::failure`].
 ///
 /// The checks, by name: `finite`, `discrete terminal`, `recorded states`, `total momentum` where wheels alone
 /// turn the body, `constraints` where there are any
 /// (the worst scaled violation at and between the nodes, against [`Margin::ROUND_OFF`]), `order`
 /// (`round-off` when the witnesses agree to round-off), `symplectic witness` where that one can judge, and
-/// `continuous terminal` where a tolerance is given.
+/// `continuous terminal` where a tolerance is given, with `continuous pointing` where there are cones.
 pub fn verify(
     problem: &Problem,
     trajectory: &Trajectory,
@@ -175,13 +178,15 @@ pub fn verify(
         recorded: f64::NAN,
         momentum_drift: None,
         violation: f64::NAN,
+        continuous_violation: f64::NAN,
         comparison: None,
         apart_limit: 0.0,
     };
     if let Err(error) = found.witness(problem, trajectory, &mut judged) {
         found.failure = Some(error.to_string());
     }
-    let Judged { recorded, momentum_drift, violation, comparison, apart_limit } = judged;
+    let Judged { recorded, momentum_drift, violation, continuous_violation, comparison, apart_limit } =
+        judged;
     found.at_most("finite", rows::not_finite(trajectory) as f64, 0.0);
     found.at_most("discrete terminal", found.discrete().largest(), tolerance);
     found.at_most("recorded states", recorded, RECORDED.max(10.0 * tolerance));
@@ -208,6 +213,9 @@ pub fn verify(
     }
     if let Some(limit) = continuous_tolerance {
         found.at_most("continuous terminal", found.continuous_attitude_rad, limit);
+        if points(problem) {
+            found.at_most("continuous pointing", continuous_violation, limit);
+        }
     }
     found
 }
@@ -224,6 +232,8 @@ struct Judged {
     momentum_drift: Option<f64>,
     /// Worst scaled violation of a limit or constraint.
     violation: f64,
+    /// How far the continuous motion enters a keep-out cone or leaves a keep-in cone, at most \[rad\].
+    continuous_violation: f64,
     comparison: Option<order::Comparison>,
     /// How far apart the ends of the symplectic and the continuous witness may be.
     apart_limit: f64,
@@ -298,7 +308,18 @@ impl Verification {
         self.discrete_position_relative = error.position_relative;
         self.discrete_linear_momentum_relative = error.linear_momentum_relative;
 
-        let held = continuous_end(&plant, &start, |k| (inputs.held(k), inputs.held(k)))?;
+        let held = if problem.constraints.is_empty() {
+            continuous_end(&plant, &start, |k| (inputs.held(k), inputs.held(k)))?
+        } else {
+            let (end, margins) = continuous_margins(&plant, &inputs, &start)?;
+            for (margin, continuous) in self.margins.iter_mut().zip(&margins) {
+                margin.continuous_margin = Some(continuous.margin).filter(|margin| !margin.is_nan());
+            }
+            judged.continuous_violation = worst_violation(
+                &margins.into_iter().filter(|margin| margin.unit == "deg").collect::<Vec<_>>(),
+            );
+            end
+        };
         let error = scale.distance(&held, &target, problem.motion);
         self.continuous_attitude_rad = error.attitude_rad;
         self.continuous_rate_rad_s = (held.angular_velocity(problem) - problem.end.angular_velocity).norm();
@@ -332,6 +353,37 @@ impl Verification {
         judged.comparison = Some(compared);
         Ok(())
     }
+}
+
+/// Whether the problem has cones.
+fn points(problem: &Problem) -> bool {
+    problem.constraints.iter().any(|constraint| matches!(constraint.rule, Rule::Pointing(_)))
+}
+
+/// Pieces of a step between which the continuous motion is taken for a rotation about one axis: it strays from
+/// that by the square of their length, about 1 % of what the discrete motion strays by.
+const PIECES: usize = 8;
+
+/// End of the continuous motion under the held torque, and its margins of rates and cones.
+fn continuous_margins(
+    plant: &Plant,
+    inputs: &Inputs,
+    start: &Phase,
+) -> Result<(Phase, Vec<Margin>), WitnessError> {
+    let problem = plant.problem;
+    let piece = problem.step() / PIECES as f64;
+    let mut meter = Meter::every(piece, problem);
+    let mut body = Continuous::new(plant, start);
+    meter.rate(0.0, &problem.start.angular_velocity);
+    for index in 0..PIECES * problem.steps {
+        let held = inputs.held(index / PIECES);
+        let (time, before) = (index as f64 * piece, body.inertial_attitude());
+        body.advance(time, piece, &held, &held)?;
+        let turn = lie::log(&before.tr_mul(&body.inertial_attitude()));
+        meter.arc(time, &Arc { start: before, turn });
+        meter.rate(time + piece, &body.phase(time + piece).angular_velocity(problem));
+    }
+    Ok((body.phase(problem.duration), meter.margins()))
 }
 
 /// End of the continuous motion under the outputs that `ends` gives for both ends of each step.
