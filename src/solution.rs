@@ -102,7 +102,7 @@ impl TerminalError {
 }
 
 /// First- and second-order optimality of the extremal, in scaled units.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Optimality {
     /// Largest residual of the discrete stationarity conditions; with constraints, of all the conditions
     /// of Karush, Kuhn and Tucker.
@@ -225,8 +225,12 @@ pub struct Solution {
     pub rivals: Vec<Rival>,
     /// Why there is no plan, where that is proved; see [`crate::reachability`].
     pub obstruction: Option<String>,
+    /// A duration \[s\] below which it is proved that there is no plan, where that is the obstruction.
+    pub shortest_duration: Option<f64>,
     /// What stays violated where the search came nearest, and what would help; where no plan was found.
     pub shortfall: Option<String>,
+    /// A longer duration \[s\] for which a plan was found, where none was for the one asked for.
+    pub longer: Option<f64>,
     /// Tolerance asked for, scaled.
     pub tolerance: f64,
     /// Wall time of the solve alone \[s\], without second-order test and verification.
@@ -252,7 +256,7 @@ impl Solution {
                 position_relative: translation,
                 linear_momentum_relative: translation,
             },
-            optimality: Optimality::default(),
+            optimality: Optimality { stationarity: nan, conjugate_points: None, rank: 0, condition: nan },
             sense: Sense::Short,
             start: String::new(),
             turned_deg: nan,
@@ -262,7 +266,9 @@ impl Solution {
             active: Vec::new(),
             rivals: Vec::new(),
             obstruction: None,
+            shortest_duration: None,
             shortfall: None,
+            longer: None,
             tolerance,
             solve_time: 0.0,
         }

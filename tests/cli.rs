@@ -96,7 +96,7 @@ fn a_plan_is_the_best_guess_for_itself() {
 #[test]
 fn a_guess_that_is_none_is_refused() {
     let folder = Folder::new();
-    fs::write(folder.path("three.json"), "{\"costates_0\": [1, 2, 3]}").unwrap();
+    fs::write(folder.path("three.json"), "{\"format\": 1, \"costates_0\": [1, 2, 3]}").unwrap();
     let guess = |name: &str| folder.slew(&["plan", "spec.toml", "--guess", name]);
     guess("spec.toml").ends(8).tells("E0102").tells("not a plan file");
     guess("three.json").ends(8).tells("E0103").tells("3 costates, this maneuver needs 6");
@@ -218,7 +218,10 @@ fn a_plan_under_constraints_tells_margins_and_is_verified_from_its_file() {
     assert_eq!(json["problem"]["torque"]["norm_limit"], 0.17);
 
     let verify = |set: &[&str]| folder.slew(&[&["verify", "plan.json", "--spec", "spec.toml"], set].concat());
-    let run = verify(&set).ends(0).tells("verified").tells("active at ");
+    // Which limits act the witness sees by itself, and the plan's own word on it counts for nothing.
+    let run =
+        verify(&set).ends(0).tells("verified").tells("limit  active, ").tells("Sun                active, ");
+    let run = run.tells("; the continuous motion is ");
     assert!(!run.stderr.contains("differs"), "{}", run.stderr);
     // The plan of a wider cone would have to pass further out, and without limits it was not asked for.
     let wider = ["--set", cone, "--set", limit, "--set", "constraint.0.half_angle_deg=21"];
@@ -233,6 +236,45 @@ fn a_plan_under_constraints_tells_margins_and_is_verified_from_its_file() {
 
     let shooting = [&set[..], &["--set", "solver.method=shooting"]].concat();
     folder.slew(&[&["plan", "spec.toml"], &shooting[..]].concat()).ends(3).tells("E0066");
+}
+
+#[test]
+fn a_solved_plan_that_is_coarse_or_idle_says_so() {
+    let folder = Folder::new();
+    let plan = |set: &[&str]| folder.slew(&[&["plan", "spec.toml"], set].concat()).ends(0);
+    assert!(!plan(&["--set", "maneuver.steps=50"]).stderr.contains("\n  try "));
+    plan(&["--set", "maneuver.steps=3"]).tells(" deg)").tells("\n  try         more steps");
+    // Where no limit acts the shooting's plan stands, but its rivals may break limits that nobody held them to.
+    assert!(plan(&[]).stderr.contains("\n  rival "));
+    let wide = "constraint=[{ kind = \"keep_in\", boresight_body = [1, 0, 0], direction_inertial = { ra_deg = 45, dec_deg = 2 }, half_angle_deg = 80 }]";
+    let run = plan(&["--set", wide]).tells("6 costates, which no limit touches");
+    assert!(!run.stderr.contains("\n  rival "), "{}", run.stderr);
+    let data = folder.slew(&["plan", "spec.toml", "-o", "plan.txt", "--format", "text"]);
+    data.ends(2).tells("--format text");
+    assert!(!folder.path("plan.txt").exists());
+}
+
+#[test]
+fn a_plan_that_is_not_found_names_what_could_do() {
+    let folder = Folder::new();
+    let plan = |limit: &str| {
+        let set = ["--set", limit, "-q", "--format", "json"];
+        folder.slew(&[&["plan", "spec.toml"], &set[..]].concat())
+    };
+    let proved = plan("actuators.torque_norm_limit_n_m=0.05").ends(4).json();
+    assert!(proved["shortest_duration_s"].as_f64().unwrap() > 10.0);
+    assert_eq!(proved["optimality"]["stationarity"], Value::Null);
+    let run = folder.slew(&["plan", "spec.toml", "--set", "actuators.torque_norm_limit_n_m=0.05"]).ends(4);
+    assert!(!run.stderr.contains("method"), "{}", run.stderr);
+    // Not enough torque, and not provably so.
+    let limit = "actuators.torque_norm_limit_n_m=0.13";
+    let missed = plan(limit).ends(5).json();
+    let longer = missed["longer_s"].as_f64().unwrap();
+    assert!(longer > 10.0 && longer < 20.0, "{longer}");
+    let advice = format!("more time: --set maneuver.duration_s={longer}\n");
+    folder.slew(&["plan", "spec.toml", "--set", limit]).ends(5).tells(&advice);
+    let longer = format!("maneuver.duration_s={longer}");
+    folder.slew(&["plan", "spec.toml", "--set", limit, "--set", &longer]).ends(0);
 }
 
 #[test]
@@ -343,7 +385,13 @@ fn verify_judges_a_plan_file_by_its_spec() {
     assert_eq!((json["status"].as_str(), json["steps"].as_u64()), (Some("solved"), Some(80)));
     // The witnesses find what the planner found.
     let plan = folder.json("plan.json");
-    assert_eq!(json["verified"], plan["verified"]);
+    let mut verified = json["verified"].clone();
+    let cost = verified["checks"].as_array_mut().unwrap().pop().unwrap();
+    assert_eq!((&verified, cost["name"].as_str()), (&plan["verified"], Some("recorded cost")));
+    let mut cheap = plan.clone();
+    cheap["cost"] = (plan["cost"].as_f64().unwrap() * (1.0 - 1e-8)).into();
+    fs::write(folder.path("cheap.json"), cheap.to_string()).unwrap();
+    verify("cheap.json", &[]).ends(7).tells("recorded cost");
 
     let piped = folder.slew_with_stdin(&["verify", "-", "--spec", "spec.toml"], &folder.read("plan.json"));
     piped.ends(0).tells("verified");

@@ -150,6 +150,8 @@ fn plan(problem: &Problem) -> Plan {
         turned_deg: 150.0,
         iterations: 2,
         ladder: vec![rung],
+        shortest_duration: None,
+        longer: Some(41.5),
         shortfall: None,
         convex: problem.is_constrained().then_some(ConvexWork {
             subproblems: 3,

@@ -101,6 +101,11 @@ impl OutputArgs {
         if path.as_os_str() == "-" {
             return Ok(Destination::Stdout(asked.unwrap_or(Format::Json)));
         }
+        if self.format == Some(Format::Text) {
+            let reason =
+                "-o writes data, and the text for people goes to stderr: leave out --format text, or -o";
+            return Err(Failure::Usage(reason.into()));
+        }
         let target = Target::new(path, self.force)?;
         for input in inputs {
             target.distinct_from(input)?;

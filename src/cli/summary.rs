@@ -53,7 +53,7 @@ pub fn plan(console: &Console, problem: &Problem, plan: &Plan) -> String {
         }
     }
     if let Some(verification) = &plan.verification {
-        let judged = Judged { problem, trajectory: &solution.trajectory, active: &solution.active };
+        let judged = Judged { problem, trajectory: &solution.trajectory, active: Some(&solution.active) };
         lines.extend(verified(console, &judged, verification));
     }
     lines.extend(advice(problem, plan).iter().map(|text| line("try", text)));
@@ -73,7 +73,9 @@ fn method(problem: &Problem, solution: &Solution) -> String {
             None => "convex".into(),
         },
         Method::Shooting | Method::Auto => {
-            format!("shooting: Newton on {} costates", problem.dimension())
+            let idle = problem.is_constrained() && solution.active.is_empty();
+            let limits = if idle { ", which no limit touches" } else { "" };
+            format!("shooting: Newton on {} costates{limits}", problem.dimension())
         }
     };
     format!("{how}, {} {scheme} steps of {} s", solution.steps, significant(solution.step, 3))
@@ -110,12 +112,11 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
             Some(count) => format!(", {}", counted(count, "conjugate point")),
             None => String::new(),
         };
-        // The convex road knows its rivals by the path that they began on.
-        let path = if rival.turned_deg.is_finite() {
-            format!("{}, turned {:.1} deg", way(rival.sense), rival.turned_deg)
-        } else {
-            format!("from {}", escape(&rival.start))
-        };
+        let mut path = format!("{}, turned {:.1} deg", way(rival.sense), rival.turned_deg);
+        // What passes cones on different sides may turn the same way.
+        if solution.method == Method::Scp {
+            path.push_str(&format!(", from {}", escape(&rival.start)));
+        }
         lines.push(line("rival", &format!("{path}, cost {}{points}", significant(rival.cost, 6))));
     }
     lines
@@ -135,7 +136,9 @@ const SHOWN: (usize, usize) = (3, 4);
 fn iterations(solution: &Solution) -> String {
     let convex = solution.method == Method::Scp;
     let won = |rung: &&RungReport| {
-        let road = ["scp", "polish"].contains(&rung.rung.as_str()) == convex;
+        // A subproblem's residual is a defect, Newton's one of all conditions: they make no one sequence.
+        let road =
+            if convex { rung.rung == "polish" } else { !["scp", "polish"].contains(&rung.rung.as_str()) };
         road && rung.start == solution.start && rung.outcome == Outcome::Converged
     };
     let won: Vec<&RungReport> = solution.ladder.iter().filter(won).collect();
@@ -173,14 +176,14 @@ pub struct Judged<'a> {
     pub problem: &'a Problem,
     /// The plan.
     pub trajectory: &'a Trajectory,
-    /// What the solver says acts.
-    pub active: &'a [ActiveConstraint],
+    /// What the solver says acts, where it may speak.
+    pub active: Option<&'a [ActiveConstraint]>,
 }
 
 /// Limits and verdicts of the witnesses, and every check that fails.
 pub fn verified(console: &Console, judged: &Judged, verification: &Verification) -> Vec<String> {
     let mut peaks = format!(
-        "peak torque {} N·m   peak rate {} deg/s",
+        "peak torque (norm) {} N·m   peak rate {} deg/s",
         significant(verification.peak_torque_n_m, 3),
         significant(verification.peak_rate_rad_s.to_degrees(), 3)
     );
@@ -200,6 +203,10 @@ pub fn verified(console: &Console, judged: &Judged, verification: &Verification)
         "continuous dynamics, torque held over each step, Verner 9(8) at 1e-14: attitude {} rad",
         error(verification.continuous_attitude_rad)
     );
+    if verification.continuous_attitude_rad > WIDE_RAD {
+        let wide = significant(verification.continuous_attitude_rad.to_degrees(), 3);
+        continuous.push_str(&format!(" ({wide} deg)"));
+    }
     if let Some(position) = verification.continuous_position_m {
         continuous.push_str(&format!(", position {} m", error(position)));
     }
@@ -208,6 +215,8 @@ pub fn verified(console: &Console, judged: &Judged, verification: &Verification)
         let apart = verification.symplectic_to_continuous.unwrap_or(f64::NAN);
         let text = format!("symplectic witness, Galerkin: attitude {} rad", error(attitude));
         lines.push(line("", &format!("{text}, {} from the continuous one", error(apart))));
+    } else if judged.problem.actuation.wheels.is_some() {
+        lines.push(line("", "symplectic witness: does not judge reaction wheels"));
     }
     if let Some(failure) = &verification.failure {
         lines.push(line("witness", &escape(failure)));
@@ -222,10 +231,12 @@ pub fn verified(console: &Console, judged: &Judged, verification: &Verification)
 
 /// How near the plan comes to one limit, when, and whether that is between two nodes.
 fn margin(console: &Console, judged: &Judged, margin: &Margin) -> String {
-    let active = judged.active.iter().find(|active| active.name == margin.name);
+    let active = judged.active.and_then(|all| all.iter().find(|active| active.name == margin.name));
+    let touched = judged.active.is_none() && margin.scaled.abs() <= Margin::ROUND_OFF;
     let state = match active {
         _ if !margin.holds() => console.paint(Tone::Bad, "violated, "),
-        Some(active) => format!("active at {}, ", counted(active.time_s.len(), "node")),
+        Some(active) => format!("active at {}, ", counted(moments(active), "node")),
+        None if touched => "active, ".into(),
         None => String::new(),
     };
     // What acts touches its limit up to round-off, of either sign.
@@ -240,6 +251,14 @@ fn margin(console: &Console, judged: &Judged, margin: &Margin) -> String {
         format!("; the continuous motion is {} {} beyond", significant(-continuous, 2), margin.unit)
     });
     format!("{state}margin {value} {} at {time} s{between}{at}{overstepped}", margin.unit)
+}
+
+/// How many moments a constraint acts at; several inputs may at one.
+fn moments(active: &ActiveConstraint) -> usize {
+    let mut times: Vec<u64> = active.time_s.iter().map(|time| time.to_bits()).collect();
+    times.sort_unstable();
+    times.dedup();
+    times.len()
 }
 
 fn stopped(solution: &Solution) -> &'static str {
@@ -317,6 +336,9 @@ fn crowd(runs: &[RungReport]) -> String {
     format!("{:<15} {} runs: {}{best}", escape(&runs[0].rung), runs.len(), outcomes.join(", "))
 }
 
+/// Attitude errors of the continuous motion beyond this are told in degrees too, and called coarse.
+const WIDE_RAD: f64 = 0.02;
+
 /// Terminal errors up to this multiple of the tolerance count as nearly there.
 const NEARLY: f64 = 1e4;
 
@@ -327,7 +349,15 @@ fn advice(problem: &Problem, plan: &Plan) -> Vec<String> {
         let steps = (2 * solution.steps).min(Problem::MAX_STEPS);
         format!("more steps: --set maneuver.steps={steps}")
     };
-    let longer = || format!("more time: --set maneuver.duration_s={}", 1.5 * problem.duration);
+    let longer = || {
+        let duration = solution.longer.unwrap_or(1.5 * problem.duration);
+        format!("more time: --set maneuver.duration_s={duration}")
+    };
+    let convex = solution.method == Method::Scp;
+    let coarse = plan
+        .verification
+        .as_ref()
+        .is_some_and(|verification| verification.continuous_attitude_rad > WIDE_RAD);
     let neighbour =
         || "a plan of an easier neighbour (longer, or a smaller turn) as guess: --guess PLAN.json".into();
     // So close that only round-off can be in the way.
@@ -338,6 +368,8 @@ fn advice(problem: &Problem, plan: &Plan) -> Vec<String> {
         format!("a looser tolerance: --set solver.tolerance={tolerance:e}")
     };
     match (plan.status, solution.outcome) {
+        // The discrete maneuver is solved; the true motion under its torque ends elsewhere.
+        (Status::Solved, _) if coarse => vec![more_steps()],
         (Status::Solved, _) => vec![],
         (Status::VerificationFailed, _) => vec![more_steps()],
         (_, Outcome::StepTooLong) => vec![more_steps(), longer()],
@@ -345,6 +377,10 @@ fn advice(problem: &Problem, plan: &Plan) -> Vec<String> {
             vec!["a higher `solver.max_iterations`".into(), more_steps(), neighbour()]
         }
         (_, Outcome::Stalled) if nearly => vec![looser(), more_steps()],
+        (_, Outcome::Stalled) if convex && solution.longer.is_some() => vec![longer(), neighbour()],
+        (_, Outcome::Stalled) if convex && solution.shortfall.is_some() => {
+            vec!["looser limits, smaller cones or other ends".into(), neighbour()]
+        }
         (_, Outcome::Stalled | Outcome::NotFinite) => vec![more_steps(), longer(), neighbour()],
         (_, Outcome::Singular) => {
             vec!["other torque axes, or terminal rates that the present ones can reach".into()]

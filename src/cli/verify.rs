@@ -8,7 +8,7 @@ use serde::Serialize;
 use slewkit::export::{Difference, ExportError, PlanFile, ProblemRecord, write_document};
 use slewkit::plan::Status;
 use slewkit::spec::Loaded;
-use slewkit::verify::{self, Verification};
+use slewkit::verify::{self, Check, Verification};
 use std::path::PathBuf;
 
 /// Arguments of `slew verify`.
@@ -25,6 +25,9 @@ pub struct Args {
     #[command(flatten)]
     pub report: ReportArgs,
 }
+
+/// Relative error that a recorded cost may have: that of sums in another order.
+const RECORDED_COST: f64 = 1e-9;
 
 #[derive(Serialize)]
 struct Report<'a> {
@@ -47,15 +50,24 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let problem = plan.on_grid(&problem).map_err(|error| misfit(args, &error))?;
 
     let differences = plan.problem.differences(&ProblemRecord::from(&problem));
-    let verification =
-        verify::verify(&problem, &plan.trajectory.0, settings.tolerance, settings.continuous_tolerance);
+    let (trajectory, tolerance) = (&plan.trajectory.0, settings.tolerance);
+    let mut verification = verify::verify(&problem, trajectory, tolerance, settings.continuous_tolerance);
+    let cost = verify::effort(&problem, &trajectory.input);
+    let value = (plan.cost - cost).abs() / cost.abs().max(f64::MIN_POSITIVE);
+    verification.checks.push(Check {
+        name: "recorded cost".into(),
+        value,
+        limit: RECORDED_COST,
+        passed: value <= RECORDED_COST,
+    });
     let (exit, verdict, tone) = if verification.passed() {
         (Exit::Solved, "verified", Tone::Good)
     } else {
         (Exit::Plan(Status::VerificationFailed), "verification failed", Tone::Bad)
     };
     let mut lines = vec![summary::headline(console, &problem.name, verdict, tone)];
-    let judged = summary::Judged { problem: &problem, trajectory: &plan.trajectory.0, active: &plan.active };
+    // Which limits act the witnesses see by themselves.
+    let judged = summary::Judged { problem: &problem, trajectory, active: None };
     lines.extend(summary::verified(console, &judged, &verification));
     for difference in &differences {
         let Difference { key, first, second } = difference;

@@ -84,9 +84,15 @@ pub struct PlanFile<'a> {
     /// Why no input can meet the terminal conditions, where that is proved.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub obstruction: Option<String>,
+    /// A duration below which it is proved that there is no plan, seconds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shortest_duration_s: Option<f64>,
     /// What stays violated where the search came nearest, and what would help; where no plan was found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortfall: Option<String>,
+    /// A longer duration for which a plan was found, seconds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub longer_s: Option<f64>,
     /// The settings that made it.
     pub settings: SettingsRecord,
     /// The maneuver that was asked.
@@ -149,7 +155,9 @@ impl<'a> PlanFile<'a> {
             active: solution.active.clone(),
             rivals: solution.rivals.clone(),
             obstruction: solution.obstruction.clone(),
+            shortest_duration_s: solution.shortest_duration,
             shortfall: solution.shortfall.clone(),
+            longer_s: solution.longer,
             settings: settings.into(),
             problem: problem.into(),
             costates_0: solution.costates_0(problem).to_vec(),

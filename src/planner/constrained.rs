@@ -358,7 +358,8 @@ impl Search<'_, '_> {
         let unsolved = Solution::unsolved(problem, self.context.settings.tolerance);
         let mut solution = Solution { method: Method::Scp, ..unsolved };
         let found = std::mem::take(&mut self.found);
-        let rivals: Vec<(String, f64)> = found.iter().map(|found| (found.name.clone(), found.cost)).collect();
+        let unit = coarse.dynamics.units.cost;
+        let rivals: Vec<Rival> = found.iter().map(|found| rival(problem, coarse, found, unit)).collect();
         let fine = Model::new(problem, problem.steps);
         let rows = Rows::of(problem, &fine);
         let mut winner = None;
@@ -375,22 +376,11 @@ impl Search<'_, '_> {
                 }
             }
         }
-        let unit = fine.dynamics.units.cost;
         // The solver's own time, without the second-order test.
         solution.solve_time = self.context.began.elapsed().as_secs_f64();
         match winner {
             Some(found) => {
-                solution.rivals = rivals
-                    .into_iter()
-                    .filter(|(name, _)| *name != found.name)
-                    .map(|(start, cost)| Rival {
-                        sense: Sense::Short,
-                        start,
-                        cost: cost * unit,
-                        conjugate_points: None,
-                        turned_deg: f64::NAN,
-                    })
-                    .collect();
+                solution.rivals = rivals.into_iter().filter(|rival| rival.start != found.name).collect();
                 self.fill(&mut solution, &fine, &rows, found);
             }
             None => {
@@ -556,6 +546,19 @@ impl Search<'_, '_> {
         let attitudes: Vec<Matrix3> = replayed.states.iter().map(|state| state.attitude).collect();
         solution.sense = sense(self.problem, &attitudes);
         solution.turned_deg = turned_deg(model, &replayed);
+    }
+}
+
+/// A maneuver that was found, as one of several.
+fn rival(problem: &Problem, model: &Model, found: &Found, unit: f64) -> Rival {
+    let iterate = found.convex.polished.as_ref().map_or(&found.convex.iterate, |polished| &polished.iterate);
+    let attitudes: Vec<Matrix3> = iterate.states.iter().map(|state| state.attitude).collect();
+    Rival {
+        sense: sense(problem, &attitudes),
+        start: found.name.clone(),
+        cost: found.cost * unit,
+        conjugate_points: None,
+        turned_deg: turned_deg(model, iterate),
     }
 }
 

@@ -222,6 +222,7 @@ pub fn solve(
         return Ok(Solution {
             outcome: Outcome::Unreachable,
             obstruction: Some(obstruction.reason),
+            shortest_duration: obstruction.shortest_duration,
             ..unsolved
         });
     }
@@ -310,8 +311,9 @@ fn with_advice(problem: &Problem, context: &Context, mut solution: Solution) -> 
         && context.interrupt().is_none()
         && let Some(violated) = &mut solution.shortfall
     {
-        match shortfall::longer(problem, context) {
-            Some(duration) => violated.push_str(&format!("; a plan of {duration:.4} s was found")),
+        solution.longer = shortfall::longer(problem, context);
+        match solution.longer {
+            Some(duration) => violated.push_str(&format!("; a plan of {duration} s was found")),
             None => violated.push_str("; none was found for up to three times the duration either"),
         }
     }
@@ -340,7 +342,9 @@ pub(crate) fn solve_convex(
     if let Some(obstruction) = reachability::obstruction(problem) {
         let unsolved = Solution::unsolved(problem, settings.tolerance);
         let (method, outcome) = (Method::Scp, Outcome::Unreachable);
-        return Ok(Solution { method, outcome, obstruction: Some(obstruction.reason), ..unsolved });
+        let shortest_duration = obstruction.shortest_duration;
+        let obstruction = Some(obstruction.reason);
+        return Ok(Solution { method, outcome, obstruction, shortest_duration, ..unsolved });
     }
     let context = Context::new(&settings, observer);
     let last = if polish { Options::default() } else { Options::unpolished() };

@@ -39,14 +39,22 @@ pub(super) fn violated(convex: &Convex, rows: &Rows, subproblems: usize) -> Stri
         parts.push(if cut_short {
             "the path does not yet reach the end".into()
         } else {
-            "the actuators within their limits do not reach the end".into()
+            "no path within limits and constraints that reaches the end was found".into()
         });
     }
     if parts.is_empty() { "the search stopped before its end".into() } else { parts.join("; ") }
 }
 
+/// To four significant digits: a search is no better than that.
+fn rounded_up(value: f64) -> f64 {
+    // Not by a product with a power of ten, which is seldom exact: by the text that a spec would hold.
+    let unit = 10_f64.powi(value.log10().floor() as i32 - 3);
+    let text = format!("{:.3e}", (value / unit).ceil() * unit);
+    text.parse().unwrap_or(value)
+}
+
 /// A longer duration \[s\] for which a plan exists on a coarse grid, within an eighth of the gap to one for
-/// which none was found.
+/// which none was found; in four digits.
 pub(super) fn longer(problem: &Problem, context: &Context) -> Option<f64> {
     let solvable = |stretch: f64| {
         let mut problem = problem.clone();
@@ -64,7 +72,7 @@ pub(super) fn longer(problem: &Problem, context: &Context) -> Option<f64> {
                 let middle = 0.5 * (below + above);
                 if solvable(middle) { above = middle } else { below = middle }
             }
-            return Some(problem.duration * above);
+            return Some(rounded_up(problem.duration * above));
         }
         below = stretch;
     }

@@ -29,8 +29,8 @@ use margins::Meter;
 pub use margins::{Margin, margins, worst_violation};
 pub use plant::Phase;
 pub(crate) use plant::{Inputs, Output, Plant, Scale};
-pub use rows::replay;
 pub(crate) use rows::same_sign;
+pub use rows::{effort, replay};
 
 use crate::constraint::{Arc, Rule};
 use crate::lie;

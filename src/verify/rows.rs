@@ -5,9 +5,11 @@ use super::discrete::Discrete;
 use super::margins::{Margin, Meter};
 use super::plant::{Inputs, Output, Phase, Plant, Scale};
 use super::wheels::Wheels;
-use crate::problem::{Motion, Problem};
+use crate::actuation::{Actuation, Channel};
+use crate::problem::{Motion, Problem, Scheme};
 use crate::solution::Trajectory;
 use crate::{Vector3, lie};
+use nalgebra::DVector;
 
 /// How many recorded numbers are NaN or infinite.
 pub(super) fn not_finite(trajectory: &Trajectory) -> usize {
@@ -230,6 +232,25 @@ pub fn replay(problem: &Problem, inputs: &[f64]) -> Result<Trajectory, WitnessEr
         }
     })?;
     Ok(found)
+}
+
+/// The cost of the inputs of a plan, `Σ (h/2) uᵀWu`, for Lie–Verlet with half of both end rows. Rows and problem
+/// must fit.
+pub fn effort(problem: &Problem, inputs: &[f64]) -> f64 {
+    let Actuation { torque, force, .. } = &problem.actuation;
+    let forces = force.as_ref().map_or(0, Channel::count);
+    let last = (inputs.len() / problem.actuation.count()).saturating_sub(1);
+    let price = |channel: &Channel, inputs: &[f64]| {
+        let inputs = DVector::from_column_slice(inputs);
+        inputs.dot(&(channel.weight() * &inputs))
+    };
+    let rows = inputs.chunks_exact(problem.actuation.count()).enumerate().map(|(index, row)| {
+        let end = problem.scheme == Scheme::LieVerlet && (index == 0 || index == last);
+        let priced =
+            price(torque, &row[forces..]) + force.as_ref().map_or(0.0, |force| price(force, &row[..forces]));
+        if end { 0.5 * priced } else { priced }
+    });
+    0.5 * problem.step() * rows.sum::<f64>()
 }
 
 /// Of `q` and `−q` the one nearer to `last`.
