@@ -213,6 +213,7 @@ impl Answer {
 /// data is kept, so after a change of the data by orders of magnitude make a new one.
 pub(crate) struct ConeSolver {
     solver: DefaultSolver<f64>,
+    settings: ConeSettings,
     program: Program,
     convexity: Convexity,
 }
@@ -255,7 +256,7 @@ impl ConeSolver {
         let cones: Vec<_> = program.cones.iter().map(|cone| cone.supported()).collect();
         let solver = DefaultSolver::new(&p, &program.linear, &a, &program.bound, &cones, solver_settings)
             .map_err(|error| ConeError::Solver(error.to_string()))?;
-        Ok(Self { solver, program, convexity })
+        Ok(Self { solver, settings: settings.clone(), program, convexity })
     }
 
     /// The program as it stands.
@@ -306,6 +307,16 @@ impl ConeSolver {
         below_infinity(values)?;
         self.program.bound.copy_from_slice(values);
         self.solver.update_b(&values.to_vec()).map_err(|error| ConeError::Solver(error.to_string()))
+    }
+
+    /// Replaces the wall clock of the solves to come \[s\].
+    ///
+    /// # Errors
+    /// A limit that is not positive, or none.
+    pub fn set_time_limit(&mut self, seconds: f64) -> Result<(), ConeError> {
+        self.settings.time_limit = seconds;
+        let settings = self.settings.checked()?;
+        self.solver.update_settings(settings).map_err(|error| ConeError::Solver(error.to_string()))
     }
 
     /// Solves the program as it stands.

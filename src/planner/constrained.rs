@@ -13,7 +13,7 @@ use crate::extremal::Extremal;
 use crate::lie;
 use crate::problem::{Motion, Path, Problem};
 use crate::scp::{
-    self, Convex, Multipliers, Options, guess,
+    self, Convex, Multipliers, Options, Watch, guess,
     iterate::Iterate,
     model::{Model, State},
     rows::Rows,
@@ -303,9 +303,10 @@ impl Search<'_, '_> {
         let start = guess::along(model, rows, &seed.poses);
         self.context.enter("scp", &seed.name, model.steps);
         let interrupt = || self.context.interrupt();
+        let watch = Watch { interrupt: &interrupt, deadline: self.context.deadline() };
         let early = options(self.context.settings);
         let options = if model.steps == self.problem.steps { self.last } else { &early };
-        let Some(convex) = scp::run(model, rows, start, None, options, &interrupt) else {
+        let Some(convex) = scp::run(model, rows, start, None, options, &watch) else {
             return;
         };
         self.note(model.steps, &seed.name, &convex);
@@ -451,16 +452,17 @@ impl Search<'_, '_> {
         };
         self.context.enter("scp", &found.name, fine.steps);
         let interrupt = || self.context.interrupt();
+        let watch = Watch { interrupt: &interrupt, deadline: self.context.deadline() };
         let near = |convex: &Convex| (convex.cost() - found.cost).abs() <= 0.05 * found.cost;
         // Newton finds the active set of a near grid by itself as a rule.
         let newton = if self.last.polish {
-            scp::polished_only(fine, rows, &start, &multipliers, self.last).filter(near)
+            scp::polished_only(fine, rows, &start, &multipliers, self.last, &watch).filter(near)
         } else {
             None
         };
         let convex = match newton {
             Some(convex) => convex,
-            None => scp::run(fine, rows, start, Some(multipliers), self.last, &interrupt)?,
+            None => scp::run(fine, rows, start, Some(multipliers), self.last, &watch)?,
         };
         self.note(fine.steps, &found.name, &convex);
         let (name, spent) = (found.name, (found.subproblems, found.newton));
@@ -506,6 +508,7 @@ impl Search<'_, '_> {
                 rows,
                 &polished.iterate,
                 &polished.multipliers,
+                &Watch { interrupt: &|| self.context.interrupt(), deadline: None },
             ),
             rank: model.terminal_count(),
             condition: f64::NAN,

@@ -117,6 +117,11 @@ impl<'a> Context<'a> {
         *self.at.borrow_mut() = (rung.into(), start.into(), steps);
     }
 
+    /// When the time limit is over.
+    pub fn deadline(&self) -> Option<Instant> {
+        self.settings.time_limit.and_then(|limit| self.began.checked_add(limit))
+    }
+
     /// Notes how a run of the announced rung went, on `steps` steps.
     pub fn note(&self, steps: usize, report: &Report) {
         let (rung, start, _) = self.at.borrow().clone();
@@ -217,6 +222,8 @@ pub fn solve(
     if settings.method == Method::Shooting {
         obstacle.clone()?;
     }
+    // From here on the clock runs.
+    let context = Context::new(settings, observer);
     if let Some(obstruction) = reachability::obstruction(problem) {
         let unsolved = Solution::unsolved(problem, settings.tolerance);
         return Ok(Solution {
@@ -226,7 +233,6 @@ pub fn solve(
             ..unsolved
         });
     }
-    let context = Context::new(settings, observer);
     if settings.method == Method::Scp || obstacle.is_err() {
         let solution = constrained::solve(problem, &context, &options(settings), Hint::of(guess));
         return Ok(with_advice(problem, &context, held_to(settings.tolerance, solution)));

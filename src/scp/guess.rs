@@ -58,7 +58,7 @@ fn inputs(model: &Model, rows: &Rows, states: &[State], stage: usize) -> Vec<f64
     let threshold = 1e-10 * authority.amax();
     let Ok(inverse) = authority.pseudo_inverse(threshold) else { return zero };
     let mut inputs: Vec<f64> = (price * (inverse * lack)).iter().copied().collect();
-    for row in rows.rows.iter().filter(|row| row.stage == stage) {
+    for row in rows.at(stage) {
         match row.what {
             What::InputSize { input, limit, .. } => inputs[input] = inputs[input].clamp(-limit, limit),
             What::InputNorm { forces, limit } => {

@@ -27,6 +27,7 @@ use model::Model;
 use nalgebra::{DMatrix, DVector};
 use polish::{Polished, polish};
 use rows::{Rows, What};
+use std::time::Instant;
 use subproblem::{Failure, Move, Subproblem, Weights};
 
 /// First and largest trust radius \[rad\]; below the smallest nothing moves.
@@ -89,6 +90,30 @@ impl Options {
     }
 }
 
+/// Who may end the work early, and when it ends by itself.
+#[derive(Clone, Copy)]
+pub(crate) struct Watch<'a> {
+    pub interrupt: &'a dyn Fn() -> Option<Outcome>,
+    pub deadline: Option<Instant>,
+}
+
+impl Watch<'_> {
+    /// Nobody, and never.
+    #[cfg(test)]
+    pub const NONE: Watch<'static> = Watch { interrupt: &|| None, deadline: None };
+
+    /// What is left of the time \[s\], more than nothing.
+    fn seconds_left(&self) -> f64 {
+        self.deadline.map_or(f64::INFINITY, |deadline| {
+            deadline.saturating_duration_since(Instant::now()).as_secs_f64().max(1e-3)
+        })
+    }
+
+    fn stopped(&self) -> bool {
+        (self.interrupt)().is_some()
+    }
+}
+
 /// How the convex iteration ended.
 pub(crate) struct Convex {
     pub outcome: Outcome,
@@ -129,9 +154,10 @@ pub(crate) fn polished_only(
     start: &Iterate,
     multipliers: &Multipliers,
     options: &Options,
+    watch: &Watch,
 ) -> Option<Convex> {
     let (start, multipliers) = saturated(model, rows, start, multipliers)?;
-    let polished = polish(model, rows, &start, &multipliers, options)?;
+    let polished = polish(model, rows, &start, &multipliers, options, watch)?;
     Some(Convex {
         outcome: Outcome::Converged,
         iterate: polished.iterate.clone(),
@@ -186,6 +212,7 @@ struct Scp<'a> {
     model: &'a Model,
     rows: &'a Rows,
     options: &'a Options,
+    watch: &'a Watch<'a>,
     iterate: Iterate,
     evaluated: Evaluated,
     multipliers: Option<Multipliers>,
@@ -202,7 +229,7 @@ pub(crate) fn run(
     start: Iterate,
     multipliers: Option<Multipliers>,
     options: &Options,
-    interrupt: &dyn Fn() -> Option<Outcome>,
+    watch: &Watch,
 ) -> Option<Convex> {
     let evaluated = start.evaluate(model, rows).ok()?;
     let weights = Weights { defect: 100.0, violation: vec![100.0; rows.groups.len()], radius: RADIUS.0 };
@@ -212,6 +239,7 @@ pub(crate) fn run(
         model,
         rows,
         options,
+        watch,
         iterate: start,
         evaluated,
         multipliers,
@@ -223,7 +251,7 @@ pub(crate) fn run(
     let mut outcome = Outcome::IterationLimit;
     let mut subproblems = 0;
     while subproblems < options.most {
-        if let Some(stopped) = interrupt() {
+        if let Some(stopped) = (watch.interrupt)() {
             outcome = stopped;
             break;
         }
@@ -240,6 +268,7 @@ impl Scp<'_> {
     /// One subproblem; `Some` when the iteration ends.
     fn advance(&mut self) -> Option<Outcome> {
         let curvature = self.curvature();
+        self.subproblem.seconds_left = self.watch.seconds_left();
         let step = match self.subproblem.solve(&self.iterate, &self.evaluated, &curvature, &self.weights) {
             Ok(step) => step,
             Err(Failure::Time) => return Some(Outcome::TimeLimit),
@@ -346,9 +375,8 @@ impl Scp<'_> {
 
     fn try_polish(&mut self) {
         let Some(multipliers) = &self.multipliers else { return };
-        let Some(polished) = polish(self.model, self.rows, &self.iterate, multipliers, self.options) else {
-            return;
-        };
+        let polished = polish(self.model, self.rows, &self.iterate, multipliers, self.options, self.watch);
+        let Some(polished) = polished else { return };
         // Newton may run to a dearer stationary point; the convex iteration knows better.
         let slack = 0.02 * self.evaluated.cost.abs() + self.weights.defect * self.evaluated.infeasibility();
         if polished.cost <= self.evaluated.cost + slack {

@@ -9,13 +9,13 @@
 //! on the complementarity, and the primal-dual active set method; it finds the active set by itself
 //! from a near one. Ordered stage by stage the matrix is a band.
 
-use super::Options;
 use super::banded::Banded;
 use super::curvature::Multipliers;
 use super::iterate::{Evaluated, Iterate};
 use super::kkt::Kkt;
 use super::model::Model;
 use super::rows::{Rows, Value};
+use super::{Options, Watch};
 use nalgebra::DVector;
 
 /// Steps that turn a node by more than this \[rad\] are shortened.
@@ -44,12 +44,13 @@ pub(crate) fn polish(
     iterate: &Iterate,
     multipliers: &Multipliers,
     options: &Options,
+    watch: &Watch,
 ) -> Option<Polished> {
-    newton(model, rows, iterate, multipliers, options, false)
-        .or_else(|| newton(model, rows, iterate, multipliers, options, true))
+    let newton = |patient| newton(model, rows, iterate, multipliers, options, watch, patient);
+    newton(false).or_else(|| newton(true))
 }
 
-/// Newton's method. If `patient`, the active set changes only where the equations of the present one are
+/// Newton's method; `None` also where it is stopped. If `patient`, the active set changes only where the equations of the present one are
 /// nearly met: slower, but rows that nearly repeat each other, as those of a coasting body do, cannot throw it
 /// about.
 fn newton(
@@ -58,6 +59,7 @@ fn newton(
     iterate: &Iterate,
     multipliers: &Multipliers,
     options: &Options,
+    watch: &Watch,
     patient: bool,
 ) -> Option<Polished> {
     let tolerance = options.polish_tolerance;
@@ -68,6 +70,9 @@ fn newton(
     let mut idle = 0;
     // The last pass judges what the last step led to.
     for iteration in 0..=options.newton {
+        if watch.stopped() {
+            return None;
+        }
         let mut evaluated = iterate.evaluate(model, rows).ok()?;
         evaluated.rows.iter_mut().for_each(|value| *value = value.smooth());
         let active = match set.take() {

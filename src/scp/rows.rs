@@ -295,6 +295,12 @@ impl Arc {
 }
 
 impl Rows {
+    /// The rows of one stage.
+    pub fn at(&self, stage: usize) -> &[Row] {
+        let first = |stage: usize| self.rows.partition_point(|row| row.stage < stage);
+        &self.rows[first(stage)..first(stage + 1)]
+    }
+
     /// The rows of a maneuver on the grid of `model`.
     pub fn of(problem: &Problem, model: &Model) -> Self {
         let mut rows = Self::default();

@@ -17,6 +17,7 @@
 //! so that neither a symmetry nor round-off decides. A row whose multiplier is nothing may act or not. For a
 //! minimum it must not be needed; for a decrease it must hold along the direction.
 
+use super::Watch;
 use super::curvature::Multipliers;
 use super::iterate::Iterate;
 use super::kkt::{Kkt, Layout};
@@ -34,13 +35,17 @@ const MET: f64 = 1e-9;
 /// Elimination takes the cube of the unknowns of each stage; beyond this many operations it is left out.
 const MOST_WORK: f64 = 1e11;
 
+/// Stages between two looks at who may stop the work.
+const POLLED: usize = 256;
+
 /// The number of independent directions in which the cost decreases at a polished point; 0: a strict local
-/// minimum. `None` where the second derivatives do not decide, or there are too many unknowns.
+/// minimum. `None` where the second derivatives do not decide, there are too many unknowns, or it is stopped.
 pub(crate) fn descents(
     model: &Model,
     rows: &Rows,
     iterate: &Iterate,
     multipliers: &Multipliers,
+    watch: &Watch,
 ) -> Option<usize> {
     let largest_block = (2 * model.n + model.m + rows.rows.len() / model.steps) as f64;
     if largest_block.powi(3) * model.steps as f64 > MOST_WORK {
@@ -57,7 +62,7 @@ pub(crate) fn descents(
         .collect();
     let count = |active: &[bool], shift: f64| -> Option<usize> {
         let kkt = Kkt::of(model, rows, iterate, &evaluated, multipliers, active)?;
-        let negative = Stages::of(model, &kkt, shift)?.negative()?;
+        let negative = Stages::of(model, &kkt, shift)?.negative(watch)?;
         let acting = active.iter().filter(|active| **active).count();
         negative.checked_sub((model.steps + 1) * model.n + acting + model.terminal_count())
     };
@@ -104,11 +109,14 @@ impl Stages {
     }
 
     /// Number of negative eigenvalues; `None` where a block cannot be eliminated.
-    fn negative(self) -> Option<usize> {
+    fn negative(self, watch: &Watch) -> Option<usize> {
         let mut negative = 0;
         let mut blocks = self.diagonal.into_iter();
         let mut schur = blocks.next()?;
-        for (block, beside) in blocks.zip(self.beside) {
+        for (stage, (block, beside)) in blocks.zip(self.beside).enumerate() {
+            if stage.is_multiple_of(POLLED) && watch.stopped() {
+                return None;
+            }
             negative += Inertia::of(schur.clone(), 0.0).negative;
             let eliminated = schur.lu().solve(&beside)?;
             let next = block - beside.tr_mul(&eliminated);

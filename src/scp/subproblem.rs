@@ -63,6 +63,8 @@ pub(crate) struct Subproblem<'a> {
     solver: Option<ConeSolver>,
     /// Accuracy asked of the cone solver.
     tolerance: f64,
+    /// What the next solve may take \[s\].
+    pub seconds_left: f64,
     /// Wall time inside the cone solver \[s\].
     pub seconds: f64,
     /// Interior-point iterations in all.
@@ -126,7 +128,15 @@ impl Writer {
 
 impl<'a> Subproblem<'a> {
     pub fn new(model: &'a Model, rows: &'a Rows, tolerance: f64) -> Self {
-        Self { model, rows, solver: None, tolerance, seconds: 0.0, iterations: 0 }
+        Self {
+            model,
+            rows,
+            solver: None,
+            tolerance,
+            seconds_left: f64::INFINITY,
+            seconds: 0.0,
+            iterations: 0,
+        }
     }
 
     /// The best move from an iterate. `curvature` holds a positive semidefinite matrix per stage.
@@ -215,7 +225,11 @@ impl<'a> Subproblem<'a> {
                 self.solver = Some(ConeSolver::new(program, &settings)?);
             }
         }
-        Ok(self.solver.as_mut().expect("made above").solve())
+        let solver = self.solver.as_mut().expect("made above");
+        if self.seconds_left.is_finite() {
+            solver.set_time_limit(self.seconds_left)?;
+        }
+        Ok(solver.solve())
     }
 
     /// The cone program, and where each row's dual stands.

@@ -232,7 +232,7 @@ fn converge(problem: &Problem, options: &Options) -> (Model, Convex) {
     let model = Model::new(problem, problem.steps);
     let rows = Rows::of(problem, &model);
     let start = guess::along(&model, &rows, &straight(&model));
-    let convex = run(&model, &rows, start, None, options, &|| None).unwrap();
+    let convex = run(&model, &rows, start, None, options, &Watch::NONE).unwrap();
     (model, convex)
 }
 

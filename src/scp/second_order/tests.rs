@@ -11,7 +11,7 @@ use crate::scp::iterate::Iterate;
 use crate::scp::model::Model;
 use crate::scp::polish::polish;
 use crate::scp::rows::{Rows, Value};
-use crate::scp::{Options, guess, run};
+use crate::scp::{Options, Watch, guess, run};
 use crate::settings::{Method, Settings};
 use crate::solution::{Outcome, Solution};
 use crate::testing::{Random, attitude_only, moving_ends};
@@ -248,7 +248,7 @@ fn descents_are_those_of_the_cost_along_curves_that_keep_what_acts() {
                 let model = Model::new(problem, problem.steps);
                 let rows = Rows::of(problem, &model);
                 let start = guess::along(&model, &rows, &poses(&found));
-                run(&model, &rows, start, None, &options, &|| None)?.polished
+                run(&model, &rows, start, None, &options, &Watch::NONE)?.polished
             };
             let mut fence = |depth: f64| {
                 let limited = within(&free, &found, index % 3 == 1, 1.0 - 0.03 * depth);
@@ -265,7 +265,8 @@ fn descents_are_those_of_the_cost_along_curves_that_keep_what_acts() {
                         let rows = Rows::of(&problem, &model);
                         let mut multipliers = unlimited.multipliers.clone();
                         multipliers.rows = vec![0.0; rows.rows.len()];
-                        let polished = polish(&model, &rows, &unlimited.iterate, &multipliers, &options)?;
+                        let polished =
+                            polish(&model, &rows, &unlimited.iterate, &multipliers, &options, &Watch::NONE)?;
                         Some((problem, polished))
                     })
                 })
@@ -279,7 +280,7 @@ fn descents_are_those_of_the_cost_along_curves_that_keep_what_acts() {
             let at_states = states.count() > 0;
             let iterate = polished.iterate.replayed(&model).unwrap();
             let Some(expected) = descents_along_curves(&model, &rows, &iterate, acting) else { continue };
-            let counted = descents(&model, &rows, &iterate, multipliers);
+            let counted = descents(&model, &rows, &iterate, multipliers, &Watch::NONE);
             assert_eq!(counted, Some(expected), "{index} {path:?}");
             *(if expected == 0 { &mut minima } else { &mut saddles }) += 1;
             *(if expected == 0 { &mut minima_at_states } else { &mut saddles_at_states }) +=
