@@ -30,6 +30,8 @@ use std::f64::consts::TAU;
 
 /// Steps of the coarse grid: enough for the angle per step and for cones between the nodes.
 const COARSE_STEPS: usize = 24;
+/// How many times finer the next grid is, where one leap to the requested one fails.
+const LEAP: usize = 4;
 /// Largest angle per step of the coarse grid \[rad\].
 const COARSE_ANGLE: f64 = 0.3;
 /// A converged maneuver on some grid.
@@ -371,8 +373,10 @@ impl Search<'_, '_> {
                 if self.context.interrupt().is_some() {
                     break;
                 }
-                if let Some(refined) = self.refine(coarse, &fine, &rows, candidate) {
-                    winner = Some(refined);
+                winner = self
+                    .refine(coarse, &fine, &rows, &candidate, false)
+                    .or_else(|| self.refine_by_and_by(coarse, &fine, &rows, candidate));
+                if winner.is_some() {
                     break;
                 }
             }
@@ -408,8 +412,29 @@ impl Search<'_, '_> {
         solution
     }
 
-    /// A coarse solution carried to the fine grid.
-    fn refine(&mut self, coarse: &Model, fine: &Model, rows: &Rows, found: Found) -> Option<Found> {
+    /// A coarse solution carried to the fine grid over grids between, where Newton's method did not find the
+    /// active set of the fine one in one leap.
+    fn refine_by_and_by(&mut self, coarse: &Model, fine: &Model, rows: &Rows, found: Found) -> Option<Found> {
+        let (mut last, mut found) = (coarse.clone(), found);
+        while LEAP * last.steps < fine.steps {
+            let model = Model::new(self.problem, LEAP * last.steps);
+            let rows = Rows::of(self.problem, &model);
+            found = self.refine(&last, &model, &rows, &found, true)?;
+            last = model;
+        }
+        self.refine(&last, fine, rows, &found, true)
+    }
+
+    /// A coarse solution carried to a finer grid: by Newton's method, or, if `convex`, by the convex iteration
+    /// where that fails.
+    fn refine(
+        &mut self,
+        coarse: &Model,
+        fine: &Model,
+        rows: &Rows,
+        found: &Found,
+        convex: bool,
+    ) -> Option<Found> {
         let polished = found.convex.polished.as_ref()?;
         let ratio = coarse.steps as f64 / fine.steps as f64;
         let between = |stage: usize| {
@@ -448,41 +473,43 @@ impl Search<'_, '_> {
         let multipliers = Multipliers {
             costates,
             terminal: polished.multipliers.terminal.clone(),
-            rows: self.carried(coarse, rows, &polished.multipliers.rows),
+            rows: self.carried(coarse, fine, rows, &polished.multipliers.rows),
         };
         self.context.enter("scp", &found.name, fine.steps);
         let interrupt = || self.context.interrupt();
         let watch = Watch { interrupt: &interrupt, deadline: self.context.deadline() };
         let near = |convex: &Convex| (convex.cost() - found.cost).abs() <= 0.05 * found.cost;
+        let early = options(self.context.settings);
+        let options = if fine.steps == self.problem.steps { self.last } else { &early };
         // Newton finds the active set of a near grid by itself as a rule.
-        let newton = if self.last.polish {
-            scp::polished_only(fine, rows, &start, &multipliers, self.last, &watch).filter(near)
+        let newton = if options.polish {
+            scp::polished_only(fine, rows, &start, &multipliers, options, &watch).filter(near)
         } else {
             None
         };
         let convex = match newton {
             Some(convex) => convex,
-            None => scp::run(fine, rows, start, Some(multipliers), self.last, &watch)?,
+            None if convex => scp::run(fine, rows, start, Some(multipliers), options, &watch)?,
+            None => return None,
         };
         self.note(fine.steps, &found.name, &convex);
-        let (name, spent) = (found.name, (found.subproblems, found.newton));
+        let (name, spent) = (found.name.clone(), (found.subproblems, found.newton));
         self.keep(fine, name, convex, spent);
         self.found.pop()
     }
 
     /// Multipliers of the rows on the fine grid from those on the coarse one: of the same row at the nearest
     /// stage, in proportion to the step.
-    fn carried(&self, coarse: &Model, rows: &Rows, multipliers: &[f64]) -> Vec<f64> {
-        let fine_steps = self.problem.steps;
+    fn carried(&self, coarse: &Model, fine: &Model, rows: &Rows, multipliers: &[f64]) -> Vec<f64> {
         let coarse_rows = Rows::of(self.problem, coarse);
         let slices = |rows: &Rows, steps: usize| -> Vec<std::ops::Range<usize>> {
             let first = |stage: usize| rows.rows.partition_point(|row| row.stage < stage);
             (0..=steps).map(|stage| first(stage)..first(stage + 1)).collect()
         };
         let from = slices(&coarse_rows, coarse.steps);
-        let ratio = coarse.steps as f64 / fine_steps as f64;
+        let ratio = coarse.steps as f64 / fine.steps as f64;
         let mut out = vec![0.0; rows.rows.len()];
-        for (stage, slice) in slices(rows, fine_steps).into_iter().enumerate() {
+        for (stage, slice) in slices(rows, fine.steps).into_iter().enumerate() {
             let near = from[(stage as f64 * ratio).round() as usize].clone();
             if near.len() == slice.len() {
                 for (to, from) in slice.zip(near) {

@@ -15,7 +15,7 @@ use super::rows::{Rows, Value};
 
 /// Proximal term on the multipliers: keeps the matrix regular where rows repeat each other, or a symmetry
 /// makes a terminal condition follow from the others, and vanishes from the solution.
-const PROXIMAL: f64 = 1e-11;
+pub(super) const PROXIMAL: f64 = 1e-11;
 
 /// The matrix, and where its unknowns stand.
 pub(super) struct Kkt {
@@ -68,7 +68,7 @@ impl Layout {
 }
 
 impl Kkt {
-    /// The matrix at an iterate; `None` where a step of the dynamics cannot be differentiated.
+    /// The matrix at an iterate, with `proximal` in the place of `ε` for rows; `None` where a step of the dynamics cannot be differentiated.
     pub fn of(
         model: &Model,
         rows: &Rows,
@@ -76,6 +76,7 @@ impl Kkt {
         evaluated: &Evaluated,
         multipliers: &Multipliers,
         active: &[bool],
+        proximal: f64,
     ) -> Option<Self> {
         let curvature = blocks(model, rows, iterate, evaluated, multipliers).ok()?;
         let layout = Layout::of(model, rows, active);
@@ -165,9 +166,8 @@ impl Kkt {
             }
         }
         let terminal = (0..model.terminal_count()).map(|row| layout.terminal + row);
-        for place in layout.rows.iter().flatten().copied().chain(terminal) {
-            entries.push((place, place, -PROXIMAL));
-        }
+        entries.extend(layout.rows.iter().flatten().map(|place| (*place, *place, -proximal)));
+        entries.extend(terminal.map(|place| (place, place, -PROXIMAL)));
         Some(Self { layout, entries })
     }
 }

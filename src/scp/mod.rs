@@ -71,7 +71,7 @@ impl Default for Options {
             polish_tolerance: 1e-11,
             cone_tolerance: 1e-6,
             most: 60,
-            newton: 30,
+            newton: 60,
         }
     }
 }

@@ -8,11 +8,21 @@
 //! A row acts where `ν + ρ c > 0`: then `c = 0` is an equation, else `ν = 0`. That is Newton's method
 //! on the complementarity, and the primal-dual active set method; it finds the active set by itself
 //! from a near one. Ordered stage by stage the matrix is a band.
+//!
+//! On fine grids rows of neighbouring nodes and arcs nearly repeat each other, and an equation too many throws the
+//! multipliers about. There the method is stabilised by a proximal term `δ` on the multipliers of rows (stabilised
+//! sequential quadratic programming: Wright 1998, Hager 1999),
+//!
+//! ```text
+//! c + C δz − δ (ν⁺ − ν) = 0 ,     a row acts where ν + c/δ > 0
+//! ```
+//!
+//! with `δ` as large as the residual: it vanishes with it, so that the end is as exact and as fast.
 
 use super::banded::Banded;
 use super::curvature::Multipliers;
 use super::iterate::{Evaluated, Iterate};
-use super::kkt::Kkt;
+use super::kkt::{Kkt, PROXIMAL};
 use super::model::Model;
 use super::rows::{Rows, Value};
 use super::{Options, Watch};
@@ -20,8 +30,11 @@ use nalgebra::DVector;
 
 /// Steps that turn a node by more than this \[rad\] are shortened.
 const LONGEST_TURN: f64 = 0.4;
-/// Residual at which the equations of an active set count as nearly met.
-const NEARLY: f64 = 1e-8;
+/// Largest proximal term, and the least share of it that the next one is: the set of rows must keep up.
+const WIDEST: f64 = 1e-3;
+const SLOWLY: f64 = 0.3;
+/// Iterations without progress after which the plain and the stabilised method give up.
+const IDLE: [usize; 2] = [12, 25];
 /// Growth of the residual after which Newton does not come back.
 const LOST: f64 = 100.0;
 /// Share of the largest multiplier below which one is taken for the cone solver's round-off.
@@ -46,13 +59,11 @@ pub(crate) fn polish(
     options: &Options,
     watch: &Watch,
 ) -> Option<Polished> {
-    let newton = |patient| newton(model, rows, iterate, multipliers, options, watch, patient);
+    let newton = |stabilised| newton(model, rows, iterate, multipliers, options, watch, stabilised);
     newton(false).or_else(|| newton(true))
 }
 
-/// Newton's method; `None` also where it is stopped. If `patient`, the active set changes only where the equations of the present one are
-/// nearly met: slower, but rows that nearly repeat each other, as those of a coasting body do, cannot throw it
-/// about.
+/// Newton's method, plain or stabilised; `None` also where it is stopped.
 fn newton(
     model: &Model,
     rows: &Rows,
@@ -60,14 +71,14 @@ fn newton(
     multipliers: &Multipliers,
     options: &Options,
     watch: &Watch,
-    patient: bool,
+    stabilised: bool,
 ) -> Option<Polished> {
     let tolerance = options.polish_tolerance;
-    let mut set: Option<Vec<bool>> = None;
     let mut iterate = iterate.clone();
     let mut multipliers = multipliers.clone();
     let mut best: Option<Polished> = None;
     let mut idle = 0;
+    let mut proximal = if stabilised { WIDEST } else { PROXIMAL };
     // The last pass judges what the last step led to.
     for iteration in 0..=options.newton {
         if watch.stopped() {
@@ -75,16 +86,11 @@ fn newton(
         }
         let mut evaluated = iterate.evaluate(model, rows).ok()?;
         evaluated.rows.iter_mut().for_each(|value| *value = value.smooth());
-        let active = match set.take() {
-            _ if !patient => active(&evaluated, &multipliers, iteration == 0),
-            None => likely(&evaluated, &multipliers),
-            Some(set) => {
-                let residuals = Residuals::of(model, rows, &iterate, &evaluated, &multipliers);
-                let met = residuals.of_equations(&evaluated, &set) <= NEARLY;
-                if met { corrected(&evaluated, &multipliers, &set) } else { set }
-            }
+        let active = match (stabilised, iteration) {
+            (false, _) => active(&evaluated, &multipliers, iteration == 0),
+            (true, 0) => likely(&evaluated, &multipliers),
+            (true, _) => acting(&evaluated, &multipliers, 1.0 / proximal),
         };
-        set = Some(active.clone());
         for (multiplier, active) in multipliers.rows.iter_mut().zip(&active) {
             if !active {
                 *multiplier = 0.0;
@@ -105,13 +111,17 @@ fn newton(
         } else {
             idle += 1;
         }
+        if stabilised {
+            proximal = size.max(SLOWLY * proximal).clamp(PROXIMAL, WIDEST);
+        }
         let floor = best.as_ref().is_some_and(|best| best.residual <= tolerance);
-        let lost = !patient && best.as_ref().is_some_and(|best| size > LOST * best.residual);
-        if (floor && idle >= 1) || size <= 1e-3 * tolerance || idle >= 12 || lost {
+        let lost = !stabilised && best.as_ref().is_some_and(|best| size > LOST * best.residual);
+        if (floor && idle >= 1) || size <= 1e-3 * tolerance || idle >= IDLE[usize::from(stabilised)] || lost {
             break;
         }
+        let kkt = Kkt::of(model, rows, &iterate, &evaluated, &multipliers, &active, proximal);
         let Some((states, inputs, change)) =
-            direction(model, rows, &iterate, &evaluated, &multipliers, &residuals, &active)
+            kkt.and_then(|kkt| direction(model, kkt, &evaluated, &residuals))
         else {
             break;
         };
@@ -154,10 +164,19 @@ pub(super) fn as_it_is(
 fn active(evaluated: &Evaluated, multipliers: &Multipliers, first: bool) -> Vec<bool> {
     let largest = multipliers.rows.iter().fold(0.0f64, |largest, value| largest.max(*value));
     let rho = largest.max(1e-3);
+    if !first {
+        return acting(evaluated, multipliers, rho);
+    }
     let acts = |(value, multiplier): (&Value, &f64)| match value {
-        Value::Half { c, .. } if first => {
-            multiplier + 0.1 * rho * c > 0.0 && *multiplier > 1e-6 * rho || *c > 1e-9
-        }
+        Value::Half { c, .. } => multiplier + 0.1 * rho * c > 0.0 && *multiplier > 1e-6 * rho || *c > 1e-9,
+        _ => false,
+    };
+    evaluated.rows.iter().zip(&multipliers.rows).map(acts).collect()
+}
+
+/// Rows with `ν + ρ c > 0`.
+fn acting(evaluated: &Evaluated, multipliers: &Multipliers, rho: f64) -> Vec<bool> {
+    let acts = |(value, multiplier): (&Value, &f64)| match value {
         Value::Half { c, .. } => multiplier + rho * c > 0.0,
         _ => false,
     };
@@ -171,15 +190,6 @@ fn likely(evaluated: &Evaluated, multipliers: &Multipliers) -> Vec<bool> {
         matches!(value, Value::Half { .. }) && *multiplier > LIKELY * largest
     };
     evaluated.rows.iter().zip(&multipliers.rows).map(acts).collect()
-}
-
-/// The set without rows that pull, and with rows that are violated.
-fn corrected(evaluated: &Evaluated, multipliers: &Multipliers, set: &[bool]) -> Vec<bool> {
-    let acts = |((value, multiplier), active): ((&Value, &f64), &bool)| match value {
-        Value::Half { c, .. } => (*active && *multiplier > 0.0) || (!active && *c > 1e-12),
-        _ => false,
-    };
-    evaluated.rows.iter().zip(&multipliers.rows).zip(set).map(acts).collect()
 }
 
 /// Residuals of stationarity, by stage.
@@ -268,14 +278,10 @@ impl Residuals {
 #[allow(clippy::type_complexity)]
 fn direction(
     model: &Model,
-    rows: &Rows,
-    iterate: &Iterate,
+    Kkt { layout, entries }: Kkt,
     evaluated: &Evaluated,
-    multipliers: &Multipliers,
     residuals: &Residuals,
-    active: &[bool],
 ) -> Option<(Vec<DVector<f64>>, Vec<DVector<f64>>, Multipliers)> {
-    let Kkt { layout, entries } = Kkt::of(model, rows, iterate, evaluated, multipliers, active)?;
     let (n, m) = (model.n, model.m);
     let t = layout.terminal;
     let mut right = vec![0.0; layout.size];

@@ -20,7 +20,7 @@
 use super::Watch;
 use super::curvature::Multipliers;
 use super::iterate::Iterate;
-use super::kkt::{Kkt, Layout};
+use super::kkt::{Kkt, Layout, PROXIMAL};
 use super::model::Model;
 use super::rows::{Rows, Value};
 use crate::inertia::Inertia;
@@ -61,7 +61,7 @@ pub(crate) fn descents(
         .map(|((value, _), sure)| *sure || matches!(value, Value::Half { c, .. } if *c >= -MET))
         .collect();
     let count = |active: &[bool], shift: f64| -> Option<usize> {
-        let kkt = Kkt::of(model, rows, iterate, &evaluated, multipliers, active)?;
+        let kkt = Kkt::of(model, rows, iterate, &evaluated, multipliers, active, PROXIMAL)?;
         let negative = Stages::of(model, &kkt, shift)?.negative(watch)?;
         let acting = active.iter().filter(|active| **active).count();
         negative.checked_sub((model.steps + 1) * model.n + acting + model.terminal_count())
