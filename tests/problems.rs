@@ -1,11 +1,11 @@
 //! Every shipped problem planned as a user would, against numbers that nobody here computed with this crate.
 
-use slewkit::plan::{Plan, Silent, Status, plan};
+use slewkit::plan::{Plan, PlanError, Silent, Status, plan};
 use slewkit::problem::Problem;
 use slewkit::settings::Settings;
 use slewkit::spec::{self, Expect, Format, Loaded, Spec};
 use std::path::PathBuf;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// The maneuvers among the files of `problems/`, in order of their names; `simulations.rs` runs the others.
 fn files() -> Vec<PathBuf> {
@@ -24,6 +24,45 @@ fn files() -> Vec<PathBuf> {
 fn problem(name: &str) -> Loaded {
     let path = PathBuf::from(format!("{}/problems/{name}.toml", env!("CARGO_MANIFEST_DIR")));
     spec::read(&path, &[]).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+/// On a fine grid a constraint acts at many nodes and arcs that nearly repeat each other. The plan is that of the
+/// coarse grid all the same, and of the same kind: the cheapest.
+#[test]
+fn fine_grids_have_the_plans_of_coarse_ones() {
+    for name in ["keep_out_small", "limited_rate", "limited_rate_axes", "wheels_one_failed", "wheels_pyramid"]
+    {
+        let Loaded { problem, settings, .. } = problem(name);
+        let coarse = solve(&problem, &settings).solution;
+        let fine = solve(&problem.clone().with_steps(1000), &settings);
+        assert_eq!(fine.status, Status::Solved, "{name}: {:?}", fine.solution.shortfall);
+        // Lie–Verlet is of order two: of the grid's square there is hardly anything left.
+        let apart = (fine.solution.cost / coarse.cost - 1.0).abs();
+        assert!(
+            apart < 1e-3,
+            "{name}: {} on 1000 steps, {} on {}",
+            fine.solution.cost,
+            coarse.cost,
+            problem.steps
+        );
+    }
+}
+
+#[test]
+fn a_time_limit_ends_the_convex_road_on_a_fine_grid() {
+    let Loaded { problem, settings, .. } = problem("keep_out_small");
+    let settings = Settings { time_limit: Some(Duration::from_millis(300)), ..settings };
+    let began = Instant::now();
+    let plan = solve(&problem.clone().with_steps(40_000), &settings);
+    assert_eq!(plan.status, Status::LimitReached);
+    assert!(began.elapsed() < Duration::from_secs(10), "{:?}", began.elapsed());
+    let most = slewkit::planner::MAX_CONVEX_STEPS;
+    let error = plan_error(&problem.with_steps(most + 1), &settings);
+    assert_eq!(error, PlanError::TooManySteps { steps: most + 1 });
+}
+
+fn plan_error(problem: &Problem, settings: &Settings) -> PlanError {
+    plan(problem, settings, None, &mut Silent).expect_err("no plan is begun")
 }
 
 fn solve(problem: &Problem, settings: &Settings) -> Plan {

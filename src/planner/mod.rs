@@ -39,6 +39,14 @@ pub enum PlanError {
         /// What it cannot take.
         reason: &'static str,
     },
+    /// A grid beyond the memory of the convex road.
+    #[error(
+        "what limits this maneuver is planned on {MAX_CONVEX_STEPS} steps at most, and it has {steps}: take fewer"
+    )]
+    TooManySteps {
+        /// Steps of the maneuver.
+        steps: usize,
+    },
     /// A guess has the wrong number of costates, or one that is not finite.
     #[error("the guess has {found} usable costates, the problem needs {needed}")]
     Guess {
@@ -53,6 +61,9 @@ pub enum PlanError {
     )]
     GuessPath,
 }
+
+/// Most steps of the convex road, which takes some 13 kB for each.
+pub const MAX_CONVEX_STEPS: usize = 100_000;
 
 /// What an observer of a solve is told.
 #[derive(Clone, Debug, PartialEq)]
@@ -165,6 +176,11 @@ fn check_costates(problem: &Problem, costates: &[f64]) -> Result<(), PlanError> 
     if usable { Ok(()) } else { Err(PlanError::Guess { found, needed }) }
 }
 
+fn check_for_convex_road(problem: &Problem) -> Result<(), PlanError> {
+    let steps = problem.steps;
+    if steps <= MAX_CONVEX_STEPS { Ok(()) } else { Err(PlanError::TooManySteps { steps }) }
+}
+
 /// Whether the shooting can take what limits a maneuver.
 fn check_for_shooting(problem: &Problem) -> Result<(), PlanError> {
     saturation::obstacle(problem).map_or(Ok(()), |reason| Err(PlanError::NotForShooting { reason }))
@@ -222,6 +238,10 @@ pub fn solve(
     if settings.method == Method::Shooting {
         obstacle.clone()?;
     }
+    let convex = settings.method == Method::Scp || obstacle.is_err();
+    if convex {
+        check_for_convex_road(problem)?;
+    }
     // From here on the clock runs.
     let context = Context::new(settings, observer);
     if let Some(obstruction) = reachability::obstruction(problem) {
@@ -233,7 +253,7 @@ pub fn solve(
             ..unsolved
         });
     }
-    if settings.method == Method::Scp || obstacle.is_err() {
+    if convex {
         let solution = constrained::solve(problem, &context, &options(settings), Hint::of(guess));
         return Ok(with_advice(problem, &context, held_to(settings.tolerance, solution)));
     }
@@ -243,7 +263,7 @@ pub fn solve(
         Motion::RigidBody => ladder::solve::<12>(problem, &context, costates),
     };
     let rescue = solution.outcome != Outcome::Converged && settings.method == Method::Auto;
-    if !rescue || context.interrupt().is_some() {
+    if !rescue || context.interrupt().is_some() || check_for_convex_road(problem).is_err() {
         return Ok(solution);
     }
     // The last rung: the convex road needs no costates to start from, and its duals are some.
@@ -345,6 +365,7 @@ pub(crate) fn solve_convex(
     problem.check()?;
     let settings = Settings { method: Method::Scp, ..settings.clone() };
     settings.check()?;
+    check_for_convex_road(problem)?;
     if let Some(obstruction) = reachability::obstruction(problem) {
         let unsolved = Solution::unsolved(problem, settings.tolerance);
         let (method, outcome) = (Method::Scp, Outcome::Unreachable);
