@@ -451,7 +451,7 @@ fn box_limits_are_bounded_by_their_corner_only() {
         assert_eq!(obstruction(&problem(possible)), None);
     }
     let reason = shortest(&problem(2.5), 2.0 * (std::f64::consts::PI / 3.0_f64.sqrt()).sqrt(), 1e-3);
-    assert!(reason.contains("1.732 N·m of all inputs together"), "{reason}");
+    assert!(reason.contains("1.732 N·m at most from all inputs at their limits"), "{reason}");
     let factor: f64 = text_between(&reason, "torque limits at least ", " times").parse().unwrap();
     assert!((factor - std::f64::consts::PI / 3.0_f64.sqrt() * 4.0 / 6.25).abs() < 2e-3, "{reason}");
 }

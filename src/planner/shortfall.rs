@@ -42,7 +42,7 @@ pub(super) fn violated(convex: &Convex, rows: &Rows, subproblems: usize) -> Stri
             "no path within limits and constraints that reaches the end was found".into()
         });
     }
-    if parts.is_empty() { "the search stopped before its end".into() } else { parts.join("; ") }
+    if parts.is_empty() { "the search came near, and did not settle".into() } else { parts.join("; ") }
 }
 
 /// To four significant digits: a search is no better than that.

@@ -1,6 +1,6 @@
 //! What a plan proves by itself: stationarity, rank and condition of Ψ₁₂, conjugate points.
 
-mod inertia;
+mod accessory;
 
 use crate::Matrix3;
 use crate::dynamics::Sensitivity;
@@ -74,7 +74,7 @@ pub(crate) fn conjugate_points<const N: usize>(
 ) -> Option<usize> {
     let dynamics = &extremal.dynamics;
     if dynamics.is_limited() {
-        return inertia::conjugate_points(extremal, costate);
+        return accessory::conjugate_points(extremal, costate);
     }
     let steps = dynamics.steps;
     let half_end = dynamics.scheme == Scheme::LieVerlet;

@@ -134,7 +134,7 @@ fn compare_within<const N: usize>(
     let (scheme, actuation) = (problem.scheme, &problem.actuation.torque);
     assert_eq!(counted, Some(dense), "{scheme:?} {actuation:?} {:?} {costate}", problem.environment);
     // The elimination serves without limits too, by another road.
-    assert_eq!(inertia::conjugate_points(&extremal, &costate), Some(dense));
+    assert_eq!(accessory::conjugate_points(&extremal, &costate), Some(dense));
     counted
 }
 

@@ -214,7 +214,7 @@ impl Case<'_> {
             let together = match (torque.limits().norm, torque.count()) {
                 (Some(norm), _) if means.torque >= norm => "",
                 (_, 1) => "",
-                _ => " of all inputs together",
+                _ => " at most from all inputs at their limits",
             };
             text.push_str(&format!(" with {} N·m{together}", about(means.torque)));
             if means.field > 0.0 {

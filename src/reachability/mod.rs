@@ -60,8 +60,8 @@ fn exclusive_cones(problem: &Problem) -> Option<String> {
     let frame_turn = problem.environment.frame_rate() * problem.duration;
     let Conflict { names: [first, second], part, missing } = conflict(&problem.constraints, &frame_turn)?;
     Some(format!(
-        "\"{first}\" and \"{second}\" leave no attitude at t = {} s: {} deg are missing between their cones, and \
-         half angles that differ by so much in all could do",
+        "\"{first}\" and \"{second}\" leave no attitude at t = {} s: their cones miss each other by {} deg; half angles \
+         that make up for that between them could do",
         words::about(part * problem.duration),
         words::at_least(missing.to_degrees())
     ))

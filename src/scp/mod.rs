@@ -13,7 +13,7 @@ pub(crate) mod guess;
 pub(crate) mod iterate;
 mod kkt;
 pub(crate) mod model;
-mod polish;
+pub(crate) mod polish;
 pub(crate) mod record;
 pub(crate) mod rows;
 pub(crate) mod second_order;

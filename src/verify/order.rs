@@ -99,6 +99,9 @@ pub(super) fn compare(plant: &Plant, inputs: &Inputs, continuous: &Phase) -> Com
             return found;
         }
     }
+    // Of the last two orders that did not both suffice, the one to blame.
+    let blamed = found.errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).rev().take(2);
+    found.order = blamed.fold(found.order, |worst, order| worst.map(|worst| worst.min(order)));
     // Dynamics that amplify a disturbance of the start amplify round-off alike.
     let finest = found.errors.last().copied().unwrap_or(f64::NAN);
     if finest < AMPLIFIED {

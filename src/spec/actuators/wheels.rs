@@ -86,10 +86,10 @@ pub(super) fn wheels(section: &Section<'_>, motion: Motion, report: &mut Report)
         let vector = axis.map(|part| (part * 1e3).round() / 1e3 + 0.0);
         let what = if rank == 2 { "no torque about" } else { "torque only about" };
         let reason = format!("rank {rank}: {what} ({}, {}, {})", vector.x, vector.y, vector.z);
-        let remedy = if wheels.len() < 3 {
-            "give three wheels or more"
-        } else {
-            "tilt a wheel out of the plane of the others"
+        let remedy = match (wheels.len(), rank) {
+            (..3, _) => "give three wheels or more",
+            (_, 2) => "tilt a wheel out of the plane of the others",
+            _ => "turn two wheels to other axes, not in one plane",
         };
         report.error("E0062", section.spot("wheel"), format!("the wheel axes have {reason}"), remedy);
         return None;
@@ -149,7 +149,7 @@ fn axis(section: &Section<'_>, index: usize, report: &mut Report) -> Option<Vect
             called(section, index),
             short(length)
         );
-        report.warn("W0062", spot, reason, "write more digits to keep the direction as meant");
+        report.warn("W0062", spot, reason, "give a vector of length 1, or leave it: its direction counts");
     }
     Some((axis / size).normalize())
 }

@@ -5,28 +5,23 @@
 //! meets every limit it is the answer. Otherwise each relaxed path, and its detours around the cones it
 //! crosses, seeds a convex iteration on a coarse grid; the cheapest is carried to the requested grid.
 
+mod report;
+mod transfer;
+
 use super::detour::{Seed, detours};
-use super::{Context, Guess, ladder, options, record, shortfall};
+use super::{Context, Guess, ladder, options, shortfall};
 use crate::dynamics::Dynamics;
 use crate::environment::Pose;
-use crate::extremal::Extremal;
 use crate::lie;
 use crate::problem::{Motion, Path, Problem};
-use crate::scp::{
-    self, Convex, Multipliers, Options, Watch, guess,
-    iterate::Iterate,
-    model::{Model, State},
-    rows::Rows,
-};
+use crate::scp::{self, Convex, Options, Watch, guess, iterate::Iterate, model::Model, rows::Rows};
 use crate::settings::Method;
 use crate::shooting::driver::Report;
-use crate::solution::{
-    ActiveConstraint, ConvexWork, Optimality, Outcome, Rival, RungReport, Sense, Solution, TerminalError,
-    Trajectory,
-};
+use crate::solution::{ConvexWork, Outcome, Rival, RungReport, Sense, Solution, Trajectory};
 use crate::{Matrix3, Vector3};
-use nalgebra::DVector;
+use report::{rival, sense};
 use std::f64::consts::TAU;
+use transfer::transfer;
 
 /// Steps of the coarse grid: enough for the angle per step and for cones between the nodes.
 const COARSE_STEPS: usize = 24;
@@ -96,7 +91,9 @@ pub(super) fn solve(problem: &Problem, context: &Context, last: &Options, hint: 
         search.descend(&model, &rows, seed);
     }
     for (cost, seed) in seeds {
-        let hopeless = search.found.iter().any(|found| found.cost < cost);
+        // Without what its wheels store a body moves otherwise: that cost bounds nothing.
+        let bounds = problem.actuation.stored_momentum() == Vector3::zeros();
+        let hopeless = bounds && search.found.iter().any(|found| found.cost < cost);
         if hopeless || context.interrupt().is_some() {
             continue;
         }
@@ -157,45 +154,6 @@ fn poses(trajectory: &Trajectory, dynamics: &Dynamics) -> Vec<Pose> {
         attitude: lie::project_to_rotation(&lie::rotation_from_quaternion(quaternion)),
     };
     trajectory.quaternion.iter().enumerate().map(pose).collect()
-}
-
-/// A path with continuous rates through the nodes of a coarse one: cubics of Hermite on each step, in the
-/// rotation vector from its first node.
-struct Interpolant<'a> {
-    nodes: &'a [State],
-    /// From each node to the next: rotation vector, and distance.
-    turns: Vec<Vector3>,
-    ways: Vec<Vector3>,
-}
-
-impl<'a> Interpolant<'a> {
-    fn of(nodes: &'a [State]) -> Self {
-        let turns = nodes.windows(2).map(|pair| lie::log(&pair[0].attitude.tr_mul(&pair[1].attitude)));
-        let ways = nodes.windows(2).map(|pair| pair[1].position - pair[0].position);
-        Self { nodes, turns: turns.collect(), ways: ways.collect() }
-    }
-
-    /// The pose at a share of the step that begins at node `low`.
-    fn at(&self, low: usize, share: f64) -> Pose {
-        let node = &self.nodes[low];
-        let turn = cubic(&self.turns, low, share);
-        Pose {
-            position: node.position + cubic(&self.ways, low, share),
-            attitude: lie::project_to_rotation(&(node.attitude * lie::exp(&turn))),
-        }
-    }
-}
-
-/// The way within a step, from the ways of all: rates at the nodes are means of the two steps beside them.
-fn cubic(ways: &[Vector3], low: usize, share: f64) -> Vector3 {
-    let way = ways[low];
-    let before = if low > 0 { 0.5 * (ways[low - 1] + way) } else { way };
-    let after = ways.get(low + 1).map_or(way, |next| 0.5 * (way + next));
-    // At the ends the rate goes on as inside.
-    let before = if low > 0 { before } else { 2.0 * way - after };
-    let after = if low + 1 < ways.len() { after } else { 2.0 * way - before };
-    let (s, s2, s3) = (share, share * share, share * share * share);
-    way * (3.0 * s2 - 2.0 * s3) + before * (s3 - 2.0 * s2 + s) + after * (s3 - s2)
 }
 
 /// The cubic along the shortest rotation.
@@ -436,45 +394,7 @@ impl Search<'_, '_> {
         convex: bool,
     ) -> Option<Found> {
         let polished = found.convex.polished.as_ref()?;
-        let ratio = coarse.steps as f64 / fine.steps as f64;
-        let between = |stage: usize| {
-            let at = (stage as f64 * ratio).min(coarse.steps as f64);
-            let low = (at.floor() as usize).min(coarse.steps - 1);
-            (low, at - low as f64)
-        };
-        let states = &polished.iterate.states;
-        let smooth = Interpolant::of(states);
-        let poses: Vec<Pose> = (0..=fine.steps)
-            .map(|stage| {
-                let (low, share) = between(stage);
-                smooth.at(low, share)
-            })
-            .collect();
-        let mut start = guess::along(fine, rows, &poses);
-        for (stage, state) in start.states.iter_mut().enumerate() {
-            let (low, share) = between(stage);
-            state.wheels = &states[low].wheels * (1.0 - share) + &states[low + 1].wheels * share;
-        }
-        // Inputs of the coarse solution are smoother than those of its piecewise path.
-        for stage in fine.first_input()..=fine.steps {
-            let (low, share) = between(stage);
-            let low = low.max(coarse.first_input());
-            let (a, b) =
-                (&polished.iterate.inputs[low], &polished.iterate.inputs[(low + 1).min(coarse.steps)]);
-            start.inputs[stage] = a.iter().zip(b).map(|(a, b)| a + (b - a) * share).collect();
-        }
-        let costates: Vec<DVector<f64>> = (0..=fine.steps)
-            .map(|stage| {
-                let (low, share) = between(stage);
-                let (a, b) = (&polished.multipliers.costates[low], &polished.multipliers.costates[low + 1]);
-                a + (b - a) * share
-            })
-            .collect();
-        let multipliers = Multipliers {
-            costates,
-            terminal: polished.multipliers.terminal.clone(),
-            rows: self.carried(coarse, fine, rows, &polished.multipliers.rows),
-        };
+        let (start, multipliers) = transfer(self.problem, [coarse, fine], rows, polished);
         self.context.enter("scp", &found.name, fine.steps);
         let interrupt = || self.context.interrupt();
         let watch = Watch { interrupt: &interrupt, deadline: self.context.deadline() };
@@ -497,112 +417,6 @@ impl Search<'_, '_> {
         self.keep(fine, name, convex, spent);
         self.found.pop()
     }
-
-    /// Multipliers of the rows on the fine grid from those on the coarse one: of the same row at the nearest
-    /// stage, in proportion to the step.
-    fn carried(&self, coarse: &Model, fine: &Model, rows: &Rows, multipliers: &[f64]) -> Vec<f64> {
-        let coarse_rows = Rows::of(self.problem, coarse);
-        let slices = |rows: &Rows, steps: usize| -> Vec<std::ops::Range<usize>> {
-            let first = |stage: usize| rows.rows.partition_point(|row| row.stage < stage);
-            (0..=steps).map(|stage| first(stage)..first(stage + 1)).collect()
-        };
-        let from = slices(&coarse_rows, coarse.steps);
-        let ratio = coarse.steps as f64 / fine.steps as f64;
-        let mut out = vec![0.0; rows.rows.len()];
-        for (stage, slice) in slices(rows, fine.steps).into_iter().enumerate() {
-            let near = from[(stage as f64 * ratio).round() as usize].clone();
-            if near.len() == slice.len() {
-                for (to, from) in slice.zip(near) {
-                    out[to] = ratio * multipliers[from];
-                }
-            }
-        }
-        out
-    }
-
-    /// Everything that is told of a converged maneuver.
-    fn fill(&self, solution: &mut Solution, model: &Model, rows: &Rows, found: Found) {
-        let Some(polished) = &found.convex.polished else { return };
-        solution.outcome = Outcome::Converged;
-        solution.start = found.name.clone();
-        solution.iterations = found.subproblems + found.newton;
-        solution.convex = Some(ConvexWork { subproblems: found.subproblems, ..self.work });
-        self.write(solution, model, &polished.iterate, &polished.multipliers.costates);
-        solution.optimality = Optimality {
-            stationarity: polished.residual,
-            conjugate_points: scp::second_order::descents(
-                model,
-                rows,
-                &polished.iterate,
-                &polished.multipliers,
-                &Watch { interrupt: &|| self.context.interrupt(), deadline: None },
-            ),
-            rank: model.terminal_count(),
-            condition: f64::NAN,
-        };
-        solution.active = rows
-            .groups
-            .iter()
-            .enumerate()
-            .filter_map(|(group, named)| {
-                let acting = rows.rows.iter().zip(&polished.multipliers.rows);
-                let acting = acting.filter(|(row, multiplier)| row.group == group && **multiplier > 0.0);
-                let (time_s, multiplier): (Vec<f64>, Vec<f64>) = acting
-                    .map(|(row, multiplier)| (row.stage as f64 * self.problem.step(), *multiplier))
-                    .unzip();
-                (!time_s.is_empty()).then(|| ActiveConstraint {
-                    name: named.name.clone(),
-                    time_s,
-                    multiplier,
-                })
-            })
-            .collect();
-    }
-
-    /// The trajectory of an iterate in SI units, with its cost and terminal error.
-    fn write(&self, solution: &mut Solution, model: &Model, iterate: &Iterate, costates: &[DVector<f64>]) {
-        let Ok(replayed) = iterate.replayed(model) else { return };
-        solution.cost = iterate.cost(model) * model.dynamics.units.cost;
-        let (error, _) = model.terminal(&replayed.states[model.steps]);
-        let norm = |row: usize| error.rows(row, 3).norm();
-        let moves = model.terminal_count() == 12;
-        solution.terminal = TerminalError {
-            attitude_rad: norm(model.zeta()),
-            momentum_relative: norm(model.pi()),
-            position_relative: moves.then(|| norm(0)),
-            linear_momentum_relative: moves.then(|| norm(3)),
-        };
-        solution.trajectory = scp::record::trajectory(self.problem, model, &replayed, costates);
-        let attitudes: Vec<Matrix3> = replayed.states.iter().map(|state| state.attitude).collect();
-        solution.sense = sense(self.problem, &attitudes);
-        solution.turned_deg = turned_deg(model, &replayed);
-    }
-}
-
-/// A maneuver that was found, as one of several.
-fn rival(problem: &Problem, model: &Model, found: &Found, unit: f64) -> Rival {
-    let iterate = found.convex.polished.as_ref().map_or(&found.convex.iterate, |polished| &polished.iterate);
-    let attitudes: Vec<Matrix3> = iterate.states.iter().map(|state| state.attitude).collect();
-    Rival {
-        sense: sense(problem, &attitudes),
-        start: found.name.clone(),
-        cost: found.cost * unit,
-        conjugate_points: None,
-        turned_deg: turned_deg(model, iterate),
-    }
-}
-
-/// Total angle turned, inertial \[deg\].
-fn turned_deg(model: &Model, iterate: &Iterate) -> f64 {
-    let rates: Vec<f64> = (0..=model.steps)
-        .map(|stage| {
-            let physical = model.physical(stage, &iterate.states[stage], &iterate.inputs[stage]);
-            let carried = model.wheel_momentum(&physical.wheels);
-            (model.dynamics.j_inverse * (physical.momentum - carried)).norm()
-        })
-        .collect();
-    let sum: f64 = rates.windows(2).map(|pair| 0.5 * model.h * (pair[0] + pair[1])).sum();
-    sum.to_degrees()
 }
 
 /// Whether a path goes the way round that the problem asks for.
@@ -613,14 +427,4 @@ fn as_asked(problem: &Problem, seed: &Seed) -> bool {
         Path::Shortest => sense(problem, &attitudes) == Sense::Short,
         Path::Long => sense(problem, &attitudes) == Sense::Long,
     }
-}
-
-/// The sense of a path of attitudes; the straight one where it cannot be told.
-fn sense(problem: &Problem, attitudes: &[Matrix3]) -> Sense {
-    let relaxed = relaxed(problem);
-    let sense = match problem.motion {
-        Motion::Attitude => record::sense_of::<6>(&Extremal::new(&relaxed, problem.steps), attitudes),
-        Motion::RigidBody => record::sense_of::<12>(&Extremal::new(&relaxed, problem.steps), attitudes),
-    };
-    sense.unwrap_or(Sense::Short)
 }

@@ -19,9 +19,9 @@
 
 use crate::dynamics::{Linearization, Sensitivity};
 use crate::extremal::{Extremal, Node};
-use crate::inertia::Inertia;
 use crate::problem::Scheme;
 use crate::shooting::factor::{Factor, RANK_TOLERANCE};
+use crate::signature::Signature;
 use nalgebra::{DMatrix, SMatrix, SVector};
 
 /// Number of independent directions in which the cost decreases; `None` where the sweep fails.
@@ -85,7 +85,7 @@ impl<'a, const N: usize> Elimination<'a, N> {
             (false, false) => h[(row - N, column - N)],
             _ => -f64::from(u8::from(row % N == column % N)),
         });
-        self.surplus += Inertia::of(pivot, 0.0).negative as isize - N as isize;
+        self.surplus += Signature::of(pivot, 0.0).negative as isize - N as isize;
         let next =
             a * Factor::new(&(SMatrix::identity() - self.x * h)).solve_matrix(&self.x) * a.transpose() - q;
         self.x = (next + next.transpose()) * 0.5;
@@ -114,7 +114,7 @@ impl<'a, const N: usize> Elimination<'a, N> {
         let scaled = DMatrix::from_fn(N, N, |row, column| {
             self.x[(row, column)] / (usable(sizes[row]) * usable(sizes[column]))
         });
-        let Inertia { negative, zero } = Inertia::of(scaled, RANK_TOLERANCE);
+        let Signature { negative, zero } = Signature::of(scaled, RANK_TOLERANCE);
         usize::try_from(self.surplus + negative as isize - (N - zero) as isize).ok()
     }
 }
