@@ -93,7 +93,7 @@ fn four_methods_on_two_dumbbells_meet_an_independent_table() {
         assert_eq!(row(&found, method, 0.02, 300.0).force_evaluations, evaluations);
     }
     let run = row(&found, "implicit_midpoint", 0.02, 300.0);
-    assert_eq!(run.force_evaluations, run.iterations);
+    assert!(run.force_evaluations < run.iterations, "the forces are held while the bodies turn: {run:?}");
 }
 
 fn row<'a>(found: &'a WorkPrecision, method: &str, step: f64, horizon: f64) -> &'a Run {
