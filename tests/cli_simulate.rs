@@ -226,28 +226,47 @@ fn a_collision_leaves_no_file() {
     assert_eq!(folder.names(), ["pair.toml", "spec.toml"]);
 }
 
-/// Ctrl-C: a stream keeps the whole rows so far, a file or a document does not appear.
+/// Ctrl-C, or whatever asks a process to end: the rows so far stay, and the state reached is the last of them.
 #[cfg(target_os = "linux")]
 #[test]
-fn an_interrupted_simulation_leaves_nothing_half_written() {
+fn an_interrupted_simulation_keeps_its_rows() {
     use std::io::{BufRead, BufReader, Read};
     let folder = folder();
-    let long = ["--steps", "1000000000", "--stride", "1000"];
-    let interrupt = |child: &std::process::Child| {
-        while !binary::catches_interrupt(child.id()) {
+    let send = |child: &std::process::Child, signal: &str| {
+        while !binary::catches(child.id(), signal) {
             std::thread::sleep(std::time::Duration::from_millis(5));
         }
-        let sent =
-            std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-        assert!(sent.success());
+        let kill =
+            |signal| std::process::Command::new("kill").args([signal, &child.id().to_string()]).status();
+        assert!(kill(signal).unwrap().success());
     };
-    let mut args = vec!["simulate", "pair.toml", "-o", "long.csv"];
-    args.extend(long);
-    let child = folder.command(&args).stderr(Stdio::piped()).spawn().unwrap();
-    interrupt(&child);
-    Run::of(child.wait_with_output().unwrap(), &args).ends(130).tells("E0123").tells("nothing is written");
-    assert_eq!(folder.names(), ["pair.toml", "spec.toml"]);
-
+    let interrupt = |child: &std::process::Child| send(child, "-INT");
+    // A stride that is not reached: the last row is that of the interruption.
+    let long = ["--steps", "1000000000", "--stride", "500000000"];
+    for (signal, file) in [("-INT", "long.csv"), ("-TERM", "long.json"), ("-HUP", "long.jsonl")] {
+        let mut args = vec!["simulate", "pair.toml", "-o", file];
+        args.extend(long);
+        let child = folder.command(&args).stderr(Stdio::piped()).spawn().unwrap();
+        send(&child, signal);
+        let run = Run::of(child.wait_with_output().unwrap(), &args).ends(130);
+        run.tells("interrupted after").tells("of 1000000000 steps, at t = ").tells("wrote");
+        assert_eq!(folder.names(), [file, "pair.toml", "spec.toml"]);
+        let text = folder.read(file);
+        assert!(text.ends_with('\n'));
+        if file == "long.json" {
+            let document = folder.json(file);
+            assert_eq!((&document["status"], &document["exit_code"]), (&"interrupted".into(), &130.into()));
+            let times = document["trajectory"]["time_s"].as_array().unwrap();
+            let reached = document["steps_made"].as_f64().unwrap() * document["step_s"].as_f64().unwrap();
+            assert_eq!(times.len(), 2);
+            assert!((times[1].as_f64().unwrap() - reached).abs() < 1e-12 && reached > 0.0, "{times:?}");
+        } else {
+            let rows = 2 + usize::from(file == "long.csv");
+            assert_eq!(text.lines().count(), rows, "{text}");
+        }
+        fs::remove_file(folder.path(file)).unwrap();
+    }
+    let long = ["--steps", "1000000000", "--stride", "1000"];
     let mut args = vec!["simulate", "pair.toml", "--format", "jsonl"];
     args.extend(long);
     let mut child = folder.command(&args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
@@ -264,3 +283,55 @@ fn an_interrupted_simulation_leaves_nothing_half_written() {
     }
     drop(run);
 }
+
+/// A reader that has gone ends the run: there is nothing to tell of it.
+#[test]
+fn a_reader_that_has_gone_is_told_nothing() {
+    use std::io::{BufRead, BufReader};
+    let folder = folder();
+    let args = ["simulate", "pair.toml", "--format", "csv", "--steps", "100000000", "--stride", "10"];
+    let mut child = folder.command(&args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut first = String::new();
+    BufReader::new(child.stdout.take().unwrap()).read_line(&mut first).unwrap();
+    assert!(first.starts_with("time_s,"));
+    Run::of(child.wait_with_output().unwrap(), &args).ends(0).silent();
+}
+
+/// Hardly turning bodies: the round-off of their moments is more of their momenta than an iteration may leave.
+#[test]
+fn the_implicit_midpoint_rule_ends_where_the_motion_is_mild() {
+    let folder = Folder::new();
+    fs::write(folder.path("mild.toml"), MILD).unwrap();
+    for step in ["0.2", "0.1", "0.05"] {
+        let step = format!("simulation.step_s={step}");
+        let args = ["simulate", "mild.toml", "--integrator", "implicit_midpoint", "--set", &step, "--format"];
+        let document = folder.slew(&[&args[..], &["json"]].concat()).ends(0).json();
+        let (evaluations, steps) = (document["force_evaluations"].as_f64(), document["steps"].as_f64());
+        assert!(evaluations.unwrap() < 15.0 * steps.unwrap(), "{document}");
+        let error = document["errors"]["energy_j"].as_f64().unwrap();
+        assert!(error < 2e-4, "{error:e}");
+    }
+}
+
+const MILD: &str = r#"
+format = 1
+[simulation]
+duration_s = 30
+step_s = 0.1
+[gravity]
+gravitational_constant_m3_kg_s2 = 1
+[[bodies]]
+name = "A"
+mass_kg = 1
+shape = { kind = "dumbbell", length_m = 0.5, sphere_radius_m = 0.1 }
+position_m = [-2, 0, 0]
+velocity_m_s = [0, -0.7, 0]
+attitude = { axis = [0, 0, 1], angle_deg = 30 }
+[[bodies]]
+name = "B"
+mass_kg = 2
+shape = { kind = "cuboid", edges_m = [1, 0.5, 0.3] }
+position_m = [1, 0, 0]
+velocity_m_s = [0, 0.35, 0]
+attitude = { axis = [1, 0, 0], angle_deg = 90 }
+"#;

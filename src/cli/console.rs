@@ -82,7 +82,8 @@ impl Console {
         }
     }
 
-    fn clear_progress(&mut self) {
+    /// Takes the progress line away.
+    pub fn clear_progress(&mut self) {
         if std::mem::take(&mut self.progress) {
             let _ = write!(io::stderr().lock(), "\r\x1b[K");
         }

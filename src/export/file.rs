@@ -5,6 +5,7 @@ use crate::spec::escape;
 use std::fs;
 use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 use thiserror::Error;
 
 /// Why an output file is refused or failed. Nothing is left half-written.
@@ -156,6 +157,7 @@ impl Target {
             builder.permissions(fs::Permissions::from_mode(0o666));
         }
         let mut temporary = builder.tempfile_in(&self.folder).map_err(create)?;
+        let _listed = Listed::new(temporary.path());
         let mut buffer = BufWriter::new(temporary.as_file_mut());
         content(&mut buffer).map_err(|error| match error {
             ExportError::Io(reason) => write(reason).into(),
@@ -182,6 +184,33 @@ impl Target {
             let _ = folder.sync_all();
         }
         Ok(())
+    }
+}
+
+/// The temporary files of this process.
+static TEMPORARY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Removes the temporary files of all outputs that are being written: for a program that ends without unwinding.
+pub fn remove_temporaries() {
+    for path in TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner).iter() {
+        // One that is gone is what was wanted.
+        let _ = fs::remove_file(path);
+    }
+}
+
+/// A path that is in the list for as long as this lives.
+struct Listed(PathBuf);
+
+impl Listed {
+    fn new(path: &Path) -> Self {
+        TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner).push(path.into());
+        Self(path.into())
+    }
+}
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner).retain(|path| *path != self.0);
     }
 }
 

@@ -93,7 +93,8 @@ pub trait Observer {
     /// A row. `Break` ends the simulation.
     fn on_row(&mut self, row: &Row) -> ControlFlow<()>;
 
-    /// So many steps have been made; called after each, so be quick. `Break` ends the simulation.
+    /// So many steps have been made; called after each, so be quick. `Break` ends the simulation, with a last row of
+    /// the state reached.
     fn on_step(&mut self, _steps: u64) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
@@ -240,10 +241,9 @@ impl Simulation {
                 finished = observer.on_step(made).is_continue();
             }
             stepping += began.elapsed();
-            if finished {
-                self.fill(&mut row, self.time(made), method.state());
-                finished = observer.on_row(&row).is_continue() || made == self.steps;
-            }
+            self.fill(&mut row, self.time(made), method.state());
+            finished &= observer.on_row(&row).is_continue();
+            finished |= made == self.steps;
         }
         Ok(Run { finished, facts: method.facts(), work: method.work(), stepping })
     }

@@ -27,7 +27,8 @@ use std::time::{Duration, Instant};
 #[command(after_help = "\
 A simulation spec has [simulation] and [[bodies]]. Of a maneuver the motion lasts as long and begins at its start;
 its end plays no part.
-CSV and JSON lines are streamed, whatever the number of steps; JSON is held in memory first.
+CSV and JSON lines are streamed, whatever the number of steps; JSON is held in memory first. Ctrl-C ends the
+motion and keeps the rows so far, with one of the state reached, in a file too.
 
 Examples:
   slew simulate dumbbells.toml -o motion.csv
@@ -84,39 +85,33 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     }
     interrupt::watch();
     let mut job = Job { motion: &motion, layout, seen: None, run: None, failure: None, stopped: None };
-    let to_file = matches!(destination, Destination::File(..));
+    let mut closed = false;
     let written = match &destination {
-        Destination::None => job.run(Format::Text, &mut std::io::sink(), false, console),
-        Destination::Stdout(format) => {
-            console::to_stdout(|output| job.run(*format, output, *format == Format::Json, console))
-        }
-        Destination::File(target, format) => {
-            target.write(|output| job.run(*format, output, to_file, console))
-        }
+        Destination::None => job.run(Format::Text, &mut std::io::sink(), console),
+        Destination::Stdout(format) => console::to_stdout(|output| {
+            let written = job.run(*format, output, console);
+            closed = written.as_ref().is_err_and(ExportError::is_broken_pipe);
+            written
+        }),
+        Destination::File(target, format) => target.write(|output| job.run(*format, output, console)),
     };
     if let Some(failure) = job.failure {
         return Err(failure);
     }
-    let Job { layout, seen, run, stopped, .. } = job;
-    if written.is_ok() || stopped.is_none() {
-        written?;
+    written?;
+    if closed {
+        // The reader has seen enough: the motion was not followed to its end, and there is nothing to tell of it.
+        console.clear_progress();
+        return Ok(Exit::Solved);
     }
+    let Job { layout, seen, run, stopped, .. } = job;
     if let Some(seen) = &seen {
         console.say(&seen.summary(console, &layout, run.as_ref(), stopped));
-    }
-    if let Some(steps) = stopped {
-        return if to_file || matches!(destination, Destination::Stdout(Format::Json)) {
-            let reason = format!("interrupted after {steps} of {} steps; nothing is written", layout.steps);
-            let remedy = "run it again; CSV and JSON lines on stdout keep the rows so far".into();
-            Err(Failure::Plan(Status::Interrupted, Message { code: "E0123", reason, remedy }))
-        } else {
-            Ok(Exit::Plan(Status::Interrupted))
-        };
     }
     if let Destination::File(target, _) = &destination {
         plan::wrote(console, target);
     }
-    Ok(Exit::Solved)
+    Ok(if stopped.is_some() { Exit::Plan(Status::Interrupted) } else { Exit::Solved })
 }
 
 /// What is propagated, and by whom.
@@ -215,12 +210,11 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// `whole`: an output that is interrupted is given up.
+    /// An interrupted motion is written up to where it came.
     fn run(
         &mut self,
         format: Format,
         output: &mut dyn Write,
-        whole: bool,
         console: &mut Console,
     ) -> Result<(), ExportError> {
         if format == Format::Csv {
@@ -248,12 +242,10 @@ impl Job<'_> {
                 return Err(std::io::Error::other("the simulation stopped").into());
             }
         }
-        if self.stopped.is_some() && whole {
-            return Err(std::io::Error::other("interrupted").into());
-        }
         match document {
             Some(document) => {
-                write_document(&document.finished(self.run.as_ref(), self.seen.as_ref()), output)
+                let exit = self.stopped.map(|steps| (Exit::Plan(Status::Interrupted), steps));
+                write_document(&document.finished(self.run.as_ref(), self.seen.as_ref(), exit), output)
             }
             None => Ok(()),
         }

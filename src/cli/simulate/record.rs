@@ -4,6 +4,7 @@
 //! `bodies` in JSON.
 
 use super::report::{Seen, Totals};
+use crate::cli::failure::Exit;
 use serde::Serialize;
 use slewkit::export::ExportError;
 use slewkit::integrator::Invariants;
@@ -141,6 +142,9 @@ pub struct Document<'a> {
     integrator: &'static str,
     duration_s: f64,
     steps: u64,
+    /// Where interrupted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    steps_made: Option<u64>,
     step_s: f64,
     stride: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -205,6 +209,7 @@ impl<'a> Document<'a> {
             integrator: layout.integrator,
             duration_s: layout.duration,
             steps: layout.steps,
+            steps_made: None,
             step_s: layout.duration / layout.steps as f64,
             stride: layout.stride,
             order: None,
@@ -239,9 +244,12 @@ impl<'a> Document<'a> {
         self.trajectory.orthogonality_error.push(*orthogonality);
     }
 
-    /// With what the run came to.
-    pub fn finished(self, run: Option<&Run>, seen: Option<&Seen>) -> Self {
+    /// With what the run came to; `interrupted`: how the program will end, and the steps made.
+    pub fn finished(self, run: Option<&Run>, seen: Option<&Seen>, interrupted: Option<(Exit, u64)>) -> Self {
         Self {
+            status: interrupted.map_or(self.status, |(exit, _)| exit.status()),
+            exit_code: interrupted.map_or(self.exit_code, |(exit, _)| exit.code()),
+            steps_made: interrupted.map(|(_, steps)| steps),
             order: run.map(|run| run.facts.order),
             symplectic: run.map(|run| run.facts.symplectic),
             force_evaluations: run.map(|run| run.work.force_evaluations),

@@ -62,7 +62,11 @@ impl Seen {
         let duration = significant(layout.duration, 4);
         let (verdict, tone) = match stopped {
             None => (format!("{duration} s in {} steps", layout.steps), Tone::Good),
-            Some(made) => (format!("interrupted after {made} of {} steps", layout.steps), Tone::Note),
+            Some(made) => {
+                let reached = significant(self.last.time, 6);
+                let steps = layout.steps;
+                (format!("interrupted after {made} of {steps} steps, at t = {reached} s"), Tone::Note)
+            }
         };
         let mut lines = vec![summary::headline(console, &layout.name, &verdict, tone)];
         let facts = run.map_or_else(String::new, |run| format!(": {}", in_words(&run.facts)));
