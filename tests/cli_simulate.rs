@@ -236,8 +236,9 @@ fn an_interrupted_simulation_keeps_its_rows() {
         while !binary::catches(child.id(), signal) {
             std::thread::sleep(std::time::Duration::from_millis(5));
         }
-        let kill =
-            |signal| std::process::Command::new("kill").args([signal, &child.id().to_string()]).status();
+        let kill = |signal: &str| {
+            std::process::Command::new("kill").args([signal, &child.id().to_string()]).status()
+        };
         assert!(kill(signal).unwrap().success());
     };
     let interrupt = |child: &std::process::Child| send(child, "-INT");

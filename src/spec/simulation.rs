@@ -113,6 +113,8 @@ pub(crate) fn assemble(
     simulation.settings =
         Settings { tolerance: section.number("tolerance").unwrap_or(Settings::default().tolerance) };
     steps_are_short(&simulation, &section, &members, report);
+    simulation.reach =
+        members.iter().map(|member| member.shape.as_ref().map_or(0.0, |shape| shape.reach)).collect();
     if gravity.is_some() {
         apart(&simulation, &members, report);
     }

@@ -1,11 +1,13 @@
 //! `slew simulate`: propagate the bodies of a spec from their start, without optimisation, row after row.
 
+mod limits;
 mod record;
 mod report;
 
 use super::args::{Destination, Format, OutputArgs, SpecArgs};
 use super::console::{self, Console};
 use super::failure::{Exit, Failure, Message};
+use super::number::significant;
 use super::{interrupt, plan, spec_file};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use record::{Document, Layout};
@@ -15,8 +17,8 @@ use slewkit::integrator::{Kind, Settings, StepError};
 use slewkit::plan::Status;
 use slewkit::problem::Problem;
 use slewkit::simulate::witness::{self, Propagator};
-use slewkit::simulate::{Observer, Row, Run, Simulation, SimulationError};
-use slewkit::spec::Spec;
+use slewkit::simulate::{Encounter, Observer, Row, Run, Simulation, SimulationError};
+use slewkit::spec::{Spec, escape};
 use slewkit::verify::WitnessError;
 use std::io::Write;
 use std::ops::ControlFlow;
@@ -28,7 +30,9 @@ use std::time::{Duration, Instant};
 A simulation spec has [simulation] and [[bodies]]. Of a maneuver the motion lasts as long and begins at its start;
 its end plays no part.
 CSV and JSON lines are streamed, whatever the number of steps; JSON is held in memory first. Ctrl-C ends the
-motion and keeps the rows so far, with one of the state reached, in a file too.
+motion and keeps the rows so far, with one of the state reached, in a file too. Errors of what is conserved, in the
+summary and as `errors` in JSON, are the largest at the rows: a stride may step over larger ones.
+Bodies that come within reach of one another are told of, whatever the stride: they do not collide.
 
 Examples:
   slew simulate dumbbells.toml -o motion.csv
@@ -62,7 +66,14 @@ const TOLERANCE: f64 = 1e-14;
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let destination = args.output.destination(&[&args.spec.spec])?;
     let motion = match spec_file::load(&args.spec.spec, &args.spec.reading, console)? {
-        Spec::Maneuver(loaded) => Motion::of_maneuver(loaded.problem, args)?,
+        Spec::Maneuver(loaded) => {
+            let motion = Motion::of_maneuver(&loaded.problem, args)?;
+            for reason in limits::exceeded(&loaded.problem, args.inputs.as_deref()) {
+                let remedy = "nothing is cut off: give smaller inputs, or a shorter `maneuver.duration_s`";
+                console.warn("W0135", &reason, remedy);
+            }
+            motion
+        }
         Spec::Simulation(loaded) => {
             if args.inputs.is_some() {
                 let reason = "--inputs: the bodies of a simulation spec have no actuators";
@@ -72,7 +83,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
             simulation.kind = args.integrator.unwrap_or(simulation.kind);
             simulation.steps = args.steps.unwrap_or(simulation.steps);
             simulation.stride = args.stride.unwrap_or(simulation.stride);
-            Motion::Bodies(Box::new(simulation))
+            Motion::Bodies(Box::new(simulation), true)
         }
     };
     let layout = motion.layout();
@@ -108,6 +119,15 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     if let Some(seen) = &seen {
         console.say(&seen.summary(console, &layout, run.as_ref(), stopped));
     }
+    if let Some(Encounter { time, bodies, distance }) = run.and_then(|run| run.encounter) {
+        let [a, b] = bodies.map(|body| escape(&layout.bodies[body]));
+        let (time, distance) = (significant(time, 4), significant(distance, 4));
+        let reason =
+            format!("{a} and {b} came within reach of one another at t = {time} s, {distance} m apart");
+        let remedy = "bodies do not collide here: look at the motion until then, or shorten the step if that was a \
+                      near miss of long bodies";
+        console.warn("W0134", &reason, remedy);
+    }
     if let Destination::File(target, _) = &destination {
         plan::wrote(console, target);
     }
@@ -116,8 +136,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
 
 /// What is propagated, and by whom.
 enum Motion {
-    /// Bodies by an integrator.
-    Bodies(Box<Simulation>),
+    /// Bodies by an integrator, and whether they keep their energy: no inputs work.
+    Bodies(Box<Simulation>, bool),
     /// A body with reaction wheels, by the witnesses' equations.
     Wheels(Box<Problem>, Propagator, Wheels),
 }
@@ -130,7 +150,7 @@ struct Wheels {
 }
 
 impl Motion {
-    fn of_maneuver(problem: Problem, args: &Args) -> Result<Self, Failure> {
+    fn of_maneuver(problem: &Problem, args: &Args) -> Result<Self, Failure> {
         let inputs = args.inputs.clone();
         if inputs.iter().flatten().any(|value| !value.is_finite()) {
             return Err(Failure::Usage("--inputs: every input must be finite".into()));
@@ -145,18 +165,18 @@ impl Motion {
                     return Err(Failure::Usage(format!("{reason}; take lie_verlet or verner98")));
                 }
             };
-            return Ok(Self::Wheels(Box::new(problem), propagator, Wheels { steps, stride, inputs }));
+            return Ok(Self::Wheels(Box::new(problem.clone()), propagator, Wheels { steps, stride, inputs }));
         }
-        let mut simulation = Simulation::of(&problem, inputs.as_deref()).map_err(refusal)?;
+        let mut simulation = Simulation::of(problem, inputs.as_deref()).map_err(refusal)?;
         simulation.kind = args.integrator.unwrap_or(simulation.kind);
         simulation.settings = Settings { tolerance: TOLERANCE };
         (simulation.steps, simulation.stride) = (steps, stride);
-        Ok(Self::Bodies(Box::new(simulation)))
+        Ok(Self::Bodies(Box::new(simulation), !works(inputs.as_deref())))
     }
 
     fn layout(&self) -> Layout {
         match self {
-            Self::Bodies(simulation) => Layout {
+            Self::Bodies(simulation, keeps_energy) => Layout {
                 name: simulation.name.clone(),
                 integrator: simulation.kind.name(),
                 bodies: simulation.bodies.clone(),
@@ -164,6 +184,9 @@ impl Motion {
                 duration: simulation.duration,
                 steps: simulation.steps,
                 stride: simulation.stride,
+                symmetry: simulation.system.symmetry(),
+                keeps_energy: *keeps_energy,
+                wheels: Vec::new(),
             },
             Self::Wheels(problem, propagator, wheels) => Layout {
                 name: problem.name.clone(),
@@ -176,13 +199,17 @@ impl Motion {
                 duration: problem.duration,
                 steps: wheels.steps,
                 stride: wheels.stride,
+                // What the wheels do is between them and the body.
+                symmetry: problem.environment.symmetry(),
+                keeps_energy: !works(wheels.inputs.as_deref()),
+                wheels: limits::wheel_momenta(problem, wheels.inputs.as_deref()),
             },
         }
     }
 
     fn run(&self, observer: &mut impl Observer) -> Result<Option<Run>, Failure> {
         match self {
-            Self::Bodies(simulation) => simulation.run(observer).map(Some).map_err(refusal),
+            Self::Bodies(simulation, _) => simulation.run(observer).map(Some).map_err(refusal),
             Self::Wheels(problem, propagator, Wheels { steps, stride, inputs }) => {
                 let settings = witness::Settings {
                     propagator: *propagator,
@@ -195,6 +222,11 @@ impl Motion {
             }
         }
     }
+}
+
+/// Whether inputs change the energy.
+fn works(inputs: Option<&[f64]>) -> bool {
+    inputs.is_some_and(|inputs| inputs.iter().any(|input| input.abs() > 0.0))
 }
 
 /// A simulation on its way to an output.
@@ -266,7 +298,7 @@ struct Writer<'l, 'a> {
 
 impl Observer for Writer<'_, '_> {
     fn on_row(&mut self, row: &Row) -> ControlFlow<()> {
-        self.seen.get_or_insert_with(|| Seen::new(row)).note(row);
+        self.seen.get_or_insert_with(|| Seen::new(row, self.layout)).note(row);
         self.result = match (&mut self.document, self.format) {
             (Some(document), _) => {
                 document.push(row);
