@@ -136,6 +136,20 @@ impl Ambient {
         }
     }
 
+    /// Sizes that an error control measures against: such that a part `tolerance` of them is no less than what a pose
+    /// would notice over the step. The moments on a body that hardly turns carry more round-off than a small part
+    /// of its momentum.
+    pub fn error_scales(&self, change: &[f64], tolerance: f64, out: &mut [f64]) {
+        self.scales(change, out);
+        let least = f64::EPSILON / (tolerance * self.loads.step);
+        let mut at = 0;
+        for body in self.loads.system.bodies() {
+            let floor = least * body.inertia.principal().min();
+            out[at + 9..at + TURNING].iter_mut().for_each(|scale| *scale = scale.max(floor));
+            at += if body.mass.is_some() { MOVING } else { TURNING };
+        }
+    }
+
     /// What the poses would notice of `change` over a step: the largest turn [rad], or shift relative to the
     /// farthest body.
     pub fn noticed(&self, change: &[f64]) -> f64 {

@@ -53,7 +53,7 @@ pub fn exceeded(problem: &Problem, inputs: Option<&[f64]>) -> Vec<String> {
             let (time, limit) = (significant(crossing.max(0.0), 4), significant(*limit, 4));
             let wheel = index + 1;
             found.push(format!(
-                "wheel {wheel} is above its momentum limit of {limit} N·m·s from t = {time} s on"
+                "wheel {wheel} exceeds its momentum limit of {limit} N·m·s from t = {time} s on"
             ));
         }
     }

@@ -13,7 +13,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use record::{Document, Layout};
 use report::Seen;
 use slewkit::export::{ExportError, write_document};
-use slewkit::integrator::{Kind, Settings, StepError};
+use slewkit::integrator::{Kind, StepError};
 use slewkit::plan::Status;
 use slewkit::problem::Problem;
 use slewkit::simulate::witness::{self, Propagator};
@@ -59,8 +59,6 @@ pub struct Args {
 
 /// Rows of one JSON document, one for each body, held in memory.
 const MAX_DOCUMENT_ROWS: u64 = 10_000_000;
-/// Error per step that the error-controlled methods are allowed where a spec does not say: exact to round-off.
-const TOLERANCE: f64 = 1e-14;
 
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
@@ -169,7 +167,6 @@ impl Motion {
         }
         let mut simulation = Simulation::of(problem, inputs.as_deref()).map_err(refusal)?;
         simulation.kind = args.integrator.unwrap_or(simulation.kind);
-        simulation.settings = Settings { tolerance: TOLERANCE };
         (simulation.steps, simulation.stride) = (steps, stride);
         Ok(Self::Bodies(Box::new(simulation), !works(inputs.as_deref())))
     }
@@ -372,7 +369,7 @@ fn refusal(error: SimulationError) -> Failure {
         SimulationError::Inputs { .. } => Failure::Usage(format!("--inputs: {reason}")),
         SimulationError::Step {
             error: StepError::TooLong { .. } | StepError::NotConverged { .. }, ..
-        } => stopped("E0120", "raise `--steps`, or the steps of the spec"),
+        } => stopped("E0120", "raise `--steps`, or shorten the step in the spec"),
         SimulationError::Step { .. } => {
             stopped("E0122", "check the start and what acts; bodies may have met")
         }

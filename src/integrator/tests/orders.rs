@@ -6,7 +6,7 @@ const DURATION: f64 = 1.6;
 
 /// End of a case by one of the references, tightest tolerance.
 fn reference_end(kind: Kind, (system, state): &(System, SystemState), duration: f64) -> SystemState {
-    let settings = Settings { tolerance: 1e-15 };
+    let settings = Settings { tolerance: 1e-14 };
     let mut reference = kind.start(system, state, duration / 96.0, &settings).unwrap();
     for _ in 0..96 {
         reference.step(&[]).unwrap();
