@@ -141,7 +141,8 @@ impl Ambient {
     /// of its momentum.
     pub fn error_scales(&self, change: &[f64], tolerance: f64, out: &mut [f64]) {
         self.scales(change, out);
-        let least = f64::EPSILON / (tolerance * self.loads.step);
+        // An estimate is a sum of a dozen evaluations with weights above one.
+        let least = 16.0 * f64::EPSILON / (tolerance * self.loads.step);
         let mut at = 0;
         for body in self.loads.system.bodies() {
             let floor = least * body.inertia.principal().min();
