@@ -19,6 +19,14 @@ pub enum FileError {
         /// The output as given.
         path: String,
     },
+    /// What should be the folder is a file.
+    #[error("{folder}, the folder of the output {path}, is a file")]
+    FolderIsFile {
+        /// The folder.
+        folder: String,
+        /// The output as given.
+        path: String,
+    },
     /// The folder cannot be written.
     #[error("cannot create a file in {folder}: {reason}")]
     NotWritable {
@@ -61,7 +69,7 @@ impl FileError {
     /// The stable code of the error.
     pub fn code(&self) -> &'static str {
         match self {
-            Self::FolderMissing { .. } => "E0095",
+            Self::FolderMissing { .. } | Self::FolderIsFile { .. } => "E0095",
             Self::NotWritable { .. } => "E0096",
             Self::Write { .. } => "E0097",
             Self::Exists { .. } => "E0098",
@@ -74,6 +82,7 @@ impl FileError {
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::FolderMissing { .. } => "create it first",
+            Self::FolderIsFile { .. } => "choose another folder",
             Self::NotWritable { .. } => "choose another folder, or ask for the right to write there",
             Self::Write { .. } => "free some space, or choose another folder",
             Self::Exists { .. } => "give `--force` to replace it",
@@ -105,6 +114,9 @@ impl Target {
             Some(folder) if !folder.as_os_str().is_empty() => folder.to_path_buf(),
             _ => PathBuf::from("."),
         };
+        if folder.exists() && !folder.is_dir() {
+            return Err(FileError::FolderIsFile { folder: self::shown(&folder), path: shown });
+        }
         if !folder.is_dir() {
             return Err(FileError::FolderMissing { folder: self::shown(&folder), path: shown });
         }
