@@ -113,13 +113,18 @@ pub struct Work {
     pub rejected: u64,
 }
 
+/// To four digits, so that it prints without the rest of the arithmetic.
+pub(crate) fn rounded(value: f64) -> f64 {
+    format!("{value:.3e}").parse().unwrap_or(value)
+}
+
 /// Why a step could not be made.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum StepError {
     /// The implicit attitude equation has no physical solution.
     #[error(
-        "step {step:e} s is too long for body {body}: h|J⁻¹Π| is {turn:.3}, and there may be no step with a \
-         turn of 90° or more; take a step of {} s or less", step * 0.5 / turn
+        "step {} s is too long for body {body}: h|J⁻¹Π| is {turn:.3}, and there may be no step with a \
+         turn of 90° or more; take a step of {} s or less", rounded(*step), rounded(step * 0.5 / turn)
     )]
     TooLong {
         /// Number of the body, from 1.
@@ -131,7 +136,8 @@ pub enum StepError {
     },
     /// An iteration over the whole step does not converge.
     #[error(
-        "the equations of a step of {step:e} s did not converge in {iterations} iterations; shorten the step"
+        "the equations of a step of {} s did not converge in {iterations} iterations; shorten the step",
+        rounded(*step)
     )]
     NotConverged {
         /// The step \[s\].
@@ -141,7 +147,8 @@ pub enum StepError {
     },
     /// The error control asks for steps that are too small to make progress, or for too many of them.
     #[error(
-        "the error control gave up within a step of {step:e} s; loosen the tolerance or look for a collision"
+        "the error control gave up within a step of {} s; loosen the tolerance or look for a collision",
+        rounded(*step)
     )]
     GaveUp {
         /// The step \[s\].

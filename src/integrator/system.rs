@@ -97,7 +97,9 @@ pub enum SystemError {
         degree: usize,
     },
     /// The tolerance is unusable.
-    #[error("the tolerance is {tolerance:e}, it must lie between 1e-14, below which there is only round-off, and 0.1")]
+    #[error(
+        "the tolerance is {tolerance:e}, it must lie between 1e-14, below which there is only round-off, and 0.1"
+    )]
     Tolerance {
         /// The tolerance given.
         tolerance: f64,

@@ -135,6 +135,11 @@ pub struct Run {
     pub encounter: Option<Encounter>,
 }
 
+/// A time to nine digits: enough to find the step, without the rest of the arithmetic.
+fn shown(time: f64) -> f64 {
+    format!("{time:.8e}").parse().unwrap_or(time)
+}
+
 /// Why a simulation cannot be run, or not to its end.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SimulationError {
@@ -159,7 +164,7 @@ pub enum SimulationError {
     #[error("duration, steps and stride must be positive, and the duration finite")]
     Grid,
     /// A step could not be made; rows up to there have been handed out.
-    #[error("at t = {time} s: {error}")]
+    #[error("at t = {} s: {error}", shown(*time))]
     Step {
         /// Start of the step \[s\].
         time: f64,
