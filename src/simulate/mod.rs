@@ -28,7 +28,7 @@ mod held;
 pub mod witness;
 
 use crate::integrator::{
-    Facts, Invariants, Kind, Settings, StepError, System, SystemError, SystemState, Work,
+    Facts, Invariants, Kind, Settings, StepError, System, SystemError, SystemState, Work, shown,
 };
 use crate::problem::{Motion, Problem, ProblemError};
 use crate::verify::same_sign;
@@ -135,11 +135,6 @@ pub struct Run {
     pub encounter: Option<Encounter>,
 }
 
-/// A time to nine digits: enough to find the step, without the rest of the arithmetic.
-fn shown(time: f64) -> f64 {
-    format!("{time:.8e}").parse().unwrap_or(time)
-}
-
 /// Why a simulation cannot be run, or not to its end.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SimulationError {
@@ -164,7 +159,7 @@ pub enum SimulationError {
     #[error("duration, steps and stride must be positive, and the duration finite")]
     Grid,
     /// A step could not be made; rows up to there have been handed out.
-    #[error("at t = {} s: {error}", shown(*time))]
+    #[error("at t = {} s: {error}", shown(*time, 9))]
     Step {
         /// Start of the step \[s\].
         time: f64,

@@ -158,7 +158,7 @@ impl Study {
     pub const SURVEY: [Kind; 4] =
         [Kind::LieVerlet, Kind::CrouchGrossman2, Kind::ExplicitMidpoint, Kind::ImplicitMidpoint];
 
-    /// The methods of the survey at 16, 8, 4, 2, 1, ½ and ¼ of `step`, over `duration`, a tenth and a hundredth
+    /// The methods of the survey at 16, 8, 4, 2, 1, ½ and ¼ times `step`, over `duration`, a tenth and a hundredth
     /// of it, to the nearest whole number of the longest step; levels are chosen. Short motions have shorter steps and
     /// fewer horizons. Both are in seconds.
     pub fn survey(step: f64, duration: f64) -> Self {
@@ -171,7 +171,10 @@ impl Study {
         horizons.dedup_by(|a, b| a <= b);
         Self {
             kinds: Self::SURVEY.to_vec(),
-            steps: (0..7).map(|halvings| longest * 0.5_f64.powi(halvings)).collect(),
+            steps: (0..7)
+                .map(|halvings| longest * 0.5_f64.powi(halvings))
+                .filter(|shorter| *shorter >= step || duration / shorter <= Self::STEPS)
+                .collect(),
             horizons,
             levels: Vec::new(),
             shown_step: step,
