@@ -686,7 +686,7 @@ velocity_m_s = [0, 0.365, 0]
 fn compare_sets_integrators_side_by_side_and_draws_them() {
     let folder = Folder::new();
     fs::write(folder.path("pair.toml"), DUMBBELLS).unwrap();
-    fs::create_dir(folder.path("figures")).unwrap();
+    // The folder is made.
     let args = ["compare", "pair.toml", "--figures", "figures", "--format", "json"];
     let run = folder.slew(&args).ends(0).tells("pair").tells("at equal mean energy error");
     let document = run.json();
@@ -730,10 +730,21 @@ fn compare_refuses_studies_that_make_no_sense() {
     let compare = |more: &[&str]| folder.slew(&[&["compare", "pair.toml"], more].concat());
     compare(&["--bound"]).ends(2);
     compare(&["--integrators", "euler"]).ends(2).tells("lie_verlet");
-    compare(&["--step", "0.3"]).ends(3).tells("E0124").tells("does not divide the horizon");
-    compare(&["--step", "nan"]).ends(3).tells("E0124");
-    compare(&["--horizon", "2,1"]).ends(3).tells("rising order");
-    compare(&["--figures", "nowhere"]).ends(8).tells("E0095");
+    compare(&["--step", "0.3", "--horizon", "4"]).ends(2).tells("does not divide the horizon");
+    compare(&["--step", "nan"]).ends(2);
+    compare(&["--error", "0"]).ends(2);
+    compare(&["--horizon", "2,1"]).ends(2).tells("rising order");
+    compare(&["--step", "1e-9"]).ends(2).tells("too many").tells("1.000e-09 s");
+    compare(&["--figures", "pair.toml"]).ends(8).tells("E0095").tells("is a file");
+    let twice =
+        ["--integrators", "lie_verlet,lie_verlet", "--step", "0.1", "--horizon", "1", "--format", "json"];
+    let document = compare(&twice).ends(0).tells("mean and largest |E").json();
+    assert_eq!(document["integrators"], serde_json::json!(["lie_verlet"]));
+    // What is for simulations is told before any file is looked at.
+    fs::create_dir(folder.path("drawn")).unwrap();
+    fs::write(folder.path("drawn/trajectories.svg"), "mine").unwrap();
+    let args = ["compare", "spec.toml", "--figures", "drawn"];
+    folder.slew(&args).ends(2).tells("this one is of a maneuver");
     compare(&["--force"]).ends(2);
     folder.slew(&["compare", "spec.toml", "--step", "0.1"]).ends(2).tells("this one is of a maneuver");
 }

@@ -74,19 +74,39 @@ struct BodyReport<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     mass_kg: Option<f64>,
     principal_moments_kg_m2: [f64; 3],
+    /// Rows, about the mass center (about the pivot under uniform gravity), body axes.
+    inertia_kg_m2: [[f64; 3]; 3],
+    #[serde(flatten)]
+    solid: Option<SolidReport>,
+}
+
+/// A shape of faces; its vertices are shifted by minus its mass center.
+#[derive(Serialize)]
+struct SolidReport {
+    faces: usize,
+    volume_m3: f64,
+    mass_center_m: [f64; 3],
 }
 
 fn simulation(loaded: &LoadedSimulation, args: &Args, console: &mut Console) -> Result<Exit, Failure> {
-    let LoadedSimulation { simulation, warnings, .. } = loaded;
+    let LoadedSimulation { simulation, warnings, solids, .. } = loaded;
     let (verdict, tone) = verdict(warnings);
     let bodies: Vec<BodyReport<'_>> = simulation
         .bodies
         .iter()
         .zip(simulation.system.bodies())
-        .map(|(name, body)| BodyReport {
+        .zip(solids)
+        .map(|((name, body), solid)| BodyReport {
             name,
             mass_kg: body.mass,
             principal_moments_kg_m2: (*body.inertia.principal()).into(),
+            // Symmetric: rows are columns.
+            inertia_kg_m2: (*body.inertia.j()).into(),
+            solid: solid.map(|solid| SolidReport {
+                faces: solid.faces,
+                volume_m3: solid.volume,
+                mass_center_m: solid.mass_center.into(),
+            }),
         })
         .collect();
     let rows = simulation.steps.div_ceil(simulation.stride) + 1;
@@ -103,6 +123,7 @@ fn simulation(loaded: &LoadedSimulation, args: &Args, console: &mut Console) -> 
         let label = if index == 0 { "bodies" } else { "" };
         let text = format!("{}: {mass}, principal moments {moments} kg·m²", escape(body.name));
         lines.push(summary::line(label, &text));
+        lines.extend(body.solid.iter().flat_map(|solid| told(solid, &body.inertia_kg_m2)));
     }
     if bodies.len() > SHOWN {
         lines.push(summary::line("", &format!("… {} in all", bodies.len())));
@@ -127,6 +148,22 @@ fn simulation(loaded: &LoadedSimulation, args: &Args, console: &mut Console) -> 
         console::to_stdout(|output| write_document(&report, output))?;
     }
     Ok(Exit::Solved)
+}
+
+/// What a shape of faces comes to, in words.
+fn told(solid: &SolidReport, inertia: &[[f64; 3]; 3]) -> [String; 2] {
+    let list =
+        |values: &[f64]| values.iter().map(|value| significant(*value, 6)).collect::<Vec<_>>().join(", ");
+    let SolidReport { faces, volume_m3, mass_center_m } = solid;
+    let (volume, center) = (significant(*volume_m3, 6), list(mass_center_m));
+    let rows = inertia.map(|row| format!("[{}]", list(&row))).join(", ");
+    [
+        summary::line(
+            "",
+            &format!("  {faces} faces, {volume} m³, mass center [{center}] m as the vertices are given"),
+        ),
+        summary::line("", &format!("  inertia [{rows}] kg·m²")),
+    ]
 }
 
 fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit, Failure> {

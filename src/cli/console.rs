@@ -60,6 +60,12 @@ impl Console {
         self.plain_error(&text);
     }
 
+    /// A coded warning, unless quiet.
+    pub fn warn(&mut self, code: &str, reason: &str, remedy: &str) {
+        let label = self.paint(Tone::Note, &format!("warning[{code}]"));
+        self.say(&format!("{label}: {reason}\n  help: {remedy}"));
+    }
+
     /// Rendered text, quiet or not.
     pub fn plain_error(&mut self, text: &str) {
         self.clear_progress();
@@ -82,7 +88,8 @@ impl Console {
         }
     }
 
-    fn clear_progress(&mut self) {
+    /// Takes the progress line away.
+    pub fn clear_progress(&mut self) {
         if std::mem::take(&mut self.progress) {
             let _ = write!(io::stderr().lock(), "\r\x1b[K");
         }

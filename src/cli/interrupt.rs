@@ -1,23 +1,64 @@
-//! Ctrl-C: the first asks the solve to stop and keeps its best result, the second ends at once.
+//! Ctrl-C: the first asks the work to stop and keeps its best result, the second ends at once. The signals that
+//! ask a process to end, SIGTERM and SIGHUP, count as Ctrl-C.
 
 use super::failure::Exit;
+use slewkit::export::remove_temporaries;
 use slewkit::plan::Status;
+use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 
+/// How long the work may go on in silence: a step of large polyhedra, or a subproblem, takes its time.
+const PATIENCE: Duration = Duration::from_millis(700);
+
 /// Takes Ctrl-C over from here on.
 pub fn watch() {
-    let installed = ctrlc::set_handler(|| {
-        if REQUESTED.swap(true, Ordering::SeqCst) {
-            std::process::exit(i32::from(Exit::Plan(Status::Interrupted).code()));
-        }
-    });
+    let installed = ctrlc::set_handler(asked);
     // Without a handler Ctrl-C ends the program, which is what it would do anyway.
     drop(installed);
+    #[cfg(unix)]
+    unix::watch();
 }
 
 /// Whether Ctrl-C was pressed.
 pub fn requested() -> bool {
     REQUESTED.load(Ordering::SeqCst)
+}
+
+fn asked() {
+    if REQUESTED.swap(true, Ordering::SeqCst) {
+        remove_temporaries();
+        std::process::exit(i32::from(Exit::Plan(Status::Interrupted).code()));
+    }
+    thread::spawn(|| {
+        thread::sleep(PATIENCE);
+        let text = "interrupted: waiting for the step under way; once more ends at once and keeps nothing";
+        // `eprintln!` panics when stderr is closed.
+        let _ = writeln!(std::io::stderr().lock(), "{text}");
+    });
+}
+
+#[cfg(unix)]
+mod unix {
+    use signal_hook::consts::{SIGHUP, SIGTERM};
+    use signal_hook::iterator::Signals;
+
+    /// Takes the signals over that ask a process to end.
+    pub fn watch() {
+        let asking = if ignores_hangup() { vec![SIGTERM] } else { vec![SIGTERM, SIGHUP] };
+        if let Ok(mut signals) = Signals::new(asking) {
+            std::thread::spawn(move || signals.forever().for_each(|_| super::asked()));
+        }
+    }
+
+    /// Whether hangups are ignored, as under `nohup`; true where the system does not tell.
+    fn ignores_hangup() -> bool {
+        let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+        let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+        let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+        mask.is_none_or(|mask| mask & (1 << (SIGHUP - 1)) != 0)
+    }
 }

@@ -20,7 +20,7 @@
 
 use super::error::{finite, finite_vector, positive};
 use super::inverse_square::InverseSquare;
-use super::{Blocks, Description, Environment, EnvironmentError, Pose, Wrench};
+use super::{Blocks, Description, Environment, EnvironmentError, Pose, Symmetry, Wrench};
 use crate::Vector3;
 use crate::lie::hat;
 
@@ -122,6 +122,10 @@ impl Environment for CentralGravity {
             sum.rr += rho * (hat(&kc) + d) + b * (hat(&field.force()) - k * rho);
         }
         sum.rotate_translations(&pose.attitude)
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::Turns
     }
 
     fn describe(&self) -> Description {

@@ -94,6 +94,19 @@ impl Description {
     }
 }
 
+/// Under which motions of everything together a potential stays the same, hence what of the momenta it conserves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Symmetry {
+    /// None that is known: nothing is conserved.
+    None,
+    /// Turns about this direction through the origin: the angular momentum about it, unit, reference frame.
+    About(Vector3),
+    /// All turns about the origin: the angular momentum.
+    Turns,
+    /// Turns and shifts: both momenta.
+    All,
+}
+
 /// A potential field acting on the body.
 pub trait Environment: Debug + Send + Sync {
     /// Potential energy `U` \[J\].
@@ -123,6 +136,11 @@ pub trait Environment: Debug + Send + Sync {
     /// Whether nothing acts at all, so that the solvers may skip every evaluation.
     fn is_free(&self) -> bool {
         false
+    }
+
+    /// Its symmetry, for reports. Default: that of nothing where nothing acts, else none.
+    fn symmetry(&self) -> Symmetry {
+        if self.is_free() { Symmetry::All } else { Symmetry::None }
     }
 
     /// What it is, for plan files. Default: "custom", without numbers.

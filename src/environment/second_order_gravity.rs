@@ -27,7 +27,7 @@
 
 use super::error::{finite, positive};
 use super::inverse_square::{InverseSquare, symmetric};
-use super::{Blocks, Description, Environment, EnvironmentError, Pose, Wrench};
+use super::{Blocks, Description, Environment, EnvironmentError, Pose, Symmetry, Wrench};
 use crate::body::Inertia;
 use crate::lie::hat;
 use crate::{Matrix3, Vector3};
@@ -150,6 +150,10 @@ impl Environment for SecondOrderGravity {
         let xr = w - v * y - h * b;
         let rx = xr.transpose();
         Blocks { xx, xr, rx, rr: rx * y + (y * h - a) * b }.rotate_translations(&pose.attitude)
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::Turns
     }
 
     fn describe(&self) -> Description {

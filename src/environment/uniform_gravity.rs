@@ -7,7 +7,7 @@
 //! ```
 
 use super::error::{direction, finite_vector, not_negative, positive};
-use super::{Blocks, Description, Environment, EnvironmentError, Pose, Wrench};
+use super::{Blocks, Description, Environment, EnvironmentError, Pose, Symmetry, Wrench};
 use crate::Vector3;
 use crate::lie::hat;
 
@@ -75,6 +75,10 @@ impl Environment for UniformGravity {
 
     fn is_free(&self) -> bool {
         self.weight_arm == Vector3::zeros()
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        if self.is_free() { Symmetry::All } else { Symmetry::About(self.direction) }
     }
 
     fn describe(&self) -> Description {

@@ -5,6 +5,7 @@ use crate::spec::escape;
 use std::fs;
 use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 use thiserror::Error;
 
 /// Why an output file is refused or failed. Nothing is left half-written.
@@ -13,6 +14,14 @@ pub enum FileError {
     /// The folder is missing.
     #[error("the folder {folder} of the output {path} does not exist")]
     FolderMissing {
+        /// The folder.
+        folder: String,
+        /// The output as given.
+        path: String,
+    },
+    /// What should be the folder is a file.
+    #[error("{folder}, the folder of the output {path}, is a file")]
+    FolderIsFile {
         /// The folder.
         folder: String,
         /// The output as given.
@@ -60,7 +69,7 @@ impl FileError {
     /// The stable code of the error.
     pub fn code(&self) -> &'static str {
         match self {
-            Self::FolderMissing { .. } => "E0095",
+            Self::FolderMissing { .. } | Self::FolderIsFile { .. } => "E0095",
             Self::NotWritable { .. } => "E0096",
             Self::Write { .. } => "E0097",
             Self::Exists { .. } => "E0098",
@@ -73,6 +82,7 @@ impl FileError {
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::FolderMissing { .. } => "create it first",
+            Self::FolderIsFile { .. } => "choose another folder",
             Self::NotWritable { .. } => "choose another folder, or ask for the right to write there",
             Self::Write { .. } => "free some space, or choose another folder",
             Self::Exists { .. } => "give `--force` to replace it",
@@ -104,6 +114,9 @@ impl Target {
             Some(folder) if !folder.as_os_str().is_empty() => folder.to_path_buf(),
             _ => PathBuf::from("."),
         };
+        if folder.exists() && !folder.is_dir() {
+            return Err(FileError::FolderIsFile { folder: self::shown(&folder), path: shown });
+        }
         if !folder.is_dir() {
             return Err(FileError::FolderMissing { folder: self::shown(&folder), path: shown });
         }
@@ -156,6 +169,7 @@ impl Target {
             builder.permissions(fs::Permissions::from_mode(0o666));
         }
         let mut temporary = builder.tempfile_in(&self.folder).map_err(create)?;
+        let _listed = Listed::new(temporary.path());
         let mut buffer = BufWriter::new(temporary.as_file_mut());
         content(&mut buffer).map_err(|error| match error {
             ExportError::Io(reason) => write(reason).into(),
@@ -182,6 +196,33 @@ impl Target {
             let _ = folder.sync_all();
         }
         Ok(())
+    }
+}
+
+/// The temporary files of this process.
+static TEMPORARY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Removes the temporary files of all outputs that are being written: for a program that ends without unwinding.
+pub fn remove_temporaries() {
+    for path in TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner).iter() {
+        // One that is gone is what was wanted.
+        let _ = fs::remove_file(path);
+    }
+}
+
+/// A path that is in the list for as long as this lives.
+struct Listed(PathBuf);
+
+impl Listed {
+    fn new(path: &Path) -> Self {
+        TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner).push(path.into());
+        Self(path.into())
+    }
+}
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner).retain(|path| *path != self.0);
     }
 }
 

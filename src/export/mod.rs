@@ -12,7 +12,7 @@ mod rows;
 mod trajectory;
 
 pub use attitude::{EULER_SEQUENCES, EulerAngles, Notations};
-pub use file::{FileError, Target};
+pub use file::{FileError, Target, remove_temporaries};
 pub use plan_file::{ConvexRecord, PlanFile, read_guess, write_document};
 pub use record::{
     ChannelRecord, ConeRecord, ConstraintRecord, Difference, EnvironmentRecord, ProblemRecord, RuleRecord,

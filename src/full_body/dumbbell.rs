@@ -10,7 +10,7 @@
 use super::error::{Checked, count, finite, positive};
 use super::{MassPoint, PointCloud, Potential};
 use crate::body::{Body, Inertia};
-use crate::environment::{Pose, Wrench};
+use crate::environment::{Pose, Symmetry, Wrench};
 use crate::{Matrix3, Vector3};
 
 /// Two equal homogeneous spheres joined by a massless rod along the first body axis.
@@ -122,6 +122,11 @@ impl Pair {
 }
 
 impl Potential for Dumbbells {
+    /// Only how the bodies stand to one another acts.
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::All
+    }
+
     fn energy(&self, poses: &[Pose]) -> f64 {
         let of = |pair: Pair| {
             -pair.strength * ENDS.iter().map(|&ends| 1.0 / pair.distance(ends).norm()).sum::<f64>()

@@ -54,7 +54,7 @@ pub use mutual_gravity::{GRAVITATIONAL_CONSTANT, MutualGravity, Threads};
 pub use point_cloud::{MassPoint, PointCloud};
 pub use polyhedron::{HomogeneousPolyhedron, Polyhedron};
 
-use crate::environment::{Blocks, Pose, Wrench};
+use crate::environment::{Blocks, Pose, Symmetry, Wrench};
 
 /// A potential `U(x_1, R_1, …, x_n, R_n)` and what it exerts on each body.
 pub trait Potential: std::fmt::Debug + Send + Sync {
@@ -72,6 +72,11 @@ pub trait Potential: std::fmt::Debug + Send + Sync {
     fn gradient(&self, _poses: &[Pose], _gradient: &mut [Blocks]) -> bool {
         false
     }
+
+    /// Its symmetry, for reports. Default: none.
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::None
+    }
 }
 
 impl<P: Potential + ?Sized> Potential for &P {
@@ -85,5 +90,9 @@ impl<P: Potential + ?Sized> Potential for &P {
 
     fn gradient(&self, poses: &[Pose], gradient: &mut [Blocks]) -> bool {
         (**self).gradient(poses, gradient)
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        (**self).symmetry()
     }
 }

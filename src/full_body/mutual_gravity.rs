@@ -7,7 +7,7 @@ use super::error::{Checked, count, finite, positive};
 use super::pair::{Exchange, TASK, Task};
 use super::second_order::Moments;
 use super::{Attractor, Potential};
-use crate::environment::{Pose, Wrench};
+use crate::environment::{Pose, Symmetry, Wrench};
 use rayon::prelude::*;
 use std::sync::Mutex;
 
@@ -86,6 +86,11 @@ impl MutualGravity {
         &self.bodies
     }
 
+    /// What one evaluation takes, in interactions of point with point.
+    pub fn interactions(&self) -> f64 {
+        self.cost
+    }
+
     /// Whether an evaluation goes to several threads.
     fn is_shared(&self) -> bool {
         match self.threads {
@@ -113,6 +118,11 @@ impl MutualGravity {
 }
 
 impl Potential for MutualGravity {
+    /// Only how the bodies stand to one another acts.
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::All
+    }
+
     /// # Panics
     /// If there is not one pose per body.
     fn energy(&self, poses: &[Pose]) -> f64 {

@@ -119,7 +119,7 @@ impl Integrator for Reference {
         let mut rate = zero.clone();
         self.ambient.rate(0.0, &zero, inputs, &mut rate);
         rate.iter_mut().for_each(|rate| *rate *= step);
-        self.ambient.scales(&rate, &mut self.scales);
+        self.ambient.error_scales(&rate, self.tolerance, &mut self.scales);
         let allowed = Tolerance::Vector(self.scales.iter().map(|scale| self.tolerance * scale).collect());
         let change = Change { ambient: RefCell::new(&mut self.ambient), inputs, step };
         let (part, rejected) = (&mut self.part, &mut self.work.rejected);

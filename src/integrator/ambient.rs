@@ -45,7 +45,20 @@ impl Ambient {
 
     /// Rate of change at `fraction` of the step, where the state has changed by `y`.
     pub fn rate(&mut self, fraction: f64, y: &[f64], inputs: &[Input], out: &mut [f64]) {
-        let free = self.loads.is_free(inputs);
+        self.load(fraction, y, inputs);
+        self.rate_under_load(y, out);
+    }
+
+    /// Evaluates what acts at `fraction` of the step, where the state has changed by `y`.
+    pub fn load(&mut self, fraction: f64, y: &[f64], inputs: &[Input]) {
+        self.place(y);
+        if !self.loads.is_free(inputs) {
+            self.loads.total(fraction, &self.poses, inputs, &mut self.wrenches);
+        }
+    }
+
+    /// The poses where the state has changed by `y`.
+    fn place(&mut self, y: &[f64]) {
         let mut at = 0;
         for (body, pose) in self.poses.iter_mut().enumerate() {
             let start = self.state.poses()[body];
@@ -56,9 +69,11 @@ impl Ambient {
                 at += MOVING - TURNING;
             }
         }
-        if !free {
-            self.loads.total(fraction, &self.poses, inputs, &mut self.wrenches);
-        }
+    }
+
+    /// Rate of change where the state has changed by `y`, under the forces and moments evaluated last.
+    pub fn rate_under_load(&mut self, y: &[f64], out: &mut [f64]) {
+        self.place(y);
         let mut at = 0;
         for (index, body) in self.loads.system.bodies().iter().enumerate() {
             let start = self.state.momenta()[index];
@@ -119,6 +134,44 @@ impl Ambient {
                 fill(&mut at, 3, momentum.linear.norm());
             }
         }
+    }
+
+    /// Sizes that an error control measures against: such that a part `tolerance` of them is no less than what a pose
+    /// would notice over the step. The moments on a body that hardly turns carry more round-off than a small part
+    /// of its momentum.
+    pub fn error_scales(&self, change: &[f64], tolerance: f64, out: &mut [f64]) {
+        self.scales(change, out);
+        // An estimate is a sum of a dozen evaluations with weights above one.
+        let least = 16.0 * f64::EPSILON / (tolerance * self.loads.step);
+        let mut at = 0;
+        for body in self.loads.system.bodies() {
+            let floor = least * body.inertia.principal().min();
+            out[at + 9..at + TURNING].iter_mut().for_each(|scale| *scale = scale.max(floor));
+            at += if body.mass.is_some() { MOVING } else { TURNING };
+        }
+    }
+
+    /// What the poses would notice of `change` over a step: the largest turn [rad], or shift relative to the
+    /// farthest body.
+    pub fn noticed(&self, change: &[f64]) -> f64 {
+        let h = self.loads.step;
+        let farthest = self.state.poses().iter().map(|pose| pose.position.norm()).fold(0.0, f64::max);
+        // All bodies at the origin, or none that moves: any length will do.
+        let length = if farthest > 0.0 { farthest } else { 1.0 };
+        let (mut at, mut worst) = (0, 0.0_f64);
+        for body in self.loads.system.bodies() {
+            let turn = Matrix3::from_column_slice(&change[at..at + 9]).norm();
+            let kick = h * (body.inertia.j_inverse() * vector(&change[at + 9..])).norm();
+            worst = worst.max(turn).max(kick);
+            at += TURNING;
+            if let Some(mass) = body.mass {
+                let (shift, kick) =
+                    (vector(&change[at..]).norm(), h * vector(&change[at + 3..]).norm() / mass);
+                worst = worst.max(shift / length).max(kick / length);
+                at += MOVING - TURNING;
+            }
+        }
+        worst
     }
 }
 

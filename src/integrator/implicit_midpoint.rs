@@ -1,18 +1,29 @@
-//! The implicit midpoint rule on the nine numbers of an attitude (SRK), by fixed-point iteration.
+//! The implicit midpoint rule on the nine numbers of an attitude (SRK), by two nested fixed-point iterations.
 //!
 //! ```text
 //! y⁺ = y + h f((y + y⁺)/2)
 //! ```
 //! It keeps quadratic invariants, hence `RᵀR = I` to the tolerance of the iteration, but it is not symplectic
 //! in these variables and loses the angular momentum of several bodies.
+//!
+//! The inner iteration holds forces and moments. It shrinks the error by about `h|Ω|/2`, slowly where bodies turn
+//! far in a step; the outer one evaluates the potential and shrinks it by about `h²|f'|/4`. One iteration for both
+//! takes 75 evaluations of the potential a step of 1.4 rad, where two take a dozen.
 
 use super::ambient::{Ambient, largest};
 use super::{Facts, Input, Integrator, StepError, System, SystemState, Work};
 
 /// Largest change of the last iteration, relative to the size of each quantity.
+///
+/// A quantity may be so small that its own round-off is more than that: the momentum of a body that hardly turns
+/// comes from moments in which large forces cancel. Hence the iteration also ends where its changes no longer
+/// shrink (Hairer, Lubich, Wanner, VIII.6.2), if the poses would not notice them within this tolerance.
 const TOLERANCE: f64 = 1e-13;
 
-/// The error shrinks by about h|f'|/2 an iteration; ten do at the usual steps.
+/// The inner iteration stops at this part of what the outer one changed last.
+const INNER: f64 = 1e-2;
+
+/// Each iteration; ten do at the usual steps.
 const MAX_ITERATIONS: u32 = 200;
 
 /// The implicit midpoint rule.
@@ -20,8 +31,11 @@ const MAX_ITERATIONS: u32 = 200;
 pub(super) struct ImplicitMidpoint {
     ambient: Ambient,
     change: Vec<f64>,
+    /// The change before an outer iteration.
+    before: Vec<f64>,
     middle: Vec<f64>,
     rate: Vec<f64>,
+    correction: Vec<f64>,
     scales: Vec<f64>,
     work: Work,
 }
@@ -32,8 +46,10 @@ impl ImplicitMidpoint {
         let zero = vec![0.0; ambient.size];
         Self {
             change: zero.clone(),
+            before: zero.clone(),
             middle: zero.clone(),
             rate: zero.clone(),
+            correction: zero.clone(),
             scales: zero,
             ambient,
             work: Work::default(),
@@ -52,32 +68,62 @@ impl ImplicitMidpoint {
     }
 }
 
+impl ImplicitMidpoint {
+    fn middle(&mut self) {
+        self.middle.iter_mut().zip(&self.change).for_each(|(middle, change)| *middle = 0.5 * change);
+    }
+
+    /// Solves for the change under the forces and moments evaluated last, until the poses notice no more than `goal`
+    /// of an iteration or it brings nothing.
+    fn solve_under_load(&mut self, goal: f64) {
+        let h = self.ambient.loads.step;
+        let mut noticed = f64::INFINITY;
+        for _ in 0..MAX_ITERATIONS {
+            self.middle();
+            self.ambient.rate_under_load(&self.middle, &mut self.rate);
+            self.work.iterations += 1;
+            for ((correction, change), rate) in
+                self.correction.iter_mut().zip(&mut self.change).zip(&self.rate)
+            {
+                *correction = h * rate - *change;
+                *change = h * rate;
+            }
+            let before = std::mem::replace(&mut noticed, self.ambient.noticed(&self.correction));
+            if noticed <= goal || noticed >= before {
+                return;
+            }
+        }
+    }
+}
+
 impl Integrator for ImplicitMidpoint {
     fn step(&mut self, inputs: &[Input]) -> Result<(), StepError> {
-        let h = self.ambient.loads.step;
         self.change.fill(0.0);
-        for iteration in 1..=MAX_ITERATIONS {
-            self.middle.iter_mut().zip(&self.change).for_each(|(middle, change)| *middle = 0.5 * change);
-            self.ambient.rate(0.5, &self.middle, inputs, &mut self.rate);
-            self.work.iterations += 1;
+        let mut noticed = f64::INFINITY;
+        for _ in 0..MAX_ITERATIONS {
+            self.before.copy_from_slice(&self.change);
+            self.middle();
+            self.ambient.load(0.5, &self.middle, inputs);
+            self.solve_under_load(INNER * noticed);
             self.ambient.scales(&self.change, &mut self.scales);
-            let corrections = self.rate.iter().zip(&self.change).map(|(rate, change)| h * rate - change);
-            let correction = largest(corrections, &self.scales);
-            self.change.iter_mut().zip(&self.rate).for_each(|(change, rate)| *change = h * rate);
-            if !correction.is_finite() {
+            for ((correction, now), before) in self.correction.iter_mut().zip(&self.change).zip(&self.before)
+            {
+                *correction = now - before;
+            }
+            let relative = largest(self.correction.iter().copied(), &self.scales);
+            if !relative.is_finite() {
                 return Err(StepError::NotFinite);
             }
-            if correction <= TOLERANCE {
+            let before = std::mem::replace(&mut noticed, self.ambient.noticed(&self.correction));
+            let at_round_off = noticed <= TOLERANCE && noticed >= before;
+            if relative <= TOLERANCE || at_round_off {
                 self.ambient.add(&self.change);
                 self.ambient.turn_frame();
                 self.work.steps += 1;
                 return Ok(());
             }
-            if iteration == MAX_ITERATIONS {
-                break;
-            }
         }
-        Err(StepError::NotConverged { step: h, iterations: MAX_ITERATIONS })
+        Err(StepError::NotConverged { step: self.ambient.loads.step, iterations: MAX_ITERATIONS })
     }
 
     fn state(&self) -> &SystemState {

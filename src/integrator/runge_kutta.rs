@@ -85,7 +85,7 @@ impl RungeKutta {
             let last = self.part >= 0.999 * rest;
             let length = if last { rest } else { self.part };
             self.part(done, length, inputs);
-            self.ambient.scales(&self.y, &mut self.scales);
+            self.ambient.error_scales(&self.y, tolerance, &mut self.scales);
             let stages = &self.stages;
             let errors = (0..self.y.len())
                 .map(|index| length * error.iter().zip(stages).map(|(e, k)| e * k[index]).sum::<f64>());

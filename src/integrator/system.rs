@@ -2,7 +2,7 @@
 
 use super::state::SystemState;
 use crate::body::Body;
-use crate::environment::{Blocks, Environment, Pose, Wrench};
+use crate::environment::{Blocks, Environment, Pose, Symmetry, Wrench};
 use crate::full_body::Potential;
 use crate::full_body::invariants::{self, Momentum};
 use crate::problem::State;
@@ -97,7 +97,9 @@ pub enum SystemError {
         degree: usize,
     },
     /// The tolerance is unusable.
-    #[error("the tolerance is {tolerance:e}, it must lie between 1e-15 and 0.1")]
+    #[error(
+        "the tolerance is {tolerance:e}, it must lie between 1e-14, below which there is only round-off, and 0.1"
+    )]
     Tolerance {
         /// The tolerance given.
         tolerance: f64,
@@ -253,6 +255,11 @@ impl System {
         Ok(())
     }
 
+    /// What of its momenta is conserved.
+    pub fn symmetry(&self) -> Symmetry {
+        self.potential.as_ref().map_or(Symmetry::All, |potential| potential.symmetry())
+    }
+
     /// Energy, momenta and orthogonality.
     pub fn invariants(&self, state: &SystemState) -> Invariants {
         let (poses, momenta) = (state.poses(), state.momenta());
@@ -296,6 +303,10 @@ impl Potential for EnvironmentPotential {
     fn gradient(&self, poses: &[Pose], gradient: &mut [Blocks]) -> bool {
         gradient[0] = self.environment.gradient(&poses[0]);
         true
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        self.environment.symmetry()
     }
 }
 

@@ -28,7 +28,7 @@ mod held;
 pub mod witness;
 
 use crate::integrator::{
-    Facts, Invariants, Kind, Settings, StepError, System, SystemError, SystemState, Work,
+    Facts, Invariants, Kind, Settings, StepError, System, SystemError, SystemState, Work, shown,
 };
 use crate::problem::{Motion, Problem, ProblemError};
 use crate::verify::same_sign;
@@ -60,6 +60,8 @@ pub struct Simulation {
     pub steps: u64,
     /// A row every so many steps; the start and the end always have one.
     pub stride: u64,
+    /// How far each body reaches from its mass center \[m\], in the order of the system; empty: not known.
+    pub reach: Vec<f64>,
 }
 
 /// One body at one moment, SI units, frames as in the crate's conventions.
@@ -93,7 +95,8 @@ pub trait Observer {
     /// A row. `Break` ends the simulation.
     fn on_row(&mut self, row: &Row) -> ControlFlow<()>;
 
-    /// So many steps have been made; called after each, so be quick. `Break` ends the simulation.
+    /// So many steps have been made; called after each, so be quick. `Break` ends the simulation, with a last row of
+    /// the state reached.
     fn on_step(&mut self, _steps: u64) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
@@ -103,6 +106,17 @@ impl<F: FnMut(&Row) -> ControlFlow<()>> Observer for F {
     fn on_row(&mut self, row: &Row) -> ControlFlow<()> {
         self(row)
     }
+}
+
+/// Two bodies within reach of one another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Encounter {
+    /// When \[s\].
+    pub time: f64,
+    /// Which two, from 0.
+    pub bodies: [usize; 2],
+    /// Distance of their mass centers \[m\].
+    pub distance: f64,
 }
 
 /// What a run came to.
@@ -116,6 +130,9 @@ pub struct Run {
     pub work: Work,
     /// Time that they took, without the observer's.
     pub stepping: Duration,
+    /// The first step after which two bodies were within [`Simulation::reach`] of one another that had not been so
+    /// at the start.
+    pub encounter: Option<Encounter>,
 }
 
 /// Why a simulation cannot be run, or not to its end.
@@ -142,7 +159,7 @@ pub enum SimulationError {
     #[error("duration, steps and stride must be positive, and the duration finite")]
     Grid,
     /// A step could not be made; rows up to there have been handed out.
-    #[error("at t = {time} s: {error}")]
+    #[error("at t = {} s: {error}", shown(*time, 9))]
     Step {
         /// Start of the step \[s\].
         time: f64,
@@ -165,6 +182,7 @@ impl Simulation {
             duration,
             steps,
             stride: 1,
+            reach: Vec::new(),
         }
     }
 
@@ -186,13 +204,16 @@ impl Simulation {
         let mut body = problem.body.clone();
         body.mass = body.mass.filter(|_| problem.motion == Motion::RigidBody);
         let environment = Arc::clone(&problem.environment);
-        let system = match inputs {
+        if let Some(inputs) = inputs {
+            let (found, expected) = (inputs.len(), problem.actuation.count());
+            if found != expected || !inputs.iter().all(|input| input.is_finite()) {
+                return Err(SimulationError::Inputs { found, expected });
+            }
+        }
+        let acting = inputs.filter(|inputs| inputs.iter().any(|input| input.abs() > 0.0));
+        let system = match acting {
             None => System::single(body, environment)?,
             Some(inputs) => {
-                let (found, expected) = (inputs.len(), problem.actuation.count());
-                if found != expected || !inputs.iter().all(|input| input.is_finite()) {
-                    return Err(SimulationError::Inputs { found, expected });
-                }
                 let frame_rate = environment.frame_rate();
                 System::turning(vec![body], Some(Arc::new(Held::new(problem, inputs))), frame_rate)?
             }
@@ -225,6 +246,8 @@ impl Simulation {
         let mut stepping = Duration::ZERO;
         let mut finished = observer.on_row(&row).is_continue();
         let mut made = 0;
+        let apart = self.apart();
+        let mut encounter = None;
         while finished && made < self.steps {
             let next = (made + self.stride).min(self.steps);
             let began = Instant::now();
@@ -232,6 +255,7 @@ impl Simulation {
                 let time = self.time(made);
                 method.step(&[]).map_err(|error| SimulationError::Step { time, error })?;
                 made += 1;
+                encounter = encounter.or_else(|| self.meeting(&apart, made, method.state()));
                 // Followed step by step, as a turn of more than 180° between rows would lose the sign.
                 for (body, pose) in row.bodies.iter_mut().zip(method.state().poses()) {
                     let quaternion = lie::quaternion_from_rotation(&pose.attitude);
@@ -240,12 +264,29 @@ impl Simulation {
                 finished = observer.on_step(made).is_continue();
             }
             stepping += began.elapsed();
-            if finished {
-                self.fill(&mut row, self.time(made), method.state());
-                finished = observer.on_row(&row).is_continue() || made == self.steps;
-            }
+            self.fill(&mut row, self.time(made), method.state());
+            finished &= observer.on_row(&row).is_continue();
+            finished |= made == self.steps;
         }
-        Ok(Run { finished, facts: method.facts(), work: method.work(), stepping })
+        Ok(Run { finished, facts: method.facts(), work: method.work(), stepping, encounter })
+    }
+
+    /// The pairs that are out of reach of one another at the start, with the square of that distance.
+    fn apart(&self) -> Vec<([usize; 2], f64)> {
+        let poses = self.start.poses();
+        let pairs = (0..self.reach.len()).flat_map(|second| (0..second).map(move |first| [first, second]));
+        let with_reach =
+            pairs.map(|pair| (pair, pair.map(|body| self.reach[body]).iter().sum::<f64>().powi(2)));
+        let distance = |[a, b]: [usize; 2]| (poses[a].position - poses[b].position).norm_squared();
+        with_reach.filter(|(pair, reach)| *reach > 0.0 && distance(*pair) >= *reach).collect()
+    }
+
+    /// The first of `pairs` within reach.
+    fn meeting(&self, pairs: &[([usize; 2], f64)], made: u64, state: &SystemState) -> Option<Encounter> {
+        let poses = state.poses();
+        let distance = |[a, b]: [usize; 2]| (poses[a].position - poses[b].position).norm_squared();
+        let (bodies, _) = pairs.iter().find(|(pair, reach)| distance(*pair) < *reach)?;
+        Some(Encounter { time: self.time(made), bodies: *bodies, distance: distance(*bodies).sqrt() })
     }
 
     /// The row of a state at `t = 0`, or of one whose signs do not matter.

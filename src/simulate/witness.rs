@@ -77,6 +77,7 @@ pub fn propagate(
         Propagator::Verner98 => Carrier::Continuous(Continuous::new(&plant, &start)),
     };
     let mut quaternion = lie::quaternion_from_rotation(&start.attitude);
+    let mut told_to_stop = false;
     for k in 0..=steps {
         let time = if k == steps { problem.duration } else { k as f64 * step };
         let phase = match &body {
@@ -87,9 +88,8 @@ pub fn propagate(
             return Err(WitnessError::NotFinite { time });
         }
         quaternion = same_sign(lie::quaternion_from_rotation(&phase.attitude), &quaternion);
-        if (k % stride == 0 || k == steps)
-            && observer.on_row(&row(&plant, time, quaternion, &phase)).is_break()
-        {
+        let due = k % stride == 0 || k == steps || told_to_stop;
+        if (due && observer.on_row(&row(&plant, time, quaternion, &phase)).is_break()) || told_to_stop {
             return Ok(k == steps);
         }
         if k < steps {
@@ -97,9 +97,7 @@ pub fn propagate(
                 Carrier::Discrete(body) => body.advance(&output, &output)?,
                 Carrier::Continuous(body) => body.advance(time, step, &output, &output)?,
             }
-            if observer.on_step(k + 1).is_break() {
-                return Ok(false);
-            }
+            told_to_stop = observer.on_step(k + 1).is_break();
         }
     }
     Ok(true)

@@ -237,10 +237,23 @@ pub struct LoadedSimulation {
     pub simulation: Simulation,
     /// Shapes of the bodies, in their order; `None` for those without.
     pub shapes: Vec<Option<BodyShape>>,
+    /// What the surfaces of faces among them say, in their order.
+    pub solids: Vec<Option<Solid>>,
     /// What the motion must come to, if the spec says so.
     pub expect: Option<SimulationExpect>,
     /// What is accepted but worth a word, in file order.
     pub warnings: Vec<Diagnostic>,
+}
+
+/// A homogeneous solid within faces, as the spec or its file gives them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solid {
+    /// Number of triangles.
+    pub faces: usize,
+    /// Volume \[m³\].
+    pub volume: f64,
+    /// Its mass center in the coordinates of the vertices as given \[m\]; the origin of the body moves there.
+    pub mass_center: Vector3,
 }
 
 /// Shape of a body.
@@ -419,8 +432,14 @@ fn any(
     let section = Section::root(&root, table);
     let spec = if simulated.is_some() {
         simulation::assemble(&section, &stem, folder, &mut report).map(|assembled| {
-            let simulation::Assembled { simulation, shapes, expect } = assembled;
-            Spec::Simulation(Box::new(LoadedSimulation { simulation, shapes, expect, warnings: Vec::new() }))
+            let simulation::Assembled { simulation, shapes, solids, expect } = assembled;
+            Spec::Simulation(Box::new(LoadedSimulation {
+                simulation,
+                shapes,
+                solids,
+                expect,
+                warnings: Vec::new(),
+            }))
         })
     } else {
         assemble::assemble(&section, &stem, &mut report).map(|assembled| {

@@ -83,7 +83,8 @@ pub(crate) const DENSITY: Quantity = quantity("a density", "kg/m³", 1e-30, 1e30
 pub(crate) const GRAVITATIONAL_CONSTANT: Quantity =
     quantity("a constant of gravitation", "m³/(kg·s²)", 1e-30, 1e30, Sign::Positive);
 pub(crate) const MOMENTUM: Quantity = quantity("a momentum", "", TINY, 1e60, Sign::Any);
-pub(crate) const STEP_TOLERANCE: Quantity = quantity("a tolerance", "", 1e-15, 0.1, Sign::Positive);
+pub(crate) const STEP_TOLERANCE: Quantity =
+    quantity("a tolerance of steps (below 1e-14 there is only round-off)", "", 1e-14, 0.1, Sign::Positive);
 pub(crate) const SIGNED: Quantity = quantity("a value", "", TINY, 1e200, Sign::Any);
 pub(crate) const MARGIN_DEG: Quantity = quantity("a margin", "deg", TINY, 360.0, Sign::NotNegative);
 pub(crate) const MARGIN: Quantity = quantity("a margin", "", TINY, 1e200, Sign::Any);

@@ -1,5 +1,6 @@
 //! `[bodies.shape]`: what mass, inertia and gravity a shape gives.
 
+use super::Solid;
 use super::diagnostic::{Spot, cut};
 use super::quantity::short;
 use super::section::{Report, Section};
@@ -82,6 +83,8 @@ pub(crate) struct Shape {
     pub dumbbell: Option<Dumbbell>,
     /// Distance of its farthest point from the mass center \[m\].
     pub reach: f64,
+    /// What a surface of faces has said of itself.
+    pub solid: Option<Solid>,
 }
 
 /// Reads the shape of a body with the mass of `mass_kg`, if given; `None` when the report says why not.
@@ -120,6 +123,16 @@ pub(crate) fn shape(
         "dumbbell" => {
             let (length, sphere_radius) = (section.number("length_m")?, section.number("sphere_radius_m")?);
             let dumbbell = Dumbbell { mass: mass?, length, sphere_radius };
+            if length < 2.0 * sphere_radius {
+                let reason = format!(
+                    "the spheres overlap: their centers are {} m apart and their radii add up to {} m, and the inertia \
+                     counts twice what is in both",
+                    short(length),
+                    short(2.0 * sphere_radius)
+                );
+                let remedy = "lengthen `length_m`, or give the body its own `inertia_kg_m2`";
+                report.warn("W0136", section.spot("sphere_radius_m"), reason, remedy);
+            }
             let cloud = accept(dumbbell.cloud(), &section, report)?;
             let reach = 0.5 * length + sphere_radius;
             let inertia = dumbbell.inertia();
@@ -129,6 +142,7 @@ pub(crate) fn shape(
                 attractor: Attractor::Cloud(cloud),
                 dumbbell: Some(dumbbell),
                 reach,
+                solid: None,
             })
         }
         "points" => points(&section, budget, report),
@@ -163,7 +177,7 @@ fn sphere(
     let mass = mass.or(density.map(|density| density * volume))?;
     let attractor = accept(Attractor::point(mass), section, report)?;
     let inertia = Matrix3::identity() * (0.4 * mass * radius * radius);
-    Some(Shape { mass, inertia, attractor, dumbbell: None, reach: radius })
+    Some(Shape { mass, inertia, attractor, dumbbell: None, reach: radius, solid: None })
 }
 
 fn points(section: &Section<'_>, budget: &mut Budget, report: &mut Report) -> Option<Shape> {
@@ -183,7 +197,7 @@ fn points(section: &Section<'_>, budget: &mut Budget, report: &mut Report) -> Op
     let points: Option<Vec<_>> = list.iter().map(point).collect();
     let (cloud, _) = accept(PointCloud::centered(points?), section, report)?;
     let (mass, inertia, reach) = (cloud.mass(), cloud.inertia(), cloud.radius());
-    Some(Shape { mass, inertia, attractor: Attractor::Cloud(cloud), dumbbell: None, reach })
+    Some(Shape { mass, inertia, attractor: Attractor::Cloud(cloud), dumbbell: None, reach, solid: None })
 }
 
 /// A solid of one density, its mass center moved to the origin.
@@ -200,6 +214,7 @@ fn homogeneous(
     if !budget.take(section, faces, faces * order.pow(3), report) {
         return None;
     }
+    let written = Solid { faces, volume: solid.volume(), mass_center: *solid.center() };
     let solid = solid.centered();
     let body = match (mass, density) {
         (Some(mass), _) => HomogeneousPolyhedron::with_mass(solid, mass, order),
@@ -207,7 +222,14 @@ fn homogeneous(
     };
     let body = accept(body, section, report)?;
     let (mass, inertia, reach) = (body.mass(), body.inertia(), body.shape().radius());
-    Some(Shape { mass, inertia, attractor: Attractor::Polyhedron(body), dumbbell: None, reach })
+    Some(Shape {
+        mass,
+        inertia,
+        attractor: Attractor::Polyhedron(body),
+        dumbbell: None,
+        reach,
+        solid: Some(written),
+    })
 }
 
 /// Vertices and faces that stand in the spec.

@@ -8,7 +8,9 @@ use super::keys::{MAX_BODIES, MAX_STEPS};
 use super::quantity::{short, show};
 use super::section::{Report, Section};
 use super::shape::{Budget, Shape, shape};
-use super::{BodyShape, EndExpect, Oscillation, Precession, SimulationExpect, Toleranced, body, values};
+use super::{
+    BodyShape, EndExpect, Oscillation, Precession, SimulationExpect, Solid, Toleranced, body, values,
+};
 use crate::body::{Body, Inertia};
 use crate::full_body::{
     Attractor, Dumbbell, Dumbbells, FullBodyError, GRAVITATIONAL_CONSTANT, MutualGravity, Potential,
@@ -24,6 +26,7 @@ use std::sync::Arc;
 pub(crate) struct Assembled {
     pub simulation: Simulation,
     pub shapes: Vec<Option<BodyShape>>,
+    pub solids: Vec<Option<Solid>>,
     pub expect: Option<SimulationExpect>,
 }
 
@@ -113,11 +116,14 @@ pub(crate) fn assemble(
     simulation.settings =
         Settings { tolerance: section.number("tolerance").unwrap_or(Settings::default().tolerance) };
     steps_are_short(&simulation, &section, &members, report);
+    simulation.reach =
+        members.iter().map(|member| member.shape.as_ref().map_or(0.0, |shape| shape.reach)).collect();
     if gravity.is_some() {
         apart(&simulation, &members, report);
     }
     let shapes = members.iter().map(|member| member.shape.as_ref().map(shown)).collect();
-    Some(Assembled { simulation, shapes, expect: expect.flatten() })
+    let solids = members.iter().map(|member| member.shape.as_ref().and_then(|shape| shape.solid)).collect();
+    Some(Assembled { simulation, shapes, solids, expect: expect.flatten() })
 }
 
 fn shown(shape: &Shape) -> BodyShape {
@@ -302,7 +308,10 @@ fn potential(
                 _ => Some(Attractor::SecondOrder { mass: member.mass?, inertia: member.inertia.clone()? }),
             };
             let attractors: Option<Vec<_>> = members.iter().map(attractor).collect();
-            MutualGravity::new(constant, attractors?).map(|potential| Arc::new(potential) as _)
+            MutualGravity::new(constant, attractors?).map(|potential| {
+                long_steps(&potential, gravity, members, report);
+                Arc::new(potential) as _
+            })
         }
     };
     match built {
@@ -319,6 +328,35 @@ fn potential(
         }
     }
 }
+
+/// Interactions of one evaluation from which a step takes a good part of a second.
+const LONG: f64 = 1e8;
+
+/// Warns where a step will take long: nothing is shown within one.
+fn long_steps(gravity: &MutualGravity, section: &Section<'_>, members: &[Member<'_>], report: &mut Report) {
+    let interactions = gravity.interactions();
+    if interactions < LONG {
+        return;
+    }
+    let faces = members.iter().filter_map(|member| {
+        let faces = member.shape.as_ref()?.solid?.faces;
+        Some(format!("{} {faces}", cut(&member.name, 40)))
+    });
+    let faces: Vec<_> = faces.take(3).collect();
+    let of = if faces.is_empty() { String::new() } else { format!(" (faces: {})", faces.join(", ")) };
+    let reason = format!(
+        "each evaluation of the gravity takes {} interactions of point with point{of}, {} s or so; a step makes one \
+         or more",
+        short(interactions),
+        short((10.0 * interactions / PER_SECOND).round() / 10.0)
+    );
+    let remedy = "take shapes of fewer faces, a lower gauss_order, points for one of them, or potential = \
+                  \"second_order\"";
+    report.warn("W0137", section.here(), reason, remedy);
+}
+
+/// Interactions a second, roughly, on one processor.
+const PER_SECOND: f64 = 2e8;
 
 /// Duration and steps.
 fn grid(section: &Section<'_>, report: &mut Report) -> Option<(f64, u64)> {

@@ -73,16 +73,16 @@ impl Outline {
     }
 }
 
-/// Name of a method in the legends: the survey's, where it has one.
+/// Name of a method in the legends, with the survey's where it has one.
 fn label(kind: Kind) -> String {
     let survey = match kind {
-        Kind::LieVerlet => "LGVI\n",
-        Kind::CrouchGrossman2 => "LGM\n",
-        Kind::ExplicitMidpoint => "RK\n",
-        Kind::ImplicitMidpoint => "SRK\n",
+        Kind::LieVerlet => "\nLGVI in the survey",
+        Kind::CrouchGrossman2 => "\nLGM in the survey",
+        Kind::ExplicitMidpoint => "\nRK in the survey",
+        Kind::ImplicitMidpoint => "\nSRK in the survey",
         _ => "",
     };
-    format!("{survey}{}", kind.name())
+    format!("{}{survey}", kind.name())
 }
 
 /// Names of the figures, in the order in which they are drawn.
@@ -209,7 +209,9 @@ impl Drawn<'_> {
         } else {
             ("Tips of the body axes in the reference frame", "unit sphere")
         };
-        let subtitle = format!("{}, over {span} s, step {} s", self.title, short(step));
+        let method = self.study.kinds[0].name();
+        let subtitle =
+            format!("{}, over {span} s, {method} at its shortest step, {} s", self.title, short(step));
         Scene { title: title.into(), subtitle, unit: unit.into(), names, items }.svg()
     }
 }

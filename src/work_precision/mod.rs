@@ -33,6 +33,7 @@ use history::Recorder;
 use run::Measured;
 use serde::Serialize;
 use std::ops::ControlFlow;
+use table::short;
 use thiserror::Error;
 
 /// What to compare.
@@ -81,8 +82,8 @@ pub enum StudyError {
     },
     /// A horizon is not a whole number of steps.
     #[error(
-        "the step {step} s does not divide the horizon {horizon} s; the next that does is {} s",
-        horizon / (horizon / step).ceil().max(1.0)
+        "the step {} s does not divide the horizon {} s; the next that does is {} s",
+        short(*step), short(*horizon), short(horizon / (horizon / step).ceil().max(1.0))
     )]
     Division {
         /// The step \[s\].
@@ -92,8 +93,8 @@ pub enum StudyError {
     },
     /// More steps than anyone waits for.
     #[error(
-        "{steps:.1e} steps of {step} s to the horizon {horizon} s are too many, at most {:.0e} are taken",
-        Study::STEPS
+        "{steps:.1e} steps of {} s to the horizon {} s are too many, at most {:.0e} are taken",
+        short(*step), short(*horizon), Study::STEPS
     )]
     TooManySteps {
         /// Steps to the horizon.
@@ -104,7 +105,7 @@ pub enum StudyError {
         horizon: f64,
     },
     /// The step to show is none of the steps.
-    #[error("the step to show, {step} s, is none of the steps compared")]
+    #[error("the step to show, {} s, is none of the steps compared", short(*step))]
     ShownStep {
         /// The step \[s\].
         step: f64,
@@ -150,14 +151,14 @@ impl Study {
     /// Most methods, steps, horizons or levels.
     pub const COUNT: usize = 32;
     /// Most steps to a horizon.
-    pub const STEPS: f64 = 1e10;
+    pub const STEPS: f64 = 1e9;
 
     /// The comparison of the survey's section 3.4: Lie–Verlet (LGVI), Crouch–Grossman (LGM), explicit midpoint
     /// (RK) and implicit midpoint (SRK).
     pub const SURVEY: [Kind; 4] =
         [Kind::LieVerlet, Kind::CrouchGrossman2, Kind::ExplicitMidpoint, Kind::ImplicitMidpoint];
 
-    /// The methods of the survey at 16, 8, 4, 2, 1, ½ and ¼ of `step`, over `duration`, a tenth and a hundredth
+    /// The methods of the survey at 16, 8, 4, 2, 1, ½ and ¼ times `step`, over `duration`, a tenth and a hundredth
     /// of it, to the nearest whole number of the longest step; levels are chosen. Short motions have shorter steps and
     /// fewer horizons. Both are in seconds.
     pub fn survey(step: f64, duration: f64) -> Self {
@@ -170,7 +171,10 @@ impl Study {
         horizons.dedup_by(|a, b| a <= b);
         Self {
             kinds: Self::SURVEY.to_vec(),
-            steps: (0..7).map(|halvings| longest * 0.5_f64.powi(halvings)).collect(),
+            steps: (0..7)
+                .map(|halvings| longest * 0.5_f64.powi(halvings))
+                .filter(|shorter| *shorter >= step || duration / shorter <= Self::STEPS)
+                .collect(),
             horizons,
             levels: Vec::new(),
             shown_step: step,

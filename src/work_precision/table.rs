@@ -8,8 +8,10 @@ impl fmt::Display for WorkPrecision {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "energy errors over {:.4e} J; of RᵀR and the energy the mean, of the momenta the largest error\n",
-            self.energy_scale_j
+            "energy: mean and largest |E − E₀|, as a part of T₀ + |U₀| = {} J\n\
+             RᵀR: mean ‖I − RᵀR‖; linear, angular: largest change of the momentum, as a part of the sum of those of \
+             the bodies\n",
+            short(self.energy_scale_j)
         )?;
         let mut horizon = None;
         for run in &self.in_order_of_horizons() {
@@ -50,7 +52,7 @@ impl fmt::Display for WorkPrecision {
                     || before.energy_error.to_bits() != row.energy_error.to_bits()
             };
             let group = match first_of_group {
-                true => format!("{:>10} {:>8.0e}", short(row.horizon_s), row.energy_error),
+                true => format!("{:>10} {:>8}", short(row.horizon_s), power(row.energy_error, 0)),
                 false => format!("{:>19}", ""),
             };
             writeln!(f, "  {group}  {}", equal(row))?;
@@ -74,17 +76,17 @@ fn line(run: &Run) -> String {
         return format!("{:22} {:>10}  fails {reason}", run.method, short(run.step_s));
     };
     format!(
-        "{:22} {:>10} {:>9.1e} {:>9.1e} {:>9.1e} {:>9.1e} {:>9.1e} {:>12} {:>12} {:>11.3e}",
+        "{:22} {:>10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>12} {:>12} {:>11}",
         run.method,
         short(run.step_s),
-        errors.energy_error_mean,
-        errors.energy_error_max,
-        errors.orthogonality_error_mean,
-        errors.linear_momentum_error_max,
-        errors.angular_momentum_error_max,
+        power(errors.energy_error_mean, 1),
+        power(errors.energy_error_max, 1),
+        power(errors.orthogonality_error_mean, 1),
+        power(errors.linear_momentum_error_max, 1),
+        power(errors.angular_momentum_error_max, 1),
         run.force_evaluations,
         run.iterations,
-        run.time_s
+        power(run.time_s, 3)
     )
 }
 
@@ -110,15 +112,30 @@ fn equal(row: &EqualError) -> String {
         value(of_step, row.step_s, &short),
         value(of_work, row.force_evaluations, &|x| format!("{x:.0}")),
         value(of_ratio, row.force_evaluation_ratio, &|x| format!("{x:.2}")),
-        value(of_work, row.time_s, &|x| format!("{x:.3e}")),
+        value(of_work, row.time_s, &|x| power(x, 3)),
         value(of_ratio, row.time_ratio, &|x| format!("{x:.2}")),
     )
+}
+
+/// A power of ten with so many decimals and an exponent of two places, as in all reports: `4.1e-04`.
+fn power(value: f64, decimals: usize) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
+    let text = format!("{value:.decimals$e}");
+    match text.split_once('e') {
+        Some((mantissa, exponent)) => {
+            let (sign, digits) = exponent.strip_prefix('-').map_or(('+', exponent), |digits| ('-', digits));
+            format!("{mantissa}e{sign}{digits:0>2}")
+        }
+        None => text,
+    }
 }
 
 /// Four digits, without zeros at the end.
 pub(super) fn short(value: f64) -> String {
     if !(1e-4..1e6).contains(&value) {
-        return format!("{value:.3e}");
+        return power(value, 3);
     }
     let decimals = (3 - value.log10().floor() as i32).max(0) as usize;
     let text = format!("{value:.decimals$}");

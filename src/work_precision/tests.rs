@@ -93,7 +93,7 @@ fn four_methods_on_two_dumbbells_meet_an_independent_table() {
         assert_eq!(row(&found, method, 0.02, 300.0).force_evaluations, evaluations);
     }
     let run = row(&found, "implicit_midpoint", 0.02, 300.0);
-    assert_eq!(run.force_evaluations, run.iterations);
+    assert!(run.force_evaluations < run.iterations, "the forces are held while the bodies turn: {run:?}");
 }
 
 fn row<'a>(found: &'a WorkPrecision, method: &str, step: f64, horizon: f64) -> &'a Run {
@@ -231,7 +231,7 @@ fn a_method_that_fails_says_when_and_why() {
     let found = study.run(&system, &start, &mut unwatched).unwrap();
     let failed = row(&found, "lie_verlet", 4.0, 8.0);
     assert_eq!(failed.errors, None);
-    assert!(failed.failure.as_ref().unwrap().starts_with("at t = 4 s: step 4e0 s is too long"), "{failed:?}");
+    assert!(failed.failure.as_ref().unwrap().starts_with("at t = 4 s: step 4 s is too long"), "{failed:?}");
     // 4 s for 1 rad/s throws the explicit rule off to infinity, after the first horizon or before.
     let failed = row(&found, "explicit_midpoint", 4.0, 4000.0);
     assert!(failed.failure.is_some() && failed.errors.is_none(), "{failed:?}");

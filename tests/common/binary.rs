@@ -112,13 +112,25 @@ impl Run {
     }
 }
 
-/// The signals that a process has taken over, from the kernel's own list.
+/// Whether a process has taken Ctrl-C over.
 #[cfg(target_os = "linux")]
 pub fn catches_interrupt(process: u32) -> bool {
+    catches(process, "-INT")
+}
+
+/// Whether a process has taken a signal over, from the kernel's own list.
+#[cfg(target_os = "linux")]
+pub fn catches(process: u32, signal: &str) -> bool {
+    let number = match signal {
+        "-HUP" => 1,
+        "-INT" => 2,
+        "-TERM" => 15,
+        other => panic!("{other}"),
+    };
     let status = fs::read_to_string(Path::new("/proc").join(process.to_string()).join("status"));
     let mask = status.ok().and_then(|text| {
         let line = text.lines().find_map(|line| line.strip_prefix("SigCgt:"))?.trim().to_string();
         u64::from_str_radix(&line, 16).ok()
     });
-    mask.is_some_and(|mask| mask & 0b10 != 0)
+    mask.is_some_and(|mask| mask & (1 << (number - 1)) != 0)
 }

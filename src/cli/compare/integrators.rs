@@ -7,13 +7,13 @@ use super::super::{interrupt, plan};
 use super::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde::Serialize;
-use slewkit::export::{Target, write_document};
+use slewkit::export::{FileError, Target, write_document};
 use slewkit::full_body::Attractor;
 use slewkit::integrator::Kind;
 use slewkit::plan::Status;
-use slewkit::spec::{BodyShape, LoadedSimulation};
+use slewkit::spec::{BodyShape, LoadedSimulation, escape};
 use slewkit::work_precision::figures::{FIGURES, Outline, figures};
-use slewkit::work_precision::{Progress, Study, WorkPrecision};
+use slewkit::work_precision::{Progress, Study, StudyError, WorkPrecision};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -35,7 +35,7 @@ pub struct StudyArgs {
     /// integrator reaches
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub error: Vec<f64>,
-    /// Draw figures: SVG files in the folder DIR, which must exist
+    /// Draw figures: SVG files in the folder DIR, which is made if it does not exist
     #[arg(long, value_name = "DIR")]
     pub figures: Option<PathBuf>,
     /// Replace figures that exist
@@ -51,14 +51,29 @@ impl StudyArgs {
     }
 
     /// The files of the figures, checked before any work; none that is `spec`.
-    pub fn targets(&self, spec: &Path) -> Result<Vec<Target>, Failure> {
+    fn targets(&self, spec: &Path) -> Result<Vec<Target>, Failure> {
         let Some(folder) = &self.figures else { return Ok(Vec::new()) };
+        if !folder.exists() {
+            std::fs::create_dir_all(folder).map_err(|reason| FileError::NotWritable {
+                folder: escape(&folder.to_string_lossy()),
+                reason,
+            })?;
+        }
         let target = |name: &&str| {
             let target = Target::new(folder.join(format!("{name}.svg")), self.force)?;
             target.distinct_from(spec)?;
             Ok(target)
         };
         FIGURES.iter().map(target).collect()
+    }
+
+    /// Why a study cannot be made: a matter of the command line where it names numbers.
+    fn refusal(&self, error: &StudyError) -> Failure {
+        if [&self.step, &self.horizon, &self.error].iter().any(|list| !list.is_empty()) {
+            return Failure::Usage(format!("--step, --horizon, --error: {error}"));
+        }
+        let remedy = "choose --step, --horizon or --error".into();
+        Failure::Problem(Message { code: "E0124", reason: error.to_string(), remedy })
     }
 
     /// The study of a spec, with what is asked for instead.
@@ -78,7 +93,12 @@ impl StudyArgs {
         replace(&mut study.horizons, &self.horizon);
         replace(&mut study.levels, &self.error);
         if !self.integrators.is_empty() {
-            study.kinds.clone_from(&self.integrators);
+            study.kinds.clear();
+            for kind in &self.integrators {
+                if !study.kinds.contains(kind) {
+                    study.kinds.push(*kind);
+                }
+            }
         }
         // The step of the spec, or that in the middle of those asked for.
         if !self.step.is_empty() {
@@ -106,21 +126,15 @@ struct Document<'a> {
 }
 
 /// Runs the comparison, tells it, writes the figures.
-pub fn run(
-    args: &Args,
-    loaded: &LoadedSimulation,
-    targets: &[Target],
-    console: &mut Console,
-) -> Result<Exit, Failure> {
+pub fn run(args: &Args, loaded: &LoadedSimulation, console: &mut Console) -> Result<Exit, Failure> {
     let simulation = &loaded.simulation;
     let study = args.study.study(loaded);
+    study.check().map_err(|error| args.study.refusal(&error))?;
+    let targets = args.study.targets(&args.spec.spec)?;
     interrupt::watch();
     let mut watcher = Watcher { console, shown: Instant::now() };
     let ran = study.run(&simulation.system, &simulation.start, &mut |progress| watcher.look(progress));
-    let found = ran.map_err(|error| {
-        let remedy = "choose other --step, --horizon or --error".into();
-        Failure::Problem(Message { code: "E0124", reason: error.to_string(), remedy })
-    })?;
+    let found = ran.map_err(|error| args.study.refusal(&error))?;
     let (exit, verdict, tone) = match found.interrupted {
         false => (Exit::Solved, "integrators compared", Tone::Good),
         true => (Exit::Plan(Status::Interrupted), "interrupted", Tone::Note),
@@ -146,7 +160,7 @@ pub fn run(
     // What an interrupted comparison lacks would look like a finding.
     if !found.interrupted && !targets.is_empty() {
         let drawn = figures(&simulation.name, &study, &found, &outlines(loaded));
-        for (figure, target) in drawn.iter().zip(targets) {
+        for (figure, target) in drawn.iter().zip(&targets) {
             target.write(|output| Ok(output.write_all(figure.svg.as_bytes())?))?;
             plan::wrote(console, target);
         }

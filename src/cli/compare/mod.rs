@@ -83,7 +83,6 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     if args.bound {
         bound::available()?;
     }
-    let figures = args.study.targets(&args.spec.spec)?;
     match spec_file::load(&args.spec.spec, &args.spec.reading, console)? {
         Spec::Maneuver(_) if args.study.any() => {
             let reason = "--integrators, --step, --horizon, --error, --figures: for specs of simulations";
@@ -93,7 +92,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         Spec::Simulation(_) if args.bound => {
             Err(Failure::Usage("--bound: for specs of maneuvers; this one is of a simulation".into()))
         }
-        Spec::Simulation(loaded) => integrators::run(args, &loaded, &figures, console),
+        Spec::Simulation(loaded) => integrators::run(args, &loaded, console),
     }
 }
 

@@ -1,22 +1,24 @@
 //! `slew simulate`: propagate the bodies of a spec from their start, without optimisation, row after row.
 
+mod limits;
 mod record;
 mod report;
 
 use super::args::{Destination, Format, OutputArgs, SpecArgs};
 use super::console::{self, Console};
 use super::failure::{Exit, Failure, Message};
+use super::number::significant;
 use super::{interrupt, plan, spec_file};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use record::{Document, Layout};
 use report::Seen;
 use slewkit::export::{ExportError, write_document};
-use slewkit::integrator::{Kind, Settings, StepError};
+use slewkit::integrator::{Kind, StepError};
 use slewkit::plan::Status;
 use slewkit::problem::Problem;
 use slewkit::simulate::witness::{self, Propagator};
-use slewkit::simulate::{Observer, Row, Run, Simulation, SimulationError};
-use slewkit::spec::Spec;
+use slewkit::simulate::{Encounter, Observer, Row, Run, Simulation, SimulationError};
+use slewkit::spec::{Spec, escape};
 use slewkit::verify::WitnessError;
 use std::io::Write;
 use std::ops::ControlFlow;
@@ -27,7 +29,10 @@ use std::time::{Duration, Instant};
 #[command(after_help = "\
 A simulation spec has [simulation] and [[bodies]]. Of a maneuver the motion lasts as long and begins at its start;
 its end plays no part.
-CSV and JSON lines are streamed, whatever the number of steps; JSON is held in memory first.
+CSV and JSON lines are streamed, whatever the number of steps; JSON is held in memory first. Ctrl-C ends the
+motion and keeps the rows so far, with one of the state reached, in a file too. Errors of what is conserved, in the
+summary and as `errors` in JSON, are the largest at the rows: a stride may step over larger ones.
+Bodies that come within reach of one another are told of, whatever the stride: they do not collide.
 
 Examples:
   slew simulate dumbbells.toml -o motion.csv
@@ -54,14 +59,19 @@ pub struct Args {
 
 /// Rows of one JSON document, one for each body, held in memory.
 const MAX_DOCUMENT_ROWS: u64 = 10_000_000;
-/// Error per step that the error-controlled methods are allowed where a spec does not say: exact to round-off.
-const TOLERANCE: f64 = 1e-14;
 
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let destination = args.output.destination(&[&args.spec.spec])?;
     let motion = match spec_file::load(&args.spec.spec, &args.spec.reading, console)? {
-        Spec::Maneuver(loaded) => Motion::of_maneuver(loaded.problem, args)?,
+        Spec::Maneuver(loaded) => {
+            let motion = Motion::of_maneuver(&loaded.problem, args)?;
+            for reason in limits::exceeded(&loaded.problem, args.inputs.as_deref()) {
+                let remedy = "nothing is cut off: give smaller inputs, or a shorter `maneuver.duration_s`";
+                console.warn("W0135", &reason, remedy);
+            }
+            motion
+        }
         Spec::Simulation(loaded) => {
             if args.inputs.is_some() {
                 let reason = "--inputs: the bodies of a simulation spec have no actuators";
@@ -71,7 +81,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
             simulation.kind = args.integrator.unwrap_or(simulation.kind);
             simulation.steps = args.steps.unwrap_or(simulation.steps);
             simulation.stride = args.stride.unwrap_or(simulation.stride);
-            Motion::Bodies(Box::new(simulation))
+            Motion::Bodies(Box::new(simulation), true)
         }
     };
     let layout = motion.layout();
@@ -84,45 +94,48 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     }
     interrupt::watch();
     let mut job = Job { motion: &motion, layout, seen: None, run: None, failure: None, stopped: None };
-    let to_file = matches!(destination, Destination::File(..));
+    let mut closed = false;
     let written = match &destination {
-        Destination::None => job.run(Format::Text, &mut std::io::sink(), false, console),
-        Destination::Stdout(format) => {
-            console::to_stdout(|output| job.run(*format, output, *format == Format::Json, console))
-        }
-        Destination::File(target, format) => {
-            target.write(|output| job.run(*format, output, to_file, console))
-        }
+        Destination::None => job.run(Format::Text, &mut std::io::sink(), console),
+        Destination::Stdout(format) => console::to_stdout(|output| {
+            let written = job.run(*format, output, console);
+            closed = written.as_ref().is_err_and(ExportError::is_broken_pipe);
+            written
+        }),
+        Destination::File(target, format) => target.write(|output| job.run(*format, output, console)),
     };
     if let Some(failure) = job.failure {
         return Err(failure);
     }
-    let Job { layout, seen, run, stopped, .. } = job;
-    if written.is_ok() || stopped.is_none() {
-        written?;
+    written?;
+    if closed {
+        // The reader has seen enough: the motion was not followed to its end, and there is nothing to tell of it.
+        console.clear_progress();
+        return Ok(Exit::Solved);
     }
+    let Job { layout, seen, run, stopped, .. } = job;
     if let Some(seen) = &seen {
         console.say(&seen.summary(console, &layout, run.as_ref(), stopped));
     }
-    if let Some(steps) = stopped {
-        return if to_file || matches!(destination, Destination::Stdout(Format::Json)) {
-            let reason = format!("interrupted after {steps} of {} steps; nothing is written", layout.steps);
-            let remedy = "run it again; CSV and JSON lines on stdout keep the rows so far".into();
-            Err(Failure::Plan(Status::Interrupted, Message { code: "E0123", reason, remedy }))
-        } else {
-            Ok(Exit::Plan(Status::Interrupted))
-        };
+    if let Some(Encounter { time, bodies, distance }) = run.and_then(|run| run.encounter) {
+        let [a, b] = bodies.map(|body| escape(&layout.bodies[body]));
+        let (time, distance) = (significant(time, 4), significant(distance, 4));
+        let reason =
+            format!("{a} and {b} came within reach of one another at t = {time} s, {distance} m apart");
+        let remedy = "bodies do not collide here: look at the motion until then, or shorten the step if that was a \
+                      near miss of long bodies";
+        console.warn("W0134", &reason, remedy);
     }
     if let Destination::File(target, _) = &destination {
         plan::wrote(console, target);
     }
-    Ok(Exit::Solved)
+    Ok(if stopped.is_some() { Exit::Plan(Status::Interrupted) } else { Exit::Solved })
 }
 
 /// What is propagated, and by whom.
 enum Motion {
-    /// Bodies by an integrator.
-    Bodies(Box<Simulation>),
+    /// Bodies by an integrator, and whether they keep their energy: no inputs work.
+    Bodies(Box<Simulation>, bool),
     /// A body with reaction wheels, by the witnesses' equations.
     Wheels(Box<Problem>, Propagator, Wheels),
 }
@@ -135,7 +148,7 @@ struct Wheels {
 }
 
 impl Motion {
-    fn of_maneuver(problem: Problem, args: &Args) -> Result<Self, Failure> {
+    fn of_maneuver(problem: &Problem, args: &Args) -> Result<Self, Failure> {
         let inputs = args.inputs.clone();
         if inputs.iter().flatten().any(|value| !value.is_finite()) {
             return Err(Failure::Usage("--inputs: every input must be finite".into()));
@@ -150,18 +163,17 @@ impl Motion {
                     return Err(Failure::Usage(format!("{reason}; take lie_verlet or verner98")));
                 }
             };
-            return Ok(Self::Wheels(Box::new(problem), propagator, Wheels { steps, stride, inputs }));
+            return Ok(Self::Wheels(Box::new(problem.clone()), propagator, Wheels { steps, stride, inputs }));
         }
-        let mut simulation = Simulation::of(&problem, inputs.as_deref()).map_err(refusal)?;
+        let mut simulation = Simulation::of(problem, inputs.as_deref()).map_err(refusal)?;
         simulation.kind = args.integrator.unwrap_or(simulation.kind);
-        simulation.settings = Settings { tolerance: TOLERANCE };
         (simulation.steps, simulation.stride) = (steps, stride);
-        Ok(Self::Bodies(Box::new(simulation)))
+        Ok(Self::Bodies(Box::new(simulation), !works(inputs.as_deref())))
     }
 
     fn layout(&self) -> Layout {
         match self {
-            Self::Bodies(simulation) => Layout {
+            Self::Bodies(simulation, keeps_energy) => Layout {
                 name: simulation.name.clone(),
                 integrator: simulation.kind.name(),
                 bodies: simulation.bodies.clone(),
@@ -169,6 +181,9 @@ impl Motion {
                 duration: simulation.duration,
                 steps: simulation.steps,
                 stride: simulation.stride,
+                symmetry: simulation.system.symmetry(),
+                keeps_energy: *keeps_energy,
+                wheels: Vec::new(),
             },
             Self::Wheels(problem, propagator, wheels) => Layout {
                 name: problem.name.clone(),
@@ -181,13 +196,17 @@ impl Motion {
                 duration: problem.duration,
                 steps: wheels.steps,
                 stride: wheels.stride,
+                // What the wheels do is between them and the body.
+                symmetry: problem.environment.symmetry(),
+                keeps_energy: !works(wheels.inputs.as_deref()),
+                wheels: limits::wheel_momenta(problem, wheels.inputs.as_deref()),
             },
         }
     }
 
     fn run(&self, observer: &mut impl Observer) -> Result<Option<Run>, Failure> {
         match self {
-            Self::Bodies(simulation) => simulation.run(observer).map(Some).map_err(refusal),
+            Self::Bodies(simulation, _) => simulation.run(observer).map(Some).map_err(refusal),
             Self::Wheels(problem, propagator, Wheels { steps, stride, inputs }) => {
                 let settings = witness::Settings {
                     propagator: *propagator,
@@ -200,6 +219,11 @@ impl Motion {
             }
         }
     }
+}
+
+/// Whether inputs change the energy.
+fn works(inputs: Option<&[f64]>) -> bool {
+    inputs.is_some_and(|inputs| inputs.iter().any(|input| input.abs() > 0.0))
 }
 
 /// A simulation on its way to an output.
@@ -215,12 +239,11 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// `whole`: an output that is interrupted is given up.
+    /// An interrupted motion is written up to where it came.
     fn run(
         &mut self,
         format: Format,
         output: &mut dyn Write,
-        whole: bool,
         console: &mut Console,
     ) -> Result<(), ExportError> {
         if format == Format::Csv {
@@ -248,12 +271,10 @@ impl Job<'_> {
                 return Err(std::io::Error::other("the simulation stopped").into());
             }
         }
-        if self.stopped.is_some() && whole {
-            return Err(std::io::Error::other("interrupted").into());
-        }
         match document {
             Some(document) => {
-                write_document(&document.finished(self.run.as_ref(), self.seen.as_ref()), output)
+                let exit = self.stopped.map(|steps| (Exit::Plan(Status::Interrupted), steps));
+                write_document(&document.finished(self.run.as_ref(), self.seen.as_ref(), exit), output)
             }
             None => Ok(()),
         }
@@ -274,7 +295,7 @@ struct Writer<'l, 'a> {
 
 impl Observer for Writer<'_, '_> {
     fn on_row(&mut self, row: &Row) -> ControlFlow<()> {
-        self.seen.get_or_insert_with(|| Seen::new(row)).note(row);
+        self.seen.get_or_insert_with(|| Seen::new(row, self.layout)).note(row);
         self.result = match (&mut self.document, self.format) {
             (Some(document), _) => {
                 document.push(row);
@@ -348,7 +369,7 @@ fn refusal(error: SimulationError) -> Failure {
         SimulationError::Inputs { .. } => Failure::Usage(format!("--inputs: {reason}")),
         SimulationError::Step {
             error: StepError::TooLong { .. } | StepError::NotConverged { .. }, ..
-        } => stopped("E0120", "raise `--steps`, or the steps of the spec"),
+        } => stopped("E0120", "raise `--steps`, or shorten the step in the spec"),
         SimulationError::Step { .. } => {
             stopped("E0122", "check the start and what acts; bodies may have met")
         }

@@ -4,7 +4,9 @@
 //! `bodies` in JSON.
 
 use super::report::{Seen, Totals};
+use crate::cli::failure::Exit;
 use serde::Serialize;
+use slewkit::environment::Symmetry;
 use slewkit::export::ExportError;
 use slewkit::integrator::Invariants;
 use slewkit::simulate::{BodyState, Row, Run};
@@ -20,11 +22,22 @@ pub struct Layout {
     pub duration: f64,
     pub steps: u64,
     pub stride: u64,
+    /// What of the momenta is conserved.
+    pub symmetry: Symmetry,
+    /// Whether the energy is: no inputs work.
+    pub keeps_energy: bool,
+    /// Momentum of each reaction wheel at the start, and its rate of change under the held inputs.
+    pub wheels: Vec<(f64, f64)>,
 }
 
 impl Layout {
     fn anything_moves(&self) -> bool {
         self.moves.contains(&true)
+    }
+
+    /// Momentum of each wheel [N·m·s].
+    pub fn wheel_momenta(&self, time: f64) -> Vec<f64> {
+        self.wheels.iter().map(|(start, rate)| start + time * rate).collect()
     }
 
     /// The names of the columns.
@@ -41,6 +54,7 @@ impl Layout {
                 columns.push(vector(&format!("{prefix}velocity"), "m_s"));
             }
         }
+        columns.extend((1..=self.wheels.len()).map(|wheel| format!("wheel_momentum_{wheel}_n_m_s")));
         columns.push("energy_j".into());
         if self.anything_moves() {
             columns.push(vector("linear_momentum", "n_s"));
@@ -63,6 +77,7 @@ impl Layout {
             }
         }
         let Invariants { energy, linear_momentum, angular_momentum, orthogonality } = &row.invariants;
+        list(&self.wheel_momenta(row.time))?;
         list(&[*energy])?;
         if self.anything_moves() {
             list(linear_momentum.as_slice())?;
@@ -87,6 +102,8 @@ struct Line {
     alone: Option<BodyLine>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     bodies: Vec<BodyLine>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    wheel_momentum_n_m_s: Vec<f64>,
     energy_j: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     linear_momentum_n_s: Option<[f64; 3]>,
@@ -124,6 +141,7 @@ impl Line {
             time_s: row.time,
             alone,
             bodies,
+            wheel_momentum_n_m_s: layout.wheel_momenta(row.time),
             energy_j: row.invariants.energy,
             linear_momentum_n_s: layout.anything_moves().then(|| row.invariants.linear_momentum.into()),
             angular_momentum_n_m_s: row.invariants.angular_momentum.into(),
@@ -141,6 +159,9 @@ pub struct Document<'a> {
     integrator: &'static str,
     duration_s: f64,
     steps: u64,
+    /// Where interrupted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    steps_made: Option<u64>,
     step_s: f64,
     stride: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -154,9 +175,19 @@ pub struct Document<'a> {
     stepping_time_s: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     errors: Option<Totals>,
+    /// Two bodies that came within reach of one another.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    encounter: Option<Meeting<'a>>,
     trajectory: Columns<'a>,
     #[serde(skip)]
     layout: &'a Layout,
+}
+
+#[derive(Serialize)]
+struct Meeting<'a> {
+    time_s: f64,
+    bodies: [&'a str; 2],
+    distance_m: f64,
 }
 
 #[derive(Serialize)]
@@ -166,6 +197,8 @@ struct Columns<'a> {
     alone: Option<BodyColumns<'a>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     bodies: Vec<BodyColumns<'a>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    wheel_momentum_n_m_s: Vec<Vec<f64>>,
     energy_j: Vec<f64>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     linear_momentum_n_s: Vec<[f64; 3]>,
@@ -193,6 +226,7 @@ impl<'a> Document<'a> {
             time_s: Vec::new(),
             alone: (!several).then(BodyColumns::default),
             bodies: layout.bodies.iter().filter(|_| several).map(|name| columns(name.as_str())).collect(),
+            wheel_momentum_n_m_s: Vec::new(),
             energy_j: Vec::new(),
             linear_momentum_n_s: Vec::new(),
             angular_momentum_n_m_s: Vec::new(),
@@ -205,6 +239,7 @@ impl<'a> Document<'a> {
             integrator: layout.integrator,
             duration_s: layout.duration,
             steps: layout.steps,
+            steps_made: None,
             step_s: layout.duration / layout.steps as f64,
             stride: layout.stride,
             order: None,
@@ -212,6 +247,7 @@ impl<'a> Document<'a> {
             force_evaluations: None,
             stepping_time_s: None,
             errors: None,
+            encounter: None,
             trajectory,
             layout,
         }
@@ -231,6 +267,9 @@ impl<'a> Document<'a> {
             }
         }
         let Invariants { energy, linear_momentum, angular_momentum, orthogonality } = &row.invariants;
+        if !self.layout.wheels.is_empty() {
+            self.trajectory.wheel_momentum_n_m_s.push(self.layout.wheel_momenta(row.time));
+        }
         self.trajectory.energy_j.push(*energy);
         if self.layout.anything_moves() {
             self.trajectory.linear_momentum_n_s.push((*linear_momentum).into());
@@ -239,14 +278,22 @@ impl<'a> Document<'a> {
         self.trajectory.orthogonality_error.push(*orthogonality);
     }
 
-    /// With what the run came to.
-    pub fn finished(self, run: Option<&Run>, seen: Option<&Seen>) -> Self {
+    /// With what the run came to; `interrupted`: how the program will end, and the steps made.
+    pub fn finished(self, run: Option<&Run>, seen: Option<&Seen>, interrupted: Option<(Exit, u64)>) -> Self {
         Self {
+            status: interrupted.map_or(self.status, |(exit, _)| exit.status()),
+            exit_code: interrupted.map_or(self.exit_code, |(exit, _)| exit.code()),
+            steps_made: interrupted.map(|(_, steps)| steps),
             order: run.map(|run| run.facts.order),
             symplectic: run.map(|run| run.facts.symplectic),
             force_evaluations: run.map(|run| run.work.force_evaluations),
             stepping_time_s: run.map(|run| run.stepping.as_secs_f64()),
             errors: seen.map(|seen| seen.totals),
+            encounter: run.and_then(|run| run.encounter).map(|encounter| Meeting {
+                time_s: encounter.time,
+                bodies: encounter.bodies.map(|body| self.layout.bodies[body].as_str()),
+                distance_m: encounter.distance,
+            }),
             ..self
         }
     }

@@ -6,21 +6,49 @@ use crate::cli::number::{counted, error, significant, time};
 use crate::cli::summary;
 use serde::Serialize;
 use slewkit::Vector3;
+use slewkit::environment::Symmetry;
 use slewkit::integrator::Facts;
 use slewkit::simulate::{Row, Run};
 use slewkit::spec::escape;
 
-/// The largest errors over all rows.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+/// The largest errors at the rows; between them they may be larger. What is not conserved has none.
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct Totals {
     /// `|E − E₀|` \[J\].
-    energy_j: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    energy_j: Option<f64>,
     /// `|ΔP|` [N·s].
-    linear_momentum_n_s: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    linear_momentum_n_s: Option<f64>,
     /// `|ΔL|` [N·m·s].
-    angular_momentum_n_m_s: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    angular_momentum_n_m_s: Option<f64>,
+    /// `|Δ(d·L)|`, where the component along `d` is all that is conserved [N·m·s].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    angular_momentum_about_axis_n_m_s: Option<f64>,
+    /// `d`, reference frame.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    axis: Option<[f64; 3]>,
     /// `‖I − RᵀR‖`.
     orthogonality: f64,
+}
+
+impl Totals {
+    fn new(layout: &Layout) -> Self {
+        let zero = |conserved: bool| conserved.then_some(0.0);
+        let axis = match layout.symmetry {
+            Symmetry::About(axis) => Some(axis.into()),
+            _ => None,
+        };
+        Self {
+            energy_j: zero(layout.keeps_energy),
+            linear_momentum_n_s: zero(layout.symmetry == Symmetry::All && layout.moves.contains(&true)),
+            angular_momentum_n_m_s: zero(matches!(layout.symmetry, Symmetry::Turns | Symmetry::All)),
+            angular_momentum_about_axis_n_m_s: zero(axis.is_some()),
+            axis,
+            orthogonality: 0.0,
+        }
+    }
 }
 
 /// What has been seen of the rows.
@@ -34,21 +62,29 @@ impl Seen {
     /// Bodies whose end is shown.
     const SHOWN: usize = 4;
 
-    pub fn new(row: &Row) -> Self {
-        Self { first: row.clone(), last: row.clone(), totals: Totals::default() }
+    pub fn new(row: &Row, layout: &Layout) -> Self {
+        Self { first: row.clone(), last: row.clone(), totals: Totals::new(layout) }
     }
 
     pub fn note(&mut self, row: &Row) {
         self.last.clone_from(row);
         let (first, now) = (&self.first.invariants, &row.invariants);
+        let totals = &mut self.totals;
         // Written so that a NaN stays.
         let raise = |worst: &mut f64, value: f64| *worst = if value <= *worst { *worst } else { value };
-        raise(&mut self.totals.energy_j, (now.energy - first.energy).abs());
+        let raise_if = |worst: &mut Option<f64>, value: f64| {
+            if let Some(worst) = worst {
+                raise(worst, value);
+            }
+        };
+        raise_if(&mut totals.energy_j, (now.energy - first.energy).abs());
         let linear = now.linear_momentum - first.linear_momentum;
-        raise(&mut self.totals.linear_momentum_n_s, linear.norm());
+        raise_if(&mut totals.linear_momentum_n_s, linear.norm());
         let angular = now.angular_momentum - first.angular_momentum;
-        raise(&mut self.totals.angular_momentum_n_m_s, angular.norm());
-        raise(&mut self.totals.orthogonality, now.orthogonality);
+        raise_if(&mut totals.angular_momentum_n_m_s, angular.norm());
+        let about = totals.axis.map_or(0.0, |axis| angular.dot(&Vector3::from(axis)).abs());
+        raise_if(&mut totals.angular_momentum_about_axis_n_m_s, about);
+        raise(&mut totals.orthogonality, now.orthogonality);
     }
 
     /// The summary for people; `stopped`: after so many steps.
@@ -62,10 +98,15 @@ impl Seen {
         let duration = significant(layout.duration, 4);
         let (verdict, tone) = match stopped {
             None => (format!("{duration} s in {} steps", layout.steps), Tone::Good),
-            Some(made) => (format!("interrupted after {made} of {} steps", layout.steps), Tone::Note),
+            Some(made) => {
+                let reached = significant(self.last.time, 6);
+                let steps = layout.steps;
+                (format!("interrupted after {made} of {steps} steps, at t = {reached} s"), Tone::Note)
+            }
         };
         let mut lines = vec![summary::headline(console, &layout.name, &verdict, tone)];
-        let facts = run.map_or_else(String::new, |run| format!(": {}", in_words(&run.facts)));
+        let facts =
+            run.map_or_else(String::new, |run| format!(": {}", in_words(&run.facts, layout.symmetry)));
         lines.push(summary::line("integrator", &format!("{}{facts}", layout.integrator)));
         let step = layout.duration / layout.steps as f64;
         lines.push(summary::line("step", &format!("{} s", significant(step, 4))));
@@ -95,43 +136,64 @@ impl Seen {
         lines.join("\n")
     }
 
-    /// What is conserved, and how well.
+    /// What is conserved, and how well at the rows.
     fn conserved(&self, layout: &Layout) -> Vec<String> {
-        let start = &self.first.invariants;
-        let Totals { energy_j, linear_momentum_n_s, angular_momentum_n_m_s, orthogonality } = self.totals;
-        let changes = |value: f64, size: f64, unit: &str| {
-            let relative =
-                if size > 0.0 { format!(" ({} of it)", error(value / size)) } else { String::new() };
-            format!("{unit} at the start, changes by at most {} {unit}{relative}", error(value))
+        let (start, totals) = (&self.first.invariants, &self.totals);
+        let value = |value: f64, size: f64, unit: &str, change: Option<f64>| {
+            let start = format!("{} {unit} at the start", significant(value, 6));
+            let relative = |change| {
+                if size > 0.0 { format!(" ({} of it)", error(change / size)) } else { String::new() }
+            };
+            match change {
+                Some(change) => {
+                    format!(
+                        "{start}; at the rows off by at most {} {unit}{}",
+                        error(change),
+                        relative(change)
+                    )
+                }
+                None => format!("{start}; not conserved"),
+            }
         };
-        let energy =
-            format!("{} {}", significant(start.energy, 6), changes(energy_j, start.energy.abs(), "J"));
+        let energy = value(start.energy, start.energy.abs(), "J", totals.energy_j);
         let mut lines = vec![summary::line("energy", &energy)];
-        if layout.moves.contains(&true) {
+        let moves = layout.moves.contains(&true);
+        if moves {
             let size = start.linear_momentum.norm();
-            let linear = changes(linear_momentum_n_s, size, "N·s");
-            lines.push(summary::line("momentum", &format!("linear {} {linear}", significant(size, 6))));
+            let linear = value(size, size, "N·s", totals.linear_momentum_n_s);
+            lines.push(summary::line("momentum", &format!("linear {linear}")));
         }
         let size = start.angular_momentum.norm();
-        let angular = changes(angular_momentum_n_m_s, size, "N·m·s");
-        let label = if layout.moves.contains(&true) { "" } else { "momentum" };
-        lines.push(summary::line(label, &format!("angular {} {angular}", significant(size, 6))));
-        lines.push(summary::line("rotations", &format!("off by at most {}", error(orthogonality))));
+        let angular = match totals.axis {
+            Some(axis) => {
+                let along = start.angular_momentum.dot(&Vector3::from(axis));
+                let change = totals.angular_momentum_about_axis_n_m_s;
+                format!("angular, about {}: {}", list(&axis), value(along, along.abs(), "N·m·s", change))
+            }
+            None => format!("angular {}", value(size, size, "N·m·s", totals.angular_momentum_n_m_s)),
+        };
+        lines.push(summary::line(if moves { "" } else { "momentum" }, &angular));
+        lines.push(summary::line(
+            "rotations",
+            &format!("at the rows off by at most {}", error(totals.orthogonality)),
+        ));
         lines
     }
 }
 
 /// What theory says of a method.
-fn in_words(facts: &Facts) -> String {
+fn in_words(facts: &Facts, symmetry: Symmetry) -> String {
     let evaluations = match facts.force_evaluations {
         Some(count) => format!("{} a step", counted(count as usize, "force evaluation")),
         None => "as many force evaluations as it needs".into(),
     };
     let mut words = vec![format!("order {}", facts.order)];
     words.push(if facts.explicit { "explicit" } else { "implicit" }.into());
+    let keeps =
+        if matches!(symmetry, Symmetry::All) { "keeps momenta" } else { "keeps the conserved momentum" };
     let keeps = [
         (facts.symplectic, "symplectic"),
-        (facts.preserves_momentum, "keeps momenta"),
+        (facts.preserves_momentum && symmetry != Symmetry::None, keeps),
         (facts.preserves_group, "keeps rotations"),
     ];
     words.extend(keeps.into_iter().filter(|(holds, _)| *holds).map(|(_, word)| word.to_string()));
@@ -140,6 +202,7 @@ fn in_words(facts: &Facts) -> String {
 }
 
 fn list(values: &[f64]) -> String {
-    let values: Vec<_> = values.iter().map(|value| significant(*value, 6)).collect();
+    // No "-0".
+    let values: Vec<_> = values.iter().map(|value| significant(value + 0.0, 6)).collect();
     format!("[{}]", values.join(", "))
 }

@@ -165,9 +165,19 @@ impl<R: BufRead> Lines<R> {
 struct Mesh {
     scale: f64,
     vertices: Vec<Vector3>,
+    /// Triangles; a face of more corners makes several.
     faces: Vec<[u32; 3]>,
-    /// The line of each face.
-    lines: Vec<usize>,
+    /// Where each comes from.
+    origins: Vec<Origin>,
+    /// Faces of the file so far.
+    count: usize,
+}
+
+/// The face of the file that a triangle is of, and its line, both counted from 1.
+#[derive(Clone, Copy)]
+struct Origin {
+    face: usize,
+    line: usize,
 }
 
 impl Mesh {
@@ -205,10 +215,11 @@ impl Mesh {
         if corners.len() < 3 {
             return Err(ObjProblem::Corners(corners.len()));
         }
+        self.count += 1;
         for pair in corners[1..].windows(2) {
             self.full("faces", self.faces.len())?;
             self.faces.push([corners[0], pair[0], pair[1]]);
-            self.lines.push(line);
+            self.origins.push(Origin { face: self.count, line });
         }
         Ok(())
     }
@@ -242,26 +253,27 @@ impl Mesh {
         }
     }
 
-    /// The solid. Errors count vertices as the file does, and have the line of their face.
+    /// The solid. Errors count vertices and faces as the file does, and have the line of their face.
     fn solid(mut self, last: usize) -> Result<Polyhedron, ObjError> {
         let at_face = |line, error| ObjError { line, problem: ObjProblem::Shape(error) };
         let count = self.vertices.len();
-        for (number, (face, &line)) in self.faces.iter().zip(&self.lines).enumerate() {
+        for (face, &Origin { face: number, line }) in self.faces.iter().zip(&self.origins) {
             if let Some(&vertex) = face.iter().find(|&&vertex| vertex as usize >= count) {
-                let (face, vertex) = (number + 1, vertex as usize + 1);
-                return Err(at_face(line, ShapeError::OutOfRange { face, vertex, vertices: count }));
+                let vertex = vertex as usize + 1;
+                let error = ShapeError::OutOfRange { face: number, vertex, vertices: count };
+                return Err(at_face(line, error));
             }
             let [a, b, c] = *face;
             if a == b || b == c || c == a {
                 let vertex = if b == c { b } else { a } as usize + 1;
-                return Err(at_face(line, ShapeError::Repeated { face: number + 1, vertex }));
+                return Err(at_face(line, ShapeError::Repeated { face: number, vertex }));
             }
         }
         let places = self.merge();
-        let (vertices, faces, lines) = (self.vertices, self.faces, self.lines);
+        let (vertices, faces, origins) = (self.vertices, self.faces, self.origins);
         Polyhedron::new(vertices, faces).map_err(|error| {
-            let (face, error) = in_file(error, &places);
-            at_face(face.map_or(last, |face| lines[face - 1]), error)
+            let (line, error) = in_file(error, &places, &origins);
+            at_face(line.unwrap_or(last), error)
         })
     }
 
@@ -287,23 +299,30 @@ impl Mesh {
         let mut keep = kept.iter();
         self.faces.retain(|_| *keep.next().unwrap_or(&true));
         let mut keep = kept.iter();
-        self.lines.retain(|_| *keep.next().unwrap_or(&true));
+        self.origins.retain(|_| *keep.next().unwrap_or(&true));
         self.vertices = vertices;
         places
     }
 }
 
-/// The face of an error, and the error with the vertex numbers of the file.
-fn in_file(error: ShapeError, places: &[usize]) -> (Option<usize>, ShapeError) {
+/// The line of an error, and the error with the numbers of vertices and faces of the file.
+fn in_file(error: ShapeError, places: &[usize], origins: &[Origin]) -> (Option<usize>, ShapeError) {
     use ShapeError::{Coordinate, NotManifold, Open, Orientation};
     let place = |vertex: usize| places[vertex - 1];
+    let of = |triangle: usize| origins[triangle - 1];
     match error {
-        Open { face, from, to } => (Some(face), Open { face, from: place(from), to: place(to) }),
+        Open { face, from, to } => {
+            let Origin { face, line } = of(face);
+            (Some(line), Open { face, from: place(from), to: place(to) })
+        }
         NotManifold { face, faces, from, to } => {
-            (Some(face), NotManifold { face, faces, from: place(from), to: place(to) })
+            let Origin { face, line } = of(face);
+            (Some(line), NotManifold { face, faces, from: place(from), to: place(to) })
         }
         Orientation { face, other, from, to } => {
-            (Some(face), Orientation { face, other, from: place(from), to: place(to) })
+            let Origin { face, line } = of(face);
+            let other = of(other).face;
+            (Some(line), Orientation { face, other, from: place(from), to: place(to) })
         }
         Coordinate { vertex, value, limit } => (None, Coordinate { vertex: place(vertex), value, limit }),
         other => (None, other),

@@ -6,9 +6,9 @@ const DURATION: f64 = 1.6;
 
 /// End of a case by one of the references, tightest tolerance.
 fn reference_end(kind: Kind, (system, state): &(System, SystemState), duration: f64) -> SystemState {
-    let settings = Settings { tolerance: 1e-15 };
-    let mut reference = kind.start(system, state, duration / 96.0, &settings).unwrap();
-    for _ in 0..96 {
+    let settings = Settings { tolerance: 1e-14 };
+    let mut reference = kind.start(system, state, duration / 192.0, &settings).unwrap();
+    for _ in 0..192 {
         reference.step(&[]).unwrap();
     }
     reference.state().clone()
@@ -40,7 +40,7 @@ fn window(order: u32, case: &str) -> Option<(f64, u32, u32)> {
         (1 | 2, _) => (DURATION, 128, 256),
         (3 | 4, _) => (DURATION, 48, 96),
         (6, _) => (DURATION, 8, 16),
-        (8, "free") => (64.0, 256, 376),
+        (8, "free") => (64.0, 160, 224),
         (8, "pendulum") => (16.0, 36, 54),
         (8, _) => (2.0, 8, 12),
         (10, "pendulum") => (4.8, 6, 9),

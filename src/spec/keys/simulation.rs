@@ -81,7 +81,7 @@ static SIMULATION: Table = Table {
         key(
             "tolerance",
             Kind::Number(q::STEP_TOLERANCE),
-            "Error that an error control allows per step, relative to the size of each quantity. Default: 1e-13.",
+            "Error that an error control allows per step, relative to the size of each quantity; below 1e-14 there is only round-off. Default: 1e-13.",
         ),
     ],
     exclusive: &[&["steps", "step_s"]],
