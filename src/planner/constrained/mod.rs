@@ -186,6 +186,13 @@ fn worst(problem: &Problem, model: &Model, iterate: &Iterate) -> Option<f64> {
     Some(evaluated.rows.iter().map(|value| value.violation()).fold(f64::NEG_INFINITY, f64::max))
 }
 
+/// What may carry a solution to a finer grid.
+#[derive(Clone, Copy)]
+struct Roads {
+    newton: bool,
+    convex: bool,
+}
+
 struct Search<'a, 'c> {
     problem: &'a Problem,
     context: &'a Context<'c>,
@@ -332,7 +339,7 @@ impl Search<'_, '_> {
                     break;
                 }
                 winner = self
-                    .refine(coarse, &fine, &rows, &candidate, false)
+                    .refine(coarse, &fine, &rows, &candidate, Roads { newton: true, convex: false })
                     .or_else(|| self.refine_by_and_by(coarse, &fine, &rows, candidate));
                 if winner.is_some() {
                     break;
@@ -374,24 +381,26 @@ impl Search<'_, '_> {
     /// active set of the fine one in one leap.
     fn refine_by_and_by(&mut self, coarse: &Model, fine: &Model, rows: &Rows, found: Found) -> Option<Found> {
         let (mut last, mut found) = (coarse.clone(), found);
-        while LEAP * last.steps < fine.steps {
+        // Newton's leap from the coarse grid itself has failed.
+        let mut roads = Roads { newton: false, convex: true };
+        while 2 * LEAP * last.steps <= fine.steps {
+            roads.newton = true;
             let model = Model::new(self.problem, LEAP * last.steps);
             let rows = Rows::of(self.problem, &model);
-            found = self.refine(&last, &model, &rows, &found, true)?;
+            found = self.refine(&last, &model, &rows, &found, roads)?;
             last = model;
         }
-        self.refine(&last, fine, rows, &found, true)
+        self.refine(&last, fine, rows, &found, roads)
     }
 
-    /// A coarse solution carried to a finer grid: by Newton's method, or, if `convex`, by the convex iteration
-    /// where that fails.
+    /// A coarse solution carried to a finer grid: by Newton's method, or by the convex iteration where that fails.
     fn refine(
         &mut self,
         coarse: &Model,
         fine: &Model,
         rows: &Rows,
         found: &Found,
-        convex: bool,
+        roads: Roads,
     ) -> Option<Found> {
         let polished = found.convex.polished.as_ref()?;
         let (start, multipliers) = transfer(self.problem, [coarse, fine], rows, polished);
@@ -402,14 +411,14 @@ impl Search<'_, '_> {
         let early = options(self.context.settings);
         let options = if fine.steps == self.problem.steps { self.last } else { &early };
         // Newton finds the active set of a near grid by itself as a rule.
-        let newton = if options.polish {
+        let newton = if roads.newton && options.polish {
             scp::polished_only(fine, rows, &start, &multipliers, options, &watch).filter(near)
         } else {
             None
         };
         let convex = match newton {
             Some(convex) => convex,
-            None if convex => scp::run(fine, rows, start, Some(multipliers), options, &watch)?,
+            None if roads.convex => scp::run(fine, rows, start, Some(multipliers), options, &watch)?,
             None => return None,
         };
         self.note(fine.steps, &found.name, &convex);
