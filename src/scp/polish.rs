@@ -32,7 +32,7 @@ use nalgebra::DVector;
 const LONGEST_TURN: f64 = 0.4;
 /// Largest proximal term, and the least share of it that the next one is: the set of rows must keep up.
 const WIDEST: f64 = 1e-3;
-const SLOWLY: f64 = 0.1;
+const SLOWLY: f64 = 0.3;
 /// Iterations without progress after which the plain and the stabilised method give up.
 const IDLE: [usize; 2] = [12, 25];
 /// Growth of the residual after which Newton does not come back.
