@@ -246,7 +246,8 @@ fn margin(console: &Console, judged: &Judged, margin: &Margin) -> String {
     let at = if margin.at.is_empty() { String::new() } else { format!(", {}", escape(&margin.at)) };
     let (value, time) = (significant(value, 3), significant(margin.time_s, 4));
     // Where the limit acts the continuous motion oversteps it by the error of the discretisation.
-    let continuous = margin.continuous_margin.filter(|continuous| *continuous < 0.0);
+    let noticed = -Margin::ROUND_OFF.to_degrees();
+    let continuous = margin.continuous_margin.filter(|continuous| *continuous < noticed);
     let overstepped = continuous.map_or(String::new(), |continuous| {
         format!("; the continuous motion is {} {} beyond", significant(-continuous, 2), margin.unit)
     });

@@ -62,7 +62,7 @@ pub enum PlanError {
     GuessPath,
 }
 
-/// Most steps of the convex road, which takes some 13 kB for each.
+/// Most steps of the convex road: subproblem and Newton matrix hold all of them at once, some gigabytes of memory.
 pub const MAX_CONVEX_STEPS: usize = 100_000;
 
 /// What an observer of a solve is told.
