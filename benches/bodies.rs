@@ -5,11 +5,11 @@
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use slewkit::body::Body;
-use slewkit::environment::{Pose, Wrench};
-use slewkit::full_body::*;
-use slewkit::integrator::{Kind, Settings, System};
-use slewkit::problem::State;
+use slewkit::maneuver::problem::State;
+use slewkit::mechanics::body::Body;
+use slewkit::mechanics::environment::{Pose, Wrench};
+use slewkit::mechanics::full_body::*;
+use slewkit::propagate::integrator::{Kind, Settings, System};
 use slewkit::{Vector3, lie};
 use std::sync::Arc;
 
@@ -76,7 +76,7 @@ fn clouds_parallel(bencher: Bencher, size: (usize, usize)) {
 fn step_of_clouds(bencher: Bencher, (bodies, points): (usize, usize)) {
     let attractors = vec![cloud(points); bodies];
     // A point has no inertia of its own: that of a small ball.
-    let inertia = slewkit::body::Inertia::diagonal(Vector3::new(0.3, 0.4, 0.5)).unwrap();
+    let inertia = slewkit::mechanics::body::Inertia::diagonal(Vector3::new(0.3, 0.4, 0.5)).unwrap();
     let rigid = attractors.iter().map(|body| Body { inertia: inertia.clone(), mass: Some(body.mass()) });
     let (rigid, gravity) = (rigid.collect(), MutualGravity::new(1.0, attractors).unwrap());
     let system = System::new(rigid, Some(Arc::new(gravity))).unwrap();
@@ -98,7 +98,7 @@ fn dumbbells(bencher: Bencher, bodies: usize) {
 
 #[divan::bench(args = [2, 10, 100])]
 fn second_order(bencher: Bencher, bodies: usize) {
-    let inertia = slewkit::body::Inertia::diagonal(Vector3::new(1.0, 1.2, 1.5)).unwrap();
+    let inertia = slewkit::mechanics::body::Inertia::diagonal(Vector3::new(1.0, 1.2, 1.5)).unwrap();
     let gravity =
         MutualGravity::new(1.0, vec![Attractor::SecondOrder { mass: 1.0, inertia }; bodies]).unwrap();
     evaluate(bencher, &gravity, bodies, bodies * (bodies - 1) / 2);

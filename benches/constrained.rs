@@ -7,10 +7,10 @@
 #[path = "../examples/common/constrained.rs"]
 mod constrained;
 
+use slewkit::maneuver::settings::Settings;
+use slewkit::maneuver::solution::Outcome;
+use slewkit::optimize::search::solve;
 use slewkit::plan::Silent;
-use slewkit::planner::solve;
-use slewkit::settings::Settings;
-use slewkit::solution::Outcome;
 
 fn main() {
     let settings = Settings::default();

@@ -9,7 +9,7 @@
 mod motions;
 
 use motions::{dumbbells, free_body, full_inertia, steady_rotation};
-use slewkit::integrator::{AttitudeEquation, Kind, Settings};
+use slewkit::propagate::integrator::{AttitudeEquation, Kind, Settings};
 use slewkit::{Matrix3, Vector3, lie};
 use std::hint::black_box;
 use std::time::Instant;
@@ -161,7 +161,7 @@ fn conservation(horizons: &[u64]) {
         "{:16} {:24} {:>9} {:>12} {:>12} {:>12} {:>24}",
         "case", "method", "steps", "momentum", "orthogonal", "energy", "trend of the energy"
     );
-    let quadrature = slewkit::integrator::Quadrature::Gauss;
+    let quadrature = slewkit::propagate::integrator::Quadrature::Gauss;
     let kinds = [
         Kind::LieEuler,
         Kind::LieVerlet,

@@ -3,9 +3,9 @@
 mod common;
 
 use divan::{Bencher, black_box};
+use slewkit::maneuver::problem::Problem;
+use slewkit::maneuver::settings::Settings;
 use slewkit::plan::{Silent, Status, plan};
-use slewkit::problem::Problem;
-use slewkit::settings::Settings;
 
 const STEPS: [usize; 4] = [100, 1000, 10_000, 100_000];
 

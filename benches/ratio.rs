@@ -7,11 +7,11 @@
 
 mod common;
 
-use slewkit::dynamics::Dynamics;
+use slewkit::maneuver::settings::Settings;
+use slewkit::maneuver::solution::{Outcome, Solution};
+use slewkit::optimize::search::solve;
+use slewkit::optimize::step::Dynamics;
 use slewkit::plan::Silent;
-use slewkit::planner::solve;
-use slewkit::settings::Settings;
-use slewkit::solution::{Outcome, Solution};
 use slewkit::verify::verify;
 use std::hint::black_box;
 use std::time::Instant;

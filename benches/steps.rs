@@ -8,9 +8,9 @@ mod common;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use nalgebra::SVector;
-use slewkit::dynamics::Dynamics;
-use slewkit::extremal::Extremal;
-use slewkit::problem::Problem;
+use slewkit::maneuver::problem::Problem;
+use slewkit::optimize::step::Dynamics;
+use slewkit::optimize::sweep::Extremal;
 
 const STEPS: usize = 1000;
 

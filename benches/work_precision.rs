@@ -6,10 +6,10 @@
 #[path = "common/motions.rs"]
 mod motions;
 
-use slewkit::full_body::{Attractor, HomogeneousPolyhedron, MutualGravity, Polyhedron, Threads};
-use slewkit::integrator::{Kind, System, SystemState};
-use slewkit::problem::State;
-use slewkit::work_precision::{Study, WorkPrecision};
+use slewkit::maneuver::problem::State;
+use slewkit::mechanics::full_body::{Attractor, HomogeneousPolyhedron, MutualGravity, Polyhedron, Threads};
+use slewkit::propagate::integrator::{Kind, System, SystemState};
+use slewkit::studies::integrators::{Study, WorkPrecision};
 use slewkit::{Vector3, lie};
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -44,7 +44,7 @@ fn octahedra() -> (System, SystemState, f64) {
     let attractors = vec![solid(500.0), solid(150.0)];
     let masses: Vec<f64> = attractors.iter().map(Attractor::mass).collect();
     let total: f64 = masses.iter().sum();
-    let constant = slewkit::full_body::GRAVITATIONAL_CONSTANT;
+    let constant = slewkit::mechanics::full_body::GRAVITATIONAL_CONSTANT;
     let bodies = attractors.iter().map(|attractor| attractor.body().unwrap()).collect();
     let gravity = MutualGravity::new(constant, attractors).unwrap().with_threads(Threads::One);
     let system = System::new(bodies, Some(Arc::new(gravity))).unwrap();

@@ -7,10 +7,10 @@
 #[path = "common/constrained.rs"]
 mod constrained;
 
-use slewkit::export::PlanFile;
+use slewkit::files::export::PlanFile;
+use slewkit::maneuver::problem::Problem;
+use slewkit::maneuver::settings::Settings;
 use slewkit::plan::{Silent, Status, plan};
-use slewkit::problem::Problem;
-use slewkit::settings::Settings;
 use std::collections::BTreeMap;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

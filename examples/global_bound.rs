@@ -3,12 +3,12 @@
 //!
 //! `cargo run --release --features sdp --example global_bound [most steps]`
 
-use slewkit::body::{Body, Inertia};
-use slewkit::bound::{BoundSettings, lower_bound};
+use slewkit::maneuver::problem::{Problem, Scheme, State};
+use slewkit::maneuver::settings::Settings;
+use slewkit::mechanics::body::{Body, Inertia};
+use slewkit::optimize::lower_bound::{BoundSettings, lower_bound};
+use slewkit::optimize::search;
 use slewkit::plan::Silent;
-use slewkit::planner;
-use slewkit::problem::{Problem, Scheme, State};
-use slewkit::settings::Settings;
 use slewkit::{Matrix3, Vector3, lie};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let problem = Problem::attitude(body, State::at_rest(Matrix3::identity()), end, 2.0)
                     .with_scheme(scheme)
                     .with_steps(steps);
-                let plan = planner::solve(&problem, &Settings::default(), None, &mut Silent)?;
+                let plan = search::solve(&problem, &Settings::default(), None, &mut Silent)?;
                 // No plan, no known cost: the bound stands alone.
                 let known_cost = plan.cost.is_finite().then_some(plan.cost);
                 let bound = lower_bound(&problem, &BoundSettings { known_cost, ..BoundSettings::default() })?;

@@ -6,11 +6,11 @@
 //! between T₁ and T_e: bounds on the ways of the body's own axes make it sharper than T₁. At three durations in
 //! between a plan may be infeasible only where that bound says so; at 1.3 T_e none may be.
 
-use slewkit::actuation::{Actuation, AxisFrame, Channel, Limits};
-use slewkit::body::{Body, Inertia};
+use slewkit::maneuver::problem::{Problem, State};
+use slewkit::maneuver::settings::Settings;
+use slewkit::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits};
+use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::plan::{Silent, Status, plan};
-use slewkit::problem::{Problem, State};
-use slewkit::settings::Settings;
 use slewkit::{Matrix3, Vector3, lie};
 use std::collections::BTreeMap;
 
@@ -52,8 +52,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let plan = plan(&problem, &Settings::default(), None, &mut Silent)?;
             let infeasible = plan.status == Status::Infeasible;
             *tally.entry(name).or_default().entry(plan.status.name()).or_default() += 1;
-            let shortest =
-                slewkit::reachability::obstruction(&problem).and_then(|found| found.shortest_duration);
+            let shortest = slewkit::maneuver::infeasible::obstruction(&problem)
+                .and_then(|found| found.shortest_duration);
             let right = match (name.split(',').next(), shortest) {
                 (Some("below"), Some(shortest)) => {
                     named.push(shortest / least);

@@ -3,11 +3,11 @@
 //! `cargo run --release --example integrators_compared -- --figures DIRECTORY` also writes nine SVG files
 //! there.
 
-use slewkit::full_body::{Dumbbell, Dumbbells};
-use slewkit::integrator::System;
-use slewkit::problem::State;
-use slewkit::work_precision::Study;
-use slewkit::work_precision::figures::{Outline, figures};
+use slewkit::maneuver::problem::State;
+use slewkit::mechanics::full_body::{Dumbbell, Dumbbells};
+use slewkit::propagate::integrator::System;
+use slewkit::studies::integrators::Study;
+use slewkit::studies::integrators::figures::{Outline, figures};
 use slewkit::{Vector3, lie};
 use std::ops::ControlFlow;
 use std::sync::Arc;

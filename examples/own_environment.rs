@@ -6,12 +6,12 @@
 //!
 //! `cargo run --release --example own_environment`
 
-use slewkit::body::{Body, Inertia};
-use slewkit::environment::{Blocks, Environment, Pose, Wrench};
 use slewkit::lie::{exp, hat};
+use slewkit::maneuver::problem::{Problem, State};
+use slewkit::maneuver::settings::Settings;
+use slewkit::mechanics::body::{Body, Inertia};
+use slewkit::mechanics::environment::{Blocks, Environment, Pose, Wrench};
 use slewkit::plan::{Silent, Status, plan};
-use slewkit::problem::{Problem, State};
-use slewkit::settings::Settings;
 use slewkit::{Matrix3, Vector3};
 
 #[derive(Clone, Debug)]

@@ -2,10 +2,10 @@
 //!
 //! `cargo run --release --example plan_a_slew`
 
-use slewkit::body::{Body, Inertia};
+use slewkit::maneuver::problem::{Problem, State};
+use slewkit::maneuver::settings::Settings;
+use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::plan::{Silent, Status, plan};
-use slewkit::problem::{Problem, State};
-use slewkit::settings::Settings;
 use slewkit::{Matrix3, Vector3, lie};
 
 pub fn main() {

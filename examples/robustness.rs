@@ -4,13 +4,13 @@
 //! came out; 10 000 of each kind by default, a tenth of that under torque limits, by the shooting alone and
 //! by the default method. Every case depends on the seed and its number alone.
 
-use slewkit::actuation::Limits;
-use slewkit::body::{Body, Inertia};
 use slewkit::lie;
+use slewkit::maneuver::problem::{Problem, Scheme, State};
+use slewkit::maneuver::settings::{Method, Settings};
+use slewkit::mechanics::actuators::Limits;
+use slewkit::mechanics::body::{Body, Inertia};
+use slewkit::optimize::search::solve;
 use slewkit::plan::{Plan, Silent, Status, plan};
-use slewkit::planner::solve;
-use slewkit::problem::{Problem, Scheme, State};
-use slewkit::settings::{Method, Settings};
 use slewkit::{Matrix3, Vector3};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;

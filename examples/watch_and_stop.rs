@@ -2,10 +2,10 @@
 //!
 //! `cargo run --release --example watch_and_stop`
 
-use slewkit::body::{Body, Inertia};
+use slewkit::maneuver::problem::{Problem, State};
+use slewkit::maneuver::settings::Settings;
+use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::plan::{Control, Observer, Progress, Status, plan};
-use slewkit::problem::{Problem, State};
-use slewkit::settings::Settings;
 use slewkit::{Matrix3, Vector3, lie};
 
 /// Prints every change of rung, start or grid, and stops where it is told to.

@@ -16,10 +16,10 @@
 //! # In fifteen lines
 //!
 //! ```
-//! use slewkit::body::{Body, Inertia};
+//! use slewkit::mechanics::body::{Body, Inertia};
 //! use slewkit::plan::{Silent, Status, plan};
-//! use slewkit::problem::{Problem, State};
-//! use slewkit::settings::Settings;
+//! use slewkit::maneuver::problem::{Problem, State};
+//! use slewkit::maneuver::settings::Settings;
 //! use slewkit::{Matrix3, Vector3, lie};
 //!
 //! let body = Body { inertia: Inertia::diagonal(Vector3::new(120.0, 100.0, 80.0))?, mass: None };
@@ -42,11 +42,11 @@
 //!       Body, Environment, Actuation, State × 2         Solution, Verification, Status
 //! ```
 //!
-//! [`spec`] reads a file into a [`problem::Problem`] in SI units and [`settings::Settings`]; a caller
-//! may build both directly. [`plan::plan`] solves ([`planner::solve`] gives a [`solution::Solution`]
-//! with its [`solution::Outcome`]) and has [`verify::verify`] judge the result; [`plan::Status`] says
-//! what became of it. [`export`] writes and reads files. A field of the caller's own implements
-//! [`environment::Environment`]. How a solver stopped is a value; only what cannot be computed at all is
+//! [`files::spec`] reads a file into a [`maneuver::problem::Problem`] in SI units and [`maneuver::settings::Settings`]; a caller
+//! may build both directly. [`plan::plan`] solves ([`optimize::search::solve`] gives a [`maneuver::solution::Solution`]
+//! with its [`maneuver::solution::Outcome`]) and has [`verify::verify`] judge the result; [`plan::Status`] says
+//! what became of it. [`files::export`] writes and reads files. A field of the caller's own implements
+//! [`mechanics::environment::Environment`]. How a solver stopped is a value; only what cannot be computed at all is
 //! an error.
 //!
 //! ```text
@@ -55,8 +55,8 @@
 //!            integrator::{System, SystemState, Kind}, full_body::Potential
 //! ```
 //!
-//! [`simulate`] propagates bodies without optimisation, one or many, by any [`integrator`], under an environment
-//! or their mutual gravity ([`full_body`]). [`spec::load`] tells the two kinds of spec apart.
+//! [`propagate::simulate`] propagates bodies without optimisation, one or many, by any [`propagate::integrator`], under an environment
+//! or their mutual gravity ([`mechanics::full_body`]). [`files::spec::load`] tells the two kinds of spec apart.
 //!
 //! # What this crate does not do
 //!
@@ -66,7 +66,7 @@
 //! # Conventions, stated here and nowhere else
 //!
 //! - **Attitude** `R` maps body vectors to reference-frame vectors. The reference frame is inertial
-//!   unless the environment turns it ([`environment::Environment::frame_rate`]).
+//!   unless the environment turns it ([`mechanics::environment::Environment::frame_rate`]).
 //! - **Perturbations** act on the body side: `R exp S(ζ)`. `S(a) b = a × b`.
 //! - **Angular velocity** `Ω` (inertial, also under a turning frame) and **momentum** `Π = JΩ` are in
 //!   body axes; position `x`, velocity and linear momentum `γ = m ẋ` in the reference frame.
@@ -80,39 +80,19 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
-pub mod actuation;
-pub mod body;
-#[cfg(feature = "sdp")]
-pub mod bound;
-pub mod chart;
-pub mod compare;
-pub mod constraint;
-mod convex;
-pub mod dynamics;
-pub mod environment;
-pub mod export;
-pub mod extremal;
-pub mod full_body;
-pub mod integrator;
+pub mod draw;
+pub mod files;
 pub mod lie;
-mod lifted;
+pub mod maneuver;
+pub mod mechanics;
+pub mod numerics;
+pub mod optimize;
 pub mod plan;
-pub mod planner;
-pub mod problem;
-mod proof;
-pub mod reachability;
-mod saturation;
-mod scp;
-pub mod settings;
-mod shooting;
-mod signature;
-pub mod simulate;
-pub mod solution;
-pub mod spec;
+pub mod propagate;
+pub mod studies;
 #[cfg(test)]
 mod testing;
 pub mod verify;
-pub mod work_precision;
 
 /// The code of the README, compiled and run.
 #[cfg(doctest)]

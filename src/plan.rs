@@ -1,11 +1,11 @@
 //! Plan a maneuver: solve it, then have it verified.
 
-pub use crate::planner::{Control, Guess, Observer, PlanError, Progress, Silent};
+pub use crate::optimize::search::{Control, Guess, Observer, PlanError, Progress, Silent};
 
-use crate::planner;
-use crate::problem::Problem;
-use crate::settings::Settings;
-use crate::solution::{Outcome, Solution};
+use crate::maneuver::problem::Problem;
+use crate::maneuver::settings::Settings;
+use crate::maneuver::solution::{Outcome, Solution};
+use crate::optimize::search;
 use crate::verify::{self, Verification};
 use serde::{Deserialize, Serialize};
 
@@ -77,7 +77,7 @@ pub fn plan(
     guess: Option<&Guess>,
     observer: &mut dyn Observer,
 ) -> Result<Plan, PlanError> {
-    Ok(judged(problem, settings, planner::solve(problem, settings, guess, observer)?))
+    Ok(judged(problem, settings, search::solve(problem, settings, guess, observer)?))
 }
 
 /// A solution with what the witnesses say of it, where it converged.

@@ -1,9 +1,9 @@
 //! What the unit tests share: reference files and random numbers.
 
-use crate::actuation::{Actuation, AxisFrame, Channel, Limits};
-use crate::body::{Body, Inertia};
-use crate::extremal::Extremal;
-use crate::problem::{Problem, State};
+use crate::maneuver::problem::{Problem, State};
+use crate::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits};
+use crate::mechanics::body::{Body, Inertia};
+use crate::optimize::sweep::Extremal;
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, SMatrix, SVector};
 use serde_json::Value;
@@ -92,7 +92,7 @@ pub fn moving_ends(random: &mut Random, frame: AxisFrame) -> Problem {
 
 /// The same on SO(3).
 pub fn attitude_only(mut problem: Problem) -> Problem {
-    problem.motion = crate::problem::Motion::Attitude;
+    problem.motion = crate::maneuver::problem::Motion::Attitude;
     problem.actuation.force = None;
     problem
 }
@@ -135,6 +135,6 @@ pub fn limited<const N: usize>(
         problem.actuation.force = Some(within(&force, !norm, limit));
     }
     problem.actuation.torque = within(&torque, norm, limit);
-    assert_eq!(crate::saturation::obstacle(&problem), None);
+    assert_eq!(crate::optimize::control_law::obstacle(&problem), None);
     problem
 }

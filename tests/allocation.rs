@@ -3,16 +3,18 @@
 // The crate forbids unsafe code. This test is a crate of its own, and a counting allocator is an
 // `unsafe impl`: both methods pass their arguments on to the system's allocator as they are.
 
-use slewkit::body::{Body, Inertia};
-use slewkit::dynamics::Dynamics;
-use slewkit::environment::{CentralGravity, GravityGradient, PointMass, Pose, UniformGravity, Wrench};
-use slewkit::extremal::Extremal;
-use slewkit::full_body::{
+use slewkit::maneuver::problem::{Problem, Scheme, State};
+use slewkit::mechanics::body::{Body, Inertia};
+use slewkit::mechanics::environment::{
+    CentralGravity, GravityGradient, PointMass, Pose, UniformGravity, Wrench,
+};
+use slewkit::mechanics::full_body::{
     Attractor, Dumbbell, Dumbbells, HomogeneousPolyhedron, MassPoint, MutualGravity, PointCloud, Polyhedron,
     Potential, Threads,
 };
-use slewkit::integrator::{self, EulerPoincare, Input, Kind, Quadrature};
-use slewkit::problem::{Problem, Scheme, State};
+use slewkit::optimize::step::Dynamics;
+use slewkit::optimize::sweep::Extremal;
+use slewkit::propagate::integrator::{self, EulerPoincare, Input, Kind, Quadrature};
 use slewkit::{Matrix3, Vector3, lie};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;

@@ -5,7 +5,7 @@ mod binary;
 
 use binary::{Folder, Run, SPEC};
 use serde_json::Value;
-use slewkit::export::PlanFile;
+use slewkit::files::export::PlanFile;
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Stdio};

@@ -5,7 +5,7 @@ mod binary;
 
 use binary::{Folder, Run};
 use serde_json::Value;
-use slewkit::integrator::Kind;
+use slewkit::propagate::integrator::Kind;
 use std::fs;
 use std::process::Stdio;
 

@@ -5,9 +5,9 @@ mod common;
 use common::{Random, difference, largest, list, matrix, matrix3, number, reference, vector};
 use nalgebra::{SMatrix, SVector};
 use num_dual::{Dual, Dual64, DualNum};
-use slewkit::body::Inertia;
-use slewkit::environment::*;
 use slewkit::lie::hat;
+use slewkit::mechanics::body::Inertia;
+use slewkit::mechanics::environment::*;
 use slewkit::{Matrix3, Vector3};
 
 /// Three nested dual numbers: one for each derivative of the potential.

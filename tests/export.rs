@@ -1,19 +1,19 @@
 //! Every file that the library writes is read back, bit for bit, or is not there at all.
 
-use slewkit::actuation::{Actuation, AxisFrame, Channel, Limits, Wheels};
-use slewkit::body::{Body, Inertia};
-use slewkit::constraint::{Constraint, Direction, Pointing, Rule, Side};
-use slewkit::export::{
+use slewkit::files::export::{
     ExportError, FileError, PlanFile, ProblemRecord, Target, TrajectoryDocument, read_guess, write_csv,
     write_jsonl,
 };
-use slewkit::plan::{Guess, Plan, Status};
-use slewkit::problem::{Motion, Problem, Scheme, State};
-use slewkit::settings::{Method, Settings};
-use slewkit::solution::{
+use slewkit::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
+use slewkit::maneuver::problem::{Motion, Problem, Scheme, State};
+use slewkit::maneuver::settings::{Method, Settings};
+use slewkit::maneuver::solution::{
     ActiveConstraint, ConvexWork, Optimality, Outcome, Rival, RungReport, Sense, Solution, TerminalError,
     Trajectory,
 };
+use slewkit::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits, Wheels};
+use slewkit::mechanics::body::{Body, Inertia};
+use slewkit::plan::{Guess, Plan, Status};
 use slewkit::verify::{Check, Verification};
 use slewkit::{Matrix3, Vector3};
 use std::borrow::Cow;

@@ -4,12 +4,14 @@ mod common;
 
 use common::Random;
 use nalgebra::DMatrix;
-use slewkit::actuation::{Actuation, AxisFrame, Channel, Limits};
-use slewkit::body::{Body, Inertia};
-use slewkit::constraint::{Arc, Constraint, Direction, Pointing, Rule, Side, Target, angle_between};
-use slewkit::environment::{Blocks, Environment, Pose, Wrench};
-use slewkit::problem::{Problem, Scheme, State};
-use slewkit::solution::Trajectory;
+use slewkit::maneuver::constraint::{
+    Arc, Constraint, Direction, Pointing, Rule, Side, Target, angle_between,
+};
+use slewkit::maneuver::problem::{Problem, Scheme, State};
+use slewkit::maneuver::solution::Trajectory;
+use slewkit::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits};
+use slewkit::mechanics::body::{Body, Inertia};
+use slewkit::mechanics::environment::{Blocks, Environment, Pose, Wrench};
 use slewkit::verify::{Margin, margins, replay, verify, worst_violation};
 use slewkit::{Matrix3, Vector3, lie};
 use std::f64::consts::PI;

@@ -1,9 +1,9 @@
 //! Every shipped problem planned as a user would, against numbers that nobody here computed with this crate.
 
+use slewkit::files::spec::{self, Expect, Format, Loaded, Spec};
+use slewkit::maneuver::problem::Problem;
+use slewkit::maneuver::settings::Settings;
 use slewkit::plan::{Plan, PlanError, Silent, Status, plan};
-use slewkit::problem::Problem;
-use slewkit::settings::Settings;
-use slewkit::spec::{self, Expect, Format, Loaded, Spec};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -56,7 +56,7 @@ fn a_time_limit_ends_the_convex_road_on_a_fine_grid() {
     let plan = solve(&problem.clone().with_steps(40_000), &settings);
     assert_eq!(plan.status, Status::LimitReached);
     assert!(began.elapsed() < Duration::from_secs(10), "{:?}", began.elapsed());
-    let most = slewkit::planner::MAX_CONVEX_STEPS;
+    let most = slewkit::optimize::search::MAX_CONVEX_STEPS;
     let error = plan_error(&problem.with_steps(most + 1), &settings);
     assert_eq!(error, PlanError::TooManySteps { steps: most + 1 });
 }

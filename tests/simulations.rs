@@ -1,14 +1,14 @@
 //! Every shipped simulation run as a user would, against closed forms and other programs' numbers.
 
 use nalgebra::DMatrix;
-use slewkit::actuation::{Actuation, AxisFrame, Channel};
-use slewkit::body::{Body, Inertia};
-use slewkit::environment::{GravityGradient, SecondOrderGravity};
-use slewkit::integrator::{Kind, Quadrature};
-use slewkit::problem::{Problem, State};
-use slewkit::simulate::witness::{Propagator, Settings, propagate};
-use slewkit::simulate::{BodyState, Observer, Row, Simulation, SimulationError};
-use slewkit::spec::{self, Format, LoadedSimulation, Oscillation, Precession, SimulationExpect, Spec};
+use slewkit::files::spec::{self, Format, LoadedSimulation, Oscillation, Precession, SimulationExpect, Spec};
+use slewkit::maneuver::problem::{Problem, State};
+use slewkit::mechanics::actuators::{Actuation, AxisFrame, Channel};
+use slewkit::mechanics::body::{Body, Inertia};
+use slewkit::mechanics::environment::{GravityGradient, SecondOrderGravity};
+use slewkit::propagate::integrator::{Kind, Quadrature};
+use slewkit::propagate::simulate::witness::{Propagator, Settings, propagate};
+use slewkit::propagate::simulate::{BodyState, Observer, Row, Simulation, SimulationError};
 use slewkit::{Matrix3, Vector3, lie};
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;

@@ -1,8 +1,8 @@
 //! The two maneuvers that are measured: three-axis rest to rest of an asymmetric body, and the same
 //! with a change of place on top.
 
-use slewkit::body::{Body, Inertia};
-use slewkit::problem::{Path, Problem, State};
+use slewkit::maneuver::problem::{Path, Problem, State};
+use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::{Matrix3, Vector3, lie};
 
 /// An asymmetric body, its principal axes tilted, and its turn of 2 rad about an axis that is none of

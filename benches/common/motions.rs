@@ -3,10 +3,10 @@
 // Each bench uses its own part.
 #![allow(dead_code)]
 
-use slewkit::body::{Body, Inertia};
-use slewkit::full_body::{Dumbbell, Dumbbells};
-use slewkit::integrator::{System, SystemState};
-use slewkit::problem::State;
+use slewkit::maneuver::problem::State;
+use slewkit::mechanics::body::{Body, Inertia};
+use slewkit::mechanics::full_body::{Dumbbell, Dumbbells};
+use slewkit::propagate::integrator::{System, SystemState};
 use slewkit::{Matrix3, Vector3, lie};
 use std::sync::Arc;
 

@@ -1,11 +1,11 @@
 //! Random slews under a torque limit, with keep-out cones on the unconstrained path.
 
-use slewkit::actuation::{Actuation, AxisFrame, Channel, Limits};
-use slewkit::body::{Body, Inertia};
-use slewkit::constraint::{Constraint, Direction, Pointing, Rule, Side};
+use slewkit::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
+use slewkit::maneuver::problem::{Path, Problem, State};
+use slewkit::maneuver::settings::Settings;
+use slewkit::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits};
+use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::plan::{Silent, plan};
-use slewkit::problem::{Path, Problem, State};
-use slewkit::settings::Settings;
 use slewkit::{Matrix3, Vector3, lie};
 
 #[path = "random.rs"]

@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use clap::ValueEnum;
-use slewkit::export::Target;
+use slewkit::files::export::Target;
 use std::path::{Path, PathBuf};
 
 /// What is needed to report a failure, whatever the command.

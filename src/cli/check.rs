@@ -3,13 +3,13 @@
 use super::args::{ReportArgs, SpecArgs};
 use super::console::{self, Console, Tone};
 use super::failure::{Exit, Failure};
-use super::number::{counted, significant};
 use super::{spec_file, summary};
 use serde::Serialize;
-use slewkit::actuation::{Actuation, Channel, LimitKind, Limits};
-use slewkit::export::write_document;
-use slewkit::problem::Motion;
-use slewkit::spec::{Diagnostic, Loaded, LoadedSimulation, Spec, escape};
+use slewkit::files::export::write_document;
+use slewkit::files::spec::{Diagnostic, Loaded, LoadedSimulation, Spec, escape};
+use slewkit::maneuver::problem::Motion;
+use slewkit::mechanics::actuators::{Actuation, Channel, LimitKind, Limits};
+use slewkit::numerics::figures::{counted, significant};
 
 /// Arguments of `slew check`.
 #[derive(Debug, clap::Args)]

@@ -1,6 +1,6 @@
 //! The two streams: text for people on stderr, data on stdout. A closed stream is no error.
 
-use slewkit::export::ExportError;
+use slewkit::files::export::ExportError;
 use std::io::{self, BufWriter, IsTerminal, Write};
 
 /// Text for people.

@@ -4,8 +4,8 @@ use super::args::ReportArgs;
 use super::console::{self, Console};
 use super::failure::{Exit, Failure};
 use serde_json::{Map, Value};
-use slewkit::export::{ExportError, Notations, write_document};
-use slewkit::spec::{self, Diagnostics, Format, Override};
+use slewkit::files::export::{ExportError, Notations, write_document};
+use slewkit::files::spec::{self, Diagnostics, Format, Override};
 use std::io::Read;
 
 /// Arguments of `slew convert`.

@@ -2,9 +2,9 @@
 
 use super::console::{self, Console};
 use serde::Serialize;
-use slewkit::export::{ExportError, FileError, write_document};
+use slewkit::files::export::{ExportError, FileError, write_document};
+use slewkit::files::spec::{Diagnostics, escape};
 use slewkit::plan::Status;
-use slewkit::spec::{Diagnostics, escape};
 use std::path::Path;
 use std::process::ExitCode;
 

@@ -2,7 +2,7 @@
 //! ask a process to end, SIGTERM and SIGHUP, count as Ctrl-C.
 
 use super::failure::Exit;
-use slewkit::export::remove_temporaries;
+use slewkit::files::export::remove_temporaries;
 use slewkit::plan::Status;
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};

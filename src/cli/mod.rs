@@ -7,7 +7,6 @@ mod console;
 mod convert;
 mod failure;
 mod interrupt;
-mod number;
 mod plan;
 mod simulate;
 mod spec_file;

@@ -4,11 +4,11 @@ use super::args::{Destination, Format, OutputArgs, SpecArgs};
 use super::console::{self, Console};
 use super::failure::{Exit, Failure, Message};
 use super::{interrupt, spec_file, summary};
-use slewkit::export::{ExportError, PlanFile, Target, read_guess, write_csv, write_jsonl};
+use slewkit::files::export::{ExportError, PlanFile, Target, read_guess, write_csv, write_jsonl};
+use slewkit::files::spec::Loaded;
+use slewkit::maneuver::problem::{Problem, ProblemError};
+use slewkit::maneuver::settings::Settings;
 use slewkit::plan::{self, Control, Guess, Observer, Plan, PlanError, Progress, Status};
-use slewkit::problem::{Problem, ProblemError};
-use slewkit::settings::Settings;
-use slewkit::spec::Loaded;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -62,7 +62,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
 
 /// The closing line of a summary.
 pub fn wrote(console: &mut Console, target: &Target) {
-    console.say(&summary::line("wrote", &slewkit::spec::escape(&target.path().to_string_lossy())));
+    console.say(&summary::line("wrote", &slewkit::files::spec::escape(&target.path().to_string_lossy())));
 }
 
 fn write(

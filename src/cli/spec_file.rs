@@ -3,7 +3,7 @@
 use super::args::{Notation, Reading};
 use super::console::Console;
 use super::failure::Failure;
-use slewkit::spec::{self, Diagnostic, Format, Loaded, Override, Spec};
+use slewkit::files::spec::{self, Diagnostic, Format, Loaded, Override, Spec};
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;

@@ -1,12 +1,14 @@
 //! What `plan` and `verify` tell in words.
 
 use super::console::{Console, Tone};
-use super::number::{counted, error, significant, time};
+use slewkit::files::spec::escape;
+use slewkit::maneuver::problem::{Motion, Problem, Scheme};
+use slewkit::maneuver::settings::Method;
+use slewkit::maneuver::solution::{
+    ActiveConstraint, Outcome, RungReport, Sense, Solution, TerminalError, Trajectory,
+};
+use slewkit::numerics::figures::{counted, error, significant, time};
 use slewkit::plan::{Plan, Status};
-use slewkit::problem::{Motion, Problem, Scheme};
-use slewkit::settings::Method;
-use slewkit::solution::{ActiveConstraint, Outcome, RungReport, Sense, Solution, TerminalError, Trajectory};
-use slewkit::spec::escape;
 use slewkit::verify::{Margin, Verification};
 
 /// Width of the longest first line, name and verdict.

@@ -3,8 +3,8 @@
 use super::console::{self, Console};
 use super::failure::{Exit, Failure};
 use super::summary;
-use slewkit::export::Target;
-use slewkit::spec::escape;
+use slewkit::files::export::Target;
+use slewkit::files::spec::escape;
 use std::path::PathBuf;
 
 /// Arguments of `slew schema` and `slew init`.
@@ -30,12 +30,13 @@ pub struct InitArgs {
 
 /// The JSON Schema of specs.
 pub fn schema() -> String {
-    format!("{:#}\n", slewkit::spec::schema())
+    format!("{:#}\n", slewkit::files::spec::schema())
 }
 
 /// A commented spec.
 pub fn template(simulation: bool) -> String {
-    if simulation { slewkit::spec::simulation_template() } else { slewkit::spec::template() }.into()
+    if simulation { slewkit::files::spec::simulation_template() } else { slewkit::files::spec::template() }
+        .into()
 }
 
 /// Writes `text` where the arguments say.

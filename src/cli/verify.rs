@@ -5,9 +5,9 @@ use super::console::{self, Console, Tone};
 use super::failure::{Exit, Failure, Message};
 use super::{spec_file, summary};
 use serde::Serialize;
-use slewkit::export::{Difference, ExportError, PlanFile, ProblemRecord, write_document};
+use slewkit::files::export::{Difference, ExportError, PlanFile, ProblemRecord, write_document};
+use slewkit::files::spec::Loaded;
 use slewkit::plan::Status;
-use slewkit::spec::Loaded;
 use slewkit::verify::{self, Check, Verification};
 use std::path::PathBuf;
 

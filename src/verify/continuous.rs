@@ -13,7 +13,7 @@
 use super::WitnessError;
 use super::compensated::Compensated;
 use super::plant::{Output, Phase, Plant, Scale, angular_velocity};
-use crate::environment::{Pose, Wrench};
+use crate::mechanics::environment::{Pose, Wrench};
 use crate::{Matrix3, Vector3, lie};
 use differential_equations::methods::{Adaptive, ExplicitRungeKutta, Ordinary};
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod};

@@ -20,9 +20,9 @@ use super::compensated::Compensated;
 use super::implicit::{Implicit, exp_minus_identity};
 use super::plant::{Output, Phase, Plant};
 use crate::Vector3;
-use crate::constraint::Arc;
-use crate::environment::{Pose, Wrench};
-use crate::problem::Scheme;
+use crate::maneuver::constraint::Arc;
+use crate::maneuver::problem::Scheme;
+use crate::mechanics::environment::{Pose, Wrench};
 
 /// A body on its way, advanced by steps of one length.
 #[derive(Clone, Debug)]

@@ -18,8 +18,8 @@
 //! physical root is the one with a rotation below 90° in a step (theory: `tr F > 1`), so any other is
 //! refused.
 
-use crate::body::Inertia;
 use crate::lie::hat;
+use crate::mechanics::body::Inertia;
 use crate::{Matrix3, Vector3};
 use std::f64::consts::FRAC_PI_2;
 

@@ -1,7 +1,7 @@
 //! How far a motion stays from every limit and constraint, at the nodes and on the arcs between them.
 //!
 //! On an arc the body turns at the one rate `f/h` about one axis, so the rate is checked there as at the
-//! nodes, and every cone where its boresight is nearest to the rim ([`crate::constraint::Arc`]). The torque of a
+//! nodes, and every cone where its boresight is nearest to the rim ([`crate::maneuver::constraint::Arc`]). The torque of a
 //! plan is held over each step, and the momentum of its wheels is linear there: their limits need the nodes only.
 //!
 //! That is the discrete motion. Under the same held torque the continuous one is a little elsewhere, and has
@@ -11,9 +11,9 @@ use super::WitnessError;
 use super::plant::{Inputs, Plant};
 use super::rows::walk;
 use crate::Vector3;
-use crate::actuation::{Channel, LimitKind};
-use crate::constraint::{Arc, Constraint, Pointing, Rule, Side};
-use crate::problem::Problem;
+use crate::maneuver::constraint::{Arc, Constraint, Pointing, Rule, Side};
+use crate::maneuver::problem::Problem;
+use crate::mechanics::actuators::{Channel, LimitKind};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -87,7 +87,7 @@ pub fn worst_violation(margins: &[Margin]) -> f64 {
 /// The margins of the motion that the discrete witness finds for the inputs of a plan: every limit and
 /// constraint of `problem`, torque inputs first, then wheels, forces, and the constraints in their order.
 ///
-/// `inputs` are the rows of [`crate::solution::Trajectory::input`], one after the other.
+/// `inputs` are the rows of [`crate::maneuver::solution::Trajectory::input`], one after the other.
 ///
 /// # Errors
 /// A [`WitnessError`] when the problem is unusable, the rows do not fit it, or a step has no solution.

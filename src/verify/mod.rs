@@ -32,10 +32,10 @@ pub(crate) use plant::{Inputs, Output, Plant, Scale};
 pub(crate) use rows::same_sign;
 pub use rows::{effort, replay};
 
-use crate::constraint::{Arc, Rule};
 use crate::lie;
-use crate::problem::{Motion, Problem, ProblemError};
-use crate::solution::{TerminalError, Trajectory};
+use crate::maneuver::constraint::{Arc, Rule};
+use crate::maneuver::problem::{Motion, Problem, ProblemError};
+use crate::maneuver::solution::{TerminalError, Trajectory};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 

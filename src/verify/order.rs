@@ -9,8 +9,8 @@ use super::discrete::Discrete;
 use super::plant::{Inputs, Phase, Plant, Scale};
 use crate::Vector3;
 use crate::lie;
-use crate::problem::Problem;
-use crate::solution::TerminalError;
+use crate::maneuver::problem::Problem;
+use crate::maneuver::solution::TerminalError;
 
 /// Refinements of the plan's step.
 const LEVELS: [usize; 5] = [1, 2, 4, 8, 16];

@@ -1,10 +1,10 @@
 //! What acts on the body, as both witnesses see it: the field, the actuators, the turning frame.
 
 use super::WitnessError;
-use crate::actuation::{AxisFrame, Channel};
-use crate::environment::{Pose, Wrench};
-use crate::problem::{Motion, Problem, Scheme, State};
-use crate::solution::TerminalError;
+use crate::maneuver::problem::{Motion, Problem, Scheme, State};
+use crate::maneuver::solution::TerminalError;
+use crate::mechanics::actuators::{AxisFrame, Channel};
+use crate::mechanics::environment::{Pose, Wrench};
 use crate::{Matrix3, Vector3, lie};
 
 /// Where the body is and how it moves, with momenta instead of velocities.

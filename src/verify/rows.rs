@@ -5,9 +5,9 @@ use super::discrete::Discrete;
 use super::margins::{Margin, Meter};
 use super::plant::{Inputs, Output, Phase, Plant, Scale};
 use super::wheels::Wheels;
-use crate::actuation::{Actuation, Channel};
-use crate::problem::{Motion, Problem, Scheme};
-use crate::solution::Trajectory;
+use crate::maneuver::problem::{Motion, Problem, Scheme};
+use crate::maneuver::solution::Trajectory;
+use crate::mechanics::actuators::{Actuation, Channel};
 use crate::{Vector3, lie};
 use nalgebra::DVector;
 

@@ -9,11 +9,11 @@
 
 use super::WitnessError;
 use super::plant::{Inputs, Output, Phase, Plant};
-use crate::body::Body;
-use crate::environment::{Pose, Wrench};
-use crate::full_body::Potential;
-use crate::integrator::{Kind, Momentum, Quadrature, Settings, StepError, System, SystemState};
-use crate::problem::Problem;
+use crate::maneuver::problem::Problem;
+use crate::mechanics::body::Body;
+use crate::mechanics::environment::{Pose, Wrench};
+use crate::mechanics::full_body::Potential;
+use crate::propagate::integrator::{Kind, Momentum, Quadrature, Settings, StepError, System, SystemState};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Largest turn of a step [rad]. Steps of the plan are divided until it holds.

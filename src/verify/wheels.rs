@@ -6,7 +6,7 @@
 
 use super::compensated::Compensated;
 use super::plant::Inputs;
-use crate::problem::Scheme;
+use crate::maneuver::problem::Scheme;
 use nalgebra::SMatrix;
 
 /// The momenta of the wheels from node to node.

@@ -3,11 +3,11 @@
 use crate::common::Random;
 use crate::systems::{all, cloud, octahedron, poses, solid};
 use slewkit::Vector3;
-use slewkit::environment::{Pose, Wrench};
-use slewkit::full_body::*;
-use slewkit::integrator::{Kind, Settings, System};
 use slewkit::lie;
-use slewkit::problem::State;
+use slewkit::maneuver::problem::State;
+use slewkit::mechanics::environment::{Pose, Wrench};
+use slewkit::mechanics::full_body::*;
+use slewkit::propagate::integrator::{Kind, Settings, System};
 use std::sync::Arc;
 
 fn wrenches(potential: &dyn Potential, poses: &[Pose]) -> Vec<Wrench> {

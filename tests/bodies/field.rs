@@ -3,9 +3,9 @@
 use crate::common::Random;
 use crate::systems::{horseshoe, octahedron, tetrahedron};
 use slewkit::Vector3;
-use slewkit::environment::{Pose, Wrench};
-use slewkit::full_body::polyhedron::PolyhedronField;
-use slewkit::full_body::*;
+use slewkit::mechanics::environment::{Pose, Wrench};
+use slewkit::mechanics::full_body::polyhedron::PolyhedronField;
+use slewkit::mechanics::full_body::*;
 use std::f64::consts::PI;
 
 /// `∫ dV/|r|` of a cuboid with its center at the origin, as a sum over its corners (Nagy 1966, Seidov 2000).
@@ -215,7 +215,7 @@ fn far_away_a_polyhedron_is_a_point_and_then_second_order() {
     let direction = random.direction();
     for (shape, point_order, maccullagh_order) in [(tetrahedron(), 2.0, 3.0), (octahedron(), 2.0, 4.0)] {
         let solid = HomogeneousPolyhedron::new(shape, 1.3, 1).unwrap();
-        let inertia = slewkit::body::Inertia::new(solid.inertia()).unwrap();
+        let inertia = slewkit::mechanics::body::Inertia::new(solid.inertia()).unwrap();
         let errors = |distance: f64| {
             let poses = [
                 Pose { position: Vector3::zeros(), attitude },

@@ -2,7 +2,7 @@
 
 use crate::common::Random;
 use crate::systems::{all, poses};
-use slewkit::environment::{Pose, Wrench};
+use slewkit::mechanics::environment::{Pose, Wrench};
 use slewkit::{Vector3, lie};
 
 /// Step of the differences by the fourth-order formula. Their truncation `h⁴ f⁽⁵⁾/30` is below 1e-11 at these

@@ -2,9 +2,9 @@
 
 use crate::common::Random;
 use crate::systems::cloud;
-use slewkit::body::Inertia;
-use slewkit::environment::{Environment, Pose, SecondOrderGravity, Wrench};
-use slewkit::full_body::*;
+use slewkit::mechanics::body::Inertia;
+use slewkit::mechanics::environment::{Environment, Pose, SecondOrderGravity, Wrench};
+use slewkit::mechanics::full_body::*;
 use slewkit::{Matrix3, Vector3};
 
 fn evaluate(bodies: [Attractor; 2], poses: &[Pose; 2]) -> [Wrench; 2] {

@@ -1,8 +1,8 @@
 //! Wavefront OBJ files, good and bad.
 
 use crate::common::Random;
-use slewkit::full_body::Polyhedron;
-use slewkit::full_body::polyhedron::{ObjError, read_obj};
+use slewkit::mechanics::full_body::Polyhedron;
+use slewkit::mechanics::full_body::polyhedron::{ObjError, read_obj};
 
 fn read(text: &str) -> Result<Polyhedron, ObjError> {
     read_obj(text.as_bytes(), 1.0)

@@ -3,11 +3,11 @@
 use crate::common::{list, matrix3, number, reference, vector};
 use crate::verlet::step;
 use serde_json::Value;
-use slewkit::body::{Body, Inertia};
-use slewkit::environment::{Pose, Wrench};
-use slewkit::full_body::invariants::Momentum;
-use slewkit::full_body::*;
-use slewkit::integrator::{System, SystemState};
+use slewkit::mechanics::body::{Body, Inertia};
+use slewkit::mechanics::environment::{Pose, Wrench};
+use slewkit::mechanics::full_body::invariants::Momentum;
+use slewkit::mechanics::full_body::*;
+use slewkit::propagate::integrator::{System, SystemState};
 use std::sync::Arc;
 
 const TOLERANCE: f64 = 1e-13;

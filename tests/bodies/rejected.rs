@@ -1,7 +1,7 @@
 //! What constructors reject, with the numbers in the message.
 
 use slewkit::Vector3;
-use slewkit::full_body::*;
+use slewkit::mechanics::full_body::*;
 
 fn point(mass: f64, x: f64) -> MassPoint {
     MassPoint { mass, position: Vector3::new(x, 0.0, 0.0) }

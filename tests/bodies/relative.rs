@@ -2,12 +2,12 @@
 
 use crate::common::Random;
 use crate::systems::{octahedron, poses, solid, tetrahedron};
-use slewkit::body::{Body, Inertia};
-use slewkit::environment::{Pose, Wrench};
-use slewkit::full_body::invariants::Momentum;
-use slewkit::full_body::relative::*;
-use slewkit::full_body::*;
-use slewkit::integrator::{System, SystemState};
+use slewkit::mechanics::body::{Body, Inertia};
+use slewkit::mechanics::environment::{Pose, Wrench};
+use slewkit::mechanics::full_body::invariants::Momentum;
+use slewkit::mechanics::full_body::relative::*;
+use slewkit::mechanics::full_body::*;
+use slewkit::propagate::integrator::{System, SystemState};
 use slewkit::{Matrix3, Vector3, lie};
 use std::sync::Arc;
 

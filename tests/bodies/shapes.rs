@@ -2,9 +2,9 @@
 
 use crate::common::Random;
 use crate::systems::{horseshoe, octahedron, solid, tetrahedron};
-use slewkit::environment::Pose;
-use slewkit::full_body::polyhedron::ShapeError;
-use slewkit::full_body::*;
+use slewkit::mechanics::environment::Pose;
+use slewkit::mechanics::full_body::polyhedron::ShapeError;
+use slewkit::mechanics::full_body::*;
 use slewkit::{Matrix3, Vector3};
 
 fn diagonal(x: f64, y: f64, z: f64) -> Matrix3 {

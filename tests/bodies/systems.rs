@@ -2,9 +2,9 @@
 
 use crate::common::Random;
 use slewkit::Vector3;
-use slewkit::body::Inertia;
-use slewkit::environment::Pose;
-use slewkit::full_body::*;
+use slewkit::mechanics::body::Inertia;
+use slewkit::mechanics::environment::Pose;
+use slewkit::mechanics::full_body::*;
 
 /// A potential of several bodies of about unit size and mass.
 pub struct System {

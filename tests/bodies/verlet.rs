@@ -1,10 +1,10 @@
 //! Lie group velocity Verlet (3.22–3.26), written out for these tests.
 
-use slewkit::body::Body;
-use slewkit::environment::{Pose, Wrench};
-use slewkit::full_body::Potential;
-use slewkit::full_body::invariants::Momentum;
 use slewkit::lie::{exp, vee};
+use slewkit::mechanics::body::Body;
+use slewkit::mechanics::environment::{Pose, Wrench};
+use slewkit::mechanics::full_body::Potential;
+use slewkit::mechanics::full_body::invariants::Momentum;
 use slewkit::{Matrix3, Vector3};
 
 /// `F` of `S(g) = F J_d − J_d Fᵀ` by Newton: `δg = E F ξ`, `E = tr(F J_d) I − F J_d`.

@@ -1,13 +1,13 @@
 //! What the planner does at its bounds: stops when told, refuses what makes no sense, never lies.
 
 use super::common::{Random, rest_to_rest, solved, weighted};
-use slewkit::body::{Body, Inertia};
-use slewkit::environment::UniformGravity;
+use slewkit::maneuver::problem::{Path, Problem, Scheme, State};
+use slewkit::maneuver::settings::Settings;
+use slewkit::maneuver::solution::Outcome;
+use slewkit::mechanics::body::{Body, Inertia};
+use slewkit::mechanics::environment::UniformGravity;
+use slewkit::optimize::search::solve;
 use slewkit::plan::{Control, Guess, Observer, PlanError, Progress, Silent, Status, plan};
-use slewkit::planner::solve;
-use slewkit::problem::{Path, Problem, Scheme, State};
-use slewkit::settings::Settings;
-use slewkit::solution::Outcome;
 use slewkit::{Matrix3, Vector3, lie};
 use std::time::{Duration, Instant};
 

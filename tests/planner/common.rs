@@ -1,13 +1,13 @@
 //! What the planner's tests share.
 
-use slewkit::actuation::{Actuation, AxisFrame, Channel};
-use slewkit::body::{Body, Inertia};
 use slewkit::lie;
+use slewkit::maneuver::problem::{Problem, State};
+use slewkit::maneuver::settings::Settings;
+use slewkit::maneuver::solution::{Outcome, Solution};
+use slewkit::mechanics::actuators::{Actuation, AxisFrame, Channel};
+use slewkit::mechanics::body::{Body, Inertia};
+use slewkit::optimize::search::solve;
 use slewkit::plan::{Plan, Silent, Status, plan};
-use slewkit::planner::solve;
-use slewkit::problem::{Problem, State};
-use slewkit::settings::Settings;
-use slewkit::solution::{Outcome, Solution};
 use slewkit::{Matrix3, Vector3};
 
 /// The full inertia of the reference files.

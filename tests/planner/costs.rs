@@ -3,11 +3,11 @@
 use super::common::{full_body, planned, rest_to_rest};
 use serde_json::Value;
 use slewkit::lie;
+use slewkit::maneuver::problem::{Path, Problem, Scheme, State};
+use slewkit::maneuver::settings::Settings;
+use slewkit::maneuver::solution::Outcome;
+use slewkit::optimize::search::solve;
 use slewkit::plan::{Guess, Silent};
-use slewkit::planner::solve;
-use slewkit::problem::{Path, Problem, Scheme, State};
-use slewkit::settings::Settings;
-use slewkit::solution::Outcome;
 use slewkit::{Matrix3, Vector3};
 
 #[test]

@@ -4,7 +4,7 @@
 //! implicit equation in the rotation vector, the Jacobian comes from finite differences, each program is
 //! solved by a primal-dual interior-point method. No costates, no variations, no law.
 
-use slewkit::problem::{Problem, Scheme, State};
+use slewkit::maneuver::problem::{Problem, Scheme, State};
 use slewkit::{Matrix3, Vector3, lie};
 
 use nalgebra::{DMatrix, DVector, SVector};

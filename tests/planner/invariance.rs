@@ -2,11 +2,11 @@
 
 use super::common::{Random, assert_close, full_body, full_inertia, rest_to_rest, solved, weighted};
 use nalgebra::{DMatrix, DVector};
-use slewkit::actuation::{Actuation, AxisFrame, Channel};
-use slewkit::body::{Body, Inertia};
-use slewkit::environment::{CentralGravity, PointMass, UniformGravity};
-use slewkit::problem::{Path, Problem, Scheme, State};
-use slewkit::solution::Solution;
+use slewkit::maneuver::problem::{Path, Problem, Scheme, State};
+use slewkit::maneuver::solution::Solution;
+use slewkit::mechanics::actuators::{Actuation, AxisFrame, Channel};
+use slewkit::mechanics::body::{Body, Inertia};
+use slewkit::mechanics::environment::{CentralGravity, PointMass, UniformGravity};
 use slewkit::{Matrix3, Vector3, lie};
 
 /// Sizes of the units of mass, length, time and cost.

@@ -3,16 +3,16 @@
 use super::common::{Random, assert_close, full_body, rest_to_rest, weighted};
 use super::dense::Dense;
 use nalgebra::{DMatrix, DVector};
-use slewkit::actuation::{Actuation, AxisFrame, Channel, Limits, Wheels};
-use slewkit::body::{Body, Inertia};
-use slewkit::constraint::{Constraint, Rule};
-use slewkit::environment::UniformGravity;
 use slewkit::lie;
+use slewkit::maneuver::constraint::{Constraint, Rule};
+use slewkit::maneuver::problem::{Path, Problem, Scheme, State};
+use slewkit::maneuver::settings::{Method, Settings};
+use slewkit::maneuver::solution::{Outcome, RungReport, Solution};
+use slewkit::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits, Wheels};
+use slewkit::mechanics::body::{Body, Inertia};
+use slewkit::mechanics::environment::UniformGravity;
+use slewkit::optimize::search::{polish, solve};
 use slewkit::plan::{Guess, Plan, PlanError, Silent, Status, plan};
-use slewkit::planner::{polish, solve};
-use slewkit::problem::{Path, Problem, Scheme, State};
-use slewkit::settings::{Method, Settings};
-use slewkit::solution::{Outcome, RungReport, Solution};
 use slewkit::{Matrix3, Vector3};
 
 fn settings() -> Settings {

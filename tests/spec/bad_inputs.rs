@@ -1,7 +1,7 @@
 //! One file per mistake, named after it, with what the user reads.
 
 use crate::{BASE, bad, good};
-use slewkit::spec::{self, Format, Severity};
+use slewkit::files::spec::{self, Format, Severity};
 use std::fs;
 use std::path::{Path, PathBuf};
 

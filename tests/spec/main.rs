@@ -7,7 +7,7 @@ mod mutations;
 mod schema;
 mod simulation;
 
-use slewkit::spec::{self, Diagnostics, Format, Loaded, Override, Spec};
+use slewkit::files::spec::{self, Diagnostics, Format, Loaded, Override, Spec};
 use std::path::Path;
 
 /// A complete spec, to change in the tests.

@@ -1,13 +1,13 @@
 //! What a spec means.
 
 use crate::{BASE, CONSTRAINED, ORBIT, WHEELS, bad, good};
-use slewkit::actuation::{AxisFrame, Limits};
-use slewkit::constraint::{Direction, Rule, Side};
+use slewkit::files::spec::{self, Format, Toleranced};
 use slewkit::lie;
-use slewkit::problem::{Motion, Path, Scheme};
-use slewkit::settings::Method;
-use slewkit::solution::Sense;
-use slewkit::spec::{self, Format, Toleranced};
+use slewkit::maneuver::constraint::{Direction, Rule, Side};
+use slewkit::maneuver::problem::{Motion, Path, Scheme};
+use slewkit::maneuver::settings::Method;
+use slewkit::maneuver::solution::Sense;
+use slewkit::mechanics::actuators::{AxisFrame, Limits};
 use slewkit::{Matrix3, Vector3};
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -280,7 +280,8 @@ fn what_is_left_out_has_defaults() {
 fn environments_are_built_from_their_keys() {
     let pendulum = r#"environment={ kind = "uniform_gravity", mass_kg = 2, gravity_m_s2 = 9, direction = [0, 0, 5], pivot_to_mass_center_m = [0.5, 0, 0] }"#;
     let environment = good(BASE, &[pendulum]).problem.environment;
-    let pose = slewkit::environment::Pose { position: Vector3::zeros(), attitude: Matrix3::identity() };
+    let pose =
+        slewkit::mechanics::environment::Pose { position: Vector3::zeros(), attitude: Matrix3::identity() };
     // m g ρ × e₃ = 18 · (0.5, 0, 0) × (0, 0, 1)
     assert_eq!(environment.wrench(&pose).moment, Vector3::new(0.0, -9.0, 0.0));
     let orbit = r#"environment={ kind = "gravity_gradient", orbital_rate_rad_s = 0.5 }"#;
@@ -291,7 +292,10 @@ fn environments_are_built_from_their_keys() {
             "environment={ kind = \"central_gravity\", gravitational_parameter_m3_s2 = 5, body = \"second_order\" }",
         ],
     );
-    let pose = slewkit::environment::Pose { position: Vector3::x() * 10.0, attitude: Matrix3::identity() };
+    let pose = slewkit::mechanics::environment::Pose {
+        position: Vector3::x() * 10.0,
+        attitude: Matrix3::identity(),
+    };
     let force = moon.problem.environment.wrench(&pose).force;
     assert!((force.x + 0.1).abs() < 0.01 && force.y.abs() < 1e-15, "{force}");
 }

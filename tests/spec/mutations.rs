@@ -2,8 +2,8 @@
 
 use crate::bad_inputs::files;
 use crate::{BASE, CONSTRAINED, ORBIT, SIMULATION, WHEELS};
-use slewkit::simulate::Row;
-use slewkit::spec::{self, Format, Override, Severity, Spec};
+use slewkit::files::spec::{self, Format, Override, Severity, Spec};
+use slewkit::propagate::simulate::Row;
 use std::ops::ControlFlow;
 use std::path::Path;
 

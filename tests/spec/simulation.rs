@@ -1,10 +1,10 @@
 //! What a spec of a simulation means.
 
 use crate::SIMULATION;
-use slewkit::integrator::Kind;
+use slewkit::files::spec::{self, Format, Spec};
 use slewkit::lie;
-use slewkit::simulate::Simulation;
-use slewkit::spec::{self, Format, Spec};
+use slewkit::propagate::integrator::Kind;
+use slewkit::propagate::simulate::Simulation;
 use slewkit::{Matrix3, Vector3};
 
 #[test]

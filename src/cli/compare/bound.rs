@@ -17,9 +17,9 @@ pub struct Bound {
 mod missing {
     use super::super::super::failure::Failure;
     use super::Bound;
+    use slewkit::maneuver::problem::Problem;
+    use slewkit::maneuver::settings::Settings;
     use slewkit::plan::Observer;
-    use slewkit::problem::Problem;
-    use slewkit::settings::Settings;
 
     /// Refuses what this program was built without.
     pub fn available() -> Result<(), Failure> {
@@ -46,13 +46,13 @@ mod missing {
 #[cfg(feature = "sdp")]
 mod found {
     use super::super::super::failure::Failure;
-    use super::super::super::number::{error, significant, time};
     use super::super::super::summary::line;
     use super::Bound;
-    use slewkit::compare::{Global, global};
+    use slewkit::maneuver::problem::{Problem, Scheme};
+    use slewkit::maneuver::settings::Settings;
+    use slewkit::numerics::figures::{error, significant, time};
     use slewkit::plan::Observer;
-    use slewkit::problem::{Problem, Scheme};
-    use slewkit::settings::Settings;
+    use slewkit::studies::methods::{Global, global};
 
     /// Nothing is missing.
     pub fn available() -> Result<(), Failure> {

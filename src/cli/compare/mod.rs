@@ -10,10 +10,10 @@ use super::failure::{Exit, Failure};
 use super::plan::{Watcher, refusal};
 use super::{interrupt, spec_file};
 use serde::Serialize;
-use slewkit::compare::{Comparison, compare};
-use slewkit::export::write_document;
+use slewkit::files::export::write_document;
+use slewkit::files::spec::{Loaded, Spec};
 use slewkit::plan::Status;
-use slewkit::spec::{Loaded, Spec};
+use slewkit::studies::methods::{Comparison, compare};
 
 /// Arguments of `slew compare`.
 #[derive(Debug, clap::Args)]

@@ -1,15 +1,15 @@
 //! The comparison in words: a table, and what it says.
 
 use super::super::console::{Console, Tone};
-use super::super::number::{counted, error, significant, time};
 use super::super::summary::{headline, line};
-use slewkit::compare::{
+use slewkit::files::spec::escape;
+use slewkit::maneuver::problem::{Problem, Scheme};
+use slewkit::maneuver::solution::Outcome;
+use slewkit::numerics::figures::{counted, error, significant, time};
+use slewkit::plan::Status;
+use slewkit::studies::methods::{
     Acting, Agreement, ByItself, Comparison, Contender, FromDuals, Run, Standing, Verdict,
 };
-use slewkit::plan::Status;
-use slewkit::problem::{Problem, Scheme};
-use slewkit::solution::Outcome;
-use slewkit::spec::escape;
 
 fn name(method: Contender) -> &'static str {
     match method {

@@ -1,8 +1,8 @@
 //! What held inputs of a maneuver do to its limits.
 
-use crate::cli::number::significant;
-use slewkit::actuation::{Channel, LimitKind};
-use slewkit::problem::Problem;
+use slewkit::maneuver::problem::Problem;
+use slewkit::mechanics::actuators::{Channel, LimitKind};
+use slewkit::numerics::figures::significant;
 
 /// Momentum of each reaction wheel at the start, and its rate of change: what the body gains the wheel loses.
 pub fn wheel_momenta(problem: &Problem, inputs: Option<&[f64]>) -> Vec<(f64, f64)> {

@@ -7,18 +7,18 @@ mod report;
 use super::args::{Destination, Format, OutputArgs, SpecArgs};
 use super::console::{self, Console};
 use super::failure::{Exit, Failure, Message};
-use super::number::significant;
 use super::{interrupt, plan, spec_file};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use record::{Document, Layout};
 use report::Seen;
-use slewkit::export::{ExportError, write_document};
-use slewkit::integrator::{Kind, StepError};
+use slewkit::files::export::{ExportError, write_document};
+use slewkit::files::spec::{Spec, escape};
+use slewkit::maneuver::problem::Problem;
+use slewkit::numerics::figures::significant;
 use slewkit::plan::Status;
-use slewkit::problem::Problem;
-use slewkit::simulate::witness::{self, Propagator};
-use slewkit::simulate::{Encounter, Observer, Row, Run, Simulation, SimulationError};
-use slewkit::spec::{Spec, escape};
+use slewkit::propagate::integrator::{Kind, StepError};
+use slewkit::propagate::simulate::witness::{self, Propagator};
+use slewkit::propagate::simulate::{Encounter, Observer, Row, Run, Simulation, SimulationError};
 use slewkit::verify::WitnessError;
 use std::io::Write;
 use std::ops::ControlFlow;
@@ -192,7 +192,7 @@ impl Motion {
                     Propagator::Verner98 => Kind::Verner98.name(),
                 },
                 bodies: vec!["body 1".into()],
-                moves: vec![problem.motion == slewkit::problem::Motion::RigidBody],
+                moves: vec![problem.motion == slewkit::maneuver::problem::Motion::RigidBody],
                 duration: problem.duration,
                 steps: wheels.steps,
                 stride: wheels.stride,

@@ -6,10 +6,10 @@
 use super::report::{Seen, Totals};
 use crate::cli::failure::Exit;
 use serde::Serialize;
-use slewkit::environment::Symmetry;
-use slewkit::export::ExportError;
-use slewkit::integrator::Invariants;
-use slewkit::simulate::{BodyState, Row, Run};
+use slewkit::files::export::ExportError;
+use slewkit::mechanics::environment::Symmetry;
+use slewkit::propagate::integrator::Invariants;
+use slewkit::propagate::simulate::{BodyState, Row, Run};
 use std::io::Write;
 
 /// What all rows of a simulation have in common.

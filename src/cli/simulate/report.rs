@@ -2,14 +2,14 @@
 
 use super::record::Layout;
 use crate::cli::console::{Console, Tone};
-use crate::cli::number::{counted, error, significant, time};
 use crate::cli::summary;
 use serde::Serialize;
 use slewkit::Vector3;
-use slewkit::environment::Symmetry;
-use slewkit::integrator::Facts;
-use slewkit::simulate::{Row, Run};
-use slewkit::spec::escape;
+use slewkit::files::spec::escape;
+use slewkit::mechanics::environment::Symmetry;
+use slewkit::numerics::figures::{counted, error, significant, time};
+use slewkit::propagate::integrator::Facts;
+use slewkit::propagate::simulate::{Row, Run};
 
 /// The largest errors at the rows; between them they may be larger. What is not conserved has none.
 #[derive(Clone, Copy, Debug, Serialize)]

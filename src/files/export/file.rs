@@ -1,0 +1,256 @@
+//! An output file that appears complete or does not appear.
+
+use super::ExportError;
+use crate::files::spec::escape;
+use std::fs;
+use std::io::{BufWriter, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use thiserror::Error;
+
+/// Why an output file is refused or failed. Nothing is left half-written.
+#[derive(Debug, Error)]
+pub enum FileError {
+    /// The folder is missing.
+    #[error("the folder {folder} of the output {path} does not exist")]
+    FolderMissing {
+        /// The folder.
+        folder: String,
+        /// The output as given.
+        path: String,
+    },
+    /// What should be the folder is a file.
+    #[error("{folder}, the folder of the output {path}, is a file")]
+    FolderIsFile {
+        /// The folder.
+        folder: String,
+        /// The output as given.
+        path: String,
+    },
+    /// The folder cannot be written.
+    #[error("cannot create a file in {folder}: {reason}")]
+    NotWritable {
+        /// The folder.
+        folder: String,
+        /// What the system said.
+        reason: std::io::Error,
+    },
+    /// Writing failed on the way: usually a full disk.
+    #[error("writing {path} failed, nothing was kept: {reason}")]
+    Write {
+        /// The output as given.
+        path: String,
+        /// What the system said.
+        reason: std::io::Error,
+    },
+    /// The file exists.
+    #[error("{path} exists")]
+    Exists {
+        /// The output as given.
+        path: String,
+    },
+    /// The name cannot be a file of data.
+    #[error("{path} cannot be an output file: {reason}")]
+    Name {
+        /// The output as given, escaped.
+        path: String,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// The output would replace an input.
+    #[error("the output {path} is also an input")]
+    IsInput {
+        /// The output as given.
+        path: String,
+    },
+}
+
+impl FileError {
+    /// The stable code of the error.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::FolderMissing { .. } | Self::FolderIsFile { .. } => "E0095",
+            Self::NotWritable { .. } => "E0096",
+            Self::Write { .. } => "E0097",
+            Self::Exists { .. } => "E0098",
+            Self::Name { .. } => "E0099",
+            Self::IsInput { .. } => "E0100",
+        }
+    }
+
+    /// What to do next.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::FolderMissing { .. } => "create it first",
+            Self::FolderIsFile { .. } => "choose another folder",
+            Self::NotWritable { .. } => "choose another folder, or ask for the right to write there",
+            Self::Write { .. } => "free some space, or choose another folder",
+            Self::Exists { .. } => "give `--force` to replace it",
+            Self::Name { .. } | Self::IsInput { .. } => "choose another name",
+        }
+    }
+}
+
+/// An output file, checked before the work begins and written at its end.
+#[derive(Clone, Debug)]
+pub struct Target {
+    path: PathBuf,
+    folder: PathBuf,
+    force: bool,
+}
+
+impl Target {
+    /// Checks name, folder and whether the file exists; `force` allows to replace a regular file.
+    ///
+    /// # Errors
+    /// A [`FileError`], found before any work is done.
+    pub fn new(path: impl Into<PathBuf>, force: bool) -> Result<Self, FileError> {
+        let path = path.into();
+        let shown = shown(&path);
+        if let Some(reason) = unusable_name(&path) {
+            return Err(FileError::Name { path: shown, reason });
+        }
+        let folder = match path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder.to_path_buf(),
+            _ => PathBuf::from("."),
+        };
+        if folder.exists() && !folder.is_dir() {
+            return Err(FileError::FolderIsFile { folder: self::shown(&folder), path: shown });
+        }
+        if !folder.is_dir() {
+            return Err(FileError::FolderMissing { folder: self::shown(&folder), path: shown });
+        }
+        // Not `exists()`: a dangling symbolic link is a name that is taken.
+        if let Ok(metadata) = fs::symlink_metadata(&path) {
+            let regular = fs::metadata(&path).map_or(metadata.is_symlink(), |target| target.is_file());
+            if !regular {
+                let reason = "a folder, device or pipe has that name";
+                return Err(FileError::Name { path: shown, reason });
+            }
+            if !force {
+                return Err(FileError::Exists { path: shown });
+            }
+        }
+        Ok(Self { path, folder, force })
+    }
+
+    /// The path as given.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Refuses an output that is the file `input`, also under another name of the same path.
+    ///
+    /// # Errors
+    /// [`FileError::IsInput`].
+    pub fn distinct_from(&self, input: &Path) -> Result<(), FileError> {
+        match (fs::canonicalize(&self.path), fs::canonicalize(input)) {
+            (Ok(output), Ok(input)) if output == input => Err(FileError::IsInput { path: shown(&self.path) }),
+            _ => Ok(()),
+        }
+    }
+
+    /// Writes the file: a temporary one in the same folder, flushed to the disk, then renamed.
+    ///
+    /// # Errors
+    /// What `content` returns, or a [`FileError`]; the folder is then as it was.
+    pub fn write(
+        &self,
+        content: impl FnOnce(&mut dyn Write) -> Result<(), ExportError>,
+    ) -> Result<(), ExportError> {
+        let create = |reason| FileError::NotWritable { folder: shown(&self.folder), reason };
+        let write = |reason| FileError::Write { path: shown(&self.path), reason };
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".slew-");
+        #[cfg(unix)]
+        {
+            // As any new file: the default of the library would hide it from the user's group.
+            use std::os::unix::fs::PermissionsExt;
+            builder.permissions(fs::Permissions::from_mode(0o666));
+        }
+        let mut temporary = builder.tempfile_in(&self.folder).map_err(create)?;
+        let _listed = Listed::new(temporary.path());
+        let mut buffer = BufWriter::new(temporary.as_file_mut());
+        content(&mut buffer).map_err(|error| match error {
+            ExportError::Io(reason) => write(reason).into(),
+            other => other,
+        })?;
+        buffer.flush().map_err(write)?;
+        drop(buffer);
+        if let Ok(old) = fs::metadata(&self.path) {
+            temporary.as_file().set_permissions(old.permissions()).map_err(write)?;
+        }
+        temporary.as_file().sync_all().map_err(write)?;
+        let renamed = if self.force {
+            temporary.persist(&self.path)
+        } else {
+            // Also refuses a file that appeared while we worked.
+            temporary.persist_noclobber(&self.path)
+        };
+        renamed.map_err(|error| match error.error.kind() {
+            ErrorKind::AlreadyExists => FileError::Exists { path: shown(&self.path) },
+            _ => write(error.error),
+        })?;
+        // The new name reaches the disk with the folder; not every system can, and the data are safe.
+        if let Ok(folder) = fs::File::open(&self.folder) {
+            let _ = folder.sync_all();
+        }
+        Ok(())
+    }
+}
+
+/// The temporary files of this process.
+static TEMPORARY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Removes the temporary files of all outputs that are being written: for a program that ends without unwinding.
+pub fn remove_temporaries() {
+    for path in TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner).iter() {
+        // One that is gone is what was wanted.
+        let _ = fs::remove_file(path);
+    }
+}
+
+/// A path that is in the list for as long as this lives.
+struct Listed(PathBuf);
+
+impl Listed {
+    fn new(path: &Path) -> Self {
+        TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner).push(path.into());
+        Self(path.into())
+    }
+}
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner).retain(|path| *path != self.0);
+    }
+}
+
+/// Why `path` cannot name an output, on this system or on one that will receive the file.
+fn unusable_name(path: &Path) -> Option<&'static str> {
+    let text = path.to_string_lossy();
+    if text.is_empty() {
+        return Some("it is empty");
+    }
+    if text.chars().any(char::is_control) {
+        return Some("it holds control characters");
+    }
+    let Some(name) = path.file_name().filter(|_| !text.ends_with(['/', std::path::MAIN_SEPARATOR])) else {
+        return Some("it names a folder");
+    };
+    let name = name.to_string_lossy();
+    if name.len() > 255 {
+        return Some("its name is longer than 255 bytes");
+    }
+    let stem = name.split('.').next().unwrap_or_default().trim_end().to_ascii_uppercase();
+    let numbered =
+        |prefix: &str| stem.strip_prefix(prefix).is_some_and(|rest| matches!(rest.as_bytes(), [b'1'..=b'9']));
+    if matches!(stem.as_str(), "CON" | "PRN" | "AUX" | "NUL") || numbered("COM") || numbered("LPT") {
+        return Some("that name is a device on Windows");
+    }
+    None
+}
+
+fn shown(path: &Path) -> String {
+    escape(&path.to_string_lossy())
+}

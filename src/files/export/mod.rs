@@ -1,0 +1,74 @@
+//! Files: plans as JSON, trajectories as CSV or JSON lines, all written whole or not at all.
+//!
+//! Every number is printed with the digits that read back to the same bits. A trajectory that holds
+//! a number that is not finite is refused; elsewhere such a number is `null` and reads back as NaN.
+
+mod attitude;
+mod file;
+mod lenient;
+mod plan_file;
+mod record;
+mod rows;
+mod trajectory;
+
+pub use attitude::{EULER_SEQUENCES, EulerAngles, Notations};
+pub use file::{FileError, Target, remove_temporaries};
+pub use plan_file::{ConvexRecord, PlanFile, read_guess, write_document};
+pub use record::{
+    ChannelRecord, ConeRecord, ConstraintRecord, Difference, EnvironmentRecord, ProblemRecord, RuleRecord,
+    SettingsRecord, StateRecord, WheelsRecord,
+};
+pub use rows::{write_csv, write_jsonl};
+pub use trajectory::{TrajectoryDocument, TrajectoryError, check_trajectory};
+
+use thiserror::Error;
+
+/// Why something could not be written or read.
+#[derive(Debug, Error)]
+pub enum ExportError {
+    /// The file.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The trajectory.
+    #[error(transparent)]
+    Trajectory(#[from] TrajectoryError),
+    /// Writing to or reading from a stream.
+    #[error("{0}")]
+    Io(#[from] std::io::Error),
+    /// The text is not a plan.
+    #[error("not a plan file: {0}")]
+    Json(serde_json::Error),
+    /// The file format is of another version.
+    #[error("the plan file has format {found}, this program reads {}", PlanFile::FORMAT)]
+    Format {
+        /// The version found.
+        found: u32,
+    },
+    /// The scheme is not known.
+    #[error("the plan file has the unknown scheme \"{}\"", crate::files::spec::escape(.0))]
+    Scheme(String),
+}
+
+impl ExportError {
+    /// The stable code of the error.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::File(error) => error.code(),
+            Self::Json(_) | Self::Format { .. } | Self::Scheme(_) => "E0102",
+            Self::Trajectory(TrajectoryError::Shape { .. }) => "E0103",
+            Self::Trajectory(TrajectoryError::NotFinite { .. }) => "E0104",
+            Self::Io(_) => "E0097",
+        }
+    }
+
+    /// Whether the reader at the other end has gone, as `head` does: no error of ours.
+    pub fn is_broken_pipe(&self) -> bool {
+        matches!(self, Self::Io(error) if error.kind() == std::io::ErrorKind::BrokenPipe)
+    }
+}
+
+impl From<serde_json::Error> for ExportError {
+    fn from(error: serde_json::Error) -> Self {
+        if error.is_io() { Self::Io(error.into()) } else { Self::Json(error) }
+    }
+}

@@ -1,0 +1,297 @@
+//! A plan as one JSON document, streamed both ways.
+
+use super::lenient::lenient;
+use super::record::{ProblemRecord, SettingsRecord};
+use super::trajectory::{TrajectoryDocument, TrajectoryError};
+use super::{ExportError, check_trajectory};
+use crate::Vector3;
+use crate::maneuver::problem::{Problem, Scheme};
+use crate::maneuver::settings::Settings;
+use crate::maneuver::solution::{
+    ActiveConstraint, ConvexWork, Optimality, Outcome, Rival, RungReport, Sense, TerminalError,
+};
+use crate::plan::{Guess, Plan, Status};
+use crate::verify::Verification;
+use serde::{Deserialize, Serialize};
+use serde_json::ser::{CompactFormatter, Formatter};
+use std::borrow::Cow;
+use std::io::{self, BufReader, BufWriter, Read, Write};
+
+/// A plan and all that led to it, with the keys of the file in their order.
+///
+/// Equal inputs give equal files but for `solve_time_s`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlanFile<'a> {
+    /// Version of the file format: 1.
+    pub format: u32,
+    /// The program that wrote it.
+    pub generator: String,
+    /// How the plan ended.
+    pub status: Status,
+    /// The exit code that goes with the status.
+    pub exit_code: u8,
+    /// Name of the maneuver.
+    pub name: String,
+    /// Which solver led here: "shooting", or "scp" for sequential convex programming.
+    pub method: String,
+    /// "lie_verlet" or "lie_euler".
+    pub scheme: String,
+    /// Number of steps.
+    pub steps: usize,
+    /// The step, seconds.
+    pub step_s: f64,
+    /// Cost.
+    #[serde(deserialize_with = "lenient")]
+    pub cost: f64,
+    /// Duration, seconds.
+    pub duration_s: f64,
+    /// Newton iterations of the winning start.
+    pub iterations: usize,
+    /// Wall time of the solve alone, seconds: the only key that differs between two runs.
+    pub solve_time_s: f64,
+    /// How the solve itself ended.
+    pub outcome: Outcome,
+    /// The start that led here.
+    pub start: String,
+    /// Rotation sense of the path.
+    pub sense: Sense,
+    /// Total angle turned, degrees.
+    #[serde(deserialize_with = "lenient")]
+    pub turned_deg: f64,
+    /// Tolerance of the scaled terminal error.
+    pub tolerance: f64,
+    /// Discrete terminal error.
+    #[serde(deserialize_with = "lenient")]
+    pub terminal: TerminalError,
+    /// Optimality of the extremal.
+    #[serde(deserialize_with = "lenient")]
+    pub optimality: Optimality,
+    /// What the witnesses found; `null` when there was nothing to verify.
+    #[serde(deserialize_with = "lenient")]
+    pub verified: Option<Verification>,
+    /// Everything tried, in order.
+    #[serde(deserialize_with = "lenient")]
+    pub ladder: Vec<RungReport>,
+    /// What the convex iteration took, where there was one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub convex: Option<ConvexRecord>,
+    /// Which limits and constraints act, where and how hard.
+    #[serde(default, deserialize_with = "lenient")]
+    pub active: Vec<ActiveConstraint>,
+    /// Other extremals found.
+    #[serde(deserialize_with = "lenient")]
+    pub rivals: Vec<Rival>,
+    /// Why no input can meet the terminal conditions, where that is proved.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub obstruction: Option<String>,
+    /// A duration below which it is proved that there is no plan, seconds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shortest_duration_s: Option<f64>,
+    /// What stays violated where the search came nearest, and what would help; where no plan was found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shortfall: Option<String>,
+    /// A longer duration for which a plan was found, seconds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub longer_s: Option<f64>,
+    /// The settings that made it.
+    pub settings: SettingsRecord,
+    /// The maneuver that was asked.
+    pub problem: ProblemRecord,
+    /// The unknown of the shooting, SI; a guess for another plan.
+    pub costates_0: Vec<f64>,
+    /// The trajectory.
+    pub trajectory: TrajectoryDocument<'a>,
+}
+
+/// What the convex iteration took, but for its time, which differs between two runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ConvexRecord {
+    /// Subproblems of the seed that won, on all its grids.
+    pub subproblems: usize,
+    /// Subproblems of all seeds.
+    pub all_subproblems: usize,
+    /// Interior-point iterations of all.
+    pub cone_iterations: u32,
+}
+
+impl From<&ConvexWork> for ConvexRecord {
+    fn from(work: &ConvexWork) -> Self {
+        let ConvexWork { subproblems, all_subproblems, cone_iterations, .. } = *work;
+        Self { subproblems, all_subproblems, cone_iterations }
+    }
+}
+
+impl<'a> PlanFile<'a> {
+    /// The version written and read.
+    pub const FORMAT: u32 = 1;
+
+    /// The document of a plan; the trajectory is borrowed.
+    pub fn new(problem: &Problem, settings: &Settings, plan: &'a Plan) -> Self {
+        let solution = &plan.solution;
+        Self {
+            format: Self::FORMAT,
+            generator: concat!("slewkit ", env!("CARGO_PKG_VERSION")).into(),
+            status: plan.status,
+            exit_code: plan.status.exit_code(),
+            name: problem.name.clone(),
+            method: solution.method.name().into(),
+            scheme: solution.scheme.name().into(),
+            steps: solution.steps,
+            step_s: solution.step,
+            cost: solution.cost,
+            duration_s: problem.duration,
+            iterations: solution.iterations,
+            solve_time_s: solution.solve_time,
+            outcome: solution.outcome,
+            start: solution.start.clone(),
+            sense: solution.sense,
+            turned_deg: solution.turned_deg,
+            tolerance: solution.tolerance,
+            terminal: solution.terminal,
+            optimality: solution.optimality,
+            verified: plan.verification.clone(),
+            ladder: solution.ladder.clone(),
+            convex: solution.convex.as_ref().map(Into::into),
+            active: solution.active.clone(),
+            rivals: solution.rivals.clone(),
+            obstruction: solution.obstruction.clone(),
+            shortest_duration_s: solution.shortest_duration,
+            shortfall: solution.shortfall.clone(),
+            longer_s: solution.longer,
+            settings: settings.into(),
+            problem: problem.into(),
+            costates_0: solution.costates_0(problem).to_vec(),
+            trajectory: TrajectoryDocument(Cow::Borrowed(&solution.trajectory)),
+        }
+    }
+
+    /// Writes the document, one key a line, and a last newline.
+    ///
+    /// # Errors
+    /// A trajectory that is not finite, or the stream.
+    pub fn write(&self, output: impl Write) -> Result<(), ExportError> {
+        super::trajectory::check_finite(&self.trajectory.0)?;
+        write_document(self, output)
+    }
+
+    /// Reads a document; a trajectory of another length than `steps` says is refused.
+    ///
+    /// # Errors
+    /// The stream, a text that is no plan, or arrays that do not fit together.
+    pub fn read(input: impl Read) -> Result<PlanFile<'static>, ExportError> {
+        let file: PlanFile<'static> = serde_json::from_reader(BufReader::new(input))?;
+        if file.format != Self::FORMAT {
+            return Err(ExportError::Format { found: file.format });
+        }
+        Ok(file)
+    }
+
+    /// The scheme of the plan; `None` when its name is not known.
+    pub fn scheme(&self) -> Option<Scheme> {
+        [Scheme::LieEuler, Scheme::LieVerlet].into_iter().find(|scheme| scheme.name() == self.scheme)
+    }
+
+    /// `problem` on the grid of this plan, if the trajectory fits it.
+    ///
+    /// # Errors
+    /// The arrays that do not fit.
+    pub fn on_grid(&self, problem: &Problem) -> Result<Problem, ExportError> {
+        let scheme = self.scheme().ok_or_else(|| ExportError::Scheme(self.scheme.clone()))?;
+        let steps = self.steps;
+        if !(Problem::MIN_STEPS..=Problem::MAX_STEPS).contains(&steps) {
+            let (found, needed) = (steps, Problem::MAX_STEPS);
+            return Err(TrajectoryError::Shape { key: "steps", of: "steps", found, needed }.into());
+        }
+        let problem = problem.clone().with_steps(steps).with_scheme(scheme);
+        check_trajectory(&self.trajectory.0, &problem)?;
+        Ok(problem)
+    }
+}
+
+/// Reads what a plan file suggests for another plan: its costates, and the poses of its trajectory.
+///
+/// # Errors
+/// The stream, a text that is no plan, or another version of the format.
+pub fn read_guess(input: impl Read) -> Result<Guess, ExportError> {
+    #[derive(Deserialize)]
+    struct Document {
+        format: u32,
+        costates_0: Vec<f64>,
+        #[serde(default)]
+        trajectory: Path,
+    }
+    #[derive(Default, Deserialize)]
+    struct Path {
+        #[serde(default)]
+        quaternion_wxyz: Vec<[f64; 4]>,
+        #[serde(default)]
+        position_m: Vec<[f64; 3]>,
+    }
+    let Document { format, costates_0, trajectory } = serde_json::from_reader(BufReader::new(input))?;
+    if format != PlanFile::FORMAT {
+        return Err(ExportError::Format { found: format });
+    }
+    let Path { quaternion_wxyz: quaternion, position_m } = trajectory;
+    let position = position_m.into_iter().map(Vector3::from).collect();
+    Ok(Guess { costates: costates_0, quaternion, position })
+}
+
+/// Writes any document of ours: the keys of the two outer levels on lines of their own, so that two
+/// files can be compared line by line, arrays without breaks.
+///
+/// # Errors
+/// The stream.
+pub fn write_document(document: &impl Serialize, output: impl Write) -> Result<(), ExportError> {
+    let mut output = BufWriter::new(output);
+    let formatter = KeyLines { depth: 0 };
+    document.serialize(&mut serde_json::Serializer::with_formatter(&mut output, formatter))?;
+    output.write_all(b"\n")?;
+    Ok(output.flush()?)
+}
+
+struct KeyLines {
+    depth: usize,
+}
+
+impl KeyLines {
+    const DEEPEST: usize = 2;
+
+    fn line<W: Write + ?Sized>(&self, writer: &mut W) -> io::Result<()> {
+        writer.write_all(b"\n")?;
+        (0..self.depth).try_for_each(|_| writer.write_all(b"  "))
+    }
+}
+
+impl Formatter for KeyLines {
+    fn begin_object<W: Write + ?Sized>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.depth += 1;
+        CompactFormatter.begin_object(writer)
+    }
+
+    fn end_object<W: Write + ?Sized>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.depth -= 1;
+        if self.depth < Self::DEEPEST {
+            self.line(writer)?;
+        }
+        CompactFormatter.end_object(writer)
+    }
+
+    fn begin_object_key<W: Write + ?Sized>(&mut self, writer: &mut W, first: bool) -> io::Result<()> {
+        CompactFormatter.begin_object_key(writer, first)?;
+        if self.depth <= Self::DEEPEST { self.line(writer) } else { Ok(()) }
+    }
+
+    fn begin_object_value<W: Write + ?Sized>(&mut self, writer: &mut W) -> io::Result<()> {
+        writer.write_all(b": ")
+    }
+
+    fn begin_array<W: Write + ?Sized>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.depth += 1;
+        CompactFormatter.begin_array(writer)
+    }
+
+    fn end_array<W: Write + ?Sized>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.depth -= 1;
+        CompactFormatter.end_array(writer)
+    }
+}

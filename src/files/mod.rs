@@ -1,0 +1,4 @@
+//! Files: specs, plans, trajectories.
+
+pub mod export;
+pub mod spec;

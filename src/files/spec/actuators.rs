@@ -1,0 +1,173 @@
+//! `[actuators]`: axes, weights and limits of the inputs.
+
+mod wheels;
+
+use super::body::SMALLEST;
+use super::diagnostic::Spot;
+use super::quantity::{short, show};
+use super::section::{Report, Section};
+use super::values::Limits;
+use crate::maneuver::problem::Motion;
+use crate::mechanics::actuators::{Actuation, AxisFrame, Channel, ChannelError};
+use nalgebra::DMatrix;
+
+/// The actuators, with the defaults that go with the motion.
+pub(crate) fn actuation(
+    section: Option<&Section<'_>>,
+    motion: Motion,
+    report: &mut Report,
+) -> Option<Actuation> {
+    let torque_names =
+        [("torque_axes_body", AxisFrame::Body), ("torque_axes_reference", AxisFrame::Reference)];
+    let force_names = [("force_axes_reference", AxisFrame::Reference), ("force_axes_body", AxisFrame::Body)];
+    let Some(section) = section else {
+        let force = (motion == Motion::RigidBody).then(|| Channel::three_axes(AxisFrame::Reference));
+        return Some(Actuation { torque: Channel::three_axes(AxisFrame::Body), force, wheels: None });
+    };
+    if section.has("wheel") {
+        return wheels::wheels(section, motion, report);
+    }
+    let torque = channel(section, &torque_names, "effort_weight", report);
+    let torque = limited(torque, section, &TORQUE_LIMITS, report);
+    let force_keys = ["force_axes_reference", "force_axes_body", "force_effort_weight"];
+    if motion == Motion::Attitude {
+        if let Some(key) = force_keys.into_iter().chain(FORCE_LIMITS).find(|key| section.has(key)) {
+            let reason = format!("`{key}` is given, but the maneuver moves the attitude only");
+            let remedy = "remove it, or give `position_m` and `velocity_m_s` in [start] and [end]";
+            report.error("E0064", section.spot(key), reason, remedy);
+        }
+        return Some(Actuation::torques(torque?));
+    }
+    let none = force_names.iter().any(|(name, _)| section.axes(name).is_some_and(|axes| axes.is_empty()));
+    if none {
+        let orphan = ["force_effort_weight"].into_iter().chain(FORCE_LIMITS).find(|key| section.has(key));
+        if let Some(key) = orphan {
+            let reason = format!("`{key}` is given, but the list of force axes is empty");
+            report.error("E0026", section.spot(key), reason, "remove one of the two");
+        }
+        return Some(Actuation::torques(torque?));
+    }
+    let force = channel(section, &force_names, "force_effort_weight", report);
+    let force = limited(force, section, &FORCE_LIMITS, report);
+    Some(Actuation { torque: torque?, force: Some(force?), wheels: None })
+}
+
+/// Keys of the limits of size, norm and rate of change.
+const TORQUE_LIMITS: [&str; 3] = ["torque_limit_n_m", "torque_norm_limit_n_m", "torque_rate_limit_n_m_per_s"];
+const FORCE_LIMITS: [&str; 3] = ["force_limit_n", "force_norm_limit_n", "force_rate_limit_n_per_s"];
+
+/// How far the length of an axis may be from 1 where its input has a limit in N·m or N.
+const UNIT_ROUNDING: f64 = 1e-3;
+
+/// The channel under the limits of the spec.
+fn limited(
+    channel: Option<Channel>,
+    section: &Section<'_>,
+    [size, norm, rate]: &[&str; 3],
+    report: &mut Report,
+) -> Option<Channel> {
+    // Reported whether or not there are axes to count.
+    let channel = channel?;
+    let count = channel.count();
+    let mut each = |name: &str| -> Option<Option<Vec<f64>>> {
+        if !section.has(name) {
+            return Some(None);
+        }
+        let limits = match section.limits(name)? {
+            Limits::All(limit) => vec![limit; count],
+            Limits::Each(limits) if limits.len() == count => limits,
+            Limits::Each(limits) => {
+                let reason = format!("`{name}` is for {} axes, there are {count}", limits.len());
+                report.error("E0026", section.spot(name), reason, "give one limit per axis, or one for all");
+                return None;
+            }
+        };
+        let mut lengths = channel.axes().iter().map(|axis| axis.norm());
+        if let Some(index) = lengths.position(|length| (length - 1.0).abs() > UNIT_ROUNDING) {
+            let length = short(channel.axes()[index].norm());
+            let reason = format!(
+                "`{name}`: axis {} has length {length}, so its input is not in the unit of the limit",
+                index + 1
+            );
+            let remedy = "make the axis of length 1; its `effort_weight` is then to be divided by the square of the length";
+            report.error("E0067", section.spot(name), reason, remedy);
+            return None;
+        }
+        Some(Some(limits))
+    };
+    let (size_limits, rate_limits) = (each(size), each(rate));
+    let norm = if section.has(norm) { Some(section.number(norm)?) } else { None };
+    let limits = crate::mechanics::actuators::Limits { size: size_limits?, norm, rate: rate_limits? };
+    channel
+        .with_limits(limits)
+        .map_err(|error| report.error("E0061", section.here(), error.to_string(), "write positive limits"))
+        .ok()
+}
+
+/// Inputs of one kind: axes under one of two names (the first is the default), and their weight.
+fn channel(
+    section: &Section<'_>,
+    names: &[(&str, AxisFrame); 2],
+    weight_name: &str,
+    report: &mut Report,
+) -> Option<Channel> {
+    let given = names.iter().find(|(name, _)| section.has(name));
+    let (name, frame) = *given.unwrap_or(&names[0]);
+    let default = Channel::three_axes(frame);
+    let axes = if given.is_some() { section.axes(name)? } else { default.axes().to_vec() };
+    let count = axes.len();
+    if count == 0 {
+        let reason = "the list of torque axes is empty: nothing turns the body".to_string();
+        report.error("E0026", section.spot(name), reason, "give at least one axis");
+        return None;
+    }
+    let weight = if section.has(weight_name) {
+        let rows = section.weight(weight_name)?;
+        if rows.len() != count {
+            let reason = format!("`{weight_name}` is for {} axes, there are {count}", rows.len());
+            report.error("E0026", section.spot(weight_name), reason, "give one weight per axis");
+            return None;
+        }
+        DMatrix::from_fn(count, count, |row, column| rows[row][column])
+    } else {
+        DMatrix::identity(count, count)
+    };
+    // Channel would refuse it too, without saying which.
+    if let Some(index) = (0..count).find(|index| weight[(*index, *index)] < SMALLEST) {
+        let value = show(weight[(index, index)]);
+        let reason =
+            format!("the weight of input {} is {value}, it must be at least {SMALLEST:e}", index + 1);
+        report.error("E0065", section.spot(weight_name), reason, "every input must cost something");
+        return None;
+    }
+    if let Some(index) = axes.iter().position(|axis| axis.amax() < SMALLEST) {
+        let reason = format!(
+            "axis {} has length {}, at least {SMALLEST:e} is needed",
+            index + 1,
+            show(axes[index].norm())
+        );
+        report.error("E0031", section.spot(name), reason, "an axis of length 1 makes inputs in N·m or N");
+        return None;
+    }
+    match Channel::new(axes, frame, weight) {
+        Ok(channel) => Some(channel),
+        Err(error) => {
+            let at = |name| -> Spot { section.spot(name) };
+            let (code, spot, remedy) = match error {
+                ChannelError::Axis { .. } => {
+                    ("E0054", at(name), "leave the axis out, or give it a direction")
+                }
+                ChannelError::Count { .. } => ("E0034", at(name), "use fewer axes"),
+                ChannelError::WeightShape { .. } => ("E0026", at(weight_name), "give one weight per axis"),
+                ChannelError::Limit { .. } => ("E0061", at(name), "leave the limit out where there is none"),
+                ChannelError::Weight => (
+                    "E0065",
+                    at(weight_name),
+                    "write the same number on both sides of the diagonal, smaller than the diagonal",
+                ),
+            };
+            report.error(code, spot, error.to_string(), remedy);
+            None
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! `[[actuators.wheel]]`: reaction wheels behind the torque inputs.
+
+use super::{SMALLEST, TORQUE_LIMITS};
+use crate::Vector3;
+use crate::files::spec::diagnostic::escape;
+use crate::files::spec::quantity::{short, show};
+use crate::files::spec::section::{Report, Section};
+use crate::maneuver::constraint::BOUNDARY_ROUNDING;
+use crate::maneuver::problem::Motion;
+use crate::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits, Wheels};
+use nalgebra::{DMatrix, DVector};
+
+/// One wheel as written.
+struct Wheel {
+    axis: Vector3,
+    torque_limit: Option<f64>,
+    momentum_limit: f64,
+    momentum: f64,
+    weight: f64,
+}
+
+/// Length defect of an axis that needs no warning.
+const SILENT: f64 = 1e-9;
+
+/// The torque channel of the wheels, and the wheels.
+pub(super) fn wheels(section: &Section<'_>, motion: Motion, report: &mut Report) -> Option<Actuation> {
+    let others = ["torque_axes_body", "torque_axes_reference", "effort_weight"];
+    let others = others.into_iter().chain(TORQUE_LIMITS).filter(|key| section.has(key));
+    let mut good = true;
+    for key in others {
+        let reason = format!("both `wheel` and `{key}` are given: each wheel is a torque input of its own");
+        let remedy = match key {
+            "effort_weight" => "write `effort_weight` in each [[actuators.wheel]]",
+            "torque_limit_n_m" => "write `torque_limit_n_m` in each [[actuators.wheel]]",
+            _ => "give one of the two",
+        };
+        report.error("E0028", section.spot(key), reason, remedy);
+        good = false;
+    }
+    if motion == Motion::RigidBody {
+        let reason =
+            "reaction wheels are for maneuvers of the attitude alone, but positions are given".into();
+        let remedy = "remove the positions and velocities of [start] and [end], or use torque axes";
+        report.error("E0064", section.spot("wheel"), reason, remedy);
+        return None;
+    }
+    let forces = ["force_axes_reference", "force_axes_body", "force_effort_weight"];
+    if let Some(key) = forces.into_iter().chain(super::FORCE_LIMITS).find(|key| section.has(key)) {
+        let reason = format!("`{key}` is given, but the maneuver moves the attitude only");
+        report.error("E0064", section.spot(key), reason, "remove it");
+        good = false;
+    }
+    let sections = section.list("wheel");
+    if section.entry("wheel").is_some_and(|entry| entry.node.is_empty_list()) {
+        let reason = "the list of wheels is empty: nothing turns the body".to_string();
+        report.error("E0026", section.spot("wheel"), reason, "give three wheels or more, or torque axes");
+    }
+    if sections.is_empty() || sections.len() > Channel::MAX_INPUTS {
+        return None;
+    }
+    let wheels: Vec<_> =
+        sections.iter().enumerate().map(|(index, wheel)| read(wheel, index, report)).collect();
+    let wheels: Vec<Wheel> = wheels.into_iter().collect::<Option<_>>()?;
+    let size = torque_limits(&wheels, &sections, report)?;
+    let weight = DMatrix::from_diagonal(&DVector::from_iterator(
+        wheels.len(),
+        wheels.iter().map(|wheel| wheel.weight),
+    ));
+    let axes = wheels.iter().map(|wheel| wheel.axis).collect();
+    let channel = Channel::new(axes, AxisFrame::Body, weight);
+    let channel = channel.and_then(|channel| channel.with_limits(Limits { size, norm: None, rate: None }));
+    let torque = match channel {
+        Ok(channel) => channel,
+        Err(error) => {
+            report.error(
+                "E0062",
+                section.spot("wheel"),
+                error.to_string(),
+                "check the numbers of the wheels",
+            );
+            return None;
+        }
+    };
+    let (rank, blind) = torque.rank();
+    if let Some(axis) = blind {
+        let vector = axis.map(|part| (part * 1e3).round() / 1e3 + 0.0);
+        let what = if rank == 2 { "no torque about" } else { "torque only about" };
+        let reason = format!("rank {rank}: {what} ({}, {}, {})", vector.x, vector.y, vector.z);
+        let remedy = match (wheels.len(), rank) {
+            (..3, _) => "give three wheels or more",
+            (_, 2) => "tilt a wheel out of the plane of the others",
+            _ => "turn two wheels to other axes, not in one plane",
+        };
+        report.error("E0062", section.spot("wheel"), format!("the wheel axes have {reason}"), remedy);
+        return None;
+    }
+    let column = |value: fn(&Wheel) -> f64| wheels.iter().map(value).collect();
+    let wheels = Wheels {
+        momentum: column(|wheel| wheel.momentum),
+        momentum_limit: column(|wheel| wheel.momentum_limit),
+    };
+    good.then_some(Actuation { torque, force: None, wheels: Some(wheels) })
+}
+
+/// "wheel 2", with its name if it has one.
+fn called(section: &Section<'_>, index: usize) -> String {
+    match section.word("name") {
+        Some(name) => format!("wheel {} \"{}\"", index + 1, escape(name)),
+        None => format!("wheel {}", index + 1),
+    }
+}
+
+fn read(section: &Section<'_>, index: usize, report: &mut Report) -> Option<Wheel> {
+    let axis = axis(section, index, report);
+    let or = |name: &str, absent: f64| if section.has(name) { section.number(name) } else { Some(absent) };
+    let momentum_limit = or("momentum_limit_n_m_s", f64::INFINITY);
+    let (momentum, weight) = (or("momentum_n_m_s", 0.0), or("effort_weight", 1.0));
+    let torque_limit =
+        if section.has("torque_limit_n_m") { Some(section.number("torque_limit_n_m")?) } else { None };
+    let (momentum, momentum_limit) = (momentum?, momentum_limit?);
+    if momentum.abs() > momentum_limit * (1.0 + BOUNDARY_ROUNDING) {
+        let reason = format!(
+            "{} starts with {} N·m·s, its limit is {} N·m·s",
+            called(section, index),
+            show(momentum),
+            show(momentum_limit)
+        );
+        let remedy = "unload the wheel first, or check sign and unit";
+        report.error("E0063", section.spot("momentum_n_m_s"), reason, remedy);
+        return None;
+    }
+    Some(Wheel { axis: axis?, torque_limit, momentum_limit, momentum, weight: weight? })
+}
+
+/// The spin axis, made of length 1.
+fn axis(section: &Section<'_>, index: usize, report: &mut Report) -> Option<Vector3> {
+    let axis = section.vector("axis_body")?;
+    let spot = section.spot("axis_body");
+    let size = axis.amax();
+    if size < SMALLEST {
+        let reason = format!("the axis of {} has length zero, and so no direction", called(section, index));
+        report.error("E0054", spot, reason, "leave the wheel out, or give its axis a direction");
+        return None;
+    }
+    let length = size * (axis / size).norm();
+    if (length - 1.0).abs() > SILENT {
+        let reason = format!(
+            "the axis of {} has length {}; it is made 1, so that torque and momentum are those of the wheel",
+            called(section, index),
+            short(length)
+        );
+        report.warn("W0062", spot, reason, "give a vector of length 1, or leave it: its direction counts");
+    }
+    Some((axis / size).normalize())
+}
+
+/// The torque limits: of every wheel or of none.
+fn torque_limits(
+    wheels: &[Wheel],
+    sections: &[Section<'_>],
+    report: &mut Report,
+) -> Option<Option<Vec<f64>>> {
+    let limits: Vec<f64> = wheels.iter().filter_map(|wheel| wheel.torque_limit).collect();
+    if limits.is_empty() {
+        return Some(None);
+    }
+    let missing = wheels.iter().position(|wheel| wheel.torque_limit.is_none());
+    let Some(index) = missing else { return Some(Some(limits)) };
+    let wheel = called(&sections[index], index);
+    let reason = format!("{wheel} has no `torque_limit_n_m`, but others have");
+    let largest = limits.into_iter().fold(0.0, f64::max);
+    let remedy = format!("give every wheel a limit, such as torque_limit_n_m = {}, or none", show(largest));
+    report.error("E0021", sections[index].here(), reason, remedy);
+    None
+}

@@ -1,0 +1,307 @@
+//! The second pass: from the checked tree to the problem, with everything that takes more than one key.
+
+use super::attitude::{self, Rotation, Use};
+use super::diagnostic::{Spot, escape};
+use super::quantity::{short, show};
+use super::section::{Report, Section};
+use super::{Expect, actuators, body, constraint, environment, maneuver};
+use crate::lie::log;
+use crate::maneuver::problem::{Motion, Path, Problem, ProblemError, State};
+use crate::maneuver::settings::{Method, Settings};
+use crate::mechanics::body::{Body, Inertia};
+use crate::{Matrix3, Vector3};
+use std::f64::consts::TAU;
+
+/// What a spec says, all of it valid unless the report holds an error.
+pub(crate) struct Assembled {
+    pub problem: Problem,
+    pub settings: Settings,
+    pub expect: Option<Expect>,
+}
+
+/// Builds the problem; `None` when the report says why not.
+pub(crate) fn assemble(root: &Section<'_>, default_name: &str, report: &mut Report) -> Option<Assembled> {
+    let body_section = root.section("body");
+    let inertia = body_section.as_ref().and_then(|section| body::inertia(section, report));
+    let mass = body_section.as_ref().and_then(|section| section.number("mass_kg"));
+    let start = root.section("start").map(|section| Boundary::read(section, "attitude", report));
+    let end = root.section("end").map(|section| {
+        let relative = section.has("rotation_from_start") && !section.has("attitude");
+        Boundary::read(section, if relative { "rotation_from_start" } else { "attitude" }, report)
+    });
+    let motion = motion(start.as_ref(), end.as_ref(), report);
+    if let Some(section) = &body_section {
+        mass_and_motion(section, inertia.as_ref(), mass, motion, report);
+    }
+    let actuation = actuators::actuation(root.section("actuators").as_ref(), motion, report);
+    let constraints = constraint::constraints(root, report);
+    let solver = root.section("solver");
+    let (scheme, settings) = maneuver::solver(solver.as_ref(), report);
+    let expect = root.section("expect").map(|section| maneuver::expect(&section));
+    let place = "[start] and [end]";
+    let surroundings =
+        environment::Surroundings { section: root.section("environment"), motion, mass, place };
+    let environment = surroundings.read(inertia.as_ref(), report);
+    if let Some((start, end)) = start.as_ref().zip(end.as_ref()) {
+        surroundings.check_ends(&[start, end], report);
+    }
+
+    let section = root.section("maneuver")?;
+    let duration = section.number("duration_s");
+    let (start, end) = (start?, end?);
+    let path = path(&section, &end, report);
+    let (start_rotation, end_rotation) = (start.rotation.as_ref()?, end.rotation.as_ref()?);
+    warn_quaternion_order(start_rotation, end_rotation, report);
+    let end_attitude =
+        if end.relative() { start_rotation.matrix * end_rotation.matrix } else { end_rotation.matrix };
+    let (start_state, end_state) = (start.state(start_rotation.matrix)?, end.state(end_attitude)?);
+    let (duration, path, environment) = (duration?, path?, environment?);
+
+    let still = environment.is_free() && environment.frame_rate().amax() == 0.0;
+    if still && is_same(&start_state, &end_state, &path) {
+        let reason = "the body is at rest where it should end: the plan is zero torque".to_string();
+        report.warn("W0059", end.section.here(), reason, "give [end] another attitude");
+    }
+    let shortest = log(&(start_state.attitude.transpose() * end_state.attitude)).norm();
+    let angle = match path {
+        Path::Shortest => shortest,
+        // `best` tries both senses, the other one being the longer.
+        Path::Long | Path::Best => TAU - shortest,
+        Path::AsGiven(vector) => vector.norm(),
+    };
+    let rate = start_state.angular_velocity.norm().max(end_state.angular_velocity.norm());
+    let rate = rate + environment.frame_rate().norm();
+    let steps = maneuver::steps(&section, duration, angle, rate, report)?;
+
+    let body = Body { inertia: inertia?, mass: mass.filter(|_| motion == Motion::RigidBody) };
+    let name = root.word("name").unwrap_or(default_name).to_string();
+    let actuation = actuation?;
+    let problem = Problem {
+        name,
+        motion,
+        body,
+        environment,
+        actuation,
+        start: start_state,
+        end: end_state,
+        duration,
+        steps,
+        scheme,
+        path,
+        constraints: constraints?,
+    };
+    if let (Method::Shooting, Some(solver)) = (settings.method, &solver) {
+        constraint::refuse_shooting(&problem, solver, report);
+    }
+    match problem.check() {
+        Ok(()) => {}
+        // All of them at once.
+        Err(ProblemError::Violated { .. }) => {
+            for error in problem.violations() {
+                refuse(&error, &problem, &section, [&start, &end], report);
+            }
+            return None;
+        }
+        Err(error) => {
+            refuse(&error, &problem, &section, [&start, &end], report);
+            return None;
+        }
+    }
+    Some(Assembled { problem, settings, expect })
+}
+
+/// `[start]` or `[end]` as written.
+pub(crate) struct Boundary<'a> {
+    pub section: Section<'a>,
+    /// The key that holds the rotation: `attitude` or `rotation_from_start`.
+    key: &'static str,
+    pub rotation: Option<Rotation>,
+    /// Inertial angular velocity, body axes [rad/s]; `None` if given wrongly.
+    pub rate: Option<Vector3>,
+    pub position: Option<Vector3>,
+    pub velocity: Option<Vector3>,
+}
+
+impl<'a> Boundary<'a> {
+    pub fn read(section: Section<'a>, key: &'static str, report: &mut Report) -> Self {
+        let purpose = if key == "attitude" { Use::Attitude } else { Use::Turn };
+        let rotation =
+            section.section(key).and_then(|rotation| attitude::rotation(&rotation, purpose, report));
+        let rate = match section.rate_key() {
+            None => Some(Vector3::zeros()),
+            Some(name) => {
+                let scale = if name.ends_with("deg_s") { 1_f64.to_radians() } else { 1.0 };
+                section.vector(name).map(|rate| rate * scale)
+            }
+        };
+        let (position, velocity) = (section.vector("position_m"), section.vector("velocity_m_s"));
+        Self { section, key, rotation, rate, position, velocity }
+    }
+
+    fn relative(&self) -> bool {
+        self.key == "rotation_from_start"
+    }
+
+    fn moves(&self) -> bool {
+        self.section.has("position_m") || self.section.has("velocity_m_s")
+    }
+
+    /// The place of the angular velocity, or of the table when there is none.
+    pub fn rate_spot(&self) -> Spot {
+        self.section.spot(self.section.rate_key().unwrap_or("angular_velocity_deg_s"))
+    }
+
+    pub fn state(&self, attitude: Matrix3) -> Option<State> {
+        let vector = |value: Option<Vector3>, name| match value {
+            None if self.section.has(name) => None,
+            other => Some(other.unwrap_or_default()),
+        };
+        Some(State {
+            position: vector(self.position, "position_m")?,
+            velocity: vector(self.velocity, "velocity_m_s")?,
+            attitude,
+            angular_velocity: self.rate?,
+        })
+    }
+}
+
+impl Section<'_> {
+    /// Which of the two keys gives the angular velocity.
+    pub fn rate_key(&self) -> Option<&'static str> {
+        ["angular_velocity_deg_s", "angular_velocity_rad_s"].into_iter().find(|name| self.has(name))
+    }
+}
+
+/// Positions anywhere make it a maneuver of the whole body, and are then needed everywhere.
+fn motion(start: Option<&Boundary<'_>>, end: Option<&Boundary<'_>>, report: &mut Report) -> Motion {
+    let ends = [start, end];
+    if !ends.iter().flatten().any(|end| end.moves()) {
+        return Motion::Attitude;
+    }
+    for end in ends.into_iter().flatten() {
+        for (name, sample) in [("position_m", "[1, 0, 0]"), ("velocity_m_s", "[0, 0, 0]")] {
+            if !end.section.has(name) {
+                let reason =
+                    format!("[{}] needs `{name}`: the maneuver moves the body too", end.section.path);
+                let remedy = format!("add {name} = {sample}, or remove positions and velocities everywhere");
+                report.error("E0021", end.section.here(), reason, remedy);
+            }
+        }
+    }
+    Motion::RigidBody
+}
+
+fn mass_and_motion(
+    section: &Section<'_>,
+    inertia: Option<&Inertia>,
+    mass: Option<f64>,
+    motion: Motion,
+    report: &mut Report,
+) {
+    match (motion, section.has("mass_kg")) {
+        (Motion::RigidBody, false) => {
+            let reason = "[body] needs `mass_kg`: the maneuver moves the body too".into();
+            report.error("E0021", section.here(), reason, "add mass_kg = 100");
+        }
+        (Motion::Attitude, true) => {
+            let reason = "`mass_kg` is not used: the maneuver moves the attitude only".into();
+            let remedy = "remove it; or give positions in [start] and [end]";
+            report.warn("W0021", section.spot("mass_kg"), reason, remedy);
+        }
+        _ => {}
+    }
+    if let (Some(inertia), Some(mass)) = (inertia, mass) {
+        body::warn_density(section, inertia, mass, report);
+    }
+}
+
+fn path(section: &Section<'_>, end: &Boundary<'_>, report: &mut Report) -> Option<Path> {
+    let as_given = || Some(Path::AsGiven(end.rotation.as_ref()?.vector));
+    if !section.has("path") {
+        return if end.relative() { as_given() } else { Some(Path::Best) };
+    }
+    match section.word("path")? {
+        "shortest" => Some(Path::Shortest),
+        "long" => Some(Path::Long),
+        "as_given" if end.relative() => as_given(),
+        "as_given" => {
+            let reason = "path = \"as_given\" needs `rotation_from_start` in [end]: an attitude does not say which way";
+            let remedy =
+                "write rotation_from_start = { axis = [1, 0, 0], angle_deg = 480 } instead of attitude";
+            report.error("E0021", section.spot("path"), reason.into(), remedy);
+            None
+        }
+        _ => Some(Path::Best),
+    }
+}
+
+/// Rest to rest in the same place, no whole turn asked for.
+fn is_same(start: &State, end: &State, path: &Path) -> bool {
+    const SAME: f64 = 1e-14;
+    let turned = match path {
+        Path::AsGiven(vector) => vector.norm(),
+        Path::Long => TAU,
+        _ => log(&(start.attitude.transpose() * end.attitude)).norm(),
+    };
+    let moving = [start.angular_velocity, end.angular_velocity, start.velocity, end.velocity];
+    let moved = (end.position - start.position).amax() > SAME * start.position.amax();
+    turned < SAME && !moved && moving.iter().all(|velocity| velocity.amax() == 0.0)
+}
+
+fn warn_quaternion_order(start: &Rotation, end: &Rotation, report: &mut Report) {
+    let identity = |rotation: &Rotation| rotation.vector.amax() < 1e-9;
+    let suspects = [(start, true), (end, identity(start) || start.maybe_identity.is_some())];
+    for (rotation, suspect) in suspects {
+        if let (Some(other), true) = (rotation.maybe_identity, suspect) {
+            let axis = if other == "quaternion_xyzw" { "z" } else { "x" };
+            let reason = format!(
+                "this quaternion is a 180° turn about {axis}; in the other order it is no turn at all"
+            );
+            report.warn("W0053", rotation.spot.clone(), reason, format!("meant {other}?"));
+        }
+    }
+}
+
+/// What [`Problem::check`] found, with its place in the spec.
+fn refuse(
+    error: &ProblemError,
+    problem: &Problem,
+    maneuver: &Section<'_>,
+    ends: [&Boundary<'_>; 2],
+    report: &mut Report,
+) {
+    let at = |name: &str| ends[usize::from(name == "end")];
+    match error {
+        ProblemError::StepTooLong { end, angle, limit, steps } => {
+            let reason = format!(
+                "the {end} rate turns {} rad in one step; the implicit equation needs less than {}",
+                short(*angle),
+                show(*limit)
+            );
+            let remedy = if *steps <= Problem::MAX_STEPS {
+                let raise =
+                    if maneuver.has("step_s") { "replace `step_s` by `steps` =" } else { "raise `steps` to" };
+                format!("{raise} {steps} or more, or leave it out")
+            } else {
+                format!("even {} steps are too few: check the rate and `duration_s`", Problem::MAX_STEPS)
+            };
+            report.error("E0120", at(end).rate_spot(), reason, remedy);
+        }
+        ProblemError::NotRotation { end, .. } => {
+            let end = at(end);
+            report.error("E0055", end.section.spot(end.key), error.to_string(), "write all digits");
+        }
+        ProblemError::Violated { end, name, .. } => {
+            let (code, remedy) = constraint::violated(problem, name, end);
+            let at = at(end);
+            let spot = if code == "E0060" { at.rate_spot() } else { at.section.spot(at.key) };
+            report.error(code, spot, escape(&error.to_string()), remedy);
+        }
+        ProblemError::Value { .. }
+        | ProblemError::Missing(_)
+        | ProblemError::Constraint { .. }
+        | ProblemError::Wheels(_) => {
+            report.error("E0031", maneuver.here(), error.to_string(), "check the numbers");
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! `[environment]`.
+
+use super::assemble::Boundary;
+use super::quantity::{short, show};
+use super::section::{Report, Section};
+use crate::maneuver::problem::Motion;
+use crate::mechanics::body::Inertia;
+use crate::mechanics::environment::{
+    CentralGravity, Environment, EnvironmentError, Free, GravityGradient, PointMass, SecondOrderGravity,
+    UniformGravity,
+};
+use std::sync::Arc;
+
+/// `[environment]` and what it depends on.
+pub(crate) struct Surroundings<'a> {
+    pub section: Option<Section<'a>>,
+    pub motion: Motion,
+    /// The mass of the body \[kg\].
+    pub mass: Option<f64>,
+    /// Where the spec has its states, for messages.
+    pub place: &'static str,
+}
+
+/// Relative difference of the masses of the points from the mass of the body that is rounding.
+const MASS_ROUNDING: f64 = 1e-9;
+
+impl Surroundings<'_> {
+    /// The environment; none given: nothing acts.
+    pub fn read(&self, inertia: Option<&Inertia>, report: &mut Report) -> Option<Arc<dyn Environment>> {
+        let Some(section) = &self.section else { return Some(Arc::new(Free)) };
+        let kind = section.word("kind")?;
+        let moves = kind == "central_gravity";
+        if moves && self.motion == Motion::Attitude {
+            let reason =
+                "central_gravity acts on position and attitude, but no position is given".to_string();
+            let remedy = format!(
+                "add `position_m` and `velocity_m_s` to {}; for the attitude alone use kind = \"gravity_gradient\"",
+                self.place
+            );
+            report.error("E0085", section.spot("kind"), reason, remedy);
+            return None;
+        }
+        if !moves && self.motion == Motion::RigidBody {
+            let reason = format!("{kind} acts on the attitude only, but positions are given");
+            let remedy = "remove `position_m` and `velocity_m_s`, or use kind = \"central_gravity\"";
+            report.error("E0085", section.spot("kind"), reason, remedy);
+            return None;
+        }
+        match kind {
+            "uniform_gravity" => {
+                let environment = UniformGravity::new(
+                    section.number("mass_kg")?,
+                    section.number("gravity_m_s2")?,
+                    section.vector("direction")?,
+                    section.vector("pivot_to_mass_center_m")?,
+                );
+                accept(environment, section, report)
+            }
+            "gravity_gradient" => {
+                let environment = GravityGradient::new(section.number("orbital_rate_rad_s")?, inertia?);
+                accept(environment, section, report)
+            }
+            _ => self.central_gravity(section, inertia, report),
+        }
+    }
+
+    fn central_gravity(
+        &self,
+        section: &Section<'_>,
+        inertia: Option<&Inertia>,
+        report: &mut Report,
+    ) -> Option<Arc<dyn Environment>> {
+        let parameter = section.number("gravitational_parameter_m3_s2");
+        if section.word("body")? == "second_order" {
+            if section.has("points") {
+                let reason = "`points` are given, but body = \"second_order\" does not use them".to_string();
+                report.error(
+                    "E0028",
+                    section.spot("points"),
+                    reason,
+                    "remove `points`, or write body = \"points\"",
+                );
+            }
+            let environment = SecondOrderGravity::new(parameter?, self.mass?, inertia?);
+            return accept(environment, section, report);
+        }
+        let points = section.list("points");
+        if points.is_empty() {
+            if !section.has("points") || section.entry("points").is_some_and(|e| e.node.is_empty_list()) {
+                let reason = "body = \"points\" needs `points`".to_string();
+                let remedy = "add points = [ { mass_kg = 0.5, position_m = [0.15, 0, 0] }, … ]";
+                report.error("E0021", section.spot("points"), reason, remedy);
+            }
+            return None;
+        }
+        let points: Option<Vec<_>> = points
+            .iter()
+            .map(|point| Some((point.number("mass_kg")?, point.vector("position_m")?)))
+            .collect();
+        let (points, mass) = (points?, self.mass?);
+        let sum: f64 = points.iter().map(|(mass, _)| mass).sum();
+        if (sum - mass).abs() > MASS_ROUNDING * mass {
+            let reason = format!(
+                "the masses of the points sum to {} kg, that of the body is {} kg",
+                short(sum),
+                show(mass)
+            );
+            report.error("E0087", section.spot("points"), reason, "make them equal");
+            return None;
+        }
+        let parameter = parameter?;
+        let point = |(mass, position)| PointMass { parameter: parameter * mass, position };
+        accept(CentralGravity::new(points.into_iter().map(point).collect()), section, report)
+    }
+
+    /// What the environment asks of the states, the start first.
+    pub fn check_ends(&self, ends: &[&Boundary<'_>], report: &mut Report) {
+        let Some(section) = &self.section else { return };
+        match section.word("kind") {
+            Some("gravity_gradient") => {
+                for end in ends {
+                    if end.section.rate_key().is_none() && !end.section.has("angular_momentum_body_n_m_s") {
+                        let reason = format!(
+                            "[{}] needs an angular velocity: under gravity_gradient rest against LVLH and inertial rest differ",
+                            end.section.path
+                        );
+                        let remedy = "add angular_velocity_rad_s, inertial, in body axes: at rest against LVLH it is \
+                                      orbital_rate · Rᵀ e2";
+                        report.error("E0021", end.section.here(), reason, remedy);
+                    }
+                }
+            }
+            Some("central_gravity") => {
+                let points = section.list("points");
+                let reach = points.iter().filter_map(|point| point.vector("position_m"));
+                let reach = reach.map(|position| position.norm()).fold(1e-30, f64::max);
+                for end in ends {
+                    let Some(radius) = end.position.map(|position| position.norm()) else { continue };
+                    if radius <= reach {
+                        let reason = format!(
+                            "the distance from the attracting point is {} m, the body reaches {} m: they touch",
+                            short(radius),
+                            short(if points.is_empty() { 0.0 } else { reach })
+                        );
+                        let remedy = "the attracting point is at the origin; check `position_m` (m, not km?)";
+                        report.error("E0083", end.section.spot("position_m"), reason, remedy);
+                    }
+                }
+                if let Some(start) = ends.first() {
+                    self.warn_escape(section, start, report);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Warns of a start that is not on a closed orbit.
+    fn warn_escape(&self, section: &Section<'_>, start: &Boundary<'_>, report: &mut Report) {
+        let parameter = section.number("gravitational_parameter_m3_s2");
+        if let (Some(parameter), Some(position), Some(velocity)) = (parameter, start.position, start.velocity)
+        {
+            let escape = (2.0 * parameter / position.norm()).sqrt();
+            let speed = velocity.norm();
+            if speed > escape {
+                let reason = format!(
+                    "the start is on a hyperbolic orbit: {} m/s, the escape velocity there is {} m/s",
+                    short(speed),
+                    short(escape)
+                );
+                let remedy =
+                    "nothing to do if that is meant; else check units and the gravitational parameter";
+                report.warn("W0083", start.section.spot("velocity_m_s"), reason, remedy);
+            }
+        }
+    }
+}
+
+fn accept<E: Environment + 'static>(
+    environment: Result<E, EnvironmentError>,
+    section: &Section<'_>,
+    report: &mut Report,
+) -> Option<Arc<dyn Environment>> {
+    match environment {
+        Ok(environment) => Some(Arc::new(environment)),
+        Err(error @ EnvironmentError::NoDirection { .. }) => {
+            let remedy = "give the direction in which things fall, for example [0, 0, 1]";
+            report.error("E0054", section.spot("direction"), error.to_string(), remedy);
+            None
+        }
+        Err(error) => {
+            report.error("E0086", section.here(), error.to_string(), "check the numbers of [environment]");
+            None
+        }
+    }
+}

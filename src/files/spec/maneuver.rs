@@ -1,0 +1,139 @@
+//! `[maneuver]`, `[solver]` and `[expect]`.
+
+use super::quantity::{short, show};
+use super::section::{Report, Section};
+use super::values;
+use super::{Expect, Toleranced};
+use crate::maneuver::problem::{Problem, Scheme};
+use crate::maneuver::settings::{Method, Settings};
+use crate::maneuver::solution::Sense;
+use std::time::Duration;
+
+/// Angle per step that the default number of steps allows \[rad\]: two or three Newton iterations.
+const ANGLE_PER_STEP: f64 = 0.3;
+/// The fewest steps chosen by default.
+const DEFAULT_STEPS: f64 = 100.0;
+
+/// The number of steps taken when a spec gives none: the smallest `N ≥ 100` with at most 0.3 rad a
+/// step along the cubic guess.
+///
+/// `N = max(100, ⌈(1.5 φ + ω T)/0.3⌉)`: the cubic turns at most `1.5 φ/T` fast, for the longest
+/// rotation `angle` = φ in rad that is to be tried; `rate` = ω in rad/s is the largest boundary rate plus
+/// the rate of the reference frame, `duration` = T in s.
+pub fn default_steps(angle: f64, rate: f64, duration: f64) -> f64 {
+    ((1.5 * angle + rate * duration) / ANGLE_PER_STEP).ceil().max(DEFAULT_STEPS)
+}
+
+/// The number of steps, given or chosen for the `angle` and `rate` of [`default_steps`].
+pub(crate) fn steps(
+    section: &Section<'_>,
+    duration: f64,
+    angle: f64,
+    rate: f64,
+    report: &mut Report,
+) -> Option<usize> {
+    if section.has("steps") {
+        return section.count("steps");
+    }
+    if !section.has("step_s") {
+        let steps = default_steps(angle, rate, duration);
+        if steps > Problem::MAX_STEPS as f64 {
+            let reason = format!(
+                "a maneuver of {} rad with rates of {} rad/s wants {} steps, the limit is {}",
+                short(angle),
+                short(rate),
+                show(steps),
+                Problem::MAX_STEPS
+            );
+            let remedy = "check the angles, the rates and `duration_s`; or shorten the maneuver";
+            report.error("E0034", section.spot("duration_s"), reason, remedy);
+            return None;
+        }
+        return Some(steps as usize);
+    }
+    let step = section.number("step_s")?;
+    let spot = section.spot("step_s");
+    let wanted = duration / step;
+    let steps = wanted.round();
+    if steps < Problem::MIN_STEPS as f64 {
+        let reason = format!(
+            "a step of {} s is too long for a maneuver of {} s; a plan needs at least {} steps",
+            show(step),
+            show(duration),
+            Problem::MIN_STEPS
+        );
+        report.error("E0033", spot, reason, format!("write a step of at most {} s", short(duration / 100.0)));
+        return None;
+    }
+    if steps > Problem::MAX_STEPS as f64 {
+        let (code, _, reason, remedy) = values::too_many_steps(spot.span, steps);
+        report.error(code, spot, reason, remedy);
+        return None;
+    }
+    if (wanted - steps).abs() > 1e-9 * steps {
+        let reason = format!(
+            "{} s is no whole number of steps of {} s; {steps} steps of {} s are used",
+            show(duration),
+            show(step),
+            short(duration / steps)
+        );
+        report.warn("W0033", spot, reason, format!("write steps = {steps}"));
+    }
+    Some(steps as usize)
+}
+
+/// `[solver]`: the discretisation and the settings.
+pub(crate) fn solver(section: Option<&Section<'_>>, report: &mut Report) -> (Scheme, Settings) {
+    let mut settings = Settings::default();
+    let Some(section) = section else { return (Scheme::LieVerlet, settings) };
+    settings.method = match section.word("method") {
+        Some("shooting") => Method::Shooting,
+        Some("scp") => Method::Scp,
+        _ => Method::Auto,
+    };
+    if let Some(tolerance) = section.number("tolerance") {
+        let spot = section.spot("tolerance");
+        if tolerance < Settings::MIN_TOLERANCE {
+            let least = Settings::MIN_TOLERANCE;
+            let reason = format!(
+                "a tolerance of {} is below what double precision reaches here, {least:e}",
+                show(tolerance)
+            );
+            report.error("E0036", spot, reason, "write 1e-12, or leave the key out");
+        } else if tolerance >= 1.0 {
+            let reason =
+                format!("a tolerance of {} would accept anything; it must be below 1", show(tolerance));
+            report.error("E0036", spot, reason, "write 1e-12, or leave the key out");
+        } else {
+            settings.tolerance = tolerance;
+        }
+    }
+    settings.continuous_tolerance = section.number("continuous_tolerance_deg").map(f64::to_radians);
+    settings.time_limit = section.number("time_limit_s").map(Duration::from_secs_f64);
+    if let Some(count) = section.count("max_iterations") {
+        settings.max_iterations = count;
+    }
+    let scheme =
+        if section.word("scheme") == Some("lie_euler") { Scheme::LieEuler } else { Scheme::LieVerlet };
+    (scheme, settings)
+}
+
+/// `[expect]`, checked for itself only: it says nothing about the plan.
+pub(crate) fn expect(section: &Section<'_>) -> Expect {
+    let toleranced = |section: &Section<'_>| -> Option<Toleranced> {
+        Some(Toleranced { value: section.number("value")?, tolerance: section.number("tolerance")? })
+    };
+    Expect {
+        source: section.word("source").map(str::to_string),
+        status: section.word("status").unwrap_or("solved").to_string(),
+        cost: section.section("cost").as_ref().and_then(toleranced),
+        terminal_error: section.number("terminal_error"),
+        newton_iterations_at_most: section.count("newton_iterations_at_most"),
+        conjugate_points: section.count("conjugate_points"),
+        sense: section.word("sense").map(|word| if word == "long" { Sense::Long } else { Sense::Short }),
+        rivals: section.list("rivals").iter().filter_map(toleranced).collect(),
+        margin_at_least: section.number("margin_at_least"),
+        active: section.texts("active").map(|names| names.into_iter().map(str::to_string).collect()),
+        because: section.word("because").map(str::to_string),
+    }
+}

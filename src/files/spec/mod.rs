@@ -1,0 +1,560 @@
+//! Spec files: the maneuver or the simulation as a person writes it, in TOML or JSON.
+//!
+//! ```text
+//! text ──▶ tree with places ──▶ --set ──▶ check of names, types, ranges ──▶ Problem, Settings
+//!                                                                       └─▶ Simulation
+//! ```
+//!
+//! A spec with `[simulation]` or `[[bodies]]` is simulated, any other planned. [`load`] reads either kind, [`read`] one
+//! that is planned.
+//!
+//! Units stand in the keys; inside the crate everything is SI. All errors of a spec are reported at
+//! once, each with its place, its reason and a remedy. [`schema()`] gives the JSON Schema of the format,
+//! [`template`] a spec to start from.
+//!
+//! What a spec leaves out: three body torques of weight 1; three forces along the reference axes too
+//! when `[start]` has a position; angular velocities at rest; the number of steps of [`default_steps`];
+//! nothing that acts on the body; no limits and no constraints; `path = "best"`, or `"as_given"` with
+//! `rotation_from_start`.
+//! Under `rotation_from_start` a quaternion, a matrix, or two or more Euler angles mean the shortest
+//! rotation; axis and angle, a rotation vector, or a single Euler angle mean the angle as written.
+//!
+//! What a simulation leaves out: Lie–Verlet; a row for every step; bodies at rest that neither attract nor are
+//! attracted; the inertia of a body that has a shape. A body without a shape attracts to second order in its size.
+
+mod actuators;
+mod assemble;
+mod attitude;
+mod body;
+mod check;
+mod constraint;
+mod diagnostic;
+mod environment;
+mod json_text;
+mod keys;
+mod maneuver;
+mod quantity;
+mod schema;
+mod section;
+mod shape;
+mod simulation;
+mod source;
+mod suggest;
+mod text;
+mod toml_text;
+mod tree;
+mod values;
+
+pub use diagnostic::{Diagnostic, Diagnostics, Severity, escape};
+pub use maneuver::default_steps;
+pub use schema::schema;
+
+use crate::maneuver::problem::Problem;
+use crate::maneuver::settings::Settings;
+use crate::maneuver::solution::Sense;
+use crate::mechanics::full_body::{Attractor, Dumbbell};
+use crate::propagate::simulate::Simulation;
+use crate::{Matrix3, Vector3};
+use diagnostic::{Finding, Spot};
+use keys::{ROOT, SIMULATION_ROOT};
+use section::{Report, Section};
+use source::{Source, Span};
+use std::io::Read;
+use std::path::Path;
+use tree::{Node, Value};
+
+/// The largest spec, in bytes.
+pub const MAX_BYTES: usize = 1 << 20;
+
+/// The notation of a spec.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// TOML, the default.
+    Toml,
+    /// JSON, strict.
+    Json,
+}
+
+impl Format {
+    /// JSON for names that end in `.json`, else TOML.
+    pub fn of(path: &Path) -> Self {
+        let json = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
+        if json { Self::Json } else { Self::Toml }
+    }
+}
+
+/// A key set from outside the file, as by `--set maneuver.steps=200`.
+///
+/// The value is read as a TOML value, and as text if it is none. A number in the path picks an element
+/// of a list, from 0.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Override {
+    path: String,
+    value: String,
+}
+
+impl Override {
+    /// Splits `key.path=value`.
+    ///
+    /// # Errors
+    /// What is wrong with the text, for a usage message.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let wanted = "write key.path=value, for example maneuver.steps=200";
+        let Some((path, value)) = text.split_once('=') else {
+            return Err(format!("`{}` has no `=`; {wanted}", diagnostic::cut(text, 60)));
+        };
+        let path = path.trim();
+        if path.split('.').any(|part| part.trim().is_empty()) {
+            return Err(format!("`{}` is no key path; {wanted}", diagnostic::cut(path, 60)));
+        }
+        if path.split('.').count() > toml_text::MAX_DEPTH {
+            return Err(format!("the key path is deeper than {}; {wanted}", toml_text::MAX_DEPTH));
+        }
+        if text.len() > MAX_BYTES {
+            return Err("the value is larger than a spec may be".into());
+        }
+        Ok(Self { path: path.into(), value: value.trim().into() })
+    }
+}
+
+/// A number to be met, and how closely.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Toleranced {
+    /// The number.
+    pub value: f64,
+    /// Largest accepted difference.
+    pub tolerance: f64,
+}
+
+/// `[expect]`: what the plan of a shipped problem must come to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expect {
+    /// Where the numbers come from.
+    pub source: Option<String>,
+    /// Status of the plan; `solved` when the spec says nothing.
+    pub status: String,
+    /// Cost.
+    pub cost: Option<Toleranced>,
+    /// Bound on the larger of attitude error in rad and relative momentum error at the end.
+    pub terminal_error: Option<f64>,
+    /// Bound on the Newton iterations of the winning start, all its rungs.
+    pub newton_iterations_at_most: Option<usize>,
+    /// Conjugate points of the plan.
+    pub conjugate_points: Option<usize>,
+    /// Rotation sense of the plan.
+    pub sense: Option<Sense>,
+    /// Costs of other extremals that must be found.
+    pub rivals: Vec<Toleranced>,
+    /// Bound on the smallest scaled margin of all limits and constraints.
+    pub margin_at_least: Option<f64>,
+    /// Names of exactly those limits and constraints that act.
+    pub active: Option<Vec<String>>,
+    /// Part of the reason why nothing can meet the terminal conditions.
+    pub because: Option<String>,
+}
+
+/// A spec that can be planned.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The maneuver, in SI units, checked.
+    pub problem: Problem,
+    /// How to solve it.
+    pub settings: Settings,
+    /// What the plan must come to, if the spec says so.
+    pub expect: Option<Expect>,
+    /// What is accepted but worth a word, in file order.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// `[expect]` of a simulation: what the motion of a shipped problem must come to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SimulationExpect {
+    /// Where the numbers come from.
+    pub source: Option<String>,
+    /// Energy at the start \[J\].
+    pub energy: Option<Toleranced>,
+    /// Bound on the error of the energy, relative to the energy at the start.
+    pub energy_error_at_most: Option<f64>,
+    /// Bound on the change of the angular momentum, relative to the one at the start.
+    pub angular_momentum_error_at_most: Option<f64>,
+    /// Bound on the change of the linear momentum, relative to the sum of the sizes of all at the start.
+    pub linear_momentum_error_at_most: Option<f64>,
+    /// Bound on `‖I − RᵀR‖` of every body.
+    pub orthogonality_at_most: Option<f64>,
+    /// States at the end.
+    pub end: Vec<EndExpect>,
+    /// Mean rate of a body axis about a direction.
+    pub precession: Option<Precession>,
+    /// Mean period of a body axis that swings.
+    pub oscillation: Option<Oscillation>,
+}
+
+/// State of one body at the end, each with the largest accepted distance from it (SI units, radians).
+#[derive(Clone, Debug, PartialEq)]
+pub struct EndExpect {
+    /// Which body, from 0.
+    pub body: usize,
+    /// Attitude, body → reference.
+    pub attitude: Option<(Matrix3, f64)>,
+    /// Angular velocity, body axes [rad/s].
+    pub angular_velocity: Option<(Vector3, f64)>,
+    /// Position, reference frame \[m\].
+    pub position: Option<(Vector3, f64)>,
+    /// Velocity, reference frame [m/s].
+    pub velocity: Option<(Vector3, f64)>,
+}
+
+/// How fast a body axis turns about a direction, in the mean.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Precession {
+    /// Which body, from 0.
+    pub body: usize,
+    /// The axis, body axes, any length.
+    pub axis: Vector3,
+    /// What it turns about, reference frame, any length.
+    pub about: Vector3,
+    /// Mean rate [rad/s].
+    pub rate: Toleranced,
+}
+
+/// How a body axis swings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Oscillation {
+    /// Which body, from 0.
+    pub body: usize,
+    /// The axis, body axes, any length.
+    pub axis: Vector3,
+    /// The direction along which its component is observed, reference frame, any length.
+    pub direction: Vector3,
+    /// Mean time between upward passages of that component through zero \[s\].
+    pub period: Toleranced,
+}
+
+/// A spec that can be simulated.
+#[derive(Clone, Debug)]
+pub struct LoadedSimulation {
+    /// Bodies, method and duration, in SI units, checked.
+    pub simulation: Simulation,
+    /// Shapes of the bodies, in their order; `None` for those without.
+    pub shapes: Vec<Option<BodyShape>>,
+    /// What the surfaces of faces among them say, in their order.
+    pub solids: Vec<Option<Solid>>,
+    /// What the motion must come to, if the spec says so.
+    pub expect: Option<SimulationExpect>,
+    /// What is accepted but worth a word, in file order.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// A homogeneous solid within faces, as the spec or its file gives them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solid {
+    /// Number of triangles.
+    pub faces: usize,
+    /// Volume \[m³\].
+    pub volume: f64,
+    /// Its mass center in the coordinates of the vertices as given \[m\]; the origin of the body moves there.
+    pub mass_center: Vector3,
+}
+
+/// Shape of a body.
+#[derive(Clone, Debug)]
+pub enum BodyShape {
+    /// Two spheres on a rod.
+    Dumbbell(Dumbbell),
+    /// Any other.
+    Other(Box<Attractor>),
+}
+
+/// A spec of either kind.
+#[derive(Clone, Debug)]
+pub enum Spec {
+    /// To be planned.
+    Maneuver(Box<Loaded>),
+    /// To be simulated.
+    Simulation(Box<LoadedSimulation>),
+}
+
+impl Spec {
+    /// What is accepted but worth a word, in file order.
+    pub fn warnings(&self) -> &[Diagnostic] {
+        match self {
+            Self::Maneuver(loaded) => &loaded.warnings,
+            Self::Simulation(loaded) => &loaded.warnings,
+        }
+    }
+}
+
+/// Reads the spec of either kind at `path` in the given notation. Files that it names are relative to its folder.
+///
+/// # Errors
+/// Everything that is wrong with the file or in it.
+pub fn load(path: &Path, format: Format, overrides: &[Override]) -> Result<Spec, Diagnostics> {
+    let name = path.display().to_string();
+    let bytes = text::from_file(path, &name)?;
+    any(text::decode(&bytes, &name)?, &name, folder_of(path), format, overrides, Wanted::Any)
+}
+
+/// Reads a spec of either kind from a stream, such as the standard input, to its end or to the size limit; `name`
+/// stands for it in messages. Files that it names are relative to the current folder.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_from_reader(
+    reader: impl Read,
+    name: &str,
+    format: Format,
+    overrides: &[Override],
+) -> Result<Spec, Diagnostics> {
+    let bytes = text::from_stream(reader, name, None)?;
+    any(text::decode(&bytes, name)?, name, Path::new(""), format, overrides, Wanted::Any)
+}
+
+/// Reads a spec of either kind from text; `name` stands for it in messages, files that it names are relative to
+/// `folder`.
+///
+/// # Errors
+/// Every error of the spec, in file order, with the warnings among them.
+pub fn load_from_str(
+    text: &str,
+    name: &str,
+    folder: &Path,
+    format: Format,
+    overrides: &[Override],
+) -> Result<Spec, Diagnostics> {
+    any(text::decode(text.as_bytes(), name)?, name, folder, format, overrides, Wanted::Any)
+}
+
+/// Reads the maneuver at `path`, in TOML or, if its name ends in `.json`, in JSON.
+///
+/// # Errors
+/// Everything that is wrong with the file or in it; a simulation is no maneuver.
+pub fn read(path: &Path, overrides: &[Override]) -> Result<Loaded, Diagnostics> {
+    read_as(path, Format::of(path), overrides)
+}
+
+/// Reads the maneuver at `path` in the given notation.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_as(path: &Path, format: Format, overrides: &[Override]) -> Result<Loaded, Diagnostics> {
+    let name = path.display().to_string();
+    let bytes = text::from_file(path, &name)?;
+    from_bytes(&bytes, &name, format, overrides)
+}
+
+/// Reads a maneuver from a stream, such as the standard input, to its end or to the size limit.
+///
+/// # Errors
+/// As [`read`].
+pub fn from_reader(
+    reader: impl Read,
+    name: &str,
+    format: Format,
+    overrides: &[Override],
+) -> Result<Loaded, Diagnostics> {
+    let bytes = text::from_stream(reader, name, None)?;
+    from_bytes(&bytes, name, format, overrides)
+}
+
+/// Reads a maneuver from bytes; `name` stands for it in messages.
+///
+/// # Errors
+/// As [`read`].
+pub fn from_bytes(
+    bytes: &[u8],
+    name: &str,
+    format: Format,
+    overrides: &[Override],
+) -> Result<Loaded, Diagnostics> {
+    let text = text::decode(bytes, name)?;
+    from_str(text, name, format, overrides)
+}
+
+/// Reads a maneuver from text; `name` stands for it in messages.
+///
+/// # Errors
+/// Every error of the spec, in file order, with the warnings among them.
+pub fn from_str(
+    text: &str,
+    name: &str,
+    format: Format,
+    overrides: &[Override],
+) -> Result<Loaded, Diagnostics> {
+    let text = text::decode(text.as_bytes(), name)?;
+    match any(text, name, Path::new(""), format, overrides, Wanted::Maneuver)? {
+        Spec::Maneuver(loaded) => Ok(*loaded),
+        // `any` has refused it.
+        Spec::Simulation(_) => Err(Diagnostics(Vec::new())),
+    }
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().unwrap_or_else(|| Path::new(""))
+}
+
+/// Which kind of spec will do.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Wanted {
+    Any,
+    Maneuver,
+}
+
+/// Reads a spec. Files that it names are relative to `folder`.
+fn any(
+    text: &str,
+    name: &str,
+    folder: &Path,
+    format: Format,
+    overrides: &[Override],
+    wanted: Wanted,
+) -> Result<Spec, Diagnostics> {
+    let mut sources = vec![Source::new(name, text)];
+    let root = match parse(&sources[0], format) {
+        Ok(root) => root,
+        Err(findings) => return Err(diagnostics(findings, &sources)),
+    };
+    let (root, mut findings) = apply(root, overrides, &mut sources);
+    let simulated = is_simulation(&root);
+    if let Some(key) = simulated.filter(|_| wanted == Wanted::Maneuver) {
+        let finding = Finding {
+            severity: Severity::Error,
+            code: "E0018",
+            spot: Spot { span: key.key_span, key: key.key.clone() },
+            reason: format!("`{}` makes this spec a simulation: there is no maneuver to plan", key.key),
+            remedy: "run `slew simulate` on it; or write [body], [start], [end] and [maneuver]".into(),
+        };
+        return Err(diagnostics(vec![finding], &sources));
+    }
+    let table = if simulated.is_some() { &SIMULATION_ROOT } else { &ROOT };
+    findings.extend(check::check(&root, table));
+    let mut report = Report { findings };
+    let stem = Path::new(name).file_stem().map_or(name.into(), |stem| stem.to_string_lossy());
+    let section = Section::root(&root, table);
+    let spec = if simulated.is_some() {
+        simulation::assemble(&section, &stem, folder, &mut report).map(|assembled| {
+            let simulation::Assembled { simulation, shapes, solids, expect } = assembled;
+            Spec::Simulation(Box::new(LoadedSimulation {
+                simulation,
+                shapes,
+                solids,
+                expect,
+                warnings: Vec::new(),
+            }))
+        })
+    } else {
+        assemble::assemble(&section, &stem, &mut report).map(|assembled| {
+            let assemble::Assembled { problem, settings, expect } = assembled;
+            Spec::Maneuver(Box::new(Loaded { problem, settings, expect, warnings: Vec::new() }))
+        })
+    };
+    let failed = report.failed();
+    let list = diagnostics(report.findings, &sources);
+    match spec {
+        Some(mut spec) if !failed => {
+            match &mut spec {
+                Spec::Maneuver(loaded) => loaded.warnings = list.0,
+                Spec::Simulation(loaded) => loaded.warnings = list.0,
+            }
+            Ok(spec)
+        }
+        _ => Err(list),
+    }
+}
+
+/// The key that makes a spec a simulation; none in a maneuver. Of a spec that has keys of both, `[maneuver]`
+/// decides unless there is `[simulation]`.
+fn is_simulation(root: &Node) -> Option<&tree::Entry> {
+    let decided = || root.entry("bodies").or_else(|| root.entry("gravity"));
+    root.entry("simulation").or_else(|| if root.entry("maneuver").is_some() { None } else { decided() })
+}
+
+/// A commented spec to start from: a three-axis slew.
+pub fn template() -> &'static str {
+    include_str!("template.toml")
+}
+
+/// A commented simulation to start from: two bodies that attract one another.
+pub fn simulation_template() -> &'static str {
+    include_str!("simulation_template.toml")
+}
+
+/// The tree of the file.
+fn parse(source: &Source, format: Format) -> Result<Node, Vec<Finding>> {
+    let text = &source.text;
+    let at = |start: usize, end: usize| Spot { span: Span { source: 0, start, end }, key: String::new() };
+    let finding = |code, spot, reason: &str, remedy: &str| Finding {
+        severity: Severity::Error,
+        code,
+        spot,
+        reason: reason.into(),
+        remedy: remedy.into(),
+    };
+    let first = text.len() - text.trim_start().len();
+    let empty = || finding("E0001", at(0, 0), "the spec is empty", "write a first one with `slew init`");
+    if text[first..].is_empty() {
+        return Err(vec![empty()]);
+    }
+    let braces = text[first..].starts_with('{');
+    let root = match format {
+        Format::Toml if braces => {
+            let reason = "this looks like JSON, but is read as TOML";
+            let remedy = "rename the file to .json, or use `--input json`";
+            return Err(vec![finding("E0013", at(first, first + 1), reason, remedy)]);
+        }
+        Format::Toml => toml_text::parse(text)?,
+        Format::Json => match json_text::parse(source) {
+            Err(_) if !braces && toml_text::parse(text).is_ok() => {
+                let reason = "this looks like TOML, but is read as JSON";
+                let remedy = "rename the file to .toml, or use `--input toml`";
+                return Err(vec![finding("E0013", at(first, first + 1), reason, remedy)]);
+            }
+            result => result?,
+        },
+    };
+    match &root.value {
+        Value::Table(entries) if entries.is_empty() => Err(vec![empty()]),
+        Value::Table(_) => Ok(root),
+        other => {
+            let reason = format!("a spec is an object, this is {}", other.kind());
+            Err(vec![finding(
+                "E0024",
+                at(root.span.start, root.span.end),
+                &reason,
+                "write { \"format\": 1, … }",
+            )])
+        }
+    }
+}
+
+/// Sets the overrides in the tree, each as a source of its own.
+fn apply(mut root: Node, overrides: &[Override], sources: &mut Vec<Source>) -> (Node, Vec<Finding>) {
+    const PREFIX: &str = "--set ";
+    let mut findings = Vec::new();
+    for Override { path, value } in overrides {
+        let source = sources.len();
+        sources.push(Source::new("command line", format!("{PREFIX}{path}={value}")));
+        let mut start = PREFIX.len();
+        let mut keys = Vec::new();
+        for part in path.split('.') {
+            keys.push((part.trim().to_string(), Span { source, start, end: start + part.len() }));
+            start += part.len() + 1;
+        }
+        let node = toml_text::parse_value(value, source, start).unwrap_or_else(|| Node {
+            span: Span { source, start, end: start + value.len() },
+            value: Value::Text(value.clone()),
+        });
+        if let Err((span, reason)) = root.set(&keys, node) {
+            let spot = Spot { span, key: path.clone() };
+            let remedy = "set a key of a table, or an element that exists".into();
+            findings.push(Finding { severity: Severity::Error, code: "E0025", spot, reason, remedy });
+        }
+    }
+    (root, findings)
+}
+
+/// Findings in file order, with their positions.
+fn diagnostics(mut findings: Vec<Finding>, sources: &[Source]) -> Diagnostics {
+    findings.sort_by_key(|finding| (finding.spot.span.source, finding.spot.span.start));
+    findings.truncate(check::MAX_FINDINGS);
+    Diagnostics(findings.into_iter().map(|finding| finding.resolve(sources)).collect())
+}

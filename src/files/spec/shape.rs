@@ -1,0 +1,356 @@
+//! `[bodies.shape]`: what mass, inertia and gravity a shape gives.
+
+use super::Solid;
+use super::diagnostic::{Spot, cut};
+use super::quantity::short;
+use super::section::{Report, Section};
+use crate::mechanics::full_body::polyhedron::read_obj;
+use crate::mechanics::full_body::{
+    Attractor, Dumbbell, HomogeneousPolyhedron, MassPoint, PointCloud, Polyhedron,
+};
+use crate::{Matrix3, mechanics::full_body::FullBodyError};
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::{Component, Path, PathBuf};
+
+/// Most faces of all bodies of a spec together.
+pub(crate) const MAX_FACES: usize = 200_000;
+/// Most points and Gauss points of all bodies of a spec together.
+pub(crate) const MAX_POINTS: usize = 2_000_000;
+
+/// Most bytes of all OBJ files of a spec together: seconds of reading.
+pub(crate) const MAX_BYTES: u64 = 128 << 20;
+
+/// Gauss points along each direction of a tetrahedron, if the spec does not say.
+const GAUSS_ORDER: usize = 3;
+
+/// What all shapes of a spec may still take.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Budget {
+    faces: usize,
+    points: usize,
+    /// Bytes of OBJ files.
+    bytes: u64,
+}
+
+impl Budget {
+    pub fn new() -> Self {
+        Self { faces: MAX_FACES, points: MAX_POINTS, bytes: MAX_BYTES }
+    }
+
+    /// Takes what a shape needs; false, and a complaint, where that is too much.
+    fn take(&mut self, section: &Section<'_>, faces: usize, points: usize, report: &mut Report) -> bool {
+        if let (Some(faces), Some(points)) = (self.faces.checked_sub(faces), self.points.checked_sub(points))
+        {
+            (self.faces, self.points) = (faces, points);
+            return true;
+        }
+        let reason = format!(
+            "a shape of {faces} faces and {points} points; all bodies together may have {MAX_FACES} faces and \
+             {MAX_POINTS} points, and {} and {} are left",
+            self.faces, self.points
+        );
+        report.error("E0034", section.here(), reason, "take a coarser shape, or a lower gauss_order");
+        false
+    }
+
+    /// Takes the size of a file, before it is read.
+    fn take_file(&mut self, size: u64, spot: Spot, report: &mut Report) -> bool {
+        if let Some(bytes) = self.bytes.checked_sub(size) {
+            self.bytes = bytes;
+            return true;
+        }
+        let megabytes = |bytes: u64| short(bytes as f64 / f64::from(1 << 20));
+        let reason = format!(
+            "the file has {} MiB; all OBJ files together may have {} MiB, and {} are left",
+            megabytes(size),
+            megabytes(MAX_BYTES),
+            megabytes(self.bytes)
+        );
+        report.error("E0034", spot, reason, "take a coarser shape");
+        false
+    }
+}
+
+/// A shape as written, all numbers known.
+#[derive(Clone, Debug)]
+pub(crate) struct Shape {
+    /// Mass \[kg\].
+    pub mass: f64,
+    /// Inertia about the mass center [kg·m²], body axes; singular for points on a line.
+    pub inertia: Matrix3,
+    /// How it attracts.
+    pub attractor: Attractor,
+    /// A dumbbell has a closed form.
+    pub dumbbell: Option<Dumbbell>,
+    /// Distance of its farthest point from the mass center \[m\].
+    pub reach: f64,
+    /// What a surface of faces has said of itself.
+    pub solid: Option<Solid>,
+}
+
+/// Reads the shape of a body with the mass of `mass_kg`, if given; `None` when the report says why not.
+pub(crate) fn shape(
+    body: &Section<'_>,
+    mass: Option<f64>,
+    folder: &Path,
+    budget: &mut Budget,
+    report: &mut Report,
+) -> Option<Shape> {
+    let section = body.section("shape")?;
+    let kind = section.word("kind")?;
+    let density = section.number("density_kg_m3");
+    let solid = kind != "dumbbell" && kind != "points";
+    let given_twice =
+        if kind == "points" { body.has("mass_kg") } else { body.has("mass_kg") && density.is_some() };
+    if given_twice {
+        let other = if kind == "points" { "the masses of the points" } else { "`density_kg_m3`" };
+        let reason = format!("the mass is given twice, by `mass_kg` and by {other}");
+        report.error("E0028", body.spot("mass_kg"), reason, "remove mass_kg");
+        return None;
+    }
+    let known = kind == "points" || body.has("mass_kg") || (solid && section.has("density_kg_m3"));
+    if !known {
+        let reason = format!("[{}] needs `mass_kg`: the shape alone does not give the mass", body.path);
+        let remedy = if solid {
+            "add mass_kg = 1 to it, or density_kg_m3 = 2000 to its shape"
+        } else {
+            "add mass_kg = 1"
+        };
+        report.error("E0021", body.here(), reason, remedy);
+        return None;
+    }
+    match kind {
+        "sphere" => sphere(&section, mass, density, report),
+        "dumbbell" => {
+            let (length, sphere_radius) = (section.number("length_m")?, section.number("sphere_radius_m")?);
+            let dumbbell = Dumbbell { mass: mass?, length, sphere_radius };
+            if length < 2.0 * sphere_radius {
+                let reason = format!(
+                    "the spheres overlap: their centers are {} m apart and their radii add up to {} m, and the inertia \
+                     counts twice what is in both",
+                    short(length),
+                    short(2.0 * sphere_radius)
+                );
+                let remedy = "lengthen `length_m`, or give the body its own `inertia_kg_m2`";
+                report.warn("W0136", section.spot("sphere_radius_m"), reason, remedy);
+            }
+            let cloud = accept(dumbbell.cloud(), &section, report)?;
+            let reach = 0.5 * length + sphere_radius;
+            let inertia = dumbbell.inertia();
+            Some(Shape {
+                mass: mass?,
+                inertia,
+                attractor: Attractor::Cloud(cloud),
+                dumbbell: Some(dumbbell),
+                reach,
+                solid: None,
+            })
+        }
+        "points" => points(&section, budget, report),
+        _ => {
+            let solid = match kind {
+                "cuboid" => {
+                    flat(Polyhedron::cuboid(&section.vector("edges_m")?), "edges_m", &section, report)
+                }
+                "octahedron" => flat(
+                    Polyhedron::octahedron(&section.vector("semi_axes_m")?),
+                    "semi_axes_m",
+                    &section,
+                    report,
+                ),
+                _ if section.has("obj") && (section.has("vertices_m") || section.has("faces")) => None,
+                _ if section.has("obj") => from_obj(&section, folder, budget, report),
+                _ => listed(&section, report),
+            }?;
+            homogeneous(&solid, &section, mass, density, budget, report)
+        }
+    }
+}
+
+fn sphere(
+    section: &Section<'_>,
+    mass: Option<f64>,
+    density: Option<f64>,
+    report: &mut Report,
+) -> Option<Shape> {
+    let radius = section.number("radius_m")?;
+    let volume = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+    let mass = mass.or(density.map(|density| density * volume))?;
+    let attractor = accept(Attractor::point(mass), section, report)?;
+    let inertia = Matrix3::identity() * (0.4 * mass * radius * radius);
+    Some(Shape { mass, inertia, attractor, dumbbell: None, reach: radius, solid: None })
+}
+
+fn points(section: &Section<'_>, budget: &mut Budget, report: &mut Report) -> Option<Shape> {
+    let list = section.list("points");
+    if list.is_empty() {
+        let reason = "kind = \"points\" needs at least one point".to_string();
+        let remedy = "add points = [ { mass_kg = 0.5, position_m = [0.15, 0, 0] }, … ]";
+        report.error("E0021", section.spot("points"), reason, remedy);
+        return None;
+    }
+    if !budget.take(section, 0, list.len(), report) {
+        return None;
+    }
+    let point = |point: &Section<'_>| {
+        Some(MassPoint { mass: point.number("mass_kg")?, position: point.vector("position_m")? })
+    };
+    let points: Option<Vec<_>> = list.iter().map(point).collect();
+    let (cloud, _) = accept(PointCloud::centered(points?), section, report)?;
+    let (mass, inertia, reach) = (cloud.mass(), cloud.inertia(), cloud.radius());
+    Some(Shape { mass, inertia, attractor: Attractor::Cloud(cloud), dumbbell: None, reach, solid: None })
+}
+
+/// A solid of one density, its mass center moved to the origin.
+fn homogeneous(
+    solid: &Polyhedron,
+    section: &Section<'_>,
+    mass: Option<f64>,
+    density: Option<f64>,
+    budget: &mut Budget,
+    report: &mut Report,
+) -> Option<Shape> {
+    let order = section.count("gauss_order").unwrap_or(GAUSS_ORDER);
+    let faces = solid.faces().len();
+    if !budget.take(section, faces, faces * order.pow(3), report) {
+        return None;
+    }
+    let written = Solid { faces, volume: solid.volume(), mass_center: *solid.center() };
+    let solid = solid.centered();
+    let body = match (mass, density) {
+        (Some(mass), _) => HomogeneousPolyhedron::with_mass(solid, mass, order),
+        (None, density) => HomogeneousPolyhedron::new(solid, density?, order),
+    };
+    let body = accept(body, section, report)?;
+    let (mass, inertia, reach) = (body.mass(), body.inertia(), body.shape().radius());
+    Some(Shape {
+        mass,
+        inertia,
+        attractor: Attractor::Polyhedron(body),
+        dumbbell: None,
+        reach,
+        solid: Some(written),
+    })
+}
+
+/// Vertices and faces that stand in the spec.
+fn listed(section: &Section<'_>, report: &mut Report) -> Option<Polyhedron> {
+    if !section.has("vertices_m") {
+        // The first pass has said that a shape is missing.
+        return None;
+    }
+    if !section.has("faces") {
+        let reason = "`vertices_m` needs `faces`".to_string();
+        let remedy =
+            "add faces = [[1, 2, 3], …]: vertices counted from 1, counterclockwise seen from outside";
+        report.error("E0021", section.spot("vertices_m"), reason, remedy);
+        return None;
+    }
+    let (vertices, faces) = (section.vertices("vertices_m")?, section.faces("faces")?);
+    // The reader has seen that they are at least 1.
+    let faces = faces.into_iter().map(|face| face.map(|corner| corner.saturating_sub(1))).collect();
+    match Polyhedron::new(vertices, faces) {
+        Ok(solid) => Some(solid),
+        Err(error) => {
+            let remedy =
+                "check the faces: closed, each edge in two of them, counterclockwise seen from outside";
+            report.error("E0088", section.spot("faces"), error.to_string(), remedy);
+            None
+        }
+    }
+}
+
+fn from_obj(
+    section: &Section<'_>,
+    folder: &Path,
+    budget: &mut Budget,
+    report: &mut Report,
+) -> Option<Polyhedron> {
+    let written = section.word("obj")?;
+    let spot = section.spot("obj");
+    let (path, file) = match open(written, folder) {
+        Ok(opened) => opened,
+        Err((code, reason, remedy)) => {
+            report.error(code, spot, reason, remedy);
+            return None;
+        }
+    };
+    let size = file.metadata().map_or(u64::MAX, |metadata| metadata.len());
+    if !budget.take_file(size, spot.clone(), report) {
+        return None;
+    }
+    let unit = section.number("obj_unit_m");
+    if unit.is_none() && section.has("obj_unit_m") {
+        return None;
+    }
+    match read_obj(BufReader::new(file.take(size)), unit.unwrap_or(1.0)) {
+        Ok(solid) => Some(solid),
+        Err(error) => {
+            let reason = format!("{}: {error}", cut(&path.to_string_lossy(), 200));
+            report.error(
+                "E0089",
+                spot,
+                reason,
+                "repair the file, or export the shape again as a closed surface",
+            );
+            None
+        }
+    }
+}
+
+/// A file beside the spec or below: nothing else of the disk is read at a spec's word.
+fn open(written: &str, folder: &Path) -> Result<(PathBuf, File), (&'static str, String, &'static str)> {
+    let relative = Path::new(written);
+    let inside = relative.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+    let path = folder.join(relative);
+    let shown = cut(&path.to_string_lossy(), 200);
+    let escapes = |how: &str| {
+        let reason = format!("\"{}\" leads {how} the folder of the spec", cut(written, 100));
+        ("E0091", reason, "put the file beside the spec, or into a folder below")
+    };
+    if !inside {
+        return Err(escapes("out of"));
+    }
+    let missing = |error: std::io::Error| {
+        let reason = format!("\"{}\" cannot be read, as {shown}: {}", cut(written, 100), error.kind());
+        ("E0090", reason, "the path is relative to the folder of the spec: check it")
+    };
+    let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let (root, real) = (here.canonicalize().map_err(missing)?, path.canonicalize().map_err(missing)?);
+    if !real.starts_with(&root) {
+        return Err(escapes("through a link out of"));
+    }
+    if !real.metadata().map_err(missing)?.is_file() {
+        let reason = format!("\"{}\" is no file", cut(written, 100));
+        return Err(("E0090", reason, "name a Wavefront OBJ file"));
+    }
+    let file = File::open(&real).map_err(missing)?;
+    Ok((path, file))
+}
+
+/// A shape with a length of zero or less.
+fn flat(
+    solid: Result<Polyhedron, crate::mechanics::full_body::polyhedron::ShapeError>,
+    name: &str,
+    section: &Section<'_>,
+    report: &mut Report,
+) -> Option<Polyhedron> {
+    match solid {
+        Ok(solid) => Some(solid),
+        Err(error) => {
+            report.error("E0088", section.spot(name), error.to_string(), "give three positive lengths");
+            None
+        }
+    }
+}
+
+fn accept<T>(result: Result<T, FullBodyError>, section: &Section<'_>, report: &mut Report) -> Option<T> {
+    match result {
+        Ok(value) => Some(value),
+        Err(error) => {
+            report.error("E0086", section.here(), error.to_string(), "check the numbers of the shape");
+            None
+        }
+    }
+}

@@ -1,0 +1,557 @@
+//! The second pass over a simulation spec: from the checked tree to a [`Simulation`].
+
+use super::assemble::Boundary;
+use super::attitude::{self, Use};
+use super::diagnostic::cut;
+use super::environment::Surroundings;
+use super::keys::{MAX_BODIES, MAX_STEPS};
+use super::quantity::{short, show};
+use super::section::{Report, Section};
+use super::shape::{Budget, Shape, shape};
+use super::{
+    BodyShape, EndExpect, Oscillation, Precession, SimulationExpect, Solid, Toleranced, body, values,
+};
+use crate::maneuver::problem::{Motion, State};
+use crate::mechanics::body::{Body, Inertia};
+use crate::mechanics::full_body::{
+    Attractor, Dumbbell, Dumbbells, FullBodyError, GRAVITATIONAL_CONSTANT, MutualGravity, Potential,
+};
+use crate::propagate::integrator::{Kind, Settings, System, SystemError};
+use crate::propagate::simulate::Simulation;
+use crate::{Matrix3, Vector3};
+use std::path::Path;
+use std::sync::Arc;
+
+/// What a simulation spec says, all of it valid unless the report holds an error.
+pub(crate) struct Assembled {
+    pub simulation: Simulation,
+    pub shapes: Vec<Option<BodyShape>>,
+    pub solids: Vec<Option<Solid>>,
+    pub expect: Option<SimulationExpect>,
+}
+
+/// Steps by which the variational methods cannot carry a body: `h|Ω|` \[rad\].
+const LONGEST_TURN: f64 = 1.0;
+
+/// One body as written.
+struct Member<'a> {
+    name: String,
+    boundary: Boundary<'a>,
+    shape: Option<Shape>,
+    inertia: Option<Inertia>,
+    mass: Option<f64>,
+    moves: bool,
+}
+
+/// Builds the simulation; `None` when the report says why not. Files are relative to `folder`.
+pub(crate) fn assemble(
+    root: &Section<'_>,
+    default_name: &str,
+    folder: &Path,
+    report: &mut Report,
+) -> Option<Assembled> {
+    let list = root.list("bodies");
+    if list.is_empty() {
+        if root.entry("bodies").is_some_and(|entry| entry.node.is_empty_list()) {
+            let reason = "a simulation needs at least one body".to_string();
+            report.error("E0021", root.spot("bodies"), reason, "add a table [[bodies]]");
+        }
+        return None;
+    }
+    if list.len() > MAX_BODIES {
+        // The first pass has said so.
+        return None;
+    }
+    let gravity = root.section("gravity");
+    contradictions(root, gravity.as_ref(), &list, report);
+    let alone = list.len() == 1;
+    let mut budget = Budget::new();
+    let members: Vec<Member> = list
+        .into_iter()
+        .enumerate()
+        .map(|(index, section)| member(section, index, gravity.is_some(), folder, &mut budget, report))
+        .collect();
+    names_differ(&members, report);
+    let expect = root.section("expect").map(|section| expect(&section, &members, report));
+    let surroundings = environment(root, &members, report);
+    if let Some(surroundings) = &surroundings {
+        surroundings.check_ends(&[&members[0].boundary], report);
+    }
+    let section = root.section("simulation")?;
+    let grid = grid(&section, report);
+    if report.failed() {
+        return None;
+    }
+
+    let bodies: Option<Vec<Body>> = members.iter().map(Member::body).collect();
+    let bodies = bodies?;
+    let system = match (&surroundings, &gravity) {
+        (Some(surroundings), _) => {
+            let environment = surroundings.read(members[0].inertia.as_ref(), report)?;
+            System::single(bodies.into_iter().next()?, environment)
+        }
+        (None, Some(gravity)) => System::new(bodies, Some(potential(gravity, &members, report)?)),
+        (None, None) => {
+            if !alone {
+                let reason = "the bodies do not act on one another: there is no [gravity]".to_string();
+                report.warn(
+                    "W0132",
+                    root.spot("bodies"),
+                    reason,
+                    "add [gravity], or simulate them one by one",
+                );
+            }
+            System::new(bodies, None)
+        }
+    };
+    let system = accept(system, root, report)?;
+    let states: Option<Vec<State>> = members.iter().map(Member::state).collect();
+    let start = accept(system.state(&states?), root, report)?;
+    let (duration, steps) = grid?;
+    let integrator = section.word("integrator").unwrap_or("lie_verlet");
+    let mut simulation = Simulation::new(system, start, integrator.parse().ok()?, duration, steps);
+    simulation.name = root.word("name").unwrap_or(default_name).to_string();
+    simulation.bodies = members.iter().map(|member| member.name.clone()).collect();
+    simulation.stride = section.count("output_stride").unwrap_or(1) as u64;
+    simulation.settings =
+        Settings { tolerance: section.number("tolerance").unwrap_or(Settings::default().tolerance) };
+    steps_are_short(&simulation, &section, &members, report);
+    simulation.reach =
+        members.iter().map(|member| member.shape.as_ref().map_or(0.0, |shape| shape.reach)).collect();
+    if gravity.is_some() {
+        apart(&simulation, &members, report);
+    }
+    let shapes = members.iter().map(|member| member.shape.as_ref().map(shown)).collect();
+    let solids = members.iter().map(|member| member.shape.as_ref().and_then(|shape| shape.solid)).collect();
+    Some(Assembled { simulation, shapes, solids, expect: expect.flatten() })
+}
+
+fn shown(shape: &Shape) -> BodyShape {
+    match shape.dumbbell {
+        Some(dumbbell) => BodyShape::Dumbbell(dumbbell),
+        None => BodyShape::Other(Box::new(shape.attractor.clone())),
+    }
+}
+
+fn accept<T>(result: Result<T, SystemError>, root: &Section<'_>, report: &mut Report) -> Option<T> {
+    match result {
+        Ok(value) => Some(value),
+        Err(error) => {
+            let remedy = "check the numbers of the bodies";
+            report.error("E0031", root.spot("bodies"), error.to_string(), remedy);
+            None
+        }
+    }
+}
+
+/// What acts must fit the number of bodies.
+fn contradictions(
+    root: &Section<'_>,
+    gravity: Option<&Section<'_>>,
+    bodies: &[Section<'_>],
+    report: &mut Report,
+) {
+    let environment = root.section("environment");
+    if let (Some(environment), Some(_)) = (&environment, gravity) {
+        let reason = "both [gravity] and [environment] are given".to_string();
+        let remedy =
+            "[gravity] is for bodies that attract one another, [environment] for a single one: give one";
+        report.error("E0028", environment.here(), reason, remedy);
+    } else if let Some(environment) = environment.filter(|_| bodies.len() > 1) {
+        let reason = format!("[environment] acts on a single body, but there are {}", bodies.len());
+        let remedy = "use [gravity]; the attracting center can be a body too";
+        report.error("E0085", environment.here(), reason, remedy);
+    }
+    if let Some(gravity) = gravity.filter(|_| bodies.len() == 1) {
+        let reason = "[gravity] acts between bodies, but there is only one".to_string();
+        let remedy = "add another body, or use [environment] with kind = \"central_gravity\"";
+        report.error("E0085", gravity.here(), reason, remedy);
+    }
+}
+
+fn member<'a>(
+    section: Section<'a>,
+    index: usize,
+    attracted: bool,
+    folder: &Path,
+    budget: &mut Budget,
+    report: &mut Report,
+) -> Member<'a> {
+    let boundary = Boundary::read(section, "attitude", report);
+    let section = &boundary.section;
+    let moving = ["position_m", "velocity_m_s", "linear_momentum_n_s"];
+    let moves = attracted || moving.iter().any(|name| section.has(name));
+    if moves && !section.has("position_m") {
+        let why = if attracted { "the bodies attract one another" } else { "the body moves" };
+        let reason = format!("[{}] needs `position_m`: {why}", section.path);
+        report.error("E0021", section.here(), reason, "add position_m = [0, 0, 0]");
+    }
+    let given = section.number("mass_kg");
+    let shape = shape(section, given, folder, budget, report);
+    let inertia = match &shape {
+        _ if section.has("inertia_kg_m2") => body::inertia(section, report),
+        Some(shape) => inertia_of_shape(section, &shape.inertia, report),
+        None => {
+            if !section.has("shape") {
+                let reason = format!("[{}] needs `inertia_kg_m2` or a shape", section.path);
+                report.error("E0021", section.here(), reason, "add inertia_kg_m2 = [1, 2, 2.5]");
+            }
+            None
+        }
+    };
+    let mass = shape.as_ref().map(|shape| shape.mass).or(given);
+    if !section.has("shape") {
+        match (moves, section.has("mass_kg")) {
+            (true, false) => {
+                let reason = format!("[{}] needs `mass_kg`: the body moves", section.path);
+                report.error("E0021", section.here(), reason, "add mass_kg = 100");
+            }
+            (false, true) => {
+                let reason = "`mass_kg` is not used: the body only turns".into();
+                let remedy = "remove it; or give the body a position";
+                report.warn("W0021", section.spot("mass_kg"), reason, remedy);
+            }
+            _ => {}
+        }
+    }
+    if let (Some(inertia), Some(mass), true) = (&inertia, mass, section.has("inertia_kg_m2")) {
+        body::warn_density(section, inertia, mass, report);
+    }
+    let name = section.word("name").map_or_else(|| format!("body {}", index + 1), str::to_string);
+    Member { name, boundary, shape, inertia, mass, moves }
+}
+
+fn inertia_of_shape(section: &Section<'_>, inertia: &Matrix3, report: &mut Report) -> Option<Inertia> {
+    if let Err(crate::mechanics::body::InertiaError::NotPositive { .. }) = Inertia::new(*inertia) {
+        let reason = "the points lie on a line: the body has no moment of inertia about it".to_string();
+        let remedy = "add `inertia_kg_m2` to the body; or take a dumbbell, whose spheres have a radius";
+        report.error("E0041", section.spot("shape"), reason, remedy);
+        return None;
+    }
+    body::checked(*inertia, section.spot("shape"), report)
+}
+
+impl Member<'_> {
+    fn body(&self) -> Option<Body> {
+        Some(Body { inertia: self.inertia.clone()?, mass: self.mass.filter(|_| self.moves) })
+    }
+
+    /// The state, from velocities or momenta.
+    fn state(&self) -> Option<State> {
+        let section = &self.boundary.section;
+        let mut state = self.boundary.state(self.boundary.rotation.as_ref()?.matrix)?;
+        if section.has("angular_momentum_body_n_m_s") {
+            let momentum = section.vector("angular_momentum_body_n_m_s")?;
+            state.angular_velocity = self.inertia.as_ref()?.j_inverse() * momentum;
+        }
+        if section.has("linear_momentum_n_s") {
+            state.velocity = section.vector("linear_momentum_n_s")? / self.mass?;
+        }
+        Some(state)
+    }
+}
+
+fn names_differ(members: &[Member<'_>], report: &mut Report) {
+    for (index, member) in members.iter().enumerate() {
+        if let Some(first) = members[..index].iter().position(|other| other.name == member.name) {
+            let reason = format!(
+                "bodies {} and {} are both called \"{}\"",
+                first + 1,
+                index + 1,
+                cut(&member.name, 40)
+            );
+            report.error("E0011", member.boundary.section.spot("name"), reason, "give each its own name");
+        }
+    }
+}
+
+/// `[environment]` of the only body.
+fn environment<'a>(
+    root: &Section<'a>,
+    members: &[Member<'_>],
+    report: &mut Report,
+) -> Option<Surroundings<'a>> {
+    let section = root.section("environment")?;
+    let [member] = members else { return None };
+    if section.word("kind") == Some("central_gravity")
+        && member.moves
+        && !member.boundary.section.has("velocity_m_s")
+        && !member.boundary.section.has("linear_momentum_n_s")
+    {
+        let reason = "the body starts at rest in a central field: it falls into the center".to_string();
+        let remedy = "nothing to do if that is meant; else add `velocity_m_s`";
+        report.warn("W0133", member.boundary.section.here(), reason, remedy);
+    }
+    let motion = if member.moves { Motion::RigidBody } else { Motion::Attitude };
+    Some(Surroundings { section: Some(section), motion, mass: member.mass, place: "[[bodies]]" })
+}
+
+/// Mutual gravity; dumbbells alone have a closed form.
+fn potential(
+    gravity: &Section<'_>,
+    members: &[Member<'_>],
+    report: &mut Report,
+) -> Option<Arc<dyn Potential>> {
+    let constant = match gravity.number("gravitational_constant_m3_kg_s2") {
+        Some(constant) => constant,
+        None if gravity.has("gravitational_constant_m3_kg_s2") => return None,
+        None => GRAVITATIONAL_CONSTANT,
+    };
+    let second_order = gravity.word("potential") == Some("second_order");
+    let dumbbells: Option<Vec<Dumbbell>> =
+        members.iter().map(|member| member.shape.as_ref()?.dumbbell).collect();
+    let built: Result<Arc<dyn Potential>, FullBodyError> = match dumbbells.filter(|_| !second_order) {
+        Some(dumbbells) => Dumbbells::new(constant, &dumbbells).map(|potential| Arc::new(potential) as _),
+        None => {
+            let attractor = |member: &Member<'_>| match &member.shape {
+                Some(shape) if !second_order => Some(shape.attractor.clone()),
+                _ => Some(Attractor::SecondOrder { mass: member.mass?, inertia: member.inertia.clone()? }),
+            };
+            let attractors: Option<Vec<_>> = members.iter().map(attractor).collect();
+            MutualGravity::new(constant, attractors?).map(|potential| {
+                long_steps(&potential, gravity, members, report);
+                Arc::new(potential) as _
+            })
+        }
+    };
+    match built {
+        Ok(potential) => Some(potential),
+        Err(error) => {
+            let remedy = match error {
+                FullBodyError::Count { .. } => {
+                    "take coarser shapes, fewer bodies, or potential = \"second_order\""
+                }
+                _ => "check masses and the constant of gravitation",
+            };
+            report.error("E0086", gravity.here(), error.to_string(), remedy);
+            None
+        }
+    }
+}
+
+/// Interactions of one evaluation from which a step takes a good part of a second.
+const LONG: f64 = 1e8;
+
+/// Warns where a step will take long: nothing is shown within one.
+fn long_steps(gravity: &MutualGravity, section: &Section<'_>, members: &[Member<'_>], report: &mut Report) {
+    let interactions = gravity.interactions();
+    if interactions < LONG {
+        return;
+    }
+    let faces = members.iter().filter_map(|member| {
+        let faces = member.shape.as_ref()?.solid?.faces;
+        Some(format!("{} {faces}", cut(&member.name, 40)))
+    });
+    let faces: Vec<_> = faces.take(3).collect();
+    let of = if faces.is_empty() { String::new() } else { format!(" (faces: {})", faces.join(", ")) };
+    let reason = format!(
+        "each evaluation of the gravity takes {} interactions of point with point{of}, {} s or so; a step makes one \
+         or more",
+        short(interactions),
+        short((10.0 * interactions / PER_SECOND).round() / 10.0)
+    );
+    let remedy = "take shapes of fewer faces, a lower gauss_order, points for one of them, or potential = \
+                  \"second_order\"";
+    report.warn("W0137", section.here(), reason, remedy);
+}
+
+/// Interactions a second on one processor, roughly: `cargo bench --bench bodies` prints the time of 10⁸.
+const PER_SECOND: f64 = 2e8;
+
+/// Duration and steps.
+fn grid(section: &Section<'_>, report: &mut Report) -> Option<(f64, u64)> {
+    let duration = section.number("duration_s")?;
+    if section.has("steps") {
+        return Some((duration, section.long_steps("steps")?));
+    }
+    let step = section.number("step_s")?;
+    let spot = section.spot("step_s");
+    let wanted = duration / step;
+    let steps = wanted.round();
+    if steps < 1.0 {
+        let reason =
+            format!("a step of {} s is longer than the simulation of {} s", show(step), show(duration));
+        report.error("E0033", spot, reason, format!("write a step of at most {} s", show(duration)));
+        return None;
+    }
+    if steps > MAX_STEPS as f64 {
+        let (code, _, reason, remedy) = values::too_many_long_steps(spot.span, steps);
+        report.error(code, spot, reason, remedy);
+        return None;
+    }
+    if (wanted - steps).abs() > 1e-9 * steps {
+        let reason = format!(
+            "{} s is no whole number of steps of {} s; {steps} steps of {} s are used",
+            show(duration),
+            show(step),
+            short(duration / steps)
+        );
+        report.warn("W0033", spot, reason, format!("write steps = {steps}"));
+    }
+    Some((duration, steps as u64))
+}
+
+/// The implicit attitude equation has a solution at the start.
+fn steps_are_short(
+    simulation: &Simulation,
+    section: &Section<'_>,
+    members: &[Member<'_>],
+    report: &mut Report,
+) {
+    let limited = matches!(
+        simulation.kind,
+        Kind::LieEuler | Kind::LieEulerAdjoint | Kind::LieVerlet | Kind::LieVerletLagrangian
+    );
+    for (member, momentum) in members.iter().zip(simulation.start.momenta()).filter(|_| limited) {
+        let Some(inertia) = &member.inertia else { continue };
+        let turn = (inertia.j_inverse() * momentum.angular).norm() * simulation.step();
+        if turn >= LONGEST_TURN {
+            let reason = format!(
+                "{} turns {} rad in one step; the implicit equation needs less than {LONGEST_TURN}",
+                cut(&member.name, 40),
+                short(turn)
+            );
+            let steps = (simulation.steps as f64 * turn / 0.3).ceil();
+            let remedy = if section.has("steps") {
+                format!("raise `steps` to {} or so, or check the rate", show(steps))
+            } else {
+                format!(
+                    "shorten `step_s` to {} s or so, or check the rate",
+                    short(0.3 * simulation.step() / turn)
+                )
+            };
+            report.error("E0120", member.boundary.rate_spot(), reason, remedy);
+        }
+    }
+}
+
+/// Bodies stand clear of one another at the start.
+fn apart(simulation: &Simulation, members: &[Member<'_>], report: &mut Report) {
+    let poses = simulation.start.poses();
+    let reach = |index: usize| members[index].shape.as_ref().map_or(0.0, |shape| shape.reach);
+    let mut warned = 0;
+    for second in 0..members.len() {
+        for first in 0..second {
+            let distance = (poses[second].position - poses[first].position).norm();
+            let (a, b) = (cut(&members[first].name, 40), cut(&members[second].name, 40));
+            let spot = || members[second].boundary.section.spot("position_m");
+            if distance == 0.0 {
+                let reason = format!("{a} and {b} are in the same place");
+                report.error("E0083", spot(), reason, "move one of them");
+                return;
+            }
+            if distance < reach(first) + reach(second) && warned < 3 {
+                warned += 1;
+                let reason = format!(
+                    "{a} and {b} are {} m apart and reach {} m and {} m: they may touch",
+                    short(distance),
+                    short(reach(first)),
+                    short(reach(second))
+                );
+                let remedy =
+                    "nothing to do if their shapes are apart; gravity is that of bodies that do not touch";
+                report.warn("W0131", spot(), reason, remedy);
+            }
+        }
+    }
+    if !simulation.system.invariants(&simulation.start).energy.is_finite() {
+        let reason = "the energy at the start is not finite: points of two bodies meet".to_string();
+        report.error(
+            "E0083",
+            members[0].boundary.section.spot("position_m"),
+            reason,
+            "move the bodies apart",
+        );
+    }
+}
+
+/// What `[[expect.end]]` may ask, and how closely.
+const TOLERATED: [(&str, &str); 4] = [
+    ("attitude", "attitude_tolerance_rad"),
+    ("angular_velocity_rad_s", "angular_velocity_tolerance_rad_s"),
+    ("position_m", "position_tolerance_m"),
+    ("velocity_m_s", "velocity_tolerance_m_s"),
+];
+
+/// `[expect]`; `None` if it names a body that is none.
+fn expect(section: &Section<'_>, members: &[Member<'_>], report: &mut Report) -> Option<SimulationExpect> {
+    let toleranced = |section: Section<'_>| -> Option<Toleranced> {
+        Some(Toleranced { value: section.number("value")?, tolerance: section.number("tolerance")? })
+    };
+    let body = |section: &Section<'_>, report: &mut Report| -> Option<usize> {
+        let found = match section.word("body") {
+            Some(name) => members.iter().position(|member| member.name == name),
+            None => (members.len() == 1 && !section.has("body")).then_some(0),
+        };
+        if found.is_none() {
+            let names: Vec<_> = members.iter().take(6).map(|member| cut(&member.name, 40)).collect();
+            let reason = match section.word("body") {
+                Some(name) => format!("no body is called \"{}\"", cut(name, 40)),
+                None => format!("[{}] does not say of which body", section.path),
+            };
+            report.error(
+                "E0021",
+                section.spot("body"),
+                reason,
+                format!("give body = one of {}", names.join(", ")),
+            );
+        }
+        found
+    };
+    let mut ends = Vec::new();
+    for end in section.list("end") {
+        for (name, tolerance) in TOLERATED {
+            if end.has(name) != end.has(tolerance) {
+                let (given, missing) = if end.has(name) { (name, tolerance) } else { (tolerance, name) };
+                let reason = format!("`{given}` needs `{missing}`");
+                report.error("E0021", end.spot(given), reason, "give both, or remove it");
+            }
+        }
+        let tolerated = |name: &str, tolerance: &str| -> Option<(Vector3, f64)> {
+            Some((end.vector(name)?, end.number(tolerance)?))
+        };
+        ends.push((
+            body(&end, report)?,
+            end.section("attitude"),
+            end.number("attitude_tolerance_rad"),
+            tolerated("angular_velocity_rad_s", "angular_velocity_tolerance_rad_s"),
+            tolerated("position_m", "position_tolerance_m"),
+            tolerated("velocity_m_s", "velocity_tolerance_m_s"),
+        ));
+    }
+    let precession = match section.section("precession") {
+        Some(inner) => Some(Precession {
+            body: body(&inner, report)?,
+            axis: inner.vector("axis_body")?,
+            about: inner.vector("about_reference")?,
+            rate: inner.section("rate_rad_s").and_then(toleranced)?,
+        }),
+        None => None,
+    };
+    let oscillation = match section.section("oscillation") {
+        Some(inner) => Some(Oscillation {
+            body: body(&inner, report)?,
+            axis: inner.vector("axis_body")?,
+            direction: inner.vector("direction_reference")?,
+            period: inner.section("period_s").and_then(toleranced)?,
+        }),
+        None => None,
+    };
+    let mut end = Vec::new();
+    for (body, attitude, tolerance, angular_velocity, position, velocity) in ends {
+        let attitude = attitude.and_then(|section| attitude::rotation(&section, Use::Attitude, report));
+        let attitude = attitude.map(|rotation| rotation.matrix).zip(tolerance);
+        end.push(EndExpect { body, attitude, angular_velocity, position, velocity });
+    }
+    Some(SimulationExpect {
+        source: section.word("source").map(str::to_string),
+        energy: section.section("energy_j").and_then(toleranced),
+        energy_error_at_most: section.number("energy_error_at_most"),
+        angular_momentum_error_at_most: section.number("angular_momentum_error_at_most"),
+        linear_momentum_error_at_most: section.number("linear_momentum_error_at_most"),
+        orthogonality_at_most: section.number("orthogonality_at_most"),
+        end,
+        precession,
+        oscillation,
+    })
+}

@@ -1,0 +1,116 @@
+//! What the limits of a problem leave: torque, its rate of change, angular velocity, momentum in wheels.
+
+use super::envelope::{Means, Motion, Stored};
+use super::outputs::Outputs;
+use crate::lie;
+use crate::maneuver::constraint::Rule;
+use crate::maneuver::problem::Problem;
+use crate::mechanics::actuators::{AxisFrame, Channel};
+use crate::{Matrix3, Vector3};
+
+/// What a plan may exceed its limits by and still counts as within them, and more.
+pub(super) const SLACK: f64 = 1e-8;
+
+/// What a channel gives together at most: within the norm, and within the corner of its limits.
+pub(super) fn strongest(channel: &Channel) -> f64 {
+    let limits = channel.limits();
+    let corner = limits
+        .size
+        .as_ref()
+        .map_or(f64::INFINITY, |size| Outputs::new(channel.axes(), size.iter().copied()).largest());
+    corner.min(limits.norm.unwrap_or(f64::INFINITY))
+}
+
+/// The means of a problem, with the slack that a plan has.
+pub(super) fn means(problem: &Problem) -> Means {
+    let torque = &problem.actuation.torque;
+    let turning = problem.environment.frame_rate() != Vector3::zeros();
+    // A torque fixed to a frame that turns changes in space without changing its inputs.
+    let usable = torque.frame() == AxisFrame::Body || !turning;
+    let slope = torque
+        .limits()
+        .rate
+        .as_ref()
+        .filter(|_| usable)
+        .map_or(f64::INFINITY, |rate| Outputs::new(torque.axes(), rate.iter().copied()).largest());
+    let storage = problem.actuation.wheels.as_ref().map_or(f64::INFINITY, |wheels| {
+        Outputs::new(torque.axes(), wheels.momentum_limit.iter().copied()).largest()
+    });
+    Means {
+        torque: strongest(torque) * (1.0 + SLACK),
+        field: problem.environment.moment_bound().unwrap_or(f64::INFINITY),
+        slope: slope * (1.0 + SLACK),
+        rate: fastest(problem, None),
+        rate_growth: 1.0,
+        storage: storage * (1.0 + SLACK),
+    }
+}
+
+/// Largest `|S(b) Ω|` that the limits of the angular velocity allow, for a body axis b; `None`: the largest
+/// `|Ω|` \[rad/s\].
+pub(super) fn fastest(problem: &Problem, axis: Option<&Vector3>) -> f64 {
+    let speed = |rate: &Vector3| axis.map_or(rate.norm(), |axis| axis.cross(rate).norm());
+    let limit = |rule: &Rule| match rule {
+        Rule::RateNorm(limit) => *limit,
+        // A convex function is largest at a corner; opposite corners are alike.
+        Rule::RateAxes(w) => [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]
+            .into_iter()
+            .map(|(y, z)| speed(&Vector3::new(w.x, y * w.y, z * w.z)))
+            .fold(0.0, f64::max),
+        Rule::Pointing(_) => f64::INFINITY,
+    };
+    let limits = problem.constraints.iter().map(|constraint| limit(&constraint.rule));
+    limits.fold(f64::INFINITY, f64::min) * (1.0 + SLACK)
+}
+
+/// The boundary states in inertial space, for a maneuver of `duration` \[s\].
+pub(super) struct Ends {
+    /// Attitudes, body → inertial.
+    pub attitude: [Matrix3; 2],
+    /// Momenta `Π`, body axes [N·m·s].
+    pub momentum: [Vector3; 2],
+}
+
+impl Ends {
+    pub(super) fn of(problem: &Problem, duration: f64) -> Self {
+        let frame = lie::exp(&(problem.environment.frame_rate() * duration));
+        let j = problem.body.inertia.j();
+        Self {
+            attitude: [problem.start.attitude, frame * problem.end.attitude],
+            momentum: [j * problem.start.angular_velocity, j * problem.end.angular_velocity],
+        }
+    }
+
+    /// Momentum in inertial axes at an end.
+    pub(super) fn spatial_momentum(&self, end: usize) -> Vector3 {
+        self.attitude[end] * self.momentum[end]
+    }
+}
+
+/// Whether nothing but the actuators turns the body.
+pub(super) fn isolated(problem: &Problem) -> bool {
+    problem.environment.moment_bound() == Some(0.0)
+}
+
+/// The body and its ends, as the envelope needs them.
+pub(super) fn motion(problem: &Problem, ends: &Ends) -> Motion {
+    let inertia = &problem.body.inertia;
+    let principal = inertia.principal();
+    let speed = |momentum: &Vector3| momentum.dot(&(inertia.j_inverse() * momentum)).max(0.0).sqrt();
+    let wheels = problem.actuation.wheels.as_ref().map(|_| {
+        let stored = problem.actuation.stored_momentum();
+        let total = ends.attitude[0] * (ends.momentum[0] + stored);
+        if isolated(problem) {
+            let end = ends.attitude[1].tr_mul(&total) - ends.momentum[1];
+            Stored { total: total.norm(), stored: [stored.norm(), end.norm()] }
+        } else {
+            Stored { total: f64::INFINITY, stored: [stored.norm(), f64::INFINITY] }
+        }
+    });
+    Motion {
+        moments: [principal[0], principal[2]],
+        momentum: ends.momentum.map(|momentum| momentum.norm()),
+        speed: ends.momentum.each_ref().map(speed),
+        wheels,
+    }
+}

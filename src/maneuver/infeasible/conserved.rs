@@ -1,0 +1,265 @@
+//! What no input can change about a free body without wheels.
+//!
+//! Two inputs steer an asymmetric body anywhere, so the rank of the linearisation proves nothing. These
+//! arguments do, for a body on which nothing acts but its actuators:
+//!
+//! - `c·Π` is conserved when `cᵀB = 0` and the body is symmetric about `c` (`J S(c) = S(c) J`);
+//! - `Π` stays in the smallest subspace that holds `Π_0` and the torque axes and is closed under
+//!   `Π × J⁻¹Π`; if that is one axis, the body turns about it and no other;
+//! - with torques fixed to the reference frame, `c·RΠ` is conserved when `cᵀB = 0`;
+//! - without force along `c`, `c·γ` is conserved and `c·x` moves uniformly.
+//!
+//! An unstable rotation makes much of little, so a premise that holds nearly proves nothing: it has to hold to
+//! the round-off of the numbers given. Only the values that a proof compares may differ by more.
+
+use super::words::about;
+use crate::Vector3;
+use crate::lie::hat;
+use crate::maneuver::problem::{Motion, Problem};
+use crate::mechanics::actuators::{AxisFrame, Channel};
+use nalgebra::DMatrix;
+
+/// Relative round-off of what is given: a premise that holds to this holds.
+const ROUND_OFF: f64 = 1e-14;
+/// Relative difference above which two conserved values are two.
+const DIFFERENT: f64 = 1e-9;
+
+/// Why no input can meet the terminal conditions, in words; `None` where nothing is proved.
+pub(super) fn obstruction(problem: &Problem) -> Option<String> {
+    if !problem.environment.is_free() {
+        return None;
+    }
+    translation(problem).or_else(|| match problem.actuation.torque.frame() {
+        AxisFrame::Body => symmetric_axis(problem).or_else(|| momentum_subspace(problem)),
+        AxisFrame::Reference => spatial_momentum(problem),
+    })
+}
+
+/// Orthonormal directions `c` with `rows · c = 0`.
+fn null_space(rows: &[Vector3]) -> Vec<Vector3> {
+    // Three more rows of zeros: the decomposition has all three directions, however few the rows.
+    let stacked =
+        DMatrix::from_fn(rows.len() + 3, 3, |row, column| rows.get(row).map_or(0.0, |row| row[column]));
+    let Some(svd) = stacked.try_svd(false, true, f64::EPSILON, 1000) else { return Vec::new() };
+    let Some(directions) = svd.v_t else { return Vec::new() };
+    let small = ROUND_OFF * svd.singular_values.amax().max(1.0);
+    let null = (0..3).filter(|index| svd.singular_values[*index] <= small);
+    null.map(|index| upright(&Vector3::from_fn(|axis, _| directions[(index, axis)]))).collect()
+}
+
+/// The direction with its largest component positive and its round-off removed.
+fn upright(direction: &Vector3) -> Vector3 {
+    let largest = direction[direction.iamax()];
+    direction.map(|value| if value.abs() < DIFFERENT { 0.0 } else { value * largest.signum() })
+}
+
+fn unit_axes(channel: &Channel) -> Vec<Vector3> {
+    channel.axes().iter().map(|axis| axis / axis.amax()).map(|axis| axis.normalize()).collect()
+}
+
+/// `(Π_0, Π_d)`, body axes, SI.
+fn momenta(problem: &Problem) -> (Vector3, Vector3) {
+    let j = problem.body.inertia.j();
+    (j * problem.start.angular_velocity, j * problem.end.angular_velocity)
+}
+
+/// Whether two values of an angular momentum differ by more than round-off.
+fn differ(problem: &Problem, a: f64, b: f64) -> bool {
+    (a - b).abs() * problem.duration > DIFFERENT * problem.body.inertia.mean()
+}
+
+fn show(axis: &Vector3) -> String {
+    let digits = |value: f64| {
+        let text = format!("{value:.4}");
+        text.trim_end_matches('0').trim_end_matches('.').to_string()
+    };
+    format!("({}, {}, {})", digits(axis.x), digits(axis.y), digits(axis.z))
+}
+
+fn symmetric_axis(problem: &Problem) -> Option<String> {
+    let inertia = &problem.body.inertia;
+    let j = inertia.j() / inertia.mean();
+    let mut rows = unit_axes(&problem.actuation.torque);
+    // J S(c) − S(c) J is linear in c: nine rows.
+    let columns = [Vector3::x(), Vector3::y(), Vector3::z()].map(|c| j * hat(&c) - hat(&c) * j);
+    rows.extend((0..9).map(|element| Vector3::from_fn(|column, _| columns[column][element])));
+    let (start, end) = momenta(problem);
+    null_space(&rows).into_iter().find_map(|c| {
+        let (before, after) = (c.dot(&start), c.dot(&end));
+        differ(problem, before, after).then(|| {
+            format!(
+                "no torque changes the angular momentum about the body axis {} (no actuator, and the body \
+                 is symmetric about it): it is {} N·m·s at the start and {} at the end",
+                show(&c),
+                about(before),
+                about(after)
+            )
+        })
+    })
+}
+
+fn momentum_subspace(problem: &Problem) -> Option<String> {
+    let inertia = &problem.body.inertia;
+    let rate = |momentum: &Vector3| inertia.j_inverse() * momentum * inertia.mean();
+    let (start, end) = momenta(problem);
+    let mut basis: Vec<Vector3> = Vec::new();
+    // Rates of unit momenta are up to this large.
+    let small = ROUND_OFF * (inertia.mean() / inertia.principal()[0]);
+    let add = |basis: &mut Vec<Vector3>, vector: Vector3| {
+        let rest = basis.iter().fold(vector, |rest, axis| rest - axis * axis.dot(&rest));
+        if rest.norm() > small {
+            basis.push(rest.normalize());
+            return true;
+        }
+        false
+    };
+    // However little: it may grow.
+    if let Some(direction) = start.try_normalize(0.0) {
+        add(&mut basis, direction);
+    }
+    for axis in unit_axes(&problem.actuation.torque) {
+        add(&mut basis, axis);
+    }
+    let mut grown = true;
+    while grown && basis.len() < 3 {
+        grown = false;
+        for a in basis.clone() {
+            for b in basis.clone() {
+                grown |= add(&mut basis, a.cross(&rate(&b)) + b.cross(&rate(&a)));
+            }
+        }
+    }
+    let outside = basis.iter().fold(end, |rest, axis| rest - axis * axis.dot(&rest));
+    if basis.len() < 3 && differ(problem, outside.norm(), 0.0) {
+        let where_ = if basis.len() == 1 { "one axis" } else { "one plane" };
+        return Some(format!(
+            "whatever the torques, the angular momentum stays in {where_} of the body that the terminal rate \
+             leaves by {} N·m·s along {}",
+            about(outside.norm()),
+            show(&upright(&outside.normalize()))
+        ));
+    }
+    let [axis] = basis[..] else { return None };
+    let axis = upright(&axis);
+    let relative = problem.start.attitude.tr_mul(&problem.end.attitude);
+    let tilt = (relative * axis - axis).norm();
+    (tilt > DIFFERENT).then(|| {
+        format!(
+            "whatever the torques, the body turns about its axis {} only: the direction of that axis is \
+             conserved, and the terminal attitude tilts it by {:.3} deg",
+            show(&axis),
+            (2.0 * (0.5 * tilt).min(1.0).asin()).to_degrees()
+        )
+    })
+}
+
+fn spatial_momentum(problem: &Problem) -> Option<String> {
+    let (start, end) = momenta(problem);
+    let (start, end) = (problem.start.attitude * start, problem.end.attitude * end);
+    null_space(&unit_axes(&problem.actuation.torque)).into_iter().find_map(|c| {
+        let (before, after) = (c.dot(&start), c.dot(&end));
+        differ(problem, before, after).then(|| {
+            format!(
+                "no torque changes the angular momentum about the reference axis {}: it is {} N·m·s at the \
+                 start and {} at the end",
+                show(&c),
+                about(before),
+                about(after)
+            )
+        })
+    })
+}
+
+fn translation(problem: &Problem) -> Option<String> {
+    if problem.motion == Motion::Attitude {
+        return None;
+    }
+    let free = match &problem.actuation.force {
+        None => vec![Vector3::x(), Vector3::y(), Vector3::z()],
+        Some(channel) if channel.frame() == AxisFrame::Reference => null_space(&unit_axes(channel)),
+        Some(_) => return None,
+    };
+    let (start, end, duration) = (&problem.start, &problem.end, problem.duration);
+    free.into_iter().find_map(|c| {
+        let speeds = (c.dot(&start.velocity), c.dot(&end.velocity));
+        let drifted = c.dot(&(start.position + start.velocity * duration));
+        let position = c.dot(&end.position);
+        let length = [start.position, end.position, start.velocity * duration, end.velocity * duration]
+            .iter()
+            .fold(0.0, |length, vector| vector.amax().max(length));
+        if (speeds.0 - speeds.1).abs() * duration > DIFFERENT * length {
+            return Some(format!(
+                "no force acts along the reference axis {}: the velocity along it stays {} m/s and the \
+                 terminal one is {}",
+                show(&c),
+                about(speeds.0),
+                about(speeds.1)
+            ));
+        }
+        ((drifted - position).abs() > DIFFERENT * length).then(|| {
+            format!(
+                "no force acts along the reference axis {}: the position along it will be {} m and the \
+                 terminal one is {}",
+                show(&c),
+                about(drifted),
+                about(position)
+            )
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Matrix3;
+    use crate::lie;
+    use crate::maneuver::problem::State;
+    use crate::mechanics::actuators::Actuation;
+    use crate::mechanics::body::{Body, Inertia};
+
+    fn problem(moments: [f64; 3], axes: &[[f64; 3]], frame: AxisFrame, end: State) -> Problem {
+        let inertia = Inertia::diagonal(Vector3::from(moments)).unwrap();
+        let axes: Vec<Vector3> = axes.iter().map(|axis| Vector3::from(*axis)).collect();
+        let weight = nalgebra::DMatrix::identity(axes.len(), axes.len());
+        let torque = Channel::new(axes, frame, weight).unwrap();
+        let body = Body { inertia, mass: None };
+        Problem::attitude(body, State::at_rest(Matrix3::identity()), end, 2.0)
+            .with_actuation(Actuation::torques(torque))
+    }
+
+    fn turned(rotation: [f64; 3], rate: [f64; 3]) -> State {
+        State::attitude(lie::exp(&Vector3::from(rotation)), Vector3::from(rate))
+    }
+
+    #[test]
+    fn one_axis_of_a_sphere_turns_about_itself_only() {
+        let tilted =
+            problem([1.0; 3], &[[1.0, 0.0, 0.0]], AxisFrame::Body, turned([0.5, 0.3, 0.0], [0.0; 3]));
+        assert!(obstruction(&tilted).unwrap().contains("tilts it by"));
+        let about = problem([1.0; 3], &[[1.0, 0.0, 0.0]], AxisFrame::Body, turned([0.5, 0.0, 0.0], [0.0; 3]));
+        assert_eq!(obstruction(&about), None);
+    }
+
+    #[test]
+    fn spin_of_a_symmetric_body_without_axial_torque_is_conserved() {
+        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let spun = problem([2.0, 2.0, 1.0], &axes, AxisFrame::Body, turned([0.5, 0.3, 0.0], [0.0, 0.0, 0.2]));
+        assert!(obstruction(&spun).unwrap().contains("(0, 0, 1)"));
+        let at_rest = problem([2.0, 2.0, 1.0], &axes, AxisFrame::Body, turned([0.5, 0.3, 0.4], [0.0; 3]));
+        assert_eq!(obstruction(&at_rest), None);
+    }
+
+    #[test]
+    fn two_torques_steer_an_asymmetric_body_anywhere() {
+        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let any = problem([1.0, 1.5, 0.8], &axes, AxisFrame::Body, turned([0.5, 0.3, 2.0], [0.1, 0.2, 0.3]));
+        assert_eq!(obstruction(&any), None);
+    }
+
+    #[test]
+    fn horizontal_reference_torques_leave_the_vertical_momentum() {
+        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let spun = problem([1.0, 1.5, 0.8], &axes, AxisFrame::Reference, turned([0.0; 3], [0.0, 0.0, 0.3]));
+        assert!(obstruction(&spun).unwrap().contains("reference axis (0, 0, 1)"));
+    }
+}

@@ -1,0 +1,300 @@
+//! The ways that the ends ask for, and whether torque, rate and time suffice.
+//!
+//! With the bounds of the [envelope](super::envelope) on every arc k, a maneuver of the steps h has
+//!
+//! ```text
+//! turn       |log R_0ᵀR_N|                        ≤ Σ min(φ_k, h ω)
+//! way of b   from R_0 b to R_N b on the sphere    ≤ Σ min(φ_k, h ω_b, (φ_k/sin φ_k) h min(|Π_k| |S(b)J⁻¹|, v_k |S(b)J^−½|))
+//! ```
+//!
+//! for any body axis b. The second line holds because, without wheels,
+//! `h²|Π|² = sin²φ (e·Je)² + 4 sin²(φ/2) |e×Je|² ≥ sin²φ |Je|²`, because `sin φ √(e·Je) ≤ h v`, and because
+//! b goes `|b×e| φ`, where `φ/sin φ` grows with φ. Principal axes are taken for b, and boresights, which may
+//! have to go around a cone.
+
+use super::Obstruction;
+use super::capability::{Ends, fastest, means, motion};
+use super::detour::Detour;
+use super::envelope::{Arc, Means, Motion, envelope};
+use super::words::{about, at_least, at_most};
+use crate::lie::{self, hat};
+use crate::maneuver::constraint::{Rule, Side};
+use crate::maneuver::problem::{Problem, Scheme};
+use crate::mechanics::body::principal_moments;
+use crate::{Matrix3, Vector3};
+use nalgebra::SymmetricEigen;
+
+/// What a claim must exceed a bound by \[rad\]: round-off of the sums.
+const ROUND_OFF: f64 = 1e-9;
+
+/// Growth of a limit beyond which more of it is said to be of no help.
+const MUCH: f64 = 100.0;
+
+/// Growth of the duration beyond which none is named.
+const LONG: f64 = 1e6;
+
+/// Pairs of boresights and cones that are looked at.
+const MAX_CONES: usize = 1000;
+
+/// A way to go.
+struct Demand {
+    /// "the body has to turn by", …
+    words: String,
+    /// How far \[rad\].
+    angle: f64,
+    /// Whose way; `None`: of the whole body.
+    axis: Option<Lever>,
+    /// Its largest speed by the rate limits [rad/s].
+    fastest: f64,
+    /// The cone that makes it so far.
+    cone: Option<Detour>,
+}
+
+/// How fast a body axis b moves at most.
+struct Lever {
+    /// For each unit of `|Π|`: `|S(b)J⁻¹|`.
+    by_momentum: f64,
+    /// For each unit of `√(Π·J⁻¹Π)`: `|S(b)J^−½|`.
+    by_speed: f64,
+}
+
+/// A problem with other means or another duration.
+struct Case<'a> {
+    problem: &'a Problem,
+    motion: Motion,
+    demands: Vec<Demand>,
+}
+
+pub(super) fn obstruction(problem: &Problem) -> Option<Obstruction> {
+    let case = Case::new(problem);
+    let means = means(problem);
+    let worst = case.worst(&means, problem.duration)?;
+    Some(case.explain(&means, worst))
+}
+
+impl<'a> Case<'a> {
+    fn new(problem: &'a Problem) -> Self {
+        let ends = Ends::of(problem, problem.duration);
+        Self { problem, motion: motion(problem, &ends), demands: demands(problem, &ends) }
+    }
+
+    /// The demand that is missed most, and what the means allow of it.
+    fn worst(&self, means: &Means, duration: f64) -> Option<(&Demand, f64)> {
+        let unlimited = [means.torque + means.field, means.slope, means.storage];
+        let no_rate = self.demands.iter().all(|demand| demand.fastest == f64::INFINITY);
+        if no_rate && unlimited.iter().all(|limit| *limit == f64::INFINITY) {
+            return None;
+        }
+        let steps = self.problem.steps;
+        let step = duration / steps as f64;
+        // The sums of Lie–Verlet are never below the integrals of the continuous motion.
+        let verlet = envelope(&self.motion, means, Scheme::LieVerlet, steps, duration);
+        let euler = (self.problem.scheme == Scheme::LieEuler)
+            .then(|| envelope(&self.motion, means, Scheme::LieEuler, steps, duration));
+        let allowed = |demand: &Demand| {
+            let sum =
+                |arcs: &Vec<Arc>| arcs.iter().map(|arc| self.way(demand, means, step, arc)).sum::<f64>();
+            euler.iter().map(sum).fold(sum(&verlet), f64::max)
+        };
+        let missed = self.demands.iter().map(|demand| (demand, allowed(demand)));
+        let missed = missed.filter(|(demand, allowed)| demand.angle > allowed + ROUND_OFF);
+        // Of equal ones the first, which is the plainest.
+        let ratio = |(demand, allowed): &(&Demand, f64)| demand.angle / allowed;
+        missed.reduce(|worst, other| if ratio(&other) > ratio(&worst) * (1.0 + 1e-6) { other } else { worst })
+    }
+
+    /// How far a demand gets on an arc at most \[rad\].
+    fn way(&self, demand: &Demand, means: &Means, step: f64, arc: &Arc) -> f64 {
+        let mut way = arc.turn.min(step * demand.fastest * means.rate_growth);
+        if let Some(Lever { by_momentum, by_speed }) = demand.axis {
+            let bent = if arc.turn > 0.0 { arc.turn / arc.turn.sin() } else { 1.0 };
+            let momentum = if self.motion.wheels.is_some() { f64::INFINITY } else { arc.momentum };
+            let by_speed = (arc.speed + arc.share / self.motion.moments[0].sqrt()) * by_speed;
+            way = way.min(bent * step * by_speed.min(momentum * by_momentum));
+        }
+        way
+    }
+
+    /// Whether every demand can be met.
+    fn possible(&self, means: &Means, duration: f64) -> bool {
+        self.worst(means, duration).is_none()
+    }
+}
+
+// ---- what the ends ask for ---------------------------------------------------------------------------
+
+fn demands(problem: &Problem, ends: &Ends) -> Vec<Demand> {
+    let [start, end] = &ends.attitude;
+    let angle = lie::log(&start.tr_mul(end)).norm();
+    let words = "the body has to turn by".into();
+    let mut demands = vec![Demand { words, angle, axis: None, fastest: fastest(problem, None), cone: None }];
+    let of_axis = |axis: &Vector3, angle: f64, words: String, cone: Option<Detour>| {
+        let axis_lever = Some(Lever::of(problem, axis));
+        Demand { words, angle, axis: axis_lever, fastest: fastest(problem, Some(axis)), cone }
+    };
+    let principal =
+        SymmetricEigen::try_new(problem.body.inertia.j() / problem.body.inertia.mean(), 1e-15, 1000);
+    for axis in principal.iter().flat_map(|eigen| eigen.eigenvectors.column_iter()) {
+        let axis = axis.normalize();
+        let angle = crate::maneuver::constraint::angle_between(&(start * axis), &(end * axis));
+        let [x, y, z] = [axis.x, axis.y, axis.z].map(|part| about((part * 1e4).round() / 1e4 + 0.0));
+        demands.push(of_axis(&axis, angle, format!("the body axis ({x}, {y}, {z}) has to go"), None));
+    }
+    for (boresight, detour) in detours(problem, ends).take(MAX_CONES) {
+        let words = format!("a boresight has to go around \"{}\"", detour.name);
+        demands.push(of_axis(&boresight, detour.length(detour.half_angle), words, Some(detour)));
+    }
+    demands
+}
+
+/// Boresights and the cones in their way, whose axes stand in inertial space.
+fn detours(problem: &Problem, ends: &Ends) -> impl Iterator<Item = (Vector3, Detour)> {
+    let [start, end] = ends.attitude;
+    let turning = problem.environment.frame_rate() != Vector3::zeros();
+    let cones = problem.constraints.iter().filter_map(|constraint| match &constraint.rule {
+        Rule::Pointing(pointing) if pointing.side == Side::KeepOut => Some((&constraint.name, pointing)),
+        _ => None,
+    });
+    cones.flat_map(move |(name, pointing)| {
+        let standing = pointing.pairs().filter(move |(_, w)| !(turning && w.turns_with_frame));
+        standing.map(move |(b, w)| {
+            let half_angle = pointing.effective_half_angle() - super::capability::SLACK;
+            (*b, Detour::new(name, half_angle, &w.vector, &(start * b), &(end * b)))
+        })
+    })
+}
+
+impl Lever {
+    fn of(problem: &Problem, axis: &Vector3) -> Self {
+        let (cross, j_inverse) = (hat(axis), problem.body.inertia.j_inverse());
+        let largest = |square: Matrix3| principal_moments(&square)[2].max(0.0).sqrt();
+        let by_momentum = cross * j_inverse;
+        Self {
+            by_momentum: largest(by_momentum * by_momentum.transpose()),
+            by_speed: largest(cross * j_inverse * cross.transpose()),
+        }
+    }
+}
+
+// ---- in words ----------------------------------------------------------------------------------------
+
+impl Case<'_> {
+    fn explain(&self, means: &Means, (demand, allowed): (&Demand, f64)) -> Obstruction {
+        let problem = self.problem;
+        let duration = problem.duration;
+        // In a turning frame another duration is another target.
+        let standing = problem.environment.frame_rate() == Vector3::zeros();
+        let longer =
+            standing.then(|| least(LONG, |factor| self.possible(means, factor * duration))).flatten();
+        let shortest = longer.map(|factor| factor * duration);
+        let under = shortest.map_or_else(
+            || format!("no plan in {} s", about(duration)),
+            |shortest| format!("no plan under {} s", at_least(shortest)),
+        );
+        let mut reason = format!(
+            "{under}{}: {} {} deg, {} s allow {} deg at most",
+            self.given(means),
+            demand.words,
+            at_least(demand.angle.to_degrees()),
+            about(duration),
+            at_most(allowed.to_degrees())
+        );
+        let needed = self.needed(means, demand, allowed);
+        if !needed.is_empty() {
+            reason.push_str(&format!("; in {} s it takes {}", about(duration), needed.join(" or ")));
+        }
+        Obstruction { reason, shortest_duration: shortest }
+    }
+
+    /// The limits at hand: " with 0.3 N·m at 4 deg/s".
+    fn given(&self, means: &Means) -> String {
+        let mut text = String::new();
+        let torque = &self.problem.actuation.torque;
+        if means.torque.is_finite() {
+            let together = match (torque.limits().norm, torque.count()) {
+                (Some(norm), _) if means.torque >= norm => "",
+                (_, 1) => "",
+                _ => " at most from all inputs at their limits",
+            };
+            text.push_str(&format!(" with {} N·m{together}", about(means.torque)));
+            if means.field > 0.0 {
+                text.push_str(&format!(" and {} N·m of the field", about(means.field)));
+            }
+        }
+        if means.slope.is_finite() {
+            text.push_str(&format!(" that change by {} N·m/s", about(means.slope)));
+        }
+        if means.storage.is_finite() {
+            text.push_str(&format!(" from wheels that store {} N·m·s", about(means.storage)));
+        }
+        let rate = fastest(self.problem, None);
+        if rate.is_finite() {
+            text.push_str(&format!(" at {} deg/s", about(rate.to_degrees())));
+        }
+        text
+    }
+
+    /// What could do in the same time: each limit alone, the others as they are.
+    fn needed(&self, means: &Means, demand: &Demand, allowed: f64) -> Vec<String> {
+        let duration = self.problem.duration;
+        let more = |limit: f64, change: &dyn Fn(f64) -> Means| {
+            let helps = limit.is_finite();
+            helps.then(|| least(MUCH, |factor| self.possible(&change(factor), duration))).flatten()
+        };
+        let mut needed = vec![];
+        let limits = self.problem.actuation.torque.limits();
+        if let Some(factor) = more(means.torque, &|factor| Means { torque: factor * means.torque, ..*means })
+        {
+            needed.push(match limits.size {
+                None => format!("at least {} N·m", at_least(factor * means.torque)),
+                Some(_) => format!("torque limits at least {} times as large", at_least(factor)),
+            });
+        }
+        if let Some(factor) = more(means.slope, &|factor| Means { slope: factor * means.slope, ..*means }) {
+            needed.push(format!("torque rate limits at least {} times as large", at_least(factor)));
+        }
+        if let Some(factor) =
+            more(means.storage, &|factor| Means { storage: factor * means.storage, ..*means })
+        {
+            needed.push(format!("wheel momentum limits at least {} times as large", at_least(factor)));
+        }
+        if let Some(factor) = more(means.rate, &|factor| Means { rate_growth: factor, ..*means }) {
+            needed.push(format!("rate limits at least {} times as large", at_least(factor)));
+        }
+        needed.extend(smaller_cone(demand, allowed));
+        needed
+    }
+}
+
+/// The largest cone that could do, where a cone is in the way.
+fn smaller_cone(demand: &Demand, allowed: f64) -> Option<String> {
+    let detour = demand.cone.as_ref()?;
+    let fits = |half_angle: f64| detour.length(half_angle) <= allowed + ROUND_OFF;
+    let (mut fit, mut misfit) = (0.0, detour.half_angle);
+    if !fits(fit) {
+        return None;
+    }
+    for _ in 0..40 {
+        let middle = 0.5 * (fit + misfit);
+        *(if fits(middle) { &mut fit } else { &mut misfit }) = middle;
+    }
+    Some(format!("a half angle of at most {} deg, margin included", at_most(misfit.to_degrees())))
+}
+
+/// The factor above 1 from which on something is possible, from below; `None` if it is possible at once, or
+/// not even with much more.
+fn least(much: f64, possible: impl Fn(f64) -> bool) -> Option<f64> {
+    let (mut low, mut high) = (1.0, 2.0);
+    while !possible(high) {
+        (low, high) = (high, 2.0 * high);
+        if high > much {
+            return None;
+        }
+    }
+    // Six digits; four are shown.
+    while high - low > 1e-6 * low {
+        let middle = 0.5 * (low + high);
+        *(if possible(middle) { &mut high } else { &mut low }) = middle;
+    }
+    Some(low)
+}

@@ -1,0 +1,96 @@
+//! Momentum to gain and a distance to go, for which torque or force and time do not suffice.
+//!
+//! The kicks of a maneuver add up to `|R_N Π_N − R_0 Π_0| ≤ T (ū + m̄)` for a body without wheels, and to
+//! `|γ_N − γ_0| ≤ T F̄` for one that nothing but its forces pushes. Of the latter, with the weights `w_j` of
+//! the kicks and `x_{k+1} = x_k + h γ_k/m`,
+//!
+//! ```text
+//! m |x_N − x_0 − T (ẋ_0 + ẋ_N)/2| = h² |Σ w_j (N/2 − j) f_j| ≤ F̄ h² Σ w_j |N/2 − j| = F̄ T²/4
+//! ```
+//! (a quarter of `h²F̄` more for an odd N), as in continuous time. All sums are those of the discrete maneuver
+//! and of the continuous one.
+
+use super::Obstruction;
+use super::capability::{Ends, SLACK, means, strongest};
+use super::words::{about, at_least, at_most};
+use crate::Vector3;
+use crate::maneuver::problem::{Motion, Problem};
+
+pub(super) fn obstruction(problem: &Problem) -> Option<Obstruction> {
+    angular(problem).or_else(|| linear(problem))
+}
+
+/// No plan under the `needed` duration, all else being equal, where that is a duration at all.
+fn missed(
+    problem: &Problem,
+    limit: f64,
+    unit: &str,
+    what: String,
+    needed: Option<f64>,
+    factor: f64,
+) -> Obstruction {
+    let duration = about(problem.duration);
+    let under =
+        needed.map_or_else(|| format!("in {duration} s"), |needed| format!("under {} s", at_least(needed)));
+    let reason = format!(
+        "no plan {under} with {} {unit}: {what}; in {duration} s it takes at least {} {unit}",
+        about(limit),
+        at_least(limit * factor)
+    );
+    Obstruction { reason, shortest_duration: needed }
+}
+
+fn angular(problem: &Problem) -> Option<Obstruction> {
+    let means = means(problem);
+    let limit = means.torque + means.field;
+    if problem.actuation.wheels.is_some() || !limit.is_finite() {
+        return None;
+    }
+    let ends = Ends::of(problem, problem.duration);
+    let change = (ends.spatial_momentum(1) - ends.spatial_momentum(0)).norm();
+    let allowed = limit * problem.duration;
+    (change > allowed * (1.0 + SLACK)).then(|| {
+        let standing = problem.environment.frame_rate() == Vector3::zeros();
+        let what = format!(
+            "the angular momentum has to change by {} N·m·s, {} N·m·s at most are possible",
+            at_least(change),
+            at_most(allowed)
+        );
+        let shortest = standing.then_some(change / limit);
+        missed(problem, limit, "N·m", what, shortest, change / allowed)
+    })
+}
+
+fn linear(problem: &Problem) -> Option<Obstruction> {
+    let limit = problem.actuation.force.as_ref().map(strongest)? * (1.0 + SLACK);
+    let mass = problem.body.mass?;
+    if problem.motion != Motion::RigidBody || !problem.environment.is_free() || !limit.is_finite() {
+        return None;
+    }
+    let (start, end, duration) = (&problem.start, &problem.end, problem.duration);
+    let change = mass * (end.velocity - start.velocity).norm();
+    let allowed = limit * duration;
+    if change > allowed * (1.0 + SLACK) {
+        let what = format!(
+            "the velocity has to change by {} m/s, {} m/s at most are possible",
+            at_least(change / mass),
+            at_most(allowed / mass)
+        );
+        return Some(missed(problem, limit, "N", what, Some(change / limit), change / allowed));
+    }
+    let mean = 0.5 * (start.velocity + end.velocity);
+    let way = end.position - start.position - duration * mean;
+    let sum = problem.steps.pow(2).div_ceil(4) as f64 * problem.step() * problem.step();
+    let allowed = limit * sum / mass;
+    (way.norm() > allowed * (1.0 + SLACK)).then(|| {
+        let drift = if mean == Vector3::zeros() { "" } else { " beside the mean of the terminal velocities" };
+        let what = format!(
+            "the body has to go {} m{drift}, {} m at most are possible",
+            at_least(way.norm()),
+            at_most(allowed)
+        );
+        // At rest the way is the same in any time.
+        let shortest = (mean == Vector3::zeros()).then(|| duration * (way.norm() / allowed).sqrt());
+        missed(problem, limit, "N", what, shortest, way.norm() / allowed)
+    })
+}

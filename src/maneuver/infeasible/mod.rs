@@ -1,0 +1,68 @@
+//! Proofs that no plan exists: what no input can change, and what limited inputs cannot do in time.
+//!
+//! - `conserved`: momenta that no input changes, at odds with the terminal conditions;
+//! - cones that leave no attitude at some moment ([`conflict`]);
+//! - `storage`: momentum that the wheels must hold in the end and cannot;
+//! - `impulse`: momentum to gain, or a distance to go, for which torque or force and time do not suffice;
+//! - `demand`: an angle to turn by, or the way of a boresight, for which they do not. The bounds are those of `envelope`, for the discrete maneuver as it is planned and for the
+//!   continuous one alike: a claim is made where both are impossible.
+//!
+//! A maneuver for which nothing is proved may be infeasible all the same.
+
+mod capability;
+mod conserved;
+mod demand;
+mod detour;
+mod envelope;
+mod impulse;
+mod outputs;
+mod storage;
+mod words;
+
+use crate::maneuver::constraint::{Conflict, conflict};
+use crate::maneuver::problem::Problem;
+use std::fmt;
+
+/// Why a maneuver is infeasible.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Obstruction {
+    /// The reason in words, with the figures that miss and, where they are known, those that could do.
+    pub reason: String,
+    /// A duration \[s\] below which there is no plan, all else being equal; `None` where none is known.
+    pub shortest_duration: Option<f64>,
+}
+
+impl fmt::Display for Obstruction {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.reason)
+    }
+}
+
+impl From<String> for Obstruction {
+    fn from(reason: String) -> Self {
+        Self { reason, shortest_duration: None }
+    }
+}
+
+/// A proof that the maneuver is infeasible, as it is discretised and in continuous time; `None` where
+/// nothing is proved. The problem must be one that [`Problem::check`] accepts.
+pub fn obstruction(problem: &Problem) -> Option<Obstruction> {
+    let wheels = problem.actuation.wheels.is_some();
+    let conserved = || if wheels { None } else { conserved::obstruction(problem) };
+    (conserved().map(Obstruction::from))
+        .or_else(|| exclusive_cones(problem).map(Obstruction::from))
+        .or_else(|| storage::obstruction(problem))
+        .or_else(|| impulse::obstruction(problem))
+        .or_else(|| demand::obstruction(problem))
+}
+
+fn exclusive_cones(problem: &Problem) -> Option<String> {
+    let frame_turn = problem.environment.frame_rate() * problem.duration;
+    let Conflict { names: [first, second], part, missing } = conflict(&problem.constraints, &frame_turn)?;
+    Some(format!(
+        "\"{first}\" and \"{second}\" leave no attitude at t = {} s: their cones miss each other by {} deg; half angles \
+         that make up for that between them could do",
+        words::about(part * problem.duration),
+        words::at_least(missing.to_degrees())
+    ))
+}

@@ -1,0 +1,277 @@
+//! The maneuver to plan: a checked, immutable value in SI units.
+
+mod check;
+
+use crate::maneuver::constraint::{Constraint, ConstraintError};
+use crate::mechanics::actuators::{Actuation, AxisFrame, Channel};
+use crate::mechanics::body::Body;
+use crate::mechanics::environment::{Environment, Free};
+use crate::{Matrix3, Vector3};
+use std::sync::Arc;
+use thiserror::Error;
+
+/// Pose and velocities at one end of the maneuver.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State {
+    /// Position of the mass center, reference frame \[m\]; zero on SO(3).
+    pub position: Vector3,
+    /// Velocity of the mass center, reference frame [m/s]; zero on SO(3).
+    pub velocity: Vector3,
+    /// Attitude `R`, body → reference.
+    pub attitude: Matrix3,
+    /// Inertial angular velocity `Ω`, body axes [rad/s].
+    pub angular_velocity: Vector3,
+}
+
+impl State {
+    /// A state on SO(3).
+    pub fn attitude(attitude: Matrix3, angular_velocity: Vector3) -> Self {
+        Self { position: Vector3::zeros(), velocity: Vector3::zeros(), attitude, angular_velocity }
+    }
+
+    /// At rest in `attitude`, on SO(3).
+    pub fn at_rest(attitude: Matrix3) -> Self {
+        Self::attitude(attitude, Vector3::zeros())
+    }
+}
+
+/// What moves: the attitude alone, or position and attitude.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Motion {
+    /// Attitude only, SO(3), tangent dimension 6.
+    Attitude,
+    /// Position and attitude, SE(3), tangent dimension 12.
+    RigidBody,
+}
+
+/// The discretisation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scheme {
+    /// Lie–Euler (4.5–4.7), first order, input `u_{k+1}` at the end of step k.
+    LieEuler,
+    /// Its conjugate by half kicks at both ends, trapezoidal cost: second order.
+    LieVerlet,
+}
+
+impl Scheme {
+    /// Order of convergence.
+    pub fn order(self) -> u32 {
+        match self {
+            Self::LieEuler => 1,
+            Self::LieVerlet => 2,
+        }
+    }
+
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::LieEuler => "lie_euler",
+            Self::LieVerlet => "lie_verlet",
+        }
+    }
+
+    /// Number of rows of inputs and costates that `steps` steps have.
+    pub fn input_rows(self, steps: usize) -> usize {
+        match self {
+            Self::LieEuler => steps,
+            Self::LieVerlet => steps + 1,
+        }
+    }
+}
+
+/// Which way round.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Path {
+    /// Solve every sense and winding, keep the lowest cost.
+    Best,
+    /// The rotation sense of the shorter way, counted from the ballistic end point.
+    Shortest,
+    /// The other sense.
+    Long,
+    /// The rotation from the start as written: a rotation vector in the body axes of the start \[rad\],
+    /// any angle.
+    AsGiven(Vector3),
+}
+
+/// A maneuver: who moves, where from, where to, in what time, on which grid.
+///
+/// Built by [`Problem::attitude`] or [`Problem::rigid_body`] and the `with_` methods, checked by
+/// [`Problem::check`], which the solvers call.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    /// What is planned, for people.
+    pub name: String,
+    /// Attitude only, or position and attitude.
+    pub motion: Motion,
+    /// The body.
+    pub body: Body,
+    /// What acts on it.
+    pub environment: Arc<dyn Environment>,
+    /// Its actuators.
+    pub actuation: Actuation,
+    /// State at `t = 0`.
+    pub start: State,
+    /// State at `t = T`.
+    pub end: State,
+    /// Duration `T` \[s\].
+    pub duration: f64,
+    /// Number of steps `N`; the step is `h = T/N`.
+    pub steps: usize,
+    /// The discretisation.
+    pub scheme: Scheme,
+    /// Which way round.
+    pub path: Path,
+    /// Where the body may point and how fast it may turn.
+    pub constraints: Vec<Constraint>,
+}
+
+/// Why a maneuver cannot be planned as it stands.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum ProblemError {
+    /// A number is NaN, infinite or out of range.
+    #[error("{what} is {value}: {reason}")]
+    Value {
+        /// Which quantity.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        reason: &'static str,
+    },
+    /// An attitude is not a rotation.
+    #[error("the {end} attitude is not a rotation matrix: residual {residual:.1e}")]
+    NotRotation {
+        /// "start" or "end".
+        end: &'static str,
+        /// `max |RᵀR − I|`, or 2 for a reflection.
+        residual: f64,
+    },
+    /// A boundary rate is too fast for the step: `h |J⁻¹Π| ≥ 1`.
+    #[error(
+        "the {end} rate turns {angle:.3} rad in one step, the implicit equation needs less than {limit}: raise the steps to at least {steps}"
+    )]
+    StepTooLong {
+        /// "start" or "end".
+        end: &'static str,
+        /// `h |Ω|` \[rad\].
+        angle: f64,
+        /// The bound.
+        limit: f64,
+        /// The number of steps that would do.
+        steps: usize,
+    },
+    /// Something that the motion needs is absent.
+    #[error("{0}")]
+    Missing(&'static str),
+    /// A constraint cannot be used.
+    #[error("constraint \"{name}\": {error}")]
+    Constraint {
+        /// Its name.
+        name: String,
+        /// Why not.
+        error: ConstraintError,
+    },
+    /// The start or the end violates a constraint: no plan can hold it.
+    #[error("the {end} violates \"{name}\": {found}")]
+    Violated {
+        /// "start" or "end".
+        end: &'static str,
+        /// Name of the constraint.
+        name: String,
+        /// The value and the limit, in words.
+        found: String,
+    },
+    /// Wheels and torque inputs do not fit together.
+    #[error("{0}")]
+    Wheels(String),
+}
+
+impl Problem {
+    /// The fewest steps.
+    pub const MIN_STEPS: usize = 2;
+    /// The most steps.
+    pub const MAX_STEPS: usize = 1_000_000;
+    /// The most constraints.
+    pub const MAX_CONSTRAINTS: usize = 1_000;
+
+    /// An attitude maneuver of a free body with three body torques of unit weight, 100 steps of the
+    /// second-order scheme.
+    pub fn attitude(body: Body, start: State, end: State, duration: f64) -> Self {
+        Self {
+            name: String::new(),
+            motion: Motion::Attitude,
+            body,
+            environment: Arc::new(Free),
+            actuation: Actuation::torques(Channel::three_axes(AxisFrame::Body)),
+            start,
+            end,
+            duration,
+            steps: 100,
+            scheme: Scheme::LieVerlet,
+            path: Path::Best,
+            constraints: Vec::new(),
+        }
+    }
+
+    /// A maneuver of position and attitude, with three forces along the reference axes added.
+    pub fn rigid_body(body: Body, start: State, end: State, duration: f64) -> Self {
+        let mut problem = Self::attitude(body, start, end, duration);
+        problem.motion = Motion::RigidBody;
+        problem.actuation.force = Some(Channel::three_axes(AxisFrame::Reference));
+        problem
+    }
+
+    /// The same maneuver in another environment.
+    pub fn with_environment(mut self, environment: impl Environment + 'static) -> Self {
+        self.environment = Arc::new(environment);
+        self
+    }
+
+    /// The same maneuver with other actuators.
+    pub fn with_actuation(mut self, actuation: Actuation) -> Self {
+        self.actuation = actuation;
+        self
+    }
+
+    /// The same maneuver on `steps` steps.
+    pub fn with_steps(mut self, steps: usize) -> Self {
+        self.steps = steps;
+        self
+    }
+
+    /// The same maneuver with another discretisation.
+    pub fn with_scheme(mut self, scheme: Scheme) -> Self {
+        self.scheme = scheme;
+        self
+    }
+
+    /// The same maneuver another way round.
+    pub fn with_path(mut self, path: Path) -> Self {
+        self.path = path;
+        self
+    }
+
+    /// The same maneuver under one more constraint.
+    pub fn with_constraint(mut self, constraint: Constraint) -> Self {
+        self.constraints.push(constraint);
+        self
+    }
+
+    /// Whether anything limits inputs, rates or pointing.
+    pub fn is_constrained(&self) -> bool {
+        !self.constraints.is_empty() || self.actuation.is_limited()
+    }
+
+    /// Step `h = T/N` \[s\].
+    pub fn step(&self) -> f64 {
+        self.duration / self.steps as f64
+    }
+
+    /// Tangent dimension: 6 on SO(3), 12 on SE(3).
+    pub fn dimension(&self) -> usize {
+        match self.motion {
+            Motion::Attitude => 6,
+            Motion::RigidBody => 12,
+        }
+    }
+}

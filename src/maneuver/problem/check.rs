@@ -1,0 +1,277 @@
+//! What the types cannot rule out: ranges, rotations, boundary values against steps and constraints.
+
+use super::{Motion, Problem, ProblemError, State};
+use crate::Matrix3;
+use crate::maneuver::constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError, conflict};
+use crate::mechanics::actuators::{AxisFrame, Wheels};
+use std::collections::HashSet;
+
+impl Problem {
+    /// Checks what the types cannot: all that [`Problem::check_numbers`] does, and the start and the end against
+    /// the constraints, which no plan could hold.
+    ///
+    /// A boundary value exactly on a limit is accepted.
+    ///
+    /// # Errors
+    /// The first [`ProblemError`] met.
+    pub fn check(&self) -> Result<(), ProblemError> {
+        self.check_numbers()?;
+        self.violations().next().map_or(Ok(()), Err)
+    }
+
+    /// Checks ranges, rotations, the step against the boundary rates, the constraints for themselves, and wheels
+    /// against the inputs they drive: what it takes to propagate the body and to measure margins.
+    ///
+    /// # Errors
+    /// The first [`ProblemError`] met, never [`ProblemError::Violated`].
+    pub fn check_numbers(&self) -> Result<(), ProblemError> {
+        if !(self.duration > 0.0 && self.duration.is_finite()) {
+            return Err(out_of_range("duration", self.duration, "must be positive and finite"));
+        }
+        if self.steps < Self::MIN_STEPS || self.steps > Self::MAX_STEPS {
+            return Err(out_of_range("steps", self.steps as f64, "must be from 2 to 1000000"));
+        }
+        if self.motion == Motion::RigidBody {
+            let Some(mass) = self.body.mass else {
+                return Err(ProblemError::Missing("a maneuver that moves the body needs its mass"));
+            };
+            if !(mass > 0.0 && mass.is_finite()) {
+                return Err(out_of_range("mass", mass, "must be positive and finite"));
+            }
+        }
+        self.check_wheels()?;
+        self.check_constraints()?;
+        self.ends().into_iter().try_for_each(|(end, state, _)| self.check_state(end, state))
+    }
+
+    /// Every constraint that the start or the end violates: no plan can hold it.
+    ///
+    /// Two constraints that leave no attitude at all are passed over: another start or end would not help, and
+    /// the planner proves so much. The boundary states and the constraints themselves must be in order.
+    pub(crate) fn violations(&self) -> impl Iterator<Item = ProblemError> {
+        let frame_rate = self.environment.frame_rate();
+        let contradicting =
+            conflict(&self.constraints, &(frame_rate * self.duration)).map(|found| found.names);
+        let considered = move |constraint: &&Constraint| {
+            contradicting.is_none_or(|names| !names.contains(&constraint.name.as_str()))
+        };
+        self.ends().into_iter().flat_map(move |(end, state, time)| {
+            self.constraints.iter().filter(considered).filter_map(move |constraint| {
+                let (attitude, rate) = (&state.attitude, &state.angular_velocity);
+                let found = constraint.violation(attitude, rate, time, &frame_rate)?;
+                Some(ProblemError::Violated { end, name: constraint.name.clone(), found })
+            })
+        })
+    }
+
+    /// Name, state and time of both ends.
+    fn ends(&self) -> [(&'static str, &State, f64); 2] {
+        [("start", &self.start, 0.0), ("end", &self.end, self.duration)]
+    }
+
+    fn check_state(&self, end: &'static str, state: &State) -> Result<(), ProblemError> {
+        let vectors = [&state.position, &state.velocity, &state.angular_velocity];
+        for value in vectors.into_iter().flatten().chain(state.attitude.iter()) {
+            if !value.is_finite() {
+                return Err(out_of_range("boundary state", *value, "must be finite"));
+            }
+        }
+        let residual = (state.attitude.transpose() * state.attitude - Matrix3::identity()).amax();
+        if residual > 1e-12 {
+            return Err(ProblemError::NotRotation { end, residual });
+        }
+        if state.attitude.determinant() < 0.0 {
+            return Err(ProblemError::NotRotation { end, residual: 2.0 });
+        }
+        let limit = if self.body.inertia.is_degenerate() { 0.5 } else { 1.0 };
+        let rate = state.angular_velocity.norm();
+        let angle = rate * self.step();
+        if angle >= limit {
+            let steps = ((rate * self.duration / limit).floor() as usize).saturating_add(1);
+            return Err(ProblemError::StepTooLong { end, angle, limit, steps });
+        }
+        Ok(())
+    }
+
+    fn check_constraints(&self) -> Result<(), ProblemError> {
+        let count = self.constraints.len();
+        if count > Self::MAX_CONSTRAINTS {
+            return Err(out_of_range("number of constraints", count as f64, "must be at most 1000"));
+        }
+        let mut names = HashSet::new();
+        for constraint in &self.constraints {
+            let Constraint { name, .. } = constraint;
+            let wrong = |error| ProblemError::Constraint { name: name.clone(), error };
+            constraint.check().map_err(wrong)?;
+            if !names.insert(name) {
+                return Err(wrong(ConstraintError::SameName));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_wheels(&self) -> Result<(), ProblemError> {
+        let Some(Wheels { momentum, momentum_limit }) = &self.actuation.wheels else { return Ok(()) };
+        let torque = &self.actuation.torque;
+        let refuse = |reason: String| Err(ProblemError::Wheels(reason));
+        if self.motion == Motion::RigidBody || self.actuation.force.is_some() {
+            return refuse("reaction wheels are for maneuvers of the attitude alone".into());
+        }
+        if torque.frame() == AxisFrame::Reference {
+            return refuse(
+                "the axes of reaction wheels are fixed in the body, not in the reference frame".into(),
+            );
+        }
+        let count = torque.count();
+        if momentum.len() != count || momentum_limit.len() != count {
+            return refuse(format!(
+                "{count} torque axes need as many wheels: {} momenta and {} limits of momentum are given",
+                momentum.len(),
+                momentum_limit.len()
+            ));
+        }
+        for (index, axis) in torque.axes().iter().enumerate() {
+            let (wheel, length) = (index + 1, axis.norm());
+            if (length - 1.0).abs() > BOUNDARY_ROUNDING {
+                return refuse(format!("the axis of wheel {wheel} has length {length}, it must be 1"));
+            }
+            let (stored, limit) = (momentum[index], momentum_limit[index]);
+            if !stored.is_finite() {
+                return refuse(format!("the momentum of wheel {wheel} is {stored}, it must be finite"));
+            }
+            let positive = limit > 0.0;
+            if !positive {
+                return refuse(format!(
+                    "the momentum limit of wheel {wheel} is {limit}, it must be positive"
+                ));
+            }
+            if stored.abs() > limit * (1.0 + BOUNDARY_ROUNDING) {
+                return refuse(format!(
+                    "wheel {wheel} starts with {stored} N·m·s, its limit is {limit} N·m·s"
+                ));
+            }
+        }
+        // One or two wheels are meant to be so few; three in a plane are a slip.
+        match torque.rank() {
+            (rank, Some(axis)) if rank < count.min(3) => {
+                let what = if rank == 2 { "no torque about" } else { "torque only about" };
+                let [x, y, z] = [axis.x, axis.y, axis.z].map(|part| (part * 1e3).round() / 1e3 + 0.0);
+                refuse(format!("the wheel axes have rank {rank}: {what} ({x}, {y}, {z})"))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+fn out_of_range(what: &'static str, value: f64, reason: &'static str) -> ProblemError {
+    ProblemError::Value { what, value, reason }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Vector3;
+    use crate::lie;
+    use crate::maneuver::constraint::{Direction, Pointing, Rule, Side};
+    use crate::mechanics::actuators::{Actuation, Channel};
+    use crate::mechanics::body::{Body, Inertia};
+    use nalgebra::DMatrix;
+
+    /// A quarter turn about z.
+    fn slew() -> Problem {
+        let inertia = Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5)).unwrap();
+        let end = State::at_rest(lie::exp(&(Vector3::z() * std::f64::consts::FRAC_PI_2)));
+        Problem::attitude(Body { inertia, mass: None }, State::at_rest(Matrix3::identity()), end, 10.0)
+    }
+
+    fn cone(side: Side, direction: Vector3, half_angle_deg: f64) -> Constraint {
+        let directions = vec![Direction { vector: direction, turns_with_frame: false }];
+        let (boresights, half_angle) = (vec![Vector3::x()], half_angle_deg.to_radians());
+        let rule = Rule::Pointing(Pointing { side, boresights, directions, half_angle, margin: 0.0 });
+        Constraint { name: "cone".into(), rule }
+    }
+
+    /// A slew with wheels along `axes`, changed by `change`.
+    fn wheeled(axes: &[[f64; 3]], change: impl FnOnce(&mut Wheels)) -> Result<(), ProblemError> {
+        let count = axes.len();
+        let axes = axes.iter().copied().map(Vector3::from).collect();
+        let torque = Channel::new(axes, AxisFrame::Body, DMatrix::identity(count, count)).unwrap();
+        let mut wheels = Wheels { momentum: vec![0.0; count], momentum_limit: vec![2.0; count] };
+        change(&mut wheels);
+        slew().with_actuation(Actuation { torque, force: None, wheels: Some(wheels) }).check()
+    }
+
+    #[track_caller]
+    fn refused(result: Result<(), ProblemError>, wanted: &str) {
+        let told = result.expect_err("accepted").to_string();
+        assert_eq!(told, wanted);
+    }
+
+    #[test]
+    fn ends_inside_cones_and_above_rates_are_refused_and_on_them_accepted() {
+        let with = |constraint| slew().with_constraint(constraint).check();
+        let told = "the start violates \"cone\": the boresight is 0 deg from the axis, the cone is 5 deg";
+        refused(with(cone(Side::KeepOut, Vector3::x(), 5.0)), told);
+        let told = "the end violates \"cone\": the boresight is 0 deg from the axis, the cone is 5 deg";
+        refused(with(cone(Side::KeepOut, Vector3::y(), 5.0)), told);
+        let told = "the end violates \"cone\": the boresight is 90 deg from the axis, the cone is 80 deg";
+        refused(with(cone(Side::KeepIn, Vector3::x(), 80.0)), told);
+        with(cone(Side::KeepIn, Vector3::x(), 90.0)).unwrap();
+        with(cone(Side::KeepOut, Vector3::z(), 90.0)).unwrap();
+        let mut fast = slew();
+        fast.end.angular_velocity.y = 0.2;
+        let limit = |limit| Constraint { name: "rate".into(), rule: Rule::RateNorm(limit) };
+        fast.clone().with_constraint(limit(0.2)).check().unwrap();
+        // The motion itself can be measured.
+        fast.clone().with_constraint(limit(0.1)).check_numbers().unwrap();
+        let told = "the end violates \"rate\": the rate is 11.4592 deg/s, the limit is 5.7296 deg/s";
+        refused(fast.with_constraint(limit(0.1)).check(), told);
+    }
+
+    #[test]
+    fn constraints_must_be_in_order_and_have_names_of_their_own() {
+        let rate = |limit| Constraint { name: "rate".into(), rule: Rule::RateNorm(limit) };
+        let told = "constraint \"rate\": a rate limit is NaN rad/s, it must be positive and finite";
+        refused(slew().with_constraint(rate(f64::NAN)).check(), told);
+        let twice = slew().with_constraint(rate(1.0)).with_constraint(rate(2.0));
+        refused(twice.check(), "constraint \"rate\": another constraint has the same name");
+        let mut many = slew();
+        many.constraints =
+            (0..1001).map(|index| Constraint { name: index.to_string(), ..rate(1.0) }).collect();
+        refused(many.check(), "number of constraints is 1001: must be at most 1000");
+        for half_angle in [0.0, 180.0, 200.0, f64::NAN] {
+            let result = slew().with_constraint(cone(Side::KeepOut, Vector3::z(), half_angle)).check();
+            assert!(matches!(result, Err(ProblemError::Constraint { .. })), "{half_angle}: {result:?}");
+        }
+    }
+
+    #[test]
+    fn wheels_must_fit_the_inputs_that_they_drive() {
+        const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        wheeled(&AXES, |wheels| wheels.momentum[1] = -2.0).unwrap();
+        wheeled(&AXES, |wheels| wheels.momentum_limit[2] = f64::INFINITY).unwrap();
+        // So few on purpose.
+        wheeled(&AXES[..2], |_| {}).unwrap();
+        let told = "the wheel axes have rank 2: no torque about (0, 0, 1)";
+        refused(wheeled(&[AXES[0], AXES[1], [0.6, 0.8, 0.0]], |_| {}), told);
+        let told = "the wheel axes have rank 1: torque only about (0, 1, 0)";
+        refused(wheeled(&[AXES[1], [0.0, -1.0, 0.0]], |_| {}), told);
+        let told = "the axis of wheel 3 has length 2, it must be 1";
+        refused(wheeled(&[AXES[0], AXES[1], [0.0, 0.0, 2.0]], |_| {}), told);
+        let told = "3 torque axes need as many wheels: 2 momenta and 3 limits of momentum are given";
+        refused(wheeled(&AXES, |wheels| wheels.momentum.truncate(2)), told);
+        let told = "wheel 1 starts with 2.5 N·m·s, its limit is 2 N·m·s";
+        refused(wheeled(&AXES, |wheels| wheels.momentum[0] = 2.5), told);
+        let told = "the momentum limit of wheel 1 is NaN, it must be positive";
+        refused(wheeled(&AXES, |wheels| wheels.momentum_limit[0] = f64::NAN), told);
+        let told = "the momentum of wheel 2 is inf, it must be finite";
+        refused(wheeled(&AXES, |wheels| wheels.momentum[1] = f64::INFINITY), told);
+        let wheels = Some(Wheels { momentum: vec![0.0; 3], momentum_limit: vec![1.0; 3] });
+        let torque = Channel::three_axes(AxisFrame::Reference);
+        let problem = slew().with_actuation(Actuation { torque, force: None, wheels });
+        refused(
+            problem.check(),
+            "the axes of reaction wheels are fixed in the body, not in the reference frame",
+        );
+    }
+}

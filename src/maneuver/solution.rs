@@ -1,0 +1,281 @@
+//! What a solver returns: how it ended, the trajectory, the costates, and how it got there.
+
+use crate::Vector3;
+use crate::maneuver::problem::{Problem, Scheme};
+use crate::maneuver::settings::Method;
+use serde::{Deserialize, Serialize};
+
+/// How a solve ended. The best iterate is always in the [`Solution`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// The terminal conditions are met to the tolerance.
+    Converged,
+    /// The iteration limit was reached.
+    IterationLimit,
+    /// No step reduces the terminal error any more.
+    Stalled,
+    /// The implicit equation of a step has no solution along the iterate: steps too long.
+    StepTooLong,
+    /// A number became NaN or infinite.
+    NotFinite,
+    /// The sensitivity matrix is singular beyond the symmetries of the problem.
+    Singular,
+    /// No plan exists, and [`Solution::obstruction`] says why.
+    Unreachable,
+    /// The time limit was reached.
+    TimeLimit,
+    /// The caller asked to stop.
+    Interrupted,
+}
+
+/// The discrete trajectory, SI units, frames as in the crate's conventions.
+///
+/// Poses, rates and times have `N + 1` rows. Inputs, torques, forces and costates have `N` rows for
+/// Lie–Euler (`u_1 … u_N`, `λ_0 … λ_{N−1}`) and `N + 1` for Lie–Verlet (`u_0 … u_N`,
+/// `λ_{−1} … λ_{N−1}`). On SO(3) the vectors of positions, velocities and forces are empty.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Trajectory {
+    /// Times \[s\].
+    pub time: Vec<f64>,
+    /// Attitude quaternions `[w, x, y, z]`, continuous along the trajectory.
+    pub quaternion: Vec<[f64; 4]>,
+    /// Angular velocity, body axes [rad/s].
+    pub angular_velocity: Vec<Vector3>,
+    /// Position, reference frame \[m\].
+    pub position: Vec<Vector3>,
+    /// Velocity, reference frame [m/s].
+    pub velocity: Vec<Vector3>,
+    /// Inputs, row after row, forces before torques; `input_count` numbers a row.
+    pub input: Vec<f64>,
+    /// Number of inputs in a row.
+    pub input_count: usize,
+    /// Actuator torque, body axes [N·m].
+    pub torque: Vec<Vector3>,
+    /// Actuator force, reference frame \[N\].
+    pub force: Vec<Vector3>,
+    /// Momenta of the reaction wheels [N·m·s], row after row, one number per wheel, `N + 1` rows; empty
+    /// without wheels.
+    pub wheel_momentum: Vec<f64>,
+    /// Costates, row after row, 6 or 12 numbers a row, ordered as the crate's conventions say.
+    pub costates: Vec<f64>,
+}
+
+impl Trajectory {
+    /// Inputs of row `index`.
+    pub fn inputs(&self, index: usize) -> &[f64] {
+        &self.input[index * self.input_count..(index + 1) * self.input_count]
+    }
+}
+
+/// Distance of the discrete trajectory's end from the terminal conditions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TerminalError {
+    /// `|log(R_dᵀ R_N)|` \[rad\].
+    pub attitude_rad: f64,
+    /// `|Π_N − Π_d| T / J_mean`.
+    pub momentum_relative: f64,
+    /// `|x_N − x_d|` over the problem's unit of length; SE(3) only.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub position_relative: Option<f64>,
+    /// `|γ_N − γ_d|` over mass · length / `T`; SE(3) only.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub linear_momentum_relative: Option<f64>,
+}
+
+impl TerminalError {
+    /// The largest of the four, all in scaled units. NaN if any is NaN.
+    pub fn largest(&self) -> f64 {
+        let parts = [
+            self.attitude_rad,
+            self.momentum_relative,
+            self.position_relative.unwrap_or(0.0),
+            self.linear_momentum_relative.unwrap_or(0.0),
+        ];
+        parts.into_iter().fold(
+            0.0,
+            |largest, part| {
+                if part > largest || part.is_nan() { part } else { largest }
+            },
+        )
+    }
+}
+
+/// First- and second-order optimality of the extremal, in scaled units.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Optimality {
+    /// Largest residual of the discrete stationarity conditions; with constraints, of all the conditions
+    /// of Karush, Kuhn and Tucker.
+    pub stationarity: f64,
+    /// Number of conjugate points inside the maneuver; 0: a local minimum. From the convex road the number
+    /// of independent directions, among those that limits and constraints leave, in which the cost
+    /// decreases; 0: a strict local minimum. The two are one number. `None`: not decided.
+    pub conjugate_points: Option<usize>,
+    /// Numerical rank of the sensitivity matrix Ψ₁₂.
+    pub rank: usize,
+    /// Ratio of its largest to its smallest singular value within that rank.
+    pub condition: f64,
+}
+
+/// What the convex road took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ConvexWork {
+    /// Subproblems of the seed that won, on all its grids.
+    pub subproblems: usize,
+    /// Subproblems of all seeds.
+    pub all_subproblems: usize,
+    /// Interior-point iterations of all.
+    pub cone_iterations: u32,
+    /// Wall time inside the cone solver, all seeds \[s\].
+    pub cone_seconds: f64,
+}
+
+/// Where a constraint acts, and how hard.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ActiveConstraint {
+    /// Name of the constraint, or of the limit: "torque limit", "torque rate limit", …
+    pub name: String,
+    /// Times at which it acts \[s\].
+    pub time_s: Vec<f64>,
+    /// Its multipliers there, scaled units, not negative. Of a limit of the inputs, as the shooting finds
+    /// it: how fast the running cost falls as the limit grows, `−∂(cost rate)/∂ ln ū`.
+    pub multiplier: Vec<f64>,
+}
+
+/// One rung of the ladder: what was tried and how it ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RungReport {
+    /// "newton", "coarse_to_fine", "continuation", "lifted", "horizon", "multi_start", "guess"; with limited
+    /// inputs also "saturated" (Newton from the extremal without limits) and "limits" (limits drawn in).
+    pub rung: String,
+    /// From which start: "short", "long", "+1 turn", …
+    pub start: String,
+    /// Steps of the grid it worked on.
+    pub steps: usize,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Newton iterations spent.
+    pub iterations: usize,
+    /// The scaled terminal error after each iteration, the first before any.
+    pub residuals: Vec<f64>,
+}
+
+/// Another extremal with the same boundary data.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rival {
+    /// From which start it was found.
+    pub start: String,
+    /// Rotation sense: "short" or "long".
+    pub sense: Sense,
+    /// Its cost.
+    pub cost: f64,
+    /// Its conjugate points, if counted.
+    pub conjugate_points: Option<usize>,
+    /// Total angle turned, `∫|Ω|dt` \[deg\].
+    pub turned_deg: f64,
+}
+
+/// Rotation sense of a path, up to full double turns: whether it can be deformed, ends fixed, into
+/// the ballistic motion followed by the shortest rotation to the target.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Sense {
+    /// It can.
+    Short,
+    /// It differs from that by one full turn.
+    Long,
+}
+
+/// A planned maneuver, converged or the best iterate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solution {
+    /// How the solve ended.
+    pub outcome: Outcome,
+    /// Which road led here: shooting, or sequential convex programming with polish.
+    pub method: Method,
+    /// The discretisation.
+    pub scheme: Scheme,
+    /// Number of steps.
+    pub steps: usize,
+    /// Step \[s\].
+    pub step: f64,
+    /// Cost `Σ (h/2) uᵀWu`, trapezoidal for Lie–Verlet.
+    pub cost: f64,
+    /// The trajectory, its inputs and costates.
+    pub trajectory: Trajectory,
+    /// Discrete terminal error.
+    pub terminal: TerminalError,
+    /// Optimality of the extremal.
+    pub optimality: Optimality,
+    /// Rotation sense of the path.
+    pub sense: Sense,
+    /// The start that led here.
+    pub start: String,
+    /// Total angle turned, `∫|Ω|dt` \[deg\].
+    pub turned_deg: f64,
+    /// Newton iterations of the winning start, all its rungs.
+    pub iterations: usize,
+    /// Everything tried, in order.
+    pub ladder: Vec<RungReport>,
+    /// What the convex road took, where it was taken.
+    pub convex: Option<ConvexWork>,
+    /// Which constraints act, where and how hard.
+    pub active: Vec<ActiveConstraint>,
+    /// Other extremals found, cheapest first.
+    pub rivals: Vec<Rival>,
+    /// Why there is no plan, where that is proved; see [`crate::maneuver::infeasible`].
+    pub obstruction: Option<String>,
+    /// A duration \[s\] below which it is proved that there is no plan, where that is the obstruction.
+    pub shortest_duration: Option<f64>,
+    /// What stays violated where the search came nearest, and what would help; where no plan was found.
+    pub shortfall: Option<String>,
+    /// A longer duration \[s\] for which a plan was found, where none was for the one asked for.
+    pub longer: Option<f64>,
+    /// Tolerance asked for, scaled.
+    pub tolerance: f64,
+    /// Wall time of the solve alone \[s\], without second-order test and verification.
+    pub solve_time: f64,
+}
+
+impl Solution {
+    /// A solution of which nothing is known yet.
+    pub(crate) fn unsolved(problem: &Problem, tolerance: f64) -> Self {
+        let nan = f64::NAN;
+        let translation = (problem.dimension() == 12).then_some(nan);
+        Self {
+            outcome: Outcome::Stalled,
+            method: Method::Shooting,
+            scheme: problem.scheme,
+            steps: problem.steps,
+            step: problem.step(),
+            cost: nan,
+            trajectory: Trajectory::default(),
+            terminal: TerminalError {
+                attitude_rad: nan,
+                momentum_relative: nan,
+                position_relative: translation,
+                linear_momentum_relative: translation,
+            },
+            optimality: Optimality { stationarity: nan, conjugate_points: None, rank: 0, condition: nan },
+            sense: Sense::Short,
+            start: String::new(),
+            turned_deg: nan,
+            iterations: 0,
+            ladder: Vec::new(),
+            convex: None,
+            active: Vec::new(),
+            rivals: Vec::new(),
+            obstruction: None,
+            shortest_duration: None,
+            shortfall: None,
+            longer: None,
+            tolerance,
+            solve_time: 0.0,
+        }
+    }
+
+    /// The costates that the shooting solves for: `λ_0` for Lie–Euler, `λ_{−1}` for Lie–Verlet, SI.
+    pub fn costates_0(&self, problem: &Problem) -> &[f64] {
+        &self.trajectory.costates[..problem.dimension().min(self.trajectory.costates.len())]
+    }
+}

@@ -1,0 +1,114 @@
+//! Gravity gradient on a circular orbit, acting along a direction `o`.
+//!
+//! Moment after (3.21); M_R is the block of (4.14), N(p) its transpose times p, differentiated.
+//! ```text
+//! G = Rᵀo     U = (3/2) n² G·JG     M = 3n² G × JG     M_R = 3n² (S(G)J − S(JG)) S(G)
+//! y = J(G×p) − (JG)×p               N(p) = 3n² [−S(y) + S(G)(S(p)J − J S(p))] S(G)
+//! ```
+
+use super::error::{direction, finite, not_negative};
+use super::{Blocks, Description, Environment, EnvironmentError, Pose, Wrench};
+use crate::lie::hat;
+use crate::mechanics::body::{Inertia, principal_moments};
+use crate::{Matrix3, Vector3};
+
+/// Gravity gradient on a circular orbit.
+///
+/// The attitude is the one against the local frame of the orbit, LVLH: `e₁` along the velocity,
+/// `e₂` along the orbit normal, `e₃` radially outward. That frame turns with the rate `n e₂`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GravityGradient {
+    /// `o`, unit, reference frame: outward from the attracting center.
+    outward: Vector3,
+    /// `n e₂` [rad/s].
+    frame_rate: Vector3,
+    /// `3 n² J` [N·m], body axes.
+    stiffness: Matrix3,
+}
+
+impl GravityGradient {
+    /// A body of `inertia` about its mass center on a circular orbit of rate `n` [rad/s], attitude
+    /// against LVLH.
+    ///
+    /// # Errors
+    /// An [`EnvironmentError`] if the rate is negative or not finite, or `3n²J` overflows.
+    pub fn new(orbital_rate: f64, inertia: &Inertia) -> Result<Self, EnvironmentError> {
+        let fixed = Self::along_fixed_direction(orbital_rate, inertia, Vector3::z())?;
+        Ok(Self { frame_rate: orbital_rate * Vector3::y(), ..fixed })
+    }
+
+    /// The same field held along `outward` (reference frame, any length), the frame not turning: an
+    /// idealisation for maneuvers that are short against the orbit.
+    ///
+    /// # Errors
+    /// As [`GravityGradient::new`], and if the direction has no length.
+    pub fn along_fixed_direction(
+        orbital_rate: f64,
+        inertia: &Inertia,
+        outward: Vector3,
+    ) -> Result<Self, EnvironmentError> {
+        let n = not_negative("orbital rate", orbital_rate)?;
+        let stiffness = 3.0 * n * n * inertia.j();
+        finite("orbital rate squared times inertia", stiffness.sum())?;
+        Ok(Self {
+            outward: direction("outward direction", outward)?,
+            frame_rate: Vector3::zeros(),
+            stiffness,
+        })
+    }
+
+    /// `G = Rᵀo` in body axes, and `3n² JG`.
+    fn outward_in_body(&self, pose: &Pose) -> (Vector3, Vector3) {
+        let g = pose.attitude.tr_mul(&self.outward);
+        (g, self.stiffness * g)
+    }
+}
+
+impl Environment for GravityGradient {
+    fn potential(&self, pose: &Pose) -> f64 {
+        let (g, kg) = self.outward_in_body(pose);
+        0.5 * g.dot(&kg)
+    }
+
+    fn wrench(&self, pose: &Pose) -> Wrench {
+        let (g, kg) = self.outward_in_body(pose);
+        Wrench { moment: g.cross(&kg), ..Wrench::zero() }
+    }
+
+    fn gradient(&self, pose: &Pose) -> Blocks {
+        let (g, kg) = self.outward_in_body(pose);
+        Blocks { rr: (hat(&g) * self.stiffness - hat(&kg)) * hat(&g), ..Blocks::zero() }
+    }
+
+    fn curvature(&self, pose: &Pose, costates: &Wrench) -> Blocks {
+        let (g, kg) = self.outward_in_body(pose);
+        let (k, p) = (&self.stiffness, &costates.moment);
+        let y = k * g.cross(p) - kg.cross(p);
+        let kp = k * hat(p);
+        // S(p)J = −(J S(p))ᵀ
+        Blocks { rr: -(hat(&y) + hat(&g) * (kp + kp.transpose())) * hat(&g), ..Blocks::zero() }
+    }
+
+    fn frame_rate(&self) -> Vector3 {
+        self.frame_rate
+    }
+
+    /// `|3n² G × JG| ≤ (3/2) n² (J₃ − J₁)` with the largest and the smallest principal moment.
+    fn moment_bound(&self) -> Option<f64> {
+        let principal = principal_moments(&self.stiffness);
+        Some(0.5 * (principal[2] - principal[0]))
+    }
+
+    fn is_free(&self) -> bool {
+        self.stiffness == Matrix3::zeros()
+    }
+
+    fn describe(&self) -> Description {
+        let numbers = [
+            ("outward", self.outward.as_slice().to_vec()),
+            ("frame_rate_rad_s", self.frame_rate.as_slice().to_vec()),
+            ("stiffness_n_m", self.stiffness.as_slice().to_vec()),
+        ];
+        Description::new("gravity_gradient", numbers)
+    }
+}

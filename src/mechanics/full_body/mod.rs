@@ -1,0 +1,98 @@
+//! The full body problem: n rigid bodies on SE(3)ⁿ that act on each other.
+//!
+//! ```text
+//! m_i ẍ_i = f_i = −∂U/∂x_i      Π̇_i = Π_i × Ω_i + M_i      δU = −Σ_i (f_i·δx_i + M_i·ζ_i)
+//! ```
+//!
+//! Forces `f_i` are in the reference frame, moments `M_i` in the axes of body i, as in the survey's
+//! section 3.
+//!
+//! | potential | for | error |
+//! |---|---|---|
+//! | [`Dumbbells`] | spheres on rods | closed form |
+//! | [`MutualGravity`] of [`Attractor::Cloud`] | any shape, as points | exact for the points |
+//! | … of [`Attractor::Polyhedron`] with points or clouds | homogeneous solids | closed form |
+//! | … of two [`Attractor::Polyhedron`] | homogeneous solids | Gauss points of one in the exact field of the other: `O((l/d)^{2n})` |
+//! | … with an [`Attractor::SecondOrder`] | small or distant bodies | force `O((l/r)³)` of itself, moment `O(l/r)` |
+//!
+//! Force and moment of each come from one energy that depends on relative positions and attitudes: total force
+//! and total moment vanish to round-off whatever the energy approximates.
+//!
+//! ```
+//! use slewkit::mechanics::full_body::{Attractor, HomogeneousPolyhedron, MutualGravity, Polyhedron, Potential};
+//! use slewkit::{Matrix3, Vector3, mechanics::environment::{Pose, Wrench}};
+//!
+//! // Two octahedra of 2000 kg/m³, 3 Gauss points along each direction of a tetrahedron.
+//! let solid = |size: f64| {
+//!     let shape = Polyhedron::octahedron(&(size * Vector3::new(1.0, 0.8, 0.7)))?;
+//!     Ok::<_, Box<dyn std::error::Error>>(Attractor::Polyhedron(HomogeneousPolyhedron::new(shape, 2000.0, 3)?))
+//! };
+//! let gravity = MutualGravity::new(slewkit::mechanics::full_body::GRAVITATIONAL_CONSTANT, vec![solid(500.0)?, solid(150.0)?])?;
+//! let at = |x: f64, y: f64| Pose { position: Vector3::new(x, y, 0.0), attitude: Matrix3::identity() };
+//! let mut wrenches = [Wrench::zero(); 2];
+//! gravity.wrenches(&[at(0.0, 0.0), at(1200.0, 300.0)], &mut wrenches);
+//! assert!((wrenches[0].force + wrenches[1].force).norm() < 1e-15 * wrenches[0].force.norm());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod attractor;
+mod dumbbell;
+mod error;
+pub mod invariants;
+mod lanes;
+mod mutual_gravity;
+mod pair;
+mod point_cloud;
+pub mod polyhedron;
+pub mod relative;
+mod second_order;
+
+pub use attractor::Attractor;
+pub use dumbbell::{Dumbbell, Dumbbells};
+pub use error::FullBodyError;
+pub use mutual_gravity::{GRAVITATIONAL_CONSTANT, MutualGravity, Threads};
+pub use point_cloud::{MassPoint, PointCloud};
+pub use polyhedron::{HomogeneousPolyhedron, Polyhedron};
+
+use crate::mechanics::environment::{Blocks, Pose, Symmetry, Wrench};
+
+/// A potential `U(x_1, R_1, …, x_n, R_n)` and what it exerts on each body.
+pub trait Potential: std::fmt::Debug + Send + Sync {
+    /// `U` \[J\].
+    fn energy(&self, poses: &[Pose]) -> f64;
+
+    /// Force (reference frame \[N\]) and moment (body axes \[N·m\]) on each body, written over `wrenches`, which
+    /// has one row per pose.
+    fn wrenches(&self, poses: &[Pose], wrenches: &mut [Wrench]);
+
+    /// Derivative of force and moment on body i with respect to `(δx, ζ)` of body j, written over
+    /// `gradient[n i + j]`; false, and nothing written, where the potential does not offer it.
+    ///
+    /// The implicit methods converge quadratically with it, linearly without. Default: not offered.
+    fn gradient(&self, _poses: &[Pose], _gradient: &mut [Blocks]) -> bool {
+        false
+    }
+
+    /// Its symmetry, for reports. Default: none.
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::None
+    }
+}
+
+impl<P: Potential + ?Sized> Potential for &P {
+    fn energy(&self, poses: &[Pose]) -> f64 {
+        (**self).energy(poses)
+    }
+
+    fn wrenches(&self, poses: &[Pose], wrenches: &mut [Wrench]) {
+        (**self).wrenches(poses, wrenches);
+    }
+
+    fn gradient(&self, poses: &[Pose], gradient: &mut [Blocks]) -> bool {
+        (**self).gradient(poses, gradient)
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        (**self).symmetry()
+    }
+}

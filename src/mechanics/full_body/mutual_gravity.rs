@@ -1,0 +1,175 @@
+//! The mutual gravity of n bodies of any kind, summed over their pairs.
+//!
+//! Pairs are cut into tasks of fixed size, and the results of the tasks are added in a fixed order: the result
+//! has the same bits whether one thread evaluates the tasks or many.
+
+use super::error::{Checked, count, finite, positive};
+use super::pair::{Exchange, TASK, Task};
+use super::second_order::Moments;
+use super::{Attractor, Potential};
+use crate::mechanics::environment::{Pose, Symmetry, Wrench};
+use rayon::prelude::*;
+use std::sync::Mutex;
+
+/// Newtonian constant of gravitation, CODATA 2018 and 2022 [m³/(kg·s²)].
+pub const GRAVITATIONAL_CONSTANT: f64 = 6.674_30e-11;
+
+/// Whether to share the tasks among threads. The result is the same to the last bit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Threads {
+    /// Where one evaluation is long enough to pay for it. Default.
+    #[default]
+    Auto,
+    /// On the calling thread; allocates nothing.
+    One,
+    /// On the threads of rayon, also where it does not pay.
+    Many,
+}
+
+/// The gravity of n bodies on one another.
+///
+/// Not finite where points of two bodies meet.
+#[derive(Debug)]
+pub struct MutualGravity {
+    gravitational_constant: f64,
+    bodies: Vec<Attractor>,
+    moments: Vec<Moments>,
+    tasks: Vec<Task>,
+    threads: Threads,
+    /// Cost of one evaluation, and of a task in the mean, in interactions of point with point.
+    cost: f64,
+    /// Where threads leave the results of their tasks, so that an evaluation allocates nothing.
+    results: Mutex<Vec<Exchange>>,
+}
+
+impl MutualGravity {
+    /// Most bodies; their pairs are summed one by one.
+    pub const BODIES: usize = 2_000;
+    /// Most interactions of point with point that one evaluation may take: about half a minute.
+    pub const INTERACTIONS: usize = 10_000_000_000;
+    /// Interactions from which threads pay.
+    const PAYS: f64 = 4.0 * TASK as f64;
+
+    /// The gravity of `bodies` on one another, with the constant `G` [m³/(kg·s²)].
+    ///
+    /// # Errors
+    /// A [`FullBodyError`](super::FullBodyError) if there are no bodies or too many, an evaluation would take more
+    /// than [`Self::INTERACTIONS`], the constant or a mass is not a positive number, or their product overflows.
+    pub fn new(gravitational_constant: f64, bodies: Vec<Attractor>) -> Checked<Self> {
+        positive("gravitational constant", gravitational_constant)?;
+        count("bodies", bodies.len(), Self::BODIES)?;
+        bodies.iter().try_for_each(|body| positive("mass of a body", body.mass()).map(drop))?;
+        let mass: f64 = bodies.iter().map(Attractor::mass).sum();
+        finite(
+            "gravitational constant times the square of the masses",
+            gravitational_constant * mass * mass,
+        )?;
+        let moments: Vec<_> =
+            bodies.iter().map(|body| Moments { mass: body.mass(), inertia: body.inertia() }).collect();
+        let pairs = || (0..bodies.len()).flat_map(|first| (first + 1..bodies.len()).map(move |i| (first, i)));
+        let cost: f64 = pairs().map(|(first, second)| Task::cost(&bodies, first, second)).sum();
+        count("interactions in one evaluation", 1 + cost as usize, Self::INTERACTIONS)?;
+        let mut tasks = Vec::new();
+        pairs().for_each(|(first, second)| Task::split(&bodies, first, second, &mut tasks));
+        let results = Mutex::new(vec![Exchange::ZERO; tasks.len()]);
+        Ok(Self { gravitational_constant, bodies, moments, tasks, threads: Threads::Auto, cost, results })
+    }
+
+    /// The same, with this choice of threads.
+    #[must_use]
+    pub fn with_threads(self, threads: Threads) -> Self {
+        Self { threads, ..self }
+    }
+
+    /// The bodies, in the order of the poses.
+    pub fn bodies(&self) -> &[Attractor] {
+        &self.bodies
+    }
+
+    /// What one evaluation takes, in interactions of point with point.
+    pub fn interactions(&self) -> f64 {
+        self.cost
+    }
+
+    /// Whether an evaluation goes to several threads.
+    fn is_shared(&self) -> bool {
+        match self.threads {
+            Threads::One => false,
+            Threads::Many => true,
+            Threads::Auto => self.cost >= Self::PAYS && rayon::current_num_threads() > 1,
+        }
+    }
+
+    /// Tasks that a thread takes at once, at least: small ones are not worth a hand-over each.
+    fn batch(&self) -> usize {
+        (TASK as f64 * self.tasks.len() as f64 / self.cost).ceil() as usize
+    }
+
+    /// Adds what a task gave to both bodies.
+    fn add(&self, task: &Task, exchange: &Exchange, poses: &[Pose], wrenches: &mut [Wrench]) {
+        let (field, probe) = (&poses[task.field].attitude, &poses[task.probe].attitude);
+        let g = self.gravitational_constant;
+        let force = field * (g * exchange.force);
+        wrenches[task.field].force -= force;
+        wrenches[task.field].moment += g * exchange.field_moment;
+        wrenches[task.probe].force += force;
+        wrenches[task.probe].moment += probe.tr_mul(&(field * (g * exchange.probe_moment)));
+    }
+}
+
+impl Potential for MutualGravity {
+    /// Only how the bodies stand to one another acts.
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::All
+    }
+
+    /// # Panics
+    /// If there is not one pose per body.
+    fn energy(&self, poses: &[Pose]) -> f64 {
+        assert_eq!(poses.len(), self.bodies.len(), "one pose per body");
+        let of = |task: &Task| task.energy(&self.bodies, &self.moments, poses);
+        let sum: f64 = if self.is_shared() {
+            // Collected in the order of the tasks; energies are printed, not stepped with, and may allocate.
+            self.tasks.par_iter().with_min_len(self.batch()).map(of).collect::<Vec<_>>().iter().sum()
+        } else {
+            self.tasks.iter().map(of).sum()
+        };
+        self.gravitational_constant * sum
+    }
+
+    /// # Panics
+    /// If there is not one pose and one row per body.
+    fn wrenches(&self, poses: &[Pose], wrenches: &mut [Wrench]) {
+        assert_eq!(poses.len(), self.bodies.len(), "one pose per body");
+        assert_eq!(wrenches.len(), self.bodies.len(), "one row per body");
+        wrenches.fill(Wrench::zero());
+        let of = |task: &Task| task.exchange(&self.bodies, &self.moments, poses);
+        // Another thread that evaluates the same potential has the buffer: then on this thread alone.
+        let shared = if self.is_shared() { self.results.try_lock().ok() } else { None };
+        if let Some(mut results) = shared {
+            let pairs = self.tasks.par_iter().zip(results.par_iter_mut());
+            pairs.with_min_len(self.batch()).for_each(|(task, result)| *result = of(task));
+            for (task, result) in self.tasks.iter().zip(results.iter()) {
+                self.add(task, result, poses, wrenches);
+            }
+        } else {
+            for task in &self.tasks {
+                self.add(task, &of(task), poses, wrenches);
+            }
+        }
+    }
+}
+
+impl Clone for MutualGravity {
+    fn clone(&self) -> Self {
+        Self {
+            gravitational_constant: self.gravitational_constant,
+            bodies: self.bodies.clone(),
+            moments: self.moments.clone(),
+            tasks: self.tasks.clone(),
+            threads: self.threads,
+            cost: self.cost,
+            results: Mutex::new(vec![Exchange::ZERO; self.tasks.len()]),
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! Two bodies: one is the field, the other a set of probes in it.
+//!
+//! With φ the potential of the field per unit of mass and `y_q = X + Q ρ_q` the probes `(m_q, ρ_q)` in the axes
+//! of the field,
+//! ```text
+//! U = Σ_q m_q φ(y_q)        g_q = −m_q ∇φ(y_q)
+//! f = Σ_q g_q on the probes, −f on the field
+//! M_probes = Σ_q Qρ_q × g_q      M_field = −Σ_q y_q × g_q      so that M_field + M_probes + X × f = 0
+//! ```
+//! Force and moments derive from this one `U(X, Q)`: whatever it approximates, total force and total moment
+//! vanish to round-off, and an integrator that conserves momenta and energy for a potential does so here.
+//! Everything here is for `G = 1`.
+
+use super::lanes::{LANES, Lanes};
+use super::polyhedron::side_by_side;
+use super::relative::seen_from;
+use super::second_order::{self, Moments};
+use super::{Attractor, HomogeneousPolyhedron, MassPoint, PointCloud};
+use crate::Vector3;
+use crate::mechanics::environment::Pose;
+use std::ops::Range;
+
+/// Force on the probes and moments on both, in the axes of the field.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Exchange {
+    pub force: Vector3,
+    pub field_moment: Vector3,
+    pub probe_moment: Vector3,
+}
+
+impl Exchange {
+    pub const ZERO: Self = Self {
+        force: Vector3::new(0.0, 0.0, 0.0),
+        field_moment: Vector3::new(0.0, 0.0, 0.0),
+        probe_moment: Vector3::new(0.0, 0.0, 0.0),
+    };
+}
+
+/// A share of one pair: some probes in a field.
+#[derive(Clone, Debug)]
+pub(super) struct Task {
+    /// Which body is the field.
+    pub field: usize,
+    /// Which body the probes are of.
+    pub probe: usize,
+    /// Which of the probes.
+    range: Range<usize>,
+}
+
+/// Interactions of point with point in one task, about 50 µs: long against handing it to a thread, short
+/// against an evaluation that pays for threads.
+pub(super) const TASK: usize = 1 << 14;
+/// What a face on a point costs, in interactions of point with point.
+const FACE: usize = 8;
+/// What turning a probe into the axes of the field costs, and a pair of second order, in the same measure.
+const TURN: usize = 4;
+const SECOND_ORDER: usize = 8;
+
+/// What of a body can be in the field of another: its points; none for a body of second order.
+fn probes(body: &Attractor) -> &[MassPoint] {
+    match body {
+        Attractor::Cloud(cloud) => cloud.points(),
+        Attractor::Polyhedron(solid) => solid.cubature().points(),
+        Attractor::SecondOrder { .. } => &[],
+    }
+}
+
+/// Which body of a pair is the field, and its cost on one probe; `None` for a pair of second order.
+fn roles(bodies: &[Attractor], first: usize, second: usize) -> Option<(usize, usize, usize)> {
+    use Attractor::{Cloud, Polyhedron, SecondOrder};
+    let first_is_field = match (&bodies[first], &bodies[second]) {
+        (SecondOrder { .. }, _) | (_, SecondOrder { .. }) => return None,
+        // The inner loop runs over the longer one.
+        (Cloud(a), Cloud(b)) => a.points().len() >= b.points().len(),
+        // The exact field acts on what are points.
+        (Polyhedron(_), Cloud(_)) => true,
+        (Cloud(_), Polyhedron(_)) => false,
+        // The smaller one is integrated over: its tetrahedra are the smaller ones.
+        (Polyhedron(a), Polyhedron(b)) => a.shape().radius() >= b.shape().radius(),
+    };
+    let (field, probe) = if first_is_field { (first, second) } else { (second, first) };
+    let cost = match &bodies[field] {
+        Polyhedron(solid) => FACE * solid.shape().faces().len(),
+        body => probes(body).len(),
+    };
+    Some((field, probe, cost + TURN))
+}
+
+impl Task {
+    /// What a pair costs, in interactions of point with point.
+    pub fn cost(bodies: &[Attractor], first: usize, second: usize) -> f64 {
+        match roles(bodies, first, second) {
+            Some((_, probe, cost)) => cost as f64 * probes(&bodies[probe]).len() as f64,
+            None => SECOND_ORDER as f64,
+        }
+    }
+
+    /// Cuts a pair into tasks.
+    pub fn split(bodies: &[Attractor], first: usize, second: usize, tasks: &mut Vec<Self>) {
+        let Some((field, probe, cost)) = roles(bodies, first, second) else {
+            return tasks.push(Self { field: first, probe: second, range: 0..0 });
+        };
+        let count = probes(&bodies[probe]).len();
+        let step = (TASK / cost).next_multiple_of(LANES).max(LANES);
+        let starts = (0..count).step_by(step);
+        tasks.extend(starts.map(|start| Self { field, probe, range: start..(start + step).min(count) }));
+    }
+
+    /// Force and moments.
+    pub fn exchange(&self, bodies: &[Attractor], moments: &[Moments], poses: &[Pose]) -> Exchange {
+        let seen = seen_from(&poses[self.field], &poses[self.probe]);
+        let probes = || &probes(&bodies[self.probe])[self.range.clone()];
+        match &bodies[self.field] {
+            _ if self.is_second_order() => {
+                second_order::exchange(&moments[self.field], &moments[self.probe], &seen)
+            }
+            Attractor::Cloud(cloud) => cloud_exchange(cloud, probes(), &seen),
+            Attractor::Polyhedron(solid) => solid_exchange(solid, probes(), &seen),
+            Attractor::SecondOrder { .. } => Exchange::ZERO,
+        }
+    }
+
+    /// Energy.
+    pub fn energy(&self, bodies: &[Attractor], moments: &[Moments], poses: &[Pose]) -> f64 {
+        let seen = seen_from(&poses[self.field], &poses[self.probe]);
+        let probes = || &probes(&bodies[self.probe])[self.range.clone()];
+        match &bodies[self.field] {
+            _ if self.is_second_order() => {
+                second_order::energy(&moments[self.field], &moments[self.probe], &seen)
+            }
+            Attractor::Cloud(cloud) => cloud_energy(cloud, probes(), &seen),
+            Attractor::Polyhedron(solid) => solid_energy(solid, probes(), &seen),
+            Attractor::SecondOrder { .. } => 0.0,
+        }
+    }
+
+    /// Without probes: mass and inertia act on mass and inertia.
+    fn is_second_order(&self) -> bool {
+        self.range.is_empty()
+    }
+}
+
+fn cloud_energy(field: &PointCloud, probes: &[MassPoint], seen: &Pose) -> f64 {
+    let of = |probe: &MassPoint| {
+        probe.mass * field.inverse_distances(&(seen.position + seen.attitude * probe.position))
+    };
+    -probes.iter().map(of).sum::<f64>()
+}
+
+fn cloud_exchange(field: &PointCloud, probes: &[MassPoint], seen: &Pose) -> Exchange {
+    let mut sum = Exchange::ZERO;
+    for probe in probes {
+        let arm = seen.attitude * probe.position;
+        let y = seen.position + arm;
+        let (s, v) = field.pull(&y);
+        let g = probe.mass * (v - s * y);
+        sum.force += g;
+        sum.field_moment += probe.mass * v.cross(&y);
+        sum.probe_moment += arm.cross(&g);
+    }
+    sum
+}
+
+/// Up to four probes: their masses, and their arms in the axes of the field.
+fn four(probes: &[MassPoint], seen: &Pose) -> (Lanes, [Lanes; 3], [Lanes; 3]) {
+    let mass = Lanes::from_fn(|lane| probes.get(lane).map_or(0.0, |probe| probe.mass));
+    // Lanes without a probe stand, massless, where the first one is.
+    let of = |lane: usize| seen.attitude * probes.get(lane).unwrap_or(&probes[0]).position;
+    let arms = side_by_side(&std::array::from_fn(of));
+    let y = [0, 1, 2].map(|axis| arms[axis] + Lanes::splat(seen.position[axis]));
+    (mass, arms, y)
+}
+
+fn solid_energy(field: &HomogeneousPolyhedron, probes: &[MassPoint], seen: &Pose) -> f64 {
+    let mut sum = Lanes::ZERO;
+    for probes in probes.chunks(LANES) {
+        let (mass, _, y) = four(probes, seen);
+        sum += mass * field.field().at(&y).potential;
+    }
+    -field.density() * sum.sum()
+}
+
+fn solid_exchange(field: &HomogeneousPolyhedron, probes: &[MassPoint], seen: &Pose) -> Exchange {
+    let (mut force, mut field_moment, mut probe_moment) =
+        ([Lanes::ZERO; 3], [Lanes::ZERO; 3], [Lanes::ZERO; 3]);
+    for probes in probes.chunks(LANES) {
+        let (mass, arms, y) = four(probes, seen);
+        let g = field.field().at(&y).gradient.map(|gradient| mass * gradient);
+        add(&mut force, &g);
+        add(&mut field_moment, &cross(&g, &y));
+        add(&mut probe_moment, &cross(&arms, &g));
+    }
+    let total = |lanes: [Lanes; 3]| field.density() * Vector3::from(lanes.map(Lanes::sum));
+    Exchange { force: total(force), field_moment: total(field_moment), probe_moment: total(probe_moment) }
+}
+
+fn add(sum: &mut [Lanes; 3], term: &[Lanes; 3]) {
+    for (sum, term) in sum.iter_mut().zip(term) {
+        *sum += *term;
+    }
+}
+
+fn cross(a: &[Lanes; 3], b: &[Lanes; 3]) -> [Lanes; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}

@@ -1,0 +1,87 @@
+//! A polyhedron of constant density as an attracting rigid body.
+
+use super::{Polyhedron, PolyhedronField};
+use crate::mechanics::full_body::error::{Checked, count, finite, positive};
+use crate::mechanics::full_body::{MassPoint, PointCloud};
+use crate::{Matrix3, Vector3};
+
+/// A polyhedron of constant density, its mass center at the origin of the body axes.
+///
+/// On points and clouds its gravity is exact. Between two polyhedra the exact field of the one with the larger
+/// radius acts on the Gauss points of the other ([`Polyhedron::cubature`]): the error falls as
+/// `O((l/d)^{2 order})`, l the size of a tetrahedron of the smaller body and d its distance from the surface of
+/// the larger one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HomogeneousPolyhedron {
+    shape: Polyhedron,
+    density: f64,
+    mass: f64,
+    field: PolyhedronField,
+    cubature: PointCloud,
+}
+
+impl HomogeneousPolyhedron {
+    /// This solid at a density [kg/m³], with `order³` Gauss points per face where another polyhedron attracts.
+    ///
+    /// # Errors
+    /// A [`FullBodyError`](crate::mechanics::full_body::FullBodyError) if the density is not a positive number, the mass
+    /// center is not the origin ([`Polyhedron::centered`] moves it there), or the order is not within 1 and
+    /// [`Polyhedron::ORDER`] or gives more than [`PointCloud::POINTS`] points.
+    pub fn new(shape: Polyhedron, density: f64, order: usize) -> Checked<Self> {
+        positive("density", density)?;
+        count("order of the cubature", order, Polyhedron::ORDER)?;
+        count("Gauss points of a polyhedron", shape.faces().len() * order.pow(3), PointCloud::POINTS)?;
+        shape.check_centered()?;
+        let mass =
+            positive("mass of a polyhedron", finite("mass of a polyhedron", density * shape.volume())?)?;
+        let points = shape.cubature(order).into_iter();
+        let points = points.map(|point| MassPoint { mass: density * point.mass, ..point });
+        let cubature = PointCloud::weighted(points.collect());
+        Ok(Self { density, mass, field: PolyhedronField::new(&shape), cubature, shape })
+    }
+
+    /// The same with a given mass \[kg\].
+    ///
+    /// # Errors
+    /// As [`HomogeneousPolyhedron::new`].
+    pub fn with_mass(shape: Polyhedron, mass: f64, order: usize) -> Checked<Self> {
+        let density = positive("mass of a polyhedron", mass)? / shape.volume();
+        Self::new(shape, density, order)
+    }
+
+    /// The solid.
+    pub fn shape(&self) -> &Polyhedron {
+        &self.shape
+    }
+
+    /// Density [kg/m³].
+    pub fn density(&self) -> f64 {
+        self.density
+    }
+
+    /// Mass \[kg\].
+    pub fn mass(&self) -> f64 {
+        self.mass
+    }
+
+    /// Inertia about the mass center [kg·m²], 3×3, body axes.
+    pub fn inertia(&self) -> Matrix3 {
+        self.density * self.shape.unit_inertia()
+    }
+
+    /// Its exact field, for `G` and density 1.
+    pub fn field(&self) -> &PolyhedronField {
+        &self.field
+    }
+
+    /// Its Gauss points, with the masses they stand for: a cloud that approximates the body. Masses are negative
+    /// where the solid is not [star-shaped](Polyhedron::is_star_shaped).
+    pub fn cubature(&self) -> &PointCloud {
+        &self.cubature
+    }
+
+    /// Acceleration of a point at `y` (body axes \[m\]) for a gravitational constant of 1 \[kg/m²\].
+    pub fn attraction(&self, y: &Vector3) -> Vector3 {
+        self.density * self.field.attraction(y)
+    }
+}

@@ -1,0 +1,6 @@
+//! What moves, what acts on it, and what drives it.
+
+pub mod actuators;
+pub mod body;
+pub mod environment;
+pub mod full_body;

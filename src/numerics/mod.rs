@@ -1,0 +1,9 @@
+//! Numerical tools that know nothing of attitude: factors, sparse and banded matrices, inertia of a matrix,
+//! figures for people.
+
+pub(crate) mod banded;
+pub(crate) mod factor;
+#[cfg(feature = "cli")]
+pub mod figures;
+pub(crate) mod matrix_inertia;
+pub(crate) mod sparse;

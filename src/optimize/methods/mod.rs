@@ -1,0 +1,5 @@
+//! The methods that improve a candidate.
+
+pub(crate) mod lifted;
+pub(crate) mod scp;
+pub(crate) mod shooting;

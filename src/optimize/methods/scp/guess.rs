@@ -1,0 +1,78 @@
+//! First iterates: a path of poses, and the momenta and inputs that it asks for.
+
+use super::iterate::Iterate;
+use super::model::{Model, State};
+use super::rows::{Rows, What};
+use crate::Vector3;
+use crate::lie::vee;
+use crate::mechanics::environment::Pose;
+use nalgebra::{DMatrix, DVector};
+
+/// The iterate that follows `poses` (one per node, scaled), as far as inputs within their limits allow:
+/// what they cannot give is left as defects of the momenta.
+pub(crate) fn along(model: &Model, rows: &Rows, poses: &[Pose]) -> Iterate {
+    let (h, j_d) = (model.h, &model.dynamics.j_d);
+    let mut states: Vec<State> = Vec::with_capacity(poses.len());
+    let axes = DMatrix::from_fn(3, model.m - model.forces, |row, column| model.torque_axes()[column][row]);
+    let to_wheels = axes.clone().pseudo_inverse(1e-12).unwrap_or_else(|_| axes.transpose());
+    let in_space = model.start.attitude * model.start.momentum;
+    for (stage, pose) in poses.iter().enumerate() {
+        let mut state = model.target.clone();
+        (state.position, state.attitude) = (pose.position, pose.attitude);
+        if let Some(next) = poses.get(stage + 1) {
+            // `h S(Π) = F J_d − J_d Fᵀ` gives Π from F without an equation to solve.
+            let f = pose.attitude.tr_mul(&model.dynamics.unturned(&next.attitude));
+            state.momentum = vee(&(f * j_d - j_d * f.transpose())) / h;
+            state.linear_momentum = (next.position - pose.position) / h;
+        }
+        if model.wheels > 0 {
+            let total = pose.attitude.tr_mul(&in_space);
+            let carried = total - state.momentum - model.wheel_momentum(&model.start.wheels);
+            state.wheels = &model.start.wheels + &to_wheels * DVector::from_column_slice(carried.as_slice());
+            state.momentum = total;
+        }
+        states.push(state);
+    }
+    let inputs = (0..=model.steps).map(|stage| inputs(model, rows, &states, stage)).collect();
+    Iterate { states, inputs }
+}
+
+/// The cheapest inputs that make up for what the step into `stage` lacks, cut to their limits.
+fn inputs(model: &Model, rows: &Rows, states: &[State], stage: usize) -> Vec<f64> {
+    let zero = vec![0.0; model.m];
+    if stage < model.first_input() {
+        return zero;
+    }
+    let (end, slope) = if stage == 0 {
+        model.opening(&zero)
+    } else {
+        match model.step(stage - 1, &states[stage - 1], &zero) {
+            Ok(step) => (step.end, step.b),
+            Err(_) => return zero,
+        }
+    };
+    let lack = model.difference(&states[stage], &end);
+    let price = model.weight.clone().cholesky().map(|factor| factor.solve(&slope.transpose()));
+    let Some(price) = price else { return zero };
+    let authority = &slope * &price;
+    let threshold = 1e-10 * authority.amax();
+    let Ok(inverse) = authority.pseudo_inverse(threshold) else { return zero };
+    let mut inputs: Vec<f64> = (price * (inverse * lack)).iter().copied().collect();
+    for row in rows.at(stage) {
+        match row.what {
+            What::InputSize { input, limit, .. } => inputs[input] = inputs[input].clamp(-limit, limit),
+            What::InputNorm { forces, limit } => {
+                let (axes, first) =
+                    if forces { (model.force_axes(), 0) } else { (model.torque_axes(), model.forces) };
+                let output: Vector3 =
+                    axes.iter().zip(&inputs[first..]).map(|(axis, input)| axis * *input).sum();
+                let size = output.norm();
+                if size > limit {
+                    inputs[first..first + axes.len()].iter_mut().for_each(|input| *input *= limit / size);
+                }
+            }
+            _ => {}
+        }
+    }
+    inputs
+}

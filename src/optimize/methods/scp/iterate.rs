@@ -1,0 +1,118 @@
+//! An iterate of the convex road: states and inputs of all stages, and everything evaluated there.
+
+use super::model::{Model, State, Step};
+use super::rows::{Place, Rows, Value};
+use crate::optimize::step::StepError;
+use nalgebra::{DMatrix, DVector};
+
+/// States `y_0 … y_N` and inputs `u_0 … u_N` (`u_0` is unused by Lie–Euler).
+#[derive(Clone, Debug)]
+pub(crate) struct Iterate {
+    pub states: Vec<State>,
+    pub inputs: Vec<Vec<f64>>,
+}
+
+/// The chain at an iterate.
+pub(crate) struct Evaluated {
+    /// `y_0` as the opening kick gives it, and its derivative with respect to `u_0`.
+    pub opening_slope: DMatrix<f64>,
+    /// Defects: of the opening, then of every step.
+    pub defects: Vec<DVector<f64>>,
+    pub steps: Vec<Step>,
+    /// Terminal error and its derivative.
+    pub terminal: DVector<f64>,
+    pub terminal_slope: DMatrix<f64>,
+    pub rows: Vec<Value>,
+    pub cost: f64,
+}
+
+impl Iterate {
+    /// The chain and all its rows at this iterate.
+    pub fn evaluate(&self, model: &Model, rows: &Rows) -> Result<Evaluated, StepError> {
+        let (opened, opening_slope) = model.opening(&self.inputs[0]);
+        let mut defects = Vec::with_capacity(model.steps + 1);
+        defects.push(model.difference(&opened, &self.states[0]));
+        let mut steps = Vec::with_capacity(model.steps);
+        for stage in 0..model.steps {
+            let step = model.step(stage, &self.states[stage], &self.inputs[stage + 1])?;
+            defects.push(model.difference(&step.end, &self.states[stage + 1]));
+            steps.push(step);
+        }
+        let (terminal, terminal_slope) = model.terminal(&self.states[model.steps]);
+        let cost = self.cost(model);
+        let values = self.rows(model, rows, &steps);
+        let finite = defects.iter().chain([&terminal]).all(|d| d.iter().all(|value| value.is_finite()));
+        if !(finite && cost.is_finite()) {
+            return Err(StepError::NotFinite);
+        }
+        Ok(Evaluated { opening_slope, defects, steps, terminal, terminal_slope, rows: values, cost })
+    }
+
+    /// `Σ κ ½ uᵀ W u`.
+    pub fn cost(&self, model: &Model) -> f64 {
+        let effort = |stage: usize| model.kick_weight(stage) * model.effort(&self.inputs[stage]);
+        (model.first_input()..=model.steps).map(effort).sum()
+    }
+
+    fn rows(&self, model: &Model, rows: &Rows, steps: &[Step]) -> Vec<Value> {
+        let value = |row: &super::rows::Row| {
+            let last = row.stage == model.steps;
+            // The last node has no arc; its rows do not ask for one.
+            let step = &steps[row.stage.min(model.steps - 1)];
+            let place = Place {
+                state: &self.states[row.stage],
+                inputs: &self.inputs[row.stage],
+                next: if last { &[] } else { &self.inputs[row.stage + 1] },
+                arc: &step.arc,
+                arc_slope: &step.arc_slope,
+            };
+            row.what.at(model, row.stage, &place)
+        };
+        rows.rows.iter().map(value).collect()
+    }
+
+    /// The iterate moved by a direction.
+    pub fn moved(&self, model: &Model, states: &[DVector<f64>], inputs: &[DVector<f64>], by: f64) -> Self {
+        let state = |(state, z): (&State, &DVector<f64>)| model.moved(state, &(z * by));
+        let input = |(u, du): (&Vec<f64>, &DVector<f64>)| -> Vec<f64> {
+            u.iter().zip(du.iter()).map(|(u, du)| u + by * du).collect()
+        };
+        Self {
+            states: self.states.iter().zip(states).map(state).collect(),
+            inputs: self.inputs.iter().zip(inputs).map(input).collect(),
+        }
+    }
+
+    /// The trajectory that these inputs make from the start, node after node.
+    pub fn replayed(&self, model: &Model) -> Result<Self, StepError> {
+        let mut states = Vec::with_capacity(model.steps + 1);
+        states.push(model.opening(&self.inputs[0]).0);
+        for stage in 0..model.steps {
+            let step = model.step(stage, &states[stage], &self.inputs[stage + 1])?;
+            states.push(step.end);
+        }
+        Ok(Self { states, inputs: self.inputs.clone() })
+    }
+}
+
+impl Evaluated {
+    /// `Σ |d|₁ + |e|₁`: what the equations of motion and the terminal conditions lack.
+    pub fn infeasibility(&self) -> f64 {
+        let size = |d: &DVector<f64>| d.lp_norm(1);
+        self.defects.iter().map(size).sum::<f64>() + size(&self.terminal)
+    }
+
+    /// The largest component of a defect or of the terminal error.
+    pub fn largest_defect(&self) -> f64 {
+        self.defects.iter().chain([&self.terminal]).map(|d| d.amax()).fold(0.0, f64::max)
+    }
+
+    /// The worst violation in each group of rows, zero where all hold.
+    pub fn violations(&self, rows: &Rows) -> Vec<f64> {
+        let mut worst = vec![0.0f64; rows.groups.len()];
+        for (row, value) in rows.rows.iter().zip(&self.rows) {
+            worst[row.group] = worst[row.group].max(value.violation());
+        }
+        worst
+    }
+}

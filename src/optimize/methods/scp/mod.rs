@@ -1,0 +1,412 @@
+//! The convex road: sequential convex programming on the group.
+//!
+//! Around an iterate the chain of stages ([`model`]) and all limits ([`rows`]) are linear in tangent
+//! vectors, the cost is quadratic: a cone program ([`subproblem`]), with a trust region on the rotation
+//! of each node, a virtual control and slacks that keep it feasible. Its solution moves the iterate by
+//! the group's exponential. Near a solution, Newton on the optimality conditions takes over
+//! ([`polish`]): a converged point is a variational trajectory to round-off, and its multipliers are
+//! costates.
+
+mod curvature;
+pub(crate) mod guess;
+pub(crate) mod iterate;
+mod kkt;
+pub(crate) mod model;
+pub(crate) mod polish;
+pub(crate) mod record;
+pub(crate) mod rows;
+pub(crate) mod second_order;
+mod subproblem;
+
+use crate::maneuver::solution::Outcome;
+pub(crate) use curvature::Multipliers;
+use curvature::{blocks, convexified};
+use iterate::{Evaluated, Iterate};
+use model::Model;
+use nalgebra::{DMatrix, DVector};
+use polish::{Polished, polish};
+use rows::{Rows, What};
+use std::time::Instant;
+use subproblem::{Failure, Move, Subproblem, Weights};
+
+/// First and largest trust radius \[rad\]; below the smallest nothing moves.
+const RADIUS: (f64, f64, f64) = (0.7, 2.0, 1e-7);
+/// Share of the promised decrease that makes a move acceptable, and that makes the radius grow.
+const ACCEPT: f64 = 0.05;
+const GOOD: f64 = 0.7;
+
+/// Slacks and defects above this, scaled, count as violated.
+const VIOLATED: f64 = 1e-6;
+/// Highest price of a unit of defect or violation; costs are of order ten.
+const DEAREST: f64 = 1e5;
+/// A promised decrease below this share of what the violation costs is none.
+const FUTILE: f64 = 1e-2;
+
+/// What the iteration may do.
+#[derive(Clone, Debug)]
+pub(crate) struct Options {
+    /// Whether Newton finishes the digits at all. Without, the converged iterate counts as it is.
+    pub polish: bool,
+    /// Whether Newton may take over before the convex iteration itself has converged.
+    pub polish_early: bool,
+    /// Size of a move at which the convex iteration itself counts as converged.
+    pub tolerance: f64,
+    /// Residual of the polished point.
+    pub polish_tolerance: f64,
+    /// Accuracy of the subproblems; about 1e-9 is what the cone solver reliably gives.
+    pub cone_tolerance: f64,
+    /// Subproblems after which the iteration gives up.
+    pub most: usize,
+    /// Newton iterations after which a polish gives up.
+    pub newton: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            polish: true,
+            polish_early: true,
+            tolerance: 1e-7,
+            polish_tolerance: 1e-11,
+            cone_tolerance: 1e-6,
+            most: 60,
+            newton: 60,
+        }
+    }
+}
+
+impl Options {
+    /// The convex iteration to its own convergence, with nothing of Newton's.
+    pub fn unpolished() -> Self {
+        // Duals follow the iterate: they have six digits only where its moves have nine.
+        let (tolerance, cone_tolerance) = (1e-9, 1e-9);
+        Self { polish: false, polish_early: false, tolerance, cone_tolerance, ..Self::default() }
+    }
+
+    /// The same with `most` subproblems, and no more Newton iterations than that.
+    pub fn within(self, most: usize) -> Self {
+        Self { most, newton: self.newton.min(most), ..self }
+    }
+}
+
+/// Who may end the work early, and when it ends by itself.
+#[derive(Clone, Copy)]
+pub(crate) struct Watch<'a> {
+    pub interrupt: &'a dyn Fn() -> Option<Outcome>,
+    pub deadline: Option<Instant>,
+}
+
+impl Watch<'_> {
+    /// Nobody, and never.
+    #[cfg(test)]
+    pub const NONE: Watch<'static> = Watch { interrupt: &|| None, deadline: None };
+
+    /// What is left of the time \[s\], more than nothing.
+    fn seconds_left(&self) -> f64 {
+        self.deadline.map_or(f64::INFINITY, |deadline| {
+            deadline.saturating_duration_since(Instant::now()).as_secs_f64().max(1e-3)
+        })
+    }
+
+    fn stopped(&self) -> bool {
+        (self.interrupt)().is_some()
+    }
+}
+
+/// How the convex iteration ended.
+pub(crate) struct Convex {
+    pub outcome: Outcome,
+    /// The last iterate, and its multipliers.
+    pub iterate: Iterate,
+    pub multipliers: Multipliers,
+    /// Subproblems solved.
+    pub subproblems: usize,
+    /// Size of defects after each subproblem, the first before any.
+    pub residuals: Vec<f64>,
+    /// The largest violations left, per group of rows.
+    pub violations: Vec<f64>,
+    /// The point that meets all conditions: to round-off, or as it is where no polish was asked for.
+    pub polished: Option<Polished>,
+    /// Wall time inside the cone solver \[s\].
+    pub cone_seconds: f64,
+    /// Interior-point iterations.
+    pub cone_iterations: u32,
+}
+
+impl Convex {
+    /// Scaled cost of the polished point, or NaN.
+    pub fn cost(&self) -> f64 {
+        self.polished.as_ref().map_or(f64::NAN, |polished| polished.cost)
+    }
+
+    /// How far the last iterate is from a maneuver: the largest defect or violation.
+    pub fn miss(&self) -> f64 {
+        let defect = self.residuals.last().copied().unwrap_or(f64::INFINITY);
+        self.violations.iter().fold(defect, |miss, violation| miss.max(*violation))
+    }
+}
+
+/// Newton alone, from an iterate near a solution on another grid. `None` where it does not settle.
+pub(crate) fn polished_only(
+    model: &Model,
+    rows: &Rows,
+    start: &Iterate,
+    multipliers: &Multipliers,
+    options: &Options,
+    watch: &Watch,
+) -> Option<Convex> {
+    let (start, multipliers) = saturated(model, rows, start, multipliers)?;
+    let polished = polish(model, rows, &start, &multipliers, options, watch)?;
+    Some(Convex {
+        outcome: Outcome::Converged,
+        iterate: polished.iterate.clone(),
+        multipliers: polished.multipliers.clone(),
+        subproblems: 0,
+        residuals: vec![polished.residual],
+        violations: vec![0.0; rows.groups.len()],
+        polished: Some(polished),
+        cone_seconds: 0.0,
+        cone_iterations: 0,
+    })
+}
+
+/// Inputs that are optimal for the costates within their sizes, `u = clamp(−(κW)⁻¹Bᵀλ)`, and multipliers of these
+/// limits; where the weight is diagonal and nothing else limits the inputs of a stage.
+fn saturated(
+    model: &Model,
+    rows: &Rows,
+    start: &Iterate,
+    multipliers: &Multipliers,
+) -> Option<(Iterate, Multipliers)> {
+    let (mut start, mut multipliers) = (start.clone(), multipliers.clone());
+    let others = |what: &What| matches!(what, What::InputRate { .. } | What::InputNorm { .. });
+    let diagonal = DMatrix::from_diagonal(&model.weight.diagonal()) == model.weight;
+    if !diagonal || rows.rows.iter().any(|row| others(&row.what)) {
+        return Some((start, multipliers));
+    }
+    let evaluated = start.evaluate(model, rows).ok()?;
+    for stage in model.first_input()..=model.steps {
+        let slope = if stage == 0 { &evaluated.opening_slope } else { &evaluated.steps[stage - 1].b };
+        let pull = slope.tr_mul(&multipliers.costates[stage]);
+        let weight = model.kick_weight(stage);
+        for (index, input) in start.inputs[stage].iter_mut().enumerate() {
+            *input = -pull[index] / (weight * model.weight[(index, index)]);
+        }
+    }
+    for (row, multiplier) in rows.rows.iter().zip(&mut multipliers.rows) {
+        let What::InputSize { input, sign, limit } = row.what else { continue };
+        let value = &mut start.inputs[row.stage][input];
+        let over = sign * *value - limit;
+        *multiplier = 0.0;
+        if over > 0.0 {
+            *value = sign * limit;
+            *multiplier = over * model.kick_weight(row.stage) * model.weight[(input, input)] * limit;
+        }
+    }
+    Some((start, multipliers))
+}
+
+/// The iteration.
+struct Scp<'a> {
+    model: &'a Model,
+    rows: &'a Rows,
+    options: &'a Options,
+    watch: &'a Watch<'a>,
+    iterate: Iterate,
+    evaluated: Evaluated,
+    multipliers: Option<Multipliers>,
+    weights: Weights,
+    subproblem: Subproblem<'a>,
+    polished: Option<Polished>,
+    residuals: Vec<f64>,
+}
+
+/// Runs the convex iteration from an iterate. `None` where it cannot be evaluated at all.
+pub(crate) fn run(
+    model: &Model,
+    rows: &Rows,
+    start: Iterate,
+    multipliers: Option<Multipliers>,
+    options: &Options,
+    watch: &Watch,
+) -> Option<Convex> {
+    let evaluated = start.evaluate(model, rows).ok()?;
+    let weights = Weights { defect: 100.0, violation: vec![100.0; rows.groups.len()], radius: RADIUS.0 };
+    let residuals = vec![evaluated.largest_defect()];
+    let subproblem = Subproblem::new(model, rows, options.cone_tolerance);
+    let mut scp = Scp {
+        model,
+        rows,
+        options,
+        watch,
+        iterate: start,
+        evaluated,
+        multipliers,
+        weights,
+        subproblem,
+        polished: None,
+        residuals,
+    };
+    let mut outcome = Outcome::IterationLimit;
+    let mut subproblems = 0;
+    while subproblems < options.most {
+        if let Some(stopped) = (watch.interrupt)() {
+            outcome = stopped;
+            break;
+        }
+        subproblems += 1;
+        if let Some(ended) = scp.advance() {
+            outcome = ended;
+            break;
+        }
+    }
+    Some(scp.conclude(outcome, subproblems))
+}
+
+impl Scp<'_> {
+    /// One subproblem; `Some` when the iteration ends.
+    fn advance(&mut self) -> Option<Outcome> {
+        let curvature = self.curvature();
+        self.subproblem.seconds_left = self.watch.seconds_left();
+        let step = match self.subproblem.solve(&self.iterate, &self.evaluated, &curvature, &self.weights) {
+            Ok(step) => step,
+            Err(Failure::Time) => return Some(Outcome::TimeLimit),
+            Err(Failure::Numerical) => {
+                // Shorter steps and no curvature are the better conditioned subproblem.
+                self.weights.radius *= 0.25;
+                self.multipliers = None;
+                return (self.weights.radius < RADIUS.2).then_some(Outcome::Stalled);
+            }
+        };
+        let length = longest(self.model, &step);
+        let before = self.merit(&self.evaluated);
+        let candidate = self.iterate.moved(self.model, &step.states, &step.inputs, 1.0);
+        let evaluated = candidate.evaluate(self.model, self.rows);
+        let actual = evaluated.as_ref().map_or(f64::NEG_INFINITY, |evaluated| before - self.merit(evaluated));
+        // Below the cone solver's accuracy no ratio means anything: such moves are taken.
+        let noise = self.options.cone_tolerance * (1.0 + self.evaluated.cost.abs());
+        let ratio = (actual + noise) / (step.predicted.max(0.0) + noise);
+        let bounded = length >= 0.99 * self.weights.radius;
+        let accepted = ratio >= ACCEPT;
+        let lacking = step.slacks.iter().fold(self.lacking(&step), |worst, slack| worst.max(*slack));
+        let feasible = lacking <= VIOLATED;
+        let dearest = self.reprice(&step);
+        if accepted {
+            if let Ok(evaluated) = evaluated {
+                (self.iterate, self.evaluated) = (candidate, evaluated);
+            }
+            self.multipliers = Some(step.multipliers.clone());
+            if ratio >= GOOD && bounded {
+                self.weights.radius = (2.5 * self.weights.radius).min(RADIUS.1);
+            } else if ratio < 0.25 {
+                self.weights.radius *= 0.5;
+            }
+        } else {
+            self.weights.radius = 0.3 * self.weights.radius.min(length);
+        }
+        self.residuals.push(self.evaluated.largest_defect());
+        let settled = accepted && length <= self.options.tolerance.max(1e-9) && feasible;
+        let near = accepted && feasible && !bounded && length < 0.5;
+        if !self.options.polish {
+            let multipliers = self.multipliers.as_ref().filter(|_| settled);
+            self.polished =
+                multipliers.and_then(|found| polish::as_it_is(self.model, self.rows, &self.iterate, found));
+        } else if (near && self.options.polish_early) || settled {
+            self.try_polish();
+        }
+        if settled || self.polished.is_some() {
+            return Some(Outcome::Converged);
+        }
+        // At the highest price, what is still violated stays so: a local optimum of the violation.
+        if dearest && !feasible && step.predicted <= FUTILE * lacking * DEAREST {
+            return Some(Outcome::Stalled);
+        }
+        (self.weights.radius < RADIUS.2).then_some(Outcome::Stalled)
+    }
+
+    /// The convex part of the Lagrangian's second derivatives; zero before there are multipliers.
+    fn curvature(&self) -> Vec<DMatrix<f64>> {
+        let n = self.model.n;
+        let none = || vec![DMatrix::zeros(n, n); self.model.steps + 1];
+        let Some(multipliers) = &self.multipliers else { return none() };
+        match blocks(self.model, self.rows, &self.iterate, &self.evaluated, multipliers) {
+            Ok(blocks) => blocks.iter().map(|block| convexified(&block.state)).collect(),
+            Err(_) => none(),
+        }
+    }
+
+    /// Cost and priced violations.
+    fn merit(&self, evaluated: &Evaluated) -> f64 {
+        let violations = evaluated.violations(self.rows);
+        let priced: f64 = violations
+            .iter()
+            .zip(&self.weights.violation)
+            .map(|(violation, weight)| violation * weight)
+            .sum();
+        evaluated.cost + self.weights.defect * evaluated.infeasibility() + priced
+    }
+
+    /// Keeps the prices above the multipliers, so that the merit function is exact.
+    /// Tells whether all that is violated is at the highest price.
+    fn reprice(&mut self, step: &Move) -> bool {
+        let dearest = (self.lacking(step) <= VIOLATED || self.weights.defect >= DEAREST)
+            && step.slacks.iter().zip(&self.weights.violation).all(|(s, w)| *s <= VIOLATED || *w >= DEAREST);
+        let costates = step.multipliers.costates.iter().map(|costate| costate.amax());
+        let largest = costates.fold(step.multipliers.terminal.amax(), f64::max);
+        let mut sums = vec![0.0; self.weights.violation.len()];
+        for (row, multiplier) in self.rows.rows.iter().zip(&step.multipliers.rows) {
+            sums[row.group] += multiplier;
+        }
+        for ((weight, sum), slack) in self.weights.violation.iter_mut().zip(sums).zip(&step.slacks) {
+            // A slack in use has its full price as multiplier: a higher price may remove it.
+            let wanted = if *slack > VIOLATED { 5.0 * *weight } else { 2.0 * sum };
+            *weight = weight.max(wanted).min(DEAREST);
+        }
+        let wanted = if self.lacking(step) > VIOLATED { 5.0 * self.weights.defect } else { 2.0 * largest };
+        self.weights.defect = self.weights.defect.max(wanted).min(DEAREST);
+        dearest
+    }
+
+    /// Size of the defects that a move leaves.
+    fn lacking(&self, step: &Move) -> f64 {
+        step.left * self.evaluated.largest_defect()
+    }
+
+    fn try_polish(&mut self) {
+        let Some(multipliers) = &self.multipliers else { return };
+        let polished = polish(self.model, self.rows, &self.iterate, multipliers, self.options, self.watch);
+        let Some(polished) = polished else { return };
+        // Newton may run to a dearer stationary point; the convex iteration knows better.
+        let slack = 0.02 * self.evaluated.cost.abs() + self.weights.defect * self.evaluated.infeasibility();
+        if polished.cost <= self.evaluated.cost + slack {
+            self.polished = Some(polished);
+        }
+    }
+
+    fn conclude(self, outcome: Outcome, subproblems: usize) -> Convex {
+        let zeros = || Multipliers {
+            costates: vec![DVector::zeros(self.model.n); self.model.steps + 1],
+            terminal: DVector::zeros(self.model.terminal_count()),
+            rows: vec![0.0; self.rows.rows.len()],
+        };
+        Convex {
+            outcome,
+            violations: self.evaluated.violations(self.rows),
+            multipliers: self.multipliers.unwrap_or_else(zeros),
+            iterate: self.iterate,
+            subproblems,
+            residuals: self.residuals,
+            polished: self.polished,
+            cone_seconds: self.subproblem.seconds,
+            cone_iterations: self.subproblem.iterations,
+        }
+    }
+}
+
+/// The largest rotation of a node in a move \[rad\].
+fn longest(model: &Model, step: &Move) -> f64 {
+    step.states.iter().map(|z| z.rows(model.zeta(), 3).norm()).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests;

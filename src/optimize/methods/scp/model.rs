@@ -1,0 +1,518 @@
+//! The maneuver as a chain of stages: states, inputs, one step with its matrices, in scaled units.
+//!
+//! ```text
+//! y_0 = kick_0(start, u_0) ,    y_{k+1} = kick_{k+1}(drift(y_k), u_{k+1}) ,    y_N = target
+//! cost Σ κ_k ½ u_kᵀ W u_k
+//! ```
+//!
+//! Kick k has the weight κ_k: `h` inside; at the two ends `h/2` for Lie–Verlet, 0 and `h` for Lie–Euler,
+//! which has no `u_0`. The map is the planner's own, so a trajectory without defects is variational.
+//! Between kicks a Lie–Verlet state is half a kick ahead of the physical one.
+//!
+//! Tangent vectors are ordered as in the rest of the crate, the wheels' momenta appended.
+
+use crate::lie::{self, hat};
+use crate::maneuver::problem::{Motion, Problem, Scheme};
+use crate::mechanics::actuators::{AxisFrame, Channel};
+use crate::mechanics::environment::{Blocks, Pose, Wrench};
+use crate::optimize::step::{Costate, Dynamics, Point, StepError, Sum};
+use crate::{Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3xX};
+
+/// A state of the chain, scaled. With wheels, `momentum` is the total one.
+#[derive(Clone, Debug)]
+pub(crate) struct State {
+    pub position: Vector3,
+    pub linear_momentum: Vector3,
+    pub attitude: Matrix3,
+    pub momentum: Vector3,
+    pub wheels: DVector<f64>,
+}
+
+/// One channel of inputs, scaled: its axes and where they are fixed.
+#[derive(Clone, Debug)]
+struct Axes {
+    columns: Vec<Vector3>,
+    frame: AxisFrame,
+}
+
+/// The chain.
+#[derive(Clone, Debug)]
+pub(crate) struct Model {
+    pub dynamics: Dynamics,
+    /// Tangent dimension of a state.
+    pub n: usize,
+    /// Number of inputs.
+    pub m: usize,
+    /// Number of wheels.
+    pub wheels: usize,
+    pub steps: usize,
+    pub h: f64,
+    pub scheme: Scheme,
+    pub start: State,
+    pub target: State,
+    /// `W`, m×m, scaled.
+    pub weight: DMatrix<f64>,
+    /// Units of the inputs [N or N·m].
+    pub input_unit: Vec<f64>,
+    /// Number of force inputs, which come first.
+    pub forces: usize,
+    force: Option<Axes>,
+    torque: Axes,
+    moves: bool,
+}
+
+/// One step and its matrices: `z⁺ = A z + B δu`.
+pub(crate) struct Step {
+    pub end: State,
+    pub a: DMatrix<f64>,
+    pub b: DMatrix<f64>,
+    /// Rotation vector of the step's arc, `log F`.
+    pub arc: Vector3,
+    /// Its derivative with respect to the state before, 3×n.
+    pub arc_slope: Matrix3xX<f64>,
+}
+
+/// A kick at one pose: `momenta += κ (value)`, with derivatives before the weight κ.
+struct Kick {
+    wrench: Wrench,
+    gradient: Blocks,
+    /// n×m.
+    inputs: DMatrix<f64>,
+}
+
+impl Model {
+    /// The chain of a maneuver on `steps` steps.
+    pub fn new(problem: &Problem, steps: usize) -> Self {
+        let dynamics = Dynamics::new(problem, steps);
+        let units = dynamics.units;
+        let moves = problem.motion == Motion::RigidBody;
+        let force_channel = problem.actuation.force.as_ref().filter(|_| moves);
+        let torque_channel = &problem.actuation.torque;
+        let axes = |channel: &Channel| Axes { columns: channel.axes().to_vec(), frame: channel.frame() };
+        let forces = force_channel.map_or(0, Channel::count);
+        let m = forces + torque_channel.count();
+        let wheels = problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len());
+        let input_unit: Vec<f64> =
+            (0..m).map(|input| if input < forces { units.force() } else { units.torque() }).collect();
+        let mut weight = DMatrix::zeros(m, m);
+        let scale = units.time / units.cost;
+        if let Some(channel) = force_channel {
+            let unit = units.force();
+            weight.view_mut((0, 0), (forces, forces)).copy_from(&(channel.weight() * (unit * unit * scale)));
+        }
+        let unit = units.torque();
+        let torques = m - forces;
+        weight
+            .view_mut((forces, forces), (torques, torques))
+            .copy_from(&(torque_channel.weight() * (unit * unit * scale)));
+        let mut model = Self {
+            n: if moves { 12 } else { 6 + wheels },
+            m,
+            wheels,
+            steps,
+            h: dynamics.h,
+            scheme: problem.scheme,
+            start: State::of(&dynamics.point(&problem.start), DVector::zeros(wheels)),
+            target: State::of(&dynamics.point(&problem.end), DVector::zeros(wheels)),
+            weight,
+            input_unit,
+            forces,
+            force: force_channel.map(axes),
+            torque: axes(torque_channel),
+            moves,
+            dynamics,
+        };
+        if let Some(wheels) = &problem.actuation.wheels {
+            let momentum = DVector::from_iterator(model.wheels, wheels.momentum.iter().copied());
+            model.start.wheels = momentum / units.momentum();
+            model.start.momentum += model.wheel_momentum(&model.start.wheels);
+        }
+        model
+    }
+
+    /// Row of ζ in a tangent vector.
+    pub fn zeta(&self) -> usize {
+        if self.moves { 6 } else { 0 }
+    }
+
+    /// Row of δΠ in a tangent vector.
+    pub fn pi(&self) -> usize {
+        self.zeta() + 3
+    }
+
+    /// First stage that has inputs.
+    pub fn first_input(&self) -> usize {
+        usize::from(self.scheme == Scheme::LieEuler)
+    }
+
+    /// Weight κ_k of kick k.
+    pub fn kick_weight(&self, stage: usize) -> f64 {
+        match self.scheme {
+            Scheme::LieEuler => {
+                if stage == 0 {
+                    0.0
+                } else {
+                    self.h
+                }
+            }
+            Scheme::LieVerlet => {
+                if stage == 0 || stage == self.steps {
+                    0.5 * self.h
+                } else {
+                    self.h
+                }
+            }
+        }
+    }
+
+    /// How much of kick k the physical state lags behind the chain's.
+    pub fn lag(&self, stage: usize) -> f64 {
+        let inside = self.scheme == Scheme::LieVerlet && stage < self.steps;
+        if inside { 0.5 * self.h } else { 0.0 }
+    }
+
+    /// `Σ a_i h_i`, scaled.
+    pub fn wheel_momentum(&self, momenta: &DVector<f64>) -> Vector3 {
+        self.torque.columns.iter().zip(momenta.iter()).map(|(axis, momentum)| axis * *momentum).sum()
+    }
+
+    /// Axes of the torque inputs.
+    pub fn torque_axes(&self) -> &[Vector3] {
+        &self.torque.columns
+    }
+
+    /// Axes of the force inputs.
+    pub fn force_axes(&self) -> &[Vector3] {
+        self.force.as_ref().map_or(&[], |axes| &axes.columns)
+    }
+
+    /// Whether the inputs' axes turn against the coordinates of the momenta, or act through wheels.
+    pub fn inputs_turn(&self) -> bool {
+        self.torque.frame == AxisFrame::Reference
+            || self.force.as_ref().is_some_and(|axes| axes.frame == AxisFrame::Body)
+    }
+
+    /// Whether input j acts on component i of a state at once.
+    pub fn reaches(&self, i: usize, j: usize) -> bool {
+        if self.wheels > 0 {
+            i == 6 + j
+        } else if j < self.forces {
+            (3..6).contains(&i)
+        } else {
+            i >= self.pi()
+        }
+    }
+
+    /// Number of terminal conditions.
+    pub fn terminal_count(&self) -> usize {
+        if self.moves { 12 } else { 6 }
+    }
+
+    /// Terminal error of a chain's last state, and its derivative, up to `J_r⁻¹` of the attitude error.
+    pub fn terminal(&self, state: &State) -> (DVector<f64>, DMatrix<f64>) {
+        let count = self.terminal_count();
+        let mut error = self.difference(state, &self.target).rows(0, count).into_owned();
+        let mut slope = DMatrix::identity(count, self.n);
+        if self.wheels > 0 {
+            let carried = self.wheel_momentum(&state.wheels);
+            let mut rows = error.rows_mut(3, 3);
+            rows -= carried;
+            for (wheel, axis) in self.torque.columns.iter().enumerate() {
+                slope.view_mut((3, 6 + wheel), (3, 1)).copy_from(&-axis);
+            }
+        }
+        (error, slope)
+    }
+
+    /// `a ⊖ b` in the tangent space at `b`.
+    pub fn difference(&self, a: &State, b: &State) -> DVector<f64> {
+        let mut out = DVector::zeros(self.n);
+        let (zeta, pi) = (self.zeta(), self.pi());
+        if self.moves {
+            out.rows_mut(0, 3).copy_from(&(a.position - b.position));
+            out.rows_mut(3, 3).copy_from(&(a.linear_momentum - b.linear_momentum));
+        }
+        out.rows_mut(zeta, 3).copy_from(&lie::log(&b.attitude.tr_mul(&a.attitude)));
+        out.rows_mut(pi, 3).copy_from(&(a.momentum - b.momentum));
+        if self.wheels > 0 {
+            out.rows_mut(6, self.wheels).copy_from(&(&a.wheels - &b.wheels));
+        }
+        out
+    }
+
+    /// `state ⊕ z`.
+    pub fn moved(&self, state: &State, z: &DVector<f64>) -> State {
+        let part = |row: usize| Vector3::new(z[row], z[row + 1], z[row + 2]);
+        let mut out = state.clone();
+        if self.moves {
+            out.position += part(0);
+            out.linear_momentum += part(3);
+        }
+        out.attitude = lie::project_to_rotation(&(state.attitude * lie::exp(&part(self.zeta()))));
+        out.momentum += part(self.pi());
+        if self.wheels > 0 {
+            out.wheels += z.rows(6, self.wheels);
+        }
+        out
+    }
+
+    /// The kick at a pose under `inputs`.
+    fn kick(&self, pose: &Pose, inputs: &[f64]) -> Kick {
+        let r = &pose.attitude;
+        let (mut wrench, mut gradient) = self.dynamics.field(pose);
+        let mut columns = DMatrix::zeros(self.n, self.m);
+        let pi = self.pi();
+        let mut torque = Vector3::zeros();
+        for (index, axis) in self.torque.columns.iter().enumerate() {
+            let input = self.forces + index;
+            let axis = match self.torque.frame {
+                AxisFrame::Body => *axis,
+                AxisFrame::Reference => r.tr_mul(axis),
+            };
+            torque += axis * inputs[input];
+            if self.wheels > 0 {
+                columns[(6 + index, input)] = -1.0;
+            } else {
+                columns.view_mut((pi, input), (3, 1)).copy_from(&axis);
+            }
+        }
+        if self.wheels == 0 {
+            wrench.moment += torque;
+        }
+        if self.torque.frame == AxisFrame::Reference {
+            // δ(Rᵀv) = S(Rᵀv) ζ.
+            gradient.rr += hat(&torque);
+        }
+        if let Some(axes) = &self.force {
+            let mut force = Vector3::zeros();
+            for (input, axis) in axes.columns.iter().enumerate() {
+                let axis = match axes.frame {
+                    AxisFrame::Reference => *axis,
+                    AxisFrame::Body => r * axis,
+                };
+                force += axis * inputs[input];
+                columns.view_mut((3, input), (3, 1)).copy_from(&axis);
+            }
+            wrench.force += force;
+            if axes.frame == AxisFrame::Body {
+                // δ(Rφ) = −R S(φ) ζ.
+                gradient.xr -= hat(&force) * r;
+            }
+        }
+        Kick { wrench, gradient, inputs: columns }
+    }
+
+    /// The costate of a stage as the shooting knows it: after a full kick, also at the end of a Lie–Verlet
+    /// chain, whose last kick is a half one. `λ ← (I − ½h G)ᵀ λ` there.
+    pub fn after_full_kick(
+        &self,
+        stage: usize,
+        state: &State,
+        inputs: &[f64],
+        costate: &DVector<f64>,
+    ) -> DVector<f64> {
+        if self.scheme == Scheme::LieEuler || stage < self.steps {
+            return costate.clone();
+        }
+        let mut rest = DMatrix::identity(self.n, self.n);
+        let kick = self.kick(&state.pose(), inputs);
+        self.add_gradient(&mut rest, &kick.gradient, -self.kick_weight(stage));
+        rest.tr_mul(costate)
+    }
+
+    /// Applies a kick of weight `weight`.
+    fn kicked(&self, state: &State, kick: &Kick, inputs: &[f64], weight: f64) -> State {
+        let mut out = state.clone();
+        out.momentum += kick.wrench.moment * weight;
+        if self.moves {
+            out.linear_momentum += kick.wrench.force * weight;
+        }
+        for wheel in 0..self.wheels {
+            out.wheels[wheel] -= inputs[self.forces + wheel] * weight;
+        }
+        out
+    }
+
+    /// `G z` of a kick's gradient, added with `weight` to the rows of the momenta: `A ← (I + κ G) A`.
+    fn add_gradient(&self, matrix: &mut DMatrix<f64>, gradient: &Blocks, weight: f64) {
+        let (zeta, pi) = (self.zeta(), self.pi());
+        let rotation = matrix.rows(zeta, 3).into_owned();
+        let mut to_momentum = gradient.rr * &rotation;
+        if self.moves {
+            let shift = matrix.rows(0, 3).into_owned();
+            to_momentum += gradient.rx * &shift;
+            let to_force = gradient.xx * &shift + gradient.xr * &rotation;
+            let mut rows = matrix.rows_mut(3, 3);
+            rows += to_force * weight;
+        }
+        let mut rows = matrix.rows_mut(pi, 3);
+        rows += to_momentum * weight;
+    }
+
+    /// The opening kick: `y_0` and its derivative with respect to `u_0`.
+    pub fn opening(&self, inputs: &[f64]) -> (State, DMatrix<f64>) {
+        let weight = self.kick_weight(0);
+        let kick = self.kick(&self.start.pose(), inputs);
+        (self.kicked(&self.start, &kick, inputs, weight), kick.inputs * weight)
+    }
+
+    /// Step k: from `y_k` under `u_{k+1}` to `y_{k+1}`.
+    pub fn step(&self, stage: usize, state: &State, inputs: &[f64]) -> Result<Step, StepError> {
+        let (zeta, pi) = (self.zeta(), self.pi());
+        let mut a = DMatrix::zeros(self.n, self.n);
+        let mut end = state.clone();
+        let (f, turn);
+        if self.wheels > 0 {
+            let carried = self.wheel_momentum(&state.wheels);
+            let drift = self.dynamics.gyrostat_drift(&state.momentum, &carried)?;
+            f = drift.f;
+            end.attitude = self.dynamics.turned(&(state.attitude * f));
+            end.momentum = drift.momentum_after;
+            let mut xi = Matrix3xX::zeros(self.n);
+            xi.view_mut((0, pi), (3, 3)).copy_from(&drift.by_momentum);
+            for (wheel, axis) in self.torque.columns.iter().enumerate() {
+                xi.view_mut((0, 6 + wheel), (3, 1)).copy_from(&(drift.by_wheels * axis));
+            }
+            a.rows_mut(zeta, 3).copy_from(&xi);
+            a.view_mut((zeta, zeta), (3, 3)).copy_from(&f.transpose());
+            let mut rows = a.rows_mut(pi, 3);
+            rows += hat(&drift.momentum_after) * &xi;
+            let mut block = a.view_mut((pi, pi), (3, 3));
+            block += f.transpose();
+            for wheel in 0..self.wheels {
+                a[(6 + wheel, 6 + wheel)] = 1.0;
+            }
+            turn = xi;
+        } else {
+            let mut point = state.point();
+            let drift = self.dynamics.drift::<12>(&mut point)?;
+            f = drift.f;
+            end = State::of(&point, state.wheels.clone());
+            let e = self.dynamics.drift_matrix(&drift);
+            let b = self.dynamics.drift_block(&drift, &e);
+            let mut xi = Matrix3xX::zeros(self.n);
+            xi.view_mut((0, pi), (3, 3)).copy_from(&b);
+            a.view_mut((zeta, zeta), (3, 3)).copy_from(&f.transpose());
+            a.view_mut((zeta, pi), (3, 3)).copy_from(&b);
+            let c = f.transpose() + hat(&drift.momentum_after) * b;
+            a.view_mut((pi, pi), (3, 3)).copy_from(&c);
+            if self.moves {
+                for axis in 0..3 {
+                    a[(axis, axis)] = 1.0;
+                    a[(axis, axis + 3)] = self.h;
+                    a[(axis + 3, axis + 3)] = 1.0;
+                }
+            }
+            turn = xi;
+        }
+        let weight = self.kick_weight(stage + 1);
+        let kick = self.kick(&end.pose(), inputs);
+        self.add_gradient(&mut a, &kick.gradient, weight);
+        let end = self.kicked(&end, &kick, inputs, weight);
+        let arc = lie::log(&f);
+        Ok(Step { end, a, b: kick.inputs * weight, arc_slope: lie::right_jacobian_inverse(&arc) * turn, arc })
+    }
+
+    /// Physical angular velocity at stage k, and its derivatives with respect to state and inputs.
+    pub fn rate(
+        &self,
+        stage: usize,
+        state: &State,
+        inputs: &[f64],
+    ) -> (Vector3, Matrix3xX<f64>, Matrix3xX<f64>) {
+        let (zeta, pi, lag) = (self.zeta(), self.pi(), self.lag(stage));
+        let kick = self.kick(&state.pose(), inputs);
+        let mut momentum = state.momentum - kick.wrench.moment * lag;
+        let mut by_state = Matrix3xX::zeros(self.n);
+        by_state.view_mut((0, pi), (3, 3)).fill_with_identity();
+        by_state.view_mut((0, zeta), (3, 3)).copy_from(&(kick.gradient.rr * -lag));
+        if self.moves {
+            by_state.view_mut((0, 0), (3, 3)).copy_from(&(kick.gradient.rx * -lag));
+        }
+        let mut by_inputs: Matrix3xX<f64> = kick.inputs.fixed_rows::<3>(pi) * -lag;
+        if self.wheels > 0 {
+            momentum -= self.wheel_momentum(&self.physical_wheels(stage, state, inputs));
+            for (wheel, axis) in self.torque.columns.iter().enumerate() {
+                by_state.view_mut((0, 6 + wheel), (3, 1)).copy_from(&-axis);
+                let mut column = by_inputs.column_mut(self.forces + wheel);
+                column -= axis * lag;
+            }
+        }
+        let inverse = &self.dynamics.j_inverse;
+        (inverse * momentum, inverse * by_state, inverse * by_inputs)
+    }
+
+    /// Physical momenta of the wheels at stage k.
+    pub fn physical_wheels(&self, stage: usize, state: &State, inputs: &[f64]) -> DVector<f64> {
+        let lag = self.lag(stage);
+        DVector::from_fn(self.wheels, |wheel, _| state.wheels[wheel] + lag * inputs[self.forces + wheel])
+    }
+
+    /// The physical state at stage k.
+    pub fn physical(&self, stage: usize, state: &State, inputs: &[f64]) -> State {
+        if stage == 0 {
+            return self.start.clone();
+        }
+        let kick = self.kick(&state.pose(), inputs);
+        self.kicked(state, &kick, inputs, -self.lag(stage))
+    }
+
+    /// Actuator force (reference frame) and torque (body axes) at a state, scaled.
+    pub fn output(&self, state: &State, inputs: &[f64]) -> Wrench {
+        let sum = |axes: &[Vector3], inputs: &[f64]| -> Vector3 {
+            axes.iter().zip(inputs).map(|(axis, input)| axis * *input).sum()
+        };
+        let (forces, torques) = inputs.split_at(self.forces);
+        let torque = sum(&self.torque.columns, torques);
+        let force = sum(self.force_axes(), forces);
+        let r = &state.attitude;
+        let turned = self.force.as_ref().is_some_and(|axes| axes.frame == AxisFrame::Body);
+        Wrench {
+            force: if turned { r * force } else { force },
+            moment: if self.torque.frame == AxisFrame::Reference { r.tr_mul(&torque) } else { torque },
+        }
+    }
+
+    /// `½ uᵀ W u`.
+    pub fn effort(&self, inputs: &[f64]) -> f64 {
+        let u = DVector::from_column_slice(inputs);
+        0.5 * u.dot(&(&self.weight * &u))
+    }
+}
+
+impl State {
+    /// From the planner's point.
+    pub fn of(point: &Point, wheels: DVector<f64>) -> Self {
+        Self {
+            position: point.position.value,
+            linear_momentum: point.linear_momentum.value,
+            attitude: point.attitude.value,
+            momentum: point.momentum.value,
+            wheels,
+        }
+    }
+
+    /// To the planner's point.
+    pub fn point(&self) -> Point {
+        Point {
+            position: Sum::new(self.position),
+            linear_momentum: Sum::new(self.linear_momentum),
+            attitude: Sum::new(self.attitude),
+            momentum: Sum::new(self.momentum),
+        }
+    }
+
+    /// Position and attitude.
+    pub fn pose(&self) -> Pose {
+        Pose { position: self.position, attitude: self.attitude }
+    }
+}
+
+/// A costate of the chain as the planner orders it.
+pub(crate) fn costate_blocks(model: &Model, costate: &DVector<f64>) -> Costate {
+    let part = |row: usize| Vector3::new(costate[row], costate[row + 1], costate[row + 2]);
+    let zero = Vector3::zeros();
+    let (x, gamma) = if model.zeta() == 6 { (part(0), part(3)) } else { (zero, zero) };
+    Costate { x, gamma, zeta: part(model.zeta()), pi: part(model.pi()) }
+}

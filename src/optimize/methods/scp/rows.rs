@@ -1,0 +1,419 @@
+//! Limits and constraints as inequality rows of the stages, relative to their limits.
+//!
+//! A row is a half space `c ≤ 0` or a ball `|v| ≤ 1` and knows its derivatives. What must hold between
+//! the nodes is a row of the arc of its own: on one step the body turns about one axis at one rate.
+
+use super::model::{Model, State};
+use crate::lie;
+use crate::maneuver::constraint::{Direction, Rule, Side};
+use crate::maneuver::problem::Problem;
+use crate::mechanics::actuators::LimitKind;
+use crate::{Matrix3, Vector3};
+use nalgebra::{DVector, Matrix3xX};
+
+/// What one row bounds.
+#[derive(Clone, Debug)]
+pub(crate) enum What {
+    /// `sign u_i ≤ limit`.
+    InputSize { input: usize, sign: f64, limit: f64 },
+    /// `sign (u⁺_i − u_i) ≤ limit`, from this stage to the next.
+    InputRate { input: usize, sign: f64, limit: f64 },
+    /// `|B u| ≤ limit`, forces or torques.
+    InputNorm { forces: bool, limit: f64 },
+    /// `|Ω| ≤ limit`, at the node or on the arc that begins here.
+    RateNorm { arc: bool, limit: f64 },
+    /// `sign Ω_axis ≤ limit`.
+    RateAxis { arc: bool, axis: usize, sign: f64, limit: f64 },
+    /// `sign (w·R b) ≤ sign cos α`.
+    Cone { arc: bool, boresight: Vector3, direction: Direction, sign: f64, half_angle: f64 },
+    /// `sign h_i ≤ limit` of a wheel's momentum.
+    Wheel { wheel: usize, sign: f64, limit: f64 },
+}
+
+/// A row at its stage.
+#[derive(Clone, Debug)]
+pub(crate) struct Row {
+    /// Index of its constraint in [`Rows::groups`].
+    pub group: usize,
+    pub stage: usize,
+    pub what: What,
+}
+
+/// A constraint or limit, with all its rows.
+#[derive(Clone, Debug)]
+pub(crate) struct Group {
+    pub name: String,
+    /// Limits of the inputs hold throughout; the others may be violated on the way to a solution.
+    pub hard: bool,
+    /// Whether violations are angles \[rad\]; otherwise they are shares of the limit.
+    pub is_angle: bool,
+}
+
+/// All rows of a maneuver, stage after stage.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Rows {
+    pub groups: Vec<Group>,
+    pub rows: Vec<Row>,
+}
+
+/// A row at an iterate. `next` is the derivative with respect to the inputs of the stage after.
+#[derive(Clone, Debug)]
+pub(crate) enum Value {
+    /// `c ≤ 0`.
+    Half { c: f64, state: Option<DVector<f64>>, inputs: Option<DVector<f64>>, next: Option<DVector<f64>> },
+    /// `|v| ≤ 1`, 3×n and 3×m derivatives.
+    Ball { v: Vector3, state: Option<Matrix3xX<f64>>, inputs: Option<Matrix3xX<f64>> },
+    /// The arc has no extremum of its own: its ends bound it.
+    Idle,
+}
+
+impl Value {
+    /// The violation: positive where the row does not hold.
+    pub fn violation(&self) -> f64 {
+        match self {
+            Self::Half { c, .. } => *c,
+            Self::Ball { v, .. } => v.norm() - 1.0,
+            Self::Idle => -1.0,
+        }
+    }
+
+    /// The row as `c ≤ 0` with a smooth `c`: a ball as `(|v|² − 1)/2`.
+    pub fn smooth(&self) -> Self {
+        match self {
+            Self::Ball { v, state, inputs } => {
+                let row = |slope: &Matrix3xX<f64>| slope.tr_mul(v);
+                Self::Half {
+                    c: 0.5 * (v.norm_squared() - 1.0),
+                    state: state.as_ref().map(row),
+                    inputs: inputs.as_ref().map(row),
+                    next: None,
+                }
+            }
+            other => other.clone(),
+        }
+    }
+}
+
+/// What a row is evaluated at.
+pub(crate) struct Place<'a> {
+    pub state: &'a State,
+    pub inputs: &'a [f64],
+    pub next: &'a [f64],
+    /// Rotation vector of the arc that begins here, and its derivative.
+    pub arc: &'a Vector3,
+    pub arc_slope: &'a Matrix3xX<f64>,
+}
+
+impl What {
+    /// Whether it depends on the state, and so is not linear.
+    pub fn is_curved(&self) -> bool {
+        !matches!(self, Self::InputSize { .. } | Self::InputRate { .. } | Self::Wheel { .. })
+    }
+
+    /// The input it bounds, if it bounds one.
+    pub fn input(&self) -> Option<usize> {
+        match self {
+            Self::InputSize { input, .. } | Self::InputRate { input, .. } => Some(*input),
+            _ => None,
+        }
+    }
+
+    /// Whether it is a ball.
+    pub fn is_ball(&self) -> bool {
+        matches!(self, Self::InputNorm { .. } | Self::RateNorm { .. })
+    }
+
+    /// Whether it depends on (state, inputs, inputs of the next stage).
+    pub fn depends(&self, model: &Model) -> (bool, bool, bool) {
+        let lag = model.lag(1) > 0.0;
+        match self {
+            Self::InputSize { .. } | Self::InputNorm { .. } => (false, true, false),
+            Self::InputRate { .. } => (false, true, true),
+            Self::RateNorm { arc, .. } | Self::RateAxis { arc, .. } => (true, !arc && lag, false),
+            Self::Cone { .. } => (true, false, false),
+            Self::Wheel { .. } => (true, lag, false),
+        }
+    }
+
+    /// The row at a place of stage `stage`.
+    pub fn at(&self, model: &Model, stage: usize, place: &Place) -> Value {
+        let unit = |input: usize, value: f64| {
+            let mut row = DVector::zeros(model.m);
+            row[input] = value;
+            Some(row)
+        };
+        match self {
+            Self::InputSize { input, sign, limit } => Value::Half {
+                c: sign * place.inputs[*input] / limit - 1.0,
+                state: None,
+                inputs: unit(*input, sign / limit),
+                next: None,
+            },
+            Self::InputRate { input, sign, limit } => Value::Half {
+                c: sign * (place.next[*input] - place.inputs[*input]) / limit - 1.0,
+                state: None,
+                inputs: unit(*input, -sign / limit),
+                next: unit(*input, sign / limit),
+            },
+            Self::InputNorm { forces, limit } => {
+                let (axes, first) =
+                    if *forces { (model.force_axes(), 0) } else { (model.torque_axes(), model.forces) };
+                let mut slope = Matrix3xX::zeros(model.m);
+                for (index, axis) in axes.iter().enumerate() {
+                    slope.set_column(first + index, &(axis / *limit));
+                }
+                let u = DVector::from_column_slice(place.inputs);
+                let v = &slope * u;
+                Value::Ball { v, state: None, inputs: Some(slope) }
+            }
+            Self::RateNorm { arc, limit } => {
+                let (rate, state, inputs) = rate(model, stage, place, *arc);
+                let inputs = inputs.map(|slope| slope / *limit);
+                Value::Ball { v: rate / *limit, state: Some(state / *limit), inputs }
+            }
+            Self::RateAxis { arc, axis, sign, limit } => {
+                let (rate, state, inputs) = rate(model, stage, place, *arc);
+                let row = |slope: &Matrix3xX<f64>| slope.row(*axis).transpose() * (sign / limit);
+                Value::Half {
+                    c: sign * rate[*axis] / limit - 1.0,
+                    state: Some(row(&state)),
+                    inputs: inputs.as_ref().map(row),
+                    next: None,
+                }
+            }
+            Self::Cone { arc, boresight, direction, sign, half_angle } => {
+                let frame_rate = model.dynamics.frame_rate();
+                let time = stage as f64 * model.h;
+                let pointing = Arc {
+                    attitude: place.state.attitude,
+                    boresight: *boresight,
+                    direction: direction.at(time, &frame_rate),
+                    turn: if direction.turns_with_frame { frame_rate * model.h } else { Vector3::zeros() },
+                    arc: *place.arc,
+                    sign: *sign,
+                };
+                let fraction = if *arc { pointing.extremum() } else { Some(0.0) };
+                let Some(fraction) = fraction else { return Value::Idle };
+                let (cosine, slope) = pointing.at(fraction);
+                // Near the edge of the cone this is the violation in rad.
+                let scale = 1.0 / half_angle.sin();
+                let zeta = model.zeta();
+                let mut state = DVector::zeros(model.n);
+                if *arc {
+                    let arrived = lie::exp(&(place.arc * -fraction));
+                    state.rows_mut(zeta, 3).copy_from(&(arrived.tr_mul(&slope) * scale));
+                    let along = lie::right_jacobian(&(place.arc * fraction)) * fraction;
+                    state += place.arc_slope.tr_mul(&along.tr_mul(&slope)) * scale;
+                } else {
+                    state.rows_mut(zeta, 3).copy_from(&(slope * scale));
+                }
+                let c = (cosine - sign * half_angle.cos()) * scale;
+                Value::Half { c, state: Some(state), inputs: None, next: None }
+            }
+            Self::Wheel { wheel, sign, limit } => {
+                let lag = model.lag(stage);
+                let momentum = place.state.wheels[*wheel] + lag * place.inputs[model.forces + wheel];
+                let mut state = DVector::zeros(model.n);
+                state[6 + wheel] = sign / limit;
+                let inputs = if lag > 0.0 { unit(model.forces + wheel, sign * lag / limit) } else { None };
+                Value::Half { c: sign * momentum / limit - 1.0, state: Some(state), inputs, next: None }
+            }
+        }
+    }
+}
+
+/// Angular velocity at the node, or on the arc, with its derivatives.
+fn rate(
+    model: &Model,
+    stage: usize,
+    place: &Place,
+    arc: bool,
+) -> (Vector3, Matrix3xX<f64>, Option<Matrix3xX<f64>>) {
+    if arc {
+        return (place.arc / model.h, place.arc_slope / model.h, None);
+    }
+    let (rate, state, inputs) = model.rate(stage, place.state, place.inputs);
+    (rate, state, (model.lag(stage) > 0.0).then_some(inputs))
+}
+
+/// A boresight on one arc, `sign w(τ)·R exp(τ S(f)) b`, where the direction turns in the reference
+/// frame's axes if it is fixed to that frame.
+struct Arc {
+    attitude: Matrix3,
+    boresight: Vector3,
+    direction: Vector3,
+    turn: Vector3,
+    arc: Vector3,
+    sign: f64,
+}
+
+impl Arc {
+    /// Value at a fraction of the arc, and derivative with respect to ζ there.
+    fn at(&self, fraction: f64) -> (f64, Vector3) {
+        let attitude = self.attitude * lie::exp(&(self.arc * fraction));
+        let direction = lie::exp(&(self.turn * fraction)) * self.direction;
+        let seen = attitude.tr_mul(&direction);
+        (self.sign * self.boresight.dot(&seen), self.boresight.cross(&seen) * self.sign)
+    }
+
+    /// First and second derivative along the arc.
+    fn slopes(&self, fraction: f64) -> (f64, f64) {
+        let attitude = self.attitude * lie::exp(&(self.arc * fraction));
+        let w = lie::exp(&(self.turn * fraction)) * self.direction;
+        let (w1, w2) = (self.turn.cross(&w), self.turn.cross(&self.turn.cross(&w)));
+        let b1 = self.arc.cross(&self.boresight);
+        let (p, p1, p2) = (attitude * self.boresight, attitude * b1, attitude * self.arc.cross(&b1));
+        let first = w1.dot(&p) + w.dot(&p1);
+        let second = w2.dot(&p) + 2.0 * w1.dot(&p1) + w.dot(&p2);
+        (self.sign * first, self.sign * second)
+    }
+
+    /// Where inside the arc the value is largest; `None` where that is at an end. An arc turns far less
+    /// than half a turn, so the slope changes its sign once at most.
+    fn extremum(&self) -> Option<f64> {
+        let (mut low, mut high) = (0.0, 1.0);
+        if self.slopes(low).0 <= 0.0 || self.slopes(high).0 >= 0.0 {
+            return None;
+        }
+        let mut at = 0.5;
+        for _ in 0..60 {
+            let (first, second) = self.slopes(at);
+            if first > 0.0 {
+                low = at
+            } else {
+                high = at
+            }
+            let newton = at - first / second;
+            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+            if (next - at).abs() <= 1e-15 {
+                return Some(next);
+            }
+            at = next;
+        }
+        Some(at)
+    }
+}
+
+impl Rows {
+    /// The rows of one stage.
+    pub fn at(&self, stage: usize) -> &[Row] {
+        let first = |stage: usize| self.rows.partition_point(|row| row.stage < stage);
+        &self.rows[first(stage)..first(stage + 1)]
+    }
+
+    /// The rows of a maneuver on the grid of `model`.
+    pub fn of(problem: &Problem, model: &Model) -> Self {
+        let mut rows = Self::default();
+        rows.input_limits(problem, model);
+        for constraint in &problem.constraints {
+            let group = rows.group(&constraint.name, false);
+            match &constraint.rule {
+                Rule::RateNorm(limit) => {
+                    let limit = limit * problem.duration;
+                    rows.along(model, group, &|arc| vec![What::RateNorm { arc, limit }]);
+                }
+                Rule::RateAxes(limits) => rows.along(model, group, &|arc| {
+                    let axis = |axis: usize, sign: f64| What::RateAxis {
+                        arc,
+                        axis,
+                        sign,
+                        limit: limits[axis] * problem.duration,
+                    };
+                    (0..3).flat_map(|index| [axis(index, 1.0), axis(index, -1.0)]).collect()
+                }),
+                Rule::Pointing(pointing) => {
+                    rows.groups[group].is_angle = true;
+                    let sign = if pointing.side == Side::KeepOut { 1.0 } else { -1.0 };
+                    let half_angle = pointing.effective_half_angle();
+                    rows.along(model, group, &|arc| {
+                        let cone = |(boresight, direction): (&Vector3, &Direction)| What::Cone {
+                            arc,
+                            boresight: *boresight,
+                            direction: *direction,
+                            sign,
+                            half_angle,
+                        };
+                        pointing.pairs().map(cone).collect()
+                    });
+                }
+            }
+        }
+        rows.rows.sort_by_key(|row| row.stage);
+        rows
+    }
+
+    fn group(&mut self, name: &str, hard: bool) -> usize {
+        self.groups.push(Group { name: name.into(), hard, is_angle: false });
+        self.groups.len() - 1
+    }
+
+    /// Rows at every inner node and on every arc.
+    fn along(&mut self, model: &Model, group: usize, what: &dyn Fn(bool) -> Vec<What>) {
+        for stage in 0..model.steps {
+            for arc in [false, true] {
+                if arc || stage > 0 {
+                    self.rows.extend(what(arc).into_iter().map(|what| Row { group, stage, what }));
+                }
+            }
+        }
+    }
+
+    fn input_limits(&mut self, problem: &Problem, model: &Model) {
+        let first = model.first_input();
+        let force = problem.actuation.force.as_ref().filter(|_| model.forces > 0);
+        let wheels = problem.actuation.wheels.as_ref();
+        let channels =
+            [force.map(|channel| (channel, 0, true)), Some((&problem.actuation.torque, model.forces, false))];
+        for (channel, offset, forces) in channels.into_iter().flatten() {
+            let limits = channel.limits();
+            let name = |kind| problem.actuation.limit_name(kind, forces);
+            if let Some(sizes) = &limits.size {
+                let group = self.group(name(LimitKind::Size), true);
+                for stage in first..=model.steps {
+                    for (index, size) in sizes.iter().enumerate() {
+                        let input = offset + index;
+                        let limit = size / model.input_unit[input];
+                        for sign in [1.0, -1.0] {
+                            let what = What::InputSize { input, sign, limit };
+                            self.rows.push(Row { group, stage, what });
+                        }
+                    }
+                }
+            }
+            if let Some(norm) = limits.norm {
+                let group = self.group(name(LimitKind::Norm), true);
+                let limit = norm / model.input_unit[offset];
+                for stage in first..=model.steps {
+                    self.rows.push(Row { group, stage, what: What::InputNorm { forces, limit } });
+                }
+            }
+            if let Some(rates) = &limits.rate {
+                let group = self.group(name(LimitKind::Rate), true);
+                for stage in first..model.steps {
+                    for (index, rate) in rates.iter().enumerate() {
+                        let input = offset + index;
+                        let limit = rate * problem.duration * model.h / model.input_unit[input];
+                        for sign in [1.0, -1.0] {
+                            let what = What::InputRate { input, sign, limit };
+                            self.rows.push(Row { group, stage, what });
+                        }
+                    }
+                }
+            }
+        }
+        let Some(wheels) = wheels.filter(|wheels| wheels.momentum_limit.iter().any(|l| l.is_finite())) else {
+            return;
+        };
+        let group = self.group(problem.actuation.limit_name(LimitKind::WheelMomentum, false), false);
+        for stage in 1..=model.steps {
+            for (wheel, limit) in wheels.momentum_limit.iter().enumerate() {
+                let limit = limit / model.dynamics.units.momentum();
+                if limit.is_finite() {
+                    for sign in [1.0, -1.0] {
+                        self.rows.push(Row { group, stage, what: What::Wheel { wheel, sign, limit } });
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,288 @@
+//! The convex road against finite differences, reference costs and the shooting.
+
+use super::model::State as Node;
+use super::rows::{Place, Row, Value, What};
+use super::*;
+use crate::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
+use crate::maneuver::problem::{Problem, Scheme, State};
+use crate::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits, Wheels};
+use crate::mechanics::body::Body;
+use crate::mechanics::environment::{GravityGradient, Pose, SecondOrderGravity, UniformGravity};
+use crate::testing::{Random, attitude_only, full_inertia, moving_ends};
+use crate::{Matrix3, Vector3, lie};
+use nalgebra::DMatrix;
+
+/// Step of the central differences, and what they may be off by: truncation and round-off.
+const STEP: f64 = 1e-5;
+const CLOSE: f64 = 1e-8;
+
+fn wheeled(random: &mut Random) -> Problem {
+    let mut problem = attitude_only(moving_ends(random, AxisFrame::Body));
+    let axes = [[1.0, 1.0, 1.0], [-1.0, 1.0, 1.0], [-1.0, -1.0, 1.0], [1.0, -1.0, 1.0]];
+    let axes: Vec<Vector3> = axes.map(|axis| Vector3::from(axis).normalize()).to_vec();
+    let channel = Channel::new(axes, AxisFrame::Body, DMatrix::identity(4, 4)).unwrap();
+    problem.actuation.torque = channel;
+    problem.actuation.wheels = Some(Wheels {
+        momentum: vec![0.3, -0.2, 0.5, 0.1],
+        momentum_limit: vec![3.0, 4.0, f64::INFINITY, 5.0],
+    });
+    problem
+}
+
+fn limited_channel(channel: &Channel) -> Channel {
+    let count = channel.count();
+    let limits = Limits { size: Some(vec![1.1; count]), norm: Some(1.3), rate: Some(vec![2.0; count]) };
+    channel.clone().with_limits(limits).unwrap()
+}
+
+/// Every kind of row, with limits that need not hold.
+fn limited(mut problem: Problem) -> Problem {
+    problem.actuation.torque = limited_channel(&problem.actuation.torque);
+    problem.actuation.force = problem.actuation.force.as_ref().map(limited_channel);
+    let cone = |side, turns_with_frame| Constraint {
+        name: "cone".into(),
+        rule: Rule::Pointing(Pointing {
+            side,
+            boresights: vec![Vector3::new(0.6, 0.0, 0.8), Vector3::y()],
+            directions: vec![Direction { vector: Vector3::new(0.0, 0.8, -0.6), turns_with_frame }],
+            half_angle: 0.7,
+            margin: 0.02,
+        }),
+    };
+    let rate = |rule| Constraint { name: "rate".into(), rule };
+    problem
+        .with_constraint(cone(Side::KeepOut, false))
+        .with_constraint(cone(Side::KeepIn, true))
+        .with_constraint(rate(Rule::RateNorm(1.5)))
+        .with_constraint(rate(Rule::RateAxes(Vector3::new(1.0, 1.2, 1.4))))
+}
+
+fn problems() -> Vec<Problem> {
+    let mut random = Random(11);
+    let gradient = GravityGradient::new(0.7, &full_inertia()).unwrap();
+    let pendulum = UniformGravity::new(1.3, 2.0, Vector3::z(), Vector3::new(0.1, -0.2, 0.3)).unwrap();
+    let field = SecondOrderGravity::new(1.0, 1.3, &full_inertia()).unwrap();
+    let mut all = vec![
+        attitude_only(moving_ends(&mut random, AxisFrame::Body)),
+        attitude_only(moving_ends(&mut random, AxisFrame::Reference)).with_environment(pendulum),
+        attitude_only(moving_ends(&mut random, AxisFrame::Body)).with_environment(gradient.clone()),
+        moving_ends(&mut random, AxisFrame::Body).with_environment(field),
+        moving_ends(&mut random, AxisFrame::Reference),
+        wheeled(&mut random),
+        wheeled(&mut random).with_environment(gradient),
+    ];
+    let euler: Vec<Problem> =
+        all.iter().map(|problem| problem.clone().with_scheme(Scheme::LieEuler)).collect();
+    all.extend(euler);
+    all.into_iter().map(limited).collect()
+}
+
+fn random_inputs(random: &mut Random, count: usize) -> Vec<f64> {
+    (0..count).map(|_| random.uniform()).collect()
+}
+
+fn unit(size: usize, index: usize, value: f64) -> DVector<f64> {
+    let mut vector = DVector::zeros(size);
+    vector[index] = value;
+    vector
+}
+
+fn shifted(inputs: &[f64], index: usize, by: f64) -> Vec<f64> {
+    let mut inputs = inputs.to_vec();
+    inputs[index] += by;
+    inputs
+}
+
+/// A state of the chain some way along: a few steps from the start under random inputs.
+fn somewhere(random: &mut Random, model: &Model) -> Node {
+    let mut state = model.opening(&random_inputs(random, model.m)).0;
+    for stage in 0..3 {
+        state = model.step(stage, &state, &random_inputs(random, model.m)).unwrap().end;
+    }
+    state
+}
+
+#[test]
+fn the_matrices_of_a_step_are_its_derivatives() {
+    let mut random = Random(3);
+    for problem in problems() {
+        let model = Model::new(&problem, problem.steps);
+        let state = somewhere(&mut random, &model);
+        let inputs = random_inputs(&mut random, model.m);
+        for stage in [3, model.steps - 1] {
+            let step = model.step(stage, &state, &inputs).unwrap();
+            let slope = |plus: model::Step, minus: model::Step| {
+                let ends = model.difference(&plus.end, &step.end) - model.difference(&minus.end, &step.end);
+                (ends / (2.0 * STEP), (plus.arc - minus.arc) / (2.0 * STEP))
+            };
+            for column in 0..model.n {
+                let at =
+                    |by: f64| model.step(stage, &model.moved(&state, &unit(model.n, column, by)), &inputs);
+                let (end, arc) = slope(at(STEP).unwrap(), at(-STEP).unwrap());
+                assert!((end - step.a.column(column)).amax() < CLOSE, "{:?} A {column}", problem.environment);
+                assert!((arc - step.arc_slope.column(column)).amax() < CLOSE, "arc {column}");
+            }
+            for column in 0..model.m {
+                let at = |by: f64| model.step(stage, &state, &shifted(&inputs, column, by)).unwrap();
+                let (end, _) = slope(at(STEP), at(-STEP));
+                assert!((end - step.b.column(column)).amax() < CLOSE, "B {column}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_derivatives_of_every_row_are_those_of_its_value() {
+    let mut random = Random(5);
+    let mut met = [0; 3];
+    for problem in problems() {
+        let model = Model::new(&problem, problem.steps);
+        let rows = Rows::of(&problem, &model);
+        let state = somewhere(&mut random, &model);
+        let (inputs, next) = (random_inputs(&mut random, model.m), random_inputs(&mut random, model.m));
+        let value = |row: &Row, z: &DVector<f64>, inputs: &[f64], next: &[f64]| {
+            let moved = model.moved(&state, z);
+            let step = model.step(row.stage, &moved, next).unwrap();
+            let place = Place { state: &moved, inputs, next, arc: &step.arc, arc_slope: &step.arc_slope };
+            row.what.at(&model, row.stage, &place).smooth()
+        };
+        let size = |value: &Value| if let Value::Half { c, .. } = value { *c } else { f64::NAN };
+        let zero = DVector::zeros(model.n);
+        for row in rows.rows.iter().filter(|row| row.stage == 4) {
+            let Value::Half { state: by_state, inputs: by_inputs, next: by_next, .. } =
+                value(row, &zero, &inputs, &next)
+            else {
+                met[2] += 1;
+                continue;
+            };
+            met[usize::from(matches!(row.what, What::Cone { arc: true, .. }))] += 1;
+            let compare = |slope: Option<DVector<f64>>, at: &dyn Fn(usize, f64) -> Value, count: usize| {
+                let slope = slope.unwrap_or_else(|| DVector::zeros(count));
+                for column in 0..count {
+                    let difference = (size(&at(column, STEP)) - size(&at(column, -STEP))) / (2.0 * STEP);
+                    assert!((difference - slope[column]).abs() < CLOSE, "{:?} column {column}", row.what);
+                }
+            };
+            compare(by_state, &|column, by| value(row, &unit(model.n, column, by), &inputs, &next), model.n);
+            compare(
+                by_inputs,
+                &|column, by| value(row, &zero, &shifted(&inputs, column, by), &next),
+                model.m,
+            );
+            if matches!(row.what, What::InputRate { .. }) {
+                compare(
+                    by_next,
+                    &|column, by| value(row, &zero, &inputs, &shifted(&next, column, by)),
+                    model.m,
+                );
+            }
+        }
+    }
+    // Rows of arcs with an extremum inside must have been among them.
+    assert!(met[0] > 200 && met[1] > 3, "{met:?}");
+}
+
+#[test]
+fn wheels_keep_the_total_momentum_in_space() {
+    let mut random = Random(8);
+    let problem = wheeled(&mut random);
+    let model = Model::new(&problem, 200);
+    let mut state = model.opening(&random_inputs(&mut random, 4)).0;
+    let before = state.attitude * state.momentum;
+    for stage in 0..200 {
+        state = model.step(stage, &state, &random_inputs(&mut random, 4)).unwrap().end;
+    }
+    assert!((state.attitude * state.momentum - before).amax() < 1e-13 * before.norm());
+}
+
+/// theory.md's rest-to-rest slew by 120° of the body with a full inertia, W = diag(1, 2, 0.5).
+fn reference_slew(share_of_peak: Option<f64>) -> Problem {
+    let weight = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 2.0, 0.5]));
+    let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
+    let channel = Channel::new(axes, AxisFrame::Body, weight).unwrap();
+    let body = Body { inertia: full_inertia(), mass: None };
+    let end = lie::exp(&(Vector3::new(1.0, 2.0, -0.5).normalize() * 120f64.to_radians()));
+    let problem = Problem::attitude(body, State::at_rest(Matrix3::identity()), State::at_rest(end), 2.0)
+        .with_actuation(Actuation::torques(channel.clone()))
+        .with_scheme(Scheme::LieEuler)
+        .with_steps(50);
+    let Some(share) = share_of_peak else { return problem };
+    let free = shot(&problem);
+    let peak = free.trajectory.input.iter().fold(0.0f64, |peak, input| peak.max(input.abs()));
+    let limits = Limits { size: Some(vec![share * peak; 3]), ..Limits::default() };
+    problem.with_actuation(Actuation::torques(channel.with_limits(limits).unwrap()))
+}
+
+fn shot(problem: &Problem) -> crate::maneuver::solution::Solution {
+    let settings = crate::maneuver::settings::Settings::default();
+    crate::optimize::search::solve(problem, &settings, None, &mut crate::optimize::search::Silent).unwrap()
+}
+
+fn straight(model: &Model) -> Vec<Pose> {
+    let relative = lie::log(&model.start.attitude.tr_mul(&model.target.attitude));
+    let pose = |stage: usize| {
+        let t = stage as f64 * model.h;
+        let along = 3.0 * t * t - 2.0 * t * t * t;
+        Pose { position: Vector3::zeros(), attitude: model.start.attitude * lie::exp(&(relative * along)) }
+    };
+    (0..=model.steps).map(pose).collect()
+}
+
+fn converge(problem: &Problem, options: &Options) -> (Model, Convex) {
+    let model = Model::new(problem, problem.steps);
+    let rows = Rows::of(problem, &model);
+    let start = guess::along(&model, &rows, &straight(&model));
+    let convex = run(&model, &rows, start, None, options, &Watch::NONE).unwrap();
+    (model, convex)
+}
+
+/// Costs of theory.md, section 9 and 10, from another program.
+#[test]
+fn the_reference_costs_are_met_before_and_after_polish() {
+    for (share, cost) in [(None, 16.389987441935), (Some(0.75), 16.718658565135), (Some(0.65), 18.0852435685)]
+    {
+        let problem = reference_slew(share);
+        let (model, convex) =
+            converge(&problem, &Options { polish_early: false, cone_tolerance: 1e-9, ..Options::default() });
+        let polished = convex.polished.as_ref().expect("polished");
+        let unit = model.dynamics.units.cost;
+        let before = convex.iterate.cost(&model) * unit;
+        assert!((before - cost).abs() < 1e-9 * cost, "{before} before polish");
+        assert!((polished.cost * unit - cost).abs() < 1e-10 * cost, "{}", polished.cost * unit);
+        assert!(polished.residual < 1e-12, "residual {}", polished.residual);
+        // The duals of the convex iteration are the costates.
+        let scale = polished.multipliers.costates.iter().map(|costate| costate.amax()).fold(0.0, f64::max);
+        let pairs = convex.multipliers.costates.iter().zip(&polished.multipliers.costates);
+        let worst = pairs.map(|(dual, costate)| (dual - costate).amax()).fold(0.0, f64::max);
+        assert!(worst < 1e-6 * scale, "duals are off by {}", worst / scale);
+    }
+}
+
+#[test]
+fn early_polish_finds_the_same_point_in_few_subproblems() {
+    for share in [None, Some(0.75), Some(0.65)] {
+        let problem = reference_slew(share);
+        let (_, late) =
+            converge(&problem, &Options { polish_early: false, cone_tolerance: 1e-9, ..Options::default() });
+        let (_, early) = converge(&problem, &Options::default());
+        let (late_cost, early_cost) = (late.polished.unwrap().cost, early.polished.unwrap().cost);
+        assert!((late_cost - early_cost).abs() < 1e-12 * late_cost);
+        assert!(early.subproblems <= 6, "{}", early.subproblems);
+    }
+}
+
+#[test]
+fn without_limits_the_multipliers_are_the_costates_of_the_shooting() {
+    let problem = reference_slew(None);
+    let (model, convex) = converge(&problem, &Options::default());
+    let polished = convex.polished.unwrap();
+    let solution = shot(&problem);
+    let units = model.dynamics.units.costate::<6>();
+    for row in 0..problem.steps {
+        let shot = nalgebra::SVector::<f64, 6>::from_row_slice(&solution.trajectory.costates[6 * row..][..6]);
+        let dual = &polished.multipliers.costates[row + 1];
+        let difference =
+            shot.component_div(&units) - nalgebra::SVector::<f64, 6>::from_column_slice(dual.as_slice());
+        assert!(difference.amax() < 1e-11, "row {row}: {:.1e}", difference.amax());
+    }
+}

@@ -1,0 +1,194 @@
+//! Newton–Armijo on the costate `λ_{−1}`, with a sensitivity that is kept while it serves.
+//!
+//! ```text
+//! Ψ d = −e ,    |e(λ + c d)| ≤ (1 − 2αc) |e(λ)| ,   c = 1, ½, ¼, …
+//! ```
+//!
+//! The terminal error holds a logarithm, so its derivative is `blockdiag(J_r⁻¹(e_R), I) Ψ`; but
+//! `J_r(e_R) e_R = e_R`, and the direction needs no `J_r`. A sweep with sensitivities costs several
+//! without: a factor whose step shrank the error well is used again (a chord step), and a coarser
+//! grid's factor may start a finer one.
+
+use super::driver::Iteration;
+use crate::lie;
+use crate::maneuver::solution::Outcome;
+use crate::numerics::factor::Factor;
+use crate::optimize::step::StepError;
+use crate::optimize::sweep::{End, Extremal};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+
+/// Sufficient decrease of the line search.
+const ARMIJO: f64 = 1e-4;
+/// A step that shrinks the error to less than this fraction keeps its factor.
+const KEEP_FACTOR: f64 = 0.05;
+/// Shortest fraction of a Newton step that is tried before the step is damped instead.
+const SHORTEST: f64 = 1.0 / 16.0;
+/// Damping of the step, in units of the largest singular value: from nearly Newton to nearly gradient.
+const DAMPING: [f64; 7] = [1e-6, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0];
+/// A damped step that shrinks the error to this fraction is taken at once, else the best of all.
+const GOOD_STEP: f64 = 0.9;
+/// An error that has not shrunk to half over this many iterations is stuck.
+const PATIENCE: usize = 16;
+/// Converged is below this fraction of the tolerance: the rest is for the round-off of the witnesses.
+const ACCEPT: f64 = 0.9;
+/// Below the tolerance the iteration goes on to this fraction of it, as long as that is cheap.
+const POLISH: f64 = 0.5;
+
+/// The iterate of a shooting.
+#[derive(Clone, Debug)]
+pub(crate) struct Newton<'a, const N: usize> {
+    extremal: &'a Extremal<N>,
+    tolerance: f64,
+    /// Residual at which no further step is worth its sweep.
+    enough: f64,
+    /// `λ_{−1}`, scaled.
+    pub costate: SVector<f64, N>,
+    /// Where its sweep ended.
+    pub end: End<N>,
+    factor: Option<Factor<N>>,
+    /// `Ψ₁₂` of the present iterate, if it was computed.
+    psi: Option<SMatrix<f64, N, N>>,
+    /// The last errors, oldest first.
+    recent: [f64; PATIENCE],
+}
+
+impl<'a, const N: usize> Newton<'a, N> {
+    /// Starts at `costate`, with a factor from elsewhere if there is one.
+    pub fn new(
+        extremal: &'a Extremal<N>,
+        tolerance: f64,
+        costate: SVector<f64, N>,
+        factor: Option<Factor<N>>,
+    ) -> Result<Self, StepError> {
+        let end = extremal.sweep(&costate)?;
+        let (tolerance, enough) = (ACCEPT * tolerance, POLISH * tolerance);
+        let recent = [f64::INFINITY; PATIENCE];
+        Ok(Self { extremal, tolerance, enough, costate, end, factor, psi: None, recent })
+    }
+
+    /// The same, polished to `enough` as long as every step with the factor at hand gains a digit.
+    pub fn polished_to(self, enough: f64) -> Self {
+        Self { enough, ..self }
+    }
+
+    fn refresh(&mut self) -> Result<(), StepError> {
+        let (_, psi) = self.extremal.sweep_linearized(&self.costate)?;
+        self.factor = Some(Factor::new(&psi));
+        self.psi = Some(psi);
+        Ok(())
+    }
+
+    /// Moves to `trial` if that decreases the error enough for a step of the given fraction.
+    fn try_step(&mut self, trial: SVector<f64, N>, fraction: f64) -> bool {
+        let norm = self.end.error.norm();
+        // A sweep that fails is a step too long, like an error that does not fall.
+        let Ok(end) = self.extremal.sweep(&trial) else { return false };
+        if end.error.norm() > (1.0 - 2.0 * ARMIJO * fraction) * norm {
+            return false;
+        }
+        self.accept(trial, end);
+        true
+    }
+
+    fn accept(&mut self, costate: SVector<f64, N>, end: End<N>) {
+        // Under limits the next iterate may have other free inputs, and with them another Ψ.
+        if self.extremal.dynamics.is_limited() || end.error.norm() > KEEP_FACTOR * self.end.error.norm() {
+            self.factor = None;
+        }
+        (self.costate, self.end, self.psi) = (costate, end, None);
+    }
+
+    /// Line search along the direction of the present factor.
+    fn search(&mut self, shortest: f64) -> bool {
+        let Some(factor) = &self.factor else { return false };
+        let direction = -factor.solve(&self.end.error);
+        let mut fraction = 1.0;
+        while fraction >= shortest {
+            if self.try_step(self.costate + direction * fraction, fraction) {
+                return true;
+            }
+            fraction *= 0.5;
+        }
+        false
+    }
+
+    /// Damped least-squares (Levenberg–Marquardt) steps: where Ψ₁₂ is nearly singular the Newton step is
+    /// long and wrong, and these are the shorter ones that still descend.
+    fn damped(&mut self) -> bool {
+        let Some(psi) = &self.psi else { return false };
+        let attitude = self.end.error.fixed_rows::<3>(N - 6).into_owned();
+        let inverse = lie::right_jacobian_inverse(&attitude);
+        let mut jacobian = DMatrix::from_fn(N, N, |row, column| psi[(row, column)]);
+        let turned = inverse * psi.fixed_rows::<3>(N - 6);
+        jacobian.rows_mut(N - 6, 3).copy_from(&turned);
+        let Some(svd) = jacobian.try_svd(true, true, f64::EPSILON, 1000) else { return false };
+        let (Some(u), Some(v_t)) = (&svd.u, &svd.v_t) else { return false };
+        let error = DVector::from_column_slice(self.end.error.as_slice());
+        let along = u.tr_mul(&error);
+        let largest = svd.singular_values.amax();
+        let norm = self.end.error.norm();
+        let mut best: Option<(SVector<f64, N>, End<N>)> = None;
+        for damping in DAMPING {
+            let squared = (damping * largest) * (damping * largest);
+            let weights = svd.singular_values.map(|value| value / (value * value + squared));
+            let direction = v_t.tr_mul(&along.component_mul(&weights));
+            let trial = self.costate - SVector::<f64, N>::from_column_slice(direction.as_slice());
+            let Ok(end) = self.extremal.sweep(&trial) else { continue };
+            let reached = end.error.norm();
+            if reached < best.as_ref().map_or(norm, |(_, end)| end.error.norm()) {
+                best = Some((trial, end));
+                if reached <= GOOD_STEP * norm {
+                    break;
+                }
+            }
+        }
+        let Some((trial, end)) = best else { return false };
+        self.accept(trial, end);
+        true
+    }
+}
+
+impl<const N: usize> Iteration for Newton<'_, N> {
+    /// The largest of the errors of attitude, momentum, position and linear momentum.
+    fn residual(&self) -> f64 {
+        let blocks = (0..N / 3).map(|block| self.end.error.fixed_rows::<3>(3 * block).norm());
+        blocks.fold(0.0, f64::max)
+    }
+
+    fn converged(&self) -> bool {
+        self.residual() <= self.enough
+    }
+
+    fn advance(&mut self) -> Option<Outcome> {
+        let converged = self.residual() <= self.tolerance;
+        // An old factor gets one try at full length, a fresh one the whole line search.
+        let mut moved = self.factor.is_some() && self.psi.is_none() && self.search(1.0);
+        if !moved {
+            if self.psi.is_none()
+                && let Err(error) = self.refresh()
+            {
+                return Some(if converged { Outcome::Converged } else { outcome_of(error) });
+            }
+            moved = if converged { self.search(1.0) } else { self.search(SHORTEST) || self.damped() };
+        }
+        let norm = self.end.error.norm();
+        let stuck = norm > 0.5 * self.recent[0];
+        self.recent.rotate_left(1);
+        self.recent[PATIENCE - 1] = norm;
+        if !moved || (stuck && !converged) {
+            return Some(if converged { Outcome::Converged } else { Outcome::Stalled });
+        }
+        // Below the tolerance only cheap steps go on: those whose factor was worth keeping.
+        let polishing = self.residual() <= self.tolerance && self.factor.is_some();
+        let done = self.converged() || (converged && !polishing);
+        done.then_some(Outcome::Converged)
+    }
+}
+
+/// The outcome that a broken sweep stands for.
+pub(crate) fn outcome_of(error: StepError) -> Outcome {
+    match error {
+        StepError::TooLong => Outcome::StepTooLong,
+        StepError::NotFinite => Outcome::NotFinite,
+    }
+}

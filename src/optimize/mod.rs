@@ -1,0 +1,11 @@
+//! The optimiser: the discrete step and its linearisation, the control law, the methods and the search.
+
+pub(crate) mod control_law;
+mod convex;
+#[cfg(feature = "sdp")]
+pub mod lower_bound;
+pub(crate) mod methods;
+pub mod search;
+pub(crate) mod second_order;
+pub mod step;
+pub mod sweep;

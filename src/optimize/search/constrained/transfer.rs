@@ -1,0 +1,124 @@
+//! From one grid to another: what a solution on a coarse grid says of a finer one.
+
+use crate::Vector3;
+use crate::lie;
+use crate::maneuver::problem::Problem;
+use crate::mechanics::environment::Pose;
+use crate::optimize::methods::scp::{
+    Multipliers, guess,
+    iterate::Iterate,
+    model::{Model, State},
+    polish::Polished,
+    rows::Rows,
+};
+use nalgebra::DVector;
+
+/// A first iterate on the second of two grids, and its multipliers, from a solution on the first.
+pub(super) fn transfer(
+    problem: &Problem,
+    grids: [&Model; 2],
+    rows: &Rows,
+    polished: &Polished,
+) -> (Iterate, Multipliers) {
+    let [coarse, fine] = grids;
+    let ratio = coarse.steps as f64 / fine.steps as f64;
+    let between = |stage: usize| {
+        let at = (stage as f64 * ratio).min(coarse.steps as f64);
+        let low = (at.floor() as usize).min(coarse.steps - 1);
+        (low, at - low as f64)
+    };
+    let states = &polished.iterate.states;
+    let smooth = Interpolant::of(states);
+    let poses: Vec<Pose> = (0..=fine.steps)
+        .map(|stage| {
+            let (low, share) = between(stage);
+            smooth.at(low, share)
+        })
+        .collect();
+    let mut start = guess::along(fine, rows, &poses);
+    for (stage, state) in start.states.iter_mut().enumerate() {
+        let (low, share) = between(stage);
+        state.wheels = &states[low].wheels * (1.0 - share) + &states[low + 1].wheels * share;
+    }
+    // Inputs of the coarse solution are smoother than those of its piecewise path.
+    for stage in fine.first_input()..=fine.steps {
+        let (low, share) = between(stage);
+        let low = low.max(coarse.first_input());
+        let (a, b) = (&polished.iterate.inputs[low], &polished.iterate.inputs[(low + 1).min(coarse.steps)]);
+        start.inputs[stage] = a.iter().zip(b).map(|(a, b)| a + (b - a) * share).collect();
+    }
+    let costates: Vec<DVector<f64>> = (0..=fine.steps)
+        .map(|stage| {
+            let (low, share) = between(stage);
+            let (a, b) = (&polished.multipliers.costates[low], &polished.multipliers.costates[low + 1]);
+            a + (b - a) * share
+        })
+        .collect();
+    let multipliers = Multipliers {
+        costates,
+        terminal: polished.multipliers.terminal.clone(),
+        rows: carried(problem, grids, rows, &polished.multipliers.rows),
+    };
+    (start, multipliers)
+}
+
+/// A path with continuous rates through the nodes of a coarse one: cubics of Hermite on each step, in the
+/// rotation vector from its first node.
+struct Interpolant<'a> {
+    nodes: &'a [State],
+    /// From each node to the next: rotation vector, and distance.
+    turns: Vec<Vector3>,
+    ways: Vec<Vector3>,
+}
+
+impl<'a> Interpolant<'a> {
+    fn of(nodes: &'a [State]) -> Self {
+        let turns = nodes.windows(2).map(|pair| lie::log(&pair[0].attitude.tr_mul(&pair[1].attitude)));
+        let ways = nodes.windows(2).map(|pair| pair[1].position - pair[0].position);
+        Self { nodes, turns: turns.collect(), ways: ways.collect() }
+    }
+
+    /// The pose at a share of the step that begins at node `low`.
+    fn at(&self, low: usize, share: f64) -> Pose {
+        let node = &self.nodes[low];
+        let turn = cubic(&self.turns, low, share);
+        Pose {
+            position: node.position + cubic(&self.ways, low, share),
+            attitude: lie::project_to_rotation(&(node.attitude * lie::exp(&turn))),
+        }
+    }
+}
+
+/// The way within a step, from the ways of all: rates at the nodes are means of the two steps beside them.
+fn cubic(ways: &[Vector3], low: usize, share: f64) -> Vector3 {
+    let way = ways[low];
+    let before = if low > 0 { 0.5 * (ways[low - 1] + way) } else { way };
+    let after = ways.get(low + 1).map_or(way, |next| 0.5 * (way + next));
+    // At the ends the rate goes on as inside.
+    let before = if low > 0 { before } else { 2.0 * way - after };
+    let after = if low + 1 < ways.len() { after } else { 2.0 * way - before };
+    let (s, s2, s3) = (share, share * share, share * share * share);
+    way * (3.0 * s2 - 2.0 * s3) + before * (s3 - 2.0 * s2 + s) + after * (s3 - s2)
+}
+
+/// Multipliers of the rows on the fine grid from those on the coarse one: of the same row at the nearest
+/// stage, in proportion to the step.
+fn carried(problem: &Problem, [coarse, fine]: [&Model; 2], rows: &Rows, multipliers: &[f64]) -> Vec<f64> {
+    let coarse_rows = Rows::of(problem, coarse);
+    let slices = |rows: &Rows, steps: usize| -> Vec<std::ops::Range<usize>> {
+        let first = |stage: usize| rows.rows.partition_point(|row| row.stage < stage);
+        (0..=steps).map(|stage| first(stage)..first(stage + 1)).collect()
+    };
+    let from = slices(&coarse_rows, coarse.steps);
+    let ratio = coarse.steps as f64 / fine.steps as f64;
+    let mut out = vec![0.0; rows.rows.len()];
+    for (stage, slice) in slices(rows, fine.steps).into_iter().enumerate() {
+        let near = from[(stage as f64 * ratio).round() as usize].clone();
+        if near.len() == slice.len() {
+            for (to, from) in slice.zip(near) {
+                out[to] = ratio * multipliers[from];
+            }
+        }
+    }
+    out
+}

@@ -1,0 +1,133 @@
+//! Paths around cones: seeds for the convex road, which only finds its way locally.
+//!
+//! A path whose boresight crosses a keep-out cone is turned aside over the crossing, to either side; one
+//! that leaves a keep-in cone is pulled back into it node by node.
+
+use crate::Vector3;
+use crate::lie;
+use crate::maneuver::constraint::{Direction, Rule, Side};
+use crate::maneuver::problem::Problem;
+use crate::mechanics::environment::Pose;
+
+/// Room kept to a cone's edge beyond its half angle \[rad\].
+const CLEARANCE: f64 = 0.03;
+/// Most paths kept; each further cone doubles them.
+const MOST: usize = 8;
+
+/// A path of poses, one per node, and how it came about.
+#[derive(Clone, Debug)]
+pub(crate) struct Seed {
+    pub name: String,
+    pub poses: Vec<Pose>,
+}
+
+/// One pair of a boresight and a direction.
+struct Cone<'a> {
+    name: &'a str,
+    side: Side,
+    half_angle: f64,
+    boresight: Vector3,
+    direction: &'a Direction,
+}
+
+/// The seed and its detours around every cone that it violates.
+pub(crate) fn detours(problem: &Problem, frame_rate: &Vector3, seed: Seed) -> Vec<Seed> {
+    let mut cones = Vec::new();
+    for constraint in &problem.constraints {
+        let Rule::Pointing(pointing) = &constraint.rule else { continue };
+        for (boresight, direction) in pointing.pairs() {
+            cones.push(Cone {
+                name: &constraint.name,
+                side: pointing.side,
+                half_angle: pointing.effective_half_angle(),
+                boresight: *boresight,
+                direction,
+            });
+        }
+    }
+    let mut seeds = vec![seed];
+    for cone in &cones {
+        let mut next = Vec::new();
+        for seed in seeds {
+            match cone.side {
+                Side::KeepOut => around(cone, frame_rate, seed, &mut next),
+                Side::KeepIn => next.push(into(cone, frame_rate, seed)),
+            }
+        }
+        next.truncate(MOST);
+        seeds = next;
+    }
+    seeds
+}
+
+impl Cone<'_> {
+    /// Boresight and direction at a node, reference axes.
+    fn seen(&self, frame_rate: &Vector3, time: f64, pose: &Pose) -> (Vector3, Vector3) {
+        (pose.attitude * self.boresight, self.direction.at(time, frame_rate))
+    }
+}
+
+/// Both ways around a keep-out cone, or the path itself where it stays outside.
+fn around(cone: &Cone, frame_rate: &Vector3, seed: Seed, out: &mut Vec<Seed>) {
+    let last = seed.poses.len() - 1;
+    let time = |index: usize| index as f64 / last as f64;
+    let seen: Vec<(Vector3, Vector3)> =
+        seed.poses.iter().enumerate().map(|(index, pose)| cone.seen(frame_rate, time(index), pose)).collect();
+    let angles: Vec<f64> = seen.iter().map(|(p, w)| p.cross(w).norm().atan2(p.dot(w))).collect();
+    let inside = |index: &usize| angles[*index] < cone.half_angle;
+    let (Some(first), Some(final_)) = ((0..=last).find(inside), (0..=last).rev().find(inside)) else {
+        out.push(seed);
+        return;
+    };
+    let nearest = (first..=final_).min_by(|a, b| angles[*a].total_cmp(&angles[*b])).unwrap_or(first);
+    let (p, w) = &seen[nearest];
+    let motion = seen[(nearest + 1).min(last)].0 - seen[nearest.saturating_sub(1)].0;
+    let along = motion - p * p.dot(&motion);
+    // A boresight that does not move has no sideways of its own: any will do.
+    let along = along.try_normalize(1e-9).unwrap_or_else(|| p.cross(&other(p)).normalize());
+    let sideways = p.cross(&along);
+    let lateral = sideways.dot(w).clamp(-1.0, 1.0).asin();
+    // The turn fades out over twice the crossing, within the ends of the path.
+    let reach = 0.75 * (final_ - first + 2) as f64;
+    let centre = 0.5 * (first + final_) as f64;
+    let (low, high) = ((centre - 2.0 * reach).max(0.0), (centre + 2.0 * reach).min(last as f64));
+    for side in [1.0, -1.0] {
+        let shift = lateral + side * (cone.half_angle + CLEARANCE);
+        let poses = seed.poses.iter().enumerate().map(|(index, pose)| {
+            let at = index as f64;
+            let fade = if at <= centre {
+                (at - low) / (centre - low).max(1.0)
+            } else {
+                (high - at) / (high - centre).max(1.0)
+            };
+            let weight = (fade.clamp(0.0, 1.0) * std::f64::consts::FRAC_PI_2).sin().powi(2);
+            let turn = lie::exp(&(along * (-shift * weight)));
+            Pose { position: pose.position, attitude: turn * pose.attitude }
+        });
+        let way = if side > 0.0 { "left" } else { "right" };
+        out.push(Seed { name: format!("{}, {way} of {}", seed.name, cone.name), poses: poses.collect() });
+    }
+}
+
+/// A vector that is not parallel to `p`.
+fn other(p: &Vector3) -> Vector3 {
+    if p.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() }
+}
+
+/// The path pulled into a keep-in cone.
+fn into(cone: &Cone, frame_rate: &Vector3, seed: Seed) -> Seed {
+    let last = seed.poses.len() - 1;
+    let poses = seed.poses.iter().enumerate().map(|(index, pose)| {
+        let (p, w) = cone.seen(frame_rate, index as f64 / last as f64, pose);
+        let axis = p.cross(&w);
+        let excess = axis.norm().atan2(p.dot(&w)) - (cone.half_angle - CLEARANCE.min(0.1 * cone.half_angle));
+        let inner = index > 0 && index < last;
+        match axis.try_normalize(1e-12) {
+            Some(axis) if excess > 0.0 && inner => {
+                Pose { position: pose.position, attitude: lie::exp(&(axis * excess)) * pose.attitude }
+            }
+            _ => *pose,
+        }
+    });
+    Seed { poses: poses.collect(), name: seed.name }
+}

@@ -1,0 +1,74 @@
+//! What another plan suggests for this one.
+
+use super::detour::Seed;
+use crate::maneuver::problem::Problem;
+use crate::maneuver::solution::Solution;
+use crate::mechanics::environment::Pose;
+use crate::optimize::methods::scp::model::Model;
+use crate::{Vector3, lie};
+
+/// A neighbour's plan to begin from: its costates for the shooting, its path for the convex road.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Guess {
+    /// As [`Solution::costates_0`] gives them, SI units.
+    pub costates: Vec<f64>,
+    /// Attitudes at evenly spaced nodes, as [`crate::maneuver::solution::Trajectory::quaternion`] has them; two at
+    /// least, or none: then it guesses no path.
+    pub quaternion: Vec<[f64; 4]>,
+    /// Positions at the same nodes \[m\]; empty where the body does not move.
+    pub position: Vec<Vector3>,
+}
+
+impl Guess {
+    /// Costates alone.
+    pub fn costates(costates: &[f64]) -> Self {
+        Self { costates: costates.to_vec(), ..Self::default() }
+    }
+
+    /// All that a solution of `problem` can suggest to its neighbours.
+    pub fn of(solution: &Solution, problem: &Problem) -> Self {
+        Self {
+            costates: solution.costates_0(problem).to_vec(),
+            quaternion: solution.trajectory.quaternion.clone(),
+            position: solution.trajectory.position.clone(),
+        }
+    }
+
+    /// Whether every number of the path is usable.
+    pub(super) fn path_is_sound(&self) -> bool {
+        let turns = |q: &[f64; 4]| q.iter().map(|part| part * part).sum::<f64>();
+        let moves = self.position.is_empty() || self.position.len() == self.quaternion.len();
+        moves
+            && self.quaternion.len() != 1
+            && self.quaternion.iter().all(|q| (turns(q) - 1.0).abs() < 1e-3)
+            && self.position.iter().all(|x| x.iter().all(|part| part.is_finite()))
+    }
+
+    /// The path on the grid of `model`, turned and shifted bit by bit so that it has this maneuver's ends.
+    pub(super) fn seed(&self, model: &Model) -> Option<Seed> {
+        let last = self.quaternion.len().checked_sub(1).filter(|last| *last > 0)?;
+        let unit = model.dynamics.units.length;
+        let node = |index: usize| Pose {
+            position: self.position.get(index).map_or(model.start.position, |x| x / unit),
+            attitude: lie::project_to_rotation(&lie::rotation_from_quaternion(&self.quaternion[index])),
+        };
+        let (first, end) = (node(0), node(last));
+        let turn = model.start.attitude * first.attitude.transpose();
+        let turn_left = lie::log(&(turn * end.attitude).tr_mul(&model.target.attitude));
+        let shift = model.start.position - first.position;
+        let shift_left = model.target.position - (end.position + shift);
+        let poses = (0..=model.steps).map(|stage| {
+            let along = stage as f64 / model.steps as f64;
+            let at = along * last as f64;
+            let low = (at.floor() as usize).min(last - 1);
+            let (a, b) = (node(low), node(low + 1));
+            let share = at - low as f64;
+            let between = a.attitude * lie::exp(&(lie::log(&a.attitude.tr_mul(&b.attitude)) * share));
+            Pose {
+                position: a.position + (b.position - a.position) * share + shift + shift_left * along,
+                attitude: lie::project_to_rotation(&(turn * between * lie::exp(&(turn_left * along)))),
+            }
+        });
+        Some(Seed { name: "guess".into(), poses: poses.collect() })
+    }
+}

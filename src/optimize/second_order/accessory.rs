@@ -1,0 +1,120 @@
+//! Conjugate points under limits: the inertia of the conditions of the accessory problem.
+//!
+//! On variations that leave inputs at their limits where they are, the second variation is
+//!
+//! ```text
+//! Σ ½|v_k|² + ½ z_kᵀ H_k z_k ,     z_{k+1} = A_k z_k + G_k v_k ,   z_0 = 0 ,  z_N = 0 ,   G Gᵀ = Q
+//! ```
+//!
+//! with `Q = −h K_pp`, which limits make smaller. The matrix of its first-order conditions has as many
+//! negative eigenvalues as there are constraints and, beyond that, directions in which the cost decreases.
+//! Eliminated node by node it needs one pivot block per node and a last one,
+//!
+//! ```text
+//! M_k = [[X_k, −I], [−I, H_k]] ,     X_{k+1} = A_k (I − X_k H_k)⁻¹ X_k A_kᵀ − Q_k ,     X_N
+//! ```
+//!
+//! and Sylvester's law adds up their negative eigenvalues. Nothing is divided by Ψ₁₂(k), which is short of
+//! rank wherever all inputs have been at their limits from the start.
+
+use crate::maneuver::problem::Scheme;
+use crate::numerics::factor::{Factor, RANK_TOLERANCE};
+use crate::numerics::matrix_inertia::Signature;
+use crate::optimize::step::{Linearization, Sensitivity};
+use crate::optimize::sweep::{Extremal, Node};
+use nalgebra::{DMatrix, SMatrix, SVector};
+
+/// Number of independent directions in which the cost decreases; `None` where the sweep fails.
+pub(super) fn conjugate_points<const N: usize>(
+    extremal: &Extremal<N>,
+    costate: &SVector<f64, N>,
+) -> Option<usize> {
+    let mut elimination = Elimination::new(extremal);
+    let mut before: Option<Node> = None;
+    let mut complete = true;
+    extremal
+        .sweep_observed(costate, |node| {
+            match &before {
+                None => elimination.open(&node),
+                Some(before) => complete &= elimination.step(before, &node).is_some(),
+            }
+            before = Some(node);
+        })
+        .ok()?;
+    if complete { elimination.close() } else { None }
+}
+
+struct Elimination<'a, const N: usize> {
+    extremal: &'a Extremal<N>,
+    /// `X_k`.
+    x: SMatrix<f64, N, N>,
+    /// Negative eigenvalues beyond those of the constraints.
+    surplus: isize,
+}
+
+impl<'a, const N: usize> Elimination<'a, N> {
+    fn new(extremal: &'a Extremal<N>) -> Self {
+        Self { extremal, x: SMatrix::zeros(), surplus: 0 }
+    }
+
+    fn is_verlet(&self) -> bool {
+        self.extremal.dynamics.scheme == Scheme::LieVerlet
+    }
+
+    /// The opening half kick of Lie–Verlet.
+    fn open(&mut self, node: &Node) {
+        if self.is_verlet() {
+            let dynamics = &self.extremal.dynamics;
+            let kick = dynamics.linear_kick::<N>(&node.point.pose(), &node.costate);
+            self.x = kick.authority() * (-0.5 * dynamics.h);
+        }
+    }
+
+    /// The step between two nodes.
+    fn step(&mut self, before: &Node, node: &Node) -> Option<()> {
+        let dynamics = &self.extremal.dynamics;
+        let costate = node.costate.to_vector::<N>();
+        let mut linear = dynamics.transition::<N>(&before.point, &costate).ok()?.linear;
+        if self.is_verlet() && node.index == dynamics.steps {
+            linear = self.with_half_a_kick(node, linear);
+        }
+        let Linearization { a, h, q } = linear;
+        let h = (h + h.transpose()) * 0.5;
+        let pivot = DMatrix::from_fn(2 * N, 2 * N, |row, column| match (row < N, column < N) {
+            (true, true) => self.x[(row, column)],
+            (false, false) => h[(row - N, column - N)],
+            _ => -f64::from(u8::from(row % N == column % N)),
+        });
+        self.surplus += Signature::of(pivot, 0.0).negative as isize - N as isize;
+        let next =
+            a * Factor::new(&(SMatrix::identity() - self.x * h)).solve_matrix(&self.x) * a.transpose() - q;
+        self.x = (next + next.transpose()) * 0.5;
+        self.x.iter().all(|value| value.is_finite()).then_some(())
+    }
+
+    /// Half of the last kick is taken back: its gradient, curvature and authority halve.
+    fn with_half_a_kick(&self, node: &Node, linear: Linearization<N>) -> Linearization<N> {
+        let dynamics = &self.extremal.dynamics;
+        let kick = dynamics.linear_kick::<N>(&node.point.pose(), &node.costate);
+        let half = kick.gradient::<N>() * (0.5 * dynamics.h);
+        // (I + h K_pq)⁻¹ = I − h K_pq: the kick moves the momenta alone.
+        let drift = (SMatrix::identity() - half * 2.0) * linear.a;
+        let curvature = kick.curvature(&Sensitivity::of_state()).costate();
+        Linearization {
+            a: (SMatrix::identity() + half) * drift,
+            h: linear.h - drift.transpose() * curvature * drift * (0.5 * dynamics.h),
+            q: linear.q * 0.5,
+        }
+    }
+
+    /// The last pivot: `X_N`, whose null space is that of symmetries and no constraint.
+    fn close(self) -> Option<usize> {
+        let sizes: [f64; N] = std::array::from_fn(|index| self.x[(index, index)].abs().sqrt());
+        let usable = |size: f64| if size > 0.0 { size } else { 1.0 };
+        let scaled = DMatrix::from_fn(N, N, |row, column| {
+            self.x[(row, column)] / (usable(sizes[row]) * usable(sizes[column]))
+        });
+        let Signature { negative, zero } = Signature::of(scaled, RANK_TOLERANCE);
+        usize::try_from(self.surplus + negative as isize - (N - zero) as isize).ok()
+    }
+}

@@ -1,0 +1,237 @@
+//! The kick: environment and optimal inputs, as the flow of one Hamiltonian.
+//!
+//! With the optimal inputs `u = −W⁻¹ Bᵀ p`, `p = (λ^γ, λ^Π)`, the kick at the new pose `q` is
+//!
+//! ```text
+//! K(q, p) = p · (wrench(q)) − ½ pᵀ B(q) W⁻¹ B(q)ᵀ p
+//! (γ, Π) += h K_p ,     (λ^x, λ^R) −= h K_q
+//! ```
+//!
+//! `K_p` is force plus moment plus `B u`; `K_q = Γᵀ p` plus, where the axes of an input turn against
+//! the coordinates, a term of the input. Such inputs, with `A = B W⁻¹ Bᵀ`:
+//!
+//! ```text
+//! torque fixed to the reference:  τ = −Rᵀ A R λ^Π            K_R = λ^Π × τ
+//! force fixed to the body:        f = R φ,  φ = −A Rᵀλ^γ     K_R = φ × Rᵀλ^γ
+//! ```
+//!
+//! Under limits the inputs' part of `K` is the minimum over the allowed inputs: `B u` comes from the
+//! saturated law, and its derivative takes the place of `−A` (module `saturation`).
+
+use super::{Costate, Dynamics, Point, Sensitivity};
+use crate::lie::hat;
+use crate::mechanics::actuators::AxisFrame;
+use crate::mechanics::environment::{Blocks, Pose, Wrench};
+use crate::{Matrix3, Vector3};
+
+/// Value and costate gradient of the kick at one pose.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Kick {
+    /// Environment force plus actuator force.
+    pub force: Vector3,
+    /// Environment moment plus actuator torque.
+    pub moment: Vector3,
+    /// `K_x`.
+    pub slope_x: Vector3,
+    /// `K_R`.
+    pub slope_r: Vector3,
+    /// Running cost `½ uᵀ W u`.
+    pub effort: f64,
+}
+
+/// The linearised kick: `K_pq`, `K_pp` and `K_qq` (`K_qp = K_pqᵀ`).
+pub(crate) struct LinearKick {
+    pp_force: Matrix3,
+    pp_torque: Matrix3,
+    /// `(K_pq, K_qq)`; `None` where both vanish: free body, body torques, reference forces.
+    field: Option<(Blocks, Blocks)>,
+}
+
+impl Dynamics {
+    /// The kick at a pose.
+    pub(crate) fn kick<const N: usize>(&self, pose: &Pose, costate: &Costate) -> Kick {
+        if self.is_limited() {
+            self.kick_of::<N, true>(pose, costate)
+        } else {
+            self.kick_of::<N, false>(pose, costate)
+        }
+    }
+
+    /// The kick at a pose, of limited inputs or of others: so that a loop over all steps asks but once.
+    #[inline(always)]
+    pub(crate) fn kick_of<const N: usize, const LIMITED: bool>(
+        &self,
+        pose: &Pose,
+        costate: &Costate,
+    ) -> Kick {
+        let (input, effort) = self.inputs::<N, LIMITED>(pose, costate);
+        let zero = Vector3::zeros();
+        let mut kick =
+            Kick { force: input.force, moment: input.moment, slope_x: zero, slope_r: zero, effort };
+        if self.torque.frame == AxisFrame::Reference {
+            kick.slope_r += costate.pi.cross(&input.moment);
+        }
+        if N == 12 && self.force.frame == AxisFrame::Body {
+            let r = &pose.attitude;
+            kick.slope_r += r.tr_mul(&input.force).cross(&r.tr_mul(&costate.gamma));
+        }
+        if let Some(environment) = &self.environment {
+            let wrench = self.wrench(environment.as_ref(), pose);
+            let gradient = self.gradient(environment.as_ref(), pose);
+            kick.moment += wrench.moment;
+            kick.slope_r += gradient.rr.tr_mul(&costate.pi);
+            if N == 12 {
+                kick.force += wrench.force;
+                kick.slope_r += gradient.xr.tr_mul(&costate.gamma);
+                kick.slope_x += gradient.xx.tr_mul(&costate.gamma) + gradient.rx.tr_mul(&costate.pi);
+            }
+        }
+        kick
+    }
+
+    /// The wrench of environment and inputs without the costate's gradient: a bare step.
+    #[inline(always)]
+    pub(crate) fn bare_kick<const N: usize>(&self, point: &mut Point, weight: f64, input: &Wrench) {
+        let mut wrench = *input;
+        if let Some(environment) = &self.environment {
+            let field = self.wrench(environment.as_ref(), &point.pose());
+            wrench.moment += field.moment;
+            wrench.force += field.force;
+        }
+        point.momentum.add(&(wrench.moment * weight));
+        if N == 12 {
+            point.linear_momentum.add(&(wrench.force * weight));
+        }
+    }
+
+    /// The linearised kick at a pose.
+    pub(crate) fn linear_kick<const N: usize>(&self, pose: &Pose, costate: &Costate) -> LinearKick {
+        if self.is_limited() {
+            self.linear_kick_of::<N, true>(pose, costate)
+        } else {
+            self.linear_kick_of::<N, false>(pose, costate)
+        }
+    }
+
+    /// The linearised kick at a pose, of limited inputs or of others.
+    pub(crate) fn linear_kick_of<const N: usize, const LIMITED: bool>(
+        &self,
+        pose: &Pose,
+        costate: &Costate,
+    ) -> LinearKick {
+        let turning =
+            self.torque.frame == AxisFrame::Reference || (N == 12 && self.force.frame == AxisFrame::Body);
+        if self.environment.is_none() && !turning && !LIMITED {
+            let (pp_force, pp_torque) = (-self.force.matrix, -self.torque.matrix);
+            return LinearKick { pp_force, pp_torque, field: None };
+        }
+        self.field_kick::<N, LIMITED>(pose, costate)
+    }
+
+    /// The linearised kick of an environment, of limited inputs, or of inputs whose axes turn against the
+    /// coordinates.
+    #[inline(never)]
+    fn field_kick<const N: usize, const LIMITED: bool>(&self, pose: &Pose, costate: &Costate) -> LinearKick {
+        let r = &pose.attitude;
+        let r_t = r.transpose();
+        let (mut pq, mut qq) = (Blocks::zero(), Blocks::zero());
+        let (input, _) = self.inputs::<N, LIMITED>(pose, costate);
+        let (force, torque) = self.input_slopes(pose, costate);
+        let (mut pp_force, mut pp_torque) = (-force, -torque);
+        if let Some(environment) = &self.environment {
+            pq = self.gradient(environment.as_ref(), pose);
+            let costates = Wrench { force: costate.gamma, moment: costate.pi };
+            qq = self.curvature(environment.as_ref(), pose, &costates);
+        }
+        if self.torque.frame == AxisFrame::Reference {
+            // τ = Rᵀ φ(R p), δφ = −A δ(R p), a = Rᵀ A R: δτ = −a δp + (S(τ) + a S(p)) ζ.
+            let a = r_t * torque * r;
+            let p = &costate.pi;
+            let turn = hat(&input.moment) + a * hat(p);
+            pp_torque = -a;
+            pq.rr += turn;
+            qq.rr += hat(p) * turn;
+        }
+        if N == 12 && self.force.frame == AxisFrame::Body {
+            // δρ = Rᵀδλ + S(ρ)ζ, δφ = −A δρ, δf = R (δφ − S(φ)ζ), δ(φ×ρ) = −S(ρ)δφ + S(φ)δρ.
+            let a = &force;
+            let rho = r_t * costate.gamma;
+            let phi = r_t * input.force;
+            pp_force = -(r * a * r_t);
+            pq.xr += r * (-(a * hat(&rho)) - hat(&phi));
+            qq.rr += hat(&rho) * a * hat(&rho) + hat(&phi) * hat(&rho);
+        }
+        LinearKick { pp_force, pp_torque, field: Some((pq, qq)) }
+    }
+}
+
+impl Kick {
+    /// Applies the kick: impulse times `weight` to the momenta, `h` times the slopes to the costates.
+    #[inline(always)]
+    pub fn apply<const N: usize>(&self, point: &mut Point, costate: &mut Costate, weight: f64, h: f64) {
+        point.momentum.add(&(self.moment * weight));
+        costate.zeta -= self.slope_r * h;
+        if N == 12 {
+            point.linear_momentum.add(&(self.force * weight));
+            costate.x -= self.slope_x * h;
+        }
+    }
+}
+
+impl LinearKick {
+    /// The kick on state and costate derivatives: `weight` on the momenta, `h` on the costates.
+    #[inline(always)]
+    pub fn apply<const N: usize>(&self, columns: &mut Sensitivity<N>, weight: f64, h: f64) {
+        columns.pi += weight * (&self.pp_torque * &columns.costate_pi);
+        if N == 12 {
+            columns.gamma += weight * (&self.pp_force * &columns.costate_gamma);
+        }
+        let Some((pq, qq)) = &self.field else { return };
+        columns.pi += weight * (&pq.rr * &columns.zeta);
+        columns.costate_zeta -= h * (&qq.rr * &columns.zeta);
+        columns.costate_zeta -= h * (&pq.rr.transpose() * &columns.costate_pi);
+        if N == 12 {
+            columns.pi += weight * (&pq.rx * &columns.x);
+            columns.gamma += weight * (&pq.xx * &columns.x + &pq.xr * &columns.zeta);
+            columns.costate_zeta -= h * (&qq.rx * &columns.x + &pq.xr.transpose() * &columns.costate_gamma);
+            columns.costate_x -= h * (&qq.xx * &columns.x + &qq.xr * &columns.zeta);
+            columns.costate_x -=
+                h * (&pq.xx.transpose() * &columns.costate_gamma + &pq.rx.transpose() * &columns.costate_pi);
+        }
+    }
+
+    /// `K_qq z` into the costate part of a fresh set of columns.
+    pub fn curvature<const N: usize>(&self, columns: &Sensitivity<N>) -> Sensitivity<N> {
+        let mut out = Sensitivity::zero();
+        let Some((_, qq)) = &self.field else { return out };
+        out.costate_zeta = &qq.rr * &columns.zeta;
+        if N == 12 {
+            out.costate_zeta += &qq.rx * &columns.x;
+            out.costate_x = &qq.xx * &columns.x + &qq.xr * &columns.zeta;
+        }
+        out
+    }
+
+    /// `K_pq`, momentum rows by configuration columns, N×N.
+    pub fn gradient<const N: usize>(&self) -> nalgebra::SMatrix<f64, N, N> {
+        let mut out = nalgebra::SMatrix::<f64, N, N>::zeros();
+        let Some((pq, _)) = &self.field else { return out };
+        out.view_mut((N - 3, N - 6), (3, 3)).copy_from(&pq.rr);
+        if N == 12 {
+            out.view_mut((3, 0), (3, 3)).copy_from(&pq.xx);
+            out.view_mut((3, N - 6), (3, 3)).copy_from(&pq.xr);
+            out.view_mut((N - 3, 0), (3, 3)).copy_from(&pq.rx);
+        }
+        out
+    }
+
+    /// `−K_pp`, the block of `Q/h`, N×N.
+    pub fn authority<const N: usize>(&self) -> nalgebra::SMatrix<f64, N, N> {
+        let mut out = nalgebra::SMatrix::<f64, N, N>::zeros();
+        out.view_mut((N - 3, N - 3), (3, 3)).copy_from(&-self.pp_torque);
+        if N == 12 {
+            out.view_mut((3, 3), (3, 3)).copy_from(&-self.pp_force);
+        }
+        out
+    }
+}

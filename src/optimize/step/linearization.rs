@@ -1,0 +1,123 @@
+//! The matrices of one step: `A_k`, `H_k` and `Q`, for solvers that eliminate them node by node.
+
+use super::drift::Drift;
+use super::{Costate, Dynamics, Point, Sensitivity, StepError};
+use crate::maneuver::problem::State;
+use nalgebra::{SMatrix, SVector};
+
+/// One linearised step, N×N, scaled units.
+///
+/// ```text
+/// z⁺ = A z − Q δλ ,     δλ_before = Aᵀ δλ + H z
+/// ```
+///
+/// with `λ` the costate of the step. `A = K A0`, `H = h A0ᵀ K_qq A0 + H_free` (theory of the survey's
+/// section 4.2, 4.3); where the inputs turn with the body, `A` holds their derivative at the optimum.
+#[derive(Clone, Debug)]
+pub struct Linearization<const N: usize> {
+    /// `A_k`.
+    pub a: SMatrix<f64, N, N>,
+    /// `H_k = ∂(A_kᵀ λ)/∂y` at fixed `λ`.
+    pub h: SMatrix<f64, N, N>,
+    /// `Q = h B W⁻¹ Bᵀ` in the momentum blocks.
+    pub q: SMatrix<f64, N, N>,
+}
+
+/// One step taken with a given costate: where it leads and what it demands of the costate before.
+pub(crate) struct Transition<const N: usize> {
+    /// The state after the step.
+    pub end: Point,
+    /// `λ_{k−1}` that belongs to `λ_k`.
+    pub costate_before: SVector<f64, N>,
+    /// The matrices.
+    pub linear: Linearization<N>,
+}
+
+impl Dynamics {
+    /// One step from `start` under the costate `λ_k` of that step, with its matrices.
+    pub(crate) fn transition<const N: usize>(
+        &self,
+        start: &Point,
+        costate: &SVector<f64, N>,
+    ) -> Result<Transition<N>, StepError> {
+        let mut end = *start;
+        let drift = self.drift::<N>(&mut end)?;
+        let mut costate = Costate::from_vector(costate);
+        let pose = end.pose();
+        let kick = self.kick::<N>(&pose, &costate);
+        let linear_kick = self.linear_kick::<N>(&pose, &costate);
+        kick.apply::<N>(&mut end, &mut costate, self.h, -self.h);
+        let linear = self.matrices::<N>(&drift, &costate, &linear_kick);
+        let before = self.drift_costate_back::<N>(&drift, &costate);
+        Ok(Transition { end, costate_before: before.to_vector(), linear })
+    }
+
+    /// The matrices of one step from a boundary state (SI) under the costate `λ_k` of that step (scaled).
+    ///
+    /// # Errors
+    /// [`StepError`] where the implicit equation has no solution.
+    pub fn linearize<const N: usize>(
+        &self,
+        start: &State,
+        costate: &SVector<f64, N>,
+    ) -> Result<Linearization<N>, StepError> {
+        Ok(self.transition(&self.point(start), costate)?.linear)
+    }
+
+    /// `H_k = ∂(A_kᵀ λ)/∂y` of one step from `start` at fixed inputs, its kick of weight `weight`; for inputs
+    /// whose axes do not turn against the coordinates.
+    pub(crate) fn curvature_of_step<const N: usize>(
+        &self,
+        start: &Point,
+        costate: &SVector<f64, N>,
+        weight: f64,
+    ) -> Result<SMatrix<f64, N, N>, StepError> {
+        let mut end = *start;
+        let drift = self.drift::<N>(&mut end)?;
+        let mut costate = Costate::from_vector(costate);
+        let pose = end.pose();
+        let linear_kick = self.linear_kick::<N>(&pose, &costate);
+        self.kick::<N>(&pose, &costate).apply::<N>(&mut end, &mut costate, 0.0, -weight);
+        let linear = self.linear_drift(&drift, &self.drift_matrix(&drift), &costate);
+        let mut columns = Sensitivity::<N>::of_state();
+        let free = linear.curvature(&columns).costate();
+        linear.advance(&mut columns);
+        let mut curvature = linear_kick.curvature(&columns);
+        linear.transpose(&mut curvature);
+        Ok(free + curvature.costate() * weight)
+    }
+
+    /// `λ_{k−1}` that belongs to `λ_k` of the step from `start`, by `A_kᵀ`.
+    pub(crate) fn costate_before<const N: usize>(
+        &self,
+        start: &Point,
+        costate: &SVector<f64, N>,
+    ) -> Result<SVector<f64, N>, StepError> {
+        let mut end = *start;
+        let drift = self.drift::<N>(&mut end)?;
+        let mut costate = Costate::from_vector(costate);
+        let kick = self.kick::<N>(&end.pose(), &costate);
+        kick.apply::<N>(&mut end, &mut costate, 0.0, -self.h);
+        Ok(self.drift_costate_back::<N>(&drift, &costate).to_vector())
+    }
+
+    /// `A`, `H`, `Q` from the two halves of a step; `after` is the costate between drift and kick.
+    fn matrices<const N: usize>(
+        &self,
+        drift: &Drift,
+        after: &Costate,
+        kick: &super::kick::LinearKick,
+    ) -> Linearization<N> {
+        let linear = self.linear_drift(drift, &self.drift_matrix(drift), after);
+        let mut columns = Sensitivity::<N>::of_state();
+        let free = linear.curvature(&columns).costate();
+        linear.advance(&mut columns);
+        let mut curvature = kick.curvature(&columns);
+        linear.transpose(&mut curvature);
+        let h = free + curvature.costate() * self.h;
+        let mut moved = Sensitivity::zero();
+        (moved.x, moved.gamma, moved.zeta, moved.pi) = (columns.x, columns.gamma, columns.zeta, columns.pi);
+        kick.apply(&mut moved, self.h, 0.0);
+        Linearization { a: moved.state(), h, q: kick.authority() * self.h }
+    }
+}

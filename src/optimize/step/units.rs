@@ -1,0 +1,80 @@
+//! The units of the solvers: `T = 1`, mean principal moment 1, mass 1.
+
+use crate::Matrix3;
+use crate::maneuver::problem::{Motion, Problem, State};
+use nalgebra::SVector;
+
+/// Units in which every quantity of a maneuver is of order one, whatever the spacecraft.
+///
+/// Translation has a unit of length of its own. Nothing couples it to the units of the rotation but
+/// force, moment and cost, and those are converted where they are evaluated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Units {
+    /// Unit of time `T` \[s\].
+    pub time: f64,
+    /// Unit of inertia `tr(J)/3` [kg·m²].
+    pub inertia: f64,
+    /// Unit of mass \[kg\].
+    pub mass: f64,
+    /// Unit of length \[m\].
+    pub length: f64,
+    /// Unit of cost: that of a turn by one radian, or of a shift by one length where that is dearer.
+    pub cost: f64,
+}
+
+impl Units {
+    /// The units of a maneuver.
+    pub fn of(problem: &Problem) -> Self {
+        let time = problem.duration;
+        let inertia = problem.body.inertia.mean();
+        let mass = problem.body.mass.unwrap_or(1.0);
+        let length = match problem.motion {
+            Motion::Attitude => 1.0,
+            Motion::RigidBody => {
+                let size = |state: &State| state.position.norm().max(state.velocity.norm() * time);
+                let largest = size(&problem.start).max(size(&problem.end));
+                if largest > 0.0 { largest } else { 1.0 }
+            }
+        };
+        // The cost of a turn by one radian, or of a shift by one length, whichever is dearer: the scale of
+        // the costates.
+        let price =
+            |momentum: f64, authority: &Matrix3| momentum / time * momentum / (authority.trace() / 3.0);
+        let turn = price(inertia / time, problem.actuation.torque.authority());
+        let shift = match (&problem.actuation.force, problem.motion) {
+            (Some(force), Motion::RigidBody) => price(mass * length / time, force.authority()),
+            _ => 0.0,
+        };
+        Self { time, inertia, mass, length, cost: turn.max(shift) }
+    }
+
+    /// Unit of angular momentum [N·m·s].
+    pub fn momentum(&self) -> f64 {
+        self.inertia / self.time
+    }
+
+    /// Unit of linear momentum [N·s].
+    pub fn linear_momentum(&self) -> f64 {
+        self.mass * self.length / self.time
+    }
+
+    /// Unit of torque [N·m].
+    pub fn torque(&self) -> f64 {
+        self.inertia / self.time / self.time
+    }
+
+    /// Unit of force \[N\].
+    pub fn force(&self) -> f64 {
+        self.mass * self.length / self.time / self.time
+    }
+
+    /// Units of the N components of a costate: cost over the unit of the matching state.
+    pub fn costate<const N: usize>(&self) -> SVector<f64, N> {
+        let rotation = [self.cost, self.cost / self.momentum()];
+        let translation = [self.cost / self.length, self.cost / self.linear_momentum()];
+        SVector::from_fn(|row, _| {
+            let pair = if N == 12 && row < 6 { translation } else { rotation };
+            pair[row % 6 / 3]
+        })
+    }
+}

@@ -1,0 +1,246 @@
+//! The forward sweep of state, costates and their sensitivities: the whole of the necessary conditions.
+//!
+//! ```text
+//! λ_{−1} ─▶ drift, kick ─▶ λ_0, u_1, (R,Π)_1 ─▶ … ─▶ λ_{N−1}, u_N, (R,Π)_N
+//! u_{k+1} = −W⁻¹ Bᵀ λ_k^Π ,     λ_{k−1} = A_kᵀ λ_k
+//! ```
+//!
+//! `λ_{−1}` is the one unknown. For Lie–Verlet, the conjugate form of the same sweep, half a kick opens
+//! it and half a kick closes it; the discrete optimum then has `u_0 = −W⁻¹Bᵀλ_{−1}` by the same formula
+//! and is of second order. Nothing is allocated.
+
+use crate::lie;
+use crate::maneuver::problem::{Problem, Scheme};
+use crate::optimize::step::{Costate, Dynamics, Point, Sensitivity, StepError, Sum};
+use crate::{Matrix3, Vector3};
+use nalgebra::{SMatrix, SVector};
+
+/// The boundary value problem of the necessary conditions, on one grid, in scaled units.
+#[derive(Clone, Debug)]
+pub struct Extremal<const N: usize> {
+    pub(crate) dynamics: Dynamics,
+    pub(crate) start: Point,
+    pub(crate) target: Point,
+}
+
+/// Where a sweep ended.
+#[derive(Clone, Copy, Debug)]
+pub struct End<const N: usize> {
+    /// Terminal error `[log(R_dᵀ R_N); Π_N − Π_d]`, in the crate's order, scaled.
+    pub error: SVector<f64, N>,
+    /// Cost, scaled.
+    pub cost: f64,
+}
+
+/// Costate and state at one node of the sweep, as given to an observer.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Node {
+    /// Index of the node, 0 … N.
+    pub index: usize,
+    /// State; momenta are those of the integrator.
+    pub point: Point,
+    /// Impulse over time that leads from these momenta to the physical ones: `(force, moment)`.
+    pub correction: (Vector3, Vector3),
+    /// Costate `λ_{index−1}`.
+    pub costate: Costate,
+}
+
+impl<const N: usize> Extremal<N> {
+    /// The boundary value problem of `problem` on a grid of `steps` steps.
+    pub fn new(problem: &Problem, steps: usize) -> Self {
+        let dynamics = Dynamics::new(problem, steps);
+        let (start, target) = (dynamics.point(&problem.start), dynamics.point(&problem.end));
+        Self { dynamics, start, target }
+    }
+
+    /// Sweeps from `λ_{−1}`.
+    pub fn sweep(&self, costate: &SVector<f64, N>) -> Result<End<N>, StepError> {
+        self.run::<false>(costate, &mut Sensitivity::zero(), |_| {}, |_| {})
+    }
+
+    /// Sweeps from `λ_{−1}` and shows every node to `observe`.
+    pub(crate) fn sweep_observed(
+        &self,
+        costate: &SVector<f64, N>,
+        observe: impl FnMut(Node),
+    ) -> Result<End<N>, StepError> {
+        self.run::<false>(costate, &mut Sensitivity::zero(), observe, |_| {})
+    }
+
+    /// Sweeps from `λ_{−1}` with `Ψ₁₂ = ∂z_N/∂λ_{−1}`, N×N.
+    pub fn sweep_linearized(
+        &self,
+        costate: &SVector<f64, N>,
+    ) -> Result<(End<N>, SMatrix<f64, N, N>), StepError> {
+        self.sweep_conjugate(costate, |_| {})
+    }
+
+    /// As [`Extremal::sweep_linearized`]; `watch` sees the derivatives after every full kick.
+    pub(crate) fn sweep_conjugate(
+        &self,
+        costate: &SVector<f64, N>,
+        watch: impl FnMut(&Sensitivity<N>),
+    ) -> Result<(End<N>, SMatrix<f64, N, N>), StepError> {
+        let mut columns = Sensitivity::of_costate();
+        let end = self.run::<true>(costate, &mut columns, |_| {}, watch)?;
+        let psi = columns.state();
+        if !psi.iter().all(|value| value.is_finite()) {
+            return Err(StepError::NotFinite);
+        }
+        Ok((end, psi))
+    }
+
+    /// The sweep. `DERIVE` decides whether `columns` is carried along.
+    #[inline(always)]
+    fn run<const DERIVE: bool>(
+        &self,
+        costate: &SVector<f64, N>,
+        columns: &mut Sensitivity<N>,
+        observe: impl FnMut(Node),
+        watch: impl FnMut(&Sensitivity<N>),
+    ) -> Result<End<N>, StepError> {
+        if self.dynamics.is_limited() {
+            self.run_of::<DERIVE, true>(costate, columns, observe, watch)
+        } else {
+            self.run_of::<DERIVE, false>(costate, columns, observe, watch)
+        }
+    }
+
+    /// The sweep of limited inputs or of others; every variant compiles to its own loop.
+    #[inline]
+    fn run_of<const DERIVE: bool, const LIMITED: bool>(
+        &self,
+        costate: &SVector<f64, N>,
+        columns: &mut Sensitivity<N>,
+        mut observe: impl FnMut(Node),
+        mut watch: impl FnMut(&Sensitivity<N>),
+    ) -> Result<End<N>, StepError> {
+        let dynamics = &self.dynamics;
+        let (h, half_kicks) = (dynamics.h, dynamics.scheme == Scheme::LieVerlet);
+        let mut point = self.start;
+        let mut costate = Costate::from_vector(costate);
+        let mut effort = 0.0;
+        let mut correction = (Vector3::zeros(), Vector3::zeros());
+        if half_kicks {
+            let pose = point.pose();
+            let kick = dynamics.kick_of::<N, LIMITED>(&pose, &costate);
+            if DERIVE {
+                dynamics.linear_kick_of::<N, LIMITED>(&pose, &costate).apply(columns, 0.5 * h, 0.0);
+            }
+            kick.apply::<N>(&mut point, &mut costate, 0.5 * h, 0.0);
+            effort += 0.5 * kick.effort;
+            correction = (kick.force, kick.moment);
+        }
+        observe(Node { index: 0, point, correction, costate });
+        for index in 1..=dynamics.steps {
+            let drift = dynamics.drift::<N>(&mut point)?;
+            let e = dynamics.drift_matrix(&drift);
+            costate = dynamics.drift_costate::<N>(&drift, &e, &costate);
+            let pose = point.pose();
+            let kick = dynamics.kick_of::<N, LIMITED>(&pose, &costate);
+            let last = half_kicks && index == dynamics.steps;
+            if DERIVE {
+                dynamics.linear_drift(&drift, &e, &costate).advance(columns);
+                let linear = dynamics.linear_kick_of::<N, LIMITED>(&pose, &costate);
+                if last {
+                    let mut full = *columns;
+                    linear.apply(&mut full, h, h);
+                    watch(&full);
+                    linear.apply(columns, 0.5 * h, h);
+                } else {
+                    linear.apply(columns, h, h);
+                    watch(columns);
+                }
+            }
+            let mut kicked = point;
+            kick.apply::<N>(&mut kicked, &mut costate, h, h);
+            effort += if last { 0.5 * kick.effort } else { kick.effort };
+            if half_kicks {
+                correction = (kick.force, kick.moment);
+            }
+            observe(Node { index, point: kicked, correction, costate });
+            if last {
+                kick.apply::<N>(&mut point, &mut costate, 0.5 * h, 0.0);
+            } else {
+                point = kicked;
+            }
+        }
+        let error = self.terminal_error(&point);
+        let cost = effort * h;
+        if error.iter().all(|value| value.is_finite()) && cost.is_finite() {
+            Ok(End { error, cost })
+        } else {
+            Err(StepError::NotFinite)
+        }
+    }
+
+    /// Terminal error of a state: position, linear momentum, attitude (a logarithm), momentum.
+    pub(crate) fn terminal_error(&self, point: &Point) -> SVector<f64, N> {
+        let relative: Matrix3 = self.target.attitude.value.tr_mul(&point.attitude.value);
+        Costate {
+            x: point.position.value - self.target.position.value,
+            gamma: point.linear_momentum.value - self.target.linear_momentum.value,
+            zeta: lie::log(&relative),
+            pi: point.momentum.value - self.target.momentum.value,
+        }
+        .to_vector()
+    }
+
+    /// The same problem with another target, its attitude and momenta given.
+    pub(crate) fn with_target(&self, target: Point) -> Self {
+        Self { target, ..self.clone() }
+    }
+
+    /// The same problem with every limit of the inputs `factor` times as large.
+    pub(crate) fn relaxed(&self, factor: f64) -> Self {
+        Self { dynamics: self.dynamics.relaxed(factor), ..self.clone() }
+    }
+
+    /// How many times its limit the most demanded input of the extremal from `costate` would be without it.
+    pub(crate) fn demand(&self, costate: &SVector<f64, N>) -> Result<f64, StepError> {
+        let mut largest = 0.0f64;
+        self.sweep_observed(costate, |node| {
+            // Lie–Euler has no input at the start.
+            if node.index > 0 || self.dynamics.scheme == Scheme::LieVerlet {
+                largest = largest.max(self.dynamics.demand(&node.point.pose(), &node.costate));
+            }
+        })?;
+        Ok(largest)
+    }
+
+    /// The state at the end of the motion without inputs.
+    pub(crate) fn ballistic_end(&self) -> Result<Point, StepError> {
+        let mut end = self.start;
+        let origin = Self { target: zero_point(), ..self.clone() };
+        // The observer's last node carries the full kick of Lie–Verlet: take half of it back.
+        let mut last = None;
+        origin.sweep_observed(&SVector::zeros(), |node| last = Some(node))?;
+        if let Some(node) = last {
+            end = node.physical(0.5 * self.dynamics.h);
+        }
+        Ok(end)
+    }
+}
+
+fn zero_point() -> Point {
+    let zero = Vector3::zeros();
+    Point {
+        position: Sum::new(zero),
+        linear_momentum: Sum::new(zero),
+        attitude: Sum::new(Matrix3::identity()),
+        momentum: Sum::new(zero),
+    }
+}
+
+impl Node {
+    /// The physical state: the integrator's momenta less half a kick of length `2 half_step`.
+    pub fn physical(&self, half_step: f64) -> Point {
+        let mut point = self.point;
+        point.linear_momentum.add(&(self.correction.0 * -half_step));
+        point.momentum.add(&(self.correction.1 * -half_step));
+        point
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,325 @@
+//! The sweep against reference values, finite differences and the first-order conditions.
+
+use super::*;
+use crate::maneuver::problem::{Motion, State};
+use crate::mechanics::actuators::{Actuation, AxisFrame, Channel};
+use crate::mechanics::body::{Body, Inertia};
+use crate::mechanics::environment::{CentralGravity, GravityGradient, PointMass, UniformGravity};
+use crate::numerics::factor::Factor;
+use crate::testing::{Random, limited, matrix, reference, vector};
+use nalgebra::DMatrix;
+use serde_json::Value;
+
+fn channel(axes: &Matrix3, frame: AxisFrame, weight: &Matrix3) -> Channel {
+    let columns = axes.column_iter().map(|column| column.into_owned()).collect();
+    let weight = DMatrix::from_iterator(3, 3, weight.iter().copied());
+    Channel::new(columns, frame, weight).unwrap()
+}
+
+/// Units of the state: scaled times unit is SI.
+fn state_units<const N: usize>(dynamics: &Dynamics) -> SVector<f64, N> {
+    let units = dynamics.units;
+    let translation = [units.length, units.linear_momentum()];
+    SVector::from_fn(|row, _| {
+        let pair = if N == 12 && row < 6 { translation } else { [1.0, units.momentum()] };
+        pair[row % 6 / 3]
+    })
+}
+
+fn to_si<const N: usize>(
+    rows: &SVector<f64, N>,
+    scaled: &SMatrix<f64, N, N>,
+    columns: &SVector<f64, N>,
+) -> SMatrix<f64, N, N> {
+    SMatrix::from_diagonal(rows) * scaled * SMatrix::from_diagonal(&columns.map(|unit| 1.0 / unit))
+}
+
+/// A problem of min_energy_so3.json.
+fn so3_case(case: &Value) -> Problem {
+    let inertia = Inertia::new(matrix(&case["J"])).unwrap();
+    let start = State::attitude(matrix(&case["R0"]), inertia.j_inverse() * vector::<3>(&case["Pi0"]));
+    let end = State::attitude(matrix(&case["Rd"]), inertia.j_inverse() * vector::<3>(&case["Pid"]));
+    let body = Body { inertia, mass: None };
+    let torque = channel(&matrix(&case["B"]), AxisFrame::Body, &matrix(&case["W"]));
+    let problem = Problem::attitude(body, start, end, case["T"].as_f64().unwrap())
+        .with_steps(case["N"].as_u64().unwrap() as usize)
+        .with_scheme(Scheme::LieEuler)
+        .with_actuation(Actuation::torques(torque));
+    if case["potential"].as_str().unwrap().eq_ignore_ascii_case("free") {
+        return problem;
+    }
+    problem.with_environment(pendulum(1.7, Vector3::new(0.1, -0.2, 0.9)))
+}
+
+fn pendulum(weight: f64, arm: Vector3) -> UniformGravity {
+    UniformGravity::new(1.0, weight, Vector3::z(), arm).unwrap()
+}
+
+/// `λ_{−1}` (scaled) from `λ_0` (SI), and `A_0ᵀ`, scaled.
+fn before_first<const N: usize>(
+    extremal: &Extremal<N>,
+    costate_0: &SVector<f64, N>,
+) -> (SVector<f64, N>, SMatrix<f64, N, N>) {
+    let scaled = costate_0.component_div(&extremal.dynamics.units.costate());
+    let step = extremal.dynamics.transition::<N>(&extremal.start, &scaled).unwrap();
+    (step.costate_before, step.linear.a.transpose())
+}
+
+#[test]
+fn published_costates_solve_the_attitude_maneuvers() {
+    for case in reference("min_energy_so3.json")["cases"].as_array().unwrap() {
+        let extremal = Extremal::<6>::new(&so3_case(case), case["N"].as_u64().unwrap() as usize);
+        let (costate, a_t) = before_first(&extremal, &vector(&case["lambda0"]));
+        let (end, psi) = extremal.sweep_linearized(&costate).unwrap();
+        assert!(end.error.amax() < 1e-13, "{}: {}", case["name"], end.error);
+        let cost = end.cost * extremal.dynamics.units.cost;
+        let expected = case["cost"].as_f64().unwrap();
+        assert!((cost - expected).abs() < 1e-12 * expected, "{cost} {expected}");
+        let psi = to_si(&state_units(&extremal.dynamics), &(psi * a_t), &extremal.dynamics.units.costate());
+        let expected = matrix::<6, 6>(&case["Psi12"]);
+        assert!((psi - expected).amax() < 1e-12 * expected.amax(), "{psi}{expected}");
+    }
+}
+
+fn dumbbell(file: &Value) -> Problem {
+    let inertia = Inertia::new(matrix(&file["J"])).unwrap();
+    let masses = file["k"].as_array().unwrap();
+    let points = file["rho"].as_array().unwrap().iter().zip(masses).map(|(position, parameter)| PointMass {
+        parameter: parameter.as_f64().unwrap(),
+        position: vector(position),
+    });
+    let gravity = CentralGravity::new(points.collect()).unwrap();
+    let state = |x: &str, gamma: &str, r: &str, pi: &str| State {
+        position: vector(&file[x]),
+        velocity: vector(&file[gamma]),
+        attitude: matrix(&file[r]),
+        angular_velocity: inertia.j_inverse() * vector::<3>(&file[pi]),
+    };
+    let (start, end) = (state("x0", "gamma0", "R0", "Pi0"), state("xd", "gammad", "Rd", "Pid"));
+    let body = Body { inertia: inertia.clone(), mass: Some(1.0) };
+    Problem::rigid_body(body, start, end, file["T"].as_f64().unwrap())
+        .with_steps(50)
+        .with_scheme(Scheme::LieEuler)
+        .with_environment(gravity)
+}
+
+#[test]
+fn published_costates_solve_the_dumbbell_transfer() {
+    let file = reference("min_energy_se3.json");
+    let extremal = Extremal::<12>::new(&dumbbell(&file), 50);
+    let (costate, a_t) = before_first(&extremal, &vector(&file["lambda0"]));
+    let (end, psi) = extremal.sweep_linearized(&costate).unwrap();
+    assert!(end.error.amax() < 2e-13, "{}", end.error);
+    let cost = end.cost * extremal.dynamics.units.cost;
+    assert!((cost - file["cost"].as_f64().unwrap()).abs() < 1e-14, "{cost}");
+    let psi = to_si(&state_units(&extremal.dynamics), &(psi * a_t), &extremal.dynamics.units.costate());
+    let expected = matrix::<12, 12>(&file["Psi12"]);
+    assert!((psi - expected).amax() < 1e-11 * expected.amax(), "{:e}", (psi - expected).amax());
+}
+
+#[test]
+fn modified_scheme_meets_its_reference() {
+    let file = reference("modified_scheme.json");
+    for case in file["cases"].as_array().unwrap() {
+        let mut setup = file.clone();
+        setup["B"] = serde_json::json!([[1, 0, 0], [0, 1, 0], [0, 0, 1]]);
+        setup["N"] = case["N"].clone();
+        setup["potential"] = case["potential"].clone();
+        let problem = so3_case(&setup).with_scheme(Scheme::LieVerlet);
+        let extremal = Extremal::<6>::new(&problem, problem.steps);
+        let modified = &case["modified"];
+        let units = extremal.dynamics.units;
+        let costate = vector::<6>(&modified["lambda_minus1"]).component_div(&units.costate());
+        let (end, psi) = extremal.sweep_linearized(&costate).unwrap();
+        assert!(end.error.amax() < 1e-13, "{}", end.error);
+        let (cost, expected) = (end.cost * units.cost, modified["cost"].as_f64().unwrap());
+        assert!((cost - expected).abs() < 1e-12 * expected, "{cost} {expected}");
+        let psi = to_si(&state_units(&extremal.dynamics), &psi, &units.costate());
+        let expected = matrix::<6, 6>(&modified["Psi"]);
+        assert!((psi - expected).amax() < 1e-12 * expected.amax());
+    }
+}
+
+/// Problems that use every term: each environment, each kind of input axes, both schemes.
+fn zoo() -> Vec<Problem> {
+    let mut random = Random(7);
+    let j = Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1);
+    let inertia = Inertia::new(j).unwrap();
+    let b = Matrix3::new(1.0, 0.1, 0.0, 0.0, 0.9, -0.2, 0.1, 0.0, 1.1);
+    let w = Matrix3::new(1.0, 0.2, 0.0, 0.2, 2.0, 0.1, 0.0, 0.1, 0.5);
+    let mut problems = Vec::new();
+    for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {
+        for frame in [AxisFrame::Body, AxisFrame::Reference] {
+            let mut state = || State {
+                position: Vector3::new(1.0, 0.2, -0.1) + 0.1 * random.vector3(),
+                velocity: random.vector3(),
+                attitude: random.rotation(),
+                angular_velocity: random.vector3(),
+            };
+            let (start, end) = (state(), state());
+            let body = Body { inertia: inertia.clone(), mass: Some(1.3) };
+            let other = if frame == AxisFrame::Body { AxisFrame::Reference } else { AxisFrame::Body };
+            let actuation = Actuation {
+                torque: channel(&b, frame, &w),
+                force: Some(channel(&w, other, &b.tr_mul(&b))),
+                wheels: None,
+            };
+            let base = Problem::rigid_body(body, start, end, 1.7)
+                .with_actuation(actuation)
+                .with_steps(12)
+                .with_scheme(scheme);
+            let mut attitude = base.clone();
+            attitude.motion = Motion::Attitude;
+            attitude.actuation.force = None;
+            problems.push(attitude.clone());
+            problems.push(attitude.clone().with_environment(pendulum(1.7, Vector3::new(0.1, -0.2, 0.9))));
+            problems.push(attitude.with_environment(GravityGradient::new(0.8, &inertia).unwrap()));
+            let points =
+                [(0.6, Vector3::new(0.3, 0.1, 0.02)), (0.9, Vector3::new(-0.2, -0.2 / 3.0, -0.04 / 3.0))];
+            let points = points.map(|(parameter, position)| PointMass { parameter, position }).to_vec();
+            problems.push(base.clone());
+            problems.push(base.with_environment(CentralGravity::new(points).unwrap()));
+        }
+    }
+    problems
+}
+
+fn random_costate<const N: usize>(random: &mut Random) -> SVector<f64, N> {
+    SVector::from_fn(|_, _| random.uniform())
+}
+
+/// `−K_pp` at every node.
+fn slopes<const N: usize>(extremal: &Extremal<N>, costate: &SVector<f64, N>) -> Vec<SMatrix<f64, N, N>> {
+    let mut slopes = Vec::new();
+    let push = |node: Node| {
+        slopes.push(extremal.dynamics.linear_kick::<N>(&node.point.pose(), &node.costate).authority::<N>());
+    };
+    extremal.sweep_observed(costate, push).unwrap();
+    slopes
+}
+
+/// Whether an input meets or leaves its limit between two costates: the sweep has a kink there.
+fn kink_between<const N: usize>(extremal: &Extremal<N>, a: &SVector<f64, N>, b: &SVector<f64, N>) -> bool {
+    let pairs = slopes(extremal, a).into_iter().zip(slopes(extremal, b));
+    pairs.into_iter().any(|(a, b)| (a - b).amax() > 1e-2 * a.amax())
+}
+
+/// The columns that were compared.
+fn check_sensitivity<const N: usize>(problem: &Problem, random: &mut Random) -> usize {
+    let mut extremal = Extremal::<N>::new(problem, problem.steps);
+    let costate = random_costate::<N>(random);
+    // The target at the end itself: δe = Ψ δλ there, and the logarithm is at its origin.
+    let mut end_point = None;
+    extremal.sweep_observed(&costate, |node| end_point = Some(node)).unwrap();
+    let half = if problem.scheme == Scheme::LieVerlet { 0.5 * extremal.dynamics.h } else { 0.0 };
+    extremal.target = end_point.unwrap().physical(half);
+    let (end, psi) = extremal.sweep_linearized(&costate).unwrap();
+    assert!(end.error.amax() < 1e-14);
+    // Fourth-order differences: truncation step⁴, round-off 1e-16/step.
+    let step = 1e-4;
+    let mut compared = 0;
+    for column in 0..N {
+        let at = |sign: f64| {
+            let mut moved = costate;
+            moved[column] += sign * step;
+            (extremal.sweep(&moved).unwrap().error, moved)
+        };
+        let [(ahead, _), (behind, _), (far_ahead, first), (far_behind, last)] =
+            [1.0, -1.0, 2.0, -2.0].map(at);
+        if kink_between(&extremal, &first, &last) {
+            continue;
+        }
+        compared += 1;
+        let difference = ((ahead - behind) * 8.0 - (far_ahead - far_behind)) / (12.0 * step);
+        let error = (difference - psi.column(column)).amax();
+        assert!(
+            error < 1e-10 * psi.amax(),
+            "{:?} {:?} {:?} column {column}: {error:e} {:e}",
+            problem.scheme,
+            problem.environment,
+            problem.actuation.torque.frame(),
+            psi.amax()
+        );
+    }
+    compared
+}
+
+#[test]
+fn sensitivity_is_the_derivative_of_the_sweep() {
+    let mut random = Random(11);
+    for problem in zoo() {
+        let compared = match problem.motion {
+            Motion::Attitude => check_sensitivity::<6>(&problem, &mut random),
+            Motion::RigidBody => check_sensitivity::<12>(&problem, &mut random),
+        };
+        assert_eq!(compared, problem.dimension());
+    }
+}
+
+/// The zoo within limits that act.
+fn limited_zoo() -> Vec<Problem> {
+    let mut random = Random(19);
+    let mut within = |problem: &Problem, norm: bool| {
+        let part = 0.6 + 0.3 * random.uniform();
+        match problem.motion {
+            Motion::Attitude => limited(problem, &random_costate::<6>(&mut random), norm, part),
+            Motion::RigidBody => limited(problem, &random_costate::<12>(&mut random), norm, part),
+        }
+    };
+    zoo().iter().flat_map(|problem| [false, true].map(|norm| within(problem, norm))).collect()
+}
+
+#[test]
+fn sensitivity_under_limits_is_the_derivative_of_the_sweep_away_from_kinks() {
+    let mut random = Random(21);
+    let (mut compared, mut columns) = (0, 0);
+    for problem in limited_zoo() {
+        compared += match problem.motion {
+            Motion::Attitude => check_sensitivity::<6>(&problem, &mut random),
+            Motion::RigidBody => check_sensitivity::<12>(&problem, &mut random),
+        };
+        columns += problem.dimension();
+    }
+    assert!(10 * compared > 9 * columns, "{compared} of {columns}");
+}
+
+/// The sensitivity of a chain of transitions equals that of the sweep: `A`, `H`, `Q` and the lanes are
+/// one linearisation.
+fn check_matrices<const N: usize>(problem: &Problem, random: &mut Random) {
+    let extremal = Extremal::<N>::new(problem, problem.steps);
+    let first = random_costate::<N>(random);
+    let (mut nodes, mut psi_from_nodes) = (Vec::new(), SMatrix::<f64, N, N>::zeros());
+    extremal.sweep_observed(&first, |node| nodes.push(node)).unwrap();
+    let mut costate_columns = SMatrix::<f64, N, N>::identity();
+    let dynamics = &extremal.dynamics;
+    if problem.scheme == Scheme::LieVerlet {
+        let linear = dynamics.linear_kick::<N>(&nodes[0].point.pose(), &nodes[0].costate);
+        psi_from_nodes = -linear.authority::<N>() * (0.5 * dynamics.h);
+    }
+    let mut watched = Vec::new();
+    extremal.sweep_conjugate(&first, |columns| watched.push(columns.state())).unwrap();
+    for (k, pair) in nodes.windows(2).enumerate() {
+        let costate = pair[1].costate.to_vector::<N>();
+        let step = dynamics.transition::<N>(&pair[0].point, &costate).unwrap();
+        let before = pair[0].costate.to_vector::<N>();
+        assert!((step.costate_before - before).amax() < 1e-13 * before.amax().max(1.0));
+        let Linear { a, h, q } = step.linear;
+        costate_columns = Factor::new(&a.transpose()).solve_matrix(&(costate_columns - h * psi_from_nodes));
+        psi_from_nodes = a * psi_from_nodes - q * costate_columns;
+        let error = (psi_from_nodes - watched[k]).amax();
+        assert!(error < 1e-11 * watched[k].amax().max(1.0), "{problem:?} {k}: {error:e}");
+    }
+}
+
+use crate::optimize::step::Linearization as Linear;
+
+#[test]
+fn matrices_and_lanes_are_one_linearisation() {
+    let mut random = Random(13);
+    for problem in zoo().into_iter().chain(limited_zoo()) {
+        match problem.motion {
+            Motion::Attitude => check_matrices::<6>(&problem, &mut random),
+            Motion::RigidBody => check_matrices::<12>(&problem, &mut random),
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! The equations of motion in the numbers of the matrices, for methods that know nothing of the group.
+//!
+//! ```text
+//! y = (R, Π, x, γ) per body, R as nine numbers; x and γ only where the body translates
+//! Ṙ = R S(Ω) ,  Π̇ = Π × Ω + M ,  ẋ = γ/m ,  γ̇ = f ,  Ω = J⁻¹Π
+//! ```
+//! Methods work with the change of y since the start of the step: its rounding is then relative to the
+//! change, and the sum of the changes is compensated like everywhere.
+
+use super::system::Loads;
+use super::{Input, System, SystemState};
+use crate::mechanics::environment::{Pose, Wrench};
+use crate::{Matrix3, Vector3, lie};
+
+/// Numbers per body: attitude and momentum, and position and momentum where it translates.
+const TURNING: usize = 12;
+const MOVING: usize = 18;
+
+/// The vector field, with the step's start and the buffers of one evaluation.
+#[derive(Clone, Debug)]
+pub(super) struct Ambient {
+    pub loads: Loads,
+    pub state: SystemState,
+    /// Numbers in all.
+    pub size: usize,
+    poses: Vec<Pose>,
+    wrenches: Vec<Wrench>,
+}
+
+fn vector(y: &[f64]) -> Vector3 {
+    Vector3::from_column_slice(&y[..3])
+}
+
+impl Ambient {
+    pub fn new(system: &System, state: &SystemState, step: f64) -> Self {
+        let numbers =
+            |body: &crate::mechanics::body::Body| if body.mass.is_some() { MOVING } else { TURNING };
+        Self {
+            loads: Loads::new(system, step),
+            state: state.clone(),
+            size: system.bodies().iter().map(numbers).sum(),
+            poses: state.poses().to_vec(),
+            wrenches: vec![Wrench::zero(); system.bodies().len()],
+        }
+    }
+
+    /// Rate of change at `fraction` of the step, where the state has changed by `y`.
+    pub fn rate(&mut self, fraction: f64, y: &[f64], inputs: &[Input], out: &mut [f64]) {
+        self.load(fraction, y, inputs);
+        self.rate_under_load(y, out);
+    }
+
+    /// Evaluates what acts at `fraction` of the step, where the state has changed by `y`.
+    pub fn load(&mut self, fraction: f64, y: &[f64], inputs: &[Input]) {
+        self.place(y);
+        if !self.loads.is_free(inputs) {
+            self.loads.total(fraction, &self.poses, inputs, &mut self.wrenches);
+        }
+    }
+
+    /// The poses where the state has changed by `y`.
+    fn place(&mut self, y: &[f64]) {
+        let mut at = 0;
+        for (body, pose) in self.poses.iter_mut().enumerate() {
+            let start = self.state.poses()[body];
+            pose.attitude = start.attitude + Matrix3::from_column_slice(&y[at..at + 9]);
+            at += TURNING;
+            if self.loads.system.bodies()[body].mass.is_some() {
+                pose.position = start.position + vector(&y[at..]);
+                at += MOVING - TURNING;
+            }
+        }
+    }
+
+    /// Rate of change where the state has changed by `y`, under the forces and moments evaluated last.
+    pub fn rate_under_load(&mut self, y: &[f64], out: &mut [f64]) {
+        self.place(y);
+        let mut at = 0;
+        for (index, body) in self.loads.system.bodies().iter().enumerate() {
+            let start = self.state.momenta()[index];
+            let wrench = self.wrenches[index];
+            let momentum = start.angular + vector(&y[at + 9..]);
+            let rate = body.inertia.j_inverse() * momentum;
+            let attitude_rate = self.poses[index].attitude * lie::hat(&rate);
+            out[at..at + 9].copy_from_slice(attitude_rate.as_slice());
+            out[at + 9..at + 12].copy_from_slice((momentum.cross(&rate) + wrench.moment).as_slice());
+            at += TURNING;
+            if let Some(mass) = body.mass {
+                let velocity = (start.linear + vector(&y[at + 3..])) / mass;
+                out[at..at + 3].copy_from_slice(velocity.as_slice());
+                out[at + 3..at + 6].copy_from_slice(wrench.force.as_slice());
+                at += MOVING - TURNING;
+            }
+        }
+    }
+
+    /// Adds a change to the state.
+    pub fn add(&mut self, y: &[f64]) {
+        let mut at = 0;
+        for (index, body) in self.loads.system.bodies().iter().enumerate() {
+            self.state.add_attitude(index, &Matrix3::from_column_slice(&y[at..at + 9]));
+            self.state.add_angular(index, &vector(&y[at + 9..]));
+            at += TURNING;
+            if body.mass.is_some() {
+                self.state.add_position(index, &vector(&y[at..]));
+                self.state.add_linear(index, &vector(&y[at + 3..]));
+                at += MOVING - TURNING;
+            }
+        }
+    }
+
+    /// Turns the state into the frame's axes, at the end of a step.
+    pub fn turn_frame(&mut self) {
+        if let Some(turn) = self.loads.frame_turn() {
+            self.state.turn_frame(self.loads.system.bodies(), &turn);
+        }
+    }
+
+    /// Sizes that errors are relative to, one per number: 1 for attitudes, else the norm of the quantity or,
+    /// where that is larger, its change over the step.
+    pub fn scales(&self, change: &[f64], out: &mut [f64]) {
+        let (mut at, mut fill) = (0, |at: &mut usize, count: usize, start: f64| {
+            let norm = change[*at..*at + count].iter().map(|value| value * value).sum::<f64>().sqrt();
+            // Nothing at all, at rest without load: any scale will do.
+            let scale = if start.max(norm) > 0.0 { start.max(norm) } else { 1.0 };
+            out[*at..*at + count].fill(scale);
+            *at += count;
+        });
+        for (index, body) in self.loads.system.bodies().iter().enumerate() {
+            let (pose, momentum) = (self.state.poses()[index], self.state.momenta()[index]);
+            fill(&mut at, 9, 1.0);
+            fill(&mut at, 3, momentum.angular.norm());
+            if body.mass.is_some() {
+                fill(&mut at, 3, pose.position.norm());
+                fill(&mut at, 3, momentum.linear.norm());
+            }
+        }
+    }
+
+    /// Sizes that an error control measures against: such that a part `tolerance` of them is no less than what a pose
+    /// would notice over the step. The moments on a body that hardly turns carry more round-off than a small part
+    /// of its momentum.
+    pub fn error_scales(&self, change: &[f64], tolerance: f64, out: &mut [f64]) {
+        self.scales(change, out);
+        // An estimate is a sum of a dozen evaluations with weights above one.
+        let least = 16.0 * f64::EPSILON / (tolerance * self.loads.step);
+        let mut at = 0;
+        for body in self.loads.system.bodies() {
+            let floor = least * body.inertia.principal().min();
+            out[at + 9..at + TURNING].iter_mut().for_each(|scale| *scale = scale.max(floor));
+            at += if body.mass.is_some() { MOVING } else { TURNING };
+        }
+    }
+
+    /// What the poses would notice of `change` over a step: the largest turn [rad], or shift relative to the
+    /// farthest body.
+    pub fn noticed(&self, change: &[f64]) -> f64 {
+        let h = self.loads.step;
+        let farthest = self.state.poses().iter().map(|pose| pose.position.norm()).fold(0.0, f64::max);
+        // All bodies at the origin, or none that moves: any length will do.
+        let length = if farthest > 0.0 { farthest } else { 1.0 };
+        let (mut at, mut worst) = (0, 0.0_f64);
+        for body in self.loads.system.bodies() {
+            let turn = Matrix3::from_column_slice(&change[at..at + 9]).norm();
+            let kick = h * (body.inertia.j_inverse() * vector(&change[at + 9..])).norm();
+            worst = worst.max(turn).max(kick);
+            at += TURNING;
+            if let Some(mass) = body.mass {
+                let (shift, kick) =
+                    (vector(&change[at..]).norm(), h * vector(&change[at + 3..]).norm() / mass);
+                worst = worst.max(shift / length).max(kick / length);
+                at += MOVING - TURNING;
+            }
+        }
+        worst
+    }
+}
+
+/// Largest `|error|` relative to `scales`; NaN stays.
+pub(super) fn largest(errors: impl Iterator<Item = f64>, scales: &[f64]) -> f64 {
+    let mut worst = 0.0;
+    for (error, scale) in errors.zip(scales) {
+        let relative = error.abs() / scale;
+        worst = if relative <= worst { worst } else { relative };
+    }
+    worst
+}

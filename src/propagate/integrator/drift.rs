@@ -1,0 +1,78 @@
+//! The drift of one body: a step of the free rigid body, from the implicit attitude equation.
+//!
+//! ```text
+//! h S(p) = F J_d − J_d Fᵀ ,   R⁺ = R F                                                   (3.24, 3.26)
+//! ```
+
+use super::StepError;
+use crate::mechanics::body::Body;
+use crate::optimize::step::implicit::{solve_counting, solve_from};
+use crate::{Matrix3, Vector3};
+
+/// One body as the implicit equation sees it, in units of its mean principal moment.
+#[derive(Clone, Debug)]
+pub(super) struct Rotor {
+    j: Matrix3,
+    j_inverse: Matrix3,
+    step: f64,
+    /// `h` over the mean principal moment.
+    scale: f64,
+    /// Cayley vectors of the last two steps; NaN before they are made.
+    last: Vector3,
+    before: Vector3,
+}
+
+impl Rotor {
+    pub fn of(bodies: &[Body], step: f64) -> Vec<Self> {
+        let rotor = |body: &Body| {
+            let mean = body.inertia.mean();
+            Self {
+                j: body.inertia.j() / mean,
+                j_inverse: body.inertia.j_inverse() * mean,
+                step,
+                scale: step / mean,
+                last: Vector3::repeat(f64::NAN),
+                before: Vector3::repeat(f64::NAN),
+            }
+        };
+        bodies.iter().map(rotor).collect()
+    }
+
+    /// The Cayley vector of the step's rotation `F = cay(c)`, for momentum `p`; iterations are added to
+    /// `iterations`.
+    ///
+    /// The line through the last two solutions is as near, `O(h³)`, as a pass of the fixed point from nothing,
+    /// and does not have to wait for the momentum. Where it leads astray the solution is sought afresh.
+    #[inline(always)]
+    pub fn turn(&mut self, body: usize, p: &Vector3, iterations: &mut u64) -> Result<Vector3, StepError> {
+        let g = self.scale * p;
+        let guess = 2.0 * self.last - self.before;
+        let (c, count) = match solve_from(&self.j, &g, guess) {
+            Some(root) => root,
+            None => self.afresh(body, &g)?,
+        };
+        (self.before, self.last) = (self.last, c);
+        *iterations += u64::from(count);
+        Ok(c)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn afresh(&self, body: usize, g: &Vector3) -> Result<(Vector3, u32), StepError> {
+        solve_counting(&self.j, &self.j_inverse, g).ok_or_else(|| {
+            let turn = (self.j_inverse * g).norm();
+            if turn.is_finite() {
+                StepError::TooLong { body: body + 1, step: self.step, turn }
+            } else {
+                StepError::NotFinite
+            }
+        })
+    }
+}
+
+/// `Fᵀp − p` of the rotation with Cayley vector `c`: `a (S(c)² − S(c)) p`, `a = 2/(1 + |c|²)`.
+#[inline(always)]
+pub(super) fn carried(c: &Vector3, p: &Vector3) -> Vector3 {
+    let w = c.cross(p);
+    (c.cross(&w) - w) * (2.0 / (1.0 + c.norm_squared()))
+}

@@ -1,0 +1,408 @@
+//! Galerkin Lie group variational integrators in the natural chart: order 2s for curves of degree s
+//! (section 2.2).
+//!
+//! ```text
+//! R(τ) = R_0 exp S(Σ ξ_ν l_ν(τ)) ,   x(τ) = x_0 + Σ y_ν l_ν(τ) ,   τ ∈ [0, 1] ,   ν = 1…s
+//! L_d  = ext Σ_i h b_i L(R(c_i), Ω(c_i), x(c_i), ẋ(c_i)) ,   Ω = J_r(ξ) ξ'/h ,   ẋ = y'/h
+//! ```
+//! Stationarity in the interior control points and the discrete Legendre transforms at the ends give 3s
+//! equations per attitude (see `attitude.rs`) and as many per position:
+//! ```text
+//! g_ν = h Σ b_i [ l'_ν(c_i) m y'(c_i)/h² + l_ν(c_i) f_i ]
+//! 0 = g_ν (ν < s) ,   γ_0 + h Σ b_i f_i = g_s          then γ_1 = γ_0 + h Σ b_i f_i
+//! ```
+//! The chart sits at the start of the step and the same curve seen from the end is no polynomial: for s ≥ 2 the
+//! methods are symplectic and keep momenta, but are not symmetric in time.
+//!
+//! Inputs enter like forces of the potential (discrete Lagrange–d'Alembert). All equations are solved
+//! together by Newton. With the gradient of the potential the Jacobian is exact, 2–4 iterations; without it,
+//! or with too many bodies, its part is left out, every body is solved for alone, and the error shrinks by a
+//! factor of about h²‖U''‖ an iteration.
+
+mod attitude;
+mod convergence;
+mod euler_poincare;
+mod kinetic;
+mod linear;
+mod scheme;
+
+pub use euler_poincare::{EulerPoincare, ReducedStep};
+pub use scheme::{DEGREES, Quadrature};
+
+use super::system::Loads;
+use super::{Facts, Input, Integrator, StepError, System, SystemState, Work};
+use crate::mechanics::body::Body;
+use crate::mechanics::environment::{Blocks, Pose, Wrench};
+use crate::{Vector3, lie};
+use attitude::{Arc, Start, combine};
+use convergence::{Convergence, MAX_ITERATIONS, Next, relative};
+use linear::Dense;
+use nalgebra::DMatrix;
+use scheme::Scheme;
+
+/// Most unknowns that are solved for together, a dense system; beyond, each body alone.
+const MOST_COUPLED: usize = 144;
+
+/// A Galerkin integrator of all bodies.
+#[derive(Clone, Debug)]
+pub(super) struct Galerkin {
+    scheme: Scheme,
+    loads: Loads,
+    state: SystemState,
+    curves: Vec<Curve>,
+    /// Wrenches at the quadrature points, a row of bodies per point.
+    wrenches: Vec<Wrench>,
+    poses: Vec<Pose>,
+    /// With the gradient of the potential: n×n blocks at one point, and the matrix of all unknowns.
+    coupled: Option<(Vec<Blocks>, Dense)>,
+    /// The matrix of one attitude, for bodies solved for alone.
+    single: Dense,
+    right: Vec<f64>,
+    stiffness: Stiffness,
+    /// Whether the curves are those of the last step.
+    warm: bool,
+    work: Work,
+}
+
+/// The curve of one body over a step.
+#[derive(Clone, Debug)]
+struct Curve {
+    arc: Arc,
+    /// `y_1 … y_s`; empty for a body that only turns.
+    shifts: Vec<Vector3>,
+    /// Where its unknowns start.
+    offset: usize,
+}
+
+/// `K_νμ = (1/h) Σ b_i l'_ν l'_μ`, the kinetic part of the positions per mass, and its inverse.
+#[derive(Clone, Debug)]
+struct Stiffness {
+    matrix: DMatrix<f64>,
+    inverse: DMatrix<f64>,
+}
+
+impl Stiffness {
+    fn of(scheme: &Scheme, h: f64) -> Self {
+        let element = |nu: usize, mu: usize| -> f64 {
+            let terms = scheme.weights.iter().zip(&scheme.slopes).map(|(b, l)| b * l[nu] * l[mu]);
+            terms.sum::<f64>()
+        };
+        let matrix = DMatrix::from_fn(scheme.degree, scheme.degree, element);
+        // Positive definite: a curve of degree s without velocity at s points stands still.
+        let inverse = matrix.clone().try_inverse().expect("the slopes of the basis are independent");
+        Self { matrix: matrix / h, inverse: inverse * h }
+    }
+}
+
+impl Galerkin {
+    pub fn new(
+        system: &System,
+        state: &SystemState,
+        step: f64,
+        degree: usize,
+        quadrature: Quadrature,
+    ) -> Self {
+        let scheme = Scheme::new(degree, quadrature);
+        let (n, points) = (system.bodies().len(), scheme.points.len());
+        let mut unknowns = 0;
+        let mut curve = |body: &Body| {
+            let offset = unknowns;
+            let shifts = vec![Vector3::zeros(); if body.mass.is_some() { degree } else { 0 }];
+            unknowns += 3 * (degree + shifts.len());
+            Curve { arc: Arc::new(&scheme), shifts, offset }
+        };
+        let curves: Vec<Curve> = system.bodies().iter().map(&mut curve).collect();
+        let mut blocks = vec![Blocks::zero(); n * n];
+        let coupled = unknowns <= MOST_COUPLED
+            && system.potential().is_some_and(|potential| potential.gradient(state.poses(), &mut blocks));
+        Self {
+            loads: Loads::new(system, step),
+            state: state.clone(),
+            curves,
+            wrenches: vec![Wrench::zero(); n * points],
+            poses: state.poses().to_vec(),
+            coupled: coupled.then(|| (blocks, Dense::new(unknowns))),
+            single: Dense::new(3 * degree),
+            right: vec![0.0; unknowns],
+            stiffness: Stiffness::of(&scheme, step),
+            scheme,
+            warm: false,
+            work: Work::default(),
+        }
+    }
+
+    pub fn facts(degree: usize) -> Facts {
+        Facts {
+            order: 2 * degree as u32,
+            explicit: false,
+            symplectic: true,
+            preserves_momentum: true,
+            preserves_group: true,
+            force_evaluations: None,
+        }
+    }
+
+    /// Curves to start from: where those of the last step lead, or constant velocities.
+    fn predict(&mut self, warm: bool) {
+        let h = self.loads.step;
+        for (index, curve) in self.curves.iter_mut().enumerate() {
+            let body = &self.loads.system.bodies()[index];
+            let momentum = self.state.momenta()[index];
+            let s = self.scheme.degree;
+            if warm {
+                curve.arc.extrapolate(&self.scheme);
+                let Some(&end) = curve.shifts.last() else { continue };
+                // Highest first: the combination needs the old values of all, so they go through a buffer.
+                let right = &mut self.right[curve.offset..];
+                for (row, out) in self.scheme.ahead.iter().zip(right.chunks_exact_mut(3)) {
+                    out.copy_from_slice((combine(row, &curve.shifts) - end).as_slice());
+                }
+                for (shift, value) in curve.shifts.iter_mut().zip(right.chunks_exact(3)) {
+                    *shift = Vector3::from_column_slice(value);
+                }
+            } else {
+                let rate = body.inertia.j_inverse() * momentum.angular;
+                curve.arc.constant_rate(&self.scheme, h, &rate);
+                let velocity = body.mass.map_or_else(Vector3::zeros, |mass| momentum.linear / mass);
+                for (shift, d) in curve.shifts.iter_mut().zip(&self.scheme.times[..s]) {
+                    *shift = velocity * (h * d);
+                }
+            }
+        }
+    }
+
+    /// Puts all bodies at the quadrature points and evaluates what acts on them there.
+    fn look(&mut self, inputs: &[Input]) {
+        let n = self.curves.len();
+        for curve in &mut self.curves {
+            curve.arc.place(&self.scheme);
+        }
+        if self.loads.is_free(inputs) {
+            return;
+        }
+        for (i, wrenches) in self.wrenches.chunks_exact_mut(n).enumerate() {
+            place(&self.curves, &self.scheme, &self.state, i, &mut self.poses);
+            self.loads.total(self.scheme.points[i], &self.poses, inputs, wrenches);
+        }
+    }
+
+    /// The right-hand sides, and where bodies are solved for alone their corrections at once.
+    fn correct(&mut self) -> f64 {
+        let (h, n, s) = (self.loads.step, self.curves.len(), self.scheme.degree);
+        if let Some((blocks, matrix)) = &mut self.coupled {
+            matrix.clear();
+            for i in 0..self.scheme.points.len() {
+                place(&self.curves, &self.scheme, &self.state, i, &mut self.poses);
+                self.loads.gradient(self.scheme.points[i], &self.poses, blocks);
+                couple(&self.curves, &self.scheme, h, i, blocks, matrix);
+            }
+        }
+        for (index, curve) in self.curves.iter_mut().enumerate() {
+            let body = &self.loads.system.bodies()[index];
+            let momentum = self.state.momenta()[index];
+            let (wrenches, offset) = (&self.wrenches, curve.offset);
+            let (angular, linear) = self.right[offset..].split_at_mut(3 * s);
+            let jacobian = match &mut self.coupled {
+                Some((_, matrix)) => (matrix, offset),
+                None => {
+                    self.single.clear();
+                    (&mut self.single, 0)
+                }
+            };
+            let moment = |i: usize| wrenches[i * n + index].moment;
+            let start = Start { j: *body.inertia.j(), h, momentum: momentum.angular };
+            curve.arc.residual(&self.scheme, &start, moment, angular, Some(jacobian));
+            if self.coupled.is_none() {
+                self.single.solve(angular);
+            }
+            let Some(mass) = body.mass else { continue };
+            let force = |i: usize| wrenches[i * n + index].force;
+            let linear = &mut linear[..3 * s];
+            for (nu, out) in linear.chunks_exact_mut(3).enumerate() {
+                let last = if nu == s - 1 { 1.0 } else { 0.0 };
+                // γ_0 + h Σ b f in the last row, less g_ν in all.
+                let mut sum = momentum.linear * last;
+                for (mu, shift) in curve.shifts.iter().enumerate() {
+                    sum -= shift * (mass * self.stiffness.matrix[(nu, mu)]);
+                }
+                for (i, weight) in self.scheme.weights.iter().enumerate() {
+                    sum += force(i) * (h * weight * (last - self.scheme.values[i][nu]));
+                }
+                out.copy_from_slice(sum.as_slice());
+            }
+            match &mut self.coupled {
+                Some((_, matrix)) => {
+                    let corner = offset + 3 * s;
+                    for (nu, mu) in (0..s).flat_map(|nu| (0..s).map(move |mu| (nu, mu))) {
+                        let element = mass * self.stiffness.matrix[(nu, mu)];
+                        let block = crate::Matrix3::from_diagonal_element(element);
+                        matrix.add(corner + 3 * nu, corner + 3 * mu, &block);
+                    }
+                }
+                None => solve_linear(&self.stiffness, mass, linear),
+            }
+        }
+        if let Some((_, matrix)) = &mut self.coupled {
+            matrix.solve(&mut self.right);
+        }
+        let mut worst = 0.0;
+        for curve in &mut self.curves {
+            let (angular, linear) = self.right[curve.offset..].split_at(3 * s);
+            let (mut change, mut size) = (0.0, 0.0);
+            for (shift, delta) in curve.shifts.iter_mut().zip(linear.chunks_exact(3)) {
+                let delta = Vector3::from_column_slice(delta);
+                *shift += delta;
+                change += delta.norm_squared();
+                size += shift.norm_squared();
+            }
+            for part in [curve.arc.correct(angular), relative(change.sqrt(), size.sqrt())] {
+                // Written so that a NaN stays.
+                worst = if part <= worst { worst } else { part };
+            }
+        }
+        worst
+    }
+
+    fn solve(&mut self, inputs: &[Input]) -> Result<(), StepError> {
+        let free = self.loads.is_free(inputs);
+        let exact = self.coupled.is_some() || self.loads.system.potential().is_none();
+        let mut convergence = Convergence::new(exact);
+        for iterations in 1..=MAX_ITERATIONS {
+            self.look(inputs);
+            self.work.iterations += 1;
+            match convergence.after(self.correct()) {
+                Next::Iterate => {}
+                Next::Done => {
+                    if !free {
+                        // The impulses are those of the curves before the last correction.
+                        self.look(inputs);
+                    }
+                    return Ok(());
+                }
+                Next::GiveUp => return Err(StepError::NotConverged { step: self.loads.step, iterations }),
+            }
+        }
+        Err(StepError::NotConverged { step: self.loads.step, iterations: MAX_ITERATIONS })
+    }
+
+    /// Moves the state to the end of the curves.
+    fn advance(&mut self) {
+        let (h, n, s) = (self.loads.step, self.curves.len(), self.scheme.degree);
+        for (index, curve) in self.curves.iter().enumerate() {
+            let (mut moment, mut force) = (Vector3::zeros(), Vector3::zeros());
+            for (i, chart) in curve.arc.charts.iter().enumerate() {
+                let (wrench, weight) = (self.wrenches[i * n + index], h * self.scheme.weights[i]);
+                moment += weight * (wrench.moment + chart.turn() * wrench.moment);
+                force += weight * wrench.force;
+            }
+            let turn = lie::exp_minus_identity(&curve.arc.xi[s - 1]);
+            let carried = self.state.momenta()[index].angular + moment;
+            self.state.add_angular(index, &(turn.tr_mul(&carried) + moment));
+            self.state.add_attitude(index, &(self.state.poses()[index].attitude * turn));
+            if let Some(shift) = curve.shifts.last() {
+                self.state.add_position(index, shift);
+                self.state.add_linear(index, &force);
+            }
+        }
+        if let Some(turn) = self.loads.frame_turn() {
+            self.state.turn_frame(self.loads.system.bodies(), &turn);
+            let frame = lie::exp(&turn);
+            for shift in self.curves.iter_mut().flat_map(|curve| &mut curve.shifts) {
+                *shift = frame * *shift;
+            }
+        }
+    }
+}
+
+/// The poses of all bodies at quadrature point `i`.
+fn place(curves: &[Curve], scheme: &Scheme, state: &SystemState, i: usize, poses: &mut [Pose]) {
+    for ((curve, start), pose) in curves.iter().zip(state.poses()).zip(poses) {
+        pose.attitude = start.attitude + start.attitude * curve.arc.charts[i].turn();
+        pose.position = start.position + combine(&scheme.values[i], &curve.shifts);
+    }
+}
+
+/// `(mK)⁻¹` on the right-hand side of one position, in place.
+fn solve_linear(stiffness: &Stiffness, mass: f64, right: &mut [f64]) {
+    let mut solution = [Vector3::zeros(); *DEGREES.end()];
+    for (nu, solution) in solution.iter_mut().enumerate().take(right.len() / 3) {
+        for (mu, row) in right.chunks_exact(3).enumerate() {
+            *solution += Vector3::from_column_slice(row) * (stiffness.inverse[(nu, mu)] / mass);
+        }
+    }
+    for (out, solution) in right.chunks_exact_mut(3).zip(&solution) {
+        out.copy_from_slice(solution.as_slice());
+    }
+}
+
+/// Adds what the gradient of the potential at point `i` contributes to the matrix.
+///
+/// `δM = rx δy + rr J_r δξ` and `δf = xx δy + xr J_r δξ` enter row ν with
+/// `h b (l_ν J_rᵀ − [ν = s] J_r(ξ_s) exp S(ξ))` and `h b (l_ν − [ν = s])`.
+fn couple(curves: &[Curve], scheme: &Scheme, h: f64, i: usize, blocks: &[Blocks], matrix: &mut Dense) {
+    let (n, s) = (curves.len(), scheme.degree);
+    let (values, weight) = (&scheme.values[i], h * scheme.weights[i]);
+    for (a, row) in curves.iter().enumerate() {
+        let chart = &row.arc.charts[i];
+        let j_r_t = chart.j_r.transpose();
+        let end_j_r = lie::right_jacobian(&row.arc.xi[s - 1]);
+        let end = end_j_r + end_j_r * chart.turn();
+        for (b, column) in curves.iter().enumerate() {
+            let block = &blocks[a * n + b];
+            let j_r = column.arc.charts[i].j_r;
+            let (m_xi, f_xi) = (block.rr * j_r, block.xr * j_r);
+            for nu in 0..s {
+                let last = if nu == s - 1 { 1.0 } else { 0.0 };
+                let w_rotation = (j_r_t * values[nu] - end * last) * weight;
+                let w_translation = weight * (values[nu] - last);
+                for (mu, value) in values.iter().enumerate() {
+                    let (angular, linear) = (row.offset + 3 * nu, row.offset + 3 * (s + nu));
+                    let (xi, y) = (column.offset + 3 * mu, column.offset + 3 * (s + mu));
+                    matrix.add(angular, xi, &(w_rotation * m_xi * *value));
+                    if !column.shifts.is_empty() {
+                        matrix.add(angular, y, &(w_rotation * block.rx * *value));
+                    }
+                    if row.shifts.is_empty() {
+                        continue;
+                    }
+                    matrix.add(linear, xi, &(f_xi * (w_translation * value)));
+                    if !column.shifts.is_empty() {
+                        matrix.add(linear, y, &(block.xx * (w_translation * value)));
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Integrator for Galerkin {
+    fn step(&mut self, inputs: &[Input]) -> Result<(), StepError> {
+        if self.loads.is_free(inputs) {
+            self.wrenches.fill(Wrench::zero());
+        }
+        self.predict(self.warm);
+        if let Err(error) = self.solve(inputs) {
+            if !self.warm {
+                return Err(error);
+            }
+            self.predict(false);
+            self.solve(inputs)?;
+        }
+        self.warm = true;
+        self.advance();
+        self.work.steps += 1;
+        if self.state.is_finite() { Ok(()) } else { Err(StepError::NotFinite) }
+    }
+
+    fn state(&self) -> &SystemState {
+        &self.state
+    }
+
+    fn facts(&self) -> Facts {
+        Self::facts(self.scheme.degree)
+    }
+
+    fn work(&self) -> Work {
+        Work { force_evaluations: self.loads.evaluations, ..self.work }
+    }
+}

@@ -1,0 +1,165 @@
+//! Integrators for n rigid bodies on SE(3)ⁿ, behind one trait.
+//!
+//! ```text
+//! Ṙ_i = R_i S(Ω_i)     Π̇_i = Π_i × Ω_i + M_i      Π_i = J_i Ω_i
+//! ẋ_i = γ_i/m_i        γ̇_i = f_i
+//! ```
+//!
+//! A [`System`] says what moves and what acts on it, a [`SystemState`] where everything is. A [`Kind`]
+//! names a method and starts it; the [`Integrator`] that comes out owns its state and buffers and steps:
+//!
+//! ```text
+//! Kind::start(&System, &SystemState, h) ──▶ dyn Integrator: step, state, facts, work
+//! ```
+//!
+//! The variational ones come from a discrete Lagrangian `L_d ≈ ∫ L dt` over a step; hence they are
+//! symplectic, keep the momentum of every symmetry to round-off, and their energy error does not grow.
+//!
+//! A reference frame that turns at a constant rate costs one more factor a step, for every method: within
+//! a step they work in the inertial axes that coincide with those of the frame at its start, then
+//! everything is turned back by `exp(−h S(n))`.
+
+mod adaptive;
+mod ambient;
+mod drift;
+mod galerkin;
+mod implicit;
+mod implicit_midpoint;
+mod kind;
+mod lagrangian_verlet;
+mod lie_euler;
+mod lie_group_rk;
+mod lie_verlet;
+mod runge_kutta;
+mod state;
+mod system;
+mod tableau;
+#[cfg(test)]
+mod tests;
+
+pub use crate::mechanics::full_body::invariants::Momentum;
+pub use galerkin::{EulerPoincare, Quadrature, ReducedStep};
+pub use implicit::AttitudeEquation;
+pub use kind::{Kind, Settings, UnknownKind};
+pub use state::SystemState;
+pub use system::{Input, Invariants, System, SystemError};
+
+use thiserror::Error;
+
+/// A method on its way: it owns the state and advances it by steps of one length.
+///
+/// ```
+/// # use slewkit::mechanics::body::{Body, Inertia};
+/// # use slewkit::propagate::integrator::{Kind, Settings, System};
+/// # use slewkit::maneuver::problem::State;
+/// # use slewkit::{Matrix3, Vector3};
+/// let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5))?, mass: None };
+/// let system = System::new(vec![body], None)?;
+/// let start = system.state(&[State::attitude(Matrix3::identity(), Vector3::new(0.01, 1.0, 0.0))])?;
+/// for kind in Kind::all() {
+///     let mut method = kind.start(&system, &start, 0.01, &Settings::default())?;
+///     method.step(&[])?;
+///     println!("{}: {:?} {:?}", kind.name(), method.facts(), method.work());
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub trait Integrator: Send {
+    /// Advances all bodies by one step under the potential and `inputs`: one per body, or none at all.
+    /// Inputs beyond the number of bodies are ignored.
+    ///
+    /// # Errors
+    /// A [`StepError`], after which the method is not to be stepped further. [`StepError::TooLong`] leaves the
+    /// state as it was, the others may leave it halfway.
+    fn step(&mut self, inputs: &[Input]) -> Result<(), StepError>;
+
+    /// Where everything is after the steps made so far.
+    fn state(&self) -> &SystemState;
+
+    /// What is known of the method.
+    fn facts(&self) -> Facts;
+
+    /// What the steps made so far have cost.
+    fn work(&self) -> Work;
+}
+
+/// What theory says of a method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Facts {
+    /// Order of convergence.
+    pub order: u32,
+    /// Whether a step needs no iteration that involves the potential. (The implicit attitude equation of a
+    /// Lie–Verlet step is local to a body: that method counts as explicit.)
+    pub explicit: bool,
+    /// Whether the map of a step is symplectic.
+    pub symplectic: bool,
+    /// Whether the momentum of every symmetry of the potential is kept, to round-off.
+    pub preserves_momentum: bool,
+    /// Whether attitudes stay rotations, to round-off (or to the tolerance of an inner iteration).
+    pub preserves_group: bool,
+    /// Evaluations of the potential per step; `None`: as many as iterations or error control need.
+    pub force_evaluations: Option<u32>,
+}
+
+/// What steps have cost so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Steps made.
+    pub steps: u64,
+    /// Evaluations of the potential, each for all bodies at once, those of the start included.
+    pub force_evaluations: u64,
+    /// Newton or fixed-point iterations, summed over the bodies where each has its own.
+    pub iterations: u64,
+    /// Steps that an error control has rejected.
+    pub rejected: u64,
+}
+
+/// To so many digits, without the rest of the arithmetic or a long row of zeros.
+pub(crate) fn shown(value: f64, digits: usize) -> String {
+    let value: f64 = format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
+    if value.abs() > 0.0 && !(1e-4..1e7).contains(&value.abs()) {
+        format!("{value:e}")
+    } else {
+        value.to_string()
+    }
+}
+
+/// Why a step could not be made.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum StepError {
+    /// The implicit attitude equation has no physical solution.
+    #[error(
+        "step {} s is too long for body {body}: h|J⁻¹Π| is {turn:.3}, and there may be no step with a \
+         turn of 90° or more; take a step of {} s or less", shown(*step, 4), shown(step * 0.5 / turn, 4)
+    )]
+    TooLong {
+        /// Number of the body, from 1.
+        body: usize,
+        /// The step \[s\].
+        step: f64,
+        /// `h|J⁻¹Π|` \[rad\].
+        turn: f64,
+    },
+    /// An iteration over the whole step does not converge.
+    #[error(
+        "the equations of a step of {} s did not converge in {iterations} iterations; shorten the step",
+        shown(*step, 4)
+    )]
+    NotConverged {
+        /// The step \[s\].
+        step: f64,
+        /// Iterations made.
+        iterations: u32,
+    },
+    /// The error control asks for steps that are too small to make progress, or for too many of them.
+    #[error(
+        "the error control gave up within a step of {} s; loosen the tolerance or look for a collision",
+        shown(*step, 4)
+    )]
+    GaveUp {
+        /// The step \[s\].
+        step: f64,
+    },
+    /// A number is NaN or infinite.
+    #[error("the step leads to numbers that are not finite; look for a collision, or shorten the step")]
+    NotFinite,
+}

@@ -1,0 +1,421 @@
+//! What moves and what acts on it: n rigid bodies, a potential, inputs held by actuators.
+
+use super::state::SystemState;
+use crate::maneuver::problem::State;
+use crate::mechanics::body::Body;
+use crate::mechanics::environment::{Blocks, Environment, Pose, Symmetry, Wrench};
+use crate::mechanics::full_body::Potential;
+use crate::mechanics::full_body::invariants::{self, Momentum};
+use crate::{Matrix3, Vector3, lie};
+use std::sync::Arc;
+use thiserror::Error;
+
+/// n rigid bodies and the potential that acts on and between them.
+///
+/// A body without a mass only turns: its position is part of the potential's poses and stays where it is.
+///
+/// ```
+/// use slewkit::mechanics::body::{Body, Inertia};
+/// use slewkit::mechanics::environment::UniformGravity;
+/// use slewkit::propagate::integrator::{Kind, Settings, System};
+/// use slewkit::maneuver::problem::State;
+/// use slewkit::{Vector3, lie};
+/// use std::sync::Arc;
+///
+/// let body = Body { inertia: Inertia::diagonal(Vector3::new(0.13, 0.28, 0.17))?, mass: None };
+/// let gravity = UniformGravity::new(1.0, 9.81, Vector3::z(), Vector3::new(0.0, 0.0, 0.3))?;
+/// let pendulum = System::single(body, Arc::new(gravity))?;
+/// let start = State::attitude(lie::exp(&Vector3::new(1.0, 0.2, 0.0)), Vector3::new(0.1, 0.2, 3.0));
+/// let start = pendulum.state(&[start])?;
+/// let before = pendulum.invariants(&start);
+///
+/// let mut verlet = Kind::LieVerlet.start(&pendulum, &start, 1e-3, &Settings::default())?;
+/// for _ in 0..1000 {
+///     verlet.step(&[])?;
+/// }
+/// let after = pendulum.invariants(verlet.state());
+/// assert!((after.energy - before.energy).abs() < 1e-5);
+/// assert!((after.angular_momentum.z - before.angular_momentum.z).abs() < 1e-15);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct System {
+    bodies: Vec<Body>,
+    potential: Option<Arc<dyn Potential>>,
+    /// Angular velocity `n` of the reference frame, in its own axes [rad/s].
+    frame_rate: Vector3,
+}
+
+/// Why bodies and states make no system.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum SystemError {
+    /// No body at all.
+    #[error("a system needs at least one body")]
+    Empty,
+    /// A mass that is not positive, or not finite.
+    #[error(
+        "body {body}: the mass is {mass} kg, it must be positive; leave it out where the body only turns"
+    )]
+    Mass {
+        /// Number of the body, from 1.
+        body: usize,
+        /// The mass given \[kg\].
+        mass: f64,
+    },
+    /// As many states as bodies are needed.
+    #[error("{states} states for {bodies} bodies; give one for each")]
+    Count {
+        /// Bodies of the system.
+        bodies: usize,
+        /// States given.
+        states: usize,
+    },
+    /// A number in a state is NaN or infinite.
+    #[error("body {body}: a number of its state is not finite")]
+    NotFinite {
+        /// Number of the body, from 1.
+        body: usize,
+    },
+    /// An attitude is not a rotation.
+    #[error("body {body}: its attitude is off a rotation by {error:.1e}, at most 1e-9 is accepted")]
+    Attitude {
+        /// Number of the body, from 1.
+        body: usize,
+        /// `max |RᵀR − I|`, or 2 for a reflection.
+        error: f64,
+    },
+    /// The step is not a positive number.
+    #[error("the step is {step} s, it must be positive and finite")]
+    Step {
+        /// The step given \[s\].
+        step: f64,
+    },
+    /// No Galerkin method has this degree.
+    #[error("a Galerkin method of degree {degree} is not offered, the degrees are 1 to 6")]
+    Degree {
+        /// The degree given.
+        degree: usize,
+    },
+    /// The tolerance is unusable.
+    #[error(
+        "the tolerance is {tolerance:e}, it must lie between 1e-14, below which there is only round-off, and 0.1"
+    )]
+    Tolerance {
+        /// The tolerance given.
+        tolerance: f64,
+    },
+}
+
+/// What actuators exert on one body during a step, linear in time between its ends.
+///
+/// Held inputs have equal ends. Forces are in the reference frame, moments in body axes. A method that
+/// looks at one end only says so.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Input {
+    /// At the start of the step.
+    pub start: Wrench,
+    /// At its end.
+    pub end: Wrench,
+}
+
+impl Input {
+    /// The same all through the step.
+    pub fn held(wrench: Wrench) -> Self {
+        Self { start: wrench, end: wrench }
+    }
+
+    /// At `fraction` of the step.
+    pub fn at(&self, fraction: f64) -> Wrench {
+        let mix = |a: &Vector3, b: &Vector3| a * (1.0 - fraction) + b * fraction;
+        Wrench {
+            force: mix(&self.start.force, &self.end.force),
+            moment: mix(&self.start.moment, &self.end.moment),
+        }
+    }
+}
+
+/// What an exact motion without inputs keeps, and how far the attitudes are off the group.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Invariants {
+    /// Kinetic plus potential energy \[J\]. In a turning frame minus `n · Σ(x×γ + RΠ)`: Jacobi's integral,
+    /// which is what a field fixed in that frame conserves.
+    pub energy: f64,
+    /// `Σγ`, reference frame [N·s]; conserved where the potential depends on differences of positions.
+    pub linear_momentum: Vector3,
+    /// `Σ(x×γ + RΠ)` about the origin, reference frame [N·m·s]; its component along an axis of symmetry of
+    /// the potential is conserved.
+    pub angular_momentum: Vector3,
+    /// Largest `‖I − RᵀR‖` (Frobenius) of all bodies.
+    pub orthogonality: f64,
+}
+
+impl System {
+    /// Bodies under a potential; `None`: free bodies.
+    ///
+    /// # Errors
+    /// [`SystemError::Empty`], [`SystemError::Mass`].
+    pub fn new(bodies: Vec<Body>, potential: Option<Arc<dyn Potential>>) -> Result<Self, SystemError> {
+        if bodies.is_empty() {
+            return Err(SystemError::Empty);
+        }
+        for (index, body) in bodies.iter().enumerate() {
+            if let Some(mass) = body.mass.filter(|mass| !(*mass > 0.0 && mass.is_finite())) {
+                return Err(SystemError::Mass { body: index + 1, mass });
+            }
+        }
+        Ok(Self { bodies, potential, frame_rate: Vector3::zeros() })
+    }
+
+    /// One body in an environment, whose frame may turn. It translates where it has a mass.
+    ///
+    /// # Errors
+    /// [`SystemError::Mass`].
+    pub fn single(body: Body, environment: Arc<dyn Environment>) -> Result<Self, SystemError> {
+        let frame_rate = environment.frame_rate();
+        let potential = (!environment.is_free())
+            .then(|| Arc::new(EnvironmentPotential { environment }) as Arc<dyn Potential>);
+        Self::turning(vec![body], potential, frame_rate)
+    }
+
+    /// Bodies and potential in a reference frame that turns.
+    pub(crate) fn turning(
+        bodies: Vec<Body>,
+        potential: Option<Arc<dyn Potential>>,
+        frame_rate: Vector3,
+    ) -> Result<Self, SystemError> {
+        Ok(Self { frame_rate, ..Self::new(bodies, potential)? })
+    }
+
+    /// The same in a reference frame that turns at this angular velocity, in its own axes [rad/s]: the potential
+    /// is fixed in it, and states are given against it.
+    #[must_use]
+    pub fn with_frame_rate(self, frame_rate: Vector3) -> Self {
+        Self { frame_rate, ..self }
+    }
+
+    /// The bodies.
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// The potential; `None`: free bodies.
+    pub fn potential(&self) -> Option<&dyn Potential> {
+        self.potential.as_deref()
+    }
+
+    /// Angular velocity of the reference frame, in its own axes [rad/s]; zero: inertial.
+    pub fn frame_rate(&self) -> Vector3 {
+        self.frame_rate
+    }
+
+    /// The state of all bodies from position, velocity, attitude and angular velocity of each.
+    ///
+    /// # Errors
+    /// [`SystemError::Count`], [`SystemError::NotFinite`], [`SystemError::Attitude`].
+    pub fn state(&self, states: &[State]) -> Result<SystemState, SystemError> {
+        if states.len() != self.bodies.len() {
+            return Err(SystemError::Count { bodies: self.bodies.len(), states: states.len() });
+        }
+        let mut poses = Vec::with_capacity(states.len());
+        let mut momenta = Vec::with_capacity(states.len());
+        for (body, state) in self.bodies.iter().zip(states) {
+            let State { position, velocity, attitude, angular_velocity } = *state;
+            poses.push(Pose { position, attitude });
+            momenta.push(Momentum {
+                linear: velocity * body.mass.unwrap_or(0.0),
+                angular: body.inertia.j() * angular_velocity,
+            });
+        }
+        let state = SystemState::new(poses, momenta);
+        self.check(&state)?;
+        Ok(state)
+    }
+
+    /// Whether `state` is one of this system: as many bodies, finite numbers, rotations.
+    ///
+    /// # Errors
+    /// [`SystemError::Count`], [`SystemError::NotFinite`], [`SystemError::Attitude`].
+    pub fn check(&self, state: &SystemState) -> Result<(), SystemError> {
+        let (bodies, states) = (self.bodies.len(), state.poses().len());
+        if states != bodies || state.momenta().len() != bodies {
+            return Err(SystemError::Count { bodies, states });
+        }
+        for (index, (pose, momentum)) in state.poses().iter().zip(state.momenta()).enumerate() {
+            let body = index + 1;
+            let vectors = [&pose.position, &momentum.linear, &momentum.angular];
+            if !vectors.into_iter().flatten().chain(pose.attitude.iter()).all(|value| value.is_finite()) {
+                return Err(SystemError::NotFinite { body });
+            }
+            let reflected = pose.attitude.determinant() < 0.0;
+            let error = if reflected { 2.0 } else { orthogonality(&pose.attitude) };
+            if error > 1e-9 {
+                return Err(SystemError::Attitude { body, error });
+            }
+        }
+        Ok(())
+    }
+
+    /// What of its momenta is conserved.
+    pub fn symmetry(&self) -> Symmetry {
+        self.potential.as_ref().map_or(Symmetry::All, |potential| potential.symmetry())
+    }
+
+    /// Energy, momenta and orthogonality.
+    pub fn invariants(&self, state: &SystemState) -> Invariants {
+        let (poses, momenta) = (state.poses(), state.momenta());
+        let potential = self.potential.as_ref().map_or(0.0, |potential| potential.energy(poses));
+        let angular_momentum = invariants::angular_momentum(poses, momenta);
+        let kinetic = invariants::kinetic_energy(&self.bodies, momenta);
+        let mut worst = 0.0_f64;
+        for error in poses.iter().map(|pose| orthogonality(&pose.attitude)) {
+            // Written so that a NaN stays.
+            worst = if error <= worst { worst } else { error };
+        }
+        Invariants {
+            energy: kinetic + potential - self.frame_rate.dot(&angular_momentum),
+            linear_momentum: invariants::linear_momentum(momenta),
+            angular_momentum,
+            orthogonality: worst,
+        }
+    }
+}
+
+/// `‖I − RᵀR‖`, Frobenius.
+fn orthogonality(attitude: &Matrix3) -> f64 {
+    (attitude.tr_mul(attitude) - Matrix3::identity()).norm()
+}
+
+/// An environment as the potential of the only body.
+#[derive(Clone, Debug)]
+struct EnvironmentPotential {
+    environment: Arc<dyn Environment>,
+}
+
+impl Potential for EnvironmentPotential {
+    fn energy(&self, poses: &[Pose]) -> f64 {
+        self.environment.potential(&poses[0])
+    }
+
+    fn wrenches(&self, poses: &[Pose], wrenches: &mut [Wrench]) {
+        wrenches[0] = self.environment.wrench(&poses[0]);
+    }
+
+    fn gradient(&self, poses: &[Pose], gradient: &mut [Blocks]) -> bool {
+        gradient[0] = self.environment.gradient(&poses[0]);
+        true
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        self.environment.symmetry()
+    }
+}
+
+/// The loads on all bodies within a step, counted.
+///
+/// Within a step the methods work in the inertial axes that coincide with those of the reference frame at
+/// its start. The potential is fixed in the reference frame: its poses are turned back by what the frame
+/// has turned so far, and its forces forward.
+#[derive(Clone, Debug)]
+pub(crate) struct Loads {
+    pub system: System,
+    pub step: f64,
+    /// Evaluations of the potential so far.
+    pub evaluations: u64,
+    turned: Vec<Pose>,
+}
+
+impl Loads {
+    pub fn new(system: &System, step: f64) -> Self {
+        let turns = system.frame_rate != Vector3::zeros();
+        let still = Pose { position: Vector3::zeros(), attitude: Matrix3::identity() };
+        let turned = if turns { vec![still; system.bodies.len()] } else { Vec::new() };
+        Self { system: system.clone(), step, evaluations: 0, turned }
+    }
+
+    /// Whether nothing acts: no potential and no inputs.
+    pub fn is_free(&self, inputs: &[Input]) -> bool {
+        self.system.potential.is_none() && inputs.is_empty()
+    }
+
+    /// The rotation vector that takes everything into the frame's axes at the end of a step; `None`: the
+    /// frame is inertial.
+    pub fn frame_turn(&self) -> Option<Vector3> {
+        (!self.turned.is_empty()).then(|| self.system.frame_rate * -self.step)
+    }
+
+    /// The potential's wrenches at a node.
+    pub fn field(&mut self, poses: &[Pose], wrenches: &mut [Wrench]) {
+        let Some(potential) = &self.system.potential else {
+            wrenches.fill(Wrench::zero());
+            return;
+        };
+        self.evaluations += 1;
+        potential.wrenches(poses, wrenches);
+    }
+
+    /// The potential's gradient at `fraction` of the step, n×n blocks, poses and forces as in `total`.
+    ///
+    /// # Panics
+    /// Without a potential that gives one.
+    pub fn gradient(&mut self, fraction: f64, poses: &[Pose], gradient: &mut [Blocks]) {
+        let potential = self.system.potential.clone().expect("a potential");
+        let Some(turn) = self.frame_turn() else {
+            assert!(potential.gradient(poses, gradient), "a potential that once gave its gradient gives it");
+            return;
+        };
+        let frame = lie::exp(&(turn * fraction));
+        self.turn_poses(&frame, poses);
+        assert!(
+            potential.gradient(&self.turned, gradient),
+            "a potential that once gave its gradient gives it"
+        );
+        let turns = |body: &Body| body.mass.is_some();
+        for (row, blocks) in gradient.chunks_exact_mut(poses.len()).enumerate() {
+            for (block, column) in blocks.iter_mut().zip(&self.system.bodies) {
+                if turns(&self.system.bodies[row]) {
+                    block.xr = frame.tr_mul(&block.xr);
+                    block.xx = frame.tr_mul(&block.xx);
+                }
+                if turns(column) {
+                    block.rx *= frame;
+                    block.xx *= frame;
+                }
+            }
+        }
+    }
+
+    /// Turns poses of the axes at the start of the step into the frame.
+    fn turn_poses(&mut self, frame: &Matrix3, poses: &[Pose]) {
+        for ((turned, pose), body) in self.turned.iter_mut().zip(poses).zip(&self.system.bodies) {
+            let position = if body.mass.is_some() { frame * pose.position } else { pose.position };
+            *turned = Pose { position, attitude: frame * pose.attitude };
+        }
+    }
+
+    /// Potential and inputs at `fraction` of the step, poses and forces in the axes of its start.
+    pub fn total(&mut self, fraction: f64, poses: &[Pose], inputs: &[Input], wrenches: &mut [Wrench]) {
+        let Some(turn) = self.frame_turn() else {
+            self.field(poses, wrenches);
+            add_inputs(inputs, fraction, wrenches);
+            return;
+        };
+        let frame = lie::exp(&(turn * fraction));
+        self.turn_poses(&frame, poses);
+        let turned = std::mem::take(&mut self.turned);
+        self.field(&turned, wrenches);
+        self.turned = turned;
+        add_inputs(inputs, fraction, wrenches);
+        for wrench in wrenches {
+            wrench.force = frame.tr_mul(&wrench.force);
+        }
+    }
+}
+
+/// Adds the inputs at `fraction` of the step.
+pub(crate) fn add_inputs(inputs: &[Input], fraction: f64, wrenches: &mut [Wrench]) {
+    for (wrench, input) in wrenches.iter_mut().zip(inputs) {
+        let input = input.at(fraction);
+        wrench.force += input.force;
+        wrench.moment += input.moment;
+    }
+}

@@ -1,0 +1,4 @@
+//! Propagation without optimisation: integrators and simulations.
+
+pub mod integrator;
+pub mod simulate;

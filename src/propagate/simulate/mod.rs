@@ -1,0 +1,331 @@
+//! Propagation without optimisation: rigid bodies, one or many, from their start, row after row.
+//!
+//! ```
+//! use slewkit::mechanics::body::{Body, Inertia};
+//! use slewkit::propagate::integrator::{Kind, System};
+//! use slewkit::maneuver::problem::State;
+//! use slewkit::propagate::simulate::{Row, Simulation};
+//! use slewkit::{Matrix3, Vector3};
+//! use std::ops::ControlFlow;
+//!
+//! let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5))?, mass: None };
+//! let system = System::new(vec![body], None)?;
+//! let start = system.state(&[State::attitude(Matrix3::identity(), Vector3::new(0.01, 1.0, 0.0))])?;
+//! let simulation = Simulation { stride: 100, ..Simulation::new(system, start, Kind::LieVerlet, 20.0, 2000) };
+//! let (mut first, mut drift) = (None, 0.0_f64);
+//! simulation.run(&mut |row: &Row| {
+//!     let first = *first.get_or_insert(row.invariants.angular_momentum);
+//!     drift = drift.max((row.invariants.angular_momentum - first).norm());
+//!     ControlFlow::Continue(())
+//! })?;
+//! assert!(drift < 1e-14);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! [`Simulation::of`] makes one from a maneuver. Reaction wheels are the matter of [`witness`].
+
+mod held;
+pub mod witness;
+
+use crate::maneuver::problem::{Motion, Problem, ProblemError};
+use crate::propagate::integrator::{
+    Facts, Invariants, Kind, Settings, StepError, System, SystemError, SystemState, Work, shown,
+};
+use crate::verify::same_sign;
+use crate::{Vector3, lie};
+use held::Held;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use thiserror::Error;
+
+/// Who moves, from where, by which method, how long.
+#[derive(Clone, Debug)]
+pub struct Simulation {
+    /// What is simulated, for people.
+    pub name: String,
+    /// What the bodies are called, in the order of the system.
+    pub bodies: Vec<String>,
+    /// What moves and what acts on it.
+    pub system: System,
+    /// Where everything is at `t = 0`.
+    pub start: SystemState,
+    /// The method.
+    pub kind: Kind,
+    /// Its settings.
+    pub settings: Settings,
+    /// Duration `T` \[s\].
+    pub duration: f64,
+    /// Number of steps `N`, at least 1; the step is `h = T/N`.
+    pub steps: u64,
+    /// A row every so many steps; the start and the end always have one.
+    pub stride: u64,
+    /// How far each body reaches from its mass center \[m\], in the order of the system; empty: not known.
+    pub reach: Vec<f64>,
+}
+
+/// One body at one moment, SI units, frames as in the crate's conventions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyState {
+    /// Attitude quaternion `[w, x, y, z]`, continuous along the motion.
+    pub quaternion: [f64; 4],
+    /// Angular velocity, body axes [rad/s].
+    pub angular_velocity: Vector3,
+    /// Position, reference frame \[m\].
+    pub position: Vector3,
+    /// Velocity, reference frame [m/s]; zero for a body that only turns.
+    pub velocity: Vector3,
+    /// Momentum that its wheels store, body axes [N·m·s]; zero without wheels.
+    pub stored_momentum: Vector3,
+}
+
+/// One moment of the motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Time \[s\].
+    pub time: f64,
+    /// The bodies, in the order of the system.
+    pub bodies: Vec<BodyState>,
+    /// Energy, momenta and orthogonality; the momenta in inertial axes, also where the reference frame turns.
+    pub invariants: Invariants,
+}
+
+/// Who follows a simulation. A closure that takes rows is one.
+pub trait Observer {
+    /// A row. `Break` ends the simulation.
+    fn on_row(&mut self, row: &Row) -> ControlFlow<()>;
+
+    /// So many steps have been made; called after each, so be quick. `Break` ends the simulation, with a last row of
+    /// the state reached.
+    fn on_step(&mut self, _steps: u64) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}
+
+impl<F: FnMut(&Row) -> ControlFlow<()>> Observer for F {
+    fn on_row(&mut self, row: &Row) -> ControlFlow<()> {
+        self(row)
+    }
+}
+
+/// Two bodies within reach of one another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Encounter {
+    /// When \[s\].
+    pub time: f64,
+    /// Which two, from 0.
+    pub bodies: [usize; 2],
+    /// Distance of their mass centers \[m\].
+    pub distance: f64,
+}
+
+/// What a run came to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Run {
+    /// Whether it came to the end; false: the observer ended it.
+    pub finished: bool,
+    /// What theory says of the method.
+    pub facts: Facts,
+    /// What the steps have cost.
+    pub work: Work,
+    /// Time that they took, without the observer's.
+    pub stepping: Duration,
+    /// The first step after which two bodies were within [`Simulation::reach`] of one another that had not been so
+    /// at the start.
+    pub encounter: Option<Encounter>,
+}
+
+/// Why a simulation cannot be run, or not to its end.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum SimulationError {
+    /// System, state and settings do not hold together.
+    #[error(transparent)]
+    System(#[from] SystemError),
+    /// The maneuver is unusable.
+    #[error(transparent)]
+    Problem(#[from] ProblemError),
+    /// The inputs are not one per actuator, or not finite.
+    #[error("{found} inputs, the maneuver has {expected}; each must be finite")]
+    Inputs {
+        /// How many were given.
+        found: usize,
+        /// How many there are.
+        expected: usize,
+    },
+    /// The integrators know no reaction wheels.
+    #[error("the integrators know no reaction wheels; propagate the maneuver by `simulate::witness`")]
+    Wheels,
+    /// Duration, steps or stride are not positive.
+    #[error("duration, steps and stride must be positive, and the duration finite")]
+    Grid,
+    /// A step could not be made; rows up to there have been handed out.
+    #[error("at t = {} s: {error}", shown(*time, 9))]
+    Step {
+        /// Start of the step \[s\].
+        time: f64,
+        /// Why.
+        error: StepError,
+    },
+}
+
+impl Simulation {
+    /// A simulation with a row per step, bodies called "body 1", ….
+    pub fn new(system: System, start: SystemState, kind: Kind, duration: f64, steps: u64) -> Self {
+        let bodies = (1..=system.bodies().len()).map(|number| format!("body {number}")).collect();
+        Self {
+            name: "simulation".into(),
+            bodies,
+            system,
+            start,
+            kind,
+            settings: Settings::default(),
+            duration,
+            steps,
+            stride: 1,
+            reach: Vec::new(),
+        }
+    }
+
+    /// The motion of a maneuver's body from its start, over its duration in its number of steps, under
+    /// `inputs` that are held throughout: forces before torques, one row in the order of the crate's plans; `None`: no
+    /// actuation. The end of the maneuver plays no part.
+    ///
+    /// # Errors
+    /// A [`SimulationError`], also where the maneuver has reaction wheels.
+    pub fn of(problem: &Problem, inputs: Option<&[f64]>) -> Result<Self, SimulationError> {
+        match problem.check_numbers() {
+            // That is about the planner's steps, and the method will say it of ours.
+            Ok(()) | Err(ProblemError::StepTooLong { .. }) => {}
+            Err(error) => return Err(error.into()),
+        }
+        if problem.actuation.wheels.is_some() {
+            return Err(SimulationError::Wheels);
+        }
+        let mut body = problem.body.clone();
+        body.mass = body.mass.filter(|_| problem.motion == Motion::RigidBody);
+        let environment = Arc::clone(&problem.environment);
+        if let Some(inputs) = inputs {
+            let (found, expected) = (inputs.len(), problem.actuation.count());
+            if found != expected || !inputs.iter().all(|input| input.is_finite()) {
+                return Err(SimulationError::Inputs { found, expected });
+            }
+        }
+        let acting = inputs.filter(|inputs| inputs.iter().any(|input| input.abs() > 0.0));
+        let system = match acting {
+            None => System::single(body, environment)?,
+            Some(inputs) => {
+                let frame_rate = environment.frame_rate();
+                System::turning(vec![body], Some(Arc::new(Held::new(problem, inputs))), frame_rate)?
+            }
+        };
+        let start = system.state(&[problem.start])?;
+        let mut simulation =
+            Self::new(system, start, Kind::LieVerlet, problem.duration, problem.steps as u64);
+        simulation.name.clone_from(&problem.name);
+        Ok(simulation)
+    }
+
+    /// The step `h = T/N` \[s\].
+    pub fn step(&self) -> f64 {
+        self.duration / self.steps as f64
+    }
+
+    /// Propagates and hands rows to `observer`, until the end or until it breaks off.
+    ///
+    /// Nothing is kept: memory does not grow with the steps.
+    ///
+    /// # Errors
+    /// A [`SimulationError`]; rows up to there have been handed out.
+    pub fn run(&self, observer: &mut impl Observer) -> Result<Run, SimulationError> {
+        let positive = self.duration > 0.0 && self.duration.is_finite();
+        if !positive || self.steps == 0 || self.stride == 0 {
+            return Err(SimulationError::Grid);
+        }
+        let mut method = self.kind.start(&self.system, &self.start, self.step(), &self.settings)?;
+        let mut row = self.row(0.0, method.state());
+        let mut stepping = Duration::ZERO;
+        let mut finished = observer.on_row(&row).is_continue();
+        let mut made = 0;
+        let apart = self.apart();
+        let mut encounter = None;
+        while finished && made < self.steps {
+            let next = (made + self.stride).min(self.steps);
+            let began = Instant::now();
+            while finished && made < next {
+                let time = self.time(made);
+                method.step(&[]).map_err(|error| SimulationError::Step { time, error })?;
+                made += 1;
+                encounter = encounter.or_else(|| self.meeting(&apart, made, method.state()));
+                // Followed step by step, as a turn of more than 180° between rows would lose the sign.
+                for (body, pose) in row.bodies.iter_mut().zip(method.state().poses()) {
+                    let quaternion = lie::quaternion_from_rotation(&pose.attitude);
+                    body.quaternion = same_sign(quaternion, &body.quaternion);
+                }
+                finished = observer.on_step(made).is_continue();
+            }
+            stepping += began.elapsed();
+            self.fill(&mut row, self.time(made), method.state());
+            finished &= observer.on_row(&row).is_continue();
+            finished |= made == self.steps;
+        }
+        Ok(Run { finished, facts: method.facts(), work: method.work(), stepping, encounter })
+    }
+
+    /// The pairs that are out of reach of one another at the start, with the square of that distance.
+    fn apart(&self) -> Vec<([usize; 2], f64)> {
+        let poses = self.start.poses();
+        let pairs = (0..self.reach.len()).flat_map(|second| (0..second).map(move |first| [first, second]));
+        let with_reach =
+            pairs.map(|pair| (pair, pair.map(|body| self.reach[body]).iter().sum::<f64>().powi(2)));
+        let distance = |[a, b]: [usize; 2]| (poses[a].position - poses[b].position).norm_squared();
+        with_reach.filter(|(pair, reach)| *reach > 0.0 && distance(*pair) >= *reach).collect()
+    }
+
+    /// The first of `pairs` within reach.
+    fn meeting(&self, pairs: &[([usize; 2], f64)], made: u64, state: &SystemState) -> Option<Encounter> {
+        let poses = state.poses();
+        let distance = |[a, b]: [usize; 2]| (poses[a].position - poses[b].position).norm_squared();
+        let (bodies, _) = pairs.iter().find(|(pair, reach)| distance(*pair) < *reach)?;
+        Some(Encounter { time: self.time(made), bodies: *bodies, distance: distance(*bodies).sqrt() })
+    }
+
+    /// The row of a state at `t = 0`, or of one whose signs do not matter.
+    pub fn row(&self, time: f64, state: &SystemState) -> Row {
+        let body = |pose: &crate::mechanics::environment::Pose| BodyState {
+            quaternion: lie::quaternion_from_rotation(&pose.attitude),
+            angular_velocity: Vector3::zeros(),
+            position: pose.position,
+            velocity: Vector3::zeros(),
+            stored_momentum: Vector3::zeros(),
+        };
+        let bodies = state.poses().iter().map(body).collect();
+        let mut row = Row { time, bodies, invariants: self.system.invariants(state) };
+        self.fill(&mut row, time, state);
+        row
+    }
+
+    fn time(&self, steps: u64) -> f64 {
+        if steps == self.steps { self.duration } else { steps as f64 * self.step() }
+    }
+
+    /// Everything but the quaternions.
+    fn fill(&self, row: &mut Row, time: f64, state: &SystemState) {
+        row.time = time;
+        row.invariants = self.system.invariants(state);
+        let rate = self.system.frame_rate();
+        if rate != Vector3::zeros() {
+            let frame = lie::exp(&(time * rate));
+            row.invariants.linear_momentum = frame * row.invariants.linear_momentum;
+            row.invariants.angular_momentum = frame * row.invariants.angular_momentum;
+        }
+        let states = state.poses().iter().zip(state.momenta());
+        for ((row, body), (pose, momentum)) in row.bodies.iter_mut().zip(self.system.bodies()).zip(states) {
+            row.position = pose.position;
+            row.velocity = body.mass.map_or_else(Vector3::zeros, |mass| momentum.linear / mass);
+            // Refined once: the plain product misses by ε·cond(J).
+            let (j, inverse) = (body.inertia.j(), body.inertia.j_inverse());
+            let rate = inverse * momentum.angular;
+            row.angular_velocity = rate + inverse * (momentum.angular - j * rate);
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! Propagation by the witnesses' own equations, reaction wheels included.
+//!
+//! A second road to what [`super::Simulation`] computes, in inertial axes and with the implicit equation in its
+//! exponential form; and the only one for a body with wheels.
+
+use super::{BodyState, Observer, Row};
+use crate::maneuver::problem::{Problem, ProblemError, Scheme};
+use crate::mechanics::environment::Pose;
+use crate::propagate::integrator::Invariants;
+use crate::verify::{Continuous, Discrete, Output, Phase, Plant, WitnessError, same_sign};
+use crate::{Matrix3, lie};
+
+/// How to propagate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Propagator {
+    /// Lie–Verlet: second order, symplectic, no drift of energy or momentum. Default.
+    #[default]
+    LieVerlet,
+    /// Verner 9(8) at tolerance 1e-14, restarted at every step: exact to round-off, about ten times
+    /// slower.
+    Verner98,
+}
+
+/// Settings of a propagation over the duration of its problem.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings<'a> {
+    /// How to propagate.
+    pub propagator: Propagator,
+    /// Number of steps, at least 1; independent of the problem's. Default 1000.
+    pub steps: u64,
+    /// A row every so many steps; the start and the end always have one. Default 1.
+    pub stride: u64,
+    /// Inputs held throughout, one row in the order of the crate's plans; none: no actuation. Default.
+    pub inputs: Option<&'a [f64]>,
+}
+
+impl Default for Settings<'_> {
+    fn default() -> Self {
+        Self { propagator: Propagator::LieVerlet, steps: 1000, stride: 1, inputs: None }
+    }
+}
+
+/// Propagates the start of `problem` and hands rows to `observer`, until the end (true) or until it breaks off.
+///
+/// Nothing is kept: memory does not grow with the steps. The end state of the problem, its scheme and
+/// its own number of steps play no part. The momenta of the rows count the wheels', the energy does not.
+///
+/// # Errors
+/// A [`WitnessError`] when the problem is unusable or the motion cannot be propagated further; rows up
+/// to there have been handed out.
+pub fn propagate(
+    problem: &Problem,
+    settings: &Settings,
+    observer: &mut impl Observer,
+) -> Result<bool, WitnessError> {
+    match problem.check_numbers() {
+        // That is about the problem's own steps, and the propagator will say it of ours.
+        Ok(()) | Err(ProblemError::StepTooLong { .. }) => {}
+        Err(error) => return Err(error.into()),
+    }
+    let plant = Plant::new(problem).judgeable()?;
+    let output = match settings.inputs {
+        Some(inputs) if inputs.len() != problem.actuation.count() => {
+            let expected = problem.actuation.count();
+            return Err(WitnessError::Rows { what: "inputs in a row", found: inputs.len(), expected });
+        }
+        Some(inputs) => Output::of(problem, inputs),
+        None => Output::none(),
+    };
+    let (steps, stride) = (settings.steps.max(1), settings.stride.max(1));
+    let step = problem.duration / steps as f64;
+    let start = Phase::of(problem, &problem.start);
+    let mut body = match settings.propagator {
+        Propagator::LieVerlet => {
+            Carrier::Discrete(Box::new(Discrete::new(&plant, &start, Scheme::LieVerlet, step)))
+        }
+        Propagator::Verner98 => Carrier::Continuous(Continuous::new(&plant, &start)),
+    };
+    let mut quaternion = lie::quaternion_from_rotation(&start.attitude);
+    let mut told_to_stop = false;
+    for k in 0..=steps {
+        let time = if k == steps { problem.duration } else { k as f64 * step };
+        let phase = match &body {
+            Carrier::Discrete(body) => body.phase(),
+            Carrier::Continuous(body) => body.phase(time),
+        };
+        if !phase.is_finite() {
+            return Err(WitnessError::NotFinite { time });
+        }
+        quaternion = same_sign(lie::quaternion_from_rotation(&phase.attitude), &quaternion);
+        let due = k % stride == 0 || k == steps || told_to_stop;
+        if (due && observer.on_row(&row(&plant, time, quaternion, &phase)).is_break()) || told_to_stop {
+            return Ok(k == steps);
+        }
+        if k < steps {
+            match &mut body {
+                Carrier::Discrete(body) => body.advance(&output, &output)?,
+                Carrier::Continuous(body) => body.advance(time, step, &output, &output)?,
+            }
+            told_to_stop = observer.on_step(k + 1).is_break();
+        }
+    }
+    Ok(true)
+}
+
+enum Carrier<'a> {
+    Discrete(Box<Discrete<'a>>),
+    Continuous(Continuous<'a>),
+}
+
+fn row(plant: &Plant, time: f64, quaternion: [f64; 4], phase: &Phase) -> Row {
+    let problem = plant.problem;
+    let (rate, velocity) = (phase.angular_velocity(problem), phase.velocity(problem));
+    let spin = phase.attitude * phase.momentum;
+    let pose = Pose { position: phase.position, attitude: phase.attitude };
+    let potential = problem.environment.potential(&pose);
+    let momentum = spin + phase.attitude * phase.stored + phase.position.cross(&phase.linear_momentum);
+    let inertial = plant.to_reference(time).map_or_else(Matrix3::identity, |frame| frame.transpose());
+    Row {
+        time,
+        bodies: vec![BodyState {
+            quaternion,
+            angular_velocity: rate,
+            position: phase.position,
+            velocity,
+            stored_momentum: phase.stored,
+        }],
+        invariants: Invariants {
+            energy: 0.5 * (phase.momentum.dot(&rate) + phase.linear_momentum.dot(&velocity)) + potential
+                - plant.frame_rate().dot(&spin),
+            linear_momentum: inertial * phase.linear_momentum,
+            angular_momentum: inertial * momentum,
+            orthogonality: (phase.attitude.tr_mul(&phase.attitude) - Matrix3::identity()).norm(),
+        },
+    }
+}
