@@ -2,5 +2,6 @@
 
 pub mod actuators;
 pub mod body;
+pub(crate) mod drift_equation;
 pub mod environment;
 pub mod full_body;

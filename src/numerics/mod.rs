@@ -2,6 +2,7 @@
 //! figures for people.
 
 pub(crate) mod banded;
+pub(crate) mod compensated;
 pub(crate) mod factor;
 #[cfg(feature = "cli")]
 pub mod figures;

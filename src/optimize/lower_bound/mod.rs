@@ -36,8 +36,8 @@ mod tests;
 use crate::maneuver::problem::{Motion, Problem, ProblemError, Scheme};
 use crate::mechanics::actuators::AxisFrame;
 use crate::mechanics::body::principal_moments;
+use crate::mechanics::drift_equation;
 use crate::optimize::convex::cone::{Answer, Cone, ConeSettings, ConeSolver};
-use crate::optimize::step::implicit;
 use crate::{Matrix3, Vector3, lie};
 use certificate::{prove, rank_one_defect, unpacked};
 use chain::{Chain, ChainData};
@@ -413,7 +413,7 @@ impl Setup {
         };
         let mut fixed = None;
         if !verlet {
-            let c = implicit::solve(&j, &(inertia.j_inverse() * mean), &data.before)
+            let c = drift_equation::solve(&j, &(inertia.j_inverse() * mean), &data.before)
                 .ok_or(BoundError::NotCovered("the first step is too long for the rate at the start"))?;
             let first = lie::cayley(&c);
             data.before = first.transpose() * data.before;

@@ -19,10 +19,11 @@
 use crate::lie;
 use crate::maneuver::problem::Scheme;
 use crate::maneuver::solution::Outcome;
+use crate::numerics::compensated::Sum;
 use crate::numerics::factor::Factor;
 use crate::optimize::methods::shooting::driver::Iteration;
 use crate::optimize::methods::shooting::newton::outcome_of;
-use crate::optimize::step::{Costate, Dynamics, Linearization, Point, StepError, Sum};
+use crate::optimize::step::{Costate, Dynamics, Linearization, Point, StepError};
 use crate::optimize::sweep::Extremal;
 use crate::{Matrix3, Vector3};
 use nalgebra::{SMatrix, SVector};

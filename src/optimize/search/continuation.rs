@@ -5,13 +5,14 @@ use crate::Vector3;
 use crate::lie;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::Outcome;
+use crate::numerics::compensated::Sum;
 use crate::optimize::methods::lifted::{Lifted, Nodes};
 use crate::optimize::methods::shooting::driver::{Report, run};
 use crate::optimize::methods::shooting::guess::wound;
 use crate::optimize::methods::shooting::newton::{Newton, outcome_of};
 use crate::optimize::methods::shooting::refine::failed;
 use crate::optimize::search::geodesic;
-use crate::optimize::step::{Point, StepError, Sum};
+use crate::optimize::step::{Point, StepError};
 use crate::optimize::sweep::Extremal;
 use nalgebra::SVector;
 

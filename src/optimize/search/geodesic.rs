@@ -7,9 +7,10 @@
 use crate::Vector3;
 use crate::lie;
 use crate::mechanics::environment::Wrench;
+use crate::numerics::compensated::Sum;
 use crate::optimize::methods::lifted::Nodes;
 use crate::optimize::methods::shooting::guess::wound;
-use crate::optimize::step::{Costate, Point, StepError, Sum};
+use crate::optimize::step::{Costate, Point, StepError};
 use crate::optimize::sweep::Extremal;
 use nalgebra::SVector;
 use std::f64::consts::{PI, TAU};

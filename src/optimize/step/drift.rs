@@ -17,9 +17,9 @@
 //!
 //! The translation drifts by `x' = x + h γ`, `λ^γ' = λ^γ − h λ^x`.
 
-use super::implicit::{inverse3, solve, solve3};
 use super::{Costate, Dynamics, Point, Sensitivity, StepError, lanes::Rows};
 use crate::lie::{cayley_minus_identity, hat};
+use crate::mechanics::drift_equation::{inverse3, solve, solve3};
 use crate::{Matrix3, Vector3};
 
 /// What a drift leaves behind for its linearisation.

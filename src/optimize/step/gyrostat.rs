@@ -14,9 +14,9 @@
 //! G(c) = g + g×c + (g·c) c − 2Jc − h (1 + |c|²)(μ + (μ·c) c) = 0
 //! ```
 
-use super::implicit::{inverse3, solve3};
 use super::{Dynamics, StepError};
 use crate::lie::{cayley, hat};
+use crate::mechanics::drift_equation::{inverse3, solve3};
 use crate::{Matrix3, Vector3};
 
 /// Newton starts within a few percent of the solution; the plain body's equation needs 2 or 3.

@@ -11,7 +11,8 @@
 
 use crate::lie;
 use crate::maneuver::problem::{Problem, Scheme};
-use crate::optimize::step::{Costate, Dynamics, Point, Sensitivity, StepError, Sum};
+use crate::numerics::compensated::Sum;
+use crate::optimize::step::{Costate, Dynamics, Point, Sensitivity, StepError};
 use crate::{Matrix3, Vector3};
 use nalgebra::{SMatrix, SVector};
 

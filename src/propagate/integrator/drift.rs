@@ -6,7 +6,7 @@
 
 use super::StepError;
 use crate::mechanics::body::Body;
-use crate::optimize::step::implicit::{solve_counting, solve_from};
+use crate::mechanics::drift_equation::{solve_counting, solve_from};
 use crate::{Matrix3, Vector3};
 
 /// One body as the implicit equation sees it, in units of its mean principal moment.

@@ -8,7 +8,7 @@
 
 use crate::lie::hat;
 use crate::mechanics::body::Inertia;
-use crate::optimize::step::implicit::{newton, solve_counting};
+use crate::mechanics::drift_equation::{newton, solve_counting, solve3};
 use crate::{Matrix3, Vector3};
 use std::f64::consts::FRAC_PI_2;
 
@@ -85,7 +85,7 @@ impl AttitudeEquation {
             let slope = a * self.j
                 + (a_prime * jf + b_prime * fjf) * f.transpose()
                 + b * (hat(&f) * self.j - hat(&jf));
-            let correction = crate::optimize::step::implicit::solve3(&slope, &residual);
+            let correction = solve3(&slope, &residual);
             f += correction;
             if correction.amax() <= 2e-9 {
                 return (f.norm() < FRAC_PI_2).then_some((f, iteration));

@@ -16,7 +16,7 @@ use super::drift::Rotor;
 use super::system::{Loads, add_inputs};
 use super::{Facts, Input, Integrator, Momentum, StepError, System, SystemState, Work};
 use crate::mechanics::environment::Wrench;
-use crate::optimize::step::Sum3;
+use crate::numerics::compensated::Sum3;
 use crate::{Matrix3, Vector3, lie};
 
 /// Lie–Verlet in pairs of configurations.

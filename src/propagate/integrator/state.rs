@@ -3,7 +3,7 @@
 use super::{Momentum, StepError};
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::{Pose, Wrench};
-use crate::optimize::step::compensated_add;
+use crate::numerics::compensated::compensated_add;
 use crate::{Matrix3, Vector3, lie};
 
 /// Poses and momenta of all bodies, each with the round-off that its sum has shed so far.

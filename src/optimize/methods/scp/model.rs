@@ -15,7 +15,8 @@ use crate::lie::{self, hat};
 use crate::maneuver::problem::{Motion, Problem, Scheme};
 use crate::mechanics::actuators::{AxisFrame, Channel};
 use crate::mechanics::environment::{Blocks, Pose, Wrench};
-use crate::optimize::step::{Costate, Dynamics, Point, StepError, Sum};
+use crate::numerics::compensated::Sum;
+use crate::optimize::step::{Costate, Dynamics, Point, StepError};
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, DVector, Matrix3xX};
 

@@ -1,6 +1,6 @@
 //! The implicit equation against reference solutions, and up to its bound.
 
-use crate::optimize::step::implicit::solve;
+use crate::mechanics::drift_equation::solve;
 use crate::testing::{Random, matrix, reference, vector};
 use crate::{Matrix3, Vector3, lie};
 
