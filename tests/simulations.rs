@@ -7,8 +7,8 @@ use slewkit::mechanics::actuators::{Actuation, AxisFrame, Channel};
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::mechanics::environment::{GravityGradient, SecondOrderGravity};
 use slewkit::propagate::integrator::{Kind, Quadrature};
-use slewkit::propagate::simulate::witness::{Propagator, Settings, propagate};
 use slewkit::propagate::simulate::{BodyState, Observer, Row, Simulation, SimulationError};
+use slewkit::verify::propagation::{Propagation, Propagator, propagate};
 use slewkit::{Matrix3, Vector3, lie};
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
@@ -241,7 +241,7 @@ fn a_maneuver_moves_as_its_witness_says() {
         for (inputs, what) in [(None, "free"), (Some(inputs.as_slice()), "pushed")] {
             let witness = |propagator, steps| {
                 let mut last = None;
-                let settings = Settings { propagator, steps, stride: steps, inputs };
+                let settings = Propagation { propagator, steps, stride: steps, inputs };
                 propagate(&problem, &settings, &mut |row: &Row| {
                     last = Some(row.clone());
                     ControlFlow::Continue(())

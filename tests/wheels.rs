@@ -10,7 +10,7 @@ use slewkit::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits, Wheel
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::mechanics::environment::{Blocks, Environment, Pose, Wrench};
 use slewkit::propagate::simulate::Row;
-use slewkit::propagate::simulate::witness::{Propagator, Settings as Propagation, propagate};
+use slewkit::verify::propagation::{Propagation, Propagator, propagate};
 use slewkit::verify::{Verification, margins, replay, verify};
 use slewkit::{Matrix3, Vector3, lie};
 use std::ops::ControlFlow;

@@ -3,7 +3,7 @@
 //! `cay(f) = (I + S(f))(I − S(f))⁻¹ = I + 2 (S(f) + S(f)²)/(1 + |f|²) = exp S(2 atan|f| f/|f|)`
 
 use super::quaternion::shepperd;
-use super::skew_polynomial;
+use super::skew::skew_polynomial;
 use crate::{Matrix3, Vector3};
 
 /// Rotation `cay(f)` with Cayley vector `f = tan(θ/2) axis`.

@@ -17,28 +17,16 @@
 mod cayley;
 mod kernels;
 mod quaternion;
+mod skew;
 mod so3;
 
 pub use cayley::{cayley, cayley_inverse, cayley_minus_identity};
 pub(crate) use kernels::Second;
+pub(crate) use quaternion::continued;
 pub use quaternion::{project_to_rotation, quaternion_from_rotation, rotation_from_quaternion};
+pub(crate) use skew::skew_polynomial;
+pub use skew::{hat, vee};
 pub use so3::{
-    exp, exp_minus_identity, hat, left_jacobian, left_jacobian_inverse, log, right_jacobian,
-    right_jacobian_directional, right_jacobian_inverse, vee,
+    exp, exp_minus_identity, left_jacobian, left_jacobian_inverse, log, right_jacobian,
+    right_jacobian_directional, right_jacobian_inverse,
 };
-
-use crate::{Matrix3, Vector3};
-
-/// `a S(f) + b S(f)²`, without forming `S(f)² = f fᵀ − |f|² I` by subtraction.
-pub(crate) fn skew_polynomial(a: f64, b: f64, f: &Vector3) -> Matrix3 {
-    let (x, y, z) = (f.x, f.y, f.z);
-    let (bxy, bxz, byz) = (b * x * y, b * x * z, b * y * z);
-    let (ax, ay, az) = (a * x, a * y, a * z);
-    #[rustfmt::skip]
-    let polynomial = Matrix3::new(
-        -b * (y * y + z * z), bxy - az,             bxz + ay,
-        bxy + az,             -b * (x * x + z * z), byz - ax,
-        bxz - ay,             byz + ax,             -b * (x * x + y * y),
-    );
-    polynomial
-}

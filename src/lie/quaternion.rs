@@ -1,7 +1,6 @@
 //! Hamilton quaternions `[w, x, y, z]` of rotations, body → reference, and the nearest rotation.
 
-use super::skew_polynomial;
-use super::so3::twice_vee;
+use super::skew::{skew_polynomial, twice_vee};
 use crate::{Matrix3, Vector3};
 
 /// Unit quaternion `[w, x, y, z]` of a rotation; its largest component is positive.
@@ -34,6 +33,12 @@ pub(super) fn shepperd(r: &Matrix3) -> [f64; 4] {
         q[1 + k] = (r[(i, k)] + r[(k, i)]) * scale;
         q
     }
+}
+
+/// Of `q` and `−q` the one that continues the quaternion `before`; `q` itself where there is none.
+pub(crate) fn continued(before: Option<&[f64; 4]>, quaternion: [f64; 4]) -> [f64; 4] {
+    let dot = |before: &[f64; 4]| before.iter().zip(&quaternion).map(|(a, b)| a * b).sum::<f64>();
+    if before.is_some_and(|before| dot(before) < 0.0) { quaternion.map(|part| -part) } else { quaternion }
 }
 
 /// Rotation of a quaternion `[w, v]`: `I + 2 (w S(v) + S(v)²)/(w² + |v|²)`.

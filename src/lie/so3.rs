@@ -2,23 +2,8 @@
 
 use super::kernels::{a, b, b_prime, c, c_prime, g};
 use super::quaternion::shepperd;
-use super::skew_polynomial;
+use super::skew::{hat, skew_polynomial};
 use crate::{Matrix3, Vector3};
-
-/// Skew matrix `S(a)`, `S(a) b = a × b`.
-pub fn hat(a: &Vector3) -> Matrix3 {
-    a.cross_matrix()
-}
-
-/// Inverse of [`hat`], applied to the skew part: `½ [m₃₂ − m₂₃, m₁₃ − m₃₁, m₂₁ − m₁₂]`.
-pub fn vee(m: &Matrix3) -> Vector3 {
-    0.5 * twice_vee(m)
-}
-
-/// `vee(M − Mᵀ)`.
-pub(super) fn twice_vee(m: &Matrix3) -> Vector3 {
-    Vector3::new(m[(2, 1)] - m[(1, 2)], m[(0, 2)] - m[(2, 0)], m[(1, 0)] - m[(0, 1)])
-}
 
 /// Rotation by the vector `f` \[rad\]: `exp S(f) = I + A S(f) + B S(f)²`.
 pub fn exp(f: &Vector3) -> Matrix3 {

@@ -1,4 +1,6 @@
 //! Propagation without optimisation: integrators and simulations.
 
 pub mod integrator;
+pub(crate) mod plant;
+pub(crate) mod row;
 pub mod simulate;

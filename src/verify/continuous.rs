@@ -12,8 +12,9 @@
 
 use super::WitnessError;
 use super::compensated::Compensated;
-use super::plant::{Output, Phase, Plant, Scale, angular_velocity};
+use super::motion::{Phase, Scale, angular_velocity};
 use crate::mechanics::environment::{Pose, Wrench};
+use crate::propagate::plant::{Output, Plant};
 use crate::{Matrix3, Vector3, lie};
 use differential_equations::methods::{Adaptive, ExplicitRungeKutta, Ordinary};
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod};

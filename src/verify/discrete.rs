@@ -18,11 +18,12 @@
 use super::WitnessError;
 use super::compensated::Compensated;
 use super::implicit::{Implicit, exp_minus_identity};
-use super::plant::{Output, Phase, Plant};
+use super::motion::Phase;
 use crate::Vector3;
 use crate::maneuver::constraint::Arc;
 use crate::maneuver::problem::Scheme;
 use crate::mechanics::environment::{Pose, Wrench};
+use crate::propagate::plant::{Output, Plant};
 
 /// A body on its way, advanced by steps of one length.
 #[derive(Clone, Debug)]

@@ -7,9 +7,6 @@
 //! That is the discrete motion. Under the same held torque the continuous one is a little elsewhere, and has
 //! margins of its own ([`Margin::continuous_margin`]).
 
-use super::WitnessError;
-use super::plant::{Inputs, Plant};
-use super::rows::walk;
 use crate::Vector3;
 use crate::maneuver::constraint::{Arc, Constraint, Pointing, Rule, Side};
 use crate::maneuver::problem::Problem;
@@ -82,22 +79,6 @@ pub fn worst_violation(margins: &[Margin]) -> f64 {
         let violation = -margin.scaled;
         if violation > worst || violation.is_nan() { violation } else { worst }
     })
-}
-
-/// The margins of the motion that the discrete witness finds for the inputs of a plan: every limit and
-/// constraint of `problem`, torque inputs first, then wheels, forces, and the constraints in their order.
-///
-/// `inputs` are the rows of [`crate::maneuver::solution::Trajectory::input`], one after the other.
-///
-/// # Errors
-/// A [`WitnessError`] when the problem is unusable, the rows do not fit it, or a step has no solution.
-pub fn margins(problem: &Problem, inputs: &[f64]) -> Result<Vec<Margin>, WitnessError> {
-    problem.check_numbers()?;
-    let plant = Plant::new(problem).judgeable()?;
-    let inputs = Inputs::checked(problem, inputs)?;
-    let mut meter = Meter::new(problem);
-    walk(&plant, &inputs, |node| node.measure(&mut meter))?;
-    Ok(meter.margins())
 }
 
 /// One limit or constraint and the smallest margin met so far.

@@ -17,25 +17,26 @@ mod continuous;
 mod discrete;
 mod implicit;
 mod margins;
+mod motion;
 mod order;
-mod plant;
+pub mod propagation;
 mod rows;
 mod symplectic;
 mod wheels;
 
-pub(crate) use continuous::Continuous;
-pub(crate) use discrete::Discrete;
-use margins::Meter;
-pub use margins::{Margin, margins, worst_violation};
-pub use plant::Phase;
-pub(crate) use plant::{Inputs, Output, Plant, Scale};
-pub(crate) use rows::same_sign;
-pub use rows::{effort, replay};
+pub use margins::{Margin, worst_violation};
+pub use motion::Phase;
+pub use rows::{effort, margins, replay};
 
 use crate::lie;
 use crate::maneuver::constraint::{Arc, Rule};
 use crate::maneuver::problem::{Motion, Problem, ProblemError};
 use crate::maneuver::solution::{TerminalError, Trajectory};
+use crate::propagate::plant::{Output, Plant};
+use continuous::Continuous;
+use discrete::Discrete;
+use margins::Meter;
+use motion::{Inputs, Scale, judgeable};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -288,7 +289,7 @@ impl Verification {
     ) -> Result<(), WitnessError> {
         problem.check_numbers()?;
         rows::fit(problem, trajectory)?;
-        let plant = Plant::new(problem).judgeable()?;
+        let plant = judgeable(problem)?;
         let inputs = Inputs::new(problem, &trajectory.input);
         let isolated = plant.free && problem.actuation.wheels.is_some();
         judged.momentum_drift = isolated.then(|| rows::momentum_drift(&plant, trajectory));

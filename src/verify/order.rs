@@ -6,11 +6,12 @@
 
 use super::WitnessError;
 use super::discrete::Discrete;
-use super::plant::{Inputs, Phase, Plant, Scale};
+use super::motion::{Inputs, Phase, Scale};
 use crate::Vector3;
 use crate::lie;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::TerminalError;
+use crate::propagate::plant::Plant;
 
 /// Refinements of the plan's step.
 const LEVELS: [usize; 5] = [1, 2, 4, 8, 16];

@@ -3,11 +3,12 @@
 use super::WitnessError;
 use super::discrete::Discrete;
 use super::margins::{Margin, Meter};
-use super::plant::{Inputs, Output, Phase, Plant, Scale};
+use super::motion::{Inputs, Phase, Scale, judgeable};
 use super::wheels::Wheels;
 use crate::maneuver::problem::{Motion, Problem, Scheme};
 use crate::maneuver::solution::Trajectory;
 use crate::mechanics::actuators::{Actuation, Channel};
+use crate::propagate::plant::{Output, Plant};
 use crate::{Vector3, lie};
 use nalgebra::DVector;
 
@@ -207,14 +208,14 @@ fn state_difference(
 /// A [`WitnessError`] when the problem is unusable, the rows do not fit it, or a step has no solution.
 pub fn replay(problem: &Problem, inputs: &[f64]) -> Result<Trajectory, WitnessError> {
     problem.check_numbers()?;
-    let plant = Plant::new(problem).judgeable()?;
+    let plant = judgeable(problem)?;
     let rows = Inputs::checked(problem, inputs)?;
     let count = problem.actuation.count();
     let mut found = Trajectory { input: inputs.to_vec(), input_count: count, ..Trajectory::default() };
     let mut quaternion = lie::quaternion_from_rotation(&problem.start.attitude);
     walk(&plant, &rows, |node| {
         let phase = node.body.phase();
-        quaternion = same_sign(lie::quaternion_from_rotation(&phase.attitude), &quaternion);
+        quaternion = lie::continued(Some(&quaternion), lie::quaternion_from_rotation(&phase.attitude));
         found.time.push(node.body.time());
         found.quaternion.push(quaternion);
         found.angular_velocity.push(phase.angular_velocity(problem));
@@ -234,6 +235,22 @@ pub fn replay(problem: &Problem, inputs: &[f64]) -> Result<Trajectory, WitnessEr
     Ok(found)
 }
 
+/// The margins of the motion that the discrete witness finds for the inputs of a plan: every limit and
+/// constraint of `problem`, torque inputs first, then wheels, forces, and the constraints in their order.
+///
+/// `inputs` are the rows of [`Trajectory::input`], one after the other.
+///
+/// # Errors
+/// A [`WitnessError`] when the problem is unusable, the rows do not fit it, or a step has no solution.
+pub fn margins(problem: &Problem, inputs: &[f64]) -> Result<Vec<Margin>, WitnessError> {
+    problem.check_numbers()?;
+    let plant = judgeable(problem)?;
+    let inputs = Inputs::checked(problem, inputs)?;
+    let mut meter = Meter::new(problem);
+    walk(&plant, &inputs, |node| node.measure(&mut meter))?;
+    Ok(meter.margins())
+}
+
 /// The cost of the inputs of a plan, `Σ (h/2) uᵀWu`, for Lie–Verlet with half of both end rows. Rows and problem
 /// must fit.
 pub fn effort(problem: &Problem, inputs: &[f64]) -> f64 {
@@ -251,10 +268,4 @@ pub fn effort(problem: &Problem, inputs: &[f64]) -> f64 {
         if end { 0.5 * priced } else { priced }
     });
     0.5 * problem.step() * rows.sum::<f64>()
-}
-
-/// Of `q` and `−q` the one nearer to `last`.
-pub(crate) fn same_sign(q: [f64; 4], last: &[f64; 4]) -> [f64; 4] {
-    let dot: f64 = q.iter().zip(last).map(|(a, b)| a * b).sum();
-    if dot < 0.0 { q.map(|part| -part) } else { q }
 }

@@ -8,13 +8,14 @@
 //! uses none, and of the field force and moment alone.
 
 use super::WitnessError;
-use super::plant::{Inputs, Output, Phase, Plant};
-use crate::maneuver::problem::Problem;
+use super::motion::{Inputs, Phase};
 use crate::mechanics::body::Body;
-use crate::mechanics::environment::{Pose, Wrench};
-use crate::mechanics::full_body::Potential;
-use crate::propagate::integrator::{Kind, Momentum, Quadrature, Settings, StepError, System, SystemState};
-use std::sync::{Arc, Mutex, PoisonError};
+use crate::mechanics::environment::Pose;
+use crate::propagate::integrator::{
+    Galerkin, Integrator, Momentum, Quadrature, StepError, System, SystemState,
+};
+use crate::propagate::plant::{HeldLoad, Output, Plant};
+use std::sync::Arc;
 
 /// Largest turn of a step [rad]. Steps of the plan are divided until it holds.
 const LARGEST_TURN: f64 = 0.2;
@@ -22,29 +23,6 @@ const LARGEST_TURN: f64 = 0.2;
 /// Most parts of a step of the plan, and most steps in all: a few seconds.
 const MOST_PARTS: f64 = 1e4;
 const MOST_STEPS: f64 = 4e6;
-
-/// Field and actuators as one load on one body, the actuators' output set from outside.
-#[derive(Debug)]
-struct Load {
-    problem: Problem,
-    output: Arc<Mutex<Output>>,
-}
-
-impl Potential for Load {
-    /// Nobody asks: the actuators have none.
-    fn energy(&self, poses: &[Pose]) -> f64 {
-        self.problem.environment.potential(&poses[0])
-    }
-
-    fn wrenches(&self, poses: &[Pose], wrenches: &mut [Wrench]) {
-        let plant = Plant::new(&self.problem);
-        let output = *self.output.lock().unwrap_or_else(PoisonError::into_inner);
-        let field = plant.field(&poses[0]);
-        let actuators = plant.actuators(&poses[0].attitude, &output);
-        wrenches[0] =
-            Wrench { force: field.force + actuators.force, moment: field.moment + actuators.moment };
-    }
-}
 
 /// The degree whose error over a maneuver of steps of this turn is round-off.
 fn degree(turn: f64) -> usize {
@@ -71,21 +49,20 @@ pub(super) fn end(
     if problem.actuation.wheels.is_some() || !bearable {
         return Ok(None);
     }
-    let output = Arc::new(Mutex::new(Output::none()));
     let mass = problem.body.mass.filter(|_| plant.moves);
     let body = Body { inertia: problem.body.inertia.clone(), mass };
-    let load = Load { problem: problem.clone(), output: Arc::clone(&output) };
+    let load = Arc::new(HeldLoad::new(problem, Output::none()));
     let unusable = |_| WitnessError::NotFinite { time: 0.0 };
-    let system = System::new(vec![body], Some(Arc::new(load))).map_err(unusable)?;
+    let system = System::new(vec![body], Some(load.clone())).map_err(unusable)?;
     let system = system.with_frame_rate(plant.frame_rate());
     let pose = Pose { position: start.position, attitude: start.attitude };
     let momentum = Momentum { linear: start.linear_momentum, angular: start.momentum };
     let state = SystemState::new(vec![pose], vec![momentum]);
-    let kind = Kind::Galerkin { degree: degree(turn / parts), quadrature: Quadrature::Gauss };
+    system.check(&state).map_err(unusable)?;
     let step = problem.step() / parts;
-    let mut method = kind.start(&system, &state, step, &Settings::default()).map_err(unusable)?;
+    let mut method = Galerkin::new(&system, &state, step, degree(turn / parts), Quadrature::Gauss);
     for k in 0..problem.steps {
-        *output.lock().unwrap_or_else(PoisonError::into_inner) = inputs.held(k);
+        load.hold(inputs.held(k));
         let time = k as f64 * problem.step();
         for _ in 0..parts as usize {
             match method.step(&[]) {

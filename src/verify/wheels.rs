@@ -5,7 +5,7 @@
 //! ```
 
 use super::compensated::Compensated;
-use super::plant::Inputs;
+use super::motion::Inputs;
 use crate::maneuver::problem::Scheme;
 use nalgebra::SMatrix;
 

@@ -8,7 +8,7 @@ pub use slewkit::mechanics::actuators::{Actuation, AxisFrame, Channel};
 pub use slewkit::mechanics::body::{Body, Inertia};
 pub use slewkit::mechanics::environment::{Blocks, Environment, Pose, Wrench};
 pub use slewkit::propagate::simulate::Row;
-pub use slewkit::propagate::simulate::witness::{Propagator, Settings as Propagation, propagate};
+pub use slewkit::verify::propagation::{Propagation, Propagator, propagate};
 pub use slewkit::verify::{Verification, WitnessError, replay, verify};
 pub use slewkit::{Matrix3, Vector3, lie};
 pub use std::f64::consts::PI;

@@ -1,5 +1,6 @@
 //! `slew simulate`: propagate the bodies of a spec from their start, without optimisation, row after row.
 
+mod layout;
 mod limits;
 mod record;
 mod report;
@@ -9,7 +10,8 @@ use super::console::{self, Console};
 use super::failure::{Exit, Failure, Message};
 use super::{interrupt, plan, spec_file};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use record::{Document, Layout};
+use layout::Layout;
+use record::Document;
 use report::Seen;
 use slewkit::files::export::{ExportError, write_document};
 use slewkit::files::spec::{Spec, escape};
@@ -17,9 +19,9 @@ use slewkit::maneuver::problem::Problem;
 use slewkit::numerics::figures::significant;
 use slewkit::plan::Status;
 use slewkit::propagate::integrator::{Kind, StepError};
-use slewkit::propagate::simulate::witness::{self, Propagator};
 use slewkit::propagate::simulate::{Encounter, Observer, Row, Run, Simulation, SimulationError};
 use slewkit::verify::WitnessError;
+use slewkit::verify::propagation::{self, Propagator};
 use std::io::Write;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -208,13 +210,13 @@ impl Motion {
         match self {
             Self::Bodies(simulation, _) => simulation.run(observer).map(Some).map_err(refusal),
             Self::Wheels(problem, propagator, Wheels { steps, stride, inputs }) => {
-                let settings = witness::Settings {
+                let settings = propagation::Propagation {
                     propagator: *propagator,
                     steps: *steps,
                     stride: *stride,
                     inputs: inputs.as_deref(),
                 };
-                witness::propagate(problem, &settings, observer).map_err(refusal_of_witness)?;
+                propagation::propagate(problem, &settings, observer).map_err(refusal_of_witness)?;
                 Ok(None)
             }
         }

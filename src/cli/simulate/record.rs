@@ -3,43 +3,16 @@
 //! A single body has its columns and keys without a prefix; several are `body1_…`, `body2_…` in a table, and a list
 //! `bodies` in JSON.
 
+use super::layout::Layout;
 use super::report::{Seen, Totals};
 use crate::cli::failure::Exit;
 use serde::Serialize;
 use slewkit::files::export::ExportError;
-use slewkit::mechanics::environment::Symmetry;
 use slewkit::propagate::integrator::Invariants;
 use slewkit::propagate::simulate::{BodyState, Row, Run};
 use std::io::Write;
 
-/// What all rows of a simulation have in common.
-pub struct Layout {
-    pub name: String,
-    pub integrator: &'static str,
-    pub bodies: Vec<String>,
-    /// Whether each body has position and velocity.
-    pub moves: Vec<bool>,
-    pub duration: f64,
-    pub steps: u64,
-    pub stride: u64,
-    /// What of the momenta is conserved.
-    pub symmetry: Symmetry,
-    /// Whether the energy is: no inputs work.
-    pub keeps_energy: bool,
-    /// Momentum of each reaction wheel at the start, and its rate of change under the held inputs.
-    pub wheels: Vec<(f64, f64)>,
-}
-
 impl Layout {
-    fn anything_moves(&self) -> bool {
-        self.moves.contains(&true)
-    }
-
-    /// Momentum of each wheel [N·m·s].
-    pub fn wheel_momenta(&self, time: f64) -> Vec<f64> {
-        self.wheels.iter().map(|(start, rate)| start + time * rate).collect()
-    }
-
     /// The names of the columns.
     pub fn header(&self) -> String {
         let vector =

@@ -1,6 +1,6 @@
 //! What a reader wants to know first: where it ended, what was conserved, and what it cost.
 
-use super::record::Layout;
+use super::layout::Layout;
 use crate::cli::console::{Console, Tone};
 use crate::cli::summary;
 use serde::Serialize;

@@ -4,8 +4,8 @@
 //! has the same bits whether one thread evaluates the tasks or many.
 
 use super::error::{Checked, count, finite, positive};
-use super::pair::{Exchange, TASK, Task};
-use super::second_order::Moments;
+use super::pair::{TASK, Task};
+use super::second_order::{Exchange, Moments};
 use super::{Attractor, Potential};
 use crate::mechanics::environment::{Pose, Symmetry, Wrench};
 use rayon::prelude::*;

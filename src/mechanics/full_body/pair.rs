@@ -14,27 +14,11 @@
 use super::lanes::{LANES, Lanes};
 use super::polyhedron::side_by_side;
 use super::relative::seen_from;
-use super::second_order::{self, Moments};
+use super::second_order::{self, Exchange, Moments};
 use super::{Attractor, HomogeneousPolyhedron, MassPoint, PointCloud};
 use crate::Vector3;
 use crate::mechanics::environment::Pose;
 use std::ops::Range;
-
-/// Force on the probes and moments on both, in the axes of the field.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Exchange {
-    pub force: Vector3,
-    pub field_moment: Vector3,
-    pub probe_moment: Vector3,
-}
-
-impl Exchange {
-    pub const ZERO: Self = Self {
-        force: Vector3::new(0.0, 0.0, 0.0),
-        field_moment: Vector3::new(0.0, 0.0, 0.0),
-        probe_moment: Vector3::new(0.0, 0.0, 0.0),
-    };
-}
 
 /// A share of one pair: some probes in a field.
 #[derive(Clone, Debug)]

@@ -10,9 +10,25 @@
 //! under `ρ → −ρ`, and the product of the two second ones: the force is off by O((l/r)³) of itself and
 //! the moment by O(l/r); one order better for such symmetric bodies.
 
-use super::pair::Exchange;
 use crate::mechanics::environment::Pose;
 use crate::{Matrix3, Vector3};
+
+/// Force on the second of a pair and moments on both, in the axes of the first, over `G`: the first is the field, the
+/// second the probes, where one of them has a field of its own.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Exchange {
+    pub force: Vector3,
+    pub field_moment: Vector3,
+    pub probe_moment: Vector3,
+}
+
+impl Exchange {
+    pub const ZERO: Self = Self {
+        force: Vector3::new(0.0, 0.0, 0.0),
+        field_moment: Vector3::new(0.0, 0.0, 0.0),
+        probe_moment: Vector3::new(0.0, 0.0, 0.0),
+    };
+}
 
 /// What counts of a body to second order.
 #[derive(Clone, Debug, PartialEq)]

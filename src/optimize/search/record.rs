@@ -115,7 +115,7 @@ impl<'a, const N: usize> Recorder<'a, N> {
         let last = node.index == problem.steps;
         let time = if last { problem.duration } else { node.index as f64 * problem.step() };
         trajectory.time.push(time);
-        let quaternion = continued(trajectory.quaternion.last(), lie::quaternion_from_rotation(r));
+        let quaternion = lie::continued(trajectory.quaternion.last(), lie::quaternion_from_rotation(r));
         trajectory.quaternion.push(quaternion);
         trajectory.angular_velocity.push(dynamics.j_inverse * point.momentum.value / units.time);
         if problem.motion == Motion::RigidBody {
@@ -166,14 +166,6 @@ fn push_inputs(
     channel.output(inputs.as_slice())
 }
 
-/// The sign of a quaternion that continues the one before.
-pub(crate) fn continued(before: Option<&[f64; 4]>, quaternion: [f64; 4]) -> [f64; 4] {
-    match before {
-        Some(before) if dot(before, &quaternion) < 0.0 => quaternion.map(|value| -value),
-        _ => quaternion,
-    }
-}
-
 fn dot(a: &[f64; 4], b: &[f64; 4]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
@@ -198,7 +190,7 @@ pub(crate) fn sense_of<const N: usize>(
 ) -> Result<Sense, StepError> {
     let mut quaternion = None;
     for attitude in attitudes {
-        quaternion = Some(continued(quaternion.as_ref(), lie::quaternion_from_rotation(attitude)));
+        quaternion = Some(lie::continued(quaternion.as_ref(), lie::quaternion_from_rotation(attitude)));
     }
     let end = attitudes.last().copied().unwrap_or_else(Matrix3::identity);
     sense(extremal, &end, &quaternion.unwrap_or([1.0, 0.0, 0.0, 0.0]))
@@ -218,7 +210,7 @@ fn sense<const N: usize>(
     let mut carried = ballistic.quaternion;
     for index in 1..=parts {
         let attitude = from * lie::exp(&(rest * (f64::from(index) / f64::from(parts))));
-        carried = continued(Some(&carried), lie::quaternion_from_rotation(&attitude));
+        carried = lie::continued(Some(&carried), lie::quaternion_from_rotation(&attitude));
     }
     Ok(if dot(&carried, lifted) >= 0.0 { Sense::Short } else { Sense::Long })
 }
@@ -239,7 +231,7 @@ fn lift<const N: usize>(extremal: &Extremal<N>, costate: &SVector<f64, N>) -> Re
     extremal.sweep_observed(costate, |node| {
         let point = node.physical(0.5 * dynamics.h);
         let attitude = lie::quaternion_from_rotation(&point.attitude.value);
-        quaternion = Some(continued(quaternion.as_ref(), attitude));
+        quaternion = Some(lie::continued(quaternion.as_ref(), attitude));
         let rate = |point: &Point| dynamics.j_inverse * point.momentum.value;
         if node.index > 0 {
             let (now, before) = (rate(&point), rate(&end));

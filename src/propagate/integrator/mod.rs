@@ -38,6 +38,7 @@ mod tableau;
 mod tests;
 
 pub use crate::mechanics::full_body::invariants::Momentum;
+pub(crate) use galerkin::Galerkin;
 pub use galerkin::{EulerPoincare, Quadrature, ReducedStep};
 pub use implicit::AttitudeEquation;
 pub use kind::{Kind, Settings, UnknownKind};

@@ -1,6 +1,6 @@
 //! Errors over time, and the motion itself, in bounded memory.
 
-use super::run::{Sample, Scales};
+use super::sample::{Sample, Scales};
 use crate::mechanics::environment::Pose;
 use crate::propagate::integrator::{Kind, System, SystemState};
 

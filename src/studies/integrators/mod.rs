@@ -20,6 +20,7 @@ mod at_equal_error;
 pub mod figures;
 mod history;
 mod run;
+mod sample;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -235,7 +236,7 @@ impl Study {
     ) -> Result<WorkPrecision, StudyError> {
         self.check()?;
         system.check(start)?;
-        let scales = run::Scales::of(system, start);
+        let scales = sample::Scales::of(system, start);
         let mut found = WorkPrecision {
             energy_scale_j: scales.energy,
             levels: self.levels.clone(),

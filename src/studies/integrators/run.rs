@@ -2,11 +2,8 @@
 
 use super::StudyError;
 use super::history::Recorder;
-use crate::Vector3;
-use crate::mechanics::full_body::invariants;
-use crate::propagate::integrator::{
-    Integrator, Invariants, Kind, Settings, StepError, System, SystemState, Work,
-};
+use super::sample::{Sample, Scales};
+use crate::propagate::integrator::{Integrator, Kind, Settings, StepError, System, SystemState, Work};
 use serde::Serialize;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -65,58 +62,6 @@ pub struct Errors {
     pub linear_momentum_error_max: f64,
     /// Largest `e_L`; of a body in a field, what the field has changed.
     pub angular_momentum_error_max: f64,
-}
-
-/// What errors are relative to.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Scales {
-    pub start: Invariants,
-    /// `T₀ + |U₀|`.
-    pub energy: f64,
-    linear: f64,
-    angular: f64,
-}
-
-/// Errors of one state.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Sample {
-    pub energy: f64,
-    pub energy_error: f64,
-    pub orthogonality: f64,
-    pub linear: f64,
-    pub angular: f64,
-}
-
-impl Scales {
-    pub fn of(system: &System, start: &SystemState) -> Self {
-        let (poses, momenta) = (start.poses(), start.momenta());
-        let each = || poses.iter().zip(momenta);
-        let linear: f64 = momenta.iter().map(|momentum| momentum.linear.norm()).sum();
-        let angular: f64 =
-            each().map(|(pose, p)| (pose.position.cross(&p.linear) + pose.attitude * p.angular).norm()).sum();
-        let potential = system.potential().map_or(0.0, |potential| potential.energy(poses));
-        let energy = invariants::kinetic_energy(system.bodies(), momenta) + potential.abs();
-        // Nothing there to compare with: the error itself.
-        let scale = |size: f64| if size > 0.0 { size } else { 1.0 };
-        Self {
-            start: system.invariants(start),
-            energy: scale(energy),
-            linear: scale(linear),
-            angular: scale(angular),
-        }
-    }
-
-    pub fn sample(&self, now: &Invariants) -> Sample {
-        let change = |now: &Vector3, before: &Vector3| (now - before).norm();
-        let energy = (now.energy - self.start.energy) / self.energy;
-        Sample {
-            energy,
-            energy_error: energy.abs(),
-            orthogonality: now.orthogonality,
-            linear: change(&now.linear_momentum, &self.start.linear_momentum) / self.linear,
-            angular: change(&now.angular_momentum, &self.start.angular_momentum) / self.angular,
-        }
-    }
 }
 
 /// Errors of the samples so far.

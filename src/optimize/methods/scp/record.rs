@@ -5,7 +5,6 @@ use super::model::{Model, costate_blocks};
 use crate::lie;
 use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::solution::Trajectory;
-use crate::optimize::search::record::continued;
 use nalgebra::DVector;
 
 /// The trajectory of an iterate whose defects are round-off. With wheels, the costates are those of
@@ -26,7 +25,7 @@ pub(crate) fn trajectory(
         let last = stage == model.steps;
         out.time.push(if last { problem.duration } else { stage as f64 * problem.step() });
         let quaternion = lie::quaternion_from_rotation(&physical.attitude);
-        out.quaternion.push(continued(out.quaternion.last(), quaternion));
+        out.quaternion.push(lie::continued(out.quaternion.last(), quaternion));
         out.angular_velocity.push(model.dynamics.j_inverse * (physical.momentum - carried) / units.time);
         out.wheel_momentum.extend(physical.wheels.iter().map(|momentum| momentum * units.momentum()));
         if moves {

@@ -45,7 +45,7 @@ const MOST_COUPLED: usize = 144;
 
 /// A Galerkin integrator of all bodies.
 #[derive(Clone, Debug)]
-pub(super) struct Galerkin {
+pub(crate) struct Galerkin {
     scheme: Scheme,
     loads: Loads,
     state: SystemState,

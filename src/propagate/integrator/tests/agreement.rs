@@ -4,7 +4,7 @@ use super::*;
 use crate::maneuver::problem::Problem;
 use crate::mechanics::environment::GravityGradient;
 use crate::propagate::simulate::Row;
-use crate::propagate::simulate::witness::{self, Propagator};
+use crate::verify::propagation::{self, Propagator};
 use std::ops::ControlFlow;
 
 /// The frame of an orbit turns under the body; the witnesses treat it in inertial axes, on another road.
@@ -16,9 +16,9 @@ fn a_turning_frame_agrees_with_the_inertial_treatment() {
     let system = System::single(body.clone(), Arc::new(field.clone())).unwrap();
     let problem = Problem::attitude(body, start, start, 5.0).with_environment(field);
     let settings =
-        witness::Settings { propagator: Propagator::LieVerlet, steps: 500, stride: 500, inputs: None };
+        propagation::Propagation { propagator: Propagator::LieVerlet, steps: 500, stride: 500, inputs: None };
     let mut rows = Vec::new();
-    witness::propagate(&problem, &settings, &mut |row: &Row| {
+    propagation::propagate(&problem, &settings, &mut |row: &Row| {
         rows.push(row.clone());
         ControlFlow::Continue(())
     })

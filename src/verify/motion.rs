@@ -1,10 +1,9 @@
-//! What acts on the body, as both witnesses see it: the field, the actuators, the turning frame.
+//! Where the body is, and the inputs of a plan step by step, as all witnesses see them.
 
 use super::WitnessError;
 use crate::maneuver::problem::{Motion, Problem, Scheme, State};
 use crate::maneuver::solution::TerminalError;
-use crate::mechanics::actuators::{AxisFrame, Channel};
-use crate::mechanics::environment::{Pose, Wrench};
+use crate::propagate::plant::{Output, Plant};
 use crate::{Matrix3, Vector3, lie};
 
 /// Where the body is and how it moves, with momenta instead of velocities.
@@ -102,31 +101,10 @@ impl Scale {
     }
 }
 
-/// `B u` of both channels, each in the axes in which its columns are fixed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Output {
-    pub(crate) force: Vector3,
-    pub(crate) torque: Vector3,
-}
-
-impl Output {
-    pub(crate) fn of(problem: &Problem, inputs: &[f64]) -> Self {
-        let force = problem.actuation.force.as_ref();
-        let (force_inputs, torque_inputs) = inputs.split_at(force.map_or(0, Channel::count));
-        Self {
-            force: force.map_or_else(Vector3::zeros, |channel| channel.output(force_inputs)),
-            torque: problem.actuation.torque.output(torque_inputs),
-        }
-    }
-
-    pub(crate) fn none() -> Self {
-        Self { force: Vector3::zeros(), torque: Vector3::zeros() }
-    }
-
-    /// `(1 − part) a + part b`.
-    pub(crate) fn between(a: &Self, b: &Self, part: f64) -> Self {
-        Self { force: a.force + part * (b.force - a.force), torque: a.torque + part * (b.torque - a.torque) }
-    }
+/// The plant of `problem`, unless the body moves in a turning frame: the scheme then lacks the Coriolis force.
+pub(super) fn judgeable(problem: &Problem) -> Result<Plant<'_>, WitnessError> {
+    let plant = Plant::new(problem);
+    if plant.moves && plant.turns() { Err(WitnessError::TurningFrame) } else { Ok(plant) }
 }
 
 /// The plan's inputs as the steps use them.
@@ -174,77 +152,6 @@ impl<'a> Inputs<'a> {
         match self.problem.scheme {
             Scheme::LieEuler => self.row(k),
             Scheme::LieVerlet => Output::between(&self.row(k), &self.row(k + 1), 0.5),
-        }
-    }
-}
-
-/// Field, actuators and frame of a problem.
-#[derive(Clone, Debug)]
-pub(crate) struct Plant<'a> {
-    pub(crate) problem: &'a Problem,
-    pub(crate) free: bool,
-    pub(crate) moves: bool,
-    pub(crate) torque_frame: AxisFrame,
-    pub(crate) force_frame: AxisFrame,
-    frame_rate: Option<Vector3>,
-}
-
-impl<'a> Plant<'a> {
-    pub(crate) fn new(problem: &'a Problem) -> Self {
-        let rate = problem.environment.frame_rate();
-        Self {
-            problem,
-            free: problem.environment.is_free(),
-            moves: problem.motion == Motion::RigidBody,
-            torque_frame: problem.actuation.torque.frame(),
-            force_frame: problem.actuation.force.as_ref().map_or(AxisFrame::Reference, Channel::frame),
-            frame_rate: (rate != Vector3::zeros()).then_some(rate),
-        }
-    }
-
-    /// Rotation inertial → reference at time `t`: `exp(−t S(n))`; `None` while the frame stands.
-    ///
-    /// `R_{k+1} = exp(−h S(n)) R_k F_k` is `R_k = exp(−kh S(n)) A_k`, `A_{k+1} = A_k F_k`: the witnesses
-    /// carry the inertial attitude A, to which a step adds one small rotation only.
-    pub(crate) fn to_reference(&self, time: f64) -> Option<Matrix3> {
-        self.frame_rate.map(|rate| lie::exp(&(-time * rate)))
-    }
-
-    /// Itself, unless the body moves in a turning frame: the scheme then lacks the Coriolis force.
-    pub(crate) fn judgeable(self) -> Result<Self, WitnessError> {
-        if self.moves && self.frame_rate.is_some() {
-            return Err(WitnessError::TurningFrame);
-        }
-        Ok(self)
-    }
-
-    /// Angular velocity of the reference frame, its own axes [rad/s].
-    pub(crate) fn frame_rate(&self) -> Vector3 {
-        self.frame_rate.unwrap_or_else(Vector3::zeros)
-    }
-
-    /// Whether forces and moments depend on the attitude or the position at all.
-    pub(crate) fn needs_pose(&self) -> bool {
-        let body_force = self.moves && self.force_frame == AxisFrame::Body;
-        !self.free || self.torque_frame == AxisFrame::Reference || body_force
-    }
-
-    /// Force and moment of the field.
-    pub(crate) fn field(&self, pose: &Pose) -> Wrench {
-        if self.free { Wrench::zero() } else { self.problem.environment.wrench(pose) }
-    }
-
-    /// Force (reference frame) and torque (body axes) of the actuators.
-    pub(crate) fn actuators(&self, attitude: &Matrix3, output: &Output) -> Wrench {
-        Wrench {
-            force: match self.force_frame {
-                AxisFrame::Reference => output.force,
-                AxisFrame::Body => attitude * output.force,
-            },
-            moment: match self.torque_frame {
-                AxisFrame::Body => output.torque,
-                AxisFrame::Reference => attitude.tr_mul(&output.torque),
-            },
         }
     }
 }

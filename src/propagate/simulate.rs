@@ -6,8 +6,7 @@
 //! use slewkit::maneuver::problem::State;
 //! use slewkit::propagate::simulate::{Row, Simulation};
 //! use slewkit::{Matrix3, Vector3};
-//! use std::ops::ControlFlow;
-//!
+//! //!
 //! let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5))?, mass: None };
 //! let system = System::new(vec![body], None)?;
 //! let start = system.state(&[State::attitude(Matrix3::identity(), Vector3::new(0.01, 1.0, 0.0))])?;
@@ -22,19 +21,17 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`Simulation::of`] makes one from a maneuver. Reaction wheels are the matter of [`witness`].
+//! [`Simulation::of`] makes one from a maneuver. Reaction wheels are the matter of the discrete and the
+//! continuous witness, which propagate too.
 
-mod held;
-pub mod witness;
+pub use super::row::{BodyState, Observer, Row};
 
 use crate::maneuver::problem::{Motion, Problem, ProblemError};
 use crate::propagate::integrator::{
-    Facts, Invariants, Kind, Settings, StepError, System, SystemError, SystemState, Work, shown,
+    Facts, Kind, Settings, StepError, System, SystemError, SystemState, Work, shown,
 };
-use crate::verify::same_sign;
+use crate::propagate::plant::{HeldLoad, Output};
 use crate::{Vector3, lie};
-use held::Held;
-use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use thiserror::Error;
@@ -62,50 +59,6 @@ pub struct Simulation {
     pub stride: u64,
     /// How far each body reaches from its mass center \[m\], in the order of the system; empty: not known.
     pub reach: Vec<f64>,
-}
-
-/// One body at one moment, SI units, frames as in the crate's conventions.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BodyState {
-    /// Attitude quaternion `[w, x, y, z]`, continuous along the motion.
-    pub quaternion: [f64; 4],
-    /// Angular velocity, body axes [rad/s].
-    pub angular_velocity: Vector3,
-    /// Position, reference frame \[m\].
-    pub position: Vector3,
-    /// Velocity, reference frame [m/s]; zero for a body that only turns.
-    pub velocity: Vector3,
-    /// Momentum that its wheels store, body axes [N·m·s]; zero without wheels.
-    pub stored_momentum: Vector3,
-}
-
-/// One moment of the motion.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Row {
-    /// Time \[s\].
-    pub time: f64,
-    /// The bodies, in the order of the system.
-    pub bodies: Vec<BodyState>,
-    /// Energy, momenta and orthogonality; the momenta in inertial axes, also where the reference frame turns.
-    pub invariants: Invariants,
-}
-
-/// Who follows a simulation. A closure that takes rows is one.
-pub trait Observer {
-    /// A row. `Break` ends the simulation.
-    fn on_row(&mut self, row: &Row) -> ControlFlow<()>;
-
-    /// So many steps have been made; called after each, so be quick. `Break` ends the simulation, with a last row of
-    /// the state reached.
-    fn on_step(&mut self, _steps: u64) -> ControlFlow<()> {
-        ControlFlow::Continue(())
-    }
-}
-
-impl<F: FnMut(&Row) -> ControlFlow<()>> Observer for F {
-    fn on_row(&mut self, row: &Row) -> ControlFlow<()> {
-        self(row)
-    }
 }
 
 /// Two bodies within reach of one another.
@@ -153,7 +106,7 @@ pub enum SimulationError {
         expected: usize,
     },
     /// The integrators know no reaction wheels.
-    #[error("the integrators know no reaction wheels; propagate the maneuver by `simulate::witness`")]
+    #[error("the integrators know no reaction wheels; propagate the maneuver by `verify::propagation`")]
     Wheels,
     /// Duration, steps or stride are not positive.
     #[error("duration, steps and stride must be positive, and the duration finite")]
@@ -215,7 +168,11 @@ impl Simulation {
             None => System::single(body, environment)?,
             Some(inputs) => {
                 let frame_rate = environment.frame_rate();
-                System::turning(vec![body], Some(Arc::new(Held::new(problem, inputs))), frame_rate)?
+                System::turning(
+                    vec![body],
+                    Some(Arc::new(HeldLoad::new(problem, Output::of(problem, inputs)))),
+                    frame_rate,
+                )?
             }
         };
         let start = system.state(&[problem.start])?;
@@ -259,7 +216,7 @@ impl Simulation {
                 // Followed step by step, as a turn of more than 180° between rows would lose the sign.
                 for (body, pose) in row.bodies.iter_mut().zip(method.state().poses()) {
                     let quaternion = lie::quaternion_from_rotation(&pose.attitude);
-                    body.quaternion = same_sign(quaternion, &body.quaternion);
+                    body.quaternion = lie::continued(Some(&body.quaternion), quaternion);
                 }
                 finished = observer.on_step(made).is_continue();
             }

@@ -1,13 +1,15 @@
 //! Propagation by the witnesses' own equations, reaction wheels included.
 //!
-//! A second road to what [`super::Simulation`] computes, in inertial axes and with the implicit equation in its
+//! A second road to what [`crate::propagate::simulate::Simulation`] computes, in inertial axes and with the implicit equation in its
 //! exponential form; and the only one for a body with wheels.
 
-use super::{BodyState, Observer, Row};
+use super::motion::{Phase, judgeable};
+use super::{Continuous, Discrete, WitnessError};
 use crate::maneuver::problem::{Problem, ProblemError, Scheme};
 use crate::mechanics::environment::Pose;
 use crate::propagate::integrator::Invariants;
-use crate::verify::{Continuous, Discrete, Output, Phase, Plant, WitnessError, same_sign};
+use crate::propagate::plant::{Output, Plant};
+use crate::propagate::row::{BodyState, Observer, Row};
 use crate::{Matrix3, lie};
 
 /// How to propagate.
@@ -21,9 +23,9 @@ pub enum Propagator {
     Verner98,
 }
 
-/// Settings of a propagation over the duration of its problem.
+/// Propagation of a propagation over the duration of its problem.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings<'a> {
+pub struct Propagation<'a> {
     /// How to propagate.
     pub propagator: Propagator,
     /// Number of steps, at least 1; independent of the problem's. Default 1000.
@@ -34,7 +36,7 @@ pub struct Settings<'a> {
     pub inputs: Option<&'a [f64]>,
 }
 
-impl Default for Settings<'_> {
+impl Default for Propagation<'_> {
     fn default() -> Self {
         Self { propagator: Propagator::LieVerlet, steps: 1000, stride: 1, inputs: None }
     }
@@ -50,7 +52,7 @@ impl Default for Settings<'_> {
 /// to there have been handed out.
 pub fn propagate(
     problem: &Problem,
-    settings: &Settings,
+    settings: &Propagation,
     observer: &mut impl Observer,
 ) -> Result<bool, WitnessError> {
     match problem.check_numbers() {
@@ -58,7 +60,7 @@ pub fn propagate(
         Ok(()) | Err(ProblemError::StepTooLong { .. }) => {}
         Err(error) => return Err(error.into()),
     }
-    let plant = Plant::new(problem).judgeable()?;
+    let plant = judgeable(problem)?;
     let output = match settings.inputs {
         Some(inputs) if inputs.len() != problem.actuation.count() => {
             let expected = problem.actuation.count();
@@ -87,7 +89,7 @@ pub fn propagate(
         if !phase.is_finite() {
             return Err(WitnessError::NotFinite { time });
         }
-        quaternion = same_sign(lie::quaternion_from_rotation(&phase.attitude), &quaternion);
+        quaternion = lie::continued(Some(&quaternion), lie::quaternion_from_rotation(&phase.attitude));
         let due = k % stride == 0 || k == steps || told_to_stop;
         if (due && observer.on_row(&row(&plant, time, quaternion, &phase)).is_break()) || told_to_stop {
             return Ok(k == steps);

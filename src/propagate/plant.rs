@@ -1,0 +1,139 @@
+//! What acts on the body of a maneuver: the field, the actuators, the turning frame.
+
+use crate::maneuver::problem::{Motion, Problem};
+use crate::mechanics::actuators::{AxisFrame, Channel};
+use crate::mechanics::environment::{Pose, Wrench};
+use crate::mechanics::full_body::Potential;
+use crate::{Matrix3, Vector3, lie};
+use std::sync::{Mutex, PoisonError};
+
+/// `B u` of both channels, each in the axes in which its columns are fixed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Output {
+    pub(crate) force: Vector3,
+    pub(crate) torque: Vector3,
+}
+
+impl Output {
+    pub(crate) fn of(problem: &Problem, inputs: &[f64]) -> Self {
+        let force = problem.actuation.force.as_ref();
+        let (force_inputs, torque_inputs) = inputs.split_at(force.map_or(0, Channel::count));
+        Self {
+            force: force.map_or_else(Vector3::zeros, |channel| channel.output(force_inputs)),
+            torque: problem.actuation.torque.output(torque_inputs),
+        }
+    }
+
+    pub(crate) fn none() -> Self {
+        Self { force: Vector3::zeros(), torque: Vector3::zeros() }
+    }
+
+    /// `(1 − part) a + part b`.
+    pub(crate) fn between(a: &Self, b: &Self, part: f64) -> Self {
+        Self { force: a.force + part * (b.force - a.force), torque: a.torque + part * (b.torque - a.torque) }
+    }
+}
+
+/// Field, actuators and frame of a problem.
+#[derive(Clone, Debug)]
+pub(crate) struct Plant<'a> {
+    pub(crate) problem: &'a Problem,
+    pub(crate) free: bool,
+    pub(crate) moves: bool,
+    pub(crate) torque_frame: AxisFrame,
+    pub(crate) force_frame: AxisFrame,
+    frame_rate: Option<Vector3>,
+}
+
+impl<'a> Plant<'a> {
+    pub(crate) fn new(problem: &'a Problem) -> Self {
+        let rate = problem.environment.frame_rate();
+        Self {
+            problem,
+            free: problem.environment.is_free(),
+            moves: problem.motion == Motion::RigidBody,
+            torque_frame: problem.actuation.torque.frame(),
+            force_frame: problem.actuation.force.as_ref().map_or(AxisFrame::Reference, Channel::frame),
+            frame_rate: (rate != Vector3::zeros()).then_some(rate),
+        }
+    }
+
+    /// Rotation inertial → reference at time `t`: `exp(−t S(n))`; `None` while the frame stands.
+    ///
+    /// `R_{k+1} = exp(−h S(n)) R_k F_k` is `R_k = exp(−kh S(n)) A_k`, `A_{k+1} = A_k F_k`: the witnesses
+    /// carry the inertial attitude A, to which a step adds one small rotation only.
+    pub(crate) fn to_reference(&self, time: f64) -> Option<Matrix3> {
+        self.frame_rate.map(|rate| lie::exp(&(-time * rate)))
+    }
+
+    /// Whether the reference frame turns.
+    pub(crate) fn turns(&self) -> bool {
+        self.frame_rate.is_some()
+    }
+
+    /// Angular velocity of the reference frame, its own axes [rad/s].
+    pub(crate) fn frame_rate(&self) -> Vector3 {
+        self.frame_rate.unwrap_or_else(Vector3::zeros)
+    }
+
+    /// Whether forces and moments depend on the attitude or the position at all.
+    pub(crate) fn needs_pose(&self) -> bool {
+        let body_force = self.moves && self.force_frame == AxisFrame::Body;
+        !self.free || self.torque_frame == AxisFrame::Reference || body_force
+    }
+
+    /// Force and moment of the field.
+    pub(crate) fn field(&self, pose: &Pose) -> Wrench {
+        if self.free { Wrench::zero() } else { self.problem.environment.wrench(pose) }
+    }
+
+    /// Force (reference frame) and torque (body axes) of the actuators.
+    pub(crate) fn actuators(&self, attitude: &Matrix3, output: &Output) -> Wrench {
+        Wrench {
+            force: match self.force_frame {
+                AxisFrame::Reference => output.force,
+                AxisFrame::Body => attitude * output.force,
+            },
+            moment: match self.torque_frame {
+                AxisFrame::Body => output.torque,
+                AxisFrame::Reference => attitude.tr_mul(&output.torque),
+            },
+        }
+    }
+}
+
+/// Field and actuators of a maneuver as one load on one body, the output of the actuators held until it is set anew.
+///
+/// Axes fixed in the reference frame give a torque `Rᵀ B u` that turns with the body, axes fixed in the body a force
+/// `R B u`: evaluated where the field is, such inputs are exact in every method.
+#[derive(Debug)]
+pub(crate) struct HeldLoad {
+    problem: Problem,
+    output: Mutex<Output>,
+}
+
+impl HeldLoad {
+    pub(crate) fn new(problem: &Problem, output: Output) -> Self {
+        Self { problem: problem.clone(), output: Mutex::new(output) }
+    }
+
+    /// From now on the actuators give `output`.
+    pub(crate) fn hold(&self, output: Output) {
+        *self.output.lock().unwrap_or_else(PoisonError::into_inner) = output;
+    }
+}
+
+impl Potential for HeldLoad {
+    /// That of the field: what the actuators do is work, not potential energy.
+    fn energy(&self, poses: &[Pose]) -> f64 {
+        self.problem.environment.potential(&poses[0])
+    }
+
+    fn wrenches(&self, poses: &[Pose], wrenches: &mut [Wrench]) {
+        let plant = Plant::new(&self.problem);
+        let output = *self.output.lock().unwrap_or_else(PoisonError::into_inner);
+        let (field, actuators) = (plant.field(&poses[0]), plant.actuators(&poses[0].attitude, &output));
+        wrenches[0] =
+            Wrench { force: field.force + actuators.force, moment: field.moment + actuators.moment };
+    }
+}
