@@ -10,7 +10,7 @@ use divan::{Bencher, black_box};
 use nalgebra::SVector;
 use slewkit::maneuver::problem::Problem;
 use slewkit::optimize::step::Dynamics;
-use slewkit::optimize::sweep::Extremal;
+use slewkit::optimize::sweep::BoundaryValueProblem;
 
 const STEPS: usize = 1000;
 
@@ -46,8 +46,8 @@ fn one_linearisation_se3(bencher: Bencher) {
 }
 
 fn sweep<const N: usize>(bencher: Bencher, problem: &Problem) {
-    let (extremal, costate) = (Extremal::<N>::new(problem, STEPS), costate::<N>());
-    bencher.counter(ItemsCount::new(STEPS)).bench(|| extremal.sweep(black_box(&costate)));
+    let (bvp, costate) = (BoundaryValueProblem::<N>::new(problem, STEPS), costate::<N>());
+    bencher.counter(ItemsCount::new(STEPS)).bench(|| bvp.sweep(black_box(&costate)));
 }
 
 #[divan::bench]
@@ -61,8 +61,8 @@ fn sweep_se3(bencher: Bencher) {
 }
 
 fn sweep_linearized<const N: usize>(bencher: Bencher, problem: &Problem) {
-    let (extremal, costate) = (Extremal::<N>::new(problem, STEPS), costate::<N>());
-    bencher.counter(ItemsCount::new(STEPS)).bench(|| extremal.sweep_linearized(black_box(&costate)));
+    let (bvp, costate) = (BoundaryValueProblem::<N>::new(problem, STEPS), costate::<N>());
+    bencher.counter(ItemsCount::new(STEPS)).bench(|| bvp.sweep_linearized(black_box(&costate)));
 }
 
 #[divan::bench]

@@ -3,7 +3,7 @@
 use crate::maneuver::problem::{Problem, State};
 use crate::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits};
 use crate::mechanics::body::{Body, Inertia};
-use crate::optimize::sweep::Extremal;
+use crate::optimize::sweep::BoundaryValueProblem;
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, SMatrix, SVector};
 use serde_json::Value;
@@ -123,7 +123,8 @@ pub fn limited<const N: usize>(
         channel.with_limits(limits).unwrap()
     };
     let mut problem = problem.clone();
-    let demand = |problem: &Problem| Extremal::<N>::new(problem, problem.steps).demand(costate).unwrap();
+    let demand =
+        |problem: &Problem| BoundaryValueProblem::<N>::new(problem, problem.steps).demand(costate).unwrap();
     // A limit of 1e9 is never reached.
     let torque = problem.actuation.torque.clone();
     problem.actuation.torque = within(&torque, norm, 1e9);

@@ -13,7 +13,7 @@ use slewkit::mechanics::full_body::{
     Potential, Threads,
 };
 use slewkit::optimize::step::Dynamics;
-use slewkit::optimize::sweep::Extremal;
+use slewkit::optimize::sweep::BoundaryValueProblem;
 use slewkit::propagate::integrator::{self, EulerPoincare, Input, Kind, Quadrature};
 use slewkit::{Matrix3, Vector3, lie};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -60,13 +60,13 @@ fn state(seed: f64) -> State {
 }
 
 fn check<const N: usize>(problem: &Problem) {
-    let extremal = Extremal::<N>::new(problem, problem.steps);
+    let bvp = BoundaryValueProblem::<N>::new(problem, problem.steps);
     let costate = nalgebra::SVector::<f64, N>::from_fn(|row, _| 0.02 * row as f64 - 0.05);
     let dynamics = Dynamics::new(problem, problem.steps);
-    assert!(extremal.sweep_linearized(&costate).is_ok());
+    assert!(bvp.sweep_linearized(&costate).is_ok());
     let (scheme, field) = (problem.scheme, &problem.environment);
-    assert_eq!(allocations(|| extremal.sweep(&costate)), 0, "{scheme:?} {field:?}");
-    assert_eq!(allocations(|| extremal.sweep_linearized(&costate)), 0, "{scheme:?} {field:?}");
+    assert_eq!(allocations(|| bvp.sweep(&costate)), 0, "{scheme:?} {field:?}");
+    assert_eq!(allocations(|| bvp.sweep_linearized(&costate)), 0, "{scheme:?} {field:?}");
     assert_eq!(allocations(|| dynamics.linearize::<N>(&problem.start, &costate)), 0, "{scheme:?} {field:?}");
     assert_eq!(allocations(|| dynamics.propagate(problem)), 0, "{scheme:?} {field:?}");
 }

@@ -291,7 +291,7 @@ impl Spec {
 pub fn load(path: &Path, format: Format, overrides: &[Override]) -> Result<Spec, Diagnostics> {
     let name = path.display().to_string();
     let bytes = text::from_file(path, &name)?;
-    any(text::decode(&bytes, &name)?, &name, folder_of(path), format, overrides, Wanted::Any)
+    interpret(text::decode(&bytes, &name)?, &name, folder_of(path), format, overrides, Wanted::Any)
 }
 
 /// Reads a spec of either kind from a stream, such as the standard input, to its end or to the size limit; `name`
@@ -306,7 +306,7 @@ pub fn load_from_reader(
     overrides: &[Override],
 ) -> Result<Spec, Diagnostics> {
     let bytes = text::from_stream(reader, name, None)?;
-    any(text::decode(&bytes, name)?, name, Path::new(""), format, overrides, Wanted::Any)
+    interpret(text::decode(&bytes, name)?, name, Path::new(""), format, overrides, Wanted::Any)
 }
 
 /// Reads a spec of either kind from text; `name` stands for it in messages, files that it names are relative to
@@ -321,7 +321,7 @@ pub fn load_from_str(
     format: Format,
     overrides: &[Override],
 ) -> Result<Spec, Diagnostics> {
-    any(text::decode(text.as_bytes(), name)?, name, folder, format, overrides, Wanted::Any)
+    interpret(text::decode(text.as_bytes(), name)?, name, folder, format, overrides, Wanted::Any)
 }
 
 /// Reads the maneuver at `path`, in TOML or, if its name ends in `.json`, in JSON.
@@ -381,7 +381,7 @@ pub fn from_str(
     overrides: &[Override],
 ) -> Result<Loaded, Diagnostics> {
     let text = text::decode(text.as_bytes(), name)?;
-    match any(text, name, Path::new(""), format, overrides, Wanted::Maneuver)? {
+    match interpret(text, name, Path::new(""), format, overrides, Wanted::Maneuver)? {
         Spec::Maneuver(loaded) => Ok(*loaded),
         // `any` has refused it.
         Spec::Simulation(_) => Err(Diagnostics(Vec::new())),
@@ -400,7 +400,7 @@ enum Wanted {
 }
 
 /// Reads a spec. Files that it names are relative to `folder`.
-fn any(
+fn interpret(
     text: &str,
     name: &str,
     folder: &Path,

@@ -24,7 +24,7 @@ use crate::numerics::factor::Factor;
 use crate::optimize::methods::shooting::driver::Iteration;
 use crate::optimize::methods::shooting::newton::outcome_of;
 use crate::optimize::step::{Costate, Dynamics, Linearization, Point, StepError};
-use crate::optimize::sweep::Extremal;
+use crate::optimize::sweep::BoundaryValueProblem;
 use crate::{Matrix3, Vector3};
 use nalgebra::{SMatrix, SVector};
 
@@ -41,7 +41,7 @@ pub(crate) struct Nodes<const N: usize> {
 /// The iteration.
 #[derive(Clone, Debug)]
 pub(crate) struct Lifted<'a, const N: usize> {
-    extremal: &'a Extremal<N>,
+    bvp: &'a BoundaryValueProblem<N>,
     tolerance: f64,
     /// The iterate.
     pub nodes: Nodes<N>,
@@ -66,16 +66,16 @@ struct Residuals<const N: usize> {
 
 impl<'a, const N: usize> Lifted<'a, N> {
     /// Starts at `nodes`.
-    pub fn new(extremal: &'a Extremal<N>, tolerance: f64, nodes: Nodes<N>) -> Result<Self, StepError> {
-        let residuals = Residuals::at(extremal, &nodes)?;
-        Ok(Self { extremal, tolerance, nodes, residuals })
+    pub fn new(bvp: &'a BoundaryValueProblem<N>, tolerance: f64, nodes: Nodes<N>) -> Result<Self, StepError> {
+        let residuals = Residuals::at(bvp, &nodes)?;
+        Ok(Self { bvp, tolerance, nodes, residuals })
     }
 
     /// The Newton direction: `(z_k, δλ_k)` for all nodes; `None` where a block is singular.
-    fn direction(&self) -> Option<Nodes2<N>> {
+    fn direction(&self) -> Option<NewtonDirection<N>> {
         let Residuals { d, c, e, linear, q_start, q_end, gradient_end, .. } = &self.residuals;
         let steps = linear.len();
-        let verlet = self.extremal.dynamics.scheme == Scheme::LieVerlet;
+        let verlet = self.bvp.dynamics.scheme == Scheme::LieVerlet;
         let identity = SMatrix::<f64, N, N>::identity();
         let mut gramian = if verlet { q_start * -0.5 } else { SMatrix::zeros() };
         let mut offset = SVector::<f64, N>::zeros();
@@ -97,7 +97,7 @@ impl<'a, const N: usize> Lifted<'a, N> {
         }
         // Lie–Verlet ends half a kick before the last node: K₋ = I − (h/2) K_pq.
         let (k_minus, half_q) = if verlet {
-            (identity - gradient_end * (0.5 * self.extremal.dynamics.h), q_end * 0.5)
+            (identity - gradient_end * (0.5 * self.bvp.dynamics.h), q_end * 0.5)
         } else {
             (identity, SMatrix::zeros())
         };
@@ -116,10 +116,10 @@ impl<'a, const N: usize> Lifted<'a, N> {
             costates[k] = delta;
         }
         let finite = states.iter().chain(&costates).all(|v| v.iter().all(|value| value.is_finite()));
-        finite.then_some(Nodes2 { states, costates })
+        finite.then_some(NewtonDirection { states, costates })
     }
 
-    fn moved(&self, direction: &Nodes2<N>, fraction: f64) -> Nodes<N> {
+    fn moved(&self, direction: &NewtonDirection<N>, fraction: f64) -> Nodes<N> {
         let mut nodes = self.nodes.clone();
         for (point, z) in nodes.points.iter_mut().zip(&direction.states) {
             let z = Costate::from_vector(&(z * fraction));
@@ -138,17 +138,17 @@ impl<'a, const N: usize> Lifted<'a, N> {
 }
 
 /// A direction in the space of nodes.
-struct Nodes2<const N: usize> {
+struct NewtonDirection<const N: usize> {
     states: Vec<SVector<f64, N>>,
     costates: Vec<SVector<f64, N>>,
 }
 
 impl<const N: usize> Residuals<N> {
-    fn at(extremal: &Extremal<N>, nodes: &Nodes<N>) -> Result<Self, StepError> {
-        let dynamics = &extremal.dynamics;
+    fn at(bvp: &BoundaryValueProblem<N>, nodes: &Nodes<N>) -> Result<Self, StepError> {
+        let dynamics = &bvp.dynamics;
         let steps = dynamics.steps;
         let (mut d, mut c, mut linear) = (Vec::new(), Vec::new(), Vec::new());
-        let start = opening_point(extremal, &nodes.costates[0]);
+        let start = opening_point(bvp, &nodes.costates[0]);
         let start_costate = Costate::from_vector(&nodes.costates[0]);
         let q_start = dynamics.linear_kick::<N>(&start.pose(), &start_costate).authority::<N>() * dynamics.h;
         for k in 0..steps {
@@ -163,7 +163,7 @@ impl<const N: usize> Residuals<N> {
         let kick = dynamics.linear_kick::<N>(&last.pose(), &costate);
         let (q_end, gradient_end) = (kick.authority::<N>() * dynamics.h, kick.gradient::<N>());
         let end = closing_point::<N>(dynamics, last, &costate);
-        let e = extremal.terminal_error(&end);
+        let e = bvp.terminal_error(&end);
         let all = || d.iter().chain(&c).chain(std::iter::once(&e));
         let norm = all().map(|residual| residual.norm_squared()).sum::<f64>().sqrt();
         let largest = all().map(|residual| residual.amax()).fold(0.0, f64::max);
@@ -175,12 +175,12 @@ impl<const N: usize> Residuals<N> {
 }
 
 /// The first state of the integrator: half a kick after the boundary state for Lie–Verlet.
-fn opening_point<const N: usize>(extremal: &Extremal<N>, costate: &SVector<f64, N>) -> Point {
-    let mut point = extremal.start;
-    if extremal.dynamics.scheme == Scheme::LieVerlet {
+fn opening_point<const N: usize>(bvp: &BoundaryValueProblem<N>, costate: &SVector<f64, N>) -> Point {
+    let mut point = bvp.start;
+    if bvp.dynamics.scheme == Scheme::LieVerlet {
         let mut costate = Costate::from_vector(costate);
-        let kick = extremal.dynamics.kick::<N>(&point.pose(), &costate);
-        kick.apply::<N>(&mut point, &mut costate, 0.5 * extremal.dynamics.h, 0.0);
+        let kick = bvp.dynamics.kick::<N>(&point.pose(), &costate);
+        kick.apply::<N>(&mut point, &mut costate, 0.5 * bvp.dynamics.h, 0.0);
     }
     point
 }
@@ -237,7 +237,7 @@ impl<const N: usize> Iteration for Lifted<'_, N> {
         let mut failure = Outcome::Stalled;
         while fraction >= SHORTEST {
             let nodes = self.moved(&direction, fraction);
-            match Residuals::at(self.extremal, &nodes) {
+            match Residuals::at(self.bvp, &nodes) {
                 Ok(residuals) if residuals.norm <= (1.0 - 2.0 * ARMIJO * fraction) * norm => {
                     (self.nodes, self.residuals) = (nodes, residuals);
                     return self.converged().then_some(Outcome::Converged);

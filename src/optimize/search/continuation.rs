@@ -13,7 +13,7 @@ use crate::optimize::methods::shooting::newton::{Newton, outcome_of};
 use crate::optimize::methods::shooting::refine::failed;
 use crate::optimize::search::geodesic;
 use crate::optimize::step::{Point, StepError};
-use crate::optimize::sweep::Extremal;
+use crate::optimize::sweep::BoundaryValueProblem;
 use nalgebra::SVector;
 
 /// Residual to which an intermediate problem is solved.
@@ -65,16 +65,16 @@ fn walk(
 /// Continuation in the boundary data: the target moves from the ballistic end point to the real one,
 /// the way round with `turns` more turns.
 pub(crate) fn in_target<const N: usize>(
-    extremal: &Extremal<N>,
+    bvp: &BoundaryValueProblem<N>,
     turns: i32,
     context: &Context,
 ) -> (Option<SVector<f64, N>>, Report) {
     let mut report = failed(Outcome::Converged);
-    let ballistic = match extremal.ballistic_end() {
+    let ballistic = match bvp.ballistic_end() {
         Ok(point) => point,
         Err(error) => return (None, failed(outcome_of(error))),
     };
-    let target = extremal.target;
+    let target = bvp.target;
     let relative = ballistic.attitude.value.tr_mul(&target.attitude.value);
     let way = wound(&lie::log(&relative), turns);
     let between = |s: f64| Point {
@@ -85,7 +85,7 @@ pub(crate) fn in_target<const N: usize>(
     };
     let mut solved = vec![(0.0, SVector::<f64, N>::zeros())];
     let reached = walk(context, 0.0, &mut report, |s| {
-        let problem = extremal.with_target(between(s));
+        let problem = bvp.with_target(between(s));
         let newton = Newton::new(&problem, TOLERANCE, predict(&solved, s), None).map_err(|_| 0usize)?;
         let (newton, run) = run(newton, ITERATIONS, &|| context.interrupt());
         if run.outcome != Outcome::Converged {
@@ -109,13 +109,13 @@ fn predict<const N: usize>(solved: &[(f64, SVector<f64, N>)], s: f64) -> SVector
 
 /// Lifted Newton on one grid from a smooth path.
 pub(crate) fn lifted<const N: usize>(
-    extremal: &Extremal<N>,
+    bvp: &BoundaryValueProblem<N>,
     nodes: Result<Nodes<N>, StepError>,
     tolerance: f64,
     iterations: usize,
     context: &Context,
 ) -> (Option<Nodes<N>>, Report) {
-    let lifted = match nodes.and_then(|nodes| Lifted::new(extremal, tolerance, nodes)) {
+    let lifted = match nodes.and_then(|nodes| Lifted::new(bvp, tolerance, nodes)) {
         Ok(lifted) => lifted,
         Err(error) => return (None, failed(outcome_of(error))),
     };
@@ -135,7 +135,7 @@ pub(crate) fn in_horizon<const N: usize>(
     let at = |s: f64| {
         let mut shorter = problem.clone();
         shorter.duration *= s;
-        Extremal::<N>::new(&shorter, steps)
+        BoundaryValueProblem::<N>::new(&shorter, steps)
     };
     let from = 0.2;
     let first = at(from);
@@ -147,8 +147,8 @@ pub(crate) fn in_horizon<const N: usize>(
         return (None, report);
     };
     let reached = walk(context, from, &mut report, |s| {
-        let extremal = at(s);
-        let (next, run) = lifted(&extremal, Ok(nodes.clone()), TOLERANCE, ITERATIONS, context);
+        let bvp = at(s);
+        let (next, run) = lifted(&bvp, Ok(nodes.clone()), TOLERANCE, ITERATIONS, context);
         match next {
             Some(next) => {
                 nodes = next;
@@ -175,7 +175,7 @@ pub(crate) struct Wider<const N: usize> {
 /// Where limits become too tight for any maneuver, costates grow without bound: the walk stops short of
 /// there, and begun anew it takes shorter steps.
 pub(crate) fn in_limits<const N: usize>(
-    extremal: &Extremal<N>,
+    bvp: &BoundaryValueProblem<N>,
     from: &Wider<N>,
     context: &Context,
 ) -> (Wider<N>, Report) {
@@ -185,7 +185,7 @@ pub(crate) fn in_limits<const N: usize>(
     let mut report = failed(Outcome::Converged);
     let mut solved = vec![(0.0, from.costate)];
     walk(context, 0.0, &mut report, |s| {
-        let problem = extremal.relaxed(factor(s));
+        let problem = bvp.relaxed(factor(s));
         let newton = Newton::new(&problem, tolerance, predict(&solved, s), None).map_err(|_| 0usize)?;
         let (newton, run) = run(newton, ITERATIONS, &|| context.interrupt());
         if run.outcome != Outcome::Converged {
@@ -200,11 +200,11 @@ pub(crate) fn in_limits<const N: usize>(
 
 /// The nodes of the extremal from `costate`.
 pub(crate) fn nodes_of<const N: usize>(
-    extremal: &Extremal<N>,
+    bvp: &BoundaryValueProblem<N>,
     costate: &SVector<f64, N>,
 ) -> Result<Nodes<N>, StepError> {
     let mut nodes = Nodes { points: Vec::new(), costates: Vec::new() };
-    extremal.sweep_observed(costate, |node| {
+    bvp.sweep_observed(costate, |node| {
         nodes.points.push(node.point);
         nodes.costates.push(node.costate.to_vector());
     })?;

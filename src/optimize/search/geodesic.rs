@@ -11,7 +11,7 @@ use crate::numerics::compensated::Sum;
 use crate::optimize::methods::lifted::Nodes;
 use crate::optimize::methods::shooting::guess::wound;
 use crate::optimize::step::{Costate, Point, StepError};
-use crate::optimize::sweep::Extremal;
+use crate::optimize::sweep::BoundaryValueProblem;
 use nalgebra::SVector;
 use std::f64::consts::{PI, TAU};
 
@@ -30,22 +30,22 @@ fn cubic(t: f64, a0: &Vector3, v0: &Vector3, a1: &Vector3, v1: &Vector3) -> (Vec
 /// Nodes along the path of `turns` more turns than the shortest rotation from start to target, bent by
 /// `bump` \[rad\] in its middle.
 pub(crate) fn nodes<const N: usize>(
-    extremal: &Extremal<N>,
+    bvp: &BoundaryValueProblem<N>,
     turns: i32,
     bump: &Vector3,
 ) -> Result<Nodes<N>, StepError> {
-    let relative = extremal.start.attitude.value.tr_mul(&extremal.target.attitude.value);
-    along(extremal, &wound(&lie::log(&relative), turns), bump)
+    let relative = bvp.start.attitude.value.tr_mul(&bvp.target.attitude.value);
+    along(bvp, &wound(&lie::log(&relative), turns), bump)
 }
 
 /// Nodes along the path with the rotation vector `rotation` from the start, its body axes.
 fn along<const N: usize>(
-    extremal: &Extremal<N>,
+    bvp: &BoundaryValueProblem<N>,
     rotation: &Vector3,
     bump: &Vector3,
 ) -> Result<Nodes<N>, StepError> {
-    let dynamics = &extremal.dynamics;
-    let (start, target) = (&extremal.start, &extremal.target);
+    let dynamics = &bvp.dynamics;
+    let (start, target) = (&bvp.start, &bvp.target);
     let (steps, h) = (dynamics.steps, dynamics.h);
     let frame = dynamics.frame_rate();
     let rate =
@@ -77,16 +77,16 @@ fn along<const N: usize>(
             momentum: Sum::new(dynamics.j * omega),
         });
     }
-    let costates = inverse_dynamics(extremal, &points)?;
+    let costates = inverse_dynamics(bvp, &points)?;
     Ok(Nodes { points, costates })
 }
 
 /// Costates `λ_{−1} … λ_{N−1}` of the torques and forces that a motion needs.
 fn inverse_dynamics<const N: usize>(
-    extremal: &Extremal<N>,
+    bvp: &BoundaryValueProblem<N>,
     points: &[Point],
 ) -> Result<Vec<SVector<f64, N>>, StepError> {
-    let dynamics = &extremal.dynamics;
+    let dynamics = &bvp.dynamics;
     let h = dynamics.h;
     let inverse = dynamics.inverse_authority();
     let duals: Vec<(Vector3, Vector3)> = points

@@ -17,7 +17,7 @@ use crate::optimize::methods::shooting::guess::{self, Start};
 use crate::optimize::methods::shooting::newton::{Newton, outcome_of};
 use crate::optimize::methods::shooting::refine::{GridPoint, failed, refine, solve_grid};
 use crate::optimize::second_order;
-use crate::optimize::sweep::Extremal;
+use crate::optimize::sweep::BoundaryValueProblem;
 use nalgebra::SVector;
 use std::f64::consts::{PI, TAU};
 
@@ -46,9 +46,9 @@ pub(super) struct Search<'a, 'c, const N: usize> {
     pub problem: &'a Problem,
     pub context: &'a Context<'c>,
     /// On the requested grid.
-    pub fine: Extremal<N>,
+    pub fine: BoundaryValueProblem<N>,
     /// Where it is searched.
-    coarse: Extremal<N>,
+    coarse: BoundaryValueProblem<N>,
     pub found: Vec<Found<N>>,
     /// Extremals already met on the coarse grid.
     met: Vec<SVector<f64, N>>,
@@ -135,8 +135,8 @@ fn turns_as_given(problem: &Problem, rotation: &Vector3) -> i32 {
 impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
     pub fn new(problem: &'a Problem, context: &'a Context<'c>, turns: &[i32]) -> Self {
         let most = turns.iter().copied().max_by_key(|turns| turns.abs()).unwrap_or(0);
-        let fine = Extremal::<N>::new(problem, problem.steps);
-        let coarse = Extremal::<N>::new(problem, search_grid(problem, most));
+        let fine = BoundaryValueProblem::<N>::new(problem, problem.steps);
+        let coarse = BoundaryValueProblem::<N>::new(problem, search_grid(problem, most));
         let (found, met, arrived) = (Vec::new(), Vec::new(), Vec::new());
         Self { problem, context, fine, coarse, found, met, arrived, failure: None, shortfall: None }
     }

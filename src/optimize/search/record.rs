@@ -6,7 +6,7 @@ use crate::maneuver::solution::{ActiveConstraint, Sense, TerminalError, Trajecto
 use crate::mechanics::actuators::{Actuation, AxisFrame, Channel, LimitKind};
 use crate::optimize::control_law::Law;
 use crate::optimize::step::{Point, StepError};
-use crate::optimize::sweep::{End, Extremal, Node};
+use crate::optimize::sweep::{BoundaryValueProblem, End, Node};
 use crate::{Matrix3, Vector3};
 use nalgebra::{DVector, SVector};
 
@@ -32,12 +32,12 @@ pub(crate) struct Way {
 /// Sweeps once more and records every node.
 pub(crate) fn record<const N: usize>(
     problem: &Problem,
-    extremal: &Extremal<N>,
+    bvp: &BoundaryValueProblem<N>,
     costate: &SVector<f64, N>,
 ) -> Result<Recorded<N>, StepError> {
-    let mut recorder = Recorder::<N>::new(problem, extremal);
-    let end = extremal.sweep_observed(costate, |node| recorder.push(&node))?;
-    let way = way_round(extremal, costate)?;
+    let mut recorder = Recorder::<N>::new(problem, bvp);
+    let end = bvp.sweep_observed(costate, |node| recorder.push(&node))?;
+    let way = way_round(bvp, costate)?;
     let limits = [recorder.force_limit, recorder.torque_limit].into_iter().flatten();
     let active = limits.map(|limit| limit.active).filter(|active| !active.time_s.is_empty()).collect();
     Ok(Recorded { end, trajectory: recorder.trajectory, active, way })
@@ -45,7 +45,7 @@ pub(crate) fn record<const N: usize>(
 
 struct Recorder<'a, const N: usize> {
     problem: &'a Problem,
-    extremal: &'a Extremal<N>,
+    bvp: &'a BoundaryValueProblem<N>,
     trajectory: Trajectory,
     force_limit: Option<Limit>,
     torque_limit: Option<Limit>,
@@ -81,7 +81,7 @@ impl Limit {
 }
 
 impl<'a, const N: usize> Recorder<'a, N> {
-    fn new(problem: &'a Problem, extremal: &'a Extremal<N>) -> Self {
+    fn new(problem: &'a Problem, bvp: &'a BoundaryValueProblem<N>) -> Self {
         let rows = problem.steps + 1;
         let input_rows = problem.scheme.input_rows(problem.steps);
         let input_count = problem.actuation.count();
@@ -100,15 +100,15 @@ impl<'a, const N: usize> Recorder<'a, N> {
             costates: Vec::with_capacity(input_rows * N),
         };
         let Actuation { force, torque, .. } = &problem.actuation;
-        let unit = extremal.dynamics.units.cost / extremal.dynamics.units.time;
+        let unit = bvp.dynamics.units.cost / bvp.dynamics.units.time;
         let force_limit = Limit::of(problem, force.as_ref(), true, unit);
         let torque_limit = Limit::of(problem, Some(torque), false, unit);
-        Self { problem, extremal, trajectory, force_limit, torque_limit }
+        Self { problem, bvp, trajectory, force_limit, torque_limit }
     }
 
     fn push(&mut self, node: &Node) {
-        let Self { problem, extremal, trajectory, force_limit, torque_limit } = self;
-        let dynamics = &extremal.dynamics;
+        let Self { problem, bvp, trajectory, force_limit, torque_limit } = self;
+        let dynamics = &bvp.dynamics;
         let units = &dynamics.units;
         let point = node.physical(0.5 * dynamics.h);
         let r = &point.attitude.value;
@@ -175,17 +175,17 @@ fn dot(a: &[f64; 4], b: &[f64; 4]) -> f64 {
 /// The lifted (continuous) quaternions of the path and of the ballistic motion start equal. The path is
 /// short if it ends on the sheet that the ballistic motion reaches by the shortest rotation to target.
 pub(crate) fn way_round<const N: usize>(
-    extremal: &Extremal<N>,
+    bvp: &BoundaryValueProblem<N>,
     costate: &SVector<f64, N>,
 ) -> Result<Way, StepError> {
-    let path = lift(extremal, costate)?;
-    let sense = sense(extremal, &path.end.attitude.value, &path.quaternion)?;
+    let path = lift(bvp, costate)?;
+    let sense = sense(bvp, &path.end.attitude.value, &path.quaternion)?;
     Ok(Way { sense, turned_deg: path.turned.to_degrees(), rotation: path.rotation })
 }
 
 /// The sense of a path given by its attitudes, node after node.
 pub(crate) fn sense_of<const N: usize>(
-    extremal: &Extremal<N>,
+    bvp: &BoundaryValueProblem<N>,
     attitudes: &[Matrix3],
 ) -> Result<Sense, StepError> {
     let mut quaternion = None;
@@ -193,16 +193,16 @@ pub(crate) fn sense_of<const N: usize>(
         quaternion = Some(lie::continued(quaternion.as_ref(), lie::quaternion_from_rotation(attitude)));
     }
     let end = attitudes.last().copied().unwrap_or_else(Matrix3::identity);
-    sense(extremal, &end, &quaternion.unwrap_or([1.0, 0.0, 0.0, 0.0]))
+    sense(bvp, &end, &quaternion.unwrap_or([1.0, 0.0, 0.0, 0.0]))
 }
 
 /// Which sheet of the double cover a path ends on, against the ballistic motion.
 fn sense<const N: usize>(
-    extremal: &Extremal<N>,
+    bvp: &BoundaryValueProblem<N>,
     end: &Matrix3,
     lifted: &[f64; 4],
 ) -> Result<Sense, StepError> {
-    let ballistic = lift(extremal, &SVector::zeros())?;
+    let ballistic = lift(bvp, &SVector::zeros())?;
     let from = &ballistic.end.attitude.value;
     let rest = lie::log(&from.tr_mul(end));
     // Short steps along the shortest rotation carry the ballistic sheet to the end of the path.
@@ -223,12 +223,12 @@ struct Lift {
     rotation: Vector3,
 }
 
-fn lift<const N: usize>(extremal: &Extremal<N>, costate: &SVector<f64, N>) -> Result<Lift, StepError> {
-    let dynamics = &extremal.dynamics;
+fn lift<const N: usize>(bvp: &BoundaryValueProblem<N>, costate: &SVector<f64, N>) -> Result<Lift, StepError> {
+    let dynamics = &bvp.dynamics;
     let mut quaternion = None;
-    let mut end = extremal.start;
+    let mut end = bvp.start;
     let (mut turned, mut rotation) = (0.0, Vector3::zeros());
-    extremal.sweep_observed(costate, |node| {
+    bvp.sweep_observed(costate, |node| {
         let point = node.physical(0.5 * dynamics.h);
         let attitude = lie::quaternion_from_rotation(&point.attitude.value);
         quaternion = Some(lie::continued(quaternion.as_ref(), attitude));

@@ -14,7 +14,7 @@ use crate::maneuver::solution::Outcome;
 use crate::optimize::methods::shooting::driver::{Iteration, run};
 use crate::optimize::methods::shooting::newton::{Newton, outcome_of};
 use crate::optimize::methods::shooting::refine::failed;
-use crate::optimize::sweep::Extremal;
+use crate::optimize::sweep::BoundaryValueProblem;
 use nalgebra::SVector;
 
 /// Limits that many times as large do not act.
@@ -98,16 +98,16 @@ impl<const N: usize> Search<'_, '_, N> {
     }
 
     /// The grid of the later rungs: the requested one, or a coarser one whose costates start Newton there.
-    fn later_grid(&self) -> Extremal<N> {
+    fn later_grid(&self) -> BoundaryValueProblem<N> {
         if self.problem.steps <= MOST_STEPS {
             self.fine.clone()
         } else {
-            Extremal::new(self.problem, MOST_STEPS)
+            BoundaryValueProblem::new(self.problem, MOST_STEPS)
         }
     }
 
     /// Lifted Newton with the saturated law, from the nodes of the extremal without limits.
-    fn lifted_saturated(&mut self, grid: &Extremal<N>, free: &Found<N>) -> bool {
+    fn lifted_saturated(&mut self, grid: &BoundaryValueProblem<N>, free: &Found<N>) -> bool {
         let steps = grid.dynamics.steps;
         self.context.enter("lifted", &free.start, steps);
         let nodes = continuation::nodes_of(&grid.relaxed(LIMITLESS), &free.costate);
@@ -119,7 +119,13 @@ impl<const N: usize> Search<'_, '_, N> {
     }
 
     /// Continuation in the limits from wider ones; how far it went.
-    fn draw_in(&mut self, grid: &Extremal<N>, start: &str, from: Wider<N>, spent: usize) -> Wider<N> {
+    fn draw_in(
+        &mut self,
+        grid: &BoundaryValueProblem<N>,
+        start: &str,
+        from: Wider<N>,
+        spent: usize,
+    ) -> Wider<N> {
         let steps = grid.dynamics.steps;
         self.context.enter("limits", start, steps);
         let (mut reached, report) = continuation::in_limits(grid, &from, self.context);

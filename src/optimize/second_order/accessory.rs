@@ -21,31 +21,30 @@ use crate::maneuver::problem::Scheme;
 use crate::numerics::factor::{Factor, RANK_TOLERANCE};
 use crate::numerics::matrix_inertia::Signature;
 use crate::optimize::step::{Linearization, Sensitivity};
-use crate::optimize::sweep::{Extremal, Node};
+use crate::optimize::sweep::{BoundaryValueProblem, Node};
 use nalgebra::{DMatrix, SMatrix, SVector};
 
 /// Number of independent directions in which the cost decreases; `None` where the sweep fails.
 pub(super) fn conjugate_points<const N: usize>(
-    extremal: &Extremal<N>,
+    bvp: &BoundaryValueProblem<N>,
     costate: &SVector<f64, N>,
 ) -> Option<usize> {
-    let mut elimination = Elimination::new(extremal);
+    let mut elimination = Elimination::new(bvp);
     let mut before: Option<Node> = None;
     let mut complete = true;
-    extremal
-        .sweep_observed(costate, |node| {
-            match &before {
-                None => elimination.open(&node),
-                Some(before) => complete &= elimination.step(before, &node).is_some(),
-            }
-            before = Some(node);
-        })
-        .ok()?;
+    bvp.sweep_observed(costate, |node| {
+        match &before {
+            None => elimination.open(&node),
+            Some(before) => complete &= elimination.step(before, &node).is_some(),
+        }
+        before = Some(node);
+    })
+    .ok()?;
     if complete { elimination.close() } else { None }
 }
 
 struct Elimination<'a, const N: usize> {
-    extremal: &'a Extremal<N>,
+    bvp: &'a BoundaryValueProblem<N>,
     /// `X_k`.
     x: SMatrix<f64, N, N>,
     /// Negative eigenvalues beyond those of the constraints.
@@ -53,18 +52,18 @@ struct Elimination<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> Elimination<'a, N> {
-    fn new(extremal: &'a Extremal<N>) -> Self {
-        Self { extremal, x: SMatrix::zeros(), surplus: 0 }
+    fn new(bvp: &'a BoundaryValueProblem<N>) -> Self {
+        Self { bvp, x: SMatrix::zeros(), surplus: 0 }
     }
 
     fn is_verlet(&self) -> bool {
-        self.extremal.dynamics.scheme == Scheme::LieVerlet
+        self.bvp.dynamics.scheme == Scheme::LieVerlet
     }
 
     /// The opening half kick of Lie–Verlet.
     fn open(&mut self, node: &Node) {
         if self.is_verlet() {
-            let dynamics = &self.extremal.dynamics;
+            let dynamics = &self.bvp.dynamics;
             let kick = dynamics.linear_kick::<N>(&node.point.pose(), &node.costate);
             self.x = kick.authority() * (-0.5 * dynamics.h);
         }
@@ -72,7 +71,7 @@ impl<'a, const N: usize> Elimination<'a, N> {
 
     /// The step between two nodes.
     fn step(&mut self, before: &Node, node: &Node) -> Option<()> {
-        let dynamics = &self.extremal.dynamics;
+        let dynamics = &self.bvp.dynamics;
         let costate = node.costate.to_vector::<N>();
         let mut linear = dynamics.transition::<N>(&before.point, &costate).ok()?.linear;
         if self.is_verlet() && node.index == dynamics.steps {
@@ -94,7 +93,7 @@ impl<'a, const N: usize> Elimination<'a, N> {
 
     /// Half of the last kick is taken back: its gradient, curvature and authority halve.
     fn with_half_a_kick(&self, node: &Node, linear: Linearization<N>) -> Linearization<N> {
-        let dynamics = &self.extremal.dynamics;
+        let dynamics = &self.bvp.dynamics;
         let kick = dynamics.linear_kick::<N>(&node.point.pose(), &node.costate);
         let half = kick.gradient::<N>() * (0.5 * dynamics.h);
         // (I + h K_pq)⁻¹ = I − h K_pq: the kick moves the momenta alone.

@@ -7,18 +7,21 @@ use crate::maneuver::problem::Scheme;
 use crate::maneuver::solution::Optimality;
 use crate::numerics::factor::{Factor, rank_and_condition};
 use crate::optimize::step::Sensitivity;
-use crate::optimize::sweep::{Extremal, Node};
+use crate::optimize::sweep::{BoundaryValueProblem, Node};
 use nalgebra::{SMatrix, SVector};
 
 /// First- and second-order optimality of the extremal from `costate`.
-pub(crate) fn optimality<const N: usize>(extremal: &Extremal<N>, costate: &SVector<f64, N>) -> Optimality {
-    let (rank, condition) = match extremal.sweep_linearized(costate) {
+pub(crate) fn optimality<const N: usize>(
+    bvp: &BoundaryValueProblem<N>,
+    costate: &SVector<f64, N>,
+) -> Optimality {
+    let (rank, condition) = match bvp.sweep_linearized(costate) {
         Ok((_, psi)) => rank_and_condition(&psi),
         Err(_) => (0, f64::INFINITY),
     };
     Optimality {
-        stationarity: stationarity(extremal, costate),
-        conjugate_points: conjugate_points(extremal, costate),
+        stationarity: stationarity(bvp, costate),
+        conjugate_points: conjugate_points(bvp, costate),
         rank,
         condition,
     }
@@ -27,12 +30,12 @@ pub(crate) fn optimality<const N: usize>(extremal: &Extremal<N>, costate: &SVect
 /// Largest residual `|λ_{k−1} − A_kᵀ λ_k|` of the costate recursion, recomputed backward by `A_kᵀ`
 /// where the sweep went forward by `A_k⁻ᵀ`, relative to the largest costate; under limits also the largest
 /// projection residual of the inputs, relative to the largest they give.
-fn stationarity<const N: usize>(extremal: &Extremal<N>, costate: &SVector<f64, N>) -> f64 {
-    let dynamics = &extremal.dynamics;
+fn stationarity<const N: usize>(bvp: &BoundaryValueProblem<N>, costate: &SVector<f64, N>) -> f64 {
+    let dynamics = &bvp.dynamics;
     let mut before: Option<Node> = None;
     let (mut worst, mut size) = (0.0f64, 0.0f64);
     let (mut worst_input, mut largest_output) = (0.0f64, 0.0f64);
-    let swept = extremal.sweep_observed(costate, |node| {
+    let swept = bvp.sweep_observed(costate, |node| {
         if let Some(before) = &before {
             let costate = node.costate.to_vector::<N>();
             let expected = before.costate.to_vector::<N>();
@@ -69,34 +72,33 @@ fn stationarity<const N: usize>(extremal: &Extremal<N>, costate: &SVector<f64, N
 /// counts double points twice. Under a symmetry the inverse is the one within the rank: what the
 /// inputs reach, the range of G, lies in it.
 pub(crate) fn conjugate_points<const N: usize>(
-    extremal: &Extremal<N>,
+    bvp: &BoundaryValueProblem<N>,
     costate: &SVector<f64, N>,
 ) -> Option<usize> {
-    let dynamics = &extremal.dynamics;
+    let dynamics = &bvp.dynamics;
     if dynamics.is_limited() {
-        return accessory::conjugate_points(extremal, costate);
+        return accessory::conjugate_points(bvp, costate);
     }
     let steps = dynamics.steps;
     let half_end = dynamics.scheme == Scheme::LieVerlet;
     let root = dynamics.input_root();
-    let (_, psi) = extremal.sweep_linearized(costate).ok()?;
+    let (_, psi) = bvp.sweep_linearized(costate).ok()?;
     let full = rank_and_condition(&psi).0;
     let mut attitudes: Vec<Matrix3> = Vec::with_capacity(steps + 1);
-    extremal.sweep_observed(costate, |node| attitudes.push(node.point.attitude.value)).ok()?;
+    bvp.sweep_observed(costate, |node| attitudes.push(node.point.attitude.value)).ok()?;
     let mut counter = Counter { full, regular: false, ever: false, total: 0 };
     let mut index = 0;
     let mut last = None;
-    extremal
-        .sweep_conjugate(costate, |columns: &Sensitivity<N>| {
-            index += 1;
-            if index < steps || !half_end {
-                let g = root.at::<N>(&attitudes[index]) * dynamics.h.sqrt();
-                counter.meet(&columns.state(), &columns.costate(), &g);
-            } else {
-                last = Some(columns.costate());
-            }
-        })
-        .ok()?;
+    bvp.sweep_conjugate(costate, |columns: &Sensitivity<N>| {
+        index += 1;
+        if index < steps || !half_end {
+            let g = root.at::<N>(&attitudes[index]) * dynamics.h.sqrt();
+            counter.meet(&columns.state(), &columns.costate(), &g);
+        } else {
+            last = Some(columns.costate());
+        }
+    })
+    .ok()?;
     if let Some(dual) = last {
         // The closing half kick of Lie–Verlet has half the authority.
         let g = root.at::<N>(&attitudes[steps]) * (0.5 * dynamics.h).sqrt();

@@ -29,11 +29,11 @@ struct Stage<const N: usize> {
 }
 
 /// The accessory problem of an extremal; the first stage has the opening half kick alone.
-fn stages<const N: usize>(extremal: &Extremal<N>, costate: &SVector<f64, N>) -> Vec<Stage<N>> {
-    let dynamics = &extremal.dynamics;
+fn stages<const N: usize>(bvp: &BoundaryValueProblem<N>, costate: &SVector<f64, N>) -> Vec<Stage<N>> {
+    let dynamics = &bvp.dynamics;
     let (h, verlet) = (dynamics.h, dynamics.scheme == Scheme::LieVerlet);
     let mut nodes: Vec<Node> = Vec::new();
-    extremal.sweep_observed(costate, |node| nodes.push(node)).unwrap();
+    bvp.sweep_observed(costate, |node| nodes.push(node)).unwrap();
     let identity = SMatrix::<f64, N, N>::identity();
     let kick = |node: &Node, costate: &Costate| dynamics.linear_kick::<N>(&node.point.pose(), costate);
     let opening =
@@ -58,8 +58,8 @@ fn stages<const N: usize>(extremal: &Extremal<N>, costate: &SVector<f64, N>) -> 
 }
 
 /// Negative eigenvalues of the second variation on the variations that keep the end.
-fn negative_directions<const N: usize>(extremal: &Extremal<N>, costate: &SVector<f64, N>) -> usize {
-    let stages = stages(extremal, costate);
+fn negative_directions<const N: usize>(bvp: &BoundaryValueProblem<N>, costate: &SVector<f64, N>) -> usize {
+    let stages = stages(bvp, costate);
     let count = N * stages.len();
     let mut z = DMatrix::<f64>::zeros(N, count);
     let mut form = DMatrix::<f64>::identity(count, count);
@@ -94,14 +94,14 @@ fn the_published_extremals_have_0_2_2_3_conjugate_points() {
         let problem = Problem::attitude(body.clone(), State::at_rest(Matrix3::identity()), end, 2.0)
             .with_steps(50)
             .with_scheme(Scheme::LieEuler);
-        let extremal = Extremal::<6>::new(&problem, 50);
-        let lambda_0 = vector::<6>(&case["lambda0"]).component_div(&extremal.dynamics.units.costate());
-        let first = extremal.dynamics.transition::<6>(&extremal.start, &lambda_0).unwrap();
-        let swept = extremal.sweep(&first.costate_before).unwrap();
+        let bvp = BoundaryValueProblem::<6>::new(&problem, 50);
+        let lambda_0 = vector::<6>(&case["lambda0"]).component_div(&bvp.dynamics.units.costate());
+        let first = bvp.dynamics.transition::<6>(&bvp.start, &lambda_0).unwrap();
+        let swept = bvp.sweep(&first.costate_before).unwrap();
         assert!(swept.error.amax() < 1e-12);
         let expected = case["negative_eigenvalues"].as_u64().unwrap() as usize;
-        assert_eq!(conjugate_points(&extremal, &first.costate_before), Some(expected));
-        assert_eq!(negative_directions(&extremal, &first.costate_before), expected);
+        assert_eq!(conjugate_points(&bvp, &first.costate_before), Some(expected));
+        assert_eq!(negative_directions(&bvp, &first.costate_before), expected);
     }
 }
 
@@ -117,24 +117,24 @@ fn compare_within<const N: usize>(
     size: f64,
     random: &mut Random,
 ) -> Option<usize> {
-    let mut extremal = Extremal::<N>::new(problem, problem.steps);
+    let mut bvp = BoundaryValueProblem::<N>::new(problem, problem.steps);
     // A rest-to-rest turn by about `size` has λ^R = −12 φ, λ^Π = −6 φ.
     let phi = random.vector3().normalize() * size;
     let mut costate = random_vector::<N>(random);
     let mut rotation = costate.fixed_rows_mut::<6>(N - 6);
     rotation *= 0.5 * size;
     rotation -= SVector::<f64, 6>::from_fn(|row, _| if row < 3 { 12.0 } else { 6.0 } * phi[row % 3]);
-    extremal.sweep(&costate).ok()?;
+    bvp.sweep(&costate).ok()?;
     if let Some(norm) = norm {
         let part = 0.65 + 0.3 * random.uniform();
-        extremal = Extremal::new(&limited(problem, &costate, norm, part), problem.steps);
-        extremal.sweep(&costate).ok()?;
+        bvp = BoundaryValueProblem::new(&limited(problem, &costate, norm, part), problem.steps);
+        bvp.sweep(&costate).ok()?;
     }
-    let (counted, dense) = (conjugate_points(&extremal, &costate), negative_directions(&extremal, &costate));
+    let (counted, dense) = (conjugate_points(&bvp, &costate), negative_directions(&bvp, &costate));
     let (scheme, actuation) = (problem.scheme, &problem.actuation.torque);
     assert_eq!(counted, Some(dense), "{scheme:?} {actuation:?} {:?} {costate}", problem.environment);
     // The elimination serves without limits too, by another road.
-    assert_eq!(accessory::conjugate_points(&extremal, &costate), Some(dense));
+    assert_eq!(accessory::conjugate_points(&bvp, &costate), Some(dense));
     counted
 }
 

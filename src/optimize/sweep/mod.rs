@@ -18,7 +18,7 @@ use nalgebra::{SMatrix, SVector};
 
 /// The boundary value problem of the necessary conditions, on one grid, in scaled units.
 #[derive(Clone, Debug)]
-pub struct Extremal<const N: usize> {
+pub struct BoundaryValueProblem<const N: usize> {
     pub(crate) dynamics: Dynamics,
     pub(crate) start: Point,
     pub(crate) target: Point,
@@ -46,7 +46,7 @@ pub(crate) struct Node {
     pub costate: Costate,
 }
 
-impl<const N: usize> Extremal<N> {
+impl<const N: usize> BoundaryValueProblem<N> {
     /// The boundary value problem of `problem` on a grid of `steps` steps.
     pub fn new(problem: &Problem, steps: usize) -> Self {
         let dynamics = Dynamics::new(problem, steps);
@@ -76,7 +76,7 @@ impl<const N: usize> Extremal<N> {
         self.sweep_conjugate(costate, |_| {})
     }
 
-    /// As [`Extremal::sweep_linearized`]; `watch` sees the derivatives after every full kick.
+    /// As [`BoundaryValueProblem::sweep_linearized`]; `watch` sees the derivatives after every full kick.
     pub(crate) fn sweep_conjugate(
         &self,
         costate: &SVector<f64, N>,

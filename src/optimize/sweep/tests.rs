@@ -57,25 +57,25 @@ fn pendulum(weight: f64, arm: Vector3) -> UniformGravity {
 
 /// `λ_{−1}` (scaled) from `λ_0` (SI), and `A_0ᵀ`, scaled.
 fn before_first<const N: usize>(
-    extremal: &Extremal<N>,
+    bvp: &BoundaryValueProblem<N>,
     costate_0: &SVector<f64, N>,
 ) -> (SVector<f64, N>, SMatrix<f64, N, N>) {
-    let scaled = costate_0.component_div(&extremal.dynamics.units.costate());
-    let step = extremal.dynamics.transition::<N>(&extremal.start, &scaled).unwrap();
+    let scaled = costate_0.component_div(&bvp.dynamics.units.costate());
+    let step = bvp.dynamics.transition::<N>(&bvp.start, &scaled).unwrap();
     (step.costate_before, step.linear.a.transpose())
 }
 
 #[test]
 fn published_costates_solve_the_attitude_maneuvers() {
     for case in reference("min_energy_so3.json")["cases"].as_array().unwrap() {
-        let extremal = Extremal::<6>::new(&so3_case(case), case["N"].as_u64().unwrap() as usize);
-        let (costate, a_t) = before_first(&extremal, &vector(&case["lambda0"]));
-        let (end, psi) = extremal.sweep_linearized(&costate).unwrap();
+        let bvp = BoundaryValueProblem::<6>::new(&so3_case(case), case["N"].as_u64().unwrap() as usize);
+        let (costate, a_t) = before_first(&bvp, &vector(&case["lambda0"]));
+        let (end, psi) = bvp.sweep_linearized(&costate).unwrap();
         assert!(end.error.amax() < 1e-13, "{}: {}", case["name"], end.error);
-        let cost = end.cost * extremal.dynamics.units.cost;
+        let cost = end.cost * bvp.dynamics.units.cost;
         let expected = case["cost"].as_f64().unwrap();
         assert!((cost - expected).abs() < 1e-12 * expected, "{cost} {expected}");
-        let psi = to_si(&state_units(&extremal.dynamics), &(psi * a_t), &extremal.dynamics.units.costate());
+        let psi = to_si(&state_units(&bvp.dynamics), &(psi * a_t), &bvp.dynamics.units.costate());
         let expected = matrix::<6, 6>(&case["Psi12"]);
         assert!((psi - expected).amax() < 1e-12 * expected.amax(), "{psi}{expected}");
     }
@@ -106,13 +106,13 @@ fn dumbbell(file: &Value) -> Problem {
 #[test]
 fn published_costates_solve_the_dumbbell_transfer() {
     let file = reference("min_energy_se3.json");
-    let extremal = Extremal::<12>::new(&dumbbell(&file), 50);
-    let (costate, a_t) = before_first(&extremal, &vector(&file["lambda0"]));
-    let (end, psi) = extremal.sweep_linearized(&costate).unwrap();
+    let bvp = BoundaryValueProblem::<12>::new(&dumbbell(&file), 50);
+    let (costate, a_t) = before_first(&bvp, &vector(&file["lambda0"]));
+    let (end, psi) = bvp.sweep_linearized(&costate).unwrap();
     assert!(end.error.amax() < 2e-13, "{}", end.error);
-    let cost = end.cost * extremal.dynamics.units.cost;
+    let cost = end.cost * bvp.dynamics.units.cost;
     assert!((cost - file["cost"].as_f64().unwrap()).abs() < 1e-14, "{cost}");
-    let psi = to_si(&state_units(&extremal.dynamics), &(psi * a_t), &extremal.dynamics.units.costate());
+    let psi = to_si(&state_units(&bvp.dynamics), &(psi * a_t), &bvp.dynamics.units.costate());
     let expected = matrix::<12, 12>(&file["Psi12"]);
     assert!((psi - expected).amax() < 1e-11 * expected.amax(), "{:e}", (psi - expected).amax());
 }
@@ -126,15 +126,15 @@ fn modified_scheme_meets_its_reference() {
         setup["N"] = case["N"].clone();
         setup["potential"] = case["potential"].clone();
         let problem = so3_case(&setup).with_scheme(Scheme::LieVerlet);
-        let extremal = Extremal::<6>::new(&problem, problem.steps);
+        let bvp = BoundaryValueProblem::<6>::new(&problem, problem.steps);
         let modified = &case["modified"];
-        let units = extremal.dynamics.units;
+        let units = bvp.dynamics.units;
         let costate = vector::<6>(&modified["lambda_minus1"]).component_div(&units.costate());
-        let (end, psi) = extremal.sweep_linearized(&costate).unwrap();
+        let (end, psi) = bvp.sweep_linearized(&costate).unwrap();
         assert!(end.error.amax() < 1e-13, "{}", end.error);
         let (cost, expected) = (end.cost * units.cost, modified["cost"].as_f64().unwrap());
         assert!((cost - expected).abs() < 1e-12 * expected, "{cost} {expected}");
-        let psi = to_si(&state_units(&extremal.dynamics), &psi, &units.costate());
+        let psi = to_si(&state_units(&bvp.dynamics), &psi, &units.costate());
         let expected = matrix::<6, 6>(&modified["Psi"]);
         assert!((psi - expected).amax() < 1e-12 * expected.amax());
     }
@@ -189,31 +189,38 @@ fn random_costate<const N: usize>(random: &mut Random) -> SVector<f64, N> {
 }
 
 /// `−K_pp` at every node.
-fn slopes<const N: usize>(extremal: &Extremal<N>, costate: &SVector<f64, N>) -> Vec<SMatrix<f64, N, N>> {
+fn slopes<const N: usize>(
+    bvp: &BoundaryValueProblem<N>,
+    costate: &SVector<f64, N>,
+) -> Vec<SMatrix<f64, N, N>> {
     let mut slopes = Vec::new();
     let push = |node: Node| {
-        slopes.push(extremal.dynamics.linear_kick::<N>(&node.point.pose(), &node.costate).authority::<N>());
+        slopes.push(bvp.dynamics.linear_kick::<N>(&node.point.pose(), &node.costate).authority::<N>());
     };
-    extremal.sweep_observed(costate, push).unwrap();
+    bvp.sweep_observed(costate, push).unwrap();
     slopes
 }
 
 /// Whether an input meets or leaves its limit between two costates: the sweep has a kink there.
-fn kink_between<const N: usize>(extremal: &Extremal<N>, a: &SVector<f64, N>, b: &SVector<f64, N>) -> bool {
-    let pairs = slopes(extremal, a).into_iter().zip(slopes(extremal, b));
+fn kink_between<const N: usize>(
+    bvp: &BoundaryValueProblem<N>,
+    a: &SVector<f64, N>,
+    b: &SVector<f64, N>,
+) -> bool {
+    let pairs = slopes(bvp, a).into_iter().zip(slopes(bvp, b));
     pairs.into_iter().any(|(a, b)| (a - b).amax() > 1e-2 * a.amax())
 }
 
 /// The columns that were compared.
 fn check_sensitivity<const N: usize>(problem: &Problem, random: &mut Random) -> usize {
-    let mut extremal = Extremal::<N>::new(problem, problem.steps);
+    let mut bvp = BoundaryValueProblem::<N>::new(problem, problem.steps);
     let costate = random_costate::<N>(random);
     // The target at the end itself: δe = Ψ δλ there, and the logarithm is at its origin.
     let mut end_point = None;
-    extremal.sweep_observed(&costate, |node| end_point = Some(node)).unwrap();
-    let half = if problem.scheme == Scheme::LieVerlet { 0.5 * extremal.dynamics.h } else { 0.0 };
-    extremal.target = end_point.unwrap().physical(half);
-    let (end, psi) = extremal.sweep_linearized(&costate).unwrap();
+    bvp.sweep_observed(&costate, |node| end_point = Some(node)).unwrap();
+    let half = if problem.scheme == Scheme::LieVerlet { 0.5 * bvp.dynamics.h } else { 0.0 };
+    bvp.target = end_point.unwrap().physical(half);
+    let (end, psi) = bvp.sweep_linearized(&costate).unwrap();
     assert!(end.error.amax() < 1e-14);
     // Fourth-order differences: truncation step⁴, round-off 1e-16/step.
     let step = 1e-4;
@@ -222,11 +229,11 @@ fn check_sensitivity<const N: usize>(problem: &Problem, random: &mut Random) -> 
         let at = |sign: f64| {
             let mut moved = costate;
             moved[column] += sign * step;
-            (extremal.sweep(&moved).unwrap().error, moved)
+            (bvp.sweep(&moved).unwrap().error, moved)
         };
         let [(ahead, _), (behind, _), (far_ahead, first), (far_behind, last)] =
             [1.0, -1.0, 2.0, -2.0].map(at);
-        if kink_between(&extremal, &first, &last) {
+        if kink_between(&bvp, &first, &last) {
             continue;
         }
         compared += 1;
@@ -286,18 +293,18 @@ fn sensitivity_under_limits_is_the_derivative_of_the_sweep_away_from_kinks() {
 /// The sensitivity of a chain of transitions equals that of the sweep: `A`, `H`, `Q` and the lanes are
 /// one linearisation.
 fn check_matrices<const N: usize>(problem: &Problem, random: &mut Random) {
-    let extremal = Extremal::<N>::new(problem, problem.steps);
+    let bvp = BoundaryValueProblem::<N>::new(problem, problem.steps);
     let first = random_costate::<N>(random);
     let (mut nodes, mut psi_from_nodes) = (Vec::new(), SMatrix::<f64, N, N>::zeros());
-    extremal.sweep_observed(&first, |node| nodes.push(node)).unwrap();
+    bvp.sweep_observed(&first, |node| nodes.push(node)).unwrap();
     let mut costate_columns = SMatrix::<f64, N, N>::identity();
-    let dynamics = &extremal.dynamics;
+    let dynamics = &bvp.dynamics;
     if problem.scheme == Scheme::LieVerlet {
         let linear = dynamics.linear_kick::<N>(&nodes[0].point.pose(), &nodes[0].costate);
         psi_from_nodes = -linear.authority::<N>() * (0.5 * dynamics.h);
     }
     let mut watched = Vec::new();
-    extremal.sweep_conjugate(&first, |columns| watched.push(columns.state())).unwrap();
+    bvp.sweep_conjugate(&first, |columns| watched.push(columns.state())).unwrap();
     for (k, pair) in nodes.windows(2).enumerate() {
         let costate = pair[1].costate.to_vector::<N>();
         let step = dynamics.transition::<N>(&pair[0].point, &costate).unwrap();

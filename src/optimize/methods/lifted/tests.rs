@@ -11,9 +11,9 @@ use crate::optimize::search::geodesic;
 use crate::testing::{full_inertia, matrix, reference, torques, vector};
 use serde_json::Value;
 
-fn solved<const N: usize>(extremal: &Extremal<N>) -> (Nodes<N>, Report) {
-    let nodes = geodesic::nodes(extremal, 0, &Vector3::zeros()).unwrap();
-    let lifted = Lifted::new(extremal, 1e-12, nodes).unwrap();
+fn solved<const N: usize>(bvp: &BoundaryValueProblem<N>) -> (Nodes<N>, Report) {
+    let nodes = geodesic::nodes(bvp, 0, &Vector3::zeros()).unwrap();
+    let lifted = Lifted::new(bvp, 1e-12, nodes).unwrap();
     let (lifted, report) = run(lifted, 30, &|| None);
     assert_eq!(report.outcome, Outcome::Converged, "{:?}", report.residuals);
     (lifted.nodes, report)
@@ -32,10 +32,10 @@ fn the_unstable_pendulum_is_solved_in_a_few_iterations() {
         .with_steps(50)
         .with_scheme(Scheme::LieEuler)
         .with_environment(pendulum(&file));
-    let extremal = Extremal::<6>::new(&problem, 50);
-    let (nodes, report) = solved(&extremal);
+    let bvp = BoundaryValueProblem::<6>::new(&problem, 50);
+    let (nodes, report) = solved(&bvp);
     assert!(report.iterations <= 7, "{} {:?}", report.iterations, report.residuals);
-    let units = extremal.dynamics.units;
+    let units = bvp.dynamics.units;
     let mut cost = 0.0;
     for (k, expected) in file["lambda_all"].as_array().unwrap().iter().enumerate() {
         let expected = vector::<6>(expected);
@@ -68,15 +68,15 @@ fn lifted_newton_and_shooting_find_the_same_extremals_of_both_schemes() {
             if case["potential"] == "pendulum" {
                 problem = problem.with_environment(pendulum(&file["pendulum"]));
             }
-            let extremal = Extremal::<6>::new(&problem, problem.steps);
-            let (nodes, _) = solved(&extremal);
+            let bvp = BoundaryValueProblem::<6>::new(&problem, problem.steps);
+            let (nodes, _) = solved(&bvp);
             let index = usize::from(scheme == Scheme::LieEuler);
-            let costate = nodes.costates[index].component_mul(&extremal.dynamics.units.costate());
+            let costate = nodes.costates[index].component_mul(&bvp.dynamics.units.costate());
             let expected = vector::<6>(&case[key][first]);
             let error = (costate - expected).amax() / expected.amax();
             assert!(error < 1e-11, "{scheme:?} {} {}: {error:e}", case["potential"], case["N"]);
 
-            let newton = Newton::new(&extremal, 1e-13, SVector::zeros(), None).unwrap();
+            let newton = Newton::new(&bvp, 1e-13, SVector::zeros(), None).unwrap();
             let (newton, report) = run(newton, 30, &|| None);
             assert_eq!(report.outcome, Outcome::Converged);
             let error = (newton.costate - nodes.costates[0]).amax() / newton.costate.amax();

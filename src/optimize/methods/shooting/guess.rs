@@ -13,7 +13,7 @@
 use crate::Vector3;
 use crate::numerics::factor::Factor;
 use crate::optimize::step::StepError;
-use crate::optimize::sweep::Extremal;
+use crate::optimize::sweep::BoundaryValueProblem;
 use nalgebra::SVector;
 use std::f64::consts::TAU;
 
@@ -48,11 +48,11 @@ pub(crate) fn wound(error: &Vector3, turns: i32) -> Vector3 {
 
 /// The starts with the given turns, each damped by `fraction`.
 pub(crate) fn ballistic<const N: usize>(
-    extremal: &Extremal<N>,
+    bvp: &BoundaryValueProblem<N>,
     turns: &[i32],
     fractions: &[f64],
 ) -> Result<Vec<Start<N>>, StepError> {
-    let (end, psi) = extremal.sweep_linearized(&SVector::zeros())?;
+    let (end, psi) = bvp.sweep_linearized(&SVector::zeros())?;
     let factor = Factor::new(&psi);
     let short: Vector3 = end.error.fixed_rows::<3>(N - 6).into_owned();
     let mut starts = Vec::new();

@@ -14,7 +14,7 @@ use crate::lie;
 use crate::maneuver::solution::Outcome;
 use crate::numerics::factor::Factor;
 use crate::optimize::step::StepError;
-use crate::optimize::sweep::{End, Extremal};
+use crate::optimize::sweep::{BoundaryValueProblem, End};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 /// Sufficient decrease of the line search.
@@ -37,7 +37,7 @@ const POLISH: f64 = 0.5;
 /// The iterate of a shooting.
 #[derive(Clone, Debug)]
 pub(crate) struct Newton<'a, const N: usize> {
-    extremal: &'a Extremal<N>,
+    bvp: &'a BoundaryValueProblem<N>,
     tolerance: f64,
     /// Residual at which no further step is worth its sweep.
     enough: f64,
@@ -55,15 +55,15 @@ pub(crate) struct Newton<'a, const N: usize> {
 impl<'a, const N: usize> Newton<'a, N> {
     /// Starts at `costate`, with a factor from elsewhere if there is one.
     pub fn new(
-        extremal: &'a Extremal<N>,
+        bvp: &'a BoundaryValueProblem<N>,
         tolerance: f64,
         costate: SVector<f64, N>,
         factor: Option<Factor<N>>,
     ) -> Result<Self, StepError> {
-        let end = extremal.sweep(&costate)?;
+        let end = bvp.sweep(&costate)?;
         let (tolerance, enough) = (ACCEPT * tolerance, POLISH * tolerance);
         let recent = [f64::INFINITY; PATIENCE];
-        Ok(Self { extremal, tolerance, enough, costate, end, factor, psi: None, recent })
+        Ok(Self { bvp, tolerance, enough, costate, end, factor, psi: None, recent })
     }
 
     /// The same, polished to `enough` as long as every step with the factor at hand gains a digit.
@@ -72,7 +72,7 @@ impl<'a, const N: usize> Newton<'a, N> {
     }
 
     fn refresh(&mut self) -> Result<(), StepError> {
-        let (_, psi) = self.extremal.sweep_linearized(&self.costate)?;
+        let (_, psi) = self.bvp.sweep_linearized(&self.costate)?;
         self.factor = Some(Factor::new(&psi));
         self.psi = Some(psi);
         Ok(())
@@ -82,7 +82,7 @@ impl<'a, const N: usize> Newton<'a, N> {
     fn try_step(&mut self, trial: SVector<f64, N>, fraction: f64) -> bool {
         let norm = self.end.error.norm();
         // A sweep that fails is a step too long, like an error that does not fall.
-        let Ok(end) = self.extremal.sweep(&trial) else { return false };
+        let Ok(end) = self.bvp.sweep(&trial) else { return false };
         if end.error.norm() > (1.0 - 2.0 * ARMIJO * fraction) * norm {
             return false;
         }
@@ -92,7 +92,7 @@ impl<'a, const N: usize> Newton<'a, N> {
 
     fn accept(&mut self, costate: SVector<f64, N>, end: End<N>) {
         // Under limits the next iterate may have other free inputs, and with them another Ψ.
-        if self.extremal.dynamics.is_limited() || end.error.norm() > KEEP_FACTOR * self.end.error.norm() {
+        if self.bvp.dynamics.is_limited() || end.error.norm() > KEEP_FACTOR * self.end.error.norm() {
             self.factor = None;
         }
         (self.costate, self.end, self.psi) = (costate, end, None);
@@ -133,7 +133,7 @@ impl<'a, const N: usize> Newton<'a, N> {
             let weights = svd.singular_values.map(|value| value / (value * value + squared));
             let direction = v_t.tr_mul(&along.component_mul(&weights));
             let trial = self.costate - SVector::<f64, N>::from_column_slice(direction.as_slice());
-            let Ok(end) = self.extremal.sweep(&trial) else { continue };
+            let Ok(end) = self.bvp.sweep(&trial) else { continue };
             let reached = end.error.norm();
             if reached < best.as_ref().map_or(norm, |(_, end)| end.error.norm()) {
                 best = Some((trial, end));

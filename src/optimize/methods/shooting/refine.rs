@@ -10,7 +10,7 @@ use crate::maneuver::problem::{Problem, Scheme};
 use crate::maneuver::settings::Settings;
 use crate::maneuver::solution::Outcome;
 use crate::numerics::factor::Factor;
-use crate::optimize::sweep::Extremal;
+use crate::optimize::sweep::BoundaryValueProblem;
 use nalgebra::{SMatrix, SVector};
 
 /// Residual at which an intermediate grid counts as solved.
@@ -46,16 +46,16 @@ pub(crate) struct Refined<const N: usize> {
 
 /// Solves on one grid from `costate`, then adds `Ψ₁₂` there if wanted.
 pub(crate) fn solve_grid<const N: usize>(
-    extremal: &Extremal<N>,
+    bvp: &BoundaryValueProblem<N>,
     costate: SVector<f64, N>,
     factor: Option<Factor<N>>,
     derive: bool,
     settings: &Settings,
     interrupt: Interrupt,
 ) -> (Option<GridPoint<N>>, Report) {
-    let newton = match Newton::new(extremal, GRID_TOLERANCE, costate, factor) {
+    let newton = match Newton::new(bvp, GRID_TOLERANCE, costate, factor) {
         // The grids of the first-order scheme extrapolate too badly to deserve a polish.
-        Ok(newton) if extremal.dynamics.scheme == Scheme::LieEuler => newton,
+        Ok(newton) if bvp.dynamics.scheme == Scheme::LieEuler => newton,
         Ok(newton) => newton.polished_to(GRID_POLISH),
         Err(error) => return (None, failed(outcome_of(error))),
     };
@@ -63,11 +63,11 @@ pub(crate) fn solve_grid<const N: usize>(
     if report.outcome != Outcome::Converged {
         return (None, report);
     }
-    let steps = extremal.dynamics.steps;
+    let steps = bvp.dynamics.steps;
     if !derive {
         return (Some(GridPoint { steps, costate: newton.costate, psi: None }), report);
     }
-    match extremal.sweep_linearized(&newton.costate) {
+    match bvp.sweep_linearized(&newton.costate) {
         Ok((_, psi)) => (Some(GridPoint { steps, costate: newton.costate, psi: Some(psi) }), report),
         Err(error) => {
             report.outcome = outcome_of(error);
@@ -79,24 +79,24 @@ pub(crate) fn solve_grid<const N: usize>(
 /// One chord step on a grid that coarser ones have predicted: the next residual is round-off and not
 /// looked at. `None` where the prediction is not that good.
 fn correct<const N: usize>(
-    extremal: &Extremal<N>,
+    bvp: &BoundaryValueProblem<N>,
     costate: &SVector<f64, N>,
     factor: &Factor<N>,
 ) -> Option<(Option<GridPoint<N>>, Report)> {
-    let end = extremal.sweep(costate).ok()?;
+    let end = bvp.sweep(costate).ok()?;
     let residual = end.error.amax();
     if residual > PREDICTED {
         return None;
     }
     let costate = costate - factor.solve(&end.error);
     let report = Report { outcome: Outcome::Converged, iterations: 1, residuals: vec![residual] };
-    Some((Some(GridPoint { steps: extremal.dynamics.steps, costate, psi: None }), report))
+    Some((Some(GridPoint { steps: bvp.dynamics.steps, costate, psi: None }), report))
 }
 
 /// Carries an extremal from a coarse grid to the problem's own.
 pub(crate) fn refine<const N: usize>(
     problem: &Problem,
-    fine: &Extremal<N>,
+    fine: &BoundaryValueProblem<N>,
     coarse: GridPoint<N>,
     settings: &Settings,
     interrupt: Interrupt,
@@ -111,14 +111,14 @@ pub(crate) fn refine<const N: usize>(
         if WORTH * steps > problem.steps {
             break;
         }
-        let extremal = Extremal::new(problem, steps);
+        let bvp = BoundaryValueProblem::new(problem, steps);
         let (costate, psi) = extrapolate(problem.scheme, &grids, steps);
         let factor = Factor::new(&psi);
         // Two sensitivities extrapolate well enough for all finer grids.
         let derive = grids.len() < 2;
-        let corrected = if derive { None } else { correct(&extremal, &costate, &factor) };
-        let (grid, report) = corrected
-            .unwrap_or_else(|| solve_grid(&extremal, costate, Some(factor), derive, settings, interrupt));
+        let corrected = if derive { None } else { correct(&bvp, &costate, &factor) };
+        let (grid, report) =
+            corrected.unwrap_or_else(|| solve_grid(&bvp, costate, Some(factor), derive, settings, interrupt));
         reports.push((steps, report));
         let Some(grid) = grid else { break };
         grids.push(grid);

@@ -8,7 +8,7 @@ use crate::maneuver::solution::{
 };
 use crate::optimize::methods::scp::{self, Watch, iterate::Iterate, model::Model, rows::Rows};
 use crate::optimize::search::record;
-use crate::optimize::sweep::Extremal;
+use crate::optimize::sweep::BoundaryValueProblem;
 use nalgebra::DVector;
 
 impl Search<'_, '_> {
@@ -107,8 +107,12 @@ fn turned_deg(model: &Model, iterate: &Iterate) -> f64 {
 pub(super) fn sense(problem: &Problem, attitudes: &[Matrix3]) -> Sense {
     let relaxed = relaxed(problem);
     let sense = match problem.motion {
-        Motion::Attitude => record::sense_of::<6>(&Extremal::new(&relaxed, problem.steps), attitudes),
-        Motion::RigidBody => record::sense_of::<12>(&Extremal::new(&relaxed, problem.steps), attitudes),
+        Motion::Attitude => {
+            record::sense_of::<6>(&BoundaryValueProblem::new(&relaxed, problem.steps), attitudes)
+        }
+        Motion::RigidBody => {
+            record::sense_of::<12>(&BoundaryValueProblem::new(&relaxed, problem.steps), attitudes)
+        }
     };
     sense.unwrap_or(Sense::Short)
 }

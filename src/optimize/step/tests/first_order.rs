@@ -11,7 +11,7 @@ use crate::Vector3;
 use crate::maneuver::problem::{Motion, Problem, Scheme};
 use crate::mechanics::actuators::Channel;
 use crate::optimize::control_law::Law;
-use crate::optimize::sweep::{Extremal, Node};
+use crate::optimize::sweep::{BoundaryValueProblem, Node};
 use crate::testing::{Random, limited, random_vector};
 use nalgebra::{DVector, SVector};
 use num_dual::{Dual, Dual64};
@@ -63,14 +63,14 @@ fn unbalanced(channel: &Channel, inputs: &DVector<f64>, gradient: &DVector<f64>)
 }
 
 fn check<const N: usize>(problem: &Problem, field: &Field, random: &mut Random) -> f64 {
-    let extremal = Extremal::<N>::new(problem, problem.steps);
-    let dynamics = &extremal.dynamics;
+    let bvp = BoundaryValueProblem::<N>::new(problem, problem.steps);
+    let dynamics = &bvp.dynamics;
     let (units, verlet) = (dynamics.units, problem.scheme == Scheme::LieVerlet);
     let twin = Twin { dynamics, field: field.clone() };
     let mut nodes = Vec::new();
     // Any costate will do that does not turn the body too fast for its steps.
     let mut costate = random_vector::<N>(random);
-    while extremal.sweep_observed(&costate, |node| nodes.push(node)).is_err() {
+    while bvp.sweep_observed(&costate, |node| nodes.push(node)).is_err() {
         costate *= 0.5;
         nodes.clear();
     }
@@ -102,7 +102,7 @@ fn check<const N: usize>(problem: &Problem, field: &Field, random: &mut Random) 
                     let slope = if hit { channel.axes()[component] / unit } else { Vector3::zeros() };
                     V::from_fn(|i, _| Dual::new(value[i], slope[i]))
                 };
-                let mut state = State::<Dual64>::of(&extremal.start);
+                let mut state = State::<Dual64>::of(&bvp.start);
                 let kick = |state: &mut State<Dual64>, row: usize, weight: f64| {
                     twin.kick(state, weight, &varied(row, 0), &varied(row, 1));
                 };
@@ -145,9 +145,9 @@ fn any_costate_generates_stationary_controls() {
 }
 
 fn check_within<const N: usize>(problem: &Problem, norm: bool, field: &Field, random: &mut Random) -> f64 {
-    let extremal = Extremal::<N>::new(problem, problem.steps);
+    let bvp = BoundaryValueProblem::<N>::new(problem, problem.steps);
     let mut costate = random_vector::<N>(random);
-    while extremal.sweep(&costate).is_err() {
+    while bvp.sweep(&costate).is_err() {
         costate *= 0.5;
     }
     let part = 0.5 + 0.3 * random.uniform();

@@ -4,7 +4,7 @@ use crate::Vector3;
 use crate::maneuver::problem::Scheme;
 use crate::mechanics::actuators::{Actuation, AxisFrame, Channel};
 use crate::mechanics::environment::UniformGravity;
-use crate::optimize::sweep::Extremal;
+use crate::optimize::sweep::BoundaryValueProblem;
 use crate::testing::{Random, attitude_only, moving_ends, random_vector};
 use nalgebra::{DMatrix, SVector};
 
@@ -24,12 +24,12 @@ fn torques_without_vertical_component_keep_the_vertical_momentum() {
             .with_environment(pendulum.clone())
             .with_scheme(scheme)
             .with_steps(40);
-        let extremal = Extremal::<6>::new(&problem, problem.steps);
+        let bvp = BoundaryValueProblem::<6>::new(&problem, problem.steps);
         let costate = random_vector::<6>(&mut random);
         let mut nodes = Vec::new();
-        extremal.sweep_observed(&costate, |node| nodes.push(node)).unwrap();
-        let end = nodes[problem.steps].physical(0.5 * extremal.dynamics.h);
-        let (_, psi) = extremal.sweep_linearized(&costate).unwrap();
+        bvp.sweep_observed(&costate, |node| nodes.push(node)).unwrap();
+        let end = nodes[problem.steps].physical(0.5 * bvp.dynamics.h);
+        let (_, psi) = bvp.sweep_linearized(&costate).unwrap();
         let null = |point: &crate::optimize::step::Point| {
             let vertical = point.attitude.value.tr_mul(&Vector3::z());
             let turn = point.momentum.value.cross(&vertical);
@@ -38,7 +38,7 @@ fn torques_without_vertical_component_keep_the_vertical_momentum() {
         let map = |point: &crate::optimize::step::Point| {
             point.attitude.value.tr_mul(&Vector3::z()).dot(&point.momentum.value)
         };
-        assert!((map(&end) - map(&extremal.start)).abs() < 1e-15);
+        assert!((map(&end) - map(&bvp.start)).abs() < 1e-15);
         let left = psi.tr_mul(&null(&end)).amax() / psi.amax();
         assert!(left < 5e-15, "{scheme:?} {left:e}");
         // The gauge: costates along the gradient of the momentum map do nothing; λ₋₁ belongs to the
