@@ -10,6 +10,7 @@ mod constrained;
 use slewkit::files::export::PlanFile;
 use slewkit::maneuver::problem::Problem;
 use slewkit::maneuver::settings::Settings;
+use slewkit::maneuver::solution::Rung;
 use slewkit::plan::{Silent, Status, plan};
 use std::collections::BTreeMap;
 
@@ -49,7 +50,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("    without the cones: {}", without.name());
         unsolved += 1;
         by_torque += usize::from(without != Status::Solved);
-        for rung in solution.ladder.iter().filter(|rung| rung.rung == "scp" || rung.rung == "polish") {
+        for rung in solution.ladder.iter().filter(|rung| matches!(rung.rung, Rung::Scp | Rung::Polish)) {
             let left = rung.residuals.last().copied().unwrap_or(f64::NAN);
             println!(
                 "    {} {}: {:?} after {}, {left:.1e}",

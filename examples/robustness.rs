@@ -7,6 +7,7 @@
 use slewkit::lie;
 use slewkit::maneuver::problem::{Problem, Scheme, State};
 use slewkit::maneuver::settings::{Method, Settings};
+use slewkit::maneuver::solution::Rung;
 use slewkit::mechanics::actuators::Limits;
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::optimize::search::solve;
@@ -150,8 +151,8 @@ fn case(kind: Kind, method: Method, seed: u64, index: usize) -> Case {
         .ladder
         .iter()
         .rev()
-        .find(|rung| rung.start == solution.start && rung.rung != "coarse_to_fine")
-        .map_or_else(|| "none".into(), |rung| rung.rung.clone());
+        .find(|rung| rung.start == solution.start && rung.rung != Rung::CoarseToFine)
+        .map_or_else(|| "none".into(), |rung| rung.rung.to_string());
     let witness = verification
         .map_or(f64::INFINITY, |found| found.discrete_attitude_rad.max(found.discrete_momentum_relative));
     Case {

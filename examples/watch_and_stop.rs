@@ -4,6 +4,7 @@
 
 use slewkit::maneuver::problem::{Problem, State};
 use slewkit::maneuver::settings::Settings;
+use slewkit::maneuver::solution::Rung;
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::plan::{Control, Observer, Progress, Status, plan};
 use slewkit::{Matrix3, Vector3, lie};
@@ -11,17 +12,17 @@ use slewkit::{Matrix3, Vector3, lie};
 /// Prints every change of rung, start or grid, and stops where it is told to.
 struct Watcher {
     seen: Vec<String>,
-    stop_at: &'static str,
+    stop_at: Option<Rung>,
 }
 
 impl Observer for Watcher {
     fn on_progress(&mut self, progress: &Progress) -> Control {
         let here = format!("{} from {}, {} steps", progress.rung, progress.start, progress.steps);
-        if !progress.rung.is_empty() && self.seen.last() != Some(&here) {
+        if self.seen.last() != Some(&here) {
             println!("  {here}");
             self.seen.push(here);
         }
-        if progress.rung == self.stop_at { Control::Stop } else { Control::Continue }
+        if Some(progress.rung) == self.stop_at { Control::Stop } else { Control::Continue }
     }
 }
 
@@ -36,8 +37,8 @@ pub fn main() {
         println!("{}, {} tried\n", plan.status.name(), watcher.seen.len());
         (plan.status, watcher.seen.len())
     };
-    let (whole, rungs) = solve("nothing");
-    let (stopped, few) = solve("newton");
+    let (whole, rungs) = solve(None);
+    let (stopped, few) = solve(Some(Rung::Newton));
 
     assert_eq!((whole, stopped), (Status::Solved, Status::Interrupted));
     assert!(rungs > few);

@@ -8,8 +8,8 @@ use slewkit::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side}
 use slewkit::maneuver::problem::{Motion, Problem, Scheme, State};
 use slewkit::maneuver::settings::{Method, Settings};
 use slewkit::maneuver::solution::{
-    ActiveConstraint, ConvexWork, Optimality, Outcome, Rival, RungReport, Sense, Solution, TerminalError,
-    Trajectory,
+    ActiveConstraint, ConvexWork, Optimality, Outcome, Rival, Rung, RungReport, Sense, Solution,
+    TerminalError, Trajectory,
 };
 use slewkit::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits, Wheels};
 use slewkit::mechanics::body::{Body, Inertia};
@@ -122,7 +122,7 @@ fn plan(problem: &Problem) -> Plan {
     let check = Check { name: "order".into(), value: 1.99, limit: 0.3, passed: true };
     let verification = Verification { order: Some(1.9999), checks: vec![check], ..Verification::default() };
     let rung = RungReport {
-        rung: "newton".into(),
+        rung: Rung::Newton,
         start: "short".into(),
         steps: 4,
         outcome: Outcome::Converged,

@@ -5,7 +5,7 @@ use slewkit::files::spec::escape;
 use slewkit::maneuver::problem::{Motion, Problem, Scheme};
 use slewkit::maneuver::settings::Method;
 use slewkit::maneuver::solution::{
-    ActiveConstraint, Outcome, RungReport, Sense, Solution, TerminalError, Trajectory,
+    ActiveConstraint, Outcome, Rung, RungReport, Sense, Solution, TerminalError, Trajectory,
 };
 use slewkit::numerics::figures::{counted, error, significant, time};
 use slewkit::plan::{Plan, Status};
@@ -140,12 +140,12 @@ fn iterations(solution: &Solution) -> String {
     let won = |rung: &&RungReport| {
         // A subproblem's residual is a defect, Newton's one of all conditions: they make no one sequence.
         let road =
-            if convex { rung.rung == "polish" } else { !["scp", "polish"].contains(&rung.rung.as_str()) };
+            if convex { rung.rung == Rung::Polish } else { ![Rung::Scp, Rung::Polish].contains(&rung.rung) };
         road && rung.start == solution.start && rung.outcome == Outcome::Converged
     };
     let won: Vec<&RungReport> = solution.ladder.iter().filter(won).collect();
     // What the same start led to later, from a shorter first step, is another story.
-    let refined = won.iter().rposition(|rung| rung.rung == "coarse_to_fine");
+    let refined = won.iter().rposition(|rung| rung.rung == Rung::CoarseToFine);
     let won = &won[..refined.map_or(won.len(), |last| last + 1)];
     let mut errors: Vec<f64> = won.iter().flat_map(|rung| rung.residuals.iter().copied()).collect();
     // A rung begins where the one before ended.
@@ -319,7 +319,7 @@ fn run(rung: &RungReport) -> String {
         (Some(first), Some(last)) => format!("{} → {}", error(*first), error(*last)),
         _ => String::new(),
     };
-    let (name, start) = (escape(&rung.rung), escape(&rung.start));
+    let (name, start) = (rung.rung, escape(&rung.start));
     let (outcome, iterations) = (ended(rung.outcome), counted(rung.iterations, "iteration"));
     format!("{name:<15} {start:<9} {:>7} steps  {outcome:<15}  {iterations:>14}  {course}", rung.steps)
 }
@@ -336,7 +336,7 @@ fn crowd(runs: &[RungReport]) -> String {
     let last = runs.iter().filter_map(|rung| rung.residuals.last());
     let best =
         last.copied().min_by(f64::total_cmp).map_or(String::new(), |best| format!(", best {}", error(best)));
-    format!("{:<15} {} runs: {}{best}", escape(&runs[0].rung), runs.len(), outcomes.join(", "))
+    format!("{:<15} {} runs: {}{best}", runs[0].rung, runs.len(), outcomes.join(", "))
 }
 
 /// Attitude errors of the continuous motion beyond this are told in degrees too, and called coarse.

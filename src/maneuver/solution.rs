@@ -4,6 +4,7 @@ use crate::Vector3;
 use crate::maneuver::problem::{Problem, Scheme};
 use crate::maneuver::settings::Method;
 use serde::{Deserialize, Serialize};
+use std::fmt;
 
 /// How a solve ended. The best iterate is always in the [`Solution`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -142,12 +143,64 @@ pub struct ActiveConstraint {
     pub multiplier: Vec<f64>,
 }
 
-/// One rung of the ladder: what was tried and how it ended.
+/// A rung of the ladder: one way to look for a plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Rung {
+    /// Newton shooting from given costates, on the requested grid.
+    Guess,
+    /// Newton shooting from a ballistic start, on a coarse grid.
+    Newton,
+    /// A coarse extremal carried to the requested grid.
+    CoarseToFine,
+    /// Continuation in the target, from where the uncontrolled motion ends.
+    Continuation,
+    /// Lifted Newton from a smooth path, or from the nodes of an extremal without limits.
+    Lifted,
+    /// Lifted Newton from a short horizon, stretched to the whole.
+    Horizon,
+    /// Newton shooting from deterministic random starts.
+    MultiStart,
+    /// Newton with the saturated law, from an extremal without limits.
+    Saturated,
+    /// The limits of the inputs drawn in from where they do not act.
+    Limits,
+    /// Sequential convex programming.
+    Scp,
+    /// Newton on the active set, from what the convex iteration left.
+    Polish,
+}
+
+impl Rung {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Guess => "guess",
+            Self::Newton => "newton",
+            Self::CoarseToFine => "coarse_to_fine",
+            Self::Continuation => "continuation",
+            Self::Lifted => "lifted",
+            Self::Horizon => "horizon",
+            Self::MultiStart => "multi_start",
+            Self::Saturated => "saturated",
+            Self::Limits => "limits",
+            Self::Scp => "scp",
+            Self::Polish => "polish",
+        }
+    }
+}
+
+impl fmt::Display for Rung {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// One run of a rung: what was tried and how it ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RungReport {
-    /// "newton", "coarse_to_fine", "continuation", "lifted", "horizon", "multi_start", "guess"; with limited
-    /// inputs also "saturated" (Newton from the extremal without limits) and "limits" (limits drawn in).
-    pub rung: String,
+    /// Which rung.
+    pub rung: Rung,
     /// From which start: "short", "long", "+1 turn", …
     pub start: String,
     /// Steps of the grid it worked on.

@@ -7,7 +7,7 @@ use slewkit::lie;
 use slewkit::maneuver::constraint::{Constraint, Rule};
 use slewkit::maneuver::problem::{Path, Problem, Scheme, State};
 use slewkit::maneuver::settings::{Method, Settings};
-use slewkit::maneuver::solution::{Outcome, RungReport, Solution};
+use slewkit::maneuver::solution::{Outcome, Rung, RungReport, Solution};
 use slewkit::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits, Wheels};
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::mechanics::environment::UniformGravity;
@@ -70,7 +70,7 @@ fn the_published_limits_are_met_in_as_many_iterations_as_published() {
         let limited = within(&free, part);
         let solution = planned(&limited);
         assert_close("cost", &[solution.cost], &[cost], 3e-12);
-        let rung = solution.ladder.iter().find(|rung| rung.rung == "saturated").unwrap();
+        let rung = solution.ladder.iter().find(|rung| rung.rung == Rung::Saturated).unwrap();
         assert_eq!((rung.outcome, rung.iterations), (Outcome::Converged, iterations));
         assert_eq!(solution.optimality.conjugate_points, Some(0));
         let limit = limited.actuation.torque.limits().size.as_ref().unwrap()[0];
@@ -97,7 +97,7 @@ fn tight_limits_are_reached_by_drawing_them_in() {
         .with_path(Path::Shortest);
     let tight = within(&free, 0.6);
     let solution = planned(&tight);
-    assert!(solution.ladder.iter().any(|rung| rung.rung == "limits"));
+    assert!(solution.ladder.iter().any(|rung| rung.rung == Rung::Limits));
     // The convex road knows nothing of the law, and needs no costates to start from.
     let settings = Settings { method: Method::Scp, ..Settings::default() };
     let convex = solve(&tight, &settings, None, &mut Silent).unwrap();
@@ -110,7 +110,8 @@ fn tight_limits_are_reached_by_drawing_them_in() {
         (Status::Solved, Method::Scp, Some(0))
     );
     assert_close("cost", &[found.cost], &[solution.cost], 1e-10);
-    let confirmed = found.ladder.iter().find(|rung| rung.rung == "guess" && rung.start == "duals").unwrap();
+    let confirmed =
+        found.ladder.iter().find(|rung| rung.rung == Rung::Guess && rung.start == "duals").unwrap();
     assert!(confirmed.outcome == Outcome::Converged && confirmed.iterations <= 2, "{confirmed:?}");
 }
 
@@ -128,7 +129,7 @@ fn the_convex_road_stops_at_the_limit_of_iterations_and_says_so() {
     assert!(needed > 3, "{:?}", whole.solution.ladder);
     let cut = at(2);
     assert_eq!((cut.status, cut.solution.outcome), (Status::NotConverged, Outcome::IterationLimit));
-    let convex = |rung: &&RungReport| ["scp", "polish"].contains(&rung.rung.as_str());
+    let convex = |rung: &&RungReport| [Rung::Scp, Rung::Polish].contains(&rung.rung);
     let convex: Vec<&RungReport> = cut.solution.ladder.iter().filter(convex).collect();
     assert!(convex.iter().all(|rung| rung.iterations <= 2), "{convex:?}");
     assert!(convex.iter().any(|rung| rung.outcome == Outcome::IterationLimit), "{convex:?}");

@@ -10,7 +10,7 @@ use super::{Context, continuation, geodesic};
 use crate::Vector3;
 use crate::lie;
 use crate::maneuver::problem::{Motion, Path, Problem, Scheme};
-use crate::maneuver::solution::{Outcome, Rival, Sense, Solution};
+use crate::maneuver::solution::{Outcome, Rival, Rung, Sense, Solution};
 use crate::numerics::factor::{Factor, effective};
 use crate::optimize::methods::shooting::driver::{Iteration, run};
 use crate::optimize::methods::shooting::guess::{self, Start};
@@ -195,7 +195,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
     }
 
     fn try_guess(&mut self, guess: &[f64], start: &str) {
-        self.context.enter("guess", start, self.problem.steps);
+        self.context.enter(Rung::Guess, start, self.problem.steps);
         let scaled =
             SVector::<f64, N>::from_row_slice(guess).component_div(&self.fine.dynamics.units.costate());
         let costate = match self.problem.scheme {
@@ -227,7 +227,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         let starts = match starts {
             Ok(starts) => starts,
             Err(error) => {
-                self.context.enter("newton", "ballistic", self.coarse.dynamics.steps);
+                self.context.enter(Rung::Newton, "ballistic", self.coarse.dynamics.steps);
                 self.context.note(self.coarse.dynamics.steps, &failed(outcome_of(error)));
                 return;
             }
@@ -236,12 +236,12 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
             if self.stopped() {
                 return;
             }
-            self.shoot("newton", start, 0);
+            self.shoot(Rung::Newton, start, 0);
         }
     }
 
     /// Newton shooting on the coarse grid from one start, then to the fine grid.
-    fn shoot(&mut self, rung: &str, start: Start<N>, spent: usize) -> bool {
+    fn shoot(&mut self, rung: Rung, start: Start<N>, spent: usize) -> bool {
         let steps = self.coarse.dynamics.steps;
         self.context.enter(rung, &start.name, steps);
         let settings = self.context.settings;
@@ -265,7 +265,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
             return true;
         }
         self.met.push(effective);
-        self.context.enter("coarse_to_fine", start, self.problem.steps);
+        self.context.enter(Rung::CoarseToFine, start, self.problem.steps);
         let interrupt = || self.context.interrupt();
         let refined = refine(self.problem, &self.fine, grid, self.context.settings, &interrupt);
         let mut iterations = spent;
@@ -303,11 +303,11 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
     fn continuation(&mut self, turns: i32) {
         let name = guess::name_of(turns);
         let steps = self.coarse.dynamics.steps;
-        self.context.enter("continuation", &name, steps);
+        self.context.enter(Rung::Continuation, &name, steps);
         let (costate, report) = continuation::in_target(&self.coarse, turns, self.context);
         self.context.note(steps, &report);
         if let Some(costate) = costate {
-            self.shoot("continuation", Start { name, costate }, report.iterations);
+            self.shoot(Rung::Continuation, Start { name, costate }, report.iterations);
         }
     }
 
@@ -316,19 +316,19 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         let bent = if bump.amax() > 0.0 { ", bent path" } else { ", smooth path" };
         let name = format!("{}{bent}", guess::name_of(turns));
         let steps = self.coarse.dynamics.steps;
-        self.context.enter("lifted", &name, steps);
+        self.context.enter(Rung::Lifted, &name, steps);
         let limit = self.context.settings.max_iterations;
         let nodes = geodesic::nodes(&self.coarse, turns, bump);
         let (mut nodes, mut report) = continuation::lifted(&self.coarse, nodes, 1e-10, limit, self.context);
         self.context.note(steps, &report);
         if nodes.is_none() && stretch && !self.stopped() {
-            self.context.enter("horizon", &name, steps);
+            self.context.enter(Rung::Horizon, &name, steps);
             (nodes, report) = continuation::in_horizon(self.problem, steps, turns, self.context);
             self.context.note(steps, &report);
         }
         if let Some(nodes) = nodes {
             let start = Start { name, costate: nodes.costates[0] };
-            self.shoot("lifted", start, report.iterations);
+            self.shoot(Rung::Lifted, start, report.iterations);
         }
     }
 
@@ -361,7 +361,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
             let costate = factor.solve(&error) * (-0.5 * (1.0 + uniform()));
             let start = Start { name: format!("random {}", index + 1), costate };
             let before = self.found.len();
-            self.shoot("multi_start", start, 0);
+            self.shoot(Rung::MultiStart, start, 0);
             if self.found.len() > before && self.settled() {
                 return;
             }

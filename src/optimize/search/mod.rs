@@ -15,7 +15,7 @@ pub use guess::Guess;
 use crate::maneuver::infeasible;
 use crate::maneuver::problem::{Motion, Problem, ProblemError};
 use crate::maneuver::settings::{Method, Settings, SettingsError};
-use crate::maneuver::solution::{Optimality, Outcome, RungReport, Solution, Trajectory};
+use crate::maneuver::solution::{Optimality, Outcome, Rung, RungReport, Solution, Trajectory};
 use crate::optimize::control_law;
 use crate::optimize::methods::scp::Options;
 use crate::optimize::methods::shooting::driver::Report;
@@ -69,7 +69,7 @@ pub const MAX_CONVEX_STEPS: usize = 100_000;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Progress<'a> {
     /// The rung at work.
-    pub rung: &'a str,
+    pub rung: Rung,
     /// The start it works on.
     pub start: &'a str,
     /// Steps of its grid.
@@ -106,7 +106,7 @@ pub(crate) struct Context<'a> {
     pub settings: &'a Settings,
     observer: RefCell<&'a mut dyn Observer>,
     began: Instant,
-    at: RefCell<(String, String, usize)>,
+    at: RefCell<(Rung, String, usize)>,
     stopped: Cell<Option<Outcome>>,
     ladder: RefCell<Vec<RungReport>>,
 }
@@ -117,15 +117,15 @@ impl<'a> Context<'a> {
             settings,
             observer: RefCell::new(observer),
             began: Instant::now(),
-            at: RefCell::new(("start".into(), "ballistic".into(), 0)),
+            at: RefCell::new((Rung::Newton, "ballistic".into(), 0)),
             stopped: Cell::new(None),
             ladder: RefCell::default(),
         }
     }
 
     /// Announces a rung.
-    pub fn enter(&self, rung: &str, start: &str, steps: usize) {
-        *self.at.borrow_mut() = (rung.into(), start.into(), steps);
+    pub fn enter(&self, rung: Rung, start: &str, steps: usize) {
+        *self.at.borrow_mut() = (rung, start.into(), steps);
     }
 
     /// When the time limit is over.
@@ -151,8 +151,7 @@ impl<'a> Context<'a> {
         if self.stopped.get().is_none() {
             let elapsed = self.began.elapsed();
             let at = self.at.borrow();
-            let progress =
-                Progress { rung: &at.0, start: &at.1, steps: at.2, elapsed: elapsed.as_secs_f64() };
+            let progress = Progress { rung: at.0, start: &at.1, steps: at.2, elapsed: elapsed.as_secs_f64() };
             if self.observer.borrow_mut().on_progress(&progress) == Control::Stop {
                 self.stopped.set(Some(Outcome::Interrupted));
             } else if self.settings.time_limit.is_some_and(|limit| elapsed >= limit) {

@@ -10,7 +10,7 @@ use super::continuation::{self, Wider};
 use super::ladder::{Found, Search};
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Method;
-use crate::maneuver::solution::Outcome;
+use crate::maneuver::solution::{Outcome, Rung};
 use crate::optimize::methods::shooting::driver::{Iteration, run};
 use crate::optimize::methods::shooting::newton::{Newton, outcome_of};
 use crate::optimize::methods::shooting::refine::failed;
@@ -61,7 +61,7 @@ impl<const N: usize> Search<'_, '_, N> {
                 break;
             }
             let hopeless = start.demand > HOPELESS * least;
-            if self.saturated("saturated", name, *costate, *iterations) || hopeless || self.stopped() {
+            if self.saturated(Rung::Saturated, name, *costate, *iterations) || hopeless || self.stopped() {
                 continue;
             }
             let grid = self.later_grid();
@@ -80,7 +80,7 @@ impl<const N: usize> Search<'_, '_, N> {
     }
 
     /// Newton with the saturated law on the requested grid.
-    fn saturated(&mut self, rung: &str, start: &str, costate: SVector<f64, N>, spent: usize) -> bool {
+    fn saturated(&mut self, rung: Rung, start: &str, costate: SVector<f64, N>, spent: usize) -> bool {
         let (steps, settings) = (self.problem.steps, self.context.settings);
         self.context.enter(rung, start, steps);
         let newton = match Newton::new(&self.fine, settings.tolerance, costate, None) {
@@ -109,13 +109,13 @@ impl<const N: usize> Search<'_, '_, N> {
     /// Lifted Newton with the saturated law, from the nodes of the extremal without limits.
     fn lifted_saturated(&mut self, grid: &BoundaryValueProblem<N>, free: &Found<N>) -> bool {
         let steps = grid.dynamics.steps;
-        self.context.enter("lifted", &free.start, steps);
+        self.context.enter(Rung::Lifted, &free.start, steps);
         let nodes = continuation::nodes_of(&grid.relaxed(LIMITLESS), &free.costate);
         let limit = self.context.settings.max_iterations;
         let (nodes, report) = continuation::lifted(grid, nodes, LIFTED_TOLERANCE, limit, self.context);
         self.context.note(steps, &report);
         let spent = free.iterations + report.iterations;
-        nodes.is_some_and(|nodes| self.saturated("lifted", &free.start, nodes.costates[0], spent))
+        nodes.is_some_and(|nodes| self.saturated(Rung::Lifted, &free.start, nodes.costates[0], spent))
     }
 
     /// Continuation in the limits from wider ones; how far it went.
@@ -127,11 +127,11 @@ impl<const N: usize> Search<'_, '_, N> {
         spent: usize,
     ) -> Wider<N> {
         let steps = grid.dynamics.steps;
-        self.context.enter("limits", start, steps);
+        self.context.enter(Rung::Limits, start, steps);
         let (mut reached, report) = continuation::in_limits(grid, &from, self.context);
         self.context.note(steps, &report);
         if reached.factor <= 1.0
-            && !self.saturated("limits", start, reached.costate, spent + report.iterations)
+            && !self.saturated(Rung::Limits, start, reached.costate, spent + report.iterations)
         {
             // The coarser grid has an extremal where Newton on the requested one found none.
             reached = from;

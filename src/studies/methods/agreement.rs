@@ -2,7 +2,7 @@
 
 use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::settings::Settings;
-use crate::maneuver::solution::{Outcome, Solution};
+use crate::maneuver::solution::{Outcome, Rung, Solution};
 use crate::optimize::search::{self, Guess, Observer, PlanError};
 use crate::optimize::step::Units;
 use serde::Serialize;
@@ -177,7 +177,7 @@ fn from_duals(
 ) -> Result<FromDuals, PlanError> {
     let solution =
         search::solve(problem, settings, Some(&Guess::costates(duals.costates_0(problem))), observer)?;
-    let guess = solution.ladder.iter().find(|rung| rung.rung == "guess");
+    let guess = solution.ladder.iter().find(|rung| rung.rung == Rung::Guess);
     let (outcome, residuals) =
         guess.map_or((solution.outcome, Vec::new()), |rung| (rung.outcome, rung.residuals.clone()));
     let newton_steps = residuals.iter().position(|residual| *residual <= settings.tolerance);

@@ -13,7 +13,7 @@ use super::{Context, Guess, ladder, options, shortfall};
 use crate::lie;
 use crate::maneuver::problem::{Motion, Path, Problem};
 use crate::maneuver::settings::Method;
-use crate::maneuver::solution::{ConvexWork, Outcome, Rival, RungReport, Sense, Solution, Trajectory};
+use crate::maneuver::solution::{ConvexWork, Outcome, Rival, Rung, RungReport, Sense, Solution, Trajectory};
 use crate::mechanics::environment::Pose;
 use crate::optimize::methods::scp::{
     self, Convex, Options, Watch, guess, iterate::Iterate, model::Model, rows::Rows,
@@ -270,7 +270,7 @@ impl Search<'_, '_> {
     /// One convex iteration from a seed.
     fn descend(&mut self, model: &Model, rows: &Rows, seed: Seed) {
         let start = guess::along(model, rows, &seed.poses);
-        self.context.enter("scp", &seed.name, model.steps);
+        self.context.enter(Rung::Scp, &seed.name, model.steps);
         let interrupt = || self.context.interrupt();
         let watch = Watch { interrupt: &interrupt, deadline: self.context.deadline() };
         let early = options(self.context.settings);
@@ -291,12 +291,12 @@ impl Search<'_, '_> {
             iterations: convex.subproblems,
             residuals: convex.residuals.clone(),
         };
-        self.context.enter("scp", name, steps);
+        self.context.enter(Rung::Scp, name, steps);
         self.context.note(steps, &report);
         if let Some(polished) = convex.polished.as_ref().filter(|polished| polished.iterations > 0) {
             let residuals = vec![convex.residuals.last().copied().unwrap_or(f64::NAN), polished.residual];
             let report = Report { outcome: Outcome::Converged, iterations: polished.iterations, residuals };
-            self.context.enter("polish", name, steps);
+            self.context.enter(Rung::Polish, name, steps);
             self.context.note(steps, &report);
         }
     }
@@ -406,7 +406,7 @@ impl Search<'_, '_> {
     ) -> Option<Found> {
         let polished = found.convex.polished.as_ref()?;
         let (start, multipliers) = transfer(self.problem, [coarse, fine], rows, polished);
-        self.context.enter("scp", &found.name, fine.steps);
+        self.context.enter(Rung::Scp, &found.name, fine.steps);
         let interrupt = || self.context.interrupt();
         let watch = Watch { interrupt: &interrupt, deadline: self.context.deadline() };
         let near = |convex: &Convex| (convex.cost() - found.cost).abs() <= 0.05 * found.cost;
