@@ -157,7 +157,7 @@ pub enum WitnessError {
     },
 }
 
-/// Judges a plan for `problem` by both witnesses.
+/// Judges a plan for `problem` by all witnesses.
 ///
 /// `tolerance` limits the scaled terminal error of the discrete witness, `continuous_tolerance` \[rad\]
 /// the attitude error of the continuous one, and how far it may violate a cone. Whatever the numbers in `trajectory`, this returns: what
@@ -280,7 +280,7 @@ impl Verification {
         self.checks.push(Check { name: name.into(), value, limit, passed: value <= limit });
     }
 
-    /// Both witnesses, in order of cost; the findings of those that came to an end stay.
+    /// The witnesses in turn; the findings of those that came to an end stay.
     fn witness(
         &mut self,
         problem: &Problem,

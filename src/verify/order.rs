@@ -31,7 +31,7 @@ const AMPLIFIED: f64 = 1e-6;
 /// Round-off of the propagations, before the dynamics amplify it.
 const START_ROUND_OFF: f64 = 2e-13;
 
-/// How the two witnesses compare.
+/// How the discrete and the continuous witness compare.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Comparison {
     /// Scaled distance of the ends at h, h/2, h/4, …; NaN where a step was too long.
@@ -73,7 +73,7 @@ pub(super) fn held_end(
     Ok(body.phase())
 }
 
-/// Compares the two witnesses on the held plan, whose continuous end is `continuous`.
+/// Compares the discrete and the continuous witness on the held plan, whose continuous end is `continuous`.
 pub(super) fn compare(plant: &Plant, inputs: &Inputs, continuous: &Phase) -> Comparison {
     let problem = plant.problem;
     let scale = Scale::of(problem);

@@ -21,6 +21,7 @@ pub mod figures;
 mod history;
 mod run;
 mod sample;
+mod shown;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -33,8 +34,8 @@ use crate::propagate::integrator::{self, Kind, System, SystemError, SystemState}
 use history::Recorder;
 use run::Measured;
 use serde::Serialize;
+use shown::short;
 use std::ops::ControlFlow;
-use table::short;
 use thiserror::Error;
 
 /// What to compare.

@@ -3,6 +3,7 @@
 use super::StudyError;
 use super::history::Recorder;
 use super::sample::{Sample, Scales};
+use super::shown::short;
 use crate::propagate::integrator::{Integrator, Kind, Settings, StepError, System, SystemState, Work};
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -242,5 +243,5 @@ impl Setup<'_> {
 }
 
 fn at(time: f64, error: &StepError) -> String {
-    format!("at t = {} s: {error}", super::table::short(time))
+    format!("at t = {} s: {error}", short(time))
 }

@@ -1,0 +1,241 @@
+//! The import law of `DESIGN.md` ("What may import what?"), held against the `use` lines and paths of `src`.
+//!
+//! A file reaches the file in which what it names is defined: a name that a module re-exports counts for the file that
+//! defines it, a module named as a whole for its own file and all that it re-exports. Test modules may import anything.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+
+/// A path of the crate, `["lie", "exp"]`.
+type Name = Vec<String>;
+/// Files by the path of their module; without those of tests.
+type Modules = BTreeMap<Name, Module>;
+
+/// One file.
+struct Module {
+    file: String,
+    /// What it names, as absolute paths.
+    uses: Vec<Name>,
+    /// What it passes on: under which name, and from where.
+    passes_on: Vec<(String, Name)>,
+    /// Every word of its code.
+    words: Vec<String>,
+}
+
+/// Every file of `src` with its path, as `module::path::of::the::file`.
+fn files(folder: &Path, found: &mut BTreeMap<Name, (String, String)>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            files(&path, found);
+            continue;
+        }
+        let file =
+            path.strip_prefix(env!("CARGO_MANIFEST_DIR")).unwrap().to_str().unwrap().replace('\\', "/");
+        let left_out = ["main.rs", "tests.rs", "testing.rs"].iter().any(|end| file.ends_with(end))
+            || file.contains("/tests/");
+        if let (Some(stem), false) = (file.strip_suffix(".rs"), left_out) {
+            let parts = stem.split('/').skip(1).filter(|part| !["mod", "lib", "main"].contains(part));
+            found
+                .entry(parts.map(String::from).collect())
+                .or_insert((file.clone(), fs::read_to_string(&path).unwrap()));
+        }
+    }
+}
+
+/// Words and signs of the code, without comments and without what stands under `#[cfg(test)]`.
+fn tokens(text: &str) -> Vec<String> {
+    let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
+    let lines = code.lines().map(|line| line.split("//").next().unwrap());
+    let mut tokens: Vec<String> = vec![];
+    let mut word = false;
+    for sign in lines.flat_map(|line| line.chars().chain(['\n'])) {
+        let in_word = sign.is_alphanumeric() || sign == '_';
+        let colons = sign == ':' && tokens.last().is_some_and(|last| last == ":");
+        match tokens.last_mut() {
+            Some(last) if (in_word && word) || colons => last.push(sign),
+            _ if !sign.is_whitespace() => tokens.push(sign.into()),
+            _ => {}
+        }
+        word = in_word;
+    }
+    tokens
+}
+
+/// The paths that begin at token `at`, with braces multiplied out, each with the name it gets; and where they end.
+fn paths(tokens: &[String], mut at: usize, prefix: &[String], found: &mut Vec<(String, Name)>) -> usize {
+    let mut path = prefix.to_vec();
+    loop {
+        let token = tokens[at].as_str();
+        if token == "{" {
+            at += 1;
+            while tokens[at] != "}" {
+                at = paths(tokens, at, &path, found);
+                at += usize::from(tokens[at] == ",");
+            }
+            return at + 1;
+        }
+        path.extend((token != "self" || path.is_empty()).then(|| token.to_string()));
+        if tokens[at + 1] == "::" && tokens[at + 2] != "<" {
+            at += 2;
+            continue;
+        }
+        let renamed = tokens[at + 1] == "as";
+        let name = if renamed { &tokens[at + 2] } else { path.last().unwrap_or(&tokens[at]) };
+        found.push((name.clone(), path.clone()));
+        return at + if renamed { 3 } else { 1 };
+    }
+}
+
+/// The absolute form of a path written in `module`; `None` for what is not of this crate.
+fn absolute(path: &[String], module: &[String], all: &BTreeSet<Name>) -> Option<Name> {
+    let child = [module, &path[..1]].concat();
+    Some(match path[0].as_str() {
+        "crate" | "slewkit" => path[1..].to_vec(),
+        "self" => [module, &path[1..]].concat(),
+        "super" => {
+            let up = path.iter().take_while(|part| *part == "super").count();
+            [&module[..module.len() - up], &path[up..]].concat()
+        }
+        _ if all.contains(&child) => [module, path].concat(),
+        _ => return None,
+    })
+}
+
+fn read() -> Modules {
+    let mut sources = BTreeMap::new();
+    files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut sources);
+    let names: BTreeSet<Name> = sources.keys().cloned().collect();
+    let module = |(name, (file, text)): (Name, (String, String))| {
+        let words = tokens(&text);
+        let mut module = Module { file, uses: vec![], passes_on: vec![], words: words.clone() };
+        let mut at = 0;
+        while at + 2 < words.len() {
+            let is_use = words[at] == "use";
+            // `pub(in path)` imports nothing.
+            let scope = at > 1 && words[at - 1] == "in" && words[at - 2] == "(";
+            let starts = is_use || (words[at + 1] == "::" && !scope && (at == 0 || words[at - 1] != "::"));
+            if !starts {
+                at += 1;
+                continue;
+            }
+            let mut found = vec![];
+            let public = is_use && at > 0 && (words[at - 1] == "pub" || words[at - 1] == ")");
+            at = paths(&words, at + usize::from(is_use), &[], &mut found);
+            for (short, path) in found {
+                match absolute(&path, &name, &names) {
+                    Some(path) if public => module.passes_on.push((short, path)),
+                    Some(path) => module.uses.push(path),
+                    None => {}
+                }
+            }
+        }
+        (name, module)
+    };
+    sources.into_iter().map(module).collect()
+}
+
+/// The modules whose files define what `path` names.
+fn defined(modules: &Modules, path: &[String], depth: usize) -> BTreeSet<Name> {
+    let inner = (0..=path.len()).rev().find(|length| modules.contains_key(&path[..*length])).unwrap();
+    let (name, rest) = path.split_at(inner);
+    let passed_on = |(short, from): &&(String, Name)| {
+        from.as_slice() != path && (rest.is_empty() || rest[0] == "*" || rest[0] == *short || short == "*")
+    };
+    let found: Vec<_> = modules[name].passes_on.iter().filter(passed_on).collect();
+    let further = found.iter().filter(|_| depth > 0).flat_map(|(_, from)| defined(modules, from, depth - 1));
+    let mut all: BTreeSet<Name> = further.collect();
+    if found.is_empty() || rest.is_empty() {
+        all.insert(name.to_vec());
+    }
+    all
+}
+
+/// From each module to those whose files it imports. What a module passes on counts where it names it once more.
+fn arrows(modules: &Modules) -> BTreeMap<&Name, BTreeSet<Name>> {
+    let of = |(name, module): (&'_ Name, &Module)| {
+        let own = module
+            .passes_on
+            .iter()
+            .filter(|(short, _)| module.words.iter().filter(|word| *word == short).count() > 1);
+        let paths = module.uses.iter().chain(own.map(|(_, path)| path));
+        paths.flat_map(|path| defined(modules, path, 9)).filter(|to| to != name && !to.is_empty()).collect()
+    };
+    modules.iter().map(|entry| (entry.0, of(entry))).collect()
+}
+
+/// The table of DESIGN.md: what each wing may import.
+fn law() -> BTreeMap<String, BTreeSet<String>> {
+    let design = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("DESIGN.md")).unwrap();
+    let section = design.split("### What may import what?").nth(1).unwrap().split("\n#").next().unwrap();
+    let rows = section.lines().filter(|line| line.starts_with("| `"));
+    let names =
+        |cell: &str| -> Vec<String> { cell.split('`').skip(1).step_by(2).map(String::from).collect() };
+    rows.map(|row| row.split('|').collect::<Vec<_>>())
+        .map(|cells| (names(cells[1])[0].clone(), names(cells[2]).into_iter().collect()))
+        .collect()
+}
+
+#[test]
+fn wings_import_only_what_the_table_of_the_design_allows() {
+    let (modules, law) = (read(), law());
+    for (name, module) in modules.iter().filter(|(name, _)| !name.is_empty()) {
+        let allowed =
+            law.get(&name[0]).unwrap_or_else(|| panic!("{} is of no wing in DESIGN.md", module.file));
+        let paths = module.uses.iter().chain(module.passes_on.iter().map(|(_, path)| path));
+        for path in paths.filter(|path| !path.is_empty() && modules.contains_key(&path[..1])) {
+            let holds = path[0] == name[0] || allowed.contains(&path[0]);
+            assert!(holds, "{} imports {}, which DESIGN.md does not allow", module.file, path.join("::"));
+        }
+    }
+    for wing in law.keys() {
+        assert!(
+            modules.contains_key(std::slice::from_ref(wing)),
+            "{wing} is in the table of DESIGN.md, not in src"
+        );
+    }
+}
+
+/// A module and those inside of it may: what a folder shares is defined in its module.
+#[test]
+fn no_two_files_import_each_other() {
+    let modules = read();
+    let arrows = arrows(&modules);
+    // To be broken.
+    let open = [
+        ("files::spec::assemble", "files::spec::environment"),
+        ("optimize::search::constrained", "optimize::search::shortfall"),
+    ];
+    for (from, reached) in &arrows {
+        if open.iter().any(|(a, b)| [*a, *b].contains(&from.join("::").as_str())) {
+            continue;
+        }
+        for to in reached.iter().filter(|to| !to.starts_with(from) && !from.starts_with(to)) {
+            let (a, b) = (&modules[*from].file, &modules[to].file);
+            assert!(!arrows[to].contains(*from), "{a} and {b} import each other");
+        }
+    }
+}
+
+/// The witnesses share neither solver nor sweep with the planner, nor its form of the implicit equation.
+#[test]
+fn verify_reaches_nothing_of_the_optimiser_by_any_detour() {
+    let modules = read();
+    let arrows = arrows(&modules);
+    let mut ways: BTreeMap<Name, String> = BTreeMap::new();
+    let mut open: Vec<Name> =
+        modules.keys().filter(|name| name.first().is_some_and(|wing| wing == "verify")).cloned().collect();
+    open.iter().for_each(|name| drop(ways.insert(name.clone(), modules[name].file.clone())));
+    while let Some(name) = open.pop() {
+        for to in arrows[&name].iter() {
+            if !ways.contains_key(to) {
+                let way = format!("{} → {}", ways[&name], modules[to].file);
+                let forbidden = to[0] == "optimize" || to.join("::") == "mechanics::drift_equation";
+                assert!(!forbidden, "verify reaches it: {way}");
+                ways.insert(to.clone(), way);
+                open.push(to.clone());
+            }
+        }
+    }
+}
