@@ -81,6 +81,7 @@
 #![warn(missing_docs)]
 
 pub mod draw;
+#[cfg(feature = "files")]
 pub mod files;
 pub mod lie;
 pub mod maneuver;

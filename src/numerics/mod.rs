@@ -7,4 +7,5 @@ pub(crate) mod factor;
 #[cfg(feature = "cli")]
 pub mod figures;
 pub(crate) mod matrix_inertia;
+pub(crate) mod parallel;
 pub(crate) mod sparse;

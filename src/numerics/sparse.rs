@@ -43,6 +43,7 @@ impl Sparse {
     }
 
     /// A matrix without entries.
+    #[cfg(feature = "sdp")]
     pub fn zeros(rows: usize, columns: usize) -> Self {
         Self::from_triplets(rows, columns, &[])
     }

@@ -8,7 +8,7 @@ use super::pair::{TASK, Task};
 use super::second_order::{Exchange, Moments};
 use super::{Attractor, Potential};
 use crate::mechanics::environment::{Pose, Symmetry, Wrench};
-use rayon::prelude::*;
+use crate::numerics::parallel;
 use std::sync::Mutex;
 
 /// Newtonian constant of gravitation, CODATA 2018 and 2022 [m³/(kg·s²)].
@@ -22,7 +22,7 @@ pub enum Threads {
     Auto,
     /// On the calling thread; allocates nothing.
     One,
-    /// On the threads of rayon, also where it does not pay.
+    /// On the threads of rayon, also where it does not pay; on the calling thread without the feature `threads`.
     Many,
 }
 
@@ -96,7 +96,7 @@ impl MutualGravity {
         match self.threads {
             Threads::One => false,
             Threads::Many => true,
-            Threads::Auto => self.cost >= Self::PAYS && rayon::current_num_threads() > 1,
+            Threads::Auto => self.cost >= Self::PAYS && parallel::threads() > 1,
         }
     }
 
@@ -129,8 +129,10 @@ impl Potential for MutualGravity {
         assert_eq!(poses.len(), self.bodies.len(), "one pose per body");
         let of = |task: &Task| task.energy(&self.bodies, &self.moments, poses);
         let sum: f64 = if self.is_shared() {
-            // Collected in the order of the tasks; energies are printed, not stepped with, and may allocate.
-            self.tasks.par_iter().with_min_len(self.batch()).map(of).collect::<Vec<_>>().iter().sum()
+            // Summed in the order of the tasks; energies are printed, not stepped with, and may allocate.
+            let mut energies = vec![0.0; self.tasks.len()];
+            parallel::fill(&self.tasks, &mut energies, self.batch(), of);
+            energies.iter().sum()
         } else {
             self.tasks.iter().map(of).sum()
         };
@@ -147,8 +149,7 @@ impl Potential for MutualGravity {
         // Another thread that evaluates the same potential has the buffer: then on this thread alone.
         let shared = if self.is_shared() { self.results.try_lock().ok() } else { None };
         if let Some(mut results) = shared {
-            let pairs = self.tasks.par_iter().zip(results.par_iter_mut());
-            pairs.with_min_len(self.batch()).for_each(|(task, result)| *result = of(task));
+            parallel::fill(&self.tasks, &mut results, self.batch(), of);
             for (task, result) in self.tasks.iter().zip(results.iter()) {
                 self.add(task, result, poses, wrenches);
             }

@@ -1,7 +1,8 @@
-//! `argmin` drives every iteration of the crate, here and nowhere else.
+//! What drives a Newton iteration: `argmin`, here and nowhere else, or a plain loop without the feature `argmin`.
+//!
+//! Both give the same bits and the same report. argmin costs less than a microsecond per iteration.
 
 use crate::maneuver::solution::Outcome;
-use argmin::core::{Error, Executor, IterState, KV, Problem, Solver, State, TerminationReason};
 
 /// An iteration that knows nothing of its driver.
 pub(crate) trait Iteration {
@@ -14,7 +15,7 @@ pub(crate) trait Iteration {
 }
 
 /// How a run went.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Report {
     pub outcome: Outcome,
     pub iterations: usize,
@@ -25,51 +26,149 @@ pub(crate) struct Report {
 /// Asked between iterations; `Some` ends the run.
 pub(crate) type Interrupt<'a> = &'a dyn Fn() -> Option<Outcome>;
 
-struct Driver<'a, I> {
+/// Runs an iteration to its end or for `max_iterations`.
+pub(crate) fn run<I: Iteration>(iteration: I, max_iterations: usize, interrupt: Interrupt) -> (I, Report) {
+    let mut run = Run { residuals: vec![iteration.residual()], iteration, interrupt, outcome: None };
+    let mut iterations = 0;
+    if run.iteration.converged() {
+        run.outcome = Some(Outcome::Converged);
+    } else {
+        iterations = iterate(&mut run, max_iterations);
+    }
+    let Run { iteration, outcome, residuals, .. } = run;
+    (iteration, Report { outcome: outcome.unwrap_or(Outcome::IterationLimit), iterations, residuals })
+}
+
+/// An iteration under way.
+struct Run<'a, I> {
     iteration: I,
     interrupt: Interrupt<'a>,
     outcome: Option<Outcome>,
     residuals: Vec<f64>,
 }
 
-type DriverState = IterState<(), (), (), (), (), f64>;
-
-impl<I: Iteration> Solver<(), DriverState> for Driver<'_, I> {
-    fn name(&self) -> &str {
-        "slewkit"
-    }
-
-    // A numerical failure is an outcome, not an `Err`: argmin would drop iterate and history.
-    fn next_iter(
-        &mut self,
-        _: &mut Problem<()>,
-        state: DriverState,
-    ) -> Result<(DriverState, Option<KV>), Error> {
+impl<I: Iteration> Run<'_, I> {
+    /// One step; its residual, and whether it was the last.
+    fn advance(&mut self) -> (f64, bool) {
         self.outcome = self.iteration.advance();
         let residual = self.iteration.residual();
         self.residuals.push(residual);
         if self.outcome.is_none() {
             self.outcome = (self.interrupt)();
         }
-        let state = state.cost(residual);
-        let ended = self.outcome.is_some();
-        Ok((if ended { state.terminate_with(TerminationReason::SolverConverged) } else { state }, None))
+        (residual, self.outcome.is_some())
     }
 }
 
-/// Runs an iteration to its end or for `max_iterations`.
-pub(crate) fn run<I: Iteration>(iteration: I, max_iterations: usize, interrupt: Interrupt) -> (I, Report) {
-    let residuals = vec![iteration.residual()];
-    if iteration.converged() {
-        return (iteration, Report { outcome: Outcome::Converged, iterations: 0, residuals });
+/// Steps to the end or for `max_iterations`; how many were made.
+#[cfg(any(test, not(feature = "argmin")))]
+fn in_a_loop<I: Iteration>(run: &mut Run<I>, max_iterations: usize) -> usize {
+    (1..=max_iterations).find(|_| run.advance().1).unwrap_or(max_iterations)
+}
+
+#[cfg(not(feature = "argmin"))]
+use in_a_loop as iterate;
+#[cfg(feature = "argmin")]
+use under_argmin::iterate;
+
+#[cfg(feature = "argmin")]
+mod under_argmin {
+    use super::{Iteration, Run};
+    use argmin::core::{Error, Executor, IterState, KV, Problem, Solver, State, TerminationReason};
+
+    type DriverState = IterState<(), (), (), (), (), f64>;
+
+    struct Driver<'r, 'a, I>(&'r mut Run<'a, I>);
+
+    impl<I: Iteration> Solver<(), DriverState> for Driver<'_, '_, I> {
+        fn name(&self) -> &str {
+            "slewkit"
+        }
+
+        // A numerical failure is an outcome, not an `Err`: argmin would drop iterate and history.
+        fn next_iter(
+            &mut self,
+            _: &mut Problem<()>,
+            state: DriverState,
+        ) -> Result<(DriverState, Option<KV>), Error> {
+            let (residual, ended) = self.0.advance();
+            let state = state.cost(residual);
+            let state = if ended { state.terminate_with(TerminationReason::SolverConverged) } else { state };
+            Ok((state, None))
+        }
     }
-    let driver = Driver { iteration, interrupt, outcome: None, residuals };
-    let executor = Executor::new((), driver)
-        .configure(|state: DriverState| state.max_iters(max_iterations as u64))
-        .timer(false);
-    // `next_iter` never fails and there are no observers or checkpoints that could.
-    let Ok(result) = executor.run() else { unreachable!("the driver returns no error") };
-    let (iterations, driver) = (result.state.get_iter() as usize, result.solver);
-    let outcome = driver.outcome.unwrap_or(Outcome::IterationLimit);
-    (driver.iteration, Report { outcome, iterations, residuals: driver.residuals })
+
+    /// Steps to the end or for `max_iterations`; how many were made.
+    pub(super) fn iterate<I: Iteration>(run: &mut Run<I>, max_iterations: usize) -> usize {
+        let executor = Executor::new((), Driver(run))
+            .configure(|state: DriverState| state.max_iters(max_iterations as u64))
+            .timer(false);
+        // `next_iter` never fails and there are no observers or checkpoints that could.
+        let Ok(result) = executor.run() else { unreachable!("the driver returns no error") };
+        result.state.get_iter() as usize
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+
+    /// Newton's iteration for the square root of two.
+    #[derive(Clone, Debug, PartialEq)]
+    struct Root {
+        x: f64,
+    }
+
+    impl Iteration for Root {
+        fn residual(&self) -> f64 {
+            (self.x * self.x - 2.0).abs()
+        }
+        fn converged(&self) -> bool {
+            self.residual() < 1e-14
+        }
+        fn advance(&mut self) -> Option<Outcome> {
+            self.x -= (self.x * self.x - 2.0) / (2.0 * self.x);
+            if !self.x.is_finite() {
+                return Some(Outcome::Stalled);
+            }
+            self.converged().then_some(Outcome::Converged)
+        }
+    }
+
+    /// The same run by the plain loop.
+    fn plain(iteration: Root, max_iterations: usize, interrupt: Interrupt) -> (Root, Report) {
+        let mut run = Run { residuals: vec![iteration.residual()], iteration, interrupt, outcome: None };
+        let iterations = in_a_loop(&mut run, max_iterations);
+        let outcome = run.outcome.unwrap_or(Outcome::IterationLimit);
+        (run.iteration, Report { outcome, iterations, residuals: run.residuals })
+    }
+
+    /// Claim: argmin and the plain loop give the same bits and the same report, however a run ends.
+    #[test]
+    fn argmin_and_a_plain_loop_give_the_same_bits() {
+        let after = |steps: usize| {
+            let asked = Cell::new(0);
+            move || {
+                asked.set(asked.get() + 1);
+                (asked.get() == steps).then_some(Outcome::Interrupted)
+            }
+        };
+        let ends = [
+            (1.0, 50, 99, Outcome::Converged),
+            (1e9, 7, 99, Outcome::IterationLimit),
+            (1e9, 0, 99, Outcome::IterationLimit),
+            (1e9, 50, 3, Outcome::Interrupted),
+            (0.0, 50, 99, Outcome::Stalled),
+        ];
+        for (x, limit, steps, outcome) in ends {
+            let (driven, report) = run(Root { x }, limit, &after(steps));
+            let (looped, expected) = plain(Root { x }, limit, &after(steps));
+            assert_eq!(report.outcome, outcome);
+            assert_eq!(report.iterations, expected.iterations);
+            assert_eq!(driven.x.to_bits(), looped.x.to_bits());
+            let bits = |report: &Report| report.residuals.iter().map(|r| r.to_bits()).collect::<Vec<_>>();
+            assert_eq!(bits(&report), bits(&expected));
+        }
+    }
 }
