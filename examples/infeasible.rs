@@ -52,8 +52,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let plan = plan(&problem, &Settings::default(), None, &mut Silent)?;
             let infeasible = plan.status == Status::Infeasible;
             *tally.entry(name).or_default().entry(plan.status.name()).or_default() += 1;
-            let shortest = slewkit::maneuver::infeasible::obstruction(&problem)
-                .and_then(|found| found.shortest_duration);
+            let shortest =
+                slewkit::maneuver::infeasible::proof(&problem).and_then(|found| found.duration_lower_bound);
             let right = match (name.split(',').next(), shortest) {
                 (Some("below"), Some(shortest)) => {
                     named.push(shortest / least);

@@ -86,7 +86,7 @@ pub(crate) fn judged(problem: &Problem, settings: &Settings, solution: Solution)
         let status = match solution.outcome {
             Outcome::TimeLimit => Status::LimitReached,
             Outcome::Interrupted => Status::Interrupted,
-            Outcome::Unreachable => Status::Infeasible,
+            Outcome::Infeasible => Status::Infeasible,
             _ => Status::NotConverged,
         };
         return Plan { solution, verification: None, status };

@@ -150,7 +150,6 @@ fn plan(problem: &Problem) -> Plan {
         turned_deg: 150.0,
         iterations: 2,
         ladder: vec![rung],
-        shortest_duration: None,
         longer: Some(41.5),
         shortfall: None,
         convex: problem.is_constrained().then_some(ConvexWork {
@@ -166,7 +165,7 @@ fn plan(problem: &Problem) -> Plan {
         }],
         method: if problem.is_constrained() { Method::Scp } else { Method::Shooting },
         rivals: vec![rival],
-        obstruction: None,
+        infeasible: None,
         tolerance: 1e-12,
         solve_time: 0.0024,
     };

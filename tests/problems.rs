@@ -127,7 +127,7 @@ fn unmet(expect: &Expect, plan: &Plan) -> Vec<String> {
         claim(found == names, format!("active: {found:?}, not {names:?}"));
     }
     if let Some(reason) = &expect.because {
-        let told = solution.obstruction.as_deref().unwrap_or("nothing");
+        let told = solution.infeasible.as_ref().map_or("nothing", |proof| &proof.reason);
         claim(told.contains(reason.as_str()), format!("because {told:?}, which does not say {reason:?}"));
     }
     unmet

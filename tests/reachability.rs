@@ -5,7 +5,7 @@ mod common;
 use common::Random;
 use nalgebra::DMatrix;
 use slewkit::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
-use slewkit::maneuver::infeasible::{Obstruction, obstruction};
+use slewkit::maneuver::infeasible::{Proof, proof};
 use slewkit::maneuver::problem::{Problem, Scheme, State};
 use slewkit::maneuver::solution::Trajectory;
 use slewkit::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits, Wheels};
@@ -248,10 +248,10 @@ fn a_maneuver_that_exists_is_never_denied() {
         let found = margins(&problem, &inputs).unwrap();
         let worst = slewkit::verify::worst_violation(&found);
         assert!(worst < 1e-8, "{case}: the plan itself violates its limits: {found:#?}");
-        assert_eq!(obstruction(&problem), None, "{case}: {problem:#?}");
+        assert_eq!(proof(&problem), None, "{case}: {problem:#?}");
         for (count, factor) in denied.iter_mut().zip([0.99, 0.9, 0.7, 0.4]) {
             let weak = weakened(&problem, factor);
-            *count += usize::from(weak.check().is_ok() && obstruction(&weak).is_some());
+            *count += usize::from(weak.check().is_ok() && proof(&weak).is_some());
         }
     }
     assert!(tried > 4000 && constrained > 1000, "only {tried} maneuvers, {constrained} with cones");
@@ -286,7 +286,7 @@ fn a_premise_that_holds_nearly_proves_nothing() {
                 (0..=400).flat_map(|row| vec![size * (TAU * f64::from(row) / 400.0).sin(); count]).collect();
             let (problem, _) = aimed(problem, &inputs).unwrap();
             strayed += usize::from(problem.end.angular_velocity.cross(&y).norm() > 1e-8);
-            assert_eq!(obstruction(&problem), None, "{little:e}: {problem:#?}");
+            assert_eq!(proof(&problem), None, "{little:e}: {problem:#?}");
         }
     }
     assert!(strayed > 20, "only {strayed} cases try the proofs");
@@ -297,7 +297,7 @@ fn critical(problem: &Problem) -> f64 {
     let norm = problem.actuation.torque.limits().norm.unwrap();
     let denied = |factor: f64| {
         let weak = problem.clone().with_actuation(norm_limit(factor * norm));
-        obstruction(&weak).is_some()
+        proof(&weak).is_some()
     };
     if denied(1.0) {
         return 1.0;
@@ -331,7 +331,7 @@ fn torques_made_to_break_the_bound_do_not() {
         let reached = |inputs: &[f64]| {
             let (problem, _) = aimed(problem.clone(), inputs)?;
             problem.check().ok()?;
-            assert_eq!(obstruction(&problem), None, "{case}: {problem:#?} {inputs:?}");
+            assert_eq!(proof(&problem), None, "{case}: {problem:#?} {inputs:?}");
             Some(critical(&problem))
         };
         // Bang-bang about the axis of the smallest moment, or about any.
@@ -364,21 +364,21 @@ fn smallest_axis(body: &Body) -> Vector3 {
 
 // ---- the figures ------------------------------------------------------------------------------------
 
-fn denied(problem: &Problem) -> Obstruction {
+fn denied(problem: &Problem) -> Proof {
     problem.check().unwrap();
-    obstruction(problem).unwrap_or_else(|| panic!("not denied: {problem:#?}"))
+    proof(problem).unwrap_or_else(|| panic!("not denied: {problem:#?}"))
 }
 
 /// The named shortest duration, which must be a little below the closed form and never above.
 fn shortest(problem: &Problem, closed_form: f64, slack: f64) -> String {
     let found = denied(problem);
-    let shortest = found.shortest_duration.unwrap();
+    let shortest = found.duration_lower_bound.unwrap();
     let below = closed_form * (1.0 - slack) <= shortest && shortest <= closed_form * (1.0 + 1e-6);
     assert!(below, "{shortest} against {closed_form}: {found}");
     // Just below it is denied, just above it is not; and the duration is in the text.
     let with = |duration: f64| Problem { duration, ..problem.clone() };
-    assert!(obstruction(&with(shortest * (1.0 - 1e-5))).is_some(), "{found}");
-    assert_eq!(obstruction(&with(shortest * (1.0 + 1e-5))), None);
+    assert!(proof(&with(shortest * (1.0 - 1e-5))).is_some(), "{found}");
+    assert_eq!(proof(&with(shortest * (1.0 + 1e-5))), None);
     let digits: f64 = text_between(&found.reason, "no plan under ", " s").parse().unwrap();
     assert!(digits <= shortest * (1.0 + 3e-6) && digits >= shortest * 0.999, "{found}");
     found.reason
@@ -404,7 +404,7 @@ fn no_slew_is_faster_than_its_torque_allows() {
                 .with_scheme(SCHEMES[case % 2])
         };
         for factor in [1e-3, 0.3, 0.9, 0.999] {
-            let found = denied(&problem(factor)).shortest_duration.unwrap();
+            let found = denied(&problem(factor)).duration_lower_bound.unwrap();
             assert!(found >= 0.9998 * least, "{case}: {found} {least}");
         }
         // The axis of the smallest moment moves only by turns about the others.
@@ -412,7 +412,7 @@ fn no_slew_is_faster_than_its_torque_allows() {
         let way = (lie::exp(&rotation) * axis).dot(&axis).clamp(-1.0, 1.0).acos();
         let sharper = 2.0 * (way * middle / limit).sqrt();
         let expected = least.max(sharper);
-        let found = denied(&problem(0.5)).shortest_duration.unwrap();
+        let found = denied(&problem(0.5)).duration_lower_bound.unwrap();
         assert!(found >= 0.99 * expected, "{case}: {found} {expected}");
         // Never above what an eigenaxis slew needs with its gyroscopic torque.
         let (angle, e) = (rotation.norm(), rotation.normalize());
@@ -448,7 +448,7 @@ fn box_limits_are_bounded_by_their_corner_only() {
         rest_to_rest(cube.clone(), rotation, duration, limited(limits.clone())).with_steps(200)
     };
     for possible in [3.2431, 3.4, 3.6] {
-        assert_eq!(obstruction(&problem(possible)), None);
+        assert_eq!(proof(&problem(possible)), None);
     }
     let reason = shortest(&problem(2.5), 2.0 * (std::f64::consts::PI / 3.0_f64.sqrt()).sqrt(), 1e-3);
     assert!(reason.contains("1.732 N·m at most from all inputs at their limits"), "{reason}");
@@ -464,7 +464,7 @@ fn rate_limits_bound_the_time() {
     let rate = |limit: f64| Constraint { name: "gyro".into(), rule: Rule::RateNorm(limit) };
     let free =
         rest_to_rest(body.clone(), rotation, 5.0, Actuation::torques(Channel::three_axes(AxisFrame::Body)));
-    assert_eq!(obstruction(&free), None);
+    assert_eq!(proof(&free), None);
     let reason = shortest(&free.clone().with_constraint(rate(0.25)), 8.0, 1e-6);
     assert!(reason.contains("14.32 deg/s") && reason.contains("rate limits at least 1.6 times"), "{reason}");
     let both = rest_to_rest(body, rotation, 5.0, norm_limit(0.3)).with_steps(400).with_constraint(rate(0.25));
@@ -535,7 +535,7 @@ fn forces_and_distances_are_bounded() {
     assert!(found.contains("velocity"), "{found}");
     end.velocity.x = -1.0;
     let found = denied(&limited(Problem::rigid_body(body, start, end, 10.0)));
-    assert!(found.reason.contains("beside the mean") && found.shortest_duration.is_none(), "{found}");
+    assert!(found.reason.contains("beside the mean") && found.duration_lower_bound.is_none(), "{found}");
 }
 
 // ---- wheels -----------------------------------------------------------------------------------------
@@ -555,7 +555,7 @@ fn momentum_that_the_wheels_cannot_hold_in_the_end_is_named() {
     let rotation = Vector3::new(std::f64::consts::FRAC_PI_2, 0.0, 0.0);
     let mut actuation = three_wheels([0.0, 0.0, 4.0], 5.0, 1.0);
     let mut problem = rest_to_rest(body, rotation, 60.0, actuation.clone());
-    assert_eq!(obstruction(&problem), None);
+    assert_eq!(proof(&problem), None);
     actuation.wheels.as_mut().unwrap().momentum_limit = vec![5.0, 2.5, 5.0];
     problem.actuation = actuation;
     let found = denied(&problem);
@@ -595,7 +595,7 @@ fn wheels_take_up_momentum_no_faster_than_their_torques() {
     let rotation = Vector3::new(std::f64::consts::PI, 0.0, 0.0);
     let problem = rest_to_rest(body, rotation, 6.0, three_wheels([0.0, 0.0, 4.0], 5.0, 1.0));
     let found = denied(&problem);
-    assert!((found.shortest_duration.unwrap() - 8.0).abs() < 1e-5, "{found}");
+    assert!((found.duration_lower_bound.unwrap() - 8.0).abs() < 1e-5, "{found}");
     assert!(found.reason.contains("take up 8 N·m·s"), "{found}");
 }
 
@@ -625,11 +625,11 @@ fn a_gyrostat_about_one_axis_attains_its_bound() {
         };
         let (problem, plan) = aimed(problem, &inputs).unwrap();
         assert!(plan.angular_velocity.last().unwrap().norm() < 1e-14);
-        assert_eq!(obstruction(&problem), None, "{scheme:?}");
+        assert_eq!(proof(&problem), None, "{scheme:?}");
         let mut weak = problem.clone();
         let limits = Limits { size: Some(vec![0.0999]), ..Limits::default() };
         weak.actuation.torque = weak.actuation.torque.with_limits(limits).unwrap();
-        assert!(obstruction(&weak).is_some(), "{scheme:?}");
+        assert!(proof(&weak).is_some(), "{scheme:?}");
     }
 }
 
@@ -652,7 +652,7 @@ fn a_cone_in_the_way_needs_time() {
     };
     let direct = 2.0 * (rotation.norm() * 2.0 / 0.3_f64).sqrt();
     let problem = rest_to_rest(sphere, rotation, 1.02 * direct, norm_limit(0.3)).with_steps(400);
-    assert_eq!(obstruction(&problem), None);
+    assert_eq!(proof(&problem), None);
     let beta = 50.0_f64.to_radians();
     let tangent = (60.0_f64.to_radians().cos() / beta.cos()).acos();
     let contact = (beta.tan() / 60.0_f64.to_radians().tan()).acos();
@@ -662,8 +662,8 @@ fn a_cone_in_the_way_needs_time() {
     assert!(reason.contains("around \"sun\""), "{reason}");
     let most: f64 = text_between(&reason, "a half angle of at most ", " deg").parse().unwrap();
     // The named cone is on the border itself.
-    assert!(obstruction(&problem.clone().with_constraint(cone(most - 0.05))).is_none(), "{reason}");
-    assert!(obstruction(&problem.with_constraint(cone(most + 0.05))).is_some(), "{reason}");
+    assert!(proof(&problem.clone().with_constraint(cone(most - 0.05))).is_none(), "{reason}");
+    assert!(proof(&problem.with_constraint(cone(most + 0.05))).is_some(), "{reason}");
 }
 
 /// A boresight to be kept near the zenith of an orbit, and away from a star that the zenith passes: at that
@@ -688,7 +688,7 @@ fn cones_that_meet_on_the_way_are_named_both() {
             .with_constraint(cone("zenith", Side::KeepIn, Vector3::z(), true, keep_in))
             .with_constraint(cone("star", Side::KeepOut, star, false, keep_out))
     };
-    assert_eq!(obstruction(&problem(30.0, 29.0)), None);
+    assert_eq!(proof(&problem(30.0, 29.0)), None);
     let found = denied(&problem(20.0, 30.0));
     assert!(found.reason.contains("\"zenith\" and \"star\""), "{found}");
     assert!(found.reason.contains("t = 1000 s") && found.reason.contains("10 deg"), "{found}");

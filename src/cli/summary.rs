@@ -46,8 +46,8 @@ pub fn plan(console: &Console, problem: &Problem, plan: &Plan) -> String {
         lines.extend(found(problem, solution));
     } else {
         lines.push(line("stopped", stopped(solution)));
-        if let Some(obstruction) = &solution.obstruction {
-            lines.push(line("because", &escape(obstruction)));
+        if let Some(proof) = &solution.infeasible {
+            lines.push(line("because", &escape(&proof.reason)));
         } else {
             lines.extend(solution.shortfall.iter().map(|text| line("missing", &escape(text))));
             lines.push(line("best", &best(&solution.terminal)));
@@ -275,7 +275,7 @@ fn stopped(solution: &Solution) -> &'static str {
         Outcome::StepTooLong => "the body turns too far in one step: the implicit equation has no solution",
         Outcome::NotFinite => "a number became NaN or infinite",
         Outcome::Singular => "the sensitivity matrix is singular: the costates do not steer the end state",
-        Outcome::Unreachable => "no plan exists: that is proved",
+        Outcome::Infeasible => "no plan exists: that is proved",
         Outcome::TimeLimit => "the time limit was reached",
         Outcome::Interrupted => "interrupted; this is the best iterate",
     }
@@ -294,7 +294,7 @@ fn ended(outcome: Outcome) -> &'static str {
         Outcome::StepTooLong => "step too long",
         Outcome::NotFinite => "not finite",
         Outcome::Singular => "singular",
-        Outcome::Unreachable => "unreachable",
+        Outcome::Infeasible => "infeasible",
         Outcome::TimeLimit => "time limit",
         Outcome::Interrupted => "interrupted",
     }
@@ -388,7 +388,7 @@ fn advice(problem: &Problem, plan: &Plan) -> Vec<String> {
         (_, Outcome::Singular) => {
             vec!["other torque axes, or terminal rates that the present ones can reach".into()]
         }
-        (_, Outcome::Unreachable) => {
+        (_, Outcome::Infeasible) => {
             vec!["what the reason names; or other torque axes, terminal rates or attitudes".into()]
         }
         (_, Outcome::TimeLimit) => {

@@ -1,6 +1,7 @@
 //! What a solver returns: how it ended, the trajectory, the costates, and how it got there.
 
 use crate::Vector3;
+use crate::maneuver::infeasible::Proof;
 use crate::maneuver::problem::{Problem, Scheme};
 use crate::maneuver::settings::Method;
 use serde::{Deserialize, Serialize};
@@ -22,8 +23,8 @@ pub enum Outcome {
     NotFinite,
     /// The sensitivity matrix is singular beyond the symmetries of the problem.
     Singular,
-    /// No plan exists, and [`Solution::obstruction`] says why.
-    Unreachable,
+    /// No plan exists, and [`Solution::infeasible`] says why.
+    Infeasible,
     /// The time limit was reached.
     TimeLimit,
     /// The caller asked to stop.
@@ -276,10 +277,8 @@ pub struct Solution {
     pub active: Vec<ActiveConstraint>,
     /// Other extremals found, cheapest first.
     pub rivals: Vec<Rival>,
-    /// Why there is no plan, where that is proved; see [`crate::maneuver::infeasible`].
-    pub obstruction: Option<String>,
-    /// A duration \[s\] below which it is proved that there is no plan, where that is the obstruction.
-    pub shortest_duration: Option<f64>,
+    /// The proof that there is no plan, where there is one.
+    pub infeasible: Option<Proof>,
     /// What stays violated where the search came nearest, and what would help; where no plan was found.
     pub shortfall: Option<String>,
     /// A longer duration \[s\] for which a plan was found, where none was for the one asked for.
@@ -318,8 +317,7 @@ impl Solution {
             convex: None,
             active: Vec::new(),
             rivals: Vec::new(),
-            obstruction: None,
-            shortest_duration: None,
+            infeasible: None,
             shortfall: None,
             longer: None,
             tolerance,

@@ -25,7 +25,7 @@ const ROUND_OFF: f64 = 1e-14;
 const DIFFERENT: f64 = 1e-9;
 
 /// Why no input can meet the terminal conditions, in words; `None` where nothing is proved.
-pub(super) fn obstruction(problem: &Problem) -> Option<String> {
+pub(super) fn proof(problem: &Problem) -> Option<String> {
     if !problem.environment.is_free() {
         return None;
     }
@@ -235,31 +235,31 @@ mod tests {
     fn one_axis_of_a_sphere_turns_about_itself_only() {
         let tilted =
             problem([1.0; 3], &[[1.0, 0.0, 0.0]], AxisFrame::Body, turned([0.5, 0.3, 0.0], [0.0; 3]));
-        assert!(obstruction(&tilted).unwrap().contains("tilts it by"));
+        assert!(proof(&tilted).unwrap().contains("tilts it by"));
         let about = problem([1.0; 3], &[[1.0, 0.0, 0.0]], AxisFrame::Body, turned([0.5, 0.0, 0.0], [0.0; 3]));
-        assert_eq!(obstruction(&about), None);
+        assert_eq!(proof(&about), None);
     }
 
     #[test]
     fn spin_of_a_symmetric_body_without_axial_torque_is_conserved() {
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
         let spun = problem([2.0, 2.0, 1.0], &axes, AxisFrame::Body, turned([0.5, 0.3, 0.0], [0.0, 0.0, 0.2]));
-        assert!(obstruction(&spun).unwrap().contains("(0, 0, 1)"));
+        assert!(proof(&spun).unwrap().contains("(0, 0, 1)"));
         let at_rest = problem([2.0, 2.0, 1.0], &axes, AxisFrame::Body, turned([0.5, 0.3, 0.4], [0.0; 3]));
-        assert_eq!(obstruction(&at_rest), None);
+        assert_eq!(proof(&at_rest), None);
     }
 
     #[test]
     fn two_torques_steer_an_asymmetric_body_anywhere() {
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
         let any = problem([1.0, 1.5, 0.8], &axes, AxisFrame::Body, turned([0.5, 0.3, 2.0], [0.1, 0.2, 0.3]));
-        assert_eq!(obstruction(&any), None);
+        assert_eq!(proof(&any), None);
     }
 
     #[test]
     fn horizontal_reference_torques_leave_the_vertical_momentum() {
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
         let spun = problem([1.0, 1.5, 0.8], &axes, AxisFrame::Reference, turned([0.0; 3], [0.0, 0.0, 0.3]));
-        assert!(obstruction(&spun).unwrap().contains("reference axis (0, 0, 1)"));
+        assert!(proof(&spun).unwrap().contains("reference axis (0, 0, 1)"));
     }
 }

@@ -12,7 +12,7 @@
 //! b goes `|b×e| φ`, where `φ/sin φ` grows with φ. Principal axes are taken for b, and boresights, which may
 //! have to go around a cone.
 
-use super::Obstruction;
+use super::Proof;
 use super::capability::{Ends, fastest, means, motion};
 use super::detour::Detour;
 use super::envelope::{Arc, Means, Motion, envelope};
@@ -65,7 +65,7 @@ struct Case<'a> {
     demands: Vec<Demand>,
 }
 
-pub(super) fn obstruction(problem: &Problem) -> Option<Obstruction> {
+pub(super) fn proof(problem: &Problem) -> Option<Proof> {
     let case = Case::new(problem);
     let means = means(problem);
     let worst = case.worst(&means, problem.duration)?;
@@ -179,7 +179,7 @@ impl Lever {
 // ---- in words ----------------------------------------------------------------------------------------
 
 impl Case<'_> {
-    fn explain(&self, means: &Means, (demand, allowed): (&Demand, f64)) -> Obstruction {
+    fn explain(&self, means: &Means, (demand, allowed): (&Demand, f64)) -> Proof {
         let problem = self.problem;
         let duration = problem.duration;
         // In a turning frame another duration is another target.
@@ -203,7 +203,7 @@ impl Case<'_> {
         if !needed.is_empty() {
             reason.push_str(&format!("; in {} s it takes {}", about(duration), needed.join(" or ")));
         }
-        Obstruction { reason, shortest_duration: shortest }
+        Proof { reason, duration_lower_bound: shortest }
     }
 
     /// The limits at hand: " with 0.3 N·m at 4 deg/s".

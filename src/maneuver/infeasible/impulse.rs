@@ -10,13 +10,13 @@
 //! (a quarter of `h²F̄` more for an odd N), as in continuous time. All sums are those of the discrete maneuver
 //! and of the continuous one.
 
-use super::Obstruction;
+use super::Proof;
 use super::capability::{Ends, SLACK, means, strongest};
 use super::words::{about, at_least, at_most};
 use crate::Vector3;
 use crate::maneuver::problem::{Motion, Problem};
 
-pub(super) fn obstruction(problem: &Problem) -> Option<Obstruction> {
+pub(super) fn proof(problem: &Problem) -> Option<Proof> {
     angular(problem).or_else(|| linear(problem))
 }
 
@@ -28,7 +28,7 @@ fn missed(
     what: String,
     needed: Option<f64>,
     factor: f64,
-) -> Obstruction {
+) -> Proof {
     let duration = about(problem.duration);
     let under =
         needed.map_or_else(|| format!("in {duration} s"), |needed| format!("under {} s", at_least(needed)));
@@ -37,10 +37,10 @@ fn missed(
         about(limit),
         at_least(limit * factor)
     );
-    Obstruction { reason, shortest_duration: needed }
+    Proof { reason, duration_lower_bound: needed }
 }
 
-fn angular(problem: &Problem) -> Option<Obstruction> {
+fn angular(problem: &Problem) -> Option<Proof> {
     let means = means(problem);
     let limit = means.torque + means.field;
     if problem.actuation.wheels.is_some() || !limit.is_finite() {
@@ -61,7 +61,7 @@ fn angular(problem: &Problem) -> Option<Obstruction> {
     })
 }
 
-fn linear(problem: &Problem) -> Option<Obstruction> {
+fn linear(problem: &Problem) -> Option<Proof> {
     let limit = problem.actuation.force.as_ref().map(strongest)? * (1.0 + SLACK);
     let mass = problem.body.mass?;
     if problem.motion != Motion::RigidBody || !problem.environment.is_free() || !limit.is_finite() {

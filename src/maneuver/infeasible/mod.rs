@@ -25,35 +25,35 @@ use std::fmt;
 
 /// Why a maneuver is infeasible.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Obstruction {
+pub struct Proof {
     /// The reason in words, with the figures that miss and, where they are known, those that could do.
     pub reason: String,
     /// A duration \[s\] below which there is no plan, all else being equal; `None` where none is known.
-    pub shortest_duration: Option<f64>,
+    pub duration_lower_bound: Option<f64>,
 }
 
-impl fmt::Display for Obstruction {
+impl fmt::Display for Proof {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(&self.reason)
     }
 }
 
-impl From<String> for Obstruction {
+impl From<String> for Proof {
     fn from(reason: String) -> Self {
-        Self { reason, shortest_duration: None }
+        Self { reason, duration_lower_bound: None }
     }
 }
 
 /// A proof that the maneuver is infeasible, as it is discretised and in continuous time; `None` where
 /// nothing is proved. The problem must be one that [`Problem::check`] accepts.
-pub fn obstruction(problem: &Problem) -> Option<Obstruction> {
+pub fn proof(problem: &Problem) -> Option<Proof> {
     let wheels = problem.actuation.wheels.is_some();
-    let conserved = || if wheels { None } else { conserved::obstruction(problem) };
-    (conserved().map(Obstruction::from))
-        .or_else(|| exclusive_cones(problem).map(Obstruction::from))
-        .or_else(|| storage::obstruction(problem))
-        .or_else(|| impulse::obstruction(problem))
-        .or_else(|| demand::obstruction(problem))
+    let conserved = || if wheels { None } else { conserved::proof(problem) };
+    (conserved().map(Proof::from))
+        .or_else(|| exclusive_cones(problem).map(Proof::from))
+        .or_else(|| storage::proof(problem))
+        .or_else(|| impulse::proof(problem))
+        .or_else(|| demand::proof(problem))
 }
 
 fn exclusive_cones(problem: &Problem) -> Option<String> {

@@ -4,14 +4,14 @@
 //! in the continuous one. The terminal attitude and rate therefore leave one `μ_N` only. It must be one that
 //! the momentum limits allow, `|h_i| ≤ L_i`, and one that the torque limits reach, `|h_i − h_i0| ≤ T ū_i`.
 
-use super::Obstruction;
+use super::Proof;
 use super::capability::{Ends, SLACK, isolated};
 use super::outputs::Outputs;
 use super::words::{at_least, at_most};
 use crate::Vector3;
 use crate::maneuver::problem::Problem;
 
-pub(super) fn obstruction(problem: &Problem) -> Option<Obstruction> {
+pub(super) fn proof(problem: &Problem) -> Option<Proof> {
     let wheels = problem.actuation.wheels.as_ref().filter(|_| isolated(problem))?;
     let torque = &problem.actuation.torque;
     let ends = Ends::of(problem, problem.duration);
@@ -41,7 +41,7 @@ pub(super) fn obstruction(problem: &Problem) -> Option<Obstruction> {
             at_most(change / factor),
             at_least(factor)
         );
-        Obstruction { reason, shortest_duration: standing.then_some(shortest) }
+        Proof { reason, duration_lower_bound: standing.then_some(shortest) }
     })
 }
 

@@ -243,14 +243,9 @@ pub fn solve(
     }
     // From here on the clock runs.
     let context = Context::new(settings, observer);
-    if let Some(obstruction) = infeasible::obstruction(problem) {
+    if let Some(proof) = infeasible::proof(problem) {
         let unsolved = Solution::unsolved(problem, settings.tolerance);
-        return Ok(Solution {
-            outcome: Outcome::Unreachable,
-            obstruction: Some(obstruction.reason),
-            shortest_duration: obstruction.shortest_duration,
-            ..unsolved
-        });
+        return Ok(Solution { outcome: Outcome::Infeasible, infeasible: Some(proof), ..unsolved });
     }
     if convex {
         let solution = constrained::solve(problem, &context, &options(settings), Hint::of(guess));
@@ -365,12 +360,10 @@ pub(crate) fn solve_convex(
     let settings = Settings { method: Method::Scp, ..settings.clone() };
     settings.check()?;
     check_for_convex_road(problem)?;
-    if let Some(obstruction) = infeasible::obstruction(problem) {
+    if let Some(proof) = infeasible::proof(problem) {
         let unsolved = Solution::unsolved(problem, settings.tolerance);
-        let (method, outcome) = (Method::Scp, Outcome::Unreachable);
-        let shortest_duration = obstruction.shortest_duration;
-        let obstruction = Some(obstruction.reason);
-        return Ok(Solution { method, outcome, obstruction, shortest_duration, ..unsolved });
+        let (method, outcome) = (Method::Scp, Outcome::Infeasible);
+        return Ok(Solution { method, outcome, infeasible: Some(proof), ..unsolved });
     }
     let context = Context::new(&settings, observer);
     let last = if polish { Options::default() } else { Options::unpolished() };

@@ -24,6 +24,7 @@ pub use agreement::{Agreement, FromDuals, Verdict};
 #[cfg(feature = "sdp")]
 pub use global::{BOUND_STEPS, Global, GlobalError, global};
 
+use crate::maneuver::infeasible::Proof;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::{Method, Settings};
 use crate::maneuver::solution::{Outcome, Sense, Solution, TerminalError, Trajectory};
@@ -265,7 +266,7 @@ impl Comparison {
 fn unjudged(solution: &Solution) -> Standing {
     match solution.outcome {
         Outcome::Converged => Standing::Converged,
-        Outcome::Unreachable => Standing::Infeasible,
+        Outcome::Infeasible => Standing::Infeasible,
         Outcome::TimeLimit => Standing::LimitReached,
         Outcome::Interrupted => Standing::Interrupted,
         _ => Standing::NotConverged,
@@ -328,7 +329,7 @@ impl Run {
             method,
             status,
             by_itself,
-            reason: solution.obstruction.clone().or_else(|| solution.shortfall.clone()),
+            reason: solution.infeasible.as_ref().map(Proof::to_string).or_else(|| solution.shortfall.clone()),
             cost: reached.then_some(solution.cost),
             terminal: reached.then_some(solution.terminal),
             stationarity: converged.then_some(solution.optimality.stationarity),
