@@ -1,22 +1,22 @@
-//! Signature (inertia) of symmetric matrices: how many eigenvalues are negative, by elimination (Sylvester's law).
+//! The inertia of symmetric matrices: how many eigenvalues are negative, by elimination (Sylvester's law).
 
 use nalgebra::DMatrix;
 
 /// Numbers of negative and of vanishing eigenvalues of a symmetric matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Signature {
+pub(crate) struct MatrixInertia {
     pub negative: usize,
     pub zero: usize,
 }
 
-impl Signature {
+impl MatrixInertia {
     /// Of a symmetric matrix, by `P A Pᵀ = L D Lᵀ` with pivots of one or two rows (Bunch and Parlett 1971);
     /// what is left when no pivot exceeds `tolerance` counts as zero.
     pub fn of(mut a: DMatrix<f64>, tolerance: f64) -> Self {
         // Balances the growth of one pivot of two rows with that of two of one.
         let alpha = (1.0 + 17f64.sqrt()) / 8.0;
         let n = a.nrows();
-        let mut signature = Self { negative: 0, zero: 0 };
+        let mut inertia = Self { negative: 0, zero: 0 };
         let mut at = 0;
         while at < n {
             let (mut largest, mut diagonal) = ((at, at), at);
@@ -32,13 +32,13 @@ impl Signature {
             }
             let pivots = a[largest].abs() > tolerance;
             if !pivots {
-                signature.zero += n - at;
+                inertia.zero += n - at;
                 break;
             }
             if a[(diagonal, diagonal)].abs() >= alpha * a[largest].abs() {
                 swap(&mut a, at, diagonal);
                 let pivot = a[(at, at)];
-                signature.negative += usize::from(pivot < 0.0);
+                inertia.negative += usize::from(pivot < 0.0);
                 for row in at + 1..n {
                     let factor = a[(row, at)] / pivot;
                     for column in at + 1..n {
@@ -51,7 +51,7 @@ impl Signature {
                 swap(&mut a, at, column);
                 swap(&mut a, at + 1, row);
                 // Its determinant is negative by the choice of the pivot: one eigenvalue of each sign.
-                signature.negative += 1;
+                inertia.negative += 1;
                 let (p, q, r) = (a[(at, at)], a[(at + 1, at)], a[(at + 1, at + 1)]);
                 let determinant = p * r - q * q;
                 for row in at + 2..n {
@@ -64,7 +64,7 @@ impl Signature {
                 at += 2;
             }
         }
-        signature
+        inertia
     }
 }
 
@@ -90,11 +90,11 @@ mod tests {
                     a[(index, index)] = 0.0;
                 }
                 let negative = a.clone().symmetric_eigen().eigenvalues.iter().filter(|v| **v < 0.0).count();
-                assert_eq!(Signature::of(a, 0.0), Signature { negative, zero: 0 });
+                assert_eq!(MatrixInertia::of(a, 0.0), MatrixInertia { negative, zero: 0 });
                 // Of rank n − 1, negative semidefinite.
                 let mut low = raw.columns(0, n - 1).into_owned();
                 low = -&low * low.transpose();
-                assert_eq!(Signature::of(low, 1e-12), Signature { negative: n - 1, zero: 1 });
+                assert_eq!(MatrixInertia::of(low, 1e-12), MatrixInertia { negative: n - 1, zero: 1 });
             }
         }
     }

@@ -21,7 +21,7 @@ use crate::maneuver::problem::Scheme;
 use crate::maneuver::solution::Outcome;
 use crate::numerics::compensated::Sum;
 use crate::numerics::factor::Factor;
-use crate::optimize::methods::shooting::driver::Iteration;
+use crate::optimize::methods::driver::Iteration;
 use crate::optimize::methods::shooting::newton::outcome_of;
 use crate::optimize::step::{Costate, Dynamics, Linearization, Point, StepError};
 use crate::optimize::sweep::BoundaryValueProblem;

@@ -12,7 +12,7 @@ use crate::lie;
 use crate::maneuver::problem::{Motion, Path, Problem, Scheme};
 use crate::maneuver::solution::{Outcome, Rival, Rung, Sense, Solution};
 use crate::numerics::factor::{Factor, effective};
-use crate::optimize::methods::shooting::driver::{Iteration, run};
+use crate::optimize::methods::driver::{Iteration, run};
 use crate::optimize::methods::shooting::guess::{self, Start};
 use crate::optimize::methods::shooting::newton::{Newton, outcome_of};
 use crate::optimize::methods::shooting::refine::{GridPoint, failed, refine, solve_grid};

@@ -11,7 +11,7 @@ use super::ladder::{Found, Search};
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Method;
 use crate::maneuver::solution::{Outcome, Rung};
-use crate::optimize::methods::shooting::driver::{Iteration, run};
+use crate::optimize::methods::driver::{Iteration, run};
 use crate::optimize::methods::shooting::newton::{Newton, outcome_of};
 use crate::optimize::methods::shooting::refine::failed;
 use crate::optimize::sweep::BoundaryValueProblem;

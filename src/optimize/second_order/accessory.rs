@@ -19,7 +19,7 @@
 
 use crate::maneuver::problem::Scheme;
 use crate::numerics::factor::{Factor, RANK_TOLERANCE};
-use crate::numerics::matrix_inertia::Signature;
+use crate::numerics::matrix_inertia::MatrixInertia;
 use crate::optimize::step::{Linearization, Sensitivity};
 use crate::optimize::sweep::{BoundaryValueProblem, Node};
 use nalgebra::{DMatrix, SMatrix, SVector};
@@ -84,7 +84,7 @@ impl<'a, const N: usize> Elimination<'a, N> {
             (false, false) => h[(row - N, column - N)],
             _ => -f64::from(u8::from(row % N == column % N)),
         });
-        self.surplus += Signature::of(pivot, 0.0).negative as isize - N as isize;
+        self.surplus += MatrixInertia::of(pivot, 0.0).negative as isize - N as isize;
         let next =
             a * Factor::new(&(SMatrix::identity() - self.x * h)).solve_matrix(&self.x) * a.transpose() - q;
         self.x = (next + next.transpose()) * 0.5;
@@ -113,7 +113,7 @@ impl<'a, const N: usize> Elimination<'a, N> {
         let scaled = DMatrix::from_fn(N, N, |row, column| {
             self.x[(row, column)] / (usable(sizes[row]) * usable(sizes[column]))
         });
-        let Signature { negative, zero } = Signature::of(scaled, RANK_TOLERANCE);
+        let MatrixInertia { negative, zero } = MatrixInertia::of(scaled, RANK_TOLERANCE);
         usize::try_from(self.surplus + negative as isize - (N - zero) as isize).ok()
     }
 }

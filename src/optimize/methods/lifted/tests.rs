@@ -5,7 +5,7 @@ use crate::maneuver::problem::{Problem, State};
 use crate::mechanics::actuators::AxisFrame;
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::UniformGravity;
-use crate::optimize::methods::shooting::driver::{Report, run};
+use crate::optimize::methods::driver::{Report, run};
 use crate::optimize::methods::shooting::newton::Newton;
 use crate::optimize::search::geodesic;
 use crate::testing::{full_inertia, matrix, reference, torques, vector};

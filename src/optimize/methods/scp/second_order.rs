@@ -23,7 +23,7 @@ use super::iterate::Iterate;
 use super::kkt::{Kkt, Layout, PROXIMAL};
 use super::model::Model;
 use super::rows::{Rows, Value};
-use crate::numerics::matrix_inertia::Signature;
+use crate::numerics::matrix_inertia::MatrixInertia;
 use nalgebra::DMatrix;
 
 /// Curvature, as a share of that of the effort, that is told from none: far above the error of differences.
@@ -117,7 +117,7 @@ impl Stages {
             if stage.is_multiple_of(POLLED) && watch.stopped() {
                 return None;
             }
-            negative += Signature::of(schur.clone(), 0.0).negative;
+            negative += MatrixInertia::of(schur.clone(), 0.0).negative;
             let eliminated = schur.lu().solve(&beside)?;
             let next = block - beside.tr_mul(&eliminated);
             schur = 0.5 * (&next + next.transpose());
@@ -125,7 +125,7 @@ impl Stages {
                 return None;
             }
         }
-        Some(negative + Signature::of(schur, 0.0).negative)
+        Some(negative + MatrixInertia::of(schur, 0.0).negative)
     }
 }
 

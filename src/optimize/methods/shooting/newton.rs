@@ -9,10 +9,10 @@
 //! without: a factor whose step shrank the error well is used again (a chord step), and a coarser
 //! grid's factor may start a finer one.
 
-use super::driver::Iteration;
 use crate::lie;
 use crate::maneuver::solution::Outcome;
 use crate::numerics::factor::Factor;
+use crate::optimize::methods::driver::Iteration;
 use crate::optimize::step::StepError;
 use crate::optimize::sweep::{BoundaryValueProblem, End};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};

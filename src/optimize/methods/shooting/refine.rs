@@ -4,12 +4,12 @@
 //! Solved on two or three coarse grids and extrapolated, they meet the fine grid so closely that a few
 //! plain sweeps with the extrapolated factor finish it: the fine grid sees no sensitivities at all.
 
-use super::driver::{Interrupt, Report, run};
 use super::newton::{Newton, outcome_of};
 use crate::maneuver::problem::{Problem, Scheme};
 use crate::maneuver::settings::Settings;
 use crate::maneuver::solution::Outcome;
 use crate::numerics::factor::Factor;
+use crate::optimize::methods::driver::{Interrupt, Report, run};
 use crate::optimize::sweep::BoundaryValueProblem;
 use nalgebra::{SMatrix, SVector};
 

@@ -15,10 +15,10 @@ use crate::maneuver::problem::{Motion, Path, Problem};
 use crate::maneuver::settings::Method;
 use crate::maneuver::solution::{ConvexWork, Outcome, Rival, Rung, RungReport, Sense, Solution, Trajectory};
 use crate::mechanics::environment::Pose;
+use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::scp::{
     self, Convex, Options, Watch, guess, iterate::Iterate, model::Model, rows::Rows,
 };
-use crate::optimize::methods::shooting::driver::Report;
 use crate::optimize::step::Dynamics;
 use crate::{Matrix3, Vector3};
 use report::{rival, sense};
