@@ -1,4 +1,4 @@
-//! Numerical tools that know nothing of attitude: factors, sparse and banded matrices, inertia of a matrix,
+//! Numerical tools that know nothing of attitude: factors, banded matrices, inertia of a matrix,
 //! figures for people.
 
 pub(crate) mod banded;
@@ -8,4 +8,3 @@ pub(crate) mod factor;
 pub mod figures;
 pub(crate) mod matrix_inertia;
 pub(crate) mod parallel;
-pub(crate) mod sparse;

@@ -13,8 +13,7 @@
 //! non-convex `P` as a solution that is none. So every number, pattern and pivot is checked here before it is handed
 //! over, and no `x` leaves without a status that says what it is.
 
-use crate::numerics::sparse::Sparse;
-use clarabel::algebra::CscMatrix;
+use super::sparse::{Sparse, SparseParts};
 use clarabel::qdldl::{QDLDLFactorisation, QDLDLSettings};
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
 use thiserror::Error;
@@ -227,7 +226,7 @@ impl ConeSolver {
         let solver_settings = settings.checked()?;
         let (n, m) = (program.linear.len(), program.bound.len());
         let (p, a) = (&program.quadratic, &program.matrix);
-        if n == 0 || p.rows() != n || p.columns() != n || a.columns() != n || a.rows() != m {
+        if n == 0 || p.m != n || p.n != n || a.n != n || a.m != m {
             return Err(ConeError::Shape("P must be n×n, q n, A m×n and b m, with n at least 1"));
         }
         if p.entries().any(|(row, column, _)| row > column) {
@@ -244,69 +243,49 @@ impl ConeSolver {
         if rows != m {
             return Err(ConeError::Shape("the rows of the cones must add up to the rows of A"));
         }
-        let (p, a) = (csc(p), csc(a));
-        for matrix in [&p, &a] {
-            matrix.check_format().map_err(|error| ConeError::Solver(error.to_string()))?;
+        for matrix in [p, a] {
+            matrix.check_format().map_err(solver_error)?;
         }
-        finite("P", &program.quadratic.values)?;
-        finite("q", &program.linear)?;
-        finite("A", &program.matrix.values)?;
-        below_infinity(&program.bound)?;
+        program.check_numbers()?;
         let convexity = Convexity::new(&program.quadratic)?;
         let cones: Vec<_> = program.cones.iter().map(|cone| cone.supported()).collect();
-        let solver = DefaultSolver::new(&p, &program.linear, &a, &program.bound, &cones, solver_settings)
-            .map_err(|error| ConeError::Solver(error.to_string()))?;
+        let solver = DefaultSolver::new(p, &program.linear, a, &program.bound, &cones, solver_settings)
+            .map_err(solver_error)?;
         Ok(Self { solver, settings: settings.clone(), program, convexity })
     }
 
     /// The program as it stands.
+    #[cfg(test)]
     pub fn program(&self) -> &Program {
         &self.program
     }
 
-    /// Puts other values into the pattern of `P`.
-    ///
-    /// # Errors
-    /// As [`ConeSolver::new`]; the old values then stay.
-    pub fn update_quadratic(&mut self, values: &[f64]) -> Result<(), ConeError> {
-        same_length(values, &self.program.quadratic.values)?;
-        finite("P", values)?;
-        self.convexity.check(values)?;
-        self.program.quadratic.values.copy_from_slice(values);
-        self.solver.update_P(&values.to_vec()).map_err(|error| ConeError::Solver(error.to_string()))
+    /// Whether a program differs from the present one in its numbers alone.
+    pub fn fits(&self, program: &Program) -> bool {
+        let old = &self.program;
+        old.matrix.is_equal_sparsity(&program.matrix)
+            && old.quadratic.is_equal_sparsity(&program.quadratic)
+            && old.linear.len() == program.linear.len()
+            && old.bound.len() == program.bound.len()
+            && old.cones == program.cones
     }
 
-    /// Puts other values into `q`.
+    /// Puts other numbers into the same places.
     ///
     /// # Errors
-    /// As [`ConeSolver::new`]; the old values then stay.
-    pub fn update_linear(&mut self, values: &[f64]) -> Result<(), ConeError> {
-        same_length(values, &self.program.linear)?;
-        finite("q", values)?;
-        self.program.linear.copy_from_slice(values);
-        self.solver.update_q(&values.to_vec()).map_err(|error| ConeError::Solver(error.to_string()))
-    }
-
-    /// Puts other values into the pattern of `A`.
-    ///
-    /// # Errors
-    /// As [`ConeSolver::new`]; the old values then stay.
-    pub fn update_matrix(&mut self, values: &[f64]) -> Result<(), ConeError> {
-        same_length(values, &self.program.matrix.values)?;
-        finite("A", values)?;
-        self.program.matrix.values.copy_from_slice(values);
-        self.solver.update_A(&values.to_vec()).map_err(|error| ConeError::Solver(error.to_string()))
-    }
-
-    /// Puts other values into `b`.
-    ///
-    /// # Errors
-    /// As [`ConeSolver::new`]; the old values then stay.
-    pub fn update_bound(&mut self, values: &[f64]) -> Result<(), ConeError> {
-        same_length(values, &self.program.bound)?;
-        below_infinity(values)?;
-        self.program.bound.copy_from_slice(values);
-        self.solver.update_b(&values.to_vec()).map_err(|error| ConeError::Solver(error.to_string()))
+    /// As [`ConeSolver::new`]; the old program then stays.
+    pub fn update(&mut self, program: Program) -> Result<(), ConeError> {
+        if !self.fits(&program) {
+            return Err(ConeError::Shape("an update keeps pattern and length"));
+        }
+        program.check_numbers()?;
+        self.convexity.check(&program.quadratic.nzval)?;
+        self.solver.update_P(&program.quadratic.nzval).map_err(solver_error)?;
+        self.solver.update_q(&program.linear).map_err(solver_error)?;
+        self.solver.update_A(&program.matrix.nzval).map_err(solver_error)?;
+        self.solver.update_b(&program.bound).map_err(solver_error)?;
+        self.program = program;
+        Ok(())
     }
 
     /// Replaces the wall clock of the solves to come \[s\].
@@ -316,7 +295,7 @@ impl ConeSolver {
     pub fn set_time_limit(&mut self, seconds: f64) -> Result<(), ConeError> {
         self.settings.time_limit = seconds;
         let settings = self.settings.checked()?;
-        self.solver.update_settings(settings).map_err(|error| ConeError::Solver(error.to_string()))
+        self.solver.update_settings(settings).map_err(solver_error)
     }
 
     /// Solves the program as it stands.
@@ -387,6 +366,16 @@ impl ConeSolver {
 }
 
 impl Program {
+    /// Whether every number is one that the solver may see.
+    fn check_numbers(&self) -> Result<(), ConeError> {
+        finite("P", &self.quadratic.nzval)?;
+        finite("q", &self.linear)?;
+        finite("A", &self.matrix.nzval)?;
+        finite("b", &self.bound)?;
+        // The solver cuts larger entries of `b` off without a word.
+        first_bad("b", &self.bound, |value| value.abs() < clarabel::get_infinity())
+    }
+
     /// Judges a dual direction from the data, not from the solver's word.
     fn certificate(&self, z: Vec<f64>, work: Work) -> Certificate {
         let inside = self.cones.iter().try_fold(0usize, |row, cone| {
@@ -472,22 +461,21 @@ impl Convexity {
     const SHIFT: f64 = 1e-10;
 
     fn new(quadratic: &Sparse) -> Result<Self, ConeError> {
-        let n = quadratic.columns();
+        let n = quadratic.n;
         let mut entries: Vec<_> = quadratic.entries().collect();
         entries.extend((0..n).map(|index| (index, index, 0.0)));
-        let shifted = Sparse::from_triplets(n, n, &entries);
+        let shifted = Sparse::of_entries(n, n, &entries);
         let slot = |row, column| shifted.slot(row, column).expect("in the pattern by construction");
         let slots = quadratic.entries().map(|(row, column, _)| slot(row, column)).collect();
         let diagonal = (0..n).map(|index| slot(index, index)).collect();
         let on_diagonal = (0..n).map(|index| quadratic.slot(index, index)).collect();
         let mut convexity = Self { factor: None, slots, diagonal, on_diagonal };
-        if !quadratic.values.is_empty() {
+        if !quadratic.nzval.is_empty() {
             let settings =
                 QDLDLSettings { regularize_enable: false, logical: true, ..QDLDLSettings::default() };
-            let factor = QDLDLFactorisation::new(&csc(&shifted), Some(settings))
-                .map_err(|error| ConeError::Solver(error.to_string()))?;
+            let factor = QDLDLFactorisation::new(&shifted, Some(settings)).map_err(solver_error)?;
             convexity.factor = Some(factor);
-            convexity.check(&quadratic.values)?;
+            convexity.check(&quadratic.nzval)?;
         }
         Ok(convexity)
     }
@@ -508,29 +496,19 @@ impl Convexity {
     }
 }
 
-fn csc(matrix: &Sparse) -> CscMatrix<f64> {
-    let (start, row, values) = (matrix.start.clone(), matrix.row.clone(), matrix.values.clone());
-    CscMatrix { m: matrix.rows(), n: matrix.columns(), colptr: start, rowval: row, nzval: values }
+fn finite(part: &'static str, values: &[f64]) -> Result<(), ConeError> {
+    first_bad(part, values, f64::is_finite)
 }
 
-fn finite(part: &'static str, values: &[f64]) -> Result<(), ConeError> {
-    match values.iter().position(|value| !value.is_finite()) {
+fn first_bad(part: &'static str, values: &[f64], good: impl Fn(f64) -> bool) -> Result<(), ConeError> {
+    match values.iter().position(|value| !good(*value)) {
         Some(index) => Err(ConeError::Value { part, index, value: values[index] }),
         None => Ok(()),
     }
 }
 
-/// The solver cuts larger entries of `b` off without a word.
-fn below_infinity(values: &[f64]) -> Result<(), ConeError> {
-    finite("b", values)?;
-    match values.iter().position(|value| value.abs() >= clarabel::get_infinity()) {
-        Some(index) => Err(ConeError::Value { part: "b", index, value: values[index] }),
-        None => Ok(()),
-    }
-}
-
-fn same_length(new: &[f64], old: &[f64]) -> Result<(), ConeError> {
-    if new.len() == old.len() { Ok(()) } else { Err(ConeError::Shape("an update keeps pattern and length")) }
+fn solver_error(error: impl std::fmt::Display) -> ConeError {
+    ConeError::Solver(error.to_string())
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -12,6 +12,7 @@
 
 use super::relaxation::MomentProgram;
 use crate::optimize::convex::cone::Cone;
+use crate::optimize::convex::sparse::SparseParts;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// A proved bound and what it lost to the residuals of its dual vector.
@@ -124,16 +125,16 @@ pub(crate) fn rank_one_defect(matrix: &DMatrix<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::sparse::Sparse;
     use crate::optimize::convex::cone::Program;
+    use crate::optimize::convex::sparse::Sparse;
 
     /// Minimise `2 − y` over the one moment `0 ≤ y ≤ 1`, of which the cone states `s = y`: the minimum is 1.
     fn one_moment(cone: Cone) -> MomentProgram {
         MomentProgram {
             program: Program {
-                quadratic: Sparse::zeros(1, 1),
+                quadratic: Sparse::zeros((1, 1)),
                 linear: vec![-1.0],
-                matrix: Sparse::from_triplets(1, 1, &[(0, 0, -1.0)]),
+                matrix: Sparse::of_entries(1, 1, &[(0, 0, -1.0)]),
                 bound: vec![0.0],
                 cones: vec![cone],
             },

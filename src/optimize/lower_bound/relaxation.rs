@@ -17,8 +17,8 @@
 use super::Relaxation;
 use super::chain::Chain;
 use super::polynomial::{Monomial, Polynomial};
-use crate::numerics::sparse::Sparse;
 use crate::optimize::convex::cone::{Cone, Program};
+use crate::optimize::convex::sparse::{Sparse, SparseParts};
 use std::collections::BTreeMap;
 
 /// The program `minimise offset + qᵀ y`, and what the certificate must know of it.
@@ -170,9 +170,9 @@ pub(crate) fn build(chain: &Chain, relaxation: Relaxation) -> Option<MomentProgr
     }
     Some(MomentProgram {
         program: Program {
-            quadratic: Sparse::zeros(count, count),
+            quadratic: Sparse::zeros((count, count)),
             linear: q,
-            matrix: Sparse::from_triplets(rows.bound.len(), count, &rows.entries),
+            matrix: Sparse::of_entries(rows.bound.len(), count, &rows.entries),
             bound: rows.bound,
             cones,
         },

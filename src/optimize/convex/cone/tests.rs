@@ -12,9 +12,9 @@ fn program(
     cones: &[Cone],
 ) -> Program {
     Program {
-        quadratic: Sparse::from_triplets(n, n, p),
+        quadratic: Sparse::of_entries(n, n, p),
         linear: q.to_vec(),
-        matrix: Sparse::from_triplets(b.len(), n, rows),
+        matrix: Sparse::of_entries(b.len(), n, rows),
         bound: b.to_vec(),
         cones: cones.to_vec(),
     }
@@ -99,12 +99,12 @@ fn a_semidefinite_cone_is_packed_by_columns_with_root_two() {
 fn no_number_that_is_not_finite_reaches_the_solver() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let spoil: [fn(&mut Program, f64); 4] = [
-            |program, bad| program.quadratic.values[0] = bad,
+            |program, bad| program.quadratic.nzval[0] = bad,
             |program, bad| program.linear[0] = bad,
-            |program, bad| program.matrix.values[0] = bad,
+            |program, bad| program.matrix.nzval[0] = bad,
             |program, bad| program.bound[0] = bad,
         ];
-        for (spoil, part) in spoil.into_iter().zip(["P", "q", "A", "b"]) {
+        for (spoil, part) in spoil.iter().zip(["P", "q", "A", "b"]) {
             let mut program = pinned(3.0);
             spoil(&mut program, bad);
             match refused(program) {
@@ -113,10 +113,11 @@ fn no_number_that_is_not_finite_reaches_the_solver() {
             }
         }
         let mut solver = new(pinned(3.0));
-        assert!(solver.update_quadratic(&[bad]).is_err());
-        assert!(solver.update_linear(&[bad]).is_err());
-        assert!(solver.update_matrix(&[bad]).is_err());
-        assert!(solver.update_bound(&[bad]).is_err());
+        for spoil in spoil {
+            let mut program = pinned(3.0);
+            spoil(&mut program, bad);
+            assert!(matches!(solver.update(program), Err(ConeError::Value { index: 0, .. })));
+        }
         // And what stood before still stands.
         close(solved(&mut solver).x[0], 3.0);
     }
@@ -154,19 +155,24 @@ fn a_cost_that_is_not_convex_is_refused() {
     for scale in [1e-12, 1.0, 1e9] {
         let flat = [(0, 0, scale), (0, 1, -scale), (1, 1, scale)];
         let mut solver = new(program(2, &flat, &[0.0; 2], &rows, &[1.0; 2], &cones));
-        assert_eq!(solver.update_quadratic(&[scale, -1.1 * scale, scale]), Err(ConeError::NotConvex));
-        solver.update_quadratic(&[scale, 0.5 * scale, scale]).unwrap();
+        let mut update = |values: [f64; 3]| {
+            let mut program = solver.program().clone();
+            program.quadratic.nzval = values.to_vec();
+            solver.update(program)
+        };
+        assert_eq!(update([scale, -1.1 * scale, scale]), Err(ConeError::NotConvex));
+        update([scale, 0.5 * scale, scale]).unwrap();
     }
 }
 
 #[test]
 fn a_pattern_that_leaves_the_matrix_is_refused() {
     let mut outside = pinned(3.0);
-    outside.matrix.row[0] = 5;
+    outside.matrix.rowval[0] = 5;
     assert!(matches!(refused(outside), ConeError::Solver(_)));
     let mut unsorted =
         program(1, &[(0, 0, 1.0)], &[0.0], &[(0, 0, 1.0), (1, 0, 1.0)], &[3.0, 4.0], &[Cone::Nonnegative(2)]);
-    unsorted.matrix.row.swap(0, 1);
+    unsorted.matrix.rowval.swap(0, 1);
     assert!(matches!(refused(unsorted), ConeError::Solver(_)));
     let lower = program(2, &[(1, 0, 1.0)], &[0.0; 2], &[(0, 0, 1.0)], &[1.0], &[Cone::Zero(1)]);
     assert!(matches!(refused(lower), ConeError::Shape(_)));
@@ -188,9 +194,11 @@ fn sizes_that_disagree_are_refused() {
         assert!(matches!(refused(program), ConeError::Shape(_)));
     }
     let mut solver = new(pinned(3.0));
-    assert!(matches!(solver.update_bound(&[1.0, 2.0]), Err(ConeError::Shape(_))));
     // An empty update would be taken for "leave as is".
-    assert!(matches!(solver.update_bound(&[]), Err(ConeError::Shape(_))));
+    for bound in [vec![1.0, 2.0], vec![]] {
+        let update = Program { bound, ..pinned(3.0) };
+        assert!(matches!(solver.update(update), Err(ConeError::Shape(_))));
+    }
 }
 
 #[test]
@@ -206,13 +214,13 @@ fn an_updated_program_is_solved_as_a_new_one() {
     let cones = [Cone::Zero(1), Cone::Nonnegative(2)];
     let mut solver = new(program(2, &p, &[0.0, -1.0], &rows, &[1.0, 5.0, 5.0], &cones));
     solved(&mut solver);
-    // The explicit zeros of the first data become entries. The values stand column by column.
-    solver.update_quadratic(&[2.0, 0.5, 1.5]).unwrap();
-    solver.update_linear(&[0.3, -2.0]).unwrap();
-    solver.update_matrix(&[1.0, 1.0, 2.0, 1.0]).unwrap();
-    solver.update_bound(&[1.5, 4.0, 0.5]).unwrap();
+    // The explicit zeros of the first data become entries.
+    let p = [(0, 0, 2.0), (0, 1, 0.5), (1, 1, 1.5)];
+    let rows = [(0, 0, 1.0), (0, 1, 2.0), (1, 0, 1.0), (2, 1, 1.0)];
+    let other = program(2, &p, &[0.3, -2.0], &rows, &[1.5, 4.0, 0.5], &cones);
+    solver.update(other.clone()).unwrap();
     let updated = solved(&mut solver);
-    let fresh = solved(&mut new(solver.program().clone()));
+    let fresh = solved(&mut new(other));
     for (updated, fresh) in updated.x.iter().chain(&updated.z).zip(fresh.x.iter().chain(&fresh.z)) {
         assert!((updated - fresh).abs() < 1e-7, "{updated} {fresh}");
     }
@@ -231,7 +239,7 @@ fn what_contradicts_itself_comes_with_a_certificate() {
         other => panic!("{other:?}"),
     }
     // The solver recovers with the next good data.
-    solver.update_bound(&[1.0, 2.0]).unwrap();
+    solver.update(Program { bound: vec![1.0, 2.0], ..solver.program().clone() }).unwrap();
     close(solved(&mut solver).x[0], 0.0);
 }
 

@@ -18,8 +18,8 @@ use super::curvature::Multipliers;
 use super::iterate::{Evaluated, Iterate};
 use super::model::Model;
 use super::rows::{Rows, Value};
-use crate::numerics::sparse::Sparse;
 use crate::optimize::convex::cone::{Answer, Cone, ConeError, ConeSettings, ConeSolver, Program, Reason};
+use crate::optimize::convex::sparse::{Sparse, SparseParts};
 use nalgebra::{DMatrix, DVector};
 
 /// Weights and trust radius of a subproblem.
@@ -209,17 +209,8 @@ impl<'a> Subproblem<'a> {
     }
 
     fn answer(&mut self, program: Program) -> Result<Answer, ConeError> {
-        let fits = |solver: &ConeSolver| {
-            let old = solver.program();
-            old.matrix.same_pattern(&program.matrix) && old.quadratic.same_pattern(&program.quadratic)
-        };
         match &mut self.solver {
-            Some(solver) if fits(solver) => {
-                solver.update_quadratic(&program.quadratic.values)?;
-                solver.update_linear(&program.linear)?;
-                solver.update_matrix(&program.matrix.values)?;
-                solver.update_bound(&program.bound)?;
-            }
+            Some(solver) if solver.fits(&program) => solver.update(program)?,
             _ => {
                 let settings = ConeSettings { tolerance: self.tolerance, ..ConeSettings::default() };
                 self.solver = Some(ConeSolver::new(program, &settings)?);
@@ -282,9 +273,9 @@ impl<'a> Subproblem<'a> {
         self.write_balls(layout, evaluated, weights.radius, &mut writer, &mut places, &mut cones);
         let rows = writer.bound.len();
         let program = Program {
-            quadratic: Sparse::from_triplets(layout.count, layout.count, &quadratic),
+            quadratic: Sparse::of_entries(layout.count, layout.count, &quadratic),
             linear,
-            matrix: Sparse::from_triplets(rows, layout.count, &writer.entries),
+            matrix: Sparse::of_entries(rows, layout.count, &writer.entries),
             bound: writer.bound,
             cones,
         };

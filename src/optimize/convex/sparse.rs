@@ -1,0 +1,88 @@
+//! Sparse matrices with a fixed pattern, whose values change in place: those of the cone solver, with the products
+//! that it keeps to itself.
+//!
+//! `CscMatrix::new_from_triplets` sums duplicates in the order given and keeps explicit zeros, and so does the solver
+//! where `input_sparse_dropzeros` is off: an entry that is zero today has its place in the pattern tomorrow.
+
+/// A matrix in compressed sparse columns: sorted rows, no duplicates.
+pub(crate) type Sparse = clarabel::algebra::CscMatrix<f64>;
+
+/// What [`Sparse`] lacks in public.
+pub(crate) trait SparseParts {
+    /// The sum of `entries` = (row, column, value).
+    fn of_entries(rows: usize, columns: usize, entries: &[(usize, usize, f64)]) -> Self;
+    /// The entries as (row, column, value), column by column.
+    fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_;
+    /// Index into the values of the entry (row, column); `None` outside the pattern.
+    fn slot(&self, row: usize, column: usize) -> Option<usize>;
+
+    /// `out += A x`.
+    fn add_product(&self, x: &[f64], out: &mut [f64]) {
+        self.entries().for_each(|(row, column, value)| out[row] += value * x[column]);
+    }
+
+    /// `out += Aᵀ z`.
+    fn add_transposed_product(&self, z: &[f64], out: &mut [f64]) {
+        self.entries().for_each(|(row, column, value)| out[column] += value * z[row]);
+    }
+
+    /// `out += P x` of the symmetric matrix of which this is the upper triangle.
+    fn add_symmetric_product(&self, x: &[f64], out: &mut [f64]) {
+        for (row, column, value) in self.entries() {
+            out[row] += value * x[column];
+            if row != column {
+                out[column] += value * x[row];
+            }
+        }
+    }
+}
+
+impl SparseParts for Sparse {
+    fn of_entries(rows: usize, columns: usize, entries: &[(usize, usize, f64)]) -> Self {
+        let row = entries.iter().map(|entry| entry.0).collect();
+        let column = entries.iter().map(|entry| entry.1).collect();
+        Self::new_from_triplets(rows, columns, row, column, entries.iter().map(|entry| entry.2).collect())
+    }
+
+    fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
+        let of_column = move |column: usize| self.colptr[column]..self.colptr[column + 1];
+        let entry = move |column: usize| {
+            of_column(column).map(move |slot| (self.rowval[slot], column, self.nzval[slot]))
+        };
+        (0..self.n).flat_map(entry)
+    }
+
+    fn slot(&self, row: usize, column: usize) -> Option<usize> {
+        let range = *self.colptr.get(column)?..*self.colptr.get(column + 1)?;
+        self.rowval[range.clone()].binary_search(&row).ok().map(|offset| range.start + offset)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn triplets_are_sorted_summed_and_zeros_kept() {
+        let matrix = Sparse::of_entries(3, 2, &[(2, 1, 5.0), (0, 0, 1.0), (2, 1, -2.0), (1, 1, 0.0)]);
+        let entries: Vec<_> = matrix.entries().collect();
+        assert_eq!(entries, [(0, 0, 1.0), (1, 1, 0.0), (2, 1, 3.0)]);
+        assert_eq!(matrix.slot(1, 1), Some(1));
+        assert_eq!(matrix.slot(1, 0), None);
+        assert_eq!(matrix.slot(0, 7), None);
+    }
+
+    #[test]
+    fn products_are_those_of_the_dense_matrix() {
+        let matrix = Sparse::of_entries(2, 3, &[(0, 0, 1.0), (1, 0, 2.0), (1, 2, -3.0)]);
+        let (mut forward, mut backward) = ([0.0; 2], [1.0; 3]);
+        matrix.add_product(&[1.0, 10.0, 100.0], &mut forward);
+        matrix.add_transposed_product(&[1.0, 10.0], &mut backward);
+        assert_eq!(forward, [1.0, -298.0]);
+        assert_eq!(backward, [22.0, 1.0, -29.0]);
+        let upper = Sparse::of_entries(2, 2, &[(0, 0, 2.0), (0, 1, 3.0), (1, 1, 5.0)]);
+        let mut product = [0.0; 2];
+        upper.add_symmetric_product(&[1.0, 10.0], &mut product);
+        assert_eq!(product, [32.0, 53.0]);
+    }
+}
