@@ -1,6 +1,7 @@
 //! The maneuver: what is asked, how to solve it, what came out, and what can be proved impossible.
 
 pub mod constraint;
+pub mod grid;
 pub mod infeasible;
 pub mod problem;
 pub mod settings;

@@ -2,7 +2,10 @@
 
 mod check;
 
+pub use crate::maneuver::grid::Scheme;
+
 use crate::maneuver::constraint::{Constraint, ConstraintError};
+use crate::maneuver::grid::Grid;
 use crate::mechanics::actuators::{Actuation, AxisFrame, Channel};
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::{Environment, Free};
@@ -42,41 +45,6 @@ pub enum Motion {
     Attitude,
     /// Position and attitude, SE(3), tangent dimension 12.
     RigidBody,
-}
-
-/// The discretisation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scheme {
-    /// Lie–Euler (4.5–4.7), first order, input `u_{k+1}` at the end of step k.
-    LieEuler,
-    /// Its conjugate by half kicks at both ends, trapezoidal cost: second order.
-    LieVerlet,
-}
-
-impl Scheme {
-    /// Order of convergence.
-    pub fn order(self) -> u32 {
-        match self {
-            Self::LieEuler => 1,
-            Self::LieVerlet => 2,
-        }
-    }
-
-    /// Its name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::LieEuler => "lie_euler",
-            Self::LieVerlet => "lie_verlet",
-        }
-    }
-
-    /// Number of rows of inputs and costates that `steps` steps have.
-    pub fn input_rows(self, steps: usize) -> usize {
-        match self {
-            Self::LieEuler => steps,
-            Self::LieVerlet => steps + 1,
-        }
-    }
 }
 
 /// Which way round.
@@ -260,6 +228,11 @@ impl Problem {
     /// Whether anything limits inputs, rates or pointing.
     pub fn is_constrained(&self) -> bool {
         !self.constraints.is_empty() || self.actuation.is_limited()
+    }
+
+    /// The time grid \[s\]: steps of equal length.
+    pub fn grid(&self) -> Grid {
+        Grid::uniform(self.scheme, self.duration, self.steps)
     }
 
     /// Step `h = T/N` \[s\].

@@ -1,0 +1,287 @@
+//! The time grid of a discrete maneuver: its nodes, the length of each step, and the weights of its kicks.
+//!
+//! ```text
+//! t_0 = 0 ,   t_{k+1} = t_k + h_k ,   t_N = T ,      h_k = T f_k ,   Σ f_k = 1
+//! ```
+//!
+//! A step drifts over `h_k`; at each node the momenta are kicked, and a kick has a weight:
+//!
+//! ```text
+//! Lie–Euler    κ_0 = 0 ,      κ_k = h_{k−1}
+//! Lie–Verlet   κ_0 = h_0/2 ,  κ_k = (h_{k−1} + h_k)/2 ,  κ_N = h_{N−1}/2
+//! ```
+//!
+//! The cost is the same sum over the kicks, `Σ κ_k ½ u_kᵀWu_k`. Lie–Verlet is a chain of symmetric steps of half
+//! a kick, a drift and half a kick, so it keeps its second order whatever the lengths.
+
+use std::sync::Arc;
+use thiserror::Error;
+
+/// The discretisation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scheme {
+    /// Lie–Euler (4.5–4.7), first order, input `u_{k+1}` at the end of step k.
+    LieEuler,
+    /// Its conjugate by half kicks at both ends, trapezoidal cost: second order.
+    LieVerlet,
+}
+
+impl Scheme {
+    /// Order of convergence.
+    pub fn order(self) -> u32 {
+        match self {
+            Self::LieEuler => 1,
+            Self::LieVerlet => 2,
+        }
+    }
+
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::LieEuler => "lie_euler",
+            Self::LieVerlet => "lie_verlet",
+        }
+    }
+
+    /// Number of rows of inputs and costates that `steps` steps have.
+    pub fn input_rows(self, steps: usize) -> usize {
+        steps + 1 - self.first_input()
+    }
+
+    /// The first node that has inputs.
+    pub fn first_input(self) -> usize {
+        match self {
+            Self::LieEuler => 1,
+            Self::LieVerlet => 0,
+        }
+    }
+}
+
+/// The time grid of a maneuver, in seconds or in the solvers' unit of time.
+///
+/// The duration is a number of the grid and no unit: a step is `duration × fraction`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grid {
+    scheme: Scheme,
+    duration: f64,
+    steps: usize,
+    lengths: Lengths,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Lengths {
+    /// All steps have this length.
+    Equal(f64),
+    /// Each its own.
+    Own(Arc<Fractions>),
+}
+
+/// Steps and nodes as fractions of the duration.
+#[derive(Debug, PartialEq)]
+struct Fractions {
+    /// `f_k`, N.
+    steps: Vec<f64>,
+    /// `t_k/T`, N+1.
+    nodes: Vec<f64>,
+}
+
+/// Why lengths do not make a grid.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum GridError {
+    /// There is no step.
+    #[error("a grid needs at least one step")]
+    Empty,
+    /// A length is not positive and finite.
+    #[error("step {index} of the grid has the length {length}: it must be positive and finite")]
+    Length {
+        /// Which step, from 0.
+        index: usize,
+        /// Its length.
+        length: f64,
+    },
+}
+
+impl Grid {
+    /// `steps` steps of equal length, at least one, over `duration`.
+    pub fn uniform(scheme: Scheme, duration: f64, steps: usize) -> Self {
+        Self { scheme, duration, steps, lengths: Lengths::Equal(duration / steps as f64) }
+    }
+
+    /// Steps of the given lengths, whose sum is the duration.
+    ///
+    /// # Errors
+    /// A [`GridError`] when there is no length, or one that is not positive and finite.
+    pub fn of_lengths(scheme: Scheme, lengths: &[f64]) -> Result<Self, GridError> {
+        if lengths.is_empty() {
+            return Err(GridError::Empty);
+        }
+        let usable = |length: f64| length > 0.0 && length.is_finite();
+        if let Some((index, length)) = lengths.iter().enumerate().find(|(_, length)| !usable(**length)) {
+            return Err(GridError::Length { index, length: *length });
+        }
+        let duration: f64 = lengths.iter().sum();
+        let steps: Vec<f64> = lengths.iter().map(|length| length / duration).collect();
+        let mut nodes = Vec::with_capacity(steps.len() + 1);
+        let mut node = 0.0;
+        for fraction in &steps {
+            nodes.push(node);
+            node += fraction;
+        }
+        nodes.push(1.0);
+        let count = steps.len();
+        let lengths = Lengths::Own(Arc::new(Fractions { steps, nodes }));
+        Ok(Self { scheme, duration, steps: count, lengths })
+    }
+
+    /// The same grid, stretched to another duration.
+    pub fn with_duration(&self, duration: f64) -> Self {
+        let lengths = match &self.lengths {
+            Lengths::Equal(_) => Lengths::Equal(duration / self.steps as f64),
+            Lengths::Own(fractions) => Lengths::Own(fractions.clone()),
+        };
+        Self { duration, lengths, ..*self }
+    }
+
+    /// The discretisation.
+    pub fn scheme(&self) -> Scheme {
+        self.scheme
+    }
+
+    /// Whether half kicks open and close the maneuver: Lie–Verlet.
+    pub fn has_half_kicks(&self) -> bool {
+        self.scheme == Scheme::LieVerlet
+    }
+
+    /// Duration `T`.
+    pub fn duration(&self) -> f64 {
+        self.duration
+    }
+
+    /// Number of steps `N`.
+    pub fn steps(&self) -> usize {
+        self.steps
+    }
+
+    /// Number of different steps: 1 where all have the same length.
+    pub(crate) fn different_steps(&self) -> usize {
+        match &self.lengths {
+            Lengths::Equal(_) => 1,
+            Lengths::Own(_) => self.steps,
+        }
+    }
+
+    /// Length `h_k` of step k, from node k to node k+1.
+    #[inline(always)]
+    pub fn step(&self, step: usize) -> f64 {
+        match &self.lengths {
+            Lengths::Equal(length) => *length,
+            Lengths::Own(fractions) => self.duration * fractions.steps[step],
+        }
+    }
+
+    /// Time of node k, from 0 to exactly the duration.
+    pub fn time(&self, node: usize) -> f64 {
+        if node == self.steps { self.duration } else { self.after(node) }
+    }
+
+    /// Time after `steps` steps as their sum gives it: after all of them it may miss the duration by an ulp.
+    pub fn after(&self, steps: usize) -> f64 {
+        match &self.lengths {
+            Lengths::Equal(length) => steps as f64 * length,
+            Lengths::Own(fractions) => self.duration * fractions.nodes[steps],
+        }
+    }
+
+    /// Number of rows of inputs and costates.
+    pub fn input_rows(&self) -> usize {
+        self.scheme.input_rows(self.steps)
+    }
+
+    /// The first node that has inputs: 1 for Lie–Euler, 0 for Lie–Verlet.
+    pub fn first_input(&self) -> usize {
+        self.scheme.first_input()
+    }
+
+    /// Weight `κ_k` of the kick at node k.
+    pub fn kick(&self, node: usize) -> f64 {
+        if node > 0 && node < self.steps {
+            return self.full_kick(node);
+        }
+        match self.scheme {
+            Scheme::LieEuler if node == 0 => 0.0,
+            Scheme::LieEuler => self.full_kick(node),
+            Scheme::LieVerlet => 0.5 * self.full_kick(node),
+        }
+    }
+
+    /// Weight of the kick at node k as if the grid went on beyond its ends, by steps as long as the outermost.
+    #[inline(always)]
+    pub fn full_kick(&self, node: usize) -> f64 {
+        match &self.lengths {
+            Lengths::Equal(length) => *length,
+            Lengths::Own(_) => self.own_full_kick(node),
+        }
+    }
+
+    #[inline(never)]
+    fn own_full_kick(&self, node: usize) -> f64 {
+        let before = self.step(node.saturating_sub(1));
+        match self.scheme {
+            Scheme::LieEuler => before,
+            Scheme::LieVerlet => 0.5 * (before + self.step(node.min(self.steps - 1))),
+        }
+    }
+
+    /// How much of the kick at node k the momenta after a full kick are ahead of the physical ones.
+    pub fn ahead(&self, node: usize) -> f64 {
+        match self.scheme {
+            Scheme::LieEuler => 0.0,
+            Scheme::LieVerlet => 0.5 * self.step(node.min(self.steps - 1)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LENGTHS: [f64; 4] = [0.5, 1.0, 0.25, 0.75];
+
+    #[test]
+    fn kicks_share_the_duration_among_the_nodes() {
+        for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {
+            let own = Grid::of_lengths(scheme, &LENGTHS).unwrap();
+            for grid in [own.with_duration(3.0), Grid::uniform(scheme, 3.0, 7)] {
+                let sum: f64 = (0..=grid.steps()).map(|node| grid.kick(node)).sum();
+                assert!((sum - 3.0).abs() < 1e-15 * 3.0, "{grid:?}");
+                assert_eq!(grid.time(grid.steps()), 3.0);
+                let rows = (0..=grid.steps()).filter(|node| grid.kick(*node) > 0.0).count();
+                assert_eq!(rows, grid.input_rows());
+                assert!(grid.kick(grid.first_input()) > 0.0);
+            }
+        }
+    }
+
+    #[test]
+    fn weights_are_those_of_the_theory() {
+        let euler = Grid::of_lengths(Scheme::LieEuler, &LENGTHS).unwrap();
+        let verlet = Grid::of_lengths(Scheme::LieVerlet, &LENGTHS).unwrap();
+        let weights = |grid: &Grid| (0..=4).map(|node| grid.kick(node)).collect::<Vec<_>>();
+        assert_eq!(weights(&euler), [0.0, 0.5, 1.0, 0.25, 0.75]);
+        assert_eq!(weights(&verlet), [0.25, 0.75, 0.625, 0.5, 0.375]);
+        assert_eq!((0..=4).map(|node| verlet.time(node)).collect::<Vec<_>>(), [0.0, 0.5, 1.5, 1.75, 2.5]);
+        // The momenta between two kicks are physical after the first half of each.
+        for node in 1..4 {
+            assert_eq!(verlet.full_kick(node) - verlet.ahead(node), 0.5 * verlet.step(node - 1));
+        }
+    }
+
+    #[test]
+    fn lengths_that_make_no_grid_are_refused() {
+        let refused = |lengths: &[f64]| Grid::of_lengths(Scheme::LieVerlet, lengths).unwrap_err();
+        assert_eq!(refused(&[]), GridError::Empty);
+        assert_eq!(refused(&[1.0, 0.0]), GridError::Length { index: 1, length: 0.0 });
+        assert!(matches!(refused(&[f64::NAN]), GridError::Length { index: 0, .. }));
+        assert!(matches!(refused(&[1.0, f64::INFINITY]), GridError::Length { index: 1, .. }));
+    }
+}
