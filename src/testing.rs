@@ -1,5 +1,6 @@
 //! What the unit tests share: reference files and random numbers.
 
+use crate::maneuver::grid::{Grid, Scheme};
 use crate::maneuver::problem::{Problem, State};
 use crate::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits};
 use crate::mechanics::body::{Body, Inertia};
@@ -100,6 +101,14 @@ pub fn attitude_only(mut problem: Problem) -> Problem {
 /// Components uniform in [−1, 1).
 pub fn random_vector<const N: usize>(random: &mut Random) -> SVector<f64, N> {
     SVector::from_fn(|_, _| random.uniform())
+}
+
+/// A grid of the unit of time whose steps change smoothly, the longest five times the shortest.
+pub fn graded(scheme: Scheme, steps: usize) -> Grid {
+    let middle = |step: usize| (step as f64 + 0.5) / steps as f64;
+    let length = |step: usize| 1.2 + (5.0 * middle(step)).sin() * 0.8;
+    let lengths: Vec<f64> = (0..steps).map(length).collect();
+    Grid::of_lengths(scheme, &lengths).unwrap().with_duration(1.0)
 }
 
 /// The same maneuver with limits that are `part` of what the extremal from `costate` would demand: on the

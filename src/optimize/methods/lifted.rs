@@ -17,7 +17,6 @@
 //! It never forms Ψ₁₂ and stays well conditioned where single shooting fails: unstable dynamics.
 
 use crate::lie;
-use crate::maneuver::problem::Scheme;
 use crate::maneuver::solution::Outcome;
 use crate::numerics::compensated::Sum;
 use crate::numerics::factor::Factor;
@@ -75,7 +74,8 @@ impl<'a, const N: usize> Lifted<'a, N> {
     fn direction(&self) -> Option<NewtonDirection<N>> {
         let Residuals { d, c, e, linear, q_start, q_end, gradient_end, .. } = &self.residuals;
         let steps = linear.len();
-        let verlet = self.bvp.dynamics.scheme == Scheme::LieVerlet;
+        let grid = &self.bvp.dynamics.grid;
+        let verlet = grid.has_half_kicks();
         let identity = SMatrix::<f64, N, N>::identity();
         let mut gramian = if verlet { q_start * -0.5 } else { SMatrix::zeros() };
         let mut offset = SVector::<f64, N>::zeros();
@@ -97,7 +97,7 @@ impl<'a, const N: usize> Lifted<'a, N> {
         }
         // Lie–Verlet ends half a kick before the last node: K₋ = I − (h/2) K_pq.
         let (k_minus, half_q) = if verlet {
-            (identity - gradient_end * (0.5 * self.bvp.dynamics.h), q_end * 0.5)
+            (identity - gradient_end * grid.kick(steps), q_end * 0.5)
         } else {
             (identity, SMatrix::zeros())
         };
@@ -146,14 +146,16 @@ struct NewtonDirection<const N: usize> {
 impl<const N: usize> Residuals<N> {
     fn at(bvp: &BoundaryValueProblem<N>, nodes: &Nodes<N>) -> Result<Self, StepError> {
         let dynamics = &bvp.dynamics;
-        let steps = dynamics.steps;
+        let grid = &dynamics.grid;
+        let steps = grid.steps();
         let (mut d, mut c, mut linear) = (Vec::new(), Vec::new(), Vec::new());
         let start = opening_point(bvp, &nodes.costates[0]);
         let start_costate = Costate::from_vector(&nodes.costates[0]);
-        let q_start = dynamics.linear_kick::<N>(&start.pose(), &start_costate).authority::<N>() * dynamics.h;
+        let q_start =
+            dynamics.linear_kick::<N>(&start.pose(), &start_costate).authority::<N>() * grid.full_kick(0);
         for k in 0..steps {
             let from = if k == 0 { &start } else { &nodes.points[k] };
-            let step = dynamics.transition::<N>(from, &nodes.costates[k + 1])?;
+            let step = dynamics.transition::<N>(k, from, &nodes.costates[k + 1])?;
             d.push(difference(&step.end, &nodes.points[k + 1]));
             c.push(nodes.costates[k] - step.costate_before);
             linear.push(step.linear);
@@ -161,7 +163,7 @@ impl<const N: usize> Residuals<N> {
         let last = &nodes.points[steps];
         let costate = Costate::from_vector(&nodes.costates[steps]);
         let kick = dynamics.linear_kick::<N>(&last.pose(), &costate);
-        let (q_end, gradient_end) = (kick.authority::<N>() * dynamics.h, kick.gradient::<N>());
+        let (q_end, gradient_end) = (kick.authority::<N>() * grid.full_kick(steps), kick.gradient::<N>());
         let end = closing_point::<N>(dynamics, last, &costate);
         let e = bvp.terminal_error(&end);
         let all = || d.iter().chain(&c).chain(std::iter::once(&e));
@@ -177,10 +179,10 @@ impl<const N: usize> Residuals<N> {
 /// The first state of the integrator: half a kick after the boundary state for Lie–Verlet.
 fn opening_point<const N: usize>(bvp: &BoundaryValueProblem<N>, costate: &SVector<f64, N>) -> Point {
     let mut point = bvp.start;
-    if bvp.dynamics.scheme == Scheme::LieVerlet {
+    if bvp.dynamics.grid.has_half_kicks() {
         let mut costate = Costate::from_vector(costate);
         let kick = bvp.dynamics.kick::<N>(&point.pose(), &costate);
-        kick.apply::<N>(&mut point, &mut costate, 0.5 * bvp.dynamics.h, 0.0);
+        kick.apply::<N>(&mut point, &mut costate, bvp.dynamics.grid.kick(0), 0.0);
     }
     point
 }
@@ -188,9 +190,9 @@ fn opening_point<const N: usize>(bvp: &BoundaryValueProblem<N>, costate: &SVecto
 /// The physical last state: half a kick before the integrator's for Lie–Verlet.
 fn closing_point<const N: usize>(dynamics: &Dynamics, last: &Point, costate: &Costate) -> Point {
     let (mut point, mut costate) = (*last, *costate);
-    if dynamics.scheme == Scheme::LieVerlet {
+    if dynamics.grid.has_half_kicks() {
         let kick = dynamics.kick::<N>(&point.pose(), &costate);
-        kick.apply::<N>(&mut point, &mut costate, -0.5 * dynamics.h, 0.0);
+        kick.apply::<N>(&mut point, &mut costate, -dynamics.grid.kick(dynamics.grid.steps()), 0.0);
     }
     point
 }

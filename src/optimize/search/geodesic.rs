@@ -46,7 +46,7 @@ fn along<const N: usize>(
 ) -> Result<Nodes<N>, StepError> {
     let dynamics = &bvp.dynamics;
     let (start, target) = (&bvp.start, &bvp.target);
-    let (steps, h) = (dynamics.steps, dynamics.h);
+    let grid = &dynamics.grid;
     let frame = dynamics.frame_rate();
     let rate =
         |point: &Point| dynamics.j_inverse * point.momentum.value - point.attitude.value.tr_mul(&frame);
@@ -54,9 +54,9 @@ fn along<const N: usize>(
     let away = (rotation.norm() - TAU).abs() > 0.5;
     let end_slope = if away { lie::right_jacobian_inverse(rotation) * rate(target) } else { rate(target) };
     let zero = Vector3::zeros();
-    let mut points = Vec::with_capacity(steps + 1);
-    for index in 0..=steps {
-        let t = index as f64 * h;
+    let mut points = Vec::with_capacity(grid.steps() + 1);
+    for index in 0..=grid.steps() {
+        let t = grid.after(index);
         let (mut a, mut slope) = cubic(t, &zero, &rate(start), rotation, &end_slope);
         // sin² leaves both ends and their rates as they are.
         a += bump * (PI * t).sin().powi(2);
@@ -87,14 +87,16 @@ fn inverse_dynamics<const N: usize>(
     points: &[Point],
 ) -> Result<Vec<SVector<f64, N>>, StepError> {
     let dynamics = &bvp.dynamics;
-    let h = dynamics.h;
+    let grid = &dynamics.grid;
     let inverse = dynamics.inverse_authority();
     let duals: Vec<(Vector3, Vector3)> = points
         .windows(2)
-        .map(|pair| {
+        .enumerate()
+        .map(|(step, pair)| {
+            let h = grid.full_kick(step + 1);
             let mut drifted = pair[0];
             // Π' of the free step is FᵀΠ with the path's own relative attitude.
-            let f = pair[0].attitude.value.tr_mul(&dynamics.unturned(&pair[1].attitude.value));
+            let f = pair[0].attitude.value.tr_mul(&dynamics.unturned(step, &pair[1].attitude.value));
             drifted.momentum = Sum::new(f.tr_mul(&pair[0].momentum.value));
             drifted.attitude = pair[1].attitude;
             drifted.position = pair[1].position;
@@ -112,7 +114,7 @@ fn inverse_dynamics<const N: usize>(
         let here = index.saturating_sub(1).min(duals.len() - 1);
         let next = (here + 1).min(duals.len() - 1);
         let before = if next == here { here.saturating_sub(1) } else { here };
-        let span = (next - before).max(1) as f64 * h;
+        let span = grid.between((before + 1).min(next), next + 1);
         let (gamma, pi) = duals[here];
         let gamma_slope = (duals[next].0 - duals[before].0) / span;
         let pi_slope = (duals[next].1 - duals[before].1) / span;

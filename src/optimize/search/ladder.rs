@@ -204,7 +204,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
             Scheme::LieEuler => self
                 .fine
                 .dynamics
-                .transition::<N>(&self.fine.start, &scaled)
+                .transition::<N>(0, &self.fine.start, &scaled)
                 .map(|transition| transition.costate_before),
         };
         let tolerance = self.context.settings.tolerance;
@@ -227,8 +227,8 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         let starts = match starts {
             Ok(starts) => starts,
             Err(error) => {
-                self.context.enter(Rung::Newton, "ballistic", self.coarse.dynamics.steps);
-                self.context.note(self.coarse.dynamics.steps, &failed(outcome_of(error)));
+                self.context.enter(Rung::Newton, "ballistic", self.coarse.dynamics.grid.steps());
+                self.context.note(self.coarse.dynamics.grid.steps(), &failed(outcome_of(error)));
                 return;
             }
         };
@@ -242,7 +242,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
 
     /// Newton shooting on the coarse grid from one start, then to the fine grid.
     fn shoot(&mut self, rung: Rung, start: Start<N>, spent: usize) -> bool {
-        let steps = self.coarse.dynamics.steps;
+        let steps = self.coarse.dynamics.grid.steps();
         self.context.enter(rung, &start.name, steps);
         let settings = self.context.settings;
         let interrupt = || self.context.interrupt();
@@ -302,7 +302,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
 
     fn continuation(&mut self, turns: i32) {
         let name = guess::name_of(turns);
-        let steps = self.coarse.dynamics.steps;
+        let steps = self.coarse.dynamics.grid.steps();
         self.context.enter(Rung::Continuation, &name, steps);
         let (costate, report) = continuation::in_target(&self.coarse, turns, self.context);
         self.context.note(steps, &report);
@@ -315,7 +315,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
     fn lifted(&mut self, turns: i32, bump: &Vector3, stretch: bool) {
         let bent = if bump.amax() > 0.0 { ", bent path" } else { ", smooth path" };
         let name = format!("{}{bent}", guess::name_of(turns));
-        let steps = self.coarse.dynamics.steps;
+        let steps = self.coarse.dynamics.grid.steps();
         self.context.enter(Rung::Lifted, &name, steps);
         let limit = self.context.settings.max_iterations;
         let nodes = geodesic::nodes(&self.coarse, turns, bump);

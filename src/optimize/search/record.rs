@@ -1,7 +1,8 @@
 //! From the sweep's scaled nodes to a trajectory in SI units.
 
 use crate::lie;
-use crate::maneuver::problem::{Motion, Problem, Scheme};
+use crate::maneuver::grid::Grid;
+use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::solution::{ActiveConstraint, Sense, TerminalError, Trajectory};
 use crate::mechanics::actuators::{Actuation, AxisFrame, Channel, LimitKind};
 use crate::optimize::control_law::Law;
@@ -46,6 +47,8 @@ pub(crate) fn record<const N: usize>(
 struct Recorder<'a, const N: usize> {
     problem: &'a Problem,
     bvp: &'a BoundaryValueProblem<N>,
+    /// The grid in SI units.
+    grid: Grid,
     trajectory: Trajectory,
     force_limit: Option<Limit>,
     torque_limit: Option<Limit>,
@@ -82,8 +85,8 @@ impl Limit {
 
 impl<'a, const N: usize> Recorder<'a, N> {
     fn new(problem: &'a Problem, bvp: &'a BoundaryValueProblem<N>) -> Self {
-        let rows = problem.steps + 1;
-        let input_rows = problem.scheme.input_rows(problem.steps);
+        let grid = bvp.dynamics.grid.with_duration(problem.duration);
+        let (rows, input_rows) = (grid.steps() + 1, grid.input_rows());
         let input_count = problem.actuation.count();
         let translation = if problem.motion == Motion::RigidBody { rows } else { 0 };
         let trajectory = Trajectory {
@@ -103,17 +106,16 @@ impl<'a, const N: usize> Recorder<'a, N> {
         let unit = bvp.dynamics.units.cost / bvp.dynamics.units.time;
         let force_limit = Limit::of(problem, force.as_ref(), true, unit);
         let torque_limit = Limit::of(problem, Some(torque), false, unit);
-        Self { problem, bvp, trajectory, force_limit, torque_limit }
+        Self { problem, bvp, grid, trajectory, force_limit, torque_limit }
     }
 
     fn push(&mut self, node: &Node) {
-        let Self { problem, bvp, trajectory, force_limit, torque_limit } = self;
+        let Self { problem, bvp, grid, trajectory, force_limit, torque_limit } = self;
         let dynamics = &bvp.dynamics;
         let units = &dynamics.units;
-        let point = node.physical(0.5 * dynamics.h);
+        let point = node.physical();
         let r = &point.attitude.value;
-        let last = node.index == problem.steps;
-        let time = if last { problem.duration } else { node.index as f64 * problem.step() };
+        let time = grid.time(node.index);
         trajectory.time.push(time);
         let quaternion = lie::continued(trajectory.quaternion.last(), lie::quaternion_from_rotation(r));
         trajectory.quaternion.push(quaternion);
@@ -122,7 +124,7 @@ impl<'a, const N: usize> Recorder<'a, N> {
             trajectory.position.push(point.position.value * units.length);
             trajectory.velocity.push(point.linear_momentum.value * (units.length / units.time));
         }
-        if problem.scheme == Scheme::LieEuler && node.index == 0 {
+        if node.index < grid.first_input() {
             return;
         }
         let scale = units.costate::<N>();
@@ -229,14 +231,15 @@ fn lift<const N: usize>(bvp: &BoundaryValueProblem<N>, costate: &SVector<f64, N>
     let mut end = bvp.start;
     let (mut turned, mut rotation) = (0.0, Vector3::zeros());
     bvp.sweep_observed(costate, |node| {
-        let point = node.physical(0.5 * dynamics.h);
+        let point = node.physical();
         let attitude = lie::quaternion_from_rotation(&point.attitude.value);
         quaternion = Some(lie::continued(quaternion.as_ref(), attitude));
         let rate = |point: &Point| dynamics.j_inverse * point.momentum.value;
         if node.index > 0 {
             let (now, before) = (rate(&point), rate(&end));
-            turned += 0.5 * dynamics.h * (now.norm() + before.norm());
-            rotation += (now + before) * (0.5 * dynamics.h);
+            let half = 0.5 * dynamics.grid.step(node.index - 1);
+            turned += half * (now.norm() + before.norm());
+            rotation += (now + before) * half;
         }
         end = point;
     })?;

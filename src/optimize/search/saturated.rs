@@ -108,7 +108,7 @@ impl<const N: usize> Search<'_, '_, N> {
 
     /// Lifted Newton with the saturated law, from the nodes of the extremal without limits.
     fn lifted_saturated(&mut self, grid: &BoundaryValueProblem<N>, free: &Found<N>) -> bool {
-        let steps = grid.dynamics.steps;
+        let steps = grid.dynamics.grid.steps();
         self.context.enter(Rung::Lifted, &free.start, steps);
         let nodes = continuation::nodes_of(&grid.relaxed(LIMITLESS), &free.costate);
         let limit = self.context.settings.max_iterations;
@@ -126,7 +126,7 @@ impl<const N: usize> Search<'_, '_, N> {
         from: Wider<N>,
         spent: usize,
     ) -> Wider<N> {
-        let steps = grid.dynamics.steps;
+        let steps = grid.dynamics.grid.steps();
         self.context.enter(Rung::Limits, start, steps);
         let (mut reached, report) = continuation::in_limits(grid, &from, self.context);
         self.context.note(steps, &report);

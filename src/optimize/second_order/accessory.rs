@@ -17,7 +17,6 @@
 //! and Sylvester's law adds up their negative eigenvalues. Nothing is divided by Ψ₁₂(k), which is short of
 //! rank wherever all inputs have been at their limits from the start.
 
-use crate::maneuver::problem::Scheme;
 use crate::numerics::factor::{Factor, RANK_TOLERANCE};
 use crate::numerics::matrix_inertia::MatrixInertia;
 use crate::optimize::step::{Linearization, Sensitivity};
@@ -57,7 +56,7 @@ impl<'a, const N: usize> Elimination<'a, N> {
     }
 
     fn is_verlet(&self) -> bool {
-        self.bvp.dynamics.scheme == Scheme::LieVerlet
+        self.bvp.dynamics.grid.has_half_kicks()
     }
 
     /// The opening half kick of Lie–Verlet.
@@ -65,7 +64,7 @@ impl<'a, const N: usize> Elimination<'a, N> {
         if self.is_verlet() {
             let dynamics = &self.bvp.dynamics;
             let kick = dynamics.linear_kick::<N>(&node.point.pose(), &node.costate);
-            self.x = kick.authority() * (-0.5 * dynamics.h);
+            self.x = kick.authority() * -dynamics.grid.kick(0);
         }
     }
 
@@ -73,8 +72,8 @@ impl<'a, const N: usize> Elimination<'a, N> {
     fn step(&mut self, before: &Node, node: &Node) -> Option<()> {
         let dynamics = &self.bvp.dynamics;
         let costate = node.costate.to_vector::<N>();
-        let mut linear = dynamics.transition::<N>(&before.point, &costate).ok()?.linear;
-        if self.is_verlet() && node.index == dynamics.steps {
+        let mut linear = dynamics.transition::<N>(before.index, &before.point, &costate).ok()?.linear;
+        if self.is_verlet() && node.index == dynamics.grid.steps() {
             linear = self.with_half_a_kick(node, linear);
         }
         let Linearization { a, h, q } = linear;
@@ -95,13 +94,14 @@ impl<'a, const N: usize> Elimination<'a, N> {
     fn with_half_a_kick(&self, node: &Node, linear: Linearization<N>) -> Linearization<N> {
         let dynamics = &self.bvp.dynamics;
         let kick = dynamics.linear_kick::<N>(&node.point.pose(), &node.costate);
-        let half = kick.gradient::<N>() * (0.5 * dynamics.h);
-        // (I + h K_pq)⁻¹ = I − h K_pq: the kick moves the momenta alone.
+        let weight = dynamics.grid.kick(node.index);
+        let half = kick.gradient::<N>() * weight;
+        // (I + 2κ K_pq)⁻¹ = I − 2κ K_pq: the kick moves the momenta alone.
         let drift = (SMatrix::identity() - half * 2.0) * linear.a;
         let curvature = kick.curvature(&Sensitivity::of_state()).costate();
         Linearization {
             a: (SMatrix::identity() + half) * drift,
-            h: linear.h - drift.transpose() * curvature * drift * (0.5 * dynamics.h),
+            h: linear.h - drift.transpose() * curvature * drift * weight,
             q: linear.q * 0.5,
         }
     }

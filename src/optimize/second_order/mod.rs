@@ -3,7 +3,6 @@
 mod accessory;
 
 use crate::Matrix3;
-use crate::maneuver::problem::Scheme;
 use crate::maneuver::solution::Optimality;
 use crate::numerics::factor::{Factor, rank_and_condition};
 use crate::optimize::step::Sensitivity;
@@ -39,7 +38,7 @@ fn stationarity<const N: usize>(bvp: &BoundaryValueProblem<N>, costate: &SVector
         if let Some(before) = &before {
             let costate = node.costate.to_vector::<N>();
             let expected = before.costate.to_vector::<N>();
-            match dynamics.costate_before::<N>(&before.point, &costate) {
+            match dynamics.costate_before::<N>(before.index, &before.point, &costate) {
                 Ok(back) => worst = worst.max((back - expected).amax()),
                 Err(_) => worst = f64::INFINITY,
             }
@@ -79,8 +78,8 @@ pub(crate) fn conjugate_points<const N: usize>(
     if dynamics.is_limited() {
         return accessory::conjugate_points(bvp, costate);
     }
-    let steps = dynamics.steps;
-    let half_end = dynamics.scheme == Scheme::LieVerlet;
+    let grid = &dynamics.grid;
+    let (steps, half_end) = (grid.steps(), grid.has_half_kicks());
     let root = dynamics.input_root();
     let (_, psi) = bvp.sweep_linearized(costate).ok()?;
     let full = rank_and_condition(&psi).0;
@@ -92,7 +91,7 @@ pub(crate) fn conjugate_points<const N: usize>(
     bvp.sweep_conjugate(costate, |columns: &Sensitivity<N>| {
         index += 1;
         if index < steps || !half_end {
-            let g = root.at::<N>(&attitudes[index]) * dynamics.h.sqrt();
+            let g = root.at::<N>(&attitudes[index]) * grid.full_kick(index).sqrt();
             counter.meet(&columns.state(), &columns.costate(), &g);
         } else {
             last = Some(columns.costate());
@@ -101,7 +100,7 @@ pub(crate) fn conjugate_points<const N: usize>(
     .ok()?;
     if let Some(dual) = last {
         // The closing half kick of Lie–Verlet has half the authority.
-        let g = root.at::<N>(&attitudes[steps]) * (0.5 * dynamics.h).sqrt();
+        let g = root.at::<N>(&attitudes[steps]) * grid.kick(steps).sqrt();
         counter.meet(&psi, &dual, &g);
     }
     counter.ever.then_some(counter.total)

@@ -2,13 +2,14 @@
 
 use super::*;
 use crate::lie;
+use crate::maneuver::grid::{Grid, Scheme};
 use crate::maneuver::problem::{Problem, State};
 use crate::mechanics::actuators::{Actuation, AxisFrame, Channel};
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::UniformGravity;
 use crate::optimize::step::{Costate, Linearization};
 use crate::testing::{
-    Random, attitude_only, full_inertia, limited, moving_ends, random_vector, reference, vector,
+    Random, attitude_only, full_inertia, graded, limited, moving_ends, random_vector, reference, vector,
 };
 use crate::{Matrix3, Vector3};
 use nalgebra::DMatrix;
@@ -31,25 +32,26 @@ struct Stage<const N: usize> {
 /// The accessory problem of an extremal; the first stage has the opening half kick alone.
 fn stages<const N: usize>(bvp: &BoundaryValueProblem<N>, costate: &SVector<f64, N>) -> Vec<Stage<N>> {
     let dynamics = &bvp.dynamics;
-    let (h, verlet) = (dynamics.h, dynamics.scheme == Scheme::LieVerlet);
+    let grid = &dynamics.grid;
+    let verlet = grid.has_half_kicks();
     let mut nodes: Vec<Node> = Vec::new();
     bvp.sweep_observed(costate, |node| nodes.push(node)).unwrap();
     let identity = SMatrix::<f64, N, N>::identity();
     let kick = |node: &Node, costate: &Costate| dynamics.linear_kick::<N>(&node.point.pose(), costate);
-    let opening =
-        if verlet { kick(&nodes[0], &nodes[0].costate).authority() * (0.5 * h) } else { SMatrix::zeros() };
+    let opening = kick(&nodes[0], &nodes[0].costate).authority() * grid.kick(0);
     let mut stages = vec![Stage { a: identity, g: root(&opening), h: SMatrix::zeros() }];
     for pair in nodes.windows(2) {
         let costate = pair[1].costate.to_vector::<N>();
         let Linearization { mut a, h: mut curvature, mut q } =
-            dynamics.transition::<N>(&pair[0].point, &costate).unwrap().linear;
-        if verlet && pair[1].index == dynamics.steps {
+            dynamics.transition::<N>(pair[0].index, &pair[0].point, &costate).unwrap().linear;
+        if verlet && pair[1].index == grid.steps() {
             // Half of the last kick is taken back: its gradient, curvature and authority halve.
             let last = kick(&pair[1], &pair[1].costate);
-            let drift = (identity - last.gradient() * h) * a;
+            let half = grid.kick(grid.steps());
+            let drift = (identity - last.gradient() * grid.full_kick(grid.steps())) * a;
             curvature -=
-                drift.transpose() * last.curvature(&Sensitivity::of_state()).costate() * drift * (0.5 * h);
-            a = (identity + last.gradient() * (0.5 * h)) * drift;
+                drift.transpose() * last.curvature(&Sensitivity::of_state()).costate() * drift * half;
+            a = (identity + last.gradient() * half) * drift;
             q *= 0.5;
         }
         stages.push(Stage { a, g: root(&q), h: curvature });
@@ -96,7 +98,7 @@ fn the_published_extremals_have_0_2_2_3_conjugate_points() {
             .with_scheme(Scheme::LieEuler);
         let bvp = BoundaryValueProblem::<6>::new(&problem, 50);
         let lambda_0 = vector::<6>(&case["lambda0"]).component_div(&bvp.dynamics.units.costate());
-        let first = bvp.dynamics.transition::<6>(&bvp.start, &lambda_0).unwrap();
+        let first = bvp.dynamics.transition::<6>(0, &bvp.start, &lambda_0).unwrap();
         let swept = bvp.sweep(&first.costate_before).unwrap();
         assert!(swept.error.amax() < 1e-12);
         let expected = case["negative_eigenvalues"].as_u64().unwrap() as usize;
@@ -107,17 +109,21 @@ fn the_published_extremals_have_0_2_2_3_conjugate_points() {
 
 /// Random extremals: any costate leads to one, that of the maneuver to where it ends.
 fn compare<const N: usize>(problem: &Problem, size: f64, random: &mut Random) -> Option<usize> {
-    compare_within::<N>(problem, None, size, random)
+    let uniform = Grid::uniform(problem.scheme, 1.0, problem.steps);
+    let own = graded(problem.scheme, problem.steps);
+    compare_within::<N>(problem, &own, None, size, &mut Random(random.0));
+    compare_within::<N>(problem, &uniform, None, size, random)
 }
 
 /// The same within limits on single inputs, or on the norm of what they give.
 fn compare_within<const N: usize>(
     problem: &Problem,
+    grid: &Grid,
     norm: Option<bool>,
     size: f64,
     random: &mut Random,
 ) -> Option<usize> {
-    let mut bvp = BoundaryValueProblem::<N>::new(problem, problem.steps);
+    let mut bvp = BoundaryValueProblem::<N>::on(problem, grid.clone());
     // A rest-to-rest turn by about `size` has λ^R = −12 φ, λ^Π = −6 φ.
     let phi = random.vector3().normalize() * size;
     let mut costate = random_vector::<N>(random);
@@ -127,7 +133,7 @@ fn compare_within<const N: usize>(
     bvp.sweep(&costate).ok()?;
     if let Some(norm) = norm {
         let part = 0.65 + 0.3 * random.uniform();
-        bvp = BoundaryValueProblem::new(&limited(problem, &costate, norm, part), problem.steps);
+        bvp = BoundaryValueProblem::on(&limited(problem, &costate, norm, part), grid.clone());
         bvp.sweep(&costate).ok()?;
     }
     let (counted, dense) = (conjugate_points(&bvp, &costate), negative_directions(&bvp, &costate));
@@ -175,6 +181,11 @@ fn conjugate_points_are_the_negative_directions_of_the_reduced_hessian() {
     assert!(seen[0] >= 10 && seen[1..].iter().sum::<usize>() >= 10, "{seen:?}");
 }
 
+fn within<const N: usize>(problem: &Problem, norm: bool, size: f64, random: &mut Random) -> Option<usize> {
+    let uniform = Grid::uniform(problem.scheme, 1.0, problem.steps);
+    compare_within::<N>(problem, &uniform, Some(norm), size, random)
+}
+
 #[test]
 fn conjugate_points_within_limits_are_those_of_the_free_inputs() {
     let mut random = Random(47);
@@ -197,11 +208,11 @@ fn conjugate_points_within_limits_are_those_of_the_free_inputs() {
                     let mut counts = Vec::new();
                     for count in [2, 3, 4] {
                         attitude.actuation = Actuation::torques(axes(frame, count));
-                        counts.push(compare_within::<6>(&attitude, Some(norm), size, &mut random));
+                        counts.push(within::<6>(&attitude, norm, size, &mut random));
                     }
                     let hanging = attitude.with_environment(pendulum.clone());
-                    counts.push(compare_within::<6>(&hanging, Some(norm), size, &mut random));
-                    counts.push(compare_within::<12>(&moving, Some(norm), size, &mut random));
+                    counts.push(within::<6>(&hanging, norm, size, &mut random));
+                    counts.push(within::<12>(&moving, norm, size, &mut random));
                     for found in counts.into_iter().flatten() {
                         seen[found.min(7)] += 1;
                     }

@@ -25,6 +25,8 @@ use crate::{Matrix3, Vector3};
 /// What a drift leaves behind for its linearisation.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Drift {
+    /// Length of the step.
+    pub h: f64,
     /// Relative attitude `F`.
     pub f: Matrix3,
     /// Momentum `Π` before.
@@ -47,25 +49,26 @@ pub(crate) struct LinearDrift {
 }
 
 impl Dynamics {
-    /// Drifts `point` by one step.
+    /// Drifts `point` by step `step` of the grid.
     #[inline(always)]
-    pub(crate) fn drift<const N: usize>(&self, point: &mut Point) -> Result<Drift, StepError> {
+    pub(crate) fn drift<const N: usize>(&self, step: usize, point: &mut Point) -> Result<Drift, StepError> {
+        let h = self.grid.step(step);
         let momentum = point.momentum.value;
-        let Some(c) = solve(&self.j, &self.j_inverse, &(self.h * momentum)) else {
+        let Some(c) = solve(&self.j, &self.j_inverse, &(h * momentum)) else {
             let finite = momentum.iter().all(|value| value.is_finite());
             return Err(if finite { StepError::TooLong } else { StepError::NotFinite });
         };
         let turn = cayley_minus_identity(&c);
         point.momentum.add(&(turn.transpose() * momentum));
         point.attitude.add(&(point.attitude.value * turn));
-        if let Some(frame_turn) = &self.frame_turn {
+        if let Some(frame_turn) = self.frame_turn(step) {
             point.attitude.add(&(frame_turn * point.attitude.value));
         }
         if N == 12 {
-            point.position.add(&(self.h * point.linear_momentum.value));
+            point.position.add(&(h * point.linear_momentum.value));
         }
         let f = turn + Matrix3::identity();
-        Ok(Drift { f, momentum, momentum_after: point.momentum.value })
+        Ok(Drift { h, f, momentum, momentum_after: point.momentum.value })
     }
 
     /// `E = tr(F J_d) I − F J_d` of a drift.
@@ -77,7 +80,7 @@ impl Dynamics {
 
     /// `B = h Fᵀ E⁻¹` of a drift: `ξ = B δΠ`.
     pub(crate) fn drift_block(&self, drift: &Drift, e: &Matrix3) -> Matrix3 {
-        drift.f.transpose() * inverse3(e) * self.h
+        drift.f.transpose() * inverse3(e) * drift.h
     }
 
     /// Carries a costate forward over a drift, `λ' = A0⁻ᵀ λ`.
@@ -91,9 +94,9 @@ impl Dynamics {
         let lever = drift.momentum.cross(&costate.pi) - costate.zeta;
         let mut after = *costate;
         after.zeta = drift.f.tr_mul(&costate.zeta);
-        after.pi = drift.f.tr_mul(&(costate.pi + solve3(e, &lever) * self.h));
+        after.pi = drift.f.tr_mul(&(costate.pi + solve3(e, &lever) * drift.h));
         if N == 12 {
-            after.gamma -= self.h * costate.x;
+            after.gamma -= drift.h * costate.x;
         }
         after
     }
@@ -101,12 +104,12 @@ impl Dynamics {
     /// Carries a costate back over a drift, `λ = A0ᵀ λ'`.
     pub(crate) fn drift_costate_back<const N: usize>(&self, drift: &Drift, after: &Costate) -> Costate {
         let e = self.drift_matrix(drift);
-        let b_t = (drift.f.transpose() * inverse3(&e) * self.h).transpose();
+        let b_t = self.drift_block(drift, &e).transpose();
         let mut before = *after;
         before.zeta = drift.f * after.zeta;
         before.pi = drift.f * after.pi + b_t * (after.zeta + after.pi.cross(&drift.momentum_after));
         if N == 12 {
-            before.gamma += self.h * after.x;
+            before.gamma += drift.h * after.x;
         }
         before
     }
@@ -116,18 +119,18 @@ impl Dynamics {
     pub(crate) fn linear_drift(&self, drift: &Drift, e: &Matrix3, after: &Costate) -> LinearDrift {
         let f = drift.f;
         let f_t = f.transpose();
-        let b = f_t * inverse3(e) * self.h;
+        let b = f_t * inverse3(e) * drift.h;
         let b_t = b.transpose();
         let c = f_t + hat(&drift.momentum_after) * b;
         let c_inverse_t = f_t + b * hat(&drift.momentum);
         let (mu, p) = (after.zeta, after.pi);
         let q = mu + p.cross(&drift.momentum_after);
         let h_w = b_t * q;
-        let f_t_w = f_t * h_w / self.h;
+        let f_t_w = f_t * h_w / drift.h;
         let f_s_p = f * hat(&p);
         let inner = f_t * (self.j_d * hat(&f_t_w) + h_w * drift.momentum_after.transpose()) - hat(&q);
         LinearDrift {
-            h: self.h,
+            h: drift.h,
             f,
             f_t,
             b,

@@ -37,13 +37,14 @@ pub(crate) struct GyrostatDrift {
 }
 
 impl Dynamics {
-    /// The drift with total momentum `momentum` and wheel momentum `wheels`, body axes, scaled.
+    /// The drift over step `step` with total momentum `momentum` and wheel momentum `wheels`, body axes, scaled.
     pub(crate) fn gyrostat_drift(
         &self,
+        step: usize,
         momentum: &Vector3,
         wheels: &Vector3,
     ) -> Result<GyrostatDrift, StepError> {
-        let (h, j) = (self.h, &self.j);
+        let (h, j) = (self.grid.step(step), &self.j);
         let (g, mu) = (momentum * h, wheels * h);
         let mut c = 0.5 * (self.j_inverse * (g - mu));
         let mut converged = false;

@@ -34,25 +34,27 @@ pub(crate) struct Transition<const N: usize> {
 }
 
 impl Dynamics {
-    /// One step from `start` under the costate `λ_k` of that step, with its matrices.
+    /// Step `step` of the grid from `start` under the costate `λ_k` of that step, with its matrices.
     pub(crate) fn transition<const N: usize>(
         &self,
+        step: usize,
         start: &Point,
         costate: &SVector<f64, N>,
     ) -> Result<Transition<N>, StepError> {
         let mut end = *start;
-        let drift = self.drift::<N>(&mut end)?;
+        let drift = self.drift::<N>(step, &mut end)?;
         let mut costate = Costate::from_vector(costate);
         let pose = end.pose();
         let kick = self.kick::<N>(&pose, &costate);
         let linear_kick = self.linear_kick::<N>(&pose, &costate);
-        kick.apply::<N>(&mut end, &mut costate, self.h, -self.h);
-        let linear = self.matrices::<N>(&drift, &costate, &linear_kick);
+        let weight = self.grid.full_kick(step + 1);
+        kick.apply::<N>(&mut end, &mut costate, weight, -weight);
+        let linear = self.matrices::<N>(&drift, &costate, &linear_kick, weight);
         let before = self.drift_costate_back::<N>(&drift, &costate);
         Ok(Transition { end, costate_before: before.to_vector(), linear })
     }
 
-    /// The matrices of one step from a boundary state (SI) under the costate `λ_k` of that step (scaled).
+    /// The matrices of the first step from a boundary state (SI) under the costate `λ_k` of that step (scaled).
     ///
     /// # Errors
     /// [`StepError`] where the implicit equation has no solution.
@@ -61,19 +63,20 @@ impl Dynamics {
         start: &State,
         costate: &SVector<f64, N>,
     ) -> Result<Linearization<N>, StepError> {
-        Ok(self.transition(&self.point(start), costate)?.linear)
+        Ok(self.transition(0, &self.point(start), costate)?.linear)
     }
 
-    /// `H_k = ∂(A_kᵀ λ)/∂y` of one step from `start` at fixed inputs, its kick of weight `weight`; for inputs
+    /// `H_k = ∂(A_kᵀ λ)/∂y` of step `step` from `start` at fixed inputs, its kick of weight `weight`; for inputs
     /// whose axes do not turn against the coordinates.
     pub(crate) fn curvature_of_step<const N: usize>(
         &self,
+        step: usize,
         start: &Point,
         costate: &SVector<f64, N>,
         weight: f64,
     ) -> Result<SMatrix<f64, N, N>, StepError> {
         let mut end = *start;
-        let drift = self.drift::<N>(&mut end)?;
+        let drift = self.drift::<N>(step, &mut end)?;
         let mut costate = Costate::from_vector(costate);
         let pose = end.pose();
         let linear_kick = self.linear_kick::<N>(&pose, &costate);
@@ -87,26 +90,29 @@ impl Dynamics {
         Ok(free + curvature.costate() * weight)
     }
 
-    /// `λ_{k−1}` that belongs to `λ_k` of the step from `start`, by `A_kᵀ`.
+    /// `λ_{k−1}` that belongs to `λ_k` of step `step` from `start`, by `A_kᵀ`.
     pub(crate) fn costate_before<const N: usize>(
         &self,
+        step: usize,
         start: &Point,
         costate: &SVector<f64, N>,
     ) -> Result<SVector<f64, N>, StepError> {
         let mut end = *start;
-        let drift = self.drift::<N>(&mut end)?;
+        let drift = self.drift::<N>(step, &mut end)?;
         let mut costate = Costate::from_vector(costate);
         let kick = self.kick::<N>(&end.pose(), &costate);
-        kick.apply::<N>(&mut end, &mut costate, 0.0, -self.h);
+        kick.apply::<N>(&mut end, &mut costate, 0.0, -self.grid.full_kick(step + 1));
         Ok(self.drift_costate_back::<N>(&drift, &costate).to_vector())
     }
 
-    /// `A`, `H`, `Q` from the two halves of a step; `after` is the costate between drift and kick.
+    /// `A`, `H`, `Q` from the two halves of a step; `after` is the costate between drift and kick, `weight` that
+    /// of the kick.
     fn matrices<const N: usize>(
         &self,
         drift: &Drift,
         after: &Costate,
         kick: &super::kick::LinearKick,
+        weight: f64,
     ) -> Linearization<N> {
         let linear = self.linear_drift(drift, &self.drift_matrix(drift), after);
         let mut columns = Sensitivity::<N>::of_state();
@@ -114,10 +120,10 @@ impl Dynamics {
         linear.advance(&mut columns);
         let mut curvature = kick.curvature(&columns);
         linear.transpose(&mut curvature);
-        let h = free + curvature.costate() * self.h;
+        let h = free + curvature.costate() * weight;
         let mut moved = Sensitivity::zero();
         (moved.x, moved.gamma, moved.zeta, moved.pi) = (columns.x, columns.gamma, columns.zeta, columns.pi);
-        kick.apply(&mut moved, self.h, 0.0);
-        Linearization { a: moved.state(), h, q: kick.authority() * self.h }
+        kick.apply(&mut moved, weight, 0.0);
+        Linearization { a: moved.state(), h, q: kick.authority() * weight }
     }
 }

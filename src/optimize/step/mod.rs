@@ -23,7 +23,8 @@ pub use linearization::Linearization;
 pub use units::Units;
 
 use crate::lie;
-use crate::maneuver::problem::{Problem, Scheme, State};
+use crate::maneuver::grid::Grid;
+use crate::maneuver::problem::{Problem, State};
 use crate::mechanics::actuators::{Actuation, AxisFrame};
 use crate::mechanics::environment::{Blocks, Environment, Pose, Wrench};
 use crate::numerics::compensated::{Sum, Sum3, SumMatrix};
@@ -46,16 +47,15 @@ pub enum StepError {
 #[derive(Clone, Debug)]
 pub struct Dynamics {
     pub(crate) units: Units,
-    pub(crate) scheme: Scheme,
-    pub(crate) steps: usize,
-    pub(crate) h: f64,
+    /// The grid in the unit of time.
+    pub(crate) grid: Grid,
     pub(crate) j: Matrix3,
     pub(crate) j_d: Matrix3,
     pub(crate) j_inverse: Matrix3,
     /// `None`: nothing acts but the actuators.
     environment: Option<Arc<dyn Environment>>,
-    /// `exp S(−h n) − I` of a turning reference frame.
-    frame_turn: Option<Matrix3>,
+    /// `exp S(−h_k n) − I` of a turning reference frame: none, one for all steps, or one for each.
+    frame_turns: Vec<Matrix3>,
     torque: Authority,
     force: Authority,
     /// `None`: no input has a limit.
@@ -199,27 +199,31 @@ fn stack<const N: usize>(blocks: [&Rows<N>; 4]) -> SMatrix<f64, N, N> {
 }
 
 impl Dynamics {
-    /// Discretises a maneuver on `steps` steps; `problem.steps` or a coarser grid.
+    /// Discretises a maneuver on `steps` steps of equal length; `problem.steps` or a coarser grid.
     pub fn new(problem: &Problem, steps: usize) -> Self {
+        Self::on(problem, Grid::uniform(problem.scheme, 1.0, steps))
+    }
+
+    /// Discretises a maneuver on a grid in the unit of time, which is the duration that the problem states.
+    pub(crate) fn on(problem: &Problem, grid: Grid) -> Self {
         let units = Units::of(problem);
-        let h = 1.0 / steps as f64;
         let inertia = &problem.body.inertia;
         let Actuation { torque, force, .. } = &problem.actuation;
         let rotation = units.cost / units.momentum() / units.torque();
         let translation = units.cost / units.linear_momentum() / units.force();
         let zero = Authority { matrix: Matrix3::zeros(), frame: AxisFrame::Reference };
-        let turn = problem.environment.frame_rate() * (-h * units.time);
+        let frame_rate = problem.environment.frame_rate();
+        let turn = |step: usize| lie::exp_minus_identity(&(frame_rate * (-grid.step(step) * units.time)));
+        let turning = if frame_rate.amax() > 0.0 { grid.different_steps() } else { 0 };
         let environment = (!problem.environment.is_free()).then(|| problem.environment.clone());
         Self {
             units,
-            scheme: problem.scheme,
-            steps,
-            h,
             j: inertia.j() / units.inertia,
             j_d: inertia.j_d() / units.inertia,
             j_inverse: inertia.j_inverse() * units.inertia,
             environment,
-            frame_turn: (turn.amax() > 0.0).then(|| lie::exp_minus_identity(&turn)),
+            frame_turns: (0..turning).map(turn).collect(),
+            grid,
             torque: Authority { matrix: torque.authority() * rotation, frame: torque.frame() },
             force: force.as_ref().map_or(zero, |channel| Authority {
                 matrix: channel.authority() * translation,
@@ -267,9 +271,9 @@ impl Dynamics {
     pub fn propagate(&self, problem: &Problem) -> Result<(Matrix3, Vector3), StepError> {
         let mut point = self.point(&problem.start);
         let input = Wrench { force: Vector3::zeros(), moment: Vector3::repeat(0.1) };
-        for _ in 0..self.steps {
-            self.drift::<6>(&mut point)?;
-            self.bare_kick::<6>(&mut point, self.h, &input);
+        for step in 0..self.grid.steps() {
+            self.drift::<6>(step, &mut point)?;
+            self.bare_kick::<6>(&mut point, self.grid.full_kick(step + 1), &input);
         }
         Ok((point.attitude.value, point.momentum.value))
     }
@@ -280,17 +284,23 @@ impl Dynamics {
         rate * self.units.time
     }
 
-    /// An attitude at the end of a step with the frame's turn over that step undone: `R_k F_k`.
-    pub(crate) fn unturned(&self, attitude: &Matrix3) -> Matrix3 {
-        match &self.frame_turn {
+    /// `exp S(−h_k n) − I` of step k, where the reference frame turns.
+    #[inline(always)]
+    fn frame_turn(&self, step: usize) -> Option<&Matrix3> {
+        self.frame_turns.get(step).or(self.frame_turns.first())
+    }
+
+    /// An attitude at the end of step `step` with the frame's turn over that step undone: `R_k F_k`.
+    pub(crate) fn unturned(&self, step: usize, attitude: &Matrix3) -> Matrix3 {
+        match self.frame_turn(step) {
             Some(turn) => attitude + turn.tr_mul(attitude),
             None => *attitude,
         }
     }
 
-    /// `R⁺` in the axes of the reference frame at the end of a step, from `R_k F_k`.
-    pub(crate) fn turned(&self, attitude: &Matrix3) -> Matrix3 {
-        match &self.frame_turn {
+    /// `R⁺` in the axes of the reference frame at the end of step `step`, from `R_k F_k`.
+    pub(crate) fn turned(&self, step: usize, attitude: &Matrix3) -> Matrix3 {
+        match self.frame_turn(step) {
             Some(turn) => attitude + turn * attitude,
             None => *attitude,
         }

@@ -10,7 +10,8 @@
 //! and is of second order. Nothing is allocated.
 
 use crate::lie;
-use crate::maneuver::problem::{Problem, Scheme};
+use crate::maneuver::grid::Grid;
+use crate::maneuver::problem::Problem;
 use crate::numerics::compensated::Sum;
 use crate::optimize::step::{Costate, Dynamics, Point, Sensitivity, StepError};
 use crate::{Matrix3, Vector3};
@@ -40,16 +41,23 @@ pub(crate) struct Node {
     pub index: usize,
     /// State; momenta are those of the integrator.
     pub point: Point,
-    /// Impulse over time that leads from these momenta to the physical ones: `(force, moment)`.
-    pub correction: (Vector3, Vector3),
+    /// Force and moment of the kick that led here; its weight up to the physical momenta is `ahead` less.
+    pub kick: (Vector3, Vector3),
+    /// By how much of that kick the momenta are ahead of the physical ones.
+    pub ahead: f64,
     /// Costate `λ_{index−1}`.
     pub costate: Costate,
 }
 
 impl<const N: usize> BoundaryValueProblem<N> {
-    /// The boundary value problem of `problem` on a grid of `steps` steps.
+    /// The boundary value problem of `problem` on `steps` steps of equal length.
     pub fn new(problem: &Problem, steps: usize) -> Self {
-        let dynamics = Dynamics::new(problem, steps);
+        Self::on(problem, Grid::uniform(problem.scheme, 1.0, steps))
+    }
+
+    /// The same on a grid in the unit of time, which is the duration that the problem states.
+    pub(crate) fn on(problem: &Problem, grid: Grid) -> Self {
+        let dynamics = Dynamics::on(problem, grid);
         let (start, target) = (dynamics.point(&problem.start), dynamics.point(&problem.end));
         Self { dynamics, start, target }
     }
@@ -117,29 +125,32 @@ impl<const N: usize> BoundaryValueProblem<N> {
         mut watch: impl FnMut(&Sensitivity<N>),
     ) -> Result<End<N>, StepError> {
         let dynamics = &self.dynamics;
-        let (h, half_kicks) = (dynamics.h, dynamics.scheme == Scheme::LieVerlet);
+        let grid = &dynamics.grid;
+        let (steps, half_kicks) = (grid.steps(), grid.has_half_kicks());
         let mut point = self.start;
         let mut costate = Costate::from_vector(costate);
         let mut effort = 0.0;
-        let mut correction = (Vector3::zeros(), Vector3::zeros());
+        let mut last_kick = (Vector3::zeros(), Vector3::zeros());
         if half_kicks {
+            let half = grid.kick(0);
             let pose = point.pose();
             let kick = dynamics.kick_of::<N, LIMITED>(&pose, &costate);
             if DERIVE {
-                dynamics.linear_kick_of::<N, LIMITED>(&pose, &costate).apply(columns, 0.5 * h, 0.0);
+                dynamics.linear_kick_of::<N, LIMITED>(&pose, &costate).apply(columns, half, 0.0);
             }
-            kick.apply::<N>(&mut point, &mut costate, 0.5 * h, 0.0);
-            effort += 0.5 * kick.effort;
-            correction = (kick.force, kick.moment);
+            kick.apply::<N>(&mut point, &mut costate, half, 0.0);
+            effort += 0.5 * (kick.effort * grid.share(0));
+            last_kick = (kick.force, kick.moment);
         }
-        observe(Node { index: 0, point, correction, costate });
-        for index in 1..=dynamics.steps {
-            let drift = dynamics.drift::<N>(&mut point)?;
+        observe(Node { index: 0, point, kick: last_kick, ahead: grid.ahead(0), costate });
+        for index in 1..=steps {
+            let h = grid.full_kick(index);
+            let drift = dynamics.drift::<N>(index - 1, &mut point)?;
             let e = dynamics.drift_matrix(&drift);
             costate = dynamics.drift_costate::<N>(&drift, &e, &costate);
             let pose = point.pose();
             let kick = dynamics.kick_of::<N, LIMITED>(&pose, &costate);
-            let last = half_kicks && index == dynamics.steps;
+            let last = half_kicks && index == steps;
             if DERIVE {
                 dynamics.linear_drift(&drift, &e, &costate).advance(columns);
                 let linear = dynamics.linear_kick_of::<N, LIMITED>(&pose, &costate);
@@ -155,11 +166,12 @@ impl<const N: usize> BoundaryValueProblem<N> {
             }
             let mut kicked = point;
             kick.apply::<N>(&mut kicked, &mut costate, h, h);
-            effort += if last { 0.5 * kick.effort } else { kick.effort };
+            let part = kick.effort * grid.share(index);
+            effort += if last { 0.5 * part } else { part };
             if half_kicks {
-                correction = (kick.force, kick.moment);
+                last_kick = (kick.force, kick.moment);
             }
-            observe(Node { index, point: kicked, correction, costate });
+            observe(Node { index, point: kicked, kick: last_kick, ahead: grid.ahead(index), costate });
             if last {
                 kick.apply::<N>(&mut point, &mut costate, 0.5 * h, 0.0);
             } else {
@@ -167,7 +179,7 @@ impl<const N: usize> BoundaryValueProblem<N> {
             }
         }
         let error = self.terminal_error(&point);
-        let cost = effort * h;
+        let cost = effort * grid.mean_step();
         if error.iter().all(|value| value.is_finite()) && cost.is_finite() {
             Ok(End { error, cost })
         } else {
@@ -202,7 +214,7 @@ impl<const N: usize> BoundaryValueProblem<N> {
         let mut largest = 0.0f64;
         self.sweep_observed(costate, |node| {
             // Lie–Euler has no input at the start.
-            if node.index > 0 || self.dynamics.scheme == Scheme::LieVerlet {
+            if node.index >= self.dynamics.grid.first_input() {
                 largest = largest.max(self.dynamics.demand(&node.point.pose(), &node.costate));
             }
         })?;
@@ -217,7 +229,7 @@ impl<const N: usize> BoundaryValueProblem<N> {
         let mut last = None;
         origin.sweep_observed(&SVector::zeros(), |node| last = Some(node))?;
         if let Some(node) = last {
-            end = node.physical(0.5 * self.dynamics.h);
+            end = node.physical();
         }
         Ok(end)
     }
@@ -234,11 +246,11 @@ fn zero_point() -> Point {
 }
 
 impl Node {
-    /// The physical state: the integrator's momenta less half a kick of length `2 half_step`.
-    pub fn physical(&self, half_step: f64) -> Point {
+    /// The physical state: the integrator's momenta less the part of the last kick by which they are ahead.
+    pub fn physical(&self) -> Point {
         let mut point = self.point;
-        point.linear_momentum.add(&(self.correction.0 * -half_step));
-        point.momentum.add(&(self.correction.1 * -half_step));
+        point.linear_momentum.add(&(self.kick.0 * -self.ahead));
+        point.momentum.add(&(self.kick.1 * -self.ahead));
         point
     }
 }

@@ -1,12 +1,12 @@
 //! The sweep against reference values, finite differences and the first-order conditions.
 
 use super::*;
-use crate::maneuver::problem::{Motion, State};
+use crate::maneuver::problem::{Motion, Scheme, State};
 use crate::mechanics::actuators::{Actuation, AxisFrame, Channel};
 use crate::mechanics::body::{Body, Inertia};
 use crate::mechanics::environment::{CentralGravity, GravityGradient, PointMass, UniformGravity};
 use crate::numerics::factor::Factor;
-use crate::testing::{Random, limited, matrix, reference, vector};
+use crate::testing::{Random, graded, limited, matrix, reference, vector};
 use nalgebra::DMatrix;
 use serde_json::Value;
 
@@ -61,7 +61,7 @@ fn before_first<const N: usize>(
     costate_0: &SVector<f64, N>,
 ) -> (SVector<f64, N>, SMatrix<f64, N, N>) {
     let scaled = costate_0.component_div(&bvp.dynamics.units.costate());
-    let step = bvp.dynamics.transition::<N>(&bvp.start, &scaled).unwrap();
+    let step = bvp.dynamics.transition::<N>(0, &bvp.start, &scaled).unwrap();
     (step.costate_before, step.linear.a.transpose())
 }
 
@@ -184,6 +184,15 @@ fn zoo() -> Vec<Problem> {
     problems
 }
 
+/// Equal steps, and steps of their own.
+fn grids(problem: &Problem) -> [Grid; 2] {
+    [uniform(problem), graded(problem.scheme, problem.steps)]
+}
+
+fn uniform(problem: &Problem) -> Grid {
+    Grid::uniform(problem.scheme, 1.0, problem.steps)
+}
+
 fn random_costate<const N: usize>(random: &mut Random) -> SVector<f64, N> {
     SVector::from_fn(|_, _| random.uniform())
 }
@@ -212,14 +221,13 @@ fn kink_between<const N: usize>(
 }
 
 /// The columns that were compared.
-fn check_sensitivity<const N: usize>(problem: &Problem, random: &mut Random) -> usize {
-    let mut bvp = BoundaryValueProblem::<N>::new(problem, problem.steps);
+fn check_sensitivity<const N: usize>(problem: &Problem, grid: Grid, random: &mut Random) -> usize {
+    let mut bvp = BoundaryValueProblem::<N>::on(problem, grid);
     let costate = random_costate::<N>(random);
     // The target at the end itself: δe = Ψ δλ there, and the logarithm is at its origin.
     let mut end_point = None;
     bvp.sweep_observed(&costate, |node| end_point = Some(node)).unwrap();
-    let half = if problem.scheme == Scheme::LieVerlet { 0.5 * bvp.dynamics.h } else { 0.0 };
-    bvp.target = end_point.unwrap().physical(half);
+    bvp.target = end_point.unwrap().physical();
     let (end, psi) = bvp.sweep_linearized(&costate).unwrap();
     assert!(end.error.amax() < 1e-14);
     // Fourth-order differences: truncation step⁴, round-off 1e-16/step.
@@ -255,11 +263,16 @@ fn check_sensitivity<const N: usize>(problem: &Problem, random: &mut Random) -> 
 fn sensitivity_is_the_derivative_of_the_sweep() {
     let mut random = Random(11);
     for problem in zoo() {
-        let compared = match problem.motion {
-            Motion::Attitude => check_sensitivity::<6>(&problem, &mut random),
-            Motion::RigidBody => check_sensitivity::<12>(&problem, &mut random),
-        };
-        assert_eq!(compared, problem.dimension());
+        // The same costates on both grids.
+        let seed = random.0;
+        for grid in grids(&problem) {
+            random = Random(seed);
+            let compared = match problem.motion {
+                Motion::Attitude => check_sensitivity::<6>(&problem, grid, &mut random),
+                Motion::RigidBody => check_sensitivity::<12>(&problem, grid, &mut random),
+            };
+            assert_eq!(compared, problem.dimension());
+        }
     }
 }
 
@@ -282,8 +295,8 @@ fn sensitivity_under_limits_is_the_derivative_of_the_sweep_away_from_kinks() {
     let (mut compared, mut columns) = (0, 0);
     for problem in limited_zoo() {
         compared += match problem.motion {
-            Motion::Attitude => check_sensitivity::<6>(&problem, &mut random),
-            Motion::RigidBody => check_sensitivity::<12>(&problem, &mut random),
+            Motion::Attitude => check_sensitivity::<6>(&problem, uniform(&problem), &mut random),
+            Motion::RigidBody => check_sensitivity::<12>(&problem, uniform(&problem), &mut random),
         };
         columns += problem.dimension();
     }
@@ -292,8 +305,8 @@ fn sensitivity_under_limits_is_the_derivative_of_the_sweep_away_from_kinks() {
 
 /// The sensitivity of a chain of transitions equals that of the sweep: `A`, `H`, `Q` and the lanes are
 /// one linearisation.
-fn check_matrices<const N: usize>(problem: &Problem, random: &mut Random) {
-    let bvp = BoundaryValueProblem::<N>::new(problem, problem.steps);
+fn check_matrices<const N: usize>(problem: &Problem, grid: Grid, random: &mut Random) {
+    let bvp = BoundaryValueProblem::<N>::on(problem, grid);
     let first = random_costate::<N>(random);
     let (mut nodes, mut psi_from_nodes) = (Vec::new(), SMatrix::<f64, N, N>::zeros());
     bvp.sweep_observed(&first, |node| nodes.push(node)).unwrap();
@@ -301,13 +314,13 @@ fn check_matrices<const N: usize>(problem: &Problem, random: &mut Random) {
     let dynamics = &bvp.dynamics;
     if problem.scheme == Scheme::LieVerlet {
         let linear = dynamics.linear_kick::<N>(&nodes[0].point.pose(), &nodes[0].costate);
-        psi_from_nodes = -linear.authority::<N>() * (0.5 * dynamics.h);
+        psi_from_nodes = -linear.authority::<N>() * dynamics.grid.kick(0);
     }
     let mut watched = Vec::new();
     bvp.sweep_conjugate(&first, |columns| watched.push(columns.state())).unwrap();
     for (k, pair) in nodes.windows(2).enumerate() {
         let costate = pair[1].costate.to_vector::<N>();
-        let step = dynamics.transition::<N>(&pair[0].point, &costate).unwrap();
+        let step = dynamics.transition::<N>(pair[0].index, &pair[0].point, &costate).unwrap();
         let before = pair[0].costate.to_vector::<N>();
         assert!((step.costate_before - before).amax() < 1e-13 * before.amax().max(1.0));
         let Linear { a, h, q } = step.linear;
@@ -324,9 +337,66 @@ use crate::optimize::step::Linearization as Linear;
 fn matrices_and_lanes_are_one_linearisation() {
     let mut random = Random(13);
     for problem in zoo().into_iter().chain(limited_zoo()) {
+        for grid in grids(&problem) {
+            match problem.motion {
+                Motion::Attitude => check_matrices::<6>(&problem, grid, &mut random),
+                Motion::RigidBody => check_matrices::<12>(&problem, grid, &mut random),
+            }
+        }
+    }
+}
+
+fn check_equal_lengths<const N: usize>(problem: &Problem, random: &mut Random) {
+    let costate = random_costate::<N>(random);
+    let sweep = |grid| BoundaryValueProblem::<N>::on(problem, grid).sweep_linearized(&costate).unwrap();
+    let lengths = Grid::of_lengths(problem.scheme, &vec![1.0; problem.steps]).unwrap().with_duration(1.0);
+    let ((end, psi), (end_own, psi_own)) = (sweep(uniform(problem)), sweep(lengths));
+    assert!((end.error - end_own.error).amax() < 1e-13, "{problem:?}");
+    assert!((end.cost - end_own.cost).abs() < 1e-13 * end.cost, "{problem:?}");
+    assert!((psi - psi_own).amax() < 1e-12 * psi.amax(), "{problem:?}");
+}
+
+#[test]
+fn lengths_that_are_equal_make_the_uniform_grid() {
+    let mut random = Random(17);
+    for problem in zoo().into_iter().chain(limited_zoo()) {
         match problem.motion {
-            Motion::Attitude => check_matrices::<6>(&problem, &mut random),
-            Motion::RigidBody => check_matrices::<12>(&problem, &mut random),
+            Motion::Attitude => check_equal_lengths::<6>(&problem, &mut random),
+            Motion::RigidBody => check_equal_lengths::<12>(&problem, &mut random),
+        }
+    }
+}
+
+/// Cost of a solved maneuver on a grid, by Newton from the costates of zero.
+fn solved_cost<const N: usize>(problem: &Problem, grid: Grid) -> f64 {
+    let bvp = BoundaryValueProblem::<N>::on(problem, grid);
+    let mut costate = SVector::zeros();
+    for _ in 0..12 {
+        let (end, psi) = bvp.sweep_linearized(&costate).unwrap();
+        costate -= Factor::new(&psi).solve(&end.error);
+    }
+    let end = bvp.sweep(&costate).unwrap();
+    assert!(end.error.amax() < 1e-12, "{}", end.error);
+    end.cost
+}
+
+#[test]
+fn costs_on_smoothly_graded_grids_have_the_order_of_the_scheme() {
+    let inertia = Inertia::new(Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1)).unwrap();
+    let start = State::attitude(Matrix3::identity(), Vector3::new(0.1, -0.3, 0.2));
+    let end = State::attitude(lie::exp(&Vector3::new(0.4, 0.5, -0.3)), Vector3::new(-0.2, 0.1, 0.1));
+    let body = Body { inertia: inertia.clone(), mass: None };
+    // A field, and a frame that turns by a different angle on each step.
+    let problem = Problem::attitude(body, start, end, 1.7)
+        .with_environment(GravityGradient::new(0.4, &inertia).unwrap())
+        .with_actuation(Actuation::torques(Channel::three_axes(AxisFrame::Reference)));
+    for (scheme, order) in [(Scheme::LieEuler, 1), (Scheme::LieVerlet, 2)] {
+        let cost = |steps: usize| solved_cost::<6>(&problem, graded(scheme, steps));
+        let fine = solved_cost::<6>(&problem, Grid::uniform(Scheme::LieVerlet, 1.0, 4000));
+        let errors = [20, 40, 80, 160].map(|steps| (cost(steps) - fine).abs());
+        for pair in errors.windows(2) {
+            let seen = (pair[0] / pair[1]).log2();
+            assert!((seen - f64::from(order)).abs() < 0.2, "{scheme:?} {errors:?}");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The lifted Newton where shooting fails, and where both must agree.
 
 use super::*;
-use crate::maneuver::problem::{Problem, State};
+use crate::maneuver::problem::{Problem, Scheme, State};
 use crate::mechanics::actuators::AxisFrame;
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::UniformGravity;

@@ -180,11 +180,11 @@ fn closed_form(
     let n = model.n;
     Ok(Some(if n == 12 {
         let costate = SVector::<f64, 12>::from_column_slice(costate);
-        let matrix = model.dynamics.curvature_of_step(&point, &costate, weight)?;
+        let matrix = model.dynamics.curvature_of_step(stage, &point, &costate, weight)?;
         DMatrix::from_column_slice(n, n, matrix.as_slice())
     } else {
         let costate = SVector::<f64, 6>::from_column_slice(costate);
-        let matrix = model.dynamics.curvature_of_step(&point, &costate, weight)?;
+        let matrix = model.dynamics.curvature_of_step(stage, &point, &costate, weight)?;
         DMatrix::from_column_slice(n, n, matrix.as_slice())
     }))
 }

@@ -21,7 +21,7 @@ pub(crate) fn along(model: &Model, rows: &Rows, poses: &[Pose]) -> Iterate {
         (state.position, state.attitude) = (pose.position, pose.attitude);
         if let Some(next) = poses.get(stage + 1) {
             // `h S(Π) = F J_d − J_d Fᵀ` gives Π from F without an equation to solve.
-            let f = pose.attitude.tr_mul(&model.dynamics.unturned(&next.attitude));
+            let f = pose.attitude.tr_mul(&model.dynamics.unturned(stage, &next.attitude));
             state.momentum = vee(&(f * j_d - j_d * f.transpose())) / h;
             state.linear_momentum = (next.position - pose.position) / h;
         }

@@ -112,7 +112,7 @@ impl Model {
             m,
             wheels,
             steps,
-            h: dynamics.h,
+            h: dynamics.grid.step(0),
             scheme: problem.scheme,
             start: State::of(&dynamics.point(&problem.start), DVector::zeros(wheels)),
             target: State::of(&dynamics.point(&problem.end), DVector::zeros(wheels)),
@@ -366,9 +366,9 @@ impl Model {
         let (f, turn);
         if self.wheels > 0 {
             let carried = self.wheel_momentum(&state.wheels);
-            let drift = self.dynamics.gyrostat_drift(&state.momentum, &carried)?;
+            let drift = self.dynamics.gyrostat_drift(stage, &state.momentum, &carried)?;
             f = drift.f;
-            end.attitude = self.dynamics.turned(&(state.attitude * f));
+            end.attitude = self.dynamics.turned(stage, &(state.attitude * f));
             end.momentum = drift.momentum_after;
             let mut xi = Matrix3xX::zeros(self.n);
             xi.view_mut((0, pi), (3, 3)).copy_from(&drift.by_momentum);
@@ -387,7 +387,7 @@ impl Model {
             turn = xi;
         } else {
             let mut point = state.point();
-            let drift = self.dynamics.drift::<12>(&mut point)?;
+            let drift = self.dynamics.drift::<12>(stage, &mut point)?;
             f = drift.f;
             end = State::of(&point, state.wheels.clone());
             let e = self.dynamics.drift_matrix(&drift);

@@ -55,7 +55,7 @@ pub(crate) fn solve_grid<const N: usize>(
 ) -> (Option<GridPoint<N>>, Report) {
     let newton = match Newton::new(bvp, GRID_TOLERANCE, costate, factor) {
         // The grids of the first-order scheme extrapolate too badly to deserve a polish.
-        Ok(newton) if bvp.dynamics.scheme == Scheme::LieEuler => newton,
+        Ok(newton) if bvp.dynamics.grid.scheme() == Scheme::LieEuler => newton,
         Ok(newton) => newton.polished_to(GRID_POLISH),
         Err(error) => return (None, failed(outcome_of(error))),
     };
@@ -63,7 +63,7 @@ pub(crate) fn solve_grid<const N: usize>(
     if report.outcome != Outcome::Converged {
         return (None, report);
     }
-    let steps = bvp.dynamics.steps;
+    let steps = bvp.dynamics.grid.steps();
     if !derive {
         return (Some(GridPoint { steps, costate: newton.costate, psi: None }), report);
     }
@@ -90,7 +90,7 @@ fn correct<const N: usize>(
     }
     let costate = costate - factor.solve(&end.error);
     let report = Report { outcome: Outcome::Converged, iterations: 1, residuals: vec![residual] };
-    Some((Some(GridPoint { steps: bvp.dynamics.steps, costate, psi: None }), report))
+    Some((Some(GridPoint { steps: bvp.dynamics.grid.steps(), costate, psi: None }), report))
 }
 
 /// Carries an extremal from a coarse grid to the problem's own.

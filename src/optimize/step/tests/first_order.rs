@@ -12,7 +12,7 @@ use crate::maneuver::problem::{Motion, Problem, Scheme};
 use crate::mechanics::actuators::Channel;
 use crate::optimize::control_law::Law;
 use crate::optimize::sweep::{BoundaryValueProblem, Node};
-use crate::testing::{Random, limited, random_vector};
+use crate::testing::{Random, graded, limited, random_vector};
 use nalgebra::{DVector, SVector};
 use num_dual::{Dual, Dual64};
 
@@ -63,10 +63,21 @@ fn unbalanced(channel: &Channel, inputs: &DVector<f64>, gradient: &DVector<f64>)
 }
 
 fn check<const N: usize>(problem: &Problem, field: &Field, random: &mut Random) -> f64 {
-    let bvp = BoundaryValueProblem::<N>::new(problem, problem.steps);
+    let uniform = BoundaryValueProblem::<N>::new(problem, problem.steps);
+    let own = BoundaryValueProblem::<N>::on(problem, graded(problem.scheme, problem.steps));
+    check_on(problem, &uniform, field, random).max(check_on(problem, &own, field, random))
+}
+
+fn check_on<const N: usize>(
+    problem: &Problem,
+    bvp: &BoundaryValueProblem<N>,
+    field: &Field,
+    random: &mut Random,
+) -> f64 {
     let dynamics = &bvp.dynamics;
-    let (units, verlet) = (dynamics.units, problem.scheme == Scheme::LieVerlet);
-    let twin = Twin { dynamics, field: field.clone() };
+    let (units, grid) = (dynamics.units, &dynamics.grid);
+    let verlet = grid.has_half_kicks();
+    let twin = Twin { dynamics, field: field.clone(), step: 0 };
     let mut nodes = Vec::new();
     // Any costate will do that does not turn the body too fast for its steps.
     let mut costate = random_vector::<N>(random);
@@ -79,20 +90,18 @@ fn check<const N: usize>(problem: &Problem, field: &Field, random: &mut Random) 
     if verlet {
         // Half of the last kick belongs to the way back to the physical end.
         let kick = dynamics.kick::<N>(&last.point.pose(), &nu);
-        nu.zeta += 0.5 * dynamics.h * kick.slope_r;
-        nu.x += 0.5 * dynamics.h * kick.slope_x;
+        nu.zeta += grid.kick(problem.steps) * kick.slope_r;
+        nu.x += grid.kick(problem.steps) * kick.slope_x;
     }
     let nu = nu.to_vector::<N>();
     let rows: Vec<_> = nodes.iter().map(|node| inputs::<N>(problem, node, &units.costate::<N>())).collect();
     let channels = [problem.actuation.force.as_ref(), Some(&problem.actuation.torque)];
-    let first = usize::from(!verlet);
     let mut worst = 0.0f64;
-    for j in first..=problem.steps {
-        let weight = if verlet && (j == 0 || j == problem.steps) { 0.5 } else { 1.0 };
+    for j in grid.first_input()..=problem.steps {
         for (kind, channel) in channels.into_iter().enumerate() {
             let Some(channel) = channel else { continue };
             let (mut gradients, mut largest) = (DVector::zeros(channel.count()), 0.0f64);
-            let effort = channel.weight() * &rows[j][kind] * (weight * problem.step());
+            let effort = channel.weight() * &rows[j][kind] * (grid.kick(j) * problem.duration);
             for component in 0..channel.count() {
                 let varied = |row: usize, which: usize| -> V<Dual64> {
                     let unit = if which == 0 { units.force() } else { units.torque() };
@@ -107,18 +116,18 @@ fn check<const N: usize>(problem: &Problem, field: &Field, random: &mut Random) 
                     twin.kick(state, weight, &varied(row, 0), &varied(row, 1));
                 };
                 if verlet {
-                    kick(&mut state, 0, 0.5 * dynamics.h);
+                    kick(&mut state, 0, grid.kick(0));
                 }
                 for row in 1..=problem.steps {
-                    state = twin.drift(&state);
-                    kick(&mut state, row, dynamics.h);
+                    state = twin.drift(row - 1, &state);
+                    kick(&mut state, row, grid.full_kick(row));
                 }
                 if verlet {
-                    kick(&mut state, problem.steps, -0.5 * dynamics.h);
+                    kick(&mut state, problem.steps, -grid.kick(problem.steps));
                 }
                 let terms = tangent::<N, f64>(&state).component_mul(&nu) * units.cost;
                 let gradient = terms.sum();
-                let scale = effort.amax().max(terms.abs().sum()).max(units.cost * dynamics.h);
+                let scale = effort.amax().max(terms.abs().sum()).max(units.cost * grid.mean_step());
                 gradients[component] = effort[component] + gradient;
                 largest = largest.max(scale);
             }

@@ -29,7 +29,7 @@ impl<const N: usize> Sample<N> {
             angular_velocity: random.vector3(),
         });
         let costate = random_vector(random);
-        let step = dynamics.transition::<N>(&start, &costate).unwrap();
+        let step = dynamics.transition::<N>(0, &start, &costate).unwrap();
         Self { dynamics, start, costate, end: step.end, before: step.costate_before, linear: step.linear }
     }
 }
@@ -82,7 +82,7 @@ fn check<const N: usize>(problem: &Problem, random: &mut Random) {
         let dense = DMatrix::from_fn(N, N, |row, column| a[(row, column)]);
         small("det A = 1", problem, SMatrix::<f64, 1, 1>::new(dense.determinant() - 1.0), 1.0);
         let p = costate.fixed_rows::<3>(N - 3);
-        let impulse = -dynamics.h * (dynamics.torque.matrix * p);
+        let impulse = -dynamics.grid.step(0) * (dynamics.torque.matrix * p);
         let units = &dynamics.units;
         let ratio = units.mass * units.length * units.length / units.inertia;
         let after = form::<N>(end.momentum.value - impulse, ratio);
@@ -119,7 +119,7 @@ fn inverse<const N: usize>(
     a: &SMatrix<f64, N, N>,
 ) {
     let mut drifted = *start;
-    let drift = dynamics.drift::<N>(&mut drifted).unwrap();
+    let drift = dynamics.drift::<N>(0, &mut drifted).unwrap();
     let costate = crate::optimize::step::Costate::from_vector(costate);
     let kick = dynamics.linear_kick::<N>(&end.pose(), &costate);
     let b: Matrix3 = a.fixed_view::<3, 3>(N - 6, N - 3).into_owned();
@@ -129,9 +129,9 @@ fn inverse<const N: usize>(
     let back = drift.f - hat(&start.momentum.value) * b.transpose();
     free.view_mut((N - 3, N - 3), (3, 3)).copy_from(&back);
     if N == 12 {
-        free.view_mut((0, 3), (3, 3)).copy_from(&-Matrix3::from_diagonal_element(dynamics.h));
+        free.view_mut((0, 3), (3, 3)).copy_from(&-Matrix3::from_diagonal_element(dynamics.grid.step(0)));
     }
-    let unkicked = SMatrix::<f64, N, N>::identity() - kick.gradient::<N>() * dynamics.h;
+    let unkicked = SMatrix::<f64, N, N>::identity() - kick.gradient::<N>() * dynamics.grid.step(0);
     let left = free * unkicked * a - SMatrix::<f64, N, N>::identity();
     small("A⁻¹ in closed form", problem, left, a.amax() * a.amax());
 }

@@ -28,7 +28,7 @@ fn torques_without_vertical_component_keep_the_vertical_momentum() {
         let costate = random_vector::<6>(&mut random);
         let mut nodes = Vec::new();
         bvp.sweep_observed(&costate, |node| nodes.push(node)).unwrap();
-        let end = nodes[problem.steps].physical(0.5 * bvp.dynamics.h);
+        let end = nodes[problem.steps].physical();
         let (_, psi) = bvp.sweep_linearized(&costate).unwrap();
         let null = |point: &crate::optimize::step::Point| {
             let vertical = point.attitude.value.tr_mul(&Vector3::z());

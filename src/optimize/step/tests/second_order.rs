@@ -8,7 +8,7 @@ use crate::mechanics::environment::{
     CentralGravity, GravityGradient, PointMass, SecondOrderGravity, UniformGravity,
 };
 use crate::optimize::step::Dynamics;
-use crate::testing::{Random, attitude_only, full_inertia, moving_ends, random_vector};
+use crate::testing::{Random, attitude_only, full_inertia, graded, moving_ends, random_vector};
 use crate::{Matrix3, Vector3};
 
 /// Every environment with every frame of the inputs, and the field written down again.
@@ -55,8 +55,19 @@ fn limits(motion: Motion) -> (f64, f64) {
 }
 
 fn check<const N: usize>(problem: &Problem, field: &Field, random: &mut Random) {
-    let dynamics = Dynamics::new(problem, problem.steps);
-    let twin = Twin { dynamics: &dynamics, field: field.clone() };
+    check_step::<N>(problem, &Dynamics::new(problem, problem.steps), 0, field, random);
+    let own = Dynamics::on(problem, graded(problem.scheme, problem.steps));
+    check_step::<N>(problem, &own, 4, field, random);
+}
+
+fn check_step<const N: usize>(
+    problem: &Problem,
+    dynamics: &Dynamics,
+    step: usize,
+    field: &Field,
+    random: &mut Random,
+) {
+    let twin = Twin { dynamics, field: field.clone(), step };
     let (a_limit, h_limit) = limits(problem.motion);
     for _ in 0..20 {
         let state = State {
@@ -66,7 +77,7 @@ fn check<const N: usize>(problem: &Problem, field: &Field, random: &mut Random) 
             angular_velocity: 2.0 * random.vector3(),
         };
         let (point, costate) = (dynamics.point(&state), random_vector::<N>(random));
-        let step = dynamics.transition::<N>(&point, &costate).unwrap();
+        let step = dynamics.transition::<N>(step, &point, &costate).unwrap();
         let (a, (before, h)) = (twin.a(&point, &costate), twin.h(&point, &costate));
         let claims = [
             ("A", (step.linear.a - a).amax() / a.amax().max(1.0), a_limit),

@@ -136,12 +136,14 @@ where
 pub struct Twin<'a> {
     pub dynamics: &'a Dynamics,
     pub field: Field,
+    /// Which step of the grid is differentiated.
+    pub step: usize,
 }
 
 impl Twin<'_> {
     /// `F` of `h S(Π) = F J_d − J_d Fᵀ`, by Newton on `F = exp S(f)` in Cayley coordinates.
-    fn relative<D: Number>(&self, pi: &V<D>) -> M<D> {
-        let (g, j) = (pi * D::from(self.dynamics.h), matrix::<D>(&self.dynamics.j));
+    fn relative<D: Number>(&self, step: usize, pi: &V<D>) -> M<D> {
+        let (g, j) = (pi * D::from(self.dynamics.grid.step(step)), matrix::<D>(&self.dynamics.j));
         let mut c = matrix::<D>(&self.dynamics.j_inverse) * g * D::from(0.5);
         // Each iteration doubles the digits of the value; every order of derivative lags by one.
         for _ in 0..12 {
@@ -154,15 +156,15 @@ impl Twin<'_> {
         one + (s + s * s) * (D::from(2.0) / (c.dot(&c) + 1.0))
     }
 
-    /// The free step.
-    pub fn drift<D: Number>(&self, state: &State<D>) -> State<D> {
-        let f = self.relative(&state.pi);
+    /// The free step `step` of the grid.
+    pub fn drift<D: Number>(&self, step: usize, state: &State<D>) -> State<D> {
+        let f = self.relative(step, &state.pi);
         let mut r = state.r * f;
-        if let Some(turn) = &self.dynamics.frame_turn {
+        if let Some(turn) = self.dynamics.frame_turn(step) {
             r = (matrix::<D>(turn) + M::from_diagonal_element(D::from(1.0))) * r;
         }
         State {
-            x: state.x + state.gamma * D::from(self.dynamics.h),
+            x: state.x + state.gamma * D::from(self.dynamics.grid.step(step)),
             r,
             pi: f.transpose() * state.pi,
             ..*state
@@ -206,10 +208,10 @@ impl Twin<'_> {
         state: &State<D>,
         costate: &na::SVector<f64, N>,
     ) -> State<D> {
-        let mut after = self.drift(state);
+        let mut after = self.drift(self.step, state);
         let (gamma, pi) = duals::<N, D>(costate);
         let (force, torque) = self.optimal(&after, &gamma, &pi);
-        self.kick(&mut after, self.dynamics.h, &force, &torque);
+        self.kick(&mut after, self.dynamics.grid.full_kick(self.step + 1), &force, &torque);
         after
     }
 
@@ -220,7 +222,8 @@ impl Twin<'_> {
         let (gamma, pi) = duals::<N, D>(costate);
         let (force, torque) = self.optimal(drifted, &gamma, &pi);
         let mut kicked = *drifted;
-        self.kick(&mut kicked, self.dynamics.h, &(force * D::from(0.5)), &(torque * D::from(0.5)));
+        let weight = self.dynamics.grid.full_kick(self.step + 1);
+        self.kick(&mut kicked, weight, &(force * D::from(0.5)), &(torque * D::from(0.5)));
         let linear = if N == 12 { kicked.gamma.dot(&gamma) } else { D::from(0.0) };
         kicked.pi.dot(&pi) + linear
     }
@@ -257,7 +260,7 @@ impl Twin<'_> {
                 pi: state.pi.map(lift),
             };
             let step = Dual::new(D::from(0.0), D::from(1.0));
-            let drifted = self.drift(&state.moved::<N>(row, step));
+            let drifted = self.drift(self.step, &state.moved::<N>(row, step));
             let z = tangent::<N, D>(&drifted);
             let mut sum = self.hamiltonian(&drifted, costate).eps;
             for index in (0..N).filter(|index| index % 6 < 3) {
