@@ -317,3 +317,29 @@ fn log_agrees_with_the_reference_half_turns() {
         assert!(first.is_some_and(|component| *component > 0.0), "sign of {found:?}");
     }
 }
+
+/// `b exp S(a ⊖ b) = a`, whoever made the rotations.
+#[test]
+fn differences_of_rotations_lead_from_one_to_the_other() {
+    let mut random = Random::new(31);
+    for _ in 0..200 {
+        let (a, b) = (Rotation::exp(&(2.0 * random.vector())), Rotation::exp(&(2.0 * random.vector())));
+        assert_close((b * Rotation::exp(&a.minus(&b))).matrix(), a.matrix(), 1e-14, "b exp(a ⊖ b)");
+        assert_eq!(a.minus(&b), (b.inverse() * a).log());
+        // The same turn, seen from either end.
+        assert!(norm(&(a.minus(&b) + b.minus(&a))) < 1e-13);
+        let (quaternion, rotation) = (nalgebra::UnitQuaternion::from(a), nalgebra::Rotation3::from(a));
+        assert!(norm(&Rotation::from(quaternion).minus(&a)) < 1e-14);
+        assert_eq!(Rotation::from(rotation), a);
+        assert!(norm(&Rotation::from_quaternion(&a.quaternion().map(|part| -3.0 * part)).minus(&a)) < 1e-14);
+    }
+}
+
+#[test]
+fn what_is_no_rotation_is_refused() {
+    let turn = exp(&Vector3::new(0.3, -1.0, 0.2));
+    assert_eq!(Rotation::new(turn).unwrap().matrix(), &turn);
+    assert!((Rotation::new(1.1 * turn).unwrap_err().defect - 0.21 * 3.0_f64.sqrt()).abs() < 1e-14);
+    assert_eq!(Rotation::new(-turn).unwrap_err().defect, 2.0);
+    assert!(Rotation::new(turn * f64::NAN).unwrap_err().defect.is_nan());
+}

@@ -1,4 +1,4 @@
-//! The rotation group SO(3): exponential, logarithm, their Jacobians, Cayley map, quaternions.
+//! The rotation group SO(3): exponential, logarithm, their Jacobians, Cayley map, quaternions; [`Rotation`] as one value.
 //!
 //! With `t = |f|` every map of a rotation vector here is `I + a S(f) + b S(f)²`:
 //!
@@ -17,6 +17,7 @@
 mod cayley;
 mod kernels;
 mod quaternion;
+mod rotation;
 mod skew;
 mod so3;
 
@@ -24,6 +25,8 @@ pub use cayley::{cayley, cayley_inverse, cayley_minus_identity};
 pub(crate) use kernels::Second;
 pub(crate) use quaternion::continued;
 pub use quaternion::{project_to_rotation, quaternion_from_rotation, rotation_from_quaternion};
+pub(crate) use rotation::orthogonality;
+pub use rotation::{NotARotation, Rotation, minus};
 pub(crate) use skew::skew_polynomial;
 pub use skew::{hat, vee};
 pub use so3::{

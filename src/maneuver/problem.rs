@@ -4,6 +4,7 @@ mod check;
 
 pub use crate::maneuver::grid::Scheme;
 
+use crate::lie::Rotation;
 use crate::maneuver::constraint::{Constraint, ConstraintError};
 use crate::maneuver::grid::Grid;
 use crate::mechanics::actuators::{Actuation, AxisFrame, Channel};
@@ -27,13 +28,15 @@ pub struct State {
 }
 
 impl State {
-    /// A state on SO(3).
-    pub fn attitude(attitude: Matrix3, angular_velocity: Vector3) -> Self {
-        Self { position: Vector3::zeros(), velocity: Vector3::zeros(), attitude, angular_velocity }
+    /// A state on SO(3): a rotation of nalgebra or a matrix, and the inertial angular velocity `Ω`, body axes [rad/s].
+    pub fn attitude(attitude: impl Into<Rotation>, angular_velocity: Vector3) -> Self {
+        let rotation: Rotation = attitude.into();
+        let still = Vector3::zeros();
+        Self { position: still, velocity: still, attitude: *rotation.matrix(), angular_velocity }
     }
 
     /// At rest in `attitude`, on SO(3).
-    pub fn at_rest(attitude: Matrix3) -> Self {
+    pub fn at_rest(attitude: impl Into<Rotation>) -> Self {
         Self::attitude(attitude, Vector3::zeros())
     }
 }

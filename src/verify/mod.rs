@@ -380,7 +380,7 @@ fn continuous_margins(
         let held = inputs.held(index / PIECES);
         let (time, before) = (index as f64 * piece, body.inertial_attitude());
         body.advance(time, piece, &held, &held)?;
-        let turn = lie::log(&before.tr_mul(&body.inertial_attitude()));
+        let turn = lie::minus(&body.inertial_attitude(), &before);
         meter.arc(time, &Arc { start: before, turn });
         meter.rate(time + piece, &body.phase(time + piece).angular_velocity(problem));
     }

@@ -93,7 +93,7 @@ impl Scale {
         let moves = motion == Motion::RigidBody;
         let linear = self.mass * self.length / self.time;
         TerminalError {
-            attitude_rad: lie::log(&(b.attitude.transpose() * a.attitude)).norm(),
+            attitude_rad: lie::minus(&a.attitude, &b.attitude).norm(),
             momentum_relative: (a.momentum - b.momentum).norm() * self.time / self.inertia,
             position_relative: moves.then(|| (a.position - b.position).norm() / self.length),
             linear_momentum_relative: moves.then(|| (a.linear_momentum - b.linear_momentum).norm() / linear),

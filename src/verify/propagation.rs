@@ -132,7 +132,7 @@ fn row(plant: &Plant, time: f64, quaternion: [f64; 4], phase: &Phase) -> Row {
                 - plant.frame_rate().dot(&spin),
             linear_momentum: inertial * phase.linear_momentum,
             angular_momentum: inertial * momentum,
-            orthogonality: (phase.attitude.tr_mul(&phase.attitude) - Matrix3::identity()).norm(),
+            orthogonality: lie::orthogonality(&phase.attitude),
         },
     }
 }

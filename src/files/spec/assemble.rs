@@ -5,7 +5,7 @@ use super::diagnostic::{Spot, escape};
 use super::quantity::{short, show};
 use super::section::{Report, Section};
 use super::{Expect, actuators, body, constraint, environment, maneuver};
-use crate::lie::log;
+use crate::lie::minus;
 use crate::maneuver::problem::{Motion, Path, Problem, ProblemError, State};
 use crate::maneuver::settings::{Method, Settings};
 use crate::mechanics::body::{Body, Inertia};
@@ -62,7 +62,7 @@ pub(crate) fn assemble(root: &Section<'_>, default_name: &str, report: &mut Repo
         let reason = "the body is at rest where it should end: the plan is zero torque".to_string();
         report.warn("W0059", end.section.here(), reason, "give [end] another attitude");
     }
-    let shortest = log(&(start_state.attitude.transpose() * end_state.attitude)).norm();
+    let shortest = minus(&end_state.attitude, &start_state.attitude).norm();
     let angle = match path {
         Path::Shortest => shortest,
         // `best` tries both senses, the other one being the longer.
@@ -241,7 +241,7 @@ fn is_same(start: &State, end: &State, path: &Path) -> bool {
     let turned = match path {
         Path::AsGiven(vector) => vector.norm(),
         Path::Long => TAU,
-        _ => log(&(start.attitude.transpose() * end.attitude)).norm(),
+        _ => minus(&end.attitude, &start.attitude).norm(),
     };
     let moving = [start.angular_velocity, end.angular_velocity, start.velocity, end.velocity];
     let moved = (end.position - start.position).amax() > SAME * start.position.amax();

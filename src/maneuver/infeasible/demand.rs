@@ -125,7 +125,7 @@ impl<'a> Case<'a> {
 
 fn demands(problem: &Problem, ends: &Ends) -> Vec<Demand> {
     let [start, end] = &ends.attitude;
-    let angle = lie::log(&start.tr_mul(end)).norm();
+    let angle = lie::minus(end, start).norm();
     let words = "the body has to turn by".into();
     let mut demands = vec![Demand { words, angle, axis: None, fastest: fastest(problem, None), cone: None }];
     let of_axis = |axis: &Vector3, angle: f64, words: String, cone: Option<Detour>| {

@@ -17,6 +17,7 @@ pub use gravity_gradient::GravityGradient;
 pub use second_order_gravity::SecondOrderGravity;
 pub use uniform_gravity::UniformGravity;
 
+use crate::lie::Rotation;
 use crate::{Matrix3, Vector3};
 use std::fmt::Debug;
 
@@ -27,6 +28,22 @@ pub struct Pose {
     pub position: Vector3,
     /// Attitude `R`, body → reference.
     pub attitude: Matrix3,
+}
+
+impl Pose {
+    /// From a position, reference frame \[m\], and an attitude: a rotation of nalgebra or a matrix.
+    ///
+    /// ```
+    /// # use slewkit::Vector3;
+    /// # use slewkit::mechanics::environment::Pose;
+    /// let quarter_turn = nalgebra::UnitQuaternion::from_euler_angles(0.0, 0.0, std::f64::consts::FRAC_PI_2);
+    /// let pose = Pose::new(Vector3::new(7e6, 0.0, 0.0), quarter_turn);
+    /// assert!((pose.attitude * Vector3::x() - Vector3::y()).norm() < 1e-15);
+    /// ```
+    pub fn new(position: Vector3, attitude: impl Into<Rotation>) -> Self {
+        let rotation: Rotation = attitude.into();
+        Self { position, attitude: *rotation.matrix() }
+    }
 }
 
 /// Force and moment, or a pair of costates `(λ^γ, λ^Π)` dual to them.

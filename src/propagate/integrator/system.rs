@@ -1,6 +1,7 @@
 //! What moves and what acts on it: n rigid bodies, a potential, inputs held by actuators.
 
 use super::state::SystemState;
+use crate::lie::Rotation;
 use crate::maneuver::problem::State;
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::{Blocks, Environment, Pose, Symmetry, Wrench};
@@ -246,8 +247,7 @@ impl System {
             if !vectors.into_iter().flatten().chain(pose.attitude.iter()).all(|value| value.is_finite()) {
                 return Err(SystemError::NotFinite { body });
             }
-            let reflected = pose.attitude.determinant() < 0.0;
-            let error = if reflected { 2.0 } else { orthogonality(&pose.attitude) };
+            let error = Rotation::from(pose.attitude).defect();
             if error > 1e-9 {
                 return Err(SystemError::Attitude { body, error });
             }
@@ -267,7 +267,7 @@ impl System {
         let angular_momentum = invariants::angular_momentum(poses, momenta);
         let kinetic = invariants::kinetic_energy(&self.bodies, momenta);
         let mut worst = 0.0_f64;
-        for error in poses.iter().map(|pose| orthogonality(&pose.attitude)) {
+        for error in poses.iter().map(|pose| lie::orthogonality(&pose.attitude)) {
             // Written so that a NaN stays.
             worst = if error <= worst { worst } else { error };
         }
@@ -278,11 +278,6 @@ impl System {
             orthogonality: worst,
         }
     }
-}
-
-/// `‖I − RᵀR‖`, Frobenius.
-fn orthogonality(attitude: &Matrix3) -> f64 {
-    (attitude.tr_mul(attitude) - Matrix3::identity()).norm()
 }
 
 /// An environment as the potential of the only body.

@@ -1,0 +1,165 @@
+//! A rotation as one value, with composition and differences.
+
+use super::{exp, log, quaternion_from_rotation, rotation_from_quaternion};
+use crate::{Matrix3, Vector3};
+use nalgebra::{Rotation3, UnitQuaternion};
+use std::ops::Mul;
+use thiserror::Error;
+
+/// `a ⊖ b = log(bᵀ a)` \[rad\]: the rotation vector that leads from `b` to `a`, `b exp S(a ⊖ b) = a`, in the axes
+/// that `b` turns with. As long as the angle between them, at most π.
+pub fn minus(a: &Matrix3, b: &Matrix3) -> Vector3 {
+    log(&b.tr_mul(a))
+}
+
+/// `‖I − RᵀR‖`, Frobenius.
+pub(crate) fn orthogonality(rotation: &Matrix3) -> f64 {
+    (rotation.tr_mul(rotation) - Matrix3::identity()).norm()
+}
+
+/// A rotation `R` ∈ SO(3), an orthogonal matrix of determinant 1. As an attitude it maps body to reference vectors.
+///
+/// Every constructor of this crate that takes an attitude takes what can be made into one: the unit quaternions and
+/// rotations of nalgebra, and matrices.
+///
+/// ```
+/// use nalgebra::{Rotation3, UnitQuaternion};
+/// use slewkit::lie::Rotation;
+/// use slewkit::maneuver::problem::State;
+/// use slewkit::{Matrix3, Vector3};
+///
+/// let turn = UnitQuaternion::from_euler_angles(0.1, -0.4, 2.0);
+/// let from_quaternion = State::attitude(turn, Vector3::new(0.0, 0.0, 0.1));
+/// let from_rotation = State::at_rest(Rotation3::from(turn));
+/// let from_matrix = State::at_rest(Matrix3::identity());
+///
+/// let (a, b) = (Rotation::from(from_quaternion.attitude), Rotation::from(from_rotation.attitude));
+/// assert!(a.minus(&b).norm() < 1e-15);
+/// let way = a.minus(&from_matrix.attitude.into());
+/// assert!((way.norm() - turn.angle()).abs() < 1e-15);
+/// ```
+///
+/// A matrix is taken as it is: those that are no rotation are refused where all else is judged, by
+/// [`Problem::check`](crate::maneuver::problem::Problem::check) and
+/// [`System::check`](crate::propagate::integrator::System::check). [`Rotation::new`] judges it at once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rotation {
+    matrix: Matrix3,
+}
+
+/// The matrix is no rotation.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[error("the matrix is no rotation: it misses an orthogonal one of determinant 1 by {defect:.1e}")]
+pub struct NotARotation {
+    /// [`Rotation::defect`]; NaN where a number is not finite.
+    pub defect: f64,
+}
+
+impl Rotation {
+    /// What a matrix may miss a rotation by, as the boundary states of a maneuver may.
+    pub const DEFECT: f64 = 1e-12;
+
+    /// From a matrix that is checked.
+    ///
+    /// # Errors
+    /// [`NotARotation`] where the matrix misses one by more than [`Rotation::DEFECT`].
+    pub fn new(matrix: Matrix3) -> Result<Self, NotARotation> {
+        let defect = Self { matrix }.defect();
+        if defect <= Self::DEFECT { Ok(Self { matrix }) } else { Err(NotARotation { defect }) }
+    }
+
+    /// No turn at all.
+    pub fn identity() -> Self {
+        Self { matrix: Matrix3::identity() }
+    }
+
+    /// The turn by a rotation vector \[rad\] of any length.
+    pub fn exp(vector: &Vector3) -> Self {
+        Self { matrix: exp(vector) }
+    }
+
+    /// Its rotation vector \[rad\], at most π long; see [`log`].
+    pub fn log(&self) -> Vector3 {
+        log(&self.matrix)
+    }
+
+    /// From a Hamilton quaternion `[w, x, y, z]` of any length but zero, which gives NaN.
+    pub fn from_quaternion(quaternion: &[f64; 4]) -> Self {
+        Self { matrix: rotation_from_quaternion(quaternion) }
+    }
+
+    /// Its unit quaternion `[w, x, y, z]`, of the two the one whose largest component is positive.
+    pub fn quaternion(&self) -> [f64; 4] {
+        quaternion_from_rotation(&self.matrix)
+    }
+
+    /// Its matrix, shape (3, 3).
+    pub fn matrix(&self) -> &Matrix3 {
+        &self.matrix
+    }
+
+    /// The turn back, `R⁻¹ = Rᵀ`.
+    pub fn inverse(&self) -> Self {
+        Self { matrix: self.matrix.transpose() }
+    }
+
+    /// `R ⊖ other = log(otherᵀ R)` \[rad\]: the turn that leads from `other` to this one, in the axes of the body that
+    /// `other` is the attitude of.
+    pub fn minus(&self, other: &Self) -> Vector3 {
+        minus(&self.matrix, &other.matrix)
+    }
+
+    /// How far the matrix is from a rotation: `‖I − RᵀR‖` (Frobenius), 2 for a reflection, NaN where a number is not
+    /// finite.
+    pub fn defect(&self) -> f64 {
+        let reflects = self.matrix.determinant() < 0.0;
+        if reflects { 2.0 } else { orthogonality(&self.matrix) }
+    }
+}
+
+/// The turn by `other` first, then by this one.
+impl Mul for Rotation {
+    type Output = Self;
+
+    fn mul(self, other: Self) -> Self {
+        Self { matrix: self.matrix * other.matrix }
+    }
+}
+
+/// Unchecked; see [`Rotation`].
+impl From<Matrix3> for Rotation {
+    fn from(matrix: Matrix3) -> Self {
+        Self { matrix }
+    }
+}
+
+impl From<Rotation3<f64>> for Rotation {
+    fn from(rotation: Rotation3<f64>) -> Self {
+        Self { matrix: rotation.into_inner() }
+    }
+}
+
+impl From<UnitQuaternion<f64>> for Rotation {
+    fn from(quaternion: UnitQuaternion<f64>) -> Self {
+        Self::from_quaternion(&[quaternion.w, quaternion.i, quaternion.j, quaternion.k])
+    }
+}
+
+impl From<Rotation> for Matrix3 {
+    fn from(rotation: Rotation) -> Self {
+        rotation.matrix
+    }
+}
+
+impl From<Rotation> for Rotation3<f64> {
+    fn from(rotation: Rotation) -> Self {
+        Self::from_matrix_unchecked(rotation.matrix)
+    }
+}
+
+impl From<Rotation> for UnitQuaternion<f64> {
+    fn from(rotation: Rotation) -> Self {
+        let [w, x, y, z] = rotation.quaternion();
+        Self::new_unchecked(nalgebra::Quaternion::new(w, x, y, z))
+    }
+}
