@@ -8,7 +8,7 @@
 
 use slewkit::maneuver::problem::{Problem, State};
 use slewkit::maneuver::settings::Settings;
-use slewkit::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits};
+use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::plan::{Silent, Status, plan};
 use slewkit::{Matrix3, Vector3, lie};
@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             ("above, 1.3 Te", 1.3 * eigenaxis),
         ] {
             let limits = Limits { norm: Some(1.0), ..Limits::default() };
-            let channel = Channel::three_axes(AxisFrame::Body).with_limits(limits)?;
+            let channel = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits)?;
             let [start, end] = [Matrix3::identity(), lie::exp(&rotation)].map(State::at_rest);
             let problem = Problem::attitude(body.clone(), start, end, duration)
                 .with_actuation(Actuation::torques(channel))

@@ -2,7 +2,7 @@
 
 use crate::maneuver::grid::{Grid, Scheme};
 use crate::maneuver::problem::{Problem, State};
-use crate::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits};
+use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
 use crate::mechanics::body::{Body, Inertia};
 use crate::optimize::sweep::BoundaryValueProblem;
 use crate::{Matrix3, Vector3};
@@ -55,9 +55,9 @@ pub fn full_inertia() -> Inertia {
 }
 
 /// Inputs along the columns of `axes` with a full weight matrix.
-pub fn channel(axes: &Matrix3, frame: AxisFrame, weight: &Matrix3) -> Channel {
+pub fn channel(axes: &Matrix3, frame: AxisFrame, weight: &Matrix3) -> ActuatorSet {
     let columns = axes.column_iter().map(|column| column.into_owned()).collect();
-    Channel::new(columns, frame, DMatrix::from_iterator(3, 3, weight.iter().copied())).unwrap()
+    ActuatorSet::new(columns, frame, DMatrix::from_iterator(3, 3, weight.iter().copied())).unwrap()
 }
 
 /// Torques alone along the columns of `axes`.
@@ -73,7 +73,7 @@ pub fn full_actuation(frame: AxisFrame) -> Actuation {
     let mut axes: Vec<Vector3> = b.column_iter().map(|column| column.into_owned()).collect();
     axes.push(Vector3::new(0.5, 0.5, -0.7));
     let weight = DMatrix::from_fn(4, 4, |i, j| if i == j { 1.0 + 0.3 * i as f64 } else { 0.1 });
-    let force = Channel::new(axes, other, weight).unwrap();
+    let force = ActuatorSet::new(axes, other, weight).unwrap();
     Actuation { torque: channel(&b, frame, &w), force: Some(force), wheels: None }
 }
 
@@ -120,7 +120,7 @@ pub fn limited<const N: usize>(
     norm: bool,
     part: f64,
 ) -> Problem {
-    let within = |channel: &Channel, norm: bool, limit: f64| {
+    let within = |channel: &ActuatorSet, norm: bool, limit: f64| {
         let (mut weight, mut limits) = (channel.weight().clone(), Limits::default());
         if norm {
             limits.norm = Some(limit);
@@ -128,7 +128,7 @@ pub fn limited<const N: usize>(
             weight = DMatrix::from_diagonal(&weight.diagonal());
             limits.size = Some(vec![limit; channel.count()]);
         }
-        let channel = Channel::new(channel.axes().to_vec(), channel.frame(), weight).unwrap();
+        let channel = ActuatorSet::new(channel.axes().to_vec(), channel.frame(), weight).unwrap();
         channel.with_limits(limits).unwrap()
     };
     let mut problem = problem.clone();

@@ -9,7 +9,7 @@ use slewkit::maneuver::constraint::{
 };
 use slewkit::maneuver::problem::{Problem, Scheme, State};
 use slewkit::maneuver::solution::Trajectory;
-use slewkit::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits};
+use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::mechanics::environment::{Blocks, Environment, Pose, Wrench};
 use slewkit::verify::{Margin, margins, replay, verify, worst_violation};
@@ -200,7 +200,7 @@ fn input_margins_are_those_of_the_rows() {
             norm: Some(2.6),
             rate: Some(vec![1.5, 2.0, 1.2, 9.0]),
         };
-        let channel = Channel::new(axes, AxisFrame::Body, DMatrix::identity(4, 4)).unwrap();
+        let channel = ActuatorSet::new(axes, AxisFrame::Body, DMatrix::identity(4, 4)).unwrap();
         let channel = channel.with_limits(limits.clone()).unwrap();
         let problem = tumbling(scheme).with_actuation(Actuation::torques(channel.clone()));
         let inputs = smooth_inputs(&problem);

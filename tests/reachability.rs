@@ -8,7 +8,7 @@ use slewkit::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side}
 use slewkit::maneuver::infeasible::{Proof, proof};
 use slewkit::maneuver::problem::{Problem, Scheme, State};
 use slewkit::maneuver::solution::Trajectory;
-use slewkit::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits, Wheels};
+use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::mechanics::environment::{GravityGradient, UniformGravity};
 use slewkit::verify::{margins, replay};
@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 const SCHEMES: [Scheme; 2] = [Scheme::LieEuler, Scheme::LieVerlet];
 
 fn limited(limits: Limits) -> Actuation {
-    Actuation::torques(Channel::three_axes(AxisFrame::Body).with_limits(limits).unwrap())
+    Actuation::torques(ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap())
 }
 
 fn norm_limit(limit: f64) -> Actuation {
@@ -211,7 +211,7 @@ fn a_maneuver_that_exists_is_never_denied() {
         match case % 5 {
             0 => {
                 let axes: Vec<Vector3> = (0..4).map(|_| random.direction()).collect();
-                let torque = Channel::new(axes, AxisFrame::Body, DMatrix::identity(4, 4)).unwrap();
+                let torque = ActuatorSet::new(axes, AxisFrame::Body, DMatrix::identity(4, 4)).unwrap();
                 let unit = body.inertia.mean() / duration;
                 let momentum =
                     (0..4).map(|_| if case % 2 == 0 { 0.0 } else { unit * random.uniform() }).collect();
@@ -222,14 +222,14 @@ fn a_maneuver_that_exists_is_never_denied() {
                 let field = UniformGravity::new(1.0, size, random.direction(), 0.3 * random.direction());
                 problem = problem.with_environment(field.unwrap());
                 if case % 2 == 0 {
-                    problem.actuation.torque = Channel::three_axes(AxisFrame::Reference);
+                    problem.actuation.torque = ActuatorSet::three_axes(AxisFrame::Reference);
                 }
             }
             2 => {
                 let field = GravityGradient::new(1.0 / duration, &body.inertia);
                 problem = problem.with_environment(field.unwrap());
                 if case % 2 == 0 {
-                    problem.actuation.torque = Channel::three_axes(AxisFrame::Reference);
+                    problem.actuation.torque = ActuatorSet::three_axes(AxisFrame::Reference);
                 }
             }
             _ => {}
@@ -277,7 +277,7 @@ fn a_premise_that_holds_nearly_proves_nothing() {
         ];
         for (j, axes, rate, size) in cases {
             let count = axes.len();
-            let torque = Channel::new(axes, AxisFrame::Body, DMatrix::identity(count, count)).unwrap();
+            let torque = ActuatorSet::new(axes, AxisFrame::Body, DMatrix::identity(count, count)).unwrap();
             let start = State::attitude(Matrix3::identity(), rate);
             let problem = Problem::attitude(body(j), start, start, 1.0)
                 .with_steps(400)
@@ -462,8 +462,12 @@ fn rate_limits_bound_the_time() {
     let body = Body { inertia: Inertia::diagonal(Vector3::new(2.0, 3.0, 4.0)).unwrap(), mass: None };
     let rotation = Vector3::new(2.0, 0.0, 0.0);
     let rate = |limit: f64| Constraint { name: "gyro".into(), rule: Rule::RateNorm(limit) };
-    let free =
-        rest_to_rest(body.clone(), rotation, 5.0, Actuation::torques(Channel::three_axes(AxisFrame::Body)));
+    let free = rest_to_rest(
+        body.clone(),
+        rotation,
+        5.0,
+        Actuation::torques(ActuatorSet::three_axes(AxisFrame::Body)),
+    );
     assert_eq!(proof(&free), None);
     let reason = shortest(&free.clone().with_constraint(rate(0.25)), 8.0, 1e-6);
     assert!(reason.contains("14.32 deg/s") && reason.contains("rate limits at least 1.6 times"), "{reason}");
@@ -482,7 +486,7 @@ fn torque_rate_limits_bound_the_time() {
     let sphere = Body { inertia: Inertia::diagonal(Vector3::repeat(2.0)).unwrap(), mass: None };
     let axes = vec![Vector3::x()];
     let limits = Limits { rate: Some(vec![0.05]), ..Limits::default() };
-    let channel = Channel::new(axes, AxisFrame::Body, DMatrix::identity(1, 1)).unwrap();
+    let channel = ActuatorSet::new(axes, AxisFrame::Body, DMatrix::identity(1, 1)).unwrap();
     let actuation = Actuation::torques(channel.with_limits(limits).unwrap());
     for scheme in SCHEMES {
         let problem = rest_to_rest(sphere.clone(), Vector3::new(1.5, 0.0, 0.0), 5.0, actuation.clone());
@@ -542,7 +546,7 @@ fn forces_and_distances_are_bounded() {
 
 fn three_wheels(momentum: [f64; 3], limit: f64, torque: f64) -> Actuation {
     let limits = Limits { size: Some(vec![torque; 3]), ..Limits::default() };
-    let channel = Channel::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
+    let channel = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
     let wheels = Wheels { momentum: momentum.to_vec(), momentum_limit: vec![limit; 3] };
     Actuation { torque: channel, force: None, wheels: Some(wheels) }
 }
@@ -563,7 +567,7 @@ fn momentum_that_the_wheels_cannot_hold_in_the_end_is_named() {
     assert!(found.reason.contains("store 2.5") && found.reason.contains("at least 1.6 times"), "{found}");
     // Two wheels, and momentum about the third axis at the end.
     let channel =
-        Channel::new(vec![Vector3::x(), Vector3::z()], AxisFrame::Body, DMatrix::identity(2, 2)).unwrap();
+        ActuatorSet::new(vec![Vector3::x(), Vector3::z()], AxisFrame::Body, DMatrix::identity(2, 2)).unwrap();
     let wheels = Wheels { momentum: vec![0.0, 4.0], momentum_limit: vec![f64::INFINITY; 2] };
     problem.actuation = Actuation { torque: channel, force: None, wheels: Some(wheels) };
     let found = denied(&problem);
@@ -612,7 +616,7 @@ fn a_gyrostat_about_one_axis_attains_its_bound() {
             .with_actuation(three_wheels([-0.5, 0.0, 0.0], f64::INFINITY, 0.1));
         let axis = vec![Vector3::x()];
         let limits = Limits { size: Some(vec![0.1]), ..Limits::default() };
-        problem.actuation.torque = Channel::new(axis, AxisFrame::Body, DMatrix::identity(1, 1))
+        problem.actuation.torque = ActuatorSet::new(axis, AxisFrame::Body, DMatrix::identity(1, 1))
             .unwrap()
             .with_limits(limits)
             .unwrap();

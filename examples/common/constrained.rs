@@ -3,7 +3,7 @@
 use slewkit::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
 use slewkit::maneuver::problem::{Path, Problem, State};
 use slewkit::maneuver::settings::Settings;
-use slewkit::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits};
+use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::plan::{Silent, plan};
 use slewkit::{Matrix3, Vector3, lie};
@@ -40,7 +40,7 @@ pub fn case(seed: u64, cones: Option<usize>) -> Option<Problem> {
     let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
     let weight = nalgebra::DMatrix::identity(3, 3);
     let limits = Limits { size: Some(vec![share * peak; 3]), ..Limits::default() };
-    let channel = Channel::new(axes, AxisFrame::Body, weight).ok()?.with_limits(limits).ok()?;
+    let channel = ActuatorSet::new(axes, AxisFrame::Body, weight).ok()?.with_limits(limits).ok()?;
     let mut problem = free.with_actuation(Actuation::torques(channel));
     let by_chance = 1 + usize::from(random.unit() > 0.5);
     let cones = cones.unwrap_or(by_chance);

@@ -8,7 +8,7 @@ use serde::Serialize;
 use slewkit::files::export::write_document;
 use slewkit::files::spec::{Diagnostic, Loaded, LoadedSimulation, Spec, escape};
 use slewkit::maneuver::problem::Motion;
-use slewkit::mechanics::actuators::{Actuation, Channel, LimitKind, Limits};
+use slewkit::mechanics::actuators::{Actuation, ActuatorSet, LimitKind, Limits};
 use slewkit::numerics::figures::{counted, significant};
 
 /// Arguments of `slew check`.
@@ -225,7 +225,7 @@ fn limits(actuation: &Actuation) -> Vec<&'static str> {
     let mut names = Vec::new();
     let channels = [(Some(&actuation.torque), false), (actuation.force.as_ref(), true)];
     for (channel, of_force) in channels {
-        let Some(Limits { size, norm, rate }) = channel.map(Channel::limits) else { continue };
+        let Some(Limits { size, norm, rate }) = channel.map(ActuatorSet::limits) else { continue };
         let given = [
             (size.is_some(), LimitKind::Size),
             (norm.is_some(), LimitKind::Norm),

@@ -7,7 +7,7 @@ pub use crate::maneuver::grid::Scheme;
 use crate::lie::Rotation;
 use crate::maneuver::constraint::{Constraint, ConstraintError};
 use crate::maneuver::grid::Grid;
-use crate::mechanics::actuators::{Actuation, AxisFrame, Channel};
+use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::{Environment, Free};
 use crate::{Matrix3, Vector3};
@@ -173,7 +173,7 @@ impl Problem {
             motion: Motion::Attitude,
             body,
             environment: Arc::new(Free),
-            actuation: Actuation::torques(Channel::three_axes(AxisFrame::Body)),
+            actuation: Actuation::torques(ActuatorSet::three_axes(AxisFrame::Body)),
             start,
             end,
             duration,
@@ -188,7 +188,7 @@ impl Problem {
     pub fn rigid_body(body: Body, start: State, end: State, duration: f64) -> Self {
         let mut problem = Self::attitude(body, start, end, duration);
         problem.motion = Motion::RigidBody;
-        problem.actuation.force = Some(Channel::three_axes(AxisFrame::Reference));
+        problem.actuation.force = Some(ActuatorSet::three_axes(AxisFrame::Reference));
         problem
     }
 

@@ -18,7 +18,7 @@ const RANK_TOLERANCE: f64 = 1e-6;
 
 /// Inputs of one kind, torques or forces: `B` (3×m), its frame, and the weight `W` (m×m).
 #[derive(Clone, Debug, PartialEq)]
-pub struct Channel {
+pub struct ActuatorSet {
     axes: Vec<Vector3>,
     frame: AxisFrame,
     weight: DMatrix<f64>,
@@ -49,9 +49,9 @@ impl Limits {
 
 /// Why axes and weight do not make a channel.
 #[derive(Clone, Debug, Error, PartialEq)]
-pub enum ChannelError {
-    /// There is no axis, or more than [`Channel::MAX_INPUTS`].
-    #[error("{count} input axes; from 1 to {} are possible", Channel::MAX_INPUTS)]
+pub enum ActuatorSetError {
+    /// There is no axis, or more than [`ActuatorSet::MAX_INPUTS`].
+    #[error("{count} input axes; from 1 to {} are possible", ActuatorSet::MAX_INPUTS)]
     Count {
         /// How many axes were given.
         count: usize,
@@ -85,7 +85,7 @@ pub enum ChannelError {
     },
 }
 
-impl Channel {
+impl ActuatorSet {
     /// The most inputs of one kind.
     pub const MAX_INPUTS: usize = 64;
 
@@ -93,33 +93,37 @@ impl Channel {
     /// definite; [1/(N·m)²·cost] up to the user's unit of cost).
     ///
     /// # Errors
-    /// A [`ChannelError`] when the axes or the weight are unusable.
-    pub fn new(axes: Vec<Vector3>, frame: AxisFrame, weight: DMatrix<f64>) -> Result<Self, ChannelError> {
+    /// A [`ActuatorSetError`] when the axes or the weight are unusable.
+    pub fn new(axes: Vec<Vector3>, frame: AxisFrame, weight: DMatrix<f64>) -> Result<Self, ActuatorSetError> {
         let count = axes.len();
         if count == 0 || count > Self::MAX_INPUTS {
-            return Err(ChannelError::Count { count });
+            return Err(ActuatorSetError::Count { count });
         }
         for (index, axis) in axes.iter().enumerate() {
             let size = axis.amax();
             if !axis.iter().all(|value| value.is_finite()) || size == 0.0 {
-                return Err(ChannelError::Axis { index: index + 1 });
+                return Err(ActuatorSetError::Axis { index: index + 1 });
             }
         }
         if weight.nrows() != count || weight.ncols() != count {
-            return Err(ChannelError::WeightShape { rows: weight.nrows(), columns: weight.ncols(), count });
+            return Err(ActuatorSetError::WeightShape {
+                rows: weight.nrows(),
+                columns: weight.ncols(),
+                count,
+            });
         }
         let size = weight.amax();
         let finite = weight.iter().all(|value| value.is_finite());
         if !finite || (&weight - weight.transpose()).amax() > 1e-12 * size {
-            return Err(ChannelError::Weight);
+            return Err(ActuatorSetError::Weight);
         }
-        let factor = (&weight / size).cholesky().ok_or(ChannelError::Weight)?;
+        let factor = (&weight / size).cholesky().ok_or(ActuatorSetError::Weight)?;
         let b = DMatrix::from_fn(3, count, |row, column| axes[column][row]);
         let gain = factor.solve(&b.transpose()) / size;
         let authority = Matrix3::from_iterator((&b * &gain).iter().copied());
         let authority = 0.5 * (authority + authority.transpose());
         if !authority.iter().chain(gain.iter()).all(|value| value.is_finite()) {
-            return Err(ChannelError::Weight);
+            return Err(ActuatorSetError::Weight);
         }
         Ok(Self { axes, frame, weight, gain, authority, limits: Limits::default() })
     }
@@ -134,9 +138,9 @@ impl Channel {
     /// The same inputs under limits.
     ///
     /// # Errors
-    /// [`ChannelError::Limit`] when a limit is not positive and finite, or their number is not that of the
+    /// [`ActuatorSetError::Limit`] when a limit is not positive and finite, or their number is not that of the
     /// inputs.
-    pub fn with_limits(mut self, limits: Limits) -> Result<Self, ChannelError> {
+    pub fn with_limits(mut self, limits: Limits) -> Result<Self, ActuatorSetError> {
         let count = self.count();
         let usable = |value: &f64| *value > 0.0 && value.is_finite();
         let each = |values: &Option<Vec<f64>>| {
@@ -148,7 +152,7 @@ impl Channel {
             ("limit of the rate of change", each(&limits.rate)),
         ];
         if let Some((what, _)) = checks.into_iter().find(|(_, fine)| !fine) {
-            return Err(ChannelError::Limit { what, count });
+            return Err(ActuatorSetError::Limit { what, count });
         }
         self.limits = limits;
         Ok(self)
@@ -179,22 +183,22 @@ impl Channel {
         &self.weight
     }
 
-    /// `B W⁻¹ Bᵀ`, 3×3, in the axes of [`Channel::frame`].
+    /// `B W⁻¹ Bᵀ`, 3×3, in the axes of [`ActuatorSet::frame`].
     pub fn authority(&self) -> &Matrix3 {
         &self.authority
     }
 
-    /// The optimal inputs `u = −W⁻¹ Bᵀ λ` for a costate given in the axes of [`Channel::frame`].
+    /// The optimal inputs `u = −W⁻¹ Bᵀ λ` for a costate given in the axes of [`ActuatorSet::frame`].
     pub fn optimal_inputs(&self, costate: &Vector3) -> DVector<f64> {
         -(&self.gain * costate)
     }
 
-    /// The optimal `B u = −B W⁻¹ Bᵀ λ`, in the axes of [`Channel::frame`].
+    /// The optimal `B u = −B W⁻¹ Bᵀ λ`, in the axes of [`ActuatorSet::frame`].
     pub fn optimal_output(&self, costate: &Vector3) -> Vector3 {
         -(self.authority * costate)
     }
 
-    /// `B u`, in the axes of [`Channel::frame`].
+    /// `B u`, in the axes of [`ActuatorSet::frame`].
     pub fn output(&self, inputs: &[f64]) -> Vector3 {
         self.axes.iter().zip(inputs).map(|(axis, input)| axis * *input).sum()
     }
@@ -257,22 +261,22 @@ pub enum LimitKind {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Actuation {
     /// Torque inputs.
-    pub torque: Channel,
+    pub torque: ActuatorSet,
     /// Force inputs; `None` on SO(3), or when nothing pushes the body.
-    pub force: Option<Channel>,
+    pub force: Option<ActuatorSet>,
     /// The wheels behind the torque inputs, where they are wheels.
     pub wheels: Option<Wheels>,
 }
 
 impl Actuation {
     /// Torque inputs alone.
-    pub fn torques(torque: Channel) -> Self {
+    pub fn torques(torque: ActuatorSet) -> Self {
         Self { torque, force: None, wheels: None }
     }
 
     /// Number of inputs, forces first.
     pub fn count(&self) -> usize {
-        self.force.as_ref().map_or(0, Channel::count) + self.torque.count()
+        self.force.as_ref().map_or(0, ActuatorSet::count) + self.torque.count()
     }
 
     /// Momentum `Σ a_i h_i` that the wheels store at the start, axes of the torque channel [N·m·s]; zero
@@ -301,7 +305,7 @@ impl Actuation {
 
     /// The same actuators without limits, and as if no wheel stored what they give.
     pub(crate) fn without_limits(&self) -> Self {
-        let free = |channel: &Channel| Channel { limits: Limits::default(), ..channel.clone() };
+        let free = |channel: &ActuatorSet| ActuatorSet { limits: Limits::default(), ..channel.clone() };
         Self { torque: free(&self.torque), force: self.force.as_ref().map(free), wheels: None }
     }
 

@@ -21,13 +21,13 @@
 //! equation, which Newton finds to round-off.
 
 use crate::maneuver::problem::Problem;
-use crate::mechanics::actuators::Channel;
+use crate::mechanics::actuators::ActuatorSet;
 use crate::{Matrix3, Vector3};
 use nalgebra::DVector;
 
 /// The law of one channel under limits.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Law {
+pub(crate) enum ControlLaw {
     /// `|u_i| ≤ ū_i` under a diagonal weight.
     Size(Vec<Input>),
     /// `|B u| ≤ ū`.
@@ -71,7 +71,7 @@ pub(crate) fn obstacle(problem: &Problem) -> Option<&'static str> {
 }
 
 /// Why the limits of a channel have no law in closed form.
-fn obstacle_of(channel: &Channel) -> Option<&'static str> {
+fn obstacle_of(channel: &ActuatorSet) -> Option<&'static str> {
     let limits = channel.limits();
     if limits.rate.is_some() {
         return Some("it limits how fast an input changes");
@@ -88,9 +88,9 @@ fn obstacle_of(channel: &Channel) -> Option<&'static str> {
     }
 }
 
-impl Law {
+impl ControlLaw {
     /// The law of a channel, in SI units; `None` where it has no limits, or none with a law.
-    pub fn of(channel: &Channel) -> Option<Self> {
+    pub fn of(channel: &ActuatorSet) -> Option<Self> {
         if obstacle_of(channel).is_some() {
             return None;
         }
@@ -222,7 +222,7 @@ impl Law {
     }
 
     /// The inputs themselves; `channel` is that of the law, and law and costate are in SI units.
-    pub fn inputs(&self, channel: &Channel, costate: &Vector3) -> DVector<f64> {
+    pub fn inputs(&self, channel: &ActuatorSet, costate: &Vector3) -> DVector<f64> {
         match (self, &channel.limits().size) {
             (Self::Size(_), Some(limits)) => {
                 let free = channel.optimal_inputs(costate);

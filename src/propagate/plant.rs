@@ -1,7 +1,7 @@
 //! What acts on the body of a maneuver: the field, the actuators, the turning frame.
 
 use crate::maneuver::problem::{Motion, Problem};
-use crate::mechanics::actuators::{AxisFrame, Channel};
+use crate::mechanics::actuators::{ActuatorSet, AxisFrame};
 use crate::mechanics::environment::{Pose, Wrench};
 use crate::mechanics::full_body::Potential;
 use crate::{Matrix3, Vector3, lie};
@@ -17,7 +17,7 @@ pub(crate) struct Output {
 impl Output {
     pub(crate) fn of(problem: &Problem, inputs: &[f64]) -> Self {
         let force = problem.actuation.force.as_ref();
-        let (force_inputs, torque_inputs) = inputs.split_at(force.map_or(0, Channel::count));
+        let (force_inputs, torque_inputs) = inputs.split_at(force.map_or(0, ActuatorSet::count));
         Self {
             force: force.map_or_else(Vector3::zeros, |channel| channel.output(force_inputs)),
             torque: problem.actuation.torque.output(torque_inputs),
@@ -53,7 +53,7 @@ impl<'a> Plant<'a> {
             free: problem.environment.is_free(),
             moves: problem.motion == Motion::RigidBody,
             torque_frame: problem.actuation.torque.frame(),
-            force_frame: problem.actuation.force.as_ref().map_or(AxisFrame::Reference, Channel::frame),
+            force_frame: problem.actuation.force.as_ref().map_or(AxisFrame::Reference, ActuatorSet::frame),
             frame_rate: (rate != Vector3::zeros()).then_some(rate),
         }
     }

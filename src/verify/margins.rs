@@ -10,7 +10,7 @@
 use crate::Vector3;
 use crate::maneuver::constraint::{Arc, Constraint, Pointing, Rule, Side};
 use crate::maneuver::problem::Problem;
-use crate::mechanics::actuators::{Channel, LimitKind};
+use crate::mechanics::actuators::{ActuatorSet, LimitKind};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -94,7 +94,7 @@ enum What<'a> {
     /// `|u_i|` of a channel, whose inputs begin at an offset in a row.
     Size(&'a [f64], usize),
     /// `|B u|`.
-    Norm(&'a Channel, f64, usize),
+    Norm(&'a ActuatorSet, f64, usize),
     /// `|u_i⁺ − u_i| / h`.
     Slope(&'a [f64], usize),
     /// `|h_i|` of the wheels.
@@ -148,7 +148,7 @@ impl<'a> Meter<'a> {
                 Smallest { margin: f64::INFINITY, scaled: f64::INFINITY, time: f64::NAN, index: 0 };
             entries.push(Entry { name: name.into(), unit, what, smallest });
         };
-        let mut channel = |channel: &'a Channel, offset, force| {
+        let mut channel = |channel: &'a ActuatorSet, offset, force| {
             let limits = channel.limits();
             let name = |kind| actuation.limit_name(kind, force);
             let (unit, per_second) = if force { ("N", "N/s") } else { ("N·m", "N·m/s") };
@@ -167,7 +167,7 @@ impl<'a> Meter<'a> {
                 push(name(LimitKind::WheelMomentum), "N·m·s", What::Momentum(&wheels.momentum_limit));
             }
         };
-        channel(&actuation.torque, actuation.force.as_ref().map_or(0, Channel::count), false);
+        channel(&actuation.torque, actuation.force.as_ref().map_or(0, ActuatorSet::count), false);
         if let Some(force) = &actuation.force {
             channel(force, 0, true);
         }

@@ -7,7 +7,7 @@ use super::motion::{Inputs, Phase, Scale, judgeable};
 use super::wheels::Wheels;
 use crate::maneuver::problem::{Motion, Problem, Scheme};
 use crate::maneuver::solution::Trajectory;
-use crate::mechanics::actuators::{Actuation, Channel};
+use crate::mechanics::actuators::{Actuation, ActuatorSet};
 use crate::propagate::plant::{Output, Plant};
 use crate::{Vector3, lie};
 use nalgebra::DVector;
@@ -255,9 +255,9 @@ pub fn margins(problem: &Problem, inputs: &[f64]) -> Result<Vec<Margin>, Witness
 /// must fit.
 pub fn effort(problem: &Problem, inputs: &[f64]) -> f64 {
     let Actuation { torque, force, .. } = &problem.actuation;
-    let forces = force.as_ref().map_or(0, Channel::count);
+    let forces = force.as_ref().map_or(0, ActuatorSet::count);
     let last = (inputs.len() / problem.actuation.count()).saturating_sub(1);
-    let price = |channel: &Channel, inputs: &[f64]| {
+    let price = |channel: &ActuatorSet, inputs: &[f64]| {
         let inputs = DVector::from_column_slice(inputs);
         inputs.dot(&(channel.weight() * &inputs))
     };

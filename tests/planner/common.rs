@@ -4,7 +4,7 @@ use slewkit::lie;
 use slewkit::maneuver::problem::{Problem, State};
 use slewkit::maneuver::settings::Settings;
 use slewkit::maneuver::solution::{Outcome, Solution};
-use slewkit::mechanics::actuators::{Actuation, AxisFrame, Channel};
+use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::optimize::search::solve;
 use slewkit::plan::{Plan, Silent, Status, plan};
@@ -23,7 +23,7 @@ pub fn full_body() -> Body {
 pub fn weighted(weight: [f64; 3]) -> Actuation {
     let weight = nalgebra::DMatrix::from_diagonal(&nalgebra::DVector::from_row_slice(&weight));
     let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
-    Actuation::torques(Channel::new(axes, AxisFrame::Body, weight).unwrap())
+    Actuation::torques(ActuatorSet::new(axes, AxisFrame::Body, weight).unwrap())
 }
 
 /// Rest to rest about (1, 2, −0.5) in 2 s.

@@ -4,7 +4,7 @@ use super::common::{Random, assert_close, full_body, full_inertia, rest_to_rest,
 use nalgebra::{DMatrix, DVector};
 use slewkit::maneuver::problem::{Path, Problem, Scheme, State};
 use slewkit::maneuver::solution::Solution;
-use slewkit::mechanics::actuators::{Actuation, AxisFrame, Channel};
+use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::mechanics::environment::{CentralGravity, PointMass, UniformGravity};
 use slewkit::{Matrix3, Vector3, lie};
@@ -41,7 +41,7 @@ fn pendulum(units: Units) -> Problem {
     let end = State::attitude(lie::exp(&Vector3::new(-0.5, 0.9, 0.4)), rate(0.2, -0.1, 0.1));
     let weight = DMatrix::from_diagonal(&DVector::from_row_slice(&[1.0, 2.0, 0.5])) * units.weights().0;
     let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
-    let torque = Channel::new(axes, AxisFrame::Body, weight).unwrap();
+    let torque = ActuatorSet::new(axes, AxisFrame::Body, weight).unwrap();
     let gravity = 1.7 * units.length / units.time / units.time;
     let arm = Vector3::new(0.1, -0.2, 0.9) * units.length;
     Problem::attitude(Body { inertia, mass: None }, start, end, 2.0 * units.time)
@@ -69,7 +69,8 @@ fn dumbbell(units: Units) -> Problem {
     };
     let (torque, force) = units.weights();
     let axes = || vec![Vector3::x(), Vector3::y(), Vector3::z()];
-    let channel = |frame, weight: f64| Channel::new(axes(), frame, DMatrix::identity(3, 3) * weight).unwrap();
+    let channel =
+        |frame, weight: f64| ActuatorSet::new(axes(), frame, DMatrix::identity(3, 3) * weight).unwrap();
     let parameter = 0.5 * units.mass * length * speed * speed;
     let points = [0.1, -0.1].map(|x| PointMass { parameter, position: Vector3::new(x * length, 0.0, 0.0) });
     Problem::rigid_body(body, start, end, 1.8 * units.time)

@@ -8,7 +8,7 @@ use slewkit::maneuver::constraint::{Constraint, Rule};
 use slewkit::maneuver::problem::{Path, Problem, Scheme, State};
 use slewkit::maneuver::settings::{Method, Settings};
 use slewkit::maneuver::solution::{Outcome, Rung, RungReport, Solution};
-use slewkit::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits, Wheels};
+use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::mechanics::environment::UniformGravity;
 use slewkit::optimize::search::{polish, solve};
@@ -42,12 +42,12 @@ fn largest_input(solution: &Solution) -> f64 {
     solution.trajectory.input.iter().fold(0.0f64, |largest, input| largest.max(input.abs()))
 }
 
-fn with_size(channel: &Channel, limit: f64) -> Channel {
+fn with_size(channel: &ActuatorSet, limit: f64) -> ActuatorSet {
     let limits = Limits { size: Some(vec![limit; channel.count()]), ..Limits::default() };
     channel.clone().with_limits(limits).unwrap()
 }
 
-fn with_norm(channel: &Channel, limit: f64) -> Channel {
+fn with_norm(channel: &ActuatorSet, limit: f64) -> ActuatorSet {
     channel.clone().with_limits(Limits { norm: Some(limit), ..Limits::default() }).unwrap()
 }
 
@@ -203,8 +203,8 @@ fn every_frame_scheme_and_kind_of_limit_plans_and_verifies() {
             [(AxisFrame::Body, AxisFrame::Reference), (AxisFrame::Reference, AxisFrame::Body)]
         {
             for norm in [false, true] {
-                let torque = Channel::new(axes.clone(), frame, weight.clone()).unwrap();
-                let force = Channel::new(axes.clone(), other, weight.clone()).unwrap();
+                let torque = ActuatorSet::new(axes.clone(), frame, weight.clone()).unwrap();
+                let force = ActuatorSet::new(axes.clone(), other, weight.clone()).unwrap();
                 let actuation = Actuation { torque, force: Some(force), wheels: None };
                 let free = Problem::rigid_body(body.clone(), start, end, 2.0)
                     .with_actuation(actuation)
@@ -249,8 +249,8 @@ fn every_frame_scheme_and_kind_of_limit_plans_and_verifies() {
 fn a_norm_limit_is_the_same_in_turned_axes() {
     let turn = lie::exp(&Vector3::new(0.4, -1.1, 0.3));
     let axes: Vec<Vector3> = turn.column_iter().map(|axis| axis.into_owned()).collect();
-    let turned = Channel::new(axes, AxisFrame::Body, DMatrix::identity(3, 3)).unwrap();
-    let straight = Channel::three_axes(AxisFrame::Body);
+    let turned = ActuatorSet::new(axes, AxisFrame::Body, DMatrix::identity(3, 3)).unwrap();
+    let straight = ActuatorSet::three_axes(AxisFrame::Body);
     let free = rest_to_rest(90.0).with_path(Path::Shortest);
     let peak = shot(&free).trajectory.torque.iter().map(|torque| torque.norm()).fold(0.0, f64::max);
     let [a, b] = [straight, turned].map(|channel| {
@@ -294,7 +294,8 @@ fn cost_unit(problem: &Problem) -> f64 {
 fn limits_that_do_not_act_change_nothing() {
     let free = rest_to_rest(100.0).with_path(Path::Shortest);
     let without = shot(&free);
-    let wide = free.with_actuation(Actuation::torques(with_size(&Channel::three_axes(AxisFrame::Body), 1e6)));
+    let wide =
+        free.with_actuation(Actuation::torques(with_size(&ActuatorSet::three_axes(AxisFrame::Body), 1e6)));
     let within = planned(&wide);
     assert_close("costates", &within.trajectory.costates, &without.trajectory.costates, 1e-10);
     assert!(within.active.is_empty());

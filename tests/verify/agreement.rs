@@ -29,7 +29,7 @@ fn assortment() -> Vec<(&'static str, Problem)> {
         let mut problem = Problem::rigid_body(body, start, start, 2.0)
             .with_environment(Field { point: 1.3, ..Field::pendulum(Vector3::new(0.2, -0.3, 1.5)) })
             .with_steps(80);
-        problem.actuation.force = Some(Channel::three_axes(frame));
+        problem.actuation.force = Some(ActuatorSet::three_axes(frame));
         cases.push((if frame == AxisFrame::Body { "body force" } else { "reference force" }, problem));
     }
     cases

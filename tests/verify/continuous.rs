@@ -127,7 +127,7 @@ fn body_fixed_forces_turn_with_the_body() {
     let mut problem = Problem::rigid_body(body, start, start, 3.0);
     let force = Vector3::new(0.5, -0.2, 0.3);
     for frame in [AxisFrame::Body, AxisFrame::Reference] {
-        problem.actuation.force = Some(Channel::three_axes(frame));
+        problem.actuation.force = Some(ActuatorSet::three_axes(frame));
         let pushed = if frame == AxisFrame::Body { start.attitude * force } else { force };
         for propagator in PROPAGATORS {
             let row = final_row(&problem, propagator, 10, Some(&[force.x, force.y, force.z, 0.0, 0.0, 0.0]));

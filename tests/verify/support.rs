@@ -4,7 +4,7 @@ pub use super::common::{Random, list, matrix3, number, numbers, reference, vecto
 pub use nalgebra::DMatrix;
 pub use slewkit::maneuver::problem::{Problem, Scheme, State};
 pub use slewkit::maneuver::solution::Trajectory;
-pub use slewkit::mechanics::actuators::{Actuation, AxisFrame, Channel};
+pub use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
 pub use slewkit::mechanics::body::{Body, Inertia};
 pub use slewkit::mechanics::environment::{Blocks, Environment, Pose, Wrench};
 pub use slewkit::propagate::simulate::Row;
@@ -80,7 +80,7 @@ pub fn body(j: Matrix3) -> Body {
 
 pub fn torques(b: Matrix3, frame: AxisFrame) -> Actuation {
     let axes = b.column_iter().map(Into::into).collect();
-    Actuation::torques(Channel::new(axes, frame, DMatrix::identity(3, 3)).unwrap())
+    Actuation::torques(ActuatorSet::new(axes, frame, DMatrix::identity(3, 3)).unwrap())
 }
 
 /// A moving start, an end that nothing aims at: for tests of the propagation alone.

@@ -1,7 +1,7 @@
 //! What held inputs of a maneuver do to its limits.
 
 use slewkit::maneuver::problem::Problem;
-use slewkit::mechanics::actuators::{Channel, LimitKind};
+use slewkit::mechanics::actuators::{ActuatorSet, LimitKind};
 use slewkit::numerics::figures::significant;
 
 /// Momentum of each reaction wheel at the start, and its rate of change: what the body gains the wheel loses.
@@ -16,7 +16,7 @@ pub fn exceeded(problem: &Problem, inputs: Option<&[f64]>) -> Vec<String> {
     let actuation = &problem.actuation;
     let mut found = Vec::new();
     if let Some(inputs) = inputs.filter(|inputs| inputs.len() == actuation.count()) {
-        let (forces, torques) = inputs.split_at(actuation.force.as_ref().map_or(0, Channel::count));
+        let (forces, torques) = inputs.split_at(actuation.force.as_ref().map_or(0, ActuatorSet::count));
         let channels = [(actuation.force.as_ref(), forces, true), (Some(&actuation.torque), torques, false)];
         for (channel, inputs, of_force) in channels {
             let Some(channel) = channel else { continue };

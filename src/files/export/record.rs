@@ -3,7 +3,7 @@
 use crate::maneuver::constraint::{Constraint, Direction, Rule, Side};
 use crate::maneuver::problem::{Motion, Path, Problem, State};
 use crate::maneuver::settings::Settings;
-use crate::mechanics::actuators::{AxisFrame, Channel, Limits, Wheels};
+use crate::mechanics::actuators::{ActuatorSet, AxisFrame, Limits, Wheels};
 use crate::mechanics::environment::{Description, Environment};
 use crate::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -182,8 +182,8 @@ impl From<&dyn Environment> for EnvironmentRecord {
     }
 }
 
-impl From<&Channel> for ChannelRecord {
-    fn from(channel: &Channel) -> Self {
+impl From<&ActuatorSet> for ChannelRecord {
+    fn from(channel: &ActuatorSet) -> Self {
         let frame = match channel.frame() {
             AxisFrame::Body => "body",
             AxisFrame::Reference => "reference",

@@ -8,7 +8,7 @@ use super::quantity::{short, show};
 use super::section::{Report, Section};
 use super::values::Limits;
 use crate::maneuver::problem::Motion;
-use crate::mechanics::actuators::{Actuation, AxisFrame, Channel, ChannelError};
+use crate::mechanics::actuators::{Actuation, ActuatorSet, ActuatorSetError, AxisFrame};
 use nalgebra::DMatrix;
 
 /// The actuators, with the defaults that go with the motion.
@@ -21,8 +21,8 @@ pub(crate) fn actuation(
         [("torque_axes_body", AxisFrame::Body), ("torque_axes_reference", AxisFrame::Reference)];
     let force_names = [("force_axes_reference", AxisFrame::Reference), ("force_axes_body", AxisFrame::Body)];
     let Some(section) = section else {
-        let force = (motion == Motion::RigidBody).then(|| Channel::three_axes(AxisFrame::Reference));
-        return Some(Actuation { torque: Channel::three_axes(AxisFrame::Body), force, wheels: None });
+        let force = (motion == Motion::RigidBody).then(|| ActuatorSet::three_axes(AxisFrame::Reference));
+        return Some(Actuation { torque: ActuatorSet::three_axes(AxisFrame::Body), force, wheels: None });
     };
     if section.has("wheel") {
         return wheels::wheels(section, motion, report);
@@ -61,11 +61,11 @@ const UNIT_ROUNDING: f64 = 1e-3;
 
 /// The channel under the limits of the spec.
 fn limited(
-    channel: Option<Channel>,
+    channel: Option<ActuatorSet>,
     section: &Section<'_>,
     [size, norm, rate]: &[&str; 3],
     report: &mut Report,
-) -> Option<Channel> {
+) -> Option<ActuatorSet> {
     // Reported whether or not there are axes to count.
     let channel = channel?;
     let count = channel.count();
@@ -110,10 +110,10 @@ fn channel(
     names: &[(&str, AxisFrame); 2],
     weight_name: &str,
     report: &mut Report,
-) -> Option<Channel> {
+) -> Option<ActuatorSet> {
     let given = names.iter().find(|(name, _)| section.has(name));
     let (name, frame) = *given.unwrap_or(&names[0]);
-    let default = Channel::three_axes(frame);
+    let default = ActuatorSet::three_axes(frame);
     let axes = if given.is_some() { section.axes(name)? } else { default.axes().to_vec() };
     let count = axes.len();
     if count == 0 {
@@ -132,7 +132,7 @@ fn channel(
     } else {
         DMatrix::identity(count, count)
     };
-    // Channel would refuse it too, without saying which.
+    // ActuatorSet would refuse it too, without saying which.
     if let Some(index) = (0..count).find(|index| weight[(*index, *index)] < SMALLEST) {
         let value = show(weight[(index, index)]);
         let reason =
@@ -149,18 +149,22 @@ fn channel(
         report.error("E0031", section.spot(name), reason, "an axis of length 1 makes inputs in N·m or N");
         return None;
     }
-    match Channel::new(axes, frame, weight) {
+    match ActuatorSet::new(axes, frame, weight) {
         Ok(channel) => Some(channel),
         Err(error) => {
             let at = |name| -> Spot { section.spot(name) };
             let (code, spot, remedy) = match error {
-                ChannelError::Axis { .. } => {
+                ActuatorSetError::Axis { .. } => {
                     ("E0054", at(name), "leave the axis out, or give it a direction")
                 }
-                ChannelError::Count { .. } => ("E0034", at(name), "use fewer axes"),
-                ChannelError::WeightShape { .. } => ("E0026", at(weight_name), "give one weight per axis"),
-                ChannelError::Limit { .. } => ("E0061", at(name), "leave the limit out where there is none"),
-                ChannelError::Weight => (
+                ActuatorSetError::Count { .. } => ("E0034", at(name), "use fewer axes"),
+                ActuatorSetError::WeightShape { .. } => {
+                    ("E0026", at(weight_name), "give one weight per axis")
+                }
+                ActuatorSetError::Limit { .. } => {
+                    ("E0061", at(name), "leave the limit out where there is none")
+                }
+                ActuatorSetError::Weight => (
                     "E0065",
                     at(weight_name),
                     "write the same number on both sides of the diagonal, smaller than the diagonal",

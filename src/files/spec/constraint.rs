@@ -252,7 +252,7 @@ pub(crate) fn violated(problem: &Problem, name: &str, end: &str) -> (&'static st
 
 /// The method `shooting`, which holds limits of the inputs alone.
 pub(crate) fn refuse_shooting(problem: &Problem, solver: &Section<'_>, report: &mut Report) {
-    let limits = |channel: &crate::mechanics::actuators::Channel| channel.limits().rate.is_some();
+    let limits = |channel: &crate::mechanics::actuators::ActuatorSet| channel.limits().rate.is_some();
     let actuation = &problem.actuation;
     let what = if let Some(constraint) = problem.constraints.first() {
         format!("\"{}\"", escape(&constraint.name))

@@ -112,7 +112,7 @@ impl Key {
 }
 
 pub(crate) const MAX_POINTS: usize = 100;
-pub(crate) const MAX_WHEELS: usize = crate::mechanics::actuators::Channel::MAX_INPUTS;
+pub(crate) const MAX_WHEELS: usize = crate::mechanics::actuators::ActuatorSet::MAX_INPUTS;
 const POINTING: &[&str] = &["keep_out", "keep_in"];
 const RATE_LIMIT: &[&str] = &["rate_limit"];
 const UNIFORM: &[&str] = &["uniform_gravity"];

@@ -12,7 +12,7 @@ use crate::maneuver::problem::Problem;
 pub(crate) type Fault = (&'static str, Span, String, String);
 
 /// Most inputs of one kind, and so the longest list of numbers that can make sense.
-const MAX_AXES: usize = crate::mechanics::actuators::Channel::MAX_INPUTS;
+const MAX_AXES: usize = crate::mechanics::actuators::ActuatorSet::MAX_INPUTS;
 
 /// The value is of another type.
 fn wrong_type(node: &Node, wanted: &str, faults: &mut Vec<Fault>) {

@@ -5,14 +5,14 @@ use super::outputs::Outputs;
 use crate::lie;
 use crate::maneuver::constraint::Rule;
 use crate::maneuver::problem::Problem;
-use crate::mechanics::actuators::{AxisFrame, Channel};
+use crate::mechanics::actuators::{ActuatorSet, AxisFrame};
 use crate::{Matrix3, Vector3};
 
 /// What a plan may exceed its limits by and still counts as within them, and more.
 pub(super) const SLACK: f64 = 1e-8;
 
 /// What a channel gives together at most: within the norm, and within the corner of its limits.
-pub(super) fn strongest(channel: &Channel) -> f64 {
+pub(super) fn strongest(channel: &ActuatorSet) -> f64 {
     let limits = channel.limits();
     let corner = limits
         .size

@@ -16,7 +16,7 @@ use super::words::about;
 use crate::Vector3;
 use crate::lie::hat;
 use crate::maneuver::problem::{Motion, Problem};
-use crate::mechanics::actuators::{AxisFrame, Channel};
+use crate::mechanics::actuators::{ActuatorSet, AxisFrame};
 use nalgebra::DMatrix;
 
 /// Relative round-off of what is given: a premise that holds to this holds.
@@ -53,7 +53,7 @@ fn upright(direction: &Vector3) -> Vector3 {
     direction.map(|value| if value.abs() < DIFFERENT { 0.0 } else { value * largest.signum() })
 }
 
-fn unit_axes(channel: &Channel) -> Vec<Vector3> {
+fn unit_axes(channel: &ActuatorSet) -> Vec<Vector3> {
     channel.axes().iter().map(|axis| axis / axis.amax()).map(|axis| axis.normalize()).collect()
 }
 
@@ -221,7 +221,7 @@ mod tests {
         let inertia = Inertia::diagonal(Vector3::from(moments)).unwrap();
         let axes: Vec<Vector3> = axes.iter().map(|axis| Vector3::from(*axis)).collect();
         let weight = nalgebra::DMatrix::identity(axes.len(), axes.len());
-        let torque = Channel::new(axes, frame, weight).unwrap();
+        let torque = ActuatorSet::new(axes, frame, weight).unwrap();
         let body = Body { inertia, mass: None };
         Problem::attitude(body, State::at_rest(Matrix3::identity()), end, 2.0)
             .with_actuation(Actuation::torques(torque))

@@ -234,7 +234,7 @@ fn product(a: f64, b: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::maneuver::problem::{Problem, State};
-    use crate::mechanics::actuators::{Actuation, AxisFrame, Channel, Wheels};
+    use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Wheels};
     use crate::mechanics::body::{Body, Inertia};
     use crate::testing::Random;
     use crate::verify::replay;
@@ -245,7 +245,7 @@ mod tests {
         let body = Body { inertia: Inertia::diagonal(*moments).ok()?, mass: None };
         let start = State::attitude(Matrix3::identity(), *rate);
         let wheels = Wheels { momentum: stored.as_slice().to_vec(), momentum_limit: vec![f64::INFINITY; 3] };
-        let torque = Channel::three_axes(AxisFrame::Body);
+        let torque = ActuatorSet::three_axes(AxisFrame::Body);
         let mut problem = Problem::attitude(body, start, start, 2.0 * step).with_steps(2);
         problem.scheme = Scheme::LieEuler;
         if *stored != Vector3::zeros() {

@@ -173,7 +173,7 @@ mod tests {
     use crate::Vector3;
     use crate::lie;
     use crate::maneuver::constraint::{Direction, Pointing, Rule, Side};
-    use crate::mechanics::actuators::{Actuation, Channel};
+    use crate::mechanics::actuators::{Actuation, ActuatorSet};
     use crate::mechanics::body::{Body, Inertia};
     use nalgebra::DMatrix;
 
@@ -195,7 +195,7 @@ mod tests {
     fn wheeled(axes: &[[f64; 3]], change: impl FnOnce(&mut Wheels)) -> Result<(), ProblemError> {
         let count = axes.len();
         let axes = axes.iter().copied().map(Vector3::from).collect();
-        let torque = Channel::new(axes, AxisFrame::Body, DMatrix::identity(count, count)).unwrap();
+        let torque = ActuatorSet::new(axes, AxisFrame::Body, DMatrix::identity(count, count)).unwrap();
         let mut wheels = Wheels { momentum: vec![0.0; count], momentum_limit: vec![2.0; count] };
         change(&mut wheels);
         slew().with_actuation(Actuation { torque, force: None, wheels: Some(wheels) }).check()
@@ -267,7 +267,7 @@ mod tests {
         let told = "the momentum of wheel 2 is inf, it must be finite";
         refused(wheeled(&AXES, |wheels| wheels.momentum[1] = f64::INFINITY), told);
         let wheels = Some(Wheels { momentum: vec![0.0; 3], momentum_limit: vec![1.0; 3] });
-        let torque = Channel::three_axes(AxisFrame::Reference);
+        let torque = ActuatorSet::three_axes(AxisFrame::Reference);
         let problem = slew().with_actuation(Actuation { torque, force: None, wheels });
         refused(
             problem.check(),

@@ -6,7 +6,7 @@ use crate::testing::Random;
 use nalgebra::DMatrix;
 
 /// Between one and six inputs, so that the authority has every rank.
-fn random_channel(random: &mut Random, norm: bool) -> Channel {
+fn random_channel(random: &mut Random, norm: bool) -> ActuatorSet {
     let count = 1 + ((random.uniform() + 1.0) * 3.0) as usize;
     let axes = (0..count).map(|_| random.vector3()).collect();
     let mut weight = DMatrix::from_fn(count, count, |_, _| random.uniform());
@@ -18,15 +18,15 @@ fn random_channel(random: &mut Random, norm: bool) -> Channel {
         weight = DMatrix::from_diagonal(&weight.diagonal());
         limits.size = Some((0..count).map(|_| 0.5 + 0.4 * random.uniform()).collect());
     }
-    Channel::new(axes, AxisFrame::Body, weight).unwrap().with_limits(limits).unwrap()
+    ActuatorSet::new(axes, AxisFrame::Body, weight).unwrap().with_limits(limits).unwrap()
 }
 
 /// `½ uᵀWu + q·Bu`.
-fn hamiltonian(channel: &Channel, costate: &Vector3, inputs: &DVector<f64>) -> f64 {
+fn hamiltonian(channel: &ActuatorSet, costate: &Vector3, inputs: &DVector<f64>) -> f64 {
     channel.effort(inputs.as_slice()) + costate.dot(&channel.output(inputs.as_slice()))
 }
 
-fn is_allowed(channel: &Channel, inputs: &DVector<f64>, slack: f64) -> bool {
+fn is_allowed(channel: &ActuatorSet, inputs: &DVector<f64>, slack: f64) -> bool {
     let Limits { size, norm, .. } = channel.limits();
     let each = size.as_ref().is_none_or(|size| inputs.iter().zip(size).all(|(u, limit)| u.abs() <= *limit));
     each && norm.is_none_or(|norm| channel.output(inputs.as_slice()).norm() <= norm * (1.0 + slack))
@@ -38,7 +38,7 @@ fn inputs_are_allowed_and_no_allowed_ones_are_better() {
     let (mut limited, mut free) = (0, 0);
     for index in 0..400 {
         let channel = random_channel(&mut random, index % 2 == 0);
-        let law = Law::of(&channel).unwrap();
+        let law = ControlLaw::of(&channel).unwrap();
         let costate = random.vector3() * 3.0f64.powf(random.uniform() * 3.0);
         let inputs = law.inputs(&channel, &costate);
         // Axes that nearly coincide cost the norm some of its digits, by the condition of their authority.
@@ -76,7 +76,7 @@ fn multipliers_balance_the_gradient_at_the_limits_and_vanish_elsewhere() {
     let mut random = Random(5);
     for index in 0..400 {
         let channel = random_channel(&mut random, index % 2 == 0);
-        let law = Law::of(&channel).unwrap();
+        let law = ControlLaw::of(&channel).unwrap();
         let costate = random.vector3() * 3.0f64.powf(random.uniform() * 3.0);
         let inputs = law.inputs(&channel, &costate);
         let b_t_q = DVector::from_iterator(channel.count(), channel.axes().iter().map(|b| b.dot(&costate)));
@@ -107,7 +107,7 @@ fn slope_is_the_derivative_of_the_output_in_any_units() {
     let mut compared = 0;
     for index in 0..400 {
         let channel = random_channel(&mut random, index % 2 == 0);
-        let law = Law::of(&channel).unwrap().scaled(2.5, 0.3);
+        let law = ControlLaw::of(&channel).unwrap().scaled(2.5, 0.3);
         let costate = random.vector3() * 3.0f64.powf(random.uniform() * 3.0);
         let slope = law.slope(&costate);
         assert!((slope - slope.transpose()).amax() < 1e-14 * slope.amax().max(1.0));
@@ -138,9 +138,9 @@ fn the_norm_bound_of_equal_authorities_is_the_closed_form() {
         let weight = 1.5 + random.uniform();
         let limit = 0.5 + 0.4 * random.uniform();
         let axes: Vec<Vector3> = random.rotation().column_iter().map(|axis| axis.into_owned()).collect();
-        let channel = Channel::new(axes, AxisFrame::Body, DMatrix::identity(3, 3) * weight).unwrap();
+        let channel = ActuatorSet::new(axes, AxisFrame::Body, DMatrix::identity(3, 3) * weight).unwrap();
         let limits = Limits { norm: Some(limit), ..Limits::default() };
-        let law = Law::of(&channel.with_limits(limits).unwrap()).unwrap();
+        let law = ControlLaw::of(&channel.with_limits(limits).unwrap()).unwrap();
         let costate = random.vector3() * 10.0f64.powf(4.0 * random.uniform());
         let expected = costate * (-limit / (limit * weight).max(costate.norm()));
         assert!((law.response(&costate).output - expected).amax() < 1e-15 * limit.max(expected.amax()) * 4.0);
@@ -151,7 +151,7 @@ fn the_norm_bound_of_equal_authorities_is_the_closed_form() {
 fn what_is_not_finite_stays_so() {
     let mut random = Random(11);
     for norm in [false, true] {
-        let law = Law::of(&random_channel(&mut random, norm)).unwrap();
+        let law = ControlLaw::of(&random_channel(&mut random, norm)).unwrap();
         let response = law.response(&Vector3::new(f64::NAN, 0.0, 1.0));
         assert!(response.output.iter().any(|value| value.is_nan()) && response.effort.is_nan());
     }
@@ -164,7 +164,7 @@ fn limits_without_a_law_are_named() {
     let count = channel.count();
     let with = |limits: Limits| obstacle_of(&channel.clone().with_limits(limits).unwrap());
     let (size, rate) = (Some(vec![1.0; count]), Some(vec![1.0; count]));
-    let coupled = Channel::new(
+    let coupled = ActuatorSet::new(
         vec![Vector3::x(), Vector3::y()],
         AxisFrame::Body,
         DMatrix::from_row_slice(2, 2, &[1.0, 0.1, 0.1, 1.0]),

@@ -4,7 +4,7 @@ use super::*;
 use crate::maneuver::problem::State;
 use crate::maneuver::settings::Settings;
 use crate::maneuver::solution::{Outcome, Solution};
-use crate::mechanics::actuators::{Actuation, Channel, Wheels};
+use crate::mechanics::actuators::{Actuation, ActuatorSet, Wheels};
 use crate::mechanics::body::{Body, Inertia};
 use crate::mechanics::environment::UniformGravity;
 use crate::optimize::search;
@@ -46,7 +46,7 @@ fn single_axis(case: &Value) -> Problem {
     let tilt = lie::exp(&Vector3::new(0.4, -0.3, 0.8));
     let j = tilt * Matrix3::from_diagonal(&Vector3::new(1.3, 0.9, 1.0)) * tilt.transpose();
     let axis = tilt.column(2).into_owned();
-    let torque = Channel::new(vec![axis], AxisFrame::Body, DMatrix::identity(1, 1)).unwrap();
+    let torque = ActuatorSet::new(vec![axis], AxisFrame::Body, DMatrix::identity(1, 1)).unwrap();
     three_steps(Inertia::new(j).unwrap(), axis * number(&case["phi"]))
         .with_actuation(Actuation::torques(torque))
 }
@@ -386,7 +386,7 @@ fn what_is_not_covered_is_refused_by_name() {
     assert!(refused(&moving).contains("translates"));
     let torques = |axes: Vec<Vector3>, frame| {
         let count = axes.len();
-        Actuation::torques(Channel::new(axes, frame, DMatrix::identity(count, count)).unwrap())
+        Actuation::torques(ActuatorSet::new(axes, frame, DMatrix::identity(count, count)).unwrap())
     };
     let two = torques(vec![Vector3::x(), Vector3::y()], AxisFrame::Body);
     assert!(refused(&base.clone().with_actuation(two)).contains("two axes"));
@@ -415,7 +415,7 @@ fn what_is_not_covered_is_refused_by_name() {
     // More inputs than axes, and reference-frame axes of equal price, are covered.
     let four_inputs =
         torques(vec![Vector3::x(), Vector3::y(), Vector3::z(), Vector3::new(0.5, 0.5, 0.5)], AxisFrame::Body);
-    for actuation in [four_inputs, Actuation::torques(Channel::three_axes(AxisFrame::Reference))] {
+    for actuation in [four_inputs, Actuation::torques(ActuatorSet::three_axes(AxisFrame::Reference))] {
         let problem = base.clone().with_actuation(actuation);
         let (bound, cost) = (bounded(&problem, Relaxation::Localized).cost, planned(&problem).cost);
         assert!(bound <= cost && bound > 0.999_999 * cost, "{bound} {cost}");

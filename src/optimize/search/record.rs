@@ -4,8 +4,8 @@ use crate::lie;
 use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::solution::{ActiveConstraint, Sense, TerminalError, Trajectory};
-use crate::mechanics::actuators::{Actuation, AxisFrame, Channel, LimitKind};
-use crate::optimize::control_law::Law;
+use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, LimitKind};
+use crate::optimize::control_law::ControlLaw;
 use crate::optimize::step::{Point, StepError};
 use crate::optimize::sweep::{BoundaryValueProblem, End, Node};
 use crate::{Matrix3, Vector3};
@@ -56,16 +56,16 @@ struct Recorder<'a, const N: usize> {
 
 /// The limit of a channel: its law, SI units, and where it acts.
 struct Limit {
-    law: Law,
+    law: ControlLaw,
     active: ActiveConstraint,
     /// Unit of the multipliers: cost over time.
     unit: f64,
 }
 
 impl Limit {
-    fn of(problem: &Problem, channel: Option<&Channel>, of_force: bool, unit: f64) -> Option<Self> {
+    fn of(problem: &Problem, channel: Option<&ActuatorSet>, of_force: bool, unit: f64) -> Option<Self> {
         let channel = channel?;
-        let law = Law::of(channel)?;
+        let law = ControlLaw::of(channel)?;
         let kind = if channel.limits().norm.is_some() { LimitKind::Norm } else { LimitKind::Size };
         let name = problem.actuation.limit_name(kind, of_force).into();
         let active = ActiveConstraint { name, time_s: Vec::new(), multiplier: Vec::new() };
@@ -73,7 +73,7 @@ impl Limit {
     }
 
     /// The inputs for a costate, in the axes of the channel, at time `time`.
-    fn inputs(&mut self, channel: &Channel, costate: &Vector3, time: f64) -> DVector<f64> {
+    fn inputs(&mut self, channel: &ActuatorSet, costate: &Vector3, time: f64) -> DVector<f64> {
         let multiplier = self.law.multipliers(costate).iter().sum::<f64>() / self.unit;
         if multiplier > 0.0 {
             self.active.time_s.push(time);
@@ -155,7 +155,7 @@ impl<'a, const N: usize> Recorder<'a, N> {
 
 fn push_inputs(
     trajectory: &mut Trajectory,
-    channel: &Channel,
+    channel: &ActuatorSet,
     limit: Option<&mut Limit>,
     costate: &Vector3,
     time: f64,

@@ -4,7 +4,7 @@ use super::*;
 use crate::lie;
 use crate::maneuver::grid::{Grid, Scheme};
 use crate::maneuver::problem::{Problem, State};
-use crate::mechanics::actuators::{Actuation, AxisFrame, Channel};
+use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::UniformGravity;
 use crate::optimize::step::{Costate, Linearization};
@@ -150,7 +150,7 @@ fn conjugate_points_are_the_negative_directions_of_the_reduced_hessian() {
     let pendulum = UniformGravity::new(1.0, 1.7, Vector3::z(), Vector3::new(0.1, -0.2, 0.9)).unwrap();
     let axes = |count: usize| {
         let all = [Vector3::x(), Vector3::new(0.2, 1.0, 0.0), Vector3::z(), Vector3::new(0.5, 0.5, -0.7)];
-        Channel::new(all[..count].to_vec(), AxisFrame::Body, DMatrix::identity(count, count)).unwrap()
+        ActuatorSet::new(all[..count].to_vec(), AxisFrame::Body, DMatrix::identity(count, count)).unwrap()
     };
     let mut seen = [0usize; 8];
     for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {
@@ -193,7 +193,7 @@ fn conjugate_points_within_limits_are_those_of_the_free_inputs() {
     let axes = |frame: AxisFrame, count: usize| {
         let all = [Vector3::x(), Vector3::new(0.2, 1.0, 0.0), Vector3::z(), Vector3::new(0.5, 0.5, -0.7)];
         let weight = DMatrix::from_fn(count, count, |i, j| if i == j { 1.0 + 0.4 * i as f64 } else { 0.0 });
-        Channel::new(all[..count].to_vec(), frame, weight).unwrap()
+        ActuatorSet::new(all[..count].to_vec(), frame, weight).unwrap()
     };
     let mut seen = [0usize; 8];
     for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {

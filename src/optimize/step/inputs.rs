@@ -1,9 +1,9 @@
 //! The optimal inputs in the scaled dynamics: what they exert, what they cost, how they answer a costate.
 
-use super::{Authority, Costate, Dynamics, Laws};
+use super::{Authority, ControlLaws, Costate, Dynamics};
 use crate::mechanics::actuators::AxisFrame;
 use crate::mechanics::environment::{Pose, Wrench};
-use crate::optimize::control_law::{Law, Response};
+use crate::optimize::control_law::{ControlLaw, Response};
 use crate::{Matrix3, Vector3};
 
 impl Dynamics {
@@ -43,9 +43,14 @@ impl Dynamics {
 
     /// [`Dynamics::inputs`] under limits.
     #[inline(never)]
-    fn limited_inputs<const N: usize>(&self, laws: &Laws, pose: &Pose, costate: &Costate) -> (Wrench, f64) {
+    fn limited_inputs<const N: usize>(
+        &self,
+        laws: &ControlLaws,
+        pose: &Pose,
+        costate: &Costate,
+    ) -> (Wrench, f64) {
         let r = &pose.attitude;
-        let respond = |law: &Option<Law>, authority: &Authority, costate: &Vector3| match law {
+        let respond = |law: &Option<ControlLaw>, authority: &Authority, costate: &Vector3| match law {
             Some(law) => law.response(costate),
             None => {
                 let output = -(authority.matrix * costate);
@@ -75,7 +80,7 @@ impl Dynamics {
     pub(super) fn input_slopes(&self, pose: &Pose, costate: &Costate) -> (Matrix3, Matrix3) {
         let Some(laws) = &self.laws else { return (self.force.matrix, self.torque.matrix) };
         let (gamma, pi) = self.in_input_axes(pose, costate);
-        let slope = |law: &Option<Law>, authority: &Authority, costate: &Vector3| {
+        let slope = |law: &Option<ControlLaw>, authority: &Authority, costate: &Vector3| {
             law.as_ref().map_or(authority.matrix, |law| law.slope(costate))
         };
         (slope(&laws.force, &self.force, &gamma), slope(&laws.torque, &self.torque, &pi))
@@ -86,7 +91,7 @@ impl Dynamics {
         let Some(laws) = &self.laws else { return 0.0 };
         let (gamma, pi) = self.in_input_axes(pose, costate);
         let demand =
-            |law: &Option<Law>, costate: &Vector3| law.as_ref().map_or(0.0, |law| law.demand(costate));
+            |law: &Option<ControlLaw>, costate: &Vector3| law.as_ref().map_or(0.0, |law| law.demand(costate));
         demand(&laws.force, &gamma).max(demand(&laws.torque, &pi))
     }
 
@@ -94,7 +99,7 @@ impl Dynamics {
     pub(crate) fn input_residual(&self, pose: &Pose, costate: &Costate) -> f64 {
         let Some(laws) = &self.laws else { return 0.0 };
         let (gamma, pi) = self.in_input_axes(pose, costate);
-        let residual = |law: &Option<Law>, costate: &Vector3| {
+        let residual = |law: &Option<ControlLaw>, costate: &Vector3| {
             law.as_ref().map_or(0.0, |law| law.projection_residual(costate))
         };
         residual(&laws.force, &gamma).max(residual(&laws.torque, &pi))

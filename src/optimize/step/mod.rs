@@ -28,7 +28,7 @@ use crate::maneuver::problem::{Problem, State};
 use crate::mechanics::actuators::{Actuation, AxisFrame};
 use crate::mechanics::environment::{Blocks, Environment, Pose, Wrench};
 use crate::numerics::compensated::{Sum, Sum3, SumMatrix};
-use crate::optimize::control_law::Law;
+use crate::optimize::control_law::ControlLaw;
 use crate::{Matrix3, Vector3};
 use lanes::Rows;
 use nalgebra::{SMatrix, SVector};
@@ -59,7 +59,7 @@ pub struct Dynamics {
     torque: Authority,
     force: Authority,
     /// `None`: no input has a limit.
-    laws: Option<Box<Laws>>,
+    laws: Option<Box<ControlLaws>>,
 }
 
 /// `B W⁻¹ Bᵀ` of one kind of input, scaled, and the axes it is fixed in.
@@ -71,9 +71,9 @@ pub(crate) struct Authority {
 
 /// The laws of limited inputs, scaled.
 #[derive(Clone, Debug)]
-pub(crate) struct Laws {
-    pub force: Option<Law>,
-    pub torque: Option<Law>,
+pub(crate) struct ControlLaws {
+    pub force: Option<ControlLaw>,
+    pub torque: Option<ControlLaw>,
 }
 
 /// State of the sweep: pose and momenta, each with the round-off that its sum has shed so far.
@@ -88,7 +88,7 @@ pub(crate) struct Point {
     pub momentum: Sum3,
 }
 
-impl Laws {
+impl ControlLaws {
     fn boxed(self) -> Option<Box<Self>> {
         (self.force.is_some() || self.torque.is_some()).then(|| Box::new(self))
     }
@@ -229,9 +229,12 @@ impl Dynamics {
                 matrix: channel.authority() * translation,
                 frame: channel.frame(),
             }),
-            laws: Laws {
-                force: force.as_ref().and_then(Law::of).map(|law| law.scaled(translation, units.force())),
-                torque: Law::of(torque).map(|law| law.scaled(rotation, units.torque())),
+            laws: ControlLaws {
+                force: force
+                    .as_ref()
+                    .and_then(ControlLaw::of)
+                    .map(|law| law.scaled(translation, units.force())),
+                torque: ControlLaw::of(torque).map(|law| law.scaled(rotation, units.torque())),
             }
             .boxed(),
         }
@@ -244,7 +247,7 @@ impl Dynamics {
 
     /// The same with every limit of the inputs `factor` times as large.
     pub(crate) fn relaxed(&self, factor: f64) -> Self {
-        let relaxed = |laws: &Laws| Laws {
+        let relaxed = |laws: &ControlLaws| ControlLaws {
             force: laws.force.as_ref().map(|law| law.relaxed(factor)),
             torque: laws.torque.as_ref().map(|law| law.relaxed(factor)),
         };

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::maneuver::problem::{Motion, Scheme, State};
-use crate::mechanics::actuators::{Actuation, AxisFrame, Channel};
+use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
 use crate::mechanics::body::{Body, Inertia};
 use crate::mechanics::environment::{CentralGravity, GravityGradient, PointMass, UniformGravity};
 use crate::numerics::factor::Factor;
@@ -10,10 +10,10 @@ use crate::testing::{Random, graded, limited, matrix, reference, vector};
 use nalgebra::DMatrix;
 use serde_json::Value;
 
-fn channel(axes: &Matrix3, frame: AxisFrame, weight: &Matrix3) -> Channel {
+fn channel(axes: &Matrix3, frame: AxisFrame, weight: &Matrix3) -> ActuatorSet {
     let columns = axes.column_iter().map(|column| column.into_owned()).collect();
     let weight = DMatrix::from_iterator(3, 3, weight.iter().copied());
-    Channel::new(columns, frame, weight).unwrap()
+    ActuatorSet::new(columns, frame, weight).unwrap()
 }
 
 /// Units of the state: scaled times unit is SI.
@@ -389,7 +389,7 @@ fn costs_on_smoothly_graded_grids_have_the_order_of_the_scheme() {
     // A field, and a frame that turns by a different angle on each step.
     let problem = Problem::attitude(body, start, end, 1.7)
         .with_environment(GravityGradient::new(0.4, &inertia).unwrap())
-        .with_actuation(Actuation::torques(Channel::three_axes(AxisFrame::Reference)));
+        .with_actuation(Actuation::torques(ActuatorSet::three_axes(AxisFrame::Reference)));
     for (scheme, order) in [(Scheme::LieEuler, 1), (Scheme::LieVerlet, 2)] {
         let cost = |steps: usize| solved_cost::<6>(&problem, graded(scheme, steps));
         let fine = solved_cost::<6>(&problem, Grid::uniform(Scheme::LieVerlet, 1.0, 4000));

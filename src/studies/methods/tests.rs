@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::maneuver::problem::{Scheme, State};
-use crate::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits};
+use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
 use crate::mechanics::body::{Body, Inertia};
 use crate::plan::Silent;
 use crate::testing::{Random, full_inertia};
@@ -112,7 +112,7 @@ fn every_shipped_problem_is_solved_alike_by_all_methods() {
 fn reference_slew(share: Option<f64>) -> Problem {
     let weight = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 2.0, 0.5]));
     let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
-    let channel = Channel::new(axes, AxisFrame::Body, weight).unwrap();
+    let channel = ActuatorSet::new(axes, AxisFrame::Body, weight).unwrap();
     let end = lie::exp(&(Vector3::new(1.0, 2.0, -0.5).normalize() * 120f64.to_radians()));
     let body = Body { inertia: full_inertia(), mass: None };
     let free = Problem::attitude(body, State::at_rest(Matrix3::identity()), State::at_rest(end), 2.0)

@@ -7,7 +7,7 @@ use crate::files::spec::quantity::{short, show};
 use crate::files::spec::section::{Report, Section};
 use crate::maneuver::constraint::BOUNDARY_ROUNDING;
 use crate::maneuver::problem::Motion;
-use crate::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits, Wheels};
+use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use nalgebra::{DMatrix, DVector};
 
 /// One wheel as written.
@@ -55,7 +55,7 @@ pub(super) fn wheels(section: &Section<'_>, motion: Motion, report: &mut Report)
         let reason = "the list of wheels is empty: nothing turns the body".to_string();
         report.error("E0026", section.spot("wheel"), reason, "give three wheels or more, or torque axes");
     }
-    if sections.is_empty() || sections.len() > Channel::MAX_INPUTS {
+    if sections.is_empty() || sections.len() > ActuatorSet::MAX_INPUTS {
         return None;
     }
     let wheels: Vec<_> =
@@ -67,7 +67,7 @@ pub(super) fn wheels(section: &Section<'_>, motion: Motion, report: &mut Report)
         wheels.iter().map(|wheel| wheel.weight),
     ));
     let axes = wheels.iter().map(|wheel| wheel.axis).collect();
-    let channel = Channel::new(axes, AxisFrame::Body, weight);
+    let channel = ActuatorSet::new(axes, AxisFrame::Body, weight);
     let channel = channel.and_then(|channel| channel.with_limits(Limits { size, norm: None, rate: None }));
     let torque = match channel {
         Ok(channel) => channel,

@@ -13,7 +13,7 @@
 
 use crate::lie::{self, hat};
 use crate::maneuver::problem::{Motion, Problem, Scheme};
-use crate::mechanics::actuators::{AxisFrame, Channel};
+use crate::mechanics::actuators::{ActuatorSet, AxisFrame};
 use crate::mechanics::environment::{Blocks, Pose, Wrench};
 use crate::numerics::compensated::Sum;
 use crate::optimize::step::{Costate, Dynamics, Point, StepError};
@@ -90,8 +90,8 @@ impl Model {
         let moves = problem.motion == Motion::RigidBody;
         let force_channel = problem.actuation.force.as_ref().filter(|_| moves);
         let torque_channel = &problem.actuation.torque;
-        let axes = |channel: &Channel| Axes { columns: channel.axes().to_vec(), frame: channel.frame() };
-        let forces = force_channel.map_or(0, Channel::count);
+        let axes = |channel: &ActuatorSet| Axes { columns: channel.axes().to_vec(), frame: channel.frame() };
+        let forces = force_channel.map_or(0, ActuatorSet::count);
         let m = forces + torque_channel.count();
         let wheels = problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len());
         let input_unit: Vec<f64> =

@@ -5,7 +5,7 @@ use super::rows::{Place, Row, Value, What};
 use super::*;
 use crate::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
 use crate::maneuver::problem::{Problem, Scheme, State};
-use crate::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits, Wheels};
+use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::{GravityGradient, Pose, SecondOrderGravity, UniformGravity};
 use crate::testing::{Random, attitude_only, full_inertia, moving_ends};
@@ -20,7 +20,7 @@ fn wheeled(random: &mut Random) -> Problem {
     let mut problem = attitude_only(moving_ends(random, AxisFrame::Body));
     let axes = [[1.0, 1.0, 1.0], [-1.0, 1.0, 1.0], [-1.0, -1.0, 1.0], [1.0, -1.0, 1.0]];
     let axes: Vec<Vector3> = axes.map(|axis| Vector3::from(axis).normalize()).to_vec();
-    let channel = Channel::new(axes, AxisFrame::Body, DMatrix::identity(4, 4)).unwrap();
+    let channel = ActuatorSet::new(axes, AxisFrame::Body, DMatrix::identity(4, 4)).unwrap();
     problem.actuation.torque = channel;
     problem.actuation.wheels = Some(Wheels {
         momentum: vec![0.3, -0.2, 0.5, 0.1],
@@ -29,7 +29,7 @@ fn wheeled(random: &mut Random) -> Problem {
     problem
 }
 
-fn limited_channel(channel: &Channel) -> Channel {
+fn limited_channel(channel: &ActuatorSet) -> ActuatorSet {
     let count = channel.count();
     let limits = Limits { size: Some(vec![1.1; count]), norm: Some(1.3), rate: Some(vec![2.0; count]) };
     channel.clone().with_limits(limits).unwrap()
@@ -199,7 +199,7 @@ fn wheels_keep_the_total_momentum_in_space() {
 fn reference_slew(share_of_peak: Option<f64>) -> Problem {
     let weight = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 2.0, 0.5]));
     let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
-    let channel = Channel::new(axes, AxisFrame::Body, weight).unwrap();
+    let channel = ActuatorSet::new(axes, AxisFrame::Body, weight).unwrap();
     let body = Body { inertia: full_inertia(), mass: None };
     let end = lie::exp(&(Vector3::new(1.0, 2.0, -0.5).normalize() * 120f64.to_radians()));
     let problem = Problem::attitude(body, State::at_rest(Matrix3::identity()), State::at_rest(end), 2.0)

@@ -9,8 +9,8 @@ use super::second_order::zoo;
 use super::twin::{Field, State, Twin, V, tangent};
 use crate::Vector3;
 use crate::maneuver::problem::{Motion, Problem, Scheme};
-use crate::mechanics::actuators::Channel;
-use crate::optimize::control_law::Law;
+use crate::mechanics::actuators::ActuatorSet;
+use crate::optimize::control_law::ControlLaw;
 use crate::optimize::sweep::{BoundaryValueProblem, Node};
 use crate::testing::{Random, graded, limited, random_vector};
 use nalgebra::{DVector, SVector};
@@ -34,12 +34,13 @@ fn inputs<const N: usize>(problem: &Problem, node: &Node, units: &SVector<f64, N
     [force, optimal(torque, &pi)]
 }
 
-fn optimal(channel: &Channel, costate: &Vector3) -> DVector<f64> {
-    Law::of(channel).map_or_else(|| channel.optimal_inputs(costate), |law| law.inputs(channel, costate))
+fn optimal(channel: &ActuatorSet, costate: &Vector3) -> DVector<f64> {
+    ControlLaw::of(channel)
+        .map_or_else(|| channel.optimal_inputs(costate), |law| law.inputs(channel, costate))
 }
 
 /// The part of a gradient that the limits of the channel do not balance.
-fn unbalanced(channel: &Channel, inputs: &DVector<f64>, gradient: &DVector<f64>) -> DVector<f64> {
+fn unbalanced(channel: &ActuatorSet, inputs: &DVector<f64>, gradient: &DVector<f64>) -> DVector<f64> {
     let mut rest = gradient.clone();
     if let Some(limits) = &channel.limits().size {
         for (row, limit) in limits.iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use crate::Vector3;
 use crate::maneuver::problem::Scheme;
-use crate::mechanics::actuators::{Actuation, AxisFrame, Channel};
+use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
 use crate::mechanics::environment::UniformGravity;
 use crate::optimize::sweep::BoundaryValueProblem;
 use crate::testing::{Random, attitude_only, moving_ends, random_vector};
@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, SVector};
 #[test]
 fn torques_without_vertical_component_keep_the_vertical_momentum() {
     let mut random = Random(41);
-    let horizontal = Channel::new(
+    let horizontal = ActuatorSet::new(
         vec![Vector3::x(), Vector3::new(0.3, 1.2, 0.0)],
         AxisFrame::Reference,
         DMatrix::from_row_slice(2, 2, &[1.0, 0.2, 0.2, 1.5]),

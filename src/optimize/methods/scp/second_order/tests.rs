@@ -6,7 +6,7 @@ use crate::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
 use crate::maneuver::problem::{Path, Problem, Scheme};
 use crate::maneuver::settings::{Method, Settings};
 use crate::maneuver::solution::{Outcome, Solution};
-use crate::mechanics::actuators::{Actuation, AxisFrame, Channel, Limits, Wheels};
+use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use crate::mechanics::environment::UniformGravity;
 use crate::optimize::methods::scp::iterate::Iterate;
 use crate::optimize::methods::scp::model::Model;
@@ -33,7 +33,7 @@ fn slew(random: &mut Random, frame: AxisFrame, steps: usize) -> Problem {
     problem.end.angular_velocity *= 0.1;
     let channel = &problem.actuation.torque;
     let weight = DMatrix::from_diagonal(&channel.weight().diagonal());
-    let channel = Channel::new(channel.axes().to_vec(), frame, weight).unwrap();
+    let channel = ActuatorSet::new(channel.axes().to_vec(), frame, weight).unwrap();
     problem.with_actuation(Actuation::torques(channel))
 }
 
@@ -217,7 +217,7 @@ fn fenced(problem: &Problem, free: &Solution, depth: f64, random: &mut Random) -
 fn on_wheels(problem: &Problem) -> Problem {
     let axes = [[1.0, 1.0, 1.0], [-1.0, 1.0, 1.0], [-1.0, -1.0, 1.0], [1.0, -1.0, 1.0]];
     let axes = axes.map(|axis| Vector3::from(axis).normalize()).to_vec();
-    let channel = Channel::new(axes, AxisFrame::Body, DMatrix::identity(4, 4)).unwrap();
+    let channel = ActuatorSet::new(axes, AxisFrame::Body, DMatrix::identity(4, 4)).unwrap();
     let mut problem = problem.clone().with_actuation(Actuation::torques(channel));
     let wheels = Wheels { momentum: vec![0.1, -0.1, 0.2, 0.0], momentum_limit: vec![f64::INFINITY; 4] };
     problem.actuation.wheels = Some(wheels);
