@@ -29,6 +29,9 @@ enum Change {
     Moved(&'static str),
 }
 
+/// The number of a case, and what differs.
+type Differences = (usize, Vec<String>);
+
 /// Differences that are printed of one spec.
 const SHOWN: usize = 5;
 /// Plans made at a time.
@@ -55,7 +58,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let cases = cases(count)?;
     let next = AtomicUsize::new(0);
-    let work = || -> io::Result<Vec<(usize, Vec<String>)>> {
+    let work = || -> io::Result<Vec<Differences>> {
         let mut differences = Vec::new();
         loop {
             let index = next.fetch_add(1, Ordering::Relaxed);
@@ -173,8 +176,10 @@ fn descend(path: &str, old: &Value, new: &Value, root: &Value, differences: &mut
                 descend(&format!("{path}.{index}"), old, new, root, differences);
             }
         }
-        // As written, since every number is written with all its digits, and −0 is not 0.
-        _ if old.to_string() == new.to_string() => {}
+        // Bits, since −0 is not 0.
+        (Value::Number(old), Value::Number(new))
+            if old.as_f64().map(f64::to_bits) == new.as_f64().map(f64::to_bits) => {}
+        _ if old == new && !old.is_number() => {}
         _ => differences.push(format!("{path}: {}, now {}", short(old), short(new))),
     }
 }

@@ -362,7 +362,7 @@ fn points(problem: &Problem) -> bool {
 }
 
 /// Pieces of a step between which the continuous motion is taken for a rotation about one axis: it strays from
-/// that by the square of their length, a small part of what the discrete motion strays by (`tests/margins.rs`).
+/// that by the square of their length, a small part of what the discrete motion strays by (`tests/it/witnesses/margins.rs`).
 const PIECES: usize = 8;
 
 /// End of the continuous motion under the held torque, and its margins of rates and cones.

@@ -1,10 +1,10 @@
 //! Reference files and random inputs for the tests.
 
-// Each test binary uses its own part.
-#![allow(dead_code)]
-
 use serde_json::Value;
 use slewkit::{Matrix3, Vector3, lie};
+
+pub mod random_specs;
+pub use random_specs::random::Random;
 
 /// The reference file `tests/reference/<name>.json`.
 pub fn reference(name: &str) -> Value {
@@ -57,30 +57,7 @@ pub fn difference<const R: usize, const C: usize>(
     largest(&(a - b))
 }
 
-/// SplitMix64 (Steele, Lea, Flood 2014): a stream that never changes under the tests.
-pub struct Random(u64);
-
 impl Random {
-    /// The stream of a seed.
-    pub fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    /// Uniform 64 bits.
-    pub fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// Uniform in [−1, 1).
-    pub fn uniform(&mut self) -> f64 {
-        // The upper 53 bits, so that every value is exact.
-        (self.bits() >> 11) as f64 * 2.0_f64.powi(-52) - 1.0
-    }
-
     /// Uniform in the cube [−1, 1)³.
     pub fn vector(&mut self) -> Vector3 {
         Vector3::from_fn(|_, _| self.uniform())

@@ -5,7 +5,7 @@
 //! few have no solution, on purpose.
 
 #[path = "random.rs"]
-mod random;
+pub mod random;
 
 use random::Random;
 use std::fmt::Write;
@@ -18,8 +18,11 @@ pub struct RandomSpec {
     pub text: String,
 }
 
+/// A kind of maneuver, and what writes one.
+type Kind = (&'static str, fn(&mut Draft));
+
 /// The kinds, in turn.
-const KINDS: [(&str, fn(&mut Draft)); 26] = [
+const KINDS: [Kind; 26] = [
     ("rest_to_rest", |draft| draft.slew()),
     ("moving_ends", moving_ends),
     ("principal_axis", principal_axis),

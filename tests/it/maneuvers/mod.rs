@@ -1,0 +1,9 @@
+//! The planner as a whole, through the public interface: order, costs, units, symmetries, honesty.
+
+mod bounds;
+mod costs;
+mod dense;
+mod invariance;
+mod limits;
+mod order;
+mod support;
