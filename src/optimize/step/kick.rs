@@ -104,6 +104,23 @@ impl Dynamics {
         }
     }
 
+    /// The wrench of a kick under inputs that exert `input` (force in reference axes, moment in body axes), and its
+    /// gradient `K_pq` at fixed inputs: that of the environment, and that of axes that turn against the coordinates.
+    pub(crate) fn kick_of_inputs(&self, pose: &Pose, input: &Wrench) -> (Wrench, Blocks) {
+        let (mut wrench, mut gradient) = self.field(pose);
+        wrench.moment += input.moment;
+        wrench.force += input.force;
+        if self.torque.frame == AxisFrame::Reference {
+            // δ(Rᵀv) = S(Rᵀv) ζ.
+            gradient.rr += hat(&input.moment);
+        }
+        if self.force.frame == AxisFrame::Body {
+            // δ(Rφ) = −R S(φ) ζ.
+            gradient.xr -= hat(&input.force) * pose.attitude;
+        }
+        (wrench, gradient)
+    }
+
     /// The linearised kick at a pose.
     pub(crate) fn linear_kick<const N: usize>(&self, pose: &Pose, costate: &Costate) -> LinearKick {
         if self.is_limited() {

@@ -9,9 +9,9 @@
 //! correct digits costs no accuracy, since that comes from the residual, and one procedure serves them
 //! all.
 
-use super::iterate::{Evaluated, Iterate};
-use super::model::Model;
-use super::rows::{Place, Rows, Value};
+use super::iterate::Evaluated;
+use super::model::{Model, State};
+use super::rows::{Place, Value};
 use crate::optimize::step::StepError;
 use nalgebra::{DMatrix, DVector, SVector};
 
@@ -43,150 +43,121 @@ pub(crate) struct Block {
 }
 
 /// The second derivatives of all stages.
-pub(crate) fn blocks(
-    model: &Model,
-    rows: &Rows,
-    iterate: &Iterate,
-    evaluated: &Evaluated,
-    multipliers: &Multipliers,
-) -> Result<Vec<Block>, StepError> {
-    let mut first = 0;
-    let mut out = Vec::with_capacity(model.steps + 1);
-    for stage in 0..=model.steps {
-        let end = first + rows.rows[first..].iter().take_while(|row| row.stage == stage).count();
-        let acting: Vec<usize> = (first..end)
-            .filter(|index| rows.rows[*index].what.is_curved() && multipliers.rows[*index] > 0.0)
-            .filter(|index| !matches!(evaluated.rows[*index], Value::Idle))
-            .collect();
-        first = end;
-        out.push(block(model, rows, iterate, multipliers, stage, &acting)?);
-    }
-    Ok(out)
+pub(crate) fn blocks(at: &Evaluated, multipliers: &Multipliers) -> Result<Vec<Block>, StepError> {
+    (0..=at.model.steps).map(|stage| block(at, multipliers, stage)).collect()
 }
 
-fn block(
-    model: &Model,
-    rows: &Rows,
-    iterate: &Iterate,
-    multipliers: &Multipliers,
-    stage: usize,
-    acting: &[usize],
-) -> Result<Block, StepError> {
+fn block(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Result<Block, StepError> {
+    let Evaluated { model, limits, iterate, .. } = at;
     let (n, m) = (model.n, model.m);
-    let state = &iterate.states[stage];
-    let inputs = &iterate.inputs[stage];
-    let steps_on = stage < model.steps;
-    // Gradients of the step's part and of the rows' part.
-    let step_gradient = |z: &DVector<f64>, next: &[f64]| -> Result<DVector<f64>, StepError> {
-        if !steps_on {
-            return Ok(DVector::zeros(n));
-        }
+    let (state, inputs) = (&iterate.states[stage], &iterate.inputs[stage]);
+    let next = iterate.inputs.get(stage + 1);
+    let acts = |index: &usize| {
+        limits.rows[*index].what.is_curved()
+            && multipliers.rows[*index] > 0.0
+            && !matches!(at.rows[*index], Value::Idle)
+    };
+    let acting: Vec<usize> = limits.range(stage).filter(acts).collect();
+    // Gradient of the step's part by the state, and that of the rows' part by state and inputs.
+    let of_step = |z: &DVector<f64>, next: &[f64]| -> Result<DVector<f64>, StepError> {
         let step = model.step(stage, &model.moved(state, z), next)?;
         Ok(step.a.tr_mul(&multipliers.costates[stage + 1]))
     };
-    let row_gradient =
-        |z: &DVector<f64>, inputs: &[f64]| -> Result<(DVector<f64>, DVector<f64>), StepError> {
-            let (mut by_state, mut by_inputs) = (DVector::zeros(n), DVector::zeros(m));
-            let moved = model.moved(state, z);
-            let next = if steps_on { &iterate.inputs[stage + 1] } else { inputs };
-            let step = if steps_on { Some(model.step(stage, &moved, next)?) } else { None };
-            let (zero, none) = (crate::Vector3::zeros(), nalgebra::Matrix3xX::zeros(n));
-            let place = Place {
-                state: &moved,
-                inputs,
-                next,
-                arc: step.as_ref().map_or(&zero, |step| &step.arc),
-                arc_slope: step.as_ref().map_or(&none, |step| &step.arc_slope),
-            };
-            for index in acting {
-                let value = rows.rows[*index].what.at(model, stage, &place).smooth();
-                if let Value::Half { state, inputs, .. } = value {
-                    let multiplier = multipliers.rows[*index];
-                    if let Some(slope) = state {
-                        by_state += slope * multiplier;
-                    }
-                    if let Some(slope) = inputs {
-                        by_inputs += slope * multiplier;
-                    }
-                }
+    let of_rows = |z: &DVector<f64>, inputs: &[f64]| -> Result<DVector<f64>, StepError> {
+        let moved = model.moved(state, z);
+        let step = next.map(|next| model.step(stage, &moved, next)).transpose()?;
+        let next = next.map_or(inputs, |next| next);
+        let place = Place { state: &moved, inputs, next, step: step.as_ref() };
+        let mut gradient = DVector::zeros(n + m);
+        for index in &acting {
+            let value = limits.rows[*index].what.at(model, stage, &place).smooth();
+            let Value::Half { state, inputs, .. } = value else { continue };
+            for (slope, first) in [(state, 0), (inputs, n)] {
+                let Some(slope) = slope else { continue };
+                let mut part = gradient.rows_mut(first, slope.len());
+                part += slope * multipliers.rows[*index];
             }
-            Ok((by_state, by_inputs))
-        };
-    let mut block = Block { state: DMatrix::zeros(n, n), mixed: None, inputs: None, next: None };
-    let known = if steps_on { closed_form(model, iterate, multipliers, stage)? } else { None };
+        }
+        Ok(gradient)
+    };
     let zero = DVector::zeros(n);
-    let shifted = |values: &[f64], index: usize, by: f64| {
+    let along = |column: usize, by: f64| {
+        let mut z = zero.clone();
+        z[column] = by;
+        z
+    };
+    let shifted = |values: &[f64], column: usize, by: f64| {
         let mut out = values.to_vec();
-        out[index] += by;
+        out[column] += by;
         out
     };
-    let by_difference = known.is_none();
-    if let Some(known) = known {
-        block.state = known;
-    }
-    for column in 0..n {
-        if !by_difference && acting.is_empty() {
-            break;
+    let mut block = Block { state: DMatrix::zeros(n, n), mixed: None, inputs: None, next: None };
+    let mut spread = DMatrix::zeros(n, n);
+    if let Some(next) = next {
+        match closed_form(at, multipliers, stage)? {
+            Some(known) => block.state = known,
+            None => spread += differences(n, n, |column, by| of_step(&along(column, by), next))?,
         }
-        let mut z = DVector::zeros(n);
-        z[column] = STEP;
-        let mut slope = DVector::zeros(n);
-        if by_difference {
-            let next = if steps_on { &iterate.inputs[stage + 1][..] } else { &[] };
-            slope += step_gradient(&z, next)? - step_gradient(&-&z, next)?;
+        if model.inputs_turn() {
+            let turned = differences(n, m, |column, by| of_step(&zero, &shifted(next, column, by)))?;
+            block.next = Some(turned / (2.0 * STEP));
         }
-        if !acting.is_empty() {
-            slope += row_gradient(&z, inputs)?.0 - row_gradient(&-&z, inputs)?.0;
-        }
-        let mut own = block.state.column_mut(column);
-        own += slope / (2.0 * STEP);
     }
     if !acting.is_empty() {
-        let (mut mixed, mut square) = (DMatrix::zeros(n, m), DMatrix::zeros(m, m));
-        for column in 0..m {
-            let up = row_gradient(&zero, &shifted(inputs, column, STEP))?;
-            let down = row_gradient(&zero, &shifted(inputs, column, -STEP))?;
-            mixed.set_column(column, &((up.0 - down.0) / (2.0 * STEP)));
-            square.set_column(column, &((up.1 - down.1) / (2.0 * STEP)));
-        }
-        (block.mixed, block.inputs) = (Some(mixed), Some(square));
+        let by_state = differences(n + m, n, |column, by| of_rows(&along(column, by), inputs))?;
+        spread += by_state.rows(0, n);
+        let by_inputs = differences(n + m, m, |column, by| of_rows(&zero, &shifted(inputs, column, by)))?;
+        let by_inputs = by_inputs / (2.0 * STEP);
+        block.mixed = Some(by_inputs.rows(0, n).into_owned());
+        block.inputs = Some(by_inputs.rows(n, m).into_owned());
     }
-    if steps_on && model.inputs_turn() {
-        let next = &iterate.inputs[stage + 1];
-        let mut matrix = DMatrix::zeros(n, m);
-        for column in 0..m {
-            let up = step_gradient(&zero, &shifted(next, column, STEP))?;
-            let down = step_gradient(&zero, &shifted(next, column, -STEP))?;
-            matrix.set_column(column, &((up - down) / (2.0 * STEP)));
-        }
-        block.next = Some(matrix);
-    }
+    block.state += spread / (2.0 * STEP);
     Ok(block)
+}
+
+/// What a gradient of `rows` components gains from a step back to a step ahead along each of `columns` unknowns.
+fn differences(
+    rows: usize,
+    columns: usize,
+    gradient: impl Fn(usize, f64) -> Result<DVector<f64>, StepError>,
+) -> Result<DMatrix<f64>, StepError> {
+    let mut out = DMatrix::zeros(rows, columns);
+    for column in 0..columns {
+        out.set_column(column, &(gradient(column, STEP)? - gradient(column, -STEP)?));
+    }
+    Ok(out)
 }
 
 /// The step's part by the planner's own `H_k`, where that applies: no wheels, and inputs whose axes stand
 /// still in the coordinates of the momenta.
 fn closed_form(
-    model: &Model,
-    iterate: &Iterate,
+    at: &Evaluated,
     multipliers: &Multipliers,
     stage: usize,
 ) -> Result<Option<DMatrix<f64>>, StepError> {
+    let model = at.model;
     if model.wheels > 0 || model.inputs_turn() {
         return Ok(None);
     }
-    let (point, weight) = (iterate.states[stage].point(), model.kick_weight(stage + 1));
-    let costate = multipliers.costates[stage + 1].as_slice();
-    let n = model.n;
-    Ok(Some(if n == 12 {
-        let costate = SVector::<f64, 12>::from_column_slice(costate);
-        let matrix = model.dynamics.curvature_of_step(stage, &point, &costate, weight)?;
-        DMatrix::from_column_slice(n, n, matrix.as_slice())
+    let costate = &multipliers.costates[stage + 1];
+    let state = &at.iterate.states[stage];
+    if model.n == 12 {
+        of_step::<12>(model, stage, state, costate).map(Some)
     } else {
-        let costate = SVector::<f64, 6>::from_column_slice(costate);
-        let matrix = model.dynamics.curvature_of_step(stage, &point, &costate, weight)?;
-        DMatrix::from_column_slice(n, n, matrix.as_slice())
-    }))
+        of_step::<6>(model, stage, state, costate).map(Some)
+    }
+}
+
+fn of_step<const N: usize>(
+    model: &Model,
+    stage: usize,
+    state: &State,
+    costate: &DVector<f64>,
+) -> Result<DMatrix<f64>, StepError> {
+    let costate = SVector::<f64, N>::from_column_slice(costate.as_slice());
+    let weight = model.kick_weight(stage + 1);
+    let matrix = model.dynamics.curvature_of_step(stage, &state.point(), &costate, weight)?;
+    Ok(DMatrix::from_column_slice(N, N, matrix.as_slice()))
 }
 
 /// The nearest positive semidefinite matrix to the symmetric part; zero where it cannot be found.

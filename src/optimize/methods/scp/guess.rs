@@ -11,9 +11,10 @@ use nalgebra::{DMatrix, DVector};
 /// The iterate that follows `poses` (one per node, scaled), as far as inputs within their limits allow:
 /// what they cannot give is left as defects of the momenta.
 pub(crate) fn along(model: &Model, rows: &Rows, poses: &[Pose]) -> Iterate {
-    let (h, j_d) = (model.h, &model.dynamics.j_d);
+    let j_d = &model.dynamics.j_d;
     let mut states: Vec<State> = Vec::with_capacity(poses.len());
-    let axes = DMatrix::from_fn(3, model.m - model.forces, |row, column| model.torque_axes()[column][row]);
+    let (axes, first) = model.channel(false);
+    let axes = DMatrix::from_fn(3, model.m - first, |row, column| axes[column][row]);
     let to_wheels = axes.clone().pseudo_inverse(1e-12).unwrap_or_else(|_| axes.transpose());
     let in_space = model.start.attitude * model.start.momentum;
     for (stage, pose) in poses.iter().enumerate() {
@@ -21,6 +22,7 @@ pub(crate) fn along(model: &Model, rows: &Rows, poses: &[Pose]) -> Iterate {
         (state.position, state.attitude) = (pose.position, pose.attitude);
         if let Some(next) = poses.get(stage + 1) {
             // `h S(Π) = F J_d − J_d Fᵀ` gives Π from F without an equation to solve.
+            let h = model.dynamics.grid.step(stage);
             let f = pose.attitude.tr_mul(&model.dynamics.unturned(stage, &next.attitude));
             state.momentum = vee(&(f * j_d - j_d * f.transpose())) / h;
             state.linear_momentum = (next.position - pose.position) / h;
@@ -58,12 +60,11 @@ fn inputs(model: &Model, rows: &Rows, states: &[State], stage: usize) -> Vec<f64
     let threshold = 1e-10 * authority.amax();
     let Ok(inverse) = authority.pseudo_inverse(threshold) else { return zero };
     let mut inputs: Vec<f64> = (price * (inverse * lack)).iter().copied().collect();
-    for row in rows.at(stage) {
+    for row in &rows.rows[rows.range(stage)] {
         match row.what {
             What::InputSize { input, limit, .. } => inputs[input] = inputs[input].clamp(-limit, limit),
             What::InputNorm { forces, limit } => {
-                let (axes, first) =
-                    if forces { (model.force_axes(), 0) } else { (model.torque_axes(), model.forces) };
+                let (axes, first) = model.channel(forces);
                 let output: Vector3 =
                     axes.iter().zip(&inputs[first..]).map(|(axis, input)| axis * *input).sum();
                 let size = output.norm();

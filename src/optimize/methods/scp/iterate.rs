@@ -13,22 +13,26 @@ pub(crate) struct Iterate {
 }
 
 /// The chain at an iterate.
-pub(crate) struct Evaluated {
-    /// `y_0` as the opening kick gives it, and its derivative with respect to `u_0`.
-    pub opening_slope: DMatrix<f64>,
+pub(crate) struct Evaluated<'a> {
+    pub model: &'a Model,
+    pub limits: &'a Rows,
+    pub iterate: Iterate,
+    /// Derivative of `y_0` with respect to `u_0`, by the opening kick.
+    opening_slope: DMatrix<f64>,
     /// Defects: of the opening, then of every step.
     pub defects: Vec<DVector<f64>>,
     pub steps: Vec<Step>,
     /// Terminal error and its derivative.
     pub terminal: DVector<f64>,
     pub terminal_slope: DMatrix<f64>,
+    /// The rows of all limits.
     pub rows: Vec<Value>,
     pub cost: f64,
 }
 
 impl Iterate {
     /// The chain and all its rows at this iterate.
-    pub fn evaluate(&self, model: &Model, rows: &Rows) -> Result<Evaluated, StepError> {
+    pub fn evaluate<'a>(&self, model: &'a Model, limits: &'a Rows) -> Result<Evaluated<'a>, StepError> {
         let (opened, opening_slope) = model.opening(&self.inputs[0]);
         let mut defects = Vec::with_capacity(model.steps + 1);
         defects.push(model.difference(&opened, &self.states[0]));
@@ -40,35 +44,40 @@ impl Iterate {
         }
         let (terminal, terminal_slope) = model.terminal(&self.states[model.steps]);
         let cost = self.cost(model);
-        let values = self.rows(model, rows, &steps);
+        let value = |row: &super::rows::Row| {
+            let inputs = &self.inputs[row.stage];
+            let place = Place {
+                state: &self.states[row.stage],
+                inputs,
+                next: self.inputs.get(row.stage + 1).unwrap_or(inputs),
+                step: steps.get(row.stage),
+            };
+            row.what.at(model, row.stage, &place)
+        };
+        let rows = limits.rows.iter().map(value).collect();
         let finite = defects.iter().chain([&terminal]).all(|d| d.iter().all(|value| value.is_finite()));
         if !(finite && cost.is_finite()) {
             return Err(StepError::NotFinite);
         }
-        Ok(Evaluated { opening_slope, defects, steps, terminal, terminal_slope, rows: values, cost })
+        let iterate = self.clone();
+        Ok(Evaluated {
+            model,
+            limits,
+            iterate,
+            opening_slope,
+            defects,
+            steps,
+            terminal,
+            terminal_slope,
+            rows,
+            cost,
+        })
     }
 
     /// `Σ κ ½ uᵀ W u`.
     pub fn cost(&self, model: &Model) -> f64 {
         let effort = |stage: usize| model.kick_weight(stage) * model.effort(&self.inputs[stage]);
         (model.first_input()..=model.steps).map(effort).sum()
-    }
-
-    fn rows(&self, model: &Model, rows: &Rows, steps: &[Step]) -> Vec<Value> {
-        let value = |row: &super::rows::Row| {
-            let last = row.stage == model.steps;
-            // The last node has no arc; its rows do not ask for one.
-            let step = &steps[row.stage.min(model.steps - 1)];
-            let place = Place {
-                state: &self.states[row.stage],
-                inputs: &self.inputs[row.stage],
-                next: if last { &[] } else { &self.inputs[row.stage + 1] },
-                arc: &step.arc,
-                arc_slope: &step.arc_slope,
-            };
-            row.what.at(model, row.stage, &place)
-        };
-        rows.rows.iter().map(value).collect()
     }
 
     /// The iterate moved by a direction.
@@ -95,7 +104,18 @@ impl Iterate {
     }
 }
 
-impl Evaluated {
+impl Evaluated<'_> {
+    /// The same with smooth rows: balls as half spaces.
+    pub fn smooth(mut self) -> Self {
+        self.rows.iter_mut().for_each(|value| *value = value.smooth());
+        self
+    }
+
+    /// Derivative of the state of a stage with respect to its inputs, n×m.
+    pub fn input_slope(&self, stage: usize) -> &DMatrix<f64> {
+        if stage == 0 { &self.opening_slope } else { &self.steps[stage - 1].b }
+    }
+
     /// `Σ |d|₁ + |e|₁`: what the equations of motion and the terminal conditions lack.
     pub fn infeasibility(&self) -> f64 {
         let size = |d: &DVector<f64>| d.lp_norm(1);
@@ -108,9 +128,9 @@ impl Evaluated {
     }
 
     /// The worst violation in each group of rows, zero where all hold.
-    pub fn violations(&self, rows: &Rows) -> Vec<f64> {
-        let mut worst = vec![0.0f64; rows.groups.len()];
-        for (row, value) in rows.rows.iter().zip(&self.rows) {
+    pub fn violations(&self) -> Vec<f64> {
+        let mut worst = vec![0.0f64; self.limits.groups.len()];
+        for (row, value) in self.limits.rows.iter().zip(&self.rows) {
             worst[row.group] = worst[row.group].max(value.violation());
         }
         worst

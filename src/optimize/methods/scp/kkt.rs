@@ -9,9 +9,10 @@
 //! stage, so that it couples neighbours alone.
 
 use super::curvature::{Multipliers, blocks};
-use super::iterate::{Evaluated, Iterate};
+use super::iterate::Evaluated;
 use super::model::Model;
 use super::rows::{Rows, Value};
+use nalgebra::DMatrix;
 
 /// Proximal term on the multipliers: keeps the matrix regular where rows repeat each other, or a symmetry
 /// makes a terminal condition follow from the others, and vanishes from the solution.
@@ -25,6 +26,7 @@ pub(super) struct Kkt {
 }
 
 /// Where each unknown of a stage stands: costate, inputs, multipliers of its acting rows, state.
+#[derive(Default)]
 pub(super) struct Layout {
     pub costate: Vec<usize>,
     pub inputs: Vec<usize>,
@@ -36,138 +38,92 @@ pub(super) struct Layout {
 
 impl Layout {
     pub fn of(model: &Model, rows: &Rows, active: &[bool]) -> Self {
-        let mut layout = Self {
-            costate: Vec::new(),
-            inputs: Vec::new(),
-            states: Vec::new(),
-            rows: vec![None; active.len()],
-            terminal: 0,
-            size: 0,
+        let mut layout = Self { rows: vec![None; active.len()], ..Self::default() };
+        let mut size = 0;
+        let mut take = |count: usize| {
+            size += count;
+            size - count
         };
-        let mut at = 0;
-        let mut row = 0;
         for stage in 0..=model.steps {
-            layout.costate.push(at);
-            at += model.n;
-            layout.inputs.push(at);
-            at += model.m;
-            while row < rows.rows.len() && rows.rows[row].stage == stage {
-                if active[row] {
-                    layout.rows[row] = Some(at);
-                    at += 1;
-                }
-                row += 1;
+            layout.costate.push(take(model.n));
+            layout.inputs.push(take(model.m));
+            for row in rows.range(stage).filter(|row| active[*row]) {
+                layout.rows[row] = Some(take(1));
             }
-            layout.states.push(at);
-            at += model.n;
+            layout.states.push(take(model.n));
         }
-        layout.terminal = at;
-        layout.size = at + model.terminal_count();
-        layout
+        layout.terminal = take(model.terminal_count());
+        Self { size, ..layout }
+    }
+}
+
+/// Elements as they are collected.
+#[derive(Default)]
+struct Entries(Vec<(usize, usize, f64)>);
+
+impl Entries {
+    /// A block whose first element is (row, column).
+    fn block(&mut self, row: usize, column: usize, block: &DMatrix<f64>) {
+        for j in 0..block.ncols() {
+            self.0.extend((0..block.nrows()).map(|i| (row + i, column + j, block[(i, j)])));
+        }
+    }
+
+    /// An element and its mirror image.
+    fn both(&mut self, row: usize, column: usize, value: f64) {
+        self.0.extend([(row, column, value), (column, row, value)]);
+    }
+
+    /// A block and its mirror image.
+    fn coupling(&mut self, row: usize, column: usize, block: &DMatrix<f64>) {
+        for j in 0..block.ncols() {
+            (0..block.nrows()).for_each(|i| self.both(row + i, column + j, block[(i, j)]));
+        }
     }
 }
 
 impl Kkt {
-    /// The matrix at an iterate, with `proximal` in the place of `ε` for rows; `None` where a step of the dynamics cannot be differentiated.
-    pub fn of(
-        model: &Model,
-        rows: &Rows,
-        iterate: &Iterate,
-        evaluated: &Evaluated,
-        multipliers: &Multipliers,
-        active: &[bool],
-        proximal: f64,
-    ) -> Option<Self> {
-        let curvature = blocks(model, rows, iterate, evaluated, multipliers).ok()?;
-        let layout = Layout::of(model, rows, active);
-        let (n, m) = (model.n, model.m);
-        let mut entries: Vec<(usize, usize, f64)> = Vec::new();
-        let mut both = |row: usize, column: usize, value: f64| {
-            entries.push((row, column, value));
-            entries.push((column, row, value));
-        };
+    /// The matrix at an iterate with smooth rows, with `proximal` in the place of `ε` for rows; `None` where a step
+    /// of the dynamics cannot be differentiated.
+    pub fn of(at: &Evaluated, multipliers: &Multipliers, active: &[bool], proximal: f64) -> Option<Self> {
+        let (model, limits) = (at.model, at.limits);
+        let curvature = blocks(at, multipliers).ok()?;
+        let layout = Layout::of(model, limits, active);
+        let mut entries = Entries::default();
         for (stage, curvature) in curvature.iter().enumerate() {
             let (l, u, z) = (layout.costate[stage], layout.inputs[stage], layout.states[stage]);
-            for i in 0..n {
-                both(l + i, z + i, -1.0);
-            }
-            let slope = if stage == 0 { &evaluated.opening_slope } else { &evaluated.steps[stage - 1].b };
-            for j in 0..m {
-                for i in 0..n {
-                    both(l + i, u + j, slope[(i, j)]);
-                }
-            }
+            (0..model.n).for_each(|i| entries.both(l + i, z + i, -1.0));
+            entries.coupling(l, u, at.input_slope(stage));
             if stage > 0 {
-                let before = layout.states[stage - 1];
-                let a = &evaluated.steps[stage - 1].a;
-                for i in 0..n {
-                    for j in 0..n {
-                        both(l + i, before + j, a[(i, j)]);
-                    }
-                }
+                entries.coupling(l, layout.states[stage - 1], &at.steps[stage - 1].a);
             }
             if let Some(next) = &curvature.next {
-                let after = layout.inputs[stage + 1];
-                for i in 0..n {
-                    for j in 0..m {
-                        both(z + i, after + j, next[(i, j)]);
-                    }
-                }
+                entries.coupling(z, layout.inputs[stage + 1], next);
             }
             if let Some(mixed) = &curvature.mixed {
-                for i in 0..n {
-                    for j in 0..m {
-                        both(z + i, u + j, mixed[(i, j)]);
-                    }
-                }
+                entries.coupling(z, u, mixed);
             }
+            let own = model.input_weight(stage);
+            entries.block(u, u, &curvature.inputs.as_ref().map_or_else(|| own.clone(), |rows| &own + rows));
+            entries.block(z, z, &curvature.state);
         }
-        let t = layout.terminal;
-        for i in 0..model.terminal_count() {
-            for j in 0..n {
-                both(t + i, layout.states[model.steps] + j, evaluated.terminal_slope[(i, j)]);
-            }
-        }
-        for (index, place) in layout.rows.iter().enumerate() {
-            let Some(place) = *place else { continue };
-            let Value::Half { state, inputs, next, .. } = &evaluated.rows[index] else { continue };
-            let stage = rows.rows[index].stage;
+        entries.coupling(layout.terminal, layout.states[model.steps], &at.terminal_slope);
+        for ((row, value), place) in limits.rows.iter().zip(&at.rows).zip(&layout.rows) {
+            let (Some(place), Value::Half { state, inputs, next, .. }) = (*place, value) else { continue };
             let parts = [
-                (state, layout.states[stage]),
-                (inputs, layout.inputs[stage]),
-                (next, layout.inputs[(stage + 1).min(model.steps)]),
+                (state, layout.states[row.stage]),
+                (inputs, layout.inputs[row.stage]),
+                (next, layout.inputs[(row.stage + 1).min(model.steps)]),
             ];
             for (slope, at) in parts {
                 for (offset, value) in slope.iter().flat_map(|slope| slope.iter().enumerate()) {
-                    both(place, at + offset, *value);
+                    entries.both(place, at + offset, *value);
                 }
             }
         }
-        // The diagonal blocks, once each.
-        for (stage, curvature) in curvature.iter().enumerate() {
-            let (u, z) = (layout.inputs[stage], layout.states[stage]);
-            let weight = model.kick_weight(stage);
-            for i in 0..m {
-                for j in 0..m {
-                    let rows = curvature.inputs.as_ref().map_or(0.0, |inputs| inputs[(i, j)]);
-                    // Lie–Euler has no u_0: keep it where it is.
-                    let own = if weight > 0.0 {
-                        model.weight[(i, j)] * weight
-                    } else {
-                        f64::from(u8::from(i == j))
-                    };
-                    entries.push((u + i, u + j, own + rows));
-                }
-            }
-            for i in 0..n {
-                for j in 0..n {
-                    entries.push((z + i, z + j, curvature.state[(i, j)]));
-                }
-            }
-        }
+        entries.0.extend(layout.rows.iter().flatten().map(|place| (*place, *place, -proximal)));
         let terminal = (0..model.terminal_count()).map(|row| layout.terminal + row);
-        entries.extend(layout.rows.iter().flatten().map(|place| (*place, *place, -proximal)));
-        entries.extend(terminal.map(|place| (place, place, -PROXIMAL)));
-        Some(Self { layout, entries })
+        entries.0.extend(terminal.map(|place| (place, place, -PROXIMAL)));
+        Some(Self { layout, entries: entries.0 })
     }
 }

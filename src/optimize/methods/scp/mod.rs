@@ -19,6 +19,7 @@ pub(crate) mod second_order;
 mod subproblem;
 
 use crate::maneuver::solution::Outcome;
+use crate::optimize::methods::driver::{self, Iteration};
 pub(crate) use curvature::Multipliers;
 use curvature::{blocks, convexified};
 use iterate::{Evaluated, Iterate};
@@ -186,8 +187,7 @@ fn saturated(
     }
     let evaluated = start.evaluate(model, rows).ok()?;
     for stage in model.first_input()..=model.steps {
-        let slope = if stage == 0 { &evaluated.opening_slope } else { &evaluated.steps[stage - 1].b };
-        let pull = slope.tr_mul(&multipliers.costates[stage]);
+        let pull = evaluated.input_slope(stage).tr_mul(&multipliers.costates[stage]);
         let weight = model.kick_weight(stage);
         for (index, input) in start.inputs[stage].iter_mut().enumerate() {
             *input = -pull[index] / (weight * model.weight[(index, index)]);
@@ -208,12 +208,10 @@ fn saturated(
 
 /// The iteration.
 struct Scp<'a> {
-    model: &'a Model,
-    rows: &'a Rows,
     options: &'a Options,
     watch: &'a Watch<'a>,
-    iterate: Iterate,
-    evaluated: Evaluated,
+    /// The iterate, and all that is evaluated there.
+    at: Evaluated<'a>,
     multipliers: Option<Multipliers>,
     weights: Weights,
     subproblem: Subproblem<'a>,
@@ -230,61 +228,50 @@ pub(crate) fn run(
     options: &Options,
     watch: &Watch,
 ) -> Option<Convex> {
-    let evaluated = start.evaluate(model, rows).ok()?;
+    let at = start.evaluate(model, rows).ok()?;
     let weights = Weights { defect: 100.0, violation: vec![100.0; rows.groups.len()], radius: RADIUS.0 };
-    let residuals = vec![evaluated.largest_defect()];
+    let residuals = vec![at.largest_defect()];
     let subproblem = Subproblem::new(model, rows, options.cone_tolerance);
-    let mut scp = Scp {
-        model,
-        rows,
-        options,
-        watch,
-        iterate: start,
-        evaluated,
-        multipliers,
-        weights,
-        subproblem,
-        polished: None,
-        residuals,
-    };
-    let mut outcome = Outcome::IterationLimit;
-    let mut subproblems = 0;
-    while subproblems < options.most {
-        if let Some(stopped) = (watch.interrupt)() {
-            outcome = stopped;
-            break;
-        }
-        subproblems += 1;
-        if let Some(ended) = scp.advance() {
-            outcome = ended;
-            break;
-        }
+    let scp = Scp { options, watch, at, multipliers, weights, subproblem, polished: None, residuals };
+    if let Some(stopped) = (watch.interrupt)() {
+        return Some(scp.conclude(stopped, 0));
     }
-    Some(scp.conclude(outcome, subproblems))
+    let (scp, report) = driver::run(scp, options.most, watch.interrupt);
+    Some(scp.conclude(report.outcome, report.iterations))
 }
 
-impl Scp<'_> {
-    /// One subproblem; `Some` when the iteration ends.
+impl Iteration for Scp<'_> {
+    fn residual(&self) -> f64 {
+        self.at.largest_defect()
+    }
+
+    /// An iterate alone does not tell: the move of a subproblem does.
+    fn converged(&self) -> bool {
+        false
+    }
+
+    /// One subproblem.
     fn advance(&mut self) -> Option<Outcome> {
         let curvature = self.curvature();
         self.subproblem.seconds_left = self.watch.seconds_left();
-        let step = match self.subproblem.solve(&self.iterate, &self.evaluated, &curvature, &self.weights) {
+        let step = match self.subproblem.solve(&self.at, &curvature, &self.weights) {
             Ok(step) => step,
             Err(Failure::Time) => return Some(Outcome::TimeLimit),
             Err(Failure::Numerical) => {
                 // Shorter steps and no curvature are the better conditioned subproblem.
                 self.weights.radius *= 0.25;
                 self.multipliers = None;
-                return (self.weights.radius < RADIUS.2).then_some(Outcome::Stalled);
+                return self.motionless();
             }
         };
-        let length = longest(self.model, &step);
-        let before = self.merit(&self.evaluated);
-        let candidate = self.iterate.moved(self.model, &step.states, &step.inputs, 1.0);
-        let evaluated = candidate.evaluate(self.model, self.rows);
-        let actual = evaluated.as_ref().map_or(f64::NEG_INFINITY, |evaluated| before - self.merit(evaluated));
+        let model = self.at.model;
+        let length = longest(model, &step);
+        let candidate = self.at.iterate.moved(model, &step.states, &step.inputs, 1.0);
+        let candidate = candidate.evaluate(model, self.at.limits);
+        let before = self.merit(&self.at);
+        let actual = candidate.as_ref().map_or(f64::NEG_INFINITY, |candidate| before - self.merit(candidate));
         // Below the cone solver's accuracy no ratio means anything: such moves are taken.
-        let noise = self.options.cone_tolerance * (1.0 + self.evaluated.cost.abs());
+        let noise = self.options.cone_tolerance * (1.0 + self.at.cost.abs());
         let ratio = (actual + noise) / (step.predicted.max(0.0) + noise);
         let bounded = length >= 0.99 * self.weights.radius;
         let accepted = ratio >= ACCEPT;
@@ -292,8 +279,8 @@ impl Scp<'_> {
         let feasible = lacking <= VIOLATED;
         let dearest = self.reprice(&step);
         if accepted {
-            if let Ok(evaluated) = evaluated {
-                (self.iterate, self.evaluated) = (candidate, evaluated);
+            if let Ok(candidate) = candidate {
+                self.at = candidate;
             }
             self.multipliers = Some(step.multipliers.clone());
             if ratio >= GOOD && bounded {
@@ -304,13 +291,12 @@ impl Scp<'_> {
         } else {
             self.weights.radius = 0.3 * self.weights.radius.min(length);
         }
-        self.residuals.push(self.evaluated.largest_defect());
+        self.residuals.push(self.at.largest_defect());
         let settled = accepted && length <= self.options.tolerance.max(1e-9) && feasible;
         let near = accepted && feasible && !bounded && length < 0.5;
         if !self.options.polish {
             let multipliers = self.multipliers.as_ref().filter(|_| settled);
-            self.polished =
-                multipliers.and_then(|found| polish::as_it_is(self.model, self.rows, &self.iterate, found));
+            self.polished = multipliers.and_then(|found| polish::as_it_is(&self.at, found));
         } else if (near && self.options.polish_early) || settled {
             self.try_polish();
         }
@@ -321,29 +307,34 @@ impl Scp<'_> {
         if dearest && !feasible && step.predicted <= FUTILE * lacking * DEAREST {
             return Some(Outcome::Stalled);
         }
+        self.motionless()
+    }
+}
+
+impl Scp<'_> {
+    /// Stalled, where the trust region lets nothing move.
+    fn motionless(&self) -> Option<Outcome> {
         (self.weights.radius < RADIUS.2).then_some(Outcome::Stalled)
     }
 
     /// The convex part of the Lagrangian's second derivatives; zero before there are multipliers.
     fn curvature(&self) -> Vec<DMatrix<f64>> {
-        let n = self.model.n;
-        let none = || vec![DMatrix::zeros(n, n); self.model.steps + 1];
-        let Some(multipliers) = &self.multipliers else { return none() };
-        match blocks(self.model, self.rows, &self.iterate, &self.evaluated, multipliers) {
-            Ok(blocks) => blocks.iter().map(|block| convexified(&block.state)).collect(),
-            Err(_) => none(),
+        let multipliers = self.multipliers.as_ref();
+        match multipliers.and_then(|multipliers| blocks(&self.at, multipliers).ok()) {
+            Some(blocks) => blocks.iter().map(|block| convexified(&block.state)).collect(),
+            None => vec![DMatrix::zeros(self.at.model.n, self.at.model.n); self.at.model.steps + 1],
         }
     }
 
     /// Cost and priced violations.
-    fn merit(&self, evaluated: &Evaluated) -> f64 {
-        let violations = evaluated.violations(self.rows);
+    fn merit(&self, at: &Evaluated) -> f64 {
+        let violations = at.violations();
         let priced: f64 = violations
             .iter()
             .zip(&self.weights.violation)
             .map(|(violation, weight)| violation * weight)
             .sum();
-        evaluated.cost + self.weights.defect * evaluated.infeasibility() + priced
+        at.cost + self.weights.defect * at.infeasibility() + priced
     }
 
     /// Keeps the prices above the multipliers, so that the merit function is exact.
@@ -354,7 +345,7 @@ impl Scp<'_> {
         let costates = step.multipliers.costates.iter().map(|costate| costate.amax());
         let largest = costates.fold(step.multipliers.terminal.amax(), f64::max);
         let mut sums = vec![0.0; self.weights.violation.len()];
-        for (row, multiplier) in self.rows.rows.iter().zip(&step.multipliers.rows) {
+        for (row, multiplier) in self.at.limits.rows.iter().zip(&step.multipliers.rows) {
             sums[row.group] += multiplier;
         }
         for ((weight, sum), slack) in self.weights.violation.iter_mut().zip(sums).zip(&step.slacks) {
@@ -369,31 +360,29 @@ impl Scp<'_> {
 
     /// Size of the defects that a move leaves.
     fn lacking(&self, step: &Move) -> f64 {
-        step.left * self.evaluated.largest_defect()
+        step.left * self.at.largest_defect()
     }
 
     fn try_polish(&mut self) {
-        let Some(multipliers) = &self.multipliers else { return };
-        let polished = polish(self.model, self.rows, &self.iterate, multipliers, self.options, self.watch);
-        let Some(polished) = polished else { return };
+        let (at, Some(multipliers)) = (&self.at, &self.multipliers) else { return };
+        let polished = polish(at.model, at.limits, &at.iterate, multipliers, self.options, self.watch);
         // Newton may run to a dearer stationary point; the convex iteration knows better.
-        let slack = 0.02 * self.evaluated.cost.abs() + self.weights.defect * self.evaluated.infeasibility();
-        if polished.cost <= self.evaluated.cost + slack {
-            self.polished = Some(polished);
-        }
+        let slack = 0.02 * at.cost.abs() + self.weights.defect * at.infeasibility();
+        self.polished = polished.filter(|polished| polished.cost <= at.cost + slack);
     }
 
     fn conclude(self, outcome: Outcome, subproblems: usize) -> Convex {
+        let Evaluated { model, limits, .. } = self.at;
         let zeros = || Multipliers {
-            costates: vec![DVector::zeros(self.model.n); self.model.steps + 1],
-            terminal: DVector::zeros(self.model.terminal_count()),
-            rows: vec![0.0; self.rows.rows.len()],
+            costates: vec![DVector::zeros(model.n); model.steps + 1],
+            terminal: DVector::zeros(model.terminal_count()),
+            rows: vec![0.0; limits.rows.len()],
         };
         Convex {
             outcome,
-            violations: self.evaluated.violations(self.rows),
+            violations: self.at.violations(),
             multipliers: self.multipliers.unwrap_or_else(zeros),
-            iterate: self.iterate,
+            iterate: self.at.iterate,
             subproblems,
             residuals: self.residuals,
             polished: self.polished,

@@ -5,14 +5,13 @@
 //! cost Σ κ_k ½ u_kᵀ W u_k
 //! ```
 //!
-//! Kick k has the weight κ_k: `h` inside; at the two ends `h/2` for Lie–Verlet, 0 and `h` for Lie–Euler,
-//! which has no `u_0`. The map is the planner's own, so a trajectory without defects is variational.
-//! Between kicks a Lie–Verlet state is half a kick ahead of the physical one.
+//! Kick k has the weight κ_k of the grid; Lie–Euler has no `u_0`. The map is the planner's own, so a trajectory
+//! without defects is variational. Between kicks a Lie–Verlet state is half a step's kick ahead of the physical one.
 //!
 //! Tangent vectors are ordered as in the rest of the crate, the wheels' momenta appended.
 
 use crate::lie::{self, hat};
-use crate::maneuver::problem::{Motion, Problem, Scheme};
+use crate::maneuver::problem::{Motion, Problem};
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame};
 use crate::mechanics::environment::{Blocks, Pose, Wrench};
 use crate::numerics::compensated::Sum;
@@ -48,8 +47,8 @@ pub(crate) struct Model {
     /// Number of wheels.
     pub wheels: usize,
     pub steps: usize,
+    /// Mean step.
     pub h: f64,
-    pub scheme: Scheme,
     pub start: State,
     pub target: State,
     /// `W`, m×m, scaled.
@@ -74,6 +73,12 @@ pub(crate) struct Step {
     pub arc_slope: Matrix3xX<f64>,
 }
 
+/// The relative attitude `F` of a drift, and `ξ` of `δF = F S(ξ)` by the state before, 3×n.
+struct Arc {
+    f: Matrix3,
+    turn: Matrix3xX<f64>,
+}
+
 /// A kick at one pose: `momenta += κ (value)`, with derivatives before the weight κ.
 struct Kick {
     wrench: Wrench,
@@ -83,50 +88,52 @@ struct Kick {
 }
 
 impl Model {
-    /// The chain of a maneuver on `steps` steps.
+    /// The chain of a maneuver on `steps` steps of equal length.
     pub fn new(problem: &Problem, steps: usize) -> Self {
-        let dynamics = Dynamics::new(problem, steps);
+        Self::of(problem, Dynamics::new(problem, steps))
+    }
+
+    /// The chain of a discretised maneuver.
+    pub fn of(problem: &Problem, dynamics: Dynamics) -> Self {
         let units = dynamics.units;
         let moves = problem.motion == Motion::RigidBody;
-        let force_channel = problem.actuation.force.as_ref().filter(|_| moves);
-        let torque_channel = &problem.actuation.torque;
+        let force = problem.actuation.force.as_ref().filter(|_| moves);
+        let channels = force
+            .map(|force| (force, units.force()))
+            .into_iter()
+            .chain([(&problem.actuation.torque, units.torque())]);
         let axes = |channel: &ActuatorSet| Axes { columns: channel.axes().to_vec(), frame: channel.frame() };
-        let forces = force_channel.map_or(0, ActuatorSet::count);
-        let m = forces + torque_channel.count();
-        let wheels = problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len());
-        let input_unit: Vec<f64> =
-            (0..m).map(|input| if input < forces { units.force() } else { units.torque() }).collect();
+        let forces = force.map_or(0, ActuatorSet::count);
+        let m = forces + problem.actuation.torque.count();
+        let mut input_unit = Vec::with_capacity(m);
         let mut weight = DMatrix::zeros(m, m);
         let scale = units.time / units.cost;
-        if let Some(channel) = force_channel {
-            let unit = units.force();
-            weight.view_mut((0, 0), (forces, forces)).copy_from(&(channel.weight() * (unit * unit * scale)));
+        for (channel, unit) in channels {
+            let (first, count) = (input_unit.len(), channel.count());
+            input_unit.resize(first + count, unit);
+            let own = channel.weight() * (unit * unit * scale);
+            weight.view_mut((first, first), (count, count)).copy_from(&own);
         }
-        let unit = units.torque();
-        let torques = m - forces;
-        weight
-            .view_mut((forces, forces), (torques, torques))
-            .copy_from(&(torque_channel.weight() * (unit * unit * scale)));
+        let stored = problem.actuation.wheels.as_ref().map_or(&[][..], |wheels| &wheels.momentum);
+        let wheels = stored.len();
         let mut model = Self {
             n: if moves { 12 } else { 6 + wheels },
             m,
             wheels,
-            steps,
-            h: dynamics.grid.step(0),
-            scheme: problem.scheme,
+            steps: dynamics.grid.steps(),
+            h: dynamics.grid.mean_step(),
             start: State::of(&dynamics.point(&problem.start), DVector::zeros(wheels)),
             target: State::of(&dynamics.point(&problem.end), DVector::zeros(wheels)),
             weight,
             input_unit,
             forces,
-            force: force_channel.map(axes),
-            torque: axes(torque_channel),
+            force: force.map(axes),
+            torque: axes(&problem.actuation.torque),
             moves,
             dynamics,
         };
-        if let Some(wheels) = &problem.actuation.wheels {
-            let momentum = DVector::from_iterator(model.wheels, wheels.momentum.iter().copied());
-            model.start.wheels = momentum / units.momentum();
+        if wheels > 0 {
+            model.start.wheels = DVector::from_column_slice(stored) / units.momentum();
             model.start.momentum += model.wheel_momentum(&model.start.wheels);
         }
         model
@@ -144,33 +151,23 @@ impl Model {
 
     /// First stage that has inputs.
     pub fn first_input(&self) -> usize {
-        usize::from(self.scheme == Scheme::LieEuler)
+        self.dynamics.grid.first_input()
     }
 
     /// Weight κ_k of kick k.
     pub fn kick_weight(&self, stage: usize) -> f64 {
-        match self.scheme {
-            Scheme::LieEuler => {
-                if stage == 0 {
-                    0.0
-                } else {
-                    self.h
-                }
-            }
-            Scheme::LieVerlet => {
-                if stage == 0 || stage == self.steps {
-                    0.5 * self.h
-                } else {
-                    self.h
-                }
-            }
-        }
+        self.dynamics.grid.kick(stage)
+    }
+
+    /// `κ_k W`, the curvature of the cost of a stage's inputs. Lie–Euler has no `u_0`: any weight keeps it where it is.
+    pub fn input_weight(&self, stage: usize) -> DMatrix<f64> {
+        let weight = self.kick_weight(stage);
+        if weight > 0.0 { &self.weight * weight } else { DMatrix::identity(self.m, self.m) }
     }
 
     /// How much of kick k the physical state lags behind the chain's.
     pub fn lag(&self, stage: usize) -> f64 {
-        let inside = self.scheme == Scheme::LieVerlet && stage < self.steps;
-        if inside { 0.5 * self.h } else { 0.0 }
+        if stage < self.steps { self.dynamics.grid.ahead(stage) } else { 0.0 }
     }
 
     /// `Σ a_i h_i`, scaled.
@@ -178,14 +175,13 @@ impl Model {
         self.torque.columns.iter().zip(momenta.iter()).map(|(axis, momentum)| axis * *momentum).sum()
     }
 
-    /// Axes of the torque inputs.
-    pub fn torque_axes(&self) -> &[Vector3] {
-        &self.torque.columns
-    }
-
-    /// Axes of the force inputs.
-    pub fn force_axes(&self) -> &[Vector3] {
-        self.force.as_ref().map_or(&[], |axes| &axes.columns)
+    /// Axes of the force inputs or of the torque inputs, and where these begin among all.
+    pub fn channel(&self, forces: bool) -> (&[Vector3], usize) {
+        if forces {
+            (self.force.as_ref().map_or(&[], |axes| &axes.columns), 0)
+        } else {
+            (&self.torque.columns, self.forces)
+        }
     }
 
     /// Whether the inputs' axes turn against the coordinates of the momenta, or act through wheels.
@@ -261,46 +257,28 @@ impl Model {
     /// The kick at a pose under `inputs`.
     fn kick(&self, pose: &Pose, inputs: &[f64]) -> Kick {
         let r = &pose.attitude;
-        let (mut wrench, mut gradient) = self.dynamics.field(pose);
         let mut columns = DMatrix::zeros(self.n, self.m);
-        let pi = self.pi();
-        let mut torque = Vector3::zeros();
+        let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
         for (index, axis) in self.torque.columns.iter().enumerate() {
             let input = self.forces + index;
-            let axis = match self.torque.frame {
-                AxisFrame::Body => *axis,
-                AxisFrame::Reference => r.tr_mul(axis),
-            };
+            let axis = if self.torque.frame == AxisFrame::Body { *axis } else { r.tr_mul(axis) };
             torque += axis * inputs[input];
             if self.wheels > 0 {
                 columns[(6 + index, input)] = -1.0;
             } else {
-                columns.view_mut((pi, input), (3, 1)).copy_from(&axis);
+                columns.view_mut((self.pi(), input), (3, 1)).copy_from(&axis);
             }
         }
-        if self.wheels == 0 {
-            wrench.moment += torque;
-        }
-        if self.torque.frame == AxisFrame::Reference {
-            // δ(Rᵀv) = S(Rᵀv) ζ.
-            gradient.rr += hat(&torque);
-        }
         if let Some(axes) = &self.force {
-            let mut force = Vector3::zeros();
             for (input, axis) in axes.columns.iter().enumerate() {
-                let axis = match axes.frame {
-                    AxisFrame::Reference => *axis,
-                    AxisFrame::Body => r * axis,
-                };
+                let axis = if axes.frame == AxisFrame::Reference { *axis } else { r * axis };
                 force += axis * inputs[input];
                 columns.view_mut((3, input), (3, 1)).copy_from(&axis);
             }
-            wrench.force += force;
-            if axes.frame == AxisFrame::Body {
-                // δ(Rφ) = −R S(φ) ζ.
-                gradient.xr -= hat(&force) * r;
-            }
         }
+        // Wheels exchange their torque with the body: the total momentum gains nothing.
+        let given = Wrench { force, moment: if self.wheels > 0 { Vector3::zeros() } else { torque } };
+        let (wrench, gradient) = self.dynamics.kick_of_inputs(pose, &given);
         Kick { wrench, gradient, inputs: columns }
     }
 
@@ -313,7 +291,7 @@ impl Model {
         inputs: &[f64],
         costate: &DVector<f64>,
     ) -> DVector<f64> {
-        if self.scheme == Scheme::LieEuler || stage < self.steps {
+        if stage < self.steps || !self.dynamics.grid.has_half_kicks() {
             return costate.clone();
         }
         let mut rest = DMatrix::identity(self.n, self.n);
@@ -361,58 +339,47 @@ impl Model {
     /// Step k: from `y_k` under `u_{k+1}` to `y_{k+1}`.
     pub fn step(&self, stage: usize, state: &State, inputs: &[f64]) -> Result<Step, StepError> {
         let (zeta, pi) = (self.zeta(), self.pi());
-        let mut a = DMatrix::zeros(self.n, self.n);
-        let mut end = state.clone();
-        let (f, turn);
-        if self.wheels > 0 {
-            let carried = self.wheel_momentum(&state.wheels);
-            let drift = self.dynamics.gyrostat_drift(stage, &state.momentum, &carried)?;
-            f = drift.f;
-            end.attitude = self.dynamics.turned(stage, &(state.attitude * f));
-            end.momentum = drift.momentum_after;
-            let mut xi = Matrix3xX::zeros(self.n);
-            xi.view_mut((0, pi), (3, 3)).copy_from(&drift.by_momentum);
-            for (wheel, axis) in self.torque.columns.iter().enumerate() {
-                xi.view_mut((0, 6 + wheel), (3, 1)).copy_from(&(drift.by_wheels * axis));
-            }
-            a.rows_mut(zeta, 3).copy_from(&xi);
-            a.view_mut((zeta, zeta), (3, 3)).copy_from(&f.transpose());
-            let mut rows = a.rows_mut(pi, 3);
-            rows += hat(&drift.momentum_after) * &xi;
-            let mut block = a.view_mut((pi, pi), (3, 3));
-            block += f.transpose();
-            for wheel in 0..self.wheels {
-                a[(6 + wheel, 6 + wheel)] = 1.0;
-            }
-            turn = xi;
-        } else {
-            let mut point = state.point();
-            let drift = self.dynamics.drift::<12>(stage, &mut point)?;
-            f = drift.f;
-            end = State::of(&point, state.wheels.clone());
-            let e = self.dynamics.drift_matrix(&drift);
-            let b = self.dynamics.drift_block(&drift, &e);
-            let mut xi = Matrix3xX::zeros(self.n);
-            xi.view_mut((0, pi), (3, 3)).copy_from(&b);
-            a.view_mut((zeta, zeta), (3, 3)).copy_from(&f.transpose());
-            a.view_mut((zeta, pi), (3, 3)).copy_from(&b);
-            let c = f.transpose() + hat(&drift.momentum_after) * b;
-            a.view_mut((pi, pi), (3, 3)).copy_from(&c);
-            if self.moves {
-                for axis in 0..3 {
-                    a[(axis, axis)] = 1.0;
-                    a[(axis, axis + 3)] = self.h;
-                    a[(axis + 3, axis + 3)] = 1.0;
-                }
-            }
-            turn = xi;
+        let (mut end, drift) = self.drift(stage, state)?;
+        // z' = A0 z: ζ' = Fᵀζ + ξ and δΠ' = FᵀδΠ + S(Π')ξ, where ξ is how far the arc itself is turned.
+        let turn = drift.turn;
+        let mut a = DMatrix::identity(self.n, self.n);
+        a.rows_mut(zeta, 3).copy_from(&turn);
+        a.view_mut((zeta, zeta), (3, 3)).copy_from(&drift.f.transpose());
+        a.rows_mut(pi, 3).copy_from(&(hat(&end.momentum) * &turn));
+        let mut block = a.view_mut((pi, pi), (3, 3));
+        block += drift.f.transpose();
+        if self.moves {
+            let h = self.dynamics.grid.step(stage);
+            (0..3).for_each(|axis| a[(axis, axis + 3)] = h);
         }
         let weight = self.kick_weight(stage + 1);
         let kick = self.kick(&end.pose(), inputs);
         self.add_gradient(&mut a, &kick.gradient, weight);
-        let end = self.kicked(&end, &kick, inputs, weight);
-        let arc = lie::log(&f);
+        end = self.kicked(&end, &kick, inputs, weight);
+        let arc = lie::log(&drift.f);
         Ok(Step { end, a, b: kick.inputs * weight, arc_slope: lie::right_jacobian_inverse(&arc) * turn, arc })
+    }
+
+    /// The drift of step k: the state between drift and kick, and how the relative attitude turns.
+    fn drift(&self, stage: usize, state: &State) -> Result<(State, Arc), StepError> {
+        let mut turn = Matrix3xX::zeros(self.n);
+        let mut by_momentum = turn.view_mut((0, self.pi()), (3, 3));
+        if self.wheels == 0 {
+            let mut point = state.point();
+            let drift = self.dynamics.drift::<12>(stage, &mut point)?;
+            let e = self.dynamics.drift_matrix(&drift);
+            by_momentum.copy_from(&self.dynamics.drift_block(&drift, &e));
+            return Ok((State::of(&point, state.wheels.clone()), Arc { f: drift.f, turn }));
+        }
+        let carried = self.wheel_momentum(&state.wheels);
+        let drift = self.dynamics.gyrostat_drift(stage, &state.momentum, &carried)?;
+        by_momentum.copy_from(&drift.by_momentum);
+        for (wheel, axis) in self.torque.columns.iter().enumerate() {
+            turn.view_mut((0, 6 + wheel), (3, 1)).copy_from(&(drift.by_wheels * axis));
+        }
+        let attitude = self.dynamics.turned(stage, &(state.attitude * drift.f));
+        let end = State { attitude, momentum: drift.momentum_after, ..state.clone() };
+        Ok((end, Arc { f: drift.f, turn }))
     }
 
     /// Physical angular velocity at stage k, and its derivatives with respect to state and inputs.
@@ -466,7 +433,7 @@ impl Model {
         };
         let (forces, torques) = inputs.split_at(self.forces);
         let torque = sum(&self.torque.columns, torques);
-        let force = sum(self.force_axes(), forces);
+        let force = sum(self.channel(true).0, forces);
         let r = &state.attitude;
         let turned = self.force.as_ref().is_some_and(|axes| axes.frame == AxisFrame::Body);
         Wrench {

@@ -25,7 +25,10 @@ use super::kkt::{Kkt, PROXIMAL};
 use super::model::Model;
 use super::rows::{Rows, Value};
 use super::{Options, Watch};
+use crate::maneuver::solution::Outcome;
 use crate::numerics::banded::Banded;
+use crate::optimize::methods::driver::{Iteration, run};
+use crate::optimize::methods::shooting::newton::outcome_of;
 use nalgebra::DVector;
 
 /// Steps that turn a node by more than this \[rad\] are shortened.
@@ -41,6 +44,7 @@ const LOST: f64 = 100.0;
 const LIKELY: f64 = 1e-4;
 
 /// A point that meets the conditions.
+#[derive(Clone)]
 pub(crate) struct Polished {
     pub iterate: Iterate,
     pub multipliers: Multipliers,
@@ -59,137 +63,184 @@ pub(crate) fn polish(
     options: &Options,
     watch: &Watch,
 ) -> Option<Polished> {
-    let newton = |stabilised| newton(model, rows, iterate, multipliers, options, watch, stabilised);
-    newton(false).or_else(|| newton(true))
-}
-
-/// Newton's method, plain or stabilised; `None` also where it is stopped.
-fn newton(
-    model: &Model,
-    rows: &Rows,
-    iterate: &Iterate,
-    multipliers: &Multipliers,
-    options: &Options,
-    watch: &Watch,
-    stabilised: bool,
-) -> Option<Polished> {
-    let tolerance = options.polish_tolerance;
-    let mut iterate = iterate.clone();
-    let mut multipliers = multipliers.clone();
-    let mut best: Option<Polished> = None;
-    let mut idle = 0;
-    let mut proximal = if stabilised { WIDEST } else { PROXIMAL };
-    // The last pass judges what the last step led to.
-    for iteration in 0..=options.newton {
+    let newton = |stabilised| {
         if watch.stopped() {
             return None;
         }
-        let mut evaluated = iterate.evaluate(model, rows).ok()?;
-        evaluated.rows.iter_mut().for_each(|value| *value = value.smooth());
-        let active = match (stabilised, iteration) {
-            (false, _) => active(&evaluated, &multipliers, iteration == 0),
-            (true, 0) => likely(&evaluated, &multipliers),
-            (true, _) => acting(&evaluated, &multipliers, 1.0 / proximal),
-        };
-        for (multiplier, active) in multipliers.rows.iter_mut().zip(&active) {
-            if !active {
-                *multiplier = 0.0;
-            }
-        }
-        let residuals = Residuals::of(model, rows, &iterate, &evaluated, &multipliers);
-        let size = residuals.largest(&evaluated, &multipliers, &active);
-        if best.as_ref().is_none_or(|best| size < best.residual) {
-            let better = best.as_ref().is_none_or(|best| size < 0.5 * best.residual);
-            idle = if better { 0 } else { idle + 1 };
-            best = Some(Polished {
-                iterate: iterate.clone(),
-                multipliers: multipliers.clone(),
-                cost: evaluated.cost,
-                residual: size,
-                iterations: iteration,
-            });
-        } else {
-            idle += 1;
-        }
-        if stabilised {
-            proximal = size.max(SLOWLY * proximal).clamp(PROXIMAL, WIDEST);
-        }
-        let floor = best.as_ref().is_some_and(|best| best.residual <= tolerance);
-        let lost = !stabilised && best.as_ref().is_some_and(|best| size > LOST * best.residual);
-        if (floor && idle >= 1) || size <= 1e-3 * tolerance || idle >= IDLE[usize::from(stabilised)] || lost {
-            break;
-        }
-        let kkt = Kkt::of(model, rows, &iterate, &evaluated, &multipliers, &active, proximal);
-        let Some((states, inputs, change)) =
-            kkt.and_then(|kkt| direction(model, kkt, &evaluated, &residuals))
-        else {
-            break;
-        };
-        let turn = |z: &DVector<f64>| z.rows(model.zeta(), 3).norm();
-        let longest = states.iter().map(turn).fold(0.0, f64::max);
-        let fraction = if longest > LONGEST_TURN { LONGEST_TURN / longest } else { 1.0 };
-        iterate = iterate.moved(model, &states, &inputs, fraction);
-        for (costate, delta) in multipliers.costates.iter_mut().zip(&change.costates) {
-            *costate += delta * fraction;
-        }
-        multipliers.terminal += &change.terminal * fraction;
-        for (multiplier, delta) in multipliers.rows.iter_mut().zip(&change.rows) {
-            *multiplier += delta * fraction;
+        let at = iterate.evaluate(model, rows).ok()?.smooth();
+        let newton = Newton::new(at, multipliers.clone(), options.polish_tolerance, stabilised);
+        let (newton, report) = run(newton, options.newton, watch.interrupt);
+        // At the end of its steps and where a matrix is singular the best point may do all the same.
+        let ended = [Outcome::Converged, Outcome::IterationLimit, Outcome::Singular];
+        let best = Some(newton.best).filter(|_| ended.contains(&report.outcome));
+        best.filter(|best| best.residual <= options.polish_tolerance)
+    };
+    newton(false).or_else(|| newton(true))
+}
+
+/// Newton's method, plain or stabilised.
+struct Newton<'a> {
+    at: Evaluated<'a>,
+    multipliers: Multipliers,
+    active: Vec<bool>,
+    residuals: Residuals,
+    /// Largest residual of all conditions.
+    size: f64,
+    best: Polished,
+    tolerance: f64,
+    stabilised: bool,
+    proximal: f64,
+    iterations: usize,
+    /// Iterations without progress.
+    idle: usize,
+}
+
+impl<'a> Newton<'a> {
+    fn new(at: Evaluated<'a>, mut multipliers: Multipliers, tolerance: f64, stabilised: bool) -> Self {
+        let active = if stabilised { likely(&at, &multipliers) } else { active(&at, &multipliers) };
+        multipliers.drop_idle(&active);
+        let residuals = Residuals::of(&at, &multipliers);
+        let size = residuals.largest(&at, &multipliers, &active);
+        let best = polished(&at, &multipliers, size, 0);
+        let proximal = if stabilised { size.max(SLOWLY * WIDEST).clamp(PROXIMAL, WIDEST) } else { PROXIMAL };
+        let (iterations, idle) = (0, 0);
+        Self {
+            at,
+            multipliers,
+            active,
+            residuals,
+            size,
+            best,
+            tolerance,
+            stabilised,
+            proximal,
+            iterations,
+            idle,
         }
     }
-    best.filter(|best| best.residual <= tolerance)
+
+    /// A Newton step, not too long.
+    fn step(&self) -> Option<(Iterate, Multipliers)> {
+        let Self { at, multipliers, residuals, .. } = self;
+        let kkt = Kkt::of(at, multipliers, &self.active, self.proximal)?;
+        let (states, inputs, change) = direction(at, kkt, residuals)?;
+        let turn = |z: &DVector<f64>| z.rows(at.model.zeta(), 3).norm();
+        let longest = states.iter().map(turn).fold(0.0, f64::max);
+        let fraction = if longest > LONGEST_TURN { LONGEST_TURN / longest } else { 1.0 };
+        Some((
+            at.iterate.moved(at.model, &states, &inputs, fraction),
+            multipliers.clone().moved(&change, fraction),
+        ))
+    }
+
+    /// Looks at the conditions where a step led to, and keeps the best point.
+    fn judge(&mut self) {
+        let rho = largest_multiplier(&self.multipliers).max(1e-3);
+        let rho = if self.stabilised { 1.0 / self.proximal } else { rho };
+        self.active = acting(&self.at, &self.multipliers, rho);
+        self.multipliers.drop_idle(&self.active);
+        self.residuals = Residuals::of(&self.at, &self.multipliers);
+        self.size = self.residuals.largest(&self.at, &self.multipliers, &self.active);
+        let better = self.size < 0.5 * self.best.residual;
+        self.idle = if better { 0 } else { self.idle + 1 };
+        if self.size < self.best.residual {
+            self.best = polished(&self.at, &self.multipliers, self.size, self.iterations);
+        }
+        if self.stabilised {
+            self.proximal = self.size.max(SLOWLY * self.proximal).clamp(PROXIMAL, WIDEST);
+        }
+    }
+}
+
+impl Iteration for Newton<'_> {
+    fn residual(&self) -> f64 {
+        self.size
+    }
+
+    /// Whether no further step is worth its price: all digits are there, or none come any more.
+    fn converged(&self) -> bool {
+        let floor = self.best.residual <= self.tolerance;
+        let lost = !self.stabilised && self.size > LOST * self.best.residual;
+        (floor && self.idle >= 1)
+            || self.size <= 1e-3 * self.tolerance
+            || self.idle >= IDLE[usize::from(self.stabilised)]
+            || lost
+    }
+
+    fn advance(&mut self) -> Option<Outcome> {
+        let Some((iterate, multipliers)) = self.step() else { return Some(Outcome::Singular) };
+        match iterate.evaluate(self.at.model, self.at.limits) {
+            Ok(evaluated) => self.at = evaluated.smooth(),
+            Err(error) => return Some(outcome_of(error)),
+        }
+        self.multipliers = multipliers;
+        self.iterations += 1;
+        self.judge();
+        self.converged().then_some(Outcome::Converged)
+    }
+}
+
+fn polished(at: &Evaluated, multipliers: &Multipliers, residual: f64, iterations: usize) -> Polished {
+    let (iterate, multipliers) = (at.iterate.clone(), multipliers.clone());
+    Polished { iterate, multipliers, cost: at.cost, residual, iterations }
 }
 
 /// An iterate that no Newton touches, with the residual that it has. Multipliers that are an interior
 /// point's round-off are cut to zero.
-pub(super) fn as_it_is(
-    model: &Model,
-    rows: &Rows,
-    iterate: &Iterate,
-    multipliers: &Multipliers,
-) -> Option<Polished> {
-    let mut multipliers = multipliers.clone();
-    let mut evaluated = iterate.evaluate(model, rows).ok()?;
-    evaluated.rows.iter_mut().for_each(|value| *value = value.smooth());
-    let active = active(&evaluated, &multipliers, true);
-    for (multiplier, _) in multipliers.rows.iter_mut().zip(&active).filter(|(_, active)| !**active) {
-        *multiplier = 0.0;
-    }
-    let residuals = Residuals::of(model, rows, iterate, &evaluated, &multipliers);
-    let residual = residuals.largest(&evaluated, &multipliers, &active);
-    Some(Polished { iterate: iterate.clone(), multipliers, cost: evaluated.cost, residual, iterations: 0 })
+pub(super) fn as_it_is(at: &Evaluated, multipliers: &Multipliers) -> Option<Polished> {
+    let at = at.iterate.evaluate(at.model, at.limits).ok()?.smooth();
+    Some(Newton::new(at, multipliers.clone(), 0.0, false).best)
 }
 
-/// Which rows act. At first those with a multiplier that is not round-off.
-fn active(evaluated: &Evaluated, multipliers: &Multipliers, first: bool) -> Vec<bool> {
-    let largest = multipliers.rows.iter().fold(0.0f64, |largest, value| largest.max(*value));
-    let rho = largest.max(1e-3);
-    if !first {
-        return acting(evaluated, multipliers, rho);
+impl Multipliers {
+    /// Zero for rows that do not act.
+    fn drop_idle(&mut self, active: &[bool]) {
+        let idle = self.rows.iter_mut().zip(active).filter(|(_, active)| !**active);
+        idle.for_each(|(multiplier, _)| *multiplier = 0.0);
     }
-    let acts = |(value, multiplier): (&Value, &f64)| match value {
-        Value::Half { c, .. } => multiplier + 0.1 * rho * c > 0.0 && *multiplier > 1e-6 * rho || *c > 1e-9,
+
+    fn moved(mut self, change: &Self, fraction: f64) -> Self {
+        for (costate, delta) in self.costates.iter_mut().zip(&change.costates) {
+            *costate += delta * fraction;
+        }
+        self.terminal += &change.terminal * fraction;
+        for (multiplier, delta) in self.rows.iter_mut().zip(&change.rows) {
+            *multiplier += delta * fraction;
+        }
+        self
+    }
+}
+
+fn largest_multiplier(multipliers: &Multipliers) -> f64 {
+    multipliers.rows.iter().fold(0.0f64, |largest, value| largest.max(*value))
+}
+
+/// Rows whose value and multiplier `acts` accepts.
+fn rows_that(at: &Evaluated, multipliers: &Multipliers, acts: impl Fn(f64, f64) -> bool) -> Vec<bool> {
+    let half = |(value, multiplier): (&Value, &f64)| match value {
+        Value::Half { c, .. } => acts(*c, *multiplier),
         _ => false,
     };
-    evaluated.rows.iter().zip(&multipliers.rows).map(acts).collect()
+    at.rows.iter().zip(&multipliers.rows).map(half).collect()
+}
+
+/// At first: rows with a multiplier that is not round-off, or violated.
+fn active(at: &Evaluated, multipliers: &Multipliers) -> Vec<bool> {
+    let rho = largest_multiplier(multipliers).max(1e-3);
+    rows_that(at, multipliers, |c, multiplier| {
+        multiplier + 0.1 * rho * c > 0.0 && multiplier > 1e-6 * rho || c > 1e-9
+    })
 }
 
 /// Rows with `ν + ρ c > 0`.
-fn acting(evaluated: &Evaluated, multipliers: &Multipliers, rho: f64) -> Vec<bool> {
-    let acts = |(value, multiplier): (&Value, &f64)| match value {
-        Value::Half { c, .. } => multiplier + rho * c > 0.0,
-        _ => false,
-    };
-    evaluated.rows.iter().zip(&multipliers.rows).map(acts).collect()
+fn acting(at: &Evaluated, multipliers: &Multipliers, rho: f64) -> Vec<bool> {
+    rows_that(at, multipliers, |c, multiplier| multiplier + rho * c > 0.0)
 }
 
 /// Rows whose multiplier is not small beside the largest.
-fn likely(evaluated: &Evaluated, multipliers: &Multipliers) -> Vec<bool> {
-    let largest = multipliers.rows.iter().fold(0.0f64, |largest, value| largest.max(*value));
-    let acts = |(value, multiplier): (&Value, &f64)| {
-        matches!(value, Value::Half { .. }) && *multiplier > LIKELY * largest
-    };
-    evaluated.rows.iter().zip(&multipliers.rows).map(acts).collect()
+fn likely(at: &Evaluated, multipliers: &Multipliers) -> Vec<bool> {
+    let largest = largest_multiplier(multipliers);
+    rows_that(at, multipliers, |_, multiplier| multiplier > LIKELY * largest)
 }
 
 /// Residuals of stationarity, by stage.
@@ -201,33 +252,26 @@ struct Residuals {
 }
 
 impl Residuals {
-    fn of(
-        model: &Model,
-        rows: &Rows,
-        iterate: &Iterate,
-        evaluated: &Evaluated,
-        multipliers: &Multipliers,
-    ) -> Self {
-        let first = model.first_input();
-        let mut inputs = Vec::with_capacity(model.steps + 1);
-        let mut states = Vec::with_capacity(model.steps + 1);
-        for stage in 0..=model.steps {
+    fn of(at: &Evaluated, multipliers: &Multipliers) -> Self {
+        let model = at.model;
+        let by_inputs = |stage: usize| {
+            if stage < model.first_input() {
+                return DVector::zeros(model.m);
+            }
+            let u = DVector::from_column_slice(&at.iterate.inputs[stage]);
             let costate = &multipliers.costates[stage];
-            let slope = if stage == 0 { &evaluated.opening_slope } else { &evaluated.steps[stage - 1].b };
-            let u = DVector::from_column_slice(&iterate.inputs[stage]);
-            let weight = model.kick_weight(stage);
-            inputs.push(if stage >= first {
-                &model.weight * u * weight + slope.tr_mul(costate)
-            } else {
-                DVector::zeros(model.m)
-            });
-            states.push(if stage < model.steps {
-                evaluated.steps[stage].a.tr_mul(&multipliers.costates[stage + 1]) - costate
-            } else {
-                evaluated.terminal_slope.tr_mul(&multipliers.terminal) - costate
-            });
-        }
-        for ((row, value), multiplier) in rows.rows.iter().zip(&evaluated.rows).zip(&multipliers.rows) {
+            &model.weight * u * model.kick_weight(stage) + at.input_slope(stage).tr_mul(costate)
+        };
+        let by_state = |stage: usize| {
+            let carried = match at.steps.get(stage) {
+                Some(step) => step.a.tr_mul(&multipliers.costates[stage + 1]),
+                None => at.terminal_slope.tr_mul(&multipliers.terminal),
+            };
+            carried - &multipliers.costates[stage]
+        };
+        let mut inputs: Vec<_> = (0..=model.steps).map(by_inputs).collect();
+        let mut states: Vec<_> = (0..=model.steps).map(by_state).collect();
+        for ((row, value), multiplier) in at.limits.rows.iter().zip(&at.rows).zip(&multipliers.rows) {
             let Value::Half { state, inputs: by_inputs, next, .. } = value else { continue };
             if *multiplier == 0.0 {
                 continue;
@@ -235,70 +279,51 @@ impl Residuals {
             if let Some(slope) = state {
                 states[row.stage] += slope * *multiplier;
             }
-            if let Some(slope) = by_inputs {
-                inputs[row.stage] += slope * *multiplier;
-            }
-            if let Some(slope) = next {
-                inputs[row.stage + 1] += slope * *multiplier;
+            for (slope, stage) in [(by_inputs, row.stage), (next, row.stage + 1)] {
+                if let Some(slope) = slope {
+                    inputs[stage] += slope * *multiplier;
+                }
             }
         }
         let scale = multipliers.costates.iter().map(|costate| costate.amax()).fold(1.0, f64::max);
         Self { inputs, states, scale }
     }
 
-    /// The largest residual of the equations that the set makes, whatever the signs say.
-    fn of_equations(&self, evaluated: &Evaluated, active: &[bool]) -> f64 {
+    /// The largest residual of the equations that the set of rows makes, and of rows that are violated or pull.
+    fn largest(&self, at: &Evaluated, multipliers: &Multipliers, active: &[bool]) -> f64 {
         let norm = |list: &[DVector<f64>]| list.iter().map(|value| value.amax()).fold(0.0, f64::max);
         let steps = self.inputs.len() as f64;
         let mut largest = (norm(&self.inputs) * steps).max(norm(&self.states)) / self.scale;
-        largest = largest.max(evaluated.largest_defect());
-        for (value, _) in evaluated.rows.iter().zip(active).filter(|(_, active)| **active) {
-            if let Value::Half { c, .. } = value {
-                largest = largest.max(c.abs());
-            }
+        if largest.is_nan() {
+            return f64::INFINITY;
         }
-        if largest.is_nan() { f64::INFINITY } else { largest }
-    }
-
-    /// The same, with rows that are violated or pull.
-    fn largest(&self, evaluated: &Evaluated, multipliers: &Multipliers, active: &[bool]) -> f64 {
-        let mut largest = self.of_equations(evaluated, active);
-        for ((value, multiplier), active) in evaluated.rows.iter().zip(&multipliers.rows).zip(active) {
+        largest = largest.max(at.largest_defect());
+        for ((value, multiplier), active) in at.rows.iter().zip(&multipliers.rows).zip(active) {
             let Value::Half { c, .. } = value else { continue };
-            if !active {
-                largest = largest.max(*c);
-            }
-            largest = largest.max(-multiplier / self.scale);
+            largest = largest.max(if *active { c.abs() } else { *c }).max(-multiplier / self.scale);
         }
-        if largest.is_nan() { f64::INFINITY } else { largest }
+        largest
     }
 }
 
 /// The Newton direction: changes of states, inputs and multipliers.
 #[allow(clippy::type_complexity)]
 fn direction(
-    model: &Model,
+    at: &Evaluated,
     Kkt { layout, entries }: Kkt,
-    evaluated: &Evaluated,
     residuals: &Residuals,
 ) -> Option<(Vec<DVector<f64>>, Vec<DVector<f64>>, Multipliers)> {
-    let (n, m) = (model.n, model.m);
-    let t = layout.terminal;
+    let (n, m) = (at.model.n, at.model.m);
     let mut right = vec![0.0; layout.size];
-    for stage in 0..=model.steps {
-        let (l, u, z) = (layout.costate[stage], layout.inputs[stage], layout.states[stage]);
-        for i in 0..n {
-            right[l + i] = -evaluated.defects[stage][i];
-            right[z + i] = -residuals.states[stage][i];
-        }
-        for j in 0..m {
-            right[u + j] = -residuals.inputs[stage][j];
-        }
+    let mut put = |first: usize, lacking: &DVector<f64>| {
+        right[first..].iter_mut().zip(lacking.iter()).for_each(|(right, value)| *right = -value);
+    };
+    let places = [&layout.costate, &layout.inputs, &layout.states];
+    for (places, lacking) in places.into_iter().zip([&at.defects, &residuals.inputs, &residuals.states]) {
+        places.iter().zip(lacking).for_each(|(place, lacking)| put(*place, lacking));
     }
-    for i in 0..model.terminal_count() {
-        right[t + i] = -evaluated.terminal[i];
-    }
-    for (place, value) in layout.rows.iter().zip(&evaluated.rows) {
+    put(layout.terminal, &at.terminal);
+    for (place, value) in layout.rows.iter().zip(&at.rows) {
         if let (Some(place), Value::Half { c, .. }) = (place, value) {
             right[*place] = -c;
         }
@@ -323,7 +348,7 @@ fn direction(
     let inputs = layout.inputs.iter().map(|at| part(*at, m)).collect();
     let change = Multipliers {
         costates: layout.costate.iter().map(|at| part(*at, n)).collect(),
-        terminal: part(t, model.terminal_count()),
+        terminal: part(layout.terminal, at.model.terminal_count()),
         rows: layout.rows.iter().map(|at| at.map_or(0.0, |at| right[at])).collect(),
     };
     Some((states, inputs, change))

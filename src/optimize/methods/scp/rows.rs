@@ -3,13 +3,14 @@
 //! A row is a half space `c ≤ 0` or a ball `|v| ≤ 1` and knows its derivatives. What must hold between
 //! the nodes is a row of the arc of its own: on one step the body turns about one axis at one rate.
 
-use super::model::{Model, State};
+use super::model::{Model, State, Step};
 use crate::lie;
 use crate::maneuver::constraint::{Direction, Rule, Side};
 use crate::maneuver::problem::Problem;
 use crate::mechanics::actuators::LimitKind;
 use crate::{Matrix3, Vector3};
 use nalgebra::{DVector, Matrix3xX};
+use std::ops::{Range, RangeInclusive};
 
 /// What one row bounds.
 #[derive(Clone, Debug)]
@@ -99,9 +100,8 @@ pub(crate) struct Place<'a> {
     pub state: &'a State,
     pub inputs: &'a [f64],
     pub next: &'a [f64],
-    /// Rotation vector of the arc that begins here, and its derivative.
-    pub arc: &'a Vector3,
-    pub arc_slope: &'a Matrix3xX<f64>,
+    /// The step that begins here; none at the last node, whose rows ask for none.
+    pub step: Option<&'a Step>,
 }
 
 impl What {
@@ -123,15 +123,14 @@ impl What {
         matches!(self, Self::InputNorm { .. } | Self::RateNorm { .. })
     }
 
-    /// Whether it depends on (state, inputs, inputs of the next stage).
-    pub fn depends(&self, model: &Model) -> (bool, bool, bool) {
+    /// Whether it depends on (state, inputs of its stage).
+    pub fn depends(&self, model: &Model) -> (bool, bool) {
         let lag = model.lag(1) > 0.0;
         match self {
-            Self::InputSize { .. } | Self::InputNorm { .. } => (false, true, false),
-            Self::InputRate { .. } => (false, true, true),
-            Self::RateNorm { arc, .. } | Self::RateAxis { arc, .. } => (true, !arc && lag, false),
-            Self::Cone { .. } => (true, false, false),
-            Self::Wheel { .. } => (true, lag, false),
+            Self::InputSize { .. } | Self::InputNorm { .. } | Self::InputRate { .. } => (false, true),
+            Self::RateNorm { arc, .. } | Self::RateAxis { arc, .. } => (true, !arc && lag),
+            Self::Cone { .. } => (true, false),
+            Self::Wheel { .. } => (true, lag),
         }
     }
 
@@ -156,14 +155,12 @@ impl What {
                 next: unit(*input, sign / limit),
             },
             Self::InputNorm { forces, limit } => {
-                let (axes, first) =
-                    if *forces { (model.force_axes(), 0) } else { (model.torque_axes(), model.forces) };
+                let (axes, first) = model.channel(*forces);
                 let mut slope = Matrix3xX::zeros(model.m);
                 for (index, axis) in axes.iter().enumerate() {
                     slope.set_column(first + index, &(axis / *limit));
                 }
-                let u = DVector::from_column_slice(place.inputs);
-                let v = &slope * u;
+                let v = &slope * DVector::from_column_slice(place.inputs);
                 Value::Ball { v, state: None, inputs: Some(slope) }
             }
             Self::RateNorm { arc, limit } => {
@@ -182,14 +179,15 @@ impl What {
                 }
             }
             Self::Cone { arc, boresight, direction, sign, half_angle } => {
-                let frame_rate = model.dynamics.frame_rate();
-                let time = stage as f64 * model.h;
+                let (frame_rate, grid) = (model.dynamics.frame_rate(), &model.dynamics.grid);
+                let step = place.step.filter(|_| *arc);
+                let turns = step.filter(|_| direction.turns_with_frame);
                 let pointing = Arc {
                     attitude: place.state.attitude,
                     boresight: *boresight,
-                    direction: direction.at(time, &frame_rate),
-                    turn: if direction.turns_with_frame { frame_rate * model.h } else { Vector3::zeros() },
-                    arc: *place.arc,
+                    direction: direction.at(grid.after(stage), &frame_rate),
+                    turn: turns.map_or_else(Vector3::zeros, |_| frame_rate * grid.step(stage)),
+                    arc: step.map_or_else(Vector3::zeros, |step| step.arc),
                     sign: *sign,
                 };
                 let fraction = if *arc { pointing.extremum() } else { Some(0.0) };
@@ -197,15 +195,16 @@ impl What {
                 let (cosine, slope) = pointing.at(fraction);
                 // Near the edge of the cone this is the violation in rad.
                 let scale = 1.0 / half_angle.sin();
-                let zeta = model.zeta();
                 let mut state = DVector::zeros(model.n);
-                if *arc {
-                    let arrived = lie::exp(&(place.arc * -fraction));
-                    state.rows_mut(zeta, 3).copy_from(&(arrived.tr_mul(&slope) * scale));
-                    let along = lie::right_jacobian(&(place.arc * fraction)) * fraction;
-                    state += place.arc_slope.tr_mul(&along.tr_mul(&slope)) * scale;
-                } else {
-                    state.rows_mut(zeta, 3).copy_from(&(slope * scale));
+                let mut by_zeta = state.rows_mut(model.zeta(), 3);
+                match step {
+                    Some(Step { arc, arc_slope, .. }) => {
+                        let arrived = lie::exp(&(arc * -fraction));
+                        by_zeta.copy_from(&(arrived.tr_mul(&slope) * scale));
+                        let along = lie::right_jacobian(&(arc * fraction)) * fraction;
+                        state += arc_slope.tr_mul(&along.tr_mul(&slope)) * scale;
+                    }
+                    None => by_zeta.copy_from(&(slope * scale)),
                 }
                 let c = (cosine - sign * half_angle.cos()) * scale;
                 Value::Half { c, state: Some(state), inputs: None, next: None }
@@ -229,8 +228,9 @@ fn rate(
     place: &Place,
     arc: bool,
 ) -> (Vector3, Matrix3xX<f64>, Option<Matrix3xX<f64>>) {
-    if arc {
-        return (place.arc / model.h, place.arc_slope / model.h, None);
+    if let Some(step) = place.step.filter(|_| arc) {
+        let h = model.dynamics.grid.step(stage);
+        return (step.arc / h, &step.arc_slope / h, None);
     }
     let (rate, state, inputs) = model.rate(stage, place.state, place.inputs);
     (rate, state, (model.lag(stage) > 0.0).then_some(inputs))
@@ -295,10 +295,10 @@ impl Arc {
 }
 
 impl Rows {
-    /// The rows of one stage.
-    pub fn at(&self, stage: usize) -> &[Row] {
+    /// Where the rows of one stage stand.
+    pub fn range(&self, stage: usize) -> Range<usize> {
         let first = |stage: usize| self.rows.partition_point(|row| row.stage < stage);
-        &self.rows[first(stage)..first(stage + 1)]
+        first(stage)..first(stage + 1)
     }
 
     /// The rows of a maneuver on the grid of `model`.
@@ -358,62 +358,65 @@ impl Rows {
         }
     }
 
+    /// Rows for both signs of every bounded quantity of a list, at every stage of a range.
+    fn both_signs(
+        &mut self,
+        group: usize,
+        stages: RangeInclusive<usize>,
+        limits: &[f64],
+        what: &dyn Fn(usize, usize, f64, f64) -> What,
+    ) {
+        for stage in stages {
+            for (index, limit) in limits.iter().enumerate().filter(|(_, limit)| limit.is_finite()) {
+                let row = |sign| Row { group, stage, what: what(stage, index, sign, *limit) };
+                self.rows.extend([1.0, -1.0].map(row));
+            }
+        }
+    }
+
     fn input_limits(&mut self, problem: &Problem, model: &Model) {
-        let first = model.first_input();
-        let force = problem.actuation.force.as_ref().filter(|_| model.forces > 0);
-        let wheels = problem.actuation.wheels.as_ref();
-        let channels =
-            [force.map(|channel| (channel, 0, true)), Some((&problem.actuation.torque, model.forces, false))];
-        for (channel, offset, forces) in channels.into_iter().flatten() {
-            let limits = channel.limits();
-            let name = |kind| problem.actuation.limit_name(kind, forces);
+        let (first, last) = (model.first_input(), model.steps);
+        let actuation = &problem.actuation;
+        let force = actuation.force.as_ref().filter(|_| model.forces > 0);
+        for (forces, channel) in [(true, force), (false, Some(&actuation.torque))] {
+            let Some(channel) = channel else { continue };
+            let (limits, (_, offset)) = (channel.limits(), model.channel(forces));
+            let name = |kind| actuation.limit_name(kind, forces);
+            let unit = model.input_unit[offset];
             if let Some(sizes) = &limits.size {
                 let group = self.group(name(LimitKind::Size), true);
-                for stage in first..=model.steps {
-                    for (index, size) in sizes.iter().enumerate() {
-                        let input = offset + index;
-                        let limit = size / model.input_unit[input];
-                        for sign in [1.0, -1.0] {
-                            let what = What::InputSize { input, sign, limit };
-                            self.rows.push(Row { group, stage, what });
-                        }
-                    }
-                }
+                self.both_signs(group, first..=last, sizes, &|_, index, sign, size| What::InputSize {
+                    input: offset + index,
+                    sign,
+                    limit: size / unit,
+                });
             }
             if let Some(norm) = limits.norm {
                 let group = self.group(name(LimitKind::Norm), true);
-                let limit = norm / model.input_unit[offset];
-                for stage in first..=model.steps {
-                    self.rows.push(Row { group, stage, what: What::InputNorm { forces, limit } });
-                }
+                let what = What::InputNorm { forces, limit: norm / unit };
+                self.rows.extend((first..=last).map(|stage| Row { group, stage, what: what.clone() }));
             }
             if let Some(rates) = &limits.rate {
                 let group = self.group(name(LimitKind::Rate), true);
-                for stage in first..model.steps {
-                    for (index, rate) in rates.iter().enumerate() {
-                        let input = offset + index;
-                        let limit = rate * problem.duration * model.h / model.input_unit[input];
-                        for sign in [1.0, -1.0] {
-                            let what = What::InputRate { input, sign, limit };
-                            self.rows.push(Row { group, stage, what });
-                        }
+                self.both_signs(group, first..=last - 1, rates, &|stage, index, sign, rate| {
+                    What::InputRate {
+                        input: offset + index,
+                        sign,
+                        limit: rate * problem.duration * model.dynamics.grid.step(stage) / unit,
                     }
-                }
+                });
             }
         }
-        let Some(wheels) = wheels.filter(|wheels| wheels.momentum_limit.iter().any(|l| l.is_finite())) else {
-            return;
-        };
-        let group = self.group(problem.actuation.limit_name(LimitKind::WheelMomentum, false), false);
-        for stage in 1..=model.steps {
-            for (wheel, limit) in wheels.momentum_limit.iter().enumerate() {
-                let limit = limit / model.dynamics.units.momentum();
-                if limit.is_finite() {
-                    for sign in [1.0, -1.0] {
-                        self.rows.push(Row { group, stage, what: What::Wheel { wheel, sign, limit } });
-                    }
-                }
-            }
+        let Some(wheels) = &actuation.wheels else { return };
+        if wheels.momentum_limit.iter().any(|limit| limit.is_finite()) {
+            let group = self.group(actuation.limit_name(LimitKind::WheelMomentum, false), false);
+            let unit = model.dynamics.units.momentum();
+            let limits = &wheels.momentum_limit;
+            self.both_signs(group, 1..=last, limits, &|_, wheel, sign, limit| What::Wheel {
+                wheel,
+                sign,
+                limit: limit / unit,
+            });
         }
     }
 }

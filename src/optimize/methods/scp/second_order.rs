@@ -51,8 +51,7 @@ pub(crate) fn descents(
     if largest_block.powi(3) * model.steps as f64 > MOST_WORK {
         return None;
     }
-    let mut evaluated = iterate.evaluate(model, rows).ok()?;
-    evaluated.rows.iter_mut().for_each(|value| *value = value.smooth());
+    let evaluated = iterate.evaluate(model, rows).ok()?.smooth();
     let largest = multipliers.rows.iter().fold(0.0f64, |largest, value| largest.max(*value));
     let values = || evaluated.rows.iter().zip(&multipliers.rows);
     let sure: Vec<bool> = values().map(|(_, multiplier)| *multiplier > SURE * largest).collect();
@@ -61,7 +60,7 @@ pub(crate) fn descents(
         .map(|((value, _), sure)| *sure || matches!(value, Value::Half { c, .. } if *c >= -MET))
         .collect();
     let count = |active: &[bool], shift: f64| -> Option<usize> {
-        let kkt = Kkt::of(model, rows, iterate, &evaluated, multipliers, active, PROXIMAL)?;
+        let kkt = Kkt::of(&evaluated, multipliers, active, PROXIMAL)?;
         let negative = Stages::of(model, &kkt, shift)?.negative(watch)?;
         let acting = active.iter().filter(|active| **active).count();
         negative.checked_sub((model.steps + 1) * model.n + acting + model.terminal_count())

@@ -15,7 +15,7 @@
 //! of the Lagrangian's second derivatives. The duals of the equations are `−λ_k`, those of the rows `ν`.
 
 use super::curvature::Multipliers;
-use super::iterate::{Evaluated, Iterate};
+use super::iterate::Evaluated;
 use super::model::Model;
 use super::rows::{Rows, Value};
 use crate::optimize::convex::cone::{Answer, Cone, ConeError, ConeSettings, ConeSolver, Program, Reason};
@@ -107,11 +107,16 @@ impl Layout {
     }
 }
 
+/// Rows of a ball: its bound, and three components.
+const BALL: usize = 4;
+
 /// The rows of `A x + s = b` as they are written.
 #[derive(Default)]
 struct Writer {
     entries: Vec<(usize, usize, f64)>,
     bound: Vec<f64>,
+    /// Where the dual of each limit's row stands.
+    places: Vec<usize>,
 }
 
 impl Writer {
@@ -123,6 +128,16 @@ impl Writer {
 
     fn put(&mut self, row: usize, column: usize, value: f64) {
         self.entries.push((row, column, value));
+    }
+
+    /// `sign` times `values` from a column on.
+    fn put_all<'a>(&mut self, row: usize, first: usize, values: impl Iterator<Item = &'a f64>, sign: f64) {
+        values.enumerate().for_each(|(offset, value)| self.put(row, first + offset, sign * value));
+    }
+
+    /// A slack that relaxes the row, where there is one.
+    fn slack(&mut self, row: usize, slack: Option<usize>) {
+        slack.into_iter().for_each(|slack| self.put(row, slack, -1.0));
     }
 }
 
@@ -142,13 +157,12 @@ impl<'a> Subproblem<'a> {
     /// The best move from an iterate. `curvature` holds a positive semidefinite matrix per stage.
     pub fn solve(
         &mut self,
-        iterate: &Iterate,
-        evaluated: &Evaluated,
+        at: &Evaluated,
         curvature: &[DMatrix<f64>],
         weights: &Weights,
     ) -> Result<Move, Failure> {
         let layout = Layout::of(self.model, self.rows);
-        let (program, places) = self.program(&layout, iterate, evaluated, curvature, weights);
+        let (program, places) = self.program(&layout, at, curvature, weights);
         let answer = self.answer(program).map_err(|_| Failure::Numerical)?;
         let work = answer.work();
         self.seconds += work.seconds;
@@ -161,51 +175,22 @@ impl<'a> Subproblem<'a> {
         let dual = |at: usize, count: usize| -DVector::from_column_slice(&optimum.z[at..at + count]);
         let stages = 0..=self.model.steps;
         let n = layout.n;
-        let slacks: Vec<f64> =
-            layout.slack.iter().map(|slot| slot.map_or(0.0, |slot| optimum.x[slot].max(0.0))).collect();
-        let left = optimum.x[layout.left].clamp(0.0, 1.0);
+        let slack = |slot: &Option<usize>| slot.map_or(0.0, |slot| optimum.x[slot].max(0.0));
         let terminal = (self.model.steps + 1) * n;
-        let inputs: Vec<_> = stages.clone().map(|stage| part(layout.inputs(stage), layout.m)).collect();
-        let multipliers = Multipliers {
-            costates: stages.clone().map(|stage| dual(stage * n, n)).collect(),
-            terminal: -dual(terminal, self.model.terminal_count()),
-            rows: places.iter().map(|place| optimum.z[*place].max(0.0)).collect(),
+        let mut best = Move {
+            states: stages.clone().map(|stage| part(layout.state(stage), n)).collect(),
+            inputs: stages.clone().map(|stage| part(layout.inputs(stage), layout.m)).collect(),
+            left: optimum.x[layout.left].clamp(0.0, 1.0),
+            slacks: layout.slack.iter().map(slack).collect(),
+            multipliers: Multipliers {
+                costates: stages.map(|stage| dual(stage * n, n)).collect(),
+                terminal: -dual(terminal, self.model.terminal_count()),
+                rows: places.iter().map(|place| optimum.z[*place].max(0.0)).collect(),
+            },
+            predicted: 0.0,
         };
-        let states: Vec<_> = stages.map(|stage| part(layout.state(stage), n)).collect();
-        let predicted =
-            self.predicted(iterate, evaluated, curvature, weights, &states, &inputs, left, &slacks);
-        Ok(Move { states, inputs, left, slacks, multipliers, predicted })
-    }
-
-    /// Decrease of the merit function that the subproblem promises, its curvature included.
-    #[allow(clippy::too_many_arguments)]
-    fn predicted(
-        &self,
-        iterate: &Iterate,
-        evaluated: &Evaluated,
-        curvature: &[DMatrix<f64>],
-        weights: &Weights,
-        states: &[DVector<f64>],
-        inputs: &[DVector<f64>],
-        left: f64,
-        slacks: &[f64],
-    ) -> f64 {
-        let moved: f64 = (self.model.first_input()..=self.model.steps)
-            .map(|stage| {
-                let u: Vec<f64> =
-                    iterate.inputs[stage].iter().zip(inputs[stage].iter()).map(|(u, du)| u + du).collect();
-                self.model.kick_weight(stage) * self.model.effort(&u)
-            })
-            .sum();
-        let bend: f64 = states.iter().zip(curvature).map(|(z, p)| 0.5 * z.dot(&(p * z))).sum();
-        let violations = evaluated.violations(self.rows);
-        let relief: f64 = weights
-            .violation
-            .iter()
-            .zip(violations.iter().zip(slacks))
-            .map(|(weight, (before, after))| weight * (before - after))
-            .sum();
-        evaluated.cost - moved - bend + weights.defect * (1.0 - left) * evaluated.infeasibility() + relief
+        best.predicted = best.promised(at, curvature, weights);
+        Ok(best)
     }
 
     fn answer(&mut self, program: Program) -> Result<Answer, ConeError> {
@@ -227,182 +212,158 @@ impl<'a> Subproblem<'a> {
     fn program(
         &self,
         layout: &Layout,
-        iterate: &Iterate,
-        evaluated: &Evaluated,
+        at: &Evaluated,
         curvature: &[DMatrix<f64>],
         weights: &Weights,
     ) -> (Program, Vec<usize>) {
         let model = self.model;
         let mut linear = vec![0.0; layout.count];
         let mut quadratic = Vec::new();
+        let mut upper = |first: usize, block: &DMatrix<f64>| {
+            let column = |j: usize| (0..=j).map(move |i| (first + i, first + j, block[(i, j)]));
+            quadratic.extend((0..block.ncols()).flat_map(column));
+        };
         for (stage, curvature) in curvature.iter().enumerate() {
-            let (z, u) = (layout.state(stage), layout.inputs(stage));
-            for j in 0..layout.n {
-                for i in 0..=j {
-                    quadratic.push((z + i, z + j, curvature[(i, j)]));
-                }
-            }
-            // Lie–Euler has no u_0: any weight keeps it at zero.
-            let weight = model.kick_weight(stage);
-            let inputs = DVector::from_column_slice(&iterate.inputs[stage]);
-            let slope = &model.weight * inputs * weight;
-            for j in 0..layout.m {
-                for i in 0..=j {
-                    let own = if weight > 0.0 {
-                        model.weight[(i, j)] * weight
-                    } else {
-                        f64::from(u8::from(i == j))
-                    };
-                    quadratic.push((u + i, u + j, own));
-                }
-                linear[u + j] = slope[j];
-            }
+            upper(layout.state(stage), curvature);
+            upper(layout.inputs(stage), &model.input_weight(stage));
+            let inputs = DVector::from_column_slice(&at.iterate.inputs[stage]);
+            let slope = &model.weight * inputs * model.kick_weight(stage);
+            linear[layout.inputs(stage)..][..layout.m].copy_from_slice(slope.as_slice());
         }
-        linear[layout.left] = weights.defect * evaluated.infeasibility();
+        linear[layout.left] = weights.defect * at.infeasibility();
         for (slot, weight) in layout.slack.iter().zip(&weights.violation) {
             if let Some(slot) = slot {
                 linear[*slot] = *weight;
             }
         }
-        let mut writer = Writer::default();
-        self.write_chain(layout, evaluated, &mut writer);
+        let mut writer = Writer { places: vec![0; self.rows.rows.len()], ..Writer::default() };
+        self.write_chain(layout, at, &mut writer);
         let equations = writer.bound.len();
-        let mut places = vec![0; self.rows.rows.len()];
-        self.write_half_spaces(layout, evaluated, &mut writer, &mut places);
-        let mut cones = vec![Cone::Zero(equations), Cone::Nonnegative(writer.bound.len() - equations)];
-        self.write_balls(layout, evaluated, weights.radius, &mut writer, &mut places, &mut cones);
-        let rows = writer.bound.len();
+        self.write_half_spaces(layout, at, &mut writer);
+        let inequalities = writer.bound.len() - equations;
+        self.write_balls(layout, at, weights.radius, &mut writer);
+        let Writer { entries, bound, places } = writer;
+        let mut cones = vec![Cone::Zero(equations), Cone::Nonnegative(inequalities)];
+        cones.resize(2 + (bound.len() - equations - inequalities) / BALL, Cone::SecondOrder(BALL));
         let program = Program {
             quadratic: Sparse::of_entries(layout.count, layout.count, &quadratic),
             linear,
-            matrix: Sparse::of_entries(rows, layout.count, &writer.entries),
-            bound: writer.bound,
+            matrix: Sparse::of_entries(bound.len(), layout.count, &entries),
+            bound,
             cones,
         };
         (program, places)
     }
 
     /// Opening, steps, terminal conditions: `n (N + 1)` rows, then those of the end.
-    fn write_chain(&self, layout: &Layout, evaluated: &Evaluated, writer: &mut Writer) {
+    fn write_chain(&self, layout: &Layout, at: &Evaluated, writer: &mut Writer) {
         let model = self.model;
         for stage in 0..=model.steps {
-            let defect = &evaluated.defects[stage];
-            let inputs = if stage == 0 { &evaluated.opening_slope } else { &evaluated.steps[stage - 1].b };
+            let defect = &at.defects[stage];
+            let inputs = at.input_slope(stage);
             for i in 0..layout.n {
                 let row = writer.row(defect[i]);
                 writer.put(row, layout.state(stage) + i, 1.0);
                 writer.put(row, layout.left, defect[i]);
-                for j in 0..layout.m {
-                    if model.reaches(i, j) {
-                        writer.put(row, layout.inputs(stage) + j, -inputs[(i, j)]);
-                    }
+                for j in (0..layout.m).filter(|j| model.reaches(i, *j)) {
+                    writer.put(row, layout.inputs(stage) + j, -inputs[(i, j)]);
                 }
                 if stage > 0 {
-                    let a = &evaluated.steps[stage - 1].a;
-                    for j in 0..layout.n {
-                        writer.put(row, layout.state(stage - 1) + j, -a[(i, j)]);
-                    }
+                    writer.put_all(row, layout.state(stage - 1), at.steps[stage - 1].a.row(i).iter(), -1.0);
                 }
             }
         }
-        for i in 0..model.terminal_count() {
-            let row = writer.row(-evaluated.terminal[i]);
-            for j in 0..layout.n {
-                writer.put(row, layout.state(model.steps) + j, evaluated.terminal_slope[(i, j)]);
-            }
-            writer.put(row, layout.left, -evaluated.terminal[i]);
+        for (error, slope) in at.terminal.iter().zip(at.terminal_slope.row_iter()) {
+            let row = writer.row(-error);
+            writer.put_all(row, layout.state(model.steps), slope.iter(), 1.0);
+            writer.put(row, layout.left, -error);
         }
     }
 
-    fn write_half_spaces(
-        &self,
-        layout: &Layout,
-        evaluated: &Evaluated,
-        writer: &mut Writer,
-        places: &mut [usize],
-    ) {
-        for (index, (row, value)) in self.rows.rows.iter().zip(&evaluated.rows).enumerate() {
+    fn write_half_spaces(&self, layout: &Layout, at: &Evaluated, writer: &mut Writer) {
+        let zeros = (DVector::zeros(layout.n), DVector::zeros(layout.m));
+        for (index, (row, value)) in self.rows.rows.iter().zip(&at.rows).enumerate() {
             if row.what.is_ball() {
                 continue;
             }
-            let zeros = (DVector::zeros(layout.n), DVector::zeros(layout.m));
             let (c, state, inputs, next) = match value {
                 Value::Half { c, state, inputs, next } => {
                     (*c, state.as_ref(), inputs.as_ref(), next.as_ref())
                 }
                 // An idle arc keeps its place in the pattern.
                 _ => {
-                    let (by_state, by_inputs, _) = row.what.depends(self.model);
+                    let (by_state, by_inputs) = row.what.depends(self.model);
                     (-1.0, by_state.then_some(&zeros.0), by_inputs.then_some(&zeros.1), None)
                 }
             };
-            let at = writer.row(-c);
-            places[index] = at;
-            let parts = [
-                (state, layout.state(row.stage)),
-                (inputs, layout.inputs(row.stage)),
-                (next, layout.inputs((row.stage + 1).min(self.model.steps))),
-            ];
-            for (slope, first) in parts {
-                for (offset, value) in slope.into_iter().flat_map(|slope| slope.iter().enumerate()) {
-                    let own = row.what.input();
-                    let of_inputs = first != layout.state(row.stage);
-                    if !of_inputs || own.is_none_or(|input| input == offset) {
-                        writer.put(at, first + offset, *value);
-                    }
+            let place = writer.row(-c);
+            writer.places[index] = place;
+            if let Some(state) = state {
+                writer.put_all(place, layout.state(row.stage), state.iter(), 1.0);
+            }
+            let after = layout.inputs((row.stage + 1).min(self.model.steps));
+            for (slope, first) in [(inputs, layout.inputs(row.stage)), (next, after)] {
+                match (slope, row.what.input()) {
+                    (Some(slope), Some(input)) => writer.put(place, first + input, slope[input]),
+                    (Some(slope), None) => writer.put_all(place, first, slope.iter(), 1.0),
+                    (None, _) => {}
                 }
             }
-            if let Some(slack) = layout.slack[row.group] {
-                writer.put(at, slack, -1.0);
-            }
+            writer.slack(place, layout.slack[row.group]);
         }
-        let at = writer.row(0.0);
-        writer.put(at, layout.left, -1.0);
-        let at = writer.row(1.0);
-        writer.put(at, layout.left, 1.0);
+        let place = writer.row(0.0);
+        writer.slack(place, Some(layout.left));
+        let place = writer.row(1.0);
+        writer.put(place, layout.left, 1.0);
         for slack in layout.slack.iter().flatten() {
-            let at = writer.row(0.0);
-            writer.put(at, *slack, -1.0);
+            let place = writer.row(0.0);
+            writer.slack(place, Some(*slack));
         }
     }
 
-    fn write_balls(
-        &self,
-        layout: &Layout,
-        evaluated: &Evaluated,
-        radius: f64,
-        writer: &mut Writer,
-        places: &mut [usize],
-        cones: &mut Vec<Cone>,
-    ) {
-        for (index, (row, value)) in self.rows.rows.iter().zip(&evaluated.rows).enumerate() {
+    fn write_balls(&self, layout: &Layout, at: &Evaluated, radius: f64, writer: &mut Writer) {
+        for (index, (row, value)) in self.rows.rows.iter().zip(&at.rows).enumerate() {
             let Value::Ball { v, state, inputs } = value else { continue };
             let top = writer.row(1.0);
-            places[index] = top;
-            if let Some(slack) = layout.slack[row.group] {
-                writer.put(top, slack, -1.0);
-            }
+            writer.places[index] = top;
+            writer.slack(top, layout.slack[row.group]);
             for i in 0..3 {
-                let at = writer.row(v[i]);
-                let parts = [(state, layout.state(row.stage)), (inputs, layout.inputs(row.stage))];
-                for (slope, first) in parts {
-                    for (offset, value) in slope
-                        .iter()
-                        .flat_map(|slope| slope.row(i).iter().copied().enumerate().collect::<Vec<_>>())
-                    {
-                        writer.put(at, first + offset, -value);
+                let place = writer.row(v[i]);
+                for (slope, first) in [(state, layout.state(row.stage)), (inputs, layout.inputs(row.stage))] {
+                    if let Some(slope) = slope {
+                        writer.put_all(place, first, slope.row(i).iter(), -1.0);
                     }
                 }
             }
-            cones.push(Cone::SecondOrder(4));
         }
         for stage in 0..=self.model.steps {
             writer.row(radius);
             for i in 0..3 {
-                let at = writer.row(0.0);
-                writer.put(at, layout.state(stage) + self.model.zeta() + i, -1.0);
+                let place = writer.row(0.0);
+                writer.put(place, layout.state(stage) + self.model.zeta() + i, -1.0);
             }
-            cones.push(Cone::SecondOrder(4));
         }
+    }
+}
+
+impl Move {
+    /// Decrease of the merit function that the subproblem promises, its curvature included.
+    fn promised(&self, at: &Evaluated, curvature: &[DMatrix<f64>], weights: &Weights) -> f64 {
+        let model = at.model;
+        let moved = |stage: usize| {
+            let inputs = at.iterate.inputs[stage].iter().zip(self.inputs[stage].iter());
+            let u: Vec<f64> = inputs.map(|(u, du)| u + du).collect();
+            model.kick_weight(stage) * model.effort(&u)
+        };
+        let moved: f64 = (model.first_input()..=model.steps).map(moved).sum();
+        let bend: f64 = self.states.iter().zip(curvature).map(|(z, p)| 0.5 * z.dot(&(p * z))).sum();
+        let violations = at.violations();
+        let relief: f64 = weights
+            .violation
+            .iter()
+            .zip(violations.iter().zip(&self.slacks))
+            .map(|(weight, (before, after))| weight * (before - after))
+            .sum();
+        at.cost - moved - bend + weights.defect * (1.0 - self.left) * at.infeasibility() + relief
     }
 }

@@ -143,7 +143,7 @@ fn the_derivatives_of_every_row_are_those_of_its_value() {
         let value = |row: &Row, z: &DVector<f64>, inputs: &[f64], next: &[f64]| {
             let moved = model.moved(&state, z);
             let step = model.step(row.stage, &moved, next).unwrap();
-            let place = Place { state: &moved, inputs, next, arc: &step.arc, arc_slope: &step.arc_slope };
+            let place = Place { state: &moved, inputs, next, step: Some(&step) };
             row.what.at(&model, row.stage, &place).smooth()
         };
         let size = |value: &Value| if let Value::Half { c, .. } = value { *c } else { f64::NAN };

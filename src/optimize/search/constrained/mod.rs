@@ -184,7 +184,8 @@ fn coarse_steps(problem: &Problem) -> usize {
 
 /// The worst violation of all rows at an iterate.
 fn worst(problem: &Problem, model: &Model, iterate: &Iterate) -> Option<f64> {
-    let evaluated = iterate.evaluate(model, &Rows::of(problem, model)).ok()?;
+    let rows = Rows::of(problem, model);
+    let evaluated = iterate.evaluate(model, &rows).ok()?;
     Some(evaluated.rows.iter().map(|value| value.violation()).fold(f64::NEG_INFINITY, f64::max))
 }
 
