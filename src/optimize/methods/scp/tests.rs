@@ -8,7 +8,9 @@ use crate::maneuver::problem::{Problem, Scheme, State};
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::{GravityGradient, Pose, SecondOrderGravity, UniformGravity};
-use crate::testing::{Random, attitude_only, full_inertia, moving_ends};
+use crate::optimize::step::Dynamics;
+use crate::optimize::sweep::BoundaryValueProblem;
+use crate::testing::{Random, attitude_only, full_inertia, graded, moving_ends};
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::DMatrix;
 
@@ -221,7 +223,7 @@ fn shot(problem: &Problem) -> crate::maneuver::solution::Solution {
 fn straight(model: &Model) -> Vec<Pose> {
     let relative = lie::log(&model.start.attitude.tr_mul(&model.target.attitude));
     let pose = |stage: usize| {
-        let t = stage as f64 * model.h;
+        let t = model.dynamics.grid.time(stage);
         let along = 3.0 * t * t - 2.0 * t * t * t;
         Pose { position: Vector3::zeros(), attitude: model.start.attitude * lie::exp(&(relative * along)) }
     };
@@ -229,7 +231,10 @@ fn straight(model: &Model) -> Vec<Pose> {
 }
 
 fn converge(problem: &Problem, options: &Options) -> (Model, Convex) {
-    let model = Model::new(problem, problem.steps);
+    converge_on(problem, Model::new(problem, problem.steps), options)
+}
+
+fn converge_on(problem: &Problem, model: Model, options: &Options) -> (Model, Convex) {
     let rows = Rows::of(problem, &model);
     let start = guess::along(&model, &rows, &straight(&model));
     let convex = run(&model, &rows, start, None, options, &Watch::NONE).unwrap();
@@ -284,5 +289,44 @@ fn without_limits_the_multipliers_are_the_costates_of_the_shooting() {
         let difference =
             shot.component_div(&units) - nalgebra::SVector::<f64, 6>::from_column_slice(dual.as_slice());
         assert!(difference.amax() < 1e-11, "row {row}: {:.1e}", difference.amax());
+    }
+}
+
+/// On steps of their own lengths, the longest five times the shortest, the chain is that of the shooting too.
+#[test]
+fn on_a_graded_grid_the_first_costate_is_that_of_the_shooting() {
+    for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {
+        let problem = reference_slew(None).with_scheme(scheme);
+        let grid = graded(scheme, problem.steps);
+        let model = Model::of(&problem, Dynamics::on(&problem, grid.clone()));
+        let (_, convex) = converge_on(&problem, model, &Options::default());
+        let polished = convex.polished.expect("polished");
+        let costate =
+            nalgebra::SVector::<f64, 6>::from_column_slice(polished.multipliers.costates[0].as_slice());
+        let end = BoundaryValueProblem::<6>::on(&problem, grid).sweep(&costate).unwrap();
+        assert!(end.error.amax() < 1e-11, "{scheme:?}: {:.1e}", end.error.amax());
+        assert!((end.cost / polished.cost - 1.0).abs() < 1e-12, "{scheme:?}: {} {}", end.cost, polished.cost);
+    }
+}
+
+/// Limits hold at the nodes and on the arcs of a graded grid, and cost no less than none.
+#[test]
+fn on_a_graded_grid_limits_hold() {
+    for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {
+        let free = reference_slew(None).with_scheme(scheme);
+        let problem = reference_slew(Some(0.75))
+            .with_scheme(scheme)
+            .with_constraint(Constraint { name: "rate".into(), rule: Rule::RateNorm(1.5) });
+        let solved = |problem: &Problem| {
+            let model = Model::of(problem, Dynamics::on(problem, graded(scheme, problem.steps)));
+            converge_on(problem, model, &Options::default())
+        };
+        let (model, convex) = solved(&problem);
+        let polished = convex.polished.expect("polished");
+        let rows = Rows::of(&problem, &model);
+        let worst = polished.iterate.evaluate(&model, &rows).unwrap().violations();
+        assert!(worst.iter().all(|violation| *violation < 1e-10), "{worst:?}");
+        assert!(polished.multipliers.rows.iter().any(|multiplier| *multiplier > 0.0));
+        assert!(polished.cost > solved(&free).1.cost());
     }
 }
