@@ -14,28 +14,21 @@ pub(super) const SLACK: f64 = 1e-8;
 /// What a channel gives together at most: within the norm, and within the corner of its limits.
 pub(super) fn strongest(channel: &ActuatorSet) -> f64 {
     let limits = channel.limits();
-    let corner = limits
-        .size
-        .as_ref()
-        .map_or(f64::INFINITY, |size| Outputs::new(channel.axes(), size.iter().copied()).largest());
-    corner.min(limits.norm.unwrap_or(f64::INFINITY))
+    together(channel, limits.size.as_ref()).min(limits.norm.unwrap_or(f64::INFINITY))
+}
+
+/// The largest sum along the axes of a channel with each part within its limit.
+fn together(channel: &Channel, limits: Option<&Vec<f64>>) -> f64 {
+    limits.map_or(f64::INFINITY, |limits| Outputs::new(channel.axes(), limits.iter().copied()).largest())
 }
 
 /// The means of a problem, with the slack that a plan has.
 pub(super) fn means(problem: &Problem) -> Means {
     let torque = &problem.actuation.torque;
-    let turning = problem.environment.frame_rate() != Vector3::zeros();
     // A torque fixed to a frame that turns changes in space without changing its inputs.
-    let usable = torque.frame() == AxisFrame::Body || !turning;
-    let slope = torque
-        .limits()
-        .rate
-        .as_ref()
-        .filter(|_| usable)
-        .map_or(f64::INFINITY, |rate| Outputs::new(torque.axes(), rate.iter().copied()).largest());
-    let storage = problem.actuation.wheels.as_ref().map_or(f64::INFINITY, |wheels| {
-        Outputs::new(torque.axes(), wheels.momentum_limit.iter().copied()).largest()
-    });
+    let usable = torque.frame() == AxisFrame::Body || standing(problem);
+    let slope = together(torque, torque.limits().rate.as_ref().filter(|_| usable));
+    let storage = together(torque, problem.actuation.wheels.as_ref().map(|wheels| &wheels.momentum_limit));
     Means {
         torque: strongest(torque) * (1.0 + SLACK),
         field: problem.environment.moment_bound().unwrap_or(f64::INFINITY),
@@ -92,19 +85,31 @@ pub(super) fn isolated(problem: &Problem) -> bool {
     problem.environment.moment_bound() == Some(0.0)
 }
 
+/// Whether the reference frame stands: in a turning one another duration is another target.
+pub(super) fn standing(problem: &Problem) -> bool {
+    problem.environment.frame_rate() == Vector3::zeros()
+}
+
+/// Size of the total momentum of an isolated body with wheels, and the momenta that these hold at both ends, body
+/// axes [N·m·s].
+pub(super) fn held(problem: &Problem, ends: &Ends) -> (f64, [Vector3; 2]) {
+    let stored = problem.actuation.stored_momentum();
+    let total = ends.attitude[0] * (ends.momentum[0] + stored);
+    (total.norm(), [stored, ends.attitude[1].tr_mul(&total) - ends.momentum[1]])
+}
+
 /// The body and its ends, as the envelope needs them.
 pub(super) fn motion(problem: &Problem, ends: &Ends) -> Motion {
     let inertia = &problem.body.inertia;
     let principal = inertia.principal();
     let speed = |momentum: &Vector3| momentum.dot(&(inertia.j_inverse() * momentum)).max(0.0).sqrt();
     let wheels = problem.actuation.wheels.as_ref().map(|_| {
-        let stored = problem.actuation.stored_momentum();
-        let total = ends.attitude[0] * (ends.momentum[0] + stored);
+        let (total, stored) = held(problem, ends);
+        let [start, end] = stored.map(|stored| stored.norm());
         if isolated(problem) {
-            let end = ends.attitude[1].tr_mul(&total) - ends.momentum[1];
-            Stored { total: total.norm(), stored: [stored.norm(), end.norm()] }
+            Stored { total, stored: [start, end] }
         } else {
-            Stored { total: f64::INFINITY, stored: [stored.norm(), f64::INFINITY] }
+            Stored { total: f64::INFINITY, stored: [start, f64::INFINITY] }
         }
     });
     Motion {

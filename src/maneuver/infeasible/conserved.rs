@@ -12,7 +12,8 @@
 //! An unstable rotation makes much of little, so a premise that holds nearly proves nothing: it has to hold to
 //! the round-off of the numbers given. Only the values that a proof compares may differ by more.
 
-use super::words::about;
+use super::capability::Ends;
+use super::words::{about, direction};
 use crate::Vector3;
 use crate::lie::hat;
 use crate::maneuver::problem::{Motion, Problem};
@@ -29,9 +30,10 @@ pub(super) fn proof(problem: &Problem) -> Option<String> {
     if !problem.environment.is_free() {
         return None;
     }
+    let ends = Ends::of(problem, problem.duration);
     translation(problem).or_else(|| match problem.actuation.torque.frame() {
-        AxisFrame::Body => symmetric_axis(problem).or_else(|| momentum_subspace(problem)),
-        AxisFrame::Reference => spatial_momentum(problem),
+        AxisFrame::Body => symmetric_axis(problem, &ends).or_else(|| momentum_subspace(problem, &ends)),
+        AxisFrame::Reference => spatial_momentum(problem, &ends),
     })
 }
 
@@ -57,40 +59,26 @@ fn unit_axes(channel: &ActuatorSet) -> Vec<Vector3> {
     channel.axes().iter().map(|axis| axis / axis.amax()).map(|axis| axis.normalize()).collect()
 }
 
-/// `(Π_0, Π_d)`, body axes, SI.
-fn momenta(problem: &Problem) -> (Vector3, Vector3) {
-    let j = problem.body.inertia.j();
-    (j * problem.start.angular_velocity, j * problem.end.angular_velocity)
-}
-
 /// Whether two values of an angular momentum differ by more than round-off.
 fn differ(problem: &Problem, a: f64, b: f64) -> bool {
     (a - b).abs() * problem.duration > DIFFERENT * problem.body.inertia.mean()
 }
 
-fn show(axis: &Vector3) -> String {
-    let digits = |value: f64| {
-        let text = format!("{value:.4}");
-        text.trim_end_matches('0').trim_end_matches('.').to_string()
-    };
-    format!("({}, {}, {})", digits(axis.x), digits(axis.y), digits(axis.z))
-}
-
-fn symmetric_axis(problem: &Problem) -> Option<String> {
-    let inertia = &problem.body.inertia;
-    let j = inertia.j() / inertia.mean();
-    let mut rows = unit_axes(&problem.actuation.torque);
-    // J S(c) − S(c) J is linear in c: nine rows.
-    let columns = [Vector3::x(), Vector3::y(), Vector3::z()].map(|c| j * hat(&c) - hat(&c) * j);
-    rows.extend((0..9).map(|element| Vector3::from_fn(|column, _| columns[column][element])));
-    let (start, end) = momenta(problem);
-    null_space(&rows).into_iter().find_map(|c| {
-        let (before, after) = (c.dot(&start), c.dot(&end));
+/// Different momenta at the two ends about an axis that no torque acts on: a direction with `rows · c = 0`.
+fn differ_about(
+    problem: &Problem,
+    rows: &[Vector3],
+    ends: [Vector3; 2],
+    axis: &str,
+    why: &str,
+) -> Option<String> {
+    null_space(rows).into_iter().find_map(|c| {
+        let [before, after] = ends.map(|momentum| c.dot(&momentum));
         differ(problem, before, after).then(|| {
             format!(
-                "no torque changes the angular momentum about the body axis {} (no actuator, and the body \
-                 is symmetric about it): it is {} N·m·s at the start and {} at the end",
-                show(&c),
+                "no torque changes the angular momentum about the {axis} axis {}{why}: it is {} N·m·s at the start \
+                 and {} at the end",
+                direction(&c),
                 about(before),
                 about(after)
             )
@@ -98,26 +86,40 @@ fn symmetric_axis(problem: &Problem) -> Option<String> {
     })
 }
 
-fn momentum_subspace(problem: &Problem) -> Option<String> {
+fn symmetric_axis(problem: &Problem, ends: &Ends) -> Option<String> {
+    let inertia = &problem.body.inertia;
+    let j = inertia.j() / inertia.mean();
+    let mut rows = unit_axes(&problem.actuation.torque);
+    // J S(c) − S(c) J is linear in c: nine rows.
+    let columns = [Vector3::x(), Vector3::y(), Vector3::z()].map(|c| j * hat(&c) - hat(&c) * j);
+    rows.extend((0..9).map(|element| Vector3::from_fn(|column, _| columns[column][element])));
+    let why = " (no actuator, and the body is symmetric about it)";
+    differ_about(problem, &rows, ends.momentum, "body", why)
+}
+
+fn spatial_momentum(problem: &Problem, ends: &Ends) -> Option<String> {
+    let momenta = [0, 1].map(|end| ends.spatial_momentum(end));
+    differ_about(problem, &unit_axes(&problem.actuation.torque), momenta, "reference", "")
+}
+
+fn momentum_subspace(problem: &Problem, ends: &Ends) -> Option<String> {
     let inertia = &problem.body.inertia;
     let rate = |momentum: &Vector3| inertia.j_inverse() * momentum * inertia.mean();
-    let (start, end) = momenta(problem);
+    let [start, end] = ends.momentum;
     let mut basis: Vec<Vector3> = Vec::new();
     // Rates of unit momenta are up to this large.
     let small = ROUND_OFF * (inertia.mean() / inertia.principal()[0]);
+    let outside = |basis: &[Vector3], vector: Vector3| {
+        basis.iter().fold(vector, |rest, axis| rest - axis * axis.dot(&rest))
+    };
     let add = |basis: &mut Vec<Vector3>, vector: Vector3| {
-        let rest = basis.iter().fold(vector, |rest, axis| rest - axis * axis.dot(&rest));
-        if rest.norm() > small {
-            basis.push(rest.normalize());
-            return true;
-        }
-        false
+        let rest = outside(basis, vector);
+        let grows = rest.norm() > small;
+        basis.extend(grows.then(|| rest.normalize()));
+        grows
     };
     // However little: it may grow.
-    if let Some(direction) = start.try_normalize(0.0) {
-        add(&mut basis, direction);
-    }
-    for axis in unit_axes(&problem.actuation.torque) {
+    for axis in start.try_normalize(0.0).into_iter().chain(unit_axes(&problem.actuation.torque)) {
         add(&mut basis, axis);
     }
     let mut grown = true;
@@ -129,14 +131,14 @@ fn momentum_subspace(problem: &Problem) -> Option<String> {
             }
         }
     }
-    let outside = basis.iter().fold(end, |rest, axis| rest - axis * axis.dot(&rest));
+    let outside = outside(&basis, end);
     if basis.len() < 3 && differ(problem, outside.norm(), 0.0) {
         let where_ = if basis.len() == 1 { "one axis" } else { "one plane" };
         return Some(format!(
             "whatever the torques, the angular momentum stays in {where_} of the body that the terminal rate \
              leaves by {} N·m·s along {}",
             about(outside.norm()),
-            show(&upright(&outside.normalize()))
+            direction(&upright(&outside.normalize()))
         ));
     }
     let [axis] = basis[..] else { return None };
@@ -147,26 +149,9 @@ fn momentum_subspace(problem: &Problem) -> Option<String> {
         format!(
             "whatever the torques, the body turns about its axis {} only: the direction of that axis is \
              conserved, and the terminal attitude tilts it by {:.3} deg",
-            show(&axis),
+            direction(&axis),
             (2.0 * (0.5 * tilt).min(1.0).asin()).to_degrees()
         )
-    })
-}
-
-fn spatial_momentum(problem: &Problem) -> Option<String> {
-    let (start, end) = momenta(problem);
-    let (start, end) = (problem.start.attitude * start, problem.end.attitude * end);
-    null_space(&unit_axes(&problem.actuation.torque)).into_iter().find_map(|c| {
-        let (before, after) = (c.dot(&start), c.dot(&end));
-        differ(problem, before, after).then(|| {
-            format!(
-                "no torque changes the angular momentum about the reference axis {}: it is {} N·m·s at the \
-                 start and {} at the end",
-                show(&c),
-                about(before),
-                about(after)
-            )
-        })
     })
 }
 
@@ -187,25 +172,19 @@ fn translation(problem: &Problem) -> Option<String> {
         let length = [start.position, end.position, start.velocity * duration, end.velocity * duration]
             .iter()
             .fold(0.0, |length, vector| vector.amax().max(length));
-        if (speeds.0 - speeds.1).abs() * duration > DIFFERENT * length {
-            return Some(format!(
-                "no force acts along the reference axis {}: the velocity along it stays {} m/s and the \
-                 terminal one is {}",
-                show(&c),
-                about(speeds.0),
-                about(speeds.1)
-            ));
-        }
-        ((drifted - position).abs() > DIFFERENT * length).then(|| {
-            format!(
-                "no force acts along the reference axis {}: the position along it will be {} m and the \
-                 terminal one is {}",
-                show(&c),
-                about(drifted),
-                about(position)
-            )
-        })
+        let told = if (speeds.0 - speeds.1).abs() * duration > DIFFERENT * length {
+            format!("velocity along it stays {} m/s", about(speeds.0)) + &ending(speeds.1)
+        } else if (drifted - position).abs() > DIFFERENT * length {
+            format!("position along it will be {} m", about(drifted)) + &ending(position)
+        } else {
+            return None;
+        };
+        Some(format!("no force acts along the reference axis {}: the {told}", direction(&c)))
     })
+}
+
+fn ending(value: f64) -> String {
+    format!(" and the terminal one is {}", about(value))
 }
 
 #[cfg(test)]

@@ -13,10 +13,10 @@
 //! have to go around a cone.
 
 use super::Proof;
-use super::capability::{Ends, fastest, means, motion};
+use super::capability::{Ends, SLACK, fastest, means, motion, standing};
 use super::detour::Detour;
 use super::envelope::{Arc, Means, Motion, envelope};
-use super::words::{about, at_least, at_most};
+use super::words::{about, at_least, at_most, direction};
 use crate::lie::{self, hat};
 use crate::maneuver::constraint::{Rule, Side};
 use crate::maneuver::problem::{Problem, Scheme};
@@ -137,8 +137,7 @@ fn demands(problem: &Problem, ends: &Ends) -> Vec<Demand> {
     for axis in principal.iter().flat_map(|eigen| eigen.eigenvectors.column_iter()) {
         let axis = axis.normalize();
         let angle = crate::maneuver::constraint::angle_between(&(start * axis), &(end * axis));
-        let [x, y, z] = [axis.x, axis.y, axis.z].map(|part| about((part * 1e4).round() / 1e4 + 0.0));
-        demands.push(of_axis(&axis, angle, format!("the body axis ({x}, {y}, {z}) has to go"), None));
+        demands.push(of_axis(&axis, angle, format!("the body axis {} has to go", direction(&axis)), None));
     }
     for (boresight, detour) in detours(problem, ends).take(MAX_CONES) {
         let words = format!("a boresight has to go around \"{}\"", detour.name);
@@ -150,7 +149,7 @@ fn demands(problem: &Problem, ends: &Ends) -> Vec<Demand> {
 /// Boresights and the cones in their way, whose axes stand in inertial space.
 fn detours(problem: &Problem, ends: &Ends) -> impl Iterator<Item = (Vector3, Detour)> {
     let [start, end] = ends.attitude;
-    let turning = problem.environment.frame_rate() != Vector3::zeros();
+    let turning = !standing(problem);
     let cones = problem.constraints.iter().filter_map(|constraint| match &constraint.rule {
         Rule::Pointing(pointing) if pointing.side == Side::KeepOut => Some((&constraint.name, pointing)),
         _ => None,
@@ -158,7 +157,7 @@ fn detours(problem: &Problem, ends: &Ends) -> impl Iterator<Item = (Vector3, Det
     cones.flat_map(move |(name, pointing)| {
         let standing = pointing.pairs().filter(move |(_, w)| !(turning && w.turns_with_frame));
         standing.map(move |(b, w)| {
-            let half_angle = pointing.effective_half_angle() - super::capability::SLACK;
+            let half_angle = pointing.effective_half_angle() - SLACK;
             (*b, Detour::new(name, half_angle, &w.vector, &(start * b), &(end * b)))
         })
     })
@@ -182,11 +181,8 @@ impl Case<'_> {
     fn explain(&self, means: &Means, (demand, allowed): (&Demand, f64)) -> Proof {
         let problem = self.problem;
         let duration = problem.duration;
-        // In a turning frame another duration is another target.
-        let standing = problem.environment.frame_rate() == Vector3::zeros();
-        let longer =
-            standing.then(|| least(LONG, |factor| self.possible(means, factor * duration))).flatten();
-        let shortest = longer.map(|factor| factor * duration);
+        let longer = || least(LONG, |factor| self.possible(means, factor * duration));
+        let shortest = standing(problem).then(longer).flatten().map(|factor| factor * duration);
         let under = shortest.map_or_else(
             || format!("no plan in {} s", about(duration)),
             |shortest| format!("no plan under {} s", at_least(shortest)),
@@ -236,35 +232,38 @@ impl Case<'_> {
 
     /// What could do in the same time: each limit alone, the others as they are.
     fn needed(&self, means: &Means, demand: &Demand, allowed: f64) -> Vec<String> {
-        let duration = self.problem.duration;
-        let more = |limit: f64, change: &dyn Fn(f64) -> Means| {
-            let helps = limit.is_finite();
-            helps.then(|| least(MUCH, |factor| self.possible(&change(factor), duration))).flatten()
-        };
         let mut needed = vec![];
-        let limits = self.problem.actuation.torque.limits();
-        if let Some(factor) = more(means.torque, &|factor| Means { torque: factor * means.torque, ..*means })
-        {
-            needed.push(match limits.size {
-                None => format!("at least {} N·m", at_least(factor * means.torque)),
-                Some(_) => format!("torque limits at least {} times as large", at_least(factor)),
+        for (name, limit, grow) in GROWN {
+            let limit = limit(means);
+            let possible = |factor| self.possible(&grow(*means, factor), self.problem.duration);
+            let factor = if limit.is_finite() { least(MUCH, possible) } else { None };
+            let Some(factor) = factor else { continue };
+            // A norm of the torque is named as it is.
+            needed.push(if name == TORQUE && self.problem.actuation.torque.limits().size.is_none() {
+                format!("at least {} N·m", at_least(factor * limit))
+            } else {
+                format!("{name} limits at least {} times as large", at_least(factor))
             });
-        }
-        if let Some(factor) = more(means.slope, &|factor| Means { slope: factor * means.slope, ..*means }) {
-            needed.push(format!("torque rate limits at least {} times as large", at_least(factor)));
-        }
-        if let Some(factor) =
-            more(means.storage, &|factor| Means { storage: factor * means.storage, ..*means })
-        {
-            needed.push(format!("wheel momentum limits at least {} times as large", at_least(factor)));
-        }
-        if let Some(factor) = more(means.rate, &|factor| Means { rate_growth: factor, ..*means }) {
-            needed.push(format!("rate limits at least {} times as large", at_least(factor)));
         }
         needed.extend(smaller_cone(demand, allowed));
         needed
     }
 }
+
+const TORQUE: &str = "torque";
+
+/// Kinds of limits: name, value, and the means with that limit so many times as large.
+#[allow(clippy::type_complexity)]
+const GROWN: [(&str, fn(&Means) -> f64, fn(Means, f64) -> Means); 4] = [
+    (TORQUE, |means| means.torque, |means, factor| Means { torque: factor * means.torque, ..means }),
+    ("torque rate", |means| means.slope, |means, factor| Means { slope: factor * means.slope, ..means }),
+    (
+        "wheel momentum",
+        |means| means.storage,
+        |means, factor| Means { storage: factor * means.storage, ..means },
+    ),
+    ("rate", |means| means.rate, |means, factor| Means { rate_growth: factor, ..means }),
+];
 
 /// The largest cone that could do, where a cone is in the way.
 fn smaller_cone(demand: &Demand, allowed: f64) -> Option<String> {

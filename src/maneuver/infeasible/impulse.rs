@@ -11,7 +11,7 @@
 //! and of the continuous one.
 
 use super::Proof;
-use super::capability::{Ends, SLACK, means, strongest};
+use super::capability::{Ends, SLACK, means, standing, strongest};
 use super::words::{about, at_least, at_most};
 use crate::Vector3;
 use crate::maneuver::problem::{Motion, Problem};
@@ -50,13 +50,12 @@ fn angular(problem: &Problem) -> Option<Proof> {
     let change = (ends.spatial_momentum(1) - ends.spatial_momentum(0)).norm();
     let allowed = limit * problem.duration;
     (change > allowed * (1.0 + SLACK)).then(|| {
-        let standing = problem.environment.frame_rate() == Vector3::zeros();
         let what = format!(
             "the angular momentum has to change by {} N·m·s, {} N·m·s at most are possible",
             at_least(change),
             at_most(allowed)
         );
-        let shortest = standing.then_some(change / limit);
+        let shortest = Some(change / limit).filter(|_| standing(problem));
         missed(problem, limit, "N·m", what, shortest, change / allowed)
     })
 }

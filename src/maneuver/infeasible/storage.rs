@@ -5,68 +5,56 @@
 //! the momentum limits allow, `|h_i| ≤ L_i`, and one that the torque limits reach, `|h_i − h_i0| ≤ T ū_i`.
 
 use super::Proof;
-use super::capability::{Ends, SLACK, isolated};
+use super::capability::{Ends, SLACK, held, isolated, standing};
 use super::outputs::Outputs;
-use super::words::{at_least, at_most};
+use super::words::{at_least, at_most, direction};
 use crate::Vector3;
 use crate::maneuver::problem::Problem;
 
 pub(super) fn proof(problem: &Problem) -> Option<Proof> {
     let wheels = problem.actuation.wheels.as_ref().filter(|_| isolated(problem))?;
     let torque = &problem.actuation.torque;
-    let ends = Ends::of(problem, problem.duration);
-    let stored = problem.actuation.stored_momentum();
-    let total = ends.attitude[0] * (ends.momentum[0] + stored);
-    let end = ends.attitude[1].tr_mul(&total) - ends.momentum[1];
-
+    let (_, [stored, end]) = held(problem, &Ends::of(problem, problem.duration));
     let limits = wheels.momentum_limit.iter().copied();
-    let (factor, direction) = Outputs::new(torque.axes(), limits).shortfall(&end);
+    let (factor, axis) = Outputs::new(torque.axes(), limits).shortfall(&end);
     if factor > 1.0 + SLACK {
-        return Some(too_much(&end, &direction, factor).into());
+        return Some(too_much(&end, &axis, factor).into());
     }
     let size = torque.limits().size.as_ref()?;
     let impulse = Outputs::new(torque.axes(), size.iter().map(|limit| limit * problem.duration));
-    let (factor, direction) = impulse.shortfall(&(end - stored));
+    let (factor, axis) = impulse.shortfall(&(end - stored));
     (factor > 1.0 + SLACK && factor.is_finite()).then(|| {
-        let shortest = factor * problem.duration;
-        let change = direction.dot(&(end - stored));
-        // In a turning frame another duration is another target.
-        let standing = problem.environment.frame_rate() == Vector3::zeros();
+        let shortest = Some(factor * problem.duration).filter(|_| standing(problem));
+        let change = axis.dot(&(end - stored));
+        let under = shortest
+            .map_or_else(|| "in that time".into(), |shortest| format!("under {} s", at_least(shortest)));
         let reason = format!(
-            "no plan {} with these wheel torques: along the body axis {} the wheels have to take up {} N·m·s, the \
+            "no plan {under} with these wheel torques: along the body axis {} the wheels have to take up {} N·m·s, the \
              torques can do {} N·m·s; it takes wheel torque limits at least {} times as large",
-            if standing { format!("under {} s", at_least(shortest)) } else { "in that time".into() },
-            show(&direction),
+            direction(&axis),
             at_least(change),
             at_most(change / factor),
             at_least(factor)
         );
-        Proof { reason, duration_lower_bound: standing.then_some(shortest) }
+        Proof { reason, duration_lower_bound: shortest }
     })
 }
 
-fn too_much(end: &Vector3, direction: &Vector3, factor: f64) -> String {
-    let needed = direction.dot(end);
-    let axis = show(direction);
-    if factor.is_finite() {
+fn too_much(end: &Vector3, axis: &Vector3, factor: f64) -> String {
+    let needed = axis.dot(end);
+    let lacking = if factor.is_finite() {
         format!(
-            "the wheels have to hold {} N·m·s along the body axis {axis} at the end, because the total momentum \
-             is conserved, and can store {} N·m·s there: it takes wheel momentum limits at least {} times as \
-             large",
-            at_least(needed),
+            "can store {} N·m·s there: it takes wheel momentum limits at least {} times as large",
             at_most(needed / factor),
             at_least(factor)
         )
     } else {
-        format!(
-            "the wheels have to hold {} N·m·s along the body axis {axis} at the end, because the total momentum \
-             is conserved, and no wheel turns about it",
-            at_least(needed)
-        )
-    }
-}
-
-fn show(axis: &Vector3) -> String {
-    let [x, y, z] = [axis.x, axis.y, axis.z].map(|part| (part * 1e4).round() / 1e4 + 0.0);
-    format!("({x}, {y}, {z})")
+        "no wheel turns about it".into()
+    };
+    format!(
+        "the wheels have to hold {} N·m·s along the body axis {} at the end, because the total momentum is conserved, \
+         and {lacking}",
+        at_least(needed),
+        direction(axis)
+    )
 }

@@ -1,5 +1,7 @@
 //! Figures in messages: four digits, rounded to the side that keeps a claim true.
 
+use crate::Vector3;
+
 /// Far more than the slack that proofs allow for, far less than what four digits show.
 const SLACK: f64 = 3e-6;
 
@@ -11,6 +13,13 @@ pub(super) fn at_least(value: f64) -> String {
 /// Rounded up to four significant digits: "… at most".
 pub(super) fn at_most(value: f64) -> String {
     rounded(value, f64::ceil)
+}
+
+/// A direction, each component to four decimals.
+pub(super) fn direction(axis: &Vector3) -> String {
+    // Plus zero: none is shown as −0.
+    let [x, y, z] = [axis.x, axis.y, axis.z].map(|part| (part * 1e4).round() / 1e4 + 0.0);
+    format!("({x}, {y}, {z})")
 }
 
 /// Four significant digits.
