@@ -366,6 +366,15 @@ impl ConeSolver {
 }
 
 impl Program {
+    /// Each cone with its part of as many numbers as there are rows.
+    pub fn parts<'a>(&'a self, mut rows: &'a [f64]) -> impl Iterator<Item = (Cone, &'a [f64])> {
+        self.cones.iter().map(move |cone| {
+            let (part, rest) = rows.split_at(cone.rows());
+            rows = rest;
+            (*cone, part)
+        })
+    }
+
     /// Whether every number is one that the solver may see.
     fn check_numbers(&self) -> Result<(), ConeError> {
         finite("P", &self.quadratic.nzval)?;
@@ -378,17 +387,13 @@ impl Program {
 
     /// Judges a dual direction from the data, not from the solver's word.
     fn certificate(&self, z: Vec<f64>, work: Work) -> Certificate {
-        let inside = self.cones.iter().try_fold(0usize, |row, cone| {
-            let part = &z[row..row + cone.rows()];
-            let inside = match cone {
-                Cone::Zero(_) => true,
-                Cone::Nonnegative(_) => part.iter().all(|value| *value >= 0.0),
-                Cone::SecondOrder(_) => dot(&part[1..], &part[1..]).sqrt() <= part[0],
-                // Not looked into: no user asks for this proof yet.
-                #[cfg(feature = "sdp")]
-                Cone::Semidefinite(_) => false,
-            };
-            inside.then_some(row + cone.rows())
+        let inside = self.parts(&z).all(|(cone, part)| match cone {
+            Cone::Zero(_) => true,
+            Cone::Nonnegative(_) => part.iter().all(|value| *value >= 0.0),
+            Cone::SecondOrder(_) => dot(&part[1..], &part[1..]).sqrt() <= part[0],
+            // Not looked into: no user asks for this proof yet.
+            #[cfg(feature = "sdp")]
+            Cone::Semidefinite(_) => false,
         });
         // Round-off of the sums, generously: each term is in error by a few ulps times the number of terms.
         let ulps = 4.0 * f64::EPSILON * (z.len() as f64 + 4.0);
@@ -401,7 +406,7 @@ impl Program {
             slack += ulps * (value * z[row]).abs();
         }
         let width = image.iter().map(|value| value.abs()).sum::<f64>() + slack;
-        let reach = if inside.is_none() || depth <= 0.0 { 0.0 } else { depth / width };
+        let reach = if !inside || depth <= 0.0 { 0.0 } else { depth / width };
         // 0/0 cannot be: depth > 0. An overflow to infinity says the same as a very large number.
         Certificate { z, reach, work }
     }

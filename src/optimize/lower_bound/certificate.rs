@@ -31,22 +31,21 @@ pub(crate) fn prove(moments: &MomentProgram, z: &[f64], with_cost: bool) -> Opti
     if z.len() != program.bound.len() || !z.iter().all(|value| value.is_finite()) {
         return None;
     }
-    let mut z = z.to_vec();
     let mut loss = 0.0;
-    let (mut row, mut block) = (0, 0);
-    for cone in &program.cones {
-        let part = &mut z[row..row + cone.rows()];
+    let mut traces = moments.traces.iter();
+    let mut inside = Vec::with_capacity(z.len());
+    for (cone, part) in program.parts(z) {
         match cone {
-            Cone::Zero(_) => {}
-            Cone::Nonnegative(_) => part.iter_mut().for_each(|value| *value = value.max(0.0)),
+            Cone::Zero(_) => inside.extend(part),
+            Cone::Nonnegative(_) => inside.extend(part.iter().map(|value| value.max(0.0))),
             Cone::SecondOrder(_) => return None,
             Cone::Semidefinite(n) => {
-                loss += (-lowest_eigenvalue(&unpacked(part, *n))).max(0.0) * moments.traces[block];
-                block += 1;
+                loss += (-lowest_eigenvalue(&unpacked(part, n))).max(0.0) * traces.next()?;
+                inside.extend(part);
             }
         }
-        row += cone.rows();
     }
+    let z = inside;
     let cost = if with_cost { 1.0 } else { 0.0 };
     let mut residual: Vec<f64> = program.linear.iter().map(|q| cost * q).collect();
     program.matrix.add_transposed_product(&z, &mut residual);
@@ -90,13 +89,8 @@ pub(crate) fn lowest_eigenvalue(matrix: &DMatrix<f64>) -> f64 {
         return 0.0;
     }
     let safe = -norm;
-    let Some(eigen) = SymmetricEigen::try_new(matrix.clone(), f64::EPSILON, 100 * n + 1000) else {
-        return safe;
-    };
-    let computed = eigen.eigenvalues.iter().copied().fold(f64::INFINITY, f64::min);
-    if !computed.is_finite() {
-        return safe;
-    }
+    let computed = eigenvalues(matrix).and_then(|values| values.last().copied());
+    let Some(computed) = computed.filter(|value| value.is_finite()) else { return safe };
     let unit = (n as f64 + 1.0) * f64::EPSILON;
     let mut margin = unit * norm;
     while margin < norm {
@@ -113,13 +107,19 @@ pub(crate) fn lowest_eigenvalue(matrix: &DMatrix<f64>) -> f64 {
 
 /// Second largest eigenvalue over the largest, of a positive semidefinite matrix: zero at rank one.
 pub(crate) fn rank_one_defect(matrix: &DMatrix<f64>) -> f64 {
-    let n = matrix.nrows();
-    let Some(eigen) = SymmetricEigen::try_new(matrix.clone(), f64::EPSILON, 100 * n + 1000) else {
-        return f64::NAN;
-    };
+    match eigenvalues(matrix).as_deref() {
+        None => f64::NAN,
+        Some([first, second, ..]) => second / first,
+        Some(_) => 0.0,
+    }
+}
+
+/// Eigenvalues of a symmetric matrix, the largest first; `None` where they cannot be found.
+fn eigenvalues(matrix: &DMatrix<f64>) -> Option<Vec<f64>> {
+    let eigen = SymmetricEigen::try_new(matrix.clone(), f64::EPSILON, 100 * matrix.nrows() + 1000)?;
     let mut values: Vec<f64> = eigen.eigenvalues.iter().copied().collect();
     values.sort_by(|a, b| b.total_cmp(a));
-    if values.len() < 2 { 0.0 } else { values[1] / values[0] }
+    Some(values)
 }
 
 #[cfg(test)]

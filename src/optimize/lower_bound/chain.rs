@@ -59,7 +59,7 @@ pub(crate) struct Limit {
 }
 
 /// The chain in polynomials.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Chain {
     pub ring: Ring,
     /// Rotations that occur together.
@@ -102,14 +102,7 @@ impl Chain {
             }
             _ => (0..count).map(|id| ring.rotation(id)).collect(),
         };
-        let mut chain = Self {
-            ring,
-            cliques: Vec::new(),
-            cost: Polynomial::default(),
-            cost_magnitude: 0.0,
-            relations: Vec::new(),
-            limits: Vec::new(),
-        };
+        let mut chain = Self { ring, ..Self::default() };
         chain.add_costs(data, &steps);
         chain.add_limits(data, &steps);
         chain.add_relations(data, &steps);
@@ -133,11 +126,7 @@ impl Chain {
 
     /// Adds `factor · (a − b)ᵀ G (a − b)`.
     fn add_cost(&mut self, a: &[Polynomial; 3], b: &[Polynomial; 3], factor: f64, weight: &Matrix3) {
-        let difference: [Polynomial; 3] = std::array::from_fn(|i| {
-            let mut entry = a[i].clone();
-            entry.add(&b[i], -1.0);
-            entry
-        });
+        let difference: [Polynomial; 3] = std::array::from_fn(|i| a[i].clone().plus(&b[i], -1.0));
         for i in 0..3 {
             for j in 0..3 {
                 let product = self.ring.product(&difference[i], &difference[j]);
@@ -160,21 +149,16 @@ impl Chain {
             for (k, row) in f.iter().enumerate() {
                 polynomial.add(&row[k], 1.0);
             }
-            let mut scaled = Polynomial::default();
-            scaled.add(&polynomial, 1.0 / (4.0 * s * s));
+            let polynomial = Polynomial::default().plus(&polynomial, 1.0 / (4.0 * s * s));
             let rotation = if steps.len() <= 2 { 0 } else { index };
-            self.limits.push(Limit { polynomial: scaled, rotation });
+            self.limits.push(Limit { polynomial, rotation });
         }
     }
 
     fn add_relations(&mut self, data: &ChainData, steps: &[PolynomialMatrix]) {
         let count = steps.len();
-        if count < 2 {
-            return;
-        }
         if count == 2 {
             self.cliques.push(vec![0]);
-            return;
         }
         // Steps are numbered from 1 in the header, from 0 here.
         let attitude_id = |k: usize| if k == 2 { 0 } else { count + k - 3 };
@@ -201,13 +185,8 @@ impl Chain {
     }
 
     fn add_relation(&mut self, a: &PolynomialMatrix, b: &PolynomialMatrix) {
-        for i in 0..3 {
-            for j in 0..3 {
-                let mut entry = a[i][j].clone();
-                entry.add(&b[i][j], -1.0);
-                self.relations.push(entry);
-            }
-        }
+        let pairs = a.iter().flatten().zip(b.iter().flatten());
+        self.relations.extend(pairs.map(|(a, b)| a.clone().plus(b, -1.0)));
     }
 }
 
@@ -232,9 +211,7 @@ fn independent(relations: Vec<Polynomial>) -> Vec<Polynomial> {
         if value.abs() <= 1e-10 * size {
             continue;
         }
-        let mut row = Polynomial::default();
-        row.add(&rest, 1.0 / value);
-        pivots.push((monomial, row));
+        pivots.push((monomial, Polynomial::default().plus(&rest, 1.0 / value)));
         kept.push(relation);
     }
     kept

@@ -309,42 +309,29 @@ impl LowerBound {
 
 /// The largest of the moment matrices of the cliques.
 fn largest_defect(moments: &MomentProgram, slack: &[f64]) -> f64 {
-    let (mut row, mut block, mut worst) = (0, 0, 0.0);
-    for cone in &moments.program.cones {
-        if let Cone::Semidefinite(n) = cone {
-            if block < moments.moment_matrices {
-                let defect = rank_one_defect(&unpacked(&slack[row..row + cone.rows()], *n));
-                if defect > worst || defect.is_nan() {
-                    worst = defect;
-                }
-            }
-            block += 1;
-        }
-        row += cone.rows();
-    }
-    worst
+    let matrices = moments.program.parts(slack).filter_map(|(cone, part)| match cone {
+        Cone::Semidefinite(n) => Some(unpacked(part, n)),
+        _ => None,
+    });
+    let defects = matrices.take(moments.moment_matrices).map(|matrix| rank_one_defect(&matrix));
+    defects.fold(0.0, |worst, defect| if defect > worst || defect.is_nan() { defect } else { worst })
 }
 
 impl BoundSettings {
     fn check(&self) -> Result<(), BoundError> {
-        let setting = |name, value, reason| Err(BoundError::Setting { name, value, reason });
-        if !(self.max_step_angle > 0.0 && self.max_step_angle <= FRAC_PI_2) {
-            return setting("max_step_angle", self.max_step_angle, "must be in (0, π/2]");
+        let (angle, tolerance) = (self.max_step_angle, self.tolerance);
+        // What is not given is in range.
+        let (known, limit) = (self.known_cost.unwrap_or(0.0), self.time_limit.unwrap_or(f64::INFINITY));
+        let checks = [
+            (angle > 0.0 && angle <= FRAC_PI_2, "max_step_angle", angle, "must be in (0, π/2]"),
+            (tolerance > 0.0 && tolerance < 1e-2, "tolerance", tolerance, "must be in (0, 0.01)"),
+            (known >= 0.0 && known.is_finite(), "known_cost", known, "must be finite and not negative"),
+            (limit > 0.0, "time_limit", limit, "must be positive"),
+        ];
+        match checks.into_iter().find(|(passed, ..)| !passed) {
+            Some((_, name, value, reason)) => Err(BoundError::Setting { name, value, reason }),
+            None => Ok(()),
         }
-        if !(self.tolerance > 0.0 && self.tolerance < 1e-2) {
-            return setting("tolerance", self.tolerance, "must be in (0, 0.01)");
-        }
-        if let Some(known) = self.known_cost
-            && !(known >= 0.0 && known.is_finite())
-        {
-            return setting("known_cost", known, "must be finite and not negative");
-        }
-        if let Some(limit) = self.time_limit
-            && (limit.is_nan() || limit <= 0.0)
-        {
-            return setting("time_limit", limit, "must be positive");
-        }
-        Ok(())
     }
 }
 
@@ -371,16 +358,17 @@ struct Weight {
 
 impl Setup {
     fn new(problem: &Problem, settings: &BoundSettings) -> Result<Self, BoundError> {
-        if problem.motion == Motion::RigidBody {
-            return Err(BoundError::NotCovered("the body translates; only attitude maneuvers are covered"));
-        }
-        if !problem.environment.is_free() || problem.environment.frame_rate() != Vector3::zeros() {
-            return Err(BoundError::NotCovered("a field acts on the body; only free bodies are covered"));
-        }
-        if problem.actuation.wheels.is_some() {
-            return Err(BoundError::NotCovered(
+        let field = !problem.environment.is_free() || problem.environment.frame_rate() != Vector3::zeros();
+        let foreign = [
+            (problem.motion == Motion::RigidBody, "the body translates; only attitude maneuvers are covered"),
+            (field, "a field acts on the body; only free bodies are covered"),
+            (
+                problem.actuation.wheels.is_some(),
                 "reaction wheels store momentum; only external torques are covered",
-            ));
+            ),
+        ];
+        if let Some((_, reason)) = foreign.into_iter().find(|(is_foreign, _)| *is_foreign) {
+            return Err(BoundError::NotCovered(reason));
         }
         let (steps, inertia) = (problem.steps, &problem.body.inertia);
         let limit = match (settings.relaxation, problem.scheme) {
@@ -471,13 +459,8 @@ impl Weight {
         if middle <= 1e-12 * high {
             // B W⁻¹ Bᵀ = a e eᵀ
             let column = authority.column_iter().max_by(|a, b| a.norm().total_cmp(&b.norm()));
-            let axis = column.map(|column| column.normalize()).unwrap_or_else(Vector3::z);
-            return Ok(Self {
-                unit: 1.0 / high,
-                matrix: Matrix3::identity(),
-                smallest: 1.0,
-                axis: Some(axis),
-            });
+            let axis = Some(column.map(|column| column.normalize()).unwrap_or_else(Vector3::z));
+            return Ok(Self { unit: 1.0 / high, matrix: Matrix3::identity(), smallest: 1.0, axis });
         }
         if low <= 1e-9 * high {
             return Err(BoundError::NotCovered(

@@ -30,7 +30,7 @@ pub(crate) struct Polynomial {
 pub(crate) type PolynomialMatrix = [[Polynomial; 3]; 3];
 
 /// The rotations that polynomials speak of.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Ring {
     /// The scale `s` of each rotation, in (0, 1].
     pub scale: Vec<f64>,
@@ -74,7 +74,7 @@ impl Ring {
     /// The matrix of rotation `id`.
     pub fn rotation(&self, id: usize) -> PolynomialMatrix {
         let s = self.scale[id];
-        let monomial = |i: usize, j: usize, value: f64| {
+        let monomial = |i: usize, j: usize| {
             let there = |axis: usize| axis == 0 || self.axes.contains(&axis);
             if !(there(i) && there(j)) {
                 return Polynomial::default();
@@ -82,39 +82,25 @@ impl Ring {
             let mut exponents = [0; 4];
             exponents[i] += 1;
             exponents[j] += 1;
-            Polynomial::monomial(vec![(id, exponents)], value)
+            Polynomial::monomial(vec![(id, exponents)], 1.0)
         };
-        std::array::from_fn(|i| {
-            std::array::from_fn(|j| {
-                let mut entry = Polynomial::default();
-                if i == j {
-                    entry.add(&Polynomial::constant(1.0), 1.0);
-                    for other in (0..3).filter(|&other| other != i) {
-                        entry.add(&monomial(other + 1, other + 1, 1.0), -2.0 * s * s);
-                    }
-                } else {
-                    entry.add(&monomial(i + 1, j + 1, 1.0), 2.0 * s * s);
-                    let k = 3 - i - j;
-                    // S(v)_ij is −v_k for (i, j, k) a cyclic order, +v_k else.
-                    let sign = if (i + 1) % 3 == j { -1.0 } else { 1.0 };
-                    entry.add(&monomial(0, k + 1, 1.0), sign * 2.0 * s);
-                }
-                entry
-            })
+        matrix(|i, j| {
+            if i == j {
+                let others = (0..3).filter(|&other| other != i);
+                return others.fold(Polynomial::constant(1.0), |entry, other| {
+                    entry.plus(&monomial(other + 1, other + 1), -2.0 * s * s)
+                });
+            }
+            // S(v)_ij is −v_k for (i, j, k) a cyclic order, +v_k else.
+            let sign = if (i + 1) % 3 == j { -1.0 } else { 1.0 };
+            let symmetric = Polynomial::default().plus(&monomial(i + 1, j + 1), 2.0 * s * s);
+            symmetric.plus(&monomial(0, 3 - i - j + 1), sign * 2.0 * s)
         })
     }
 
     /// `A B`.
     pub fn matrix_product(&self, a: &PolynomialMatrix, b: &PolynomialMatrix) -> PolynomialMatrix {
-        std::array::from_fn(|i| {
-            std::array::from_fn(|j| {
-                let mut entry = Polynomial::default();
-                for k in 0..3 {
-                    entry.add(&self.product(&a[i][k], &b[k][j]), 1.0);
-                }
-                entry
-            })
-        })
+        matrix(|i, j| sum(|k| (self.product(&a[i][k], &b[k][j]), 1.0)))
     }
 
     /// All normal monomials of one rotation of degree `from`, and of every degree below it of the same parity, the
@@ -156,6 +142,12 @@ impl Polynomial {
         for (monomial, value) in &other.terms {
             *self.terms.entry(monomial.clone()).or_insert(0.0) += factor * value;
         }
+    }
+
+    /// `self + factor · other`.
+    pub fn plus(mut self, other: &Self, factor: f64) -> Self {
+        self.add(other, factor);
+        self
     }
 
     /// The constant term.
@@ -207,36 +199,36 @@ fn multiply(a: &Monomial, b: &Monomial) -> Monomial {
     out
 }
 
+/// A matrix by its entries.
+fn matrix(entry: impl Fn(usize, usize) -> Polynomial) -> PolynomialMatrix {
+    std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
+}
+
+/// `Σ_k factor_k · polynomial_k` of three.
+fn sum(term: impl Fn(usize) -> (Polynomial, f64)) -> Polynomial {
+    (0..3).map(term).fold(Polynomial::default(), |sum, (polynomial, factor)| sum.plus(&polynomial, factor))
+}
+
 /// A constant matrix.
-pub(crate) fn constant_matrix(matrix: &Matrix3) -> PolynomialMatrix {
-    std::array::from_fn(|i| std::array::from_fn(|j| Polynomial::constant(matrix[(i, j)])))
+pub(crate) fn constant_matrix(constant: &Matrix3) -> PolynomialMatrix {
+    matrix(|i, j| Polynomial::constant(constant[(i, j)]))
 }
 
 /// `Aᵀ`.
 pub(crate) fn transposed(a: &PolynomialMatrix) -> PolynomialMatrix {
-    std::array::from_fn(|i| std::array::from_fn(|j| a[j][i].clone()))
+    matrix(|i, j| a[j][i].clone())
 }
 
 /// `C A` for a constant `C`: stays linear where `A` is.
 pub(crate) fn left_multiplied(c: &Matrix3, a: &PolynomialMatrix) -> PolynomialMatrix {
-    std::array::from_fn(|i| {
-        std::array::from_fn(|j| {
-            let mut entry = Polynomial::default();
-            for k in 0..3 {
-                entry.add(&a[k][j], c[(i, k)]);
-            }
-            entry
-        })
-    })
+    matrix(|i, j| sum(|k| (a[k][j].clone(), c[(i, k)])))
 }
 
 /// `vee(A − Aᵀ)`.
 pub(crate) fn vee_of_skew_part(a: &PolynomialMatrix) -> [Polynomial; 3] {
     std::array::from_fn(|k| {
         let (i, j) = ((k + 2) % 3, (k + 1) % 3);
-        let mut entry = a[i][j].clone();
-        entry.add(&a[j][i], -1.0);
-        entry
+        a[i][j].clone().plus(&a[j][i], -1.0)
     })
 }
 

@@ -19,7 +19,7 @@ use super::chain::Chain;
 use super::polynomial::{Monomial, Polynomial};
 use crate::optimize::convex::cone::{Cone, Program};
 use crate::optimize::convex::sparse::{Sparse, SparseParts};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The program `minimise offset + qᵀ y`, and what the certificate must know of it.
 #[derive(Clone, Debug)]
@@ -37,13 +37,13 @@ pub(crate) struct MomentProgram {
 
 /// Collects rows `entry of the cone = constant + Σ coefficient · moment`.
 #[derive(Default)]
-struct Rows {
+struct MomentRows {
     moments: BTreeMap<Monomial, usize>,
     entries: Vec<(usize, usize, f64)>,
     bound: Vec<f64>,
 }
 
-impl Rows {
+impl MomentRows {
     fn moment(&mut self, monomial: &Monomial) -> usize {
         let next = self.moments.len();
         *self.moments.entry(monomial.clone()).or_insert(next)
@@ -60,6 +60,10 @@ impl Rows {
         }
         self.bound.push(factor * polynomial.constant_term());
     }
+
+    fn push_all(&mut self, polynomials: &[Polynomial]) {
+        polynomials.iter().for_each(|polynomial| self.push(polynomial, 1.0));
+    }
 }
 
 /// Builds the relaxation; `None` when nothing is free.
@@ -68,12 +72,10 @@ pub(crate) fn build(chain: &Chain, relaxation: Relaxation) -> Option<MomentProgr
         return None;
     }
     let ring = &chain.ring;
-    let mut rows = Rows::default();
+    let mut rows = MomentRows::default();
     let mut cones = Vec::new();
 
-    for relation in &chain.relations {
-        rows.push(relation, 1.0);
-    }
+    rows.push_all(&chain.relations);
     if !chain.relations.is_empty() {
         cones.push(Cone::Zero(chain.relations.len()));
     }
@@ -95,9 +97,7 @@ pub(crate) fn build(chain: &Chain, relaxation: Relaxation) -> Option<MomentProgr
     } else {
         scalars.extend(limits.iter().map(|limit| limit.polynomial.clone()));
     }
-    for scalar in &scalars {
-        rows.push(scalar, 1.0);
-    }
+    rows.push_all(&scalars);
     if !scalars.is_empty() {
         cones.push(Cone::Nonnegative(scalars.len()));
     }
@@ -116,24 +116,18 @@ pub(crate) fn build(chain: &Chain, relaxation: Relaxation) -> Option<MomentProgr
     let moment_matrices = blocks.len();
     if localized {
         for limit in limits {
-            let mut partners: Vec<usize> = Vec::new();
-            for clique in chain.cliques.iter().filter(|clique| clique.contains(&limit.rotation)) {
-                partners.extend(clique);
-            }
-            partners.sort_unstable();
-            partners.dedup();
-            for id in partners {
-                blocks.push((limit.polynomial.clone(), ring.monomials(id, half)));
-            }
+            let around = chain.cliques.iter().filter(|clique| clique.contains(&limit.rotation));
+            let partners: BTreeSet<usize> = around.flatten().copied().collect();
+            blocks
+                .extend(partners.into_iter().map(|id| (limit.polynomial.clone(), ring.monomials(id, half))));
         }
-        let mut pairs: Vec<(usize, usize)> = Vec::new();
-        for clique in &chain.cliques {
-            for (index, &a) in clique.iter().enumerate() {
-                pairs.extend(clique[index + 1..].iter().map(|&b| (a.min(b), a.max(b))));
-            }
-        }
-        pairs.sort_unstable();
-        pairs.dedup();
+        let of_clique = |clique: &Vec<usize>| -> Vec<(usize, usize)> {
+            let after = |index: usize| {
+                clique[index + 1..].iter().map(move |&b| (clique[index].min(b), clique[index].max(b)))
+            };
+            (0..clique.len()).flat_map(after).collect()
+        };
+        let pairs: BTreeSet<(usize, usize)> = chain.cliques.iter().flat_map(of_clique).collect();
         for (a, b) in pairs {
             let right = ring.monomials(b, 1);
             let mut basis = Vec::new();
@@ -157,21 +151,17 @@ pub(crate) fn build(chain: &Chain, relaxation: Relaxation) -> Option<MomentProgr
         traces.push(basis.len() as f64);
     }
 
-    let mut linear: Vec<(usize, f64)> = Vec::new();
-    for (monomial, value) in &chain.cost.terms {
-        if !monomial.is_empty() {
-            linear.push((rows.moment(monomial), *value));
-        }
+    let mut cost: Vec<(usize, f64)> = Vec::new();
+    for (monomial, value) in chain.cost.terms.iter().filter(|(monomial, _)| !monomial.is_empty()) {
+        cost.push((rows.moment(monomial), *value));
     }
     let count = rows.moments.len();
-    let mut q = vec![0.0; count];
-    for (index, value) in linear {
-        q[index] += value;
-    }
+    let mut linear = vec![0.0; count];
+    cost.into_iter().for_each(|(index, value)| linear[index] += value);
     Some(MomentProgram {
         program: Program {
             quadratic: Sparse::zeros((count, count)),
-            linear: q,
+            linear,
             matrix: Sparse::of_entries(rows.bound.len(), count, &rows.entries),
             bound: rows.bound,
             cones,
