@@ -18,7 +18,7 @@ pub(super) fn strongest(channel: &ActuatorSet) -> f64 {
 }
 
 /// The largest sum along the axes of a channel with each part within its limit.
-fn together(channel: &Channel, limits: Option<&Vec<f64>>) -> f64 {
+fn together(channel: &ActuatorSet, limits: Option<&Vec<f64>>) -> f64 {
     limits.map_or(f64::INFINITY, |limits| Outputs::new(channel.axes(), limits.iter().copied()).largest())
 }
 
