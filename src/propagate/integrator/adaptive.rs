@@ -4,7 +4,8 @@
 //! allocate; these two are for accuracy, not for speed.
 
 use super::ambient::Ambient;
-use super::{Facts, Input, Integrator, StepError, System, SystemState, Work};
+use super::course::{Course, Method};
+use super::{Input, StepError};
 use differential_equations::methods::{Adaptive, DormandPrince, ExplicitRungeKutta, Ordinary};
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
 use differential_equations::status::Status;
@@ -25,7 +26,8 @@ pub(super) struct Reference {
     /// Length of the part to try first, the last one of the step before.
     part: f64,
     scales: Vec<f64>,
-    work: Work,
+    /// Parts rejected so far.
+    rejected: u64,
 }
 
 /// Which one.
@@ -48,31 +50,21 @@ impl ODE<f64, Vec<f64>> for Change<'_> {
 }
 
 impl Reference {
-    pub fn dop853(system: &System, state: &SystemState, step: f64, tolerance: f64) -> Self {
+    pub fn dop853(course: Course, tolerance: f64) -> Self {
         let solver = Dop853::dop853().max_steps(usize::MAX);
-        Self::new(system, state, step, tolerance, Solver::Dop853(Box::new(solver)))
+        Self::new(course, tolerance, Solver::Dop853(Box::new(solver)))
     }
 
-    pub fn verner98(system: &System, state: &SystemState, step: f64, tolerance: f64) -> Self {
+    pub fn verner98(course: Course, tolerance: f64) -> Self {
         let solver = Verner98::rkv988e().max_steps(usize::MAX);
-        Self::new(system, state, step, tolerance, Solver::Verner98(Box::new(solver)))
+        Self::new(course, tolerance, Solver::Verner98(Box::new(solver)))
     }
 
-    fn new(system: &System, state: &SystemState, step: f64, tolerance: f64, solver: Solver) -> Self {
-        let ambient = Ambient::new(system, state, step);
+    fn new(course: Course, tolerance: f64, solver: Solver) -> Self {
+        let part = course.loads.step;
+        let ambient = Ambient::new(course);
         let scales = vec![0.0; ambient.size];
-        Self { ambient, solver, tolerance, part: step, scales, work: Work::default() }
-    }
-
-    pub fn facts(order: u32) -> Facts {
-        Facts {
-            order,
-            explicit: true,
-            symplectic: false,
-            preserves_momentum: false,
-            preserves_group: false,
-            force_evaluations: None,
-        }
+        Self { ambient, solver, tolerance, part, scales, rejected: 0 }
     }
 }
 
@@ -112,9 +104,9 @@ where
     None
 }
 
-impl Integrator for Reference {
-    fn step(&mut self, inputs: &[Input]) -> Result<(), StepError> {
-        let step = self.ambient.loads.step;
+impl Method for Reference {
+    fn advance(&mut self, inputs: &[Input]) -> Result<(), StepError> {
+        let step = self.ambient.course.loads.step;
         let zero = vec![0.0; self.scales.len()];
         let mut rate = zero.clone();
         self.ambient.rate(0.0, &zero, inputs, &mut rate);
@@ -122,7 +114,7 @@ impl Integrator for Reference {
         self.ambient.error_scales(&rate, self.tolerance, &mut self.scales);
         let allowed = Tolerance::Vector(self.scales.iter().map(|scale| self.tolerance * scale).collect());
         let change = Change { ambient: RefCell::new(&mut self.ambient), inputs, step };
-        let (part, rejected) = (&mut self.part, &mut self.work.rejected);
+        let (part, rejected) = (&mut self.part, &mut self.rejected);
         // The changes start at zero: the error is measured against the sizes alone.
         let none = Tolerance::Scalar(0.0);
         let result = match &mut self.solver {
@@ -137,23 +129,12 @@ impl Integrator for Reference {
         };
         let y = result.ok_or(StepError::GaveUp { step })?;
         self.ambient.add(&y);
-        self.ambient.turn_frame();
-        self.work.steps += 1;
-        if self.ambient.state.is_finite() { Ok(()) } else { Err(StepError::NotFinite) }
+        self.ambient.course.work.rejected = self.rejected;
+        self.ambient.course.turn_frame();
+        self.ambient.course.finish()
     }
 
-    fn state(&self) -> &SystemState {
-        &self.ambient.state
-    }
-
-    fn facts(&self) -> Facts {
-        Self::facts(match self.solver {
-            Solver::Dop853(_) => 8,
-            Solver::Verner98(_) => 9,
-        })
-    }
-
-    fn work(&self) -> Work {
-        Work { force_evaluations: self.ambient.loads.evaluations, ..self.work }
+    fn course(&self) -> &Course {
+        &self.ambient.course
     }
 }

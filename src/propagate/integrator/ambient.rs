@@ -7,8 +7,9 @@
 //! Methods work with the change of y since the start of the step: its rounding is then relative to the
 //! change, and the sum of the changes is compensated like everywhere.
 
-use super::system::Loads;
-use super::{Input, System, SystemState};
+use super::Input;
+use super::course::Course;
+use crate::mechanics::body::Body;
 use crate::mechanics::environment::{Pose, Wrench};
 use crate::{Matrix3, Vector3, lie};
 
@@ -19,8 +20,7 @@ const MOVING: usize = 18;
 /// The vector field, with the step's start and the buffers of one evaluation.
 #[derive(Clone, Debug)]
 pub(super) struct Ambient {
-    pub loads: Loads,
-    pub state: SystemState,
+    pub course: Course,
     /// Numbers in all.
     pub size: usize,
     poses: Vec<Pose>,
@@ -32,15 +32,13 @@ fn vector(y: &[f64]) -> Vector3 {
 }
 
 impl Ambient {
-    pub fn new(system: &System, state: &SystemState, step: f64) -> Self {
-        let numbers =
-            |body: &crate::mechanics::body::Body| if body.mass.is_some() { MOVING } else { TURNING };
+    pub fn new(course: Course) -> Self {
+        let numbers = |body: &Body| if body.mass.is_some() { MOVING } else { TURNING };
         Self {
-            loads: Loads::new(system, step),
-            state: state.clone(),
-            size: system.bodies().iter().map(numbers).sum(),
-            poses: state.poses().to_vec(),
-            wrenches: vec![Wrench::zero(); system.bodies().len()],
+            size: course.loads.system.bodies().iter().map(numbers).sum(),
+            poses: course.state.poses().to_vec(),
+            wrenches: vec![Wrench::zero(); course.count()],
+            course,
         }
     }
 
@@ -53,8 +51,8 @@ impl Ambient {
     /// Evaluates what acts at `fraction` of the step, where the state has changed by `y`.
     pub fn load(&mut self, fraction: f64, y: &[f64], inputs: &[Input]) {
         self.place(y);
-        if !self.loads.is_free(inputs) {
-            self.loads.total(fraction, &self.poses, inputs, &mut self.wrenches);
+        if !self.course.loads.is_free(inputs) {
+            self.course.loads.total(fraction, &self.poses, inputs, &mut self.wrenches);
         }
     }
 
@@ -62,10 +60,10 @@ impl Ambient {
     fn place(&mut self, y: &[f64]) {
         let mut at = 0;
         for (body, pose) in self.poses.iter_mut().enumerate() {
-            let start = self.state.poses()[body];
+            let start = self.course.state.poses()[body];
             pose.attitude = start.attitude + Matrix3::from_column_slice(&y[at..at + 9]);
             at += TURNING;
-            if self.loads.system.bodies()[body].mass.is_some() {
+            if self.course.loads.system.bodies()[body].mass.is_some() {
                 pose.position = start.position + vector(&y[at..]);
                 at += MOVING - TURNING;
             }
@@ -76,8 +74,8 @@ impl Ambient {
     pub fn rate_under_load(&mut self, y: &[f64], out: &mut [f64]) {
         self.place(y);
         let mut at = 0;
-        for (index, body) in self.loads.system.bodies().iter().enumerate() {
-            let start = self.state.momenta()[index];
+        for (index, body) in self.course.loads.system.bodies().iter().enumerate() {
+            let start = self.course.state.momenta()[index];
             let wrench = self.wrenches[index];
             let momentum = start.angular + vector(&y[at + 9..]);
             let rate = body.inertia.j_inverse() * momentum;
@@ -97,22 +95,15 @@ impl Ambient {
     /// Adds a change to the state.
     pub fn add(&mut self, y: &[f64]) {
         let mut at = 0;
-        for (index, body) in self.loads.system.bodies().iter().enumerate() {
-            self.state.add_attitude(index, &Matrix3::from_column_slice(&y[at..at + 9]));
-            self.state.add_angular(index, &vector(&y[at + 9..]));
+        for (index, body) in self.course.loads.system.bodies().iter().enumerate() {
+            self.course.state.add_attitude(index, &Matrix3::from_column_slice(&y[at..at + 9]));
+            self.course.state.add_angular(index, &vector(&y[at + 9..]));
             at += TURNING;
             if body.mass.is_some() {
-                self.state.add_position(index, &vector(&y[at..]));
-                self.state.add_linear(index, &vector(&y[at + 3..]));
+                self.course.state.add_position(index, &vector(&y[at..]));
+                self.course.state.add_linear(index, &vector(&y[at + 3..]));
                 at += MOVING - TURNING;
             }
-        }
-    }
-
-    /// Turns the state into the frame's axes, at the end of a step.
-    pub fn turn_frame(&mut self) {
-        if let Some(turn) = self.loads.frame_turn() {
-            self.state.turn_frame(self.loads.system.bodies(), &turn);
         }
     }
 
@@ -126,8 +117,8 @@ impl Ambient {
             out[*at..*at + count].fill(scale);
             *at += count;
         });
-        for (index, body) in self.loads.system.bodies().iter().enumerate() {
-            let (pose, momentum) = (self.state.poses()[index], self.state.momenta()[index]);
+        for (index, body) in self.course.loads.system.bodies().iter().enumerate() {
+            let (pose, momentum) = (self.course.state.poses()[index], self.course.state.momenta()[index]);
             fill(&mut at, 9, 1.0);
             fill(&mut at, 3, momentum.angular.norm());
             if body.mass.is_some() {
@@ -143,9 +134,9 @@ impl Ambient {
     pub fn error_scales(&self, change: &[f64], tolerance: f64, out: &mut [f64]) {
         self.scales(change, out);
         // An estimate is a sum of a dozen evaluations with weights above one.
-        let least = 16.0 * f64::EPSILON / (tolerance * self.loads.step);
+        let least = 16.0 * f64::EPSILON / (tolerance * self.course.loads.step);
         let mut at = 0;
-        for body in self.loads.system.bodies() {
+        for body in self.course.loads.system.bodies() {
             let floor = least * body.inertia.principal().min();
             out[at + 9..at + TURNING].iter_mut().for_each(|scale| *scale = scale.max(floor));
             at += if body.mass.is_some() { MOVING } else { TURNING };
@@ -155,12 +146,12 @@ impl Ambient {
     /// What the poses would notice of `change` over a step: the largest turn [rad], or shift relative to the
     /// farthest body.
     pub fn noticed(&self, change: &[f64]) -> f64 {
-        let h = self.loads.step;
-        let farthest = self.state.poses().iter().map(|pose| pose.position.norm()).fold(0.0, f64::max);
+        let h = self.course.loads.step;
+        let farthest = self.course.state.poses().iter().map(|pose| pose.position.norm()).fold(0.0, f64::max);
         // All bodies at the origin, or none that moves: any length will do.
         let length = if farthest > 0.0 { farthest } else { 1.0 };
         let (mut at, mut worst) = (0, 0.0_f64);
-        for body in self.loads.system.bodies() {
+        for body in self.course.loads.system.bodies() {
             let turn = Matrix3::from_column_slice(&change[at..at + 9]).norm();
             let kick = h * (body.inertia.j_inverse() * vector(&change[at + 9..])).norm();
             worst = worst.max(turn).max(kick);

@@ -11,7 +11,8 @@
 //! takes 75 evaluations of the potential a step of 1.4 rad, where two take a dozen.
 
 use super::ambient::{Ambient, largest};
-use super::{Facts, Input, Integrator, StepError, System, SystemState, Work};
+use super::course::{Course, Method};
+use super::{Input, StepError};
 
 /// Largest change of the last iteration, relative to the size of each quantity.
 ///
@@ -37,12 +38,11 @@ pub(super) struct ImplicitMidpoint {
     rate: Vec<f64>,
     correction: Vec<f64>,
     scales: Vec<f64>,
-    work: Work,
 }
 
 impl ImplicitMidpoint {
-    pub fn new(system: &System, state: &SystemState, step: f64) -> Self {
-        let ambient = Ambient::new(system, state, step);
+    pub fn new(course: Course) -> Self {
+        let ambient = Ambient::new(course);
         let zero = vec![0.0; ambient.size];
         Self {
             change: zero.clone(),
@@ -52,23 +52,9 @@ impl ImplicitMidpoint {
             correction: zero.clone(),
             scales: zero,
             ambient,
-            work: Work::default(),
         }
     }
 
-    pub fn facts() -> Facts {
-        Facts {
-            order: 2,
-            explicit: false,
-            symplectic: false,
-            preserves_momentum: false,
-            preserves_group: true,
-            force_evaluations: None,
-        }
-    }
-}
-
-impl ImplicitMidpoint {
     fn middle(&mut self) {
         self.middle.iter_mut().zip(&self.change).for_each(|(middle, change)| *middle = 0.5 * change);
     }
@@ -76,12 +62,12 @@ impl ImplicitMidpoint {
     /// Solves for the change under the forces and moments evaluated last, until the poses notice no more than `goal`
     /// of an iteration or it brings nothing.
     fn solve_under_load(&mut self, goal: f64) {
-        let h = self.ambient.loads.step;
+        let h = self.ambient.course.loads.step;
         let mut noticed = f64::INFINITY;
         for _ in 0..MAX_ITERATIONS {
             self.middle();
             self.ambient.rate_under_load(&self.middle, &mut self.rate);
-            self.work.iterations += 1;
+            self.ambient.course.work.iterations += 1;
             for ((correction, change), rate) in
                 self.correction.iter_mut().zip(&mut self.change).zip(&self.rate)
             {
@@ -96,8 +82,8 @@ impl ImplicitMidpoint {
     }
 }
 
-impl Integrator for ImplicitMidpoint {
-    fn step(&mut self, inputs: &[Input]) -> Result<(), StepError> {
+impl Method for ImplicitMidpoint {
+    fn advance(&mut self, inputs: &[Input]) -> Result<(), StepError> {
         self.change.fill(0.0);
         let mut noticed = f64::INFINITY;
         for _ in 0..MAX_ITERATIONS {
@@ -118,23 +104,14 @@ impl Integrator for ImplicitMidpoint {
             let at_round_off = noticed <= TOLERANCE && noticed >= before;
             if relative <= TOLERANCE || at_round_off {
                 self.ambient.add(&self.change);
-                self.ambient.turn_frame();
-                self.work.steps += 1;
-                return Ok(());
+                self.ambient.course.turn_frame();
+                return self.ambient.course.finish();
             }
         }
-        Err(StepError::NotConverged { step: self.ambient.loads.step, iterations: MAX_ITERATIONS })
+        Err(StepError::NotConverged { step: self.ambient.course.loads.step, iterations: MAX_ITERATIONS })
     }
 
-    fn state(&self) -> &SystemState {
-        &self.ambient.state
-    }
-
-    fn facts(&self) -> Facts {
-        Self::facts()
-    }
-
-    fn work(&self) -> Work {
-        Work { force_evaluations: self.ambient.loads.evaluations, ..self.work }
+    fn course(&self) -> &Course {
+        &self.ambient.course
     }
 }

@@ -1,14 +1,14 @@
 //! The methods by name.
 
 use super::adaptive::Reference;
+use super::course::Course;
+use super::drift_and_kick::DriftAndKick;
 use super::galerkin::{DEGREES, Galerkin, Quadrature};
 use super::implicit_midpoint::ImplicitMidpoint;
 use super::lagrangian_verlet::LagrangianVerlet;
-use super::lie_euler::LieEuler;
 use super::lie_group_rk::{Composition, LieGroupRk};
-use super::lie_verlet::LieVerlet;
 use super::runge_kutta::RungeKutta;
-use super::tableau;
+use super::tableau::{self, Tableau};
 use super::{Facts, Integrator, System, SystemError, SystemState};
 use std::fmt;
 use std::str::FromStr;
@@ -75,86 +75,84 @@ pub struct UnknownKind {
 }
 
 fn names() -> String {
-    Kind::all().map(Kind::name).collect::<Vec<_>>().join(", ")
+    NAMES.map(|(_, name)| name).join(", ")
 }
 
-const GAUSS: [&str; 6] = [
-    "galerkin_gauss_1",
-    "galerkin_gauss_2",
-    "galerkin_gauss_3",
-    "galerkin_gauss_4",
-    "galerkin_gauss_5",
-    "galerkin_gauss_6",
-];
-const LOBATTO: [&str; 6] = [
-    "galerkin_lobatto_1",
-    "galerkin_lobatto_2",
-    "galerkin_lobatto_3",
-    "galerkin_lobatto_4",
-    "galerkin_lobatto_5",
-    "galerkin_lobatto_6",
+const fn gauss(degree: usize) -> Kind {
+    Kind::Galerkin { degree, quadrature: Quadrature::Gauss }
+}
+
+const fn lobatto(degree: usize) -> Kind {
+    Kind::Galerkin { degree, quadrature: Quadrature::Lobatto }
+}
+
+/// All methods by name.
+const NAMES: [(Kind, &str); 25] = [
+    (Kind::LieEuler, "lie_euler"),
+    (Kind::LieEulerAdjoint, "lie_euler_adjoint"),
+    (Kind::LieVerlet, "lie_verlet"),
+    (Kind::LieVerletLagrangian, "lie_verlet_lagrangian"),
+    (gauss(1), "galerkin_gauss_1"),
+    (gauss(2), "galerkin_gauss_2"),
+    (gauss(3), "galerkin_gauss_3"),
+    (gauss(4), "galerkin_gauss_4"),
+    (gauss(5), "galerkin_gauss_5"),
+    (gauss(6), "galerkin_gauss_6"),
+    (lobatto(1), "galerkin_lobatto_1"),
+    (lobatto(2), "galerkin_lobatto_2"),
+    (lobatto(3), "galerkin_lobatto_3"),
+    (lobatto(4), "galerkin_lobatto_4"),
+    (lobatto(5), "galerkin_lobatto_5"),
+    (lobatto(6), "galerkin_lobatto_6"),
+    (Kind::ExplicitMidpoint, "explicit_midpoint"),
+    (Kind::ImplicitMidpoint, "implicit_midpoint"),
+    (Kind::CrouchGrossman2, "crouch_grossman_2"),
+    (Kind::CrouchGrossman3, "crouch_grossman_3"),
+    (Kind::MuntheKaas4, "rkmk4"),
+    (Kind::Fehlberg78, "rkf78"),
+    (Kind::Fehlberg78Adaptive, "rkf78_adaptive"),
+    (Kind::Dop853, "dop853"),
+    (Kind::Verner98, "verner98"),
 ];
 
 impl Kind {
     /// All methods.
     pub fn all() -> impl Iterator<Item = Self> {
-        let galerkin = |quadrature| DEGREES.map(move |degree| Self::Galerkin { degree, quadrature });
-        [Self::LieEuler, Self::LieEulerAdjoint, Self::LieVerlet, Self::LieVerletLagrangian]
-            .into_iter()
-            .chain(galerkin(Quadrature::Gauss))
-            .chain(galerkin(Quadrature::Lobatto))
-            .chain([
-                Self::ExplicitMidpoint,
-                Self::ImplicitMidpoint,
-                Self::CrouchGrossman2,
-                Self::CrouchGrossman3,
-                Self::MuntheKaas4,
-                Self::Fehlberg78,
-                Self::Fehlberg78Adaptive,
-                Self::Dop853,
-                Self::Verner98,
-            ])
+        NAMES.into_iter().map(|(kind, _)| kind)
     }
 
     /// Its name in files and commands.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::LieEuler => "lie_euler",
-            Self::LieEulerAdjoint => "lie_euler_adjoint",
-            Self::LieVerlet => "lie_verlet",
-            Self::LieVerletLagrangian => "lie_verlet_lagrangian",
-            Self::Galerkin { degree, quadrature } => {
-                let names = if quadrature == Quadrature::Gauss { GAUSS } else { LOBATTO };
-                names.get(degree.wrapping_sub(1)).copied().unwrap_or("galerkin")
-            }
-            Self::ExplicitMidpoint => "explicit_midpoint",
-            Self::ImplicitMidpoint => "implicit_midpoint",
-            Self::CrouchGrossman2 => "crouch_grossman_2",
-            Self::CrouchGrossman3 => "crouch_grossman_3",
-            Self::MuntheKaas4 => "rkmk4",
-            Self::Fehlberg78 => "rkf78",
-            Self::Fehlberg78Adaptive => "rkf78_adaptive",
-            Self::Dop853 => "dop853",
-            Self::Verner98 => "verner98",
-        }
+        NAMES.iter().find(|(kind, _)| *kind == self).map_or("galerkin", |(_, name)| name)
     }
 
     /// What is known of it.
     pub fn facts(self) -> Facts {
+        let variational = Facts::VARIATIONAL;
+        let on_group = |tableau: &Tableau| Facts {
+            order: tableau.order,
+            symplectic: false,
+            preserves_momentum: false,
+            force_evaluations: Some(tableau.c.len() as u32),
+            ..variational
+        };
+        let explicit = |tableau: &Tableau| Facts { preserves_group: false, ..on_group(tableau) };
+        let adaptive =
+            |order: u32| Facts { order, force_evaluations: None, ..explicit(&tableau::FEHLBERG_78) };
         match self {
-            Self::LieEuler | Self::LieEulerAdjoint => LieEuler::facts(),
-            Self::LieVerlet => LieVerlet::facts(),
-            Self::LieVerletLagrangian => LagrangianVerlet::facts(),
+            Self::LieEuler | Self::LieEulerAdjoint => Facts { order: 1, ..variational },
+            Self::LieVerlet | Self::LieVerletLagrangian => variational,
             Self::Galerkin { degree, .. } => Galerkin::facts(degree),
-            Self::ExplicitMidpoint => RungeKutta::facts(&tableau::MIDPOINT, false),
-            Self::ImplicitMidpoint => ImplicitMidpoint::facts(),
-            Self::CrouchGrossman2 => LieGroupRk::facts(&tableau::MIDPOINT),
-            Self::CrouchGrossman3 => LieGroupRk::facts(&tableau::CROUCH_GROSSMAN_3),
-            Self::MuntheKaas4 => LieGroupRk::facts(&tableau::KUTTA_4),
-            Self::Fehlberg78 => RungeKutta::facts(&tableau::FEHLBERG_78, false),
-            Self::Fehlberg78Adaptive => RungeKutta::facts(&tableau::FEHLBERG_78, true),
-            Self::Dop853 => Reference::facts(8),
-            Self::Verner98 => Reference::facts(9),
+            Self::ExplicitMidpoint => explicit(&tableau::MIDPOINT),
+            Self::ImplicitMidpoint => {
+                Facts { explicit: false, force_evaluations: None, ..on_group(&tableau::MIDPOINT) }
+            }
+            Self::CrouchGrossman2 => on_group(&tableau::MIDPOINT),
+            Self::CrouchGrossman3 => on_group(&tableau::CROUCH_GROSSMAN_3),
+            Self::MuntheKaas4 => on_group(&tableau::KUTTA_4),
+            Self::Fehlberg78 => explicit(&tableau::FEHLBERG_78),
+            Self::Fehlberg78Adaptive | Self::Dop853 => adaptive(8),
+            Self::Verner98 => adaptive(9),
         }
     }
 
@@ -177,17 +175,15 @@ impl Kind {
         if !(1e-14..=0.1).contains(&tolerance) {
             return Err(SystemError::Tolerance { tolerance });
         }
-        let explicit = |tableau, tolerance| -> Box<dyn Integrator> {
-            Box::new(RungeKutta::new(system, state, step, tableau, tolerance))
-        };
-        let on_group = |tableau, composition| -> Box<dyn Integrator> {
-            Box::new(LieGroupRk::new(system, state, step, tableau, composition))
-        };
+        let course = || Course::new(system, state, step, self.facts());
+        let explicit = |tableau, tolerance| Box::new(RungeKutta::new(course(), tableau, tolerance));
+        let on_group = |tableau, composition| Box::new(LieGroupRk::new(course(), tableau, composition));
+        let drift_and_kick = |before| Box::new(DriftAndKick::new(course(), before));
         Ok(match self {
-            Self::LieEuler => Box::new(LieEuler::new(system, state, step, false)),
-            Self::LieEulerAdjoint => Box::new(LieEuler::new(system, state, step, true)),
-            Self::LieVerlet => Box::new(LieVerlet::new(system, state, step)),
-            Self::LieVerletLagrangian => Box::new(LagrangianVerlet::new(system, state, step)),
+            Self::LieEuler => drift_and_kick(0.0),
+            Self::LieEulerAdjoint => drift_and_kick(1.0),
+            Self::LieVerlet => drift_and_kick(0.5),
+            Self::LieVerletLagrangian => Box::new(LagrangianVerlet::new(course())),
             Self::Galerkin { degree, quadrature } => {
                 if !DEGREES.contains(&degree) {
                     return Err(SystemError::Degree { degree });
@@ -195,14 +191,14 @@ impl Kind {
                 Box::new(Galerkin::new(system, state, step, degree, quadrature))
             }
             Self::ExplicitMidpoint => explicit(tableau::MIDPOINT, None),
-            Self::ImplicitMidpoint => Box::new(ImplicitMidpoint::new(system, state, step)),
+            Self::ImplicitMidpoint => Box::new(ImplicitMidpoint::new(course())),
             Self::CrouchGrossman2 => on_group(tableau::MIDPOINT, Composition::CrouchGrossman),
             Self::CrouchGrossman3 => on_group(tableau::CROUCH_GROSSMAN_3, Composition::CrouchGrossman),
             Self::MuntheKaas4 => on_group(tableau::KUTTA_4, Composition::MuntheKaas),
             Self::Fehlberg78 => explicit(tableau::FEHLBERG_78, None),
             Self::Fehlberg78Adaptive => explicit(tableau::FEHLBERG_78, Some(tolerance)),
-            Self::Dop853 => Box::new(Reference::dop853(system, state, step, tolerance)),
-            Self::Verner98 => Box::new(Reference::verner98(system, state, step, tolerance)),
+            Self::Dop853 => Box::new(Reference::dop853(course(), tolerance)),
+            Self::Verner98 => Box::new(Reference::verner98(course(), tolerance)),
         })
     }
 }

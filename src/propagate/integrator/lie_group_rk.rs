@@ -8,9 +8,9 @@
 //! Momenta and positions as in the Runge–Kutta method of the same tableau. Attitudes stay rotations; energy
 //! and momenta drift.
 
-use super::system::Loads;
+use super::course::{Course, Method};
 use super::tableau::Tableau;
-use super::{Facts, Input, Integrator, Momentum, StepError, System, SystemState, Work};
+use super::{Input, Momentum, StepError};
 use crate::mechanics::environment::{Pose, Wrench};
 use crate::{Matrix3, Vector3, lie};
 
@@ -34,8 +34,7 @@ struct Rates {
 /// A Runge–Kutta method on the group.
 #[derive(Clone, Debug)]
 pub(super) struct LieGroupRk {
-    loads: Loads,
-    state: SystemState,
+    course: Course,
     tableau: Tableau,
     composition: Composition,
     /// One row of bodies per stage.
@@ -45,48 +44,28 @@ pub(super) struct LieGroupRk {
     /// Rotation vector σ of each body at a stage.
     sigmas: Vec<Vector3>,
     wrenches: Vec<Wrench>,
-    work: Work,
 }
 
 impl LieGroupRk {
-    pub fn new(
-        system: &System,
-        state: &SystemState,
-        step: f64,
-        tableau: Tableau,
-        composition: Composition,
-    ) -> Self {
-        let n = system.bodies().len();
+    pub fn new(course: Course, tableau: Tableau, composition: Composition) -> Self {
+        let n = course.count();
         let zero = Vector3::zeros();
         let rates = Rates { turn: zero, angular: zero, velocity: zero, linear: zero };
         Self {
-            loads: Loads::new(system, step),
-            state: state.clone(),
             tableau: tableau.checked(),
             composition,
             rates: vec![vec![rates; n]; tableau.c.len()],
-            poses: state.poses().to_vec(),
-            momenta: state.momenta().to_vec(),
+            poses: course.state.poses().to_vec(),
+            momenta: course.state.momenta().to_vec(),
             sigmas: vec![zero; n],
             wrenches: vec![Wrench::zero(); n],
-            work: Work::default(),
-        }
-    }
-
-    pub fn facts(tableau: &Tableau) -> Facts {
-        Facts {
-            order: tableau.order,
-            explicit: true,
-            symplectic: false,
-            preserves_momentum: false,
-            preserves_group: true,
-            force_evaluations: Some(tableau.c.len() as u32),
+            course,
         }
     }
 
     /// What a body has changed by with these weights: `F − I`, σ, and the sums of the rates.
     fn change(&self, body: usize, weights: &[f64]) -> (Matrix3, Vector3, Rates) {
-        let h = self.loads.step;
+        let h = self.course.loads.step;
         let (mut turn, mut sigma) = (Matrix3::zeros(), Vector3::zeros());
         let (mut angular, mut velocity, mut linear) = (Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
         for (weight, rates) in weights.iter().zip(&self.rates) {
@@ -111,14 +90,14 @@ impl LieGroupRk {
     }
 }
 
-impl Integrator for LieGroupRk {
-    fn step(&mut self, inputs: &[Input]) -> Result<(), StepError> {
+impl Method for LieGroupRk {
+    fn advance(&mut self, inputs: &[Input]) -> Result<(), StepError> {
         let n = self.poses.len();
-        let free = self.loads.is_free(inputs);
+        let free = self.course.loads.is_free(inputs);
         for stage in 0..self.rates.len() {
             for body in 0..n {
                 let (turn, sigma, change) = self.change(body, self.tableau.a[stage]);
-                let (pose, momentum) = (self.state.poses()[body], self.state.momenta()[body]);
+                let (pose, momentum) = (self.course.state.poses()[body], self.course.state.momenta()[body]);
                 self.sigmas[body] = sigma;
                 self.poses[body] = Pose {
                     position: pose.position + change.velocity,
@@ -130,9 +109,9 @@ impl Integrator for LieGroupRk {
                 };
             }
             if !free {
-                self.loads.total(self.tableau.c[stage], &self.poses, inputs, &mut self.wrenches);
+                self.course.loads.total(self.tableau.c[stage], &self.poses, inputs, &mut self.wrenches);
             }
-            for (index, body) in self.loads.system.bodies().iter().enumerate() {
+            for (index, body) in self.course.loads.system.bodies().iter().enumerate() {
                 let (momentum, wrench) = (self.momenta[index], self.wrenches[index]);
                 let rate = body.inertia.j_inverse() * momentum.angular;
                 let turn = match self.composition {
@@ -150,27 +129,16 @@ impl Integrator for LieGroupRk {
         }
         for body in 0..n {
             let (turn, _, change) = self.change(body, self.tableau.b);
-            self.state.add_attitude(body, &(self.state.poses()[body].attitude * turn));
-            self.state.add_angular(body, &change.angular);
-            self.state.add_position(body, &change.velocity);
-            self.state.add_linear(body, &change.linear);
+            self.course.state.add_attitude(body, &(self.course.state.poses()[body].attitude * turn));
+            self.course.state.add_angular(body, &change.angular);
+            self.course.state.add_position(body, &change.velocity);
+            self.course.state.add_linear(body, &change.linear);
         }
-        if let Some(turn) = self.loads.frame_turn() {
-            self.state.turn_frame(self.loads.system.bodies(), &turn);
-        }
-        self.work.steps += 1;
-        if self.state.is_finite() { Ok(()) } else { Err(StepError::NotFinite) }
+        self.course.turn_frame();
+        self.course.finish()
     }
 
-    fn state(&self) -> &SystemState {
-        &self.state
-    }
-
-    fn facts(&self) -> Facts {
-        Self::facts(&self.tableau)
-    }
-
-    fn work(&self) -> Work {
-        Work { force_evaluations: self.loads.evaluations, ..self.work }
+    fn course(&self) -> &Course {
+        &self.course
     }
 }

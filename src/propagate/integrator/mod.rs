@@ -21,15 +21,15 @@
 
 mod adaptive;
 mod ambient;
+mod course;
 mod drift;
+mod drift_and_kick;
 mod galerkin;
 mod implicit;
 mod implicit_midpoint;
 mod kind;
 mod lagrangian_verlet;
-mod lie_euler;
 mod lie_group_rk;
-mod lie_verlet;
 mod runge_kutta;
 mod state;
 mod system;
@@ -99,6 +99,18 @@ pub struct Facts {
     pub preserves_group: bool,
     /// Evaluations of the potential per step; `None`: as many as iterations or error control need.
     pub force_evaluations: Option<u32>,
+}
+
+impl Facts {
+    /// Those of Lie–Verlet; the other methods lack some of them.
+    pub(crate) const VARIATIONAL: Self = Self {
+        order: 2,
+        explicit: true,
+        symplectic: true,
+        preserves_momentum: true,
+        preserves_group: true,
+        force_evaluations: Some(1),
+    };
 }
 
 /// What steps have cost so far.

@@ -8,8 +8,9 @@
 //! quantity, is within it.
 
 use super::ambient::{Ambient, largest};
+use super::course::{Course, Method};
 use super::tableau::Tableau;
-use super::{Facts, Input, Integrator, StepError, System, SystemState, Work};
+use super::{Input, StepError};
 
 /// Parts a step may be divided into before it is given up.
 const MAX_PARTS: u32 = 1_000_000;
@@ -28,46 +29,28 @@ pub(super) struct RungeKutta {
     base: Vec<f64>,
     y: Vec<f64>,
     scales: Vec<f64>,
-    work: Work,
 }
 
 impl RungeKutta {
-    pub fn new(
-        system: &System,
-        state: &SystemState,
-        step: f64,
-        tableau: Tableau,
-        tolerance: Option<f64>,
-    ) -> Self {
-        let ambient = Ambient::new(system, state, step);
+    pub fn new(course: Course, tableau: Tableau, tolerance: Option<f64>) -> Self {
+        let part = course.loads.step;
+        let ambient = Ambient::new(course);
         let zero = vec![0.0; ambient.size];
         Self {
             tableau: tableau.checked(),
             tolerance,
-            part: step,
+            part,
             stages: vec![zero.clone(); tableau.c.len()],
             base: zero.clone(),
             y: zero.clone(),
             scales: zero,
             ambient,
-            work: Work::default(),
-        }
-    }
-
-    pub fn facts(tableau: &Tableau, adaptive: bool) -> Facts {
-        Facts {
-            order: tableau.order,
-            explicit: true,
-            symplectic: false,
-            preserves_momentum: false,
-            preserves_group: false,
-            force_evaluations: (!adaptive).then_some(tableau.c.len() as u32),
         }
     }
 
     /// Fills the stages of a part that starts at `from` [s], and leaves its end in `y`.
     fn part(&mut self, from: f64, length: f64, inputs: &[Input]) {
-        let step = self.ambient.loads.step;
+        let step = self.ambient.course.loads.step;
         for i in 0..self.stages.len() {
             combine(&self.base, length, self.tableau.a[i], &self.stages, &mut self.y);
             let fraction = (from + self.tableau.c[i] * length) / step;
@@ -77,7 +60,7 @@ impl RungeKutta {
     }
 
     fn adaptive(&mut self, tolerance: f64, error: &[f64], inputs: &[Input]) -> Result<(), StepError> {
-        let step = self.ambient.loads.step;
+        let step = self.ambient.course.loads.step;
         let give_up = StepError::GaveUp { step };
         let mut done = 0.0;
         for _ in 0..MAX_PARTS {
@@ -105,7 +88,7 @@ impl RungeKutta {
                 done += length;
                 self.part = length * factor.clamp(0.2, 4.0);
             } else {
-                self.work.rejected += 1;
+                self.ambient.course.work.rejected += 1;
                 self.part = length * factor.clamp(0.1, 0.9);
                 if self.part < 1e-12 * step {
                     return Err(give_up);
@@ -128,28 +111,19 @@ fn combine(base: &[f64], h: f64, weights: &[f64], stages: &[Vec<f64>], y: &mut [
     }
 }
 
-impl Integrator for RungeKutta {
-    fn step(&mut self, inputs: &[Input]) -> Result<(), StepError> {
+impl Method for RungeKutta {
+    fn advance(&mut self, inputs: &[Input]) -> Result<(), StepError> {
         self.base.fill(0.0);
         match (self.tolerance, self.tableau.error) {
             (Some(tolerance), Some(error)) => self.adaptive(tolerance, error, inputs)?,
-            _ => self.part(0.0, self.ambient.loads.step, inputs),
+            _ => self.part(0.0, self.ambient.course.loads.step, inputs),
         }
         self.ambient.add(&self.y);
-        self.ambient.turn_frame();
-        self.work.steps += 1;
-        if self.ambient.state.is_finite() { Ok(()) } else { Err(StepError::NotFinite) }
+        self.ambient.course.turn_frame();
+        self.ambient.course.finish()
     }
 
-    fn state(&self) -> &SystemState {
-        &self.ambient.state
-    }
-
-    fn facts(&self) -> Facts {
-        Self::facts(&self.tableau, self.tolerance.is_some())
-    }
-
-    fn work(&self) -> Work {
-        Work { force_evaluations: self.ambient.loads.evaluations, ..self.work }
+    fn course(&self) -> &Course {
+        &self.ambient.course
     }
 }

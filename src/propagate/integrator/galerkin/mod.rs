@@ -29,8 +29,8 @@ mod scheme;
 pub use euler_poincare::{EulerPoincare, ReducedStep};
 pub use scheme::{DEGREES, Quadrature};
 
-use super::system::Loads;
-use super::{Facts, Input, Integrator, StepError, System, SystemState, Work};
+use super::course::{Course, Method};
+use super::{Facts, Input, StepError, System, SystemState};
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::{Blocks, Pose, Wrench};
 use crate::{Vector3, lie};
@@ -47,8 +47,7 @@ const MOST_COUPLED: usize = 144;
 #[derive(Clone, Debug)]
 pub(crate) struct Galerkin {
     scheme: Scheme,
-    loads: Loads,
-    state: SystemState,
+    course: Course,
     curves: Vec<Curve>,
     /// Wrenches at the quadrature points, a row of bodies per point.
     wrenches: Vec<Wrench>,
@@ -61,7 +60,6 @@ pub(crate) struct Galerkin {
     stiffness: Stiffness,
     /// Whether the curves are those of the last step.
     warm: bool,
-    work: Work,
 }
 
 /// The curve of one body over a step.
@@ -116,8 +114,7 @@ impl Galerkin {
         let coupled = unknowns <= MOST_COUPLED
             && system.potential().is_some_and(|potential| potential.gradient(state.poses(), &mut blocks));
         Self {
-            loads: Loads::new(system, step),
-            state: state.clone(),
+            course: Course::new(system, state, step, Self::facts(degree)),
             curves,
             wrenches: vec![Wrench::zero(); n * points],
             poses: state.poses().to_vec(),
@@ -127,27 +124,20 @@ impl Galerkin {
             stiffness: Stiffness::of(&scheme, step),
             scheme,
             warm: false,
-            work: Work::default(),
         }
     }
 
     pub fn facts(degree: usize) -> Facts {
-        Facts {
-            order: 2 * degree as u32,
-            explicit: false,
-            symplectic: true,
-            preserves_momentum: true,
-            preserves_group: true,
-            force_evaluations: None,
-        }
+        let order = 2 * degree as u32;
+        Facts { order, explicit: false, force_evaluations: None, ..Facts::VARIATIONAL }
     }
 
     /// Curves to start from: where those of the last step lead, or constant velocities.
     fn predict(&mut self, warm: bool) {
-        let h = self.loads.step;
+        let h = self.course.loads.step;
         for (index, curve) in self.curves.iter_mut().enumerate() {
-            let body = &self.loads.system.bodies()[index];
-            let momentum = self.state.momenta()[index];
+            let body = &self.course.loads.system.bodies()[index];
+            let momentum = self.course.state.momenta()[index];
             let s = self.scheme.degree;
             if warm {
                 curve.arc.extrapolate(&self.scheme);
@@ -177,29 +167,29 @@ impl Galerkin {
         for curve in &mut self.curves {
             curve.arc.place(&self.scheme);
         }
-        if self.loads.is_free(inputs) {
+        if self.course.loads.is_free(inputs) {
             return;
         }
         for (i, wrenches) in self.wrenches.chunks_exact_mut(n).enumerate() {
-            place(&self.curves, &self.scheme, &self.state, i, &mut self.poses);
-            self.loads.total(self.scheme.points[i], &self.poses, inputs, wrenches);
+            place(&self.curves, &self.scheme, &self.course.state, i, &mut self.poses);
+            self.course.loads.total(self.scheme.points[i], &self.poses, inputs, wrenches);
         }
     }
 
     /// The right-hand sides, and where bodies are solved for alone their corrections at once.
     fn correct(&mut self) -> f64 {
-        let (h, n, s) = (self.loads.step, self.curves.len(), self.scheme.degree);
+        let (h, n, s) = (self.course.loads.step, self.curves.len(), self.scheme.degree);
         if let Some((blocks, matrix)) = &mut self.coupled {
             matrix.clear();
             for i in 0..self.scheme.points.len() {
-                place(&self.curves, &self.scheme, &self.state, i, &mut self.poses);
-                self.loads.gradient(self.scheme.points[i], &self.poses, blocks);
+                place(&self.curves, &self.scheme, &self.course.state, i, &mut self.poses);
+                self.course.loads.gradient(self.scheme.points[i], &self.poses, blocks);
                 couple(&self.curves, &self.scheme, h, i, blocks, matrix);
             }
         }
         for (index, curve) in self.curves.iter_mut().enumerate() {
-            let body = &self.loads.system.bodies()[index];
-            let momentum = self.state.momenta()[index];
+            let body = &self.course.loads.system.bodies()[index];
+            let momentum = self.course.state.momenta()[index];
             let (wrenches, offset) = (&self.wrenches, curve.offset);
             let (angular, linear) = self.right[offset..].split_at_mut(3 * s);
             let jacobian = match &mut self.coupled {
@@ -264,12 +254,12 @@ impl Galerkin {
     }
 
     fn solve(&mut self, inputs: &[Input]) -> Result<(), StepError> {
-        let free = self.loads.is_free(inputs);
-        let exact = self.coupled.is_some() || self.loads.system.potential().is_none();
+        let free = self.course.loads.is_free(inputs);
+        let exact = self.coupled.is_some() || self.course.loads.system.potential().is_none();
         let mut convergence = Convergence::new(exact);
         for iterations in 1..=MAX_ITERATIONS {
             self.look(inputs);
-            self.work.iterations += 1;
+            self.course.work.iterations += 1;
             match convergence.after(self.correct()) {
                 Next::Iterate => {}
                 Next::Done => {
@@ -279,15 +269,17 @@ impl Galerkin {
                     }
                     return Ok(());
                 }
-                Next::GiveUp => return Err(StepError::NotConverged { step: self.loads.step, iterations }),
+                Next::GiveUp => {
+                    return Err(StepError::NotConverged { step: self.course.loads.step, iterations });
+                }
             }
         }
-        Err(StepError::NotConverged { step: self.loads.step, iterations: MAX_ITERATIONS })
+        Err(StepError::NotConverged { step: self.course.loads.step, iterations: MAX_ITERATIONS })
     }
 
     /// Moves the state to the end of the curves.
     fn advance(&mut self) {
-        let (h, n, s) = (self.loads.step, self.curves.len(), self.scheme.degree);
+        let (h, n, s) = (self.course.loads.step, self.curves.len(), self.scheme.degree);
         for (index, curve) in self.curves.iter().enumerate() {
             let (mut moment, mut force) = (Vector3::zeros(), Vector3::zeros());
             for (i, chart) in curve.arc.charts.iter().enumerate() {
@@ -296,16 +288,16 @@ impl Galerkin {
                 force += weight * wrench.force;
             }
             let turn = lie::exp_minus_identity(&curve.arc.xi[s - 1]);
-            let carried = self.state.momenta()[index].angular + moment;
-            self.state.add_angular(index, &(turn.tr_mul(&carried) + moment));
-            self.state.add_attitude(index, &(self.state.poses()[index].attitude * turn));
+            let carried = self.course.state.momenta()[index].angular + moment;
+            self.course.state.add_angular(index, &(turn.tr_mul(&carried) + moment));
+            self.course.state.add_attitude(index, &(self.course.state.poses()[index].attitude * turn));
             if let Some(shift) = curve.shifts.last() {
-                self.state.add_position(index, shift);
-                self.state.add_linear(index, &force);
+                self.course.state.add_position(index, shift);
+                self.course.state.add_linear(index, &force);
             }
         }
-        if let Some(turn) = self.loads.frame_turn() {
-            self.state.turn_frame(self.loads.system.bodies(), &turn);
+        if let Some(turn) = self.course.loads.frame_turn() {
+            self.course.state.turn_frame(self.course.loads.system.bodies(), &turn);
             let frame = lie::exp(&turn);
             for shift in self.curves.iter_mut().flat_map(|curve| &mut curve.shifts) {
                 *shift = frame * *shift;
@@ -375,9 +367,9 @@ fn couple(curves: &[Curve], scheme: &Scheme, h: f64, i: usize, blocks: &[Blocks]
     }
 }
 
-impl Integrator for Galerkin {
-    fn step(&mut self, inputs: &[Input]) -> Result<(), StepError> {
-        if self.loads.is_free(inputs) {
+impl Method for Galerkin {
+    fn advance(&mut self, inputs: &[Input]) -> Result<(), StepError> {
+        if self.course.loads.is_free(inputs) {
             self.wrenches.fill(Wrench::zero());
         }
         self.predict(self.warm);
@@ -390,19 +382,10 @@ impl Integrator for Galerkin {
         }
         self.warm = true;
         self.advance();
-        self.work.steps += 1;
-        if self.state.is_finite() { Ok(()) } else { Err(StepError::NotFinite) }
+        self.course.finish()
     }
 
-    fn state(&self) -> &SystemState {
-        &self.state
-    }
-
-    fn facts(&self) -> Facts {
-        Self::facts(self.scheme.degree)
-    }
-
-    fn work(&self) -> Work {
-        Work { force_evaluations: self.loads.evaluations, ..self.work }
+    fn course(&self) -> &Course {
+        &self.course
     }
 }

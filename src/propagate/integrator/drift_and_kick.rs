@@ -1,0 +1,121 @@
+//! The Lie group variational integrators in Hamiltonian form: kick, drift, kick (2.4, 3.22–3.26, 4.5–4.7).
+//!
+//! ```text
+//! L_d = (1/h) tr[(I−F) J_d] + (m/2h)|x⁺−x|² − a U − b U⁺ ,   a + b = h
+//!
+//! p = Π + a (M + Bu) ,   q = γ + a (f + B_f u)
+//! h S(p) = F J_d − J_d Fᵀ                       implicit, one body at a time
+//! R⁺ = R F ,   x⁺ = x + (h/m) q                                                          (3.26, 3.22)
+//! Π⁺ = Fᵀp + b (M⁺ + Bu⁺) ,   γ⁺ = q + b (f⁺ + B_f u⁺)                                   (3.25, 3.23)
+//!
+//! Lie–Euler  a = 0, b = h      its adjoint  a = h, b = 0      Lie velocity Verlet  a = b = h/2
+//! ```
+//! All are symplectic, with one evaluation a step: where both kicks act, the potential at the end of a step is that
+//! of the next one's start, and is kept. Lie–Verlet is of second order. With `Π̃ = Π + (h/2) M` either Lie–Euler is
+//! Lie–Verlet in other variables: their error is the missing half kick at the ends, and does not grow.
+
+use super::course::{Course, Method};
+use super::drift::{Rotor, carried};
+use super::system::add_inputs;
+use super::{Input, StepError};
+use crate::Vector3;
+use crate::mechanics::environment::Wrench;
+
+/// Kick, drift, kick.
+#[derive(Clone, Debug)]
+pub(super) struct DriftAndKick {
+    course: Course,
+    rotors: Vec<Rotor>,
+    /// The weights `a` and `b` \[s\].
+    before: f64,
+    after: f64,
+    /// The potential's wrenches at the node reached, and those with the inputs of one end of a step.
+    field: Vec<Wrench>,
+    wrenches: Vec<Wrench>,
+    /// Cayley vector of each body's step.
+    turns: Vec<Vector3>,
+}
+
+impl DriftAndKick {
+    /// `before`: the part of a step's kick that acts before the drift.
+    pub fn new(mut course: Course, before: f64) -> Self {
+        let (n, h) = (course.count(), course.loads.step);
+        let mut field = vec![Wrench::zero(); n];
+        if before > 0.0 && before < 1.0 {
+            course.loads.field(course.state.poses(), &mut field);
+        }
+        Self {
+            rotors: Rotor::of(course.loads.system.bodies(), h),
+            before: before * h,
+            after: (1.0 - before) * h,
+            wrenches: field.clone(),
+            field,
+            turns: vec![Vector3::zeros(); n],
+            course,
+        }
+    }
+
+    /// The first kick and the drift; without the kick free of its arithmetic.
+    fn drift<const KICKED: bool>(&mut self) -> Result<(), StepError> {
+        let Self { course, rotors, before, wrenches, turns, .. } = self;
+        // All turns before any change: a step that fails leaves the state as it was.
+        for (body, rotor) in rotors.iter_mut().enumerate() {
+            let mut momentum = course.state.momenta()[body].angular;
+            if KICKED {
+                momentum += *before * wrenches[body].moment;
+            }
+            turns[body] = rotor.turn(body, &momentum, &mut course.work.iterations)?;
+        }
+        for (body, about) in course.loads.system.bodies().iter().enumerate() {
+            let mut momentum = course.state.momenta()[body];
+            let (moment, force) = (*before * wrenches[body].moment, *before * wrenches[body].force);
+            if KICKED {
+                momentum.angular += moment;
+                momentum.linear += force;
+            }
+            let change = carried(&turns[body], &momentum.angular);
+            course.state.add_angular(body, &if KICKED { change + moment } else { change });
+            course.state.turn_attitude(body, &turns[body]);
+            if let Some(mass) = about.mass {
+                course.state.add_position(body, &(momentum.linear * (course.loads.step / mass)));
+                if KICKED {
+                    course.state.add_linear(body, &force);
+                }
+            }
+        }
+        course.turn_frame();
+        course.work.steps += 1;
+        Ok(())
+    }
+
+    /// Potential and inputs at one end of the step; the potential where it is not that of the step before.
+    fn look(&mut self, anew: bool, end: f64, inputs: &[Input]) {
+        if anew {
+            self.course.loads.field(self.course.state.poses(), &mut self.field);
+        }
+        self.wrenches.copy_from_slice(&self.field);
+        add_inputs(inputs, end, &mut self.wrenches);
+    }
+}
+
+impl Method for DriftAndKick {
+    fn advance(&mut self, inputs: &[Input]) -> Result<(), StepError> {
+        let free = self.course.loads.is_free(inputs);
+        if free || self.before == 0.0 {
+            self.drift::<false>()?;
+        } else {
+            self.look(self.after == 0.0, 0.0, inputs);
+            self.drift::<true>()?;
+        }
+        if free || self.after == 0.0 {
+            return Ok(());
+        }
+        self.look(true, 1.0, inputs);
+        let Course { loads, state, .. } = &mut self.course;
+        state.kick(loads.system.bodies(), self.after, &self.wrenches)
+    }
+
+    fn course(&self) -> &Course {
+        &self.course
+    }
+}
