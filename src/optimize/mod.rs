@@ -1,5 +1,6 @@
 //! The optimiser: the discrete step and its linearisation, the control law, the methods and the search.
 
+pub(crate) mod candidate;
 pub(crate) mod control_law;
 mod convex;
 #[cfg(feature = "sdp")]

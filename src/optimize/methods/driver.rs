@@ -23,6 +23,13 @@ pub(crate) struct Report {
     pub residuals: Vec<f64>,
 }
 
+impl Report {
+    /// Of a run that could not begin.
+    pub fn failed(outcome: Outcome) -> Self {
+        Self { outcome, iterations: 0, residuals: Vec::new() }
+    }
+}
+
 /// Asked between iterations; `Some` ends the run.
 pub(crate) type Interrupt<'a> = &'a dyn Fn() -> Option<Outcome>;
 

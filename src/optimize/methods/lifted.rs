@@ -20,12 +20,14 @@ use crate::lie;
 use crate::maneuver::solution::Outcome;
 use crate::numerics::compensated::Sum;
 use crate::numerics::factor::Factor;
-use crate::optimize::methods::driver::Iteration;
+use crate::optimize::candidate::Candidate;
+use crate::optimize::methods::driver::{Iteration, run};
+use crate::optimize::methods::method::{Attempt, Budget, Method};
 use crate::optimize::methods::shooting::newton::outcome_of;
 use crate::optimize::step::{Costate, Dynamics, Linearization, Point, StepError};
 use crate::optimize::sweep::BoundaryValueProblem;
 use crate::{Matrix3, Vector3};
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{DVector, SMatrix, SVector};
 
 const ARMIJO: f64 = 1e-4;
 const SHORTEST: f64 = 1.0 / 1024.0;
@@ -35,6 +37,38 @@ const SHORTEST: f64 = 1.0 / 1024.0;
 pub(crate) struct Nodes<const N: usize> {
     pub points: Vec<Point>,
     pub costates: Vec<SVector<f64, N>>,
+}
+
+impl<const N: usize> Nodes<N> {
+    /// Those of a candidate.
+    pub fn of(candidate: &Candidate) -> Self {
+        let costates =
+            candidate.costates.iter().map(|costate| SVector::from_column_slice(costate.as_slice()));
+        Self { points: candidate.states.clone(), costates: costates.collect() }
+    }
+
+    /// `candidate` with these states and costates.
+    pub fn into_candidate(self, candidate: Candidate) -> Candidate {
+        let costates = self.costates.iter().map(|costate| DVector::from_column_slice(costate.as_slice()));
+        Candidate { states: self.points, costates: costates.collect(), ..candidate }
+    }
+}
+
+/// Lifted Newton on all states and costates of a candidate.
+pub(crate) struct LiftedNewton<'a, const N: usize> {
+    pub bvp: &'a BoundaryValueProblem<N>,
+    pub tolerance: f64,
+}
+
+impl<const N: usize> Method for LiftedNewton<'_, N> {
+    fn improve(&self, candidate: Candidate, budget: &Budget) -> Attempt {
+        let lifted = match Lifted::new(self.bvp, self.tolerance, Nodes::of(&candidate)) {
+            Ok(lifted) => lifted,
+            Err(error) => return Attempt::failed(candidate, outcome_of(error)),
+        };
+        let (lifted, report) = run(lifted, budget.iterations, budget.watch.interrupt);
+        Attempt::of(lifted.nodes.into_candidate(candidate), report)
+    }
 }
 
 /// The iteration.

@@ -2,5 +2,6 @@
 
 pub(crate) mod driver;
 pub(crate) mod lifted;
+pub(crate) mod method;
 pub(crate) mod scp;
 pub(crate) mod shooting;

@@ -1,17 +1,17 @@
 //! Continuation: from the uncontrolled motion to the target, and from a short horizon to the whole.
 
-use super::Context;
+use super::smooth_path;
+use super::starts::wound;
 use crate::Vector3;
 use crate::lie;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::Outcome;
 use crate::numerics::compensated::Sum;
-use crate::optimize::methods::driver::{Report, run};
-use crate::optimize::methods::lifted::{Lifted, Nodes};
-use crate::optimize::methods::shooting::guess::wound;
+use crate::optimize::candidate::Candidate;
+use crate::optimize::methods::driver::{Interrupt, Report, run};
+use crate::optimize::methods::lifted::{LiftedNewton, Nodes};
+use crate::optimize::methods::method::{Attempt, Budget, Method};
 use crate::optimize::methods::shooting::newton::{Newton, outcome_of};
-use crate::optimize::methods::shooting::refine::failed;
-use crate::optimize::search::geodesic;
 use crate::optimize::step::{Point, StepError};
 use crate::optimize::sweep::BoundaryValueProblem;
 use nalgebra::SVector;
@@ -29,16 +29,16 @@ const ROUND_OFF: f64 = 1e-13;
 /// Walks a parameter from `from` to 1: `solve(s)` says whether the problem at `s` was solved, and in
 /// how many iterations.
 fn walk(
-    context: &Context,
+    interrupt: Interrupt,
     from: f64,
     report: &mut Report,
     mut solve: impl FnMut(f64) -> Result<usize, usize>,
-) -> bool {
+) {
     let (mut at, mut step) = (from, FIRST_STEP);
     while at < 1.0 {
-        if let Some(outcome) = context.interrupt() {
+        if let Some(outcome) = interrupt() {
             report.outcome = outcome;
-            return false;
+            return;
         }
         let next = (at + step).min(1.0);
         match solve(next) {
@@ -54,47 +54,63 @@ fn walk(
                 step *= 0.25;
                 if step < SMALLEST_STEP {
                     report.outcome = Outcome::Stalled;
-                    return false;
+                    return;
                 }
             }
         }
     }
-    true
 }
 
 /// Continuation in the boundary data: the target moves from the ballistic end point to the real one,
 /// the way round with `turns` more turns.
-pub(crate) fn in_target<const N: usize>(
-    bvp: &BoundaryValueProblem<N>,
-    turns: i32,
-    context: &Context,
-) -> (Option<SVector<f64, N>>, Report) {
-    let mut report = failed(Outcome::Converged);
-    let ballistic = match bvp.ballistic_end() {
-        Ok(point) => point,
-        Err(error) => return (None, failed(outcome_of(error))),
-    };
-    let target = bvp.target;
-    let relative = ballistic.attitude.value.tr_mul(&target.attitude.value);
-    let way = wound(&lie::log(&relative), turns);
-    let between = |s: f64| Point {
-        position: Sum::new(ballistic.position.value.lerp(&target.position.value, s)),
-        linear_momentum: Sum::new(ballistic.linear_momentum.value.lerp(&target.linear_momentum.value, s)),
-        attitude: Sum::new(ballistic.attitude.value * lie::exp(&(way * s))),
-        momentum: Sum::new(ballistic.momentum.value.lerp(&target.momentum.value, s)),
-    };
-    let mut solved = vec![(0.0, SVector::<f64, N>::zeros())];
-    let reached = walk(context, 0.0, &mut report, |s| {
-        let problem = bvp.with_target(between(s));
-        let newton = Newton::new(&problem, TOLERANCE, predict(&solved, s), None).map_err(|_| 0usize)?;
-        let (newton, run) = run(newton, ITERATIONS, &|| context.interrupt());
+pub(super) struct InTarget<'a, const N: usize> {
+    pub bvp: &'a BoundaryValueProblem<N>,
+    pub turns: i32,
+}
+
+impl<const N: usize> Method for InTarget<'_, N> {
+    fn improve(&self, candidate: Candidate, budget: &Budget) -> Attempt {
+        let bvp = self.bvp;
+        let ballistic = match bvp.ballistic_end() {
+            Ok(point) => point,
+            Err(error) => return Attempt::failed(candidate, outcome_of(error)),
+        };
+        let target = bvp.target;
+        let relative = ballistic.attitude.value.tr_mul(&target.attitude.value);
+        let way = wound(&lie::log(&relative), self.turns);
+        let between = |s: f64| Point {
+            position: Sum::new(ballistic.position.value.lerp(&target.position.value, s)),
+            linear_momentum: Sum::new(ballistic.linear_momentum.value.lerp(&target.linear_momentum.value, s)),
+            attitude: Sum::new(ballistic.attitude.value * lie::exp(&(way * s))),
+            momentum: Sum::new(ballistic.momentum.value.lerp(&target.momentum.value, s)),
+        };
+        let solved = (0.0, SVector::<f64, N>::zeros());
+        let ((_, costate), report) =
+            follow(solved, TOLERANCE, budget.watch.interrupt, |s| bvp.with_target(between(s)));
+        Attempt::of(candidate.with_costate(&costate), report)
+    }
+}
+
+/// Follows an extremal from `solved = (s, λ_{−1})` to the problem at `s = 1`: how far that went.
+fn follow<const N: usize>(
+    solved: (f64, SVector<f64, N>),
+    tolerance: f64,
+    interrupt: Interrupt,
+    problem: impl Fn(f64) -> BoundaryValueProblem<N>,
+) -> ((f64, SVector<f64, N>), Report) {
+    let mut report = Report::failed(Outcome::Converged);
+    let mut solved = vec![solved];
+    walk(interrupt, 0.0, &mut report, |s| {
+        let problem = problem(s);
+        let newton = Newton::new(&problem, tolerance, predict(&solved, s), None).map_err(|_| 0usize)?;
+        let (newton, run) = run(newton, ITERATIONS, interrupt);
         if run.outcome != Outcome::Converged {
             return Err(run.iterations);
         }
         solved.push((s, newton.costate));
         Ok(run.iterations)
     });
-    (reached.then(|| solved[solved.len() - 1].1), report)
+    (solved[solved.len() - 1], report)
 }
 
 /// Secant extrapolation of the last two solutions.
@@ -107,57 +123,47 @@ fn predict<const N: usize>(solved: &[(f64, SVector<f64, N>)], s: f64) -> SVector
     last + (last - before) * ((s - s1) / (s1 - s0))
 }
 
-/// Lifted Newton on one grid from a smooth path.
-pub(crate) fn lifted<const N: usize>(
-    bvp: &BoundaryValueProblem<N>,
-    nodes: Result<Nodes<N>, StepError>,
-    tolerance: f64,
-    iterations: usize,
-    context: &Context,
-) -> (Option<Nodes<N>>, Report) {
-    let lifted = match nodes.and_then(|nodes| Lifted::new(bvp, tolerance, nodes)) {
-        Ok(lifted) => lifted,
-        Err(error) => return (None, failed(outcome_of(error))),
-    };
-    let (lifted, report) = run(lifted, iterations, &|| context.interrupt());
-    ((report.outcome == Outcome::Converged).then_some(lifted.nodes), report)
-}
-
 /// Continuation in the horizon with the lifted Newton: a short maneuver hardly feels its environment
 /// and its boundary rates; it is stretched to the whole.
-pub(crate) fn in_horizon<const N: usize>(
-    problem: &Problem,
-    steps: usize,
-    turns: i32,
-    context: &Context,
-) -> (Option<Nodes<N>>, Report) {
-    let mut report = failed(Outcome::Converged);
-    let at = |s: f64| {
-        let mut shorter = problem.clone();
-        shorter.duration *= s;
-        BoundaryValueProblem::<N>::new(&shorter, steps)
-    };
-    let from = 0.2;
-    let first = at(from);
-    let (nodes, first_report) =
-        lifted(&first, geodesic::nodes(&first, turns, &Vector3::zeros()), TOLERANCE, 2 * ITERATIONS, context);
-    report.iterations += first_report.iterations;
-    let Some(mut nodes) = nodes else {
-        report.outcome = first_report.outcome;
-        return (None, report);
-    };
-    let reached = walk(context, from, &mut report, |s| {
-        let bvp = at(s);
-        let (next, run) = lifted(&bvp, Ok(nodes.clone()), TOLERANCE, ITERATIONS, context);
-        match next {
-            Some(next) => {
-                nodes = next;
-                Ok(run.iterations)
-            }
-            None => Err(run.iterations),
+pub(super) struct InHorizon<'a, const N: usize> {
+    pub problem: &'a Problem,
+    pub turns: i32,
+}
+
+impl<const N: usize> Method for InHorizon<'_, N> {
+    fn improve(&self, candidate: Candidate, budget: &Budget) -> Attempt {
+        let Self { problem, turns } = *self;
+        let grid = candidate.grid.clone();
+        let at = |s: f64| {
+            let mut shorter = problem.clone();
+            shorter.duration *= s;
+            BoundaryValueProblem::<N>::on(&shorter, grid.clone())
+        };
+        let solve = |bvp: &BoundaryValueProblem<N>, candidate: Candidate, iterations: usize| {
+            LiftedNewton { bvp, tolerance: TOLERANCE }.improve(candidate, &Budget { iterations, ..*budget })
+        };
+        let from = 0.2;
+        let first = at(from);
+        let nodes = match smooth_path::nodes(&first, turns, &Vector3::zeros()) {
+            Ok(nodes) => nodes,
+            Err(error) => return Attempt::failed(candidate, outcome_of(error)),
+        };
+        let attempt = solve(&first, nodes.into_candidate(candidate), 2 * ITERATIONS);
+        let mut report = Report { iterations: attempt.iterations(), ..Report::failed(attempt.outcome) };
+        let mut candidate = attempt.candidate;
+        if report.outcome == Outcome::Converged {
+            walk(budget.watch.interrupt, from, &mut report, |s| {
+                let next = solve(&at(s), candidate.clone(), ITERATIONS);
+                let iterations = next.iterations();
+                if !next.converged() {
+                    return Err(iterations);
+                }
+                candidate = next.candidate;
+                Ok(iterations)
+            });
         }
-    });
-    (reached.then_some(nodes), report)
+        Attempt::of(candidate, report)
+    }
 }
 
 /// An extremal within limits that are wider than the true ones.
@@ -174,27 +180,16 @@ pub(crate) struct Wider<const N: usize> {
 ///
 /// Where limits become too tight for any maneuver, costates grow without bound: the walk stops short of
 /// there, and begun anew it takes shorter steps.
-pub(crate) fn in_limits<const N: usize>(
+pub(super) fn in_limits<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     from: &Wider<N>,
-    context: &Context,
+    interrupt: Interrupt,
 ) -> (Wider<N>, Report) {
     let factor = |s: f64| if s < 1.0 { from.factor.powf(1.0 - s) } else { 1.0 };
     // A small maneuver is not solved because its error is small.
     let tolerance = (TOLERANCE * from.costate.amax().min(1.0)).max(ROUND_OFF);
-    let mut report = failed(Outcome::Converged);
-    let mut solved = vec![(0.0, from.costate)];
-    walk(context, 0.0, &mut report, |s| {
-        let problem = bvp.relaxed(factor(s));
-        let newton = Newton::new(&problem, tolerance, predict(&solved, s), None).map_err(|_| 0usize)?;
-        let (newton, run) = run(newton, ITERATIONS, &|| context.interrupt());
-        if run.outcome != Outcome::Converged {
-            return Err(run.iterations);
-        }
-        solved.push((s, newton.costate));
-        Ok(run.iterations)
-    });
-    let (at, costate) = solved[solved.len() - 1];
+    let ((at, costate), report) =
+        follow((0.0, from.costate), tolerance, interrupt, |s| bvp.relaxed(factor(s)));
     (Wider { costate, factor: factor(at) }, report)
 }
 

@@ -8,18 +8,14 @@ use crate::lie;
 use crate::maneuver::constraint::{Direction, Rule, Side};
 use crate::maneuver::problem::Problem;
 use crate::mechanics::environment::Pose;
+use crate::optimize::candidate::Candidate;
+use crate::optimize::methods::scp::road::path;
+use crate::optimize::step::Point;
 
 /// Room kept to a cone's edge beyond its half angle \[rad\].
 const CLEARANCE: f64 = 0.03;
 /// Most paths kept; each further cone doubles them.
 const MOST: usize = 8;
-
-/// A path of poses, one per node, and how it came about.
-#[derive(Clone, Debug)]
-pub(crate) struct Seed {
-    pub name: String,
-    pub poses: Vec<Pose>,
-}
 
 /// One pair of a boresight and a direction.
 struct Cone<'a> {
@@ -31,7 +27,7 @@ struct Cone<'a> {
 }
 
 /// The seed and its detours around every cone that it violates.
-pub(crate) fn detours(problem: &Problem, frame_rate: &Vector3, seed: Seed) -> Vec<Seed> {
+pub(crate) fn detours(problem: &Problem, frame_rate: &Vector3, seed: Candidate) -> Vec<Candidate> {
     let mut cones = Vec::new();
     for constraint in &problem.constraints {
         let Rule::Pointing(pointing) = &constraint.rule else { continue };
@@ -68,11 +64,12 @@ impl Cone<'_> {
 }
 
 /// Both ways around a keep-out cone, or the path itself where it stays outside.
-fn around(cone: &Cone, frame_rate: &Vector3, seed: Seed, out: &mut Vec<Seed>) {
-    let last = seed.poses.len() - 1;
+fn around(cone: &Cone, frame_rate: &Vector3, seed: Candidate, out: &mut Vec<Candidate>) {
+    let last = seed.steps();
+    let poses: Vec<Pose> = seed.states.iter().map(Point::pose).collect();
     let time = |index: usize| index as f64 / last as f64;
     let seen: Vec<(Vector3, Vector3)> =
-        seed.poses.iter().enumerate().map(|(index, pose)| cone.seen(frame_rate, time(index), pose)).collect();
+        poses.iter().enumerate().map(|(index, pose)| cone.seen(frame_rate, time(index), pose)).collect();
     let angles: Vec<f64> = seen.iter().map(|(p, w)| p.cross(w).norm().atan2(p.dot(w))).collect();
     let inside = |index: &usize| angles[*index] < cone.half_angle;
     let (Some(first), Some(final_)) = ((0..=last).find(inside), (0..=last).rev().find(inside)) else {
@@ -93,7 +90,7 @@ fn around(cone: &Cone, frame_rate: &Vector3, seed: Seed, out: &mut Vec<Seed>) {
     let (low, high) = ((centre - 2.0 * reach).max(0.0), (centre + 2.0 * reach).min(last as f64));
     for side in [1.0, -1.0] {
         let shift = lateral + side * (cone.half_angle + CLEARANCE);
-        let poses = seed.poses.iter().enumerate().map(|(index, pose)| {
+        let turned = poses.iter().enumerate().map(|(index, pose)| {
             let at = index as f64;
             let fade = if at <= centre {
                 (at - low) / (centre - low).max(1.0)
@@ -105,7 +102,8 @@ fn around(cone: &Cone, frame_rate: &Vector3, seed: Seed, out: &mut Vec<Seed>) {
             Pose { position: pose.position, attitude: turn * pose.attitude }
         });
         let way = if side > 0.0 { "left" } else { "right" };
-        out.push(Seed { name: format!("{}, {way} of {}", seed.name, cone.name), poses: poses.collect() });
+        let name = format!("{}, {way} of {}", seed.provenance.start, cone.name);
+        out.push(path(&name, &seed.grid, turned));
     }
 }
 
@@ -115,10 +113,10 @@ fn other(p: &Vector3) -> Vector3 {
 }
 
 /// The path pulled into a keep-in cone.
-fn into(cone: &Cone, frame_rate: &Vector3, seed: Seed) -> Seed {
-    let last = seed.poses.len() - 1;
-    let poses = seed.poses.iter().enumerate().map(|(index, pose)| {
-        let (p, w) = cone.seen(frame_rate, index as f64 / last as f64, pose);
+fn into(cone: &Cone, frame_rate: &Vector3, seed: Candidate) -> Candidate {
+    let last = seed.steps();
+    let poses = seed.states.iter().map(Point::pose).enumerate().map(|(index, pose)| {
+        let (p, w) = cone.seen(frame_rate, index as f64 / last as f64, &pose);
         let axis = p.cross(&w);
         let excess = axis.norm().atan2(p.dot(&w)) - (cone.half_angle - CLEARANCE.min(0.1 * cone.half_angle));
         let inner = index > 0 && index < last;
@@ -126,8 +124,8 @@ fn into(cone: &Cone, frame_rate: &Vector3, seed: Seed) -> Seed {
             Some(axis) if excess > 0.0 && inner => {
                 Pose { position: pose.position, attitude: lie::exp(&(axis * excess)) * pose.attitude }
             }
-            _ => *pose,
+            _ => pose,
         }
     });
-    Seed { poses: poses.collect(), name: seed.name }
+    path(&seed.provenance.start, &seed.grid, poses)
 }

@@ -1,10 +1,12 @@
 //! What another plan suggests for this one.
 
-use super::detour::Seed;
+use super::starts::GUESS;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::Solution;
 use crate::mechanics::environment::Pose;
+use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::scp::model::Model;
+use crate::optimize::methods::scp::road::path;
 use crate::{Vector3, lie};
 
 /// A neighbour's plan to begin from: its costates for the shooting, its path for the convex road.
@@ -45,7 +47,7 @@ impl Guess {
     }
 
     /// The path on the grid of `model`, turned and shifted bit by bit so that it has this maneuver's ends.
-    pub(super) fn seed(&self, model: &Model) -> Option<Seed> {
+    pub(super) fn seed(&self, model: &Model) -> Option<Candidate> {
         let last = self.quaternion.len().checked_sub(1).filter(|last| *last > 0)?;
         let unit = model.dynamics.units.length;
         let node = |index: usize| Pose {
@@ -69,6 +71,6 @@ impl Guess {
                 attitude: lie::project_to_rotation(&(turn * between * lie::exp(&(turn_left * along)))),
             }
         });
-        Some(Seed { name: "guess".into(), poses: poses.collect() })
+        Some(path(GUESS, &model.dynamics.grid, poses))
     }
 }

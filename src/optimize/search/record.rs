@@ -1,57 +1,120 @@
-//! From the sweep's scaled nodes to a trajectory in SI units.
+//! What is written of a candidate on the requested grid: the trajectory in SI units, cost, terminal error, way
+//! round and active limits, whichever method found it.
 
-use crate::lie;
+use super::way::{Follower, Way};
+use crate::lie::{self, continued};
 use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::{Motion, Problem};
-use crate::maneuver::solution::{ActiveConstraint, Sense, TerminalError, Trajectory};
+use crate::maneuver::solution::{ActiveConstraint, TerminalError, Trajectory};
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, LimitKind};
+use crate::optimize::candidate::Candidate;
 use crate::optimize::control_law::ControlLaw;
-use crate::optimize::step::{Point, StepError};
-use crate::optimize::sweep::{BoundaryValueProblem, End, Node};
+use crate::optimize::methods::scp::model::costate_blocks;
+use crate::optimize::methods::scp::road::{Chain, iterate};
+use crate::optimize::step::{Costate, Dynamics, Point, StepError};
+use crate::optimize::sweep::{BoundaryValueProblem, Node};
 use crate::{Matrix3, Vector3};
 use nalgebra::{DVector, SVector};
 
-/// A recorded sweep.
-pub(crate) struct Recorded<const N: usize> {
-    pub end: End<N>,
+/// A recorded candidate.
+pub(crate) struct Recorded {
     pub trajectory: Trajectory,
-    pub active: Vec<ActiveConstraint>,
+    /// Scaled.
+    pub cost: f64,
+    pub terminal: TerminalError,
     pub way: Way,
+    pub active: Vec<ActiveConstraint>,
 }
 
-/// How a path goes round.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Way {
-    /// Its sense.
-    pub sense: Sense,
-    /// `∫|Ω|dt` \[deg\].
-    pub turned_deg: f64,
-    /// `∫Ω dt`, body axes \[rad\]: the rotation vector, where the axis is fixed.
-    pub rotation: Vector3,
-}
-
-/// Sweeps once more and records every node.
-pub(crate) fn record<const N: usize>(
+/// Sweeps an extremal once more and records every node.
+pub(crate) fn extremal<const N: usize>(
     problem: &Problem,
     bvp: &BoundaryValueProblem<N>,
     costate: &SVector<f64, N>,
-) -> Result<Recorded<N>, StepError> {
-    let mut recorder = Recorder::<N>::new(problem, bvp);
-    let end = bvp.sweep_observed(costate, |node| recorder.push(&node))?;
-    let way = way_round(bvp, costate)?;
-    let limits = [recorder.force_limit, recorder.torque_limit].into_iter().flatten();
-    let active = limits.map(|limit| limit.active).filter(|active| !active.time_s.is_empty()).collect();
-    Ok(Recorded { end, trajectory: recorder.trajectory, active, way })
+) -> Result<Recorded, StepError> {
+    let mut recorder = Recorder::<N>::new(problem, &bvp.dynamics);
+    let unit = bvp.dynamics.units.cost / bvp.dynamics.units.time;
+    let Actuation { force, torque, .. } = &problem.actuation;
+    let mut limits =
+        [Limit::of(problem, force.as_ref(), true, unit), Limit::of(problem, Some(torque), false, unit)];
+    let end = bvp.sweep_observed(costate, |node| recorder.sweep_node(&node, &mut limits))?;
+    let way = recorder.follower.way(bvp)?;
+    let active = limits.into_iter().flatten().map(|limit| limit.active);
+    Ok(Recorded {
+        trajectory: recorder.trajectory,
+        cost: end.cost,
+        terminal: terminal_error(end.error.as_slice()),
+        way,
+        active: active.filter(|active| !active.time_s.is_empty()).collect(),
+    })
 }
 
+/// Replays the inputs of a candidate of the chain from the start and records every node. With wheels, the
+/// costates are those of attitude and total momentum.
+pub(crate) fn chain<const N: usize>(
+    problem: &Problem,
+    bvp: &BoundaryValueProblem<N>,
+    chain: &Chain,
+    candidate: &Candidate,
+) -> Result<Recorded, StepError> {
+    let Chain { model, rows } = chain;
+    let units = &model.dynamics.units;
+    let iterate = iterate(candidate).replayed(model)?;
+    let mut recorder = Recorder::<N>::new(problem, &model.dynamics);
+    for (stage, costate) in candidate.costates.iter().enumerate() {
+        let (state, inputs) = (&iterate.states[stage], &iterate.inputs[stage]);
+        let physical = model.physical(stage, state, inputs);
+        let mut point = physical.point();
+        point.momentum.value -= model.wheel_momentum(&physical.wheels);
+        recorder.state(stage, &point);
+        let wheels = physical.wheels.iter().map(|momentum| momentum * units.momentum());
+        recorder.trajectory.wheel_momentum.extend(wheels);
+        if stage < model.first_input() {
+            continue;
+        }
+        let input = inputs.iter().zip(&model.input_unit).map(|(input, unit)| input * unit);
+        recorder.trajectory.input.extend(input);
+        let output = model.output(&physical, inputs);
+        let costate = costate_blocks(model, &model.after_full_kick(stage, state, inputs, costate));
+        recorder.costate(&costate);
+        recorder.outputs(output.force * units.force(), output.moment * units.torque());
+    }
+    let (error, _) = model.terminal(&iterate.states[model.steps]);
+    Ok(Recorded {
+        trajectory: recorder.trajectory,
+        cost: iterate.cost(model),
+        terminal: terminal_error(error.as_slice()),
+        way: recorder.follower.way(bvp)?,
+        active: active(problem, rows, &candidate.multipliers.1),
+    })
+}
+
+/// Where the rows of each limit act.
+fn active(
+    problem: &Problem,
+    rows: &crate::optimize::methods::scp::rows::Rows,
+    multipliers: &[f64],
+) -> Vec<ActiveConstraint> {
+    let of_group = |group: usize| {
+        let acting = rows.rows.iter().zip(multipliers);
+        let acting = acting.filter(move |(row, multiplier)| row.group == group && **multiplier > 0.0);
+        acting.map(|(row, multiplier)| (row.stage as f64 * problem.step(), *multiplier)).unzip()
+    };
+    let groups = rows.groups.iter().enumerate().map(|(group, named)| {
+        let (time_s, multiplier) = of_group(group);
+        ActiveConstraint { name: named.name.clone(), time_s, multiplier }
+    });
+    groups.filter(|active| !active.time_s.is_empty()).collect()
+}
+
+/// Writes a trajectory node after node.
 struct Recorder<'a, const N: usize> {
     problem: &'a Problem,
-    bvp: &'a BoundaryValueProblem<N>,
+    dynamics: &'a Dynamics,
     /// The grid in SI units.
     grid: Grid,
     trajectory: Trajectory,
-    force_limit: Option<Limit>,
-    torque_limit: Option<Limit>,
+    follower: Follower,
 }
 
 /// The limit of a channel: its law, SI units, and where it acts.
@@ -84,8 +147,8 @@ impl Limit {
 }
 
 impl<'a, const N: usize> Recorder<'a, N> {
-    fn new(problem: &'a Problem, bvp: &'a BoundaryValueProblem<N>) -> Self {
-        let grid = bvp.dynamics.grid.with_duration(problem.duration);
+    fn new(problem: &'a Problem, dynamics: &'a Dynamics) -> Self {
+        let grid = dynamics.grid.with_duration(problem.duration);
         let (rows, input_rows) = (grid.steps() + 1, grid.input_rows());
         let input_count = problem.actuation.count();
         let translation = if problem.motion == Motion::RigidBody { rows } else { 0 };
@@ -102,157 +165,98 @@ impl<'a, const N: usize> Recorder<'a, N> {
             wheel_momentum: Vec::new(),
             costates: Vec::with_capacity(input_rows * N),
         };
-        let Actuation { force, torque, .. } = &problem.actuation;
-        let unit = bvp.dynamics.units.cost / bvp.dynamics.units.time;
-        let force_limit = Limit::of(problem, force.as_ref(), true, unit);
-        let torque_limit = Limit::of(problem, Some(torque), false, unit);
-        Self { problem, bvp, grid, trajectory, force_limit, torque_limit }
+        Self { problem, dynamics, grid, trajectory, follower: Follower::new() }
     }
 
-    fn push(&mut self, node: &Node) {
-        let Self { problem, bvp, grid, trajectory, force_limit, torque_limit } = self;
-        let dynamics = &bvp.dynamics;
-        let units = &dynamics.units;
-        let point = node.physical();
-        let r = &point.attitude.value;
-        let time = grid.time(node.index);
-        trajectory.time.push(time);
-        let quaternion = lie::continued(trajectory.quaternion.last(), lie::quaternion_from_rotation(r));
+    fn moves(&self) -> bool {
+        self.problem.motion == Motion::RigidBody
+    }
+
+    /// A physical state; its momentum is that of the body alone.
+    fn state(&mut self, node: usize, point: &Point) {
+        let (trajectory, units) = (&mut self.trajectory, &self.dynamics.units);
+        trajectory.time.push(self.grid.time(node));
+        let attitude = &point.attitude.value;
+        let quaternion = continued(trajectory.quaternion.last(), lie::quaternion_from_rotation(attitude));
         trajectory.quaternion.push(quaternion);
-        trajectory.angular_velocity.push(dynamics.j_inverse * point.momentum.value / units.time);
-        if problem.motion == Motion::RigidBody {
+        let rate = self.dynamics.j_inverse * point.momentum.value;
+        trajectory.angular_velocity.push(rate / units.time);
+        self.follower.node(attitude, rate, self.dynamics.grid.step(node.saturating_sub(1)));
+        if self.problem.motion == Motion::RigidBody {
             trajectory.position.push(point.position.value * units.length);
             trajectory.velocity.push(point.linear_momentum.value * (units.length / units.time));
         }
-        if node.index < grid.first_input() {
+    }
+
+    /// A costate; returns it in SI units.
+    fn costate(&mut self, costate: &Costate) -> SVector<f64, N> {
+        let costate = costate.to_vector::<N>().component_mul(&self.dynamics.units.costate());
+        self.trajectory.costates.extend(costate.iter());
+        costate
+    }
+
+    /// Force (reference frame) and torque (body axes) of the actuators, SI units.
+    fn outputs(&mut self, force: Vector3, torque: Vector3) {
+        self.trajectory.torque.push(torque);
+        if self.moves() {
+            self.trajectory.force.push(force);
+        }
+    }
+
+    /// A node of the sweep, with the inputs that the control law gives there.
+    fn sweep_node(&mut self, node: &Node, [force_limit, torque_limit]: &mut [Option<Limit>; 2]) {
+        let point = node.physical();
+        self.state(node.index, &point);
+        if node.index < self.grid.first_input() {
             return;
         }
-        let scale = units.costate::<N>();
-        let costate = node.costate.to_vector::<N>().component_mul(&scale);
-        trajectory.costates.extend(costate.iter());
+        let costate = self.costate(&node.costate);
         let lambda = |row: usize| Vector3::new(costate[row], costate[row + 1], costate[row + 2]);
-        if problem.motion == Motion::RigidBody {
-            let force = problem.actuation.force.as_ref().map_or_else(Vector3::zeros, |channel| {
-                let in_axes = match channel.frame() {
-                    AxisFrame::Reference => lambda(3),
-                    AxisFrame::Body => r.tr_mul(&lambda(3)),
-                };
-                let output = push_inputs(trajectory, channel, force_limit.as_mut(), &in_axes, time);
+        let r = &point.attitude.value;
+        let force = match &self.problem.actuation.force {
+            Some(channel) if self.moves() => {
+                let in_axes = turned(channel, AxisFrame::Reference, r, &lambda(3));
+                let output = self.inputs(channel, force_limit.as_mut(), &in_axes);
                 if channel.frame() == AxisFrame::Body { r * output } else { output }
-            });
-            trajectory.force.push(force);
-        }
-        let channel = &problem.actuation.torque;
-        let in_axes = match channel.frame() {
-            AxisFrame::Body => lambda(N - 3),
-            AxisFrame::Reference => r * lambda(N - 3),
+            }
+            _ => Vector3::zeros(),
         };
-        let output = push_inputs(trajectory, channel, torque_limit.as_mut(), &in_axes, time);
+        let channel = &self.problem.actuation.torque;
+        let in_axes = turned(channel, AxisFrame::Body, r, &lambda(N - 3));
+        let output = self.inputs(channel, torque_limit.as_mut(), &in_axes);
         let torque = if channel.frame() == AxisFrame::Reference { r.tr_mul(&output) } else { output };
-        trajectory.torque.push(torque);
+        self.outputs(force, torque);
+    }
+
+    /// The optimal inputs of a channel for a costate in its axes; what they give, in these axes.
+    fn inputs(&mut self, channel: &ActuatorSet, limit: Option<&mut Limit>, costate: &Vector3) -> Vector3 {
+        let time = self.trajectory.time.last().copied().unwrap_or(0.0);
+        let inputs = match limit {
+            Some(limit) => limit.inputs(channel, costate, time),
+            None => channel.optimal_inputs(costate),
+        };
+        self.trajectory.input.extend(inputs.iter());
+        channel.output(inputs.as_slice())
     }
 }
 
-fn push_inputs(
-    trajectory: &mut Trajectory,
-    channel: &ActuatorSet,
-    limit: Option<&mut Limit>,
-    costate: &Vector3,
-    time: f64,
-) -> Vector3 {
-    let inputs = match limit {
-        Some(limit) => limit.inputs(channel, costate, time),
-        None => channel.optimal_inputs(costate),
-    };
-    trajectory.input.extend(inputs.iter());
-    channel.output(inputs.as_slice())
-}
-
-fn dot(a: &[f64; 4], b: &[f64; 4]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
-}
-
-/// How the path from `costate` goes round.
-///
-/// The lifted (continuous) quaternions of the path and of the ballistic motion start equal. The path is
-/// short if it ends on the sheet that the ballistic motion reaches by the shortest rotation to target.
-pub(crate) fn way_round<const N: usize>(
-    bvp: &BoundaryValueProblem<N>,
-    costate: &SVector<f64, N>,
-) -> Result<Way, StepError> {
-    let path = lift(bvp, costate)?;
-    let sense = sense(bvp, &path.end.attitude.value, &path.quaternion)?;
-    Ok(Way { sense, turned_deg: path.turned.to_degrees(), rotation: path.rotation })
-}
-
-/// The sense of a path given by its attitudes, node after node.
-pub(crate) fn sense_of<const N: usize>(
-    bvp: &BoundaryValueProblem<N>,
-    attitudes: &[Matrix3],
-) -> Result<Sense, StepError> {
-    let mut quaternion = None;
-    for attitude in attitudes {
-        quaternion = Some(lie::continued(quaternion.as_ref(), lie::quaternion_from_rotation(attitude)));
+/// A vector given in `frame` in the axes of a channel.
+fn turned(channel: &ActuatorSet, frame: AxisFrame, attitude: &Matrix3, vector: &Vector3) -> Vector3 {
+    match (frame, channel.frame()) {
+        (AxisFrame::Reference, AxisFrame::Body) => attitude.tr_mul(vector),
+        (AxisFrame::Body, AxisFrame::Reference) => attitude * vector,
+        _ => *vector,
     }
-    let end = attitudes.last().copied().unwrap_or_else(Matrix3::identity);
-    sense(bvp, &end, &quaternion.unwrap_or([1.0, 0.0, 0.0, 0.0]))
 }
 
-/// Which sheet of the double cover a path ends on, against the ballistic motion.
-fn sense<const N: usize>(
-    bvp: &BoundaryValueProblem<N>,
-    end: &Matrix3,
-    lifted: &[f64; 4],
-) -> Result<Sense, StepError> {
-    let ballistic = lift(bvp, &SVector::zeros())?;
-    let from = &ballistic.end.attitude.value;
-    let rest = lie::log(&from.tr_mul(end));
-    // Short steps along the shortest rotation carry the ballistic sheet to the end of the path.
-    let parts = 16;
-    let mut carried = ballistic.quaternion;
-    for index in 1..=parts {
-        let attitude = from * lie::exp(&(rest * (f64::from(index) / f64::from(parts))));
-        carried = lie::continued(Some(&carried), lie::quaternion_from_rotation(&attitude));
-    }
-    Ok(if dot(&carried, lifted) >= 0.0 { Sense::Short } else { Sense::Long })
-}
-
-/// A sweep followed on the double cover.
-struct Lift {
-    quaternion: [f64; 4],
-    end: Point,
-    turned: f64,
-    rotation: Vector3,
-}
-
-fn lift<const N: usize>(bvp: &BoundaryValueProblem<N>, costate: &SVector<f64, N>) -> Result<Lift, StepError> {
-    let dynamics = &bvp.dynamics;
-    let mut quaternion = None;
-    let mut end = bvp.start;
-    let (mut turned, mut rotation) = (0.0, Vector3::zeros());
-    bvp.sweep_observed(costate, |node| {
-        let point = node.physical();
-        let attitude = lie::quaternion_from_rotation(&point.attitude.value);
-        quaternion = Some(lie::continued(quaternion.as_ref(), attitude));
-        let rate = |point: &Point| dynamics.j_inverse * point.momentum.value;
-        if node.index > 0 {
-            let (now, before) = (rate(&point), rate(&end));
-            let half = 0.5 * dynamics.grid.step(node.index - 1);
-            turned += half * (now.norm() + before.norm());
-            rotation += (now + before) * half;
-        }
-        end = point;
-    })?;
-    Ok(Lift { quaternion: quaternion.unwrap_or([1.0, 0.0, 0.0, 0.0]), end, turned, rotation })
-}
-
-/// The terminal error in the terms of a solution.
-pub(crate) fn terminal_error<const N: usize>(error: &SVector<f64, N>) -> TerminalError {
-    let norm = |row: usize| error.fixed_rows::<3>(row).norm();
-    let translation = N == 12;
+/// The terminal error in the terms of a solution: 6 numbers on SO(3), 12 on SE(3), then those of wheels.
+fn terminal_error(error: &[f64]) -> TerminalError {
+    let norm = |row: usize| Vector3::from_column_slice(&error[row..row + 3]).norm();
+    let translation = error.len() == 12;
+    let attitude = if translation { 6 } else { 0 };
     TerminalError {
-        attitude_rad: norm(N - 6),
-        momentum_relative: norm(N - 3),
+        attitude_rad: norm(attitude),
+        momentum_relative: norm(attitude + 3),
         position_relative: translation.then(|| norm(0)),
         linear_momentum_relative: translation.then(|| norm(3)),
     }

@@ -7,15 +7,17 @@
 //! left out.
 
 use super::continuation::{self, Wider};
-use super::ladder::{Found, Search};
+use super::free::LIFTED_TOLERANCE;
+use super::ladder::{Ask, Search};
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Method;
-use crate::maneuver::solution::{Outcome, Rung};
-use crate::optimize::methods::driver::{Iteration, run};
-use crate::optimize::methods::shooting::newton::{Newton, outcome_of};
-use crate::optimize::methods::shooting::refine::failed;
+use crate::maneuver::solution::Rung;
+use crate::optimize::candidate::Candidate;
+use crate::optimize::methods::driver::Report;
+use crate::optimize::methods::lifted::LiftedNewton;
+use crate::optimize::methods::method::Attempt;
+use crate::optimize::methods::shooting::newton::outcome_of;
 use crate::optimize::sweep::BoundaryValueProblem;
-use nalgebra::SVector;
 
 /// Limits that many times as large do not act.
 const LIMITLESS: f64 = 1e12;
@@ -25,53 +27,39 @@ const HOPELESS: f64 = 2.0;
 const MOST_STEPS: usize = 1000;
 /// How often the limits are drawn in anew from where that stopped.
 const RESTARTS: usize = 4;
-/// Tolerance of the lifted Newton, which the shooting polishes.
-const LIFTED_TOLERANCE: f64 = 1e-10;
-
 /// An extremal without limits and what it demands of them.
-struct Unlimited<'a, const N: usize> {
-    found: &'a Found<N>,
+struct Unlimited {
+    found: Attempt,
     /// How many times as large the limits would have to be.
     demand: f64,
 }
 
 impl<const N: usize> Search<'_, '_, N> {
     /// All starts under limits.
-    pub fn climb_limited(&mut self, turns: &[i32]) {
-        let actuation = self.problem.actuation.without_limits();
-        let free = Problem { actuation, ..self.problem.clone() };
-        let mut search = Search::<N>::new(&free, self.context, turns);
-        search.climb(turns);
-        search.rank();
-        let limitless = self.fine.relaxed(LIMITLESS);
-        let demand = |found: &Found<N>| limitless.demand(&found.costate).map(|demand| LIMITLESS * demand);
-        let unlimited: Vec<Unlimited<N>> = search
-            .found
-            .iter()
-            .filter_map(|found| demand(found).map(|demand| Unlimited { found, demand }).ok())
-            .collect();
+    pub(super) fn saturated(&mut self) {
+        let unlimited = self.unlimited_extremals();
         let least = unlimited.iter().map(|start| start.demand).fold(f64::INFINITY, f64::min);
-        // Drawing limits in takes many solves; the convex road takes fewer.
+        // Drawing limits in takes many solves; SCP takes fewer.
         let alone = self.context.settings.method == Method::Shooting;
         let mut nearest: Option<(String, Wider<N>)> = None;
-        for start in &unlimited {
-            let Found { start: name, costate, cost, iterations, .. } = start.found;
-            let beaten = self.found.iter().any(|best| best.cost <= *cost);
+        for Unlimited { found, demand } in &unlimited {
+            let free = &found.candidate;
+            let beaten = self.found.iter().any(|best| best.cost <= found.cost);
             if self.stopped() || beaten {
                 break;
             }
-            let hopeless = start.demand > HOPELESS * least;
-            if self.saturated(Rung::Saturated, name, *costate, *iterations) || hopeless || self.stopped() {
+            let hopeless = *demand > HOPELESS * least;
+            if self.shoot_fine(Rung::Saturated, free.clone()) || hopeless || self.stopped() {
                 continue;
             }
             let grid = self.later_grid();
-            if self.lifted_saturated(&grid, start.found) || !alone || self.stopped() {
+            if self.lifted_saturated(&grid, free) || !alone || self.stopped() {
                 continue;
             }
-            let from = Wider { costate: *costate, factor: start.demand };
-            let reached = self.draw_in(&grid, name, from, *iterations);
+            let from = Wider { costate: free.costate(), factor: *demand };
+            let reached = self.draw_in(&grid, free, from);
             if nearest.as_ref().is_none_or(|(_, nearest)| reached.factor < nearest.factor) {
-                nearest = Some((name.clone(), reached));
+                nearest = Some((free.provenance.start.clone(), reached));
             }
         }
         if let Some((name, wider)) = nearest.filter(|_| self.found.is_empty()) {
@@ -79,22 +67,19 @@ impl<const N: usize> Search<'_, '_, N> {
         }
     }
 
-    /// Newton with the saturated law on the requested grid.
-    fn saturated(&mut self, rung: Rung, start: &str, costate: SVector<f64, N>, spent: usize) -> bool {
-        let (steps, settings) = (self.problem.steps, self.context.settings);
-        self.context.enter(rung, start, steps);
-        let newton = match Newton::new(&self.fine, settings.tolerance, costate, None) {
-            Ok(newton) => newton,
-            Err(error) => {
-                self.context.note(steps, &failed(outcome_of(error)));
-                return false;
-            }
-        };
-        let (newton, report) = run(newton, settings.max_iterations, &|| self.context.interrupt());
-        self.context.note(steps, &report);
-        let (outcome, iterations) = (report.outcome, spent + report.iterations);
-        self.keep(start, newton.costate, newton.end.cost, newton.residual(), outcome, iterations);
-        outcome == Outcome::Converged
+    /// The extremals without limits, cheapest first.
+    fn unlimited_extremals(&mut self) -> Vec<Unlimited> {
+        let actuation = self.problem.actuation.without_limits();
+        let free = Problem { actuation, ..self.problem.clone() };
+        let ask = Ask { guess: None, convex: false, ..self.ask.clone() };
+        let mut search = Search::<N>::new(&free, self.context, ask);
+        search.climb();
+        search.rank();
+        let limitless = self.fine.relaxed(LIMITLESS);
+        let demand =
+            |found: &Attempt| limitless.demand(&found.candidate.costate()).map(|demand| LIMITLESS * demand);
+        let unlimited = search.found.into_iter();
+        unlimited.filter_map(|found| demand(&found).ok().map(|demand| Unlimited { found, demand })).collect()
     }
 
     /// The grid of the later rungs: the requested one, or a coarser one whose costates start Newton there.
@@ -107,34 +92,33 @@ impl<const N: usize> Search<'_, '_, N> {
     }
 
     /// Lifted Newton with the saturated law, from the nodes of the extremal without limits.
-    fn lifted_saturated(&mut self, grid: &BoundaryValueProblem<N>, free: &Found<N>) -> bool {
-        let steps = grid.dynamics.grid.steps();
-        self.context.enter(Rung::Lifted, &free.start, steps);
-        let nodes = continuation::nodes_of(&grid.relaxed(LIMITLESS), &free.costate);
-        let limit = self.context.settings.max_iterations;
-        let (nodes, report) = continuation::lifted(grid, nodes, LIFTED_TOLERANCE, limit, self.context);
-        self.context.note(steps, &report);
-        let spent = free.iterations + report.iterations;
-        nodes.is_some_and(|nodes| self.saturated(Rung::Lifted, &free.start, nodes.costates[0], spent))
+    fn lifted_saturated(&mut self, grid: &BoundaryValueProblem<N>, free: &Candidate) -> bool {
+        let start = free.clone().on_grid(&grid.dynamics.grid);
+        let attempt = match continuation::nodes_of(&grid.relaxed(LIMITLESS), &free.costate()) {
+            Ok(nodes) => {
+                let newton = LiftedNewton { bvp: grid, tolerance: LIFTED_TOLERANCE };
+                self.attempt(Rung::Lifted, &newton, nodes.into_candidate(start))
+            }
+            Err(error) => {
+                let report = Report::failed(outcome_of(error));
+                self.context.note(Rung::Lifted, &start.provenance.start, start.steps(), report.clone());
+                Attempt::of(start, report)
+            }
+        };
+        attempt.converged() && self.shoot_fine(Rung::Lifted, attempt.candidate)
     }
 
     /// Continuation in the limits from wider ones; how far it went.
-    fn draw_in(
-        &mut self,
-        grid: &BoundaryValueProblem<N>,
-        start: &str,
-        from: Wider<N>,
-        spent: usize,
-    ) -> Wider<N> {
-        let steps = grid.dynamics.grid.steps();
-        self.context.enter(Rung::Limits, start, steps);
-        let (mut reached, report) = continuation::in_limits(grid, &from, self.context);
-        self.context.note(steps, &report);
-        if reached.factor <= 1.0
-            && !self.saturated(Rung::Limits, start, reached.costate, spent + report.iterations)
-        {
+    fn draw_in(&mut self, grid: &BoundaryValueProblem<N>, start: &Candidate, from: Wider<N>) -> Wider<N> {
+        let (steps, name) = (grid.dynamics.grid.steps(), &start.provenance.start);
+        self.context.enter(Rung::Limits, name, steps);
+        let (reached, report) = continuation::in_limits(grid, &from, &|| self.context.interrupt());
+        self.context.note(Rung::Limits, name, steps, report.clone());
+        let mut candidate = start.clone().with_costate(&reached.costate);
+        candidate.provenance.iterations += report.iterations;
+        if reached.factor <= 1.0 && !self.shoot_fine(Rung::Limits, candidate) {
             // The coarser grid has an extremal where Newton on the requested one found none.
-            reached = from;
+            return from;
         }
         reached
     }
@@ -146,7 +130,8 @@ impl<const N: usize> Search<'_, '_, N> {
             if self.stopped() || !self.found.is_empty() {
                 return;
             }
-            let next = self.draw_in(&grid, start, wider, 0);
+            let start = Candidate::of_costate(start, &grid.dynamics.grid, &wider.costate);
+            let next = self.draw_in(&grid, &start, wider);
             let moved = next.factor < wider.factor;
             wider = next;
             if !moved {

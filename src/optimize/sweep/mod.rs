@@ -34,6 +34,14 @@ pub struct End<const N: usize> {
     pub cost: f64,
 }
 
+impl<const N: usize> End<N> {
+    /// The largest of the errors of attitude, momentum, position and linear momentum.
+    pub(crate) fn residual(&self) -> f64 {
+        let blocks = (0..N / 3).map(|block| self.error.fixed_rows::<3>(3 * block).norm());
+        blocks.fold(0.0, f64::max)
+    }
+}
+
 /// Costate and state at one node of the sweep, as given to an observer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Node {

@@ -7,12 +7,12 @@ use crate::mechanics::body::Body;
 use crate::mechanics::environment::UniformGravity;
 use crate::optimize::methods::driver::{Report, run};
 use crate::optimize::methods::shooting::newton::Newton;
-use crate::optimize::search::geodesic;
+use crate::optimize::search::smooth_path;
 use crate::testing::{full_inertia, matrix, reference, torques, vector};
 use serde_json::Value;
 
 fn solved<const N: usize>(bvp: &BoundaryValueProblem<N>) -> (Nodes<N>, Report) {
-    let nodes = geodesic::nodes(bvp, 0, &Vector3::zeros()).unwrap();
+    let nodes = smooth_path::nodes(bvp, 0, &Vector3::zeros()).unwrap();
     let lifted = Lifted::new(bvp, 1e-12, nodes).unwrap();
     let (lifted, report) = run(lifted, 30, &|| None);
     assert_eq!(report.outcome, Outcome::Converged, "{:?}", report.residuals);

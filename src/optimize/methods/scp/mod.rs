@@ -13,13 +13,14 @@ pub(crate) mod iterate;
 mod kkt;
 pub(crate) mod model;
 pub(crate) mod polish;
-pub(crate) mod record;
+pub(crate) mod road;
 pub(crate) mod rows;
 pub(crate) mod second_order;
 mod subproblem;
 
 use crate::maneuver::solution::Outcome;
 use crate::optimize::methods::driver::{self, Iteration};
+use crate::optimize::methods::method::Watch;
 pub(crate) use curvature::Multipliers;
 use curvature::{blocks, convexified};
 use iterate::{Evaluated, Iterate};
@@ -27,7 +28,6 @@ use model::Model;
 use nalgebra::{DMatrix, DVector};
 use polish::{Polished, polish};
 use rows::{Rows, What};
-use std::time::Instant;
 use subproblem::{Failure, Move, Subproblem, Weights};
 
 /// First and largest trust radius \[rad\]; below the smallest nothing moves.
@@ -90,30 +90,6 @@ impl Options {
     }
 }
 
-/// Who may end the work early, and when it ends by itself.
-#[derive(Clone, Copy)]
-pub(crate) struct Watch<'a> {
-    pub interrupt: &'a dyn Fn() -> Option<Outcome>,
-    pub deadline: Option<Instant>,
-}
-
-impl Watch<'_> {
-    /// Nobody, and never.
-    #[cfg(test)]
-    pub const NONE: Watch<'static> = Watch { interrupt: &|| None, deadline: None };
-
-    /// What is left of the time \[s\], more than nothing.
-    fn seconds_left(&self) -> f64 {
-        self.deadline.map_or(f64::INFINITY, |deadline| {
-            deadline.saturating_duration_since(Instant::now()).as_secs_f64().max(1e-3)
-        })
-    }
-
-    fn stopped(&self) -> bool {
-        (self.interrupt)().is_some()
-    }
-}
-
 /// How the convex iteration ended.
 pub(crate) struct Convex {
     pub outcome: Outcome,
@@ -135,11 +111,6 @@ pub(crate) struct Convex {
 }
 
 impl Convex {
-    /// Scaled cost of the polished point, or NaN.
-    pub fn cost(&self) -> f64 {
-        self.polished.as_ref().map_or(f64::NAN, |polished| polished.cost)
-    }
-
     /// How far the last iterate is from a maneuver: the largest defect or violation.
     pub fn miss(&self) -> f64 {
         let defect = self.residuals.last().copied().unwrap_or(f64::INFINITY);

@@ -19,15 +19,16 @@
 //!
 //! with `δ` as large as the residual: it vanishes with it, so that the end is as exact and as fast.
 
+use super::Options;
 use super::curvature::Multipliers;
 use super::iterate::{Evaluated, Iterate};
 use super::kkt::{Kkt, PROXIMAL};
 use super::model::Model;
 use super::rows::{Rows, Value};
-use super::{Options, Watch};
 use crate::maneuver::solution::Outcome;
 use crate::numerics::banded::Banded;
 use crate::optimize::methods::driver::{Iteration, run};
+use crate::optimize::methods::method::Watch;
 use crate::optimize::methods::shooting::newton::outcome_of;
 use nalgebra::DVector;
 

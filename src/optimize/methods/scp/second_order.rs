@@ -17,13 +17,13 @@
 //! so that neither a symmetry nor round-off decides. A row whose multiplier is nothing may act or not. For a
 //! minimum it must not be needed; for a decrease it must hold along the direction.
 
-use super::Watch;
 use super::curvature::Multipliers;
 use super::iterate::Iterate;
 use super::kkt::{Kkt, Layout, PROXIMAL};
 use super::model::Model;
 use super::rows::{Rows, Value};
 use crate::numerics::matrix_inertia::MatrixInertia;
+use crate::optimize::methods::method::Watch;
 use nalgebra::DMatrix;
 
 /// Curvature, as a share of that of the effort, that is told from none: far above the error of differences.

@@ -1,5 +1,74 @@
-//! Newton shooting on the costate `λ_{−1}`, and what it starts from.
+//! Newton shooting on the costate `λ_{−1}`, and what carries an extremal from a coarse grid to a fine one.
 
-pub(crate) mod guess;
 pub(crate) mod newton;
 pub(crate) mod refine;
+
+use super::driver::run;
+use super::method::{Attempt, Budget, Method};
+use crate::maneuver::solution::Outcome;
+use crate::numerics::factor::Factor;
+use crate::optimize::candidate::Candidate;
+use crate::optimize::sweep::BoundaryValueProblem;
+use nalgebra::DMatrix;
+use newton::{Newton, outcome_of};
+
+/// Residual at which an intermediate grid counts as solved.
+const GRID_TOLERANCE: f64 = 1e-6;
+/// Residual to which it is polished where that is cheap: extrapolation passes on what is left.
+const GRID_POLISH: f64 = 1e-13;
+
+/// Newton on the first costate of a candidate; it leaves an extremal, or the nearest miss.
+pub(crate) struct Shooting<'a, const N: usize> {
+    bvp: &'a BoundaryValueProblem<N>,
+    tolerance: f64,
+    /// Residual to which the iteration goes on as long as that is cheap.
+    polish: Option<f64>,
+    /// Whether `Ψ₁₂` is derived at the end.
+    derive: bool,
+    /// A factor of `Ψ₁₂` from elsewhere.
+    factor: Option<Factor<N>>,
+}
+
+impl<'a, const N: usize> Shooting<'a, N> {
+    /// To the tolerance.
+    pub fn new(bvp: &'a BoundaryValueProblem<N>, tolerance: f64) -> Self {
+        Self { bvp, tolerance, polish: None, derive: false, factor: None }
+    }
+
+    /// On a grid that is not the requested one, as well as extrapolation deserves.
+    pub fn on_coarse_grid(bvp: &'a BoundaryValueProblem<N>, derive: bool) -> Self {
+        // The grids of the first-order scheme extrapolate too badly to deserve a polish.
+        let polish = (bvp.dynamics.grid.has_half_kicks()).then_some(GRID_POLISH);
+        Self { polish, derive, ..Self::new(bvp, GRID_TOLERANCE) }
+    }
+
+    /// With a factor from elsewhere for the first steps.
+    pub fn with_factor(self, factor: Factor<N>) -> Self {
+        Self { factor: Some(factor), ..self }
+    }
+}
+
+impl<const N: usize> Method for Shooting<'_, N> {
+    fn improve(&self, candidate: Candidate, budget: &Budget) -> Attempt {
+        let newton = match Newton::new(self.bvp, self.tolerance, candidate.costate(), self.factor.clone()) {
+            Ok(newton) => newton,
+            Err(error) => return Attempt::failed(candidate, outcome_of(error)),
+        };
+        let newton = match self.polish {
+            Some(enough) => newton.polished_to(enough),
+            None => newton,
+        };
+        let (newton, mut report) = run(newton, budget.iterations, budget.watch.interrupt);
+        let mut candidate = candidate.with_costate(&newton.costate);
+        if self.derive && report.outcome == Outcome::Converged {
+            match self.bvp.sweep_linearized(&newton.costate) {
+                Ok((_, psi)) => {
+                    candidate.sensitivity = Some(DMatrix::from_column_slice(N, N, psi.as_slice()));
+                }
+                Err(error) => report.outcome = outcome_of(error),
+            }
+        }
+        let (cost, residual) = (newton.end.cost, newton.end.residual());
+        Attempt { cost, residual, ..Attempt::of(candidate, report) }
+    }
+}

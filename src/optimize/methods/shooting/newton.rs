@@ -151,8 +151,7 @@ impl<'a, const N: usize> Newton<'a, N> {
 impl<const N: usize> Iteration for Newton<'_, N> {
     /// The largest of the errors of attitude, momentum, position and linear momentum.
     fn residual(&self) -> f64 {
-        let blocks = (0..N / 3).map(|block| self.end.error.fixed_rows::<3>(3 * block).norm());
-        blocks.fold(0.0, f64::max)
+        self.end.residual()
     }
 
     fn converged(&self) -> bool {

@@ -2,32 +2,25 @@
 
 use crate::Vector3;
 use crate::lie;
-use crate::maneuver::problem::Problem;
 use crate::mechanics::environment::Pose;
-use crate::optimize::methods::scp::{
-    Multipliers, guess,
-    iterate::Iterate,
-    model::{Model, State},
-    polish::Polished,
-    rows::Rows,
-};
+use crate::optimize::candidate::Candidate;
+use crate::optimize::methods::scp::model::State;
+use crate::optimize::methods::scp::road::{Chain, iterate, multipliers, with_iterate};
+use crate::optimize::methods::scp::rows::Rows;
+use crate::optimize::methods::scp::{Multipliers, guess};
 use nalgebra::DVector;
 
-/// A first iterate on the second of two grids, and its multipliers, from a solution on the first.
-pub(super) fn transfer(
-    problem: &Problem,
-    grids: [&Model; 2],
-    rows: &Rows,
-    polished: &Polished,
-) -> (Iterate, Multipliers) {
-    let [coarse, fine] = grids;
+/// A candidate on the second of two grids from an optimum on the first.
+pub(super) fn transfer(grids: [&Chain; 2], found: &Candidate) -> Candidate {
+    let [coarse, fine] = grids.map(|chain| &chain.model);
+    let (known, multipliers) = (iterate(found), multipliers(found));
     let ratio = coarse.steps as f64 / fine.steps as f64;
     let between = |stage: usize| {
         let at = (stage as f64 * ratio).min(coarse.steps as f64);
         let low = (at.floor() as usize).min(coarse.steps - 1);
         (low, at - low as f64)
     };
-    let states = &polished.iterate.states;
+    let states = &known.states;
     let smooth = Interpolant::of(states);
     let poses: Vec<Pose> = (0..=fine.steps)
         .map(|stage| {
@@ -35,7 +28,7 @@ pub(super) fn transfer(
             smooth.at(low, share)
         })
         .collect();
-    let mut start = guess::along(fine, rows, &poses);
+    let mut start = guess::along(fine, &grids[1].rows, &poses);
     for (stage, state) in start.states.iter_mut().enumerate() {
         let (low, share) = between(stage);
         state.wheels = &states[low].wheels * (1.0 - share) + &states[low + 1].wheels * share;
@@ -44,22 +37,19 @@ pub(super) fn transfer(
     for stage in fine.first_input()..=fine.steps {
         let (low, share) = between(stage);
         let low = low.max(coarse.first_input());
-        let (a, b) = (&polished.iterate.inputs[low], &polished.iterate.inputs[(low + 1).min(coarse.steps)]);
+        let (a, b) = (&known.inputs[low], &known.inputs[(low + 1).min(coarse.steps)]);
         start.inputs[stage] = a.iter().zip(b).map(|(a, b)| a + (b - a) * share).collect();
     }
     let costates: Vec<DVector<f64>> = (0..=fine.steps)
         .map(|stage| {
             let (low, share) = between(stage);
-            let (a, b) = (&polished.multipliers.costates[low], &polished.multipliers.costates[low + 1]);
+            let (a, b) = (&multipliers.costates[low], &multipliers.costates[low + 1]);
             a + (b - a) * share
         })
         .collect();
-    let multipliers = Multipliers {
-        costates,
-        terminal: polished.multipliers.terminal.clone(),
-        rows: carried(problem, grids, rows, &polished.multipliers.rows),
-    };
-    (start, multipliers)
+    let multipliers =
+        Multipliers { costates, rows: carried(grids, &multipliers.rows), terminal: multipliers.terminal };
+    with_iterate(found.clone().on_grid(&fine.dynamics.grid), start, multipliers)
 }
 
 /// A path with continuous rates through the nodes of a coarse one: cubics of Hermite on each step, in the
@@ -103,16 +93,15 @@ fn cubic(ways: &[Vector3], low: usize, share: f64) -> Vector3 {
 
 /// Multipliers of the rows on the fine grid from those on the coarse one: of the same row at the nearest
 /// stage, in proportion to the step.
-fn carried(problem: &Problem, [coarse, fine]: [&Model; 2], rows: &Rows, multipliers: &[f64]) -> Vec<f64> {
-    let coarse_rows = Rows::of(problem, coarse);
+fn carried([coarse, fine]: [&Chain; 2], multipliers: &[f64]) -> Vec<f64> {
     let slices = |rows: &Rows, steps: usize| -> Vec<std::ops::Range<usize>> {
         let first = |stage: usize| rows.rows.partition_point(|row| row.stage < stage);
         (0..=steps).map(|stage| first(stage)..first(stage + 1)).collect()
     };
-    let from = slices(&coarse_rows, coarse.steps);
-    let ratio = coarse.steps as f64 / fine.steps as f64;
-    let mut out = vec![0.0; rows.rows.len()];
-    for (stage, slice) in slices(rows, fine.steps).into_iter().enumerate() {
+    let from = slices(&coarse.rows, coarse.model.steps);
+    let ratio = coarse.model.steps as f64 / fine.model.steps as f64;
+    let mut out = vec![0.0; fine.rows.rows.len()];
+    for (stage, slice) in slices(&fine.rows, fine.model.steps).into_iter().enumerate() {
         let near = from[(stage as f64 * ratio).round() as usize].clone();
         if near.len() == slice.len() {
             for (to, from) in slice.zip(near) {

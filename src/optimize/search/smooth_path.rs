@@ -4,12 +4,12 @@
 //! that this motion needs give `λ^Π = −(B W⁻¹Bᵀ)⁻¹ τ`, and the continuous costate equation
 //! `λ̇^Π = −J⁻¹λ^R − Ω × λ^Π − J⁻¹(λ^Π × Π)` gives `λ^R`.
 
+use super::starts::wound;
 use crate::Vector3;
 use crate::lie;
 use crate::mechanics::environment::Wrench;
 use crate::numerics::compensated::Sum;
 use crate::optimize::methods::lifted::Nodes;
-use crate::optimize::methods::shooting::guess::wound;
 use crate::optimize::step::{Costate, Point, StepError};
 use crate::optimize::sweep::BoundaryValueProblem;
 use nalgebra::SVector;

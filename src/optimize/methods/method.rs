@@ -1,0 +1,104 @@
+//! What a method is: something that improves a candidate within a budget.
+
+use super::driver::{Interrupt, Report};
+use crate::maneuver::solution::{ConvexWork, Outcome, Rung};
+use crate::optimize::candidate::Candidate;
+use std::time::Instant;
+
+/// A way to improve a candidate.
+pub(crate) trait Method {
+    /// The candidate, improved as far as method and budget go; where that stops, the best that was met.
+    fn improve(&self, candidate: Candidate, budget: &Budget) -> Attempt;
+}
+
+/// What a method may use.
+#[derive(Clone, Copy)]
+pub(crate) struct Budget<'a> {
+    /// Iterations of one Newton run, and subproblems of one convex run.
+    pub iterations: usize,
+    /// Who may end the work early, and when it ends by itself.
+    pub watch: Watch<'a>,
+}
+
+/// Who may end the work early, and when it ends by itself.
+#[derive(Clone, Copy)]
+pub(crate) struct Watch<'a> {
+    pub interrupt: Interrupt<'a>,
+    pub deadline: Option<Instant>,
+}
+
+impl Watch<'_> {
+    /// Nobody, and never.
+    #[cfg(test)]
+    pub const NONE: Watch<'static> = Watch { interrupt: &|| None, deadline: None };
+
+    /// What is left of the time \[s\], more than nothing.
+    pub fn seconds_left(&self) -> f64 {
+        self.deadline.map_or(f64::INFINITY, |deadline| {
+            deadline.saturating_duration_since(Instant::now()).as_secs_f64().max(1e-3)
+        })
+    }
+
+    pub fn stopped(&self) -> bool {
+        (self.interrupt)().is_some()
+    }
+}
+
+/// What a method made of a candidate.
+#[derive(Clone, Debug)]
+pub(crate) struct Attempt {
+    pub candidate: Candidate,
+    pub outcome: Outcome,
+    /// Its cost, scaled; infinite where it is unknown.
+    pub cost: f64,
+    /// How far it is from a maneuver: the largest terminal error, defect or violation.
+    pub residual: f64,
+    /// Largest residual of all conditions of an optimum, where the method has them all.
+    pub stationarity: f64,
+    /// What was run, in order.
+    pub runs: Vec<Run>,
+    /// What convex subproblems it took.
+    pub work: ConvexWork,
+    /// What is lacking, in words, where it did not converge.
+    pub shortfall: Option<String>,
+}
+
+/// One run of an attempt.
+#[derive(Clone, Debug)]
+pub(crate) struct Run {
+    /// Its rung, where that is not the one announced.
+    pub rung: Option<Rung>,
+    /// Steps of its grid.
+    pub steps: usize,
+    pub report: Report,
+}
+
+impl Attempt {
+    /// A run that ended as `report` says, and left `candidate`.
+    pub fn of(candidate: Candidate, report: Report) -> Self {
+        let outcome = report.outcome;
+        let runs = vec![Run { rung: None, steps: candidate.steps(), report }];
+        let (cost, residual, stationarity) = (f64::INFINITY, f64::INFINITY, f64::NAN);
+        let work = ConvexWork::default();
+        Self { candidate, outcome, cost, residual, stationarity, runs, work, shortfall: None }
+    }
+
+    /// A run that could not begin.
+    pub fn failed(candidate: Candidate, outcome: Outcome) -> Self {
+        Self::of(candidate, Report::failed(outcome))
+    }
+
+    pub fn converged(&self) -> bool {
+        self.outcome == Outcome::Converged
+    }
+
+    /// Whether a run began at all.
+    pub fn began(&self) -> bool {
+        self.runs.iter().any(|run| !run.report.residuals.is_empty())
+    }
+
+    /// Iterations of all runs.
+    pub fn iterations(&self) -> usize {
+        self.runs.iter().map(|run| run.report.iterations).sum()
+    }
+}

@@ -1,0 +1,208 @@
+//! SCP as a method: from the path of a candidate, and its inputs and multipliers where it has them, to an
+//! optimum within all limits.
+
+use super::curvature::Multipliers;
+use super::iterate::Iterate;
+use super::model::{Model, State};
+use super::rows::Rows;
+use super::{Convex, Options, guess, polished_only, run};
+use crate::maneuver::grid::Grid;
+use crate::maneuver::problem::Problem;
+use crate::maneuver::settings;
+use crate::maneuver::solution::{ConvexWork, Outcome, Rung};
+use crate::mechanics::environment::Pose;
+use crate::numerics::compensated::Sum;
+use crate::optimize::candidate::Candidate;
+use crate::optimize::methods::driver::Report;
+use crate::optimize::methods::method::{Attempt, Budget, Method, Run};
+use crate::optimize::step::Point;
+use crate::{Matrix3, Vector3};
+use nalgebra::DVector;
+
+/// Violations below this, scaled, are not worth words.
+const NOTICED: f64 = 1e-6;
+
+/// The chain of a maneuver on one grid, with the rows of its limits.
+pub(crate) struct Chain {
+    pub model: Model,
+    pub rows: Rows,
+}
+
+/// The convex iteration, then Newton on the active set.
+pub(crate) struct ConvexIteration<'a> {
+    pub chain: &'a Chain,
+    pub options: &'a Options,
+}
+
+/// Newton on the active set alone, from a candidate near an optimum.
+pub(crate) struct ActiveSetNewton<'a> {
+    pub chain: &'a Chain,
+    pub options: &'a Options,
+}
+
+impl Method for ConvexIteration<'_> {
+    fn improve(&self, candidate: Candidate, budget: &Budget) -> Attempt {
+        let Chain { model, rows } = self.chain;
+        let multipliers = (!candidate.costates.is_empty()).then(|| multipliers(&candidate));
+        let start = self.chain.iterate(&candidate);
+        let found = run(model, rows, start, multipliers, self.options, &budget.watch);
+        self.chain.attempt(candidate, found)
+    }
+}
+
+impl Method for ActiveSetNewton<'_> {
+    fn improve(&self, candidate: Candidate, budget: &Budget) -> Attempt {
+        let Chain { model, rows } = self.chain;
+        let (start, multipliers) = (self.chain.iterate(&candidate), multipliers(&candidate));
+        let found = polished_only(model, rows, &start, &multipliers, self.options, &budget.watch);
+        self.chain.attempt(candidate, found)
+    }
+}
+
+impl Chain {
+    /// The chain of `problem` on `steps` steps.
+    pub fn new(problem: &Problem, steps: usize) -> Self {
+        let model = Model::new(problem, steps);
+        let rows = Rows::of(problem, &model);
+        Self { model, rows }
+    }
+
+    /// The worst violation of all rows at a candidate; `None` where it cannot be evaluated.
+    pub fn worst_violation(&self, candidate: &Candidate) -> Option<f64> {
+        let evaluated = self.iterate(candidate).evaluate(&self.model, &self.rows).ok()?;
+        Some(evaluated.rows.iter().map(|value| value.violation()).fold(f64::NEG_INFINITY, f64::max))
+    }
+
+    /// The iterate of a candidate: as it is, or the first one along its path.
+    fn iterate(&self, candidate: &Candidate) -> Iterate {
+        if candidate.inputs.is_empty() {
+            let poses: Vec<Pose> = candidate.states.iter().map(Point::pose).collect();
+            return guess::along(&self.model, &self.rows, &poses);
+        }
+        iterate(candidate)
+    }
+
+    /// A path with the momenta and inputs that it asks for, whatever the limits; without wheels.
+    pub fn opened(&self, path: &Candidate) -> Candidate {
+        let poses: Vec<Pose> = path.states.iter().map(Point::pose).collect();
+        let Iterate { states, inputs } = guess::along(&self.model, &Rows::default(), &poses);
+        Candidate { states: states.iter().map(State::point).collect(), inputs, ..path.clone() }
+    }
+
+    /// What an iteration made of a candidate; without runs where it could not be evaluated at all.
+    fn attempt(&self, candidate: Candidate, convex: Option<Convex>) -> Attempt {
+        let Some(convex) = convex else {
+            return Attempt { runs: Vec::new(), ..Attempt::failed(candidate, Outcome::Stalled) };
+        };
+        let shortfall = convex.polished.is_none().then(|| violated(&convex, &self.rows));
+        let (steps, residual) = (candidate.steps(), convex.miss());
+        let Convex { subproblems, residuals, .. } = convex;
+        let last = residuals.last().copied().unwrap_or(f64::NAN);
+        let report = Report { outcome: convex.outcome, iterations: subproblems, residuals };
+        let mut runs = vec![Run { rung: None, steps, report }];
+        let (outcome, cost, stationarity, iterate, multipliers) = match convex.polished {
+            Some(polished) => {
+                if polished.iterations > 0 {
+                    let residuals = vec![last, polished.residual];
+                    let (outcome, iterations) = (Outcome::Converged, polished.iterations);
+                    let report = Report { outcome, iterations, residuals };
+                    runs.push(Run { rung: Some(Rung::Polish), steps, report });
+                }
+                let (cost, residual) = (polished.cost, polished.residual);
+                (Outcome::Converged, cost, residual, polished.iterate, polished.multipliers)
+            }
+            None => {
+                let settled = convex.outcome == Outcome::Converged;
+                let outcome = if settled { Outcome::Stalled } else { convex.outcome };
+                (outcome, f64::NAN, f64::NAN, convex.iterate, convex.multipliers)
+            }
+        };
+        let work = ConvexWork {
+            subproblems,
+            all_subproblems: subproblems,
+            cone_iterations: convex.cone_iterations,
+            cone_seconds: convex.cone_seconds,
+        };
+        let candidate = with_iterate(candidate, iterate, multipliers);
+        Attempt { candidate, outcome, cost, residual, stationarity, runs, work, shortfall }
+    }
+}
+
+/// States and inputs of a candidate that has both.
+pub(crate) fn iterate(candidate: &Candidate) -> Iterate {
+    let wheels = |node: usize| candidate.wheels.get(node).cloned().unwrap_or_else(|| DVector::zeros(0));
+    let states = candidate.states.iter().enumerate().map(|(node, point)| State::of(point, wheels(node)));
+    Iterate { states: states.collect(), inputs: candidate.inputs.clone() }
+}
+
+/// Costates and multipliers of a candidate that has them.
+pub(crate) fn multipliers(candidate: &Candidate) -> Multipliers {
+    let (terminal, rows) = candidate.multipliers.clone();
+    Multipliers { costates: candidate.costates.clone(), terminal, rows }
+}
+
+/// `candidate` with an iterate and its multipliers.
+pub(crate) fn with_iterate(candidate: Candidate, iterate: Iterate, multipliers: Multipliers) -> Candidate {
+    let wheels = iterate.states.iter().filter(|state| !state.wheels.is_empty());
+    Candidate {
+        states: iterate.states.iter().map(State::point).collect(),
+        wheels: wheels.map(|state| state.wheels.clone()).collect(),
+        inputs: iterate.inputs,
+        costates: multipliers.costates,
+        multipliers: (multipliers.terminal, multipliers.rows),
+        ..candidate
+    }
+}
+
+/// Attitude and angular velocity of the body (its axes, scaled) at every node of a candidate.
+pub(crate) fn body_rates(model: &Model, candidate: &Candidate) -> impl Iterator<Item = (Matrix3, Vector3)> {
+    let Iterate { states, inputs } = iterate(candidate);
+    states.into_iter().zip(inputs).enumerate().map(|(stage, (state, inputs))| {
+        let physical = model.physical(stage, &state, &inputs);
+        let carried = model.wheel_momentum(&physical.wheels);
+        (state.attitude, model.dynamics.j_inverse * (physical.momentum - carried))
+    })
+}
+
+/// A path to begin from: poses, one per node, scaled.
+pub(crate) fn path(start: &str, grid: &Grid, poses: impl Iterator<Item = Pose>) -> Candidate {
+    let zero = Sum::new(Vector3::zeros());
+    let point = |pose: Pose| Point {
+        position: Sum::new(pose.position),
+        linear_momentum: zero,
+        attitude: Sum::new(pose.attitude),
+        momentum: zero,
+    };
+    let states = poses.map(point).collect();
+    Candidate { states, ..Candidate::empty(settings::Method::Scp, start, grid.clone()) }
+}
+
+/// What stays violated at the last iterate, in words.
+fn violated(convex: &Convex, rows: &Rows) -> String {
+    let mut parts = Vec::new();
+    let cut_short = convex.outcome == Outcome::IterationLimit;
+    if cut_short {
+        let subproblems = convex.subproblems;
+        parts.push(format!("the limit of iterations came first, after {subproblems} subproblems"));
+    }
+    for (group, violation) in rows.groups.iter().zip(&convex.violations) {
+        if *violation > NOTICED {
+            // Cones are violated by an angle, limits by a share of themselves.
+            parts.push(if group.is_angle {
+                format!("\"{}\" stays violated by {:.3} deg", group.name, violation.to_degrees())
+            } else {
+                format!("{} stays exceeded by {:.2} %", group.name, 100.0 * violation)
+            });
+        }
+    }
+    let defect = convex.residuals.last().copied().unwrap_or(f64::NAN);
+    let met = defect <= NOTICED;
+    if !met {
+        parts.push(if cut_short {
+            "the path does not yet reach the end".into()
+        } else {
+            "no path within limits and constraints that reaches the end was found".into()
+        });
+    }
+    if parts.is_empty() { "the search came near, and did not settle".into() } else { parts.join("; ") }
+}

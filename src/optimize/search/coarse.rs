@@ -1,0 +1,31 @@
+//! The coarse grid of a search.
+
+use crate::maneuver::problem::Problem;
+
+/// How coarse a grid may be.
+pub(super) struct CoarseRule {
+    /// Fewest steps.
+    fewest: usize,
+    /// Angle per step that it aims at \[rad\].
+    angle: f64,
+    /// It is worth its while where it has so many times fewer steps than the requested one.
+    worth: f64,
+}
+
+/// For the shooting, of a free body.
+pub(super) const SHOOTING_FREE: CoarseRule = CoarseRule { fewest: 32, angle: 0.35, worth: 2.0 };
+/// In a field the grids agree less: what is found on a coarse one may not be there on a finer.
+pub(super) const SHOOTING_IN_FIELD: CoarseRule = CoarseRule { worth: 4.0, ..SHOOTING_FREE };
+/// For SCP: enough for the angle per step and for cones between the nodes.
+pub(super) const SCP: CoarseRule = CoarseRule { fewest: 24, angle: 0.3, worth: 1.5 };
+
+/// Steps of the grid to search on, for a way that turns by `angle` \[rad\]: enough for its fastest moment, or the
+/// requested grid where that is hardly finer.
+pub(super) fn coarse_steps(problem: &Problem, angle: f64, rule: &CoarseRule) -> usize {
+    let rate = problem.start.angular_velocity.norm().max(problem.end.angular_velocity.norm());
+    // The fastest moment of a rest-to-rest slew is 1.5 times its mean rate.
+    let needed = ((1.5 * angle + rate * problem.duration) / rule.angle).ceil().min(problem.steps as f64);
+    // Even, so that grids of 3/2 as many steps exist.
+    let coarse = (needed as usize).max(rule.fewest).next_multiple_of(2);
+    if rule.worth * coarse as f64 <= problem.steps as f64 { coarse } else { problem.steps }
+}

@@ -1,0 +1,351 @@
+//! Rungs under limits and constraints: SCP, from seeds that the shooting and geometry give, on a coarse grid first.
+//!
+//! The relaxed maneuver, without limits, is solved by shooting for each sense. Where the best of those
+//! meets every limit it is the answer. Otherwise each relaxed path, and its detours around the cones it
+//! crosses, seeds a convex iteration on a coarse grid; the cheapest is carried to the requested grid.
+
+use super::coarse::{SCP, coarse_steps};
+use super::detour::detours;
+use super::ladder::{Ask, Search};
+use super::transfer::transfer;
+use super::way::Follower;
+use crate::Vector3;
+use crate::lie;
+use crate::maneuver::problem::{Path, Problem};
+use crate::maneuver::settings::Method;
+use crate::maneuver::solution::{Outcome, Rung, Sense, Solution, Trajectory};
+use crate::mechanics::environment::Pose;
+use crate::optimize::candidate::Candidate;
+use crate::optimize::methods::method::Attempt;
+use crate::optimize::methods::scp::Options;
+use crate::optimize::methods::scp::model::Model;
+use crate::optimize::methods::scp::road::{ActiveSetNewton, Chain, ConvexIteration, path};
+use crate::optimize::step::Dynamics;
+use std::f64::consts::TAU;
+
+/// How many times finer the next grid is, where one leap to the requested one fails.
+const LEAP: usize = 4;
+/// A violation on the coarse grid that spares the fine solve of the relaxed maneuver.
+const CLEAR_VIOLATION: f64 = 0.05;
+/// Costs of one plan on two grids differ by less, relative.
+const NEAR: f64 = 0.05;
+/// Durations tried, as multiples of the one asked for.
+const STRETCHES: [f64; 5] = [1.1, 1.25, 1.5, 2.0, 3.0];
+/// Halvings of the last gap.
+const HALVINGS: usize = 3;
+
+/// What may carry a solution to a finer grid.
+#[derive(Clone, Copy)]
+struct Roads {
+    newton: bool,
+    convex: bool,
+}
+
+impl<const N: usize> Search<'_, '_, N> {
+    /// SCP, as the only road or as the last resort: there its miss says more where something is limited, and that
+    /// of the shooting where nothing is.
+    pub(super) fn scp(&mut self) {
+        let missed = self.failure.take();
+        self.scp_from_seeds();
+        if self.ask.shooting && self.found.is_empty() && !self.problem.is_constrained() {
+            self.failure = missed;
+        }
+    }
+
+    /// SCP from all seeds; leaves the winner on the requested grid, before its rivals on the coarse one.
+    fn scp_from_seeds(&mut self) {
+        let problem = self.problem;
+        if let Some(trajectory) = self.ask.along {
+            let fine = Chain::new(problem, problem.steps);
+            let seed = along("given path", trajectory, &fine.model.dynamics);
+            self.descend(&fine, seed);
+            return self.carry(&fine);
+        }
+        let relaxed = relaxed(problem);
+        let coarse = Chain::new(problem, chain_steps(problem));
+        let mut seeds = self.relaxed_paths(&relaxed, &coarse);
+        if self.context.settings.method == Method::Auto
+            && let Some(answer) = self.unlimited(&relaxed, &seeds)
+        {
+            self.answer = Some(answer);
+            return;
+        }
+        if seeds.is_empty() {
+            seeds.push((0.0, straight(&coarse.model)));
+        }
+        if let Some(guess) = self.ask.guess
+            && let Some(seed) = guess.seed(&coarse.model)
+            && self.as_asked(&seed)
+        {
+            self.descend(&coarse, seed);
+        }
+        for (cost, seed) in seeds {
+            // Without what its wheels store a body moves otherwise: that cost bounds nothing.
+            let bounds = problem.actuation.stored_momentum() == Vector3::zeros();
+            let hopeless = bounds && self.found.iter().any(|found| found.cost < cost);
+            if hopeless || self.stopped() {
+                continue;
+            }
+            for seed in detours(problem, &coarse.model.dynamics.frame_rate(), seed) {
+                self.descend(&coarse, seed);
+            }
+        }
+        self.carry(&coarse);
+    }
+
+    /// Whether SCP finds a plan on the coarse grid.
+    fn finds_any(mut self) -> bool {
+        let coarse = Chain::new(self.problem, chain_steps(self.problem));
+        for (_, seed) in self.relaxed_paths(&relaxed(self.problem), &coarse) {
+            for seed in detours(self.problem, &coarse.model.dynamics.frame_rate(), seed) {
+                if self.found.is_empty() && !self.stopped() {
+                    self.descend(&coarse, seed);
+                }
+            }
+        }
+        !self.found.is_empty()
+    }
+
+    /// The relaxed maneuver in each sense asked for, with its scaled cost, cheapest first: limits only make
+    /// it dearer.
+    fn relaxed_paths(&self, relaxed: &Problem, coarse: &Chain) -> Vec<(f64, Candidate)> {
+        let relative = lie::log(&relaxed.start.attitude.tr_mul(&relaxed.end.attitude));
+        // The long way about the same axis; its cheapest winding is looked for only where that is asked.
+        let back = relative * (1.0 - TAU / relative.norm().max(1e-6));
+        let senses = match relaxed.path {
+            Path::Best => vec![("short", Path::Shortest), ("long", Path::AsGiven(back))],
+            Path::Shortest => vec![("short", Path::Shortest)],
+            Path::Long => vec![("long", Path::Long)],
+            Path::AsGiven(rotation) => vec![("as given", Path::AsGiven(rotation))],
+        };
+        let mut seeds = Vec::new();
+        for (name, way) in senses {
+            let asked = relaxed.clone().with_steps(coarse.model.steps).with_path(way);
+            let solution = self.shot(&asked);
+            if solution.outcome == Outcome::Converged {
+                let dynamics = Dynamics::new(&asked, asked.steps);
+                seeds.push((
+                    solution.cost / dynamics.units.cost,
+                    along(name, &solution.trajectory, &dynamics),
+                ));
+            }
+        }
+        seeds.sort_by(|a, b| a.0.total_cmp(&b.0));
+        seeds
+    }
+
+    /// The shooting's solution of a problem without limits.
+    fn shot(&self, relaxed: &Problem) -> Solution {
+        let ask = Ask { shooting: true, convex: false, guess: None, along: None, ..self.ask.clone() };
+        let mut search = Search::<N>::new(relaxed, self.context, ask);
+        search.climb();
+        search.conclude()
+    }
+
+    /// The relaxed solution, where it meets every limit as it is.
+    fn unlimited(&self, relaxed: &Problem, seeds: &[(f64, Candidate)]) -> Option<Solution> {
+        let problem = self.problem;
+        let (_, seed) = seeds.first().filter(|_| problem.actuation.wheels.is_none())?;
+        // A clear violation on the coarse grid spares the fine solve.
+        let coarse = Chain::new(problem, seed.steps());
+        if coarse.worst_violation(&coarse.opened(seed))? > CLEAR_VIOLATION {
+            return None;
+        }
+        let solution = self.shot(relaxed);
+        if solution.outcome != Outcome::Converged {
+            return None;
+        }
+        let fine = Chain::new(problem, problem.steps);
+        let path = along("short", &solution.trajectory, &fine.model.dynamics);
+        let first = fine.model.first_input();
+        let mut candidate = fine.opened(&path);
+        for stage in first..=problem.steps {
+            let inputs = solution.trajectory.inputs(stage - first);
+            candidate.inputs[stage] =
+                inputs.iter().zip(&fine.model.input_unit).map(|(u, unit)| u / unit).collect();
+        }
+        if fine.worst_violation(&candidate)? > 0.0 {
+            return None;
+        }
+        // The rivals are those of the relaxed maneuver: nobody knows whether they keep within the limits.
+        Some(Solution { rivals: Vec::new(), ..solution })
+    }
+
+    /// One convex iteration from a seed.
+    fn descend(&mut self, chain: &Chain, seed: Candidate) {
+        let options = self.options(chain);
+        let attempt = self.attempt(Rung::Scp, &ConvexIteration { chain, options: &options }, seed);
+        self.keep(attempt);
+    }
+
+    /// How the iteration ends on the grid of a chain.
+    fn options(&self, chain: &Chain) -> Options {
+        if chain.model.steps == self.problem.steps {
+            self.ask.last.clone()
+        } else {
+            Options::default().within(self.context.settings.max_iterations)
+        }
+    }
+
+    /// Carries the cheapest to the requested grid.
+    fn carry(&mut self, coarse: &Chain) {
+        self.found.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        if coarse.model.steps == self.problem.steps {
+            return;
+        }
+        let found = std::mem::take(&mut self.found);
+        let fine = Chain::new(self.problem, self.problem.steps);
+        for (index, cheapest) in found.iter().enumerate() {
+            if self.stopped() {
+                return;
+            }
+            let winner = self
+                .refine(coarse, &fine, cheapest, Roads { newton: true, convex: false })
+                .or_else(|| self.refine_by_and_by(coarse, &fine, cheapest));
+            if let Some(winner) = winner {
+                self.found.push(winner);
+                let rivals = found.into_iter().enumerate().filter(|(other, _)| *other != index);
+                self.found.extend(rivals.map(|(_, rival)| rival));
+                return;
+            }
+        }
+    }
+
+    /// A coarse solution carried to the fine grid over grids between, where Newton's method did not find the
+    /// active set of the fine one in one leap.
+    fn refine_by_and_by(&mut self, coarse: &Chain, fine: &Chain, found: &Attempt) -> Option<Attempt> {
+        // Newton's leap from the coarse grid itself has failed.
+        let mut roads = Roads { newton: false, convex: true };
+        let mut last: Option<(Chain, Attempt)> = None;
+        loop {
+            let (chain, found) = last.as_ref().map_or((coarse, found), |(chain, found)| (chain, found));
+            let steps = LEAP * chain.model.steps;
+            if 2 * steps > fine.model.steps {
+                return self.refine(chain, fine, found, roads);
+            }
+            roads.newton = true;
+            let next = Chain::new(self.problem, steps);
+            let refined = self.refine(chain, &next, found, roads)?;
+            last = Some((next, refined));
+        }
+    }
+
+    /// A coarse solution carried to a finer grid: by Newton's method, or by the convex iteration where that fails.
+    fn refine(&mut self, coarse: &Chain, fine: &Chain, found: &Attempt, roads: Roads) -> Option<Attempt> {
+        let start = transfer([coarse, fine], &found.candidate);
+        let options = self.options(fine);
+        let near = |attempt: &Attempt| (attempt.cost - found.cost).abs() <= NEAR * found.cost;
+        // Newton finds the active set of a near grid by itself as a rule.
+        let newton = (roads.newton && options.polish).then(|| {
+            let newton = ActiveSetNewton { chain: fine, options: &options };
+            self.tried(Rung::Scp, &newton, start.clone())
+        });
+        let attempt = match newton.filter(near) {
+            Some(attempt) => self.noted(Rung::Scp, attempt),
+            None if roads.convex => {
+                self.attempt(Rung::Scp, &ConvexIteration { chain: fine, options: &options }, start)
+            }
+            None => return None,
+        };
+        if attempt.converged() {
+            self.add_work(&attempt);
+            return Some(attempt);
+        }
+        self.keep(attempt);
+        None
+    }
+
+    /// Whether a path goes the way round that the problem asks for.
+    fn as_asked(&self, seed: &Candidate) -> bool {
+        let sense = || {
+            let mut path = Follower::new();
+            seed.states.iter().for_each(|point| path.node(&point.attitude.value, Vector3::zeros(), 0.0));
+            path.way(&self.fine).map_or(Sense::Short, |way| way.sense)
+        };
+        match self.problem.path {
+            Path::Best | Path::AsGiven(_) => true,
+            Path::Shortest => sense() == Sense::Short,
+            Path::Long => sense() == Sense::Long,
+        }
+    }
+
+    /// A longer duration \[s\] for which a plan exists on a coarse grid, within an eighth of the gap to one for
+    /// which none was found; in four digits. That is advice, not proof: the search is local.
+    pub(super) fn longer(&self) -> Option<f64> {
+        let solvable = |stretch: f64| {
+            let mut problem = self.problem.clone();
+            problem.duration *= stretch;
+            if problem.check().is_err() {
+                return false;
+            }
+            let last = Options::default().within(self.context.settings.max_iterations);
+            let ask = Ask { shooting: false, convex: true, guess: None, along: None, last, advise: false };
+            // What was tried for advice is no rung of this maneuver's ladder.
+            let noted = self.context.ladder.borrow().len();
+            let solvable = Search::<N>::new(&problem, self.context, ask).finds_any();
+            self.context.ladder.borrow_mut().truncate(noted);
+            solvable
+        };
+        let mut below = 1.0;
+        for stretch in STRETCHES {
+            if self.stopped() {
+                return None;
+            }
+            if solvable(stretch) {
+                let mut above = stretch;
+                for _ in 0..HALVINGS {
+                    let middle = 0.5 * (below + above);
+                    if solvable(middle) { above = middle } else { below = middle }
+                }
+                return Some(rounded_up(self.problem.duration * above));
+            }
+            below = stretch;
+        }
+        None
+    }
+}
+
+/// To four significant digits: a search is no better than that.
+fn rounded_up(value: f64) -> f64 {
+    // Not by a product with a power of ten, which is seldom exact: by the text that a spec would hold.
+    let unit = 10_f64.powi(value.log10().floor() as i32 - 3);
+    let text = format!("{:.3e}", (value / unit).ceil() * unit);
+    text.parse().unwrap_or(value)
+}
+
+/// The maneuver without limits, constraints and wheels.
+fn relaxed(problem: &Problem) -> Problem {
+    let mut relaxed = problem.clone();
+    relaxed.constraints.clear();
+    relaxed.actuation = problem.actuation.without_limits();
+    relaxed
+}
+
+/// Steps of the coarse grid of SCP.
+fn chain_steps(problem: &Problem) -> usize {
+    let relative = problem.start.attitude.tr_mul(&problem.end.attitude);
+    coarse_steps(problem, lie::log(&relative).norm(), &SCP)
+}
+
+/// The path of a recorded trajectory.
+fn along(start: &str, trajectory: &Trajectory, dynamics: &Dynamics) -> Candidate {
+    let pose = |(index, quaternion): (usize, &[f64; 4])| Pose {
+        position: trajectory.position.get(index).map_or(Vector3::zeros(), |x| x / dynamics.units.length),
+        attitude: lie::project_to_rotation(&lie::rotation_from_quaternion(quaternion)),
+    };
+    path(start, &dynamics.grid, trajectory.quaternion.iter().enumerate().map(pose))
+}
+
+/// The cubic along the shortest rotation.
+fn straight(model: &Model) -> Candidate {
+    let relative = lie::log(&model.start.attitude.tr_mul(&model.target.attitude));
+    let pose = |stage: usize| {
+        let t = stage as f64 * model.h;
+        let along = 3.0 * t * t - 2.0 * t * t * t;
+        Pose {
+            position: model.start.position + (model.target.position - model.start.position) * along,
+            attitude: model.start.attitude * lie::exp(&(relative * along)),
+        }
+    };
+    path("straight", &model.dynamics.grid, (0..=model.steps).map(pose))
+}

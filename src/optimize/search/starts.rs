@@ -1,0 +1,117 @@
+//! Starts of the shooting: rotation senses and windings, counted from the ballistic end point, given costates, and
+//! random ones.
+//!
+//! Let `e_b = log(R_dᵀ R_b)` be the attitude error and `e_p` the other errors at the end of the motion
+//! without inputs, and `Ψ₁₂(0)` its sensitivity. The starts are
+//!
+//! ```text
+//! λ_{−1} = −c Ψ₁₂(0)⁻¹ [e; e_p] ,    e = e_b (1 + 2πm/|e_b|) ,   m = 0 short, −1 long, +1, −2, … turns
+//! ```
+//!
+//! For a free body at rest and small angles `m = 0, c = 1` is the discrete optimum of the double
+//! integrator. With rates, a potential or a turning frame it counts the senses where they tie.
+
+use crate::Vector3;
+use crate::maneuver::problem::{Path, Problem, Scheme};
+use crate::maneuver::solution::Outcome;
+use crate::numerics::factor::Factor;
+use crate::optimize::candidate::Candidate;
+use crate::optimize::methods::shooting::newton::outcome_of;
+use crate::optimize::step::StepError;
+use crate::optimize::sweep::BoundaryValueProblem;
+use nalgebra::SVector;
+use std::f64::consts::{PI, TAU};
+
+/// Name of the start from the costates of a guess.
+pub(super) const GUESS: &str = "guess";
+
+/// The name of a start by its turns.
+pub(crate) fn name_of(turns: i32) -> String {
+    match turns {
+        0 => "short".into(),
+        -1 => "long".into(),
+        1 => "+1 turn".into(),
+        _ => format!("{turns:+} turns"),
+    }
+}
+
+/// The error that stands for a way of `turns` more turns: `e_b (1 + 2π turns/|e_b|)`.
+///
+/// Without an error there is no axis to turn about; the body's first axis then serves.
+pub(crate) fn wound(error: &Vector3, turns: i32) -> Vector3 {
+    let angle = error.norm();
+    if turns == 0 {
+        return *error;
+    }
+    let axis = if angle > 1e-12 { error / angle } else { Vector3::x() };
+    axis * (angle + TAU * f64::from(turns))
+}
+
+/// The starts with the given turns, each damped by `fraction`.
+pub(super) fn ballistic<const N: usize>(
+    bvp: &BoundaryValueProblem<N>,
+    turns: &[i32],
+    fractions: &[f64],
+) -> Result<Vec<Candidate>, StepError> {
+    let (end, psi) = bvp.sweep_linearized(&SVector::zeros())?;
+    let factor = Factor::new(&psi);
+    let short: Vector3 = end.error.fixed_rows::<3>(N - 6).into_owned();
+    let mut starts = Vec::new();
+    for &fraction in fractions {
+        for &turns in turns {
+            let mut error = end.error;
+            error.fixed_rows_mut::<3>(N - 6).copy_from(&wound(&short, turns));
+            let costate = factor.solve(&error) * -fraction;
+            starts.push(Candidate::of_costate(&name_of(turns), &bvp.dynamics.grid, &costate));
+        }
+    }
+    Ok(starts)
+}
+
+/// `λ_{−1}` from costates as a solution gives them: SI units, `λ_0` for Lie–Euler, `λ_{−1}` for Lie–Verlet.
+pub(super) fn given<const N: usize>(
+    problem: &Problem,
+    bvp: &BoundaryValueProblem<N>,
+    costates: &[f64],
+) -> Result<SVector<f64, N>, Outcome> {
+    let scaled = SVector::<f64, N>::from_row_slice(costates).component_div(&bvp.dynamics.units.costate());
+    match problem.scheme {
+        Scheme::LieVerlet => Ok(scaled),
+        Scheme::LieEuler => {
+            let first = bvp.dynamics.transition::<N>(0, &bvp.start, &scaled);
+            first.map(|transition| transition.costate_before).map_err(outcome_of)
+        }
+    }
+}
+
+/// Deterministic random starts without end: random way rounds from the ballistic end, about the long way where
+/// that is asked for.
+pub(super) fn random<const N: usize>(
+    bvp: &BoundaryValueProblem<N>,
+    path: Path,
+) -> Result<impl Iterator<Item = Candidate> + use<N>, StepError> {
+    let (end, psi) = bvp.sweep_linearized(&SVector::zeros())?;
+    let factor = Factor::new(&psi);
+    let short = end.error.fixed_rows::<3>(N - 6).into_owned();
+    // The long way is looked for around itself, anything else everywhere.
+    let (around, spread) = match path {
+        Path::Long => (wound(&short, -1), 0.5 * PI),
+        _ => (short, TAU),
+    };
+    let mut state = 0x5EED_u64;
+    let mut uniform = move || {
+        // A linear congruential step, its high bits: starts need to be spread, not random.
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / 2.0f64.powi(52) - 1.0
+    };
+    let grid = bvp.dynamics.grid.clone();
+    Ok((1..).map(move |index: usize| {
+        let mut error = end.error;
+        error.fixed_rows_mut::<3>(N - 6).copy_from(&around);
+        for row in 0..N {
+            error[row] += spread * uniform() * if row >= N - 6 { 1.0 } else { 0.2 };
+        }
+        let costate = factor.solve(&error) * (-0.5 * (1.0 + uniform()));
+        Candidate::of_costate(&format!("random {index}"), &grid, &costate)
+    }))
+}

@@ -1,0 +1,86 @@
+//! Which way round a path goes, told on the double cover of the rotations.
+
+use crate::lie::{self, continued};
+use crate::maneuver::solution::Sense;
+use crate::optimize::step::StepError;
+use crate::optimize::sweep::BoundaryValueProblem;
+use crate::{Matrix3, Vector3};
+use nalgebra::SVector;
+
+/// How a path goes round.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Way {
+    /// Its sense.
+    pub sense: Sense,
+    /// `∫|Ω|dt` \[deg\].
+    pub turned_deg: f64,
+    /// `∫Ω dt`, body axes \[rad\]: the rotation vector, where the axis is fixed.
+    pub rotation: Vector3,
+}
+
+/// A path followed node after node: its continuous quaternion, and how far it has turned.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Follower {
+    quaternion: Option<[f64; 4]>,
+    end: Matrix3,
+    rate: Option<Vector3>,
+    turned: f64,
+    rotation: Vector3,
+}
+
+impl Follower {
+    /// Before the first node.
+    pub fn new() -> Self {
+        let (end, rotation) = (Matrix3::identity(), Vector3::zeros());
+        Self { quaternion: None, end, rate: None, turned: 0.0, rotation }
+    }
+
+    /// The next node: its attitude and its angular velocity (body axes, scaled), `h` after the one before.
+    pub fn node(&mut self, attitude: &Matrix3, rate: Vector3, h: f64) {
+        self.quaternion = Some(continued(self.quaternion.as_ref(), lie::quaternion_from_rotation(attitude)));
+        self.end = *attitude;
+        if let Some(before) = self.rate {
+            let half = 0.5 * h;
+            self.turned += half * (rate.norm() + before.norm());
+            self.rotation += (rate + before) * half;
+        }
+        self.rate = Some(rate);
+    }
+
+    /// The way so far. The path is short if it ends on the sheet that the motion without inputs reaches by the
+    /// shortest rotation to the same end; both start equal.
+    pub fn way<const N: usize>(&self, bvp: &BoundaryValueProblem<N>) -> Result<Way, StepError> {
+        let ballistic = Self::of(bvp, &SVector::zeros())?;
+        let from = &ballistic.end;
+        let rest = lie::log(&from.tr_mul(&self.end));
+        // Short steps along the shortest rotation carry the ballistic sheet to the end of the path.
+        let parts = 16;
+        let mut carried = ballistic.lifted();
+        for index in 1..=parts {
+            let attitude = from * lie::exp(&(rest * (f64::from(index) / f64::from(parts))));
+            carried = continued(Some(&carried), lie::quaternion_from_rotation(&attitude));
+        }
+        let same: f64 = carried.iter().zip(&self.lifted()).map(|(x, y)| x * y).sum();
+        let sense = if same >= 0.0 { Sense::Short } else { Sense::Long };
+        Ok(Way { sense, turned_deg: self.turned.to_degrees(), rotation: self.rotation })
+    }
+
+    /// The path of the extremal from `costate`.
+    pub fn of<const N: usize>(
+        bvp: &BoundaryValueProblem<N>,
+        costate: &SVector<f64, N>,
+    ) -> Result<Self, StepError> {
+        let dynamics = &bvp.dynamics;
+        let mut follower = Self::new();
+        bvp.sweep_observed(costate, |node| {
+            let point = node.physical();
+            let rate = dynamics.j_inverse * point.momentum.value;
+            follower.node(&point.attitude.value, rate, dynamics.grid.step(node.index.saturating_sub(1)));
+        })?;
+        Ok(follower)
+    }
+
+    fn lifted(&self) -> [f64; 4] {
+        self.quaternion.unwrap_or([1.0, 0.0, 0.0, 0.0])
+    }
+}
