@@ -9,6 +9,7 @@ mod conflict;
 pub use arc::{Approach, Arc, Target, angle_between};
 pub use conflict::{Conflict, conflict};
 
+use crate::numerics::figures::decimals;
 use crate::{Matrix3, Vector3};
 use std::f64::consts::PI;
 use thiserror::Error;
@@ -217,7 +218,7 @@ impl Pointing {
         let boresight = name("boresight", self.boresights.len() > 1, boresight);
         let axis = if several { name("direction", true, direction) } else { "the axis".into() };
         let (angle, cone) = distinct(angle.to_degrees(), limit.to_degrees());
-        let margin = short(self.margin.to_degrees(), 4);
+        let margin = decimals(self.margin.to_degrees(), 4);
         let margin = match (self.margin > 0.0, self.side) {
             (false, _) => String::new(),
             (true, Side::KeepOut) => format!(", margin of {margin} deg included"),
@@ -227,12 +228,6 @@ impl Pointing {
     }
 }
 
-/// A number without a tail of zeros.
-fn short(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
-}
-
 /// Two numbers with few digits, enough to tell them apart.
 fn distinct(value: f64, limit: f64) -> (String, String) {
     let largest = value.abs().max(limit.abs());
@@ -240,12 +235,12 @@ fn distinct(value: f64, limit: f64) -> (String, String) {
         return (format!("{value:e}"), format!("{limit:e}"));
     }
     let least = (2 - largest.log10().floor() as i32).max(0) as usize;
-    let pair = |decimals| (short(value, decimals), short(limit, decimals));
+    let pair = |digits| (decimals(value, digits), decimals(limit, digits));
     // A limit is shown as it was written where three more digits will do.
-    let rounded = |decimals: usize| (limit - short(limit, decimals).parse().unwrap_or(limit)).abs();
-    let fits = |decimals: &usize| {
-        let (a, b) = pair(*decimals);
-        a != b && (rounded(*decimals) <= 1e-12 * limit.abs() || *decimals >= least + 3)
+    let rounded = |digits: usize| (limit - decimals(limit, digits).parse().unwrap_or(limit)).abs();
+    let fits = |digits: &usize| {
+        let (a, b) = pair(*digits);
+        a != b && (rounded(*digits) <= 1e-12 * limit.abs() || *digits >= least + 3)
     };
     pair((least..16).find(fits).unwrap_or(16))
 }

@@ -1,4 +1,4 @@
-//! Numbers for people; files have all digits.
+//! Numbers for people, and nowhere else; files have all digits.
 
 /// `value` to `digits` significant digits, plain where that is readable: `12.7`, `1.25e-07`.
 pub fn significant(value: f64, digits: usize) -> String {
@@ -16,15 +16,71 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
 }
 
+/// With all its digits as people write them, without a long row of zeros: `0.02`, `3e-5`.
+pub fn exact(value: f64) -> String {
+    if plain(value) { format!("{value}") } else { format!("{value:e}") }
+}
+
+/// To `digits` significant digits, those before the point never less, without zeros at the end: `12.7`, `1.25e-7`.
+pub fn rounded(value: f64, digits: usize) -> String {
+    if !plain(value) {
+        let text = format!("{value:.*e}", digits - 1);
+        let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+        return format!("{}e{exponent}", without_zeros(mantissa));
+    }
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    decimals(value, (digits as i32 - 1 - value.abs().log10().floor() as i32).max(0) as usize)
+}
+
+/// To four significant digits, those before the point never less, without zeros at the end.
+pub fn short(value: f64) -> String {
+    rounded(value, 4)
+}
+
+/// To so many decimals, without zeros at the end.
+pub fn decimals(value: f64, decimals: usize) -> String {
+    without_zeros(&format!("{value:.decimals$}")).into()
+}
+
+/// Rounded down to four significant digits, so that "no plan under …" stays true.
+pub fn at_least(value: f64) -> String {
+    to_one_side(value, f64::floor)
+}
+
+/// Rounded up to four significant digits, so that "… at most" stays true.
+pub fn at_most(value: f64) -> String {
+    to_one_side(value, f64::ceil)
+}
+
+/// Rounded to four significant digits, before the point too.
+pub fn about(value: f64) -> String {
+    to_one_side(value, f64::round)
+}
+
+/// The number of four significant digits at or above a positive `value`.
+pub fn rounded_up(value: f64) -> f64 {
+    // Not by a product with a power of ten, which is seldom exact: by the text that a spec would hold.
+    let unit = 10_f64.powi(value.log10().floor() as i32 - 3);
+    let text = format!("{:.3e}", (value / unit).ceil() * unit);
+    text.parse().unwrap_or(value)
+}
+
 /// An error: two digits and an exponent of two places, `4.0e-13`.
 pub fn error(value: f64) -> String {
+    scientific(value, 1)
+}
+
+/// So many decimals and an exponent of two places: `4.12e-13`.
+pub fn scientific(value: f64, decimals: usize) -> String {
     if value == 0.0 {
         return "0".into();
     }
     if !value.is_finite() {
         return "not finite".into();
     }
-    padded(&format!("{value:.1e}"))
+    padded(&format!("{value:.decimals$e}"))
 }
 
 /// A time: `2.4 ms`, `3.2 s`.
@@ -39,6 +95,35 @@ pub fn time(seconds: f64) -> String {
 /// `count` of something, with a plural: `1 turn`, `2 turns`.
 pub fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+/// Whether a number reads well without an exponent.
+fn plain(value: f64) -> bool {
+    value == 0.0 || !value.is_finite() || (1e-4..1e7).contains(&value.abs())
+}
+
+/// Far more than the slack that proofs allow for, far less than what four digits show.
+const SLACK: f64 = 3e-6;
+
+fn to_one_side(value: f64, round: fn(f64) -> f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let digits = 3 - value.abs().log10().floor() as i32;
+    // A number that four digits give but for the slack of a proof stays what it is.
+    let unit = 10.0_f64.powi(digits.abs());
+    let steps = if digits >= 0 { value * unit } else { value / unit };
+    let steps =
+        if (steps - steps.round()).abs() < SLACK * steps.abs() { steps.round() } else { round(steps) };
+    if !(-2..=8).contains(&digits) {
+        return format!("{}e{}", steps / 1e3, 3 - digits);
+    }
+    if digits <= 0 { format!("{}", steps * unit) } else { decimals(steps / unit, digits as usize) }
+}
+
+/// Decimals without zeros at the end.
+fn without_zeros(text: &str) -> &str {
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
 }
 
 /// Exponents of at least two places.
@@ -78,5 +163,48 @@ mod tests {
         assert_eq!(error(2.04e120), "2.0e+120");
         assert_eq!(time(0.0024), "2.4 ms");
         assert_eq!(time(2.4e-5), "24 µs");
+    }
+
+    #[test]
+    fn figures_in_messages_have_no_zeros_at_the_end() {
+        for (value, text) in [
+            (0.3, "0.3"),
+            (100.0, "100"),
+            (12.345_6, "12.35"),
+            (123_456.7, "123457"),
+            (-0.000_25, "-0.00025"),
+            (1e-5, "1e-5"),
+            (2.504_9e9, "2.505e9"),
+            (0.0, "0"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(short(value), text);
+        }
+        assert_eq!(rounded(1.0 / 3.0, 9), "0.333333333");
+        assert_eq!((exact(3e-5), exact(0.1 + 0.2)), ("3e-5".into(), "0.30000000000000004".into()));
+        assert_eq!(decimals(0.25, 4), "0.25");
+        assert_eq!(scientific(4.123e-4, 2), "4.12e-04");
+        assert_eq!(rounded_up(12.340_1), 12.35);
+    }
+
+    #[test]
+    fn figures_are_rounded_to_the_side_of_the_claim() {
+        for (value, down, up) in [
+            (27.4567, "27.45", "27.46"),
+            (27.45, "27.45", "27.45"),
+            (0.3, "0.3", "0.3"),
+            (1234.5, "1234", "1235"),
+            (123_456.0, "123400", "123500"),
+            (0.012_345, "0.01234", "0.01235"),
+            (99.996, "99.99", "100"),
+            (1.234_56e-7, "1.234e-7", "1.235e-7"),
+            (1.234_56e12, "1.234e12", "1.235e12"),
+            (20.0, "20", "20"),
+        ] {
+            assert_eq!((at_least(value).as_str(), at_most(value).as_str()), (down, up));
+        }
+        assert_eq!(about(27.456), "27.46");
+        assert_eq!(at_least(0.0), "0");
+        assert_eq!(at_most(f64::INFINITY), "inf");
     }
 }

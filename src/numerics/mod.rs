@@ -4,7 +4,6 @@
 pub(crate) mod banded;
 pub(crate) mod compensated;
 pub(crate) mod factor;
-#[cfg(feature = "cli")]
 pub mod figures;
 pub(crate) mod matrix_inertia;
 pub(crate) mod parallel;

@@ -27,8 +27,9 @@
 pub use super::row::{BodyState, Observer, Row};
 
 use crate::maneuver::problem::{Motion, Problem, ProblemError};
+use crate::numerics::figures;
 use crate::propagate::integrator::{
-    Facts, Kind, Settings, StepError, System, SystemError, SystemState, Work, shown,
+    Facts, Kind, Settings, StepError, System, SystemError, SystemState, Work,
 };
 use crate::propagate::plant::{HeldLoad, Output};
 use crate::{Vector3, lie};
@@ -112,7 +113,7 @@ pub enum SimulationError {
     #[error("duration, steps and stride must be positive, and the duration finite")]
     Grid,
     /// A step could not be made; rows up to there have been handed out.
-    #[error("at t = {} s: {error}", shown(*time, 9))]
+    #[error("at t = {} s: {error}", figures::rounded(*time, 9))]
     Step {
         /// Start of the step \[s\].
         time: f64,

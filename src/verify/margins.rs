@@ -11,6 +11,7 @@ use crate::Vector3;
 use crate::maneuver::constraint::{Arc, Constraint, Pointing, Rule, Side};
 use crate::maneuver::problem::Problem;
 use crate::mechanics::actuators::{ActuatorSet, LimitKind};
+use crate::numerics::figures::short;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -49,7 +50,7 @@ impl Margin {
 /// In words: `"torque limit" is missed by 0.32 N·m at t = 4.2 s (input 2)`.
 impl fmt::Display for Margin {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let (size, time) = (figure(self.margin.abs()), figure(self.time_s));
+        let (size, time) = (short(self.margin.abs()), short(self.time_s));
         let Self { name, unit, at, .. } = self;
         if self.holds() {
             write!(f, "\"{name}\" holds with {size} {unit} to spare, least at t = {time} s")?;
@@ -58,19 +59,6 @@ impl fmt::Display for Margin {
         }
         if at.is_empty() { Ok(()) } else { write!(f, " ({at})") }
     }
-}
-
-/// Four significant digits, without an exponent where that is readable.
-pub(crate) fn figure(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return format!("{value}");
-    }
-    let digits = 3 - value.abs().log10().floor() as i32;
-    if !(-3..=9).contains(&digits) {
-        return format!("{value:.3e}");
-    }
-    let text = format!("{value:.*}", digits.max(0) as usize);
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }
 
 /// The worst scaled violation among margins; 0 where all hold, NaN where one is NaN.

@@ -3,6 +3,8 @@
 //! The ranges are wide: they catch slips of the exponent and keep every product that the solvers
 //! form within double precision, nothing more.
 
+pub(crate) use crate::numerics::figures::{exact as show, short};
+
 /// Which signs a quantity may have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Sign {
@@ -88,25 +90,3 @@ pub(crate) const STEP_TOLERANCE: Quantity =
 pub(crate) const SIGNED: Quantity = quantity("a value", "", TINY, 1e200, Sign::Any);
 pub(crate) const MARGIN_DEG: Quantity = quantity("a margin", "deg", TINY, 360.0, Sign::NotNegative);
 pub(crate) const MARGIN: Quantity = quantity("a margin", "", TINY, 1e200, Sign::Any);
-
-/// A number as people write it: short, without a long row of zeros.
-pub(crate) fn show(value: f64) -> String {
-    let size = value.abs();
-    if size == 0.0 || (1e-4..1e7).contains(&size) { format!("{value}") } else { format!("{value:e}") }
-}
-
-/// A computed number to four significant digits.
-pub(crate) fn short(value: f64) -> String {
-    let size = value.abs();
-    if !value.is_finite() || size == 0.0 {
-        return format!("{value}");
-    }
-    if !(1e-4..1e7).contains(&size) {
-        let text = format!("{value:.3e}");
-        let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-        return format!("{}e{exponent}", digits.trim_end_matches('0').trim_end_matches('.'));
-    }
-    let decimals = (3 - size.log10().floor() as i32).max(0) as usize;
-    let text = format!("{value:.decimals$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
-}

@@ -15,6 +15,7 @@ use crate::maneuver::problem::{Path, Problem};
 use crate::maneuver::settings::Method;
 use crate::maneuver::solution::{Outcome, Rung, Sense, Solution, Trajectory};
 use crate::mechanics::environment::Pose;
+use crate::numerics::figures::rounded_up;
 use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::Options;
@@ -297,20 +298,13 @@ impl<const N: usize> Search<'_, '_, N> {
                     let middle = 0.5 * (below + above);
                     if solvable(middle) { above = middle } else { below = middle }
                 }
+                // A search is no better than four digits.
                 return Some(rounded_up(self.problem.duration * above));
             }
             below = stretch;
         }
         None
     }
-}
-
-/// To four significant digits: a search is no better than that.
-fn rounded_up(value: f64) -> f64 {
-    // Not by a product with a power of ten, which is seldom exact: by the text that a spec would hold.
-    let unit = 10_f64.powi(value.log10().floor() as i32 - 3);
-    let text = format!("{:.3e}", (value / unit).ceil() * unit);
-    text.parse().unwrap_or(value)
 }
 
 /// The maneuver without limits, constraints and wheels.

@@ -45,6 +45,7 @@ pub use kind::{Kind, Settings, UnknownKind};
 pub use state::SystemState;
 pub use system::{Input, Invariants, System, SystemError};
 
+use crate::numerics::figures;
 use thiserror::Error;
 
 /// A method on its way: it owns the state and advances it by steps of one length.
@@ -126,23 +127,13 @@ pub struct Work {
     pub rejected: u64,
 }
 
-/// To so many digits, without the rest of the arithmetic or a long row of zeros.
-pub(crate) fn shown(value: f64, digits: usize) -> String {
-    let value: f64 = format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
-    if value.abs() > 0.0 && !(1e-4..1e7).contains(&value.abs()) {
-        format!("{value:e}")
-    } else {
-        value.to_string()
-    }
-}
-
 /// Why a step could not be made.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum StepError {
     /// The implicit attitude equation has no physical solution.
     #[error(
         "step {} s is too long for body {body}: h|J⁻¹Π| is {turn:.3}, and there may be no step with a \
-         turn of 90° or more; take a step of {} s or less", shown(*step, 4), shown(step * 0.5 / turn, 4)
+         turn of 90° or more; take a step of {} s or less", figures::rounded(*step, 4), figures::rounded(step * 0.5 / turn, 4)
     )]
     TooLong {
         /// Number of the body, from 1.
@@ -155,7 +146,7 @@ pub enum StepError {
     /// An iteration over the whole step does not converge.
     #[error(
         "the equations of a step of {} s did not converge in {iterations} iterations; shorten the step",
-        shown(*step, 4)
+        figures::rounded(*step, 4)
     )]
     NotConverged {
         /// The step \[s\].
@@ -166,7 +157,7 @@ pub enum StepError {
     /// The error control asks for steps that are too small to make progress, or for too many of them.
     #[error(
         "the error control gave up within a step of {} s; loosen the tolerance or look for a collision",
-        shown(*step, 4)
+        figures::rounded(*step, 4)
     )]
     GaveUp {
         /// The step \[s\].

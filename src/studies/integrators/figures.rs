@@ -13,10 +13,10 @@
 //! a quadratic invariant, to the tolerance of its iteration; and its energy error is near that of the
 //! variational method, not near that of the explicit rule.
 
-use super::shown::short;
 use super::{History, Path, Run, Study, WorkPrecision};
 use crate::draw::{Axis, Chart, Curve, Item, Scale, Scene, Shape};
 use crate::mechanics::environment::Pose;
+use crate::numerics::figures::short;
 use crate::propagate::integrator::Kind;
 use crate::{Matrix3, Vector3};
 

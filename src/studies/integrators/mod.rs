@@ -21,7 +21,6 @@ pub mod figures;
 mod history;
 mod run;
 mod sample;
-mod shown;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -30,11 +29,11 @@ pub use at_equal_error::{Bound, EqualError};
 pub use history::{History, Moment, Path};
 pub use run::{Errors, Run};
 
+use crate::numerics::figures::short;
 use crate::propagate::integrator::{self, Kind, System, SystemError, SystemState};
 use history::Recorder;
 use run::Measured;
 use serde::Serialize;
-use shown::short;
 use std::ops::ControlFlow;
 use thiserror::Error;
 

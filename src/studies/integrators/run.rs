@@ -3,7 +3,7 @@
 use super::StudyError;
 use super::history::Recorder;
 use super::sample::{Sample, Scales};
-use super::shown::short;
+use crate::numerics::figures::short;
 use crate::propagate::integrator::{Integrator, Kind, Settings, StepError, System, SystemState, Work};
 use serde::Serialize;
 use std::ops::ControlFlow;

@@ -1,7 +1,7 @@
 //! The comparison as text, for people.
 
-use super::shown::{power, short};
 use super::{Bound, EqualError, Run, WorkPrecision};
+use crate::numerics::figures::{scientific as power, short};
 use std::fmt;
 
 impl fmt::Display for WorkPrecision {
