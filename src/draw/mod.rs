@@ -1,4 +1,4 @@
-//! Charts as SVG: curves over linear or logarithmic axes, and paths in space.
+//! Charts as SVG: curves over linear or logarithmic axes, and paths in space. Tables of text.
 //!
 //! No measurement of text, no style sheet, no script: a file opens in every browser and vector editor
 //! and prints as it looks. Colours are those of Okabe and Ito, told apart also by colour-blind readers; curves
@@ -8,10 +8,12 @@ mod axis;
 mod curves;
 mod scene;
 mod svg;
+mod table;
 
 pub use axis::{Axis, Scale};
 pub use curves::{Chart, Curve, Shape};
 pub use scene::{Item, Scene};
+pub use table::table;
 
 /// Colours of curves, in order.
 pub const COLOURS: [&str; 8] =

@@ -2,6 +2,7 @@
 
 use super::super::console::{Console, Tone};
 use super::super::summary::{headline, line};
+use slewkit::draw::table;
 use slewkit::files::spec::escape;
 use slewkit::maneuver::problem::{Problem, Scheme};
 use slewkit::maneuver::solution::Outcome;
@@ -51,7 +52,7 @@ pub fn lines(console: &Console, problem: &Problem, comparison: &Comparison) -> V
     };
     let grid = format!("{} {scheme} steps of {} s", problem.steps, significant(problem.step(), 3));
     let mut lines = vec![headline(console, &problem.name, verdict, tone), line("problem", &grid)];
-    lines.extend(table(&comparison.methods).iter().map(|row| line("", row)));
+    lines.extend(table(&rows(&comparison.methods), &[0, 1]).iter().map(|row| line("", row)));
     for run in &comparison.methods {
         if let Some(reason) = &run.reason {
             lines.push(line("", &format!("{}: {}", name(run.method), escape(reason))));
@@ -75,13 +76,13 @@ fn found_alone(run: &Run, by_itself: &ByItself) -> String {
     )
 }
 
-/// Rows of equal columns, the first a header.
-fn table(runs: &[Run]) -> Vec<String> {
+/// A header, and a row per method.
+fn rows(runs: &[Run]) -> Vec<Vec<String>> {
     let header = ["method", "", "cost", "terminal", "KKT", "subproblems", "Newton", "time"].map(String::from);
     let row = |run: &Run| {
         let absent = || "–".to_string();
         let applies = run.status != Standing::DoesNotApply;
-        [
+        vec![
             name(run.method).into(),
             standing(run.status).into(),
             run.cost.map_or_else(absent, |cost| significant(cost, 12)),
@@ -92,17 +93,7 @@ fn table(runs: &[Run]) -> Vec<String> {
             if applies { time(run.solve_time_s) } else { absent() },
         ]
     };
-    let rows: Vec<[String; 8]> = std::iter::once(header).chain(runs.iter().map(row)).collect();
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..8).map(width).collect();
-    let text = |row: &[String; 8]| {
-        let cell = |(column, cell): (usize, &String)| {
-            let width = widths[column];
-            if column < 2 { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
-        };
-        row.iter().enumerate().map(cell).collect::<Vec<_>>().join("  ").trim_end().to_string()
-    };
-    rows.iter().map(text).collect()
+    std::iter::once(header.to_vec()).chain(runs.iter().map(row)).collect()
 }
 
 fn agreed(agreement: &Agreement) -> Vec<String> {
@@ -163,12 +154,12 @@ fn active(problem: &Problem, comparison: &Comparison) -> Vec<String> {
     };
     let mut texts: Vec<String> = run.active.iter().map(nodes).collect();
     if texts.is_empty() {
-        texts.push("nothing acts".into());
+        texts.push("no limit or constraint".into());
     }
     if let Some(differing) = comparison.agreement.active_nodes_that_differ {
         let text = match differing {
-            0 => "shooting and convex road agree on it".into(),
-            count => format!("shooting and convex road differ at {}", counted(count, "node")),
+            0 => "shooting and SCP agree".into(),
+            count => format!("shooting and SCP differ at {}", counted(count, "node")),
         };
         texts.push(text);
     }
