@@ -11,9 +11,9 @@ use super::failure::{Exit, Failure, Message};
 use super::{interrupt, plan, spec_file};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use layout::Layout;
-use record::Document;
+use record::Recorder;
 use report::Seen;
-use slewkit::files::export::{ExportError, write_document};
+use slewkit::files::export::ExportError;
 use slewkit::files::spec::{Spec, escape};
 use slewkit::maneuver::problem::Problem;
 use slewkit::numerics::figures::significant;
@@ -248,22 +248,22 @@ impl Job<'_> {
         output: &mut dyn Write,
         console: &mut Console,
     ) -> Result<(), ExportError> {
+        let recorder = Recorder::new(&self.layout);
         if format == Format::Csv {
-            writeln!(output, "{}", self.layout.header())?;
+            recorder.write_header(output)?;
         }
-        let document = (format == Format::Json).then(|| Document::new(&self.layout));
         let mut writer = Writer {
             layout: &self.layout,
             format,
             output,
-            document,
+            recorder,
             seen: None,
             result: Ok(()),
             stopped: None,
             progress: Progress::new(console, self.layout.steps),
         };
         let ended = self.motion.run(&mut writer);
-        let Writer { document, seen, result, stopped, .. } = writer;
+        let Writer { recorder, seen, result, stopped, .. } = writer;
         (self.seen, self.stopped) = (seen, stopped);
         result?;
         match ended {
@@ -273,13 +273,11 @@ impl Job<'_> {
                 return Err(std::io::Error::other("the simulation stopped").into());
             }
         }
-        match document {
-            Some(document) => {
-                let exit = self.stopped.map(|steps| (Exit::Plan(Status::Interrupted), steps));
-                write_document(&document.finished(self.run.as_ref(), self.seen.as_ref(), exit), output)
-            }
-            None => Ok(()),
+        if format != Format::Json {
+            return Ok(());
         }
+        let interrupted = self.stopped.map(|steps| (Exit::Plan(Status::Interrupted), steps));
+        recorder.write_document(self.run.as_ref(), self.seen.as_ref(), interrupted, output)
     }
 }
 
@@ -288,7 +286,7 @@ struct Writer<'l, 'a> {
     layout: &'l Layout,
     format: Format,
     output: &'a mut dyn Write,
-    document: Option<Document<'l>>,
+    recorder: Recorder<'l>,
     seen: Option<Seen>,
     result: Result<(), ExportError>,
     stopped: Option<u64>,
@@ -298,14 +296,14 @@ struct Writer<'l, 'a> {
 impl Observer for Writer<'_, '_> {
     fn on_row(&mut self, row: &Row) -> ControlFlow<()> {
         self.seen.get_or_insert_with(|| Seen::new(row, self.layout)).note(row);
-        self.result = match (&mut self.document, self.format) {
-            (Some(document), _) => {
-                document.push(row);
+        self.result = match self.format {
+            Format::Json => {
+                self.recorder.hold(row);
                 Ok(())
             }
-            (None, Format::Csv) => self.layout.write_csv(row, self.output),
-            (None, Format::Jsonl) => self.layout.write_jsonl(row, self.output),
-            (None, _) => Ok(()),
+            Format::Csv => self.recorder.write_csv(row, self.output),
+            Format::Jsonl => self.recorder.write_jsonl(row, self.output),
+            Format::Text => Ok(()),
         };
         if self.result.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     }

@@ -1,4 +1,4 @@
-//! Rows of a simulation as CSV, JSON lines and one JSON document.
+//! Rows of a simulation as CSV, JSON lines and one JSON document, all three from one list of fields.
 //!
 //! A single body has its columns and keys without a prefix; several are `body1_…`, `body2_…` in a table, and a list
 //! `bodies` in JSON.
@@ -7,125 +7,242 @@ use super::layout::Layout;
 use super::report::{Seen, Totals};
 use crate::cli::failure::Exit;
 use serde::Serialize;
-use slewkit::files::export::ExportError;
+use serde::ser::{SerializeMap, Serializer};
+use slewkit::files::export::{ExportError, write_document};
 use slewkit::propagate::integrator::Invariants;
-use slewkit::propagate::simulate::{BodyState, Row, Run};
+use slewkit::propagate::simulate::{Row, Run};
 use std::io::Write;
 
-impl Layout {
-    /// The names of the columns.
-    pub fn header(&self) -> String {
-        let vector =
-            |name: &str, unit: &str| ["x", "y", "z"].map(|part| format!("{name}_{part}_{unit}")).join(",");
-        let mut columns = vec!["time_s".to_string()];
-        for (index, moves) in self.moves.iter().enumerate() {
-            let prefix = if self.moves.len() == 1 { String::new() } else { format!("body{}_", index + 1) };
-            columns.push(["w", "x", "y", "z"].map(|part| format!("{prefix}quaternion_{part}")).join(","));
-            columns.push(vector(&format!("{prefix}angular_velocity"), "rad_s"));
-            if *moves {
-                columns.push(vector(&format!("{prefix}position"), "m"));
-                columns.push(vector(&format!("{prefix}velocity"), "m_s"));
-            }
+/// A quantity of a row.
+#[derive(Clone, Debug, PartialEq)]
+struct Field {
+    /// The body that it is of.
+    body: Option<usize>,
+    /// Its key in JSON.
+    key: String,
+    /// Its columns in a table.
+    columns: Vec<String>,
+    /// Whether it is one number, not a list.
+    scalar: bool,
+    /// Where its numbers begin among those of the row.
+    at: usize,
+}
+
+/// The fields of every row of a simulation.
+fn fields(layout: &Layout) -> Vec<Field> {
+    let mut fields: Vec<Field> = Vec::new();
+    let prefix =
+        |body: usize| if layout.bodies.len() > 1 { format!("body{}_", body + 1) } else { String::new() };
+    let mut add = |body: Option<usize>, name: &str, unit: &str, parts: &[&str]| {
+        let (key, prefix) = (format!("{name}_{unit}"), body.map_or_else(String::new, prefix));
+        let column = |part: &&str| match unit {
+            "wxyz" => format!("{prefix}{name}_{part}"),
+            unit => format!("{prefix}{name}_{part}_{unit}"),
+        };
+        let scalar = parts.is_empty();
+        let columns = if scalar { vec![key.clone()] } else { parts.iter().map(column).collect() };
+        let at = fields.last().map_or(0, |last| last.at + last.columns.len());
+        fields.push(Field { body, key, columns, scalar, at });
+    };
+    const AXES: &[&str] = &["x", "y", "z"];
+    add(None, "time", "s", &[]);
+    for (body, moves) in layout.moves.iter().enumerate() {
+        add(Some(body), "quaternion", "wxyz", &["w", "x", "y", "z"]);
+        add(Some(body), "angular_velocity", "rad_s", AXES);
+        if *moves {
+            add(Some(body), "position", "m", AXES);
+            add(Some(body), "velocity", "m_s", AXES);
         }
-        columns.extend((1..=self.wheels.len()).map(|wheel| format!("wheel_momentum_{wheel}_n_m_s")));
-        columns.push("energy_j".into());
-        if self.anything_moves() {
-            columns.push(vector("linear_momentum", "n_s"));
+    }
+    let wheels: Vec<String> = (1..=layout.wheels.len()).map(|wheel| wheel.to_string()).collect();
+    if !wheels.is_empty() {
+        add(None, "wheel_momentum", "n_m_s", &wheels.iter().map(String::as_str).collect::<Vec<_>>());
+    }
+    add(None, "energy", "j", &[]);
+    if layout.anything_moves() {
+        add(None, "linear_momentum", "n_s", AXES);
+    }
+    add(None, "angular_momentum", "n_m_s", AXES);
+    add(None, "orthogonality", "error", &[]);
+    fields
+}
+
+/// The numbers of a row, added in the order of the fields.
+fn add_numbers(layout: &Layout, row: &Row, numbers: &mut Vec<f64>) {
+    numbers.push(row.time);
+    for (body, moves) in row.bodies.iter().zip(&layout.moves) {
+        numbers.extend(body.quaternion);
+        numbers.extend(&body.angular_velocity);
+        if *moves {
+            numbers.extend(&body.position);
+            numbers.extend(&body.velocity);
         }
-        columns.extend([vector("angular_momentum", "n_m_s"), "orthogonality_error".into()]);
-        columns.join(",")
+    }
+    let Invariants { energy, linear_momentum, angular_momentum, orthogonality } = &row.invariants;
+    numbers.extend(layout.wheel_momenta(row.time));
+    numbers.push(*energy);
+    if layout.anything_moves() {
+        numbers.extend(linear_momentum);
+    }
+    numbers.extend(angular_momentum);
+    numbers.push(*orthogonality);
+}
+
+/// Writes rows, or holds them until the document is written.
+pub struct Recorder<'a> {
+    layout: &'a Layout,
+    fields: Vec<Field>,
+    /// Numbers of a row.
+    width: usize,
+    /// Of the last row, or of all that are held.
+    numbers: Vec<f64>,
+}
+
+impl<'a> Recorder<'a> {
+    pub fn new(layout: &'a Layout) -> Self {
+        let fields = fields(layout);
+        let width = fields.iter().map(|field| field.columns.len()).sum();
+        Self { layout, fields, width, numbers: Vec::new() }
+    }
+
+    /// The first line of the table.
+    pub fn write_header(&self, output: &mut dyn Write) -> Result<(), ExportError> {
+        let columns: Vec<&str> =
+            self.fields.iter().flat_map(|field| &field.columns).map(String::as_str).collect();
+        Ok(writeln!(output, "{}", columns.join(","))?)
     }
 
     /// One line of the table.
-    pub fn write_csv(&self, row: &Row, output: &mut dyn Write) -> Result<(), ExportError> {
+    pub fn write_csv(&mut self, row: &Row, output: &mut dyn Write) -> Result<(), ExportError> {
+        self.only(row);
         // The debug form of a float is the shortest that reads back to the same bits.
-        write!(output, "{:?}", row.time)?;
-        let mut list = |values: &[f64]| values.iter().try_for_each(|value| write!(output, ",{value:?}"));
-        for (body, moves) in row.bodies.iter().zip(&self.moves) {
-            list(&body.quaternion)?;
-            list(body.angular_velocity.as_slice())?;
-            if *moves {
-                list(body.position.as_slice())?;
-                list(body.velocity.as_slice())?;
-            }
-        }
-        let Invariants { energy, linear_momentum, angular_momentum, orthogonality } = &row.invariants;
-        list(&self.wheel_momenta(row.time))?;
-        list(&[*energy])?;
-        if self.anything_moves() {
-            list(linear_momentum.as_slice())?;
-        }
-        list(angular_momentum.as_slice())?;
-        list(&[*orthogonality])?;
+        write!(output, "{:?}", self.numbers[0])?;
+        self.numbers[1..].iter().try_for_each(|number| write!(output, ",{number:?}"))?;
         Ok(writeln!(output)?)
     }
 
     /// One line, an object.
-    pub fn write_jsonl(&self, row: &Row, output: &mut dyn Write) -> Result<(), ExportError> {
-        serde_json::to_writer(&mut *output, &Line::new(row, self))?;
+    pub fn write_jsonl(&mut self, row: &Row, output: &mut dyn Write) -> Result<(), ExportError> {
+        self.only(row);
+        serde_json::to_writer(&mut *output, &self.object(false))?;
         Ok(writeln!(output)?)
     }
-}
 
-/// One row, keys with units.
-#[derive(Serialize)]
-struct Line {
-    time_s: f64,
-    #[serde(flatten)]
-    alone: Option<BodyLine>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    bodies: Vec<BodyLine>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    wheel_momentum_n_m_s: Vec<f64>,
-    energy_j: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    linear_momentum_n_s: Option<[f64; 3]>,
-    angular_momentum_n_m_s: [f64; 3],
-    orthogonality_error: f64,
-}
+    /// Holds a row for the document.
+    pub fn hold(&mut self, row: &Row) {
+        add_numbers(self.layout, row, &mut self.numbers);
+    }
 
-#[derive(Serialize)]
-struct BodyLine {
-    quaternion_wxyz: [f64; 4],
-    angular_velocity_rad_s: [f64; 3],
-    #[serde(skip_serializing_if = "Option::is_none")]
-    position_m: Option<[f64; 3]>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    velocity_m_s: Option<[f64; 3]>,
-}
+    fn only(&mut self, row: &Row) {
+        self.numbers.clear();
+        self.hold(row);
+    }
 
-impl BodyLine {
-    fn new(body: &BodyState, moves: bool) -> Self {
-        Self {
-            quaternion_wxyz: body.quaternion,
-            angular_velocity_rad_s: body.angular_velocity.into(),
-            position_m: moves.then(|| body.position.into()),
-            velocity_m_s: moves.then(|| body.velocity.into()),
-        }
+    fn object(&self, several: bool) -> Object<'_> {
+        let rows = Rows { numbers: &self.numbers, width: self.width, several };
+        Object { fields: &self.fields, rows, bodies: &self.layout.bodies, name: None }
+    }
+
+    /// Writes all that is held, with what the run came to; `interrupted`: how the program will end, and the steps
+    /// made.
+    pub fn write_document(
+        &self,
+        run: Option<&Run>,
+        seen: Option<&Seen>,
+        interrupted: Option<(Exit, u64)>,
+        output: &mut dyn Write,
+    ) -> Result<(), ExportError> {
+        let layout = self.layout;
+        let document = Document {
+            status: interrupted.map_or("simulated", |(exit, _)| exit.status()),
+            exit_code: interrupted.map_or(0, |(exit, _)| exit.code()),
+            name: &layout.name,
+            integrator: layout.integrator,
+            duration_s: layout.duration,
+            steps: layout.steps,
+            steps_made: interrupted.map(|(_, steps)| steps),
+            step_s: layout.duration / layout.steps as f64,
+            stride: layout.stride,
+            order: run.map(|run| run.facts.order),
+            symplectic: run.map(|run| run.facts.symplectic),
+            force_evaluations: run.map(|run| run.work.force_evaluations),
+            stepping_time_s: run.map(|run| run.stepping.as_secs_f64()),
+            errors: seen.map(|seen| seen.totals),
+            encounter: run.and_then(|run| run.encounter).map(|encounter| Meeting {
+                time_s: encounter.time,
+                bodies: encounter.bodies.map(|body| layout.bodies[body].as_str()),
+                distance_m: encounter.distance,
+            }),
+            trajectory: self.object(true),
+        };
+        write_document(&document, output)
     }
 }
 
-impl Line {
-    fn new(row: &Row, layout: &Layout) -> Self {
-        let lines = row.bodies.iter().zip(&layout.moves).map(|(body, moves)| BodyLine::new(body, *moves));
-        let mut bodies: Vec<_> = lines.collect();
-        let alone = if bodies.len() == 1 { bodies.pop() } else { None };
-        Self {
-            time_s: row.time,
-            alone,
-            bodies,
-            wheel_momentum_n_m_s: layout.wheel_momenta(row.time),
-            energy_j: row.invariants.energy,
-            linear_momentum_n_s: layout.anything_moves().then(|| row.invariants.linear_momentum.into()),
-            angular_momentum_n_m_s: row.invariants.angular_momentum.into(),
-            orthogonality_error: row.invariants.orthogonality,
+/// Numbers of one row, or of several one after the other.
+#[derive(Clone, Copy)]
+struct Rows<'a> {
+    numbers: &'a [f64],
+    width: usize,
+    /// A list per key, instead of the value of the one row.
+    several: bool,
+}
+
+/// Fields as an object; those of several bodies are a list of objects in it.
+struct Object<'a> {
+    fields: &'a [Field],
+    rows: Rows<'a>,
+    bodies: &'a [String],
+    /// What stands before the fields.
+    name: Option<&'a str>,
+}
+
+impl Serialize for Object<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let rows = self.rows;
+        let mut map = serializer.serialize_map(None)?;
+        self.name.iter().try_for_each(|name| map.serialize_entry("name", name))?;
+        for fields in self.fields.chunk_by(|a, b| a.body.is_some() == b.body.is_some()) {
+            if self.bodies.len() > 1 && fields[0].body.is_some() {
+                let each = fields.chunk_by(|a, b| a.body == b.body).zip(self.bodies);
+                let objects = each.map(|(fields, name)| {
+                    let name = rows.several.then_some(name.as_str());
+                    Object { fields, rows, bodies: &[], name }
+                });
+                map.serialize_entry("bodies", &objects.collect::<Vec<_>>())?;
+            } else {
+                fields
+                    .iter()
+                    .try_for_each(|field| map.serialize_entry(&field.key, &Values { field, rows }))?;
+            }
+        }
+        map.end()
+    }
+}
+
+/// What stands at a key.
+struct Values<'a> {
+    field: &'a Field,
+    rows: Rows<'a>,
+}
+
+impl<'a> Serialize for Values<'a> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self { field, rows } = self;
+        let list = |row: &'a [f64]| &row[field.at..][..field.columns.len()];
+        let each = rows.numbers.chunks(rows.width).map(list);
+        match (rows.several, field.scalar) {
+            (true, true) => serializer.collect_seq(each.map(|list| list[0])),
+            (true, false) => serializer.collect_seq(each),
+            (false, true) => rows.numbers[field.at].serialize(serializer),
+            (false, false) => list(rows.numbers).serialize(serializer),
         }
     }
 }
 
 /// The whole simulation as one document, a list per key.
 #[derive(Serialize)]
-pub struct Document<'a> {
+struct Document<'a> {
     status: &'static str,
     exit_code: u8,
     name: &'a str,
@@ -151,9 +268,7 @@ pub struct Document<'a> {
     /// Two bodies that came within reach of one another.
     #[serde(skip_serializing_if = "Option::is_none")]
     encounter: Option<Meeting<'a>>,
-    trajectory: Columns<'a>,
-    #[serde(skip)]
-    layout: &'a Layout,
+    trajectory: Object<'a>,
 }
 
 #[derive(Serialize)]
@@ -161,113 +276,4 @@ struct Meeting<'a> {
     time_s: f64,
     bodies: [&'a str; 2],
     distance_m: f64,
-}
-
-#[derive(Serialize)]
-struct Columns<'a> {
-    time_s: Vec<f64>,
-    #[serde(flatten)]
-    alone: Option<BodyColumns<'a>>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    bodies: Vec<BodyColumns<'a>>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    wheel_momentum_n_m_s: Vec<Vec<f64>>,
-    energy_j: Vec<f64>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    linear_momentum_n_s: Vec<[f64; 3]>,
-    angular_momentum_n_m_s: Vec<[f64; 3]>,
-    orthogonality_error: Vec<f64>,
-}
-
-#[derive(Default, Serialize)]
-struct BodyColumns<'a> {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    name: Option<&'a str>,
-    quaternion_wxyz: Vec<[f64; 4]>,
-    angular_velocity_rad_s: Vec<[f64; 3]>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    position_m: Vec<[f64; 3]>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    velocity_m_s: Vec<[f64; 3]>,
-}
-
-impl<'a> Document<'a> {
-    pub fn new(layout: &'a Layout) -> Self {
-        let columns = |name| BodyColumns { name: Some(name), ..BodyColumns::default() };
-        let several = layout.bodies.len() > 1;
-        let trajectory = Columns {
-            time_s: Vec::new(),
-            alone: (!several).then(BodyColumns::default),
-            bodies: layout.bodies.iter().filter(|_| several).map(|name| columns(name.as_str())).collect(),
-            wheel_momentum_n_m_s: Vec::new(),
-            energy_j: Vec::new(),
-            linear_momentum_n_s: Vec::new(),
-            angular_momentum_n_m_s: Vec::new(),
-            orthogonality_error: Vec::new(),
-        };
-        Self {
-            status: "simulated",
-            exit_code: 0,
-            name: &layout.name,
-            integrator: layout.integrator,
-            duration_s: layout.duration,
-            steps: layout.steps,
-            steps_made: None,
-            step_s: layout.duration / layout.steps as f64,
-            stride: layout.stride,
-            order: None,
-            symplectic: None,
-            force_evaluations: None,
-            stepping_time_s: None,
-            errors: None,
-            encounter: None,
-            trajectory,
-            layout,
-        }
-    }
-
-    pub fn push(&mut self, row: &Row) {
-        let Columns { time_s, alone, bodies, .. } = &mut self.trajectory;
-        time_s.push(row.time);
-        for ((columns, body), moves) in
-            alone.iter_mut().chain(bodies).zip(&row.bodies).zip(&self.layout.moves)
-        {
-            columns.quaternion_wxyz.push(body.quaternion);
-            columns.angular_velocity_rad_s.push(body.angular_velocity.into());
-            if *moves {
-                columns.position_m.push(body.position.into());
-                columns.velocity_m_s.push(body.velocity.into());
-            }
-        }
-        let Invariants { energy, linear_momentum, angular_momentum, orthogonality } = &row.invariants;
-        if !self.layout.wheels.is_empty() {
-            self.trajectory.wheel_momentum_n_m_s.push(self.layout.wheel_momenta(row.time));
-        }
-        self.trajectory.energy_j.push(*energy);
-        if self.layout.anything_moves() {
-            self.trajectory.linear_momentum_n_s.push((*linear_momentum).into());
-        }
-        self.trajectory.angular_momentum_n_m_s.push((*angular_momentum).into());
-        self.trajectory.orthogonality_error.push(*orthogonality);
-    }
-
-    /// With what the run came to; `interrupted`: how the program will end, and the steps made.
-    pub fn finished(self, run: Option<&Run>, seen: Option<&Seen>, interrupted: Option<(Exit, u64)>) -> Self {
-        Self {
-            status: interrupted.map_or(self.status, |(exit, _)| exit.status()),
-            exit_code: interrupted.map_or(self.exit_code, |(exit, _)| exit.code()),
-            steps_made: interrupted.map(|(_, steps)| steps),
-            order: run.map(|run| run.facts.order),
-            symplectic: run.map(|run| run.facts.symplectic),
-            force_evaluations: run.map(|run| run.work.force_evaluations),
-            stepping_time_s: run.map(|run| run.stepping.as_secs_f64()),
-            errors: seen.map(|seen| seen.totals),
-            encounter: run.and_then(|run| run.encounter).map(|encounter| Meeting {
-                time_s: encounter.time,
-                bodies: encounter.bodies.map(|body| self.layout.bodies[body].as_str()),
-                distance_m: encounter.distance,
-            }),
-            ..self
-        }
-    }
 }
