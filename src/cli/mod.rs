@@ -1,5 +1,6 @@
 //! The command line: one file per command. Arguments are parsed as typed, then checked and combined.
 
+mod advice;
 mod args;
 mod check;
 mod compare;

@@ -43,7 +43,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let mut watcher = Watcher::new(console);
     let plan = plan::plan(&problem, &settings, guess.as_ref(), &mut watcher).map_err(refusal)?;
 
-    console.say(&summary::plan(console, &problem, &plan));
+    console.say(&summary::plan(console, &args.spec, &problem, &settings, &plan));
     match &destination {
         Destination::None => {}
         Destination::Stdout(format) => {

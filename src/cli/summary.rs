@@ -1,9 +1,11 @@
 //! What `plan` and `verify` tell in words.
 
+use super::advice::{WIDE_RAD, advice};
+use super::args::SpecArgs;
 use super::console::{Console, Tone};
 use slewkit::files::spec::escape;
 use slewkit::maneuver::problem::{Motion, Problem, Scheme};
-use slewkit::maneuver::settings::Method;
+use slewkit::maneuver::settings::{Method, Settings};
 use slewkit::maneuver::solution::{
     ActiveConstraint, Outcome, Rung, RungReport, Sense, Solution, TerminalError, Trajectory,
 };
@@ -27,7 +29,13 @@ pub fn headline(console: &Console, name: &str, verdict: &str, tone: Tone) -> Str
 }
 
 /// The summary of a plan, solved or not.
-pub fn plan(console: &Console, problem: &Problem, plan: &Plan) -> String {
+pub fn plan(
+    console: &Console,
+    args: &SpecArgs,
+    problem: &Problem,
+    settings: &Settings,
+    plan: &Plan,
+) -> String {
     let solution = &plan.solution;
     let (verdict, tone) = match plan.status {
         Status::Solved => ("solved and verified", Tone::Good),
@@ -58,7 +66,7 @@ pub fn plan(console: &Console, problem: &Problem, plan: &Plan) -> String {
         let judged = Judged { problem, trajectory: &solution.trajectory, active: Some(&solution.active) };
         lines.extend(verified(console, &judged, verification));
     }
-    lines.extend(advice(problem, plan).iter().map(|text| line("try", text)));
+    lines.extend(advice(args, problem, settings, plan).iter().map(|text| line("try", text)));
     lines.join("\n")
 }
 
@@ -70,13 +78,13 @@ fn method(problem: &Problem, solution: &Solution) -> String {
     let how = match solution.method {
         Method::Scp => match &solution.convex {
             Some(work) => {
-                format!("convex: {}, then Newton on the active set", counted(work.subproblems, "subproblem"))
+                format!("SCP: {}, then Newton on the active set", counted(work.subproblems, "subproblem"))
             }
-            None => "convex".into(),
+            None => "SCP".into(),
         },
         Method::Shooting | Method::Auto => {
             let idle = problem.is_constrained() && solution.active.is_empty();
-            let limits = if idle { ", which no limit touches" } else { "" };
+            let limits = if idle { ", no limit active" } else { "" };
             format!("shooting: Newton on {} costates{limits}", problem.dimension())
         }
     };
@@ -93,9 +101,9 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
     let mut lines = vec![
         line("path", &format!("{}, turned {:.1} deg", way(solution.sense), solution.turned_deg)),
         line("cost", &format!("{}{unit}", significant(solution.cost, 6))),
-        line("iterations", &iterations(solution)),
-        line("terminal", &terminal(&solution.terminal)),
     ];
+    lines.extend(iterations(solution));
+    lines.push(line("terminal", &terminal(&solution.terminal)));
     let optimality = &solution.optimality;
     let second = match optimality.conjugate_points {
         Some(0) if solution.method == Method::Scp => "strict local minimum".into(),
@@ -134,29 +142,48 @@ fn way(sense: Sense) -> &'static str {
 /// How many residuals are shown before and after an ellipsis.
 const SHOWN: (usize, usize) = (3, 4);
 
-/// Iterations of the winning start, with the residuals of those of its rungs that converged.
-fn iterations(solution: &Solution) -> String {
+/// Iterations of the winning start over all grids, and the residuals of those on the requested grid.
+fn iterations(solution: &Solution) -> Vec<String> {
     let convex = solution.method == Method::Scp;
     let won = |rung: &&RungReport| {
-        // A subproblem's residual is a defect, Newton's one of all conditions: they make no one sequence.
-        let road =
-            if convex { rung.rung == Rung::Polish } else { ![Rung::Scp, Rung::Polish].contains(&rung.rung) };
-        road && rung.start == solution.start && rung.outcome == Outcome::Converged
+        let method = convex == [Rung::Scp, Rung::Polish].contains(&rung.rung);
+        method && rung.start == solution.start && rung.outcome == Outcome::Converged
     };
     let won: Vec<&RungReport> = solution.ladder.iter().filter(won).collect();
-    // What the same start led to later, from a shorter first step, is another story.
-    let refined = won.iter().rposition(|rung| rung.rung == Rung::CoarseToFine);
-    let won = &won[..refined.map_or(won.len(), |last| last + 1)];
-    let mut errors: Vec<f64> = won.iter().flat_map(|rung| rung.residuals.iter().copied()).collect();
-    // A rung begins where the one before ended.
-    errors.dedup();
-    let shown = |errors: &[f64]| errors.iter().map(|value| error(*value)).collect::<Vec<_>>().join(" → ");
-    let course = match &errors[..] {
-        [] => String::new(),
-        short if short.len() <= SHOWN.0 + SHOWN.1 => format!("   ({})", shown(short)),
-        long => format!("   ({} → … → {})", shown(&long[..SHOWN.0]), shown(&long[long.len() - SHOWN.1..])),
+    let mut grids: Vec<usize> = won.iter().map(|rung| rung.steps).collect();
+    grids.sort_unstable();
+    grids.dedup();
+    let over = match &grids[..] {
+        [] | [_] => String::new(),
+        [coarse @ .., last] => {
+            let coarse = coarse.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
+            format!(" over grids of {coarse} and {last} steps")
+        }
     };
-    format!("{}{course}   {}", solution.iterations, time(solution.solve_time))
+    let subproblems = solution.convex.as_ref().filter(|_| convex).map_or(0, |work| work.subproblems);
+    let count = match subproblems {
+        0 => solution.iterations.to_string(),
+        count => format!(
+            "{}, {} of Newton",
+            counted(count, "subproblem"),
+            solution.iterations.saturating_sub(count)
+        ),
+    };
+    let mut lines = vec![line("iterations", &format!("{count}{over}, {}", time(solution.solve_time)))];
+    // A subproblem's residual is a defect, Newton's one of all conditions: they make no one sequence.
+    let last = won.iter().rfind(|rung| rung.steps == solution.steps && rung.rung != Rung::Scp);
+    let mut residuals = last.map_or(Vec::new(), |rung| rung.residuals.clone());
+    residuals.dedup();
+    let shown = |errors: &[f64]| errors.iter().map(|value| error(*value)).collect::<Vec<_>>().join(" → ");
+    let course = match &residuals[..] {
+        // Where the grid before left nothing to do.
+        [] | [_] => return lines,
+        short if short.len() <= SHOWN.0 + SHOWN.1 => shown(short),
+        long => format!("{} → … → {}", shown(&long[..SHOWN.0]), shown(&long[long.len() - SHOWN.1..])),
+    };
+    let grid = if grids.len() > 1 { format!("   on {} steps", solution.steps) } else { String::new() };
+    lines.push(line("residual", &format!("{course}{grid}")));
+    lines
 }
 
 fn terminal(terminal: &TerminalError) -> String {
@@ -202,7 +229,7 @@ pub fn verified(console: &Console, judged: &Judged, verification: &Verification)
         lines.push(line("", &text));
     }
     let mut continuous = format!(
-        "continuous dynamics, torque held over each step, Verner 9(8) at 1e-14: attitude {} rad",
+        "continuous witness, Verner 9(8) at 1e-14, torque held over each step: attitude {} rad",
         error(verification.continuous_attitude_rad)
     );
     if verification.continuous_attitude_rad > WIDE_RAD {
@@ -269,13 +296,13 @@ fn stopped(solution: &Solution) -> &'static str {
         Outcome::Converged => "the terminal conditions are met",
         Outcome::IterationLimit => "the iteration limit was reached",
         Outcome::Stalled if solution.method == Method::Scp => {
-            "no plan within the limits and constraints was found"
+            "no plan was found within the limits and constraints"
         }
         Outcome::Stalled => "no step reduces the terminal error any more",
         Outcome::StepTooLong => "the body turns too far in one step: the implicit equation has no solution",
         Outcome::NotFinite => "a number became NaN or infinite",
         Outcome::Singular => "the sensitivity matrix is singular: the costates do not steer the end state",
-        Outcome::Infeasible => "no plan exists: that is proved",
+        Outcome::Infeasible => "proved infeasible: no plan exists",
         Outcome::TimeLimit => "the time limit was reached",
         Outcome::Interrupted => "interrupted; this is the best iterate",
     }
@@ -337,63 +364,4 @@ fn crowd(runs: &[RungReport]) -> String {
     let best =
         last.copied().min_by(f64::total_cmp).map_or(String::new(), |best| format!(", best {}", error(best)));
     format!("{:<15} {} runs: {}{best}", runs[0].rung, runs.len(), outcomes.join(", "))
-}
-
-/// Attitude errors of the continuous motion beyond this are told in degrees too, and called coarse.
-const WIDE_RAD: f64 = 0.02;
-
-/// Terminal errors up to this multiple of the tolerance count as nearly there.
-const NEARLY: f64 = 1e4;
-
-/// What to try next, most promising first.
-fn advice(problem: &Problem, plan: &Plan) -> Vec<String> {
-    let solution = &plan.solution;
-    let more_steps = || {
-        let steps = (2 * solution.steps).min(Problem::MAX_STEPS);
-        format!("more steps: --set maneuver.steps={steps}")
-    };
-    let longer = || {
-        let duration = solution.longer.unwrap_or(1.5 * problem.duration);
-        format!("more time: --set maneuver.duration_s={duration}")
-    };
-    let convex = solution.method == Method::Scp;
-    let coarse = plan
-        .verification
-        .as_ref()
-        .is_some_and(|verification| verification.continuous_attitude_rad > WIDE_RAD);
-    let neighbour =
-        || "a plan of an easier neighbour (longer, or a smaller turn) as guess: --guess PLAN.json".into();
-    // So close that only round-off can be in the way.
-    let reached = solution.terminal.largest();
-    let nearly = reached.is_finite() && reached < NEARLY * solution.tolerance;
-    let looser = || {
-        let tolerance = 10_f64.powi(reached.log10().ceil() as i32);
-        format!("a looser tolerance: --set solver.tolerance={tolerance:e}")
-    };
-    match (plan.status, solution.outcome) {
-        // The discrete maneuver is solved; the true motion under its torque ends elsewhere.
-        (Status::Solved, _) if coarse => vec![more_steps()],
-        (Status::Solved, _) => vec![],
-        (Status::VerificationFailed, _) => vec![more_steps()],
-        (_, Outcome::StepTooLong) => vec![more_steps(), longer()],
-        (_, Outcome::IterationLimit) => {
-            vec!["a higher `solver.max_iterations`".into(), more_steps(), neighbour()]
-        }
-        (_, Outcome::Stalled) if nearly => vec![looser(), more_steps()],
-        (_, Outcome::Stalled) if convex && solution.longer.is_some() => vec![longer(), neighbour()],
-        (_, Outcome::Stalled) if convex && solution.shortfall.is_some() => {
-            vec!["looser limits, smaller cones or other ends".into(), neighbour()]
-        }
-        (_, Outcome::Stalled | Outcome::NotFinite) => vec![more_steps(), longer(), neighbour()],
-        (_, Outcome::Singular) => {
-            vec!["other torque axes, or terminal rates that the present ones can reach".into()]
-        }
-        (_, Outcome::Infeasible) => {
-            vec!["what the reason names; or other torque axes, terminal rates or attitudes".into()]
-        }
-        (_, Outcome::TimeLimit) => {
-            vec!["a higher `solver.time_limit_s`".into(), "fewer steps, as a first guess".into()]
-        }
-        (_, Outcome::Interrupted | Outcome::Converged) => vec![],
-    }
 }
