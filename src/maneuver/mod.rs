@@ -3,6 +3,7 @@
 pub mod constraint;
 pub mod grid;
 pub mod infeasible;
+pub mod objective;
 pub mod problem;
 pub mod settings;
 pub mod solution;

@@ -1,7 +1,7 @@
 //! Actuators: the input matrix `B` and the effort weight `W`, for torques and for forces.
 
 use crate::{Matrix3, Vector3};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, SMatrix};
 use thiserror::Error;
 
 /// The axes in which the columns of `B` are fixed.
@@ -13,6 +13,52 @@ pub enum AxisFrame {
     Reference,
 }
 
+impl AxisFrame {
+    /// Vectors (columns) of body axes in these axes, at attitude `r`.
+    #[inline(always)]
+    pub fn of_body<const C: usize>(self, r: &Matrix3, vectors: &SMatrix<f64, 3, C>) -> SMatrix<f64, 3, C> {
+        match self {
+            Self::Body => *vectors,
+            Self::Reference => r * vectors,
+        }
+    }
+
+    /// Vectors of these axes in body axes.
+    #[inline(always)]
+    pub fn to_body<const C: usize>(self, r: &Matrix3, vectors: &SMatrix<f64, 3, C>) -> SMatrix<f64, 3, C> {
+        match self {
+            Self::Body => *vectors,
+            Self::Reference => r.tr_mul(vectors),
+        }
+    }
+
+    /// Vectors of the reference frame in these axes.
+    #[inline(always)]
+    pub fn of_reference<const C: usize>(
+        self,
+        r: &Matrix3,
+        vectors: &SMatrix<f64, 3, C>,
+    ) -> SMatrix<f64, 3, C> {
+        match self {
+            Self::Body => r.tr_mul(vectors),
+            Self::Reference => *vectors,
+        }
+    }
+
+    /// Vectors of these axes in the reference frame.
+    #[inline(always)]
+    pub fn to_reference<const C: usize>(
+        self,
+        r: &Matrix3,
+        vectors: &SMatrix<f64, 3, C>,
+    ) -> SMatrix<f64, 3, C> {
+        match self {
+            Self::Body => r * vectors,
+            Self::Reference => *vectors,
+        }
+    }
+}
+
 /// Singular value of `B`, relative to the largest, below which its axes count as coplanar.
 const RANK_TOLERANCE: f64 = 1e-6;
 
@@ -22,7 +68,7 @@ pub struct ActuatorSet {
     axes: Vec<Vector3>,
     frame: AxisFrame,
     weight: DMatrix<f64>,
-    /// `W⁻¹ Bᵀ`, m×3: the optimal inputs are `u = −W⁻¹ Bᵀ λ`.
+    /// `W⁻¹ Bᵀ`, m×3.
     gain: DMatrix<f64>,
     /// `B W⁻¹ Bᵀ`, 3×3.
     authority: Matrix3,
@@ -188,14 +234,9 @@ impl ActuatorSet {
         &self.authority
     }
 
-    /// The optimal inputs `u = −W⁻¹ Bᵀ λ` for a costate given in the axes of [`ActuatorSet::frame`].
-    pub fn optimal_inputs(&self, costate: &Vector3) -> DVector<f64> {
-        -(&self.gain * costate)
-    }
-
-    /// The optimal `B u = −B W⁻¹ Bᵀ λ`, in the axes of [`ActuatorSet::frame`].
-    pub fn optimal_output(&self, costate: &Vector3) -> Vector3 {
-        -(self.authority * costate)
+    /// `W⁻¹ Bᵀ`, m×3.
+    pub fn gain(&self) -> &DMatrix<f64> {
+        &self.gain
     }
 
     /// `B u`, in the axes of [`ActuatorSet::frame`].
@@ -222,12 +263,6 @@ impl ActuatorSet {
             2 => (2, Some(direction(order[2]))),
             _ => (rank, None),
         }
-    }
-
-    /// `½ uᵀ W u`.
-    pub fn effort(&self, inputs: &[f64]) -> f64 {
-        let u = DVector::from_column_slice(inputs);
-        0.5 * u.dot(&(&self.weight * &u))
     }
 }
 

@@ -5,12 +5,12 @@ use super::discrete::Discrete;
 use super::margins::{Margin, Meter};
 use super::motion::{Inputs, Phase, Scale, judgeable};
 use super::wheels::Wheels;
+use crate::maneuver::objective;
 use crate::maneuver::problem::{Motion, Problem, Scheme};
 use crate::maneuver::solution::Trajectory;
 use crate::mechanics::actuators::{Actuation, ActuatorSet};
 use crate::propagate::plant::{Output, Plant};
 use crate::{Vector3, lie};
-use nalgebra::DVector;
 
 /// How many recorded numbers are NaN or infinite.
 pub(super) fn not_finite(trajectory: &Trajectory) -> usize {
@@ -257,15 +257,12 @@ pub fn effort(problem: &Problem, inputs: &[f64]) -> f64 {
     let Actuation { torque, force, .. } = &problem.actuation;
     let forces = force.as_ref().map_or(0, ActuatorSet::count);
     let last = (inputs.len() / problem.actuation.count()).saturating_sub(1);
-    let price = |channel: &ActuatorSet, inputs: &[f64]| {
-        let inputs = DVector::from_column_slice(inputs);
-        inputs.dot(&(channel.weight() * &inputs))
-    };
+    let price = |set: &ActuatorSet, inputs: &[f64]| objective::effort(set.weight(), inputs);
     let rows = inputs.chunks_exact(problem.actuation.count()).enumerate().map(|(index, row)| {
         let end = problem.scheme == Scheme::LieVerlet && (index == 0 || index == last);
         let priced =
             price(torque, &row[forces..]) + force.as_ref().map_or(0.0, |force| price(force, &row[..forces]));
         if end { 0.5 * priced } else { priced }
     });
-    0.5 * problem.step() * rows.sum::<f64>()
+    problem.step() * rows.sum::<f64>()
 }

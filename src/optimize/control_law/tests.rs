@@ -1,6 +1,8 @@
 //! The law against its definition as a minimum, and its derivative against finite differences.
 
+use super::saturated::obstacle_of;
 use super::*;
+use crate::maneuver::objective::effort;
 use crate::mechanics::actuators::{AxisFrame, Limits};
 use crate::testing::Random;
 use nalgebra::DMatrix;
@@ -23,7 +25,7 @@ fn random_channel(random: &mut Random, norm: bool) -> ActuatorSet {
 
 /// `½ uᵀWu + q·Bu`.
 fn hamiltonian(channel: &ActuatorSet, costate: &Vector3, inputs: &DVector<f64>) -> f64 {
-    channel.effort(inputs.as_slice()) + costate.dot(&channel.output(inputs.as_slice()))
+    effort(channel.weight(), inputs.as_slice()) + costate.dot(&channel.output(inputs.as_slice()))
 }
 
 fn is_allowed(channel: &ActuatorSet, inputs: &DVector<f64>, slack: f64) -> bool {
@@ -38,9 +40,9 @@ fn inputs_are_allowed_and_no_allowed_ones_are_better() {
     let (mut limited, mut free) = (0, 0);
     for index in 0..400 {
         let channel = random_channel(&mut random, index % 2 == 0);
-        let law = ControlLaw::of(&channel).unwrap();
+        let law = ControlLaw::of(&channel);
         let costate = random.vector3() * 3.0f64.powf(random.uniform() * 3.0);
-        let inputs = law.inputs(&channel, &costate);
+        let inputs = law.inputs(&channel, &Gain::of(&channel), &costate);
         // Axes that nearly coincide cost the norm some of its digits, by the condition of their authority.
         assert!(is_allowed(&channel, &inputs, 1e-12), "{channel:?}");
         let best = hamiltonian(&channel, &costate, &inputs);
@@ -64,8 +66,8 @@ fn inputs_are_allowed_and_no_allowed_ones_are_better() {
         let output = channel.output(inputs.as_slice());
         let size = output.amax().max(1.0);
         assert!((response.output - output).amax() < 1e-12 * size, "{channel:?} {} {output}", response.output);
-        let effort = channel.effort(inputs.as_slice());
-        assert!((response.effort - effort).abs() < 1e-12 * effort.max(1.0));
+        let effort = effort(channel.weight(), inputs.as_slice());
+        assert!((response.cost - effort).abs() < 1e-12 * effort.max(1.0));
     }
     assert!(limited > 100 && free > 50, "{limited} {free}");
 }
@@ -76,9 +78,9 @@ fn multipliers_balance_the_gradient_at_the_limits_and_vanish_elsewhere() {
     let mut random = Random(5);
     for index in 0..400 {
         let channel = random_channel(&mut random, index % 2 == 0);
-        let law = ControlLaw::of(&channel).unwrap();
+        let law = ControlLaw::of(&channel);
         let costate = random.vector3() * 3.0f64.powf(random.uniform() * 3.0);
-        let inputs = law.inputs(&channel, &costate);
+        let inputs = law.inputs(&channel, &Gain::of(&channel), &costate);
         let b_t_q = DVector::from_iterator(channel.count(), channel.axes().iter().map(|b| b.dot(&costate)));
         let gradient = channel.weight() * &inputs + b_t_q;
         let multipliers = law.multipliers(&costate);
@@ -107,7 +109,7 @@ fn slope_is_the_derivative_of_the_output_in_any_units() {
     let mut compared = 0;
     for index in 0..400 {
         let channel = random_channel(&mut random, index % 2 == 0);
-        let law = ControlLaw::of(&channel).unwrap().scaled(2.5, 0.3);
+        let law = ControlLaw::of(&channel).scaled(2.5, 0.3);
         let costate = random.vector3() * 3.0f64.powf(random.uniform() * 3.0);
         let slope = law.slope(&costate);
         assert!((slope - slope.transpose()).amax() < 1e-14 * slope.amax().max(1.0));
@@ -140,7 +142,7 @@ fn the_norm_bound_of_equal_authorities_is_the_closed_form() {
         let axes: Vec<Vector3> = random.rotation().column_iter().map(|axis| axis.into_owned()).collect();
         let channel = ActuatorSet::new(axes, AxisFrame::Body, DMatrix::identity(3, 3) * weight).unwrap();
         let limits = Limits { norm: Some(limit), ..Limits::default() };
-        let law = ControlLaw::of(&channel.with_limits(limits).unwrap()).unwrap();
+        let law = ControlLaw::of(&channel.with_limits(limits).unwrap());
         let costate = random.vector3() * 10.0f64.powf(4.0 * random.uniform());
         let expected = costate * (-limit / (limit * weight).max(costate.norm()));
         assert!((law.response(&costate).output - expected).amax() < 1e-15 * limit.max(expected.amax()) * 4.0);
@@ -151,9 +153,9 @@ fn the_norm_bound_of_equal_authorities_is_the_closed_form() {
 fn what_is_not_finite_stays_so() {
     let mut random = Random(11);
     for norm in [false, true] {
-        let law = ControlLaw::of(&random_channel(&mut random, norm)).unwrap();
+        let law = ControlLaw::of(&random_channel(&mut random, norm));
         let response = law.response(&Vector3::new(f64::NAN, 0.0, 1.0));
-        assert!(response.output.iter().any(|value| value.is_nan()) && response.effort.is_nan());
+        assert!(response.output.iter().any(|value| value.is_nan()) && response.cost.is_nan());
     }
 }
 

@@ -2,19 +2,20 @@
 //! round and active limits, whichever method found it.
 
 use super::way::{Follower, Way};
+use crate::Vector3;
 use crate::lie::{self, continued};
 use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::solution::{ActiveConstraint, TerminalError, Trajectory};
-use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, LimitKind};
+use crate::mechanics::actuators::{Actuation, ActuatorSet, LimitKind};
 use crate::optimize::candidate::Candidate;
 use crate::optimize::control_law::ControlLaw;
+use crate::optimize::control_law::effort::Gain;
 use crate::optimize::methods::scp::model::costate_blocks;
 use crate::optimize::methods::scp::road::{Chain, iterate};
 use crate::optimize::step::{Costate, Dynamics, Point, StepError};
 use crate::optimize::sweep::{BoundaryValueProblem, Node};
-use crate::{Matrix3, Vector3};
-use nalgebra::{DVector, SVector};
+use nalgebra::SVector;
 
 /// A recorded candidate.
 pub(crate) struct Recorded {
@@ -35,11 +36,11 @@ pub(crate) fn extremal<const N: usize>(
     let mut recorder = Recorder::<N>::new(problem, &bvp.dynamics);
     let unit = bvp.dynamics.units.cost / bvp.dynamics.units.time;
     let Actuation { force, torque, .. } = &problem.actuation;
-    let mut limits =
-        [Limit::of(problem, force.as_ref(), true, unit), Limit::of(problem, Some(torque), false, unit)];
-    let end = bvp.sweep_observed(costate, |node| recorder.sweep_node(&node, &mut limits))?;
+    let mut force = force.as_ref().map(|force| Optimal::of(problem, force, true, unit));
+    let mut torque = Optimal::of(problem, torque, false, unit);
+    let end = bvp.sweep_observed(costate, |node| recorder.sweep_node(&node, force.as_mut(), &mut torque))?;
     let way = recorder.follower.way(bvp)?;
-    let active = limits.into_iter().flatten().map(|limit| limit.active);
+    let active = force.into_iter().chain([torque]).map(|set| set.active);
     Ok(Recorded {
         trajectory: recorder.trajectory,
         cost: end.cost,
@@ -117,32 +118,34 @@ struct Recorder<'a, const N: usize> {
     follower: Follower,
 }
 
-/// The limit of a channel: its law, SI units, and where it acts.
-struct Limit {
+/// The optimal inputs of one set, SI units, and where their limit acts.
+struct Optimal<'a> {
+    set: &'a ActuatorSet,
     law: ControlLaw,
+    gain: Gain,
     active: ActiveConstraint,
     /// Unit of the multipliers: cost over time.
     unit: f64,
 }
 
-impl Limit {
-    fn of(problem: &Problem, channel: Option<&ActuatorSet>, of_force: bool, unit: f64) -> Option<Self> {
-        let channel = channel?;
-        let law = ControlLaw::of(channel)?;
-        let kind = if channel.limits().norm.is_some() { LimitKind::Norm } else { LimitKind::Size };
+impl<'a> Optimal<'a> {
+    fn of(problem: &Problem, set: &'a ActuatorSet, of_force: bool, unit: f64) -> Self {
+        let kind = if set.limits().norm.is_some() { LimitKind::Norm } else { LimitKind::Size };
         let name = problem.actuation.limit_name(kind, of_force).into();
         let active = ActiveConstraint { name, time_s: Vec::new(), multiplier: Vec::new() };
-        Some(Self { law, active, unit })
+        Self { set, law: ControlLaw::of(set), gain: Gain::of(set), active, unit }
     }
 
-    /// The inputs for a costate, in the axes of the channel, at time `time`.
-    fn inputs(&mut self, channel: &ActuatorSet, costate: &Vector3, time: f64) -> DVector<f64> {
+    /// Records the inputs for a costate in the axes of the set; what they give, in those axes.
+    fn push(&mut self, trajectory: &mut Trajectory, costate: &Vector3) -> Vector3 {
         let multiplier = self.law.multipliers(costate).iter().sum::<f64>() / self.unit;
         if multiplier > 0.0 {
-            self.active.time_s.push(time);
+            self.active.time_s.push(trajectory.time.last().copied().unwrap_or(0.0));
             self.active.multiplier.push(multiplier);
         }
-        self.law.inputs(channel, costate)
+        let inputs = self.law.inputs(self.set, &self.gain, costate);
+        trajectory.input.extend(inputs.iter());
+        self.set.output(inputs.as_slice())
     }
 }
 
@@ -204,7 +207,7 @@ impl<'a, const N: usize> Recorder<'a, N> {
     }
 
     /// A node of the sweep, with the inputs that the control law gives there.
-    fn sweep_node(&mut self, node: &Node, [force_limit, torque_limit]: &mut [Option<Limit>; 2]) {
+    fn sweep_node(&mut self, node: &Node, force: Option<&mut Optimal>, torque: &mut Optimal) {
         let point = node.physical();
         self.state(node.index, &point);
         if node.index < self.grid.first_input() {
@@ -213,39 +216,17 @@ impl<'a, const N: usize> Recorder<'a, N> {
         let costate = self.costate(&node.costate);
         let lambda = |row: usize| Vector3::new(costate[row], costate[row + 1], costate[row + 2]);
         let r = &point.attitude.value;
-        let force = match &self.problem.actuation.force {
-            Some(channel) if self.moves() => {
-                let in_axes = turned(channel, AxisFrame::Reference, r, &lambda(3));
-                let output = self.inputs(channel, force_limit.as_mut(), &in_axes);
-                if channel.frame() == AxisFrame::Body { r * output } else { output }
+        let force = match force {
+            Some(force) if self.moves() => {
+                let frame = force.set.frame();
+                let output = force.push(&mut self.trajectory, &frame.of_reference(r, &lambda(3)));
+                frame.to_reference(r, &output)
             }
             _ => Vector3::zeros(),
         };
-        let channel = &self.problem.actuation.torque;
-        let in_axes = turned(channel, AxisFrame::Body, r, &lambda(N - 3));
-        let output = self.inputs(channel, torque_limit.as_mut(), &in_axes);
-        let torque = if channel.frame() == AxisFrame::Reference { r.tr_mul(&output) } else { output };
-        self.outputs(force, torque);
-    }
-
-    /// The optimal inputs of a channel for a costate in its axes; what they give, in these axes.
-    fn inputs(&mut self, channel: &ActuatorSet, limit: Option<&mut Limit>, costate: &Vector3) -> Vector3 {
-        let time = self.trajectory.time.last().copied().unwrap_or(0.0);
-        let inputs = match limit {
-            Some(limit) => limit.inputs(channel, costate, time),
-            None => channel.optimal_inputs(costate),
-        };
-        self.trajectory.input.extend(inputs.iter());
-        channel.output(inputs.as_slice())
-    }
-}
-
-/// A vector given in `frame` in the axes of a channel.
-fn turned(channel: &ActuatorSet, frame: AxisFrame, attitude: &Matrix3, vector: &Vector3) -> Vector3 {
-    match (frame, channel.frame()) {
-        (AxisFrame::Reference, AxisFrame::Body) => attitude.tr_mul(vector),
-        (AxisFrame::Body, AxisFrame::Reference) => attitude * vector,
-        _ => *vector,
+        let frame = torque.set.frame();
+        let output = torque.push(&mut self.trajectory, &frame.of_body(r, &lambda(N - 3)));
+        self.outputs(force, frame.to_body(r, &output));
     }
 }
 

@@ -1,9 +1,8 @@
 //! The optimal inputs in the scaled dynamics: what they exert, what they cost, how they answer a costate.
 
 use super::{Authority, ControlLaws, Costate, Dynamics};
-use crate::mechanics::actuators::AxisFrame;
 use crate::mechanics::environment::{Pose, Wrench};
-use crate::optimize::control_law::{ControlLaw, Response};
+use crate::optimize::control_law::ControlLaw;
 use crate::{Matrix3, Vector3};
 
 impl Dynamics {
@@ -30,15 +29,8 @@ impl Dynamics {
     /// The costates `(λ^γ, λ^Π)` in the axes of the inputs.
     fn in_input_axes(&self, pose: &Pose, costate: &Costate) -> (Vector3, Vector3) {
         let r = &pose.attitude;
-        let force = match self.force.frame {
-            AxisFrame::Reference => costate.gamma,
-            AxisFrame::Body => r.tr_mul(&costate.gamma),
-        };
-        let torque = match self.torque.frame {
-            AxisFrame::Body => costate.pi,
-            AxisFrame::Reference => r * costate.pi,
-        };
-        (force, torque)
+        let force = self.force.frame.of_reference(r, &costate.gamma);
+        (force, self.torque.frame.of_body(r, &costate.pi))
     }
 
     /// [`Dynamics::inputs`] under limits.
@@ -50,29 +42,15 @@ impl Dynamics {
         costate: &Costate,
     ) -> (Wrench, f64) {
         let r = &pose.attitude;
-        let respond = |law: &Option<ControlLaw>, authority: &Authority, costate: &Vector3| match law {
-            Some(law) => law.response(costate),
-            None => {
-                let output = -(authority.matrix * costate);
-                Response { output, effort: -0.5 * costate.dot(&output) }
-            }
-        };
         let (gamma, pi) = self.in_input_axes(pose, costate);
-        let torque = respond(&laws.torque, &self.torque, &pi);
-        let moment = match self.torque.frame {
-            AxisFrame::Body => torque.output,
-            AxisFrame::Reference => r.tr_mul(&torque.output),
-        };
+        let torque = laws.torque.response(&pi);
+        let moment = self.torque.frame.to_body(r, &torque.output);
         if N == 6 {
-            return (Wrench { force: Vector3::zeros(), moment }, torque.effort);
+            return (Wrench { force: Vector3::zeros(), moment }, torque.cost);
         }
-        let force = respond(&laws.force, &self.force, &gamma);
-        let effort = torque.effort + force.effort;
-        let force = match self.force.frame {
-            AxisFrame::Reference => force.output,
-            AxisFrame::Body => r * force.output,
-        };
-        (Wrench { force, moment }, effort)
+        let force = laws.force.response(&gamma);
+        let cost = torque.cost + force.cost;
+        (Wrench { force: self.force.frame.to_reference(r, &force.output), moment }, cost)
     }
 
     /// What the inputs answer to a change of the costate, in their own axes: `−∂(B u)` for forces and
@@ -80,44 +58,46 @@ impl Dynamics {
     pub(super) fn input_slopes(&self, pose: &Pose, costate: &Costate) -> (Matrix3, Matrix3) {
         let Some(laws) = &self.laws else { return (self.force.matrix, self.torque.matrix) };
         let (gamma, pi) = self.in_input_axes(pose, costate);
-        let slope = |law: &Option<ControlLaw>, authority: &Authority, costate: &Vector3| {
-            law.as_ref().map_or(authority.matrix, |law| law.slope(costate))
-        };
-        (slope(&laws.force, &self.force, &gamma), slope(&laws.torque, &self.torque, &pi))
+        (laws.force.slope(&gamma), laws.torque.slope(&pi))
     }
 
     /// How many times its limit the most demanded input would be without it.
     pub(crate) fn demand(&self, pose: &Pose, costate: &Costate) -> f64 {
-        let Some(laws) = &self.laws else { return 0.0 };
-        let (gamma, pi) = self.in_input_axes(pose, costate);
-        let demand =
-            |law: &Option<ControlLaw>, costate: &Vector3| law.as_ref().map_or(0.0, |law| law.demand(costate));
-        demand(&laws.force, &gamma).max(demand(&laws.torque, &pi))
+        self.larger(pose, costate, ControlLaw::demand)
     }
 
-    /// How far limited inputs are from optimal: the larger projection residual of the two channels.
+    /// How far limited inputs are from optimal: the larger projection residual of forces and torques.
     pub(crate) fn input_residual(&self, pose: &Pose, costate: &Costate) -> f64 {
+        self.larger(pose, costate, ControlLaw::projection_residual)
+    }
+
+    /// The larger figure of the two laws; 0 without limits.
+    fn larger(&self, pose: &Pose, costate: &Costate, of: impl Fn(&ControlLaw, &Vector3) -> f64) -> f64 {
         let Some(laws) = &self.laws else { return 0.0 };
         let (gamma, pi) = self.in_input_axes(pose, costate);
-        let residual = |law: &Option<ControlLaw>, costate: &Vector3| {
-            law.as_ref().map_or(0.0, |law| law.projection_residual(costate))
-        };
-        residual(&laws.force, &gamma).max(residual(&laws.torque, &pi))
+        of(&laws.force, &gamma).max(of(&laws.torque, &pi))
     }
 
     /// Actuator wrench at the optimal inputs without limits.
     fn input_wrench<const N: usize>(&self, pose: &Pose, costate: &Costate) -> Wrench {
         let r = &pose.attitude;
-        let moment = match self.torque.frame {
-            AxisFrame::Body => -(self.torque.matrix * costate.pi),
-            AxisFrame::Reference => -r.tr_mul(&(self.torque.matrix * (r * costate.pi))),
-        };
-        let force = match self.force.frame {
-            _ if N == 6 => Vector3::zeros(),
-            AxisFrame::Reference => -(self.force.matrix * costate.gamma),
-            AxisFrame::Body => -(r * (self.force.matrix * r.tr_mul(&costate.gamma))),
-        };
+        let moment = -self.torque.on_body(r, &costate.pi);
+        let force = if N == 6 { Vector3::zeros() } else { -self.force.on_reference(r, &costate.gamma) };
         Wrench { force, moment }
+    }
+}
+
+impl Authority {
+    /// The matrix on a vector of body axes.
+    #[inline(always)]
+    fn on_body(&self, r: &Matrix3, vector: &Vector3) -> Vector3 {
+        self.frame.to_body(r, &(self.matrix * self.frame.of_body(r, vector)))
+    }
+
+    /// The matrix on a vector of the reference frame.
+    #[inline(always)]
+    fn on_reference(&self, r: &Matrix3, vector: &Vector3) -> Vector3 {
+        self.frame.to_reference(r, &(self.matrix * self.frame.of_reference(r, vector)))
     }
 }
 
@@ -131,14 +111,8 @@ pub(crate) struct InverseAuthority {
 impl InverseAuthority {
     /// `(λ^γ, λ^Π)` whose optimal inputs give `wrench` at attitude `r`, as far as the axes reach.
     pub fn dual(&self, r: &Matrix3, wrench: &Wrench) -> (Vector3, Vector3) {
-        let force = match self.force.frame {
-            AxisFrame::Reference => self.force.matrix * wrench.force,
-            AxisFrame::Body => r * (self.force.matrix * r.tr_mul(&wrench.force)),
-        };
-        let torque = match self.torque.frame {
-            AxisFrame::Body => self.torque.matrix * wrench.moment,
-            AxisFrame::Reference => r.tr_mul(&(self.torque.matrix * (r * wrench.moment))),
-        };
+        let force = self.force.on_reference(r, &wrench.force);
+        let torque = self.torque.on_body(r, &wrench.moment);
         (-force, -torque)
     }
 }
@@ -154,16 +128,10 @@ impl InputRoot {
     /// `G` at attitude `r`, N×N with the blocks of the momenta filled.
     pub fn at<const N: usize>(&self, r: &Matrix3) -> nalgebra::SMatrix<f64, N, N> {
         let mut out = nalgebra::SMatrix::<f64, N, N>::zeros();
-        let torque = match self.torque.frame {
-            AxisFrame::Body => self.torque.matrix,
-            AxisFrame::Reference => r.tr_mul(&self.torque.matrix),
-        };
+        let torque = self.torque.frame.to_body(r, &self.torque.matrix);
         out.view_mut((N - 3, N - 3), (3, 3)).copy_from(&torque);
         if N == 12 {
-            let force = match self.force.frame {
-                AxisFrame::Reference => self.force.matrix,
-                AxisFrame::Body => r * self.force.matrix,
-            };
+            let force = self.force.frame.to_reference(r, &self.force.matrix);
             out.view_mut((3, 3), (3, 3)).copy_from(&force);
         }
         out

@@ -29,6 +29,7 @@ use crate::mechanics::actuators::{Actuation, AxisFrame};
 use crate::mechanics::environment::{Blocks, Environment, Pose, Wrench};
 use crate::numerics::compensated::{Sum, Sum3, SumMatrix};
 use crate::optimize::control_law::ControlLaw;
+use crate::optimize::control_law::effort::Effort;
 use crate::{Matrix3, Vector3};
 use lanes::Rows;
 use nalgebra::{SMatrix, SVector};
@@ -58,7 +59,7 @@ pub struct Dynamics {
     frame_turns: Vec<Matrix3>,
     torque: Authority,
     force: Authority,
-    /// `None`: no input has a limit.
+    /// `None`: no input has a limit, and the authorities are the whole law.
     laws: Option<Box<ControlLaws>>,
 }
 
@@ -69,11 +70,11 @@ pub(crate) struct Authority {
     pub frame: AxisFrame,
 }
 
-/// The laws of limited inputs, scaled.
+/// The laws of forces and torques, scaled.
 #[derive(Clone, Debug)]
 pub(crate) struct ControlLaws {
-    pub force: Option<ControlLaw>,
-    pub torque: Option<ControlLaw>,
+    pub force: ControlLaw,
+    pub torque: ControlLaw,
 }
 
 /// State of the sweep: pose and momenta, each with the round-off that its sum has shed so far.
@@ -90,7 +91,7 @@ pub(crate) struct Point {
 
 impl ControlLaws {
     fn boxed(self) -> Option<Box<Self>> {
-        (self.force.is_some() || self.torque.is_some()).then(|| Box::new(self))
+        (self.force.is_limited() || self.torque.is_limited()).then(|| Box::new(self))
     }
 }
 
@@ -225,16 +226,15 @@ impl Dynamics {
             frame_turns: (0..turning).map(turn).collect(),
             grid,
             torque: Authority { matrix: torque.authority() * rotation, frame: torque.frame() },
-            force: force.as_ref().map_or(zero, |channel| Authority {
-                matrix: channel.authority() * translation,
-                frame: channel.frame(),
+            force: force.as_ref().map_or(zero, |force| Authority {
+                matrix: force.authority() * translation,
+                frame: force.frame(),
             }),
             laws: ControlLaws {
-                force: force
-                    .as_ref()
-                    .and_then(ControlLaw::of)
-                    .map(|law| law.scaled(translation, units.force())),
-                torque: ControlLaw::of(torque).map(|law| law.scaled(rotation, units.torque())),
+                force: force.as_ref().map_or(ControlLaw::Effort(Effort(zero.matrix)), |force| {
+                    ControlLaw::of(force).scaled(translation, units.force())
+                }),
+                torque: ControlLaw::of(torque).scaled(rotation, units.torque()),
             }
             .boxed(),
         }
@@ -248,8 +248,8 @@ impl Dynamics {
     /// The same with every limit of the inputs `factor` times as large.
     pub(crate) fn relaxed(&self, factor: f64) -> Self {
         let relaxed = |laws: &ControlLaws| ControlLaws {
-            force: laws.force.as_ref().map(|law| law.relaxed(factor)),
-            torque: laws.torque.as_ref().map(|law| law.relaxed(factor)),
+            force: laws.force.relaxed(factor),
+            torque: laws.torque.relaxed(factor),
         };
         Self { laws: self.laws.as_deref().map(|laws| Box::new(relaxed(laws))), ..self.clone() }
     }

@@ -11,6 +11,7 @@
 //! Tangent vectors are ordered as in the rest of the crate, the wheels' momenta appended.
 
 use crate::lie::{self, hat};
+use crate::maneuver::objective;
 use crate::maneuver::problem::{Motion, Problem};
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame};
 use crate::mechanics::environment::{Blocks, Pose, Wrench};
@@ -444,8 +445,7 @@ impl Model {
 
     /// `½ uᵀ W u`.
     pub fn effort(&self, inputs: &[f64]) -> f64 {
-        let u = DVector::from_column_slice(inputs);
-        0.5 * u.dot(&(&self.weight * &u))
+        objective::effort(&self.weight, inputs)
     }
 }
 

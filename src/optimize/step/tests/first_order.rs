@@ -11,6 +11,7 @@ use crate::Vector3;
 use crate::maneuver::problem::{Motion, Problem, Scheme};
 use crate::mechanics::actuators::ActuatorSet;
 use crate::optimize::control_law::ControlLaw;
+use crate::optimize::control_law::effort::Gain;
 use crate::optimize::sweep::{BoundaryValueProblem, Node};
 use crate::testing::{Random, graded, limited, random_vector};
 use nalgebra::{DVector, SVector};
@@ -35,8 +36,7 @@ fn inputs<const N: usize>(problem: &Problem, node: &Node, units: &SVector<f64, N
 }
 
 fn optimal(channel: &ActuatorSet, costate: &Vector3) -> DVector<f64> {
-    ControlLaw::of(channel)
-        .map_or_else(|| channel.optimal_inputs(costate), |law| law.inputs(channel, costate))
+    ControlLaw::of(channel).inputs(channel, &Gain::of(channel), costate)
 }
 
 /// The part of a gradient that the limits of the channel do not balance.

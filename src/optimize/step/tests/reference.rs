@@ -6,6 +6,7 @@ use crate::mechanics::body::{Body, Inertia};
 use crate::mechanics::environment::{
     CentralGravity, GravityGradient, PointMass, Pose, UniformGravity, Wrench,
 };
+use crate::optimize::control_law::effort::Gain;
 use crate::optimize::step::{Costate, Dynamics, Linearization};
 use crate::testing::{channel, matrix, reference, torques, vector};
 use crate::{Matrix3, Vector3};
@@ -94,7 +95,7 @@ fn one_step_and_its_matrices_meet_the_reference() {
         let before = step.costate_before.component_mul(&costate);
         close("Aᵀλ", &before, &vector(&case["At_lam"]), 1e-13);
         let inputs =
-            problem.actuation.torque.optimal_inputs(&vector(&case["lam"].as_array().unwrap()[3..].into()));
+            Gain::of(&problem.actuation.torque).inputs(&vector(&case["lam"].as_array().unwrap()[3..].into()));
         close("u", &Vector3::from_column_slice(inputs.as_slice()), &vector(&case["u_next"]), 1e-13);
 
         // M_R and N(p) at the new attitude.

@@ -1,0 +1,149 @@
+//! The control law: the optimal inputs of an actuator set, as the Hamiltonian that they minimise.
+//!
+//! For a costate `q` in the axes of the set the optimal inputs minimise, at the running cost `l` of the objective,
+//!
+//! ```text
+//! u(q) = argmin l(u) + q·Bu  over the allowed u ,     K(q) = its value
+//! K_q = B u(q) ,     S = −K_qq ≥ 0
+//! ```
+//!
+//! so that state and costates move by the gradients of one `K`, and the linearisation is its generalised Hessian:
+//! Newton on it is semismooth. A law is what K, its gradient and its Hessian are:
+//!
+//! - `effort`: `l = ½ uᵀWu` without limits;
+//! - `saturated`: the same within limits of the single inputs, or of the norm of what they give.
+
+pub(crate) mod effort;
+mod saturated;
+
+use crate::mechanics::actuators::ActuatorSet;
+use crate::{Matrix3, Vector3};
+use effort::{Effort, Gain};
+use nalgebra::DVector;
+pub(crate) use saturated::obstacle;
+use saturated::{Ball, Clipped};
+
+/// The law of one actuator set.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum ControlLaw {
+    /// Effort without limits.
+    Effort(Effort),
+    /// Effort, `|u_i| ≤ ū_i` under a diagonal weight.
+    Size(Clipped),
+    /// Effort, `|B u| ≤ ū`.
+    Norm(Ball),
+}
+
+/// What the optimal inputs give and cost.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Response {
+    /// `K_q = B u`.
+    pub output: Vector3,
+    /// The running cost `l(u)`; `K = l + q·Bu`.
+    pub cost: f64,
+}
+
+/// `K` of a law, by its derivatives; costates and outputs in the axes of the set.
+trait Hamiltonian {
+    /// `K_q`, and the running cost.
+    fn response(&self, costate: &Vector3) -> Response;
+
+    /// `S = −K_qq`, the generalised derivative of `−B u`.
+    fn slope(&self, costate: &Vector3) -> Matrix3;
+
+    /// How many times its limit the largest input would be without it.
+    fn demand(&self, _: &Vector3) -> f64 {
+        0.0
+    }
+
+    /// The multipliers of the limits: how fast `K` falls when a limit grows, `−∂K/∂ ln ū`.
+    fn multipliers(&self, _: &Vector3) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// How far the inputs are from their own projection after a step against the gradient: zero where the
+    /// conditions of Karush, Kuhn and Tucker hold.
+    fn projection_residual(&self, _: &Vector3) -> f64 {
+        0.0
+    }
+
+    /// The inputs themselves, in SI units.
+    fn inputs(&self, set: &ActuatorSet, gain: &Gain, costate: &Vector3) -> DVector<f64>;
+}
+
+impl ControlLaw {
+    /// The law of a set, in SI units: within its limits where they have a law, else without them.
+    pub fn of(set: &ActuatorSet) -> Self {
+        let limits = set.limits();
+        match (&limits.size, limits.norm) {
+            _ if saturated::obstacle_of(set).is_some() => Self::Effort(Effort::of(set)),
+            (Some(sizes), _) => Self::Size(Clipped::new(set, sizes)),
+            (None, Some(limit)) => Self::Norm(Ball::new(&Effort::of(set), limit)),
+            (None, None) => Self::Effort(Effort::of(set)),
+        }
+    }
+
+    /// Whether limits are part of the law.
+    pub fn is_limited(&self) -> bool {
+        !matches!(self, Self::Effort(_))
+    }
+
+    /// The law in units in which `A` is `authority` times as large and an output of `output` is 1.
+    pub fn scaled(&self, authority: f64, output: f64) -> Self {
+        match self {
+            Self::Effort(effort) => Self::Effort(Effort(effort.0 * authority)),
+            Self::Size(clipped) => Self::Size(clipped.scaled(authority, output)),
+            Self::Norm(ball) => Self::Norm(ball.scaled(authority, output)),
+        }
+    }
+
+    /// The same law with every limit `factor` times as large.
+    pub fn relaxed(&self, factor: f64) -> Self {
+        match self {
+            Self::Effort(_) => self.clone(),
+            Self::Size(clipped) => Self::Size(clipped.relaxed(factor)),
+            Self::Norm(ball) => Self::Norm(ball.relaxed(factor)),
+        }
+    }
+
+    fn hamiltonian(&self) -> &dyn Hamiltonian {
+        match self {
+            Self::Effort(effort) => effort,
+            Self::Size(clipped) => clipped,
+            Self::Norm(ball) => ball,
+        }
+    }
+
+    /// `B u` and its running cost for a costate in the axes of the set.
+    pub fn response(&self, costate: &Vector3) -> Response {
+        self.hamiltonian().response(costate)
+    }
+
+    /// `S`, the generalised derivative of `−B u` with respect to the costate.
+    pub fn slope(&self, costate: &Vector3) -> Matrix3 {
+        self.hamiltonian().slope(costate)
+    }
+
+    /// How many times its limit the largest input would be without it; 0 without limits.
+    pub fn demand(&self, costate: &Vector3) -> f64 {
+        self.hamiltonian().demand(costate)
+    }
+
+    /// The multipliers of the limits, one per input or one for the norm; none without limits.
+    pub fn multipliers(&self, costate: &Vector3) -> Vec<f64> {
+        self.hamiltonian().multipliers(costate)
+    }
+
+    /// How far the inputs are from their own projection after a step against the gradient.
+    pub fn projection_residual(&self, costate: &Vector3) -> f64 {
+        self.hamiltonian().projection_residual(costate)
+    }
+
+    /// The inputs themselves; set and gain are those of the law, and all is in SI units.
+    pub fn inputs(&self, set: &ActuatorSet, gain: &Gain, costate: &Vector3) -> DVector<f64> {
+        self.hamiltonian().inputs(set, gain, costate)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,270 @@
+//! The closed forms under limits: of the single inputs, or of the norm of what they give.
+//!
+//! ```text
+//! |u_i| ≤ ū_i , W diagonal:   u_i = clip(−b_i·q/w_i, ±ū_i)          S = Σ over the free i of b_i b_iᵀ/w_i
+//! |B u| ≤ ū :                 B u = −D q ,  D = V diag(a_i/(1 + ν a_i)) Vᵀ
+//!                             ν = 0, or ν > 0 such that |B u| = ū    S = D − D τ τᵀD/(τᵀDτ) , τ = B u
+//! ```
+//!
+//! with `A = B W⁻¹Bᵀ = V diag(a) Vᵀ`. Where `A = a I` the norm bound is `B u = −ū q/max(ū/a, |q|)`; in general ν
+//! is the root of one scalar equation, which Newton finds to round-off.
+
+use super::effort::{Effort, Gain};
+use super::{Hamiltonian, Response};
+use crate::maneuver::problem::Problem;
+use crate::mechanics::actuators::ActuatorSet;
+use crate::{Matrix3, Vector3};
+use nalgebra::DVector;
+
+/// Inputs that are clipped one by one.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Clipped(Vec<Input>);
+
+/// One input, weighed: `v = √w u`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Input {
+    /// `b/√w`.
+    axis: Vector3,
+    /// `√w ū`.
+    limit: f64,
+}
+
+/// The ball `|B u| ≤ ū`, and `A = V diag(a) Vᵀ`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Ball {
+    axes: Matrix3,
+    authority: Vector3,
+    limit: f64,
+}
+
+/// Why the saturated shooting cannot take a problem; `None` where it can, limited or not.
+pub(crate) fn obstacle(problem: &Problem) -> Option<&'static str> {
+    if !problem.constraints.is_empty() {
+        return Some("it has constraints on pointing or angular rate");
+    }
+    let actuation = &problem.actuation;
+    if actuation.wheels.is_some() {
+        return Some("it has reaction wheels");
+    }
+    actuation.force.iter().chain([&actuation.torque]).find_map(obstacle_of)
+}
+
+/// Why the limits of a set have no law in closed form.
+pub(super) fn obstacle_of(set: &ActuatorSet) -> Option<&'static str> {
+    let limits = set.limits();
+    if limits.rate.is_some() {
+        return Some("it limits how fast an input changes");
+    }
+    let weight = set.weight();
+    let size = weight.diagonal().amax();
+    let coupled = |row: usize, column: usize| row != column && weight[(row, column)].abs() > 1e-14 * size;
+    match (&limits.size, limits.norm) {
+        (Some(_), Some(_)) => Some("it limits both the single inputs and the norm of what they give"),
+        (Some(_), None) if (0..set.count()).any(|i| (0..set.count()).any(|j| coupled(i, j))) => {
+            Some("it limits single inputs under an effort weight that is not diagonal")
+        }
+        _ => None,
+    }
+}
+
+impl Clipped {
+    /// The law of a set under a diagonal weight, with the limit of each input.
+    pub fn new(set: &ActuatorSet, sizes: &[f64]) -> Self {
+        let input = |(index, limit): (usize, &f64)| {
+            let root = set.weight()[(index, index)].sqrt();
+            Input { axis: set.axes()[index] / root, limit: root * limit }
+        };
+        Self(sizes.iter().enumerate().map(input).collect())
+    }
+
+    /// See [`super::ControlLaw::scaled`].
+    pub fn scaled(&self, authority: f64, output: f64) -> Self {
+        let root = authority.sqrt();
+        let scaled = |input: &Input| Input { axis: input.axis * root, limit: input.limit / (root * output) };
+        Self(self.0.iter().map(scaled).collect())
+    }
+
+    /// The same with every limit `factor` times as large.
+    pub fn relaxed(&self, factor: f64) -> Self {
+        Self(self.0.iter().map(|input| Input { limit: input.limit * factor, ..*input }).collect())
+    }
+}
+
+impl Hamiltonian for Clipped {
+    fn response(&self, costate: &Vector3) -> Response {
+        let mut response = Response { output: Vector3::zeros(), cost: 0.0 };
+        for input in &self.0 {
+            let v = input.value(costate);
+            response.output += input.axis * v;
+            response.cost += 0.5 * v * v;
+        }
+        response
+    }
+
+    fn slope(&self, costate: &Vector3) -> Matrix3 {
+        let free = self.0.iter().filter(|input| input.demand(costate) < 1.0);
+        free.fold(Matrix3::zeros(), |slope, input| slope + input.axis * input.axis.transpose())
+    }
+
+    fn demand(&self, costate: &Vector3) -> f64 {
+        self.0.iter().map(|input| input.demand(costate)).fold(0.0, f64::max)
+    }
+
+    fn multipliers(&self, costate: &Vector3) -> Vec<f64> {
+        let of = |input: &Input| (input.axis.dot(costate).abs() - input.limit).max(0.0) * input.limit;
+        self.0.iter().map(of).collect()
+    }
+
+    fn projection_residual(&self, costate: &Vector3) -> f64 {
+        let residual = |input: &Input| {
+            let v = input.value(costate);
+            let gradient = v + input.axis.dot(costate);
+            (v - (v - gradient).clamp(-input.limit, input.limit)).abs()
+        };
+        self.0.iter().map(residual).fold(0.0, larger)
+    }
+
+    fn inputs(&self, set: &ActuatorSet, gain: &Gain, costate: &Vector3) -> DVector<f64> {
+        let mut inputs = gain.inputs(costate);
+        for (input, limit) in inputs.iter_mut().zip(set.limits().size.iter().flatten()) {
+            *input = input.clamp(-limit, *limit);
+        }
+        inputs
+    }
+}
+
+impl Input {
+    /// `v` at the optimum.
+    fn value(&self, costate: &Vector3) -> f64 {
+        let free = -self.axis.dot(costate);
+        // Not `clamp`: a costate that is not finite must not end in a panic, nor become finite.
+        if free > self.limit {
+            self.limit
+        } else if free < -self.limit {
+            -self.limit
+        } else {
+            free
+        }
+    }
+
+    /// `|v|/limit` without the limit.
+    fn demand(&self, costate: &Vector3) -> f64 {
+        self.axis.dot(costate).abs() / self.limit
+    }
+}
+
+/// The optimum in a ball, in the coordinates of its axes.
+struct InBall {
+    /// `Vᵀ B u`.
+    coordinates: Vector3,
+    /// The diagonal of `Vᵀ D V`.
+    damped: Vector3,
+    /// ν.
+    multiplier: f64,
+}
+
+impl Ball {
+    /// The law of inputs whose law without limits is `free`, and the limit of what they give.
+    pub fn new(free: &Effort, limit: f64) -> Self {
+        let (axes, authority) = eigen(&free.0);
+        Self { axes, authority, limit }
+    }
+
+    /// See [`super::ControlLaw::scaled`].
+    pub fn scaled(&self, authority: f64, output: f64) -> Self {
+        Self { authority: self.authority * authority, limit: self.limit / output, ..*self }
+    }
+
+    /// The same with a limit `factor` times as large.
+    pub fn relaxed(&self, factor: f64) -> Self {
+        Self { limit: self.limit * factor, ..*self }
+    }
+
+    /// Newton on `1/|τ(ν)| = 1/ū`, which is concave in ν: from ν = 0 it rises to the root and never passes
+    /// it but for round-off. For equal `a` the first step is exact.
+    fn at(&self, costate: &Vector3) -> InBall {
+        let q = self.axes.tr_mul(costate);
+        let at = |multiplier: f64| {
+            let damped = self.authority.map(|a| a / (1.0 + multiplier * a));
+            InBall { coordinates: -damped.component_mul(&q), damped, multiplier }
+        };
+        let mut now = at(0.0);
+        for _ in 0..Self::ITERATIONS {
+            let size = now.coordinates.norm();
+            let excess = (size - self.limit) / self.limit;
+            // Written so that NaN ends the loop, and stays in the output.
+            let outside = excess > 4.0 * f64::EPSILON;
+            if !outside {
+                break;
+            }
+            let bending = now.coordinates.component_mul(&now.damped).dot(&now.coordinates);
+            now = at(now.multiplier + size * size / bending * excess);
+        }
+        now
+    }
+
+    /// Enough for a demand of 1e15 over authorities that differ by 1e12.
+    const ITERATIONS: usize = 100;
+}
+
+impl Hamiltonian for Ball {
+    fn response(&self, costate: &Vector3) -> Response {
+        let at = self.at(costate);
+        let price = at.coordinates.zip_map(&self.authority, share);
+        Response { output: self.axes * at.coordinates, cost: 0.5 * price.dot(&at.coordinates) }
+    }
+
+    fn slope(&self, costate: &Vector3) -> Matrix3 {
+        let at = self.at(costate);
+        let mut slope = Matrix3::from_diagonal(&at.damped);
+        if at.multiplier > 0.0 {
+            let pushed = at.damped.component_mul(&at.coordinates);
+            slope -= pushed * pushed.transpose() / pushed.dot(&at.coordinates);
+        }
+        self.axes * slope * self.axes.transpose()
+    }
+
+    fn demand(&self, costate: &Vector3) -> f64 {
+        let free = self.axes.tr_mul(costate).component_mul(&self.authority);
+        free.norm() / self.limit
+    }
+
+    fn multipliers(&self, costate: &Vector3) -> Vec<f64> {
+        vec![self.at(costate).multiplier * self.limit * self.limit]
+    }
+
+    fn projection_residual(&self, costate: &Vector3) -> f64 {
+        let at = self.at(costate).coordinates;
+        let gradient = at.zip_map(&self.authority, share) + self.axes.tr_mul(costate);
+        // A step as long as the strongest axis allows; none along an axis without authority.
+        let step = self.authority.map(|a| if a > 0.0 { self.authority.amax() } else { 0.0 });
+        let stepped = at - gradient.component_mul(&step);
+        (at - stepped * (self.limit / stepped.norm()).min(1.0)).amax()
+    }
+
+    fn inputs(&self, _: &ActuatorSet, gain: &Gain, costate: &Vector3) -> DVector<f64> {
+        // B u = −A q' for the costate q' = (I + νA)⁻¹ q, and u = −W⁻¹Bᵀ q' is the cheapest such u.
+        let at = self.at(costate);
+        let damping = self.authority.map(|a| if a > 0.0 { 1.0 / (1.0 + at.multiplier * a) } else { 0.0 });
+        gain.inputs(&(self.axes * self.axes.tr_mul(costate).component_mul(&damping)))
+    }
+}
+
+/// The larger of two numbers, and NaN of any with NaN.
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a || b.is_nan() { b } else { a }
+}
+
+/// `τ_i/a_i`, zero along an axis without authority.
+fn share(coordinate: f64, authority: f64) -> f64 {
+    if authority > 0.0 { coordinate / authority } else { 0.0 }
+}
+
+/// Axes and eigenvalues of a symmetric positive semidefinite matrix.
+fn eigen(matrix: &Matrix3) -> (Matrix3, Vector3) {
+    // The singular value decomposition is bounded in iterations and cannot give a negative value.
+    let svd = matrix.svd(true, false);
+    let threshold = 1e-14 * svd.singular_values.amax();
+    let values = svd.singular_values.map(|value| if value > threshold { value } else { 0.0 });
+    (svd.u.unwrap_or_else(Matrix3::identity), values)
+}
