@@ -66,7 +66,7 @@ pub struct Plan {
 
 /// Plans a maneuver: every sense and winding, the ladder for hard cases, verification.
 ///
-/// `guess` is tried first: its costates by the shooting, its path by the convex road.
+/// `guess` is tried first: its costates by the shooting, its path by SCP.
 ///
 /// # Errors
 /// [`PlanError`] when problem, settings or guess cannot be used. A solver that stops is no error: see

@@ -1,4 +1,4 @@
-//! The maneuver to plan: a checked, immutable value in SI units.
+//! The maneuver to plan: a plain value in SI units, checked by [`Problem::check`] where it is solved.
 
 mod check;
 

@@ -109,7 +109,7 @@ pub struct Optimality {
     /// Largest residual of the discrete stationarity conditions; with constraints, of all the conditions
     /// of Karush, Kuhn and Tucker.
     pub stationarity: f64,
-    /// Number of conjugate points inside the maneuver; 0: a local minimum. From the convex road the number
+    /// Number of conjugate points inside the maneuver; 0: a local minimum. From SCP the number
     /// of independent directions, among those that limits and constraints leave, in which the cost
     /// decreases; 0: a strict local minimum. The two are one number. `None`: not decided.
     pub conjugate_points: Option<usize>,
@@ -119,7 +119,7 @@ pub struct Optimality {
     pub condition: f64,
 }
 
-/// What the convex road took.
+/// What SCP took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ConvexWork {
     /// Subproblems of the seed that won, on all its grids.
@@ -271,7 +271,7 @@ pub struct Solution {
     pub iterations: usize,
     /// Everything tried, in order.
     pub ladder: Vec<RungReport>,
-    /// What the convex road took, where it was taken.
+    /// What SCP took, where it was taken.
     pub convex: Option<ConvexWork>,
     /// Which constraints act, where and how hard.
     pub active: Vec<ActiveConstraint>,

@@ -29,7 +29,7 @@ use std::f64::consts::{PI, TAU};
 
 /// Two extremals whose costates differ by less, relative, are one.
 const SAME: f64 = 1e-6;
-/// Costs of one optimum of the convex road differ by less, relative.
+/// Costs of one optimum of SCP differ by less, relative.
 const SAME_COST: f64 = 1e-9;
 
 /// What a search may do, and what it begins from.

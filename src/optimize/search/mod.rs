@@ -43,7 +43,7 @@ pub enum PlanError {
         /// What it cannot take.
         reason: &'static str,
     },
-    /// A grid beyond the memory of the convex road.
+    /// A grid beyond the memory of SCP.
     #[error(
         "what limits this maneuver is planned on {MAX_CONVEX_STEPS} steps at most, and it has {steps}: take fewer"
     )]
@@ -66,7 +66,7 @@ pub enum PlanError {
     GuessPath,
 }
 
-/// Most steps of the convex road: subproblem and Newton matrix hold all of them at once, some gigabytes of memory.
+/// Most steps of SCP: subproblem and Newton matrix hold all of them at once, some gigabytes of memory.
 pub const MAX_CONVEX_STEPS: usize = 100_000;
 
 fn check(problem: &Problem, settings: &Settings) -> Result<(), PlanError> {

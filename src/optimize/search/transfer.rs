@@ -7,7 +7,7 @@ use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::scp::model::State;
 use crate::optimize::methods::scp::road::{Chain, iterate, multipliers, with_iterate};
 use crate::optimize::methods::scp::rows::Rows;
-use crate::optimize::methods::scp::{Multipliers, guess};
+use crate::optimize::methods::scp::{Multipliers, first_iterate};
 use nalgebra::DVector;
 
 /// A candidate on the second of two grids from an optimum on the first.
@@ -28,7 +28,7 @@ pub(super) fn transfer(grids: [&Chain; 2], found: &Candidate) -> Candidate {
             smooth.at(low, share)
         })
         .collect();
-    let mut start = guess::along(fine, &grids[1].rows, &poses);
+    let mut start = first_iterate::along(fine, &grids[1].rows, &poses);
     for (stage, state) in start.states.iter_mut().enumerate() {
         let (low, share) = between(stage);
         state.wheels = &states[low].wheels * (1.0 - share) + &states[low + 1].wheels * share;

@@ -20,7 +20,7 @@ pub enum Verdict {
     NothingToCompare,
 }
 
-/// How near the answers of shooting and convex road come to each other. A number is absent where one of
+/// How near the answers of shooting and SCP come to each other. A number is absent where one of
 /// the two is.
 ///
 /// Costates are compared at every node, in scaled units, relative to the largest; only between answers

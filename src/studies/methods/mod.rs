@@ -5,7 +5,7 @@
 //! - **shooting**: Newton on the costates, forward and backward sweeps of the extremal;
 //! - **scp**: sequential convex programming, to its own convergence on the requested grid. The duals of
 //!   its last subproblem stand for the costates; nothing of Newton's is in what it returns;
-//! - **scp + polish**: the convex road as a plan takes it, ended by Newton on the active set.
+//! - **scp + polish**: SCP as a plan takes it, ended by Newton on the active set.
 //!
 //! Duals are costates: the multipliers of the linearised dynamics converge to `λ`, so `λ_0` of the
 //! second starts the first. [`Agreement`] says how near they come.

@@ -202,7 +202,7 @@ fn a_second_run_counts_only_on_the_path_that_was_shown_and_the_first_is_kept() {
     let run = Run::of(Contender::ScpPolish, &problem, &answer, Standing::Solved);
     assert_eq!(run.cost, Some(short.solution.cost));
     assert_eq!(run.by_itself, Some(ByItself { status: Standing::Solved, cost: Some(long.solution.cost) }));
-    // Shown the long way, the convex road can be made to keep it, and is found to differ.
+    // Shown the long way, SCP can be made to keep it, and is found to differ.
     let along = Some(&long.solution.trajectory);
     let kept = search::solve_convex(&problem, &settings, true, along, &mut Silent).unwrap();
     assert!(agreement::same_extremal(&problem, &kept, &long.solution));

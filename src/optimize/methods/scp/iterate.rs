@@ -1,4 +1,4 @@
-//! An iterate of the convex road: states and inputs of all stages, and everything evaluated there.
+//! An iterate of SCP: states and inputs of all stages, and everything evaluated there.
 
 use super::model::{Model, State, Step};
 use super::rows::{Place, Rows, Value};

@@ -1,4 +1,4 @@
-//! The convex road: sequential convex programming on the group.
+//! Sequential convex programming (SCP) on the group.
 //!
 //! Around an iterate the chain of stages ([`model`]) and all limits ([`rows`]) are linear in tangent
 //! vectors, the cost is quadratic: a cone program ([`subproblem`]), with a trust region on the rotation
@@ -8,7 +8,7 @@
 //! costates.
 
 mod curvature;
-pub(crate) mod guess;
+pub(crate) mod first_iterate;
 pub(crate) mod iterate;
 mod kkt;
 pub(crate) mod model;

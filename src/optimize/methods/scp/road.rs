@@ -5,7 +5,7 @@ use super::curvature::Multipliers;
 use super::iterate::Iterate;
 use super::model::{Model, State};
 use super::rows::Rows;
-use super::{Convex, Options, guess, polished_only, run};
+use super::{Convex, Options, first_iterate, polished_only, run};
 use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings;
@@ -77,7 +77,7 @@ impl Chain {
     fn iterate(&self, candidate: &Candidate) -> Iterate {
         if candidate.inputs.is_empty() {
             let poses: Vec<Pose> = candidate.states.iter().map(Point::pose).collect();
-            return guess::along(&self.model, &self.rows, &poses);
+            return first_iterate::along(&self.model, &self.rows, &poses);
         }
         iterate(candidate)
     }
@@ -85,7 +85,7 @@ impl Chain {
     /// A path with the momenta and inputs that it asks for, whatever the limits; without wheels.
     pub fn opened(&self, path: &Candidate) -> Candidate {
         let poses: Vec<Pose> = path.states.iter().map(Point::pose).collect();
-        let Iterate { states, inputs } = guess::along(&self.model, &Rows::default(), &poses);
+        let Iterate { states, inputs } = first_iterate::along(&self.model, &Rows::default(), &poses);
         Candidate { states: states.iter().map(State::point).collect(), inputs, ..path.clone() }
     }
 

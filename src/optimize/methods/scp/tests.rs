@@ -1,4 +1,4 @@
-//! The convex road against finite differences, reference costs and the shooting.
+//! SCP against finite differences, reference costs and the shooting.
 
 use super::model::State as Node;
 use super::rows::{Place, Row, Value, What};
@@ -236,7 +236,7 @@ fn converge(problem: &Problem, options: &Options) -> (Model, Convex) {
 
 fn converge_on(problem: &Problem, model: Model, options: &Options) -> (Model, Convex) {
     let rows = Rows::of(problem, &model);
-    let start = guess::along(&model, &rows, &straight(&model));
+    let start = first_iterate::along(&model, &rows, &straight(&model));
     let convex = run(&model, &rows, start, None, options, &Watch::NONE).unwrap();
     (model, convex)
 }

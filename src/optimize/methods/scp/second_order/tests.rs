@@ -8,11 +8,12 @@ use crate::maneuver::settings::{Method, Settings};
 use crate::maneuver::solution::{Outcome, Solution};
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use crate::mechanics::environment::UniformGravity;
+use crate::optimize::methods::method::Watch;
 use crate::optimize::methods::scp::iterate::Iterate;
 use crate::optimize::methods::scp::model::Model;
 use crate::optimize::methods::scp::polish::polish;
 use crate::optimize::methods::scp::rows::{Rows, Value};
-use crate::optimize::methods::scp::{Options, Watch, guess, run};
+use crate::optimize::methods::scp::{Options, first_iterate, run};
 use crate::optimize::search::{Silent, solve, solve_convex};
 use crate::testing::{Random, attitude_only, moving_ends};
 use crate::{Vector3, mechanics::environment::Pose};
@@ -247,7 +248,7 @@ fn descents_are_those_of_the_cost_along_curves_that_keep_what_acts() {
             let solved = |problem: &Problem| {
                 let model = Model::new(problem, problem.steps);
                 let rows = Rows::of(problem, &model);
-                let start = guess::along(&model, &rows, &poses(&found));
+                let start = first_iterate::along(&model, &rows, &poses(&found));
                 run(&model, &rows, start, None, &options, &Watch::NONE)?.polished
             };
             let mut fence = |depth: f64| {
