@@ -1,0 +1,106 @@
+//! `slew check`, `verify`, `init` and `schema`: what is said of a file without planning.
+
+use super::binary::{Folder, SPEC};
+use std::fs;
+
+#[test]
+fn all_errors_of_a_spec_are_reported_at_once() {
+    let folder = Folder::new();
+    folder.slew(&["check", "spec.toml"]).ends(0).tells("valid");
+    let wrong = SPEC.replace("[1, 2, 2.5]", "[1, 2, 9]").replace("duration_s = 10", "duration_s = -1");
+    fs::write(folder.path("wrong.toml"), wrong).unwrap();
+    let run =
+        folder.slew(&["check", "wrong.toml"]).ends(3).tells("wrong.toml:5:").tells("E0042").tells("E0032");
+    assert_eq!(run.stdout, "");
+    let json = folder.slew(&["check", "wrong.toml", "--format", "json"]).ends(3).json();
+    let codes: Vec<_> = json["diagnostics"].as_array().unwrap().iter().map(|d| d["code"].clone()).collect();
+    assert_eq!(codes, ["E0042", "E0032"]);
+    let json = folder.slew(&["check", "spec.toml", "-q", "--format", "json"]).ends(0).silent().json();
+    assert_eq!((json["status"].as_str(), json["steps"].as_u64()), (Some("valid"), Some(100)));
+}
+
+#[test]
+fn check_lists_limits_and_constraints() {
+    let folder = Folder::new();
+    let rate = "constraint=[{ kind = \"rate_limit\", name = \"slow \\u001b[31m\", angular_velocity_limit_deg_s = 9 }]";
+    let wheels = "actuators.wheel=[{ axis_body = [1, 0, 0], momentum_limit_n_m_s = 2 }, { axis_body = [0, 1, 0] }, { axis_body = [0, 0, 1] }]";
+    let check = ["check", "spec.toml", "--format", "json", "--set", rate, "--set"];
+    let args = [&check[..], &["actuators.torque_limit_n_m=1"]].concat();
+    let run =
+        folder.slew(&args).ends(0).tells("limits      torque limit\n").tells("constraints slow \\u{1b}[31m");
+    assert_eq!(run.json()["limits"], serde_json::json!(["torque limit"]));
+    let run = folder.slew(&[&check[..], &[wheels]].concat()).ends(0);
+    let run = run.tells("inputs      3, each the torque of a reaction wheel").tells("wheel momentum limit");
+    assert_eq!(
+        (run.json()["wheels"].as_u64(), run.json()["constraints"][0].as_str()),
+        (Some(3), Some("slow \u{1b}[31m"))
+    );
+    let cone = "constraint=[{ kind = \"keep_out\", boresight_body = [0, 0, 1], direction_inertial = { vector = [0, 0, 1] }, half_angle_deg = 5 }]";
+    folder
+        .slew(&["plan", "spec.toml", "--set", cone])
+        .ends(3)
+        .tells("E0071")
+        .tells("the boresight is 0 deg from the axis");
+}
+
+#[test]
+fn verify_judges_a_plan_file_by_its_spec() {
+    let folder = Folder::new();
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "plan.json", "--set", "maneuver.steps=80"]).ends(0);
+    let verify = |plan: &str, more: &[&str]| {
+        let mut args = vec!["verify", plan, "--spec", "spec.toml"];
+        args.extend(more);
+        folder.slew(&args)
+    };
+    // The grid is the plan's own.
+    let run = verify("plan.json", &[]).ends(0).tells("verified");
+    assert!(!run.stderr.contains("differs"), "{}", run.stderr);
+    let json = verify("plan.json", &["-q", "--format", "json"]).ends(0).silent().json();
+    assert_eq!((json["status"].as_str(), json["steps"].as_u64()), (Some("solved"), Some(80)));
+    // The witnesses find what the planner found.
+    let plan = folder.json("plan.json");
+    let mut verified = json["verified"].clone();
+    let cost = verified["checks"].as_array_mut().unwrap().pop().unwrap();
+    assert_eq!((&verified, cost["name"].as_str()), (&plan["verified"], Some("recorded cost")));
+    let mut cheap = plan.clone();
+    cheap["cost"] = (plan["cost"].as_f64().unwrap() * (1.0 - 1e-8)).into();
+    fs::write(folder.path("cheap.json"), cheap.to_string()).unwrap();
+    verify("cheap.json", &[]).ends(7).tells("recorded cost");
+
+    let piped = folder.slew_with_stdin(&["verify", "-", "--spec", "spec.toml"], &folder.read("plan.json"));
+    piped.ends(0).tells("verified");
+    folder.slew(&["verify", "-", "--spec", "-"]).ends(2).tells("stdin");
+
+    let other = ["--set", "end.attitude.euler_zyx_deg=[81, -25, 40]", "--format", "json"];
+    let run = verify("plan.json", &other).ends(7).tells("verification failed").tells("end.matrix");
+    assert_eq!(run.json()["status"], "verification_failed");
+    assert_eq!(run.json()["differences"][0]["key"], "end.matrix");
+
+    let mut forged = plan.clone();
+    forged["trajectory"]["input"][40][0] = 0.123.into();
+    fs::write(folder.path("forged.json"), forged.to_string()).unwrap();
+    verify("forged.json", &[]).ends(7).tells("failed");
+    let mut short = plan.clone();
+    short["trajectory"]["torque_n_m"].as_array_mut().unwrap().pop();
+    fs::write(folder.path("short.json"), short.to_string()).unwrap();
+    verify("short.json", &["--format", "json"]).ends(7).tells("E0103").tells("torque_n_m");
+    fs::write(folder.path("torn.json"), &plan.to_string()[..5000]).unwrap();
+    verify("torn.json", &[]).ends(8).tells("E0102");
+    verify("missing.json", &[]).ends(8).tells("E0090");
+}
+
+#[test]
+fn texts_to_start_from_work() {
+    let folder = Folder::new();
+    folder.slew(&["init", "-o", "first.toml"]).ends(0).tells("first.toml");
+    folder.slew(&["plan", "first.toml", "-q"]).ends(0).silent();
+    assert_eq!(folder.slew(&["init"]).ends(0).stdout, folder.read("first.toml"));
+    let schema = folder.slew(&["schema"]).ends(0).json();
+    assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        assert!(folder.slew(&["completions", shell]).ends(0).stdout.contains("simulate"), "{shell}");
+    }
+    folder.slew(&["completions", "tcsh"]).ends(2);
+    assert!(folder.slew(&["--help"]).ends(0).stdout.contains("Exit codes"));
+    assert!(folder.slew(&["--version"]).ends(0).stdout.starts_with("slew 0."));
+}

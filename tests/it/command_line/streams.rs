@@ -1,0 +1,111 @@
+//! Standard input, output files, pipes, terminals and signals.
+
+use super::binary::{Folder, Run, SPEC};
+use slewkit::files::export::PlanFile;
+use std::fs;
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Command, Stdio};
+
+#[test]
+fn spec_comes_from_stdin_in_either_notation() {
+    let folder = Folder::new();
+    let toml = folder.slew_with_stdin(&["plan", "-", "-q", "--format", "json"], SPEC).ends(0).json();
+    let json = r#"{"format": 1, "name": "test slew", "body": {"inertia_kg_m2": [1, 2, 2.5]},
+        "start": {"attitude": {"axis": [0, 0, 1], "angle_deg": 0}},
+        "end": {"attitude": {"euler_zyx_deg": [80, -25, 40]}},
+        "maneuver": {"duration_s": 10, "steps": 100}}"#;
+    let args = ["plan", "-", "-q", "--format", "json", "--input", "json"];
+    let json = folder.slew_with_stdin(&args, json).ends(0).json();
+    assert_eq!(toml["trajectory"], json["trajectory"]);
+    folder.slew_with_stdin(&["check", "-"], "").ends(3).tells("E0001").tells("stdin:1:1");
+}
+
+#[test]
+fn outputs_are_never_replaced_unasked() {
+    let folder = Folder::new();
+    fs::write(folder.path("plan.json"), "mine").unwrap();
+    // Refused before the spec is even read.
+    folder.slew(&["plan", "nowhere.toml", "-o", "plan.json"]).ends(8).tells("E0098").tells("--force");
+    assert_eq!(folder.read("plan.json"), "mine");
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "plan.json", "--force"]).ends(0).silent();
+    assert_eq!(folder.json("plan.json")["status"], "solved");
+    folder.slew(&["plan", "spec.toml", "-o", "spec.toml", "--force"]).ends(8).tells("E0100");
+    folder.slew(&["simulate", "spec.toml", "-o", "./spec.toml", "--force"]).ends(8).tells("E0100");
+    assert_eq!(folder.read("spec.toml"), SPEC);
+    folder.slew(&["plan", "spec.toml", "-o", "missing/plan.json"]).ends(8).tells("E0095");
+    folder.slew(&["plan", "spec.toml", "-o", "CON"]).ends(8).tells("E0099");
+    folder.slew(&["init", "-o", "plan.json"]).ends(8).tells("E0098");
+    assert_eq!(folder.names(), ["plan.json", "spec.toml"]);
+}
+
+#[test]
+fn a_reader_that_leaves_early_is_no_error() {
+    let folder = Folder::new();
+    let quick: [&[&str]; 5] = [
+        &["plan", "spec.toml", "--format", "jsonl", "--set", "maneuver.steps=5000"],
+        &["simulate", "spec.toml", "--format", "csv", "--steps", "5000"],
+        &["schema"],
+        &["completions", "bash"],
+        &["convert", "axis = [0, 0, 1], angle_deg = 90"],
+    ];
+    for args in quick {
+        let mut child = folder.command(args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut line = String::new();
+        BufReader::with_capacity(16, child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        // The pipe is closed now, with most of the data unread.
+        let mut stderr = String::new();
+        child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(0), "{args:?}: {stderr}");
+        assert!(!line.is_empty() && !stderr.contains("panic") && !stderr.contains("error"), "{stderr}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_told() {
+    let folder = Folder::new();
+    let full = fs::File::options().write(true).open("/dev/full").unwrap();
+    let output = folder.command(&["schema"]).stdout(full).stderr(Stdio::piped()).output().unwrap();
+    Run::of(output, &["schema"]).ends(8).tells("E0097");
+}
+
+#[test]
+fn what_the_user_wrote_does_not_steer_the_terminal() {
+    let folder = Folder::new();
+    let spec = SPEC.replace("test slew", "\\u001B]0;owned\\u0007");
+    fs::write(folder.path("esc.toml"), spec).unwrap();
+    let run = folder.slew(&["plan", "esc.toml", "-o", "p.json"]);
+    assert!(!run.stderr.contains('\u{1b}') && !run.stderr.contains('\u{7}'), "{:?}", run.stderr);
+    assert!(run.stderr.contains("owned"), "{}", run.stderr);
+    let run = folder.slew(&["plan", "spec.toml", "-o", "\u{1b}[31m.json"]).ends(8).tells("E0099");
+    assert!(!run.stderr.contains('\u{1b}'), "{:?}", run.stderr);
+    let run = folder.slew(&["verify", "\u{1b}[31m.json", "--spec", "spec.toml"]).ends(8).tells("E0090");
+    assert!(!run.stderr.contains('\u{1b}'), "{:?}", run.stderr);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_interrupted_plan_keeps_its_best_result() {
+    let folder = Folder::new();
+    // Far too fast for the step: minutes of ladder.
+    let args = [
+        "plan",
+        "spec.toml",
+        "-o",
+        "best.json",
+        "--set",
+        "maneuver.steps=100000",
+        "--set",
+        "end.angular_velocity_deg_s=[0, 0, 90000]",
+    ];
+    let child = folder.command(&args).stderr(Stdio::piped()).spawn().unwrap();
+    while !super::binary::catches_interrupt(child.id()) {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+    let run = Run::of(child.wait_with_output().unwrap(), &args).ends(130).tells("interrupted");
+    assert!(run.stderr.contains("wrote"), "{}", run.stderr);
+    let best = PlanFile::read(folder.read("best.json").as_bytes()).unwrap();
+    assert_eq!((best.status.name(), best.exit_code), ("interrupted", 130));
+}
