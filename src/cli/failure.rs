@@ -100,8 +100,7 @@ impl Failure {
         }
         let path = path.to_string_lossy();
         let reason = format!("{}: {error}", escape(&path));
-        let remedy = "give a file that `slew plan SPEC -o FILE` wrote".into();
-        Self::File(Message { code: error.code(), reason, remedy })
+        Self::File(Message { code: error.code(), reason, remedy: error.remedy().into() })
     }
 
     fn exit(&self) -> Exit {

@@ -3,7 +3,7 @@
 use super::args::{Notation, Reading};
 use super::console::Console;
 use super::failure::Failure;
-use slewkit::files::spec::{self, Diagnostic, Format, Loaded, Override, Spec};
+use slewkit::files::spec::{self, Diagnostic, Format, Loaded, Override, Spec, SpecDocument};
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
@@ -30,6 +30,19 @@ pub fn load(path: &Path, reading: &Reading, console: &mut Console) -> Result<Spe
     };
     tell(spec.warnings(), console);
     Ok(spec)
+}
+
+/// Reads the spec that the plan file `plan` holds, with the overrides, and tells its warnings.
+pub fn read_held(
+    held: &SpecDocument,
+    plan: &Path,
+    reading: &Reading,
+    console: &mut Console,
+) -> Result<Loaded, Failure> {
+    let (overrides, _) = arguments(plan, reading)?;
+    let loaded = held.read(&format!("{}, spec", plan.display()), &overrides)?;
+    tell(&loaded.warnings, console);
+    Ok(loaded)
 }
 
 fn tell(warnings: &[Diagnostic], console: &mut Console) {

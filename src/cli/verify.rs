@@ -1,15 +1,15 @@
-//! `slew verify`: a plan file against its spec, by the witnesses alone.
+//! `slew verify`: a plan file against the spec that it holds, or another, by the witnesses alone.
 
 use super::args::{Reading, ReportArgs};
 use super::console::{self, Console, Tone};
 use super::failure::{Exit, Failure, Message};
 use super::{spec_file, summary};
 use serde::Serialize;
-use slewkit::files::export::{Difference, ExportError, PlanFile, ProblemRecord, write_document};
-use slewkit::files::spec::Loaded;
+use slewkit::files::export::{ExportError, PlanFile, write_document};
+use slewkit::files::spec::{Difference, Loaded, SpecDocument};
 use slewkit::plan::Status;
 use slewkit::verify::{self, Check, Verification};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `slew verify`.
 #[derive(Debug, clap::Args)]
@@ -17,9 +17,9 @@ pub struct Args {
     /// Plan file, as `slew plan SPEC -o PLAN.json` wrote it; `-` reads stdin
     #[arg(value_name = "PLAN.json")]
     pub plan: PathBuf,
-    /// The spec that the plan must fulfil; `-` reads stdin
+    /// The spec that the plan must fulfil, instead of the one that it holds; `-` reads stdin
     #[arg(long)]
-    pub spec: PathBuf,
+    pub spec: Option<PathBuf>,
     #[command(flatten)]
     pub reading: Reading,
     #[command(flatten)]
@@ -36,20 +36,28 @@ struct Report<'a> {
     name: &'a str,
     steps: usize,
     verified: &'a Verification,
-    /// Where the maneuver of the plan is not that of the spec: plan first.
+    /// Where the spec that the plan holds is not the one that it is judged by: plan first.
     differences: &'a [Difference],
 }
 
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
-    spec_file::one_stdin(&[&args.plan, &args.spec])?;
-    let Loaded { problem, settings, .. } = spec_file::read(&args.spec, &args.reading, console)?;
-    let plan = PlanFile::read(spec_file::open_plan(&args.plan)?)
-        .map_err(|error| Failure::unusable(&args.plan, &error))?;
-    // The grid is the plan's own matter; what it must achieve stands in the spec.
+    let inputs: Vec<&Path> = std::iter::once(&args.plan).chain(&args.spec).map(PathBuf::as_path).collect();
+    spec_file::one_stdin(&inputs)?;
+    let unusable = |error| Failure::unusable(&args.plan, &error);
+    let given = args.spec.as_deref().map(|path| spec_file::read(path, &args.reading, console)).transpose()?;
+    let plan = PlanFile::read(spec_file::open_plan(&args.plan)?).map_err(unusable)?;
+    let held = plan.spec.as_ref();
+    // What the plan must achieve stands in the spec that is given, else in its own.
+    let Loaded { problem, settings, .. } = match (given, held) {
+        (Some(given), _) => given,
+        (None, Some(held)) => spec_file::read_held(held, &args.plan, &args.reading, console)?,
+        (None, None) => return Err(unusable(ExportError::NoSpec)),
+    };
+    // The grid is the plan's own matter.
     let problem = plan.on_grid(&problem).map_err(|error| misfit(args, &error))?;
-
-    let differences = plan.problem.differences(&ProblemRecord::from(&problem));
+    let judged_by = SpecDocument::new(&problem, &settings).ok();
+    let differences = held.zip(judged_by).map_or(Vec::new(), |(held, other)| held.differences(&other));
     let (trajectory, tolerance) = (&plan.trajectory.0, settings.tolerance);
     let mut verification = verify::verify(&problem, trajectory, tolerance, settings.continuous_tolerance);
     let cost = verify::effort(&problem, &trajectory.input);

@@ -7,17 +7,12 @@ mod attitude;
 mod file;
 mod lenient;
 mod plan_file;
-mod record;
 mod rows;
 mod trajectory;
 
 pub use attitude::{EULER_SEQUENCES, EulerAngles, Notations};
 pub use file::{FileError, Target, remove_temporaries};
 pub use plan_file::{ConvexRecord, PlanFile, read_guess, write_document};
-pub use record::{
-    ChannelRecord, ConeRecord, ConstraintRecord, Difference, EnvironmentRecord, ProblemRecord, RuleRecord,
-    SettingsRecord, StateRecord, WheelsRecord,
-};
 pub use rows::{write_csv, write_jsonl};
 pub use trajectory::{TrajectoryDocument, TrajectoryError, check_trajectory};
 
@@ -39,14 +34,23 @@ pub enum ExportError {
     #[error("not a plan file: {0}")]
     Json(serde_json::Error),
     /// The file format is of another version.
-    #[error("the plan file has format {found}, this program reads {}", PlanFile::FORMAT)]
+    #[error("the plan file has format {found}, this program reads {}{}", PlanFile::FORMAT, older(*.found))]
     Format {
         /// The version found.
         found: u32,
     },
+    /// The plan was made by a library caller, and a spec has no notation for its maneuver.
+    #[error(
+        "the plan file holds no spec: its maneuver has no notation, such as an environment of the caller's own"
+    )]
+    NoSpec,
     /// The scheme is not known.
     #[error("the plan file has the unknown scheme \"{}\"", crate::files::spec::escape(.0))]
     Scheme(String),
+}
+
+fn older(found: u32) -> &'static str {
+    if found < PlanFile::FORMAT { ": older plan files do not hold the spec that they answer" } else { "" }
 }
 
 impl ExportError {
@@ -54,10 +58,19 @@ impl ExportError {
     pub fn code(&self) -> &'static str {
         match self {
             Self::File(error) => error.code(),
-            Self::Json(_) | Self::Format { .. } | Self::Scheme(_) => "E0102",
+            Self::Json(_) | Self::Format { .. } | Self::NoSpec | Self::Scheme(_) => "E0102",
             Self::Trajectory(TrajectoryError::Shape { .. }) => "E0103",
             Self::Trajectory(TrajectoryError::NotFinite { .. }) => "E0104",
             Self::Io(_) => "E0097",
+        }
+    }
+
+    /// What to do with a plan file that gives this error.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::Format { found } if *found < PlanFile::FORMAT => "plan again: `slew plan SPEC -o FILE`",
+            Self::NoSpec => "give the spec that it must fulfil: `--spec SPEC`",
+            _ => "give a file that `slew plan SPEC -o FILE` wrote",
         }
     }
 

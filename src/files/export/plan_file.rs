@@ -1,10 +1,10 @@
 //! A plan as one JSON document, streamed both ways.
 
 use super::lenient::lenient;
-use super::record::{ProblemRecord, SettingsRecord};
 use super::trajectory::{TrajectoryDocument, TrajectoryError};
 use super::{ExportError, check_trajectory};
 use crate::Vector3;
+use crate::files::spec::SpecDocument;
 use crate::maneuver::problem::{Problem, Scheme};
 use crate::maneuver::settings::Settings;
 use crate::maneuver::solution::{
@@ -22,7 +22,7 @@ use std::io::{self, BufReader, BufWriter, Read, Write};
 /// Equal inputs give equal files but for `solve_time_s`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlanFile<'a> {
-    /// Version of the file format: 1.
+    /// Version of the file format: 2.
     pub format: u32,
     /// The program that wrote it.
     pub generator: String,
@@ -93,10 +93,10 @@ pub struct PlanFile<'a> {
     /// A longer duration for which a plan was found, seconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub longer_s: Option<f64>,
-    /// The settings that made it.
-    pub settings: SettingsRecord,
-    /// The maneuver that was asked.
-    pub problem: ProblemRecord,
+    /// The maneuver that was asked, on the grid of the plan, and the settings; `null` where a spec has no notation
+    /// for it.
+    #[serde(default)]
+    pub spec: Option<SpecDocument>,
     /// The unknown of the shooting, SI; a guess for another plan.
     pub costates_0: Vec<f64>,
     /// The trajectory.
@@ -123,7 +123,7 @@ impl From<&ConvexWork> for ConvexRecord {
 
 impl<'a> PlanFile<'a> {
     /// The version written and read.
-    pub const FORMAT: u32 = 1;
+    pub const FORMAT: u32 = 2;
 
     /// The document of a plan; the trajectory is borrowed.
     pub fn new(problem: &Problem, settings: &Settings, plan: &'a Plan) -> Self {
@@ -158,8 +158,7 @@ impl<'a> PlanFile<'a> {
             shortest_duration_s: solution.infeasible.as_ref().and_then(|proof| proof.duration_lower_bound),
             shortfall: solution.shortfall.clone(),
             longer_s: solution.longer,
-            settings: settings.into(),
-            problem: problem.into(),
+            spec: SpecDocument::new(problem, settings).ok(),
             costates_0: solution.costates_0(problem).to_vec(),
             trajectory: TrajectoryDocument(Cow::Borrowed(&solution.trajectory)),
         }
@@ -228,7 +227,8 @@ pub fn read_guess(input: impl Read) -> Result<Guess, ExportError> {
         position_m: Vec<[f64; 3]>,
     }
     let Document { format, costates_0, trajectory } = serde_json::from_reader(BufReader::new(input))?;
-    if format != PlanFile::FORMAT {
+    // Older plans have the same trajectory.
+    if !(1..=PlanFile::FORMAT).contains(&format) {
         return Err(ExportError::Format { found: format });
     }
     let Path { quaternion_wxyz: quaternion, position_m } = trajectory;

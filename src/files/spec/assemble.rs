@@ -5,7 +5,7 @@ use super::diagnostic::{Spot, escape};
 use super::quantity::{short, show};
 use super::section::{Report, Section};
 use super::{Expect, actuators, body, constraint, environment, maneuver};
-use crate::lie::minus;
+use crate::lie::{exp, minus};
 use crate::maneuver::problem::{Motion, Path, Problem, ProblemError, State};
 use crate::maneuver::settings::{Method, Settings};
 use crate::mechanics::body::{Body, Inertia};
@@ -54,6 +54,7 @@ pub(crate) fn assemble(root: &Section<'_>, default_name: &str, report: &mut Repo
     warn_quaternion_order(start_rotation, end_rotation, report);
     let end_attitude =
         if end.relative() { start_rotation.matrix * end_rotation.matrix } else { end_rotation.matrix };
+    wrong_turn(&end, &start_rotation.matrix.tr_mul(&end_attitude), report);
     let (start_state, end_state) = (start.state(start_rotation.matrix)?, end.state(end_attitude)?);
     let (duration, path, environment) = (duration?, path?, environment?);
 
@@ -116,11 +117,15 @@ pub(crate) struct Boundary<'a> {
     /// The key that holds the rotation: `attitude` or `rotation_from_start`.
     key: &'static str,
     pub rotation: Option<Rotation>,
+    /// With an attitude: the rotation vector from the start \[rad\], body axes of the start.
+    turn: Option<Vector3>,
     /// Inertial angular velocity, body axes [rad/s]; `None` if given wrongly.
     pub rate: Option<Vector3>,
     pub position: Option<Vector3>,
     pub velocity: Option<Vector3>,
 }
+
+const TURN: &str = "rotation_from_start_rad";
 
 impl<'a> Boundary<'a> {
     pub fn read(section: Section<'a>, key: &'static str, report: &mut Report) -> Self {
@@ -135,7 +140,8 @@ impl<'a> Boundary<'a> {
             }
         };
         let (position, velocity) = (section.vector("position_m"), section.vector("velocity_m_s"));
-        Self { section, key, rotation, rate, position, velocity }
+        let turn = if section.knows(TURN) { section.vector(TURN) } else { None };
+        Self { section, key, rotation, turn, rate, position, velocity }
     }
 
     fn relative(&self) -> bool {
@@ -216,14 +222,18 @@ fn mass_and_motion(
 }
 
 fn path(section: &Section<'_>, end: &Boundary<'_>, report: &mut Report) -> Option<Path> {
-    let as_given = || Some(Path::AsGiven(end.rotation.as_ref()?.vector));
+    let says_turn = end.relative() || end.section.has(TURN);
+    let as_given = || {
+        let turn = if end.relative() { end.rotation.as_ref()?.vector } else { end.turn? };
+        Some(Path::AsGiven(turn))
+    };
     if !section.has("path") {
-        return if end.relative() { as_given() } else { Some(Path::Best) };
+        return if says_turn { as_given() } else { Some(Path::Best) };
     }
     match section.word("path")? {
         "shortest" => Some(Path::Shortest),
         "long" => Some(Path::Long),
-        "as_given" if end.relative() => as_given(),
+        "as_given" if says_turn => as_given(),
         "as_given" => {
             let reason = "path = \"as_given\" needs `rotation_from_start` in [end]: an attitude does not say which way";
             let remedy =
@@ -232,6 +242,22 @@ fn path(section: &Section<'_>, end: &Boundary<'_>, report: &mut Report) -> Optio
             None
         }
         _ => Some(Path::Best),
+    }
+}
+
+/// Refuses a rotation from the start that leads elsewhere than to the attitude of the end.
+fn wrong_turn(end: &Boundary<'_>, from_start: &Matrix3, report: &mut Report) {
+    const ROUNDING: f64 = 1e-6;
+    let Some(turn) = end.turn else { return };
+    let off = minus(from_start, &exp(&turn)).norm();
+    if off > ROUNDING {
+        let reason = format!(
+            "the rotation leads {} rad past the attitude, at most {ROUNDING:e} is taken as rounding",
+            short(off)
+        );
+        let remedy =
+            "write the rotation vector with all digits; or only one of the two, as rotation_from_start";
+        report.error("E0058", end.section.spot(TURN), reason, remedy);
     }
 }
 

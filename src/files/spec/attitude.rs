@@ -190,7 +190,7 @@ fn rotation_matrix(section: &Section<'_>, report: &mut Report) -> Option<Matrix3
         report.error("E0056", spot, reason, "check the sign of one row, or the handedness of the axes");
         return None;
     }
-    Some(project_to_rotation(&matrix))
+    Some(if section.keeps_rounding { matrix } else { project_to_rotation(&matrix) })
 }
 
 fn euler(section: &Section<'_>, name: &str, purpose: Use, report: &mut Report) -> Option<Rotation> {

@@ -2,7 +2,7 @@
 
 use super::diagnostic::escape;
 use super::quantity::{short, show};
-use super::section::{Report, Section};
+use super::section::{Angle, Report, Section};
 use super::values::Limits;
 use crate::Vector3;
 use crate::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
@@ -102,7 +102,9 @@ fn rule(section: &Section<'_>, report: &mut Report) -> Option<Rule> {
         "keep_in" => Side::KeepIn,
         _ => return rate_limit(section),
     };
-    let boresights = section.vectors("boresight_body").map(|vectors| vectors.into_iter().map(unit).collect());
+    let boresights = section
+        .vectors("boresight_body")
+        .map(|vectors| vectors.into_iter().map(|vector| section.unit(vector)).collect());
     let directions = directions(section, report);
     let (half_angle, margin) = cone(section, side, report)?;
     Some(Rule::Pointing(Pointing {
@@ -128,37 +130,34 @@ fn rate_limit(section: &Section<'_>) -> Option<Rule> {
 
 /// Half angle and margin \[rad\].
 fn cone(section: &Section<'_>, side: Side, report: &mut Report) -> Option<(f64, f64)> {
-    let half_angle = section.number("half_angle_deg");
-    let margin = if section.has("margin_deg") { section.number("margin_deg") } else { Some(0.0) };
+    let half_angle = section.angle("half_angle_deg", "half_angle_rad");
+    let margin = section.angle("margin_deg", "margin_rad");
+    let margin_given = section.has("margin_deg") || section.has("margin_rad");
     let half_angle = half_angle?;
-    let spot = section.spot("half_angle_deg");
-    if half_angle <= 0.0 || half_angle >= 180.0 {
+    if half_angle.degrees() <= 0.0 || half_angle.degrees() >= 180.0 {
         let reason = format!(
-            "`half_angle_deg`: {} deg is no half angle of a cone: it must be above 0 and below 180 deg",
-            show(half_angle)
+            "`{}`: {half_angle} is no half angle of a cone: it must be above 0 and below {}",
+            half_angle.key,
+            half_angle.half_turn()
         );
-        report.error("E0070", spot, reason, "the half angle is from the axis of the cone to its surface");
+        let remedy = "the half angle is from the axis of the cone to its surface";
+        report.error("E0070", section.spot(half_angle.key), reason, remedy);
         return None;
     }
-    let margin = margin?;
+    let margin = if margin_given { margin? } else { Angle { key: "margin_deg", value: 0.0 } };
+    let (half, extra) = (half_angle.degrees(), margin.degrees());
     let reason = match side {
-        Side::KeepOut if half_angle + margin >= 180.0 => format!(
-            "a cone of {} deg with a margin of {} deg leaves nowhere to point: together they must be below 180 deg",
-            show(half_angle),
-            show(margin)
+        Side::KeepOut if half + extra >= 180.0 => format!(
+            "a cone of {half_angle} with a margin of {margin} leaves nowhere to point: together they must be below {}",
+            half_angle.half_turn()
         ),
-        Side::KeepIn if half_angle - margin <= 0.0 => {
-            format!("a margin of {} deg leaves nothing of a cone of {} deg", show(margin), show(half_angle))
+        Side::KeepIn if half - extra <= 0.0 => {
+            format!("a margin of {margin} leaves nothing of a cone of {half_angle}")
         }
-        _ => return Some((half_angle.to_radians(), margin.to_radians())),
+        _ => return Some((half_angle.radians(), margin.radians())),
     };
-    report.error("E0070", section.spot("margin_deg"), reason, "write a smaller margin");
+    report.error("E0070", section.spot(margin.key), reason, "write a smaller margin");
     None
-}
-
-fn unit(vector: Vector3) -> Vector3 {
-    // Scaled first, so that the squares of very long or short vectors stay within range.
-    (vector / vector.amax()).normalize()
 }
 
 /// The directions of both kinds.
@@ -190,7 +189,7 @@ fn direction(section: &Section<'_>, report: &mut Report) -> Option<Vector3> {
                 report.error("E0054", section.spot("vector"), reason, "give the vector a direction");
                 return None;
             }
-            Some(unit(vector))
+            Some(section.unit(vector))
         }
         ([_, _], false) => {
             let range = |name: &str, least: f64, most: f64, what: &str, report: &mut Report| {
@@ -211,7 +210,7 @@ fn direction(section: &Section<'_>, report: &mut Report) -> Option<Vector3> {
             let ra = range("ra_deg", -180.0, 360.0, "a right ascension", report);
             let dec = range("dec_deg", -90.0, 90.0, "a declination", report);
             let ((sin_ra, cos_ra), (sin_dec, cos_dec)) = (ra?.sin_cos(), dec?.sin_cos());
-            Some(unit(Vector3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec)))
+            Some(section.unit(Vector3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec)))
         }
         ([name], false) => {
             let other = if *name == "ra_deg" { "dec_deg" } else { "ra_deg" };

@@ -6,8 +6,7 @@ use super::section::{Report, Section};
 use crate::maneuver::problem::Motion;
 use crate::mechanics::body::Inertia;
 use crate::mechanics::environment::{
-    CentralGravity, Environment, EnvironmentError, Free, GravityGradient, PointMass, SecondOrderGravity,
-    UniformGravity,
+    CentralGravity, Environment, EnvironmentError, Free, GravityGradient, SecondOrderGravity, UniformGravity,
 };
 use std::sync::Arc;
 
@@ -108,9 +107,7 @@ impl Surroundings<'_> {
             report.error("E0087", section.spot("points"), reason, "make them equal");
             return None;
         }
-        let parameter = parameter?;
-        let point = |(mass, position)| PointMass { parameter: parameter * mass, position };
-        accept(CentralGravity::new(points.into_iter().map(point).collect()), section, report)
+        accept(CentralGravity::of_masses(parameter?, points), section, report)
     }
 
     /// What the environment asks of the states, the start first.

@@ -59,6 +59,17 @@ pub(crate) enum Kind {
     Later(&'static str),
 }
 
+impl Kind {
+    /// The keys of the table, or of each table of the list, that it holds.
+    pub fn table(self) -> Option<&'static Table> {
+        match self {
+            Self::Table(table) | Self::List(table, _) => Some(table),
+            Self::Directions => Some(&DIRECTION),
+            _ => None,
+        }
+    }
+}
+
 /// One key.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Key {
@@ -149,6 +160,11 @@ pub(crate) static ROOT: Table = Table::new(&[
         "constraint",
         Kind::List(&CONSTRAINT, crate::maneuver::problem::Problem::MAX_CONSTRAINTS),
         "Where the body may point and how fast it may turn, all the way. Default: anywhere, any rate.",
+    ),
+    key(
+        "rounding",
+        Kind::Choice(&["remove", "keep"], &[]),
+        "What becomes of the rounded last digits of matrices and unit vectors. remove: they become rotations, and of length 1. keep: each number is taken to its last bit, as in a spec that slew wrote. Default: remove.",
     ),
 ]);
 
@@ -264,22 +280,25 @@ static CONSTRAINT: Table = Table {
         key("direction_reference", Kind::Directions, "The same, fixed to a reference frame that turns.")
             .only(POINTING),
         key("half_angle_deg", Kind::Number(q::ANGLE_DEG), "Half angle of the cone, between 0 and 180.")
-            .needed("half_angle_deg = 35")
             .only(POINTING),
+        key("half_angle_rad", Kind::Number(q::ANGLE_RAD), "The same in rad, between 0 and π.").only(POINTING),
         key("margin_deg", Kind::Number(q::MARGIN_DEG), "Margin: added to the half angle of a keep-out cone, taken from that of a keep-in cone. Default: 0.")
             .only(POINTING),
+        key("margin_rad", Kind::Number(q::MARGIN_RAD), "The same in rad.").only(POINTING),
         key("angular_velocity_limit_deg_s", Kind::Limits(q::RATE_LIMIT_DEG, Some(3)), "Limit of the inertial angular velocity: one number for its norm, or three for its components in body axes.")
             .only(RATE_LIMIT),
         key("angular_velocity_limit_rad_s", Kind::Limits(q::RATE_LIMIT_RAD, Some(3)), "The same in rad/s.")
             .only(RATE_LIMIT),
     ],
     selector: Some("kind"),
-    exclusive: &[RATE_LIMITS],
+    exclusive: &[RATE_LIMITS, HALF_ANGLES, &["margin_deg", "margin_rad"]],
     one_of: &[
+        (HALF_ANGLES, "half_angle_deg = 35"),
         (&["direction_inertial", "direction_reference"], "direction_inertial = { ra_deg = 231.0, dec_deg = -18.3 }"),
         (RATE_LIMITS, "angular_velocity_limit_deg_s = 4"),
     ],
 };
+const HALF_ANGLES: &[&str] = &["half_angle_deg", "half_angle_rad"];
 const RATE_LIMITS: &[&str] = &["angular_velocity_limit_deg_s", "angular_velocity_limit_rad_s"];
 
 /// A direction: right ascension and declination, or a vector.
@@ -331,13 +350,22 @@ static END: Table = Table {
             Kind::Table(&ATTITUDE),
             "Instead of attitude: the rotation from the start, in its body axes, any angle; end = start · rotation. Taken as written unless `path` says otherwise.",
         ),
+        key(
+            "rotation_from_start_rad",
+            Kind::Vector(q::ANGLE_RAD),
+            "Beside attitude: which rotation from the start leads there, a rotation vector in its body axes, any angle. Taken as written unless `path` says otherwise.",
+        ),
         RATE_DEG_KEY,
         RATE_RAD_KEY,
         POSITION_KEY,
         VELOCITY_KEY,
         LATER_FILE,
     ],
-    exclusive: &[&["attitude", "rotation_from_start", "attitude_file"], RATES],
+    exclusive: &[
+        &["attitude", "rotation_from_start", "attitude_file"],
+        &["rotation_from_start", "rotation_from_start_rad"],
+        RATES,
+    ],
     one_of: &[(&["attitude", "rotation_from_start", "attitude_file"], ATTITUDE_SAMPLE)],
     ..Table::new(&[])
 };
@@ -367,38 +395,43 @@ static MANEUVER: Table = Table {
     ..Table::new(&[])
 };
 
-static SOLVER: Table = Table::new(&[
-    key(
-        "method",
-        Kind::Choice(&["auto", "shooting", "scp"], &[]),
-        "Which solver: shooting on the costates, or sequential convex programming. Default: auto, which takes the second where something is constrained.",
-    ),
-    key(
-        "scheme",
-        Kind::Choice(&["lie_verlet", "lie_euler"], &[]),
-        "Discretisation: lie_verlet (second order) or lie_euler (first order). Default: lie_verlet.",
-    ),
-    key(
-        "tolerance",
-        Kind::Number(q::TOLERANCE),
-        "Tolerance of the scaled discrete terminal error. Default: 1e-12.",
-    ),
-    key(
-        "continuous_tolerance_deg",
-        Kind::Number(q::TOLERANCE_DEG),
-        "Limit on the continuous terminal attitude error. Default: none.",
-    ),
-    key(
-        "time_limit_s",
-        Kind::Number(q::DURATION),
-        "Limit on the wall-clock time of the plan. Default: none.",
-    ),
-    key(
-        "max_iterations",
-        Kind::Count(1, 1_000_000),
-        "Iteration limit of one Newton run, and of the subproblems of one convex run. Default: 60.",
-    ),
-]);
+static SOLVER: Table = Table {
+    keys: &[
+        key(
+            "method",
+            Kind::Choice(&["auto", "shooting", "scp"], &[]),
+            "Which solver: shooting on the costates, or sequential convex programming. Default: auto, which takes the second where something is constrained.",
+        ),
+        key(
+            "scheme",
+            Kind::Choice(&["lie_verlet", "lie_euler"], &[]),
+            "Discretisation: lie_verlet (second order) or lie_euler (first order). Default: lie_verlet.",
+        ),
+        key(
+            "tolerance",
+            Kind::Number(q::TOLERANCE),
+            "Tolerance of the scaled discrete terminal error. Default: 1e-12.",
+        ),
+        key(
+            "continuous_tolerance_deg",
+            Kind::Number(q::TOLERANCE_DEG),
+            "Limit on the continuous terminal attitude error. Default: none.",
+        ),
+        key("continuous_tolerance_rad", Kind::Number(q::TOLERANCE_RAD), "The same in rad."),
+        key(
+            "time_limit_s",
+            Kind::Number(q::DURATION),
+            "Limit on the wall-clock time of the plan. Default: none.",
+        ),
+        key(
+            "max_iterations",
+            Kind::Count(1, 1_000_000),
+            "Iteration limit of one Newton run, and of the subproblems of one convex run. Default: 60.",
+        ),
+    ],
+    exclusive: &[&["continuous_tolerance_deg", "continuous_tolerance_rad"]],
+    ..Table::new(&[])
+};
 
 static ENVIRONMENT: Table = Table {
     keys: &[

@@ -1,7 +1,7 @@
 //! `[maneuver]`, `[solver]` and `[expect]`.
 
 use super::quantity::{short, show};
-use super::section::{Report, Section};
+use super::section::{Angle, Report, Section};
 use super::values;
 use super::{Expect, Toleranced};
 use crate::maneuver::problem::{Problem, Scheme};
@@ -108,7 +108,8 @@ pub(crate) fn solver(section: Option<&Section<'_>>, report: &mut Report) -> (Sch
             settings.tolerance = tolerance;
         }
     }
-    settings.continuous_tolerance = section.number("continuous_tolerance_deg").map(f64::to_radians);
+    let continuous = section.angle("continuous_tolerance_deg", "continuous_tolerance_rad");
+    settings.continuous_tolerance = continuous.map(Angle::radians);
     settings.time_limit = section.number("time_limit_s").map(Duration::from_secs_f64);
     if let Some(count) = section.count("max_iterations") {
         settings.max_iterations = count;

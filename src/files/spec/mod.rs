@@ -10,7 +10,7 @@
 //!
 //! Units stand in the keys; inside the crate everything is SI. All errors of a spec are reported at
 //! once, each with its place, its reason and a remedy. [`schema()`] gives the JSON Schema of the format,
-//! [`template`] a spec to start from.
+//! [`template`] a spec to start from. [`SpecDocument`] writes a maneuver in the same keys.
 //!
 //! What a spec leaves out: three body torques of weight 1; three forces along the reference axes too
 //! when `[start]` has a position; angular velocities at rest; the number of steps of [`default_steps`];
@@ -29,6 +29,7 @@ mod body;
 mod check;
 mod constraint;
 mod diagnostic;
+mod difference;
 mod environment;
 mod json_text;
 mod keys;
@@ -44,10 +45,13 @@ mod text;
 mod toml_text;
 mod tree;
 mod values;
+mod write;
 
 pub use diagnostic::{Diagnostic, Diagnostics, Severity, escape};
+pub use difference::Difference;
 pub use maneuver::default_steps;
 pub use schema::schema;
+pub use write::{SpecDocument, Unwritable};
 
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Settings;
@@ -383,7 +387,7 @@ pub fn from_str(
     let text = text::decode(text.as_bytes(), name)?;
     match interpret(text, name, Path::new(""), format, overrides, Wanted::Maneuver)? {
         Spec::Maneuver(loaded) => Ok(*loaded),
-        // `any` has refused it.
+        // `interpret` has refused it.
         Spec::Simulation(_) => Err(Diagnostics(Vec::new())),
     }
 }

@@ -89,4 +89,6 @@ pub(crate) const STEP_TOLERANCE: Quantity =
     quantity("a tolerance of steps (below 1e-14 there is only round-off)", "", 1e-14, 0.1, Sign::Positive);
 pub(crate) const SIGNED: Quantity = quantity("a value", "", TINY, 1e200, Sign::Any);
 pub(crate) const MARGIN_DEG: Quantity = quantity("a margin", "deg", TINY, 360.0, Sign::NotNegative);
+pub(crate) const MARGIN_RAD: Quantity = quantity("a margin", "rad", TINY, 6.3, Sign::NotNegative);
+pub(crate) const TOLERANCE_RAD: Quantity = quantity("a tolerance", "rad", 1e-18, 6.3, Sign::Positive);
 pub(crate) const MARGIN: Quantity = quantity("a margin", "", TINY, 1e200, Sign::Any);

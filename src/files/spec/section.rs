@@ -8,6 +8,10 @@ use super::quantity as q;
 use super::tree::{Entry, Node, Value};
 use super::values;
 use crate::{Matrix3, Vector3};
+use std::fmt;
+
+/// How far the length of a unit vector may be from 1 by rounding.
+const UNIT_ROUNDING: f64 = 1e-9;
 
 /// Collects findings.
 pub(crate) struct Report {
@@ -35,25 +39,62 @@ impl Report {
     }
 }
 
+/// An angle as written; the key ends in its unit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Angle {
+    pub key: &'static str,
+    pub value: f64,
+}
+
+impl Angle {
+    fn in_degrees(self) -> bool {
+        self.key.ends_with("_deg")
+    }
+
+    pub fn degrees(self) -> f64 {
+        if self.in_degrees() { self.value } else { self.value.to_degrees() }
+    }
+
+    pub fn radians(self) -> f64 {
+        if self.in_degrees() { self.value.to_radians() } else { self.value }
+    }
+
+    /// Half a turn in its unit, for messages.
+    pub fn half_turn(self) -> &'static str {
+        if self.in_degrees() { "180 deg" } else { "π rad" }
+    }
+}
+
+impl fmt::Display for Angle {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "{} {}", q::show(self.value), if self.in_degrees() { "deg" } else { "rad" })
+    }
+}
+
 /// A table of the spec and where it is.
 #[derive(Clone, Debug)]
 pub(crate) struct Section<'a> {
     pub node: &'a Node,
     table: &'static Table,
     pub path: String,
+    /// Whether matrices and unit vectors are taken to the last bit.
+    pub keeps_rounding: bool,
 }
 
 impl<'a> Section<'a> {
     /// The whole spec.
     pub fn root(node: &'a Node, table: &'static Table) -> Self {
-        Self { node, table, path: String::new() }
+        let mut root = Self { node, table, path: String::new(), keeps_rounding: false };
+        root.keeps_rounding = table.key("rounding").is_some() && root.word("rounding") == Some("keep");
+        root
     }
 
     /// The table `name`, if it is there.
     pub fn section(&self, name: &str) -> Option<Section<'a>> {
         match self.kind(name) {
             Kind::Table(table) => {
-                Some(Section { node: self.node(name)?, table, path: join(&self.path, name) })
+                let (path, keeps_rounding) = (join(&self.path, name), self.keeps_rounding);
+                Some(Section { node: self.node(name)?, table, path, keeps_rounding })
             }
             _ => None,
         }
@@ -67,11 +108,13 @@ impl<'a> Section<'a> {
         let Value::Array(items) = &node.value else {
             return Vec::new();
         };
-        Self::items(items, table, &join(&self.path, name))
+        self.items(items, table, &join(&self.path, name))
     }
 
-    fn items(items: &'a [Node], table: &'static Table, path: &str) -> Vec<Section<'a>> {
-        let section = |(index, node)| Section { node, table, path: format!("{path}.{index}") };
+    fn items(&self, items: &'a [Node], table: &'static Table, path: &str) -> Vec<Section<'a>> {
+        let keeps_rounding = self.keeps_rounding;
+        let section =
+            |(index, node)| Section { node, table, path: format!("{path}.{index}"), keeps_rounding };
         items.iter().enumerate().map(section).collect()
     }
 
@@ -85,6 +128,11 @@ impl<'a> Section<'a> {
 
     fn node(&self, name: &str) -> Option<&'a Node> {
         self.entry(name).map(|entry| &entry.node)
+    }
+
+    /// Whether such a table may have this key.
+    pub fn knows(&self, name: &str) -> bool {
+        self.key(name).is_some()
     }
 
     fn key(&self, name: &str) -> Option<&'static Key> {
@@ -114,6 +162,12 @@ impl<'a> Section<'a> {
             Kind::Limit(quantity) => values::limit(self.node(name)?, &quantity, &mut Vec::new()),
             _ => None,
         }
+    }
+
+    /// The angle under one of two keys, the one in degrees first.
+    pub fn angle(&self, degrees: &'static str, radians: &'static str) -> Option<Angle> {
+        let key = if self.has(degrees) { degrees } else { radians };
+        Some(Angle { key, value: self.number(key)? })
     }
 
     pub fn count(&self, name: &str) -> Option<usize> {
@@ -183,11 +237,14 @@ impl<'a> Section<'a> {
         let path = join(&self.path, name);
         let Some(node) = self.node(name) else { return Some(Vec::new()) };
         match &node.value {
-            Value::Table(_) => Some(vec![Section { node, table: &DIRECTION, path }]),
+            Value::Table(_) => {
+                let keeps_rounding = self.keeps_rounding;
+                Some(vec![Section { node, table: &DIRECTION, path, keeps_rounding }])
+            }
             Value::Array(items) if items.iter().all(|item| matches!(item.value, Value::Table(_))) => (1
                 ..=values::MAX_DIRECTIONS)
                 .contains(&items.len())
-                .then(|| Self::items(items, &DIRECTION, &path)),
+                .then(|| self.items(items, &DIRECTION, &path)),
             _ => None,
         }
     }
@@ -203,6 +260,15 @@ impl<'a> Section<'a> {
 
     pub fn weight(&self, name: &str) -> Option<Vec<Vec<f64>>> {
         values::weight(self.node(name)?, &q::WEIGHT, &mut Vec::new())
+    }
+
+    /// The vector made of length 1; as it is where it has that length and the spec keeps its rounding.
+    pub fn unit(&self, vector: Vector3) -> Vector3 {
+        if self.keeps_rounding && (vector.norm() - 1.0).abs() <= UNIT_ROUNDING {
+            return vector;
+        }
+        // Scaled first, so that the squares of very long or short vectors stay within range.
+        (vector / vector.amax()).normalize()
     }
 
     /// A word of a choice, or a text.

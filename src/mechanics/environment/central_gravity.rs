@@ -39,6 +39,7 @@ pub struct PointMass {
 #[derive(Clone, Debug, PartialEq)]
 pub struct CentralGravity {
     points: Vec<PointMass>,
+    description: Description,
 }
 
 impl CentralGravity {
@@ -66,7 +67,24 @@ impl CentralGravity {
         if center.amax() > Self::OFF_CENTER * farthest {
             return Err(EnvironmentError::OffCenter { center: center.into() });
         }
-        Ok(Self { points })
+        Ok(Self { points, description: Description::Custom })
+    }
+
+    /// A body of points with these masses \[kg\] and positions (body axes from the mass center \[m\]) in the
+    /// field of gravitational parameter μ [m³/s²].
+    ///
+    /// # Errors
+    /// As [`CentralGravity::new`].
+    pub fn of_masses(
+        gravitational_parameter: f64,
+        points: Vec<(f64, Vector3)>,
+    ) -> Result<Self, EnvironmentError> {
+        let point = |(mass, position): &(f64, Vector3)| PointMass {
+            parameter: gravitational_parameter * mass,
+            position: *position,
+        };
+        let field = Self::new(points.iter().map(point).collect())?;
+        Ok(Self { description: Description::CentralGravity { gravitational_parameter, points }, ..field })
     }
 
     /// Arm `ρ` of each point and its field, body axes.
@@ -129,9 +147,6 @@ impl Environment for CentralGravity {
     }
 
     fn describe(&self) -> Description {
-        let parameters = self.points.iter().map(|point| point.parameter).collect();
-        let positions = self.points.iter().flat_map(|point| point.position.iter().copied()).collect();
-        let numbers = [("parameters_n_m2", parameters), ("positions_m", positions)];
-        Description::new("central_gravity", numbers)
+        self.description.clone()
     }
 }

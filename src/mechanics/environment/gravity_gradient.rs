@@ -24,6 +24,7 @@ pub struct GravityGradient {
     frame_rate: Vector3,
     /// `3 n² J` [N·m], body axes.
     stiffness: Matrix3,
+    description: Description,
 }
 
 impl GravityGradient {
@@ -34,7 +35,8 @@ impl GravityGradient {
     /// An [`EnvironmentError`] if the rate is negative or not finite, or `3n²J` overflows.
     pub fn new(orbital_rate: f64, inertia: &Inertia) -> Result<Self, EnvironmentError> {
         let fixed = Self::along_fixed_direction(orbital_rate, inertia, Vector3::z())?;
-        Ok(Self { frame_rate: orbital_rate * Vector3::y(), ..fixed })
+        let description = Description::GravityGradient { orbital_rate, inertia: *inertia.j() };
+        Ok(Self { frame_rate: orbital_rate * Vector3::y(), description, ..fixed })
     }
 
     /// The same field held along `outward` (reference frame, any length), the frame not turning: an
@@ -54,6 +56,7 @@ impl GravityGradient {
             outward: direction("outward direction", outward)?,
             frame_rate: Vector3::zeros(),
             stiffness,
+            description: Description::Custom,
         })
     }
 
@@ -104,11 +107,6 @@ impl Environment for GravityGradient {
     }
 
     fn describe(&self) -> Description {
-        let numbers = [
-            ("outward", self.outward.as_slice().to_vec()),
-            ("frame_rate_rad_s", self.frame_rate.as_slice().to_vec()),
-            ("stiffness_n_m", self.stiffness.as_slice().to_vec()),
-        ];
-        Description::new("gravity_gradient", numbers)
+        self.description.clone()
     }
 }

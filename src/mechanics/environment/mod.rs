@@ -95,20 +95,47 @@ impl Blocks {
     }
 }
 
-/// What a field is, for plan files and for telling two of them apart: its kind and its numbers.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Description {
-    /// Its kind, such as "uniform_gravity".
-    pub kind: String,
-    /// Its numbers, SI units, each under a key that ends in the unit.
-    pub numbers: Vec<(&'static str, Vec<f64>)>,
-}
-
-impl Description {
-    /// A field of this kind with these numbers.
-    pub fn new(kind: &str, numbers: impl Into<Vec<(&'static str, Vec<f64>)>>) -> Self {
-        Self { kind: kind.into(), numbers: numbers.into() }
-    }
+/// What a field is, for writing it down: the numbers that its constructor was given, SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Description {
+    /// [`Free`].
+    Free,
+    /// [`UniformGravity::new`].
+    UniformGravity {
+        /// Mass \[kg\].
+        mass: f64,
+        /// Acceleration of gravity [m/s²].
+        gravity: f64,
+        /// Where things fall, reference frame, any length.
+        direction: Vector3,
+        /// From the pivot to the mass center, body axes \[m\].
+        pivot_to_mass_center: Vector3,
+    },
+    /// [`GravityGradient::new`].
+    GravityGradient {
+        /// Orbital rate [rad/s].
+        orbital_rate: f64,
+        /// Inertia about the mass center [kg·m²], body axes.
+        inertia: Matrix3,
+    },
+    /// [`CentralGravity::of_masses`].
+    CentralGravity {
+        /// Gravitational parameter μ [m³/s²].
+        gravitational_parameter: f64,
+        /// Mass \[kg\] and position of each point, body axes from the mass center \[m\].
+        points: Vec<(f64, Vector3)>,
+    },
+    /// [`SecondOrderGravity::new`].
+    SecondOrderGravity {
+        /// Gravitational parameter μ [m³/s²].
+        gravitational_parameter: f64,
+        /// Mass \[kg\].
+        mass: f64,
+        /// Inertia about the mass center [kg·m²], body axes.
+        inertia: Matrix3,
+    },
+    /// Any other, such as a field of the caller's own: a spec has no notation for it.
+    Custom,
 }
 
 /// Under which motions of everything together a potential stays the same, hence what of the momenta it conserves.
@@ -160,9 +187,9 @@ pub trait Environment: Debug + Send + Sync {
         if self.is_free() { Symmetry::All } else { Symmetry::None }
     }
 
-    /// What it is, for plan files. Default: "custom", without numbers.
+    /// What it is, for specs and plan files. Default: [`Description::Custom`].
     fn describe(&self) -> Description {
-        Description::new("custom", [])
+        Description::Custom
     }
 }
 
@@ -190,6 +217,6 @@ impl Environment for Free {
         true
     }
     fn describe(&self) -> Description {
-        Description::new("free", [])
+        Description::Free
     }
 }

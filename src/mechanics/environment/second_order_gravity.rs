@@ -42,6 +42,8 @@ pub struct SecondOrderGravity {
     monopole: f64,
     /// `(3/2) μ J` [N·m⁴], body axes.
     quadrupole: Matrix3,
+    /// As given.
+    description: Description,
 }
 
 impl SecondOrderGravity {
@@ -56,7 +58,9 @@ impl SecondOrderGravity {
         let monopole = finite("gravitational parameter times mass", mu * positive("mass", mass)?)?;
         let quadrupole = 1.5 * mu * inertia.j();
         finite("gravitational parameter times inertia", quadrupole.sum())?;
-        Ok(Self { monopole, quadrupole })
+        let description =
+            Description::SecondOrderGravity { gravitational_parameter, mass, inertia: *inertia.j() };
+        Ok(Self { monopole, quadrupole, description })
     }
 
     fn center(&self, pose: &Pose) -> Center<'_> {
@@ -157,10 +161,6 @@ impl Environment for SecondOrderGravity {
     }
 
     fn describe(&self) -> Description {
-        let numbers = [
-            ("monopole_n_m2", vec![self.monopole]),
-            ("quadrupole_n_m4", self.quadrupole.as_slice().to_vec()),
-        ];
-        Description::new("second_order_gravity", numbers)
+        self.description.clone()
     }
 }

@@ -20,6 +20,8 @@ pub struct UniformGravity {
     direction: Vector3,
     /// `m g ρ`, body axes [N·m].
     weight_arm: Vector3,
+    /// As given.
+    description: Description,
 }
 
 impl UniformGravity {
@@ -40,6 +42,12 @@ impl UniformGravity {
         Ok(Self {
             direction: direction("direction of gravity", direction_of_fall)?,
             weight_arm: finite_vector("mass times gravity times arm", weight * arm)?,
+            description: Description::UniformGravity {
+                mass,
+                gravity,
+                direction: direction_of_fall,
+                pivot_to_mass_center,
+            },
         })
     }
 
@@ -82,10 +90,6 @@ impl Environment for UniformGravity {
     }
 
     fn describe(&self) -> Description {
-        let numbers = [
-            ("direction", self.direction.as_slice().to_vec()),
-            ("weight_arm_n_m", self.weight_arm.as_slice().to_vec()),
-        ];
-        Description::new("uniform_gravity", numbers)
+        self.description.clone()
     }
 }

@@ -72,9 +72,27 @@ fn verify_judges_a_plan_file_by_its_spec() {
     folder.slew(&["verify", "-", "--spec", "-"]).ends(2).tells("stdin");
 
     let other = ["--set", "end.attitude.euler_zyx_deg=[81, -25, 40]", "--format", "json"];
-    let run = verify("plan.json", &other).ends(7).tells("verification failed").tells("end.matrix");
+    let run = verify("plan.json", &other).ends(7).tells("verification failed").tells("end.attitude.matrix");
     assert_eq!(run.json()["status"], "verification_failed");
-    assert_eq!(run.json()["differences"][0]["key"], "end.matrix");
+    assert_eq!(run.json()["differences"][0]["key"], "end.attitude.matrix");
+
+    // Without a spec it is the one that the plan holds, to the same end.
+    let held = folder.slew(&["verify", "plan.json", "-q", "--format", "json"]).ends(0).silent().json();
+    assert_eq!(held, json);
+    let mut older = plan.clone();
+    older["format"] = 1.into();
+    older.as_object_mut().unwrap().remove("spec");
+    fs::write(folder.path("older.json"), older.to_string()).unwrap();
+    verify("older.json", &[]).ends(8).tells("E0102").tells("format 1").tells("plan again");
+    folder.slew(&["verify", "older.json"]).ends(8).tells("E0102").tells("plan again");
+    older["format"] = 2.into();
+    fs::write(folder.path("bare.json"), older.to_string()).unwrap();
+    folder.slew(&["verify", "bare.json"]).ends(8).tells("E0102").tells("--spec SPEC");
+    verify("bare.json", &[]).ends(0);
+    let mut wrong = plan.clone();
+    wrong["spec"]["maneuver"]["duration_s"] = (-60).into();
+    fs::write(folder.path("wrong.json"), wrong.to_string()).unwrap();
+    folder.slew(&["verify", "wrong.json"]).ends(3).tells("E0032").tells("wrong.json, spec:");
 
     let mut forged = plan.clone();
     forged["trajectory"]["input"][40][0] = 0.123.into();

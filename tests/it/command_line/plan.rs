@@ -169,8 +169,8 @@ fn a_plan_under_constraints_tells_margins_and_is_verified_from_its_file() {
     assert_eq!(names(&json["active"]), ["torque norm limit", "Sun"]);
     assert_eq!(names(&json["verified"]["margins"]), ["torque norm limit", "Sun"]);
     assert!(json["verified"]["margins"][1]["scaled"].as_f64().unwrap() > -1e-9);
-    assert_eq!(json["problem"]["constraints"][0]["kind"], "keep_out");
-    assert_eq!(json["problem"]["torque"]["norm_limit"], 0.17);
+    assert_eq!(json["spec"]["constraint"][0]["kind"], "keep_out");
+    assert_eq!(json["spec"]["actuators"]["torque_norm_limit_n_m"], 0.17);
 
     let verify = |set: &[&str]| folder.slew(&[&["verify", "plan.json", "--spec", "spec.toml"], set].concat());
     // Which limits act the witness sees by itself, and the plan's own word on it counts for nothing.
@@ -180,8 +180,14 @@ fn a_plan_under_constraints_tells_margins_and_is_verified_from_its_file() {
     assert!(!run.stderr.contains("differs"), "{}", run.stderr);
     // The plan of a wider cone would have to pass further out, and without limits it was not asked for.
     let wider = ["--set", cone, "--set", limit, "--set", "constraint.0.half_angle_deg=21"];
-    verify(&wider).ends(7).tells("constraints.0.half_angle_rad").tells("violated, margin -1.00 deg");
-    verify(&[]).ends(0).tells("differs     constraints").tells("differs     torque.norm_limit");
+    verify(&wider).ends(7).tells("constraint.0.half_angle_rad").tells("violated, margin -1.00 deg");
+    verify(&[]).ends(0).tells("differs     constraint").tells("differs     actuators.torque_norm_limit_n_m");
+    // By the spec that it holds, limits and all.
+    let run = folder.slew(&["verify", "plan.json"]).ends(0).tells("torque norm limit  active, ");
+    assert!(!run.stderr.contains("differs"), "{}", run.stderr);
+    folder.slew(&["verify", "plan.json", "--set", "constraint.0.half_angle_deg=21"]).ends(3).tells("E0028");
+    let wider = ["verify", "plan.json", "--set", "constraint.0.half_angle_rad=0.37"];
+    folder.slew(&wider).ends(7).tells("constraint.0.half_angle_rad").tells("violated");
 
     // Two runs differ in the solve time alone.
     plan(&["-q", "-o", "again.json"]).ends(0);

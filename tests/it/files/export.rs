@@ -1,9 +1,9 @@
 //! Every file that the library writes is read back, bit for bit, or is not there at all.
 
 use slewkit::files::export::{
-    ExportError, FileError, PlanFile, ProblemRecord, Target, TrajectoryDocument, read_guess, write_csv,
-    write_jsonl,
+    ExportError, FileError, PlanFile, Target, TrajectoryDocument, read_guess, write_csv, write_jsonl,
 };
+use slewkit::files::spec::SpecDocument;
 use slewkit::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
 use slewkit::maneuver::problem::{Motion, Problem, Scheme, State};
 use slewkit::maneuver::settings::{Method, Settings};
@@ -227,8 +227,10 @@ fn plan_file_reads_back_bit_for_bit() {
             back.convex.as_ref().map(|work| work.cone_iterations),
             problem.is_constrained().then_some(50)
         );
-        assert_eq!(back.problem.differences(&(&problem).into()), []);
         back.on_grid(&problem).unwrap().check().unwrap();
+        let held = back.spec.unwrap().read("plan.json", &[]).unwrap();
+        assert_eq!(format!("{:?}", held.problem), format!("{problem:?}"));
+        assert_eq!(held.settings, Settings::default());
     }
 }
 
@@ -268,9 +270,9 @@ fn plan_file_has_the_keys_of_the_contract() {
         "/rivals/0/sense",
         "/rivals/0/cost",
         "/costates_0/11",
-        "/problem/inertia_kg_m2/2/2",
-        "/problem/end/matrix/1/0",
-        "/settings/tolerance",
+        "/spec/body/inertia_kg_m2/2",
+        "/spec/end/attitude/matrix/1/0",
+        "/spec/solver/tolerance",
         "/trajectory/time_s/4",
         "/trajectory/quaternion_wxyz/4/3",
         "/trajectory/angular_velocity_rad_s/4/2",
@@ -288,7 +290,7 @@ fn plan_file_has_the_keys_of_the_contract() {
     assert_eq!(json["rivals"][0]["sense"], "long");
     // Not transposed: R maps body x to reference y.
     assert_eq!(
-        json["problem"]["end"]["matrix"],
+        json["spec"]["end"]["attitude"]["matrix"],
         serde_json::json!([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     );
 }
@@ -300,7 +302,7 @@ fn a_file_has_its_outer_keys_on_lines_of_their_own() {
     let mut text = Vec::new();
     PlanFile::new(&problem, &Settings::default(), &plan).write(&mut text).unwrap();
     let text = String::from_utf8(text).unwrap();
-    assert!(text.starts_with("{\n  \"format\": 1,\n"), "{}", &text[..60]);
+    assert!(text.starts_with("{\n  \"format\": 2,\n"), "{}", &text[..60]);
     assert!(text.contains("\n    \"time_s\": [0.0,"));
     assert_eq!(text.lines().filter(|line| line.contains("solve_time_s")).count(), 1);
     assert!(text.ends_with("}\n"));
@@ -320,7 +322,7 @@ fn guess_is_read_from_a_plan_file() {
     assert!(matches!(read_guess(&b"{\"cost\": 1}"[..]), Err(ExportError::Json(_))));
     let read = |text: &str| read_guess(text.as_bytes());
     assert!(matches!(read("{\"format\": 1, \"costates_0\": [1e999]}"), Err(ExportError::Json(_))));
-    assert!(matches!(read("{\"format\": 2, \"costates_0\": []}"), Err(ExportError::Format { found: 2 })));
+    assert!(matches!(read("{\"format\": 3, \"costates_0\": []}"), Err(ExportError::Format { found: 3 })));
 }
 
 #[test]
@@ -519,29 +521,46 @@ fn arrays_that_do_not_fit_the_maneuver_are_refused() {
     assert_eq!(refused(&|json| json["steps"] = 5.into()).code(), "E0103");
     assert_eq!(refused(&|json| json["steps"] = u64::MAX.into()).code(), "E0103");
     assert_eq!(refused(&|json| json["scheme"] = "rk4".into()).code(), "E0102");
-    assert_eq!(refused(&|json| json["format"] = 2.into()).code(), "E0102");
+    assert_eq!(refused(&|json| json["format"] = 3.into()).code(), "E0102");
     assert_eq!(refused(&|json| json["trajectory"]["input"][2] = serde_json::json!([1.0])).code(), "E0102");
     assert_eq!(refused(&|json| json["trajectory"]["time_s"][2] = serde_json::Value::Null).code(), "E0102");
+    // A plan of before, which does not hold its spec.
+    let older = refused(&|json| {
+        json["format"] = 1.into();
+        json.as_object_mut().unwrap().remove("spec");
+    });
+    assert_eq!(older.code(), "E0102");
+    let told = "the plan file has format 1, this program reads 2: older plan files do not hold the spec that they answer";
+    assert_eq!(older.to_string(), told);
+    assert_eq!(older.remedy(), "plan again: `slew plan SPEC -o FILE`");
     let cut = &text[..text.len() / 2];
     let error = PlanFile::read(cut).unwrap_err();
     assert!(error.code() == "E0102" && error.to_string().contains("line"), "{error}");
 }
 
+fn differences(one: &Problem, other: &Problem) -> Vec<String> {
+    let document = |problem| SpecDocument::new(problem, &Settings::default()).unwrap();
+    document(one).differences(&document(other)).into_iter().map(|difference| difference.key).collect()
+}
+
 #[test]
-fn a_record_names_the_keys_in_which_two_maneuvers_differ() {
+fn two_specs_tell_the_keys_in_which_they_differ() {
     let one = problem(Motion::Attitude, Scheme::LieVerlet);
     let mut other = one.clone();
-    assert_eq!(ProblemRecord::from(&one).differences(&(&other).into()), []);
+    assert_eq!(differences(&one, &other), [""; 0]);
+    // Round-off, the name and the grid do not make it another maneuver.
     other.end.attitude[(0, 0)] = 1e-17;
-    assert_eq!(ProblemRecord::from(&one).differences(&(&other).into()), []);
+    other.name = "other".into();
+    other = other.with_steps(40).with_scheme(Scheme::LieEuler);
+    assert_eq!(differences(&one, &other), [""; 0]);
     other.duration = 0.4;
     other.end.angular_velocity.x = 1e-9;
-    let keys: Vec<_> = ProblemRecord::from(&one)
-        .differences(&(&other).into())
-        .into_iter()
-        .map(|difference| difference.key)
-        .collect();
-    assert_eq!(keys, ["duration_s", "end.angular_velocity_rad_s"]);
+    assert_eq!(differences(&one, &other), ["end.angular_velocity_rad_s", "maneuver.duration_s"]);
+    let document = |settings| SpecDocument::new(&one, settings).unwrap();
+    let looser = Settings { tolerance: 1e-9, ..Settings::default() };
+    let found = document(&Settings::default()).differences(&document(&looser));
+    let [found] = &found[..] else { panic!("{found:?}") };
+    assert_eq!([&found.key[..], &found.first, &found.second], ["solver.tolerance", "1e-12", "1e-9"]);
 }
 
 /// Whatever limits a maneuver makes it another one, and the record says which key.
@@ -551,8 +570,7 @@ fn maneuvers_under_other_limits_never_look_the_same() {
     let keys = |change: &dyn Fn(&mut Problem)| {
         let mut other = one.clone();
         change(&mut other);
-        let differences = ProblemRecord::from(&one).differences(&(&other).into());
-        differences.into_iter().map(|difference| difference.key).collect::<Vec<_>>()
+        differences(&one, &other)
     };
     let limited = |limits: Limits| {
         move |problem: &mut Problem| {
@@ -560,21 +578,32 @@ fn maneuvers_under_other_limits_never_look_the_same() {
         }
     };
     let size = Some(vec![0.1, 0.2, 0.3, 0.5]);
-    assert_eq!(keys(&limited(Limits { size: size.clone(), ..Limits::default() })), ["torque.limit"]);
-    assert_eq!(keys(&limited(Limits::default())), ["torque.limit"]);
+    let limit_of = |wheel: usize| format!("actuators.wheel.{wheel}.torque_limit_n_m");
+    assert_eq!(keys(&limited(Limits { size: size.clone(), ..Limits::default() })), [limit_of(3)]);
+    assert_eq!(keys(&limited(Limits::default())), [0, 1, 2, 3].map(limit_of));
+    let all = ["torque_limit_n_m", "torque_norm_limit_n_m", "torque_rate_limit_n_m_per_s"];
     let (norm, rate) = (Some(1.0), Some(vec![1.0; 4]));
-    let all = ["torque.limit", "torque.norm_limit", "torque.rate_limit"];
-    assert_eq!(keys(&limited(Limits { size, norm, rate })), all);
+    let without_wheels = Problem {
+        actuation: Actuation::torques(one.actuation.torque.clone().with_limits(Limits::default()).unwrap()),
+        ..one.clone()
+    };
+    let mut other = without_wheels.clone();
+    limited(Limits { size, norm, rate })(&mut other);
+    assert_eq!(differences(&without_wheels, &other), all.map(|key| format!("actuators.{key}")));
     let wheels = |change: fn(&mut Wheels)| {
         move |problem: &mut Problem| change(problem.actuation.wheels.as_mut().unwrap())
     };
-    assert_eq!(keys(&wheels(|wheels| wheels.momentum[1] = 0.1)), ["wheels.momentum_n_m_s"]);
-    assert_eq!(keys(&wheels(|wheels| wheels.momentum_limit[2] = 9.0)), ["wheels.momentum_limit_n_m_s"]);
-    assert_eq!(keys(&|problem| problem.actuation.wheels = None), ["wheels"]);
-    assert_eq!(keys(&|problem| drop(problem.constraints.pop())), ["constraints"]);
-    assert_eq!(keys(&|problem| problem.constraints[2].name = "other".into()), ["constraints.2.name"]);
+    assert_eq!(keys(&wheels(|wheels| wheels.momentum[1] = 0.1)), ["actuators.wheel.1.momentum_n_m_s"]);
+    assert_eq!(
+        keys(&wheels(|wheels| wheels.momentum_limit[2] = 9.0)),
+        ["actuators.wheel.2.momentum_limit_n_m_s"]
+    );
+    let axes = ["wheel", "effort_weight", "torque_axes_body", "torque_limit_n_m"];
+    assert_eq!(keys(&|problem| problem.actuation.wheels = None), axes.map(|key| format!("actuators.{key}")));
+    assert_eq!(keys(&|problem| drop(problem.constraints.pop())), ["constraint"]);
+    assert_eq!(keys(&|problem| problem.constraints[2].name = "other".into()), ["constraint.2.name"]);
     let rule = Rule::RateNorm(0.25);
-    let limit = "constraints.2.angular_velocity_limit_rad_s";
+    let limit = "constraint.2.angular_velocity_limit_rad_s";
     assert_eq!(keys(&|problem| problem.constraints[2].rule = rule.clone()), [limit]);
     let cone = |change: fn(&mut Pointing)| {
         move |problem: &mut Problem| match &mut problem.constraints[0].rule {
@@ -582,13 +611,13 @@ fn maneuvers_under_other_limits_never_look_the_same() {
             _ => unreachable!(),
         }
     };
-    let key = |name: &str| vec![format!("constraints.0.{name}")];
+    let key = |name: &str| vec![format!("constraint.0.{name}")];
     assert_eq!(keys(&cone(|cone| cone.half_angle += 1e-9)), key("half_angle_rad"));
     assert_eq!(keys(&cone(|cone| cone.half_angle += 1e-15)), Vec::<String>::new());
     assert_eq!(keys(&cone(|cone| cone.margin = 0.0)), key("margin_rad"));
     assert_eq!(keys(&cone(|cone| cone.side = Side::KeepIn)), key("kind"));
-    assert_eq!(keys(&cone(|cone| cone.boresights.swap(0, 1))), key("boresights_body"));
-    let turning = [key("directions_inertial"), key("directions_reference")].concat();
+    assert_eq!(keys(&cone(|cone| cone.boresights.swap(0, 1))), key("boresight_body"));
+    let turning = [key("direction_inertial"), key("direction_reference")].concat();
     assert_eq!(keys(&cone(|cone| cone.directions[0].turns_with_frame = true)), turning);
 }
 

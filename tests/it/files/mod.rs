@@ -8,6 +8,7 @@ mod random;
 mod reading;
 mod schema;
 mod simulation;
+mod writer;
 
 use slewkit::files::spec::{self, Diagnostics, Format, Loaded, Override, Spec};
 use std::path::Path;

@@ -151,7 +151,7 @@ fn axis(section: &Section<'_>, index: usize, report: &mut Report) -> Option<Vect
         );
         report.warn("W0062", spot, reason, "give a vector of length 1, or leave it: its direction counts");
     }
-    Some((axis / size).normalize())
+    Some(section.unit(axis))
 }
 
 /// The torque limits: of every wheel or of none.

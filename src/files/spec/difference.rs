@@ -1,0 +1,64 @@
+//! In which keys two specs differ.
+
+use serde::Serialize;
+use serde_json::Value;
+
+/// One key in which two maneuvers differ.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Difference {
+    /// The key, dotted.
+    pub key: String,
+    /// Its value in the first, as JSON.
+    pub first: String,
+    /// Its value in the second.
+    pub second: String,
+}
+
+/// A rounding of an angle on another machine is no difference.
+const ROUND_OFF: f64 = 1e-12;
+
+/// The keys in which two trees differ beyond round-off.
+pub(super) fn differences(first: &Value, second: &Value) -> Vec<Difference> {
+    let mut found = Vec::new();
+    compare("", first, second, &mut found);
+    found
+}
+
+fn compare(key: &str, first: &Value, second: &Value, found: &mut Vec<Difference>) {
+    match (first, second) {
+        (Value::Object(a), Value::Object(b)) => {
+            for name in a.keys().chain(b.keys().filter(|name| !a.contains_key(*name))) {
+                let path = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
+                let value = |map: &serde_json::Map<String, Value>| map.get(name).cloned();
+                compare(&path, &value(a).unwrap_or_default(), &value(b).unwrap_or_default(), found);
+            }
+        }
+        _ if agree(first, second) => {}
+        // Tables of a list, such as constraints, one by one.
+        (Value::Array(a), Value::Array(b))
+            if a.len() == b.len() && a.iter().chain(b).all(Value::is_object) =>
+        {
+            for (index, (first, second)) in a.iter().zip(b).enumerate() {
+                compare(&format!("{key}.{index}"), first, second, found);
+            }
+        }
+        _ => found.push(Difference { key: key.into(), first: first.to_string(), second: second.to_string() }),
+    }
+}
+
+fn agree(first: &Value, second: &Value) -> bool {
+    match (first, second) {
+        (Value::Array(a), Value::Array(b)) => {
+            a.len() == b.len() && a.iter().zip(b).all(|(first, second)| agree(first, second))
+        }
+        (Value::Number(a), Value::Number(b)) => {
+            let (a, b) = (a.as_f64().unwrap_or(f64::NAN), b.as_f64().unwrap_or(f64::NAN));
+            (a - b).abs() <= ROUND_OFF * a.abs().max(b.abs()).max(1.0)
+        }
+        (Value::Object(a), Value::Object(b)) => {
+            let has = |(key, first): (&String, &Value)| b.get(key).is_some_and(|second| agree(first, second));
+            a.len() == b.len() && a.iter().all(has)
+        }
+        _ => first == second,
+    }
+}
