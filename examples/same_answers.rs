@@ -18,10 +18,27 @@ use std::{env, fs, io, process, thread};
 const CHANGED: &[(&str, Change, &str)] = &[
     ("solve_time_s", Change::Free, "a time of the machine"),
     ("generator", Change::Free, "the version of the program"),
+    ("format", Change::Free, "plan files hold the spec that they answer: format 2"),
+    ("problem", Change::Moved("spec"), "the maneuver in the notation of a spec"),
+    ("problem.motion", Change::Free, "a spec has positions or not"),
+    ("problem.inertia_kg_m2", Change::Free, "a diagonal of three where it is diagonal"),
+    ("problem.mass_kg", Change::Moved("spec.body.mass_kg"), "as in a spec"),
+    ("problem.environment", Change::Free, "the numbers of the spec, not what follows from them"),
+    ("problem.torque", Change::Free, "axes, weights and limits in [actuators]"),
+    ("problem.force", Change::Free, "axes, weights and limits in [actuators]"),
+    ("problem.wheels", Change::Free, "one [[actuators.wheel]] each"),
+    ("problem.constraints", Change::Free, "one [[constraint]] each"),
+    ("problem.start.matrix", Change::Moved("spec.start.attitude.matrix"), "as in a spec"),
+    ("problem.end.matrix", Change::Moved("spec.end.attitude.matrix"), "as in a spec"),
+    ("problem.duration_s", Change::Moved("spec.maneuver.duration_s"), "as in a spec"),
+    ("problem.path", Change::Moved("spec.maneuver.path"), "as in a spec"),
+    ("problem.rotation_from_start_rad", Change::Moved("spec.end.rotation_from_start_rad"), "as in a spec"),
+    ("settings", Change::Moved("spec.solver"), "as in a spec"),
+    ("settings.continuous_tolerance_rad", Change::Free, "absent where it was null"),
+    ("settings.time_limit_s", Change::Free, "absent where it was null"),
 ];
 
 /// What became of a key.
-#[allow(dead_code)] // No key has moved so far.
 enum Change {
     /// Its value is not compared.
     Free,

@@ -1,6 +1,7 @@
 //! What is written reads back as the same maneuver, bit for bit.
 
 use super::{BASE, CONSTRAINED, ORBIT, WHEELS, bad, good};
+use crate::common::random_specs::random_spec;
 use slewkit::Vector3;
 use slewkit::files::spec::{self, Format, Loaded, Spec, SpecDocument};
 use slewkit::maneuver::constraint::Rule;
@@ -36,6 +37,14 @@ fn every_maneuver_of_the_collection_comes_back_bit_for_bit() {
         }
     }
     assert!(count > 40, "{count}");
+}
+
+#[test]
+fn random_maneuvers_of_every_kind_come_back_bit_for_bit() {
+    for index in 0..1040 {
+        let random = random_spec(index);
+        comes_back(&good(&random.text, &[]), &format!("{} {index}", random.kind));
+    }
 }
 
 #[test]
