@@ -10,7 +10,7 @@ use super::{Diagnostics, Format, Loaded, Override, Spec, Wanted, interpret};
 use crate::maneuver::constraint::{Constraint, Rule, Side};
 use crate::maneuver::problem::{Motion, Path, Problem, State};
 use crate::maneuver::settings::Settings;
-use crate::mechanics::actuators::{Actuation, AxisFrame, ActuatorSet, Wheels};
+use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Wheels};
 use crate::mechanics::environment::Description;
 use crate::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize, Serializer};
@@ -240,7 +240,12 @@ fn actuators(spec: &mut Writing, actuation: &Actuation, moves: bool) -> Result<(
     Ok(())
 }
 
-fn channel(table: &mut Writing, channel: &ActuatorSet, [axes, weight]: [&str; 2], [size, norm, rate]: [&str; 3]) {
+fn channel(
+    table: &mut Writing,
+    channel: &ActuatorSet,
+    [axes, weight]: [&str; 2],
+    [size, norm, rate]: [&str; 3],
+) {
     table.put(axes, rows(channel.axes()));
     table.put(weight, symmetric(channel.weight().as_slice(), channel.count()));
     let limits = channel.limits();
