@@ -71,44 +71,29 @@ pub(super) fn b(t2: f64) -> f64 {
     0.5 * a(0.25 * t2).powi(2)
 }
 
+/// The series below the switch, the closed form of `t` above.
+fn switched(series: &[f64], t2: f64, closed: impl Fn(f64) -> f64) -> f64 {
+    if t2 < SWITCH { horner(series, t2) } else { closed(t2.sqrt()) }
+}
+
 /// `C = (t − sin t)/t³`.
 pub(super) fn c(t2: f64) -> f64 {
-    if t2 < SWITCH {
-        horner(&C, t2)
-    } else {
-        let t = t2.sqrt();
-        (t - t.sin()) / (t * t2)
-    }
+    switched(&C, t2, |t| (t - t.sin()) / (t * t2))
 }
 
 /// `A' = (t cos t − sin t)/(2t³)`.
 pub(super) fn a_prime(t2: f64) -> f64 {
-    if t2 < SWITCH {
-        horner(&A_PRIME, t2)
-    } else {
-        let t = t2.sqrt();
-        (t * t.cos() - t.sin()) / (2.0 * t * t2)
-    }
+    switched(&A_PRIME, t2, |t| (t * t.cos() - t.sin()) / (2.0 * t * t2))
 }
 
 /// `B' = (t sin t − 2(1 − cos t))/(2t⁴)`.
 pub(super) fn b_prime(t2: f64) -> f64 {
-    if t2 < SWITCH {
-        horner(&B_PRIME, t2)
-    } else {
-        let t = t2.sqrt();
-        (t * t.sin() - 2.0 * (1.0 - t.cos())) / (2.0 * t2 * t2)
-    }
+    switched(&B_PRIME, t2, |t| (t * t.sin() - 2.0 * (1.0 - t.cos())) / (2.0 * t2 * t2))
 }
 
 /// `C' = (3 sin t − 2t − t cos t)/(2t⁵)`.
 pub(super) fn c_prime(t2: f64) -> f64 {
-    if t2 < SWITCH {
-        horner(&C_PRIME, t2)
-    } else {
-        let t = t2.sqrt();
-        (3.0 * t.sin() - t * (2.0 + t.cos())) / (2.0 * t * t2 * t2)
-    }
+    switched(&C_PRIME, t2, |t| (3.0 * t.sin() - t * (2.0 + t.cos())) / (2.0 * t * t2 * t2))
 }
 
 /// `g = (1 − (t/2) cot(t/2))/t² = −A'(t/2)/(2 A(t/2))`, the second form free of cancellation.

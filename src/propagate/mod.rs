@@ -1,5 +1,6 @@
 //! Propagation without optimisation: integrators and simulations.
 
+pub(crate) mod adaptive;
 pub mod integrator;
 pub(crate) mod plant;
 pub(crate) mod row;

@@ -14,11 +14,11 @@ use super::WitnessError;
 use super::compensated::Compensated;
 use super::motion::{Phase, Scale, angular_velocity};
 use crate::mechanics::environment::{Pose, Wrench};
+use crate::propagate::adaptive::integrate;
 use crate::propagate::plant::{Output, Plant};
 use crate::{Matrix3, Vector3, lie};
 use differential_equations::methods::{Adaptive, ExplicitRungeKutta, Ordinary};
-use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
-use differential_equations::status::Status;
+use differential_equations::ode::ODE;
 use differential_equations::tolerance::Tolerance;
 use nalgebra::SVector;
 
@@ -183,7 +183,11 @@ impl<'a, const D: usize> Propagation<'a, D> {
         for (index, speed) in change.speeds(D).into_iter().enumerate() {
             self.solver.atol[index] = TOLERANCE * length * speed;
         }
-        let y = integrate(&mut self.solver, &change, length).ok_or(WitnessError::Continuous { time })?;
+        // One step over the whole length is the common case; the crate's own guess allocates.
+        self.solver.h0 = length;
+        let (mut part, mut rejected) = (length, 0);
+        let y = integrate(&mut self.solver, &change, length, &[0.0; D], MAX_STEPS, &mut part, &mut rejected)
+            .ok_or(WitnessError::Continuous { time })?;
         let spent = change.spent(length);
         self.base.add(&y);
         if let Some(stored) = &mut self.base.stored {
@@ -191,29 +195,6 @@ impl<'a, const D: usize> Propagation<'a, D> {
         }
         Ok(())
     }
-}
-
-/// The changes over `length`; `None` when the integrator gives up or leaves the finite numbers.
-fn integrate<const D: usize>(solver: &mut Verner98<D>, change: &Change, length: f64) -> Option<[f64; D]> {
-    // One step over the whole length is the common case; the crate's own guess allocates.
-    solver.h0 = length;
-    solver.init(change, 0.0, length, &[0.0; D]).ok()?;
-    for _ in 0..MAX_STEPS {
-        let rest = length - solver.t();
-        let last = solver.h() > 0.9999 * rest;
-        if last {
-            solver.set_h(rest);
-        }
-        solver.step(change).ok()?;
-        // The crate's error norm drops NaN, so a NaN state would be accepted.
-        if !solver.y().iter().all(|value| value.is_finite()) {
-            return None;
-        }
-        if last && !matches!(solver.status(), Status::RejectedStep) {
-            return Some(*solver.y());
-        }
-    }
-    None
 }
 
 impl Change<'_> {

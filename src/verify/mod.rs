@@ -28,11 +28,11 @@ pub use margins::{Margin, worst_violation};
 pub use motion::Phase;
 pub use rows::{effort, margins, replay};
 
-use crate::lie;
 use crate::maneuver::constraint::{Arc, Rule};
 use crate::maneuver::problem::{Motion, Problem, ProblemError};
 use crate::maneuver::solution::{TerminalError, Trajectory};
 use crate::propagate::plant::{Output, Plant};
+use crate::{Vector3, lie};
 use continuous::Continuous;
 use discrete::Discrete;
 use margins::Meter;
@@ -321,33 +321,30 @@ impl Verification {
             );
             end
         };
-        let error = scale.distance(&held, &target, problem.motion);
-        self.continuous_attitude_rad = error.attitude_rad;
-        self.continuous_rate_rad_s = (held.angular_velocity(problem) - problem.end.angular_velocity).norm();
-        if plant.moves {
-            self.continuous_position_m = Some((held.position - problem.end.position).norm());
-            self.continuous_velocity_m_s = Some((held.velocity(problem) - problem.end.velocity).norm());
-        }
+        let missed = |end: &Phase| {
+            let moves = |error: Vector3| plant.moves.then(|| error.norm());
+            (
+                scale.distance(end, &target, problem.motion).attitude_rad,
+                (end.angular_velocity(problem) - problem.end.angular_velocity).norm(),
+                moves(end.position - problem.end.position),
+                moves(end.velocity(problem) - problem.end.velocity),
+            )
+        };
+        let (attitude, rate, position, velocity) = missed(&held);
+        (self.continuous_attitude_rad, self.continuous_rate_rad_s) = (attitude, rate);
+        (self.continuous_position_m, self.continuous_velocity_m_s) = (position, velocity);
 
         if let Some(end) = symplectic::end(&plant, &inputs, &start, self.peak_rate_rad_s)? {
-            let error = scale.distance(&end, &target, problem.motion);
-            self.symplectic_attitude_rad = Some(error.attitude_rad);
-            let rate = end.angular_velocity(problem) - problem.end.angular_velocity;
-            self.symplectic_rate_rad_s = Some(rate.norm());
-            if plant.moves {
-                self.symplectic_position_m = Some((end.position - problem.end.position).norm());
-                self.symplectic_velocity_m_s = Some((end.velocity(problem) - problem.end.velocity).norm());
-            }
+            let (attitude, rate, position, velocity) = missed(&end);
+            (self.symplectic_attitude_rad, self.symplectic_rate_rad_s) = (Some(attitude), Some(rate));
+            (self.symplectic_position_m, self.symplectic_velocity_m_s) = (position, velocity);
             let apart = order::norm(&scale.distance(&end, &held, problem.motion));
             self.symplectic_to_continuous = Some(apart);
             judged.apart_limit = order::agreement(&plant, &inputs, &held, apart);
         }
 
         let interpolated = continuous_end(&plant, &start, |k| inputs.ends(k))?;
-        let error = scale.distance(&interpolated, &target, problem.motion);
-        self.interpolated_attitude_rad = error.attitude_rad;
-        self.interpolated_rate_rad_s =
-            (interpolated.angular_velocity(problem) - problem.end.angular_velocity).norm();
+        (self.interpolated_attitude_rad, self.interpolated_rate_rad_s, ..) = missed(&interpolated);
 
         let compared = order::compare(&plant, &inputs, &held);
         self.order = compared.order;

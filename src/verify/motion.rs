@@ -1,7 +1,7 @@
 //! Where the body is, and the inputs of a plan step by step, as all witnesses see them.
 
 use super::WitnessError;
-use crate::maneuver::problem::{Motion, Problem, Scheme, State};
+use crate::maneuver::problem::{Motion, Problem, State};
 use crate::maneuver::solution::TerminalError;
 use crate::propagate::plant::{Output, Plant};
 use crate::{Matrix3, Vector3, lie};
@@ -141,17 +141,18 @@ impl<'a> Inputs<'a> {
 
     /// Outputs at both ends of step k. Lie–Euler has no `u_0`; `u_1` stands for it.
     pub(crate) fn ends(&self, k: usize) -> (Output, Output) {
-        match self.problem.scheme {
-            Scheme::LieEuler => (self.row(k.saturating_sub(1)), self.row(k)),
-            Scheme::LieVerlet => (self.row(k), self.row(k + 1)),
-        }
+        let first = self.problem.scheme.first_input();
+        (self.row(k.saturating_sub(first)), self.row(k + 1 - first))
+    }
+
+    /// The rows whose mean the plan holds over step k: `u_{k+1}` alone, or `u_k` and `u_{k+1}` for Verlet.
+    pub(super) fn held_rows(&self, k: usize) -> (usize, usize) {
+        (k, k + 1 - self.problem.scheme.first_input())
     }
 
     /// The output that the plan holds over step k: `B u_{k+1}`, or `½ B (u_k + u_{k+1})` for Verlet.
     pub(crate) fn held(&self, k: usize) -> Output {
-        match self.problem.scheme {
-            Scheme::LieEuler => self.row(k),
-            Scheme::LieVerlet => Output::between(&self.row(k), &self.row(k + 1), 0.5),
-        }
+        let (from, to) = self.held_rows(k);
+        Output::between(&self.row(from), &self.row(to), 0.5)
     }
 }

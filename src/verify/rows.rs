@@ -6,7 +6,7 @@ use super::margins::{Margin, Meter};
 use super::motion::{Inputs, Phase, Scale, judgeable};
 use super::wheels::Wheels;
 use crate::maneuver::objective;
-use crate::maneuver::problem::{Motion, Problem, Scheme};
+use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::solution::Trajectory;
 use crate::mechanics::actuators::{Actuation, ActuatorSet};
 use crate::propagate::plant::{Output, Plant};
@@ -49,7 +49,7 @@ pub(super) fn fit(problem: &Problem, trajectory: &Trajectory) -> Result<(), Witn
 }
 
 /// A node that the discrete witness has reached.
-pub(super) struct Node<'a> {
+pub(super) struct Reached<'a> {
     inputs: &'a Inputs<'a>,
     body: &'a Discrete<'a>,
     /// Momenta of the wheels.
@@ -57,11 +57,10 @@ pub(super) struct Node<'a> {
     index: usize,
 }
 
-impl Node<'_> {
+impl Reached<'_> {
     /// The row of inputs of this node, if it has one: Lie–Euler has none at the start.
     fn row(&self) -> Option<usize> {
-        let problem = self.inputs.problem;
-        (self.index + problem.scheme.input_rows(problem.steps)).checked_sub(problem.steps + 1)
+        self.index.checked_sub(self.inputs.problem.scheme.first_input())
     }
 
     /// Holds this node, and the arc that led here, against the limits.
@@ -83,7 +82,7 @@ impl Node<'_> {
 pub(super) fn walk(
     plant: &Plant,
     inputs: &Inputs,
-    mut visit: impl FnMut(Node),
+    mut visit: impl FnMut(Reached),
 ) -> Result<Phase, WitnessError> {
     let problem = plant.problem;
     let start = Phase::of(problem, &problem.start);
@@ -95,7 +94,7 @@ pub(super) fn walk(
             body.advance(&from, &to)?;
             wheels.advance(inputs, index - 1);
         }
-        visit(Node { inputs, body: &body, wheels: wheels.momenta(), index });
+        visit(Reached { inputs, body: &body, wheels: wheels.momenta(), index });
     }
     Ok(body.phase())
 }
@@ -259,7 +258,7 @@ pub fn effort(problem: &Problem, inputs: &[f64]) -> f64 {
     let last = (inputs.len() / problem.actuation.count()).saturating_sub(1);
     let price = |set: &ActuatorSet, inputs: &[f64]| objective::effort(set.weight(), inputs);
     let rows = inputs.chunks_exact(problem.actuation.count()).enumerate().map(|(index, row)| {
-        let end = problem.scheme == Scheme::LieVerlet && (index == 0 || index == last);
+        let end = problem.grid().has_half_kicks() && (index == 0 || index == last);
         let priced =
             price(torque, &row[forces..]) + force.as_ref().map_or(0.0, |force| price(force, &row[..forces]));
         if end { 0.5 * priced } else { priced }

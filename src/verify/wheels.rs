@@ -6,7 +6,6 @@
 
 use super::compensated::Compensated;
 use super::motion::Inputs;
-use crate::maneuver::problem::Scheme;
 use nalgebra::SMatrix;
 
 /// The momenta of the wheels from node to node.
@@ -27,10 +26,7 @@ impl Wheels {
     /// Over step k.
     pub(super) fn advance(&mut self, inputs: &Inputs, k: usize) {
         let step = inputs.problem.step();
-        let (from, to) = match inputs.problem.scheme {
-            Scheme::LieEuler => (k, k),
-            Scheme::LieVerlet => (k, k + 1),
-        };
+        let (from, to) = inputs.held_rows(k);
         let held = inputs.numbers(from).iter().zip(inputs.numbers(to)).map(|(a, b)| 0.5 * (a + b));
         for ((sum, momentum), held) in self.sums.iter_mut().zip(&mut self.momenta).zip(held) {
             sum.add(&SMatrix::from([[-step * held]]));

@@ -6,9 +6,9 @@
 use super::ambient::Ambient;
 use super::course::{Course, Method};
 use super::{Input, StepError};
+use crate::propagate::adaptive::integrate;
 use differential_equations::methods::{Adaptive, DormandPrince, ExplicitRungeKutta, Ordinary};
-use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
-use differential_equations::status::Status;
+use differential_equations::ode::ODE;
 use differential_equations::tolerance::Tolerance;
 use std::cell::RefCell;
 
@@ -68,42 +68,6 @@ impl Reference {
     }
 }
 
-/// The change over a step; `None` when the solver gives up. Counts rejected parts and notes the last length.
-fn integrate<M>(
-    solver: &mut M,
-    change: &Change,
-    zero: &Vec<f64>,
-    part: &mut f64,
-    rejected: &mut u64,
-) -> Option<Vec<f64>>
-where
-    M: OrdinaryNumericalMethod<f64, Vec<f64>>
-        + differential_equations::interpolate::Interpolation<f64, Vec<f64>>,
-{
-    solver.init(change, 0.0, change.step, zero).ok()?;
-    for _ in 0..MAX_PARTS {
-        let rest = change.step - solver.t();
-        let last = solver.h() > 0.9999 * rest;
-        if last {
-            solver.set_h(rest);
-        } else {
-            *part = solver.h();
-        }
-        solver.step(change).ok()?;
-        // The crate's error norm drops NaN, so a NaN state would be accepted.
-        if !solver.y().iter().all(|value| value.is_finite()) {
-            return None;
-        }
-        if matches!(solver.status(), Status::RejectedStep) {
-            *rejected += 1;
-        } else if last {
-            *part = solver.h().max(*part);
-            return Some(solver.y().clone());
-        }
-    }
-    None
-}
-
 impl Method for Reference {
     fn advance(&mut self, inputs: &[Input]) -> Result<(), StepError> {
         let step = self.ambient.course.loads.step;
@@ -120,11 +84,11 @@ impl Method for Reference {
         let result = match &mut self.solver {
             Solver::Dop853(solver) => {
                 (solver.h0, solver.atol, solver.rtol) = (part.min(step), allowed, none);
-                integrate(solver.as_mut(), &change, &zero, part, rejected)
+                integrate(solver.as_mut(), &change, step, &zero, MAX_PARTS, part, rejected)
             }
             Solver::Verner98(solver) => {
                 (solver.h0, solver.atol, solver.rtol) = (part.min(step), allowed, none);
-                integrate(solver.as_mut(), &change, &zero, part, rejected)
+                integrate(solver.as_mut(), &change, step, &zero, MAX_PARTS, part, rejected)
             }
         };
         let y = result.ok_or(StepError::GaveUp { step })?;

@@ -74,27 +74,8 @@ pub enum ObjProblem {
 }
 
 /// Keywords whose lines say nothing about the solid.
-const IGNORED: &[&str] = &[
-    "vn",
-    "vt",
-    "vp",
-    "g",
-    "o",
-    "s",
-    "mg",
-    "usemtl",
-    "mtllib",
-    "usemap",
-    "maplib",
-    "l",
-    "p",
-    "lod",
-    "bevel",
-    "c_interp",
-    "d_interp",
-    "shadow_obj",
-    "trace_obj",
-];
+const IGNORED: &str =
+    "vn vt vp g o s mg usemtl mtllib usemap maplib l p lod bevel c_interp d_interp shadow_obj trace_obj";
 
 /// Most bytes of a line.
 const LINE: usize = 1 << 16;
@@ -189,7 +170,7 @@ impl Mesh {
             Some("v") => self.vertex(words),
             // "fo" is an older spelling.
             Some("f" | "fo") => self.face(words, line),
-            Some(keyword) if IGNORED.contains(&keyword) => Ok(()),
+            Some(keyword) if IGNORED.split(' ').any(|ignored| ignored == keyword) => Ok(()),
             Some(keyword) => Err(ObjProblem::Keyword(shortened(keyword))),
         }
     }

@@ -1,0 +1,46 @@
+//! One integration by a solver of the crate `differential-equations`, whose step control is kept in hand.
+
+use differential_equations::interpolate::Interpolation;
+use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
+use differential_equations::status::Status;
+use differential_equations::traits::State;
+
+/// What `change` integrates to from `start` over `length`, in at most `most` parts; `None` when the solver gives up
+/// or leaves the finite numbers. Notes the length of the `part` that the solver would take next, and counts those
+/// `rejected`.
+pub(crate) fn integrate<Y, M>(
+    solver: &mut M,
+    change: &impl ODE<f64, Y>,
+    length: f64,
+    start: &Y,
+    most: usize,
+    part: &mut f64,
+    rejected: &mut u64,
+) -> Option<Y>
+where
+    Y: State<f64> + AsRef<[f64]>,
+    M: OrdinaryNumericalMethod<f64, Y> + Interpolation<f64, Y>,
+{
+    solver.init(change, 0.0, length, start).ok()?;
+    for _ in 0..most {
+        let rest = length - solver.t();
+        let last = solver.h() > 0.9999 * rest;
+        if last {
+            solver.set_h(rest);
+        } else {
+            *part = solver.h();
+        }
+        solver.step(change).ok()?;
+        // The crate's error norm drops NaN, so a NaN state would be accepted.
+        if !solver.y().as_ref().iter().all(|value| value.is_finite()) {
+            return None;
+        }
+        if matches!(solver.status(), Status::RejectedStep) {
+            *rejected += 1;
+        } else if last {
+            *part = solver.h().max(*part);
+            return Some(solver.y().clone());
+        }
+    }
+    None
+}
