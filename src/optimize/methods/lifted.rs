@@ -233,11 +233,10 @@ fn closing_point<const N: usize>(dynamics: &Dynamics, last: &Point, costate: &Co
 
 /// `a − b` in the tangent space at `b`.
 fn difference<const N: usize>(a: &Point, b: &Point) -> SVector<f64, N> {
-    let relative: Matrix3 = b.attitude.value.tr_mul(&a.attitude.value);
     Costate {
         x: a.position.value - b.position.value,
         gamma: a.linear_momentum.value - b.linear_momentum.value,
-        zeta: lie::log(&relative),
+        zeta: lie::minus(&a.attitude.value, &b.attitude.value),
         pi: a.momentum.value - b.momentum.value,
     }
     .to_vector()

@@ -110,7 +110,7 @@ impl<const N: usize> Search<'_, '_, N> {
     /// The relaxed maneuver in each sense asked for, with its scaled cost, cheapest first: limits only make
     /// it dearer.
     fn relaxed_paths(&self, relaxed: &Problem, coarse: &Chain) -> Vec<(f64, Candidate)> {
-        let relative = lie::log(&relaxed.start.attitude.tr_mul(&relaxed.end.attitude));
+        let relative = lie::minus(&relaxed.end.attitude, &relaxed.start.attitude);
         // The long way about the same axis; its cheapest winding is looked for only where that is asked.
         let back = relative * (1.0 - TAU / relative.norm().max(1e-6));
         let senses = match relaxed.path {
@@ -317,8 +317,8 @@ fn relaxed(problem: &Problem) -> Problem {
 
 /// Steps of the coarse grid of SCP.
 fn chain_steps(problem: &Problem) -> usize {
-    let relative = problem.start.attitude.tr_mul(&problem.end.attitude);
-    coarse_steps(problem, lie::log(&relative).norm(), &SCP)
+    let angle = lie::minus(&problem.end.attitude, &problem.start.attitude).norm();
+    coarse_steps(problem, angle, &SCP)
 }
 
 /// The path of a recorded trajectory.
@@ -332,7 +332,7 @@ fn along(start: &str, trajectory: &Trajectory, dynamics: &Dynamics) -> Candidate
 
 /// The cubic along the shortest rotation.
 fn straight(model: &Model) -> Candidate {
-    let relative = lie::log(&model.start.attitude.tr_mul(&model.target.attitude));
+    let relative = lie::minus(&model.target.attitude, &model.start.attitude);
     let pose = |stage: usize| {
         let t = stage as f64 * model.h;
         let along = 3.0 * t * t - 2.0 * t * t * t;

@@ -76,8 +76,8 @@ impl<const N: usize> Method for InTarget<'_, N> {
             Err(error) => return Attempt::failed(candidate, outcome_of(error)),
         };
         let target = bvp.target;
-        let relative = ballistic.attitude.value.tr_mul(&target.attitude.value);
-        let way = wound(&lie::log(&relative), self.turns);
+        let short = lie::minus(&target.attitude.value, &ballistic.attitude.value);
+        let way = wound(&short, self.turns);
         let between = |s: f64| Point {
             position: Sum::new(ballistic.position.value.lerp(&target.position.value, s)),
             linear_momentum: Sum::new(ballistic.linear_momentum.value.lerp(&target.linear_momentum.value, s)),

@@ -56,7 +56,7 @@ impl Guess {
         };
         let (first, end) = (node(0), node(last));
         let turn = model.start.attitude * first.attitude.transpose();
-        let turn_left = lie::log(&(turn * end.attitude).tr_mul(&model.target.attitude));
+        let turn_left = lie::minus(&model.target.attitude, &(turn * end.attitude));
         let shift = model.start.position - first.position;
         let shift_left = model.target.position - (end.position + shift);
         let poses = (0..=model.steps).map(|stage| {
@@ -65,7 +65,7 @@ impl Guess {
             let low = (at.floor() as usize).min(last - 1);
             let (a, b) = (node(low), node(low + 1));
             let share = at - low as f64;
-            let between = a.attitude * lie::exp(&(lie::log(&a.attitude.tr_mul(&b.attitude)) * share));
+            let between = a.attitude * lie::exp(&(lie::minus(&b.attitude, &a.attitude) * share));
             Pose {
                 position: a.position + (b.position - a.position) * share + shift + shift_left * along,
                 attitude: lie::project_to_rotation(&(turn * between * lie::exp(&(turn_left * along)))),

@@ -506,8 +506,7 @@ fn wanted_turns(problem: &Problem) -> Vec<i32> {
 /// How many turns the given rotation is away from the shortest one between the boundary attitudes. It only
 /// names the start; which extremal is the given one is decided by its own rotation.
 fn turns_as_given(problem: &Problem, rotation: &Vector3) -> i32 {
-    let relative = problem.start.attitude.tr_mul(&problem.end.attitude);
-    let short = lie::log(&relative);
+    let short = lie::minus(&problem.end.attitude, &problem.start.attitude);
     // A rotation by 370° is 10° and one turn; one by −350° about the same axis is 10° less one turn.
     let axis = if short.norm() > 1e-12 { short / short.norm() } else { Vector3::x() };
     let along = rotation.norm() * rotation.dot(&axis).signum();
@@ -520,8 +519,8 @@ fn search_grid(problem: &Problem, turns: i32) -> usize {
     if problem.actuation.is_limited() {
         return problem.steps;
     }
-    let relative = problem.start.attitude.tr_mul(&problem.end.attitude);
-    let angle = (lie::log(&relative).norm() + TAU * f64::from(turns)).abs().max(PI);
+    let short = lie::minus(&problem.end.attitude, &problem.start.attitude);
+    let angle = (short.norm() + TAU * f64::from(turns)).abs().max(PI);
     let rule = if problem.environment.is_free() { SHOOTING_FREE } else { SHOOTING_IN_FIELD };
     coarse_steps(problem, angle, &rule)
 }

@@ -34,8 +34,8 @@ pub(crate) fn nodes<const N: usize>(
     turns: i32,
     bump: &Vector3,
 ) -> Result<Nodes<N>, StepError> {
-    let relative = bvp.start.attitude.value.tr_mul(&bvp.target.attitude.value);
-    along(bvp, &wound(&lie::log(&relative), turns), bump)
+    let short = lie::minus(&bvp.target.attitude.value, &bvp.start.attitude.value);
+    along(bvp, &wound(&short, turns), bump)
 }
 
 /// Nodes along the path with the rotation vector `rotation` from the start, its body axes.

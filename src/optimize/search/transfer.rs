@@ -63,7 +63,7 @@ struct Interpolant<'a> {
 
 impl<'a> Interpolant<'a> {
     fn of(nodes: &'a [State]) -> Self {
-        let turns = nodes.windows(2).map(|pair| lie::log(&pair[0].attitude.tr_mul(&pair[1].attitude)));
+        let turns = nodes.windows(2).map(|pair| lie::minus(&pair[1].attitude, &pair[0].attitude));
         let ways = nodes.windows(2).map(|pair| pair[1].position - pair[0].position);
         Self { nodes, turns: turns.collect(), ways: ways.collect() }
     }

@@ -52,7 +52,7 @@ impl Follower {
     pub fn way<const N: usize>(&self, bvp: &BoundaryValueProblem<N>) -> Result<Way, StepError> {
         let ballistic = Self::of(bvp, &SVector::zeros())?;
         let from = &ballistic.end;
-        let rest = lie::log(&from.tr_mul(&self.end));
+        let rest = lie::minus(&self.end, from);
         // Short steps along the shortest rotation carry the ballistic sheet to the end of the path.
         let parts = 16;
         let mut carried = ballistic.lifted();
