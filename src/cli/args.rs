@@ -30,7 +30,7 @@ pub struct Reading {
     /// Override a key of the spec, as in `--set maneuver.steps=2000`; may be repeated
     #[arg(long, value_name = "KEY.PATH=VALUE")]
     pub set: Vec<String>,
-    /// Notation of the spec; by default the file name tells, TOML from stdin
+    /// Notation of the spec; by default that of the file name, TOML from stdin
     #[arg(long, value_name = "FORMAT")]
     pub input: Option<Notation>,
 }
@@ -47,7 +47,7 @@ pub enum Notation {
 /// Output of a command that makes a trajectory.
 #[derive(Debug, clap::Args)]
 pub struct OutputArgs {
-    /// Data on stdout, or in the file of `-o`; without, the ending of that file tells, else JSON
+    /// Format of the data, on stdout or in the file of `-o`; by default that of the file name, else JSON
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<Format>,
     /// Write the data to FILE, whole or not at all; `-` is stdout

@@ -21,7 +21,7 @@ pub struct Args {
 }
 
 #[derive(Serialize)]
-struct Report<'a> {
+struct ManeuverReport<'a> {
     status: &'static str,
     exit_code: u8,
     name: &'a str,
@@ -194,7 +194,7 @@ fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit,
     }
     console.say(&lines.join("\n"));
     if args.report.json() {
-        let report = Report {
+        let report = ManeuverReport {
             status: "valid",
             exit_code: 0,
             name: &problem.name,

@@ -2,6 +2,7 @@
 
 use slewkit::files::export::ExportError;
 use std::io::{self, BufWriter, IsTerminal, Write};
+use std::time::{Duration, Instant};
 
 /// Text for people.
 #[derive(Debug)]
@@ -12,6 +13,8 @@ pub struct Console {
     terminal: bool,
     /// A progress line stands on the screen.
     progress: bool,
+    /// When it was shown last.
+    shown: Instant,
 }
 
 /// Meaning of a text, shown as colour where there is colour.
@@ -30,7 +33,7 @@ impl Console {
     pub fn new(quiet: bool) -> Self {
         let terminal = io::stderr().is_terminal();
         let no_colour = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
-        Self { quiet, colour: terminal && !no_colour, terminal, progress: false }
+        Self { quiet, colour: terminal && !no_colour, terminal, progress: false, shown: Instant::now() }
     }
 
     /// Paints `text`.
@@ -78,13 +81,18 @@ impl Console {
         self.terminal && !self.quiet
     }
 
-    /// Replaces the progress line.
-    pub fn progress(&mut self, text: &str) {
-        if self.shows_progress() {
+    /// Whether it is time for another progress line: ten a second, and none in the first tenth.
+    pub fn is_due(&self) -> bool {
+        self.shows_progress() && self.shown.elapsed() >= Duration::from_millis(100)
+    }
+
+    /// Replaces the progress line when it is time.
+    pub fn progress(&mut self, text: impl FnOnce() -> String) {
+        if self.is_due() {
             let mut stderr = io::stderr().lock();
-            let _ = write!(stderr, "\r\x1b[K{text}");
+            let _ = write!(stderr, "\r\x1b[K{}", text());
             let _ = stderr.flush();
-            self.progress = true;
+            (self.progress, self.shown) = (true, Instant::now());
         }
     }
 

@@ -35,21 +35,23 @@ struct Cli {
 const EXIT_CODES: &str = "\
 Exit codes:
   0  solved and verified      4  proved infeasible        7  solved, verification failed
-  1  internal error           5  not converged            8  file or I/O
-  2  usage                    6  time or memory limit     130  interrupted, best result kept
+  1  internal error           5  not converged            8  file or stream
+  2  usage                    6  time limit               130  interrupted, best result kept
   3  spec invalid
 
 `slew init > maneuver.toml` writes a spec to start from; `slew plan maneuver.toml -o plan.json` plans it.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Plan the maneuver of a spec and verify it
-    Plan(plan::Args),
+    /// Print a commented spec to start from
+    Init(texts::InitArgs),
     /// Check a spec and report all its errors at once
     Check(check::Args),
-    /// Verify a plan file against its spec, without the solver
+    /// Plan the maneuver of a spec and verify it
+    Plan(plan::Args),
+    /// Verify a plan file by the witnesses, without the solver
     Verify(verify::Args),
-    /// Compare the methods on one spec, side by side
+    /// Compare methods on a maneuver, or integrators on a simulation
     Compare(compare::Args),
     /// Propagate the bodies of a spec from their start, without optimisation
     Simulate(simulate::Args),
@@ -57,8 +59,6 @@ enum Command {
     Convert(convert::Args),
     /// Print the JSON Schema of specs, for editors
     Schema(texts::Args),
-    /// Print a commented spec to start from
-    Init(texts::InitArgs),
     /// Print completions for a shell
     Completions {
         /// Which shell

@@ -11,7 +11,6 @@ use slewkit::maneuver::settings::Settings;
 use slewkit::plan::{self, Control, Guess, Observer, Plan, PlanError, Progress, Status};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 /// Arguments of `slew plan`.
 #[derive(Debug, clap::Args)]
@@ -40,8 +39,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let guess = args.guess.as_deref().map(|path| guess(path, &problem)).transpose()?;
 
     interrupt::watch();
-    let mut watcher = Watcher::new(console);
-    let plan = plan::plan(&problem, &settings, guess.as_ref(), &mut watcher).map_err(refusal)?;
+    let plan = plan::plan(&problem, &settings, guess.as_ref(), &mut Watcher(console)).map_err(refusal)?;
 
     console.say(&summary::plan(console, &args.spec, &problem, &settings, &plan));
     match &destination {
@@ -117,28 +115,12 @@ pub fn invalid(error: ProblemError) -> Failure {
 }
 
 /// Shows progress and listens to Ctrl-C.
-pub struct Watcher<'a> {
-    console: &'a mut Console,
-    shown: Instant,
-}
-
-impl<'a> Watcher<'a> {
-    /// Quick solves show nothing; long ones a line ten times a second.
-    const INTERVAL: Duration = Duration::from_millis(100);
-
-    /// A watcher that shows progress on `console`.
-    pub fn new(console: &'a mut Console) -> Self {
-        Self { console, shown: Instant::now() }
-    }
-}
+pub struct Watcher<'a>(pub &'a mut Console);
 
 impl Observer for Watcher<'_> {
     fn on_progress(&mut self, progress: &Progress) -> Control {
-        if self.console.shows_progress() && self.shown.elapsed() >= Self::INTERVAL {
-            self.shown = Instant::now();
-            let Progress { rung, start, steps, elapsed, .. } = progress;
-            self.console.progress(&format!("  {elapsed:.1} s  {rung}, start {start}, {steps} steps"));
-        }
+        let Progress { rung, start, steps, elapsed, .. } = progress;
+        self.0.progress(|| format!("  {elapsed:.1} s  {rung}, start {start}, {steps} steps"));
         if interrupt::requested() { Control::Stop } else { Control::Continue }
     }
 }

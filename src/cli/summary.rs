@@ -70,11 +70,16 @@ pub fn plan(
     lines.join("\n")
 }
 
-fn method(problem: &Problem, solution: &Solution) -> String {
-    let scheme = match solution.scheme {
+/// The name of a discretisation.
+pub fn scheme(scheme: Scheme) -> &'static str {
+    match scheme {
         Scheme::LieVerlet => "Lie–Verlet",
         Scheme::LieEuler => "Lie–Euler",
-    };
+    }
+}
+
+fn method(problem: &Problem, solution: &Solution) -> String {
+    let scheme = scheme(solution.scheme);
     let how = match solution.method {
         Method::Scp => match &solution.convex {
             Some(work) => {

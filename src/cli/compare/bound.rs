@@ -46,9 +46,9 @@ mod missing {
 #[cfg(feature = "sdp")]
 mod found {
     use super::super::super::failure::Failure;
-    use super::super::super::summary::line;
+    use super::super::super::summary::{line, scheme};
     use super::Bound;
-    use slewkit::maneuver::problem::{Problem, Scheme};
+    use slewkit::maneuver::problem::Problem;
     use slewkit::maneuver::settings::Settings;
     use slewkit::numerics::figures::{error, significant, time};
     use slewkit::plan::Observer;
@@ -82,10 +82,7 @@ mod found {
     }
 
     fn lines(problem: &Problem, found: &Global) -> Vec<String> {
-        let scheme = match problem.scheme {
-            Scheme::LieVerlet => "Lie–Verlet",
-            Scheme::LieEuler => "Lie–Euler",
-        };
+        let scheme = scheme(problem.scheme);
         let grid = if found.same_grid {
             "this discrete problem".into()
         } else {

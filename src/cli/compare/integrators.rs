@@ -13,10 +13,9 @@ use slewkit::mechanics::full_body::Attractor;
 use slewkit::plan::Status;
 use slewkit::propagate::integrator::Kind;
 use slewkit::studies::integrators::figures::{FIGURES, Outline, figures};
-use slewkit::studies::integrators::{Progress, Study, StudyError, WorkPrecision};
+use slewkit::studies::integrators::{Study, StudyError, StudyProgress, WorkPrecision};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 /// What to compare, other than what follows from the spec.
 #[derive(Debug, clap::Args)]
@@ -110,7 +109,7 @@ impl StudyArgs {
 
 /// The comparison as a document. `compares` says what is compared.
 #[derive(Serialize)]
-struct Document<'a> {
+struct IntegratorsDocument<'a> {
     format: u32,
     generator: &'static str,
     compares: &'static str,
@@ -132,8 +131,11 @@ pub fn run(args: &Args, loaded: &LoadedSimulation, console: &mut Console) -> Res
     study.check().map_err(|error| args.study.refusal(&error))?;
     let targets = args.study.targets(&args.spec.spec)?;
     interrupt::watch();
-    let mut watcher = Watcher { console, shown: Instant::now() };
-    let ran = study.run(&simulation.system, &simulation.start, &mut |progress| watcher.look(progress));
+    let ran = study.run(&simulation.system, &simulation.start, &mut |progress| {
+        let StudyProgress { kind, step, runs: (done, all) } = progress;
+        console.progress(|| format!("  {} of {all}  {kind}, step {step} s", done + 1));
+        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
     let found = ran.map_err(|error| args.study.refusal(&error))?;
     let (exit, verdict, tone) = match found.interrupted {
         false => (Exit::Solved, "integrators compared", Tone::Good),
@@ -142,7 +144,7 @@ pub fn run(args: &Args, loaded: &LoadedSimulation, console: &mut Console) -> Res
     console.say(&headline(console, &simulation.name, verdict, tone));
     console.say(&format!("\n{found}"));
     if args.report.json() {
-        let document = Document {
+        let document = IntegratorsDocument {
             format: 1,
             generator: concat!("slewkit ", env!("CARGO_PKG_VERSION")),
             compares: "integrators",
@@ -180,21 +182,4 @@ fn outlines(loaded: &LoadedSimulation) -> Vec<Outline> {
         None => Outline::point(name),
     };
     loaded.simulation.bodies.iter().zip(&loaded.shapes).map(outline).collect()
-}
-
-/// Shows progress ten times a second, and stops at Ctrl-C.
-struct Watcher<'a> {
-    console: &'a mut Console,
-    shown: Instant,
-}
-
-impl Watcher<'_> {
-    fn look(&mut self, progress: &Progress) -> ControlFlow<()> {
-        if self.console.shows_progress() && self.shown.elapsed() >= Duration::from_millis(100) {
-            self.shown = Instant::now();
-            let Progress { kind, step, runs: (done, all) } = progress;
-            self.console.progress(&format!("  {} of {all}  {kind}, step {step} s", done + 1));
-        }
-        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    }
 }

@@ -18,23 +18,22 @@ use slewkit::studies::methods::{Comparison, compare};
 /// Arguments of `slew compare`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-A spec of a maneuver compares methods, one of a simulation integrators.
+A spec of a maneuver compares methods, a spec of a simulation integrators.
 
-The methods: shooting, where it applies; scp, the convex iteration to its own convergence;
-scp + polish, as `slew plan` takes it. `solver.method` of the spec is not used; a time limit
-holds for each solve.
+The methods: shooting, where it applies; scp, sequential convex programming to its own
+convergence; scp + polish, the same ended by Newton, as `slew plan` does it. `solver.method`
+of the spec is not used; a time limit holds for each solve.
 
 Exit codes: 0 when at least one method solved and those that did agree; 7 when their costs
-differ, or a witness rejects a plan; otherwise as of `slew plan`. A bound that cannot be
-given changes no exit code.
+differ, or a witness rejects a plan; otherwise those of `slew plan`. A missing bound changes
+no exit code.
 
-Integrators run with 16 … ¼ times the step of the spec, over its duration, a tenth and a hundredth of
-it. What the table shows: errors of energy, RᵀR and momenta, work, and the work of each for the same
-mean energy error, relative to the first. A method that fails on the way has a row that says why, and
-changes no exit code.
+Integrators run with 16 … ¼ times the step of the spec, over its duration, a tenth and a
+hundredth of it. The table shows errors of energy, RᵀR and momenta, the work, and the work of
+each integrator for the same mean energy error, relative to the first. An integrator that
+fails has a row with the reason; that changes no exit code.
 
-In JSON the keys that hold times, `solve_time_s`, `time_s` and `time_ratio`, alone differ between two
-runs.
+In JSON only the keys of times (`solve_time_s`, `time_s`, `time_ratio`) differ between two runs.
 
 Examples:
   slew compare maneuver.toml
@@ -47,11 +46,11 @@ pub struct Args {
     pub spec: SpecArgs,
     #[command(flatten)]
     pub report: ReportArgs,
-    /// Add a global lower bound, and the gap to it; on a coarser grid of the same maneuver, with a plan of
-    /// that grid. Free bodies only; limits are left out of the bound. Needs the cargo feature `sdp`
+    /// Add a global lower bound on the grid of `--bound-steps`, a plan on that grid, and the gap between them.
+    /// Free bodies only; the bound leaves limits out. Needs the cargo feature `sdp`
     #[arg(long)]
     pub bound: bool,
-    /// Steps on which to bound, by default 8; the solve grows fast with them
+    /// Steps of the grid of the bound, by default 8; the time to solve grows fast with them
     #[arg(long, value_name = "STEPS", requires = "bound", value_parser = clap::value_parser!(u16).range(2..=60))]
     pub bound_steps: Option<u16>,
     #[command(flatten)]
@@ -60,7 +59,7 @@ pub struct Args {
 
 /// The comparison as a document. `compares` says what is compared.
 #[derive(Serialize)]
-struct Document<'a> {
+struct MethodsDocument<'a> {
     format: u32,
     generator: &'static str,
     compares: &'static str,
@@ -99,17 +98,17 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
 fn methods(args: &Args, loaded: Loaded, console: &mut Console) -> Result<Exit, Failure> {
     let Loaded { problem, settings, .. } = loaded;
     interrupt::watch();
-    let comparison = compare(&problem, &settings, &mut Watcher::new(console)).map_err(refusal)?;
-    let bound = args.bound.then(|| {
-        bound::bound(&problem, &settings, args.bound_steps.map(usize::from), &mut Watcher::new(console))
-    });
+    let comparison = compare(&problem, &settings, &mut Watcher(console)).map_err(refusal)?;
+    let bound = args
+        .bound
+        .then(|| bound::bound(&problem, &settings, args.bound_steps.map(usize::from), &mut Watcher(console)));
     let bound = bound.transpose()?;
     let mut lines = table::lines(console, &problem, &comparison);
     lines.extend(bound.iter().flat_map(|bound| bound.lines.clone()));
     console.say(&lines.join("\n"));
     let status = comparison.status();
     if args.report.json() {
-        let document = Document {
+        let document = MethodsDocument {
             format: 1,
             generator: concat!("slewkit ", env!("CARGO_PKG_VERSION")),
             compares: "methods",

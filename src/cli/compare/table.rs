@@ -1,15 +1,15 @@
 //! The comparison in words: a table, and what it says.
 
 use super::super::console::{Console, Tone};
-use super::super::summary::{headline, line};
+use super::super::summary::{headline, line, scheme};
 use slewkit::draw::table;
 use slewkit::files::spec::escape;
-use slewkit::maneuver::problem::{Problem, Scheme};
+use slewkit::maneuver::problem::Problem;
 use slewkit::maneuver::solution::Outcome;
 use slewkit::numerics::figures::{counted, error, significant, time};
 use slewkit::plan::Status;
 use slewkit::studies::methods::{
-    Acting, Agreement, ByItself, Comparison, Contender, FromDuals, Run, Standing, Verdict,
+    ActiveNodes, Agreement, ByItself, Comparison, Contender, FromDuals, MethodRun, Standing, Verdict,
 };
 
 fn name(method: Contender) -> &'static str {
@@ -46,10 +46,7 @@ pub fn lines(console: &Console, problem: &Problem, comparison: &Comparison) -> V
         (Status::LimitReached, _) => ("limit reached", Tone::Bad),
         (Status::Interrupted, _) => ("interrupted", Tone::Note),
     };
-    let scheme = match problem.scheme {
-        Scheme::LieVerlet => "Lie–Verlet",
-        Scheme::LieEuler => "Lie–Euler",
-    };
+    let scheme = scheme(problem.scheme);
     let grid = format!("{} {scheme} steps of {} s", problem.steps, significant(problem.step(), 3));
     let mut lines = vec![headline(console, &problem.name, verdict, tone), line("problem", &grid)];
     lines.extend(table(&rows(&comparison.methods), &[0, 1]).iter().map(|row| line("", row)));
@@ -67,7 +64,7 @@ pub fn lines(console: &Console, problem: &Problem, comparison: &Comparison) -> V
 }
 
 /// What a method found before it was shown a cheaper answer.
-fn found_alone(run: &Run, by_itself: &ByItself) -> String {
+fn found_alone(run: &MethodRun, by_itself: &ByItself) -> String {
     let cost = by_itself.cost.map_or(String::new(), |cost| format!(", cost {}", significant(cost, 6)));
     format!(
         "{}: along the path of the cheapest answer; by itself {}{cost}",
@@ -77,9 +74,9 @@ fn found_alone(run: &Run, by_itself: &ByItself) -> String {
 }
 
 /// A header, and a row per method.
-fn rows(runs: &[Run]) -> Vec<Vec<String>> {
+fn rows(runs: &[MethodRun]) -> Vec<Vec<String>> {
     let header = ["method", "", "cost", "terminal", "KKT", "subproblems", "Newton", "time"].map(String::from);
-    let row = |run: &Run| {
+    let row = |run: &MethodRun| {
         let absent = || "–".to_string();
         let applies = run.status != Standing::DoesNotApply;
         vec![
@@ -142,10 +139,10 @@ fn started(from_duals: &FromDuals) -> String {
 /// What acts, of the first method that tells.
 fn active(problem: &Problem, comparison: &Comparison) -> Vec<String> {
     let order = [Contender::ScpPolish, Contender::Shooting, Contender::Scp];
-    let solved = |run: &&Run| matches!(run.status, Standing::Solved | Standing::Converged);
+    let solved = |run: &&MethodRun| matches!(run.status, Standing::Solved | Standing::Converged);
     let told = order.iter().filter_map(|method| comparison.run(*method)).find(solved);
     let Some(run) = told.filter(|_| problem.is_constrained()) else { return Vec::new() };
-    let nodes = |acting: &Acting| {
+    let nodes = |acting: &ActiveNodes| {
         let (first, last) = (acting.time_s.first(), acting.time_s.last());
         let span = first.zip(last).map_or(String::new(), |(first, last)| {
             format!(", from {} to {} s", significant(*first, 4), significant(*last, 4))

@@ -24,17 +24,18 @@ use slewkit::verify::WitnessError;
 use slewkit::verify::propagation::{self, Propagator};
 use std::io::Write;
 use std::ops::ControlFlow;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Arguments of `slew simulate`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-A simulation spec has [simulation] and [[bodies]]. Of a maneuver the motion lasts as long and begins at its start;
-its end plays no part.
-CSV and JSON lines are streamed, whatever the number of steps; JSON is held in memory first. Ctrl-C ends the
-motion and keeps the rows so far, with one of the state reached, in a file too. Errors of what is conserved, in the
-summary and as `errors` in JSON, are the largest at the rows: a stride may step over larger ones.
-Bodies that come within reach of one another are told of, whatever the stride: they do not collide.
+A simulation spec has [simulation] and [[bodies]]. A maneuver spec is propagated from its start over its
+duration; its end plays no part.
+
+CSV and JSON lines are streamed, whatever the number of steps; JSON is held in memory first. Ctrl-C
+ends the motion and keeps the rows so far, with one of the state reached, in a file too. Errors of what
+is conserved, in the summary and as `errors` in JSON, are the largest at the rows: a stride may step
+over larger ones. Bodies do not collide: a warning says when two come within reach of one another.
 
 Examples:
   slew simulate dumbbells.toml -o motion.csv
@@ -48,7 +49,7 @@ pub struct Args {
     /// Number of steps; by default those of the spec
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     pub steps: Option<u64>,
-    /// One row every so many steps; by default the output_stride of the spec, or 1
+    /// Steps from one row to the next; by default the output_stride of the spec, or 1
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub stride: Option<u64>,
     /// Method; by default that of the spec, or lie_verlet
@@ -260,7 +261,7 @@ impl Job<'_> {
             seen: None,
             result: Ok(()),
             stopped: None,
-            progress: Progress::new(console, self.layout.steps),
+            progress: ProgressLine::new(console, self.layout.steps),
         };
         let ended = self.motion.run(&mut writer);
         let Writer { recorder, seen, result, stopped, .. } = writer;
@@ -290,7 +291,7 @@ struct Writer<'l, 'a> {
     seen: Option<Seen>,
     result: Result<(), ExportError>,
     stopped: Option<u64>,
-    progress: Progress<'a>,
+    progress: ProgressLine<'a>,
 }
 
 impl Observer for Writer<'_, '_> {
@@ -318,43 +319,32 @@ impl Observer for Writer<'_, '_> {
     }
 }
 
-/// The progress line: ten times a second, and nothing where nobody sees it.
-struct Progress<'a> {
+/// The progress line, and when to look at the clock again: that costs as much as a short step.
+struct ProgressLine<'a> {
     console: &'a mut Console,
     steps: u64,
     began: Instant,
-    shown: Instant,
-    /// When to look at the clock again: it costs as much as a short step.
     next: u64,
     stride: u64,
 }
 
-impl<'a> Progress<'a> {
-    const INTERVAL: Duration = Duration::from_millis(100);
-
+impl<'a> ProgressLine<'a> {
     fn new(console: &'a mut Console, steps: u64) -> Self {
-        let now = Instant::now();
         let next = if console.shows_progress() { 1 } else { u64::MAX };
-        Self { console, steps, began: now, shown: now, next, stride: 1 }
+        Self { console, steps, began: Instant::now(), next, stride: 1 }
     }
 
     fn note(&mut self, made: u64) {
         if made < self.next {
             return;
         }
-        let waited = self.shown.elapsed();
-        if waited < Self::INTERVAL / 8 {
-            self.stride = (2 * self.stride).min(1 << 20);
-        } else if waited >= Self::INTERVAL {
-            let elapsed = self.began.elapsed().as_secs_f64();
-            let share = made as f64 / self.steps as f64;
-            let rest = elapsed * (1.0 - share) / share;
-            let percent = (100.0 * share).floor();
-            self.console
-                .progress(&format!("  {percent} %  step {made} of {}, {rest:.0} s to go", self.steps));
-            self.shown = Instant::now();
-            self.stride = (self.stride / 2).max(1);
-        }
+        // Looks at the clock a few times for each line that it shows.
+        self.stride =
+            if self.console.is_due() { (self.stride / 4).max(1) } else { (2 * self.stride).min(1 << 20) };
+        let (share, elapsed) = (made as f64 / self.steps as f64, self.began.elapsed().as_secs_f64());
+        let (percent, rest) = ((100.0 * share).floor(), elapsed * (1.0 - share) / share);
+        let steps = self.steps;
+        self.console.progress(|| format!("  {percent} %  step {made} of {steps}, {rest:.0} s to go"));
         self.next = made.saturating_add(self.stride);
     }
 }

@@ -153,7 +153,7 @@ impl<'a> Recorder<'a> {
         output: &mut dyn Write,
     ) -> Result<(), ExportError> {
         let layout = self.layout;
-        let document = Document {
+        let document = SimulationDocument {
             status: interrupted.map_or("simulated", |(exit, _)| exit.status()),
             exit_code: interrupted.map_or(0, |(exit, _)| exit.code()),
             name: &layout.name,
@@ -242,7 +242,7 @@ impl<'a> Serialize for Values<'a> {
 
 /// The whole simulation as one document, a list per key.
 #[derive(Serialize)]
-struct Document<'a> {
+struct SimulationDocument<'a> {
     status: &'static str,
     exit_code: u8,
     name: &'a str,

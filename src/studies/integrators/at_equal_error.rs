@@ -3,7 +3,7 @@
 //! Between two steps `log(work)` and `log(step)` are taken as linear in `log(error)`: exact where both follow
 //! powers of the step.
 
-use super::{Run, Study};
+use super::{IntegratorRun, Study};
 use serde::Serialize;
 
 /// How well the work at an error level is known.
@@ -49,11 +49,12 @@ const LOWEST: f64 = 1e-13;
 
 /// Round errors between the largest and the smallest of the first method to the longest horizon, largest first;
 /// every so many, that they are few. Empty where it has one error or none.
-pub(super) fn levels(study: &Study, runs: &[Run]) -> Vec<f64> {
+pub(super) fn levels(study: &Study, runs: &[IntegratorRun]) -> Vec<f64> {
     let (Some(first), Some(horizon)) = (study.kinds.first(), study.horizons.last()) else {
         return Vec::new();
     };
-    let of = |run: &&Run| run.method == first.name() && run.horizon_s.to_bits() == horizon.to_bits();
+    let of =
+        |run: &&IntegratorRun| run.method == first.name() && run.horizon_s.to_bits() == horizon.to_bits();
     let errors = runs.iter().filter(of).filter_map(error).filter(|error| *error > 0.0);
     let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
     for error in errors {
@@ -68,16 +69,17 @@ pub(super) fn levels(study: &Study, runs: &[Run]) -> Vec<f64> {
 }
 
 /// All horizons, levels and methods.
-pub(super) fn table(study: &Study, levels: &[f64], runs: &[Run]) -> Vec<EqualError> {
+pub(super) fn table(study: &Study, levels: &[f64], runs: &[IntegratorRun]) -> Vec<EqualError> {
     let mut table = Vec::new();
     for (&horizon, &level) in study.horizons.iter().flat_map(|t| levels.iter().map(move |e| (t, e))) {
         let rows: Vec<EqualError> = study
             .kinds
             .iter()
             .filter_map(|kind| {
-                let of =
-                    |run: &&Run| run.method == kind.name() && run.horizon_s.to_bits() == horizon.to_bits();
-                let runs: Vec<&Run> = runs.iter().filter(of).collect();
+                let of = |run: &&IntegratorRun| {
+                    run.method == kind.name() && run.horizon_s.to_bits() == horizon.to_bits()
+                };
+                let runs: Vec<&IntegratorRun> = runs.iter().filter(of).collect();
                 // None after an interruption.
                 (!runs.is_empty()).then(|| at_level(&runs, kind.name(), horizon, level))
             })
@@ -88,13 +90,13 @@ pub(super) fn table(study: &Study, levels: &[f64], runs: &[Run]) -> Vec<EqualErr
     table
 }
 
-fn error(run: &Run) -> Option<f64> {
+fn error(run: &IntegratorRun) -> Option<f64> {
     run.errors.map(|errors| errors.energy_error_mean)
 }
 
 /// The runs of one method to one horizon, longest step first.
-fn at_level(runs: &[&Run], method: &'static str, horizon_s: f64, level: f64) -> EqualError {
-    let good = |run: &&Run| error(run).is_some_and(|error| error <= level);
+fn at_level(runs: &[&IntegratorRun], method: &'static str, horizon_s: f64, level: f64) -> EqualError {
+    let good = |run: &&IntegratorRun| error(run).is_some_and(|error| error <= level);
     // The longest step from which all shorter ones are good: a lucky long step is no evidence.
     let good_from = runs.len() - runs.iter().rev().take_while(|run| good(run)).count();
     let row = |bound, numbers: Option<[f64; 3]>| EqualError {
@@ -109,7 +111,7 @@ fn at_level(runs: &[&Run], method: &'static str, horizon_s: f64, level: f64) -> 
         force_evaluation_ratio: None,
         time_ratio: None,
     };
-    let numbers = |run: &Run| [run.step_s, run.force_evaluations as f64, run.time_s];
+    let numbers = |run: &IntegratorRun| [run.step_s, run.force_evaluations as f64, run.time_s];
     let Some(fine) = runs.get(good_from) else {
         let finest = runs.last().filter(|run| run.errors.is_some());
         return row(Bound::AtLeast, finest.map(|run| numbers(run)));

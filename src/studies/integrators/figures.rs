@@ -13,7 +13,7 @@
 //! a quadratic invariant, to the tolerance of its iteration; and its energy error is near that of the
 //! variational method, not near that of the explicit rule.
 
-use super::{History, Path, Run, Study, WorkPrecision};
+use super::{History, IntegratorRun, Path, Study, WorkPrecision};
 use crate::draw::{Axis, Chart, Curve, Item, Scale, Scene, Shape};
 use crate::mechanics::environment::Pose;
 use crate::numerics::figures::short;
@@ -102,9 +102,9 @@ pub const FIGURES: [&str; 9] = [
 pub fn figures(title: &str, study: &Study, found: &WorkPrecision, outlines: &[Outline]) -> Vec<Figure> {
     let drawn = Drawn { title, study, found };
     let relative = "|E − E₀| / (T₀ + |U₀|)";
-    let mean = |run: &Run| Some(run.errors?.energy_error_mean);
-    let orthogonality = |run: &Run| Some(run.errors?.orthogonality_error_mean);
-    let momentum = |run: &Run| Some(run.errors?.angular_momentum_error_max);
+    let mean = |run: &IntegratorRun| Some(run.errors?.energy_error_mean);
+    let orthogonality = |run: &IntegratorRun| Some(run.errors?.orthogonality_error_mean);
+    let momentum = |run: &IntegratorRun| Some(run.errors?.angular_momentum_error_max);
     let svg = [
         drawn.trajectories(outlines),
         drawn.energy_over_time().svg(),
@@ -164,13 +164,13 @@ impl Drawn<'_> {
     }
 
     /// Runs of a method to the longest horizon, longest step first.
-    fn runs(&self, kind: Kind) -> impl Iterator<Item = &Run> {
+    fn runs(&self, kind: Kind) -> impl Iterator<Item = &IntegratorRun> {
         let horizon = self.horizon().to_bits();
         let runs = self.found.runs.iter();
         runs.filter(move |run| run.method == kind.name() && run.horizon_s.to_bits() == horizon)
     }
 
-    fn over_step(&self, title: &str, unit: &str, value: impl Fn(&Run) -> Option<f64>) -> Chart {
+    fn over_step(&self, title: &str, unit: &str, value: impl Fn(&IntegratorRun) -> Option<f64>) -> Chart {
         let curve = |kind: &Kind| {
             let points = self.runs(*kind).filter_map(|run| Some((run.step_s, value(run)?))).collect();
             self.curve(*kind, Shape::Marked(points))
@@ -186,7 +186,7 @@ impl Drawn<'_> {
 
     fn work_precision(&self) -> Chart {
         let curve = |kind: &Kind| {
-            let point = |run: &Run| Some((run.time_s, run.errors?.energy_error_mean));
+            let point = |run: &IntegratorRun| Some((run.time_s, run.errors?.energy_error_mean));
             self.curve(*kind, Shape::Marked(self.runs(*kind).filter_map(point).collect()))
         };
         Chart {

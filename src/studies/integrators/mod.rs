@@ -27,7 +27,7 @@ mod tests;
 
 pub use at_equal_error::{Bound, EqualError};
 pub use history::{History, Moment, Path};
-pub use run::{Errors, Run};
+pub use run::{Errors, IntegratorRun};
 
 use crate::numerics::figures::short;
 use crate::propagate::integrator::{self, Kind, System, SystemError, SystemState};
@@ -118,7 +118,7 @@ pub enum StudyError {
 
 /// How far a study has come.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
+pub struct StudyProgress {
     /// The method that runs.
     pub kind: Kind,
     /// Its step \[s\].
@@ -135,7 +135,7 @@ pub struct WorkPrecision {
     /// Mean energy errors at which work is compared.
     pub levels: Vec<f64>,
     /// A row per method, step and horizon, in this order.
-    pub runs: Vec<Run>,
+    pub runs: Vec<IntegratorRun>,
     /// A row per horizon, level and method, in this order.
     pub equal_error: Vec<EqualError>,
     /// The methods over time at the step shown, to the longest horizon.
@@ -232,7 +232,7 @@ impl Study {
         &self,
         system: &System,
         start: &SystemState,
-        watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+        watch: &mut dyn FnMut(&StudyProgress) -> ControlFlow<()>,
     ) -> Result<WorkPrecision, StudyError> {
         self.check()?;
         system.check(start)?;
@@ -250,7 +250,7 @@ impl Study {
         let mut done = 0;
         for (first, kind) in self.kinds.iter().copied().enumerate().map(|(index, kind)| (index == 0, kind)) {
             for (index, &step) in self.steps.iter().enumerate() {
-                let progress = Progress { kind, step, runs: (done, total) };
+                let progress = StudyProgress { kind, step, runs: (done, total) };
                 let horizons = self.horizons.iter().map(|&horizon| Self::count(step, horizon)).collect();
                 let mut recorder = Recorder::new(&scales, *self.horizons.last().expect("checked"));
                 if first && index + 1 == self.steps.len() {

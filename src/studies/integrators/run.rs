@@ -24,7 +24,7 @@ const MOST_REPEATS: u32 = 100;
 
 /// A method with a step, to a horizon.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Run {
+pub struct IntegratorRun {
     /// Name of the method.
     pub method: &'static str,
     /// The step \[s\].
@@ -110,7 +110,7 @@ pub(super) struct Setup<'a> {
 
 /// A row per horizon, unless the study was stopped.
 pub(super) struct Measured {
-    pub rows: Vec<Run>,
+    pub rows: Vec<IntegratorRun>,
     pub stopped: bool,
 }
 
@@ -161,7 +161,7 @@ impl Setup<'_> {
         let row = |index: usize| {
             let at = reached.get(index);
             let work = at.map_or_else(Work::default, |(_, work)| *work);
-            Run {
+            IntegratorRun {
                 method: self.kind.name(),
                 step_s: self.step,
                 horizon_s: horizons[index],

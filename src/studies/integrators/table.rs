@@ -1,6 +1,6 @@
 //! The comparison as text, for people.
 
-use super::{Bound, EqualError, Run, WorkPrecision};
+use super::{Bound, EqualError, IntegratorRun, WorkPrecision};
 use crate::draw::table;
 use crate::numerics::figures::{scientific, short};
 use std::fmt;
@@ -15,7 +15,7 @@ impl fmt::Display for WorkPrecision {
              the bodies\n",
             short(self.energy_scale_j)
         )?;
-        let mut runs: Vec<&Run> = self.runs.iter().collect();
+        let mut runs: Vec<&IntegratorRun> = self.runs.iter().collect();
         // Stable: methods and steps stay in their order.
         runs.sort_by(|a, b| a.horizon_s.total_cmp(&b.horizon_s));
         for runs in runs.chunk_by(|a, b| a.horizon_s.to_bits() == b.horizon_s.to_bits()) {
@@ -52,7 +52,7 @@ fn write(f: &mut fmt::Formatter<'_>, header: &[&str], rows: Vec<Vec<String>>, le
     table(&rows, left).iter().try_for_each(|line| writeln!(f, "  {line}"))
 }
 
-fn run_row(run: &Run) -> Vec<String> {
+fn run_row(run: &IntegratorRun) -> Vec<String> {
     let mut row = vec![run.method.to_string(), short(run.step_s)];
     match &run.errors {
         Some(errors) => row.extend([

@@ -34,7 +34,7 @@ fn dumbbells() -> (System, SystemState) {
     (system, state)
 }
 
-fn unwatched(_: &Progress) -> ControlFlow<()> {
+fn unwatched(_: &StudyProgress) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
@@ -96,16 +96,16 @@ fn four_methods_on_two_dumbbells_meet_an_independent_table() {
     assert!(run.force_evaluations < run.iterations, "the forces are held while the bodies turn: {run:?}");
 }
 
-fn row<'a>(found: &'a WorkPrecision, method: &str, step: f64, horizon: f64) -> &'a Run {
-    let of = |run: &&Run| {
+fn row<'a>(found: &'a WorkPrecision, method: &str, step: f64, horizon: f64) -> &'a IntegratorRun {
+    let of = |run: &&IntegratorRun| {
         run.method == method && (run.step_s - step).abs() < 1e-12 && (run.horizon_s - horizon).abs() < 1e-9
     };
     found.runs.iter().find(of).unwrap()
 }
 
 /// A run whose numbers follow powers of its step.
-fn power(method: &'static str, step: f64, order: i32, cost: f64) -> Run {
-    Run {
+fn power(method: &'static str, step: f64, order: i32, cost: f64) -> IntegratorRun {
+    IntegratorRun {
         method,
         step_s: step,
         horizon_s: 1.0,
@@ -132,7 +132,8 @@ fn work_at_equal_error_is_exact_for_powers_of_the_step() {
     };
     study.check().unwrap();
     // Orders 2 and 1, the second twice as dear; of the third the longest steps fail.
-    let mut runs: Vec<Run> = steps.iter().map(|step| power(first.name(), *step, 2, 4096.0)).collect();
+    let mut runs: Vec<IntegratorRun> =
+        steps.iter().map(|step| power(first.name(), *step, 2, 4096.0)).collect();
     runs.extend(steps.iter().map(|step| power(second.name(), *step, 1, 8192.0)));
     runs.extend(steps.iter().map(|step| power("rkmk4", *step, 4, 4096.0)));
     for run in &mut runs[8..10] {
@@ -176,7 +177,8 @@ fn levels_are_round_numbers_within_reach_of_the_first_method() {
         ..Study::survey(1.0, 1.0)
     };
     // From 0.09 down to 9e-4; what the second method reaches does not count.
-    let mut runs: Vec<Run> = steps.iter().map(|step| power("lie_verlet", *step, 2, 1000.0)).collect();
+    let mut runs: Vec<IntegratorRun> =
+        steps.iter().map(|step| power("lie_verlet", *step, 2, 1000.0)).collect();
     runs.extend(steps.iter().map(|step| power("explicit_midpoint", *step, 6, 1000.0)));
     assert_eq!(at_equal_error::levels(&study, &runs), [3e-2, 1e-2, 3e-3, 1e-3]);
     for run in &mut runs {
@@ -209,7 +211,8 @@ fn a_step_that_is_good_by_luck_is_no_evidence() {
         steps: steps.clone(),
         ..Study::survey(1.0, 1.0)
     };
-    let mut runs: Vec<Run> = steps.iter().map(|step| power("lie_verlet", *step, 2, 1000.0)).collect();
+    let mut runs: Vec<IntegratorRun> =
+        steps.iter().map(|step| power("lie_verlet", *step, 2, 1000.0)).collect();
     runs[0].errors = Some(Errors { energy_error_mean: 1e-9, ..Errors::default() });
     let table = at_equal_error::table(&study, &study.levels, &runs);
     assert!((0.125..0.25).contains(&table[0].step_s.unwrap()), "{table:?}");
@@ -265,7 +268,7 @@ fn a_study_that_makes_no_sense_is_refused() {
 fn a_study_stops_when_told_to_and_keeps_what_it_has() {
     let (system, start) = dumbbells();
     let mut looks = 0;
-    let mut watch = |progress: &Progress| {
+    let mut watch = |progress: &StudyProgress| {
         looks += 1;
         if progress.runs.0 == 1 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };

@@ -16,7 +16,7 @@ pub enum Verdict {
     Agree,
     /// They are not: two extremals, or an error.
     Disagree,
-    /// Fewer than two roads have an answer.
+    /// Fewer than two methods have an answer.
     NothingToCompare,
 }
 
@@ -40,7 +40,7 @@ pub struct Agreement {
     pub polish_change: Option<f64>,
     /// Whether the costates are unique: full rank of the shooting's sensitivity matrix.
     pub costates_unique: Option<bool>,
-    /// Nodes at which one of shooting and polish has a limit acting and the other has not.
+    /// Nodes at which one of shooting and polish has a limit active and the other has not.
     pub active_nodes_that_differ: Option<usize>,
     /// The shooting started from the duals.
     pub from_duals: Option<FromDuals>,

@@ -2,7 +2,7 @@
 //!
 //! The bound speaks of a discrete problem. On a coarser grid that is another one, so the maneuver is
 //! planned there too, and the gap is between two numbers of the same problem. Limits and constraints are
-//! left out of the bound: they only make maneuvers dearer, and their share of the gap is told apart by
+//! left out of the bound: they only make maneuvers costlier, and their share of the gap is told apart by
 //! the plan without them.
 
 use crate::maneuver::problem::Problem;

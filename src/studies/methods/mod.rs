@@ -10,9 +10,9 @@
 //! Duals are costates: the multipliers of the linearised dynamics converge to `λ`, so `λ_0` of the
 //! second starts the first. [`Agreement`] says how near they come.
 //!
-//! A maneuver has several extremals, and the roads search differently. Where they find different ones,
-//! those that found a dearer one, or none, are started once more from the cheapest, so that one extremal
-//! is compared; [`Run::by_itself`] keeps what they found alone.
+//! A maneuver has several extremals, and the methods search differently. Where they find different ones,
+//! those that found a costlier one, or none, are started once more from the cheapest, so that one extremal
+//! is compared; [`MethodRun::by_itself`] keeps what they found alone.
 
 mod agreement;
 #[cfg(feature = "sdp")]
@@ -66,12 +66,12 @@ pub enum Standing {
     Interrupted,
 }
 
-/// Where a limit or constraint acts.
+/// Where a limit or constraint is active.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Acting {
+pub struct ActiveNodes {
     /// Its name.
     pub name: String,
-    /// Times at which it acts, each once \[s\].
+    /// Times at which it is active, each once \[s\].
     pub time_s: Vec<f64>,
 }
 
@@ -86,7 +86,7 @@ pub struct ByItself {
 
 /// One method's answer, or why it has none. Numbers are absent where there is no trajectory.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Run {
+pub struct MethodRun {
     /// Which method.
     pub method: Contender,
     /// How it ended.
@@ -111,8 +111,8 @@ pub struct Run {
     pub subproblems: Option<usize>,
     /// Newton iterations of the winning start, on all its grids.
     pub newton_iterations: usize,
-    /// What acts, and when.
-    pub active: Vec<Acting>,
+    /// Which limits and constraints are active, and when.
+    pub active: Vec<ActiveNodes>,
     /// `λ_0` for Lie–Euler, `λ_{−1}` for Lie–Verlet, SI; a guess for a plan.
     pub costates_0: Vec<f64>,
     /// Wall time of the solve, without verification \[s\]: differs between two runs.
@@ -123,7 +123,7 @@ pub struct Run {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
     /// Every method, in the order of [`Contender`].
-    pub methods: Vec<Run>,
+    pub methods: Vec<MethodRun>,
     /// How near they come to each other.
     pub agreement: Agreement,
 }
@@ -184,13 +184,13 @@ pub fn compare(
         observer,
     )?;
     let shot = match &shooting {
-        Ok(answer) => Run::of(Contender::Shooting, problem, answer, answer.plan.status.into()),
-        Err(reason) => Run::refused(Contender::Shooting, reason),
+        Ok(answer) => MethodRun::of(Contender::Shooting, problem, answer, answer.plan.status.into()),
+        Err(reason) => MethodRun::refused(Contender::Shooting, reason),
     };
     let methods = vec![
         shot,
-        Run::of(Contender::Scp, problem, &unpolished, unpolished.unjudged()),
-        Run::of(Contender::ScpPolish, problem, &polished, polished.plan.status.into()),
+        MethodRun::of(Contender::Scp, problem, &unpolished, unpolished.unjudged()),
+        MethodRun::of(Contender::ScpPolish, problem, &polished, polished.plan.status.into()),
     ];
     Ok(Comparison { methods, agreement })
 }
@@ -258,7 +258,7 @@ impl Comparison {
     }
 
     /// The run of a method.
-    pub fn run(&self, method: Contender) -> Option<&Run> {
+    pub fn run(&self, method: Contender) -> Option<&MethodRun> {
         self.methods.iter().find(|run| run.method == method)
     }
 }
@@ -286,7 +286,7 @@ impl From<Status> for Standing {
     }
 }
 
-impl Run {
+impl MethodRun {
     fn refused(method: Contender, reason: &str) -> Self {
         Self {
             method,
@@ -323,7 +323,7 @@ impl Run {
         let active = solution.active.iter().map(|active| {
             let mut time_s = active.time_s.clone();
             time_s.dedup();
-            Acting { name: active.name.clone(), time_s }
+            ActiveNodes { name: active.name.clone(), time_s }
         });
         Self {
             method,

@@ -9,7 +9,7 @@ use crate::testing::{Random, full_inertia};
 use crate::{Matrix3, Vector3, files::spec, lie};
 use nalgebra::{DMatrix, DVector};
 
-/// What the roads may differ by: costs relative, duals of the convex iteration, multipliers after polish.
+/// What the methods may differ by: costs relative, duals of the convex iteration, multipliers after polish.
 const COST: f64 = 1e-9;
 const DUALS: f64 = 1e-6;
 const POLISHED: f64 = 1e-9;
@@ -199,7 +199,7 @@ fn a_second_run_counts_only_on_the_path_that_was_shown_and_the_first_is_kept() {
     answer.again(&problem, long.clone(), &short.solution);
     assert!(answer.by_itself.is_none());
     answer.again(&problem, short.clone(), &short.solution);
-    let run = Run::of(Contender::ScpPolish, &problem, &answer, Standing::Solved);
+    let run = MethodRun::of(Contender::ScpPolish, &problem, &answer, Standing::Solved);
     assert_eq!(run.cost, Some(short.solution.cost));
     assert_eq!(run.by_itself, Some(ByItself { status: Standing::Solved, cost: Some(long.solution.cost) }));
     // Shown the long way, SCP can be made to keep it, and is found to differ.
