@@ -1,4 +1,68 @@
 //! Plan a maneuver: solve it, then have it verified.
+//!
+//! [`plan`] takes a [`Problem`] and [`Settings`], and gives a [`Plan`]: the [`Solution`], what the witnesses found
+//! ([`Verification`]), and a [`Status`] that says in a word what became of it. How a solver stopped is a value; only
+//! what cannot be attempted at all is a [`PlanError`].
+//!
+//! # A slew within limits
+//!
+//! Three torques of at most 0.2 N·m each, and a boresight that keeps 30° away from a direction:
+//!
+//! ```
+//! use slewkit::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
+//! use slewkit::maneuver::problem::{Problem, State};
+//! use slewkit::maneuver::settings::Settings;
+//! use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
+//! use slewkit::mechanics::body::{Body, Inertia};
+//! use slewkit::plan::{Silent, Status, plan};
+//! use slewkit::{Matrix3, Vector3, lie};
+//!
+//! let body = Body { inertia: Inertia::diagonal(Vector3::new(12.0, 10.0, 8.0))?, mass: None };
+//! let start = State::at_rest(Matrix3::identity());
+//! let end = State::at_rest(lie::exp(&Vector3::new(0.0, 0.0, 1.5)));
+//! let limits = Limits { size: Some(vec![0.2; 3]), ..Limits::default() };
+//! let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits)?;
+//! let sun = Direction { vector: Vector3::new(1.0, 1.0, 0.6).normalize(), turns_with_frame: false };
+//! let cone = Pointing {
+//!     side: Side::KeepOut,
+//!     boresights: vec![Vector3::x()],
+//!     directions: vec![sun],
+//!     half_angle: 30.0_f64.to_radians(),
+//!     margin: 0.0,
+//! };
+//! let problem = Problem::attitude(body, start, end, 60.0)
+//!     .with_actuation(Actuation::torques(torques))
+//!     .with_constraint(Constraint { name: "Sun".into(), rule: Rule::Pointing(cone) });
+//!
+//! let plan = plan(&problem, &Settings::default(), None, &mut Silent)?;
+//! assert_eq!(plan.status, Status::Solved);
+//! let verification = plan.verification.expect("a solved plan is judged");
+//! assert!(verification.margins.iter().all(|margin| margin.holds()));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # A maneuver that is infeasible
+//!
+//! ```
+//! # use slewkit::maneuver::problem::{Problem, State};
+//! # use slewkit::maneuver::settings::Settings;
+//! # use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
+//! # use slewkit::mechanics::body::{Body, Inertia};
+//! # use slewkit::plan::{Silent, Status, plan};
+//! # use slewkit::{Matrix3, Vector3, lie};
+//! let body = Body { inertia: Inertia::diagonal(Vector3::new(12.0, 10.0, 8.0))?, mass: None };
+//! let end = State::at_rest(lie::exp(&Vector3::new(0.0, 0.0, 1.5)));
+//! let limits = Limits { norm: Some(0.01), ..Limits::default() };
+//! let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits)?;
+//! let problem = Problem::attitude(body, State::at_rest(Matrix3::identity()), end, 20.0)
+//!     .with_actuation(Actuation::torques(torques));
+//!
+//! let plan = plan(&problem, &Settings::default(), None, &mut Silent)?;
+//! assert_eq!(plan.status, Status::Infeasible);
+//! let proof = plan.solution.infeasible.expect("what is called infeasible is proved");
+//! assert!(proof.duration_lower_bound.is_some_and(|seconds| seconds > 60.0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub use crate::optimize::search::{Control, Guess, Observer, PlanError, Progress, Silent};
 
@@ -9,15 +73,15 @@ use crate::optimize::search;
 use crate::verify::{self, Verification};
 use serde::{Deserialize, Serialize};
 
-/// What became of a plan; one for each exit code of the command line.
+/// What became of a plan; one for each exit code of the command line ([`Status::exit_code`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
     /// Solved, and the independent witnesses agree.
     Solved,
-    /// Proved infeasible.
+    /// Proved infeasible; [`Solution::infeasible`] is the proof.
     Infeasible,
-    /// No extremal was found.
+    /// No extremal was found; that proves nothing. [`Solution::shortfall`] and [`Solution::longer`] say what would help.
     NotConverged,
     /// The time limit came first.
     LimitReached,
@@ -28,7 +92,7 @@ pub enum Status {
 }
 
 impl Status {
-    /// Its name in files.
+    /// Its name in files, `"solved"` and so on.
     pub fn name(self) -> &'static str {
         match self {
             Self::Solved => "solved",
@@ -40,7 +104,8 @@ impl Status {
         }
     }
 
-    /// Its exit code.
+    /// Its exit code: 0 solved, 4 infeasible, 5 not converged, 6 limit reached, 7 verification failed, 130
+    /// interrupted.
     pub fn exit_code(self) -> u8 {
         match self {
             Self::Solved => 0,
@@ -66,11 +131,38 @@ pub struct Plan {
 
 /// Plans a maneuver: every sense and winding, the ladder for hard cases, verification.
 ///
-/// `guess` is tried first: its costates by the shooting, its path by SCP.
+/// `guess` is tried first: its costates by the shooting, its path by SCP. `observer` hears of progress between
+/// iterations and may stop the solve; [`Silent`] does neither. Equal inputs give equal outputs, to the last bit, unless
+/// a time limit or the observer ends the solve.
+///
+/// The discretisation and its discrete necessary conditions are those of Lee, Leok and McClamroch, *Optimal control of
+/// a rigid body using geometrically exact computations on SE(3)*, 2006.
 ///
 /// # Errors
 /// [`PlanError`] when problem, settings or guess cannot be used. A solver that stops is no error: see
 /// [`Plan::status`].
+///
+/// # Example
+/// A plan of an easier maneuver as a guess for a harder one:
+///
+/// ```
+/// use slewkit::maneuver::problem::{Problem, State};
+/// use slewkit::maneuver::settings::Settings;
+/// use slewkit::mechanics::body::{Body, Inertia};
+/// use slewkit::plan::{Guess, Silent, plan};
+/// use slewkit::{Matrix3, Vector3, lie};
+///
+/// let body = Body { inertia: Inertia::diagonal(Vector3::new(12.0, 10.0, 8.0))?, mass: None };
+/// let start = State::at_rest(Matrix3::identity());
+/// let to = |angle: f64| State::at_rest(lie::exp(&Vector3::new(0.0, 0.6 * angle, 0.8 * angle)));
+/// let problem = |angle| Problem::attitude(body.clone(), start, to(angle), 30.0);
+///
+/// let easy = plan(&problem(1.0), &Settings::default(), None, &mut Silent)?;
+/// let guess = Guess::of(&easy.solution, &problem(1.0));
+/// let hard = plan(&problem(1.2), &Settings::default(), Some(&guess), &mut Silent)?;
+/// assert!(hard.solution.cost > easy.solution.cost);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn plan(
     problem: &Problem,
     settings: &Settings,

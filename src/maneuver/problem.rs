@@ -14,7 +14,7 @@ use crate::{Matrix3, Vector3};
 use std::sync::Arc;
 use thiserror::Error;
 
-/// Pose and velocities at one end of the maneuver.
+/// Pose and velocities at one end of the maneuver, SI units. Frames as in the crate's conventions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
     /// Position of the mass center, reference frame \[m\]; zero on SO(3).
@@ -36,6 +36,14 @@ impl State {
     }
 
     /// At rest in `attitude`, on SO(3).
+    ///
+    /// ```
+    /// use slewkit::maneuver::problem::State;
+    /// use slewkit::{Vector3, lie};
+    ///
+    /// let quarter_turn = State::at_rest(lie::exp(&Vector3::new(0.0, 0.0, std::f64::consts::FRAC_PI_2)));
+    /// assert!((quarter_turn.attitude * Vector3::x() - Vector3::y()).norm() < 1e-15);
+    /// ```
     pub fn at_rest(attitude: impl Into<Rotation>) -> Self {
         Self::attitude(attitude, Vector3::zeros())
     }
@@ -67,7 +75,23 @@ pub enum Path {
 /// A maneuver: who moves, where from, where to, in what time, on which grid.
 ///
 /// Built by [`Problem::attitude`] or [`Problem::rigid_body`] and the `with_` methods, checked by
-/// [`Problem::check`], which the solvers call.
+/// [`Problem::check`], which the solvers call. The cost is `∫ ½ uᵀWu dt` with the weights of the actuators.
+///
+/// ```
+/// use slewkit::maneuver::problem::{Path, Problem, Scheme, State};
+/// use slewkit::mechanics::body::{Body, Inertia};
+/// use slewkit::{Matrix3, Vector3, lie};
+///
+/// let body = Body { inertia: Inertia::diagonal(Vector3::new(12.0, 10.0, 8.0))?, mass: None };
+/// let end = State::at_rest(lie::exp(&Vector3::new(0.4, -0.8, 1.2)));
+/// let problem = Problem::attitude(body, State::at_rest(Matrix3::identity()), end, 30.0)
+///     .with_steps(300)
+///     .with_scheme(Scheme::LieEuler)
+///     .with_path(Path::Shortest);
+/// problem.check()?;
+/// assert_eq!((problem.dimension(), problem.step()), (6, 0.1));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Problem {
     /// What is planned, for people.
@@ -165,8 +189,8 @@ impl Problem {
     /// The most constraints.
     pub const MAX_CONSTRAINTS: usize = 1_000;
 
-    /// An attitude maneuver of a free body with three body torques of unit weight, 100 steps of the
-    /// second-order scheme.
+    /// An attitude maneuver of a free body with three body torques of unit weight, in `duration` seconds, 100 steps
+    /// of the second-order scheme, every way round.
     pub fn attitude(body: Body, start: State, end: State, duration: f64) -> Self {
         Self {
             name: String::new(),
@@ -184,7 +208,8 @@ impl Problem {
         }
     }
 
-    /// A maneuver of position and attitude, with three forces along the reference axes added.
+    /// A maneuver of position and attitude, with three forces of unit weight along the reference axes added. The body
+    /// needs a mass.
     pub fn rigid_body(body: Body, start: State, end: State, duration: f64) -> Self {
         let mut problem = Self::attitude(body, start, end, duration);
         problem.motion = Motion::RigidBody;

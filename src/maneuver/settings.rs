@@ -28,17 +28,32 @@ impl Method {
 }
 
 /// Settings of a plan.
+///
+/// ```
+/// use slewkit::maneuver::settings::{Method, Settings};
+/// use std::time::Duration;
+///
+/// let settings = Settings {
+///     method: Method::Scp,
+///     time_limit: Some(Duration::from_secs(10)),
+///     ..Settings::default()
+/// };
+/// settings.check()?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Which solver. Default: auto.
+    /// Which solver. Default: auto. Change it to compare methods, or to have costates to round-off under limits of
+    /// the inputs (shooting).
     pub method: Method,
-    /// Tolerance of the scaled discrete terminal error. Default 1e-12; round-off allows about 4e-15.
+    /// Tolerance of the scaled discrete terminal error: radians, and momenta over `J_mean/T`. Default 1e-12; round-off
+    /// allows about 4e-15. Loosen it where a hundred thousand steps add up more round-off than that.
     pub tolerance: f64,
-    /// Limit on the continuous terminal attitude error \[rad\]. Default: none.
+    /// Limit on the continuous terminal attitude error \[rad\], beyond which a plan is not called solved. Default: none.
     pub continuous_tolerance: Option<f64>,
     /// Wall-clock limit of the whole plan. Default: none. The best iterate is kept.
     pub time_limit: Option<Duration>,
-    /// Iteration limit of one Newton run, and of the subproblems of one convex run. Default 60.
+    /// Iteration limit of one Newton run, and of the subproblems of one run of SCP. Default 60.
     pub max_iterations: usize,
 }
 

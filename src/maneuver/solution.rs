@@ -64,7 +64,10 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    /// Inputs of row `index`.
+    /// Inputs of row `index`, forces before torques, length `input_count`.
+    ///
+    /// # Panics
+    /// If there is no such row.
     pub fn inputs(&self, index: usize) -> &[f64] {
         &self.input[index * self.input_count..(index + 1) * self.input_count]
     }
@@ -132,12 +135,12 @@ pub struct ConvexWork {
     pub cone_seconds: f64,
 }
 
-/// Where a constraint acts, and how hard.
+/// Where a constraint is active, and how hard.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ActiveConstraint {
     /// Name of the constraint, or of the limit: "torque limit", "torque rate limit", …
     pub name: String,
-    /// Times at which it acts \[s\].
+    /// Times at which it is active \[s\].
     pub time_s: Vec<f64>,
     /// Its multipliers there, scaled units, not negative. Of a limit of the inputs, as the shooting finds
     /// it: how fast the running cost falls as the limit grows, `−∂(cost rate)/∂ ln ū`.
@@ -221,7 +224,7 @@ pub struct Rival {
     pub start: String,
     /// Rotation sense: "short" or "long".
     pub sense: Sense,
-    /// Its cost.
+    /// Its cost, as [`Solution::cost`].
     pub cost: f64,
     /// Its conjugate points, if counted.
     pub conjugate_points: Option<usize>,
@@ -240,12 +243,12 @@ pub enum Sense {
     Long,
 }
 
-/// A planned maneuver, converged or the best iterate.
+/// A planned maneuver, converged or the best iterate. Where there is no iterate numbers are NaN and lists empty.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
     /// How the solve ended.
     pub outcome: Outcome,
-    /// Which road led here: shooting, or sequential convex programming with polish.
+    /// Which method led here: shooting, or sequential convex programming with polish.
     pub method: Method,
     /// The discretisation.
     pub scheme: Scheme,
@@ -253,7 +256,7 @@ pub struct Solution {
     pub steps: usize,
     /// Step \[s\].
     pub step: f64,
-    /// Cost `Σ (h/2) uᵀWu`, trapezoidal for Lie–Verlet.
+    /// Cost `Σ (h/2) uᵀWu`, trapezoidal for Lie–Verlet: [N²·m²·s] on SO(3) with unit weights.
     pub cost: f64,
     /// The trajectory, its inputs and costates.
     pub trajectory: Trajectory,
@@ -271,9 +274,9 @@ pub struct Solution {
     pub iterations: usize,
     /// Everything tried, in order.
     pub ladder: Vec<RungReport>,
-    /// What SCP took, where it was taken.
+    /// What SCP took, where it was run.
     pub convex: Option<ConvexWork>,
-    /// Which constraints act, where and how hard.
+    /// Which limits and constraints are active, where and how hard.
     pub active: Vec<ActiveConstraint>,
     /// Other extremals found, cheapest first.
     pub rivals: Vec<Rival>,
