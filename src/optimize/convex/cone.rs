@@ -119,16 +119,6 @@ pub(crate) struct Optimum {
     pub z: Vec<f64>,
     /// Slacks `b − A x` as the solver keeps them, in `K`, length m.
     pub s: Vec<f64>,
-    /// `½xᵀPx + qᵀx`.
-    pub objective: f64,
-    /// `−½xᵀPx − bᵀz`. A lower bound on the cost only as far as `dual_residual` is zero.
-    pub dual_objective: f64,
-    /// `max |Ax + s − b|`, recomputed from the data.
-    pub primal_residual: f64,
-    /// `max |Px + q + Aᵀz|`, recomputed from the data.
-    pub dual_residual: f64,
-    /// What the solve took.
-    pub work: Work,
 }
 
 /// What a solve took.
@@ -138,18 +128,6 @@ pub(crate) struct Work {
     pub iterations: u32,
     /// Wall clock inside the solver \[s\].
     pub seconds: f64,
-}
-
-/// Why a program has no solution: a dual direction `z ∈ K*` with `Aᵀz ≈ 0` and `bᵀz < 0`.
-#[derive(Clone, Debug)]
-pub(crate) struct Certificate {
-    /// The direction, length m. Its large entries are the rows that contradict each other.
-    pub z: Vec<f64>,
-    /// Every `x` that meets the constraints has `max |x_i| ≥ reach = −bᵀz / Σ|Aᵀz|`, round-off included. A reach far
-    /// beyond any sensible `x` makes the certificate a proof. Zero where `z` leaves `K*`, which proves nothing.
-    pub reach: f64,
-    /// What the solve took.
-    pub work: Work,
 }
 
 /// Why a solve has nothing to show.
@@ -174,16 +152,15 @@ pub(crate) enum Answer {
     Solved(Optimum),
     /// To a reduced accuracy (5e-5): good for a step, never for a proof.
     AlmostSolved(Optimum),
-    /// No `x` of sensible size meets the constraints.
-    Infeasible(Certificate),
+    /// No `x` of sensible size meets the constraints: a dual direction `z ∈ K*`, length m, with `Aᵀz ≈ 0` and
+    /// `bᵀz < 0`. Its large entries are the rows that contradict each other.
+    Infeasible(Vec<f64>),
     /// No answer.
     Failed {
         /// Why.
         reason: Reason,
         /// The last dual iterate where there is a finite one. Good for a bound that corrects it, and for nothing else.
         z: Option<Vec<f64>>,
-        /// What the solve took.
-        work: Work,
     },
 }
 
@@ -193,15 +170,6 @@ impl Answer {
         match self {
             Self::Solved(optimum) | Self::AlmostSolved(optimum) => Some(optimum),
             Self::Infeasible(_) | Self::Failed { .. } => None,
-        }
-    }
-
-    /// What the solve took.
-    pub fn work(&self) -> Work {
-        match self {
-            Self::Solved(optimum) | Self::AlmostSolved(optimum) => optimum.work,
-            Self::Infeasible(certificate) => certificate.work,
-            Self::Failed { work, .. } => *work,
         }
     }
 }
@@ -302,66 +270,33 @@ impl ConeSolver {
     pub fn solve(&mut self) -> Answer {
         self.solver.solve();
         let solution = &self.solver.solution;
-        let work = Work { iterations: solution.iterations, seconds: solution.solve_time };
-        let all_finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
-        let failed = |reason, z| Answer::Failed { reason, z, work };
-        let last_dual = || all_finite(&solution.z).then(|| solution.z.clone());
+        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite()).then(|| values.to_vec());
+        let optimum =
+            || Some(Optimum { x: finite(&solution.x)?, z: finite(&solution.z)?, s: finite(&solution.s)? });
+        let failed = |reason, z| Answer::Failed { reason, z };
+        let numerical = failed(Reason::Numerical, None);
         match solution.status {
-            SolverStatus::Solved | SolverStatus::AlmostSolved => {
-                if ![&solution.x, &solution.z, &solution.s].into_iter().all(|values| all_finite(values)) {
-                    return failed(Reason::Numerical, None);
-                }
-                let optimum = self.optimum(work);
-                if solution.status == SolverStatus::Solved {
-                    Answer::Solved(optimum)
-                } else {
-                    Answer::AlmostSolved(optimum)
-                }
-            }
-            SolverStatus::PrimalInfeasible => match last_dual() {
-                Some(z) => Answer::Infeasible(self.program.certificate(z, work)),
-                None => failed(Reason::Numerical, None),
-            },
+            SolverStatus::Solved => optimum().map_or(numerical, Answer::Solved),
+            SolverStatus::AlmostSolved => optimum().map_or(numerical, Answer::AlmostSolved),
+            SolverStatus::PrimalInfeasible => finite(&solution.z).map_or(numerical, Answer::Infeasible),
             SolverStatus::DualInfeasible => failed(Reason::Unbounded, None),
             SolverStatus::AlmostPrimalInfeasible | SolverStatus::AlmostDualInfeasible => {
                 failed(Reason::Undecided, None)
             }
-            SolverStatus::MaxIterations => failed(Reason::Iterations, last_dual()),
-            SolverStatus::MaxTime => failed(Reason::Time, last_dual()),
-            SolverStatus::InsufficientProgress => failed(Reason::Numerical, last_dual()),
+            SolverStatus::MaxIterations => failed(Reason::Iterations, finite(&solution.z)),
+            SolverStatus::MaxTime => failed(Reason::Time, finite(&solution.z)),
+            SolverStatus::InsufficientProgress => failed(Reason::Numerical, finite(&solution.z)),
             // After a numerical error the arrays may hold the solution of an earlier solve.
             SolverStatus::NumericalError | SolverStatus::Unsolved | SolverStatus::CallbackTerminated => {
-                failed(Reason::Numerical, None)
+                numerical
             }
         }
     }
 
-    /// The solver's point with residuals recomputed from the unscaled data.
-    fn optimum(&self, work: Work) -> Optimum {
+    /// What the last solve took.
+    pub fn work(&self) -> Work {
         let solution = &self.solver.solution;
-        let (x, z, s) = (&solution.x, &solution.z, &solution.s);
-        let program = &self.program;
-        let mut gradient = vec![0.0; x.len()];
-        program.quadratic.add_symmetric_product(x, &mut gradient);
-        let curvature = dot(x, &gradient);
-        let objective = 0.5 * curvature + dot(x, &program.linear);
-        let dual_objective = -0.5 * curvature - dot(&program.bound, z);
-        for (entry, q) in gradient.iter_mut().zip(&program.linear) {
-            *entry += q;
-        }
-        program.matrix.add_transposed_product(z, &mut gradient);
-        let mut residual: Vec<f64> = s.iter().zip(&program.bound).map(|(s, b)| s - b).collect();
-        program.matrix.add_product(x, &mut residual);
-        Optimum {
-            x: x.clone(),
-            z: z.clone(),
-            s: s.clone(),
-            objective,
-            dual_objective,
-            primal_residual: largest(&residual),
-            dual_residual: largest(&gradient),
-            work,
-        }
+        Work { iterations: solution.iterations, seconds: solution.solve_time }
     }
 }
 
@@ -383,32 +318,6 @@ impl Program {
         finite("b", &self.bound)?;
         // The solver cuts larger entries of `b` off without a word.
         first_bad("b", &self.bound, |value| value.abs() < clarabel::get_infinity())
-    }
-
-    /// Judges a dual direction from the data, not from the solver's word.
-    fn certificate(&self, z: Vec<f64>, work: Work) -> Certificate {
-        let inside = self.parts(&z).all(|(cone, part)| match cone {
-            Cone::Zero(_) => true,
-            Cone::Nonnegative(_) => part.iter().all(|value| *value >= 0.0),
-            Cone::SecondOrder(_) => dot(&part[1..], &part[1..]).sqrt() <= part[0],
-            // Not looked into: no user asks for this proof yet.
-            #[cfg(feature = "sdp")]
-            Cone::Semidefinite(_) => false,
-        });
-        // Round-off of the sums, generously: each term is in error by a few ulps times the number of terms.
-        let ulps = 4.0 * f64::EPSILON * (z.len() as f64 + 4.0);
-        let size: f64 = self.bound.iter().zip(&z).map(|(b, z)| (b * z).abs()).sum();
-        let depth = -dot(&self.bound, &z) - ulps * size;
-        let mut image = vec![0.0; self.linear.len()];
-        self.matrix.add_transposed_product(&z, &mut image);
-        let mut slack = 0.0;
-        for (row, _, value) in self.matrix.entries() {
-            slack += ulps * (value * z[row]).abs();
-        }
-        let width = image.iter().map(|value| value.abs()).sum::<f64>() + slack;
-        let reach = if !inside || depth <= 0.0 { 0.0 } else { depth / width };
-        // 0/0 cannot be: depth > 0. An overflow to infinity says the same as a very large number.
-        Certificate { z, reach, work }
     }
 }
 
@@ -516,18 +425,12 @@ fn solver_error(error: impl std::fmt::Display) -> ConeError {
     ConeError::Solver(error.to_string())
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 /// Largest magnitude; NaN where one entry is.
 fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(
-        0.0,
-        |most: f64, value| {
-            if value.is_nan() || most.is_nan() { f64::NAN } else { most.max(value.abs()) }
-        },
-    )
+    let larger = |most: f64, value: &f64| {
+        if value.is_nan() || most.is_nan() { f64::NAN } else { most.max(value.abs()) }
+    };
+    values.iter().fold(0.0, larger)
 }
 
 #[cfg(test)]

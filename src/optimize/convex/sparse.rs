@@ -1,5 +1,5 @@
-//! Sparse matrices with a fixed pattern, whose values change in place: those of the cone solver, with the products
-//! that it keeps to itself.
+//! Sparse matrices with a fixed pattern, whose values change in place: those of the cone solver, with what
+//! it keeps to itself.
 //!
 //! `CscMatrix::new_from_triplets` sums duplicates in the order given and keeps explicit zeros, and so does the solver
 //! where `input_sparse_dropzeros` is off: an entry that is zero today has its place in the pattern tomorrow.
@@ -16,24 +16,9 @@ pub(crate) trait SparseParts {
     /// Index into the values of the entry (row, column); `None` outside the pattern.
     fn slot(&self, row: usize, column: usize) -> Option<usize>;
 
-    /// `out += A x`.
-    fn add_product(&self, x: &[f64], out: &mut [f64]) {
-        self.entries().for_each(|(row, column, value)| out[row] += value * x[column]);
-    }
-
     /// `out += Aᵀ z`.
     fn add_transposed_product(&self, z: &[f64], out: &mut [f64]) {
         self.entries().for_each(|(row, column, value)| out[column] += value * z[row]);
-    }
-
-    /// `out += P x` of the symmetric matrix of which this is the upper triangle.
-    fn add_symmetric_product(&self, x: &[f64], out: &mut [f64]) {
-        for (row, column, value) in self.entries() {
-            out[row] += value * x[column];
-            if row != column {
-                out[column] += value * x[row];
-            }
-        }
     }
 }
 
@@ -73,16 +58,10 @@ mod tests {
     }
 
     #[test]
-    fn products_are_those_of_the_dense_matrix() {
+    fn the_transposed_product_is_that_of_the_dense_matrix() {
         let matrix = Sparse::of_entries(2, 3, &[(0, 0, 1.0), (1, 0, 2.0), (1, 2, -3.0)]);
-        let (mut forward, mut backward) = ([0.0; 2], [1.0; 3]);
-        matrix.add_product(&[1.0, 10.0, 100.0], &mut forward);
-        matrix.add_transposed_product(&[1.0, 10.0], &mut backward);
-        assert_eq!(forward, [1.0, -298.0]);
-        assert_eq!(backward, [22.0, 1.0, -29.0]);
-        let upper = Sparse::of_entries(2, 2, &[(0, 0, 2.0), (0, 1, 3.0), (1, 1, 5.0)]);
-        let mut product = [0.0; 2];
-        upper.add_symmetric_product(&[1.0, 10.0], &mut product);
-        assert_eq!(product, [32.0, 53.0]);
+        let mut product = [1.0; 3];
+        matrix.add_transposed_product(&[1.0, 10.0], &mut product);
+        assert_eq!(product, [22.0, 1.0, -29.0]);
     }
 }

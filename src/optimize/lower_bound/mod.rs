@@ -269,14 +269,14 @@ impl LowerBound {
             let mut solver = ConeSolver::new(moments.program.clone(), &cone_settings)
                 .map_err(|error| BoundError::Solver(error.to_string()))?;
             let answer = solver.solve();
-            self.iterations += answer.work().iterations;
-            self.solve_time += answer.work().seconds;
+            self.iterations += solver.work().iterations;
+            self.solve_time += solver.work().seconds;
             let (z, end) = match &answer {
                 Answer::Solved(optimum) => (&optimum.z, SolverEnd::Solved),
                 Answer::AlmostSolved(optimum) => (&optimum.z, SolverEnd::AlmostSolved),
-                Answer::Infeasible(certificate) => (&certificate.z, SolverEnd::Infeasible),
+                Answer::Infeasible(z) => (z, SolverEnd::Infeasible),
                 Answer::Failed { z: Some(z), .. } => (z, SolverEnd::Stopped),
-                Answer::Failed { reason, z: None, .. } => {
+                Answer::Failed { reason, z: None } => {
                     failure = format!("{reason:?}");
                     continue;
                 }

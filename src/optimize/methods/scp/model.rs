@@ -60,6 +60,8 @@ pub(crate) struct Model {
     pub forces: usize,
     force: Option<Axes>,
     torque: Axes,
+    /// Axes of the wheels, those of the torque inputs; none without wheels.
+    wheel_axes: Matrix3xX<f64>,
     moves: bool,
 }
 
@@ -117,6 +119,7 @@ impl Model {
         }
         let stored = problem.actuation.wheels.as_ref().map_or(&[][..], |wheels| &wheels.momentum);
         let wheels = stored.len();
+        let torque = axes(&problem.actuation.torque);
         let mut model = Self {
             n: if moves { 12 } else { 6 + wheels },
             m,
@@ -129,14 +132,13 @@ impl Model {
             input_unit,
             forces,
             force: force.map(axes),
-            torque: axes(&problem.actuation.torque),
+            wheel_axes: Matrix3xX::from_columns(&torque.columns).columns(0, wheels).into_owned(),
+            torque,
             moves,
             dynamics,
         };
-        if wheels > 0 {
-            model.start.wheels = DVector::from_column_slice(stored) / units.momentum();
-            model.start.momentum += model.wheel_momentum(&model.start.wheels);
-        }
+        model.start.wheels = DVector::from_column_slice(stored) / units.momentum();
+        model.start.momentum += model.wheel_momentum(&model.start.wheels);
         model
     }
 
@@ -173,7 +175,7 @@ impl Model {
 
     /// `Σ a_i h_i`, scaled.
     pub fn wheel_momentum(&self, momenta: &DVector<f64>) -> Vector3 {
-        self.torque.columns.iter().zip(momenta.iter()).map(|(axis, momentum)| axis * *momentum).sum()
+        self.wheel_axes.column_iter().zip(momenta.iter()).map(|(axis, momentum)| axis * *momentum).sum()
     }
 
     /// Axes of the force inputs or of the torque inputs, and where these begin among all.
@@ -213,12 +215,9 @@ impl Model {
         let mut error = self.difference(state, &self.target).rows(0, count).into_owned();
         let mut slope = DMatrix::identity(count, self.n);
         if self.wheels > 0 {
-            let carried = self.wheel_momentum(&state.wheels);
             let mut rows = error.rows_mut(3, 3);
-            rows -= carried;
-            for (wheel, axis) in self.torque.columns.iter().enumerate() {
-                slope.view_mut((3, 6 + wheel), (3, 1)).copy_from(&-axis);
-            }
+            rows -= self.wheel_momentum(&state.wheels);
+            slope.view_mut((3, 6), (3, self.wheels)).copy_from(&-&self.wheel_axes);
         }
         (error, slope)
     }
@@ -375,9 +374,7 @@ impl Model {
         let carried = self.wheel_momentum(&state.wheels);
         let drift = self.dynamics.gyrostat_drift(stage, &state.momentum, &carried)?;
         by_momentum.copy_from(&drift.by_momentum);
-        for (wheel, axis) in self.torque.columns.iter().enumerate() {
-            turn.view_mut((0, 6 + wheel), (3, 1)).copy_from(&(drift.by_wheels * axis));
-        }
+        turn.view_mut((0, 6), (3, self.wheels)).copy_from(&(drift.by_wheels * &self.wheel_axes));
         let attitude = self.dynamics.turned(stage, &(state.attitude * drift.f));
         let end = State { attitude, momentum: drift.momentum_after, ..state.clone() };
         Ok((end, Arc { f: drift.f, turn }))
@@ -392,7 +389,8 @@ impl Model {
     ) -> (Vector3, Matrix3xX<f64>, Matrix3xX<f64>) {
         let (zeta, pi, lag) = (self.zeta(), self.pi(), self.lag(stage));
         let kick = self.kick(&state.pose(), inputs);
-        let mut momentum = state.momentum - kick.wrench.moment * lag;
+        let physical = self.kicked(state, &kick, inputs, -lag);
+        let momentum = physical.momentum - self.wheel_momentum(&physical.wheels);
         let mut by_state = Matrix3xX::zeros(self.n);
         by_state.view_mut((0, pi), (3, 3)).fill_with_identity();
         by_state.view_mut((0, zeta), (3, 3)).copy_from(&(kick.gradient.rr * -lag));
@@ -401,21 +399,12 @@ impl Model {
         }
         let mut by_inputs: Matrix3xX<f64> = kick.inputs.fixed_rows::<3>(pi) * -lag;
         if self.wheels > 0 {
-            momentum -= self.wheel_momentum(&self.physical_wheels(stage, state, inputs));
-            for (wheel, axis) in self.torque.columns.iter().enumerate() {
-                by_state.view_mut((0, 6 + wheel), (3, 1)).copy_from(&-axis);
-                let mut column = by_inputs.column_mut(self.forces + wheel);
-                column -= axis * lag;
-            }
+            by_state.view_mut((0, 6), (3, self.wheels)).copy_from(&-&self.wheel_axes);
+            let mut of_wheels = by_inputs.columns_mut(self.forces, self.wheels);
+            of_wheels -= &self.wheel_axes * lag;
         }
         let inverse = &self.dynamics.j_inverse;
         (inverse * momentum, inverse * by_state, inverse * by_inputs)
-    }
-
-    /// Physical momenta of the wheels at stage k.
-    pub fn physical_wheels(&self, stage: usize, state: &State, inputs: &[f64]) -> DVector<f64> {
-        let lag = self.lag(stage);
-        DVector::from_fn(self.wheels, |wheel, _| state.wheels[wheel] + lag * inputs[self.forces + wheel])
     }
 
     /// The physical state at stage k.

@@ -69,6 +69,11 @@ pub(crate) enum Value {
 }
 
 impl Value {
+    /// A half space by the state, and by the inputs of its own stage.
+    fn half(c: f64, state: Option<DVector<f64>>, inputs: Option<DVector<f64>>) -> Self {
+        Self::Half { c, state, inputs, next: None }
+    }
+
     /// The violation: positive where the row does not hold.
     pub fn violation(&self) -> f64 {
         match self {
@@ -83,12 +88,7 @@ impl Value {
         match self {
             Self::Ball { v, state, inputs } => {
                 let row = |slope: &Matrix3xX<f64>| slope.tr_mul(v);
-                Self::Half {
-                    c: 0.5 * (v.norm_squared() - 1.0),
-                    state: state.as_ref().map(row),
-                    inputs: inputs.as_ref().map(row),
-                    next: None,
-                }
+                Self::half(0.5 * (v.norm_squared() - 1.0), state.as_ref().map(row), inputs.as_ref().map(row))
             }
             other => other.clone(),
         }
@@ -105,6 +105,34 @@ pub(crate) struct Place<'a> {
 }
 
 impl What {
+    /// What a constraint bounds at a node or on an arc; `duration` is the unit of time \[s\].
+    fn of(rule: &Rule, arc: bool, duration: f64) -> Vec<Self> {
+        match rule {
+            Rule::RateNorm(limit) => vec![Self::RateNorm { arc, limit: limit * duration }],
+            Rule::RateAxes(limits) => {
+                let row = |axis: usize, sign: f64| Self::RateAxis {
+                    arc,
+                    axis,
+                    sign,
+                    limit: limits[axis] * duration,
+                };
+                (0..3).flat_map(|axis| [row(axis, 1.0), row(axis, -1.0)]).collect()
+            }
+            Rule::Pointing(pointing) => {
+                let sign = if pointing.side == Side::KeepOut { 1.0 } else { -1.0 };
+                let half_angle = pointing.effective_half_angle();
+                let cone = |(boresight, direction): (&Vector3, &Direction)| Self::Cone {
+                    arc,
+                    boresight: *boresight,
+                    direction: *direction,
+                    sign,
+                    half_angle,
+                };
+                pointing.pairs().map(cone).collect()
+            }
+        }
+    }
+
     /// Whether it depends on the state, and so is not linear.
     pub fn is_curved(&self) -> bool {
         !matches!(self, Self::InputSize { .. } | Self::InputRate { .. } | Self::Wheel { .. })
@@ -142,12 +170,9 @@ impl What {
             Some(row)
         };
         match self {
-            Self::InputSize { input, sign, limit } => Value::Half {
-                c: sign * place.inputs[*input] / limit - 1.0,
-                state: None,
-                inputs: unit(*input, sign / limit),
-                next: None,
-            },
+            Self::InputSize { input, sign, limit } => {
+                Value::half(sign * place.inputs[*input] / limit - 1.0, None, unit(*input, sign / limit))
+            }
             Self::InputRate { input, sign, limit } => Value::Half {
                 c: sign * (place.next[*input] - place.inputs[*input]) / limit - 1.0,
                 state: None,
@@ -171,12 +196,7 @@ impl What {
             Self::RateAxis { arc, axis, sign, limit } => {
                 let (rate, state, inputs) = rate(model, stage, place, *arc);
                 let row = |slope: &Matrix3xX<f64>| slope.row(*axis).transpose() * (sign / limit);
-                Value::Half {
-                    c: sign * rate[*axis] / limit - 1.0,
-                    state: Some(row(&state)),
-                    inputs: inputs.as_ref().map(row),
-                    next: None,
-                }
+                Value::half(sign * rate[*axis] / limit - 1.0, Some(row(&state)), inputs.as_ref().map(row))
             }
             Self::Cone { arc, boresight, direction, sign, half_angle } => {
                 let (frame_rate, grid) = (model.dynamics.frame_rate(), &model.dynamics.grid);
@@ -206,8 +226,7 @@ impl What {
                     }
                     None => by_zeta.copy_from(&(slope * scale)),
                 }
-                let c = (cosine - sign * half_angle.cos()) * scale;
-                Value::Half { c, state: Some(state), inputs: None, next: None }
+                Value::half((cosine - sign * half_angle.cos()) * scale, Some(state), None)
             }
             Self::Wheel { wheel, sign, limit } => {
                 let lag = model.lag(stage);
@@ -215,7 +234,7 @@ impl What {
                 let mut state = DVector::zeros(model.n);
                 state[6 + wheel] = sign / limit;
                 let inputs = if lag > 0.0 { unit(model.forces + wheel, sign * lag / limit) } else { None };
-                Value::Half { c: sign * momentum / limit - 1.0, state: Some(state), inputs, next: None }
+                Value::half(sign * momentum / limit - 1.0, Some(state), inputs)
             }
         }
     }
@@ -307,34 +326,12 @@ impl Rows {
         rows.input_limits(problem, model);
         for constraint in &problem.constraints {
             let group = rows.group(&constraint.name, false);
-            match &constraint.rule {
-                Rule::RateNorm(limit) => {
-                    let limit = limit * problem.duration;
-                    rows.along(model, group, &|arc| vec![What::RateNorm { arc, limit }]);
-                }
-                Rule::RateAxes(limits) => rows.along(model, group, &|arc| {
-                    let axis = |axis: usize, sign: f64| What::RateAxis {
-                        arc,
-                        axis,
-                        sign,
-                        limit: limits[axis] * problem.duration,
-                    };
-                    (0..3).flat_map(|index| [axis(index, 1.0), axis(index, -1.0)]).collect()
-                }),
-                Rule::Pointing(pointing) => {
-                    rows.groups[group].is_angle = true;
-                    let sign = if pointing.side == Side::KeepOut { 1.0 } else { -1.0 };
-                    let half_angle = pointing.effective_half_angle();
-                    rows.along(model, group, &|arc| {
-                        let cone = |(boresight, direction): (&Vector3, &Direction)| What::Cone {
-                            arc,
-                            boresight: *boresight,
-                            direction: *direction,
-                            sign,
-                            half_angle,
-                        };
-                        pointing.pairs().map(cone).collect()
-                    });
+            rows.groups[group].is_angle = matches!(constraint.rule, Rule::Pointing(_));
+            // At every inner node and on every arc.
+            for (stage, arc) in (0..model.steps).flat_map(|stage| [(stage, false), (stage, true)]) {
+                if arc || stage > 0 {
+                    let whats = What::of(&constraint.rule, arc, problem.duration);
+                    rows.rows.extend(whats.into_iter().map(|what| Row { group, stage, what }));
                 }
             }
         }
@@ -345,17 +342,6 @@ impl Rows {
     fn group(&mut self, name: &str, hard: bool) -> usize {
         self.groups.push(Group { name: name.into(), hard, is_angle: false });
         self.groups.len() - 1
-    }
-
-    /// Rows at every inner node and on every arc.
-    fn along(&mut self, model: &Model, group: usize, what: &dyn Fn(bool) -> Vec<What>) {
-        for stage in 0..model.steps {
-            for arc in [false, true] {
-                if arc || stage > 0 {
-                    self.rows.extend(what(arc).into_iter().map(|what| Row { group, stage, what }));
-                }
-            }
-        }
     }
 
     /// Rows for both signs of every bounded quantity of a list, at every stage of a range.

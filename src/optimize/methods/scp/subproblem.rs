@@ -164,9 +164,6 @@ impl<'a> Subproblem<'a> {
         let layout = Layout::of(self.model, self.rows);
         let (program, places) = self.program(&layout, at, curvature, weights);
         let answer = self.answer(program).map_err(|_| Failure::Numerical)?;
-        let work = answer.work();
-        self.seconds += work.seconds;
-        self.iterations += work.iterations;
         let Some(optimum) = answer.step() else {
             let late = matches!(answer, Answer::Failed { reason: Reason::Time, .. });
             return Err(if late { Failure::Time } else { Failure::Numerical });
@@ -205,7 +202,11 @@ impl<'a> Subproblem<'a> {
         if self.seconds_left.is_finite() {
             solver.set_time_limit(self.seconds_left)?;
         }
-        Ok(solver.solve())
+        let answer = solver.solve();
+        let work = solver.work();
+        self.seconds += work.seconds;
+        self.iterations += work.iterations;
+        Ok(answer)
     }
 
     /// The cone program, and where each row's dual stands.
