@@ -18,7 +18,7 @@ use crate::mechanics::environment::Pose;
 use crate::numerics::figures::rounded_up;
 use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::method::Attempt;
-use crate::optimize::methods::scp::Options;
+use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::model::Model;
 use crate::optimize::methods::scp::road::{ActiveSetNewton, Chain, ConvexIteration, path};
 use crate::optimize::step::Dynamics;
@@ -180,11 +180,11 @@ impl<const N: usize> Search<'_, '_, N> {
     }
 
     /// How the iteration ends on the grid of a chain.
-    fn options(&self, chain: &Chain) -> Options {
+    fn options(&self, chain: &Chain) -> ScpOptions {
         if chain.model.steps == self.problem.steps {
             self.ask.last.clone()
         } else {
-            Options::default().within(self.context.settings.max_iterations)
+            ScpOptions::default().within(self.context.settings.max_iterations)
         }
     }
 
@@ -279,7 +279,7 @@ impl<const N: usize> Search<'_, '_, N> {
             if problem.check().is_err() {
                 return false;
             }
-            let last = Options::default().within(self.context.settings.max_iterations);
+            let last = ScpOptions::default().within(self.context.settings.max_iterations);
             let ask = Ask { shooting: false, convex: true, guess: None, along: None, last, advise: false };
             // What was tried for advice is no rung of this maneuver's ladder.
             let noted = self.context.ladder.borrow().len();

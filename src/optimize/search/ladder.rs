@@ -19,7 +19,7 @@ use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Attempt, Method, Run, Watch};
 use crate::optimize::methods::scp::model::Model;
 use crate::optimize::methods::scp::road::{Chain, body_rates, iterate, multipliers};
-use crate::optimize::methods::scp::{Options, second_order::descents};
+use crate::optimize::methods::scp::{ScpOptions, second_order::descents};
 use crate::optimize::methods::shooting::Shooting;
 use crate::optimize::methods::shooting::refine::CoarseToFine;
 use crate::optimize::second_order;
@@ -43,7 +43,7 @@ pub(super) struct Ask<'a> {
     /// A trajectory on the requested grid that SCP follows, instead of all other paths.
     pub along: Option<&'a Trajectory>,
     /// How SCP ends on the requested grid.
-    pub last: Options,
+    pub last: ScpOptions,
     /// Whether a maneuver for which no plan is found is told the duration for which there is one.
     pub advise: bool,
 }

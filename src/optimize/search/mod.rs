@@ -23,7 +23,7 @@ use crate::maneuver::problem::{Motion, Problem, ProblemError};
 use crate::maneuver::settings::{Method, Settings, SettingsError};
 use crate::maneuver::solution::{Outcome, Solution, Trajectory};
 use crate::optimize::control_law;
-use crate::optimize::methods::scp::Options;
+use crate::optimize::methods::scp::ScpOptions;
 use context::Context;
 use ladder::{Ask, Search};
 use thiserror::Error;
@@ -111,7 +111,7 @@ pub fn polish(
     check_for_shooting(problem)?;
     let context = Context::new(settings, observer);
     let guess = Guess::costates(guess);
-    let last = Options::default();
+    let last = ScpOptions::default();
     let ask = Ask { shooting: true, convex: false, guess: Some(&guess), along: None, last, advise: false };
     Ok(match problem.motion {
         Motion::Attitude => Search::<6>::new(problem, &context, ask).polish(),
@@ -155,7 +155,7 @@ pub fn solve(
     let convex = settings.method != Method::Shooting && fits.is_ok();
     // From here on the clock runs.
     let context = Context::new(settings, observer);
-    let last = Options::default().within(settings.max_iterations);
+    let last = ScpOptions::default().within(settings.max_iterations);
     Ok(searched(problem, &context, Ask { shooting, convex, guess, along: None, last, advise: true }))
 }
 
@@ -179,7 +179,7 @@ pub(crate) fn solve_convex(
     check(problem, &settings)?;
     check_for_scp(problem)?;
     let context = Context::new(&settings, observer);
-    let last = if polish { Options::default() } else { Options::unpolished() };
+    let last = if polish { ScpOptions::default() } else { ScpOptions::unpolished() };
     let last = last.within(settings.max_iterations);
     let ask = Ask { shooting: false, convex: true, guess: None, along, last, advise: false };
     Ok(searched(problem, &context, ask))

@@ -93,7 +93,7 @@ pub(crate) fn chain<const N: usize>(
 /// Where the rows of each limit act.
 fn active(
     problem: &Problem,
-    rows: &crate::optimize::methods::scp::rows::Rows,
+    rows: &crate::optimize::methods::scp::rows::LimitRows,
     multipliers: &[f64],
 ) -> Vec<ActiveConstraint> {
     let of_group = |group: usize| {

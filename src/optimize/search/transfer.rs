@@ -4,9 +4,9 @@ use crate::Vector3;
 use crate::lie;
 use crate::mechanics::environment::Pose;
 use crate::optimize::candidate::Candidate;
-use crate::optimize::methods::scp::model::State;
+use crate::optimize::methods::scp::model::ChainState;
 use crate::optimize::methods::scp::road::{Chain, iterate, multipliers, with_iterate};
-use crate::optimize::methods::scp::rows::Rows;
+use crate::optimize::methods::scp::rows::LimitRows;
 use crate::optimize::methods::scp::{Multipliers, first_iterate};
 use nalgebra::DVector;
 
@@ -55,14 +55,14 @@ pub(super) fn transfer(grids: [&Chain; 2], found: &Candidate) -> Candidate {
 /// A path with continuous rates through the nodes of a coarse one: cubics of Hermite on each step, in the
 /// rotation vector from its first node.
 struct Interpolant<'a> {
-    nodes: &'a [State],
+    nodes: &'a [ChainState],
     /// From each node to the next: rotation vector, and distance.
     turns: Vec<Vector3>,
     ways: Vec<Vector3>,
 }
 
 impl<'a> Interpolant<'a> {
-    fn of(nodes: &'a [State]) -> Self {
+    fn of(nodes: &'a [ChainState]) -> Self {
         let turns = nodes.windows(2).map(|pair| lie::minus(&pair[1].attitude, &pair[0].attitude));
         let ways = nodes.windows(2).map(|pair| pair[1].position - pair[0].position);
         Self { nodes, turns: turns.collect(), ways: ways.collect() }
@@ -94,7 +94,7 @@ fn cubic(ways: &[Vector3], low: usize, share: f64) -> Vector3 {
 /// Multipliers of the rows on the fine grid from those on the coarse one: of the same row at the nearest
 /// stage, in proportion to the step.
 fn carried([coarse, fine]: [&Chain; 2], multipliers: &[f64]) -> Vec<f64> {
-    let slices = |rows: &Rows, steps: usize| -> Vec<std::ops::Range<usize>> {
+    let slices = |rows: &LimitRows, steps: usize| -> Vec<std::ops::Range<usize>> {
         let first = |stage: usize| rows.rows.partition_point(|row| row.stage < stage);
         (0..=steps).map(|stage| first(stage)..first(stage + 1)).collect()
     };

@@ -10,8 +10,8 @@
 //! all.
 
 use super::iterate::Evaluated;
-use super::model::{Model, State};
-use super::rows::{Place, Value};
+use super::model::{ChainState, Model};
+use super::rows::{Place, RowValue};
 use crate::optimize::step::StepError;
 use nalgebra::{DMatrix, DVector, SVector};
 
@@ -55,7 +55,7 @@ fn block(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Result<Bloc
     let acts = |index: &usize| {
         limits.rows[*index].what.is_curved()
             && multipliers.rows[*index] > 0.0
-            && !matches!(at.rows[*index], Value::Idle)
+            && !matches!(at.rows[*index], RowValue::Idle)
     };
     let acting: Vec<usize> = limits.range(stage).filter(acts).collect();
     // Gradient of the step's part by the state, and that of the rows' part by state and inputs.
@@ -71,7 +71,7 @@ fn block(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Result<Bloc
         let mut gradient = DVector::zeros(n + m);
         for index in &acting {
             let value = limits.rows[*index].what.at(model, stage, &place).smooth();
-            let Value::Half { state, inputs, .. } = value else { continue };
+            let RowValue::Half { state, inputs, .. } = value else { continue };
             for (slope, first) in [(state, 0), (inputs, n)] {
                 let Some(slope) = slope else { continue };
                 let mut part = gradient.rows_mut(first, slope.len());
@@ -151,7 +151,7 @@ fn closed_form(
 fn of_step<const N: usize>(
     model: &Model,
     stage: usize,
-    state: &State,
+    state: &ChainState,
     costate: &DVector<f64>,
 ) -> Result<DMatrix<f64>, StepError> {
     let costate = SVector::<f64, N>::from_column_slice(costate.as_slice());

@@ -1,8 +1,8 @@
 //! First iterates: a path of poses, and the momenta and inputs that it asks for.
 
 use super::iterate::Iterate;
-use super::model::{Model, State};
-use super::rows::{Rows, What};
+use super::model::{ChainState, Model};
+use super::rows::{LimitRows, What};
 use crate::Vector3;
 use crate::lie::vee;
 use crate::mechanics::environment::Pose;
@@ -10,9 +10,9 @@ use nalgebra::{DMatrix, DVector};
 
 /// The iterate that follows `poses` (one per node, scaled), as far as inputs within their limits allow:
 /// what they cannot give is left as defects of the momenta.
-pub(crate) fn along(model: &Model, rows: &Rows, poses: &[Pose]) -> Iterate {
+pub(crate) fn along(model: &Model, rows: &LimitRows, poses: &[Pose]) -> Iterate {
     let j_d = &model.dynamics.j_d;
-    let mut states: Vec<State> = Vec::with_capacity(poses.len());
+    let mut states: Vec<ChainState> = Vec::with_capacity(poses.len());
     let (axes, first) = model.channel(false);
     let axes = DMatrix::from_fn(3, model.m - first, |row, column| axes[column][row]);
     let to_wheels = axes.clone().pseudo_inverse(1e-12).unwrap_or_else(|_| axes.transpose());
@@ -40,7 +40,7 @@ pub(crate) fn along(model: &Model, rows: &Rows, poses: &[Pose]) -> Iterate {
 }
 
 /// The cheapest inputs that make up for what the step into `stage` lacks, cut to their limits.
-fn inputs(model: &Model, rows: &Rows, states: &[State], stage: usize) -> Vec<f64> {
+fn inputs(model: &Model, rows: &LimitRows, states: &[ChainState], stage: usize) -> Vec<f64> {
     let zero = vec![0.0; model.m];
     if stage < model.first_input() {
         return zero;

@@ -1,21 +1,21 @@
 //! An iterate of SCP: states and inputs of all stages, and everything evaluated there.
 
-use super::model::{Model, State, Step};
-use super::rows::{Place, Rows, Value};
+use super::model::{ChainState, Model, Step};
+use super::rows::{LimitRows, Place, RowValue};
 use crate::optimize::step::StepError;
 use nalgebra::{DMatrix, DVector};
 
 /// States `y_0 … y_N` and inputs `u_0 … u_N` (`u_0` is unused by Lie–Euler).
 #[derive(Clone, Debug)]
 pub(crate) struct Iterate {
-    pub states: Vec<State>,
+    pub states: Vec<ChainState>,
     pub inputs: Vec<Vec<f64>>,
 }
 
 /// The chain at an iterate.
 pub(crate) struct Evaluated<'a> {
     pub model: &'a Model,
-    pub limits: &'a Rows,
+    pub limits: &'a LimitRows,
     pub iterate: Iterate,
     /// Derivative of `y_0` with respect to `u_0`, by the opening kick.
     opening_slope: DMatrix<f64>,
@@ -26,13 +26,13 @@ pub(crate) struct Evaluated<'a> {
     pub terminal: DVector<f64>,
     pub terminal_slope: DMatrix<f64>,
     /// The rows of all limits.
-    pub rows: Vec<Value>,
+    pub rows: Vec<RowValue>,
     pub cost: f64,
 }
 
 impl Iterate {
     /// The chain and all its rows at this iterate.
-    pub fn evaluate<'a>(&self, model: &'a Model, limits: &'a Rows) -> Result<Evaluated<'a>, StepError> {
+    pub fn evaluate<'a>(&self, model: &'a Model, limits: &'a LimitRows) -> Result<Evaluated<'a>, StepError> {
         let (opened, opening_slope) = model.opening(&self.inputs[0]);
         let mut defects = Vec::with_capacity(model.steps + 1);
         defects.push(model.difference(&opened, &self.states[0]));
@@ -44,7 +44,7 @@ impl Iterate {
         }
         let (terminal, terminal_slope) = model.terminal(&self.states[model.steps]);
         let cost = self.cost(model);
-        let value = |row: &super::rows::Row| {
+        let value = |row: &super::rows::LimitRow| {
             let inputs = &self.inputs[row.stage];
             let place = Place {
                 state: &self.states[row.stage],
@@ -82,7 +82,7 @@ impl Iterate {
 
     /// The iterate moved by a direction.
     pub fn moved(&self, model: &Model, states: &[DVector<f64>], inputs: &[DVector<f64>], by: f64) -> Self {
-        let state = |(state, z): (&State, &DVector<f64>)| model.moved(state, &(z * by));
+        let state = |(state, z): (&ChainState, &DVector<f64>)| model.moved(state, &(z * by));
         let input = |(u, du): (&Vec<f64>, &DVector<f64>)| -> Vec<f64> {
             u.iter().zip(du.iter()).map(|(u, du)| u + by * du).collect()
         };

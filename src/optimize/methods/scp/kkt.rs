@@ -11,7 +11,7 @@
 use super::curvature::{Multipliers, blocks};
 use super::iterate::Evaluated;
 use super::model::Model;
-use super::rows::{Rows, Value};
+use super::rows::{LimitRows, RowValue};
 use nalgebra::DMatrix;
 
 /// Proximal term on the multipliers: keeps the matrix regular where rows repeat each other, or a symmetry
@@ -20,14 +20,14 @@ pub(super) const PROXIMAL: f64 = 1e-11;
 
 /// The matrix, and where its unknowns stand.
 pub(super) struct Kkt {
-    pub layout: Layout,
+    pub layout: KktLayout,
     /// Elements (row, column, value), to be added up.
     pub entries: Vec<(usize, usize, f64)>,
 }
 
 /// Where each unknown of a stage stands: costate, inputs, multipliers of its acting rows, state.
 #[derive(Default)]
-pub(super) struct Layout {
+pub(super) struct KktLayout {
     pub costate: Vec<usize>,
     pub inputs: Vec<usize>,
     pub states: Vec<usize>,
@@ -36,8 +36,8 @@ pub(super) struct Layout {
     pub size: usize,
 }
 
-impl Layout {
-    pub fn of(model: &Model, rows: &Rows, active: &[bool]) -> Self {
+impl KktLayout {
+    pub fn of(model: &Model, rows: &LimitRows, active: &[bool]) -> Self {
         let mut layout = Self { rows: vec![None; active.len()], ..Self::default() };
         let mut size = 0;
         let mut take = |count: usize| {
@@ -88,7 +88,7 @@ impl Kkt {
     pub fn of(at: &Evaluated, multipliers: &Multipliers, active: &[bool], proximal: f64) -> Option<Self> {
         let (model, limits) = (at.model, at.limits);
         let curvature = blocks(at, multipliers).ok()?;
-        let layout = Layout::of(model, limits, active);
+        let layout = KktLayout::of(model, limits, active);
         let mut entries = Entries::default();
         for (stage, curvature) in curvature.iter().enumerate() {
             let (l, u, z) = (layout.costate[stage], layout.inputs[stage], layout.states[stage]);
@@ -109,7 +109,7 @@ impl Kkt {
         }
         entries.coupling(layout.terminal, layout.states[model.steps], &at.terminal_slope);
         for ((row, value), place) in limits.rows.iter().zip(&at.rows).zip(&layout.rows) {
-            let (Some(place), Value::Half { state, inputs, next, .. }) = (*place, value) else { continue };
+            let (Some(place), RowValue::Half { state, inputs, next, .. }) = (*place, value) else { continue };
             let parts = [
                 (state, layout.states[row.stage]),
                 (inputs, layout.inputs[row.stage]),

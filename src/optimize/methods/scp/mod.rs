@@ -27,7 +27,7 @@ use iterate::{Evaluated, Iterate};
 use model::Model;
 use nalgebra::{DMatrix, DVector};
 use polish::{Polished, polish};
-use rows::{Rows, What};
+use rows::{LimitRows, What};
 use subproblem::{Failure, Move, Subproblem, Weights};
 
 /// First and largest trust radius \[rad\]; below the smallest nothing moves.
@@ -45,7 +45,7 @@ const FUTILE: f64 = 1e-2;
 
 /// What the iteration may do.
 #[derive(Clone, Debug)]
-pub(crate) struct Options {
+pub(crate) struct ScpOptions {
     /// Whether Newton finishes the digits at all. Without, the converged iterate counts as it is.
     pub polish: bool,
     /// Whether Newton may take over before the convex iteration itself has converged.
@@ -62,7 +62,7 @@ pub(crate) struct Options {
     pub newton: usize,
 }
 
-impl Default for Options {
+impl Default for ScpOptions {
     fn default() -> Self {
         Self {
             polish: true,
@@ -76,7 +76,7 @@ impl Default for Options {
     }
 }
 
-impl Options {
+impl ScpOptions {
     /// The convex iteration to its own convergence, with nothing of Newton's.
     pub fn unpolished() -> Self {
         // Duals follow the iterate: they have six digits only where its moves have nine.
@@ -121,10 +121,10 @@ impl Convex {
 /// Newton alone, from an iterate near a solution on another grid. `None` where it does not settle.
 pub(crate) fn polished_only(
     model: &Model,
-    rows: &Rows,
+    rows: &LimitRows,
     start: &Iterate,
     multipliers: &Multipliers,
-    options: &Options,
+    options: &ScpOptions,
     watch: &Watch,
 ) -> Option<Convex> {
     let (start, multipliers) = saturated(model, rows, start, multipliers)?;
@@ -146,7 +146,7 @@ pub(crate) fn polished_only(
 /// limits; where the weight is diagonal and nothing else limits the inputs of a stage.
 fn saturated(
     model: &Model,
-    rows: &Rows,
+    rows: &LimitRows,
     start: &Iterate,
     multipliers: &Multipliers,
 ) -> Option<(Iterate, Multipliers)> {
@@ -179,7 +179,7 @@ fn saturated(
 
 /// The iteration.
 struct Scp<'a> {
-    options: &'a Options,
+    options: &'a ScpOptions,
     watch: &'a Watch<'a>,
     /// The iterate, and all that is evaluated there.
     at: Evaluated<'a>,
@@ -193,10 +193,10 @@ struct Scp<'a> {
 /// Runs the convex iteration from an iterate. `None` where it cannot be evaluated at all.
 pub(crate) fn run(
     model: &Model,
-    rows: &Rows,
+    rows: &LimitRows,
     start: Iterate,
     multipliers: Option<Multipliers>,
-    options: &Options,
+    options: &ScpOptions,
     watch: &Watch,
 ) -> Option<Convex> {
     let at = start.evaluate(model, rows).ok()?;

@@ -22,7 +22,7 @@ use nalgebra::{DMatrix, DVector, Matrix3xX};
 
 /// A state of the chain, scaled. With wheels, `momentum` is the total one.
 #[derive(Clone, Debug)]
-pub(crate) struct State {
+pub(crate) struct ChainState {
     pub position: Vector3,
     pub linear_momentum: Vector3,
     pub attitude: Matrix3,
@@ -50,8 +50,8 @@ pub(crate) struct Model {
     pub steps: usize,
     /// Mean step.
     pub h: f64,
-    pub start: State,
-    pub target: State,
+    pub start: ChainState,
+    pub target: ChainState,
     /// `W`, m×m, scaled.
     pub weight: DMatrix<f64>,
     /// Units of the inputs [N or N·m].
@@ -67,7 +67,7 @@ pub(crate) struct Model {
 
 /// One step and its matrices: `z⁺ = A z + B δu`.
 pub(crate) struct Step {
-    pub end: State,
+    pub end: ChainState,
     pub a: DMatrix<f64>,
     pub b: DMatrix<f64>,
     /// Rotation vector of the step's arc, `log F`.
@@ -77,7 +77,7 @@ pub(crate) struct Step {
 }
 
 /// The relative attitude `F` of a drift, and `ξ` of `δF = F S(ξ)` by the state before, 3×n.
-struct Arc {
+struct DriftArc {
     f: Matrix3,
     turn: Matrix3xX<f64>,
 }
@@ -126,8 +126,8 @@ impl Model {
             wheels,
             steps: dynamics.grid.steps(),
             h: dynamics.grid.mean_step(),
-            start: State::of(&dynamics.point(&problem.start), DVector::zeros(wheels)),
-            target: State::of(&dynamics.point(&problem.end), DVector::zeros(wheels)),
+            start: ChainState::of(&dynamics.point(&problem.start), DVector::zeros(wheels)),
+            target: ChainState::of(&dynamics.point(&problem.end), DVector::zeros(wheels)),
             weight,
             input_unit,
             forces,
@@ -210,7 +210,7 @@ impl Model {
     }
 
     /// Terminal error of a chain's last state, and its derivative, up to `J_r⁻¹` of the attitude error.
-    pub fn terminal(&self, state: &State) -> (DVector<f64>, DMatrix<f64>) {
+    pub fn terminal(&self, state: &ChainState) -> (DVector<f64>, DMatrix<f64>) {
         let count = self.terminal_count();
         let mut error = self.difference(state, &self.target).rows(0, count).into_owned();
         let mut slope = DMatrix::identity(count, self.n);
@@ -223,7 +223,7 @@ impl Model {
     }
 
     /// `a ⊖ b` in the tangent space at `b`.
-    pub fn difference(&self, a: &State, b: &State) -> DVector<f64> {
+    pub fn difference(&self, a: &ChainState, b: &ChainState) -> DVector<f64> {
         let mut out = DVector::zeros(self.n);
         let (zeta, pi) = (self.zeta(), self.pi());
         if self.moves {
@@ -239,7 +239,7 @@ impl Model {
     }
 
     /// `state ⊕ z`.
-    pub fn moved(&self, state: &State, z: &DVector<f64>) -> State {
+    pub fn moved(&self, state: &ChainState, z: &DVector<f64>) -> ChainState {
         let part = |row: usize| Vector3::new(z[row], z[row + 1], z[row + 2]);
         let mut out = state.clone();
         if self.moves {
@@ -287,7 +287,7 @@ impl Model {
     pub fn after_full_kick(
         &self,
         stage: usize,
-        state: &State,
+        state: &ChainState,
         inputs: &[f64],
         costate: &DVector<f64>,
     ) -> DVector<f64> {
@@ -301,7 +301,7 @@ impl Model {
     }
 
     /// Applies a kick of weight `weight`.
-    fn kicked(&self, state: &State, kick: &Kick, inputs: &[f64], weight: f64) -> State {
+    fn kicked(&self, state: &ChainState, kick: &Kick, inputs: &[f64], weight: f64) -> ChainState {
         let mut out = state.clone();
         out.momentum += kick.wrench.moment * weight;
         if self.moves {
@@ -330,14 +330,14 @@ impl Model {
     }
 
     /// The opening kick: `y_0` and its derivative with respect to `u_0`.
-    pub fn opening(&self, inputs: &[f64]) -> (State, DMatrix<f64>) {
+    pub fn opening(&self, inputs: &[f64]) -> (ChainState, DMatrix<f64>) {
         let weight = self.kick_weight(0);
         let kick = self.kick(&self.start.pose(), inputs);
         (self.kicked(&self.start, &kick, inputs, weight), kick.inputs * weight)
     }
 
     /// Step k: from `y_k` under `u_{k+1}` to `y_{k+1}`.
-    pub fn step(&self, stage: usize, state: &State, inputs: &[f64]) -> Result<Step, StepError> {
+    pub fn step(&self, stage: usize, state: &ChainState, inputs: &[f64]) -> Result<Step, StepError> {
         let (zeta, pi) = (self.zeta(), self.pi());
         let (mut end, drift) = self.drift(stage, state)?;
         // z' = A0 z: ζ' = Fᵀζ + ξ and δΠ' = FᵀδΠ + S(Π')ξ, where ξ is how far the arc itself is turned.
@@ -361,7 +361,7 @@ impl Model {
     }
 
     /// The drift of step k: the state between drift and kick, and how the relative attitude turns.
-    fn drift(&self, stage: usize, state: &State) -> Result<(State, Arc), StepError> {
+    fn drift(&self, stage: usize, state: &ChainState) -> Result<(ChainState, DriftArc), StepError> {
         let mut turn = Matrix3xX::zeros(self.n);
         let mut by_momentum = turn.view_mut((0, self.pi()), (3, 3));
         if self.wheels == 0 {
@@ -369,22 +369,22 @@ impl Model {
             let drift = self.dynamics.drift::<12>(stage, &mut point)?;
             let e = self.dynamics.drift_matrix(&drift);
             by_momentum.copy_from(&self.dynamics.drift_block(&drift, &e));
-            return Ok((State::of(&point, state.wheels.clone()), Arc { f: drift.f, turn }));
+            return Ok((ChainState::of(&point, state.wheels.clone()), DriftArc { f: drift.f, turn }));
         }
         let carried = self.wheel_momentum(&state.wheels);
         let drift = self.dynamics.gyrostat_drift(stage, &state.momentum, &carried)?;
         by_momentum.copy_from(&drift.by_momentum);
         turn.view_mut((0, 6), (3, self.wheels)).copy_from(&(drift.by_wheels * &self.wheel_axes));
         let attitude = self.dynamics.turned(stage, &(state.attitude * drift.f));
-        let end = State { attitude, momentum: drift.momentum_after, ..state.clone() };
-        Ok((end, Arc { f: drift.f, turn }))
+        let end = ChainState { attitude, momentum: drift.momentum_after, ..state.clone() };
+        Ok((end, DriftArc { f: drift.f, turn }))
     }
 
     /// Physical angular velocity at stage k, and its derivatives with respect to state and inputs.
     pub fn rate(
         &self,
         stage: usize,
-        state: &State,
+        state: &ChainState,
         inputs: &[f64],
     ) -> (Vector3, Matrix3xX<f64>, Matrix3xX<f64>) {
         let (zeta, pi, lag) = (self.zeta(), self.pi(), self.lag(stage));
@@ -408,7 +408,7 @@ impl Model {
     }
 
     /// The physical state at stage k.
-    pub fn physical(&self, stage: usize, state: &State, inputs: &[f64]) -> State {
+    pub fn physical(&self, stage: usize, state: &ChainState, inputs: &[f64]) -> ChainState {
         if stage == 0 {
             return self.start.clone();
         }
@@ -417,7 +417,7 @@ impl Model {
     }
 
     /// Actuator force (reference frame) and torque (body axes) at a state, scaled.
-    pub fn output(&self, state: &State, inputs: &[f64]) -> Wrench {
+    pub fn output(&self, state: &ChainState, inputs: &[f64]) -> Wrench {
         let sum = |axes: &[Vector3], inputs: &[f64]| -> Vector3 {
             axes.iter().zip(inputs).map(|(axis, input)| axis * *input).sum()
         };
@@ -438,7 +438,7 @@ impl Model {
     }
 }
 
-impl State {
+impl ChainState {
     /// From the planner's point.
     pub fn of(point: &Point, wheels: DVector<f64>) -> Self {
         Self {

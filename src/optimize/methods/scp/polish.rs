@@ -19,12 +19,12 @@
 //!
 //! with `δ` as large as the residual: it vanishes with it, so that the end is as exact and as fast.
 
-use super::Options;
+use super::ScpOptions;
 use super::curvature::Multipliers;
 use super::iterate::{Evaluated, Iterate};
 use super::kkt::{Kkt, PROXIMAL};
 use super::model::Model;
-use super::rows::{Rows, Value};
+use super::rows::{LimitRows, RowValue};
 use crate::maneuver::solution::Outcome;
 use crate::numerics::banded::Banded;
 use crate::optimize::methods::driver::{Iteration, run};
@@ -58,10 +58,10 @@ pub(crate) struct Polished {
 /// Polishes an iterate; `None` where Newton does not settle.
 pub(crate) fn polish(
     model: &Model,
-    rows: &Rows,
+    rows: &LimitRows,
     iterate: &Iterate,
     multipliers: &Multipliers,
-    options: &Options,
+    options: &ScpOptions,
     watch: &Watch,
 ) -> Option<Polished> {
     let newton = |stabilised| {
@@ -216,10 +216,10 @@ fn largest_multiplier(multipliers: &Multipliers) -> f64 {
     multipliers.rows.iter().fold(0.0f64, |largest, value| largest.max(*value))
 }
 
-/// Rows whose value and multiplier `acts` accepts.
+/// LimitRows whose value and multiplier `acts` accepts.
 fn rows_that(at: &Evaluated, multipliers: &Multipliers, acts: impl Fn(f64, f64) -> bool) -> Vec<bool> {
-    let half = |(value, multiplier): (&Value, &f64)| match value {
-        Value::Half { c, .. } => acts(*c, *multiplier),
+    let half = |(value, multiplier): (&RowValue, &f64)| match value {
+        RowValue::Half { c, .. } => acts(*c, *multiplier),
         _ => false,
     };
     at.rows.iter().zip(&multipliers.rows).map(half).collect()
@@ -233,12 +233,12 @@ fn active(at: &Evaluated, multipliers: &Multipliers) -> Vec<bool> {
     })
 }
 
-/// Rows with `ν + ρ c > 0`.
+/// LimitRows with `ν + ρ c > 0`.
 fn acting(at: &Evaluated, multipliers: &Multipliers, rho: f64) -> Vec<bool> {
     rows_that(at, multipliers, |c, multiplier| multiplier + rho * c > 0.0)
 }
 
-/// Rows whose multiplier is not small beside the largest.
+/// LimitRows whose multiplier is not small beside the largest.
 fn likely(at: &Evaluated, multipliers: &Multipliers) -> Vec<bool> {
     let largest = largest_multiplier(multipliers);
     rows_that(at, multipliers, |_, multiplier| multiplier > LIKELY * largest)
@@ -273,7 +273,7 @@ impl Residuals {
         let mut inputs: Vec<_> = (0..=model.steps).map(by_inputs).collect();
         let mut states: Vec<_> = (0..=model.steps).map(by_state).collect();
         for ((row, value), multiplier) in at.limits.rows.iter().zip(&at.rows).zip(&multipliers.rows) {
-            let Value::Half { state, inputs: by_inputs, next, .. } = value else { continue };
+            let RowValue::Half { state, inputs: by_inputs, next, .. } = value else { continue };
             if *multiplier == 0.0 {
                 continue;
             }
@@ -300,7 +300,7 @@ impl Residuals {
         }
         largest = largest.max(at.largest_defect());
         for ((value, multiplier), active) in at.rows.iter().zip(&multipliers.rows).zip(active) {
-            let Value::Half { c, .. } = value else { continue };
+            let RowValue::Half { c, .. } = value else { continue };
             largest = largest.max(if *active { c.abs() } else { *c }).max(-multiplier / self.scale);
         }
         largest
@@ -325,7 +325,7 @@ fn direction(
     }
     put(layout.terminal, &at.terminal);
     for (place, value) in layout.rows.iter().zip(&at.rows) {
-        if let (Some(place), Value::Half { c, .. }) = (place, value) {
+        if let (Some(place), RowValue::Half { c, .. }) = (place, value) {
             right[*place] = -c;
         }
     }

@@ -3,9 +3,9 @@
 
 use super::curvature::Multipliers;
 use super::iterate::Iterate;
-use super::model::{Model, State};
-use super::rows::Rows;
-use super::{Convex, Options, first_iterate, polished_only, run};
+use super::model::{ChainState, Model};
+use super::rows::LimitRows;
+use super::{Convex, ScpOptions, first_iterate, polished_only, run};
 use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings;
@@ -25,19 +25,19 @@ const NOTICED: f64 = 1e-6;
 /// The chain of a maneuver on one grid, with the rows of its limits.
 pub(crate) struct Chain {
     pub model: Model,
-    pub rows: Rows,
+    pub rows: LimitRows,
 }
 
 /// The convex iteration, then Newton on the active set.
 pub(crate) struct ConvexIteration<'a> {
     pub chain: &'a Chain,
-    pub options: &'a Options,
+    pub options: &'a ScpOptions,
 }
 
 /// Newton on the active set alone, from a candidate near an optimum.
 pub(crate) struct ActiveSetNewton<'a> {
     pub chain: &'a Chain,
-    pub options: &'a Options,
+    pub options: &'a ScpOptions,
 }
 
 impl Method for ConvexIteration<'_> {
@@ -63,7 +63,7 @@ impl Chain {
     /// The chain of `problem` on `steps` steps.
     pub fn new(problem: &Problem, steps: usize) -> Self {
         let model = Model::new(problem, steps);
-        let rows = Rows::of(problem, &model);
+        let rows = LimitRows::of(problem, &model);
         Self { model, rows }
     }
 
@@ -85,8 +85,8 @@ impl Chain {
     /// A path with the momenta and inputs that it asks for, whatever the limits; without wheels.
     pub fn opened(&self, path: &Candidate) -> Candidate {
         let poses: Vec<Pose> = path.states.iter().map(Point::pose).collect();
-        let Iterate { states, inputs } = first_iterate::along(&self.model, &Rows::default(), &poses);
-        Candidate { states: states.iter().map(State::point).collect(), inputs, ..path.clone() }
+        let Iterate { states, inputs } = first_iterate::along(&self.model, &LimitRows::default(), &poses);
+        Candidate { states: states.iter().map(ChainState::point).collect(), inputs, ..path.clone() }
     }
 
     /// What an iteration made of a candidate; without runs where it could not be evaluated at all.
@@ -131,7 +131,7 @@ impl Chain {
 /// States and inputs of a candidate that has both.
 pub(crate) fn iterate(candidate: &Candidate) -> Iterate {
     let wheels = |node: usize| candidate.wheels.get(node).cloned().unwrap_or_else(|| DVector::zeros(0));
-    let states = candidate.states.iter().enumerate().map(|(node, point)| State::of(point, wheels(node)));
+    let states = candidate.states.iter().enumerate().map(|(node, point)| ChainState::of(point, wheels(node)));
     Iterate { states: states.collect(), inputs: candidate.inputs.clone() }
 }
 
@@ -145,7 +145,7 @@ pub(crate) fn multipliers(candidate: &Candidate) -> Multipliers {
 pub(crate) fn with_iterate(candidate: Candidate, iterate: Iterate, multipliers: Multipliers) -> Candidate {
     let wheels = iterate.states.iter().filter(|state| !state.wheels.is_empty());
     Candidate {
-        states: iterate.states.iter().map(State::point).collect(),
+        states: iterate.states.iter().map(ChainState::point).collect(),
         wheels: wheels.map(|state| state.wheels.clone()).collect(),
         inputs: iterate.inputs,
         costates: multipliers.costates,
@@ -178,7 +178,7 @@ pub(crate) fn path(start: &str, grid: &Grid, poses: impl Iterator<Item = Pose>) 
 }
 
 /// What stays violated at the last iterate, in words.
-fn violated(convex: &Convex, rows: &Rows) -> String {
+fn violated(convex: &Convex, rows: &LimitRows) -> String {
     let mut parts = Vec::new();
     let cut_short = convex.outcome == Outcome::IterationLimit;
     if cut_short {

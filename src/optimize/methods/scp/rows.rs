@@ -3,7 +3,7 @@
 //! A row is a half space `c ≤ 0` or a ball `|v| ≤ 1` and knows its derivatives. What must hold between
 //! the nodes is a row of the arc of its own: on one step the body turns about one axis at one rate.
 
-use super::model::{Model, State, Step};
+use super::model::{ChainState, Model, Step};
 use crate::lie;
 use crate::maneuver::constraint::{Direction, Rule, Side};
 use crate::maneuver::problem::Problem;
@@ -33,8 +33,8 @@ pub(crate) enum What {
 
 /// A row at its stage.
 #[derive(Clone, Debug)]
-pub(crate) struct Row {
-    /// Index of its constraint in [`Rows::groups`].
+pub(crate) struct LimitRow {
+    /// Index of its constraint in [`LimitRows::groups`].
     pub group: usize,
     pub stage: usize,
     pub what: What,
@@ -52,14 +52,14 @@ pub(crate) struct Group {
 
 /// All rows of a maneuver, stage after stage.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Rows {
+pub(crate) struct LimitRows {
     pub groups: Vec<Group>,
-    pub rows: Vec<Row>,
+    pub rows: Vec<LimitRow>,
 }
 
 /// A row at an iterate. `next` is the derivative with respect to the inputs of the stage after.
 #[derive(Clone, Debug)]
-pub(crate) enum Value {
+pub(crate) enum RowValue {
     /// `c ≤ 0`.
     Half { c: f64, state: Option<DVector<f64>>, inputs: Option<DVector<f64>>, next: Option<DVector<f64>> },
     /// `|v| ≤ 1`, 3×n and 3×m derivatives.
@@ -68,7 +68,7 @@ pub(crate) enum Value {
     Idle,
 }
 
-impl Value {
+impl RowValue {
     /// A half space by the state, and by the inputs of its own stage.
     fn half(c: f64, state: Option<DVector<f64>>, inputs: Option<DVector<f64>>) -> Self {
         Self::Half { c, state, inputs, next: None }
@@ -97,7 +97,7 @@ impl Value {
 
 /// What a row is evaluated at.
 pub(crate) struct Place<'a> {
-    pub state: &'a State,
+    pub state: &'a ChainState,
     pub inputs: &'a [f64],
     pub next: &'a [f64],
     /// The step that begins here; none at the last node, whose rows ask for none.
@@ -163,7 +163,7 @@ impl What {
     }
 
     /// The row at a place of stage `stage`.
-    pub fn at(&self, model: &Model, stage: usize, place: &Place) -> Value {
+    pub fn at(&self, model: &Model, stage: usize, place: &Place) -> RowValue {
         let unit = |input: usize, value: f64| {
             let mut row = DVector::zeros(model.m);
             row[input] = value;
@@ -171,9 +171,9 @@ impl What {
         };
         match self {
             Self::InputSize { input, sign, limit } => {
-                Value::half(sign * place.inputs[*input] / limit - 1.0, None, unit(*input, sign / limit))
+                RowValue::half(sign * place.inputs[*input] / limit - 1.0, None, unit(*input, sign / limit))
             }
-            Self::InputRate { input, sign, limit } => Value::Half {
+            Self::InputRate { input, sign, limit } => RowValue::Half {
                 c: sign * (place.next[*input] - place.inputs[*input]) / limit - 1.0,
                 state: None,
                 inputs: unit(*input, -sign / limit),
@@ -186,23 +186,23 @@ impl What {
                     slope.set_column(first + index, &(axis / *limit));
                 }
                 let v = &slope * DVector::from_column_slice(place.inputs);
-                Value::Ball { v, state: None, inputs: Some(slope) }
+                RowValue::Ball { v, state: None, inputs: Some(slope) }
             }
             Self::RateNorm { arc, limit } => {
                 let (rate, state, inputs) = rate(model, stage, place, *arc);
                 let inputs = inputs.map(|slope| slope / *limit);
-                Value::Ball { v: rate / *limit, state: Some(state / *limit), inputs }
+                RowValue::Ball { v: rate / *limit, state: Some(state / *limit), inputs }
             }
             Self::RateAxis { arc, axis, sign, limit } => {
                 let (rate, state, inputs) = rate(model, stage, place, *arc);
                 let row = |slope: &Matrix3xX<f64>| slope.row(*axis).transpose() * (sign / limit);
-                Value::half(sign * rate[*axis] / limit - 1.0, Some(row(&state)), inputs.as_ref().map(row))
+                RowValue::half(sign * rate[*axis] / limit - 1.0, Some(row(&state)), inputs.as_ref().map(row))
             }
             Self::Cone { arc, boresight, direction, sign, half_angle } => {
                 let (frame_rate, grid) = (model.dynamics.frame_rate(), &model.dynamics.grid);
                 let step = place.step.filter(|_| *arc);
                 let turns = step.filter(|_| direction.turns_with_frame);
-                let pointing = Arc {
+                let pointing = BoresightArc {
                     attitude: place.state.attitude,
                     boresight: *boresight,
                     direction: direction.at(grid.after(stage), &frame_rate),
@@ -211,7 +211,7 @@ impl What {
                     sign: *sign,
                 };
                 let fraction = if *arc { pointing.extremum() } else { Some(0.0) };
-                let Some(fraction) = fraction else { return Value::Idle };
+                let Some(fraction) = fraction else { return RowValue::Idle };
                 let (cosine, slope) = pointing.at(fraction);
                 // Near the edge of the cone this is the violation in rad.
                 let scale = 1.0 / half_angle.sin();
@@ -226,7 +226,7 @@ impl What {
                     }
                     None => by_zeta.copy_from(&(slope * scale)),
                 }
-                Value::half((cosine - sign * half_angle.cos()) * scale, Some(state), None)
+                RowValue::half((cosine - sign * half_angle.cos()) * scale, Some(state), None)
             }
             Self::Wheel { wheel, sign, limit } => {
                 let lag = model.lag(stage);
@@ -234,7 +234,7 @@ impl What {
                 let mut state = DVector::zeros(model.n);
                 state[6 + wheel] = sign / limit;
                 let inputs = if lag > 0.0 { unit(model.forces + wheel, sign * lag / limit) } else { None };
-                Value::half(sign * momentum / limit - 1.0, Some(state), inputs)
+                RowValue::half(sign * momentum / limit - 1.0, Some(state), inputs)
             }
         }
     }
@@ -257,7 +257,7 @@ fn rate(
 
 /// A boresight on one arc, `sign w(τ)·R exp(τ S(f)) b`, where the direction turns in the reference
 /// frame's axes if it is fixed to that frame.
-struct Arc {
+struct BoresightArc {
     attitude: Matrix3,
     boresight: Vector3,
     direction: Vector3,
@@ -266,8 +266,8 @@ struct Arc {
     sign: f64,
 }
 
-impl Arc {
-    /// Value at a fraction of the arc, and derivative with respect to ζ there.
+impl BoresightArc {
+    /// RowValue at a fraction of the arc, and derivative with respect to ζ there.
     fn at(&self, fraction: f64) -> (f64, Vector3) {
         let attitude = self.attitude * lie::exp(&(self.arc * fraction));
         let direction = lie::exp(&(self.turn * fraction)) * self.direction;
@@ -313,7 +313,7 @@ impl Arc {
     }
 }
 
-impl Rows {
+impl LimitRows {
     /// Where the rows of one stage stand.
     pub fn range(&self, stage: usize) -> Range<usize> {
         let first = |stage: usize| self.rows.partition_point(|row| row.stage < stage);
@@ -331,7 +331,7 @@ impl Rows {
             for (stage, arc) in (0..model.steps).flat_map(|stage| [(stage, false), (stage, true)]) {
                 if arc || stage > 0 {
                     let whats = What::of(&constraint.rule, arc, problem.duration);
-                    rows.rows.extend(whats.into_iter().map(|what| Row { group, stage, what }));
+                    rows.rows.extend(whats.into_iter().map(|what| LimitRow { group, stage, what }));
                 }
             }
         }
@@ -344,7 +344,7 @@ impl Rows {
         self.groups.len() - 1
     }
 
-    /// Rows for both signs of every bounded quantity of a list, at every stage of a range.
+    /// LimitRows for both signs of every bounded quantity of a list, at every stage of a range.
     fn both_signs(
         &mut self,
         group: usize,
@@ -354,7 +354,7 @@ impl Rows {
     ) {
         for stage in stages {
             for (index, limit) in limits.iter().enumerate().filter(|(_, limit)| limit.is_finite()) {
-                let row = |sign| Row { group, stage, what: what(stage, index, sign, *limit) };
+                let row = |sign| LimitRow { group, stage, what: what(stage, index, sign, *limit) };
                 self.rows.extend([1.0, -1.0].map(row));
             }
         }
@@ -380,7 +380,7 @@ impl Rows {
             if let Some(norm) = limits.norm {
                 let group = self.group(name(LimitKind::Norm), true);
                 let what = What::InputNorm { forces, limit: norm / unit };
-                self.rows.extend((first..=last).map(|stage| Row { group, stage, what: what.clone() }));
+                self.rows.extend((first..=last).map(|stage| LimitRow { group, stage, what: what.clone() }));
             }
             if let Some(rates) = &limits.rate {
                 let group = self.group(name(LimitKind::Rate), true);

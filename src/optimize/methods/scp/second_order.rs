@@ -19,9 +19,9 @@
 
 use super::curvature::Multipliers;
 use super::iterate::Iterate;
-use super::kkt::{Kkt, Layout, PROXIMAL};
+use super::kkt::{Kkt, KktLayout, PROXIMAL};
 use super::model::Model;
-use super::rows::{Rows, Value};
+use super::rows::{LimitRows, RowValue};
 use crate::numerics::matrix_inertia::MatrixInertia;
 use crate::optimize::methods::method::Watch;
 use nalgebra::DMatrix;
@@ -42,7 +42,7 @@ const POLLED: usize = 256;
 /// minimum. `None` where the second derivatives do not decide, there are too many unknowns, or it is stopped.
 pub(crate) fn descents(
     model: &Model,
-    rows: &Rows,
+    rows: &LimitRows,
     iterate: &Iterate,
     multipliers: &Multipliers,
     watch: &Watch,
@@ -57,7 +57,7 @@ pub(crate) fn descents(
     let sure: Vec<bool> = values().map(|(_, multiplier)| *multiplier > SURE * largest).collect();
     let possible: Vec<bool> = values()
         .zip(&sure)
-        .map(|((value, _), sure)| *sure || matches!(value, Value::Half { c, .. } if *c >= -MET))
+        .map(|((value, _), sure)| *sure || matches!(value, RowValue::Half { c, .. } if *c >= -MET))
         .collect();
     let count = |active: &[bool], shift: f64| -> Option<usize> {
         let kkt = Kkt::of(&evaluated, multipliers, active, PROXIMAL)?;
@@ -131,7 +131,7 @@ impl Stages {
 /// `shift · κ W` of all inputs, as elements.
 fn effort<'a>(
     model: &'a Model,
-    layout: &'a Layout,
+    layout: &'a KktLayout,
     shift: f64,
 ) -> impl Iterator<Item = (usize, usize, f64)> + 'a {
     let of_stage = move |stage: usize| {

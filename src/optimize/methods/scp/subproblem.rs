@@ -17,7 +17,7 @@
 use super::curvature::Multipliers;
 use super::iterate::Evaluated;
 use super::model::Model;
-use super::rows::{Rows, Value};
+use super::rows::{LimitRows, RowValue};
 use crate::optimize::convex::cone::{Answer, Cone, ConeError, ConeSettings, ConeSolver, Program, Reason};
 use crate::optimize::convex::sparse::{Sparse, SparseParts};
 use nalgebra::{DMatrix, DVector};
@@ -59,7 +59,7 @@ pub(crate) enum Failure {
 /// Builds and solves subproblems; the pattern is made once.
 pub(crate) struct Subproblem<'a> {
     model: &'a Model,
-    rows: &'a Rows,
+    rows: &'a LimitRows,
     solver: Option<ConeSolver>,
     /// Accuracy asked of the cone solver.
     tolerance: f64,
@@ -72,7 +72,7 @@ pub(crate) struct Subproblem<'a> {
 }
 
 /// Where everything stands.
-struct Layout {
+struct ProgramLayout {
     n: usize,
     m: usize,
     left: usize,
@@ -80,8 +80,8 @@ struct Layout {
     count: usize,
 }
 
-impl Layout {
-    fn of(model: &Model, rows: &Rows) -> Self {
+impl ProgramLayout {
+    fn of(model: &Model, rows: &LimitRows) -> Self {
         let (n, m) = (model.n, model.m);
         let left = (model.steps + 1) * (n + m);
         let mut count = left + 1;
@@ -107,7 +107,7 @@ impl Layout {
     }
 }
 
-/// Rows of a ball: its bound, and three components.
+/// LimitRows of a ball: its bound, and three components.
 const BALL: usize = 4;
 
 /// The rows of `A x + s = b` as they are written.
@@ -142,7 +142,7 @@ impl Writer {
 }
 
 impl<'a> Subproblem<'a> {
-    pub fn new(model: &'a Model, rows: &'a Rows, tolerance: f64) -> Self {
+    pub fn new(model: &'a Model, rows: &'a LimitRows, tolerance: f64) -> Self {
         Self {
             model,
             rows,
@@ -161,7 +161,7 @@ impl<'a> Subproblem<'a> {
         curvature: &[DMatrix<f64>],
         weights: &Weights,
     ) -> Result<Move, Failure> {
-        let layout = Layout::of(self.model, self.rows);
+        let layout = ProgramLayout::of(self.model, self.rows);
         let (program, places) = self.program(&layout, at, curvature, weights);
         let answer = self.answer(program).map_err(|_| Failure::Numerical)?;
         let Some(optimum) = answer.step() else {
@@ -212,7 +212,7 @@ impl<'a> Subproblem<'a> {
     /// The cone program, and where each row's dual stands.
     fn program(
         &self,
-        layout: &Layout,
+        layout: &ProgramLayout,
         at: &Evaluated,
         curvature: &[DMatrix<f64>],
         weights: &Weights,
@@ -257,7 +257,7 @@ impl<'a> Subproblem<'a> {
     }
 
     /// Opening, steps, terminal conditions: `n (N + 1)` rows, then those of the end.
-    fn write_chain(&self, layout: &Layout, at: &Evaluated, writer: &mut Writer) {
+    fn write_chain(&self, layout: &ProgramLayout, at: &Evaluated, writer: &mut Writer) {
         let model = self.model;
         for stage in 0..=model.steps {
             let defect = &at.defects[stage];
@@ -281,14 +281,14 @@ impl<'a> Subproblem<'a> {
         }
     }
 
-    fn write_half_spaces(&self, layout: &Layout, at: &Evaluated, writer: &mut Writer) {
+    fn write_half_spaces(&self, layout: &ProgramLayout, at: &Evaluated, writer: &mut Writer) {
         let zeros = (DVector::zeros(layout.n), DVector::zeros(layout.m));
         for (index, (row, value)) in self.rows.rows.iter().zip(&at.rows).enumerate() {
             if row.what.is_ball() {
                 continue;
             }
             let (c, state, inputs, next) = match value {
-                Value::Half { c, state, inputs, next } => {
+                RowValue::Half { c, state, inputs, next } => {
                     (*c, state.as_ref(), inputs.as_ref(), next.as_ref())
                 }
                 // An idle arc keeps its place in the pattern.
@@ -322,9 +322,9 @@ impl<'a> Subproblem<'a> {
         }
     }
 
-    fn write_balls(&self, layout: &Layout, at: &Evaluated, radius: f64, writer: &mut Writer) {
+    fn write_balls(&self, layout: &ProgramLayout, at: &Evaluated, radius: f64, writer: &mut Writer) {
         for (index, (row, value)) in self.rows.rows.iter().zip(&at.rows).enumerate() {
-            let Value::Ball { v, state, inputs } = value else { continue };
+            let RowValue::Ball { v, state, inputs } = value else { continue };
             let top = writer.row(1.0);
             writer.places[index] = top;
             writer.slack(top, layout.slack[row.group]);

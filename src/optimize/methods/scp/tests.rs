@@ -1,7 +1,7 @@
 //! SCP against finite differences, reference costs and the shooting.
 
-use super::model::State as Node;
-use super::rows::{Place, Row, Value, What};
+use super::model::ChainState as Node;
+use super::rows::{LimitRow, Place, RowValue, What};
 use super::*;
 use crate::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
 use crate::maneuver::problem::{Problem, Scheme, State};
@@ -9,7 +9,6 @@ use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Whe
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::{GravityGradient, Pose, SecondOrderGravity, UniformGravity};
 use crate::optimize::step::Dynamics;
-use crate::optimize::sweep::BoundaryValueProblem;
 use crate::testing::{Random, attitude_only, full_inertia, graded, moving_ends};
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::DMatrix;
@@ -79,6 +78,15 @@ fn problems() -> Vec<Problem> {
     all.into_iter().map(limited).collect()
 }
 
+/// Their chains on steps of equal length, and on steps of which the longest is five times the shortest.
+fn chains() -> impl Iterator<Item = (Problem, Model)> {
+    problems().into_iter().flat_map(|problem| {
+        let grid = graded(problem.scheme, problem.steps);
+        let models = [Model::new(&problem, problem.steps), Model::of(&problem, Dynamics::on(&problem, grid))];
+        models.map(|model| (problem.clone(), model))
+    })
+}
+
 fn random_inputs(random: &mut Random, count: usize) -> Vec<f64> {
     (0..count).map(|_| random.uniform()).collect()
 }
@@ -107,8 +115,7 @@ fn somewhere(random: &mut Random, model: &Model) -> Node {
 #[test]
 fn the_matrices_of_a_step_are_its_derivatives() {
     let mut random = Random(3);
-    for problem in problems() {
-        let model = Model::new(&problem, problem.steps);
+    for (problem, model) in chains() {
         let state = somewhere(&mut random, &model);
         let inputs = random_inputs(&mut random, model.m);
         for stage in [3, model.steps - 1] {
@@ -137,28 +144,27 @@ fn the_matrices_of_a_step_are_its_derivatives() {
 fn the_derivatives_of_every_row_are_those_of_its_value() {
     let mut random = Random(5);
     let mut met = [0; 3];
-    for problem in problems() {
-        let model = Model::new(&problem, problem.steps);
-        let rows = Rows::of(&problem, &model);
+    for (problem, model) in chains() {
+        let rows = LimitRows::of(&problem, &model);
         let state = somewhere(&mut random, &model);
         let (inputs, next) = (random_inputs(&mut random, model.m), random_inputs(&mut random, model.m));
-        let value = |row: &Row, z: &DVector<f64>, inputs: &[f64], next: &[f64]| {
+        let value = |row: &LimitRow, z: &DVector<f64>, inputs: &[f64], next: &[f64]| {
             let moved = model.moved(&state, z);
             let step = model.step(row.stage, &moved, next).unwrap();
             let place = Place { state: &moved, inputs, next, step: Some(&step) };
             row.what.at(&model, row.stage, &place).smooth()
         };
-        let size = |value: &Value| if let Value::Half { c, .. } = value { *c } else { f64::NAN };
+        let size = |value: &RowValue| if let RowValue::Half { c, .. } = value { *c } else { f64::NAN };
         let zero = DVector::zeros(model.n);
         for row in rows.rows.iter().filter(|row| row.stage == 4) {
-            let Value::Half { state: by_state, inputs: by_inputs, next: by_next, .. } =
+            let RowValue::Half { state: by_state, inputs: by_inputs, next: by_next, .. } =
                 value(row, &zero, &inputs, &next)
             else {
                 met[2] += 1;
                 continue;
             };
             met[usize::from(matches!(row.what, What::Cone { arc: true, .. }))] += 1;
-            let compare = |slope: Option<DVector<f64>>, at: &dyn Fn(usize, f64) -> Value, count: usize| {
+            let compare = |slope: Option<DVector<f64>>, at: &dyn Fn(usize, f64) -> RowValue, count: usize| {
                 let slope = slope.unwrap_or_else(|| DVector::zeros(count));
                 for column in 0..count {
                     let difference = (size(&at(column, STEP)) - size(&at(column, -STEP))) / (2.0 * STEP);
@@ -180,7 +186,7 @@ fn the_derivatives_of_every_row_are_those_of_its_value() {
             }
         }
     }
-    // Rows of arcs with an extremum inside must have been among them.
+    // LimitRows of arcs with an extremum inside must have been among them.
     assert!(met[0] > 200 && met[1] > 3, "{met:?}");
 }
 
@@ -230,12 +236,9 @@ fn straight(model: &Model) -> Vec<Pose> {
     (0..=model.steps).map(pose).collect()
 }
 
-fn converge(problem: &Problem, options: &Options) -> (Model, Convex) {
-    converge_on(problem, Model::new(problem, problem.steps), options)
-}
-
-fn converge_on(problem: &Problem, model: Model, options: &Options) -> (Model, Convex) {
-    let rows = Rows::of(problem, &model);
+fn converge(problem: &Problem, options: &ScpOptions) -> (Model, Convex) {
+    let model = Model::new(problem, problem.steps);
+    let rows = LimitRows::of(problem, &model);
     let start = first_iterate::along(&model, &rows, &straight(&model));
     let convex = run(&model, &rows, start, None, options, &Watch::NONE).unwrap();
     (model, convex)
@@ -247,8 +250,10 @@ fn the_reference_costs_are_met_before_and_after_polish() {
     for (share, cost) in [(None, 16.389987441935), (Some(0.75), 16.718658565135), (Some(0.65), 18.0852435685)]
     {
         let problem = reference_slew(share);
-        let (model, convex) =
-            converge(&problem, &Options { polish_early: false, cone_tolerance: 1e-9, ..Options::default() });
+        let (model, convex) = converge(
+            &problem,
+            &ScpOptions { polish_early: false, cone_tolerance: 1e-9, ..ScpOptions::default() },
+        );
         let polished = convex.polished.as_ref().expect("polished");
         let unit = model.dynamics.units.cost;
         let before = convex.iterate.cost(&model) * unit;
@@ -267,9 +272,11 @@ fn the_reference_costs_are_met_before_and_after_polish() {
 fn early_polish_finds_the_same_point_in_few_subproblems() {
     for share in [None, Some(0.75), Some(0.65)] {
         let problem = reference_slew(share);
-        let (_, late) =
-            converge(&problem, &Options { polish_early: false, cone_tolerance: 1e-9, ..Options::default() });
-        let (_, early) = converge(&problem, &Options::default());
+        let (_, late) = converge(
+            &problem,
+            &ScpOptions { polish_early: false, cone_tolerance: 1e-9, ..ScpOptions::default() },
+        );
+        let (_, early) = converge(&problem, &ScpOptions::default());
         let (late_cost, early_cost) = (late.polished.unwrap().cost, early.polished.unwrap().cost);
         assert!((late_cost - early_cost).abs() < 1e-12 * late_cost);
         assert!(early.subproblems <= 6, "{}", early.subproblems);
@@ -279,7 +286,7 @@ fn early_polish_finds_the_same_point_in_few_subproblems() {
 #[test]
 fn without_limits_the_multipliers_are_the_costates_of_the_shooting() {
     let problem = reference_slew(None);
-    let (model, convex) = converge(&problem, &Options::default());
+    let (model, convex) = converge(&problem, &ScpOptions::default());
     let polished = convex.polished.unwrap();
     let solution = shot(&problem);
     let units = model.dynamics.units.costate::<6>();
@@ -289,44 +296,5 @@ fn without_limits_the_multipliers_are_the_costates_of_the_shooting() {
         let difference =
             shot.component_div(&units) - nalgebra::SVector::<f64, 6>::from_column_slice(dual.as_slice());
         assert!(difference.amax() < 1e-11, "row {row}: {:.1e}", difference.amax());
-    }
-}
-
-/// On steps of their own lengths, the longest five times the shortest, the chain is that of the shooting too.
-#[test]
-fn on_a_graded_grid_the_first_costate_is_that_of_the_shooting() {
-    for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {
-        let problem = reference_slew(None).with_scheme(scheme);
-        let grid = graded(scheme, problem.steps);
-        let model = Model::of(&problem, Dynamics::on(&problem, grid.clone()));
-        let (_, convex) = converge_on(&problem, model, &Options::default());
-        let polished = convex.polished.expect("polished");
-        let costate =
-            nalgebra::SVector::<f64, 6>::from_column_slice(polished.multipliers.costates[0].as_slice());
-        let end = BoundaryValueProblem::<6>::on(&problem, grid).sweep(&costate).unwrap();
-        assert!(end.error.amax() < 1e-11, "{scheme:?}: {:.1e}", end.error.amax());
-        assert!((end.cost / polished.cost - 1.0).abs() < 1e-12, "{scheme:?}: {} {}", end.cost, polished.cost);
-    }
-}
-
-/// Limits hold at the nodes and on the arcs of a graded grid, and cost no less than none.
-#[test]
-fn on_a_graded_grid_limits_hold() {
-    for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {
-        let free = reference_slew(None).with_scheme(scheme);
-        let problem = reference_slew(Some(0.75))
-            .with_scheme(scheme)
-            .with_constraint(Constraint { name: "rate".into(), rule: Rule::RateNorm(1.5) });
-        let solved = |problem: &Problem| {
-            let model = Model::of(problem, Dynamics::on(problem, graded(scheme, problem.steps)));
-            converge_on(problem, model, &Options::default())
-        };
-        let (model, convex) = solved(&problem);
-        let polished = convex.polished.expect("polished");
-        let rows = Rows::of(&problem, &model);
-        let worst = polished.iterate.evaluate(&model, &rows).unwrap().violations();
-        assert!(worst.iter().all(|violation| *violation < 1e-10), "{worst:?}");
-        assert!(polished.multipliers.rows.iter().any(|multiplier| *multiplier > 0.0));
-        assert!(polished.cost > solved(&free).1.polished.expect("polished").cost);
     }
 }

@@ -12,8 +12,8 @@ use crate::optimize::methods::method::Watch;
 use crate::optimize::methods::scp::iterate::Iterate;
 use crate::optimize::methods::scp::model::Model;
 use crate::optimize::methods::scp::polish::polish;
-use crate::optimize::methods::scp::rows::{Rows, Value};
-use crate::optimize::methods::scp::{Options, first_iterate, run};
+use crate::optimize::methods::scp::rows::{LimitRows, RowValue};
+use crate::optimize::methods::scp::{ScpOptions, first_iterate, run};
 use crate::optimize::search::{Silent, solve, solve_convex};
 use crate::testing::{Random, attitude_only, moving_ends};
 use crate::{Vector3, mechanics::environment::Pose};
@@ -99,7 +99,7 @@ fn descents_are_the_conjugate_points_of_the_shooting() {
 /// Cost and conditions as functions of the inputs alone.
 struct Reduced<'a> {
     model: &'a Model,
-    rows: &'a Rows,
+    rows: &'a LimitRows,
     acting: Vec<bool>,
     /// Pseudo-inverse of the conditions' Jacobian.
     inverse: DMatrix<f64>,
@@ -118,7 +118,7 @@ impl Reduced<'_> {
         let evaluated = self.iterate(inputs).evaluate(self.model, self.rows).unwrap();
         let mut values: Vec<f64> = evaluated.terminal.iter().copied().collect();
         for (value, _) in evaluated.rows.iter().zip(&self.acting).filter(|(_, acting)| **acting) {
-            let Value::Half { c, .. } = value.smooth() else { panic!("an idle row acts") };
+            let RowValue::Half { c, .. } = value.smooth() else { panic!("an idle row acts") };
             values.push(c);
         }
         DVector::from_vec(values)
@@ -153,7 +153,12 @@ impl Reduced<'_> {
 
 /// Number of directions with negative curvature of the cost along curves on which all conditions hold: no
 /// multipliers, no second derivatives. `None` where one is too flat to tell.
-fn descents_along_curves(model: &Model, rows: &Rows, iterate: &Iterate, acting: Vec<bool>) -> Option<usize> {
+fn descents_along_curves(
+    model: &Model,
+    rows: &LimitRows,
+    iterate: &Iterate,
+    acting: Vec<bool>,
+) -> Option<usize> {
     let first = model.first_input();
     let inputs = DVector::from_vec(iterate.inputs[first..].concat());
     let mut reduced = Reduced { model, rows, acting, inverse: DMatrix::zeros(0, 0) };
@@ -244,10 +249,10 @@ fn descents_are_those_of_the_cost_along_curves_that_keep_what_acts() {
             }
             // Newton alone stays near the extremal that it begins at, if what acts is not far from it; the
             // convex iteration leaves saddles.
-            let options = Options::default();
+            let options = ScpOptions::default();
             let solved = |problem: &Problem| {
                 let model = Model::new(problem, problem.steps);
-                let rows = Rows::of(problem, &model);
+                let rows = LimitRows::of(problem, &model);
                 let start = first_iterate::along(&model, &rows, &poses(&found));
                 run(&model, &rows, start, None, &options, &Watch::NONE)?.polished
             };
@@ -263,7 +268,7 @@ fn descents_are_those_of_the_cost_along_curves_that_keep_what_acts() {
                     [1.0, 0.3, 0.1, 0.03].into_iter().find_map(|depth| {
                         let problem = fence(depth);
                         let model = Model::new(&problem, problem.steps);
-                        let rows = Rows::of(&problem, &model);
+                        let rows = LimitRows::of(&problem, &model);
                         let mut multipliers = unlimited.multipliers.clone();
                         multipliers.rows = vec![0.0; rows.rows.len()];
                         let polished =
@@ -274,7 +279,7 @@ fn descents_are_those_of_the_cost_along_curves_that_keep_what_acts() {
             };
             let Some((problem, polished)) = reached else { continue };
             let model = Model::new(&problem, problem.steps);
-            let rows = Rows::of(&problem, &model);
+            let rows = LimitRows::of(&problem, &model);
             let multipliers = &polished.multipliers;
             let acting: Vec<bool> = multipliers.rows.iter().map(|multiplier| *multiplier > 0.0).collect();
             let states = rows.rows.iter().zip(&acting).filter(|(row, acts)| **acts && row.group > 0);
