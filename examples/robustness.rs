@@ -4,6 +4,10 @@
 //! came out; 10 000 of each kind by default, a tenth of that under torque limits, by the shooting alone and
 //! by the default method. Every case depends on the seed and its number alone.
 
+#[path = "../tests/common/random.rs"]
+mod random;
+
+use random::Random;
 use slewkit::lie;
 use slewkit::maneuver::problem::{Problem, Scheme, State};
 use slewkit::maneuver::settings::{Method, Settings};
@@ -21,27 +25,12 @@ use std::time::Instant;
 const STEPS: usize = 200;
 const TERMINAL_LIMIT: f64 = 1e-12;
 
-/// The splitmix64 generator, one stream a case.
-struct Random(u64);
-
 impl Random {
+    /// One stream a case.
     fn case(seed: u64, kind: u64, index: usize) -> Self {
-        let mut random = Self(seed ^ (kind << 56) ^ (index as u64).wrapping_mul(0xD134_2543_DE82_EF95));
+        let mut random = Self::new(seed ^ (kind << 56) ^ (index as u64).wrapping_mul(0xD134_2543_DE82_EF95));
         random.unit();
         random
-    }
-
-    /// Uniform in [0, 1).
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / 2.0f64.powi(53)
-    }
-
-    fn within(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
     }
 
     fn normal(&mut self) -> f64 {

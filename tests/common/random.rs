@@ -39,4 +39,9 @@ impl Random {
     pub fn below(&mut self, count: usize) -> usize {
         (self.unit() * count as f64) as usize
     }
+
+    /// One of several.
+    pub fn pick<T: Copy>(&mut self, from: &[T]) -> T {
+        from[self.below(from.len())]
+    }
 }

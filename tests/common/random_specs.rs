@@ -117,7 +117,7 @@ impl Draft {
     }
 
     fn pick<T: Copy>(&mut self, choices: &[T]) -> T {
-        choices[self.random.below(choices.len())]
+        self.random.pick(choices)
     }
 
     fn vector(&mut self, size: f64) -> Vector {

@@ -54,6 +54,120 @@ fn assert_close(a: &Matrix3, b: &Matrix3, tolerance: f64, what: &str) {
     assert!(error <= tolerance, "{what}: off by {error:e}\n{a}{b}");
 }
 
+/// Distance of two matrices from each other, and what round-off may make of it.
+type Defect = (f64, f64);
+
+/// A law of the kernels: its name, the angles at which it holds, and how far it is from holding at a rotation vector.
+struct Law(&'static str, fn() -> Vec<f64>, fn(&Vector3) -> Defect);
+
+const ONE: fn() -> Matrix3 = Matrix3::identity;
+
+/// Every law of one rotation vector. A new one is one line here.
+const LAWS: [Law; 21] = [
+    Law("log exp f = f", angles, |f| (norm(&(log(&exp(f)) - f)), 5.0 * EPS * norm(f))),
+    Law("exp(f)ᵀ exp(f) = 1", all_angles, |f| {
+        (difference(&(exp(f).transpose() * exp(f)), &ONE()), 8.0 * EPS)
+    }),
+    Law("det exp(f) = 1", all_angles, |f| ((exp(f).determinant() - 1.0).abs(), 8.0 * EPS)),
+    Law("exp(f) f = f", all_angles, |f| (norm(&(exp(f) * f - f)), 6.0 * EPS * norm(f))),
+    // J⁻¹ grows like 1/(2π − t).
+    Law("J_r J_r⁻¹ = 1", all_angles, |f| {
+        (difference(&(right_jacobian(f) * right_jacobian_inverse(f)), &ONE()), inverse_round_off(f))
+    }),
+    Law("J_l J_l⁻¹ = 1", all_angles, |f| {
+        (difference(&(left_jacobian(f) * left_jacobian_inverse(f)), &ONE()), inverse_round_off(f))
+    }),
+    Law("J_l(f) = J_r(−f)", all_angles, |f| (difference(&left_jacobian(f), &right_jacobian(&-f)), 0.0)),
+    Law("J_l = J_rᵀ", all_angles, |f| (difference(&left_jacobian(f), &right_jacobian(f).transpose()), 0.0)),
+    Law("J_l = exp J_r", all_angles, |f| {
+        (difference(&left_jacobian(f), &(exp(f) * right_jacobian(f))), 6.0 * EPS)
+    }),
+    Law("J_l⁻¹(f) = J_r⁻¹(−f)", all_angles, |f| {
+        (difference(&left_jacobian_inverse(f), &right_jacobian_inverse(&-f)), 0.0)
+    }),
+    Law("J_l⁻¹ = J_r⁻ᵀ", all_angles, |f| {
+        (difference(&left_jacobian_inverse(f), &right_jacobian_inverse(f).transpose()), 0.0)
+    }),
+    Law("J_l f = f", all_angles, |f| (norm(&(left_jacobian(f) * f - f)), 6.0 * EPS * norm(f))),
+    Law(
+        "D(0, v) = ½ S(v)",
+        || vec![0.0, 1e-300, 1e-154, 1e-17],
+        |f| {
+            let v = Vector3::new(0.3, -0.7, 0.2);
+            (difference(&right_jacobian_directional(f, &v), &(0.5 * hat(&v))), EPS)
+        },
+    ),
+    Law("cay(tan(t/2) f/t) = exp f", angles, |f| {
+        let half_tangent = f * if norm(f) < 1e-9 { 0.5 } else { (0.5 * norm(f)).tan() / norm(f) };
+        (difference(&cayley(&half_tangent), &exp(f)), 8.0 * EPS)
+    }),
+    // The vector t/2 of a rotation near π grows without bound, and with it the condition: 1 + |f|².
+    Law("cay⁻¹ cay f = f", cayley_sizes, |f| {
+        let condition = 1.0 + norm(f).powi(2);
+        (norm(&(cayley_inverse(&cayley(f)) - f)), 4.0 * EPS * norm(f) * condition.sqrt())
+    }),
+    // F − I = 2 S(f) (I − S(f))⁻¹: multiplied out, no cancellation on either side.
+    Law(
+        "(cay f − 1)(1 − S) = 2 S",
+        || vec![1e-300, 1e-154, 1e-20, 1e-8, 1e-3, 0.3, 1.0, 3.0],
+        |f| {
+            let left = cayley_minus_identity(f) * (ONE() - hat(f));
+            (difference(&left, &(2.0 * hat(f))), 4.0 * EPS * norm(f) * (1.0 + norm(f)))
+        },
+    ),
+    Law("|q(R)| = 1", up_to_pi, |f| {
+        let q = quaternion_from_rotation(&exp(f));
+        ((q.iter().map(|part| part * part).sum::<f64>() - 1.0).abs(), 4.0 * EPS)
+    }),
+    Law("R(q(R)) = R", up_to_pi, |f| (of_multiple(f, 1.0), 8.0 * EPS)),
+    Law("R(−q) = R(q)", up_to_pi, |f| (of_multiple(f, -1.0), 8.0 * EPS)),
+    Law("R(5 q) = R(q)", up_to_pi, |f| (of_multiple(f, 5.0), 8.0 * EPS)),
+    Law("|w| = |cos(t/2)|", up_to_pi, |f| {
+        let q = quaternion_from_rotation(&exp(f));
+        ((q[0].abs() - (0.5 * norm(f)).cos().abs()).abs(), 4.0 * EPS)
+    }),
+];
+
+fn up_to_pi() -> Vec<f64> {
+    [angles(), vec![PI]].concat()
+}
+
+fn cayley_sizes() -> Vec<f64> {
+    vec![0.0, 1e-300, 1e-154, 1e-20, 1e-8, 1e-3, 0.3, 0.57735, 0.57736, 1.0, 1.7321, 3.0, 100.0]
+}
+
+fn inverse_round_off(f: &Vector3) -> f64 {
+    6.0 * EPS * right_jacobian_inverse(f).amax().max(1.0)
+}
+
+/// How far the rotation of a multiple of the quaternion of `exp f` is from `exp f`.
+fn of_multiple(f: &Vector3, factor: f64) -> f64 {
+    let r = exp(f);
+    difference(&rotation_from_quaternion(&quaternion_from_rotation(&r).map(|part| factor * part)), &r)
+}
+
+#[test]
+fn every_law_holds_at_every_angle() {
+    for Law(name, angles, defect) in &LAWS {
+        for f in rotation_vectors(&angles()) {
+            let (error, bound) = defect(&f);
+            assert!(error <= bound, "{name} at {f:?}: off by {error:e}, round-off is {bound:e}");
+        }
+    }
+}
+
+/// At π the sign of w is round-off.
+#[test]
+fn vector_part_of_a_quaternion_is_half_the_rotation_vector_within_the_sine() {
+    for f in rotation_vectors(&angles()).into_iter().filter(|f| norm(f) < PI) {
+        let q = quaternion_from_rotation(&exp(&f));
+        let half = 0.5 * norm(&f);
+        let v = Vector3::new(q[1], q[2], q[3]) * q[0].signum();
+        let sinc = if half < 1e-9 { 1.0 } else { half.sin() / half };
+        assert!(norm(&(v - 0.5 * sinc * f)) <= 4.0 * EPS * norm(&f), "{v:?} for {f:?}");
+    }
+}
+
 #[test]
 fn hat_is_the_cross_product_and_vee_its_inverse() {
     let mut random = Random::new(2);
@@ -67,29 +181,11 @@ fn hat_is_the_cross_product_and_vee_its_inverse() {
 }
 
 #[test]
-fn log_inverts_exp_relative_to_the_angle() {
-    for f in rotation_vectors(&angles()) {
-        let error = norm(&(log(&exp(&f)) - f));
-        assert!(error <= 5.0 * EPS * norm(&f), "log exp {f:?}: relative error {:e}", error / norm(&f));
-    }
-}
-
-#[test]
 fn exp_inverts_log() {
     let mut random = Random::new(3);
     for _ in 0..1000 {
         let r = random.rotation();
         assert_close(&exp(&log(&r)), &r, 8.0 * EPS, "exp log R");
-    }
-}
-
-#[test]
-fn exp_is_a_rotation_that_leaves_its_axis() {
-    for f in rotation_vectors(&all_angles()) {
-        let r = exp(&f);
-        assert_close(&(r.transpose() * r), &Matrix3::identity(), 8.0 * EPS, "RᵀR");
-        assert!((r.determinant() - 1.0).abs() <= 8.0 * EPS);
-        assert!(norm(&(r * f - f)) <= 6.0 * EPS * norm(&f), "R f = f at {f:?}");
     }
 }
 
@@ -117,30 +213,6 @@ fn log_of_a_half_turn_has_its_first_component_positive() {
     // A first component of the size of round-off does not decide the sign.
     let almost = log(&rotation_from_quaternion(&[-1e-17, 1e-17, -0.6, -0.8]));
     assert!((almost - PI * Vector3::new(0.0, 0.6, 0.8)).norm() <= 6.0 * EPS * PI, "{almost:?}");
-}
-
-#[test]
-fn jacobians_and_their_inverses_multiply_to_one() {
-    for f in rotation_vectors(&all_angles()) {
-        // J⁻¹ grows like 1/(2π − t).
-        let tolerance = 6.0 * EPS * right_jacobian_inverse(&f).amax().max(1.0);
-        let one = Matrix3::identity();
-        assert_close(&(right_jacobian(&f) * right_jacobian_inverse(&f)), &one, tolerance, "J_r J_r⁻¹");
-        assert_close(&(left_jacobian(&f) * left_jacobian_inverse(&f)), &one, tolerance, "J_l J_l⁻¹");
-    }
-}
-
-#[test]
-fn left_jacobian_is_the_right_one_of_minus_f_transposed_and_rotated() {
-    for f in rotation_vectors(&all_angles()) {
-        let left = left_jacobian(&f);
-        assert_eq!(left, right_jacobian(&-f));
-        assert_eq!(left, right_jacobian(&f).transpose());
-        assert_close(&left, &(exp(&f) * right_jacobian(&f)), 6.0 * EPS, "J_l = exp J_r");
-        assert_eq!(left_jacobian_inverse(&f), right_jacobian_inverse(&-f));
-        assert_eq!(left_jacobian_inverse(&f), right_jacobian_inverse(&f).transpose());
-        assert!(norm(&(left * f - f)) <= 6.0 * EPS * norm(&f), "J_l f = f");
-    }
 }
 
 /// `exp S(f)` in dual numbers, by the plain formula: good for angles that are not small.
@@ -191,70 +263,12 @@ fn directional_derivative_of_the_right_jacobian_agrees_with_dual_numbers() {
 }
 
 #[test]
-fn directional_derivative_of_the_right_jacobian_is_half_the_cross_product_at_zero() {
-    let v = Vector3::new(0.3, -0.7, 0.2);
-    for f in rotation_vectors(&[0.0, 1e-300, 1e-154, 1e-17]) {
-        assert_close(&right_jacobian_directional(&f, &v), &(0.5 * hat(&v)), EPS, "D(0, v) = ½ S(v)");
-    }
-}
-
-#[test]
-fn cayley_is_the_exponential_of_twice_the_arc_tangent() {
-    for f in rotation_vectors(&angles()) {
-        let half_tangent = f * if norm(&f) < 1e-9 { 0.5 } else { (0.5 * norm(&f)).tan() / norm(&f) };
-        assert_close(&cayley(&half_tangent), &exp(&f), 8.0 * EPS, "cay(tan(t/2) f/t)");
-    }
-}
-
-#[test]
 fn cayley_solves_its_defining_equation() {
     let mut random = Random::new(6);
     for _ in 0..200 {
         let s = hat(&(2.0 * random.vector()));
         let one = Matrix3::identity();
         assert_close(&(cayley(&vee(&s)) * (one - s)), &(one + s), 2e-15, "cay(f) (I − S) = I + S");
-    }
-}
-
-#[test]
-fn cayley_inverse_returns_the_vector_relative_to_its_size() {
-    // The vector t/2 of a rotation near π grows without bound, and with it the condition: 1 + |f|².
-    for f in rotation_vectors(&[
-        0.0, 1e-300, 1e-154, 1e-20, 1e-8, 1e-3, 0.3, 0.57735, 0.57736, 1.0, 1.7321, 3.0, 100.0,
-    ]) {
-        let error = norm(&(cayley_inverse(&cayley(&f)) - f));
-        let condition = 1.0 + norm(&f).powi(2);
-        assert!(error <= 4.0 * EPS * norm(&f) * condition.sqrt(), "{f:?}: {error:e}");
-    }
-}
-
-#[test]
-fn cayley_minus_identity_keeps_relative_accuracy() {
-    for f in rotation_vectors(&[1e-300, 1e-154, 1e-20, 1e-8, 1e-3, 0.3, 1.0, 3.0]) {
-        // F − I = 2 S(f) (I − S(f))⁻¹: multiplied out, no cancellation on either side.
-        let left = cayley_minus_identity(&f) * (Matrix3::identity() - hat(&f));
-        let error = difference(&left, &(2.0 * hat(&f)));
-        assert!(error <= 4.0 * EPS * norm(&f) * (1.0 + norm(&f)), "{f:?}: {error:e}");
-    }
-}
-
-#[test]
-fn quaternion_and_rotation_convert_into_each_other() {
-    for f in rotation_vectors(&[angles(), vec![PI]].concat()) {
-        let r = exp(&f);
-        let q = quaternion_from_rotation(&r);
-        assert!((q.iter().map(|c| c * c).sum::<f64>() - 1.0).abs() <= 4.0 * EPS, "unit");
-        assert_close(&rotation_from_quaternion(&q), &r, 8.0 * EPS, "R(q(R))");
-        assert_close(&rotation_from_quaternion(&q.map(|c| -c)), &r, 8.0 * EPS, "R(−q)");
-        assert_close(&rotation_from_quaternion(&q.map(|c| 5.0 * c)), &r, 8.0 * EPS, "R(5q)");
-        let half = 0.5 * norm(&f);
-        assert!((q[0].abs() - half.cos().abs()).abs() <= 4.0 * EPS, "scalar first");
-        let v = Vector3::new(q[1], q[2], q[3]) * q[0].signum();
-        let sinc = if half < 1e-9 { 1.0 } else { half.sin() / half };
-        // At π the sign of w is round-off.
-        if norm(&f) < PI {
-            assert!(norm(&(v - 0.5 * sinc * f)) <= 4.0 * EPS * norm(&f), "{v:?} for {f:?}");
-        }
     }
 }
 

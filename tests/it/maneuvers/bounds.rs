@@ -1,6 +1,7 @@
 //! What the planner does at its bounds: stops when told, refuses what makes no sense, never lies.
 
-use super::support::{Random, rest_to_rest, solved, weighted};
+use super::support::{rest_to_rest, solved, weighted};
+use crate::common::Random;
 use slewkit::maneuver::problem::{Path, Problem, Scheme, State};
 use slewkit::maneuver::settings::Settings;
 use slewkit::maneuver::solution::Outcome;
@@ -93,7 +94,7 @@ fn any(random: &mut Random) -> f64 {
 
 #[test]
 fn problems_with_absurd_numbers_are_errors() {
-    let mut random = Random(71);
+    let mut random = Random::new(71);
     let mut refused = 0;
     for _ in 0..2000 {
         let mut problem = rest_to_rest(60.0).with_steps(random.pick(&[0, 1, 2, 3, 20, usize::MAX]));
@@ -157,7 +158,7 @@ fn corner(random: &mut Random) -> Option<Problem> {
 
 #[test]
 fn random_maneuvers_never_panic_hang_or_pass_for_solved_when_they_are_not() {
-    let mut random = Random(73);
+    let mut random = Random::new(73);
     let settings =
         Settings { time_limit: Some(Duration::from_millis(200)), max_iterations: 25, ..Settings::default() };
     let (mut solved, mut open, mut refused, mut disputed) = (0, 0, 0, 0);

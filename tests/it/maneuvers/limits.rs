@@ -1,7 +1,8 @@
 //! Limited inputs through the saturated law: published costs, another optimiser, both witnesses.
 
 use super::dense::Dense;
-use super::support::{Random, assert_close, full_body, rest_to_rest, weighted};
+use super::support::{assert_close, full_body, rest_to_rest, weighted};
+use crate::common::Random;
 use nalgebra::{DMatrix, DVector};
 use slewkit::lie;
 use slewkit::maneuver::constraint::{Constraint, Rule};
@@ -153,7 +154,7 @@ fn limits_of_inputs_alone_take_the_shooting_by_default() {
 
 #[test]
 fn the_costs_are_those_of_a_dense_optimiser() {
-    let mut random = Random(71);
+    let mut random = Random::new(71);
     for index in 0..10 {
         let moments = Vector3::repeat(0.6) + 0.4 * random.vector().abs();
         let turn = lie::exp(&random.vector());

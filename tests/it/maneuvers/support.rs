@@ -55,27 +55,3 @@ pub fn assert_close(name: &str, a: &[f64], b: &[f64], limit: f64) {
     let error = a.iter().zip(b).fold(0.0f64, |error, (x, y)| error.max((x - y).abs()));
     assert!(error <= limit * size, "{name}: {:e}", error / size);
 }
-
-/// The splitmix64 generator.
-pub struct Random(pub u64);
-
-impl Random {
-    /// Uniform in [0, 1).
-    pub fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / 2.0f64.powi(53)
-    }
-
-    /// Components uniform in [−1, 1).
-    pub fn vector(&mut self) -> Vector3 {
-        Vector3::from_fn(|_, _| 2.0 * self.unit() - 1.0)
-    }
-
-    /// One of several.
-    pub fn pick<T: Copy>(&mut self, from: &[T]) -> T {
-        from[(self.unit() * from.len() as f64) as usize]
-    }
-}
