@@ -10,3 +10,4 @@ pub mod search;
 pub(crate) mod second_order;
 pub mod step;
 pub mod sweep;
+pub(crate) mod terminal;

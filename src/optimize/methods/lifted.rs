@@ -190,7 +190,7 @@ impl<const N: usize> Residuals<N> {
         for k in 0..steps {
             let from = if k == 0 { &start } else { &nodes.points[k] };
             let step = dynamics.transition::<N>(k, from, &nodes.costates[k + 1])?;
-            d.push(difference(&step.end, &nodes.points[k + 1]));
+            d.push(step.end.minus(&nodes.points[k + 1]).to_vector());
             c.push(nodes.costates[k] - step.costate_before);
             linear.push(step.linear);
         }
@@ -199,7 +199,7 @@ impl<const N: usize> Residuals<N> {
         let kick = dynamics.linear_kick::<N>(&last.pose(), &costate);
         let (q_end, gradient_end) = (kick.authority::<N>() * grid.full_kick(steps), kick.gradient::<N>());
         let end = closing_point::<N>(dynamics, last, &costate);
-        let e = bvp.terminal_error(&end);
+        let e = bvp.terminal.value(&end);
         let all = || d.iter().chain(&c).chain(std::iter::once(&e));
         let norm = all().map(|residual| residual.norm_squared()).sum::<f64>().sqrt();
         let largest = all().map(|residual| residual.amax()).fold(0.0, f64::max);
@@ -229,17 +229,6 @@ fn closing_point<const N: usize>(dynamics: &Dynamics, last: &Point, costate: &Co
         kick.apply::<N>(&mut point, &mut costate, -dynamics.grid.kick(dynamics.grid.steps()), 0.0);
     }
     point
-}
-
-/// `a − b` in the tangent space at `b`.
-fn difference<const N: usize>(a: &Point, b: &Point) -> SVector<f64, N> {
-    Costate {
-        x: a.position.value - b.position.value,
-        gamma: a.linear_momentum.value - b.linear_momentum.value,
-        zeta: lie::minus(&a.attitude.value, &b.attitude.value),
-        pi: a.momentum.value - b.momentum.value,
-    }
-    .to_vector()
 }
 
 fn turned<const N: usize>(turn: &Matrix3, matrix: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {

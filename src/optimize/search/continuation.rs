@@ -75,7 +75,7 @@ impl<const N: usize> Method for InTarget<'_, N> {
             Ok(point) => point,
             Err(error) => return Attempt::failed(candidate, outcome_of(error)),
         };
-        let target = bvp.target;
+        let target = *bvp.terminal.target();
         let short = lie::minus(&target.attitude.value, &ballistic.attitude.value);
         let way = wound(&short, self.turns);
         let between = |s: f64| Point {

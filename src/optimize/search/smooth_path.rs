@@ -34,7 +34,7 @@ pub(crate) fn nodes<const N: usize>(
     turns: i32,
     bump: &Vector3,
 ) -> Result<Nodes<N>, StepError> {
-    let short = lie::minus(&bvp.target.attitude.value, &bvp.start.attitude.value);
+    let short = lie::minus(&bvp.terminal.target().attitude.value, &bvp.start.attitude.value);
     along(bvp, &wound(&short, turns), bump)
 }
 
@@ -45,7 +45,7 @@ fn along<const N: usize>(
     bump: &Vector3,
 ) -> Result<Nodes<N>, StepError> {
     let dynamics = &bvp.dynamics;
-    let (start, target) = (&bvp.start, &bvp.target);
+    let (start, target) = (&bvp.start, bvp.terminal.target());
     let grid = &dynamics.grid;
     let frame = dynamics.frame_rate();
     let rate =

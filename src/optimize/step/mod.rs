@@ -99,6 +99,16 @@ impl Point {
     pub fn pose(&self) -> Pose {
         Pose { position: self.position.value, attitude: self.attitude.value }
     }
+
+    /// `self ⊖ other` in the tangent space at `other`, in the blocks of a costate.
+    pub fn minus(&self, other: &Self) -> Costate {
+        Costate {
+            x: self.position.value - other.position.value,
+            gamma: self.linear_momentum.value - other.linear_momentum.value,
+            zeta: lie::log(&other.attitude.value.tr_mul(&self.attitude.value)),
+            pi: self.momentum.value - other.momentum.value,
+        }
+    }
 }
 
 /// A costate in blocks; the translation is unused on SO(3).

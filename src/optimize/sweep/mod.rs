@@ -9,12 +9,11 @@
 //! it and half a kick closes it; the discrete optimum then has `u_0 = −W⁻¹Bᵀλ_{−1}` by the same formula
 //! and is of second order. Nothing is allocated.
 
-use crate::lie;
+use crate::Vector3;
 use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::Problem;
-use crate::numerics::compensated::Sum;
 use crate::optimize::step::{Costate, Dynamics, Point, Sensitivity, StepError};
-use crate::{Matrix3, Vector3};
+use crate::optimize::terminal::TerminalCondition;
 use nalgebra::{SMatrix, SVector};
 
 /// The boundary value problem of the necessary conditions, on one grid, in scaled units.
@@ -22,7 +21,7 @@ use nalgebra::{SMatrix, SVector};
 pub struct BoundaryValueProblem<const N: usize> {
     pub(crate) dynamics: Dynamics,
     pub(crate) start: Point,
-    pub(crate) target: Point,
+    pub(crate) terminal: TerminalCondition,
 }
 
 /// Where a sweep ended.
@@ -66,8 +65,9 @@ impl<const N: usize> BoundaryValueProblem<N> {
     /// The same on a grid in the unit of time, which is the duration that the problem states.
     pub(crate) fn on(problem: &Problem, grid: Grid) -> Self {
         let dynamics = Dynamics::on(problem, grid);
-        let (start, target) = (dynamics.point(&problem.start), dynamics.point(&problem.end));
-        Self { dynamics, start, target }
+        let start = dynamics.point(&problem.start);
+        let terminal = TerminalCondition::State(dynamics.point(&problem.end));
+        Self { dynamics, start, terminal }
     }
 
     /// Sweeps from `λ_{−1}`.
@@ -186,7 +186,7 @@ impl<const N: usize> BoundaryValueProblem<N> {
                 point = kicked;
             }
         }
-        let error = self.terminal_error(&point);
+        let error = self.terminal.value::<N>(&point);
         let cost = effort * grid.mean_step();
         if error.iter().all(|value| value.is_finite()) && cost.is_finite() {
             Ok(End { error, cost })
@@ -195,21 +195,9 @@ impl<const N: usize> BoundaryValueProblem<N> {
         }
     }
 
-    /// Terminal error of a state: position, linear momentum, attitude (a logarithm), momentum.
-    pub(crate) fn terminal_error(&self, point: &Point) -> SVector<f64, N> {
-        let relative: Matrix3 = self.target.attitude.value.tr_mul(&point.attitude.value);
-        Costate {
-            x: point.position.value - self.target.position.value,
-            gamma: point.linear_momentum.value - self.target.linear_momentum.value,
-            zeta: lie::log(&relative),
-            pi: point.momentum.value - self.target.momentum.value,
-        }
-        .to_vector()
-    }
-
-    /// The same problem with another target, its attitude and momenta given.
+    /// The same problem with another state given at the end.
     pub(crate) fn with_target(&self, target: Point) -> Self {
-        Self { target, ..self.clone() }
+        Self { terminal: TerminalCondition::State(target), ..self.clone() }
     }
 
     /// The same problem with every limit of the inputs `factor` times as large.
@@ -232,24 +220,8 @@ impl<const N: usize> BoundaryValueProblem<N> {
     /// The state at the end of the motion without inputs.
     pub(crate) fn ballistic_end(&self) -> Result<Point, StepError> {
         let mut end = self.start;
-        let origin = Self { target: zero_point(), ..self.clone() };
-        // The observer's last node carries the full kick of Lie–Verlet: take half of it back.
-        let mut last = None;
-        origin.sweep_observed(&SVector::zeros(), |node| last = Some(node))?;
-        if let Some(node) = last {
-            end = node.physical();
-        }
+        self.sweep_observed(&SVector::zeros(), |node| end = node.physical())?;
         Ok(end)
-    }
-}
-
-fn zero_point() -> Point {
-    let zero = Vector3::zeros();
-    Point {
-        position: Sum::new(zero),
-        linear_momentum: Sum::new(zero),
-        attitude: Sum::new(Matrix3::identity()),
-        momentum: Sum::new(zero),
     }
 }
 

@@ -17,6 +17,7 @@ use crate::mechanics::actuators::{ActuatorSet, AxisFrame};
 use crate::mechanics::environment::{Blocks, Pose, Wrench};
 use crate::numerics::compensated::Sum;
 use crate::optimize::step::{Costate, Dynamics, Point, StepError};
+use crate::optimize::terminal::TerminalCondition;
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, DVector, Matrix3xX};
 
@@ -52,6 +53,7 @@ pub(crate) struct Model {
     pub h: f64,
     pub start: ChainState,
     pub target: ChainState,
+    terminal: TerminalCondition,
     /// `W`, m×m, scaled.
     pub weight: DMatrix<f64>,
     /// Units of the inputs [N or N·m].
@@ -128,6 +130,7 @@ impl Model {
             h: dynamics.grid.mean_step(),
             start: ChainState::of(&dynamics.point(&problem.start), DVector::zeros(wheels)),
             target: ChainState::of(&dynamics.point(&problem.end), DVector::zeros(wheels)),
+            terminal: TerminalCondition::State(dynamics.point(&problem.end)),
             weight,
             input_unit,
             forces,
@@ -206,13 +209,14 @@ impl Model {
 
     /// Number of terminal conditions.
     pub fn terminal_count(&self) -> usize {
-        if self.moves { 12 } else { 6 }
+        self.terminal.count(if self.moves { 12 } else { 6 })
     }
 
     /// Terminal error of a chain's last state, and its derivative, up to `J_r⁻¹` of the attitude error.
     pub fn terminal(&self, state: &ChainState) -> (DVector<f64>, DMatrix<f64>) {
         let count = self.terminal_count();
-        let mut error = self.difference(state, &self.target).rows(0, count).into_owned();
+        let error = self.terminal.value::<12>(&state.point());
+        let mut error = DVector::from_column_slice(&error.as_slice()[12 - count..]);
         let mut slope = DMatrix::identity(count, self.n);
         if self.wheels > 0 {
             let mut rows = error.rows_mut(3, 3);
@@ -226,12 +230,13 @@ impl Model {
     pub fn difference(&self, a: &ChainState, b: &ChainState) -> DVector<f64> {
         let mut out = DVector::zeros(self.n);
         let (zeta, pi) = (self.zeta(), self.pi());
+        let blocks = a.point().minus(&b.point());
         if self.moves {
-            out.rows_mut(0, 3).copy_from(&(a.position - b.position));
-            out.rows_mut(3, 3).copy_from(&(a.linear_momentum - b.linear_momentum));
+            out.rows_mut(0, 3).copy_from(&blocks.x);
+            out.rows_mut(3, 3).copy_from(&blocks.gamma);
         }
-        out.rows_mut(zeta, 3).copy_from(&lie::log(&b.attitude.tr_mul(&a.attitude)));
-        out.rows_mut(pi, 3).copy_from(&(a.momentum - b.momentum));
+        out.rows_mut(zeta, 3).copy_from(&blocks.zeta);
+        out.rows_mut(pi, 3).copy_from(&blocks.pi);
         if self.wheels > 0 {
             out.rows_mut(6, self.wheels).copy_from(&(&a.wheels - &b.wheels));
         }
