@@ -2,7 +2,6 @@
 
 mod accessory;
 
-use crate::Matrix3;
 use crate::maneuver::solution::Optimality;
 use crate::numerics::factor::{Factor, rank_and_condition};
 use crate::optimize::step::Sensitivity;
@@ -14,13 +13,14 @@ pub(crate) fn optimality<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     costate: &SVector<f64, N>,
 ) -> Optimality {
-    let (rank, condition) = match bvp.sweep_linearized(costate) {
-        Ok((_, psi)) => rank_and_condition(&psi),
-        Err(_) => (0, f64::INFINITY),
-    };
+    let psi = bvp.sweep_linearized(costate).ok().map(|(_, psi)| psi);
+    let (rank, condition) = psi.as_ref().map_or((0, f64::INFINITY), rank_and_condition);
     Optimality {
         stationarity: stationarity(bvp, costate),
-        conjugate_points: conjugate_points(bvp, costate),
+        conjugate_points: match &psi {
+            Some(psi) if !bvp.dynamics.is_limited() => conjugate_points_of(bvp, costate, psi),
+            _ => conjugate_points(bvp, costate),
+        },
         rank,
         condition,
     }
@@ -74,34 +74,41 @@ pub(crate) fn conjugate_points<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     costate: &SVector<f64, N>,
 ) -> Option<usize> {
-    let dynamics = &bvp.dynamics;
-    if dynamics.is_limited() {
+    if bvp.dynamics.is_limited() {
         return accessory::conjugate_points(bvp, costate);
     }
+    let (_, psi) = bvp.sweep_linearized(costate).ok()?;
+    conjugate_points_of(bvp, costate, &psi)
+}
+
+/// The same without limits, from Ψ₁₂ at the end.
+fn conjugate_points_of<const N: usize>(
+    bvp: &BoundaryValueProblem<N>,
+    costate: &SVector<f64, N>,
+    psi: &SMatrix<f64, N, N>,
+) -> Option<usize> {
+    let dynamics = &bvp.dynamics;
     let grid = &dynamics.grid;
     let (steps, half_end) = (grid.steps(), grid.has_half_kicks());
     let root = dynamics.input_root();
-    let (_, psi) = bvp.sweep_linearized(costate).ok()?;
-    let full = rank_and_condition(&psi).0;
-    let mut attitudes: Vec<Matrix3> = Vec::with_capacity(steps + 1);
-    bvp.sweep_observed(costate, |node| attitudes.push(node.point.attitude.value)).ok()?;
+    let full = rank_and_condition(psi).0;
     let mut counter = Counter { full, regular: false, ever: false, total: 0 };
     let mut index = 0;
     let mut last = None;
-    bvp.sweep_conjugate(costate, |columns: &Sensitivity<N>| {
+    bvp.sweep_conjugate(costate, |attitude, columns: &Sensitivity<N>| {
         index += 1;
         if index < steps || !half_end {
-            let g = root.at::<N>(&attitudes[index]) * grid.full_kick(index).sqrt();
+            let g = root.at::<N>(attitude) * grid.full_kick(index).sqrt();
             counter.meet(&columns.state(), &columns.costate(), &g);
         } else {
-            last = Some(columns.costate());
+            last = Some((*attitude, columns.costate()));
         }
     })
     .ok()?;
-    if let Some(dual) = last {
+    if let Some((attitude, dual)) = last {
         // The closing half kick of Lie–Verlet has half the authority.
-        let g = root.at::<N>(&attitudes[steps]) * grid.kick(steps).sqrt();
-        counter.meet(&psi, &dual, &g);
+        let g = root.at::<N>(&attitude) * grid.kick(steps).sqrt();
+        counter.meet(psi, &dual, &g);
     }
     counter.ever.then_some(counter.total)
 }

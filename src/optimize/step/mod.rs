@@ -105,7 +105,7 @@ impl Point {
         Costate {
             x: self.position.value - other.position.value,
             gamma: self.linear_momentum.value - other.linear_momentum.value,
-            zeta: lie::log(&other.attitude.value.tr_mul(&self.attitude.value)),
+            zeta: lie::minus(&self.attitude.value, &other.attitude.value),
             pi: self.momentum.value - other.momentum.value,
         }
     }

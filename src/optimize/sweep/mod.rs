@@ -9,11 +9,11 @@
 //! it and half a kick closes it; the discrete optimum then has `u_0 = −W⁻¹Bᵀλ_{−1}` by the same formula
 //! and is of second order. Nothing is allocated.
 
-use crate::Vector3;
 use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::Problem;
 use crate::optimize::step::{Costate, Dynamics, Point, Sensitivity, StepError};
 use crate::optimize::terminal::TerminalCondition;
+use crate::{Matrix3, Vector3};
 use nalgebra::{SMatrix, SVector};
 
 /// The boundary value problem of the necessary conditions, on one grid, in scaled units.
@@ -72,7 +72,7 @@ impl<const N: usize> BoundaryValueProblem<N> {
 
     /// Sweeps from `λ_{−1}`.
     pub fn sweep(&self, costate: &SVector<f64, N>) -> Result<End<N>, StepError> {
-        self.run::<false>(costate, &mut Sensitivity::zero(), |_| {}, |_| {})
+        self.run::<false>(costate, &mut Sensitivity::zero(), |_| {}, |_, _| {})
     }
 
     /// Sweeps from `λ_{−1}` and shows every node to `observe`.
@@ -81,7 +81,7 @@ impl<const N: usize> BoundaryValueProblem<N> {
         costate: &SVector<f64, N>,
         observe: impl FnMut(Node),
     ) -> Result<End<N>, StepError> {
-        self.run::<false>(costate, &mut Sensitivity::zero(), observe, |_| {})
+        self.run::<false>(costate, &mut Sensitivity::zero(), observe, |_, _| {})
     }
 
     /// Sweeps from `λ_{−1}` with `Ψ₁₂ = ∂z_N/∂λ_{−1}`, N×N.
@@ -89,14 +89,15 @@ impl<const N: usize> BoundaryValueProblem<N> {
         &self,
         costate: &SVector<f64, N>,
     ) -> Result<(End<N>, SMatrix<f64, N, N>), StepError> {
-        self.sweep_conjugate(costate, |_| {})
+        self.sweep_conjugate(costate, |_, _| {})
     }
 
-    /// As [`BoundaryValueProblem::sweep_linearized`]; `watch` sees the derivatives after every full kick.
+    /// As [`BoundaryValueProblem::sweep_linearized`]; `watch` sees attitude and derivatives after every
+    /// full kick.
     pub(crate) fn sweep_conjugate(
         &self,
         costate: &SVector<f64, N>,
-        watch: impl FnMut(&Sensitivity<N>),
+        watch: impl FnMut(&Matrix3, &Sensitivity<N>),
     ) -> Result<(End<N>, SMatrix<f64, N, N>), StepError> {
         let mut columns = Sensitivity::of_costate();
         let end = self.run::<true>(costate, &mut columns, |_| {}, watch)?;
@@ -114,7 +115,7 @@ impl<const N: usize> BoundaryValueProblem<N> {
         costate: &SVector<f64, N>,
         columns: &mut Sensitivity<N>,
         observe: impl FnMut(Node),
-        watch: impl FnMut(&Sensitivity<N>),
+        watch: impl FnMut(&Matrix3, &Sensitivity<N>),
     ) -> Result<End<N>, StepError> {
         if self.dynamics.is_limited() {
             self.run_of::<DERIVE, true>(costate, columns, observe, watch)
@@ -130,7 +131,7 @@ impl<const N: usize> BoundaryValueProblem<N> {
         costate: &SVector<f64, N>,
         columns: &mut Sensitivity<N>,
         mut observe: impl FnMut(Node),
-        mut watch: impl FnMut(&Sensitivity<N>),
+        mut watch: impl FnMut(&Matrix3, &Sensitivity<N>),
     ) -> Result<End<N>, StepError> {
         let dynamics = &self.dynamics;
         let grid = &dynamics.grid;
@@ -165,11 +166,11 @@ impl<const N: usize> BoundaryValueProblem<N> {
                 if last {
                     let mut full = *columns;
                     linear.apply(&mut full, h, h);
-                    watch(&full);
+                    watch(&pose.attitude, &full);
                     linear.apply(columns, 0.5 * h, h);
                 } else {
                     linear.apply(columns, h, h);
-                    watch(columns);
+                    watch(&pose.attitude, columns);
                 }
             }
             let mut kicked = point;

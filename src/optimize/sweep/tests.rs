@@ -1,13 +1,13 @@
 //! The sweep against reference values, finite differences and the first-order conditions.
 
 use super::*;
+use crate::lie;
 use crate::maneuver::problem::{Motion, Scheme, State};
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
 use crate::mechanics::body::{Body, Inertia};
 use crate::mechanics::environment::{CentralGravity, GravityGradient, PointMass, UniformGravity};
 use crate::numerics::factor::Factor;
 use crate::testing::{Random, graded, limited, matrix, reference, vector};
-use crate::{Matrix3, lie};
 use nalgebra::DMatrix;
 use serde_json::Value;
 
@@ -318,7 +318,7 @@ fn check_matrices<const N: usize>(problem: &Problem, grid: Grid, random: &mut Ra
         psi_from_nodes = -linear.authority::<N>() * dynamics.grid.kick(0);
     }
     let mut watched = Vec::new();
-    bvp.sweep_conjugate(&first, |columns| watched.push(columns.state())).unwrap();
+    bvp.sweep_conjugate(&first, |_, columns| watched.push(columns.state())).unwrap();
     for (k, pair) in nodes.windows(2).enumerate() {
         let costate = pair[1].costate.to_vector::<N>();
         let step = dynamics.transition::<N>(pair[0].index, &pair[0].point, &costate).unwrap();
