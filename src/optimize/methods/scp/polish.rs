@@ -216,7 +216,7 @@ fn largest_multiplier(multipliers: &Multipliers) -> f64 {
     multipliers.rows.iter().fold(0.0f64, |largest, value| largest.max(*value))
 }
 
-/// LimitRows whose value and multiplier `acts` accepts.
+/// Rows whose value and multiplier `acts` accepts.
 fn rows_that(at: &Evaluated, multipliers: &Multipliers, acts: impl Fn(f64, f64) -> bool) -> Vec<bool> {
     let half = |(value, multiplier): (&RowValue, &f64)| match value {
         RowValue::Half { c, .. } => acts(*c, *multiplier),
@@ -233,12 +233,12 @@ fn active(at: &Evaluated, multipliers: &Multipliers) -> Vec<bool> {
     })
 }
 
-/// LimitRows with `ν + ρ c > 0`.
+/// Rows with `ν + ρ c > 0`.
 fn acting(at: &Evaluated, multipliers: &Multipliers, rho: f64) -> Vec<bool> {
     rows_that(at, multipliers, |c, multiplier| multiplier + rho * c > 0.0)
 }
 
-/// LimitRows whose multiplier is not small beside the largest.
+/// Rows whose multiplier is not small beside the largest.
 fn likely(at: &Evaluated, multipliers: &Multipliers) -> Vec<bool> {
     let largest = largest_multiplier(multipliers);
     rows_that(at, multipliers, |_, multiplier| multiplier > LIKELY * largest)

@@ -267,7 +267,7 @@ struct BoresightArc {
 }
 
 impl BoresightArc {
-    /// RowValue at a fraction of the arc, and derivative with respect to ζ there.
+    /// Value at a fraction of the arc, and derivative with respect to ζ there.
     fn at(&self, fraction: f64) -> (f64, Vector3) {
         let attitude = self.attitude * lie::exp(&(self.arc * fraction));
         let direction = lie::exp(&(self.turn * fraction)) * self.direction;
@@ -344,7 +344,7 @@ impl LimitRows {
         self.groups.len() - 1
     }
 
-    /// LimitRows for both signs of every bounded quantity of a list, at every stage of a range.
+    /// Rows for both signs of every bounded quantity of a list, at every stage of a range.
     fn both_signs(
         &mut self,
         group: usize,

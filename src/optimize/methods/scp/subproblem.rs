@@ -107,7 +107,7 @@ impl ProgramLayout {
     }
 }
 
-/// LimitRows of a ball: its bound, and three components.
+/// Rows of a ball: its bound, and three components.
 const BALL: usize = 4;
 
 /// The rows of `A x + s = b` as they are written.

@@ -186,7 +186,7 @@ fn the_derivatives_of_every_row_are_those_of_its_value() {
             }
         }
     }
-    // LimitRows of arcs with an extremum inside must have been among them.
+    // Rows of arcs with an extremum inside must have been among them.
     assert!(met[0] > 200 && met[1] > 3, "{met:?}");
 }
 
