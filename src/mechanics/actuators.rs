@@ -75,7 +75,7 @@ pub struct ActuatorSet {
     limits: Limits,
 }
 
-/// Limits of the inputs of one channel; absent: none.
+/// Limits of the inputs of one set; absent: none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Limits {
     /// `|u_i| ≤` this, one per input [N·m or N].
@@ -93,7 +93,7 @@ impl Limits {
     }
 }
 
-/// Why axes and weight do not make a channel.
+/// Why axes and weight do not make a set of actuators.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ActuatorSetError {
     /// There is no axis, or more than [`ActuatorSet::MAX_INPUTS`].
@@ -269,7 +269,7 @@ impl ActuatorSet {
 /// Reaction wheels that drive the torque inputs: input i is the torque that wheel i exerts on the body
 /// about its axis, so the momentum of the wheel changes by `ḣ_i = −u_i`.
 ///
-/// The spin axes are those of the torque channel, which is fixed to the body. The body's inertia
+/// The spin axes are those of the torque inputs, which are fixed to the body. The body's inertia
 /// contains the wheels, but for their spin. The total momentum in body axes is `JΩ + Σ a_i h_i`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wheels {
@@ -314,7 +314,7 @@ impl Actuation {
         self.force.as_ref().map_or(0, ActuatorSet::count) + self.torque.count()
     }
 
-    /// Momentum `Σ a_i h_i` that the wheels store at the start, axes of the torque channel [N·m·s]; zero
+    /// Momentum `Σ a_i h_i` that the wheels store at the start, axes of the torque inputs [N·m·s]; zero
     /// without wheels.
     pub fn stored_momentum(&self) -> Vector3 {
         self.wheels.as_ref().map_or_else(Vector3::zeros, |wheels| self.torque.output(&wheels.momentum))

@@ -16,7 +16,7 @@
 //! ```
 //!
 //! Under limits the inputs' part of `K` is the minimum over the allowed inputs: `B u` comes from the
-//! saturated law, and its derivative takes the place of `−A` (module `saturation`).
+//! saturated law, and its derivative takes the place of `−A` (`control_law::saturated`).
 
 use super::{Costate, Dynamics, Point, Sensitivity};
 use crate::lie::hat;
