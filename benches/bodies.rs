@@ -9,7 +9,7 @@ use slewkit::maneuver::problem::State;
 use slewkit::mechanics::body::Body;
 use slewkit::mechanics::environment::{Pose, Wrench};
 use slewkit::mechanics::full_body::*;
-use slewkit::propagate::integrator::{Kind, Settings, System};
+use slewkit::propagate::integrator::{ErrorControl, Kind, System};
 use slewkit::{Vector3, lie};
 use std::sync::Arc;
 
@@ -85,7 +85,7 @@ fn step_of_clouds(bencher: Bencher, (bodies, points): (usize, usize)) {
         ..State::attitude(pose.attitude, Vector3::new(0.1, 0.3, 0.2))
     });
     let start = system.state(&states.collect::<Vec<_>>()).unwrap();
-    let mut method = Kind::LieVerlet.start(&system, &start, 1e-6, &Settings::default()).unwrap();
+    let mut method = Kind::LieVerlet.start(&system, &start, 1e-6, &ErrorControl::default()).unwrap();
     bencher.bench_local(|| method.step(black_box(&[])).unwrap());
 }
 

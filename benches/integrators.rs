@@ -9,7 +9,7 @@
 mod motions;
 
 use motions::{dumbbells, free_body, full_inertia, steady_rotation};
-use slewkit::propagate::integrator::{AttitudeEquation, Kind, Settings};
+use slewkit::propagate::integrator::{AttitudeEquation, ErrorControl, Kind};
 use slewkit::{Matrix3, Vector3, lie};
 use std::hint::black_box;
 use std::time::Instant;
@@ -43,7 +43,7 @@ fn steps(seconds: f64) {
     for kind in Kind::all() {
         let mut line = format!("{:24}", kind.name());
         for (system, state) in [free_body(), dumbbells()] {
-            let mut method = kind.start(&system, &state, 0.01, &Settings::default()).unwrap();
+            let mut method = kind.start(&system, &state, 0.01, &ErrorControl::default()).unwrap();
             let time = fastest(seconds, STEPS, || (0..STEPS).for_each(|_| method.step(&[]).unwrap()));
             let work = method.work();
             let per = |count: u64| count as f64 / work.steps as f64;
@@ -131,7 +131,7 @@ fn naive(seconds: f64, steps: u32) {
         let time = fastest(seconds, BATCH, || (0..BATCH).for_each(|_| state = step(black_box(state))));
         let cell = |lost: f64, off: f64, time: f64| format!("{lost:.1e} {off:.1e} {time:.1}");
         let naive = cell(lost, off, time);
-        let mut method = Kind::LieVerlet.start(&system, &start, 0.02, &Settings::default()).unwrap();
+        let mut method = Kind::LieVerlet.start(&system, &start, 0.02, &ErrorControl::default()).unwrap();
         (0..steps).for_each(|_| method.step(&[]).unwrap());
         let (pose, momenta) = (method.state().poses()[0], method.state().momenta()[0]);
         let (lost, off) = drift(&pose.attitude, &momenta.angular);
@@ -175,7 +175,7 @@ fn conservation(horizons: &[u64]) {
     ] {
         for (kind, steps) in kinds.iter().flat_map(|kind| horizons.iter().map(move |steps| (*kind, *steps))) {
             let before = system.invariants(&state);
-            let mut method = kind.start(&system, &state, step, &Settings::default()).unwrap();
+            let mut method = kind.start(&system, &state, step, &ErrorControl::default()).unwrap();
             let (mut momentum, mut orthogonality, mut energy) = (0.0_f64, 0.0_f64, 0.0_f64);
             let samples = steps.min(1000);
             let mut energies = Vec::with_capacity(samples as usize);

@@ -152,7 +152,7 @@ fn steps_of_the_integrators_allocate_nothing() {
         let input = Wrench { force: Vector3::zeros(), moment: Vector3::new(1e-4, 0.0, -1e-4) };
         let inputs = vec![Input::held(input); n];
         for kind in Kind::all().filter(|kind| !matches!(kind, Kind::Dop853 | Kind::Verner98)) {
-            let mut method = kind.start(system, &start, 0.01, &integrator::Settings::default()).unwrap();
+            let mut method = kind.start(system, &start, 0.01, &integrator::ErrorControl::default()).unwrap();
             for inputs in [&[][..], &inputs] {
                 let count = allocations(|| (0..3).map(|_| method.step(inputs)).all(|step| step.is_ok()));
                 assert_eq!(count, 0, "{kind} {system:?}");

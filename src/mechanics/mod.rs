@@ -5,3 +5,4 @@ pub mod body;
 pub(crate) mod drift_equation;
 pub mod environment;
 pub mod full_body;
+pub mod number;

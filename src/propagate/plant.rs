@@ -7,7 +7,7 @@ use crate::mechanics::full_body::Potential;
 use crate::{Matrix3, Vector3, lie};
 use std::sync::{Mutex, PoisonError};
 
-/// `B u` of both channels, each in the axes in which its columns are fixed.
+/// `B u` of forces and torques, each in the axes in which its columns are fixed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Output {
     pub(crate) force: Vector3,
@@ -19,7 +19,7 @@ impl Output {
         let force = problem.actuation.force.as_ref();
         let (force_inputs, torque_inputs) = inputs.split_at(force.map_or(0, ActuatorSet::count));
         Self {
-            force: force.map_or_else(Vector3::zeros, |channel| channel.output(force_inputs)),
+            force: force.map_or_else(Vector3::zeros, |set| set.output(force_inputs)),
             torque: problem.actuation.torque.output(torque_inputs),
         }
     }
@@ -90,14 +90,8 @@ impl<'a> Plant<'a> {
     /// Force (reference frame) and torque (body axes) of the actuators.
     pub(crate) fn actuators(&self, attitude: &Matrix3, output: &Output) -> Wrench {
         Wrench {
-            force: match self.force_frame {
-                AxisFrame::Reference => output.force,
-                AxisFrame::Body => attitude * output.force,
-            },
-            moment: match self.torque_frame {
-                AxisFrame::Body => output.torque,
-                AxisFrame::Reference => attitude.tr_mul(&output.torque),
-            },
+            force: self.force_frame.to_reference(attitude, &output.force),
+            moment: self.torque_frame.to_body(attitude, &output.torque),
         }
     }
 }

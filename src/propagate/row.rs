@@ -21,7 +21,7 @@ pub struct BodyState {
 
 /// One moment of the motion.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct SimulationRow {
     /// Time \[s\].
     pub time: f64,
     /// The bodies, in the order of the system.
@@ -33,7 +33,7 @@ pub struct Row {
 /// Who follows a simulation. A closure that takes rows is one.
 pub trait Observer {
     /// A row. `Break` ends the simulation.
-    fn on_row(&mut self, row: &Row) -> ControlFlow<()>;
+    fn on_row(&mut self, row: &SimulationRow) -> ControlFlow<()>;
 
     /// So many steps have been made; called after each, so be quick. `Break` ends the simulation, with a last row of
     /// the state reached.
@@ -42,8 +42,8 @@ pub trait Observer {
     }
 }
 
-impl<F: FnMut(&Row) -> ControlFlow<()>> Observer for F {
-    fn on_row(&mut self, row: &Row) -> ControlFlow<()> {
+impl<F: FnMut(&SimulationRow) -> ControlFlow<()>> Observer for F {
+    fn on_row(&mut self, row: &SimulationRow) -> ControlFlow<()> {
         self(row)
     }
 }

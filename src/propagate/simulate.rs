@@ -4,7 +4,7 @@
 //! use slewkit::mechanics::body::{Body, Inertia};
 //! use slewkit::propagate::integrator::{Kind, System};
 //! use slewkit::maneuver::problem::State;
-//! use slewkit::propagate::simulate::{Row, Simulation};
+//! use slewkit::propagate::simulate::{SimulationRow, Simulation};
 //! use slewkit::{Matrix3, Vector3};
 //! //!
 //! let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5))?, mass: None };
@@ -12,7 +12,7 @@
 //! let start = system.state(&[State::attitude(Matrix3::identity(), Vector3::new(0.01, 1.0, 0.0))])?;
 //! let simulation = Simulation { stride: 100, ..Simulation::new(system, start, Kind::LieVerlet, 20.0, 2000) };
 //! let (mut first, mut drift) = (None, 0.0_f64);
-//! simulation.run(&mut |row: &Row| {
+//! simulation.run(&mut |row: &SimulationRow| {
 //!     let first = *first.get_or_insert(row.invariants.angular_momentum);
 //!     drift = drift.max((row.invariants.angular_momentum - first).norm());
 //!     ControlFlow::Continue(())
@@ -24,12 +24,12 @@
 //! [`Simulation::of`] makes one from a maneuver. Reaction wheels are the matter of the discrete and the
 //! continuous witness, which propagate too.
 
-pub use super::row::{BodyState, Observer, Row};
+pub use super::row::{BodyState, Observer, SimulationRow};
 
 use crate::maneuver::problem::{Motion, Problem, ProblemError};
 use crate::numerics::figures;
 use crate::propagate::integrator::{
-    Facts, Kind, Settings, StepError, System, SystemError, SystemState, Work,
+    ErrorControl, Facts, Kind, StepError, System, SystemError, SystemState, Work,
 };
 use crate::propagate::plant::{HeldLoad, Output};
 use crate::{Vector3, lie};
@@ -51,7 +51,7 @@ pub struct Simulation {
     /// The method.
     pub kind: Kind,
     /// Its settings.
-    pub settings: Settings,
+    pub settings: ErrorControl,
     /// Duration `T` \[s\].
     pub duration: f64,
     /// Number of steps `N`, at least 1; the step is `h = T/N`.
@@ -132,7 +132,7 @@ impl Simulation {
             system,
             start,
             kind,
-            settings: Settings::default(),
+            settings: ErrorControl::default(),
             duration,
             steps,
             stride: 1,
@@ -248,7 +248,7 @@ impl Simulation {
     }
 
     /// The row of a state at `t = 0`, or of one whose signs do not matter.
-    pub fn row(&self, time: f64, state: &SystemState) -> Row {
+    pub fn row(&self, time: f64, state: &SystemState) -> SimulationRow {
         let body = |pose: &crate::mechanics::environment::Pose| BodyState {
             quaternion: lie::quaternion_from_rotation(&pose.attitude),
             angular_velocity: Vector3::zeros(),
@@ -257,7 +257,7 @@ impl Simulation {
             stored_momentum: Vector3::zeros(),
         };
         let bodies = state.poses().iter().map(body).collect();
-        let mut row = Row { time, bodies, invariants: self.system.invariants(state) };
+        let mut row = SimulationRow { time, bodies, invariants: self.system.invariants(state) };
         self.fill(&mut row, time, state);
         row
     }
@@ -267,7 +267,7 @@ impl Simulation {
     }
 
     /// Everything but the quaternions.
-    fn fill(&self, row: &mut Row, time: f64, state: &SystemState) {
+    fn fill(&self, row: &mut SimulationRow, time: f64, state: &SystemState) {
         row.time = time;
         row.invariants = self.system.invariants(state);
         let rate = self.system.frame_rate();

@@ -9,7 +9,7 @@ use crate::maneuver::problem::{Problem, ProblemError, Scheme};
 use crate::mechanics::environment::Pose;
 use crate::propagate::integrator::Invariants;
 use crate::propagate::plant::{Output, Plant};
-use crate::propagate::row::{BodyState, Observer, Row};
+use crate::propagate::row::{BodyState, Observer, SimulationRow};
 use crate::{Matrix3, lie};
 
 /// How to propagate.
@@ -110,7 +110,7 @@ enum Carrier<'a> {
     Continuous(Continuous<'a>),
 }
 
-fn row(plant: &Plant, time: f64, quaternion: [f64; 4], phase: &Phase) -> Row {
+fn row(plant: &Plant, time: f64, quaternion: [f64; 4], phase: &Phase) -> SimulationRow {
     let problem = plant.problem;
     let (rate, velocity) = (phase.angular_velocity(problem), phase.velocity(problem));
     let spin = phase.attitude * phase.momentum;
@@ -118,7 +118,7 @@ fn row(plant: &Plant, time: f64, quaternion: [f64; 4], phase: &Phase) -> Row {
     let potential = problem.environment.potential(&pose);
     let momentum = spin + phase.attitude * phase.stored + phase.position.cross(&phase.linear_momentum);
     let inertial = plant.to_reference(time).map_or_else(Matrix3::identity, |frame| frame.transpose());
-    Row {
+    SimulationRow {
         time,
         bodies: vec![BodyState {
             quaternion,

@@ -19,7 +19,7 @@ use slewkit::maneuver::problem::Problem;
 use slewkit::numerics::figures::significant;
 use slewkit::plan::Status;
 use slewkit::propagate::integrator::{Kind, StepError};
-use slewkit::propagate::simulate::{Encounter, Observer, Row, Run, Simulation, SimulationError};
+use slewkit::propagate::simulate::{Encounter, Observer, Run, Simulation, SimulationError, SimulationRow};
 use slewkit::verify::WitnessError;
 use slewkit::verify::propagation::{self, Propagator};
 use std::io::Write;
@@ -295,7 +295,7 @@ struct Writer<'l, 'a> {
 }
 
 impl Observer for Writer<'_, '_> {
-    fn on_row(&mut self, row: &Row) -> ControlFlow<()> {
+    fn on_row(&mut self, row: &SimulationRow) -> ControlFlow<()> {
         self.seen.get_or_insert_with(|| Seen::new(row, self.layout)).note(row);
         self.result = match self.format {
             Format::Json => {

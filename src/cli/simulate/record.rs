@@ -10,7 +10,7 @@ use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 use slewkit::files::export::{ExportError, write_document};
 use slewkit::propagate::integrator::Invariants;
-use slewkit::propagate::simulate::{Row, Run};
+use slewkit::propagate::simulate::{Run, SimulationRow};
 use std::io::Write;
 
 /// A quantity of a row.
@@ -68,7 +68,7 @@ fn fields(layout: &Layout) -> Vec<Field> {
 }
 
 /// The numbers of a row, added in the order of the fields.
-fn add_numbers(layout: &Layout, row: &Row, numbers: &mut Vec<f64>) {
+fn add_numbers(layout: &Layout, row: &SimulationRow, numbers: &mut Vec<f64>) {
     numbers.push(row.time);
     for (body, moves) in row.bodies.iter().zip(&layout.moves) {
         numbers.extend(body.quaternion);
@@ -113,7 +113,7 @@ impl<'a> Recorder<'a> {
     }
 
     /// One line of the table.
-    pub fn write_csv(&mut self, row: &Row, output: &mut dyn Write) -> Result<(), ExportError> {
+    pub fn write_csv(&mut self, row: &SimulationRow, output: &mut dyn Write) -> Result<(), ExportError> {
         self.only(row);
         // The debug form of a float is the shortest that reads back to the same bits.
         write!(output, "{:?}", self.numbers[0])?;
@@ -122,18 +122,18 @@ impl<'a> Recorder<'a> {
     }
 
     /// One line, an object.
-    pub fn write_jsonl(&mut self, row: &Row, output: &mut dyn Write) -> Result<(), ExportError> {
+    pub fn write_jsonl(&mut self, row: &SimulationRow, output: &mut dyn Write) -> Result<(), ExportError> {
         self.only(row);
         serde_json::to_writer(&mut *output, &self.object(false))?;
         Ok(writeln!(output)?)
     }
 
     /// Holds a row for the document.
-    pub fn hold(&mut self, row: &Row) {
+    pub fn hold(&mut self, row: &SimulationRow) {
         add_numbers(self.layout, row, &mut self.numbers);
     }
 
-    fn only(&mut self, row: &Row) {
+    fn only(&mut self, row: &SimulationRow) {
         self.numbers.clear();
         self.hold(row);
     }

@@ -9,7 +9,7 @@ use slewkit::files::spec::escape;
 use slewkit::mechanics::environment::Symmetry;
 use slewkit::numerics::figures::{counted, error, significant, time};
 use slewkit::propagate::integrator::Facts;
-use slewkit::propagate::simulate::{Row, Run};
+use slewkit::propagate::simulate::{Run, SimulationRow};
 
 /// The largest errors at the rows; between them they may be larger. What is not conserved has none.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -53,8 +53,8 @@ impl Totals {
 
 /// What has been seen of the rows.
 pub struct Seen {
-    first: Row,
-    last: Row,
+    first: SimulationRow,
+    last: SimulationRow,
     pub totals: Totals,
 }
 
@@ -62,11 +62,11 @@ impl Seen {
     /// Bodies whose end is shown.
     const SHOWN: usize = 4;
 
-    pub fn new(row: &Row, layout: &Layout) -> Self {
+    pub fn new(row: &SimulationRow, layout: &Layout) -> Self {
         Self { first: row.clone(), last: row.clone(), totals: Totals::new(layout) }
     }
 
-    pub fn note(&mut self, row: &Row) {
+    pub fn note(&mut self, row: &SimulationRow) {
         self.last.clone_from(row);
         let (first, now) = (&self.first.invariants, &row.invariants);
         let totals = &mut self.totals;

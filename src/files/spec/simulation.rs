@@ -16,7 +16,7 @@ use crate::mechanics::body::{Body, Inertia};
 use crate::mechanics::full_body::{
     Attractor, Dumbbell, Dumbbells, FullBodyError, GRAVITATIONAL_CONSTANT, MutualGravity, Potential,
 };
-use crate::propagate::integrator::{Kind, Settings, System, SystemError};
+use crate::propagate::integrator::{ErrorControl, Kind, System, SystemError};
 use crate::propagate::simulate::Simulation;
 use crate::{Matrix3, Vector3};
 use std::path::Path;
@@ -114,7 +114,7 @@ pub(crate) fn assemble(
     simulation.bodies = members.iter().map(|member| member.name.clone()).collect();
     simulation.stride = section.count("output_stride").unwrap_or(1) as u64;
     simulation.settings =
-        Settings { tolerance: section.number("tolerance").unwrap_or(Settings::default().tolerance) };
+        ErrorControl { tolerance: section.number("tolerance").unwrap_or(ErrorControl::default().tolerance) };
     steps_are_short(&simulation, &section, &members, report);
     simulation.reach =
         members.iter().map(|member| member.shape.as_ref().map_or(0.0, |shape| shape.reach)).collect();

@@ -18,11 +18,11 @@
 //! `|x|/|ρ|`. The sum itself still keeps the moment only to `|x|/|ρ|` ulps: in orbit around a planet
 //! [`SecondOrderGravity`](super::SecondOrderGravity) is the better model.
 
-use super::error::{finite, finite_vector, positive};
 use super::inverse_square::InverseSquare;
 use super::{Blocks, Description, Environment, EnvironmentError, Pose, Symmetry, Wrench};
 use crate::Vector3;
 use crate::lie::hat;
+use crate::mechanics::number::{finite, finite_vector, positive};
 
 /// A point of a body in a central field.
 #[derive(Clone, Copy, Debug, PartialEq)]

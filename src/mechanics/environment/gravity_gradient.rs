@@ -6,10 +6,11 @@
 //! y = J(G×p) − (JG)×p               N(p) = 3n² [−S(y) + S(G)(S(p)J − J S(p))] S(G)
 //! ```
 
-use super::error::{direction, finite, not_negative};
+use super::error::direction;
 use super::{Blocks, Description, Environment, EnvironmentError, Pose, Wrench};
 use crate::lie::hat;
 use crate::mechanics::body::{Inertia, principal_moments};
+use crate::mechanics::number::{finite, not_negative};
 use crate::{Matrix3, Vector3};
 
 /// Gravity gradient on a circular orbit.

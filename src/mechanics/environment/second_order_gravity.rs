@@ -25,11 +25,11 @@
 //!                − 2 (q jᵀ + j qᵀ) + 14σ (j eᵀ + e jᵀ) + (7 (τ − 9c) σ + 14 j·q) e eᵀ ]
 //! ```
 
-use super::error::{finite, positive};
 use super::inverse_square::{InverseSquare, symmetric};
 use super::{Blocks, Description, Environment, EnvironmentError, Pose, Symmetry, Wrench};
 use crate::lie::hat;
 use crate::mechanics::body::Inertia;
+use crate::mechanics::number::{finite, positive};
 use crate::{Matrix3, Vector3};
 
 /// Gravity of a point at the origin on an extended body, to second order in size over distance.

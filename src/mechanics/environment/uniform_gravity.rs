@@ -6,10 +6,11 @@
 //! M_R = m g S(ρ) S(G)           N(p) = −m g S(ρ×p) S(G)
 //! ```
 
-use super::error::{direction, finite_vector, not_negative, positive};
+use super::error::direction;
 use super::{Blocks, Description, Environment, EnvironmentError, Pose, Symmetry, Wrench};
 use crate::Vector3;
 use crate::lie::hat;
+use crate::mechanics::number::{finite_vector, not_negative, positive};
 
 /// Uniform gravity on a body that turns about a fixed pivot: the 3D pendulum.
 ///

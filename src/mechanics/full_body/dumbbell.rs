@@ -7,10 +7,11 @@
 //! ```
 //! (3.8 and the potential of section 3.4, with its sign). Exact for spheres, which attract as points do.
 
-use super::error::{Checked, count, finite, positive};
+use super::error::{Checked, count};
 use super::{MassPoint, PointCloud, Potential};
 use crate::mechanics::body::{Body, Inertia};
 use crate::mechanics::environment::{Pose, Symmetry, Wrench};
+use crate::mechanics::number::{finite, positive};
 use crate::{Matrix3, Vector3};
 
 /// Two equal homogeneous spheres joined by a massless rod along the first body axis.
@@ -55,7 +56,8 @@ impl Dumbbell {
 
     fn check(&self) -> Checked<()> {
         positive("mass of a dumbbell", self.mass)?;
-        positive("length of a dumbbell", self.length).map(drop)
+        positive("length of a dumbbell", self.length)?;
+        Ok(())
     }
 }
 

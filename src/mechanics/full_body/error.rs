@@ -1,25 +1,15 @@
 //! What the constructors of bodies and potentials reject, and the checks they share.
 
 use crate::Vector3;
+use crate::mechanics::number::NumberError;
 use thiserror::Error;
 
 /// Why numbers do not describe attracting bodies.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum FullBodyError {
-    /// A number is NaN or infinite, or a sum or product of the numbers overflows.
-    #[error("{name} is not finite")]
-    NotFinite {
-        /// What was given.
-        name: &'static str,
-    },
-    /// A quantity that must be positive is zero or negative.
-    #[error("{name} is {value}; it must be positive")]
-    NotPositive {
-        /// What was given.
-        name: &'static str,
-        /// Its value, SI units.
-        value: f64,
-    },
+    /// A number is not what it must be.
+    #[error(transparent)]
+    Number(#[from] NumberError),
     /// A count is zero, or beyond what memory and time are good for.
     #[error("{name}: {count}; from 1 to {limit} are possible")]
     Count {
@@ -45,18 +35,6 @@ pub enum FullBodyError {
 }
 
 pub(super) type Checked<T> = Result<T, FullBodyError>;
-
-pub(super) fn finite(name: &'static str, value: f64) -> Checked<f64> {
-    if value.is_finite() { Ok(value) } else { Err(FullBodyError::NotFinite { name }) }
-}
-
-pub(super) fn positive(name: &'static str, value: f64) -> Checked<f64> {
-    if finite(name, value)? > 0.0 { Ok(value) } else { Err(FullBodyError::NotPositive { name, value }) }
-}
-
-pub(super) fn finite_vector(name: &'static str, value: &Vector3) -> Checked<()> {
-    value.iter().try_for_each(|component| finite(name, *component).map(drop))
-}
 
 pub(super) fn count(name: &'static str, count: usize, limit: usize) -> Checked<usize> {
     if (1..=limit).contains(&count) { Ok(count) } else { Err(FullBodyError::Count { name, count, limit }) }

@@ -3,11 +3,12 @@
 //! Pairs are cut into tasks of fixed size, and the results of the tasks are added in a fixed order: the result
 //! has the same bits whether one thread evaluates the tasks or many.
 
-use super::error::{Checked, count, finite, positive};
+use super::error::{Checked, count};
 use super::pair::{TASK, Task};
 use super::second_order::{Exchange, Moments};
 use super::{Attractor, Potential};
 use crate::mechanics::environment::{Pose, Symmetry, Wrench};
+use crate::mechanics::number::{finite, positive};
 use crate::numerics::parallel;
 use std::sync::Mutex;
 

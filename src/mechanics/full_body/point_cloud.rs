@@ -8,8 +8,9 @@
 //! Four running sums give force and reaction; `v × y + y × g = 0` then holds to the last bit. As `v`
 //! has the arms `ρ` as factors, the moment keeps `|y|/|ρ|` ulps (`−y × g` would keep `(|y|/|ρ|)²`).
 
-use super::error::{Checked, centered, count, finite, finite_vector, positive};
+use super::error::{Checked, centered, count};
 use super::lanes::{LANES, Lanes};
+use crate::mechanics::number::{finite, finite_vector, positive};
 use crate::{Matrix3, Vector3};
 
 /// A point mass of a rigid body.
@@ -63,7 +64,7 @@ impl PointCloud {
         check(&points)?;
         let (mass, center) = mass_center(&points);
         finite("sum of the masses of the points", mass)?;
-        finite_vector("mass center of the points", &center)?;
+        finite_vector("mass center of the points", center)?;
         points.iter_mut().for_each(|point| point.position -= center);
         Ok((Self::weighted(points), center))
     }
@@ -149,7 +150,7 @@ fn check(points: &[MassPoint]) -> Checked<()> {
     count("points of a cloud", points.len(), PointCloud::POINTS)?;
     for point in points {
         positive("mass of a point", point.mass)?;
-        finite_vector("position of a point", &point.position)?;
+        finite_vector("position of a point", point.position)?;
     }
     Ok(())
 }

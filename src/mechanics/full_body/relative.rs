@@ -21,6 +21,7 @@ use super::error::{Checked, FullBodyError};
 use super::invariants::Momentum;
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::{Pose, Wrench};
+use crate::mechanics::number::positive;
 use crate::{Matrix3, Vector3};
 
 /// The pose of `body` in the axes of `observer`: `R_oᵀ(x_b − x_o)` and `R_oᵀR_b`.
@@ -88,9 +89,9 @@ impl<P: Potential> TwoBodies<P> {
     /// # Errors
     /// A [`FullBodyError`] if a body has no mass, or none that is a positive number.
     pub fn new(bodies: [Body; 2], potential: P) -> Checked<Self> {
-        let mass = |body: &Body| {
+        let mass = |body: &Body| -> Checked<f64> {
             let mass = body.mass.ok_or(FullBodyError::NoMass)?;
-            super::error::positive("mass of a body", mass)
+            Ok(positive("mass of a body", mass)?)
         };
         let masses = [mass(&bodies[0])?, mass(&bodies[1])?];
         Ok(Self { bodies, masses, potential })

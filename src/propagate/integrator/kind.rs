@@ -52,15 +52,15 @@ pub enum Kind {
     Verner98,
 }
 
-/// Settings of the methods that have any.
+/// How exact the methods are that have an error control.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
+pub struct ErrorControl {
     /// Error that an error control allows per step, relative to the size of each quantity, 1e-14 to 0.1. Default
     /// 1e-13; methods of fixed step length have no use for it.
     pub tolerance: f64,
 }
 
-impl Default for Settings {
+impl Default for ErrorControl {
     fn default() -> Self {
         Self { tolerance: 1e-13 }
     }
@@ -165,7 +165,7 @@ impl Kind {
         system: &System,
         state: &SystemState,
         step: f64,
-        settings: &Settings,
+        settings: &ErrorControl,
     ) -> Result<Box<dyn Integrator>, SystemError> {
         system.check(state)?;
         if !(step > 0.0 && step.is_finite()) {

@@ -41,7 +41,7 @@ pub use crate::mechanics::full_body::invariants::Momentum;
 pub(crate) use galerkin::Galerkin;
 pub use galerkin::{EulerPoincare, Quadrature, ReducedStep};
 pub use implicit::AttitudeEquation;
-pub use kind::{Kind, Settings, UnknownKind};
+pub use kind::{ErrorControl, Kind, UnknownKind};
 pub use state::SystemState;
 pub use system::{Input, Invariants, System, SystemError};
 
@@ -52,14 +52,14 @@ use thiserror::Error;
 ///
 /// ```
 /// # use slewkit::mechanics::body::{Body, Inertia};
-/// # use slewkit::propagate::integrator::{Kind, Settings, System};
+/// # use slewkit::propagate::integrator::{Kind, ErrorControl, System};
 /// # use slewkit::maneuver::problem::State;
 /// # use slewkit::{Matrix3, Vector3};
 /// let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5))?, mass: None };
 /// let system = System::new(vec![body], None)?;
 /// let start = system.state(&[State::attitude(Matrix3::identity(), Vector3::new(0.01, 1.0, 0.0))])?;
 /// for kind in Kind::all() {
-///     let mut method = kind.start(&system, &start, 0.01, &Settings::default())?;
+///     let mut method = kind.start(&system, &start, 0.01, &ErrorControl::default())?;
 ///     method.step(&[])?;
 ///     println!("{}: {:?} {:?}", kind.name(), method.facts(), method.work());
 /// }

@@ -18,7 +18,7 @@ use thiserror::Error;
 /// ```
 /// use slewkit::mechanics::body::{Body, Inertia};
 /// use slewkit::mechanics::environment::UniformGravity;
-/// use slewkit::propagate::integrator::{Kind, Settings, System};
+/// use slewkit::propagate::integrator::{Kind, ErrorControl, System};
 /// use slewkit::maneuver::problem::State;
 /// use slewkit::{Vector3, lie};
 /// use std::sync::Arc;
@@ -30,7 +30,7 @@ use thiserror::Error;
 /// let start = pendulum.state(&[start])?;
 /// let before = pendulum.invariants(&start);
 ///
-/// let mut verlet = Kind::LieVerlet.start(&pendulum, &start, 1e-3, &Settings::default())?;
+/// let mut verlet = Kind::LieVerlet.start(&pendulum, &start, 1e-3, &ErrorControl::default())?;
 /// for _ in 0..1000 {
 ///     verlet.step(&[])?;
 /// }

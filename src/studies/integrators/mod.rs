@@ -52,7 +52,7 @@ pub struct Study {
     /// The step whose runs are recorded over time, one of `steps` \[s\].
     pub shown_step: f64,
     /// Settings of the methods that have any.
-    pub settings: integrator::Settings,
+    pub settings: integrator::ErrorControl,
     /// Times a run is repeated to find its shortest time: short ones are more often, those of more than a second
     /// are not.
     pub repeats: u32,
@@ -179,7 +179,7 @@ impl Study {
             horizons,
             levels: Vec::new(),
             shown_step: step,
-            settings: integrator::Settings::default(),
+            settings: integrator::ErrorControl::default(),
             repeats: 3,
         }
     }

@@ -4,7 +4,7 @@ use super::StudyError;
 use super::history::Recorder;
 use super::sample::{Sample, Scales};
 use crate::numerics::figures::short;
-use crate::propagate::integrator::{Integrator, Kind, Settings, StepError, System, SystemState, Work};
+use crate::propagate::integrator::{ErrorControl, Integrator, Kind, StepError, System, SystemState, Work};
 use serde::Serialize;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -105,7 +105,7 @@ pub(super) struct Setup<'a> {
     pub step: f64,
     /// Steps to each horizon, rising.
     pub horizons: Vec<u64>,
-    pub settings: Settings,
+    pub settings: ErrorControl,
 }
 
 /// A row per horizon, unless the study was stopped.

@@ -7,7 +7,7 @@ use slewkit::lie;
 use slewkit::maneuver::problem::State;
 use slewkit::mechanics::environment::{Pose, Wrench};
 use slewkit::mechanics::full_body::*;
-use slewkit::propagate::integrator::{Kind, Settings, System};
+use slewkit::propagate::integrator::{ErrorControl, Kind, System};
 use std::sync::Arc;
 
 fn wrenches(potential: &dyn Potential, poses: &[Pose]) -> Vec<Wrench> {
@@ -92,7 +92,7 @@ fn a_coarse_cubature_conserves_what_an_exact_one_does() {
     let before = system.invariants(&start);
     let largest_error = |steps: usize| {
         let h = 40.0 / steps as f64;
-        let mut method = Kind::LieVerlet.start(&system, &start, h, &Settings::default()).unwrap();
+        let mut method = Kind::LieVerlet.start(&system, &start, h, &ErrorControl::default()).unwrap();
         let mut worst = 0.0_f64;
         for _ in 0..steps {
             method.step(&[]).unwrap();

@@ -3,7 +3,7 @@
 use super::bad_inputs::files;
 use super::{BASE, CONSTRAINED, ORBIT, SIMULATION, WHEELS};
 use slewkit::files::spec::{self, Format, Override, Severity, Spec};
-use slewkit::propagate::simulate::Row;
+use slewkit::propagate::simulate::SimulationRow;
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -146,7 +146,7 @@ fn read(bytes: &[u8], format: Format, set: &[Override]) {
                     simulation.duration = simulation.step();
                     simulation.steps = 1;
                     // It steps, or says why not.
-                    drop(simulation.run(&mut |_: &Row| ControlFlow::Continue(())));
+                    drop(simulation.run(&mut |_: &SimulationRow| ControlFlow::Continue(())));
                 }
             }
         }

@@ -7,7 +7,7 @@ use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::mechanics::environment::{GravityGradient, SecondOrderGravity};
 use slewkit::propagate::integrator::{Kind, Quadrature};
-use slewkit::propagate::simulate::{BodyState, Observer, Row, Simulation, SimulationError};
+use slewkit::propagate::simulate::{BodyState, Observer, Simulation, SimulationError, SimulationRow};
 use slewkit::verify::propagation::{Propagation, Propagator, propagate};
 use slewkit::{Matrix3, Vector3, lie};
 use std::f64::consts::{PI, TAU};
@@ -37,8 +37,8 @@ fn simulations() -> Vec<(String, LoadedSimulation)> {
 
 /// What a run shows, beside its rows.
 struct Seen {
-    first: Row,
-    last: Row,
+    first: SimulationRow,
+    last: SimulationRow,
     energy: f64,
     angular: f64,
     linear: f64,
@@ -54,20 +54,20 @@ fn attitude(body: &BodyState) -> Matrix3 {
 }
 
 /// Angle of a body axis about a direction.
-fn azimuth(precession: &Precession, row: &Row) -> f64 {
+fn azimuth(precession: &Precession, row: &SimulationRow) -> f64 {
     let about = precession.about.normalize();
     let first = about.cross(&if about.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() }).normalize();
     let axis = attitude(&row.bodies[precession.body]) * precession.axis;
     axis.dot(&about.cross(&first)).atan2(axis.dot(&first))
 }
 
-fn component(oscillation: &Oscillation, row: &Row) -> f64 {
+fn component(oscillation: &Oscillation, row: &SimulationRow) -> f64 {
     oscillation.direction.normalize().dot(&(attitude(&row.bodies[oscillation.body]) * oscillation.axis))
 }
 
 fn run(simulation: &Simulation, expect: &SimulationExpect) -> Seen {
     let mut seen: Option<Seen> = None;
-    let mut note = |row: &Row| {
+    let mut note = |row: &SimulationRow| {
         let seen = seen.get_or_insert_with(|| Seen {
             first: row.clone(),
             last: row.clone(),
@@ -242,7 +242,7 @@ fn a_maneuver_moves_as_its_witness_says() {
             let witness = |propagator, steps| {
                 let mut last = None;
                 let settings = Propagation { propagator, steps, stride: steps, inputs };
-                propagate(&problem, &settings, &mut |row: &Row| {
+                propagate(&problem, &settings, &mut |row: &SimulationRow| {
                     last = Some(row.clone());
                     ControlFlow::Continue(())
                 })
@@ -262,7 +262,7 @@ fn a_maneuver_moves_as_its_witness_says() {
                 (simulation.kind, simulation.steps, simulation.stride) = (kind, 60, 60);
                 let mut last = None;
                 simulation
-                    .run(&mut |row: &Row| {
+                    .run(&mut |row: &SimulationRow| {
                         last = Some(row.clone());
                         ControlFlow::Continue(())
                     })
@@ -293,14 +293,14 @@ fn a_run_hands_out_the_rows_asked_for_and_stops_when_told() {
     let mut simulation = Simulation::of(&maneuver(AxisFrame::Body, false), None).unwrap();
     (simulation.steps, simulation.stride, simulation.duration) = (10, 4, 2.0);
     let mut times = Vec::new();
-    let run = simulation.run(&mut |row: &Row| {
+    let run = simulation.run(&mut |row: &SimulationRow| {
         times.push(row.time);
         ControlFlow::Continue(())
     });
     assert_eq!(times, [0.0, 0.8, 1.6, 2.0]);
     assert!(run.unwrap().finished);
     let mut rows = 0;
-    let run = simulation.run(&mut |_: &Row| {
+    let run = simulation.run(&mut |_: &SimulationRow| {
         rows += 1;
         if rows < 2 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     });
@@ -308,7 +308,7 @@ fn a_run_hands_out_the_rows_asked_for_and_stops_when_told() {
 
     struct Until(u64, u64);
     impl Observer for Until {
-        fn on_row(&mut self, _: &Row) -> ControlFlow<()> {
+        fn on_row(&mut self, _: &SimulationRow) -> ControlFlow<()> {
             ControlFlow::Continue(())
         }
         fn on_step(&mut self, steps: u64) -> ControlFlow<()> {
@@ -320,7 +320,7 @@ fn a_run_hands_out_the_rows_asked_for_and_stops_when_told() {
     let run = simulation.run(&mut until).unwrap();
     assert_eq!((until.1, run.finished, run.work.steps), (3, false, 3));
 
-    let ignore = |_: &Row| ControlFlow::Continue(());
+    let ignore = |_: &SimulationRow| ControlFlow::Continue(());
     let wrong = Simulation { steps: 0, ..simulation.clone() };
     assert_eq!(wrong.run(&mut { ignore }), Err(SimulationError::Grid));
     let wrong = Simulation { duration: f64::NAN, ..simulation.clone() };

@@ -37,7 +37,7 @@ fn continuous_asymmetric_body_conserves_momentum_and_energy() {
     let mut first = None;
     let settings = Propagation { propagator: Propagator::Verner98, steps: 200, ..Propagation::default() };
     let mut rows = 0;
-    propagate(&problem, &settings, &mut |row: &Row| {
+    propagate(&problem, &settings, &mut |row: &SimulationRow| {
         let first = first.get_or_insert_with(|| row.clone());
         assert!(
             (row.invariants.angular_momentum - first.invariants.angular_momentum).norm() < 1e-13,
@@ -88,7 +88,7 @@ fn turning_gravity_gradient_conserves_jacobis_integral() {
     let problem = ballistic(full_inertia(), Vector3::new(0.3, 1.2, -0.4), 6.0).with_environment(field);
     let mut first = None;
     let settings = Propagation { propagator: Propagator::Verner98, steps: 60, ..Propagation::default() };
-    propagate(&problem, &settings, &mut |row: &Row| {
+    propagate(&problem, &settings, &mut |row: &SimulationRow| {
         let drift = row.invariants.energy - *first.get_or_insert(row.invariants.energy);
         assert!(drift.abs() < 1e-13, "t = {}: {drift:e}", row.time);
         ControlFlow::Continue(())

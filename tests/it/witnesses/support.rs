@@ -7,7 +7,7 @@ pub use slewkit::maneuver::solution::Trajectory;
 pub use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
 pub use slewkit::mechanics::body::{Body, Inertia};
 pub use slewkit::mechanics::environment::{Blocks, Environment, Pose, Wrench};
-pub use slewkit::propagate::simulate::Row;
+pub use slewkit::propagate::simulate::SimulationRow;
 pub use slewkit::verify::propagation::{Propagation, Propagator, propagate};
 pub use slewkit::verify::{Verification, WitnessError, replay, verify};
 pub use slewkit::{Matrix3, Vector3, lie};
@@ -89,10 +89,15 @@ pub fn ballistic(j: Matrix3, rate: Vector3, duration: f64) -> Problem {
     Problem::attitude(body(j), start, State::at_rest(Matrix3::identity()), duration)
 }
 
-pub fn final_row(problem: &Problem, propagator: Propagator, steps: u64, inputs: Option<&[f64]>) -> Row {
+pub fn final_row(
+    problem: &Problem,
+    propagator: Propagator,
+    steps: u64,
+    inputs: Option<&[f64]>,
+) -> SimulationRow {
     let mut last = None;
     let settings = Propagation { propagator, steps, stride: u64::MAX, inputs };
-    propagate(problem, &settings, &mut |row: &Row| {
+    propagate(problem, &settings, &mut |row: &SimulationRow| {
         last = Some(row.clone());
         ControlFlow::Continue(())
     })
@@ -100,7 +105,7 @@ pub fn final_row(problem: &Problem, propagator: Propagator, steps: u64, inputs: 
     last.unwrap()
 }
 
-pub fn attitude_error(row: &Row, expected: &Matrix3) -> f64 {
+pub fn attitude_error(row: &SimulationRow, expected: &Matrix3) -> f64 {
     lie::log(&(expected.transpose() * lie::rotation_from_quaternion(&row.bodies[0].quaternion))).norm()
 }
 

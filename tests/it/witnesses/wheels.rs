@@ -7,7 +7,7 @@ use slewkit::maneuver::solution::Trajectory;
 use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::mechanics::environment::{Blocks, Environment, Pose, Wrench};
-use slewkit::propagate::simulate::Row;
+use slewkit::propagate::simulate::SimulationRow;
 use slewkit::verify::propagation::{Propagation, Propagator, propagate};
 use slewkit::verify::{Verification, margins, replay, verify};
 use slewkit::{Matrix3, Vector3, lie};
@@ -61,10 +61,10 @@ fn aimed(mut problem: Problem, inputs: &[f64]) -> (Problem, Trajectory) {
     (problem, plan)
 }
 
-fn final_row(problem: &Problem, propagator: Propagator, steps: u64, inputs: Option<&[f64]>) -> Row {
+fn final_row(problem: &Problem, propagator: Propagator, steps: u64, inputs: Option<&[f64]>) -> SimulationRow {
     let mut last = None;
     let settings = Propagation { propagator, steps, stride: u64::MAX, inputs };
-    propagate(problem, &settings, &mut |row: &Row| {
+    propagate(problem, &settings, &mut |row: &SimulationRow| {
         last = Some(row.clone());
         ControlFlow::Continue(())
     })
@@ -72,7 +72,7 @@ fn final_row(problem: &Problem, propagator: Propagator, steps: u64, inputs: Opti
     last.unwrap()
 }
 
-fn attitude_error(row: &Row, expected: &Matrix3) -> f64 {
+fn attitude_error(row: &SimulationRow, expected: &Matrix3) -> f64 {
     lie::log(&(expected.transpose() * lie::rotation_from_quaternion(&row.bodies[0].quaternion))).norm()
 }
 

@@ -160,7 +160,7 @@ fn a_field_without_a_value_ends_the_simulation_with_its_time() {
         .with_environment(Field::pendulum(Vector3::repeat(f64::NAN)));
     let run = |propagator| {
         let settings = Propagation { propagator, ..Propagation::default() };
-        propagate(&problem, &settings, &mut |_: &Row| ControlFlow::Continue(()))
+        propagate(&problem, &settings, &mut |_: &SimulationRow| ControlFlow::Continue(()))
     };
     assert_eq!(run(Propagator::Verner98), Err(WitnessError::Continuous { time: 0.0 }));
     assert!(matches!(run(Propagator::LieVerlet), Err(WitnessError::NotFinite { .. })));
@@ -172,14 +172,14 @@ fn simulation_hands_out_the_rows_asked_for() {
     for propagator in PROPAGATORS {
         let mut times = vec![];
         let settings = Propagation { propagator, steps: 10, stride: 4, inputs: None };
-        propagate(&problem, &settings, &mut |row: &Row| {
+        propagate(&problem, &settings, &mut |row: &SimulationRow| {
             times.push(row.time);
             ControlFlow::Continue(())
         })
         .unwrap();
         assert_eq!(times, [0.0, 0.8, 1.6, 2.0]);
         let mut rows = 0;
-        propagate(&problem, &settings, &mut |_: &Row| {
+        propagate(&problem, &settings, &mut |_: &SimulationRow| {
             rows += 1;
             if rows < 2 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         })
@@ -188,7 +188,7 @@ fn simulation_hands_out_the_rows_asked_for() {
     }
     let settings = Propagation { inputs: Some(&[1.0]), ..Propagation::default() };
     assert!(matches!(
-        propagate(&problem, &settings, &mut |_: &Row| ControlFlow::Continue(())),
+        propagate(&problem, &settings, &mut |_: &SimulationRow| ControlFlow::Continue(())),
         Err(WitnessError::Rows { .. })
     ));
 }

@@ -1,8 +1,9 @@
 //! A polyhedron of constant density as an attracting rigid body.
 
 use super::{Polyhedron, PolyhedronField};
-use crate::mechanics::full_body::error::{Checked, count, finite, positive};
+use crate::mechanics::full_body::error::{Checked, count};
 use crate::mechanics::full_body::{MassPoint, PointCloud};
+use crate::mechanics::number::{finite, positive};
 use crate::{Matrix3, Vector3};
 
 /// A polyhedron of constant density, its mass center at the origin of the body axes.

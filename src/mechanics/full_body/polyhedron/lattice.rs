@@ -2,8 +2,9 @@
 
 use super::{HomogeneousPolyhedron, Polyhedron};
 use crate::Vector3;
-use crate::mechanics::full_body::error::{Checked, count, positive};
+use crate::mechanics::full_body::error::{Checked, count};
 use crate::mechanics::full_body::{MassPoint, PointCloud};
+use crate::mechanics::number::positive;
 
 impl HomogeneousPolyhedron {
     /// Equal masses at the centers of the cubes of edge `spacing` \[m\] that lie inside, with the mass of the

@@ -3,7 +3,7 @@
 use super::*;
 use crate::maneuver::problem::Problem;
 use crate::mechanics::environment::GravityGradient;
-use crate::propagate::simulate::Row;
+use crate::propagate::simulate::SimulationRow;
 use crate::verify::propagation::{self, Propagator};
 use std::ops::ControlFlow;
 
@@ -18,7 +18,7 @@ fn a_turning_frame_agrees_with_the_inertial_treatment() {
     let settings =
         propagation::Propagation { propagator: Propagator::LieVerlet, steps: 500, stride: 500, inputs: None };
     let mut rows = Vec::new();
-    propagation::propagate(&problem, &settings, &mut |row: &Row| {
+    propagation::propagate(&problem, &settings, &mut |row: &SimulationRow| {
         rows.push(row.clone());
         ControlFlow::Continue(())
     })

@@ -95,7 +95,7 @@ fn inputs_act_alike_in_every_method() {
     for (system, moves) in [(orbit.unwrap(), false), (free, true)] {
         let state = system.state(&[start]).unwrap();
         let run = |kind: Kind| {
-            let mut method = kind.start(&system, &state, h, &Settings { tolerance: 1e-14 }).unwrap();
+            let mut method = kind.start(&system, &state, h, &ErrorControl { tolerance: 1e-14 }).unwrap();
             for (k, input) in inputs.iter().enumerate() {
                 let mut input = *input;
                 if moves {

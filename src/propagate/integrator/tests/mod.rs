@@ -9,7 +9,7 @@ mod laws;
 mod orders;
 mod reference;
 
-use super::{Input, Integrator, Kind, Settings, System, SystemState};
+use super::{ErrorControl, Input, Integrator, Kind, System, SystemState};
 use crate::maneuver::problem::State;
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::{UniformGravity, Wrench};
@@ -62,7 +62,7 @@ fn dumbbells(d: f64, spin: f64) -> (System, SystemState) {
 }
 
 fn method(kind: Kind, system: &System, state: &SystemState, step: f64) -> Box<dyn Integrator> {
-    kind.start(system, state, step, &Settings::default()).unwrap()
+    kind.start(system, state, step, &ErrorControl::default()).unwrap()
 }
 
 /// Largest difference of poses and momenta.

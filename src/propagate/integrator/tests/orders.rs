@@ -6,7 +6,7 @@ const DURATION: f64 = 1.6;
 
 /// End of a case by one of the references, tightest tolerance.
 fn reference_end(kind: Kind, (system, state): &(System, SystemState), duration: f64) -> SystemState {
-    let settings = Settings { tolerance: 1e-14 };
+    let settings = ErrorControl { tolerance: 1e-14 };
     let mut reference = kind.start(system, state, duration / 192.0, &settings).unwrap();
     for _ in 0..192 {
         reference.step(&[]).unwrap();
@@ -93,7 +93,7 @@ fn error_control_keeps_the_error_near_the_tolerance() {
             let mut last = 0;
             for tolerance in [1e-5, 1e-8, 1e-11] {
                 // One step: all is left to the error control.
-                let mut method = kind.start(&system, &state, DURATION, &Settings { tolerance }).unwrap();
+                let mut method = kind.start(&system, &state, DURATION, &ErrorControl { tolerance }).unwrap();
                 method.step(&[]).unwrap();
                 let error = distance(method.state(), &end);
                 assert!(error < 20.0 * tolerance, "{kind} on {name} at {tolerance:e}: {error:e}");
