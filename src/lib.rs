@@ -58,6 +58,13 @@
 //! [`propagate::simulate`] propagates bodies without optimisation, one or many, by any [`propagate::integrator`], under an environment
 //! or their mutual gravity ([`mechanics::full_body`]). [`files::spec::load`] tells the two kinds of spec apart.
 //!
+//! # Features
+//!
+//! With default features off the crate solves and verifies. `files` adds the reading and writing of files
+//! (`slewkit::files`), `cli` the program `slew`, `threads` the sum of mutual gravity over several threads, `argmin` the
+//! driver of that name for Newton iterations, `sdp` global lower bounds (`optimize::lower_bound`). None of them changes
+//! a result by a bit.
+//!
 //! # What this crate does not do
 //!
 //! No minimum time, no minimum fuel, no flexible bodies. No claim of a global minimum: no conjugate point means a local one. No ephemerides, no

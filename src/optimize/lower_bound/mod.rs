@@ -188,7 +188,7 @@ pub const MAX_STEPS: usize = 60;
 /// A lower bound of the cost of every maneuver that solves `problem` on its own grid and scheme.
 ///
 /// Covered are free bodies with torques along at least three independent axes, and single-axis turns about a principal
-/// axis. Limits and pointing constraints are left out: they can only make maneuvers dearer.
+/// axis. Limits and pointing constraints are left out: they can only make maneuvers costlier.
 ///
 /// # Errors
 /// A [`BoundError`] when the problem is not covered, a setting is out of range, or the solver broke down.
@@ -228,7 +228,7 @@ pub fn lower_bound(problem: &Problem, settings: &BoundSettings) -> Result<LowerB
     bound.claimed *= setup.unit;
     bound.cost = (bound.cost * setup.unit).max(0.0);
     if let Some(known) = settings.known_cost {
-        // Maneuvers outside the shrunk range are dearer than the known one.
+        // Maneuvers outside the shrunk range are costlier than the known one.
         bound.cost = bound.cost.min(known);
         bound.gap = Some(if known > 0.0 { (known - bound.cost) / known } else { 0.0 });
     }

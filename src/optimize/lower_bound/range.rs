@@ -1,4 +1,4 @@
-//! How far a step can turn in a maneuver that is no dearer than a known one.
+//! How far a step can turn in a maneuver that is no costlier than a known one.
 //!
 //! Let `t` be the time of torque before a step, `T − t` the time after it, `π` the spatial momentum at it and `π_0`,
 //! `π_d` those at the ends. Impulses add up in the spatial frame, and an impulse `a` in time `t` costs at least

@@ -108,7 +108,7 @@ impl<const N: usize> Search<'_, '_, N> {
     }
 
     /// The relaxed maneuver in each sense asked for, with its scaled cost, cheapest first: limits only make
-    /// it dearer.
+    /// it costlier.
     fn relaxed_paths(&self, relaxed: &Problem, coarse: &Chain) -> Vec<(f64, Candidate)> {
         let relative = lie::minus(&relaxed.end.attitude, &relaxed.start.attitude);
         // The long way about the same axis; its cheapest winding is looked for only where that is asked.

@@ -3,7 +3,7 @@
 //! The ladder first solves the maneuver as if nothing were limited. From each extremal that it finds,
 //! cheapest first, Newton goes on with the saturated control law: the shooting, then the lifted one, and
 //! where both fail the limits are drawn in from where they do not act, unless SCP comes next.
-//! Tighter limits make an extremal dearer: one that is dearer without them than the best within them is
+//! Tighter limits make an extremal costlier: one that is costlier without them than the best within them is
 //! left out.
 
 use super::continuation::{self, Wider};

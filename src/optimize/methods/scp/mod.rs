@@ -337,7 +337,7 @@ impl Scp<'_> {
     fn try_polish(&mut self) {
         let (at, Some(multipliers)) = (&self.at, &self.multipliers) else { return };
         let polished = polish(at.model, at.limits, &at.iterate, multipliers, self.options, self.watch);
-        // Newton may run to a dearer stationary point; the convex iteration knows better.
+        // Newton may run to a costlier stationary point; the convex iteration knows better.
         let slack = 0.02 * at.cost.abs() + self.weights.defect * at.infeasibility();
         self.polished = polished.filter(|polished| polished.cost <= at.cost + slack);
     }
