@@ -12,11 +12,7 @@ use crate::mechanics::actuators::{Actuation, ActuatorSet, ActuatorSetError, Axis
 use nalgebra::DMatrix;
 
 /// The actuators, with the defaults that go with the motion.
-pub(crate) fn actuation(
-    section: Option<&Section<'_>>,
-    motion: Motion,
-    report: &mut Report,
-) -> Option<Actuation> {
+pub(crate) fn actuation(section: Option<&Section>, motion: Motion, report: &mut Report) -> Option<Actuation> {
     let torque_names =
         [("torque_axes_body", AxisFrame::Body), ("torque_axes_reference", AxisFrame::Reference)];
     let force_names = [("force_axes_reference", AxisFrame::Reference), ("force_axes_body", AxisFrame::Body)];
@@ -38,7 +34,7 @@ pub(crate) fn actuation(
         }
         return Some(Actuation::torques(torque?));
     }
-    let none = force_names.iter().any(|(name, _)| section.axes(name).is_some_and(|axes| axes.is_empty()));
+    let none = force_names.iter().any(|(name, _)| section.vectors(name).is_some_and(|axes| axes.is_empty()));
     if none {
         let orphan = ["force_effort_weight"].into_iter().chain(FORCE_LIMITS).find(|key| section.has(key));
         if let Some(key) = orphan {
@@ -62,7 +58,7 @@ const UNIT_ROUNDING: f64 = 1e-3;
 /// The channel under the limits of the spec.
 fn limited(
     channel: Option<ActuatorSet>,
-    section: &Section<'_>,
+    section: &Section,
     [size, norm, rate]: &[&str; 3],
     report: &mut Report,
 ) -> Option<ActuatorSet> {
@@ -106,7 +102,7 @@ fn limited(
 
 /// Inputs of one kind: axes under one of two names (the first is the default), and their weight.
 fn channel(
-    section: &Section<'_>,
+    section: &Section,
     names: &[(&str, AxisFrame); 2],
     weight_name: &str,
     report: &mut Report,
@@ -114,7 +110,7 @@ fn channel(
     let given = names.iter().find(|(name, _)| section.has(name));
     let (name, frame) = *given.unwrap_or(&names[0]);
     let default = ActuatorSet::three_axes(frame);
-    let axes = if given.is_some() { section.axes(name)? } else { default.axes().to_vec() };
+    let axes = if given.is_some() { section.vectors(name)? } else { default.axes().to_vec() };
     let count = axes.len();
     if count == 0 {
         let reason = "the list of torque axes is empty: nothing turns the body".to_string();

@@ -20,7 +20,7 @@ pub(crate) struct Assembled {
 }
 
 /// Builds the problem; `None` when the report says why not.
-pub(crate) fn assemble(root: &Section<'_>, default_name: &str, report: &mut Report) -> Option<Assembled> {
+pub(crate) fn assemble(root: &Section, default_name: &str, report: &mut Report) -> Option<Assembled> {
     let body_section = root.section("body");
     let inertia = body_section.as_ref().and_then(|section| body::inertia(section, report));
     let mass = body_section.as_ref().and_then(|section| section.number("mass_kg"));
@@ -33,10 +33,10 @@ pub(crate) fn assemble(root: &Section<'_>, default_name: &str, report: &mut Repo
     if let Some(section) = &body_section {
         mass_and_motion(section, inertia.as_ref(), mass, motion, report);
     }
-    let actuation = actuators::actuation(root.section("actuators").as_ref(), motion, report);
+    let actuation = actuators::actuation(root.section("actuators"), motion, report);
     let constraints = constraint::constraints(root, report);
     let solver = root.section("solver");
-    let (scheme, settings) = maneuver::solver(solver.as_ref(), report);
+    let (scheme, settings) = maneuver::solver(solver, report);
     let expect = root.section("expect").map(|section| maneuver::expect(&section));
     let place = "[start] and [end]";
     let surroundings =
@@ -113,7 +113,7 @@ pub(crate) fn assemble(root: &Section<'_>, default_name: &str, report: &mut Repo
 
 /// `[start]` or `[end]` as written.
 pub(crate) struct Boundary<'a> {
-    pub section: Section<'a>,
+    pub section: &'a Section,
     /// The key that holds the rotation: `attitude` or `rotation_from_start`.
     key: &'static str,
     pub rotation: Option<Rotation>,
@@ -128,7 +128,7 @@ pub(crate) struct Boundary<'a> {
 const TURN: &str = "rotation_from_start_rad";
 
 impl<'a> Boundary<'a> {
-    pub fn read(section: Section<'a>, key: &'static str, report: &mut Report) -> Self {
+    pub fn read(section: &'a Section, key: &'static str, report: &mut Report) -> Self {
         let purpose = if key == "attitude" { Use::Attitude } else { Use::Turn };
         let rotation =
             section.section(key).and_then(|rotation| attitude::rotation(&rotation, purpose, report));
@@ -171,7 +171,7 @@ impl<'a> Boundary<'a> {
     }
 }
 
-impl Section<'_> {
+impl Section {
     /// Which of the two keys gives the angular velocity.
     pub fn rate_key(&self) -> Option<&'static str> {
         ["angular_velocity_deg_s", "angular_velocity_rad_s"].into_iter().find(|name| self.has(name))
@@ -198,7 +198,7 @@ fn motion(start: Option<&Boundary<'_>>, end: Option<&Boundary<'_>>, report: &mut
 }
 
 fn mass_and_motion(
-    section: &Section<'_>,
+    section: &Section,
     inertia: Option<&Inertia>,
     mass: Option<f64>,
     motion: Motion,
@@ -221,7 +221,7 @@ fn mass_and_motion(
     }
 }
 
-fn path(section: &Section<'_>, end: &Boundary<'_>, report: &mut Report) -> Option<Path> {
+fn path(section: &Section, end: &Boundary<'_>, report: &mut Report) -> Option<Path> {
     let says_turn = end.relative() || end.section.has(TURN);
     let as_given = || {
         let turn = if end.relative() { end.rotation.as_ref()?.vector } else { end.turn? };
@@ -292,7 +292,7 @@ fn warn_quaternion_order(start: &Rotation, end: &Rotation, report: &mut Report) 
 fn refuse(
     error: &ProblemError,
     problem: &Problem,
-    maneuver: &Section<'_>,
+    maneuver: &Section,
     ends: [&Boundary<'_>; 2],
     report: &mut Report,
 ) {

@@ -35,20 +35,19 @@ const QUATERNION_SILENT: f64 = 1e-9;
 const MATRIX_ROUNDING: f64 = 1e-6;
 
 /// Reads the one notation that an attitude table holds.
-pub(crate) fn rotation(section: &Section<'_>, purpose: Use, report: &mut Report) -> Option<Rotation> {
+pub(crate) fn rotation(section: &Section, purpose: Use, report: &mut Report) -> Option<Rotation> {
     let angle = |name: &str| name == "angle_deg" || name == "angle_rad";
     let mut names: Vec<&str> = Vec::new();
-    for entry in section.node.entries() {
+    for given in &section.given {
         // Axis and angle are one notation together.
-        let name = if angle(&entry.key) { "axis" } else { entry.key.as_str() };
-        let known = super::keys::ATTITUDE.key(&entry.key).is_some();
-        if known && !names.contains(&name) {
+        let name = if angle(&given.name) { "axis" } else { given.name.as_str() };
+        if section.knows(&given.name) && !names.contains(&name) {
             names.push(name);
         }
     }
     let name = match names[..] {
         [name] => name,
-        [] if section.node.entries().is_empty() => {
+        [] if section.given.is_empty() => {
             let reason = "the rotation is empty".to_string();
             report.error("E0021", section.here(), reason, "add axis = [0, 0, 1], angle_deg = 90");
             return None;
@@ -97,7 +96,7 @@ pub(crate) fn rotation(section: &Section<'_>, purpose: Use, report: &mut Report)
     }
 }
 
-fn axis_angle(section: &Section<'_>, purpose: Use, report: &mut Report) -> Option<Vector3> {
+fn axis_angle(section: &Section, purpose: Use, report: &mut Report) -> Option<Vector3> {
     let angles = ["angle_deg", "angle_rad"];
     let given: Vec<&str> = angles.into_iter().filter(|name| section.has(name)).collect();
     if !section.has("axis") {
@@ -169,7 +168,7 @@ fn quaternion(q: [f64; 4], name: &str, spot: Spot, report: &mut Report) -> Optio
 }
 
 /// Removes rounding from a rotation matrix, refuses more.
-fn rotation_matrix(section: &Section<'_>, report: &mut Report) -> Option<Matrix3> {
+fn rotation_matrix(section: &Section, report: &mut Report) -> Option<Matrix3> {
     let matrix = section.matrix("matrix")?;
     let spot = section.spot("matrix");
     let residual = if matrix.amax() > 2.0 {
@@ -193,7 +192,7 @@ fn rotation_matrix(section: &Section<'_>, report: &mut Report) -> Option<Matrix3
     Some(if section.keeps_rounding { matrix } else { project_to_rotation(&matrix) })
 }
 
-fn euler(section: &Section<'_>, name: &str, purpose: Use, report: &mut Report) -> Option<Rotation> {
+fn euler(section: &Section, name: &str, purpose: Use, report: &mut Report) -> Option<Rotation> {
     let given = section.vector(name)?;
     warn_unit(given.as_slice(), name, purpose, section.spot(name), report);
     let angles = if name.ends_with("_deg") { given.map(f64::to_radians) } else { given };

@@ -14,7 +14,7 @@ pub(crate) const SMALLEST: f64 = 1e-30;
 const THINNEST: f64 = 1e-5;
 
 /// The inertia, checked.
-pub(crate) fn inertia(body: &Section<'_>, report: &mut Report) -> Option<Inertia> {
+pub(crate) fn inertia(body: &Section, report: &mut Report) -> Option<Inertia> {
     let name = "inertia_kg_m2";
     checked(body.matrix(name)?, body.spot(name), report)
 }
@@ -103,7 +103,7 @@ fn refusal(error: &InertiaError) -> (&'static str, String, &'static str) {
 }
 
 /// Warns of an inertia that does not go with the mass, as from g·cm² taken for kg·m².
-pub(crate) fn warn_density(body: &Section<'_>, inertia: &Inertia, mass: f64, report: &mut Report) {
+pub(crate) fn warn_density(body: &Section, inertia: &Inertia, mass: f64, report: &mut Report) {
     let radius = (inertia.mean() / mass).sqrt();
     let density = mass / radius.powi(3);
     if density < THINNEST {

@@ -2,28 +2,31 @@
 
 use super::diagnostic::{Finding, Severity, Spot, cut};
 use super::keys::{ATTITUDE, DIRECTION, Key, Kind, ROOT, SIMULATION_ROOT, Table};
-use super::quantity as q;
+use super::section::{Given, Section};
 use super::source::Span;
 use super::suggest::nearest;
 use super::tree::{Entry, Node, Value};
-use super::values::{self, Fault};
+use super::values::{self, Fault, Parsed};
 
 /// More findings than this help nobody, and a megabyte of nonsense could make a hundred thousand.
 pub(crate) const MAX_FINDINGS: usize = 100;
 
-/// Checks names, types, shapes and ranges of the whole spec.
+/// Reads every value of the spec, and checks names, types, shapes and ranges.
 ///
 /// `table` are the keys of its kind: a maneuver's or a simulation's.
-pub(crate) fn check(root: &Node, table: &'static Table) -> Vec<Finding> {
-    let mut checker = Checker { findings: Vec::new(), root: table };
-    checker.table(root, table, "");
-    checker.findings
+pub(crate) fn check(root: &Node, table: &'static Table) -> (Section, Vec<Finding>) {
+    let rounding = root.entry("rounding").map(|entry| &entry.node.value);
+    let keeps_rounding = matches!(rounding, Some(Value::Text(word)) if word == "keep");
+    let mut checker = Checker { findings: Vec::new(), root: table, keeps_rounding };
+    let section = checker.table(root, table, "");
+    (section, checker.findings)
 }
 
 struct Checker {
     findings: Vec<Finding>,
     /// The keys of the whole spec.
     root: &'static Table,
+    keeps_rounding: bool,
 }
 
 /// `path.name`.
@@ -53,7 +56,10 @@ impl Checker {
         }
     }
 
-    fn table(&mut self, node: &Node, table: &'static Table, path: &str) {
+    fn table(&mut self, node: &Node, table: &'static Table, path: &str) -> Section {
+        let keeps_rounding = self.keeps_rounding;
+        let mut section =
+            Section { span: node.span, table, path: path.into(), keeps_rounding, given: Vec::new() };
         if !matches!(node.value, Value::Table(_)) {
             let (reason, remedy) = match &node.value {
                 Value::Array(items) if items.iter().any(|item| matches!(item.value, Value::Table(_))) => (
@@ -62,7 +68,8 @@ impl Checker {
                 ),
                 other => (format!("`{path}` is {}, a table is needed", other.kind()), table_sample(table)),
             };
-            return self.error(("E0024", node.span, reason, remedy), path);
+            self.error(("E0024", node.span, reason, remedy), path);
+            return section;
         }
         let selected = table.selector.and_then(|selector| match &node.entry(selector)?.node.value {
             Value::Text(word) => Some(word.as_str()),
@@ -70,14 +77,27 @@ impl Checker {
         });
         let mut suggested = Vec::new();
         for entry in node.entries() {
-            if self.full() {
-                return;
-            }
-            match table.key(&entry.key) {
-                None => suggested.extend(self.unknown(entry, table, path)),
+            let value = match table.key(&entry.key) {
+                _ if self.full() => None,
+                None => {
+                    suggested.extend(self.unknown(entry, table, path));
+                    None
+                }
                 Some(key) if applies(key, selected) => self.value(entry, key, &join(path, key.name)),
-                Some(key) => self.misplaced(entry, key, table, selected, path),
-            }
+                Some(key) => {
+                    self.misplaced(entry, key, table, selected, path);
+                    values::read(key.kind, &entry.node, &mut Vec::new())
+                }
+            };
+            section.given.push(Given {
+                name: entry.key.clone(),
+                span: entry.node.span,
+                is_empty_list: matches!(&entry.node.value, Value::Array(items) if items.is_empty()),
+                value,
+            });
+        }
+        if self.full() {
+            return section;
         }
         self.contradictions(node, table, path);
         // A misspelt key is not missing as well.
@@ -93,6 +113,7 @@ impl Checker {
                 self.error(fault, &join(path, group[0]));
             }
         }
+        section
     }
 
     /// Reports a key that belongs to another value of the selector. Without a valid selector nothing is
@@ -150,138 +171,89 @@ impl Checker {
         self.error((code, opening(node, path), reason, remedy), &join(path, key.name));
     }
 
-    fn value(&mut self, entry: &Entry, key: &'static Key, path: &str) {
+    fn value(&mut self, entry: &Entry, key: &'static Key, path: &str) -> Option<Parsed> {
         let node = &entry.node;
         let mut faults = Vec::new();
-        let faults_in = &mut faults;
-        match key.kind {
-            Kind::Format => format_version(node, faults_in),
-            Kind::Text(most) => {
-                values::text(node, most, faults_in);
-            }
-            Kind::Choice(now, later) => {
-                values::choice(node, now, later, faults_in);
-            }
-            Kind::Number(quantity) => {
-                values::number(node, &quantity, faults_in);
-            }
-            Kind::Steps => {
-                values::steps(node, faults_in);
-            }
-            Kind::LongSteps => {
-                values::long_steps(node, faults_in);
-            }
-            Kind::Vertices(quantity) => {
-                values::vertices(node, &quantity, faults_in);
-            }
-            Kind::Faces => {
-                values::faces(node, faults_in);
-            }
-            Kind::Count(least, most) => {
-                values::count(node, least, most, faults_in);
-            }
-            Kind::Vector(quantity) => {
-                values::vector(node, &quantity, faults_in);
-            }
-            Kind::Quaternion => {
-                values::quaternion(node, &q::ENTRY, faults_in);
-            }
-            Kind::Matrix => {
-                values::rows(node, &q::ENTRY, faults_in);
-            }
-            Kind::Inertia => {
-                values::inertia(node, &q::INERTIA, faults_in);
-            }
-            Kind::Axes => {
-                values::axes(node, &q::COMPONENT, faults_in);
-            }
-            Kind::Weight => {
-                values::weight(node, &q::WEIGHT, faults_in);
-            }
-            Kind::Limit(quantity) => {
-                values::limit(node, &quantity, faults_in);
-            }
-            Kind::Limits(quantity, count) => {
-                values::limits(node, &quantity, count, faults_in);
-            }
-            Kind::Vectors(quantity) => {
-                values::vectors(node, &quantity, faults_in);
-            }
-            Kind::Directions => self.directions(node, path, faults_in),
-            Kind::HeavenlyBody => values::heavenly_body(node, faults_in),
-            Kind::Texts(most) => {
-                values::texts(node, most, faults_in);
-            }
-            Kind::Table(table) => self.table(node, table, path),
+        let value = match key.kind {
+            Kind::Table(table) => Some(Parsed::Tables(vec![self.table(node, table, path)])),
             Kind::List(table, most) => self.list(node, table, most, path),
-            Kind::Later(what) => faults.push((
-                "E0019",
-                entry.key_span,
-                format!("`{}`: this version of slew does not have {what} yet", key.name),
-                "remove it to plan without".into(),
-            )),
-        }
+            Kind::Directions => self.directions(node, path, &mut faults),
+            Kind::Later(what) => {
+                let reason = format!("`{}`: this version of slew does not have {what} yet", key.name);
+                faults.push(("E0019", entry.key_span, reason, "remove it to plan without".into()));
+                None
+            }
+            kind => values::read(kind, node, &mut faults),
+        };
         for (index, mut fault) in faults.into_iter().enumerate() {
             // Three wrong numbers of a list show what is wrong with the others.
             if index == 3 {
-                return;
+                break;
             }
             if !fault.2.contains(&format!("`{}`", key.name)) {
                 fault.2 = format!("`{}`: {}", key.name, fault.2);
             }
             self.error(fault, path);
         }
+        value
     }
 
     /// A direction, or a list of them.
-    fn directions(&mut self, node: &Node, path: &str, faults: &mut Vec<Fault>) {
+    fn directions(&mut self, node: &Node, path: &str, faults: &mut Vec<Fault>) -> Option<Parsed> {
         let sample = "{ vector = [0, 0, 1] }, or { ra_deg = 231.0, dec_deg = -18.3 }";
-        let items = match &node.value {
-            Value::Table(_) => return self.table(node, &DIRECTION, path),
+        let fault = match &node.value {
+            Value::Table(_) => return Some(Parsed::Tables(vec![self.table(node, &DIRECTION, path)])),
             Value::Array(items) if items.iter().any(|item| matches!(item.value, Value::Number(_))) => {
                 let reason = "expected a direction, found a list of numbers".to_string();
-                return faults.push(("E0025", node.span, reason, format!("write {sample}")));
+                ("E0025", node.span, reason, format!("write {sample}"))
             }
             Value::Array(items) if items.is_empty() => {
                 let reason = "the list of directions is empty".to_string();
-                return faults.push((
-                    "E0026",
-                    node.span,
-                    reason,
-                    format!("give one direction or several: {sample}"),
-                ));
+                ("E0026", node.span, reason, format!("give one direction or several: {sample}"))
             }
             Value::Array(items) if items.len() > values::MAX_DIRECTIONS => {
                 let reason = format!("{} directions, the limit is {}", items.len(), values::MAX_DIRECTIONS);
-                return faults.push(("E0034", node.span, reason, "use several constraints".into()));
+                ("E0034", node.span, reason, "use several constraints".into())
             }
-            Value::Array(items) => items,
-            _ => return values::heavenly_body(node, faults),
+            Value::Array(items) => {
+                let mut tables = Vec::new();
+                for (index, item) in items.iter().enumerate() {
+                    match item.value {
+                        Value::Table(_) => {
+                            tables.push(self.table(item, &DIRECTION, &format!("{path}.{index}")));
+                        }
+                        _ => values::heavenly_body(item, faults),
+                    }
+                }
+                return (tables.len() == items.len()).then_some(Parsed::Tables(tables));
+            }
+            _ => {
+                values::heavenly_body(node, faults);
+                return None;
+            }
         };
-        for (index, item) in items.iter().enumerate() {
-            match item.value {
-                Value::Table(_) => self.table(item, &DIRECTION, &format!("{path}.{index}")),
-                _ => values::heavenly_body(item, faults),
-            }
-        }
+        faults.push(fault);
+        None
     }
 
-    fn list(&mut self, node: &Node, table: &'static Table, most: usize, path: &str) {
+    fn list(&mut self, node: &Node, table: &'static Table, most: usize, path: &str) -> Option<Parsed> {
         let Value::Array(items) = &node.value else {
             let reason = format!("expected a list of tables, found {}", node.value.kind());
             let remedy = match node.value {
                 Value::Table(_) => format!("write [[{path}]], with two brackets, once for each"),
                 _ => format!("write [ {} ]", table_sample(table).trim_start_matches("write ")),
             };
-            return self.error(("E0025", node.span, reason, remedy), path);
+            self.error(("E0025", node.span, reason, remedy), path);
+            return None;
         };
         if items.len() > most {
             let reason = format!("the list has {}, the limit is {most}", items.len());
-            return self.error(("E0034", node.span, reason, "shorten it".into()), path);
+            self.error(("E0034", node.span, reason, "shorten it".into()), path);
+            return None;
         }
-        for (index, item) in items.iter().enumerate() {
-            self.table(item, table, &format!("{path}.{index}"));
-        }
+        let tables =
+            items.iter().enumerate().map(|(index, item)| self.table(item, table, &format!("{path}.{index}")));
+        Some(Parsed::Tables(tables.collect()))
     }
 
     /// The complaint about a table that only the other kind of spec has.
@@ -386,20 +358,4 @@ fn elsewhere(name: &str, table: &Table, root: &Table) -> String {
     let shown = known.len().min(12);
     let more = if known.len() > shown { ", …" } else { "" };
     format!("the keys here are {}{more}", known[..shown].join(", "))
-}
-
-fn format_version(node: &Node, faults: &mut Vec<Fault>) {
-    let mut own = Vec::new();
-    match values::count(node, 1, 1, &mut own) {
-        Some(_) => {}
-        None if own.iter().any(|fault| fault.0 == "E0031") => {
-            let version = match &node.value {
-                Value::Number(number) => q::show(number.value),
-                _ => "another".into(),
-            };
-            let reason = format!("the spec is in format {version}, this program reads format 1");
-            faults.push(("E0023", node.span, reason, "write format = 1, or use a slew that reads it".into()));
-        }
-        None => faults.append(&mut own),
-    }
 }

@@ -26,16 +26,13 @@ const TAKEN: [&str; 9] = [
 ];
 
 /// All constraints; `None` when the report says what is wrong with one.
-pub(crate) fn constraints(root: &Section<'_>, report: &mut Report) -> Option<Vec<Constraint>> {
-    let sections = root.list("constraint");
-    if sections.len() > Problem::MAX_CONSTRAINTS {
-        return None;
-    }
-    let names = names(&sections, report);
+pub(crate) fn constraints(root: &Section, report: &mut Report) -> Option<Vec<Constraint>> {
+    let sections = root.tables("constraint")?;
+    let names = names(sections, report);
     let rules: Vec<_> = sections.iter().map(|section| rule(section, report)).collect();
     let mut pairs = 0;
     let mut constraints = Vec::new();
-    for ((rule, name), section) in rules.into_iter().zip(names?).zip(&sections) {
+    for ((rule, name), section) in rules.into_iter().zip(names?).zip(sections) {
         let rule = rule?;
         if let Rule::Pointing(pointing) = &rule {
             pairs += pointing.boresights.len() * pointing.directions.len();
@@ -53,7 +50,7 @@ pub(crate) fn constraints(root: &Section<'_>, report: &mut Report) -> Option<Vec
 }
 
 /// Names as given, or by kind; all different.
-fn names(sections: &[Section<'_>], report: &mut Report) -> Option<Vec<String>> {
+fn names(sections: &[Section], report: &mut Report) -> Option<Vec<String>> {
     let mut names: Vec<Option<String>> = vec![None; sections.len()];
     let mut good = true;
     for (index, section) in sections.iter().enumerate() {
@@ -96,7 +93,7 @@ fn names(sections: &[Section<'_>], report: &mut Report) -> Option<Vec<String>> {
     good.then_some(names.into_iter().flatten().collect())
 }
 
-fn rule(section: &Section<'_>, report: &mut Report) -> Option<Rule> {
+fn rule(section: &Section, report: &mut Report) -> Option<Rule> {
     let side = match section.word("kind")? {
         "keep_out" => Side::KeepOut,
         "keep_in" => Side::KeepIn,
@@ -116,7 +113,7 @@ fn rule(section: &Section<'_>, report: &mut Report) -> Option<Rule> {
     }))
 }
 
-fn rate_limit(section: &Section<'_>) -> Option<Rule> {
+fn rate_limit(section: &Section) -> Option<Rule> {
     let (name, scale) = if section.has("angular_velocity_limit_deg_s") {
         ("angular_velocity_limit_deg_s", 1_f64.to_radians())
     } else {
@@ -129,7 +126,7 @@ fn rate_limit(section: &Section<'_>) -> Option<Rule> {
 }
 
 /// Half angle and margin \[rad\].
-fn cone(section: &Section<'_>, side: Side, report: &mut Report) -> Option<(f64, f64)> {
+fn cone(section: &Section, side: Side, report: &mut Report) -> Option<(f64, f64)> {
     let half_angle = section.angle("half_angle_deg", "half_angle_rad");
     let margin = section.angle("margin_deg", "margin_rad");
     let margin_given = section.has("margin_deg") || section.has("margin_rad");
@@ -161,10 +158,10 @@ fn cone(section: &Section<'_>, side: Side, report: &mut Report) -> Option<(f64, 
 }
 
 /// The directions of both kinds.
-fn directions(section: &Section<'_>, report: &mut Report) -> Option<Vec<Direction>> {
+fn directions(section: &Section, report: &mut Report) -> Option<Vec<Direction>> {
     let mut directions = Vec::new();
     for (name, turns_with_frame) in [("direction_inertial", false), ("direction_reference", true)] {
-        let sections = section.directions(name)?;
+        let sections = section.tables(name)?;
         let read: Vec<_> = sections.iter().map(|section| direction(section, report)).collect();
         for vector in read {
             directions.push(Direction { vector: vector?, turns_with_frame });
@@ -173,7 +170,7 @@ fn directions(section: &Section<'_>, report: &mut Report) -> Option<Vec<Directio
     (!directions.is_empty()).then_some(directions)
 }
 
-fn direction(section: &Section<'_>, report: &mut Report) -> Option<Vector3> {
+fn direction(section: &Section, report: &mut Report) -> Option<Vector3> {
     let (angles, vector) = (["ra_deg", "dec_deg"], "vector");
     let given: Vec<&str> = angles.into_iter().filter(|name| section.has(name)).collect();
     match (&given[..], section.has(vector)) {
@@ -250,7 +247,7 @@ pub(crate) fn violated(problem: &Problem, name: &str, end: &str) -> (&'static st
 }
 
 /// The method `shooting`, which holds limits of the inputs alone.
-pub(crate) fn refuse_shooting(problem: &Problem, solver: &Section<'_>, report: &mut Report) {
+pub(crate) fn refuse_shooting(problem: &Problem, solver: &Section, report: &mut Report) {
     let limits = |channel: &crate::mechanics::actuators::ActuatorSet| channel.limits().rate.is_some();
     let actuation = &problem.actuation;
     let what = if let Some(constraint) = problem.constraints.first() {

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 /// `[environment]` and what it depends on.
 pub(crate) struct Surroundings<'a> {
-    pub section: Option<Section<'a>>,
+    pub section: Option<&'a Section>,
     pub motion: Motion,
     /// The mass of the body \[kg\].
     pub mass: Option<f64>,
@@ -65,7 +65,7 @@ impl Surroundings<'_> {
 
     fn central_gravity(
         &self,
-        section: &Section<'_>,
+        section: &Section,
         inertia: Option<&Inertia>,
         report: &mut Report,
     ) -> Option<Arc<dyn Environment>> {
@@ -85,7 +85,7 @@ impl Surroundings<'_> {
         }
         let points = section.list("points");
         if points.is_empty() {
-            if !section.has("points") || section.entry("points").is_some_and(|e| e.node.is_empty_list()) {
+            if !section.has("points") || section.is_empty_list("points") {
                 let reason = "body = \"points\" needs `points`".to_string();
                 let remedy = "add points = [ { mass_kg = 0.5, position_m = [0.15, 0, 0] }, … ]";
                 report.error("E0021", section.spot("points"), reason, remedy);
@@ -152,7 +152,7 @@ impl Surroundings<'_> {
     }
 
     /// Warns of a start that is not on a closed orbit.
-    fn warn_escape(&self, section: &Section<'_>, start: &Boundary<'_>, report: &mut Report) {
+    fn warn_escape(&self, section: &Section, start: &Boundary<'_>, report: &mut Report) {
         let parameter = section.number("gravitational_parameter_m3_s2");
         if let (Some(parameter), Some(position), Some(velocity)) = (parameter, start.position, start.velocity)
         {
@@ -174,7 +174,7 @@ impl Surroundings<'_> {
 
 fn accept<E: Environment + 'static>(
     environment: Result<E, EnvironmentError>,
-    section: &Section<'_>,
+    section: &Section,
     report: &mut Report,
 ) -> Option<Arc<dyn Environment>> {
     match environment {

@@ -2,7 +2,7 @@
 
 mod simulation;
 
-pub(crate) use simulation::{MAX_BODIES, MAX_LISTED, MAX_STEPS, SIMULATION_ROOT};
+pub(crate) use simulation::{MAX_LISTED, MAX_STEPS, SIMULATION_ROOT};
 
 use super::quantity::{self as q, Quantity};
 

@@ -26,7 +26,7 @@ pub fn default_steps(angle: f64, rate: f64, duration: f64) -> f64 {
 
 /// The number of steps, given or chosen for the `angle` and `rate` of [`default_steps`].
 pub(crate) fn steps(
-    section: &Section<'_>,
+    section: &Section,
     duration: f64,
     angle: f64,
     rate: f64,
@@ -83,7 +83,7 @@ pub(crate) fn steps(
 }
 
 /// `[solver]`: the discretisation and the settings.
-pub(crate) fn solver(section: Option<&Section<'_>>, report: &mut Report) -> (Scheme, Settings) {
+pub(crate) fn solver(section: Option<&Section>, report: &mut Report) -> (Scheme, Settings) {
     let mut settings = Settings::default();
     let Some(section) = section else { return (Scheme::LieVerlet, settings) };
     settings.method = match section.word("method") {
@@ -120,21 +120,21 @@ pub(crate) fn solver(section: Option<&Section<'_>>, report: &mut Report) -> (Sch
 }
 
 /// `[expect]`, checked for itself only: it says nothing about the plan.
-pub(crate) fn expect(section: &Section<'_>) -> Expect {
-    let toleranced = |section: &Section<'_>| -> Option<Toleranced> {
+pub(crate) fn expect(section: &Section) -> Expect {
+    let toleranced = |section: &Section| -> Option<Toleranced> {
         Some(Toleranced { value: section.number("value")?, tolerance: section.number("tolerance")? })
     };
     Expect {
         source: section.word("source").map(str::to_string),
         status: section.word("status").unwrap_or("solved").to_string(),
-        cost: section.section("cost").as_ref().and_then(toleranced),
+        cost: section.section("cost").and_then(toleranced),
         terminal_error: section.number("terminal_error"),
         newton_iterations_at_most: section.count("newton_iterations_at_most"),
         conjugate_points: section.count("conjugate_points"),
         sense: section.word("sense").map(|word| if word == "long" { Sense::Long } else { Sense::Short }),
         rivals: section.list("rivals").iter().filter_map(toleranced).collect(),
         margin_at_least: section.number("margin_at_least"),
-        active: section.texts("active").map(|names| names.into_iter().map(str::to_string).collect()),
+        active: section.texts("active"),
         because: section.word("because").map(str::to_string),
     }
 }

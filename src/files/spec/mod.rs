@@ -61,7 +61,7 @@ use crate::propagate::simulate::Simulation;
 use crate::{Matrix3, Vector3};
 use diagnostic::{Finding, Spot};
 use keys::{ROOT, SIMULATION_ROOT};
-use section::{Report, Section};
+use section::Report;
 use source::{Source, Span};
 use std::io::Read;
 use std::path::Path;
@@ -430,10 +430,10 @@ fn interpret(
         return Err(diagnostics(vec![finding], &sources));
     }
     let table = if simulated.is_some() { &SIMULATION_ROOT } else { &ROOT };
-    findings.extend(check::check(&root, table));
+    let (section, found) = check::check(&root, table);
+    findings.extend(found);
     let mut report = Report { findings };
     let stem = Path::new(name).file_stem().map_or(name.into(), |stem| stem.to_string_lossy());
-    let section = Section::root(&root, table);
     let spec = if simulated.is_some() {
         simulation::assemble(&section, &stem, folder, &mut report).map(|assembled| {
             let simulation::Assembled { simulation, shapes, solids, expect } = assembled;

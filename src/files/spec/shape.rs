@@ -39,7 +39,7 @@ impl Budget {
     }
 
     /// Takes what a shape needs; false, and a complaint, where that is too much.
-    fn take(&mut self, section: &Section<'_>, faces: usize, points: usize, report: &mut Report) -> bool {
+    fn take(&mut self, section: &Section, faces: usize, points: usize, report: &mut Report) -> bool {
         if let (Some(faces), Some(points)) = (self.faces.checked_sub(faces), self.points.checked_sub(points))
         {
             (self.faces, self.points) = (faces, points);
@@ -91,7 +91,7 @@ pub(crate) struct Shape {
 
 /// Reads the shape of a body with the mass of `mass_kg`, if given; `None` when the report says why not.
 pub(crate) fn shape(
-    body: &Section<'_>,
+    body: &Section,
     mass: Option<f64>,
     folder: &Path,
     budget: &mut Budget,
@@ -168,12 +168,7 @@ pub(crate) fn shape(
     }
 }
 
-fn sphere(
-    section: &Section<'_>,
-    mass: Option<f64>,
-    density: Option<f64>,
-    report: &mut Report,
-) -> Option<Shape> {
+fn sphere(section: &Section, mass: Option<f64>, density: Option<f64>, report: &mut Report) -> Option<Shape> {
     let radius = section.number("radius_m")?;
     let volume = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
     let mass = mass.or(density.map(|density| density * volume))?;
@@ -182,7 +177,7 @@ fn sphere(
     Some(Shape { mass, inertia, attractor, dumbbell: None, reach: radius, solid: None })
 }
 
-fn points(section: &Section<'_>, budget: &mut Budget, report: &mut Report) -> Option<Shape> {
+fn points(section: &Section, budget: &mut Budget, report: &mut Report) -> Option<Shape> {
     let list = section.list("points");
     if list.is_empty() {
         let reason = "kind = \"points\" needs at least one point".to_string();
@@ -193,7 +188,7 @@ fn points(section: &Section<'_>, budget: &mut Budget, report: &mut Report) -> Op
     if !budget.take(section, 0, list.len(), report) {
         return None;
     }
-    let point = |point: &Section<'_>| {
+    let point = |point: &Section| {
         Some(MassPoint { mass: point.number("mass_kg")?, position: point.vector("position_m")? })
     };
     let points: Option<Vec<_>> = list.iter().map(point).collect();
@@ -205,7 +200,7 @@ fn points(section: &Section<'_>, budget: &mut Budget, report: &mut Report) -> Op
 /// A solid of one density, its mass center moved to the origin.
 fn homogeneous(
     solid: &Polyhedron,
-    section: &Section<'_>,
+    section: &Section,
     mass: Option<f64>,
     density: Option<f64>,
     budget: &mut Budget,
@@ -235,7 +230,7 @@ fn homogeneous(
 }
 
 /// Vertices and faces that stand in the spec.
-fn listed(section: &Section<'_>, report: &mut Report) -> Option<Polyhedron> {
+fn listed(section: &Section, report: &mut Report) -> Option<Polyhedron> {
     if !section.has("vertices_m") {
         // The first pass has said that a shape is missing.
         return None;
@@ -247,7 +242,7 @@ fn listed(section: &Section<'_>, report: &mut Report) -> Option<Polyhedron> {
         report.error("E0021", section.spot("vertices_m"), reason, remedy);
         return None;
     }
-    let (vertices, faces) = (section.vertices("vertices_m")?, section.faces("faces")?);
+    let (vertices, faces) = (section.vectors("vertices_m")?, section.faces("faces")?);
     // The reader has seen that they are at least 1.
     let faces = faces.into_iter().map(|face| face.map(|corner| corner.saturating_sub(1))).collect();
     match Polyhedron::new(vertices, faces) {
@@ -262,7 +257,7 @@ fn listed(section: &Section<'_>, report: &mut Report) -> Option<Polyhedron> {
 }
 
 fn from_obj(
-    section: &Section<'_>,
+    section: &Section,
     folder: &Path,
     budget: &mut Budget,
     report: &mut Report,
@@ -333,7 +328,7 @@ fn open(written: &str, folder: &Path) -> Result<(PathBuf, File), (&'static str, 
 fn flat(
     solid: Result<Polyhedron, crate::mechanics::full_body::polyhedron::ShapeError>,
     name: &str,
-    section: &Section<'_>,
+    section: &Section,
     report: &mut Report,
 ) -> Option<Polyhedron> {
     match solid {
@@ -345,7 +340,7 @@ fn flat(
     }
 }
 
-fn accept<T>(result: Result<T, FullBodyError>, section: &Section<'_>, report: &mut Report) -> Option<T> {
+fn accept<T>(result: Result<T, FullBodyError>, section: &Section, report: &mut Report) -> Option<T> {
     match result {
         Ok(value) => Some(value),
         Err(error) => {

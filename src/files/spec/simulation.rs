@@ -4,7 +4,7 @@ use super::assemble::Boundary;
 use super::attitude::{self, Use};
 use super::diagnostic::cut;
 use super::environment::Surroundings;
-use super::keys::{MAX_BODIES, MAX_STEPS};
+use super::keys::MAX_STEPS;
 use super::quantity::{short, show};
 use super::section::{Report, Section};
 use super::shape::{Budget, Shape, shape};
@@ -45,29 +45,25 @@ struct Member<'a> {
 
 /// Builds the simulation; `None` when the report says why not. Files are relative to `folder`.
 pub(crate) fn assemble(
-    root: &Section<'_>,
+    root: &Section,
     default_name: &str,
     folder: &Path,
     report: &mut Report,
 ) -> Option<Assembled> {
     let list = root.list("bodies");
     if list.is_empty() {
-        if root.entry("bodies").is_some_and(|entry| entry.node.is_empty_list()) {
+        if root.is_empty_list("bodies") {
             let reason = "a simulation needs at least one body".to_string();
             report.error("E0021", root.spot("bodies"), reason, "add a table [[bodies]]");
         }
         return None;
     }
-    if list.len() > MAX_BODIES {
-        // The first pass has said so.
-        return None;
-    }
     let gravity = root.section("gravity");
-    contradictions(root, gravity.as_ref(), &list, report);
+    contradictions(root, gravity, list, report);
     let alone = list.len() == 1;
     let mut budget = Budget::new();
     let members: Vec<Member> = list
-        .into_iter()
+        .iter()
         .enumerate()
         .map(|(index, section)| member(section, index, gravity.is_some(), folder, &mut budget, report))
         .collect();
@@ -133,7 +129,7 @@ fn shown(shape: &Shape) -> BodyShape {
     }
 }
 
-fn accept<T>(result: Result<T, SystemError>, root: &Section<'_>, report: &mut Report) -> Option<T> {
+fn accept<T>(result: Result<T, SystemError>, root: &Section, report: &mut Report) -> Option<T> {
     match result {
         Ok(value) => Some(value),
         Err(error) => {
@@ -145,12 +141,7 @@ fn accept<T>(result: Result<T, SystemError>, root: &Section<'_>, report: &mut Re
 }
 
 /// What acts must fit the number of bodies.
-fn contradictions(
-    root: &Section<'_>,
-    gravity: Option<&Section<'_>>,
-    bodies: &[Section<'_>],
-    report: &mut Report,
-) {
+fn contradictions(root: &Section, gravity: Option<&Section>, bodies: &[Section], report: &mut Report) {
     let environment = root.section("environment");
     if let (Some(environment), Some(_)) = (&environment, gravity) {
         let reason = "both [gravity] and [environment] are given".to_string();
@@ -170,7 +161,7 @@ fn contradictions(
 }
 
 fn member<'a>(
-    section: Section<'a>,
+    section: &'a Section,
     index: usize,
     attracted: bool,
     folder: &Path,
@@ -221,7 +212,7 @@ fn member<'a>(
     Member { name, boundary, shape, inertia, mass, moves }
 }
 
-fn inertia_of_shape(section: &Section<'_>, inertia: &Matrix3, report: &mut Report) -> Option<Inertia> {
+fn inertia_of_shape(section: &Section, inertia: &Matrix3, report: &mut Report) -> Option<Inertia> {
     if let Err(crate::mechanics::body::InertiaError::NotPositive { .. }) = Inertia::new(*inertia) {
         let reason = "the points lie on a line: the body has no moment of inertia about it".to_string();
         let remedy = "add `inertia_kg_m2` to the body; or take a dumbbell, whose spheres have a radius";
@@ -267,7 +258,7 @@ fn names_differ(members: &[Member<'_>], report: &mut Report) {
 
 /// `[environment]` of the only body.
 fn environment<'a>(
-    root: &Section<'a>,
+    root: &'a Section,
     members: &[Member<'_>],
     report: &mut Report,
 ) -> Option<Surroundings<'a>> {
@@ -287,11 +278,7 @@ fn environment<'a>(
 }
 
 /// Mutual gravity; dumbbells alone have a closed form.
-fn potential(
-    gravity: &Section<'_>,
-    members: &[Member<'_>],
-    report: &mut Report,
-) -> Option<Arc<dyn Potential>> {
+fn potential(gravity: &Section, members: &[Member<'_>], report: &mut Report) -> Option<Arc<dyn Potential>> {
     let constant = match gravity.number("gravitational_constant_m3_kg_s2") {
         Some(constant) => constant,
         None if gravity.has("gravitational_constant_m3_kg_s2") => return None,
@@ -333,7 +320,7 @@ fn potential(
 const LONG: f64 = 1e8;
 
 /// Warns where a step will take long: nothing is shown within one.
-fn long_steps(gravity: &MutualGravity, section: &Section<'_>, members: &[Member<'_>], report: &mut Report) {
+fn long_steps(gravity: &MutualGravity, section: &Section, members: &[Member<'_>], report: &mut Report) {
     let interactions = gravity.interactions();
     if interactions < LONG {
         return;
@@ -359,10 +346,10 @@ fn long_steps(gravity: &MutualGravity, section: &Section<'_>, members: &[Member<
 const PER_SECOND: f64 = 2e8;
 
 /// Duration and steps.
-fn grid(section: &Section<'_>, report: &mut Report) -> Option<(f64, u64)> {
+fn grid(section: &Section, report: &mut Report) -> Option<(f64, u64)> {
     let duration = section.number("duration_s")?;
     if section.has("steps") {
-        return Some((duration, section.long_steps("steps")?));
+        return Some((duration, section.whole("steps")?));
     }
     let step = section.number("step_s")?;
     let spot = section.spot("step_s");
@@ -392,12 +379,7 @@ fn grid(section: &Section<'_>, report: &mut Report) -> Option<(f64, u64)> {
 }
 
 /// The implicit attitude equation has a solution at the start.
-fn steps_are_short(
-    simulation: &Simulation,
-    section: &Section<'_>,
-    members: &[Member<'_>],
-    report: &mut Report,
-) {
+fn steps_are_short(simulation: &Simulation, section: &Section, members: &[Member<'_>], report: &mut Report) {
     let limited = matches!(
         simulation.kind,
         Kind::LieEuler | Kind::LieEulerAdjoint | Kind::LieVerlet | Kind::LieVerletLagrangian
@@ -474,11 +456,11 @@ const TOLERATED: [(&str, &str); 4] = [
 ];
 
 /// `[expect]`; `None` if it names a body that is none.
-fn expect(section: &Section<'_>, members: &[Member<'_>], report: &mut Report) -> Option<SimulationExpect> {
-    let toleranced = |section: Section<'_>| -> Option<Toleranced> {
+fn expect(section: &Section, members: &[Member<'_>], report: &mut Report) -> Option<SimulationExpect> {
+    let toleranced = |section: &Section| -> Option<Toleranced> {
         Some(Toleranced { value: section.number("value")?, tolerance: section.number("tolerance")? })
     };
-    let body = |section: &Section<'_>, report: &mut Report| -> Option<usize> {
+    let body = |section: &Section, report: &mut Report| -> Option<usize> {
         let found = match section.word("body") {
             Some(name) => members.iter().position(|member| member.name == name),
             None => (members.len() == 1 && !section.has("body")).then_some(0),

@@ -100,11 +100,6 @@ impl Node {
         }
     }
 
-    /// Whether it is `[]`.
-    pub fn is_empty_list(&self) -> bool {
-        matches!(&self.value, Value::Array(items) if items.is_empty())
-    }
-
     /// The entry `key` of a table.
     pub fn entry(&self, key: &str) -> Option<&Entry> {
         self.entries().iter().find(|entry| entry.key == key)

@@ -2,14 +2,66 @@
 //! `faults` and returns the value only if nothing is.
 
 use super::diagnostic::cut;
-use super::keys::{MAX_LISTED, MAX_STEPS};
-use super::quantity::{Quantity, Sign, show};
+use super::keys::{Kind, MAX_LISTED, MAX_STEPS};
+use super::quantity::{self as q, Quantity, Sign, show};
+use super::section::Section;
 use super::source::Span;
 use super::tree::{Integer, Node, Value};
 use crate::maneuver::problem::Problem;
+use crate::{Matrix3, Vector3};
 
 /// What is wrong with a value: code, place, reason, remedy.
 pub(crate) type Fault = (&'static str, Span, String, String);
+
+/// What a value says.
+#[derive(Clone, Debug)]
+pub(crate) enum Parsed {
+    Number(f64),
+    Whole(u64),
+    Text(String),
+    Texts(Vec<String>),
+    Vector(Vector3),
+    Vectors(Vec<Vector3>),
+    Quaternion([f64; 4]),
+    Matrix(Matrix3),
+    Weight(Vec<Vec<f64>>),
+    Limits(Limits),
+    Faces(Vec<[u32; 3]>),
+    /// A table, or those of a list.
+    Tables(Vec<Section>),
+}
+
+/// Reads a value of this kind, one that holds no tables.
+pub(crate) fn read(kind: Kind, node: &Node, faults: &mut Vec<Fault>) -> Option<Parsed> {
+    let several = |vectors: Vec<[f64; 3]>| Parsed::Vectors(vectors.into_iter().map(Vector3::from).collect());
+    let matrix = |rows: [[f64; 3]; 3]| Parsed::Matrix(Matrix3::from_fn(|row, column| rows[row][column]));
+    match kind {
+        Kind::Format => format_version(node, faults).map(Parsed::Whole),
+        Kind::Text(most) => text(node, most, faults).map(|text| Parsed::Text(text.into())),
+        Kind::Texts(most) => texts(node, most, faults).map(Parsed::Texts),
+        Kind::Choice(now, later) => choice(node, now, later, faults).map(|word| Parsed::Text(word.into())),
+        Kind::Number(quantity) => number(node, &quantity, faults).map(Parsed::Number),
+        Kind::Limit(quantity) => limit(node, &quantity, faults).map(Parsed::Number),
+        Kind::Limits(quantity, count) => limits(node, &quantity, count, faults).map(Parsed::Limits),
+        Kind::Steps => steps(node, faults).map(Parsed::Whole),
+        Kind::LongSteps => long_steps(node, faults).map(Parsed::Whole),
+        Kind::Count(least, most) => count(node, least, most, faults).map(Parsed::Whole),
+        Kind::Vector(quantity) => vector(node, &quantity, faults).map(|given| Parsed::Vector(given.into())),
+        Kind::Vectors(quantity) => vectors(node, &quantity, faults).map(several),
+        Kind::Axes => axes(node, &q::COMPONENT, faults).map(several),
+        Kind::Vertices(quantity) => vertices(node, &quantity, faults).map(several),
+        Kind::Faces => faces(node, faults).map(Parsed::Faces),
+        Kind::Quaternion => numbers(node, &q::ENTRY, "numbers", faults).map(Parsed::Quaternion),
+        Kind::Matrix => rows(node, &q::ENTRY, faults).map(matrix),
+        Kind::Inertia => inertia(node, &q::INERTIA, faults).map(matrix),
+        Kind::Weight => weight(node, &q::WEIGHT, faults).map(Parsed::Weight),
+        Kind::HeavenlyBody => {
+            heavenly_body(node, faults);
+            None
+        }
+        Kind::Table(_) | Kind::List(..) | Kind::Directions | Kind::Later(_) => None,
+    }
+}
 
 /// Most inputs of one kind, and so the longest list of numbers that can make sense.
 const MAX_AXES: usize = crate::mechanics::actuators::ActuatorSet::MAX_INPUTS;
@@ -26,7 +78,7 @@ fn wrong_type(node: &Node, wanted: &str, faults: &mut Vec<Fault>) {
 }
 
 /// A number within the range of its quantity.
-pub(crate) fn number(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<f64> {
+fn number(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<f64> {
     let Value::Number(number) = &node.value else {
         let wanted = if quantity.unit.is_empty() {
             "a number".into()
@@ -68,7 +120,7 @@ pub(crate) fn number(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) 
 }
 
 /// A limit: positive and finite.
-pub(crate) fn limit(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<f64> {
+fn limit(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<f64> {
     let none = "leave the key out: without it there is no limit";
     match &node.value {
         Value::Number(number) if number.value.is_nan() => {
@@ -112,12 +164,7 @@ pub(crate) enum Limits {
 }
 
 /// One limit for all, or a list: `count` of them if that is known, else at most [`MAX_AXES`].
-pub(crate) fn limits(
-    node: &Node,
-    quantity: &Quantity,
-    count: Option<usize>,
-    faults: &mut Vec<Fault>,
-) -> Option<Limits> {
+fn limits(node: &Node, quantity: &Quantity, count: Option<usize>, faults: &mut Vec<Fault>) -> Option<Limits> {
     let Value::Array(items) = &node.value else {
         return limit(node, quantity, faults).map(Limits::All);
     };
@@ -135,7 +182,7 @@ pub(crate) fn limits(
 }
 
 /// One vector, or a list of them, at most [`MAX_AXES`]; none of length zero.
-pub(crate) fn vectors(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<Vec<[f64; 3]>> {
+fn vectors(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<Vec<[f64; 3]>> {
     match &node.value {
         Value::Array(items) if items.is_empty() => {
             let reason = "the list is empty".to_string();
@@ -196,7 +243,7 @@ pub(crate) fn heavenly_body(node: &Node, faults: &mut Vec<Fault>) {
 }
 
 /// Texts of one line, at most `most` of them.
-pub(crate) fn texts<'a>(node: &'a Node, most: usize, faults: &mut Vec<Fault>) -> Option<Vec<&'a str>> {
+fn texts(node: &Node, most: usize, faults: &mut Vec<Fault>) -> Option<Vec<String>> {
     let Value::Array(items) = &node.value else {
         let reason = format!("expected a list of texts, found {}", node.value.kind());
         faults.push(("E0025", node.span, reason, "write [\"one\", \"two\"]".into()));
@@ -207,19 +254,19 @@ pub(crate) fn texts<'a>(node: &'a Node, most: usize, faults: &mut Vec<Fault>) ->
         faults.push(("E0034", node.span, reason, "shorten it".into()));
         return None;
     }
-    let texts: Vec<_> = items.iter().filter_map(|item| text(item, 200, faults)).collect();
+    let texts: Vec<_> = items.iter().filter_map(|item| text(item, 200, faults)).map(str::to_string).collect();
     (texts.len() == items.len()).then_some(texts)
 }
 
 /// A whole number from `least` to `most`.
-pub(crate) fn count(node: &Node, least: i64, most: i64, faults: &mut Vec<Fault>) -> Option<usize> {
+fn count(node: &Node, least: i64, most: i64, faults: &mut Vec<Fault>) -> Option<u64> {
     let value = integer(node, faults)?;
     if !(least..=most).contains(&value) {
         let reason = format!("{value} is outside {least} to {most}");
         faults.push(("E0031", node.span, reason, format!("write a whole number from {least} to {most}")));
         return None;
     }
-    usize::try_from(value).ok()
+    u64::try_from(value).ok()
 }
 
 /// Any whole number that fits.
@@ -248,7 +295,7 @@ fn integer(node: &Node, faults: &mut Vec<Fault>) -> Option<i64> {
 }
 
 /// The number of steps of a plan.
-pub(crate) fn steps(node: &Node, faults: &mut Vec<Fault>) -> Option<usize> {
+fn steps(node: &Node, faults: &mut Vec<Fault>) -> Option<u64> {
     let value = integer(node, faults)?;
     if value < Problem::MIN_STEPS as i64 {
         let reason = format!("{value} is too few: a plan needs at least {} steps", Problem::MIN_STEPS);
@@ -256,7 +303,7 @@ pub(crate) fn steps(node: &Node, faults: &mut Vec<Fault>) -> Option<usize> {
     } else if value > Problem::MAX_STEPS as i64 {
         faults.push(too_many_steps(node.span, value as f64));
     } else {
-        return usize::try_from(value).ok();
+        return u64::try_from(value).ok();
     }
     None
 }
@@ -275,7 +322,7 @@ pub(crate) fn too_many_steps(span: Span, steps: f64) -> Fault {
 }
 
 /// The number of steps of a simulation.
-pub(crate) fn long_steps(node: &Node, faults: &mut Vec<Fault>) -> Option<u64> {
+fn long_steps(node: &Node, faults: &mut Vec<Fault>) -> Option<u64> {
     let value = integer(node, faults)?;
     if value < 1 {
         let reason = format!("{value} is too few: a simulation needs at least 1 step");
@@ -321,14 +368,14 @@ fn long_list<'a>(node: &'a Node, what: &str, sample: &str, faults: &mut Vec<Faul
 }
 
 /// A list of points.
-pub(crate) fn vertices(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<Vec<[f64; 3]>> {
+fn vertices(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<Vec<[f64; 3]>> {
     let items = long_list(node, "vertices", "[[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]]", faults)?;
     let points: Vec<_> = items.iter().filter_map(|item| vector(item, quantity, faults)).collect();
     (points.len() == items.len()).then_some(points)
 }
 
 /// A list of triangles, vertices counted from 1.
-pub(crate) fn faces(node: &Node, faults: &mut Vec<Fault>) -> Option<Vec<[u32; 3]>> {
+fn faces(node: &Node, faults: &mut Vec<Fault>) -> Option<Vec<[u32; 3]>> {
     let list = long_list(node, "faces", "[[1, 2, 3], [1, 4, 2], [2, 4, 3], [3, 4, 1]]", faults)?;
     let triangle = |face: &Node, faults: &mut Vec<Fault>| {
         let corners = items(face, 3, "vertices, counted from 1", faults)?;
@@ -344,7 +391,7 @@ pub(crate) fn faces(node: &Node, faults: &mut Vec<Fault>) -> Option<Vec<[u32; 3]
 }
 
 /// Text of one line.
-pub(crate) fn text<'a>(node: &'a Node, most: usize, faults: &mut Vec<Fault>) -> Option<&'a str> {
+fn text<'a>(node: &'a Node, most: usize, faults: &mut Vec<Fault>) -> Option<&'a str> {
     let Value::Text(text) = &node.value else {
         wrong_type(node, "text in quotes", faults);
         return None;
@@ -359,7 +406,7 @@ pub(crate) fn text<'a>(node: &'a Node, most: usize, faults: &mut Vec<Fault>) -> 
 }
 
 /// One of some words.
-pub(crate) fn choice<'a>(
+fn choice<'a>(
     node: &'a Node,
     now: &[&'static str],
     later: &[&'static str],
@@ -437,17 +484,12 @@ fn numbers<const N: usize>(
 }
 
 /// Three numbers.
-pub(crate) fn vector(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<[f64; 3]> {
+fn vector(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<[f64; 3]> {
     numbers(node, quantity, "numbers (x, y, z)", faults)
 }
 
-/// Four numbers.
-pub(crate) fn quaternion(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<[f64; 4]> {
-    numbers(node, quantity, "numbers", faults)
-}
-
 /// Three rows of three numbers.
-pub(crate) fn rows(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<[[f64; 3]; 3]> {
+fn rows(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<[[f64; 3]; 3]> {
     let items = items(node, 3, "rows of three numbers", faults)?;
     let rows: Vec<_> =
         items.iter().filter_map(|row| numbers::<3>(row, quantity, "numbers in a row", faults)).collect();
@@ -455,7 +497,7 @@ pub(crate) fn rows(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) ->
 }
 
 /// Three rows, or a diagonal.
-pub(crate) fn inertia(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<[[f64; 3]; 3]> {
+fn inertia(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<[[f64; 3]; 3]> {
     let flat = match &node.value {
         Value::Array(items) => {
             !items.is_empty() && items.iter().all(|item| !matches!(item.value, Value::Array(_)))
@@ -479,7 +521,7 @@ pub(crate) fn inertia(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>)
 }
 
 /// A list of axes, at most [`MAX_AXES`].
-pub(crate) fn axes(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<Vec<[f64; 3]>> {
+fn axes(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<Vec<[f64; 3]>> {
     let Value::Array(items) = &node.value else {
         let reason = format!("expected a list of axes, found {}", node.value.kind());
         let remedy = "write one axis per inner list: [[1, 0, 0], [0, 1, 0]]";
@@ -507,7 +549,7 @@ pub(crate) fn axes(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) ->
 }
 
 /// A weight: n numbers (its diagonal) or n rows of n numbers. Returned as rows.
-pub(crate) fn weight(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<Vec<Vec<f64>>> {
+fn weight(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<Vec<Vec<f64>>> {
     let Value::Array(items) = &node.value else {
         let reason = format!("expected a list of weights, found {}", node.value.kind());
         faults.push(("E0025", node.span, reason, "write one number per axis: [1, 1, 1]".into()));
@@ -542,4 +584,23 @@ pub(crate) fn weight(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) 
         }
     }
     good.then_some(rows)
+}
+
+/// The version of the format, 1.
+fn format_version(node: &Node, faults: &mut Vec<Fault>) -> Option<u64> {
+    let mut own = Vec::new();
+    let version = count(node, 1, 1, &mut own);
+    match version {
+        Some(_) => {}
+        None if own.iter().any(|fault| fault.0 == "E0031") => {
+            let version = match &node.value {
+                Value::Number(number) => show(number.value),
+                _ => "another".into(),
+            };
+            let reason = format!("the spec is in format {version}, this program reads format 1");
+            faults.push(("E0023", node.span, reason, "write format = 1, or use a slew that reads it".into()));
+        }
+        None => faults.append(&mut own),
+    }
+    version
 }

@@ -23,7 +23,7 @@ struct Wheel {
 const SILENT: f64 = 1e-9;
 
 /// The torque channel of the wheels, and the wheels.
-pub(super) fn wheels(section: &Section<'_>, motion: Motion, report: &mut Report) -> Option<Actuation> {
+pub(super) fn wheels(section: &Section, motion: Motion, report: &mut Report) -> Option<Actuation> {
     let others = ["torque_axes_body", "torque_axes_reference", "effort_weight"];
     let others = others.into_iter().chain(TORQUE_LIMITS).filter(|key| section.has(key));
     let mut good = true;
@@ -51,17 +51,17 @@ pub(super) fn wheels(section: &Section<'_>, motion: Motion, report: &mut Report)
         good = false;
     }
     let sections = section.list("wheel");
-    if section.entry("wheel").is_some_and(|entry| entry.node.is_empty_list()) {
+    if section.is_empty_list("wheel") {
         let reason = "the list of wheels is empty: nothing turns the body".to_string();
         report.error("E0026", section.spot("wheel"), reason, "give three wheels or more, or torque axes");
     }
-    if sections.is_empty() || sections.len() > ActuatorSet::MAX_INPUTS {
+    if sections.is_empty() {
         return None;
     }
     let wheels: Vec<_> =
         sections.iter().enumerate().map(|(index, wheel)| read(wheel, index, report)).collect();
     let wheels: Vec<Wheel> = wheels.into_iter().collect::<Option<_>>()?;
-    let size = torque_limits(&wheels, &sections, report)?;
+    let size = torque_limits(&wheels, sections, report)?;
     let weight = DMatrix::from_diagonal(&DVector::from_iterator(
         wheels.len(),
         wheels.iter().map(|wheel| wheel.weight),
@@ -103,14 +103,14 @@ pub(super) fn wheels(section: &Section<'_>, motion: Motion, report: &mut Report)
 }
 
 /// "wheel 2", with its name if it has one.
-fn called(section: &Section<'_>, index: usize) -> String {
+fn called(section: &Section, index: usize) -> String {
     match section.word("name") {
         Some(name) => format!("wheel {} \"{}\"", index + 1, escape(name)),
         None => format!("wheel {}", index + 1),
     }
 }
 
-fn read(section: &Section<'_>, index: usize, report: &mut Report) -> Option<Wheel> {
+fn read(section: &Section, index: usize, report: &mut Report) -> Option<Wheel> {
     let axis = axis(section, index, report);
     let or = |name: &str, absent: f64| if section.has(name) { section.number(name) } else { Some(absent) };
     let momentum_limit = or("momentum_limit_n_m_s", f64::INFINITY);
@@ -133,7 +133,7 @@ fn read(section: &Section<'_>, index: usize, report: &mut Report) -> Option<Whee
 }
 
 /// The spin axis, made of length 1.
-fn axis(section: &Section<'_>, index: usize, report: &mut Report) -> Option<Vector3> {
+fn axis(section: &Section, index: usize, report: &mut Report) -> Option<Vector3> {
     let axis = section.vector("axis_body")?;
     let spot = section.spot("axis_body");
     let size = axis.amax();
@@ -155,11 +155,7 @@ fn axis(section: &Section<'_>, index: usize, report: &mut Report) -> Option<Vect
 }
 
 /// The torque limits: of every wheel or of none.
-fn torque_limits(
-    wheels: &[Wheel],
-    sections: &[Section<'_>],
-    report: &mut Report,
-) -> Option<Option<Vec<f64>>> {
+fn torque_limits(wheels: &[Wheel], sections: &[Section], report: &mut Report) -> Option<Option<Vec<f64>>> {
     let limits: Vec<f64> = wheels.iter().filter_map(|wheel| wheel.torque_limit).collect();
     if limits.is_empty() {
         return Some(None);
