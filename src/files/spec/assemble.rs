@@ -37,7 +37,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str, report: &mut Report) 
     let constraints = constraint::constraints(root, report);
     let solver = root.section("solver");
     let (scheme, settings) = maneuver::solver(solver, report);
-    let expect = root.section("expect").map(|section| maneuver::expect(&section));
+    let expect = root.section("expect").map(maneuver::expect);
     let place = "[start] and [end]";
     let surroundings =
         environment::Surroundings { section: root.section("environment"), motion, mass, place };
@@ -49,7 +49,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str, report: &mut Report) 
     let section = root.section("maneuver")?;
     let duration = section.number("duration_s");
     let (start, end) = (start?, end?);
-    let path = path(&section, &end, report);
+    let path = path(section, &end, report);
     let (start_rotation, end_rotation) = (start.rotation.as_ref()?, end.rotation.as_ref()?);
     warn_quaternion_order(start_rotation, end_rotation, report);
     let end_attitude =
@@ -72,7 +72,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str, report: &mut Report) 
     };
     let rate = start_state.angular_velocity.norm().max(end_state.angular_velocity.norm());
     let rate = rate + environment.frame_rate().norm();
-    let steps = maneuver::steps(&section, duration, angle, rate, report)?;
+    let steps = maneuver::steps(section, duration, angle, rate, report)?;
 
     let body = Body { inertia: inertia?, mass: mass.filter(|_| motion == Motion::RigidBody) };
     let name = root.word("name").unwrap_or(default_name).to_string();
@@ -99,12 +99,12 @@ pub(crate) fn assemble(root: &Section, default_name: &str, report: &mut Report) 
         // All of them at once.
         Err(ProblemError::Violated { .. }) => {
             for error in problem.violations() {
-                refuse(&error, &problem, &section, [&start, &end], report);
+                refuse(&error, &problem, section, [&start, &end], report);
             }
             return None;
         }
         Err(error) => {
-            refuse(&error, &problem, &section, [&start, &end], report);
+            refuse(&error, &problem, section, [&start, &end], report);
             return None;
         }
     }
@@ -131,7 +131,7 @@ impl<'a> Boundary<'a> {
     pub fn read(section: &'a Section, key: &'static str, report: &mut Report) -> Self {
         let purpose = if key == "attitude" { Use::Attitude } else { Use::Turn };
         let rotation =
-            section.section(key).and_then(|rotation| attitude::rotation(&rotation, purpose, report));
+            section.section(key).and_then(|rotation| attitude::rotation(rotation, purpose, report));
         let rate = match section.rate_key() {
             None => Some(Vector3::zeros()),
             Some(name) => {

@@ -121,7 +121,7 @@ pub(crate) fn shape(
         return None;
     }
     match kind {
-        "sphere" => sphere(&section, mass, density, report),
+        "sphere" => sphere(section, mass, density, report),
         "dumbbell" => {
             let (length, sphere_radius) = (section.number("length_m")?, section.number("sphere_radius_m")?);
             let dumbbell = Dumbbell { mass: mass?, length, sphere_radius };
@@ -135,7 +135,7 @@ pub(crate) fn shape(
                 let remedy = "lengthen `length_m`, or give the body its own `inertia_kg_m2`";
                 report.warn("W0136", section.spot("sphere_radius_m"), reason, remedy);
             }
-            let cloud = accept(dumbbell.cloud(), &section, report)?;
+            let cloud = accept(dumbbell.cloud(), section, report)?;
             let reach = 0.5 * length + sphere_radius;
             let inertia = dumbbell.inertia();
             Some(Shape {
@@ -147,23 +147,21 @@ pub(crate) fn shape(
                 solid: None,
             })
         }
-        "points" => points(&section, budget, report),
+        "points" => points(section, budget, report),
         _ => {
             let solid = match kind {
-                "cuboid" => {
-                    flat(Polyhedron::cuboid(&section.vector("edges_m")?), "edges_m", &section, report)
-                }
+                "cuboid" => flat(Polyhedron::cuboid(&section.vector("edges_m")?), "edges_m", section, report),
                 "octahedron" => flat(
                     Polyhedron::octahedron(&section.vector("semi_axes_m")?),
                     "semi_axes_m",
-                    &section,
+                    section,
                     report,
                 ),
                 _ if section.has("obj") && (section.has("vertices_m") || section.has("faces")) => None,
-                _ if section.has("obj") => from_obj(&section, folder, budget, report),
-                _ => listed(&section, report),
+                _ if section.has("obj") => from_obj(section, folder, budget, report),
+                _ => listed(section, report),
             }?;
-            homogeneous(&solid, &section, mass, density, budget, report)
+            homogeneous(&solid, section, mass, density, budget, report)
         }
     }
 }

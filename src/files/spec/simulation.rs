@@ -68,13 +68,13 @@ pub(crate) fn assemble(
         .map(|(index, section)| member(section, index, gravity.is_some(), folder, &mut budget, report))
         .collect();
     names_differ(&members, report);
-    let expect = root.section("expect").map(|section| expect(&section, &members, report));
+    let expect = root.section("expect").map(|section| expect(section, &members, report));
     let surroundings = environment(root, &members, report);
     if let Some(surroundings) = &surroundings {
         surroundings.check_ends(&[&members[0].boundary], report);
     }
     let section = root.section("simulation")?;
-    let grid = grid(&section, report);
+    let grid = grid(section, report);
     if report.failed() {
         return None;
     }
@@ -111,7 +111,7 @@ pub(crate) fn assemble(
     simulation.stride = section.count("output_stride").unwrap_or(1) as u64;
     simulation.settings =
         ErrorControl { tolerance: section.number("tolerance").unwrap_or(ErrorControl::default().tolerance) };
-    steps_are_short(&simulation, &section, &members, report);
+    steps_are_short(&simulation, section, &members, report);
     simulation.reach =
         members.iter().map(|member| member.shape.as_ref().map_or(0.0, |shape| shape.reach)).collect();
     if gravity.is_some() {
@@ -493,7 +493,7 @@ fn expect(section: &Section, members: &[Member<'_>], report: &mut Report) -> Opt
             Some((end.vector(name)?, end.number(tolerance)?))
         };
         ends.push((
-            body(&end, report)?,
+            body(end, report)?,
             end.section("attitude"),
             end.number("attitude_tolerance_rad"),
             tolerated("angular_velocity_rad_s", "angular_velocity_tolerance_rad_s"),
@@ -503,7 +503,7 @@ fn expect(section: &Section, members: &[Member<'_>], report: &mut Report) -> Opt
     }
     let precession = match section.section("precession") {
         Some(inner) => Some(Precession {
-            body: body(&inner, report)?,
+            body: body(inner, report)?,
             axis: inner.vector("axis_body")?,
             about: inner.vector("about_reference")?,
             rate: inner.section("rate_rad_s").and_then(toleranced)?,
@@ -512,7 +512,7 @@ fn expect(section: &Section, members: &[Member<'_>], report: &mut Report) -> Opt
     };
     let oscillation = match section.section("oscillation") {
         Some(inner) => Some(Oscillation {
-            body: body(&inner, report)?,
+            body: body(inner, report)?,
             axis: inner.vector("axis_body")?,
             direction: inner.vector("direction_reference")?,
             period: inner.section("period_s").and_then(toleranced)?,
@@ -521,7 +521,7 @@ fn expect(section: &Section, members: &[Member<'_>], report: &mut Report) -> Opt
     };
     let mut end = Vec::new();
     for (body, attitude, tolerance, angular_velocity, position, velocity) in ends {
-        let attitude = attitude.and_then(|section| attitude::rotation(&section, Use::Attitude, report));
+        let attitude = attitude.and_then(|section| attitude::rotation(section, Use::Attitude, report));
         let attitude = attitude.map(|rotation| rotation.matrix).zip(tolerance);
         end.push(EndExpect { body, attitude, angular_velocity, position, velocity });
     }
