@@ -19,6 +19,7 @@ const CHANGED: &[(&str, Change, &str)] = &[
     ("solve_time_s", Change::Free, "a time of the machine"),
     ("generator", Change::Free, "the version of the program"),
     ("format", Change::Free, "plan files hold the spec that they answer: format 2"),
+    ("outcome", Change::Renamed("unreachable", "infeasible"), "one word for what is proved"),
     ("problem", Change::Moved("spec"), "the maneuver in the notation of a spec"),
     ("problem.motion", Change::Free, "a spec has positions or not"),
     ("problem.inertia_kg_m2", Change::Free, "a diagonal of three where it is diagonal"),
@@ -44,6 +45,8 @@ enum Change {
     Free,
     /// The same value stands under another key.
     Moved(&'static str),
+    /// One word of it is another.
+    Renamed(&'static str, &'static str),
 }
 
 /// The number of a case, and what differs.
@@ -177,7 +180,12 @@ fn descend(path: &str, old: &Value, new: &Value, root: &Value, differences: &mut
                 let new = match change(&path) {
                     Some(Change::Free) => continue,
                     Some(Change::Moved(to)) => to.split('.').try_fold(root, |value, key| value.get(key)),
-                    None => new.get(key),
+                    Some(Change::Renamed(was, is))
+                        if *old == **was && new.get(key).is_some_and(|new| *new == **is) =>
+                    {
+                        continue;
+                    }
+                    Some(Change::Renamed(..)) | None => new.get(key),
                 };
                 match new {
                     Some(new) => descend(&path, old, new, root, differences),
