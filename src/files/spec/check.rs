@@ -2,14 +2,11 @@
 
 use super::diagnostic::{Finding, Severity, Spot, cut};
 use super::keys::{ATTITUDE, DIRECTION, Key, Kind, ROOT, SIMULATION_ROOT, Table};
-use super::section::{Given, Section};
+use super::section::{Given, MAX_FINDINGS, Section, join};
 use super::source::Span;
 use super::suggest::nearest;
 use super::tree::{Entry, Node, Value};
 use super::values::{self, Fault, Parsed};
-
-/// More findings than this help nobody, and a megabyte of nonsense could make a hundred thousand.
-pub(crate) const MAX_FINDINGS: usize = 100;
 
 /// Reads every value of the spec, and checks names, types, shapes and ranges.
 ///
@@ -27,11 +24,6 @@ struct Checker {
     /// The keys of the whole spec.
     root: &'static Table,
     keeps_rounding: bool,
-}
-
-/// `path.name`.
-pub(crate) fn join(path: &str, name: &str) -> String {
-    if path.is_empty() { name.into() } else { format!("{path}.{name}") }
 }
 
 /// Whether a key means something under this value of the table's selector.

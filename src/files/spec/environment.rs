@@ -1,6 +1,6 @@
 //! `[environment]`.
 
-use super::assemble::Boundary;
+use super::boundary::Boundary;
 use super::quantity::{short, show};
 use super::section::{Report, Section};
 use crate::maneuver::problem::Motion;

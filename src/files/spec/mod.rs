@@ -26,6 +26,7 @@ mod actuators;
 mod assemble;
 mod attitude;
 mod body;
+mod boundary;
 mod check;
 mod constraint;
 mod diagnostic;
@@ -559,6 +560,6 @@ fn apply(mut root: Node, overrides: &[Override], sources: &mut Vec<Source>) -> (
 /// Findings in file order, with their positions.
 fn diagnostics(mut findings: Vec<Finding>, sources: &[Source]) -> Diagnostics {
     findings.sort_by_key(|finding| (finding.spot.span.source, finding.spot.span.start));
-    findings.truncate(check::MAX_FINDINGS);
+    findings.truncate(section::MAX_FINDINGS);
     Diagnostics(findings.into_iter().map(|finding| finding.resolve(sources)).collect())
 }

@@ -1,7 +1,6 @@
 //! A table of the spec as the first pass has read it: values by name, silently absent where that pass has
 //! complained.
 
-use super::check::{MAX_FINDINGS, join};
 use super::diagnostic::{Finding, Severity, Spot};
 use super::keys::Table;
 use super::quantity as q;
@@ -12,6 +11,14 @@ use std::fmt;
 
 /// How far the length of a unit vector may be from 1 by rounding.
 const UNIT_ROUNDING: f64 = 1e-9;
+
+/// More findings than this help nobody, and a megabyte of nonsense could make a hundred thousand.
+pub(crate) const MAX_FINDINGS: usize = 100;
+
+/// `path.name`.
+pub(crate) fn join(path: &str, name: &str) -> String {
+    if path.is_empty() { name.into() } else { format!("{path}.{name}") }
+}
 
 /// Collects findings.
 pub(crate) struct Report {

@@ -1,7 +1,7 @@
 //! The second pass over a simulation spec: from the checked tree to a [`Simulation`].
 
-use super::assemble::Boundary;
 use super::attitude::{self, Use};
+use super::boundary::Boundary;
 use super::diagnostic::cut;
 use super::environment::Surroundings;
 use super::keys::MAX_STEPS;
