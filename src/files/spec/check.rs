@@ -2,11 +2,11 @@
 
 use super::diagnostic::{Finding, Severity, Spot, cut};
 use super::keys::{ATTITUDE, DIRECTION, Key, Kind, ROOT, SIMULATION_ROOT, Table};
-use super::section::{Given, MAX_FINDINGS, Section, join};
+use super::section::{Given, MAX_FINDINGS, Parsed, Section, join};
 use super::source::Span;
 use super::suggest::nearest;
 use super::tree::{Entry, Node, Value};
-use super::values::{self, Fault, Parsed};
+use super::values::{self, Fault};
 
 /// Reads every value of the spec, and checks names, types, shapes and ranges.
 ///

@@ -2,8 +2,7 @@
 
 use super::diagnostic::escape;
 use super::quantity::{short, show};
-use super::section::{Angle, Report, Section};
-use super::values::Limits;
+use super::section::{Angle, Limits, Report, Section};
 use crate::Vector3;
 use crate::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
 use crate::maneuver::problem::Problem;

@@ -5,7 +5,6 @@ use super::diagnostic::{Finding, Severity, Spot};
 use super::keys::Table;
 use super::quantity as q;
 use super::source::Span;
-use super::values::{Limits, Parsed};
 use crate::{Matrix3, Vector3};
 use std::fmt;
 
@@ -44,6 +43,31 @@ impl Report {
     pub fn failed(&self) -> bool {
         self.findings.iter().any(|finding| finding.severity == Severity::Error)
     }
+}
+
+/// What a value says.
+#[derive(Clone, Debug)]
+pub(crate) enum Parsed {
+    Number(f64),
+    Whole(u64),
+    Text(String),
+    Texts(Vec<String>),
+    Vector(Vector3),
+    Vectors(Vec<Vector3>),
+    Quaternion([f64; 4]),
+    Matrix(Matrix3),
+    Weight(Vec<Vec<f64>>),
+    Limits(Limits),
+    Faces(Vec<[u32; 3]>),
+    /// A table, or those of a list.
+    Tables(Vec<Section>),
+}
+
+/// One limit for all, or one for each.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Limits {
+    All(f64),
+    Each(Vec<f64>),
 }
 
 /// An angle as written; the key ends in its unit.

@@ -4,7 +4,7 @@
 use super::diagnostic::cut;
 use super::keys::{Kind, MAX_LISTED, MAX_STEPS};
 use super::quantity::{self as q, Quantity, Sign, show};
-use super::section::Section;
+use super::section::{Limits, Parsed};
 use super::source::Span;
 use super::tree::{Integer, Node, Value};
 use crate::maneuver::problem::Problem;
@@ -12,24 +12,6 @@ use crate::{Matrix3, Vector3};
 
 /// What is wrong with a value: code, place, reason, remedy.
 pub(crate) type Fault = (&'static str, Span, String, String);
-
-/// What a value says.
-#[derive(Clone, Debug)]
-pub(crate) enum Parsed {
-    Number(f64),
-    Whole(u64),
-    Text(String),
-    Texts(Vec<String>),
-    Vector(Vector3),
-    Vectors(Vec<Vector3>),
-    Quaternion([f64; 4]),
-    Matrix(Matrix3),
-    Weight(Vec<Vec<f64>>),
-    Limits(Limits),
-    Faces(Vec<[u32; 3]>),
-    /// A table, or those of a list.
-    Tables(Vec<Section>),
-}
 
 /// Reads a value of this kind, one that holds no tables.
 pub(crate) fn read(kind: Kind, node: &Node, faults: &mut Vec<Fault>) -> Option<Parsed> {
@@ -154,13 +136,6 @@ fn limit(node: &Node, quantity: &Quantity, faults: &mut Vec<Fault>) -> Option<f6
         }
         _ => number(node, quantity, faults),
     }
-}
-
-/// One limit for all, or one for each.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Limits {
-    All(f64),
-    Each(Vec<f64>),
 }
 
 /// One limit for all, or a list: `count` of them if that is known, else at most [`MAX_AXES`].
