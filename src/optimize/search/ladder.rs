@@ -304,7 +304,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
                 for (attitude, rate) in body_rates(&model, candidate) {
                     path.node(&attitude, rate, model.h);
                 }
-                path.way(&self.fine)
+                Ok(path.way_or_short(&self.fine))
             }
             _ => Follower::of(&self.coarse, &candidate.costate()).and_then(|path| path.way(&self.coarse)),
         };
@@ -452,6 +452,9 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         }
         self.found.clear();
         let duals = solution.costates_0(self.problem).to_vec();
+        if duals.is_empty() {
+            return solution;
+        }
         self.shoot_from(&duals, "duals");
         let Some(shot) = self.found.first() else { return solution };
         let unsolved = Solution::unsolved(self.problem, self.context.settings.tolerance);

@@ -85,7 +85,7 @@ pub(crate) fn chain<const N: usize>(
         trajectory: recorder.trajectory,
         cost: iterate.cost(model),
         terminal: terminal_error(error.as_slice()),
-        way: recorder.follower.way(bvp)?,
+        way: recorder.follower.way_or_short(bvp),
         active: active(problem, rows, &candidate.multipliers.1),
     })
 }

@@ -65,6 +65,12 @@ impl Follower {
         Ok(Way { sense, turned_deg: self.turned.to_degrees(), rotation: self.rotation })
     }
 
+    /// The same; short where the motion without inputs cannot be followed to its end and tells nothing.
+    pub fn way_or_short<const N: usize>(&self, bvp: &BoundaryValueProblem<N>) -> Way {
+        let (turned_deg, rotation) = (self.turned.to_degrees(), self.rotation);
+        self.way(bvp).unwrap_or(Way { sense: Sense::Short, turned_deg, rotation })
+    }
+
     /// The path of the extremal from `costate`.
     pub fn of<const N: usize>(
         bvp: &BoundaryValueProblem<N>,
