@@ -135,8 +135,8 @@ pub struct Plan {
 /// iterations and may stop the solve; [`Silent`] does neither. Equal inputs give equal outputs, to the last bit, unless
 /// a time limit or the observer ends the solve.
 ///
-/// The discretisation and its discrete necessary conditions are those of Lee, Leok and McClamroch, *Optimal control of
-/// a rigid body using geometrically exact computations on SE(3)*, 2006.
+/// The discretisation and its discrete necessary conditions are those of Lee, Leok and McClamroch, *Optimal Attitude
+/// Control of a Rigid Body using Geometrically Exact Computations on SO(3)*, 2006 (arXiv math/0601424).
 ///
 /// # Errors
 /// [`PlanError`] when problem, settings or guess cannot be used. A solver that stops is no error: see

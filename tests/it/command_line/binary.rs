@@ -115,18 +115,30 @@ pub fn catches_interrupt(process: u32) -> bool {
     catches(process, "-INT")
 }
 
-/// Whether a process has taken a signal over, from the kernel's own list.
+/// Whether a process has taken a signal over.
 #[cfg(target_os = "linux")]
 pub fn catches(process: u32, signal: &str) -> bool {
+    is_listed(&process.to_string(), "SigCgt:", signal)
+}
+
+/// Whether this process ignores a signal, as under `nohup`: its children then do so as well.
+#[cfg(target_os = "linux")]
+pub fn is_ignored(signal: &str) -> bool {
+    is_listed("self", "SigIgn:", signal)
+}
+
+/// Whether a signal is in a list that the kernel keeps of a process.
+#[cfg(target_os = "linux")]
+fn is_listed(process: &str, list: &str, signal: &str) -> bool {
     let number = match signal {
         "-HUP" => 1,
         "-INT" => 2,
         "-TERM" => 15,
         other => panic!("{other}"),
     };
-    let status = fs::read_to_string(Path::new("/proc").join(process.to_string()).join("status"));
+    let status = fs::read_to_string(Path::new("/proc").join(process).join("status"));
     let mask = status.ok().and_then(|text| {
-        let line = text.lines().find_map(|line| line.strip_prefix("SigCgt:"))?.trim().to_string();
+        let line = text.lines().find_map(|line| line.strip_prefix(list))?.trim().to_string();
         u64::from_str_radix(&line, 16).ok()
     });
     mask.is_some_and(|mask| mask & (1 << (number - 1)) != 0)
