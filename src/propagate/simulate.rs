@@ -6,7 +6,8 @@
 //! use slewkit::maneuver::problem::State;
 //! use slewkit::propagate::simulate::{SimulationRow, Simulation};
 //! use slewkit::{Matrix3, Vector3};
-//! //!
+//! use std::ops::ControlFlow;
+//!
 //! let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5))?, mass: None };
 //! let system = System::new(vec![body], None)?;
 //! let start = system.state(&[State::attitude(Matrix3::identity(), Vector3::new(0.01, 1.0, 0.0))])?;
