@@ -232,7 +232,9 @@ fn an_interrupted_simulation_keeps_its_rows() {
     use std::io::{BufRead, BufReader, Read};
     let folder = folder();
     let send = |child: &std::process::Child, signal: &str| {
+        let began = std::time::Instant::now();
         while !super::binary::catches(child.id(), signal) {
+            assert!(began.elapsed().as_secs() < 60, "{signal} is not taken over");
             std::thread::sleep(std::time::Duration::from_millis(5));
         }
         let kill = |signal: &str| {
