@@ -162,6 +162,11 @@ impl Grid {
         self.steps
     }
 
+    /// Whether all steps have the same length.
+    pub fn is_uniform(&self) -> bool {
+        matches!(self.lengths, Lengths::Equal(_))
+    }
+
     /// Number of different steps: 1 where all have the same length.
     pub(crate) fn different_steps(&self) -> usize {
         match &self.lengths {
@@ -252,6 +257,7 @@ impl Grid {
     }
 
     /// How much of the kick at node k the momenta after a full kick are ahead of the physical ones.
+    #[inline(always)]
     pub fn ahead(&self, node: usize) -> f64 {
         match self.scheme {
             Scheme::LieEuler => 0.0,

@@ -1,6 +1,7 @@
 //! The optimal inputs in the scaled dynamics: what they exert, what they cost, how they answer a costate.
 
 use super::{Authority, ControlLaws, Costate, Dynamics};
+use crate::mechanics::actuators::AxisFrame;
 use crate::mechanics::environment::{Pose, Wrench};
 use crate::optimize::control_law::ControlLaw;
 use crate::{Matrix3, Vector3};
@@ -79,6 +80,7 @@ impl Dynamics {
     }
 
     /// Actuator wrench at the optimal inputs without limits.
+    #[inline(always)]
     fn input_wrench<const N: usize>(&self, pose: &Pose, costate: &Costate) -> Wrench {
         let r = &pose.attitude;
         let moment = -self.torque.on_body(r, &costate.pi);
@@ -91,13 +93,20 @@ impl Authority {
     /// The matrix on a vector of body axes.
     #[inline(always)]
     fn on_body(&self, r: &Matrix3, vector: &Vector3) -> Vector3 {
-        self.frame.to_body(r, &(self.matrix * self.frame.of_body(r, vector)))
+        // One question for both changes of axes: this is the innermost loop of a sweep.
+        match self.frame {
+            AxisFrame::Body => self.matrix * vector,
+            AxisFrame::Reference => r.tr_mul(&(self.matrix * (r * vector))),
+        }
     }
 
     /// The matrix on a vector of the reference frame.
     #[inline(always)]
     fn on_reference(&self, r: &Matrix3, vector: &Vector3) -> Vector3 {
-        self.frame.to_reference(r, &(self.matrix * self.frame.of_reference(r, vector)))
+        match self.frame {
+            AxisFrame::Reference => self.matrix * vector,
+            AxisFrame::Body => r * (self.matrix * r.tr_mul(vector)),
+        }
     }
 }
 

@@ -117,16 +117,18 @@ impl<const N: usize> BoundaryValueProblem<N> {
         observe: impl FnMut(Node),
         watch: impl FnMut(&Matrix3, &Sensitivity<N>),
     ) -> Result<End<N>, StepError> {
-        if self.dynamics.is_limited() {
-            self.run_of::<DERIVE, true>(costate, columns, observe, watch)
-        } else {
-            self.run_of::<DERIVE, false>(costate, columns, observe, watch)
+        match (self.dynamics.is_limited(), self.dynamics.grid.is_uniform()) {
+            (true, true) => self.run_of::<DERIVE, true, true>(costate, columns, observe, watch),
+            (true, false) => self.run_of::<DERIVE, true, false>(costate, columns, observe, watch),
+            (false, true) => self.run_of::<DERIVE, false, true>(costate, columns, observe, watch),
+            (false, false) => self.run_of::<DERIVE, false, false>(costate, columns, observe, watch),
         }
     }
 
-    /// The sweep of limited inputs or of others; every variant compiles to its own loop.
+    /// The sweep of limited inputs or of others, on steps of one length or of their own; every variant compiles to
+    /// its own loop.
     #[inline]
-    fn run_of<const DERIVE: bool, const LIMITED: bool>(
+    fn run_of<const DERIVE: bool, const LIMITED: bool, const UNIFORM: bool>(
         &self,
         costate: &SVector<f64, N>,
         columns: &mut Sensitivity<N>,
@@ -136,6 +138,8 @@ impl<const N: usize> BoundaryValueProblem<N> {
         let dynamics = &self.dynamics;
         let grid = &dynamics.grid;
         let (steps, half_kicks) = (grid.steps(), grid.has_half_kicks());
+        // Asked once where all steps are alike: a call in the loop would empty its registers.
+        let (length, half_step) = (grid.full_kick(0), grid.ahead(0));
         let mut point = self.start;
         let mut costate = Costate::from_vector(costate);
         let mut effort = 0.0;
@@ -153,7 +157,11 @@ impl<const N: usize> BoundaryValueProblem<N> {
         }
         observe(Node { index: 0, point, kick: last_kick, ahead: grid.ahead(0), costate });
         for index in 1..=steps {
-            let h = grid.full_kick(index);
+            let (h, share, ahead) = if UNIFORM {
+                (length, 1.0, half_step)
+            } else {
+                (grid.full_kick(index), grid.share(index), grid.ahead(index))
+            };
             let drift = dynamics.drift::<N>(index - 1, &mut point)?;
             let e = dynamics.drift_matrix(&drift);
             costate = dynamics.drift_costate::<N>(&drift, &e, &costate);
@@ -175,12 +183,12 @@ impl<const N: usize> BoundaryValueProblem<N> {
             }
             let mut kicked = point;
             kick.apply::<N>(&mut kicked, &mut costate, h, h);
-            let part = kick.effort * grid.share(index);
+            let part = kick.effort * share;
             effort += if last { 0.5 * part } else { part };
             if half_kicks {
                 last_kick = (kick.force, kick.moment);
             }
-            observe(Node { index, point: kicked, kick: last_kick, ahead: grid.ahead(index), costate });
+            observe(Node { index, point: kicked, kick: last_kick, ahead, costate });
             if last {
                 kick.apply::<N>(&mut point, &mut costate, 0.5 * h, 0.0);
             } else {
