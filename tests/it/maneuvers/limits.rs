@@ -1,4 +1,4 @@
-//! Limited inputs through the saturated law: published costs, another optimiser, both witnesses.
+//! Limited inputs through the saturated law: published costs, another optimiser, the witnesses.
 
 use super::dense::Dense;
 use super::support::{assert_close, full_body, rest_to_rest, weighted};
