@@ -1,6 +1,7 @@
 //! What the unit tests share: reference files and random numbers.
 
 use crate::maneuver::grid::{Grid, Scheme};
+use crate::maneuver::objective::{Objective, Weights};
 use crate::maneuver::problem::{Problem, State};
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
 use crate::mechanics::body::{Body, Inertia};
@@ -54,27 +55,33 @@ pub fn full_inertia() -> Inertia {
     Inertia::new(Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1)).unwrap()
 }
 
-/// Inputs along the columns of `axes` with a full weight matrix.
-pub fn channel(axes: &Matrix3, frame: AxisFrame, weight: &Matrix3) -> ActuatorSet {
-    let columns = axes.column_iter().map(|column| column.into_owned()).collect();
-    ActuatorSet::new(columns, frame, DMatrix::from_iterator(3, 3, weight.iter().copied())).unwrap()
+/// Inputs along the columns of `axes`.
+pub fn channel(axes: &Matrix3, frame: AxisFrame) -> ActuatorSet {
+    ActuatorSet::new(axes.column_iter().map(|column| column.into_owned()).collect(), frame).unwrap()
 }
 
-/// Torques alone along the columns of `axes`.
-pub fn torques(axes: &Matrix3, frame: AxisFrame, weight: &Matrix3) -> Actuation {
-    Actuation::torques(channel(axes, frame, weight))
+/// A block of the effort weight.
+pub fn weight(matrix: &Matrix3) -> DMatrix<f64> {
+    DMatrix::from_column_slice(3, 3, matrix.as_slice())
+}
+
+/// The same maneuver with torques alone, along the columns of `axes` fixed in the body, under a full weight matrix.
+pub fn with_torques(problem: Problem, axes: &Matrix3, matrix: &Matrix3) -> Problem {
+    let torque = channel(axes, AxisFrame::Body);
+    problem.with_actuation(Actuation::torques(torque)).with_objective(Weights::of_torques(weight(matrix)))
 }
 
 /// Inputs that leave nothing out: full `B`, full `W`, more force inputs than forces.
-pub fn full_actuation(frame: AxisFrame) -> Actuation {
+fn full_actuation(frame: AxisFrame) -> (Actuation, Weights) {
     let b = Matrix3::new(1.0, 0.1, 0.0, 0.0, 0.9, -0.2, 0.1, 0.0, 1.1);
     let w = Matrix3::new(1.0, 0.2, 0.0, 0.2, 2.0, 0.1, 0.0, 0.1, 0.5);
     let other = if frame == AxisFrame::Body { AxisFrame::Reference } else { AxisFrame::Body };
     let mut axes: Vec<Vector3> = b.column_iter().map(|column| column.into_owned()).collect();
     axes.push(Vector3::new(0.5, 0.5, -0.7));
-    let weight = DMatrix::from_fn(4, 4, |i, j| if i == j { 1.0 + 0.3 * i as f64 } else { 0.1 });
-    let force = ActuatorSet::new(axes, other, weight).unwrap();
-    Actuation { torque: channel(&b, frame, &w), force: Some(force), wheels: None }
+    let of_forces = DMatrix::from_fn(4, 4, |i, j| if i == j { 1.0 + 0.3 * i as f64 } else { 0.1 });
+    let force = ActuatorSet::new(axes, other).unwrap();
+    let weights = Weights { torque: Some(weight(&w)), force: Some(of_forces) };
+    (Actuation { torque: channel(&b, frame), force: Some(force), wheels: None }, weights)
 }
 
 /// A maneuver of a body with [`full_inertia`] and mass 1.3 between random states that are not at rest.
@@ -88,7 +95,9 @@ pub fn moving_ends(random: &mut Random, frame: AxisFrame) -> Problem {
     };
     let (start, end) = (state(), state());
     let body = Body { inertia: full_inertia(), mass: Some(1.3) };
-    Problem::rigid_body(body, start, end, 1.7).with_actuation(full_actuation(frame)).with_steps(12)
+    let (actuation, weights) = full_actuation(frame);
+    let problem = Problem::rigid_body(body, start, end, 1.7).with_steps(12);
+    problem.with_actuation(actuation).with_objective(weights)
 }
 
 /// The same on SO(3).
@@ -121,17 +130,18 @@ pub fn limited<const N: usize>(
     part: f64,
 ) -> Problem {
     let within = |channel: &ActuatorSet, norm: bool, limit: f64| {
-        let (mut weight, mut limits) = (channel.weight().clone(), Limits::default());
+        let mut limits = Limits::default();
         if norm {
             limits.norm = Some(limit);
         } else {
-            weight = DMatrix::from_diagonal(&weight.diagonal());
             limits.size = Some(vec![limit; channel.count()]);
         }
-        let channel = ActuatorSet::new(channel.axes().to_vec(), channel.frame(), weight).unwrap();
-        channel.with_limits(limits).unwrap()
+        channel.clone().with_limits(limits).unwrap()
     };
     let mut problem = problem.clone();
+    let Objective::Effort(weights) = &mut problem.objective;
+    let one_by_one = if norm { &mut weights.force } else { &mut weights.torque };
+    *one_by_one = one_by_one.as_ref().map(|weight| DMatrix::from_diagonal(&weight.diagonal()));
     let demand =
         |problem: &Problem| BoundaryValueProblem::<N>::new(problem, problem.steps).demand(costate).unwrap();
     // A limit of 1e9 is never reached.

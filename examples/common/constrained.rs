@@ -37,10 +37,8 @@ pub fn case(seed: u64, cones: Option<usize>) -> Option<Problem> {
     let trajectory = &unconstrained.solution.trajectory;
     let peak = trajectory.torque.iter().map(|torque| torque.amax()).fold(0.0, f64::max);
     let share = 0.6 + 0.35 * random.unit();
-    let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
-    let weight = nalgebra::DMatrix::identity(3, 3);
     let limits = Limits { size: Some(vec![share * peak; 3]), ..Limits::default() };
-    let channel = ActuatorSet::new(axes, AxisFrame::Body, weight).ok()?.with_limits(limits).ok()?;
+    let channel = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).ok()?;
     let mut problem = free.with_actuation(Actuation::torques(channel));
     let by_chance = 1 + usize::from(random.unit() > 0.5);
     let cones = cones.unwrap_or(by_chance);

@@ -1,4 +1,6 @@
-//! What a plan minimises: the effort of its inputs.
+//! What a plan minimises.
+//!
+//! The effort of the inputs is
 //!
 //! ```text
 //! ∫ ½ uᵀWu dt ,    on the grid  Σ κ_k ½ u_kᵀWu_k
@@ -7,10 +9,186 @@
 //! with the weights κ of the kicks ([`Grid::kick`](super::grid::Grid::kick)) and one block of `W` for each set of
 //! actuators. Which inputs are optimal follows in `optimize/control_law`.
 
+use crate::Matrix3;
+use crate::mechanics::actuators::{Actuation, ActuatorSet};
 use nalgebra::{DMatrix, DVector};
+use thiserror::Error;
+
+/// What a plan minimises.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Objective {
+    /// The effort `∫ ½ uᵀWu dt` of the inputs.
+    Effort(Weights),
+}
+
+impl Default for Objective {
+    /// Effort, every input of weight 1.
+    fn default() -> Self {
+        Self::Effort(Weights::default())
+    }
+}
+
+impl From<Weights> for Objective {
+    fn from(weights: Weights) -> Self {
+        Self::Effort(weights)
+    }
+}
+
+/// The blocks of the effort weight `W`; absent: the identity.
+///
+/// A block is m×m for a set of m inputs, symmetric positive definite, in [1/(N·m)²] for torques and [1/N²] for forces
+/// up to the user's unit of cost. That of a set which the maneuver does not have is not used.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Weights {
+    /// Block of the torque inputs.
+    pub torque: Option<DMatrix<f64>>,
+    /// Block of the force inputs.
+    pub force: Option<DMatrix<f64>>,
+}
+
+impl Weights {
+    /// Weights of torque inputs alone.
+    pub fn of_torques(weight: DMatrix<f64>) -> Self {
+        Self { torque: Some(weight), force: None }
+    }
+
+    /// The same with blocks that are the identity left out.
+    pub fn simplified(self) -> Self {
+        // Exactly: what differs by an ulp is another weight.
+        let differs = |weight: &DMatrix<f64>| *weight != DMatrix::identity(weight.nrows(), weight.ncols());
+        Self { torque: self.torque.filter(differs), force: self.force.filter(differs) }
+    }
+
+    /// The torque inputs under their weight. A weight that [`Weights::check`] refuses becomes NaN, and so does what
+    /// is computed with it.
+    pub fn torque<'a>(&self, actuation: &'a Actuation) -> Weighted<'a> {
+        Weighted::or_nan(&actuation.torque, self.torque.as_ref())
+    }
+
+    /// The force inputs under their weight, where there are some.
+    pub fn force<'a>(&self, actuation: &'a Actuation) -> Option<Weighted<'a>> {
+        actuation.force.as_ref().map(|force| Weighted::or_nan(force, self.force.as_ref()))
+    }
+
+    /// Checks the blocks against the inputs they weigh.
+    ///
+    /// # Errors
+    /// "torque" or "force", and the [`WeightError`] of that block.
+    pub fn check(&self, actuation: &Actuation) -> Result<(), (&'static str, WeightError)> {
+        let sets = [
+            ("torque", Some(&actuation.torque), &self.torque),
+            ("force", actuation.force.as_ref(), &self.force),
+        ];
+        for (inputs, set, weight) in sets {
+            if let Some(set) = set {
+                Weighted::new(set, weight.as_ref()).map_err(|error| (inputs, error))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Why a matrix cannot weigh the effort of a set of actuators.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum WeightError {
+    /// The weight is not m×m.
+    #[error("the weight is {rows}x{columns}, the inputs are {count}")]
+    Shape {
+        /// Rows of the weight.
+        rows: usize,
+        /// Columns of the weight.
+        columns: usize,
+        /// Number of inputs.
+        count: usize,
+    },
+    /// The weight is not symmetric positive definite, or so small or large that nothing can be computed with it.
+    #[error("the effort weight is not symmetric positive definite")]
+    Indefinite,
+}
+
+/// A set of m actuators under its effort weight, and what follows for optimal inputs; SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Weighted<'a> {
+    /// The actuators.
+    pub set: &'a ActuatorSet,
+    /// `W`, m×m.
+    pub weight: DMatrix<f64>,
+    /// `W⁻¹ Bᵀ`, m×3.
+    pub gain: DMatrix<f64>,
+    /// `B W⁻¹ Bᵀ`, 3×3, in the axes of [`ActuatorSet::frame`].
+    pub authority: Matrix3,
+}
+
+impl<'a> Weighted<'a> {
+    /// The actuators under `weight`, m×m, or under the identity.
+    ///
+    /// # Errors
+    /// A [`WeightError`] when the weight has another shape or is not symmetric positive definite.
+    pub fn new(set: &'a ActuatorSet, weight: Option<&DMatrix<f64>>) -> Result<Self, WeightError> {
+        let count = set.count();
+        let weight = weight.cloned().unwrap_or_else(|| DMatrix::identity(count, count));
+        let (rows, columns) = weight.shape();
+        if (rows, columns) != (count, count) {
+            return Err(WeightError::Shape { rows, columns, count });
+        }
+        let size = weight.amax();
+        let finite = weight.iter().all(|value| value.is_finite());
+        if !finite || (&weight - weight.transpose()).amax() > 1e-12 * size {
+            return Err(WeightError::Indefinite);
+        }
+        let factor = (&weight / size).cholesky().ok_or(WeightError::Indefinite)?;
+        let b = DMatrix::from_fn(3, count, |row, column| set.axes()[column][row]);
+        let gain = factor.solve(&b.transpose()) / size;
+        let authority = Matrix3::from_iterator((&b * &gain).iter().copied());
+        let authority = 0.5 * (authority + authority.transpose());
+        if !authority.iter().chain(gain.iter()).all(|value| value.is_finite()) {
+            return Err(WeightError::Indefinite);
+        }
+        Ok(Self { set, weight, gain, authority })
+    }
+
+    /// The same, all NaN where the weight cannot be used.
+    fn or_nan(set: &'a ActuatorSet, weight: Option<&DMatrix<f64>>) -> Self {
+        let nan = |rows, columns| DMatrix::from_element(rows, columns, f64::NAN);
+        let count = set.count();
+        Self::new(set, weight).unwrap_or_else(|_| Self {
+            set,
+            weight: nan(count, count),
+            gain: nan(count, 3),
+            authority: Matrix3::repeat(f64::NAN),
+        })
+    }
+}
 
 /// Running cost `½ uᵀWu` of inputs under the weight `W`, m×m; in the unit of the weight, or scaled.
 pub fn effort(weight: &DMatrix<f64>, inputs: &[f64]) -> f64 {
     let u = DVector::from_column_slice(inputs);
     0.5 * u.dot(&(weight * &u))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Vector3;
+    use crate::mechanics::actuators::AxisFrame;
+
+    #[test]
+    fn a_weight_that_cannot_be_used_is_refused_and_never_passes_for_one() {
+        let axes = vec![Vector3::x(), Vector3::y()];
+        let actuation = Actuation::torques(ActuatorSet::new(axes, AxisFrame::Body).unwrap());
+        let refused = |weight: DMatrix<f64>| {
+            let weights = Weights::of_torques(weight);
+            assert!(weights.torque(&actuation).authority.iter().all(|value| value.is_nan()));
+            weights.check(&actuation).unwrap_err()
+        };
+        let shape = WeightError::Shape { rows: 3, columns: 3, count: 2 };
+        assert_eq!(refused(DMatrix::identity(3, 3)), ("torque", shape));
+        for [a, b, c, d] in [[1.0, 2.0, 2.0, 1.0], [1.0, 0.5, 0.4, 1.0], [1.0, 0.0, 0.0, f64::NAN], [0.0; 4]]
+        {
+            let weight = DMatrix::from_row_slice(2, 2, &[a, b, c, d]);
+            assert_eq!(refused(weight), ("torque", WeightError::Indefinite));
+        }
+        assert_eq!(Weights::default().check(&actuation), Ok(()));
+        assert_eq!(Weights { force: Some(DMatrix::zeros(1, 1)), torque: None }.check(&actuation), Ok(()));
+    }
 }

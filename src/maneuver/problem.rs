@@ -7,6 +7,7 @@ pub use crate::maneuver::grid::Scheme;
 use crate::lie::Rotation;
 use crate::maneuver::constraint::{Constraint, ConstraintError};
 use crate::maneuver::grid::Grid;
+use crate::maneuver::objective::{Objective, WeightError};
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::{Environment, Free};
@@ -75,7 +76,8 @@ pub enum Path {
 /// A maneuver: who moves, where from, where to, in what time, on which grid.
 ///
 /// Built by [`Problem::attitude`] or [`Problem::rigid_body`] and the `with_` methods, checked by
-/// [`Problem::check`], which the solvers call. The cost is `∫ ½ uᵀWu dt` with the weights of the actuators.
+/// [`Problem::check`], which the solvers call. What is minimised is its [`Objective`], by default the effort
+/// `∫ ½ uᵀu dt`.
 ///
 /// ```
 /// use slewkit::maneuver::problem::{Path, Problem, Scheme, State};
@@ -104,6 +106,8 @@ pub struct Problem {
     pub environment: Arc<dyn Environment>,
     /// Its actuators.
     pub actuation: Actuation,
+    /// What is minimised.
+    pub objective: Objective,
     /// State at `t = 0`.
     pub start: State,
     /// State at `t = T`.
@@ -179,6 +183,14 @@ pub enum ProblemError {
     /// Wheels and torque inputs do not fit together.
     #[error("{0}")]
     Wheels(String),
+    /// A weight of the objective does not fit the inputs.
+    #[error("{inputs} inputs: {error}")]
+    Weight {
+        /// "torque" or "force".
+        inputs: &'static str,
+        /// Why not.
+        error: WeightError,
+    },
 }
 
 impl Problem {
@@ -198,6 +210,7 @@ impl Problem {
             body,
             environment: Arc::new(Free),
             actuation: Actuation::torques(ActuatorSet::three_axes(AxisFrame::Body)),
+            objective: Objective::default(),
             start,
             end,
             duration,
@@ -226,6 +239,12 @@ impl Problem {
     /// The same maneuver with other actuators.
     pub fn with_actuation(mut self, actuation: Actuation) -> Self {
         self.actuation = actuation;
+        self
+    }
+
+    /// The same maneuver with another objective, or the effort under other weights.
+    pub fn with_objective(mut self, objective: impl Into<Objective>) -> Self {
+        self.objective = objective.into();
         self
     }
 

@@ -1,7 +1,7 @@
-//! Actuators: the input matrix `B` and the effort weight `W`, for torques and for forces.
+//! Actuators: the input matrix `B`, its frame and the limits of the inputs, for torques and for forces.
 
 use crate::{Matrix3, Vector3};
-use nalgebra::{DMatrix, SMatrix};
+use nalgebra::SMatrix;
 use thiserror::Error;
 
 /// The axes in which the columns of `B` are fixed.
@@ -62,16 +62,11 @@ impl AxisFrame {
 /// Singular value of `B`, relative to the largest, below which its axes count as coplanar.
 const RANK_TOLERANCE: f64 = 1e-6;
 
-/// Inputs of one kind, torques or forces: `B` (3×m), its frame, and the weight `W` (m×m).
+/// Inputs of one kind, torques or forces: `B` (3×m), its frame, and the limits of the inputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ActuatorSet {
     axes: Vec<Vector3>,
     frame: AxisFrame,
-    weight: DMatrix<f64>,
-    /// `W⁻¹ Bᵀ`, m×3.
-    gain: DMatrix<f64>,
-    /// `B W⁻¹ Bᵀ`, 3×3.
-    authority: Matrix3,
     limits: Limits,
 }
 
@@ -93,7 +88,7 @@ impl Limits {
     }
 }
 
-/// Why axes and weight do not make a set of actuators.
+/// Why axes and limits do not make a set of actuators.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ActuatorSetError {
     /// There is no axis, or more than [`ActuatorSet::MAX_INPUTS`].
@@ -108,19 +103,6 @@ pub enum ActuatorSetError {
         /// Which axis, from 1.
         index: usize,
     },
-    /// The weight is not m×m.
-    #[error("the weight is {rows}x{columns}, the inputs are {count}")]
-    WeightShape {
-        /// Rows of the weight.
-        rows: usize,
-        /// Columns of the weight.
-        columns: usize,
-        /// Number of inputs.
-        count: usize,
-    },
-    /// The weight is not symmetric positive definite.
-    #[error("the effort weight is not symmetric positive definite")]
-    Weight,
     /// A limit is not positive and finite, or not one per input.
     #[error("{what}: {count} inputs need as many limits, each positive and finite")]
     Limit {
@@ -135,12 +117,11 @@ impl ActuatorSet {
     /// The most inputs of one kind.
     pub const MAX_INPUTS: usize = 64;
 
-    /// Inputs along `axes` (the columns of `B`) with effort weight `weight` (m×m, symmetric positive
-    /// definite; [1/(N·m)²·cost] up to the user's unit of cost).
+    /// Inputs along `axes` (the columns of `B`), without limits.
     ///
     /// # Errors
-    /// A [`ActuatorSetError`] when the axes or the weight are unusable.
-    pub fn new(axes: Vec<Vector3>, frame: AxisFrame, weight: DMatrix<f64>) -> Result<Self, ActuatorSetError> {
+    /// A [`ActuatorSetError`] when the axes are unusable.
+    pub fn new(axes: Vec<Vector3>, frame: AxisFrame) -> Result<Self, ActuatorSetError> {
         let count = axes.len();
         if count == 0 || count > Self::MAX_INPUTS {
             return Err(ActuatorSetError::Count { count });
@@ -151,34 +132,13 @@ impl ActuatorSet {
                 return Err(ActuatorSetError::Axis { index: index + 1 });
             }
         }
-        if weight.nrows() != count || weight.ncols() != count {
-            return Err(ActuatorSetError::WeightShape {
-                rows: weight.nrows(),
-                columns: weight.ncols(),
-                count,
-            });
-        }
-        let size = weight.amax();
-        let finite = weight.iter().all(|value| value.is_finite());
-        if !finite || (&weight - weight.transpose()).amax() > 1e-12 * size {
-            return Err(ActuatorSetError::Weight);
-        }
-        let factor = (&weight / size).cholesky().ok_or(ActuatorSetError::Weight)?;
-        let b = DMatrix::from_fn(3, count, |row, column| axes[column][row]);
-        let gain = factor.solve(&b.transpose()) / size;
-        let authority = Matrix3::from_iterator((&b * &gain).iter().copied());
-        let authority = 0.5 * (authority + authority.transpose());
-        if !authority.iter().chain(gain.iter()).all(|value| value.is_finite()) {
-            return Err(ActuatorSetError::Weight);
-        }
-        Ok(Self { axes, frame, weight, gain, authority, limits: Limits::default() })
+        Ok(Self { axes, frame, limits: Limits::default() })
     }
 
-    /// Three unit inputs along the coordinate axes of `frame`, weight 1.
+    /// Three unit inputs along the coordinate axes of `frame`.
     pub fn three_axes(frame: AxisFrame) -> Self {
         let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
-        let (weight, gain) = (DMatrix::identity(3, 3), DMatrix::identity(3, 3));
-        Self { axes, frame, weight, gain, authority: Matrix3::identity(), limits: Limits::default() }
+        Self { axes, frame, limits: Limits::default() }
     }
 
     /// The same inputs under limits.
@@ -222,21 +182,6 @@ impl ActuatorSet {
     /// Where the columns of `B` are fixed.
     pub fn frame(&self) -> AxisFrame {
         self.frame
-    }
-
-    /// Effort weight `W`, m×m.
-    pub fn weight(&self) -> &DMatrix<f64> {
-        &self.weight
-    }
-
-    /// `B W⁻¹ Bᵀ`, 3×3, in the axes of [`ActuatorSet::frame`].
-    pub fn authority(&self) -> &Matrix3 {
-        &self.authority
-    }
-
-    /// `W⁻¹ Bᵀ`, m×3.
-    pub fn gain(&self) -> &DMatrix<f64> {
-        &self.gain
     }
 
     /// `B u`, in the axes of [`ActuatorSet::frame`].

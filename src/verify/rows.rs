@@ -5,10 +5,9 @@ use super::discrete::Discrete;
 use super::margins::{Margin, Meter};
 use super::motion::{Inputs, Phase, Scale, judgeable};
 use super::wheels::Wheels;
-use crate::maneuver::objective;
+use crate::maneuver::objective::{self, Objective, Weighted};
 use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::solution::Trajectory;
-use crate::mechanics::actuators::{Actuation, ActuatorSet};
 use crate::propagate::plant::{Output, Plant};
 use crate::{Vector3, lie};
 
@@ -253,14 +252,15 @@ pub fn margins(problem: &Problem, inputs: &[f64]) -> Result<Vec<Margin>, Witness
 /// The cost of the inputs of a plan, `Σ (h/2) uᵀWu`, for Lie–Verlet with half of both end rows. Rows and problem
 /// must fit.
 pub fn effort(problem: &Problem, inputs: &[f64]) -> f64 {
-    let Actuation { torque, force, .. } = &problem.actuation;
-    let forces = force.as_ref().map_or(0, ActuatorSet::count);
+    let Objective::Effort(weights) = &problem.objective;
+    let (torque, force) = (weights.torque(&problem.actuation), weights.force(&problem.actuation));
+    let forces = force.as_ref().map_or(0, |force| force.set.count());
     let last = (inputs.len() / problem.actuation.count()).saturating_sub(1);
-    let price = |set: &ActuatorSet, inputs: &[f64]| objective::effort(set.weight(), inputs);
+    let price = |inputs: &Weighted, row: &[f64]| objective::effort(&inputs.weight, row);
     let rows = inputs.chunks_exact(problem.actuation.count()).enumerate().map(|(index, row)| {
         let end = problem.grid().has_half_kicks() && (index == 0 || index == last);
         let priced =
-            price(torque, &row[forces..]) + force.as_ref().map_or(0.0, |force| price(force, &row[..forces]));
+            price(&torque, &row[forces..]) + force.as_ref().map_or(0.0, |force| price(force, &row[..forces]));
         if end { 0.5 * priced } else { priced }
     });
     problem.step() * rows.sum::<f64>()

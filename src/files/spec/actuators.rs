@@ -3,21 +3,26 @@
 mod wheels;
 
 use super::body::SMALLEST;
-use super::diagnostic::Spot;
 use super::quantity::{short, show};
 use super::section::{Limits, Report, Section};
+use crate::maneuver::objective::{Weighted, Weights};
 use crate::maneuver::problem::Motion;
 use crate::mechanics::actuators::{Actuation, ActuatorSet, ActuatorSetError, AxisFrame};
 use nalgebra::DMatrix;
 
-/// The actuators, with the defaults that go with the motion.
-pub(crate) fn actuation(section: Option<&Section>, motion: Motion, report: &mut Report) -> Option<Actuation> {
+/// The actuators and their effort weights, with the defaults that go with the motion.
+pub(crate) fn actuation(
+    section: Option<&Section>,
+    motion: Motion,
+    report: &mut Report,
+) -> Option<(Actuation, Weights)> {
     let torque_names =
         [("torque_axes_body", AxisFrame::Body), ("torque_axes_reference", AxisFrame::Reference)];
     let force_names = [("force_axes_reference", AxisFrame::Reference), ("force_axes_body", AxisFrame::Body)];
     let Some(section) = section else {
         let force = (motion == Motion::RigidBody).then(|| ActuatorSet::three_axes(AxisFrame::Reference));
-        return Some(Actuation { torque: ActuatorSet::three_axes(AxisFrame::Body), force, wheels: None });
+        let torque = ActuatorSet::three_axes(AxisFrame::Body);
+        return Some((Actuation { torque, force, wheels: None }, Weights::default()));
     };
     if section.has("wheel") {
         return wheels::wheels(section, motion, report);
@@ -31,7 +36,8 @@ pub(crate) fn actuation(section: Option<&Section>, motion: Motion, report: &mut 
             let remedy = "remove it, or give `position_m` and `velocity_m_s` in [start] and [end]";
             report.error("E0064", section.spot(key), reason, remedy);
         }
-        return Some(Actuation::torques(torque?));
+        let (torque, weight) = torque?;
+        return Some((Actuation::torques(torque), Weights { torque: weight, force: None }));
     }
     let none = force_names.iter().any(|(name, _)| section.vectors(name).is_some_and(|axes| axes.is_empty()));
     if none {
@@ -40,29 +46,35 @@ pub(crate) fn actuation(section: Option<&Section>, motion: Motion, report: &mut 
             let reason = format!("`{key}` is given, but the list of force axes is empty");
             report.error("E0026", section.spot(key), reason, "remove one of the two");
         }
-        return Some(Actuation::torques(torque?));
+        let (torque, weight) = torque?;
+        return Some((Actuation::torques(torque), Weights { torque: weight, force: None }));
     }
     let force = channel(section, &force_names, "force_effort_weight", report);
     let force = limited(force, section, &FORCE_LIMITS, report);
-    Some(Actuation { torque: torque?, force: Some(force?), wheels: None })
+    let ((torque, torque_weight), (force, force_weight)) = (torque?, force?);
+    let weights = Weights { torque: torque_weight, force: force_weight };
+    Some((Actuation { torque, force: Some(force), wheels: None }, weights))
 }
 
 /// Keys of the limits of size, norm and rate of change.
 const TORQUE_LIMITS: [&str; 3] = ["torque_limit_n_m", "torque_norm_limit_n_m", "torque_rate_limit_n_m_per_s"];
 const FORCE_LIMITS: [&str; 3] = ["force_limit_n", "force_norm_limit_n", "force_rate_limit_n_per_s"];
 
+/// Inputs of one kind, and their weight where one is given.
+type Channel = (ActuatorSet, Option<DMatrix<f64>>);
+
 /// How far the length of an axis may be from 1 where its input has a limit in N·m or N.
 const UNIT_ROUNDING: f64 = 1e-3;
 
 /// The channel under the limits of the spec.
 fn limited(
-    channel: Option<ActuatorSet>,
+    channel: Option<Channel>,
     section: &Section,
     [size, norm, rate]: &[&str; 3],
     report: &mut Report,
-) -> Option<ActuatorSet> {
+) -> Option<Channel> {
     // Reported whether or not there are axes to count.
-    let channel = channel?;
+    let (channel, weight) = channel?;
     let count = channel.count();
     let mut each = |name: &str| -> Option<Option<Vec<f64>>> {
         if !section.has(name) {
@@ -97,6 +109,7 @@ fn limited(
         .with_limits(limits)
         .map_err(|error| report.error("E0061", section.here(), error.to_string(), "write positive limits"))
         .ok()
+        .map(|channel| (channel, weight))
 }
 
 /// Inputs of one kind: axes under one of two names (the first is the default), and their weight.
@@ -105,7 +118,7 @@ fn channel(
     names: &[(&str, AxisFrame); 2],
     weight_name: &str,
     report: &mut Report,
-) -> Option<ActuatorSet> {
+) -> Option<Channel> {
     let given = names.iter().find(|(name, _)| section.has(name));
     let (name, frame) = *given.unwrap_or(&names[0]);
     let default = ActuatorSet::three_axes(frame);
@@ -123,13 +136,15 @@ fn channel(
             report.error("E0026", section.spot(weight_name), reason, "give one weight per axis");
             return None;
         }
-        DMatrix::from_fn(count, count, |row, column| rows[row][column])
+        Some(DMatrix::from_fn(count, count, |row, column| rows[row][column]))
     } else {
-        DMatrix::identity(count, count)
+        None
     };
-    // ActuatorSet would refuse it too, without saying which.
-    if let Some(index) = (0..count).find(|index| weight[(*index, *index)] < SMALLEST) {
-        let value = show(weight[(index, index)]);
+    // Weighted would refuse it too, without saying which.
+    let diagonal = weight.as_ref().map(DMatrix::diagonal);
+    let small = |(_, value): &(usize, &f64)| **value < SMALLEST;
+    if let Some((index, value)) = diagonal.iter().flatten().enumerate().find(small) {
+        let value = show(*value);
         let reason =
             format!("the weight of input {} is {value}, it must be at least {SMALLEST:e}", index + 1);
         report.error("E0065", section.spot(weight_name), reason, "every input must cost something");
@@ -144,29 +159,22 @@ fn channel(
         report.error("E0031", section.spot(name), reason, "an axis of length 1 makes inputs in N·m or N");
         return None;
     }
-    match ActuatorSet::new(axes, frame, weight) {
-        Ok(channel) => Some(channel),
+    let channel = match ActuatorSet::new(axes, frame) {
+        Ok(channel) => channel,
         Err(error) => {
-            let at = |name| -> Spot { section.spot(name) };
-            let (code, spot, remedy) = match error {
-                ActuatorSetError::Axis { .. } => {
-                    ("E0054", at(name), "leave the axis out, or give it a direction")
-                }
-                ActuatorSetError::Count { .. } => ("E0034", at(name), "use fewer axes"),
-                ActuatorSetError::WeightShape { .. } => {
-                    ("E0026", at(weight_name), "give one weight per axis")
-                }
-                ActuatorSetError::Limit { .. } => {
-                    ("E0061", at(name), "leave the limit out where there is none")
-                }
-                ActuatorSetError::Weight => (
-                    "E0065",
-                    at(weight_name),
-                    "write the same number on both sides of the diagonal, smaller than the diagonal",
-                ),
+            let (code, remedy) = match error {
+                ActuatorSetError::Axis { .. } => ("E0054", "leave the axis out, or give it a direction"),
+                ActuatorSetError::Count { .. } => ("E0034", "use fewer axes"),
+                ActuatorSetError::Limit { .. } => ("E0061", "leave the limit out where there is none"),
             };
-            report.error(code, spot, error.to_string(), remedy);
-            None
+            report.error(code, section.spot(name), error.to_string(), remedy);
+            return None;
         }
+    };
+    if let Err(error) = Weighted::new(&channel, weight.as_ref()) {
+        let remedy = "write the same number on both sides of the diagonal, smaller than the diagonal";
+        report.error("E0065", section.spot(weight_name), error.to_string(), remedy);
+        return None;
     }
+    Some((channel, weight))
 }

@@ -77,13 +77,14 @@ pub(crate) fn assemble(root: &Section, default_name: &str, report: &mut Report) 
 
     let body = Body { inertia: inertia?, mass: mass.filter(|_| motion == Motion::RigidBody) };
     let name = root.word("name").unwrap_or(default_name).to_string();
-    let actuation = actuation?;
+    let (actuation, weights) = actuation?;
     let problem = Problem {
         name,
         motion,
         body,
         environment,
         actuation,
+        objective: weights.simplified().into(),
         start: start_state,
         end: end_state,
         duration,
@@ -260,7 +261,8 @@ fn refuse(
         ProblemError::Value { .. }
         | ProblemError::Missing(_)
         | ProblemError::Constraint { .. }
-        | ProblemError::Wheels(_) => {
+        | ProblemError::Wheels(_)
+        | ProblemError::Weight { .. } => {
             report.error("E0031", maneuver.here(), error.to_string(), "check the numbers");
         }
     }

@@ -8,9 +8,10 @@ use super::difference::{Difference, differences};
 use super::keys::{Kind, ROOT, Table};
 use super::{Diagnostics, Format, Loaded, Override, Spec, Wanted, interpret};
 use crate::maneuver::constraint::{Constraint, Rule, Side};
+use crate::maneuver::objective::{Objective, Weighted};
 use crate::maneuver::problem::{Motion, Path, Problem, State};
 use crate::maneuver::settings::Settings;
-use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Wheels};
+use crate::mechanics::actuators::{AxisFrame, Wheels};
 use crate::mechanics::environment::Description;
 use crate::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize, Serializer};
@@ -67,7 +68,7 @@ impl SpecDocument {
             solver.some("time_limit_s", settings.time_limit.map(|limit| limit.as_secs_f64()));
             solver.put("max_iterations", settings.max_iterations);
         });
-        actuators(&mut spec, &problem.actuation, moves)?;
+        actuators(&mut spec, problem, moves)?;
         environment(&mut spec, problem)?;
         for constraint in &problem.constraints {
             spec.item("constraint", |item| self::constraint(item, constraint));
@@ -211,23 +212,24 @@ fn boundary(table: &mut Writing, state: &State, moves: bool) {
     table.some("velocity_m_s", moves.then(|| row(&state.velocity)));
 }
 
-fn actuators(spec: &mut Writing, actuation: &Actuation, moves: bool) -> Result<(), Unwritable> {
-    let Actuation { torque, force, wheels } = actuation;
+fn actuators(spec: &mut Writing, problem: &Problem, moves: bool) -> Result<(), Unwritable> {
+    let Objective::Effort(weights) = &problem.objective;
+    let (torque, force) = (weights.torque(&problem.actuation), weights.force(&problem.actuation));
     if force.is_some() && !moves {
         return Err(Unwritable("forces in a maneuver of the attitude alone"));
     }
-    if let Some(wheels) = wheels {
-        return self::wheels(spec, torque, wheels);
+    if let Some(wheels) = &problem.actuation.wheels {
+        return self::wheels(spec, &torque, wheels);
     }
     spec.table("actuators", |table| {
-        let axes = match torque.frame() {
+        let axes = match torque.set.frame() {
             AxisFrame::Body => "torque_axes_body",
             AxisFrame::Reference => "torque_axes_reference",
         };
         let limits = ["torque_limit_n_m", "torque_norm_limit_n_m", "torque_rate_limit_n_m_per_s"];
-        channel(table, torque, [axes, "effort_weight"], limits);
-        if let Some(force) = force {
-            let axes = match force.frame() {
+        channel(table, &torque, [axes, "effort_weight"], limits);
+        if let Some(force) = &force {
+            let axes = match force.set.frame() {
                 AxisFrame::Body => "force_axes_body",
                 AxisFrame::Reference => "force_axes_reference",
             };
@@ -240,26 +242,21 @@ fn actuators(spec: &mut Writing, actuation: &Actuation, moves: bool) -> Result<(
     Ok(())
 }
 
-fn channel(
-    table: &mut Writing,
-    channel: &ActuatorSet,
-    [axes, weight]: [&str; 2],
-    [size, norm, rate]: [&str; 3],
-) {
-    table.put(axes, rows(channel.axes()));
-    table.put(weight, symmetric(channel.weight().as_slice(), channel.count()));
-    let limits = channel.limits();
+fn channel(table: &mut Writing, inputs: &Weighted, [axes, weight]: [&str; 2], [size, norm, rate]: [&str; 3]) {
+    table.put(axes, rows(inputs.set.axes()));
+    table.put(weight, symmetric(inputs.weight.as_slice(), inputs.set.count()));
+    let limits = inputs.set.limits();
     table.some(size, limits.size.clone());
     table.some(norm, limits.norm);
     table.some(rate, limits.rate.clone());
 }
 
-fn wheels(spec: &mut Writing, torque: &ActuatorSet, wheels: &Wheels) -> Result<(), Unwritable> {
+fn wheels(spec: &mut Writing, inputs: &Weighted, wheels: &Wheels) -> Result<(), Unwritable> {
+    let (torque, weight) = (inputs.set, &inputs.weight);
     let limits = torque.limits();
     if torque.frame() != AxisFrame::Body || limits.norm.is_some() || limits.rate.is_some() {
         return Err(Unwritable("wheels that turn with the frame, or with a limit of their norm or rate"));
     }
-    let weight = torque.weight();
     if (0..weight.len()).any(|index| index % (weight.nrows() + 1) != 0 && weight[index] != 0.0) {
         return Err(Unwritable("a weight of wheels that is not diagonal"));
     }

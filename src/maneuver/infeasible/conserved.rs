@@ -199,8 +199,7 @@ mod tests {
     fn problem(moments: [f64; 3], axes: &[[f64; 3]], frame: AxisFrame, end: State) -> Problem {
         let inertia = Inertia::diagonal(Vector3::from(moments)).unwrap();
         let axes: Vec<Vector3> = axes.iter().map(|axis| Vector3::from(*axis)).collect();
-        let weight = nalgebra::DMatrix::identity(axes.len(), axes.len());
-        let torque = ActuatorSet::new(axes, frame, weight).unwrap();
+        let torque = ActuatorSet::new(axes, frame).unwrap();
         let body = Body { inertia, mass: None };
         Problem::attitude(body, State::at_rest(Matrix3::identity()), end, 2.0)
             .with_actuation(Actuation::torques(torque))

@@ -3,6 +3,7 @@
 use super::{Motion, Problem, ProblemError, State};
 use crate::Matrix3;
 use crate::maneuver::constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError, conflict};
+use crate::maneuver::objective::Objective;
 use crate::mechanics::actuators::{AxisFrame, Wheels};
 use std::collections::HashSet;
 
@@ -19,8 +20,8 @@ impl Problem {
         self.violations().next().map_or(Ok(()), Err)
     }
 
-    /// Checks ranges, rotations, the step against the boundary rates, the constraints for themselves, and wheels
-    /// against the inputs they drive: what it takes to propagate the body and to measure margins.
+    /// Checks ranges, rotations, the step against the boundary rates, the constraints for themselves, wheels and
+    /// weights against the inputs they belong to: what it takes to propagate the body and to measure margins.
     ///
     /// # Errors
     /// The first [`ProblemError`] met, never [`ProblemError::Violated`].
@@ -40,6 +41,8 @@ impl Problem {
             }
         }
         self.check_wheels()?;
+        let Objective::Effort(weights) = &self.objective;
+        weights.check(&self.actuation).map_err(|(inputs, error)| ProblemError::Weight { inputs, error })?;
         self.check_constraints()?;
         self.ends().into_iter().try_for_each(|(end, state, _)| self.check_state(end, state))
     }
@@ -175,7 +178,6 @@ mod tests {
     use crate::maneuver::constraint::{Direction, Pointing, Rule, Side};
     use crate::mechanics::actuators::{Actuation, ActuatorSet};
     use crate::mechanics::body::{Body, Inertia};
-    use nalgebra::DMatrix;
 
     /// A quarter turn about z.
     fn slew() -> Problem {
@@ -195,7 +197,7 @@ mod tests {
     fn wheeled(axes: &[[f64; 3]], change: impl FnOnce(&mut Wheels)) -> Result<(), ProblemError> {
         let count = axes.len();
         let axes = axes.iter().copied().map(Vector3::from).collect();
-        let torque = ActuatorSet::new(axes, AxisFrame::Body, DMatrix::identity(count, count)).unwrap();
+        let torque = ActuatorSet::new(axes, AxisFrame::Body).unwrap();
         let mut wheels = Wheels { momentum: vec![0.0; count], momentum_limit: vec![2.0; count] };
         change(&mut wheels);
         slew().with_actuation(Actuation { torque, force: None, wheels: Some(wheels) }).check()

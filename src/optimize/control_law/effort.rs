@@ -5,35 +5,24 @@
 //! ```
 
 use super::{Hamiltonian, Response};
-use crate::mechanics::actuators::ActuatorSet;
+use crate::maneuver::objective::Weighted;
 use crate::{Matrix3, Vector3};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 /// The law of least effort: `A = B W⁻¹Bᵀ`, 3×3, in the axes of the set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Effort(pub Matrix3);
 
-/// `W⁻¹Bᵀ`, m×3, in SI units.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Gain(DMatrix<f64>);
-
 impl Effort {
     /// That of a set, in SI units.
-    pub fn of(set: &ActuatorSet) -> Self {
-        Self(*set.authority())
+    pub fn of(inputs: &Weighted) -> Self {
+        Self(inputs.authority)
     }
 }
 
-impl Gain {
-    /// That of a set.
-    pub fn of(set: &ActuatorSet) -> Self {
-        Self(set.gain().clone())
-    }
-
-    /// The optimal inputs `u = −W⁻¹Bᵀ q`.
-    pub fn inputs(&self, costate: &Vector3) -> DVector<f64> {
-        -(&self.0 * costate)
-    }
+/// The optimal inputs `u = −W⁻¹Bᵀ q` without limits.
+pub(super) fn unlimited(inputs: &Weighted, costate: &Vector3) -> DVector<f64> {
+    -(&inputs.gain * costate)
 }
 
 impl Hamiltonian for Effort {
@@ -46,7 +35,7 @@ impl Hamiltonian for Effort {
         self.0
     }
 
-    fn inputs(&self, _: &ActuatorSet, gain: &Gain, costate: &Vector3) -> DVector<f64> {
-        gain.inputs(costate)
+    fn inputs(&self, inputs: &Weighted, costate: &Vector3) -> DVector<f64> {
+        unlimited(inputs, costate)
     }
 }

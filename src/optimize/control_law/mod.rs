@@ -16,9 +16,9 @@
 pub(crate) mod effort;
 mod saturated;
 
-use crate::mechanics::actuators::ActuatorSet;
+use crate::maneuver::objective::Weighted;
 use crate::{Matrix3, Vector3};
-use effort::{Effort, Gain};
+use effort::Effort;
 use nalgebra::DVector;
 pub(crate) use saturated::obstacle;
 use saturated::{Ball, Clipped};
@@ -68,18 +68,18 @@ trait Hamiltonian {
     }
 
     /// The inputs themselves, in SI units.
-    fn inputs(&self, set: &ActuatorSet, gain: &Gain, costate: &Vector3) -> DVector<f64>;
+    fn inputs(&self, inputs: &Weighted, costate: &Vector3) -> DVector<f64>;
 }
 
 impl ControlLaw {
     /// The law of a set, in SI units: within its limits where they have a law, else without them.
-    pub fn of(set: &ActuatorSet) -> Self {
-        let limits = set.limits();
+    pub fn of(inputs: &Weighted) -> Self {
+        let limits = inputs.set.limits();
         match (&limits.size, limits.norm) {
-            _ if saturated::obstacle_of(set).is_some() => Self::Effort(Effort::of(set)),
-            (Some(sizes), _) => Self::Size(Clipped::new(set, sizes)),
-            (None, Some(limit)) => Self::Norm(Ball::new(&Effort::of(set), limit)),
-            (None, None) => Self::Effort(Effort::of(set)),
+            _ if saturated::obstacle_of(inputs).is_some() => Self::Effort(Effort::of(inputs)),
+            (Some(sizes), _) => Self::Size(Clipped::new(inputs, sizes)),
+            (None, Some(limit)) => Self::Norm(Ball::new(&Effort::of(inputs), limit)),
+            (None, None) => Self::Effort(Effort::of(inputs)),
         }
     }
 
@@ -139,9 +139,9 @@ impl ControlLaw {
         self.hamiltonian().projection_residual(costate)
     }
 
-    /// The inputs themselves; set and gain are those of the law, and all is in SI units.
-    pub fn inputs(&self, set: &ActuatorSet, gain: &Gain, costate: &Vector3) -> DVector<f64> {
-        self.hamiltonian().inputs(set, gain, costate)
+    /// The inputs themselves; they are those of the law, and all is in SI units.
+    pub fn inputs(&self, inputs: &Weighted, costate: &Vector3) -> DVector<f64> {
+        self.hamiltonian().inputs(inputs, costate)
     }
 }
 

@@ -9,10 +9,10 @@
 //! with `A = B W⁻¹Bᵀ = V diag(a) Vᵀ`. Where `A = a I` the norm bound is `B u = −ū q/max(ū/a, |q|)`; in general ν
 //! is the root of one scalar equation, which Newton finds to round-off.
 
-use super::effort::{Effort, Gain};
+use super::effort::{Effort, unlimited};
 use super::{Hamiltonian, Response};
+use crate::maneuver::objective::{Objective, Weighted};
 use crate::maneuver::problem::Problem;
-use crate::mechanics::actuators::ActuatorSet;
 use crate::{Matrix3, Vector3};
 use nalgebra::DVector;
 
@@ -46,21 +46,22 @@ pub(crate) fn obstacle(problem: &Problem) -> Option<&'static str> {
     if actuation.wheels.is_some() {
         return Some("it has reaction wheels");
     }
-    actuation.force.iter().chain([&actuation.torque]).find_map(obstacle_of)
+    let Objective::Effort(weights) = &problem.objective;
+    let sets = weights.force(actuation).into_iter().chain([weights.torque(actuation)]);
+    sets.into_iter().find_map(|inputs| obstacle_of(&inputs))
 }
 
 /// Why the limits of a set have no law in closed form.
-pub(super) fn obstacle_of(set: &ActuatorSet) -> Option<&'static str> {
-    let limits = set.limits();
+pub(super) fn obstacle_of(inputs: &Weighted) -> Option<&'static str> {
+    let (limits, weight) = (inputs.set.limits(), &inputs.weight);
     if limits.rate.is_some() {
         return Some("it limits how fast an input changes");
     }
-    let weight = set.weight();
     let size = weight.diagonal().amax();
     let coupled = |row: usize, column: usize| row != column && weight[(row, column)].abs() > 1e-14 * size;
     match (&limits.size, limits.norm) {
         (Some(_), Some(_)) => Some("it limits both the single inputs and the norm of what they give"),
-        (Some(_), None) if (0..set.count()).any(|i| (0..set.count()).any(|j| coupled(i, j))) => {
+        (Some(_), None) if (0..weight.nrows()).any(|i| (0..weight.nrows()).any(|j| coupled(i, j))) => {
             Some("it limits single inputs under an effort weight that is not diagonal")
         }
         _ => None,
@@ -69,10 +70,10 @@ pub(super) fn obstacle_of(set: &ActuatorSet) -> Option<&'static str> {
 
 impl Clipped {
     /// The law of a set under a diagonal weight, with the limit of each input.
-    pub fn new(set: &ActuatorSet, sizes: &[f64]) -> Self {
+    pub fn new(inputs: &Weighted, sizes: &[f64]) -> Self {
         let input = |(index, limit): (usize, &f64)| {
-            let root = set.weight()[(index, index)].sqrt();
-            Input { axis: set.axes()[index] / root, limit: root * limit }
+            let root = inputs.weight[(index, index)].sqrt();
+            Input { axis: inputs.set.axes()[index] / root, limit: root * limit }
         };
         Self(sizes.iter().enumerate().map(input).collect())
     }
@@ -124,12 +125,12 @@ impl Hamiltonian for Clipped {
         self.0.iter().map(residual).fold(0.0, larger)
     }
 
-    fn inputs(&self, set: &ActuatorSet, gain: &Gain, costate: &Vector3) -> DVector<f64> {
-        let mut inputs = gain.inputs(costate);
-        for (input, limit) in inputs.iter_mut().zip(set.limits().size.iter().flatten()) {
+    fn inputs(&self, inputs: &Weighted, costate: &Vector3) -> DVector<f64> {
+        let mut clipped = unlimited(inputs, costate);
+        for (input, limit) in clipped.iter_mut().zip(inputs.set.limits().size.iter().flatten()) {
             *input = input.clamp(-limit, *limit);
         }
-        inputs
+        clipped
     }
 }
 
@@ -242,11 +243,11 @@ impl Hamiltonian for Ball {
         (at - stepped * (self.limit / stepped.norm()).min(1.0)).amax()
     }
 
-    fn inputs(&self, _: &ActuatorSet, gain: &Gain, costate: &Vector3) -> DVector<f64> {
+    fn inputs(&self, inputs: &Weighted, costate: &Vector3) -> DVector<f64> {
         // B u = −A q' for the costate q' = (I + νA)⁻¹ q, and u = −W⁻¹Bᵀ q' is the cheapest such u.
         let at = self.at(costate);
         let damping = self.authority.map(|a| if a > 0.0 { 1.0 / (1.0 + at.multiplier * a) } else { 0.0 });
-        gain.inputs(&(self.axes * self.axes.tr_mul(costate).component_mul(&damping)))
+        unlimited(inputs, &(self.axes * self.axes.tr_mul(costate).component_mul(&damping)))
     }
 }
 

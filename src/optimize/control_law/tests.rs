@@ -3,12 +3,12 @@
 use super::saturated::obstacle_of;
 use super::*;
 use crate::maneuver::objective::effort;
-use crate::mechanics::actuators::{AxisFrame, Limits};
+use crate::mechanics::actuators::{ActuatorSet, AxisFrame, Limits};
 use crate::testing::Random;
 use nalgebra::DMatrix;
 
-/// Between one and six inputs, so that the authority has every rank.
-fn random_channel(random: &mut Random, norm: bool) -> ActuatorSet {
+/// Between one and six inputs, so that the authority has every rank, and their weight.
+fn random_channel(random: &mut Random, norm: bool) -> (ActuatorSet, DMatrix<f64>) {
     let count = 1 + ((random.uniform() + 1.0) * 3.0) as usize;
     let axes = (0..count).map(|_| random.vector3()).collect();
     let mut weight = DMatrix::from_fn(count, count, |_, _| random.uniform());
@@ -20,12 +20,13 @@ fn random_channel(random: &mut Random, norm: bool) -> ActuatorSet {
         weight = DMatrix::from_diagonal(&weight.diagonal());
         limits.size = Some((0..count).map(|_| 0.5 + 0.4 * random.uniform()).collect());
     }
-    ActuatorSet::new(axes, AxisFrame::Body, weight).unwrap().with_limits(limits).unwrap()
+    (ActuatorSet::new(axes, AxisFrame::Body).unwrap().with_limits(limits).unwrap(), weight)
 }
 
 /// `½ uᵀWu + q·Bu`.
-fn hamiltonian(channel: &ActuatorSet, costate: &Vector3, inputs: &DVector<f64>) -> f64 {
-    effort(channel.weight(), inputs.as_slice()) + costate.dot(&channel.output(inputs.as_slice()))
+fn hamiltonian(weighted: &Weighted, costate: &Vector3, inputs: &DVector<f64>) -> f64 {
+    let inputs = inputs.as_slice();
+    effort(&weighted.weight, inputs) + costate.dot(&weighted.set.output(inputs))
 }
 
 fn is_allowed(channel: &ActuatorSet, inputs: &DVector<f64>, slack: f64) -> bool {
@@ -39,20 +40,21 @@ fn inputs_are_allowed_and_no_allowed_ones_are_better() {
     let mut random = Random(3);
     let (mut limited, mut free) = (0, 0);
     for index in 0..400 {
-        let channel = random_channel(&mut random, index % 2 == 0);
-        let law = ControlLaw::of(&channel);
+        let (channel, weight) = random_channel(&mut random, index % 2 == 0);
+        let weighted = Weighted::new(&channel, Some(&weight)).unwrap();
+        let law = ControlLaw::of(&weighted);
         let costate = random.vector3() * 3.0f64.powf(random.uniform() * 3.0);
-        let inputs = law.inputs(&channel, &Gain::of(&channel), &costate);
+        let inputs = law.inputs(&weighted, &costate);
         // Axes that nearly coincide cost the norm some of its digits, by the condition of their authority.
         assert!(is_allowed(&channel, &inputs, 1e-12), "{channel:?}");
-        let best = hamiltonian(&channel, &costate, &inputs);
+        let best = hamiltonian(&weighted, &costate, &inputs);
         *(if law.demand(&costate) > 1.0 { &mut limited } else { &mut free }) += 1;
         let mut tried = 0;
         while tried < 50 {
             let size = 10.0f64.powf(-2.0 * random.uniform() - 2.0);
             let other = inputs.map(|u| u + size * random.uniform());
             if is_allowed(&channel, &other, 0.0) {
-                let value = hamiltonian(&channel, &costate, &other);
+                let value = hamiltonian(&weighted, &costate, &other);
                 assert!(
                     value >= best - 1e-13 * best.abs().max(1.0),
                     "{channel:?} {costate} {}",
@@ -66,7 +68,7 @@ fn inputs_are_allowed_and_no_allowed_ones_are_better() {
         let output = channel.output(inputs.as_slice());
         let size = output.amax().max(1.0);
         assert!((response.output - output).amax() < 1e-12 * size, "{channel:?} {} {output}", response.output);
-        let effort = effort(channel.weight(), inputs.as_slice());
+        let effort = effort(&weight, inputs.as_slice());
         assert!((response.cost - effort).abs() < 1e-12 * effort.max(1.0));
     }
     assert!(limited > 100 && free > 50, "{limited} {free}");
@@ -77,12 +79,13 @@ fn inputs_are_allowed_and_no_allowed_ones_are_better() {
 fn multipliers_balance_the_gradient_at_the_limits_and_vanish_elsewhere() {
     let mut random = Random(5);
     for index in 0..400 {
-        let channel = random_channel(&mut random, index % 2 == 0);
-        let law = ControlLaw::of(&channel);
+        let (channel, weight) = random_channel(&mut random, index % 2 == 0);
+        let weighted = Weighted::new(&channel, Some(&weight)).unwrap();
+        let law = ControlLaw::of(&weighted);
         let costate = random.vector3() * 3.0f64.powf(random.uniform() * 3.0);
-        let inputs = law.inputs(&channel, &Gain::of(&channel), &costate);
+        let inputs = law.inputs(&weighted, &costate);
         let b_t_q = DVector::from_iterator(channel.count(), channel.axes().iter().map(|b| b.dot(&costate)));
-        let gradient = channel.weight() * &inputs + b_t_q;
+        let gradient = &weight * &inputs + b_t_q;
         let multipliers = law.multipliers(&costate);
         assert!(multipliers.iter().all(|value| *value >= 0.0));
         let push = match (&channel.limits().size, channel.limits().norm) {
@@ -108,8 +111,9 @@ fn slope_is_the_derivative_of_the_output_in_any_units() {
     let step = 1e-5;
     let mut compared = 0;
     for index in 0..400 {
-        let channel = random_channel(&mut random, index % 2 == 0);
-        let law = ControlLaw::of(&channel).scaled(2.5, 0.3);
+        let (channel, weight) = random_channel(&mut random, index % 2 == 0);
+        let weighted = Weighted::new(&channel, Some(&weight)).unwrap();
+        let law = ControlLaw::of(&weighted).scaled(2.5, 0.3);
         let costate = random.vector3() * 3.0f64.powf(random.uniform() * 3.0);
         let slope = law.slope(&costate);
         assert!((slope - slope.transpose()).amax() < 1e-14 * slope.amax().max(1.0));
@@ -140,9 +144,10 @@ fn the_norm_bound_of_equal_authorities_is_the_closed_form() {
         let weight = 1.5 + random.uniform();
         let limit = 0.5 + 0.4 * random.uniform();
         let axes: Vec<Vector3> = random.rotation().column_iter().map(|axis| axis.into_owned()).collect();
-        let channel = ActuatorSet::new(axes, AxisFrame::Body, DMatrix::identity(3, 3) * weight).unwrap();
+        let channel = ActuatorSet::new(axes, AxisFrame::Body).unwrap();
         let limits = Limits { norm: Some(limit), ..Limits::default() };
-        let law = ControlLaw::of(&channel.with_limits(limits).unwrap());
+        let (channel, matrix) = (channel.with_limits(limits).unwrap(), DMatrix::identity(3, 3) * weight);
+        let law = ControlLaw::of(&Weighted::new(&channel, Some(&matrix)).unwrap());
         let costate = random.vector3() * 10.0f64.powf(4.0 * random.uniform());
         let expected = costate * (-limit / (limit * weight).max(costate.norm()));
         assert!((law.response(&costate).output - expected).amax() < 1e-15 * limit.max(expected.amax()) * 4.0);
@@ -153,7 +158,8 @@ fn the_norm_bound_of_equal_authorities_is_the_closed_form() {
 fn what_is_not_finite_stays_so() {
     let mut random = Random(11);
     for norm in [false, true] {
-        let law = ControlLaw::of(&random_channel(&mut random, norm));
+        let (channel, weight) = random_channel(&mut random, norm);
+        let law = ControlLaw::of(&Weighted::new(&channel, Some(&weight)).unwrap());
         let response = law.response(&Vector3::new(f64::NAN, 0.0, 1.0));
         assert!(response.output.iter().any(|value| value.is_nan()) && response.cost.is_nan());
     }
@@ -162,20 +168,19 @@ fn what_is_not_finite_stays_so() {
 #[test]
 fn limits_without_a_law_are_named() {
     let mut random = Random(13);
-    let channel = random_channel(&mut random, true);
+    let (channel, weight) = random_channel(&mut random, true);
     let count = channel.count();
-    let with = |limits: Limits| obstacle_of(&channel.clone().with_limits(limits).unwrap());
+    let obstacle = |channel: ActuatorSet, limits: Limits, weight: &DMatrix<f64>| {
+        obstacle_of(&Weighted::new(&channel.with_limits(limits).unwrap(), Some(weight)).unwrap())
+    };
+    let with = |limits: Limits| obstacle(channel.clone(), limits, &weight);
     let (size, rate) = (Some(vec![1.0; count]), Some(vec![1.0; count]));
-    let coupled = ActuatorSet::new(
-        vec![Vector3::x(), Vector3::y()],
-        AxisFrame::Body,
-        DMatrix::from_row_slice(2, 2, &[1.0, 0.1, 0.1, 1.0]),
-    );
-    let coupled =
-        coupled.unwrap().with_limits(Limits { size: Some(vec![1.0; 2]), ..Limits::default() }).unwrap();
+    let two = ActuatorSet::new(vec![Vector3::x(), Vector3::y()], AxisFrame::Body).unwrap();
+    let coupled = DMatrix::from_row_slice(2, 2, &[1.0, 0.1, 0.1, 1.0]);
+    let of_size = Limits { size: Some(vec![1.0; 2]), ..Limits::default() };
     assert!(with(Limits { rate, ..Limits::default() }).unwrap().contains("how fast"));
     assert!(with(Limits { size, norm: Some(1.0), rate: None }).unwrap().contains("both"));
-    assert!(obstacle_of(&coupled).unwrap().contains("not diagonal"));
+    assert!(obstacle(two, of_size, &coupled).unwrap().contains("not diagonal"));
     assert_eq!(with(Limits { norm: Some(1.0), ..Limits::default() }), None);
     assert_eq!(with(Limits::default()), None);
 }

@@ -33,6 +33,7 @@ mod relaxation;
 #[cfg(test)]
 mod tests;
 
+use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Motion, Problem, ProblemError, Scheme};
 use crate::mechanics::actuators::AxisFrame;
 use crate::mechanics::body::principal_moments;
@@ -447,11 +448,12 @@ impl Setup {
 
 impl Weight {
     fn new(problem: &Problem) -> Result<Self, BoundError> {
-        let channel = &problem.actuation.torque;
-        let authority = channel.authority();
+        let Objective::Effort(weights) = &problem.objective;
+        let torque = weights.torque(&problem.actuation);
+        let authority = &torque.authority;
         let principal = principal_moments(authority);
         let [low, middle, high] = [principal[0], principal[1], principal[2]];
-        if channel.frame() == AxisFrame::Reference && high - low > 1e-12 * high {
+        if torque.set.frame() == AxisFrame::Reference && high - low > 1e-12 * high {
             return Err(BoundError::NotCovered(
                 "torques of unequal price along axes fixed to the reference frame",
             ));

@@ -9,7 +9,7 @@ use crate::mechanics::body::{Body, Inertia};
 use crate::mechanics::environment::UniformGravity;
 use crate::optimize::search;
 use crate::plan::Silent;
-use crate::testing::{Random, channel, full_inertia, matrix, reference, vector};
+use crate::testing::{Random, full_inertia, matrix, reference, vector, with_torques};
 use nalgebra::DMatrix;
 use serde_json::Value;
 
@@ -46,7 +46,7 @@ fn single_axis(case: &Value) -> Problem {
     let tilt = lie::exp(&Vector3::new(0.4, -0.3, 0.8));
     let j = tilt * Matrix3::from_diagonal(&Vector3::new(1.3, 0.9, 1.0)) * tilt.transpose();
     let axis = tilt.column(2).into_owned();
-    let torque = ActuatorSet::new(vec![axis], AxisFrame::Body, DMatrix::identity(1, 1)).unwrap();
+    let torque = ActuatorSet::new(vec![axis], AxisFrame::Body).unwrap();
     three_steps(Inertia::new(j).unwrap(), axis * number(&case["phi"]))
         .with_actuation(Actuation::torques(torque))
 }
@@ -138,17 +138,14 @@ fn random_problem(random: &mut Random, scheme: Scheme, steps: usize) -> Problem 
     let square = |random: &mut Random| Matrix3::from_fn(|_, _| random.uniform());
     let axes = Matrix3::identity() + 0.4 * square(random);
     let root = Matrix3::identity() + 0.4 * square(random);
-    let torque = channel(&axes, AxisFrame::Body, &(root.transpose() * root));
     let duration = 2.0 * 10f64.powf(random.uniform());
     let mut rate = || random.vector3() * 0.2 / duration;
     let rates = [rate(), rate()];
     let start = State::attitude(random.rotation(), rates[0]);
     let turn = lie::exp(&(random.vector3() * 0.9));
     let end = State::attitude(lie::project_to_rotation(&(start.attitude * turn)), rates[1]);
-    Problem::attitude(body, start, end, duration)
-        .with_actuation(Actuation::torques(torque))
-        .with_scheme(scheme)
-        .with_steps(steps)
+    let problem = Problem::attitude(body, start, end, duration).with_scheme(scheme).with_steps(steps);
+    with_torques(problem, &axes, &(root.transpose() * root))
 }
 
 #[test]
@@ -384,10 +381,7 @@ fn what_is_not_covered_is_refused_by_name() {
     moving.motion = Motion::RigidBody;
     moving.body.mass = Some(1.0);
     assert!(refused(&moving).contains("translates"));
-    let torques = |axes: Vec<Vector3>, frame| {
-        let count = axes.len();
-        Actuation::torques(ActuatorSet::new(axes, frame, DMatrix::identity(count, count)).unwrap())
-    };
+    let torques = |axes: Vec<Vector3>, frame| Actuation::torques(ActuatorSet::new(axes, frame).unwrap());
     let two = torques(vec![Vector3::x(), Vector3::y()], AxisFrame::Body);
     assert!(refused(&base.clone().with_actuation(two)).contains("two axes"));
     let one = torques(vec![Vector3::x()], AxisFrame::Body);

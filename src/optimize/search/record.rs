@@ -5,12 +5,12 @@ use super::way::{Follower, Way};
 use crate::Vector3;
 use crate::lie::{self, continued};
 use crate::maneuver::grid::Grid;
+use crate::maneuver::objective::{Objective, Weighted};
 use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::solution::{ActiveConstraint, TerminalError, Trajectory};
-use crate::mechanics::actuators::{Actuation, ActuatorSet, LimitKind};
+use crate::mechanics::actuators::LimitKind;
 use crate::optimize::candidate::Candidate;
 use crate::optimize::control_law::ControlLaw;
-use crate::optimize::control_law::effort::Gain;
 use crate::optimize::methods::scp::model::costate_blocks;
 use crate::optimize::methods::scp::road::{Chain, iterate};
 use crate::optimize::step::{Costate, Dynamics, Point, StepError};
@@ -35,9 +35,10 @@ pub(crate) fn extremal<const N: usize>(
 ) -> Result<Recorded, StepError> {
     let mut recorder = Recorder::<N>::new(problem, &bvp.dynamics);
     let unit = bvp.dynamics.units.cost / bvp.dynamics.units.time;
-    let Actuation { force, torque, .. } = &problem.actuation;
-    let mut force = force.as_ref().map(|force| Optimal::of(problem, force, true, unit));
-    let mut torque = Optimal::of(problem, torque, false, unit);
+    let Objective::Effort(weights) = &problem.objective;
+    let force = weights.force(&problem.actuation);
+    let mut force = force.map(|force| Optimal::of(problem, force, true, unit));
+    let mut torque = Optimal::of(problem, weights.torque(&problem.actuation), false, unit);
     let end = bvp.sweep_observed(costate, |node| recorder.sweep_node(&node, force.as_mut(), &mut torque))?;
     let way = recorder.follower.way(bvp)?;
     let active = force.into_iter().chain([torque]).map(|set| set.active);
@@ -120,20 +121,19 @@ struct Recorder<'a, const N: usize> {
 
 /// The optimal inputs of one set, SI units, and where their limit acts.
 struct Optimal<'a> {
-    set: &'a ActuatorSet,
+    inputs: Weighted<'a>,
     law: ControlLaw,
-    gain: Gain,
     active: ActiveConstraint,
     /// Unit of the multipliers: cost over time.
     unit: f64,
 }
 
 impl<'a> Optimal<'a> {
-    fn of(problem: &Problem, set: &'a ActuatorSet, of_force: bool, unit: f64) -> Self {
-        let kind = if set.limits().norm.is_some() { LimitKind::Norm } else { LimitKind::Size };
+    fn of(problem: &Problem, inputs: Weighted<'a>, of_force: bool, unit: f64) -> Self {
+        let kind = if inputs.set.limits().norm.is_some() { LimitKind::Norm } else { LimitKind::Size };
         let name = problem.actuation.limit_name(kind, of_force).into();
         let active = ActiveConstraint { name, time_s: Vec::new(), multiplier: Vec::new() };
-        Self { set, law: ControlLaw::of(set), gain: Gain::of(set), active, unit }
+        Self { law: ControlLaw::of(&inputs), inputs, active, unit }
     }
 
     /// Records the inputs for a costate in the axes of the set; what they give, in those axes.
@@ -143,9 +143,9 @@ impl<'a> Optimal<'a> {
             self.active.time_s.push(trajectory.time.last().copied().unwrap_or(0.0));
             self.active.multiplier.push(multiplier);
         }
-        let inputs = self.law.inputs(self.set, &self.gain, costate);
+        let inputs = self.law.inputs(&self.inputs, costate);
         trajectory.input.extend(inputs.iter());
-        self.set.output(inputs.as_slice())
+        self.inputs.set.output(inputs.as_slice())
     }
 }
 
@@ -218,13 +218,13 @@ impl<'a, const N: usize> Recorder<'a, N> {
         let r = &point.attitude.value;
         let force = match force {
             Some(force) if self.moves() => {
-                let frame = force.set.frame();
+                let frame = force.inputs.set.frame();
                 let output = force.push(&mut self.trajectory, &frame.of_reference(r, &lambda(3)));
                 frame.to_reference(r, &output)
             }
             _ => Vector3::zeros(),
         };
-        let frame = torque.set.frame();
+        let frame = torque.inputs.set.frame();
         let output = torque.push(&mut self.trajectory, &frame.of_body(r, &lambda(N - 3)));
         self.outputs(force, frame.to_body(r, &output));
     }

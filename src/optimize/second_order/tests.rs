@@ -3,6 +3,7 @@
 use super::*;
 use crate::lie;
 use crate::maneuver::grid::{Grid, Scheme};
+use crate::maneuver::objective::{Objective, Weights};
 use crate::maneuver::problem::{Problem, State};
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
 use crate::mechanics::body::Body;
@@ -150,7 +151,7 @@ fn conjugate_points_are_the_negative_directions_of_the_reduced_hessian() {
     let pendulum = UniformGravity::new(1.0, 1.7, Vector3::z(), Vector3::new(0.1, -0.2, 0.9)).unwrap();
     let axes = |count: usize| {
         let all = [Vector3::x(), Vector3::new(0.2, 1.0, 0.0), Vector3::z(), Vector3::new(0.5, 0.5, -0.7)];
-        ActuatorSet::new(all[..count].to_vec(), AxisFrame::Body, DMatrix::identity(count, count)).unwrap()
+        ActuatorSet::new(all[..count].to_vec(), AxisFrame::Body).unwrap()
     };
     let mut seen = [0usize; 8];
     for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {
@@ -161,6 +162,7 @@ fn conjugate_points_are_the_negative_directions_of_the_reduced_hessian() {
                     let mut attitude = attitude_only(moving.clone());
                     if frame == AxisFrame::Body {
                         attitude.actuation = Actuation::torques(axes(count));
+                        attitude.objective = Objective::default();
                     }
                     let hanging = attitude.clone().with_environment(pendulum.clone());
                     let mut counts = vec![
@@ -192,8 +194,13 @@ fn conjugate_points_within_limits_are_those_of_the_free_inputs() {
     let pendulum = UniformGravity::new(1.0, 1.7, Vector3::z(), Vector3::new(0.1, -0.2, 0.9)).unwrap();
     let axes = |frame: AxisFrame, count: usize| {
         let all = [Vector3::x(), Vector3::new(0.2, 1.0, 0.0), Vector3::z(), Vector3::new(0.5, 0.5, -0.7)];
-        let weight = DMatrix::from_fn(count, count, |i, j| if i == j { 1.0 + 0.4 * i as f64 } else { 0.0 });
-        ActuatorSet::new(all[..count].to_vec(), frame, weight).unwrap()
+        ActuatorSet::new(all[..count].to_vec(), frame).unwrap()
+    };
+    let weights = |torques: usize, forces: usize| {
+        let block = |count: usize| {
+            DMatrix::from_fn(count, count, |i, j| if i == j { 1.0 + 0.4 * i as f64 } else { 0.0 })
+        };
+        Objective::from(Weights { torque: Some(block(torques)), force: Some(block(forces)) })
     };
     let mut seen = [0usize; 8];
     for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {
@@ -204,10 +211,12 @@ fn conjugate_points_within_limits_are_those_of_the_free_inputs() {
                     let mut moving = moving_ends(&mut random, frame).with_scheme(scheme).with_steps(30);
                     moving.actuation.torque = axes(frame, 3);
                     moving.actuation.force = Some(axes(other, 4));
+                    moving.objective = weights(3, 4);
                     let mut attitude = attitude_only(moving.clone()).with_steps(60);
                     let mut counts = Vec::new();
                     for count in [2, 3, 4] {
                         attitude.actuation = Actuation::torques(axes(frame, count));
+                        attitude.objective = weights(count, 4);
                         counts.push(within::<6>(&attitude, norm, size, &mut random));
                     }
                     let hanging = attitude.with_environment(pendulum.clone());

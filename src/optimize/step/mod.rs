@@ -24,8 +24,9 @@ pub use units::Units;
 
 use crate::lie;
 use crate::maneuver::grid::Grid;
+use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Problem, State};
-use crate::mechanics::actuators::{Actuation, AxisFrame};
+use crate::mechanics::actuators::AxisFrame;
 use crate::mechanics::environment::{Blocks, Environment, Pose, Wrench};
 use crate::numerics::compensated::{Sum, Sum3, SumMatrix};
 use crate::optimize::control_law::ControlLaw;
@@ -219,7 +220,8 @@ impl Dynamics {
     pub(crate) fn on(problem: &Problem, grid: Grid) -> Self {
         let units = Units::of(problem);
         let inertia = &problem.body.inertia;
-        let Actuation { torque, force, .. } = &problem.actuation;
+        let Objective::Effort(weights) = &problem.objective;
+        let (torque, force) = (weights.torque(&problem.actuation), weights.force(&problem.actuation));
         let rotation = units.cost / units.momentum() / units.torque();
         let translation = units.cost / units.linear_momentum() / units.force();
         let zero = Authority { matrix: Matrix3::zeros(), frame: AxisFrame::Reference };
@@ -235,16 +237,16 @@ impl Dynamics {
             environment,
             frame_turns: (0..turning).map(turn).collect(),
             grid,
-            torque: Authority { matrix: torque.authority() * rotation, frame: torque.frame() },
+            torque: Authority { matrix: torque.authority * rotation, frame: torque.set.frame() },
             force: force.as_ref().map_or(zero, |force| Authority {
-                matrix: force.authority() * translation,
-                frame: force.frame(),
+                matrix: force.authority * translation,
+                frame: force.set.frame(),
             }),
             laws: ControlLaws {
                 force: force.as_ref().map_or(ControlLaw::Effort(Effort(zero.matrix)), |force| {
                     ControlLaw::of(force).scaled(translation, units.force())
                 }),
-                torque: ControlLaw::of(torque).scaled(rotation, units.torque()),
+                torque: ControlLaw::of(&torque).scaled(rotation, units.torque()),
             }
             .boxed(),
         }

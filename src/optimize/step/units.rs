@@ -1,6 +1,7 @@
 //! The units of the solvers: `T = 1`, mean principal moment 1, mass 1.
 
 use crate::Matrix3;
+use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Motion, Problem, State};
 use nalgebra::SVector;
 
@@ -40,9 +41,10 @@ impl Units {
         // the costates.
         let price =
             |momentum: f64, authority: &Matrix3| momentum / time * momentum / (authority.trace() / 3.0);
-        let turn = price(inertia / time, problem.actuation.torque.authority());
-        let shift = match (&problem.actuation.force, problem.motion) {
-            (Some(force), Motion::RigidBody) => price(mass * length / time, force.authority()),
+        let Objective::Effort(weights) = &problem.objective;
+        let turn = price(inertia / time, &weights.torque(&problem.actuation).authority);
+        let shift = match (weights.force(&problem.actuation), problem.motion) {
+            (Some(force), Motion::RigidBody) => price(mass * length / time, &force.authority),
             _ => 0.0,
         };
         Self { time, inertia, mass, length, cost: turn.max(shift) }

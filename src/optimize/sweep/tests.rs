@@ -2,20 +2,14 @@
 
 use super::*;
 use crate::lie;
+use crate::maneuver::objective::Weights;
 use crate::maneuver::problem::{Motion, Scheme, State};
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
 use crate::mechanics::body::{Body, Inertia};
 use crate::mechanics::environment::{CentralGravity, GravityGradient, PointMass, UniformGravity};
 use crate::numerics::factor::Factor;
-use crate::testing::{Random, graded, limited, matrix, reference, vector};
-use nalgebra::DMatrix;
+use crate::testing::{Random, channel, graded, limited, matrix, reference, vector, weight, with_torques};
 use serde_json::Value;
-
-fn channel(axes: &Matrix3, frame: AxisFrame, weight: &Matrix3) -> ActuatorSet {
-    let columns = axes.column_iter().map(|column| column.into_owned()).collect();
-    let weight = DMatrix::from_iterator(3, 3, weight.iter().copied());
-    ActuatorSet::new(columns, frame, weight).unwrap()
-}
 
 /// Units of the state: scaled times unit is SI.
 fn state_units<const N: usize>(dynamics: &Dynamics) -> SVector<f64, N> {
@@ -41,11 +35,10 @@ fn so3_case(case: &Value) -> Problem {
     let start = State::attitude(matrix(&case["R0"]), inertia.j_inverse() * vector::<3>(&case["Pi0"]));
     let end = State::attitude(matrix(&case["Rd"]), inertia.j_inverse() * vector::<3>(&case["Pid"]));
     let body = Body { inertia, mass: None };
-    let torque = channel(&matrix(&case["B"]), AxisFrame::Body, &matrix(&case["W"]));
     let problem = Problem::attitude(body, start, end, case["T"].as_f64().unwrap())
         .with_steps(case["N"].as_u64().unwrap() as usize)
-        .with_scheme(Scheme::LieEuler)
-        .with_actuation(Actuation::torques(torque));
+        .with_scheme(Scheme::LieEuler);
+    let problem = with_torques(problem, &matrix(&case["B"]), &matrix(&case["W"]));
     if case["potential"].as_str().unwrap().eq_ignore_ascii_case("free") {
         return problem;
     }
@@ -160,13 +153,12 @@ fn zoo() -> Vec<Problem> {
             let (start, end) = (state(), state());
             let body = Body { inertia: inertia.clone(), mass: Some(1.3) };
             let other = if frame == AxisFrame::Body { AxisFrame::Reference } else { AxisFrame::Body };
-            let actuation = Actuation {
-                torque: channel(&b, frame, &w),
-                force: Some(channel(&w, other, &b.tr_mul(&b))),
-                wheels: None,
-            };
+            let actuation =
+                Actuation { torque: channel(&b, frame), force: Some(channel(&w, other)), wheels: None };
+            let weights = Weights { torque: Some(weight(&w)), force: Some(weight(&b.tr_mul(&b))) };
             let base = Problem::rigid_body(body, start, end, 1.7)
                 .with_actuation(actuation)
+                .with_objective(weights)
                 .with_steps(12)
                 .with_scheme(scheme);
             let mut attitude = base.clone();

@@ -1,6 +1,7 @@
 //! The comparison over shipped problems, reference costs and random maneuvers.
 
 use super::*;
+use crate::maneuver::objective::Weights;
 use crate::maneuver::problem::{Scheme, State};
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
 use crate::mechanics::body::{Body, Inertia};
@@ -112,11 +113,12 @@ fn every_shipped_problem_is_solved_alike_by_all_methods() {
 fn reference_slew(share: Option<f64>) -> Problem {
     let weight = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 2.0, 0.5]));
     let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
-    let channel = ActuatorSet::new(axes, AxisFrame::Body, weight).unwrap();
+    let channel = ActuatorSet::new(axes, AxisFrame::Body).unwrap();
     let end = lie::exp(&(Vector3::new(1.0, 2.0, -0.5).normalize() * 120f64.to_radians()));
     let body = Body { inertia: full_inertia(), mass: None };
     let free = Problem::attitude(body, State::at_rest(Matrix3::identity()), State::at_rest(end), 2.0)
         .with_actuation(Actuation::torques(channel))
+        .with_objective(Weights::of_torques(weight))
         .with_scheme(Scheme::LieEuler)
         .with_steps(50);
     share.map_or(free.clone(), |share| limited(&free, share))

@@ -64,7 +64,7 @@ fn problem(motion: Motion, scheme: Scheme) -> Problem {
 /// Four wheels in a pyramid, one of them without a limit of its momentum.
 fn with_wheels(problem: Problem) -> Problem {
     let axes = [(0.8, 0.0), (0.0, 0.8), (-0.8, 0.0), (0.0, -0.8)].map(|(x, y)| Vector3::new(x, y, 0.6));
-    let torque = ActuatorSet::new(axes.to_vec(), AxisFrame::Body, nalgebra::DMatrix::identity(4, 4)).unwrap();
+    let torque = ActuatorSet::new(axes.to_vec(), AxisFrame::Body).unwrap();
     let size = Some(vec![0.1, 0.2, 0.3, 0.4]);
     let torque = torque.with_limits(Limits { size, norm: None, rate: None }).unwrap();
     let momentum_limit = vec![1.0, 2.0, f64::INFINITY, 4.0];

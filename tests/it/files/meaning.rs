@@ -4,6 +4,7 @@ use super::{BASE, CONSTRAINED, ORBIT, WHEELS, bad, good};
 use slewkit::files::spec::{self, Format, Toleranced};
 use slewkit::lie;
 use slewkit::maneuver::constraint::{Direction, Rule, Side};
+use slewkit::maneuver::objective::Objective;
 use slewkit::maneuver::problem::{Motion, Path, Scheme};
 use slewkit::maneuver::settings::Method;
 use slewkit::maneuver::solution::Sense;
@@ -162,10 +163,11 @@ fn every_key_of_an_orbit_spec_arrives() {
         (torque.frame(), torque.axes()),
         (AxisFrame::Reference, &[Vector3::x(), Vector3::y() * 2.0][..])
     );
-    assert_eq!(torque.weight().as_slice(), [2.0, 0.5, 0.5, 1.0]);
+    let Objective::Effort(weights) = &problem.objective;
+    assert_eq!(weights.torque.as_ref().unwrap().as_slice(), [2.0, 0.5, 0.5, 1.0]);
     let force = problem.actuation.force.as_ref().unwrap();
     assert_eq!(
-        (force.frame(), force.axes(), force.weight()[(0, 0)]),
+        (force.frame(), force.axes(), weights.force.as_ref().unwrap()[(0, 0)]),
         (AxisFrame::Body, &[Vector3::z()][..], 3.0)
     );
     assert!(!problem.environment.is_free());
@@ -218,12 +220,13 @@ fn every_limit_and_constraint_arrives_in_si_units() {
 
 #[test]
 fn wheels_become_torque_inputs_with_momenta() {
-    let actuation = good(WHEELS, &[]).problem.actuation;
+    let problem = good(WHEELS, &[]).problem;
+    let (actuation, Objective::Effort(weights)) = (problem.actuation, problem.objective);
     let torque = &actuation.torque;
     assert_eq!((torque.frame(), torque.count()), (AxisFrame::Body, 4));
     assert!((torque.axes()[2] - Vector3::new(-0.8, 0.0, 0.6)).amax() < 1e-15);
     assert_eq!(torque.limits().size.as_deref(), Some(&[0.2, 0.3, 0.2, 0.2][..]));
-    assert_eq!(torque.weight().diagonal().as_slice(), [1.0, 2.0, 1.0, 1.0]);
+    assert_eq!(weights.torque.unwrap().diagonal().as_slice(), [1.0, 2.0, 1.0, 1.0]);
     let wheels = actuation.wheels.unwrap();
     assert_eq!(wheels.momentum, [20.0, 0.0, -1.5, 0.0]);
     assert_eq!(wheels.momentum_limit, [20.0, f64::INFINITY, f64::INFINITY, 10.0]);
@@ -374,7 +377,8 @@ fn largest_and_smallest_numbers_make_a_finite_problem() {
             format!("maneuver.duration_s={duration}"),
         ];
         let problem = good(BASE, &set.each_ref().map(String::as_str)).problem;
-        let authority = problem.actuation.torque.authority();
+        let Objective::Effort(weights) = &problem.objective;
+        let authority = weights.torque(&problem.actuation).authority;
         let cost = problem.body.inertia.j() * authority.try_inverse().unwrap() * problem.body.inertia.j();
         let cost = cost / problem.duration.powi(3);
         assert!(cost.iter().all(|value| value.is_finite()) && cost.amax() > 0.0, "{cost}");

@@ -100,7 +100,7 @@ fn torque_rate_limits_bound_the_time() {
     let sphere = Body { inertia: Inertia::diagonal(Vector3::repeat(2.0)).unwrap(), mass: None };
     let axes = vec![Vector3::x()];
     let limits = Limits { rate: Some(vec![0.05]), ..Limits::default() };
-    let channel = ActuatorSet::new(axes, AxisFrame::Body, DMatrix::identity(1, 1)).unwrap();
+    let channel = ActuatorSet::new(axes, AxisFrame::Body).unwrap();
     let actuation = Actuation::torques(channel.with_limits(limits).unwrap());
     for scheme in SCHEMES {
         let problem = rest_to_rest(sphere.clone(), Vector3::new(1.5, 0.0, 0.0), 5.0, actuation.clone());

@@ -5,7 +5,6 @@ mod never_denied;
 mod wheels_and_cones;
 
 use crate::common::Random;
-use nalgebra::DMatrix;
 use slewkit::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
 use slewkit::maneuver::infeasible::{Proof, proof};
 use slewkit::maneuver::problem::{Problem, Scheme, State};

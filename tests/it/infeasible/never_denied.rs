@@ -135,7 +135,7 @@ fn a_maneuver_that_exists_is_never_denied() {
         match case % 5 {
             0 => {
                 let axes: Vec<Vector3> = (0..4).map(|_| random.direction()).collect();
-                let torque = ActuatorSet::new(axes, AxisFrame::Body, DMatrix::identity(4, 4)).unwrap();
+                let torque = ActuatorSet::new(axes, AxisFrame::Body).unwrap();
                 let unit = body.inertia.mean() / duration;
                 let momentum =
                     (0..4).map(|_| if case % 2 == 0 { 0.0 } else { unit * random.uniform() }).collect();
@@ -201,7 +201,7 @@ fn a_premise_that_holds_nearly_proves_nothing() {
         ];
         for (j, axes, rate, size) in cases {
             let count = axes.len();
-            let torque = ActuatorSet::new(axes, AxisFrame::Body, DMatrix::identity(count, count)).unwrap();
+            let torque = ActuatorSet::new(axes, AxisFrame::Body).unwrap();
             let start = State::attitude(Matrix3::identity(), rate);
             let problem = Problem::attitude(body(j), start, start, 1.0)
                 .with_steps(400)

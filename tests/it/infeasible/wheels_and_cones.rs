@@ -26,8 +26,7 @@ fn momentum_that_the_wheels_cannot_hold_in_the_end_is_named() {
     assert!(found.reason.contains("hold 4 N·m·s along the body axis (0, 1, 0)"), "{found}");
     assert!(found.reason.contains("store 2.5") && found.reason.contains("at least 1.6 times"), "{found}");
     // Two wheels, and momentum about the third axis at the end.
-    let channel =
-        ActuatorSet::new(vec![Vector3::x(), Vector3::z()], AxisFrame::Body, DMatrix::identity(2, 2)).unwrap();
+    let channel = ActuatorSet::new(vec![Vector3::x(), Vector3::z()], AxisFrame::Body).unwrap();
     let wheels = Wheels { momentum: vec![0.0, 4.0], momentum_limit: vec![f64::INFINITY; 2] };
     problem.actuation = Actuation { torque: channel, force: None, wheels: Some(wheels) };
     let found = denied(&problem);
@@ -76,10 +75,8 @@ fn a_gyrostat_about_one_axis_attains_its_bound() {
             .with_actuation(three_wheels([-0.5, 0.0, 0.0], f64::INFINITY, 0.1));
         let axis = vec![Vector3::x()];
         let limits = Limits { size: Some(vec![0.1]), ..Limits::default() };
-        problem.actuation.torque = ActuatorSet::new(axis, AxisFrame::Body, DMatrix::identity(1, 1))
-            .unwrap()
-            .with_limits(limits)
-            .unwrap();
+        problem.actuation.torque =
+            ActuatorSet::new(axis, AxisFrame::Body).unwrap().with_limits(limits).unwrap();
         problem.actuation.wheels = Some(Wheels { momentum: vec![-0.5], momentum_limit: vec![f64::INFINITY] });
         let inputs: Vec<f64> = match scheme {
             Scheme::LieEuler => (0..8).map(|k| if k < 4 { 0.1 } else { -0.1 }).collect(),

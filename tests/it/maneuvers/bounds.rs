@@ -146,7 +146,7 @@ fn corner(random: &mut Random) -> Option<Problem> {
         .with_scheme(scheme)
         .with_path(path);
     if random.unit() < 0.3 {
-        problem = problem.with_actuation(weighted([1.0, 1e6, 1e-6]));
+        problem = problem.with_objective(weighted([1.0, 1e6, 1e-6]));
     }
     if random.unit() < 0.3 {
         let weight = size / duration / duration * random.pick(&[0.1, 3.0, 50.0]);

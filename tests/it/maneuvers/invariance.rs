@@ -3,6 +3,7 @@
 use super::support::{assert_close, full_body, full_inertia, rest_to_rest, solved, weighted};
 use crate::common::Random;
 use nalgebra::{DMatrix, DVector};
+use slewkit::maneuver::objective::Weights;
 use slewkit::maneuver::problem::{Path, Problem, Scheme, State};
 use slewkit::maneuver::solution::Solution;
 use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
@@ -42,11 +43,12 @@ fn pendulum(units: Units) -> Problem {
     let end = State::attitude(lie::exp(&Vector3::new(-0.5, 0.9, 0.4)), rate(0.2, -0.1, 0.1));
     let weight = DMatrix::from_diagonal(&DVector::from_row_slice(&[1.0, 2.0, 0.5])) * units.weights().0;
     let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
-    let torque = ActuatorSet::new(axes, AxisFrame::Body, weight).unwrap();
+    let torque = ActuatorSet::new(axes, AxisFrame::Body).unwrap();
     let gravity = 1.7 * units.length / units.time / units.time;
     let arm = Vector3::new(0.1, -0.2, 0.9) * units.length;
     Problem::attitude(Body { inertia, mass: None }, start, end, 2.0 * units.time)
         .with_actuation(Actuation::torques(torque))
+        .with_objective(Weights::of_torques(weight))
         .with_environment(UniformGravity::new(units.mass, gravity, Vector3::z(), arm).unwrap())
         .with_path(Path::Shortest)
 }
@@ -69,17 +71,11 @@ fn dumbbell(units: Units) -> Problem {
         angular_velocity: Vector3::new(0.1, 0.4, 0.5) / units.time,
     };
     let (torque, force) = units.weights();
-    let axes = || vec![Vector3::x(), Vector3::y(), Vector3::z()];
-    let channel =
-        |frame, weight: f64| ActuatorSet::new(axes(), frame, DMatrix::identity(3, 3) * weight).unwrap();
+    let weight = |weight: f64| Some(DMatrix::identity(3, 3) * weight);
     let parameter = 0.5 * units.mass * length * speed * speed;
     let points = [0.1, -0.1].map(|x| PointMass { parameter, position: Vector3::new(x * length, 0.0, 0.0) });
     Problem::rigid_body(body, start, end, 1.8 * units.time)
-        .with_actuation(Actuation {
-            torque: channel(AxisFrame::Body, torque),
-            force: Some(channel(AxisFrame::Reference, force)),
-            wheels: None,
-        })
+        .with_objective(Weights { torque: weight(torque), force: weight(force) })
         .with_environment(CentralGravity::new(points.to_vec()).unwrap())
         .with_path(Path::Shortest)
 }
@@ -163,7 +159,7 @@ fn the_reversed_maneuver_costs_the_same() {
         let back = |state: &State| State { angular_velocity: -state.angular_velocity, ..*state };
         let field = UniformGravity::new(1.0, 1.7, Vector3::z(), Vector3::new(0.1, -0.2, 0.9)).unwrap();
         let forward = Problem::attitude(full_body(), start, end, 2.0)
-            .with_actuation(weighted([1.0, 2.0, 0.5]))
+            .with_objective(weighted([1.0, 2.0, 0.5]))
             .with_environment(field);
         let mut reversed = forward.clone();
         (reversed.start, reversed.end) = (back(&end), back(&start));

@@ -6,6 +6,7 @@ use crate::common::Random;
 use nalgebra::{DMatrix, DVector};
 use slewkit::lie;
 use slewkit::maneuver::constraint::{Constraint, Rule};
+use slewkit::maneuver::objective::Weights;
 use slewkit::maneuver::problem::{Path, Problem, Scheme, State};
 use slewkit::maneuver::settings::{Method, Settings};
 use slewkit::maneuver::solution::{Outcome, Rung, RungReport, Solution};
@@ -64,7 +65,7 @@ fn within(problem: &Problem, part: f64) -> Problem {
 fn the_published_limits_are_met_in_as_many_iterations_as_published() {
     let free = rest_to_rest(120.0)
         .with_scheme(Scheme::LieEuler)
-        .with_actuation(weighted([1.0, 2.0, 0.5]))
+        .with_objective(weighted([1.0, 2.0, 0.5]))
         .with_path(Path::Shortest);
     assert_close("cost", &[shot(&free).cost], &[16.389987441935], 1e-13);
     for (part, cost, iterations) in [(0.75, 16.718658565135, 5), (0.65, 18.0852435685, 7)] {
@@ -94,7 +95,7 @@ fn the_published_limits_are_met_in_as_many_iterations_as_published() {
 fn tight_limits_are_reached_by_drawing_them_in() {
     let free = rest_to_rest(120.0)
         .with_scheme(Scheme::LieEuler)
-        .with_actuation(weighted([1.0, 2.0, 0.5]))
+        .with_objective(weighted([1.0, 2.0, 0.5]))
         .with_path(Path::Shortest);
     let tight = within(&free, 0.6);
     let solution = planned(&tight);
@@ -174,7 +175,7 @@ fn the_costs_are_those_of_a_dense_optimiser() {
                 .with_steps(20)
                 .with_scheme(scheme)
                 .with_path(Path::Shortest)
-                .with_actuation(weighted(weight));
+                .with_objective(weighted(weight));
             let limited = within(&free, 0.72 + 0.23 * random.unit());
             let solution = planned(&limited);
             // From the clipped inputs of the maneuver without limits.
@@ -204,11 +205,12 @@ fn every_frame_scheme_and_kind_of_limit_plans_and_verifies() {
             [(AxisFrame::Body, AxisFrame::Reference), (AxisFrame::Reference, AxisFrame::Body)]
         {
             for norm in [false, true] {
-                let torque = ActuatorSet::new(axes.clone(), frame, weight.clone()).unwrap();
-                let force = ActuatorSet::new(axes.clone(), other, weight.clone()).unwrap();
+                let torque = ActuatorSet::new(axes.clone(), frame).unwrap();
+                let force = ActuatorSet::new(axes.clone(), other).unwrap();
                 let actuation = Actuation { torque, force: Some(force), wheels: None };
                 let free = Problem::rigid_body(body.clone(), start, end, 2.0)
                     .with_actuation(actuation)
+                    .with_objective(Weights { torque: Some(weight.clone()), force: Some(weight.clone()) })
                     .with_environment(field.clone())
                     .with_steps(40)
                     .with_scheme(scheme)
@@ -250,7 +252,7 @@ fn every_frame_scheme_and_kind_of_limit_plans_and_verifies() {
 fn a_norm_limit_is_the_same_in_turned_axes() {
     let turn = lie::exp(&Vector3::new(0.4, -1.1, 0.3));
     let axes: Vec<Vector3> = turn.column_iter().map(|axis| axis.into_owned()).collect();
-    let turned = ActuatorSet::new(axes, AxisFrame::Body, DMatrix::identity(3, 3)).unwrap();
+    let turned = ActuatorSet::new(axes, AxisFrame::Body).unwrap();
     let straight = ActuatorSet::three_axes(AxisFrame::Body);
     let free = rest_to_rest(90.0).with_path(Path::Shortest);
     let peak = shot(&free).trajectory.torque.iter().map(|torque| torque.norm()).fold(0.0, f64::max);

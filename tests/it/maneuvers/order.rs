@@ -113,7 +113,7 @@ fn moving_ends(file: &Value, field: &str) -> Problem {
         |r: &str, pi: &str| State::attitude(matrix(&file[r]), body.inertia.j_inverse() * vector(&file[pi]));
     let (start, end) = (state("R0", "Pi0"), state("Rd", "Pid"));
     let problem = Problem::attitude(body.clone(), start, end, file["T"].as_f64().unwrap())
-        .with_actuation(weighted(WEIGHT))
+        .with_objective(weighted(WEIGHT))
         .with_path(Path::Shortest);
     if field == "free" {
         return problem;

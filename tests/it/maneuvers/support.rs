@@ -1,10 +1,10 @@
 //! What the planner's tests share.
 
 use slewkit::lie;
+use slewkit::maneuver::objective::Weights;
 use slewkit::maneuver::problem::{Problem, State};
 use slewkit::maneuver::settings::Settings;
 use slewkit::maneuver::solution::{Outcome, Solution};
-use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::optimize::search::solve;
 use slewkit::plan::{Plan, Silent, Status, plan};
@@ -19,11 +19,9 @@ pub fn full_body() -> Body {
     Body { inertia: full_inertia(), mass: None }
 }
 
-/// Three torques of diagonal weight.
-pub fn weighted(weight: [f64; 3]) -> Actuation {
-    let weight = nalgebra::DMatrix::from_diagonal(&nalgebra::DVector::from_row_slice(&weight));
-    let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
-    Actuation::torques(ActuatorSet::new(axes, AxisFrame::Body, weight).unwrap())
+/// Diagonal weights of three torques.
+pub fn weighted(weight: [f64; 3]) -> Weights {
+    Weights::of_torques(nalgebra::DMatrix::from_diagonal(&nalgebra::DVector::from_row_slice(&weight)))
 }
 
 /// Rest to rest about (1, 2, −0.5) in 2 s.

@@ -1,6 +1,5 @@
 //! Every shipped simulation run as a user would, against closed forms and other programs' numbers.
 
-use nalgebra::DMatrix;
 use slewkit::files::spec::{self, Format, LoadedSimulation, Oscillation, Precession, SimulationExpect, Spec};
 use slewkit::maneuver::problem::{Problem, State};
 use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
@@ -206,7 +205,7 @@ fn maneuver(frame: AxisFrame, moves: bool) -> Problem {
     let inertia = Inertia::new(Matrix3::new(2.0, 0.1, 0.0, 0.1, 3.0, -0.2, 0.0, -0.2, 4.0)).unwrap();
     let body = Body { inertia, mass: moves.then_some(2.0) };
     let axes = vec![Vector3::x(), Vector3::new(0.0, 1.0, 0.5)];
-    let channel = || ActuatorSet::new(axes.clone(), frame, DMatrix::identity(2, 2)).unwrap();
+    let channel = || ActuatorSet::new(axes.clone(), frame).unwrap();
     let start = State {
         position: Vector3::new(1.0, 0.2, 0.0) * f64::from(u8::from(moves)),
         velocity: Vector3::new(0.0, 0.9, 0.1) * f64::from(u8::from(moves)),

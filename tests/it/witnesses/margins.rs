@@ -1,7 +1,6 @@
 //! Margins against dense sampling, closed forms and independent arithmetic.
 
 use crate::common::Random;
-use nalgebra::DMatrix;
 use slewkit::maneuver::constraint::{
     Arc, Constraint, Direction, Pointing, Rule, Side, Target, angle_between,
 };
@@ -198,7 +197,7 @@ fn input_margins_are_those_of_the_rows() {
             norm: Some(2.6),
             rate: Some(vec![1.5, 2.0, 1.2, 9.0]),
         };
-        let channel = ActuatorSet::new(axes, AxisFrame::Body, DMatrix::identity(4, 4)).unwrap();
+        let channel = ActuatorSet::new(axes, AxisFrame::Body).unwrap();
         let channel = channel.with_limits(limits.clone()).unwrap();
         let problem = tumbling(scheme).with_actuation(Actuation::torques(channel.clone()));
         let inputs = smooth_inputs(&problem);

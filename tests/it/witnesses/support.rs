@@ -1,7 +1,6 @@
 //! Problems, plans and fields of their own for the tests of the witnesses.
 
 pub use crate::common::{Random, list, matrix3, number, numbers, reference, vector};
-pub use nalgebra::DMatrix;
 pub use slewkit::maneuver::problem::{Problem, Scheme, State};
 pub use slewkit::maneuver::solution::Trajectory;
 pub use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
@@ -80,7 +79,7 @@ pub fn body(j: Matrix3) -> Body {
 
 pub fn torques(b: Matrix3, frame: AxisFrame) -> Actuation {
     let axes = b.column_iter().map(Into::into).collect();
-    Actuation::torques(ActuatorSet::new(axes, frame, DMatrix::identity(3, 3)).unwrap())
+    Actuation::torques(ActuatorSet::new(axes, frame).unwrap())
 }
 
 /// A moving start, an end that nothing aims at: for tests of the propagation alone.

@@ -1,7 +1,6 @@
 //! The witnesses with reaction wheels: closed forms, the discrete Lagrangian, conservation, convergence.
 
 use crate::common::Random;
-use nalgebra::DMatrix;
 use slewkit::maneuver::problem::{Problem, Scheme, State};
 use slewkit::maneuver::solution::Trajectory;
 use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
@@ -24,7 +23,7 @@ fn pyramid(momentum: [f64; 4]) -> Actuation {
     let (c, s) = (35.0_f64.to_radians().cos(), 35.0_f64.to_radians().sin());
     let axes =
         [[c, 0.0, s], [0.0, c, s], [-c, 0.0, s], [0.0, -c, s]].map(|axis| Vector3::from_row_slice(&axis));
-    let torque = ActuatorSet::new(axes.to_vec(), AxisFrame::Body, DMatrix::identity(4, 4)).unwrap();
+    let torque = ActuatorSet::new(axes.to_vec(), AxisFrame::Body).unwrap();
     let wheels = Wheels { momentum: momentum.to_vec(), momentum_limit: vec![f64::INFINITY; 4] };
     Actuation { torque, force: None, wheels: Some(wheels) }
 }
@@ -210,7 +209,7 @@ fn wheels_at_rest_change_nothing() {
 fn one_axis_from_rest_is_the_plain_body() {
     let j = Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 2.5));
     let mut with = problem(j, Vector3::zeros(), pyramid([0.0; 4]));
-    let torque = ActuatorSet::new(vec![Vector3::y()], AxisFrame::Body, DMatrix::identity(1, 1)).unwrap();
+    let torque = ActuatorSet::new(vec![Vector3::y()], AxisFrame::Body).unwrap();
     let wheels = Wheels { momentum: vec![0.0], momentum_limit: vec![10.0] };
     with.actuation = Actuation { torque, force: None, wheels: Some(wheels) };
     let row = final_row(&with, Propagator::Verner98, 10, Some(&[0.8]));

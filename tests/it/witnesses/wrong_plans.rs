@@ -226,7 +226,7 @@ fn degenerate_bodies_are_judged_like_others() {
         let j = tilt * Matrix3::from_diagonal(&Vector3::from(moments)) * tilt.transpose();
         // Inputs across the thin axis: about it they would spin the rod up beyond any step.
         let across = torques(tilt, AxisFrame::Body).torque.axes()[1..].to_vec();
-        let channel = ActuatorSet::new(across, AxisFrame::Body, DMatrix::identity(2, 2)).unwrap();
+        let channel = ActuatorSet::new(across, AxisFrame::Body).unwrap();
         for scheme in SCHEMES {
             let problem = ballistic(0.5 * (j + j.transpose()), Vector3::zeros(), 2.0)
                 .with_actuation(Actuation::torques(channel.clone()))

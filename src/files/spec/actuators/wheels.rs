@@ -6,6 +6,7 @@ use crate::files::spec::diagnostic::escape;
 use crate::files::spec::quantity::{short, show};
 use crate::files::spec::section::{Report, Section};
 use crate::maneuver::constraint::BOUNDARY_ROUNDING;
+use crate::maneuver::objective::{Weighted, Weights};
 use crate::maneuver::problem::Motion;
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use nalgebra::{DMatrix, DVector};
@@ -23,7 +24,7 @@ struct Wheel {
 const SILENT: f64 = 1e-9;
 
 /// The torque channel of the wheels, and the wheels.
-pub(super) fn wheels(section: &Section, motion: Motion, report: &mut Report) -> Option<Actuation> {
+pub(super) fn wheels(section: &Section, motion: Motion, report: &mut Report) -> Option<(Actuation, Weights)> {
     let others = ["torque_axes_body", "torque_axes_reference", "effort_weight"];
     let others = others.into_iter().chain(TORQUE_LIMITS).filter(|key| section.has(key));
     let mut good = true;
@@ -67,17 +68,16 @@ pub(super) fn wheels(section: &Section, motion: Motion, report: &mut Report) -> 
         wheels.iter().map(|wheel| wheel.weight),
     ));
     let axes = wheels.iter().map(|wheel| wheel.axis).collect();
-    let channel = ActuatorSet::new(axes, AxisFrame::Body, weight);
+    let channel = ActuatorSet::new(axes, AxisFrame::Body);
     let channel = channel.and_then(|channel| channel.with_limits(Limits { size, norm: None, rate: None }));
-    let torque = match channel {
+    let checked = channel.map_err(|error| error.to_string()).and_then(|channel| {
+        Weighted::new(&channel, Some(&weight)).map_err(|error| error.to_string())?;
+        Ok(channel)
+    });
+    let torque = match checked {
         Ok(channel) => channel,
-        Err(error) => {
-            report.error(
-                "E0062",
-                section.spot("wheel"),
-                error.to_string(),
-                "check the numbers of the wheels",
-            );
+        Err(reason) => {
+            report.error("E0062", section.spot("wheel"), reason, "check the numbers of the wheels");
             return None;
         }
     };
@@ -99,7 +99,8 @@ pub(super) fn wheels(section: &Section, motion: Motion, report: &mut Report) -> 
         momentum: column(|wheel| wheel.momentum),
         momentum_limit: column(|wheel| wheel.momentum_limit),
     };
-    good.then_some(Actuation { torque, force: None, wheels: Some(wheels) })
+    let actuation = Actuation { torque, force: None, wheels: Some(wheels) };
+    good.then_some((actuation, Weights::of_torques(weight)))
 }
 
 /// "wheel 2", with its name if it has one.

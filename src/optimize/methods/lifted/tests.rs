@@ -2,13 +2,12 @@
 
 use super::*;
 use crate::maneuver::problem::{Problem, Scheme, State};
-use crate::mechanics::actuators::AxisFrame;
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::UniformGravity;
 use crate::optimize::methods::driver::{Report, run};
 use crate::optimize::methods::shooting::newton::Newton;
 use crate::optimize::search::smooth_path;
-use crate::testing::{full_inertia, matrix, reference, torques, vector};
+use crate::testing::{full_inertia, matrix, reference, vector, with_torques};
 use serde_json::Value;
 
 fn solved<const N: usize>(bvp: &BoundaryValueProblem<N>) -> (Nodes<N>, Report) {
@@ -63,8 +62,8 @@ fn lifted_newton_and_shooting_find_the_same_extremals_of_both_schemes() {
             let body = Body { inertia: inertia.clone(), mass: None };
             let mut problem = Problem::attitude(body, start, end, file["T"].as_f64().unwrap())
                 .with_steps(case["N"].as_u64().unwrap() as usize)
-                .with_scheme(scheme)
-                .with_actuation(torques(&Matrix3::identity(), AxisFrame::Body, &matrix(&file["W"])));
+                .with_scheme(scheme);
+            problem = with_torques(problem, &Matrix3::identity(), &matrix(&file["W"]));
             if case["potential"] == "pendulum" {
                 problem = problem.with_environment(pendulum(&file["pendulum"]));
             }

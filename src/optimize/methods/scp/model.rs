@@ -11,7 +11,7 @@
 //! Tangent vectors are ordered as in the rest of the crate, the wheels' momenta appended.
 
 use crate::lie::{self, hat};
-use crate::maneuver::objective;
+use crate::maneuver::objective::{self, Objective};
 use crate::maneuver::problem::{Motion, Problem};
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame};
 use crate::mechanics::environment::{Blocks, Pose, Wrench};
@@ -102,21 +102,20 @@ impl Model {
     pub fn of(problem: &Problem, dynamics: Dynamics) -> Self {
         let units = dynamics.units;
         let moves = problem.motion == Motion::RigidBody;
+        let Objective::Effort(weights) = &problem.objective;
+        let force = weights.force(&problem.actuation).filter(|_| moves).map(|force| (force, units.force()));
+        let sets = force.into_iter().chain([(weights.torque(&problem.actuation), units.torque())]);
         let force = problem.actuation.force.as_ref().filter(|_| moves);
-        let channels = force
-            .map(|force| (force, units.force()))
-            .into_iter()
-            .chain([(&problem.actuation.torque, units.torque())]);
         let axes = |channel: &ActuatorSet| Axes { columns: channel.axes().to_vec(), frame: channel.frame() };
         let forces = force.map_or(0, ActuatorSet::count);
         let m = forces + problem.actuation.torque.count();
         let mut input_unit = Vec::with_capacity(m);
         let mut weight = DMatrix::zeros(m, m);
         let scale = units.time / units.cost;
-        for (channel, unit) in channels {
-            let (first, count) = (input_unit.len(), channel.count());
+        for (inputs, unit) in sets {
+            let (first, count) = (input_unit.len(), inputs.set.count());
             input_unit.resize(first + count, unit);
-            let own = channel.weight() * (unit * unit * scale);
+            let own = inputs.weight * (unit * unit * scale);
             weight.view_mut((first, first), (count, count)).copy_from(&own);
         }
         let stored = problem.actuation.wheels.as_ref().map_or(&[][..], |wheels| &wheels.momentum);

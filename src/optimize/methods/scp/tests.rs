@@ -4,6 +4,7 @@ use super::model::ChainState as Node;
 use super::rows::{LimitRow, Place, RowValue, What};
 use super::*;
 use crate::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
+use crate::maneuver::objective::{Objective, Weights};
 use crate::maneuver::problem::{Problem, Scheme, State};
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use crate::mechanics::body::Body;
@@ -21,8 +22,9 @@ fn wheeled(random: &mut Random) -> Problem {
     let mut problem = attitude_only(moving_ends(random, AxisFrame::Body));
     let axes = [[1.0, 1.0, 1.0], [-1.0, 1.0, 1.0], [-1.0, -1.0, 1.0], [1.0, -1.0, 1.0]];
     let axes: Vec<Vector3> = axes.map(|axis| Vector3::from(axis).normalize()).to_vec();
-    let channel = ActuatorSet::new(axes, AxisFrame::Body, DMatrix::identity(4, 4)).unwrap();
+    let channel = ActuatorSet::new(axes, AxisFrame::Body).unwrap();
     problem.actuation.torque = channel;
+    problem.objective = Objective::default();
     problem.actuation.wheels = Some(Wheels {
         momentum: vec![0.3, -0.2, 0.5, 0.1],
         momentum_limit: vec![3.0, 4.0, f64::INFINITY, 5.0],
@@ -207,11 +209,12 @@ fn wheels_keep_the_total_momentum_in_space() {
 fn reference_slew(share_of_peak: Option<f64>) -> Problem {
     let weight = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 2.0, 0.5]));
     let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
-    let channel = ActuatorSet::new(axes, AxisFrame::Body, weight).unwrap();
+    let channel = ActuatorSet::new(axes, AxisFrame::Body).unwrap();
     let body = Body { inertia: full_inertia(), mass: None };
     let end = lie::exp(&(Vector3::new(1.0, 2.0, -0.5).normalize() * 120f64.to_radians()));
     let problem = Problem::attitude(body, State::at_rest(Matrix3::identity()), State::at_rest(end), 2.0)
         .with_actuation(Actuation::torques(channel.clone()))
+        .with_objective(Weights::of_torques(weight))
         .with_scheme(Scheme::LieEuler)
         .with_steps(50);
     let Some(share) = share_of_peak else { return problem };

@@ -8,10 +8,10 @@
 use super::second_order::zoo;
 use super::twin::{Field, State, Twin, V, tangent};
 use crate::Vector3;
+use crate::maneuver::objective::{Objective, Weighted};
 use crate::maneuver::problem::{Motion, Problem, Scheme};
 use crate::mechanics::actuators::ActuatorSet;
 use crate::optimize::control_law::ControlLaw;
-use crate::optimize::control_law::effort::Gain;
 use crate::optimize::sweep::{BoundaryValueProblem, Node};
 use crate::testing::{Random, graded, limited, random_vector};
 use nalgebra::{DVector, SVector};
@@ -23,20 +23,21 @@ fn inputs<const N: usize>(problem: &Problem, node: &Node, units: &SVector<f64, N
     let r = node.point.attitude.value;
     let costate = node.costate.to_vector::<N>().component_mul(units);
     let part = |row: usize| Vector3::new(costate[row], costate[row + 1], costate[row + 2]);
-    let torque = &problem.actuation.torque;
-    let pi = if torque.frame() == Reference { r * part(N - 3) } else { part(N - 3) };
-    let force = problem.actuation.force.as_ref().map_or_else(
+    let Objective::Effort(weights) = &problem.objective;
+    let torque = weights.torque(&problem.actuation);
+    let pi = if torque.set.frame() == Reference { r * part(N - 3) } else { part(N - 3) };
+    let force = weights.force(&problem.actuation).map_or_else(
         || DVector::zeros(0),
-        |channel| {
-            let gamma = if channel.frame() == Body { r.tr_mul(&part(3)) } else { part(3) };
-            optimal(channel, &gamma)
+        |force| {
+            let gamma = if force.set.frame() == Body { r.tr_mul(&part(3)) } else { part(3) };
+            optimal(&force, &gamma)
         },
     );
-    [force, optimal(torque, &pi)]
+    [force, optimal(&torque, &pi)]
 }
 
-fn optimal(channel: &ActuatorSet, costate: &Vector3) -> DVector<f64> {
-    ControlLaw::of(channel).inputs(channel, &Gain::of(channel), costate)
+fn optimal(inputs: &Weighted, costate: &Vector3) -> DVector<f64> {
+    ControlLaw::of(inputs).inputs(inputs, costate)
 }
 
 /// The part of a gradient that the limits of the channel do not balance.
@@ -97,12 +98,14 @@ fn check_on<const N: usize>(
     let nu = nu.to_vector::<N>();
     let rows: Vec<_> = nodes.iter().map(|node| inputs::<N>(problem, node, &units.costate::<N>())).collect();
     let channels = [problem.actuation.force.as_ref(), Some(&problem.actuation.torque)];
+    let Objective::Effort(weights) = &problem.objective;
+    let weighted = [weights.force(&problem.actuation), Some(weights.torque(&problem.actuation))];
     let mut worst = 0.0f64;
     for j in grid.first_input()..=problem.steps {
         for (kind, channel) in channels.into_iter().enumerate() {
-            let Some(channel) = channel else { continue };
+            let (Some(channel), Some(weighted)) = (channel, &weighted[kind]) else { continue };
             let (mut gradients, mut largest) = (DVector::zeros(channel.count()), 0.0f64);
-            let effort = channel.weight() * &rows[j][kind] * (grid.kick(j) * problem.duration);
+            let effort = &weighted.weight * &rows[j][kind] * (grid.kick(j) * problem.duration);
             for component in 0..channel.count() {
                 let varied = |row: usize, which: usize| -> V<Dual64> {
                     let unit = if which == 0 { units.force() } else { units.torque() };

@@ -1,6 +1,7 @@
 //! A conserved momentum map makes Ψ₁₂ singular, exactly, and in the known directions.
 
 use crate::Vector3;
+use crate::maneuver::objective::Weights;
 use crate::maneuver::problem::Scheme;
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
 use crate::mechanics::environment::UniformGravity;
@@ -11,16 +12,14 @@ use nalgebra::{DMatrix, SVector};
 #[test]
 fn torques_without_vertical_component_keep_the_vertical_momentum() {
     let mut random = Random(41);
-    let horizontal = ActuatorSet::new(
-        vec![Vector3::x(), Vector3::new(0.3, 1.2, 0.0)],
-        AxisFrame::Reference,
-        DMatrix::from_row_slice(2, 2, &[1.0, 0.2, 0.2, 1.5]),
-    )
-    .unwrap();
+    let axes = vec![Vector3::x(), Vector3::new(0.3, 1.2, 0.0)];
+    let horizontal = ActuatorSet::new(axes, AxisFrame::Reference).unwrap();
+    let weights = Weights::of_torques(DMatrix::from_row_slice(2, 2, &[1.0, 0.2, 0.2, 1.5]));
     let pendulum = UniformGravity::new(1.0, 1.7, Vector3::z(), Vector3::new(0.1, -0.2, 0.9)).unwrap();
     for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {
         let problem = attitude_only(moving_ends(&mut random, AxisFrame::Body))
             .with_actuation(Actuation::torques(horizontal.clone()))
+            .with_objective(weights.clone())
             .with_environment(pendulum.clone())
             .with_scheme(scheme)
             .with_steps(40);

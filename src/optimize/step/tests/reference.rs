@@ -1,15 +1,14 @@
 //! The matrices of a step against files of reference values, computed by another program.
 
+use crate::Vector3;
+use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Problem, Scheme, State};
-use crate::mechanics::actuators::AxisFrame;
 use crate::mechanics::body::{Body, Inertia};
 use crate::mechanics::environment::{
     CentralGravity, GravityGradient, PointMass, Pose, UniformGravity, Wrench,
 };
-use crate::optimize::control_law::effort::Gain;
 use crate::optimize::step::{Costate, Dynamics, Linearization};
-use crate::testing::{channel, matrix, reference, torques, vector};
-use crate::{Matrix3, Vector3};
+use crate::testing::{matrix, reference, vector, weight, with_torques};
 use nalgebra::{SMatrix, SVector};
 use serde_json::Value;
 
@@ -51,10 +50,9 @@ fn problem(file: &Value, case: &Value) -> Problem {
     let state = State::attitude(matrix(&case["R"]), inertia.j_inverse() * vector::<3>(&case["Pi"]));
     let body = Body { inertia: inertia.clone(), mass: None };
     let duration = file["h"].as_f64().unwrap() * STEPS as f64;
-    let problem = Problem::attitude(body, state, state, duration)
-        .with_steps(STEPS)
-        .with_scheme(Scheme::LieEuler)
-        .with_actuation(torques(&matrix(&file["B"]), AxisFrame::Body, &matrix(&file["W"])));
+    let problem =
+        Problem::attitude(body, state, state, duration).with_steps(STEPS).with_scheme(Scheme::LieEuler);
+    let problem = with_torques(problem, &matrix(&file["B"]), &matrix(&file["W"]));
     // The fields of the file are those of trajectories.json.
     let fields = reference("trajectories.json");
     match case["potential"].as_str().unwrap() {
@@ -94,8 +92,9 @@ fn one_step_and_its_matrices_meet_the_reference() {
         close("H", &si(&costate, h, &state), &matrix(&case["H_with_lam"]), 1e-13);
         let before = step.costate_before.component_mul(&costate);
         close("Aᵀλ", &before, &vector(&case["At_lam"]), 1e-13);
-        let inputs =
-            Gain::of(&problem.actuation.torque).inputs(&vector(&case["lam"].as_array().unwrap()[3..].into()));
+        let Objective::Effort(weights) = &problem.objective;
+        let pi = vector::<3>(&case["lam"].as_array().unwrap()[3..].into());
+        let inputs = -(weights.torque(&problem.actuation).gain * pi);
         close("u", &Vector3::from_column_slice(inputs.as_slice()), &vector(&case["u_next"]), 1e-13);
 
         // M_R and N(p) at the new attitude.
@@ -153,12 +152,12 @@ fn one_step_of_a_dumbbell_in_orbit_meets_the_reference() {
         angular_velocity: inertia.j_inverse() * vector::<3>(&point["Pi"]),
     };
     let body = Body { inertia, mass: Some(1.0) };
-    let identity = Matrix3::identity();
     let mut problem = Problem::rigid_body(body, state, state, file["T"].as_f64().unwrap())
         .with_steps(50)
         .with_scheme(Scheme::LieEuler)
         .with_environment(CentralGravity::new(points).unwrap());
-    problem.actuation.force = Some(channel(&identity, AxisFrame::Reference, &matrix(&file["Wf"])));
+    let Objective::Effort(weights) = &mut problem.objective;
+    weights.force = Some(weight(&matrix(&file["Wf"])));
     let dynamics = Dynamics::new(&problem, 50);
     let (state, costate) = units::<12>(&dynamics);
     let lambda = vector::<12>(&point["lam"]).component_div(&costate);

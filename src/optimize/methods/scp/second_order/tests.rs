@@ -3,6 +3,7 @@
 use super::descents;
 use crate::lie;
 use crate::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
+use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Path, Problem, Scheme};
 use crate::maneuver::settings::{Method, Settings};
 use crate::maneuver::solution::{Outcome, Solution};
@@ -32,10 +33,9 @@ fn slew(random: &mut Random, frame: AxisFrame, steps: usize) -> Problem {
     let mut problem = attitude_only(moving_ends(random, frame)).with_steps(steps);
     problem.start.angular_velocity *= 0.1;
     problem.end.angular_velocity *= 0.1;
-    let channel = &problem.actuation.torque;
-    let weight = DMatrix::from_diagonal(&channel.weight().diagonal());
-    let channel = ActuatorSet::new(channel.axes().to_vec(), frame, weight).unwrap();
-    problem.with_actuation(Actuation::torques(channel))
+    let Objective::Effort(weights) = &mut problem.objective;
+    weights.torque = weights.torque.as_ref().map(|weight| DMatrix::from_diagonal(&weight.diagonal()));
+    problem
 }
 
 fn shot(problem: &Problem) -> Option<Solution> {
@@ -223,8 +223,9 @@ fn fenced(problem: &Problem, free: &Solution, depth: f64, random: &mut Random) -
 fn on_wheels(problem: &Problem) -> Problem {
     let axes = [[1.0, 1.0, 1.0], [-1.0, 1.0, 1.0], [-1.0, -1.0, 1.0], [1.0, -1.0, 1.0]];
     let axes = axes.map(|axis| Vector3::from(axis).normalize()).to_vec();
-    let channel = ActuatorSet::new(axes, AxisFrame::Body, DMatrix::identity(4, 4)).unwrap();
+    let channel = ActuatorSet::new(axes, AxisFrame::Body).unwrap();
     let mut problem = problem.clone().with_actuation(Actuation::torques(channel));
+    problem.objective = Objective::default();
     let wheels = Wheels { momentum: vec![0.1, -0.1, 0.2, 0.0], momentum_limit: vec![f64::INFINITY; 4] };
     problem.actuation.wheels = Some(wheels);
     problem
