@@ -8,9 +8,7 @@
 mod constrained;
 
 use slewkit::files::export::PlanFile;
-use slewkit::maneuver::problem::Problem;
-use slewkit::maneuver::settings::Settings;
-use slewkit::maneuver::solution::Rung;
+use slewkit::maneuver::{Problem, Rung, Settings};
 use slewkit::plan::{Silent, Status, plan};
 use std::collections::BTreeMap;
 

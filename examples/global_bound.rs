@@ -3,9 +3,8 @@
 //!
 //! `cargo run --release --features sdp --example global_bound [most steps]`
 
-use slewkit::maneuver::problem::{Problem, Scheme, State};
-use slewkit::maneuver::settings::Settings;
-use slewkit::mechanics::body::{Body, Inertia};
+use slewkit::maneuver::{Problem, Scheme, Settings, State};
+use slewkit::mechanics::{Body, Inertia};
 use slewkit::optimize::lower_bound::{BoundSettings, lower_bound};
 use slewkit::optimize::search;
 use slewkit::plan::Silent;

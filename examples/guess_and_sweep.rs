@@ -2,9 +2,8 @@
 //!
 //! `cargo run --release --example guess_and_sweep`
 
-use slewkit::maneuver::problem::{Problem, State};
-use slewkit::maneuver::settings::Settings;
-use slewkit::mechanics::body::{Body, Inertia};
+use slewkit::maneuver::{Problem, Settings, State};
+use slewkit::mechanics::{Body, Inertia};
 use slewkit::plan::{Guess, Silent, Status, plan};
 use slewkit::{Matrix3, Vector3, lie};
 

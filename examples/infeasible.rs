@@ -6,10 +6,8 @@
 //! between T₁ and T_e: bounds on the ways of the body's own axes make it sharper than T₁. At three durations in
 //! between a plan may be infeasible only where that bound says so; at 1.3 T_e none may be.
 
-use slewkit::maneuver::problem::{Problem, State};
-use slewkit::maneuver::settings::Settings;
-use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
-use slewkit::mechanics::body::{Body, Inertia};
+use slewkit::maneuver::{Problem, Settings, State};
+use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
 use slewkit::plan::{Silent, Status, plan};
 use slewkit::{Matrix3, Vector3, lie};
 use std::collections::BTreeMap;

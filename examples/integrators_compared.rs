@@ -3,7 +3,7 @@
 //! `cargo run --release --example integrators_compared -- --figures DIRECTORY` also writes nine SVG files
 //! there.
 
-use slewkit::maneuver::problem::State;
+use slewkit::maneuver::State;
 use slewkit::mechanics::full_body::{Dumbbell, Dumbbells};
 use slewkit::propagate::integrator::System;
 use slewkit::studies::integrators::Study;

@@ -7,10 +7,9 @@
 //! `cargo run --release --example own_environment`
 
 use slewkit::lie::{exp, hat};
-use slewkit::maneuver::problem::{Problem, State};
-use slewkit::maneuver::settings::Settings;
-use slewkit::mechanics::body::{Body, Inertia};
-use slewkit::mechanics::environment::{Blocks, Environment, Pose, Wrench};
+use slewkit::maneuver::{Problem, Settings, State};
+use slewkit::mechanics::environment::{Blocks, Pose, Wrench};
+use slewkit::mechanics::{Body, Environment, Inertia};
 use slewkit::plan::{Silent, Status, plan};
 use slewkit::{Matrix3, Vector3};
 

@@ -8,15 +8,11 @@
 mod random;
 
 use random::Random;
-use slewkit::lie;
-use slewkit::maneuver::problem::{Problem, Scheme, State};
-use slewkit::maneuver::settings::{Method, Settings};
-use slewkit::maneuver::solution::Rung;
-use slewkit::mechanics::actuators::Limits;
-use slewkit::mechanics::body::{Body, Inertia};
+use slewkit::maneuver::{Method, Problem, Rung, Scheme, Settings, State};
+use slewkit::mechanics::{Body, Inertia, Limits};
 use slewkit::optimize::search::solve;
 use slewkit::plan::{Plan, Silent, Status, plan};
-use slewkit::{Matrix3, Vector3};
+use slewkit::{Matrix3, Vector3, lie};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -2,10 +2,8 @@
 //!
 //! `cargo run --release --example watch_and_stop`
 
-use slewkit::maneuver::problem::{Problem, State};
-use slewkit::maneuver::settings::Settings;
-use slewkit::maneuver::solution::Rung;
-use slewkit::mechanics::body::{Body, Inertia};
+use slewkit::maneuver::{Problem, Rung, Settings, State};
+use slewkit::mechanics::{Body, Inertia};
 use slewkit::plan::{Control, Observer, Progress, Status, plan};
 use slewkit::{Matrix3, Vector3, lie};
 

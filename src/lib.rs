@@ -16,11 +16,10 @@
 //! # In fifteen lines
 //!
 //! ```
-//! use slewkit::mechanics::body::{Body, Inertia};
-//! use slewkit::plan::{Silent, Status, plan};
-//! use slewkit::maneuver::problem::{Problem, State};
-//! use slewkit::maneuver::settings::Settings;
-//! use slewkit::{Matrix3, Vector3, lie};
+//! use slewkit::{lie, Matrix3, Vector3};
+//! use slewkit::maneuver::{Problem, Settings, State};
+//! use slewkit::mechanics::{Body, Inertia};
+//! use slewkit::plan::{plan, Silent, Status};
 //!
 //! let body = Body { inertia: Inertia::diagonal(Vector3::new(120.0, 100.0, 80.0))?, mass: None };
 //! let start = State::at_rest(Matrix3::identity());

@@ -9,13 +9,10 @@
 //! Three torques of at most 0.2 N·m each, and a boresight that keeps 30° away from a direction:
 //!
 //! ```
-//! use slewkit::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
-//! use slewkit::maneuver::problem::{Problem, State};
-//! use slewkit::maneuver::settings::Settings;
-//! use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
-//! use slewkit::mechanics::body::{Body, Inertia};
-//! use slewkit::plan::{Silent, Status, plan};
-//! use slewkit::{Matrix3, Vector3, lie};
+//! use slewkit::{lie, Matrix3, Vector3};
+//! use slewkit::maneuver::{Constraint, Direction, Pointing, Problem, Rule, Settings, Side, State};
+//! use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
+//! use slewkit::plan::{plan, Silent, Status};
 //!
 //! let body = Body { inertia: Inertia::diagonal(Vector3::new(12.0, 10.0, 8.0))?, mass: None };
 //! let start = State::at_rest(Matrix3::identity());
@@ -44,12 +41,10 @@
 //! # A maneuver that is infeasible
 //!
 //! ```
-//! # use slewkit::maneuver::problem::{Problem, State};
-//! # use slewkit::maneuver::settings::Settings;
-//! # use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
-//! # use slewkit::mechanics::body::{Body, Inertia};
-//! # use slewkit::plan::{Silent, Status, plan};
-//! # use slewkit::{Matrix3, Vector3, lie};
+//! # use slewkit::{lie, Matrix3, Vector3};
+//! # use slewkit::maneuver::{Problem, Settings, State};
+//! # use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
+//! # use slewkit::plan::{plan, Silent, Status};
 //! let body = Body { inertia: Inertia::diagonal(Vector3::new(12.0, 10.0, 8.0))?, mass: None };
 //! let end = State::at_rest(lie::exp(&Vector3::new(0.0, 0.0, 1.5)));
 //! let limits = Limits { norm: Some(0.01), ..Limits::default() };
@@ -66,9 +61,7 @@
 
 pub use crate::optimize::search::{Control, Guess, Observer, PlanError, Progress, Silent};
 
-use crate::maneuver::problem::Problem;
-use crate::maneuver::settings::Settings;
-use crate::maneuver::solution::{Outcome, Solution};
+use crate::maneuver::{Outcome, Problem, Settings, Solution};
 use crate::optimize::search;
 use crate::verify::{self, Verification};
 use serde::{Deserialize, Serialize};
@@ -146,11 +139,10 @@ pub struct Plan {
 /// A plan of an easier maneuver as a guess for a harder one:
 ///
 /// ```
-/// use slewkit::maneuver::problem::{Problem, State};
-/// use slewkit::maneuver::settings::Settings;
-/// use slewkit::mechanics::body::{Body, Inertia};
-/// use slewkit::plan::{Guess, Silent, plan};
-/// use slewkit::{Matrix3, Vector3, lie};
+/// use slewkit::{lie, Matrix3, Vector3};
+/// use slewkit::maneuver::{Problem, Settings, State};
+/// use slewkit::mechanics::{Body, Inertia};
+/// use slewkit::plan::{plan, Guess, Silent};
 ///
 /// let body = Body { inertia: Inertia::diagonal(Vector3::new(12.0, 10.0, 8.0))?, mass: None };
 /// let start = State::at_rest(Matrix3::identity());

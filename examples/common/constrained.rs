@@ -1,10 +1,7 @@
 //! Random slews under a torque limit, with keep-out cones on the unconstrained path.
 
-use slewkit::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
-use slewkit::maneuver::problem::{Path, Problem, State};
-use slewkit::maneuver::settings::Settings;
-use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
-use slewkit::mechanics::body::{Body, Inertia};
+use slewkit::maneuver::{Constraint, Direction, Path, Pointing, Problem, Rule, Settings, Side, State};
+use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
 use slewkit::plan::{Silent, plan};
 use slewkit::{Matrix3, Vector3, lie};
 

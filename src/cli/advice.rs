@@ -1,9 +1,7 @@
 //! What to try next: the command to type, most promising first.
 
 use super::args::SpecArgs;
-use slewkit::maneuver::problem::Problem;
-use slewkit::maneuver::settings::{Method, Settings};
-use slewkit::maneuver::solution::Outcome;
+use slewkit::maneuver::{Method, Outcome, Problem, Settings};
 use slewkit::numerics::figures::{about, rounded_up};
 use slewkit::plan::{Plan, Status};
 

@@ -7,8 +7,8 @@ use super::{spec_file, summary};
 use serde::Serialize;
 use slewkit::files::export::write_document;
 use slewkit::files::spec::{Diagnostic, Loaded, LoadedSimulation, Spec, escape};
-use slewkit::maneuver::problem::Motion;
-use slewkit::mechanics::actuators::{Actuation, ActuatorSet, LimitKind, Limits};
+use slewkit::maneuver::Motion;
+use slewkit::mechanics::{Actuation, ActuatorSet, LimitKind, Limits};
 use slewkit::numerics::figures::{counted, significant};
 
 /// Arguments of `slew check`.

@@ -4,10 +4,9 @@ use super::advice::{WIDE_RAD, advice};
 use super::args::SpecArgs;
 use super::console::{Console, Tone};
 use slewkit::files::spec::escape;
-use slewkit::maneuver::problem::{Motion, Problem, Scheme};
-use slewkit::maneuver::settings::{Method, Settings};
-use slewkit::maneuver::solution::{
-    ActiveConstraint, Outcome, Rung, RungReport, Sense, Solution, TerminalError, Trajectory,
+use slewkit::maneuver::{
+    ActiveConstraint, Method, Motion, Outcome, Problem, Rung, RungReport, Scheme, Sense, Settings, Solution,
+    TerminalError, Trajectory,
 };
 use slewkit::numerics::figures::{counted, error, significant, time};
 use slewkit::plan::{Plan, Status};

@@ -7,3 +7,14 @@ pub mod objective;
 pub mod problem;
 pub mod settings;
 pub mod solution;
+
+pub use constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError, Direction, Pointing, Rule, Side};
+pub use grid::{Grid, GridError, Scheme};
+pub use infeasible::Proof;
+pub use objective::{Objective, WeightError, Weighted, Weights};
+pub use problem::{Motion, Path, Problem, ProblemError, State};
+pub use settings::{Method, Settings, SettingsError};
+pub use solution::{
+    ActiveConstraint, ConvexWork, Optimality, Outcome, Rival, Rung, RungReport, Sense, Solution,
+    TerminalError, Trajectory,
+};

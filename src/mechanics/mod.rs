@@ -6,3 +6,10 @@ pub(crate) mod drift_equation;
 pub mod environment;
 pub mod full_body;
 pub mod number;
+
+pub use actuators::{Actuation, ActuatorSet, ActuatorSetError, AxisFrame, LimitKind, Limits, Wheels};
+pub use body::{Body, Inertia, InertiaError};
+pub use environment::{
+    CentralGravity, Description, Environment, EnvironmentError, Free, GravityGradient, PointMass,
+    SecondOrderGravity, Symmetry, UniformGravity,
+};

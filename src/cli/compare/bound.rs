@@ -17,8 +17,7 @@ pub struct Bound {
 mod missing {
     use super::super::super::failure::Failure;
     use super::Bound;
-    use slewkit::maneuver::problem::Problem;
-    use slewkit::maneuver::settings::Settings;
+    use slewkit::maneuver::{Problem, Settings};
     use slewkit::plan::Observer;
 
     /// Refuses what this program was built without.
@@ -48,8 +47,7 @@ mod found {
     use super::super::super::failure::Failure;
     use super::super::super::summary::{line, scheme};
     use super::Bound;
-    use slewkit::maneuver::problem::Problem;
-    use slewkit::maneuver::settings::Settings;
+    use slewkit::maneuver::{Problem, Settings};
     use slewkit::numerics::figures::{error, significant, time};
     use slewkit::plan::Observer;
     use slewkit::studies::methods::{Global, global};

@@ -4,8 +4,7 @@ use super::super::console::{Console, Tone};
 use super::super::summary::{headline, line, scheme};
 use slewkit::draw::table;
 use slewkit::files::spec::escape;
-use slewkit::maneuver::problem::Problem;
-use slewkit::maneuver::solution::Outcome;
+use slewkit::maneuver::{Outcome, Problem};
 use slewkit::numerics::figures::{counted, error, significant, time};
 use slewkit::plan::Status;
 use slewkit::studies::methods::{

@@ -1,6 +1,6 @@
 //! What the rows and the report of a simulation are laid out by.
 
-use slewkit::mechanics::environment::Symmetry;
+use slewkit::mechanics::Symmetry;
 
 /// What all rows of a simulation have in common.
 pub struct Layout {

@@ -1,7 +1,7 @@
 //! What held inputs of a maneuver do to its limits.
 
-use slewkit::maneuver::problem::Problem;
-use slewkit::mechanics::actuators::{ActuatorSet, LimitKind};
+use slewkit::maneuver::Problem;
+use slewkit::mechanics::{ActuatorSet, LimitKind};
 use slewkit::numerics::figures::significant;
 
 /// Momentum of each reaction wheel at the start, and its rate of change: what the body gains the wheel loses.

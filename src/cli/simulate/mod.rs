@@ -15,7 +15,7 @@ use record::Recorder;
 use report::Seen;
 use slewkit::files::export::ExportError;
 use slewkit::files::spec::{Spec, escape};
-use slewkit::maneuver::problem::Problem;
+use slewkit::maneuver::Problem;
 use slewkit::numerics::figures::significant;
 use slewkit::plan::Status;
 use slewkit::propagate::integrator::{Kind, StepError};

@@ -6,7 +6,7 @@ use crate::cli::summary;
 use serde::Serialize;
 use slewkit::Vector3;
 use slewkit::files::spec::escape;
-use slewkit::mechanics::environment::Symmetry;
+use slewkit::mechanics::Symmetry;
 use slewkit::numerics::figures::{counted, error, significant, time};
 use slewkit::propagate::integrator::Facts;
 use slewkit::propagate::simulate::{Run, SimulationRow};

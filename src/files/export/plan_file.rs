@@ -5,10 +5,9 @@ use super::trajectory::{TrajectoryDocument, TrajectoryError};
 use super::{ExportError, check_trajectory};
 use crate::Vector3;
 use crate::files::spec::SpecDocument;
-use crate::maneuver::problem::{Problem, Scheme};
-use crate::maneuver::settings::Settings;
-use crate::maneuver::solution::{
-    ActiveConstraint, ConvexWork, Optimality, Outcome, Rival, RungReport, Sense, TerminalError,
+use crate::maneuver::{
+    ActiveConstraint, ConvexWork, Optimality, Outcome, Problem, Rival, RungReport, Scheme, Sense, Settings,
+    TerminalError,
 };
 use crate::plan::{Guess, Plan, Status};
 use crate::verify::Verification;

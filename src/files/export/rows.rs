@@ -7,7 +7,7 @@
 use super::ExportError;
 use super::trajectory::{check_finite, costate_width, wheel_count};
 use crate::Vector3;
-use crate::maneuver::solution::Trajectory;
+use crate::maneuver::Trajectory;
 use serde::Serialize;
 use std::io::Write;
 

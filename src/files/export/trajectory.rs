@@ -1,8 +1,7 @@
 //! The trajectory as JSON, streamed both ways: no tree of values is built.
 
 use crate::Vector3;
-use crate::maneuver::problem::{Motion, Problem, Scheme};
-use crate::maneuver::solution::Trajectory;
+use crate::maneuver::{Motion, Problem, Scheme, Trajectory};
 use serde::de::{DeserializeSeed, Deserializer, Error, SeqAccess, Visitor};
 use serde::ser::{SerializeStruct, Serializer};
 use serde::{Deserialize, Serialize};

@@ -3,11 +3,9 @@
 mod wheels;
 
 use super::body::SMALLEST;
-use super::quantity::{short, show};
-use super::section::{Limits, Report, Section};
-use crate::maneuver::objective::{Weighted, Weights};
-use crate::maneuver::problem::Motion;
-use crate::mechanics::actuators::{Actuation, ActuatorSet, ActuatorSetError, AxisFrame};
+use super::{Limits, Report, Section, short, show};
+use crate::maneuver::{Motion, Weighted, Weights};
+use crate::mechanics::{Actuation, ActuatorSet, ActuatorSetError, AxisFrame};
 use nalgebra::DMatrix;
 
 /// The actuators and their effort weights, with the defaults that go with the motion.

@@ -2,15 +2,13 @@
 
 use super::attitude::Rotation;
 use super::boundary::{Boundary, TURN};
-use super::diagnostic::escape;
-use super::quantity::{short, show};
-use super::section::{Report, Section};
-use super::{Expect, actuators, body, constraint, environment, maneuver};
+use super::{
+    Expect, Report, Section, actuators, body, constraint, environment, escape, maneuver, short, show,
+};
 use crate::Matrix3;
 use crate::lie::{exp, minus};
-use crate::maneuver::problem::{Motion, Path, Problem, ProblemError, State};
-use crate::maneuver::settings::{Method, Settings};
-use crate::mechanics::body::{Body, Inertia};
+use crate::maneuver::{Method, Motion, Path, Problem, ProblemError, Settings, State};
+use crate::mechanics::{Body, Inertia};
 use std::f64::consts::TAU;
 
 /// What a spec says, all of it valid unless the report holds an error.

@@ -1,8 +1,6 @@
 //! The notations of an attitude, and what users get wrong in them.
 
-use super::diagnostic::Spot;
-use super::quantity::{short, show};
-use super::section::{Report, Section};
+use super::{Report, Section, Spot, short, show};
 use crate::lie::{exp, log, project_to_rotation, rotation_from_quaternion};
 use crate::{Matrix3, Vector3};
 use std::f64::consts::{PI, TAU};

@@ -1,10 +1,9 @@
 //! `[body]`.
 
-use super::diagnostic::Spot;
-use super::quantity::{self as q, short, show};
-use super::section::{Report, Section};
+use super::quantity as q;
+use super::{Report, Section, Spot, short, show};
 use crate::Matrix3;
-use crate::mechanics::body::{Inertia, InertiaError};
+use crate::mechanics::{Inertia, InertiaError};
 
 /// Asymmetry that needs no warning: the last digit of an entry.
 const SILENT_ASYMMETRY: f64 = 1e-15;

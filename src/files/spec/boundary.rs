@@ -1,9 +1,8 @@
 //! The start and the end of a maneuver, and the start of a body, as a spec has them.
 
 use super::attitude::{self, Rotation, Use};
-use super::diagnostic::Spot;
-use super::section::{Report, Section};
-use crate::maneuver::problem::State;
+use super::{Report, Section, Spot};
+use crate::maneuver::State;
 use crate::{Matrix3, Vector3};
 
 /// `[start]` or `[end]` as written.

@@ -1,12 +1,10 @@
 //! The first pass: every key against the tables of [`super::keys`], in file order.
 
-use super::diagnostic::{Finding, Severity, Spot, cut};
 use super::keys::{ATTITUDE, DIRECTION, Key, Kind, ROOT, SIMULATION_ROOT, Table};
-use super::section::{Given, MAX_FINDINGS, Parsed, Section, join};
-use super::source::Span;
+use super::section::{Given, MAX_FINDINGS, Parsed, join};
 use super::suggest::nearest;
-use super::tree::{Entry, Node, Value};
 use super::values::{self, Fault};
+use super::{Entry, Finding, Node, Section, Severity, Span, Spot, Value, cut};
 
 /// Reads every value of the spec, and checks names, types, shapes and ranges.
 ///

@@ -1,11 +1,8 @@
 //! `[[constraint]]`: where the body may point and how fast it may turn.
 
-use super::diagnostic::escape;
-use super::quantity::{short, show};
-use super::section::{Angle, Limits, Report, Section};
+use super::{Angle, Limits, Report, Section, escape, short, show};
 use crate::Vector3;
-use crate::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
-use crate::maneuver::problem::Problem;
+use crate::maneuver::{Constraint, Direction, Pointing, Problem, Rule, Side};
 use crate::optimize::control_law;
 
 /// Pairs of a boresight and a direction in all constraints together.

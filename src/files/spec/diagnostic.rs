@@ -1,6 +1,6 @@
 //! What is wrong with a spec, where, why, and what to do about it.
 
-use super::source::{Source, Span};
+use super::{Source, Span};
 use serde::Serialize;
 use std::fmt::{self, Write};
 

@@ -1,12 +1,11 @@
 //! `[environment]`.
 
 use super::boundary::Boundary;
-use super::quantity::{short, show};
-use super::section::{Report, Section};
-use crate::maneuver::problem::Motion;
-use crate::mechanics::body::Inertia;
-use crate::mechanics::environment::{
-    CentralGravity, Environment, EnvironmentError, Free, GravityGradient, SecondOrderGravity, UniformGravity,
+use super::{Report, Section, short, show};
+use crate::maneuver::Motion;
+use crate::mechanics::{
+    CentralGravity, Environment, EnvironmentError, Free, GravityGradient, Inertia, SecondOrderGravity,
+    UniformGravity,
 };
 use std::sync::Arc;
 

@@ -1,9 +1,8 @@
 //! JSON text to tree: strict JSON, no comments, no trailing commas.
 
-use super::diagnostic::{Finding, Severity, Spot, cut};
-use super::source::{Source, Span};
 use super::toml_text::{MAX_DEPTH, nesting};
-use super::tree::{Entry, Node, Number, Value};
+use super::tree::Number;
+use super::{Entry, Finding, Node, Severity, Source, Span, Spot, Value, cut};
 use jsonc_parser::common::{Range, Ranged};
 use jsonc_parser::errors::ParseErrorKind;
 use jsonc_parser::{CollectOptions, ParseOptions, ast, parse_to_ast};

@@ -1,8 +1,8 @@
 //! Every key of a spec, once: the reader, the messages and the JSON Schema all work from these tables.
 
 use super::quantity::{self as q, Quantity};
-use crate::maneuver::problem::Problem;
-use crate::mechanics::actuators::ActuatorSet;
+use crate::maneuver::Problem;
+use crate::mechanics::ActuatorSet;
 use Kind::*;
 
 /// What a key holds.

@@ -1,12 +1,7 @@
 //! `[maneuver]`, `[solver]` and `[expect]`.
 
-use super::quantity::{short, show};
-use super::section::{Angle, Report, Section};
-use super::values;
-use super::{Expect, Toleranced};
-use crate::maneuver::problem::{Problem, Scheme};
-use crate::maneuver::settings::{Method, Settings};
-use crate::maneuver::solution::Sense;
+use super::{Angle, Expect, Report, Section, Toleranced, short, show, values};
+use crate::maneuver::{Method, Problem, Scheme, Sense, Settings};
 use std::time::Duration;
 
 /// Angle per step that the default number of steps allows \[rad\]: two or three Newton iterations.

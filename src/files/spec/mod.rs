@@ -49,24 +49,23 @@ mod values;
 mod write;
 
 pub use diagnostic::{Diagnostic, Diagnostics, Severity, escape};
+pub(crate) use diagnostic::{Finding, Spot, cut};
 pub use difference::Difference;
 pub use maneuver::default_steps;
+pub(crate) use quantity::{short, show};
 pub use schema::schema;
+pub(crate) use section::{Angle, Limits, Report, Section};
+pub(crate) use source::{Source, Span};
+pub(crate) use tree::{Entry, Node, Value};
 pub use write::{SpecDocument, Unwritable};
 
-use crate::maneuver::problem::Problem;
-use crate::maneuver::settings::Settings;
-use crate::maneuver::solution::Sense;
+use crate::maneuver::{Problem, Sense, Settings};
 use crate::mechanics::full_body::{Attractor, Dumbbell};
 use crate::propagate::simulate::Simulation;
 use crate::{Matrix3, Vector3};
-use diagnostic::{Finding, Spot};
 use keys::{ROOT, SIMULATION_ROOT};
-use section::Report;
-use source::{Source, Span};
 use std::io::Read;
 use std::path::Path;
-use tree::{Node, Value};
 
 /// The largest spec, in bytes.
 pub const MAX_BYTES: usize = 1 << 20;

@@ -3,7 +3,7 @@
 use super::keys::{ATTITUDE, DIRECTION, Kind, MAX_LISTED, MAX_STEPS, ROOT, SIMULATION_ROOT, Table};
 use super::quantity::{Quantity, Sign};
 use super::values::MAX_DIRECTIONS;
-use crate::maneuver::problem::Problem;
+use crate::maneuver::Problem;
 use serde_json::{Map, Value, json};
 
 /// The JSON Schema (draft 2020-12) of a spec, for editors. It holds for the TOML form too.

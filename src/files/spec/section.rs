@@ -1,10 +1,8 @@
 //! A table of the spec as the first pass has read it: values by name, silently absent where that pass has
 //! complained.
 
-use super::diagnostic::{Finding, Severity, Spot};
 use super::keys::Table;
-use super::quantity as q;
-use super::source::Span;
+use super::{Finding, Severity, Span, Spot, quantity as q};
 use crate::{Matrix3, Vector3};
 use std::fmt;
 

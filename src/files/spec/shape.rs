@@ -1,14 +1,11 @@
 //! `[bodies.shape]`: what mass, inertia and gravity a shape gives.
 
-use super::Solid;
-use super::diagnostic::{Spot, cut};
-use super::quantity::short;
-use super::section::{Report, Section};
+use super::{Report, Section, Solid, Spot, cut, short};
+use crate::Matrix3;
 use crate::mechanics::full_body::polyhedron::read_obj;
 use crate::mechanics::full_body::{
-    Attractor, Dumbbell, HomogeneousPolyhedron, MassPoint, PointCloud, Polyhedron,
+    Attractor, Dumbbell, FullBodyError, HomogeneousPolyhedron, MassPoint, PointCloud, Polyhedron,
 };
-use crate::{Matrix3, mechanics::full_body::FullBodyError};
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Component, Path, PathBuf};

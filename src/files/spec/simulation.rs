@@ -2,20 +2,18 @@
 
 use super::attitude::{self, Use};
 use super::boundary::Boundary;
-use super::diagnostic::cut;
 use super::environment::Surroundings;
 use super::keys::MAX_STEPS;
-use super::quantity::{short, show};
-use super::section::{Report, Section};
 use super::shape::{Budget, Shape, shape};
 use super::{
-    BodyShape, EndExpect, Oscillation, Precession, SimulationExpect, Solid, Toleranced, body, values,
+    BodyShape, EndExpect, Oscillation, Precession, Report, Section, SimulationExpect, Solid, Toleranced,
+    body, cut, short, show, values,
 };
-use crate::maneuver::problem::{Motion, State};
-use crate::mechanics::body::{Body, Inertia};
+use crate::maneuver::{Motion, State};
 use crate::mechanics::full_body::{
     Attractor, Dumbbell, Dumbbells, FullBodyError, GRAVITATIONAL_CONSTANT, MutualGravity, Potential,
 };
+use crate::mechanics::{Body, Inertia};
 use crate::propagate::integrator::{ErrorControl, Kind, System, SystemError};
 use crate::propagate::simulate::Simulation;
 use crate::{Matrix3, Vector3};

@@ -1,9 +1,6 @@
 //! From file to text: size, kind of file, encoding.
 
-use super::diagnostic::{Diagnostic, Diagnostics};
-use super::quantity::short;
-use super::source::Source;
-use super::{Finding, MAX_BYTES, Severity, Span, Spot};
+use super::{Diagnostic, Diagnostics, Finding, MAX_BYTES, Severity, Source, Span, Spot, short};
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;

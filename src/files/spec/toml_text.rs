@@ -1,8 +1,7 @@
 //! TOML text to tree.
 
-use super::diagnostic::{Finding, Severity, Spot};
-use super::source::Span;
-use super::tree::{Entry, Node, Number, Value};
+use super::tree::Number;
+use super::{Entry, Finding, Node, Severity, Span, Spot, Value};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 

@@ -1,7 +1,6 @@
 //! One tree for both notations: what the text says, with the place of every key and value.
 
-use super::diagnostic::cut;
-use super::source::Span;
+use super::{Span, cut};
 
 /// A value and where it stands.
 #[derive(Clone, Debug)]

@@ -1,13 +1,12 @@
 //! One value at a time: its type, its shape, its range. Every function collects what is wrong in
 //! `faults` and returns the value only if nothing is.
 
-use super::diagnostic::cut;
 use super::keys::{Kind, MAX_LISTED, MAX_STEPS};
-use super::quantity::{self as q, Quantity, Sign, show};
-use super::section::{Limits, Parsed};
-use super::source::Span;
-use super::tree::{Integer, Node, Value};
-use crate::maneuver::problem::Problem;
+use super::quantity::{self as q, Quantity, Sign};
+use super::section::Parsed;
+use super::tree::Integer;
+use super::{Limits, Node, Span, Value, cut, show};
+use crate::maneuver::Problem;
 use crate::{Matrix3, Vector3};
 
 /// What is wrong with a value: code, place, reason, remedy.

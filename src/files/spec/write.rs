@@ -7,12 +7,8 @@
 use super::difference::{Difference, differences};
 use super::keys::{Kind, ROOT, Table};
 use super::{Diagnostics, Format, Loaded, Override, Spec, Wanted, interpret};
-use crate::maneuver::constraint::{Constraint, Rule, Side};
-use crate::maneuver::objective::{Objective, Weighted};
-use crate::maneuver::problem::{Motion, Path, Problem, State};
-use crate::maneuver::settings::Settings;
-use crate::mechanics::actuators::{AxisFrame, Wheels};
-use crate::mechanics::environment::Description;
+use crate::maneuver::{Constraint, Motion, Objective, Path, Problem, Rule, Settings, Side, State, Weighted};
+use crate::mechanics::{AxisFrame, Description, Wheels};
 use crate::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize, Serializer};
 use serde_json::{Map, Value};

@@ -2,10 +2,10 @@
 
 use super::figures::{Outline, figures};
 use super::*;
-use crate::maneuver::problem::State;
-use crate::mechanics::body::{Body, Inertia};
+use crate::maneuver::State;
 use crate::mechanics::environment::Pose;
 use crate::mechanics::full_body::{Dumbbell, Dumbbells};
+use crate::mechanics::{Body, Inertia};
 use crate::propagate::integrator::Momentum;
 use crate::{Matrix3, Vector3, lie};
 use std::sync::Arc;

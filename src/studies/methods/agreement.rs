@@ -1,8 +1,6 @@
 //! How near the answers come to each other.
 
-use crate::maneuver::problem::{Motion, Problem};
-use crate::maneuver::settings::Settings;
-use crate::maneuver::solution::{Outcome, Rung, Solution};
+use crate::maneuver::{Motion, Outcome, Problem, Rung, Settings, Solution};
 use crate::optimize::search::{self, Guess, Observer, PlanError};
 use crate::optimize::step::Units;
 use serde::Serialize;

@@ -5,9 +5,7 @@
 //! left out of the bound: they only make maneuvers costlier, and their share of the gap is told apart by
 //! the plan without them.
 
-use crate::maneuver::problem::Problem;
-use crate::maneuver::settings::{Method, Settings};
-use crate::maneuver::solution::Outcome;
+use crate::maneuver::{Method, Outcome, Problem, Settings};
 use crate::optimize::lower_bound::{
     BoundError, BoundSettings, Coverage, Relaxation, SolverEnd, covered, lower_bound,
 };

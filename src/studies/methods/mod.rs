@@ -24,10 +24,9 @@ pub use agreement::{Agreement, FromDuals, Verdict};
 #[cfg(feature = "sdp")]
 pub use global::{BOUND_STEPS, Global, GlobalError, global};
 
-use crate::maneuver::infeasible::Proof;
-use crate::maneuver::problem::Problem;
-use crate::maneuver::settings::{Method, Settings};
-use crate::maneuver::solution::{Outcome, Sense, Solution, TerminalError, Trajectory};
+use crate::maneuver::{
+    Method, Outcome, Problem, Proof, Sense, Settings, Solution, TerminalError, Trajectory,
+};
 use crate::optimize::search::{self, Guess, Observer, PlanError};
 use crate::plan::{self, Plan, Status};
 use serde::Serialize;

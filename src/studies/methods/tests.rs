@@ -1,13 +1,12 @@
 //! The comparison over shipped problems, reference costs and random maneuvers.
 
 use super::*;
-use crate::maneuver::objective::Weights;
-use crate::maneuver::problem::{Scheme, State};
-use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
-use crate::mechanics::body::{Body, Inertia};
+use crate::files::spec;
+use crate::maneuver::{Scheme, State, Weights};
+use crate::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
 use crate::plan::Silent;
 use crate::testing::{Random, full_inertia};
-use crate::{Matrix3, Vector3, files::spec, lie};
+use crate::{Matrix3, Vector3, lie};
 use nalgebra::{DMatrix, DVector};
 
 /// What the methods may differ by: costs relative, duals of the convex iteration, multipliers after polish.

@@ -5,10 +5,8 @@ use crate::Vector3;
 use crate::files::spec::diagnostic::escape;
 use crate::files::spec::quantity::{short, show};
 use crate::files::spec::section::{Report, Section};
-use crate::maneuver::constraint::BOUNDARY_ROUNDING;
-use crate::maneuver::objective::{Weighted, Weights};
-use crate::maneuver::problem::Motion;
-use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
+use crate::maneuver::{BOUNDARY_ROUNDING, Motion, Weighted, Weights};
+use crate::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use nalgebra::{DMatrix, DVector};
 
 /// One wheel as written.
