@@ -83,8 +83,12 @@ fn limited(
             Limits::Each(limits) if limits.len() == count => limits,
             Limits::Each(limits) => {
                 let reason = format!("`{name}` is for {} axes, there are {count}", limits.len());
-                report.error("E0026", section.spot(name), reason, "give one limit per axis, or one for all");
-                return None;
+                return report.refuse(
+                    "E0026",
+                    section.spot(name),
+                    reason,
+                    "give one limit per axis, or one for all",
+                );
             }
         };
         let mut lengths = channel.axes().iter().map(|axis| axis.norm());
@@ -95,8 +99,7 @@ fn limited(
                 index + 1
             );
             let remedy = "make the axis of length 1; its `effort_weight` is then to be divided by the square of the length";
-            report.error("E0067", section.spot(name), reason, remedy);
-            return None;
+            return report.refuse("E0067", section.spot(name), reason, remedy);
         }
         Some(Some(limits))
     };
@@ -123,16 +126,14 @@ fn channel(
     let axes = if given.is_some() { section.vectors(name)? } else { default.axes().to_vec() };
     let count = axes.len();
     if count == 0 {
-        let reason = "the list of torque axes is empty: nothing turns the body".to_string();
-        report.error("E0026", section.spot(name), reason, "give at least one axis");
-        return None;
+        let reason = "the list of torque axes is empty: nothing turns the body";
+        return report.refuse("E0026", section.spot(name), reason, "give at least one axis");
     }
     let weight = if section.has(weight_name) {
         let rows = section.weight(weight_name)?;
         if rows.len() != count {
             let reason = format!("`{weight_name}` is for {} axes, there are {count}", rows.len());
-            report.error("E0026", section.spot(weight_name), reason, "give one weight per axis");
-            return None;
+            return report.refuse("E0026", section.spot(weight_name), reason, "give one weight per axis");
         }
         Some(DMatrix::from_fn(count, count, |row, column| rows[row][column]))
     } else {
@@ -145,8 +146,7 @@ fn channel(
         let value = show(*value);
         let reason =
             format!("the weight of input {} is {value}, it must be at least {SMALLEST:e}", index + 1);
-        report.error("E0065", section.spot(weight_name), reason, "every input must cost something");
-        return None;
+        return report.refuse("E0065", section.spot(weight_name), reason, "every input must cost something");
     }
     if let Some(index) = axes.iter().position(|axis| axis.amax() < SMALLEST) {
         let reason = format!(
@@ -154,8 +154,12 @@ fn channel(
             index + 1,
             show(axes[index].norm())
         );
-        report.error("E0031", section.spot(name), reason, "an axis of length 1 makes inputs in N·m or N");
-        return None;
+        return report.refuse(
+            "E0031",
+            section.spot(name),
+            reason,
+            "an axis of length 1 makes inputs in N·m or N",
+        );
     }
     let channel = match ActuatorSet::new(axes, frame) {
         Ok(channel) => channel,
@@ -165,14 +169,12 @@ fn channel(
                 ActuatorSetError::Count { .. } => ("E0034", "use fewer axes"),
                 ActuatorSetError::Limit { .. } => ("E0061", "leave the limit out where there is none"),
             };
-            report.error(code, section.spot(name), error.to_string(), remedy);
-            return None;
+            return report.refuse(code, section.spot(name), error.to_string(), remedy);
         }
     };
     if let Err(error) = Weighted::new(&channel, weight.as_ref()) {
         let remedy = "write the same number on both sides of the diagonal, smaller than the diagonal";
-        report.error("E0065", section.spot(weight_name), error.to_string(), remedy);
-        return None;
+        return report.refuse("E0065", section.spot(weight_name), error.to_string(), remedy);
     }
     Some((channel, weight))
 }

@@ -59,7 +59,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str, report: &mut Report) 
 
     let still = environment.is_free() && environment.frame_rate().amax() == 0.0;
     if still && is_same(&start_state, &end_state, &path) {
-        let reason = "the body is at rest where it should end: the plan is zero torque".to_string();
+        let reason = "the body is at rest where it should end: the plan is zero torque";
         report.warn("W0059", end.section.here(), reason, "give [end] another attitude");
     }
     let shortest = minus(&end_state.attitude, &start_state.attitude).norm();
@@ -139,11 +139,11 @@ fn mass_and_motion(
 ) {
     match (motion, section.has("mass_kg")) {
         (Motion::RigidBody, false) => {
-            let reason = "[body] needs `mass_kg`: the maneuver moves the body too".into();
+            let reason = "[body] needs `mass_kg`: the maneuver moves the body too";
             report.error("E0021", section.here(), reason, "add mass_kg = 100");
         }
         (Motion::Attitude, true) => {
-            let reason = "`mass_kg` is not used: the maneuver moves the attitude only".into();
+            let reason = "`mass_kg` is not used: the maneuver moves the attitude only";
             let remedy = "remove it; or give positions in [start] and [end]";
             report.warn("W0021", section.spot("mass_kg"), reason, remedy);
         }
@@ -171,8 +171,7 @@ fn path(section: &Section, end: &Boundary<'_>, report: &mut Report) -> Option<Pa
             let reason = "path = \"as_given\" needs `rotation_from_start` in [end]: an attitude does not say which way";
             let remedy =
                 "write rotation_from_start = { axis = [1, 0, 0], angle_deg = 480 } instead of attitude";
-            report.error("E0021", section.spot("path"), reason.into(), remedy);
-            None
+            report.refuse("E0021", section.spot("path"), reason, remedy)
         }
         _ => Some(Path::Best),
     }

@@ -46,15 +46,13 @@ pub(crate) fn rotation(section: &Section, purpose: Use, report: &mut Report) -> 
     let name = match names[..] {
         [name] => name,
         [] if section.given.is_empty() => {
-            let reason = "the rotation is empty".to_string();
-            report.error("E0021", section.here(), reason, "add axis = [0, 0, 1], angle_deg = 90");
-            return None;
+            let reason = "the rotation is empty";
+            return report.refuse("E0021", section.here(), reason, "add axis = [0, 0, 1], angle_deg = 90");
         }
         [] => return None,
         [first, second, ..] => {
             let reason = format!("the rotation is given twice, by `{first}` and by `{second}`");
-            report.error("E0028", section.spot(second), reason, "give one notation");
-            return None;
+            return report.refuse("E0028", section.spot(second), reason, "give one notation");
         }
     };
     let spot = section.spot(name);
@@ -98,37 +96,33 @@ fn axis_angle(section: &Section, purpose: Use, report: &mut Report) -> Option<Ve
     let angles = ["angle_deg", "angle_rad"];
     let given: Vec<&str> = angles.into_iter().filter(|name| section.has(name)).collect();
     if !section.has("axis") {
-        report.error(
+        return report.refuse(
             "E0021",
             section.here(),
             format!("`{}` needs an `axis`", given[0]),
             "add axis = [0, 0, 1]",
         );
-        return None;
     }
     let name = match given[..] {
         [name] => name,
         [] => {
-            report.error("E0021", section.here(), "`axis` needs an angle".into(), "add angle_deg = 90");
-            return None;
+            return report.refuse("E0021", section.here(), "`axis` needs an angle", "add angle_deg = 90");
         }
         _ => {
-            let reason = "both `angle_deg` and `angle_rad` are given".into();
-            report.error("E0028", section.spot("angle_rad"), reason, "give one of the two");
-            return None;
+            let reason = "both `angle_deg` and `angle_rad` are given";
+            return report.refuse("E0028", section.spot("angle_rad"), reason, "give one of the two");
         }
     };
     let (axis, angle) = (section.vector("axis"), section.number(name));
     let size = axis?.amax();
     if size == 0.0 {
-        let reason = "an axis of length zero has no direction".into();
-        report.error(
+        let reason = "an axis of length zero has no direction";
+        return report.refuse(
             "E0054",
             section.spot("axis"),
             reason,
             "for no rotation write axis = [0, 0, 1], angle_deg = 0",
         );
-        return None;
     }
     // Scaled first, so that the squares of very long or short axes stay within range.
     let (axis, angle) = ((axis? / size).normalize(), angle?);
@@ -140,8 +134,12 @@ fn axis_angle(section: &Section, purpose: Use, report: &mut Report) -> Option<Ve
 fn quaternion(q: [f64; 4], name: &str, spot: Spot, report: &mut Report) -> Option<Matrix3> {
     let size = q.iter().fold(0.0_f64, |size, value| size.max(value.abs()));
     if size == 0.0 {
-        report.error("E0050", spot, "a quaternion of norm 0 is no rotation".into(), "the identity is w = 1");
-        return None;
+        return report.refuse(
+            "E0050",
+            spot,
+            "a quaternion of norm 0 is no rotation",
+            "the identity is w = 1",
+        );
     }
     let unit = q.map(|value| value / size);
     let norm = size * unit.iter().map(|value| value * value).sum::<f64>().sqrt();
@@ -149,13 +147,12 @@ fn quaternion(q: [f64; 4], name: &str, spot: Spot, report: &mut Report) -> Optio
     if defect > QUATERNION_ROUNDING {
         let reason = format!("the norm of the quaternion is {}, a rotation has norm 1", short(norm));
         let order = if name.ends_with("wxyz") { "w, x, y, z" } else { "x, y, z, w" };
-        report.error(
+        return report.refuse(
             "E0051",
             spot,
             reason,
             format!("divide by the norm, or check the four numbers: {order}"),
         );
-        return None;
     }
     if defect > QUATERNION_SILENT {
         let reason =
@@ -179,13 +176,21 @@ fn rotation_matrix(section: &Section, report: &mut Report) -> Option<Matrix3> {
             "the matrix is not a rotation: RᵀR differs from the identity by {}, at most {MATRIX_ROUNDING:e} is taken as rounding",
             short(residual)
         );
-        report.error("E0055", spot, reason, "its rows must be orthogonal and of length 1; write all digits");
-        return None;
+        return report.refuse(
+            "E0055",
+            spot,
+            reason,
+            "its rows must be orthogonal and of length 1; write all digits",
+        );
     }
     if matrix.determinant() < 0.0 {
-        let reason = "the matrix has determinant −1: a reflection, not a rotation".into();
-        report.error("E0056", spot, reason, "check the sign of one row, or the handedness of the axes");
-        return None;
+        let reason = "the matrix has determinant −1: a reflection, not a rotation";
+        return report.refuse(
+            "E0056",
+            spot,
+            reason,
+            "check the sign of one row, or the handedness of the axes",
+        );
     }
     Some(if section.keeps_rounding { matrix } else { project_to_rotation(&matrix) })
 }

@@ -24,8 +24,7 @@ pub(crate) fn checked(matrix: Matrix3, spot: Spot, report: &mut Report) -> Optio
         Ok(inertia) => inertia,
         Err(error) => {
             let (code, reason, remedy) = refusal(&error);
-            report.error(code, spot, reason, remedy);
-            return None;
+            return report.refuse(code, spot, reason, remedy);
         }
     };
     let smallest = inertia.principal()[0];
@@ -35,8 +34,7 @@ pub(crate) fn checked(matrix: Matrix3, spot: Spot, report: &mut Report) -> Optio
             short(smallest),
             q::INERTIA.largest
         );
-        report.error("E0031", spot, reason, "check the exponent and the unit");
-        return None;
+        return report.refuse("E0031", spot, reason, "check the exponent and the unit");
     }
     let asymmetry = (matrix - matrix.transpose()).amax() / matrix.amax();
     if asymmetry > SILENT_ASYMMETRY {

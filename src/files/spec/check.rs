@@ -3,7 +3,7 @@
 use super::keys::{ATTITUDE, DIRECTION, Key, Kind, ROOT, SIMULATION_ROOT, Table};
 use super::section::{Given, MAX_FINDINGS, Parsed, join};
 use super::suggest::nearest;
-use super::values::{self, Fault};
+use super::values::{self, Fault, Read, wrong};
 use super::{Entry, Finding, Node, Section, Severity, Span, Spot, Value, cut};
 
 /// Reads every value of the spec, and checks names, types, shapes and ranges.
@@ -76,7 +76,7 @@ impl Checker {
                 Some(key) if applies(key, selected) => self.value(entry, key, &join(path, key.name)),
                 Some(key) => {
                     self.misplaced(entry, key, table, selected, path);
-                    values::read(key.kind, &entry.node, &mut Vec::new())
+                    values::read(key.kind, &entry.node).ok()
                 }
             };
             section.given.push(Given {
@@ -163,67 +163,55 @@ impl Checker {
 
     fn value(&mut self, entry: &Entry, key: &'static Key, path: &str) -> Option<Parsed> {
         let node = &entry.node;
-        let mut faults = Vec::new();
-        let value = match key.kind {
-            Kind::Table(table) => Some(Parsed::Tables(vec![self.table(node, table, path)])),
-            Kind::List(table, most) => self.list(node, table, most, path),
-            Kind::Directions => self.directions(node, path, &mut faults),
+        let read = match key.kind {
+            Kind::Table(table) => Ok(Parsed::Tables(vec![self.table(node, table, path)])),
+            Kind::List(table, most) => return self.list(node, table, most, path),
+            Kind::Directions => self.directions(node, path),
             Kind::Later(what) => {
                 let reason = format!("`{}`: this version of slew does not have {what} yet", key.name);
-                faults.push(("E0019", entry.key_span, reason, "remove it to plan without".into()));
-                None
+                Err(vec![("E0019", entry.key_span, reason, "remove it to plan without".into())])
             }
-            kind => values::read(kind, node, &mut faults),
+            kind => values::read(kind, node),
         };
-        for (index, mut fault) in faults.into_iter().enumerate() {
-            // Three wrong numbers of a list show what is wrong with the others.
-            if index == 3 {
-                break;
-            }
+        let faults = match read {
+            Ok(value) => return Some(value),
+            Err(faults) => faults,
+        };
+        // Three wrong numbers of a list show what is wrong with the others.
+        for mut fault in faults.into_iter().take(3) {
             if !fault.2.contains(&format!("`{}`", key.name)) {
                 fault.2 = format!("`{}`: {}", key.name, fault.2);
             }
             self.error(fault, path);
         }
-        value
+        None
     }
 
     /// A direction, or a list of them.
-    fn directions(&mut self, node: &Node, path: &str, faults: &mut Vec<Fault>) -> Option<Parsed> {
+    fn directions(&mut self, node: &Node, path: &str) -> Read<Parsed> {
         let sample = "{ vector = [0, 0, 1] }, or { ra_deg = 231.0, dec_deg = -18.3 }";
-        let fault = match &node.value {
-            Value::Table(_) => return Some(Parsed::Tables(vec![self.table(node, &DIRECTION, path)])),
-            Value::Array(items) if items.iter().any(|item| matches!(item.value, Value::Number(_))) => {
-                let reason = "expected a direction, found a list of numbers".to_string();
-                ("E0025", node.span, reason, format!("write {sample}"))
-            }
-            Value::Array(items) if items.is_empty() => {
-                let reason = "the list of directions is empty".to_string();
-                ("E0026", node.span, reason, format!("give one direction or several: {sample}"))
-            }
-            Value::Array(items) if items.len() > values::MAX_DIRECTIONS => {
-                let reason = format!("{} directions, the limit is {}", items.len(), values::MAX_DIRECTIONS);
-                ("E0034", node.span, reason, "use several constraints".into())
-            }
-            Value::Array(items) => {
-                let mut tables = Vec::new();
-                for (index, item) in items.iter().enumerate() {
-                    match item.value {
-                        Value::Table(_) => {
-                            tables.push(self.table(item, &DIRECTION, &format!("{path}.{index}")));
-                        }
-                        _ => values::heavenly_body(item, faults),
-                    }
-                }
-                return (tables.len() == items.len()).then_some(Parsed::Tables(tables));
-            }
-            _ => {
-                values::heavenly_body(node, faults);
-                return None;
-            }
+        let items = match &node.value {
+            Value::Table(_) => return Ok(Parsed::Tables(vec![self.table(node, &DIRECTION, path)])),
+            Value::Array(items) => items,
+            _ => return values::heavenly_body(node),
         };
-        faults.push(fault);
-        None
+        if items.iter().any(|item| matches!(item.value, Value::Number(_))) {
+            let reason = "expected a direction, found a list of numbers";
+            return wrong("E0025", node, reason, format!("write {sample}"));
+        }
+        if items.is_empty() {
+            let remedy = format!("give one direction or several: {sample}");
+            return wrong("E0026", node, "the list of directions is empty", remedy);
+        }
+        if items.len() > values::MAX_DIRECTIONS {
+            let reason = format!("{} directions, the limit is {}", items.len(), values::MAX_DIRECTIONS);
+            return wrong("E0034", node, reason, "use several constraints");
+        }
+        let tables = values::each(items.iter().enumerate(), |(index, item)| match item.value {
+            Value::Table(_) => Ok(self.table(item, &DIRECTION, &format!("{path}.{index}"))),
+            _ => values::heavenly_body(item),
+        });
+        Ok(Parsed::Tables(tables?))
     }
 
     fn list(&mut self, node: &Node, table: &'static Table, most: usize, path: &str) -> Option<Parsed> {

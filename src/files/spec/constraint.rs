@@ -36,8 +36,12 @@ pub(crate) fn constraints(root: &Section, report: &mut Report) -> Option<Vec<Con
                 let reason = format!(
                     "with this one the constraints have {pairs} pairs of a boresight and a direction"
                 );
-                report.error("E0034", section.here(), reason, format!("at most {MAX_PAIRS} are possible"));
-                return None;
+                return report.refuse(
+                    "E0034",
+                    section.here(),
+                    reason,
+                    format!("at most {MAX_PAIRS} are possible"),
+                );
             }
         }
         constraints.push(Constraint { name, rule });
@@ -134,8 +138,7 @@ fn cone(section: &Section, side: Side, report: &mut Report) -> Option<(f64, f64)
             half_angle.half_turn()
         );
         let remedy = "the half angle is from the axis of the cone to its surface";
-        report.error("E0070", section.spot(half_angle.key), reason, remedy);
-        return None;
+        return report.refuse("E0070", section.spot(half_angle.key), reason, remedy);
     }
     let margin = if margin_given { margin? } else { Angle { key: "margin_deg", value: 0.0 } };
     let (half, extra) = (half_angle.degrees(), margin.degrees());
@@ -149,8 +152,7 @@ fn cone(section: &Section, side: Side, report: &mut Report) -> Option<(f64, f64)
         }
         _ => return Some((half_angle.radians(), margin.radians())),
     };
-    report.error("E0070", section.spot(margin.key), reason, "write a smaller margin");
-    None
+    report.refuse("E0070", section.spot(margin.key), reason, "write a smaller margin")
 }
 
 /// The directions of both kinds.
@@ -172,15 +174,13 @@ fn direction(section: &Section, report: &mut Report) -> Option<Vector3> {
     match (&given[..], section.has(vector)) {
         ([name, ..], true) => {
             let reason = format!("the direction is given twice, by `{name}` and by `vector`");
-            report.error("E0028", section.spot(vector), reason, "give one of the two");
-            None
+            report.refuse("E0028", section.spot(vector), reason, "give one of the two")
         }
         ([], true) => {
             let vector = section.vector(vector)?;
             if vector.amax() == 0.0 {
-                let reason = "a vector of length zero has no direction".into();
-                report.error("E0054", section.spot("vector"), reason, "give the vector a direction");
-                return None;
+                let reason = "a vector of length zero has no direction";
+                return report.refuse("E0054", section.spot("vector"), reason, "give the vector a direction");
             }
             Some(section.unit(vector))
         }
@@ -192,13 +192,12 @@ fn direction(section: &Section, report: &mut Report) -> Option<Vector3> {
                 }
                 let reason =
                     format!("`{name}`: {what} of {} deg is outside {least} to {most} deg", show(angle));
-                report.error(
+                report.refuse(
                     "E0074",
                     section.spot(name),
                     reason,
                     "check the order and the unit of the angles",
-                );
-                None
+                )
             };
             let ra = range("ra_deg", -180.0, 360.0, "a right ascension", report);
             let dec = range("dec_deg", -90.0, 90.0, "a declination", report);
@@ -208,13 +207,12 @@ fn direction(section: &Section, report: &mut Report) -> Option<Vector3> {
         ([name], false) => {
             let other = if *name == "ra_deg" { "dec_deg" } else { "ra_deg" };
             let reason = format!("`{name}` needs `{other}`");
-            report.error("E0021", section.here(), reason, format!("add {other} = 0"));
-            None
+            report.refuse("E0021", section.here(), reason, format!("add {other} = 0"))
         }
         (_, false) => {
             // A heavenly body has been refused already.
             if !section.has("body") {
-                let reason = "the direction is empty".to_string();
+                let reason = "the direction is empty";
                 report.error("E0021", section.here(), reason, "add ra_deg = 231.0, dec_deg = -18.3");
             }
             None

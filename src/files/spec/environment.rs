@@ -29,20 +29,17 @@ impl Surroundings<'_> {
         let kind = section.word("kind")?;
         let moves = kind == "central_gravity";
         if moves && self.motion == Motion::Attitude {
-            let reason =
-                "central_gravity acts on position and attitude, but no position is given".to_string();
+            let reason = "central_gravity acts on position and attitude, but no position is given";
             let remedy = format!(
                 "add `position_m` and `velocity_m_s` to {}; for the attitude alone use kind = \"gravity_gradient\"",
                 self.place
             );
-            report.error("E0085", section.spot("kind"), reason, remedy);
-            return None;
+            return report.refuse("E0085", section.spot("kind"), reason, remedy);
         }
         if !moves && self.motion == Motion::RigidBody {
             let reason = format!("{kind} acts on the attitude only, but positions are given");
             let remedy = "remove `position_m` and `velocity_m_s`, or use kind = \"central_gravity\"";
-            report.error("E0085", section.spot("kind"), reason, remedy);
-            return None;
+            return report.refuse("E0085", section.spot("kind"), reason, remedy);
         }
         match kind {
             "uniform_gravity" => {
@@ -71,7 +68,7 @@ impl Surroundings<'_> {
         let parameter = section.number("gravitational_parameter_m3_s2");
         if section.word("body")? == "second_order" {
             if section.has("points") {
-                let reason = "`points` are given, but body = \"second_order\" does not use them".to_string();
+                let reason = "`points` are given, but body = \"second_order\" does not use them";
                 report.error(
                     "E0028",
                     section.spot("points"),
@@ -85,7 +82,7 @@ impl Surroundings<'_> {
         let points = section.list("points");
         if points.is_empty() {
             if !section.has("points") || section.is_empty_list("points") {
-                let reason = "body = \"points\" needs `points`".to_string();
+                let reason = "body = \"points\" needs `points`";
                 let remedy = "add points = [ { mass_kg = 0.5, position_m = [0.15, 0, 0] }, … ]";
                 report.error("E0021", section.spot("points"), reason, remedy);
             }
@@ -103,8 +100,7 @@ impl Surroundings<'_> {
                 short(sum),
                 show(mass)
             );
-            report.error("E0087", section.spot("points"), reason, "make them equal");
-            return None;
+            return report.refuse("E0087", section.spot("points"), reason, "make them equal");
         }
         accept(CentralGravity::of_masses(parameter?, points), section, report)
     }
@@ -176,16 +172,12 @@ fn accept<E: Environment + 'static>(
     section: &Section,
     report: &mut Report,
 ) -> Option<Arc<dyn Environment>> {
-    match environment {
-        Ok(environment) => Some(Arc::new(environment)),
-        Err(error @ EnvironmentError::NoDirection { .. }) => {
+    let told = |error: &EnvironmentError| match error {
+        EnvironmentError::NoDirection { .. } => {
             let remedy = "give the direction in which things fall, for example [0, 0, 1]";
-            report.error("E0054", section.spot("direction"), error.to_string(), remedy);
-            None
+            ("E0054", section.spot("direction"), remedy)
         }
-        Err(error) => {
-            report.error("E0086", section.here(), error.to_string(), "check the numbers of [environment]");
-            None
-        }
-    }
+        _ => ("E0086", section.here(), "check the numbers of [environment]"),
+    };
+    Some(Arc::new(report.accept(environment, told)?))
 }

@@ -16,10 +16,8 @@ pub(crate) enum Kind {
     Choice(&'static [&'static str], &'static [&'static str]),
     /// A number.
     Number(Quantity),
-    /// The number of steps of a plan.
-    Steps,
-    /// The number of steps of a simulation.
-    LongSteps,
+    /// A number of steps.
+    Steps(StepsOf),
     /// A count, from … to ….
     Count(i64, i64),
     /// Three numbers (x, y, z).
@@ -56,6 +54,33 @@ pub(crate) enum Kind {
     Faces,
     /// Known, but this version cannot do it; the text says what it will be.
     Later(&'static str),
+}
+
+/// What has steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum StepsOf {
+    /// A plan, which holds its nodes in memory.
+    Plan,
+    /// A simulation, which streams.
+    Simulation,
+}
+
+impl StepsOf {
+    /// The fewest that it may have.
+    pub fn least(self) -> u64 {
+        match self {
+            Self::Plan => Problem::MIN_STEPS as u64,
+            Self::Simulation => 1,
+        }
+    }
+
+    /// The most.
+    pub fn most(self) -> u64 {
+        match self {
+            Self::Plan => Problem::MAX_STEPS as u64,
+            Self::Simulation => MAX_STEPS as u64,
+        }
+    }
 }
 
 impl Kind {
@@ -368,7 +393,7 @@ tables! {
         /// Duration.
         "duration_s": Number(q::DURATION), needed "duration_s = 60";
         /// Number of steps. Default: the smallest from 100 on with at most 0.3 rad a step.
-        "steps": Steps;
+        "steps": Steps(StepsOf::Plan);
         /// Step, instead of steps.
         "step_s": Number(q::DURATION);
         /// Which way round. Default: best; as_given with rotation_from_start.

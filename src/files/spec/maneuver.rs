@@ -1,6 +1,7 @@
 //! `[maneuver]`, `[solver]` and `[expect]`.
 
-use super::{Angle, Expect, Report, Section, Toleranced, short, show, values};
+use super::keys::StepsOf;
+use super::{Angle, Expect, Report, Section, Toleranced, grid, short, show};
 use crate::maneuver::{Method, Problem, Scheme, Sense, Settings};
 use std::time::Duration;
 
@@ -27,52 +28,20 @@ pub(crate) fn steps(
     rate: f64,
     report: &mut Report,
 ) -> Option<usize> {
-    if section.has("steps") {
-        return section.count("steps");
+    if section.has("steps") || section.has("step_s") {
+        return grid::given(StepsOf::Plan, section, duration, report)?.try_into().ok();
     }
-    if !section.has("step_s") {
-        let steps = default_steps(angle, rate, duration);
-        if steps > Problem::MAX_STEPS as f64 {
-            let reason = format!(
-                "a maneuver of {} rad with rates of {} rad/s wants {} steps, the limit is {}",
-                short(angle),
-                short(rate),
-                show(steps),
-                Problem::MAX_STEPS
-            );
-            let remedy = "check the angles, the rates and `duration_s`; or shorten the maneuver";
-            report.error("E0034", section.spot("duration_s"), reason, remedy);
-            return None;
-        }
-        return Some(steps as usize);
-    }
-    let step = section.number("step_s")?;
-    let spot = section.spot("step_s");
-    let wanted = duration / step;
-    let steps = wanted.round();
-    if steps < Problem::MIN_STEPS as f64 {
-        let reason = format!(
-            "a step of {} s is too long for a maneuver of {} s; a plan needs at least {} steps",
-            show(step),
-            show(duration),
-            Problem::MIN_STEPS
-        );
-        report.error("E0033", spot, reason, format!("write a step of at most {} s", short(duration / 100.0)));
-        return None;
-    }
+    let steps = default_steps(angle, rate, duration);
     if steps > Problem::MAX_STEPS as f64 {
-        let (code, _, reason, remedy) = values::too_many_steps(spot.span, steps);
-        report.error(code, spot, reason, remedy);
-        return None;
-    }
-    if (wanted - steps).abs() > 1e-9 * steps {
         let reason = format!(
-            "{} s is no whole number of steps of {} s; {steps} steps of {} s are used",
-            show(duration),
-            show(step),
-            short(duration / steps)
+            "a maneuver of {} rad with rates of {} rad/s wants {} steps, the limit is {}",
+            short(angle),
+            short(rate),
+            show(steps),
+            Problem::MAX_STEPS
         );
-        report.warn("W0033", spot, reason, format!("write steps = {steps}"));
+        let remedy = "check the angles, the rates and `duration_s`; or shorten the maneuver";
+        return report.refuse("E0034", section.spot("duration_s"), reason, remedy);
     }
     Some(steps as usize)
 }

@@ -32,6 +32,7 @@ mod constraint;
 mod diagnostic;
 mod difference;
 mod environment;
+mod grid;
 mod json_text;
 mod keys;
 mod maneuver;

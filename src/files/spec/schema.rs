@@ -1,9 +1,8 @@
 //! The JSON Schema of a spec, made from the tables of [`super::keys`].
 
-use super::keys::{ATTITUDE, DIRECTION, Kind, MAX_LISTED, MAX_STEPS, ROOT, SIMULATION_ROOT, Table};
+use super::keys::{ATTITUDE, DIRECTION, Kind, MAX_LISTED, ROOT, SIMULATION_ROOT, Table};
 use super::quantity::{Quantity, Sign};
 use super::values::MAX_DIRECTIONS;
-use crate::maneuver::Problem;
 use serde_json::{Map, Value, json};
 
 /// The JSON Schema (draft 2020-12) of a spec, for editors. It holds for the TOML form too.
@@ -120,10 +119,7 @@ fn kind(kind: Kind) -> Value {
         Kind::Text(most) => json!({ "type": "string", "maxLength": most }),
         Kind::Choice(words, _) => json!({ "enum": words }),
         Kind::Number(quantity) => number(&quantity),
-        Kind::Steps => {
-            json!({ "type": "integer", "minimum": Problem::MIN_STEPS, "maximum": Problem::MAX_STEPS })
-        }
-        Kind::LongSteps => json!({ "type": "integer", "minimum": 1, "maximum": MAX_STEPS }),
+        Kind::Steps(of) => json!({ "type": "integer", "minimum": of.least(), "maximum": of.most() }),
         Kind::Vertices(quantity) => {
             json!({ "type": "array", "items": list(3, number(&quantity)), "maxItems": MAX_LISTED })
         }

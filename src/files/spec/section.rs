@@ -17,21 +17,49 @@ pub(crate) fn join(path: &str, name: &str) -> String {
     if path.is_empty() { name.into() } else { format!("{path}.{name}") }
 }
 
+/// A stable code, `E0040` or `W0040`.
+type Code = &'static str;
+
 /// Collects findings.
 pub(crate) struct Report {
     pub findings: Vec<Finding>,
 }
 
 impl Report {
-    pub fn error(&mut self, code: &'static str, spot: Spot, reason: String, remedy: impl Into<String>) {
-        self.push(Severity::Error, code, spot, reason, remedy.into());
+    pub fn error(&mut self, code: Code, spot: Spot, reason: impl Into<String>, remedy: impl Into<String>) {
+        self.push(Severity::Error, code, spot, reason.into(), remedy.into());
     }
 
-    pub fn warn(&mut self, code: &'static str, spot: Spot, reason: String, remedy: impl Into<String>) {
-        self.push(Severity::Warning, code, spot, reason, remedy.into());
+    /// An error for which there is no value.
+    pub fn refuse<T>(
+        &mut self,
+        code: Code,
+        spot: Spot,
+        reason: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Option<T> {
+        self.error(code, spot, reason, remedy);
+        None
     }
 
-    fn push(&mut self, severity: Severity, code: &'static str, spot: Spot, reason: String, remedy: String) {
+    /// What could be made; else the error in its own words, with the code, the place and the remedy of `told`.
+    pub fn accept<'r, T, E: fmt::Display>(
+        &mut self,
+        made: Result<T, E>,
+        told: impl FnOnce(&E) -> (Code, Spot, &'r str),
+    ) -> Option<T> {
+        made.map_err(|error| {
+            let (code, spot, remedy) = told(&error);
+            self.error(code, spot, error.to_string(), remedy);
+        })
+        .ok()
+    }
+
+    pub fn warn(&mut self, code: Code, spot: Spot, reason: impl Into<String>, remedy: impl Into<String>) {
+        self.push(Severity::Warning, code, spot, reason.into(), remedy.into());
+    }
+
+    fn push(&mut self, severity: Severity, code: Code, spot: Spot, reason: String, remedy: String) {
         if self.findings.len() < 2 * MAX_FINDINGS {
             self.findings.push(Finding { severity, code, spot, reason, remedy });
         }

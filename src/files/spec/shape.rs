@@ -103,8 +103,7 @@ pub(crate) fn shape(
     if given_twice {
         let other = if kind == "points" { "the masses of the points" } else { "`density_kg_m3`" };
         let reason = format!("the mass is given twice, by `mass_kg` and by {other}");
-        report.error("E0028", body.spot("mass_kg"), reason, "remove mass_kg");
-        return None;
+        return report.refuse("E0028", body.spot("mass_kg"), reason, "remove mass_kg");
     }
     let known = kind == "points" || body.has("mass_kg") || (solid && section.has("density_kg_m3"));
     if !known {
@@ -114,8 +113,7 @@ pub(crate) fn shape(
         } else {
             "add mass_kg = 1"
         };
-        report.error("E0021", body.here(), reason, remedy);
-        return None;
+        return report.refuse("E0021", body.here(), reason, remedy);
     }
     match kind {
         "sphere" => sphere(section, mass, density, report),
@@ -132,28 +130,23 @@ pub(crate) fn shape(
                 let remedy = "lengthen `length_m`, or give the body its own `inertia_kg_m2`";
                 report.warn("W0136", section.spot("sphere_radius_m"), reason, remedy);
             }
-            let cloud = accept(dumbbell.cloud(), section, report)?;
-            let reach = 0.5 * length + sphere_radius;
-            let inertia = dumbbell.inertia();
-            Some(Shape {
-                mass: mass?,
-                inertia,
-                attractor: Attractor::Cloud(cloud),
-                dumbbell: Some(dumbbell),
-                reach,
-                solid: None,
-            })
+            let attractor = Attractor::Cloud(accept(dumbbell.cloud(), section, report)?);
+            let (inertia, reach) = (dumbbell.inertia(), 0.5 * length + sphere_radius);
+            let dumbbell = Some(dumbbell);
+            Some(Shape { mass: mass?, inertia, attractor, dumbbell, reach, solid: None })
         }
         "points" => points(section, budget, report),
         _ => {
+            let lengths = |name: &str| ("E0088", section.spot(name), "give three positive lengths");
             let solid = match kind {
-                "cuboid" => flat(Polyhedron::cuboid(&section.vector("edges_m")?), "edges_m", section, report),
-                "octahedron" => flat(
-                    Polyhedron::octahedron(&section.vector("semi_axes_m")?),
-                    "semi_axes_m",
-                    section,
-                    report,
-                ),
+                "cuboid" => {
+                    let made = Polyhedron::cuboid(&section.vector("edges_m")?);
+                    report.accept(made, |_| lengths("edges_m"))
+                }
+                "octahedron" => {
+                    let made = Polyhedron::octahedron(&section.vector("semi_axes_m")?);
+                    report.accept(made, |_| lengths("semi_axes_m"))
+                }
                 _ if section.has("obj") && (section.has("vertices_m") || section.has("faces")) => None,
                 _ if section.has("obj") => from_obj(section, folder, budget, report),
                 _ => listed(section, report),
@@ -175,10 +168,9 @@ fn sphere(section: &Section, mass: Option<f64>, density: Option<f64>, report: &m
 fn points(section: &Section, budget: &mut Budget, report: &mut Report) -> Option<Shape> {
     let list = section.list("points");
     if list.is_empty() {
-        let reason = "kind = \"points\" needs at least one point".to_string();
+        let reason = "kind = \"points\" needs at least one point";
         let remedy = "add points = [ { mass_kg = 0.5, position_m = [0.15, 0, 0] }, … ]";
-        report.error("E0021", section.spot("points"), reason, remedy);
-        return None;
+        return report.refuse("E0021", section.spot("points"), reason, remedy);
     }
     if !budget.take(section, 0, list.len(), report) {
         return None;
@@ -214,14 +206,8 @@ fn homogeneous(
     };
     let body = accept(body, section, report)?;
     let (mass, inertia, reach) = (body.mass(), body.inertia(), body.shape().radius());
-    Some(Shape {
-        mass,
-        inertia,
-        attractor: Attractor::Polyhedron(body),
-        dumbbell: None,
-        reach,
-        solid: Some(written),
-    })
+    let attractor = Attractor::Polyhedron(body);
+    Some(Shape { mass, inertia, attractor, dumbbell: None, reach, solid: Some(written) })
 }
 
 /// Vertices and faces that stand in the spec.
@@ -231,24 +217,16 @@ fn listed(section: &Section, report: &mut Report) -> Option<Polyhedron> {
         return None;
     }
     if !section.has("faces") {
-        let reason = "`vertices_m` needs `faces`".to_string();
+        let reason = "`vertices_m` needs `faces`";
         let remedy =
             "add faces = [[1, 2, 3], …]: vertices counted from 1, counterclockwise seen from outside";
-        report.error("E0021", section.spot("vertices_m"), reason, remedy);
-        return None;
+        return report.refuse("E0021", section.spot("vertices_m"), reason, remedy);
     }
     let (vertices, faces) = (section.vectors("vertices_m")?, section.faces("faces")?);
     // The reader has seen that they are at least 1.
     let faces = faces.into_iter().map(|face| face.map(|corner| corner.saturating_sub(1))).collect();
-    match Polyhedron::new(vertices, faces) {
-        Ok(solid) => Some(solid),
-        Err(error) => {
-            let remedy =
-                "check the faces: closed, each edge in two of them, counterclockwise seen from outside";
-            report.error("E0088", section.spot("faces"), error.to_string(), remedy);
-            None
-        }
-    }
+    let remedy = "check the faces: closed, each edge in two of them, counterclockwise seen from outside";
+    report.accept(Polyhedron::new(vertices, faces), |_| ("E0088", section.spot("faces"), remedy))
 }
 
 fn from_obj(
@@ -261,10 +239,7 @@ fn from_obj(
     let spot = section.spot("obj");
     let (path, file) = match open(written, folder) {
         Ok(opened) => opened,
-        Err((code, reason, remedy)) => {
-            report.error(code, spot, reason, remedy);
-            return None;
-        }
+        Err((code, reason, remedy)) => return report.refuse(code, spot, reason, remedy),
     };
     let size = file.metadata().map_or(u64::MAX, |metadata| metadata.len());
     if !budget.take_file(size, spot.clone(), report) {
@@ -274,19 +249,10 @@ fn from_obj(
     if unit.is_none() && section.has("obj_unit_m") {
         return None;
     }
-    match read_obj(BufReader::new(file.take(size)), unit.unwrap_or(1.0)) {
-        Ok(solid) => Some(solid),
-        Err(error) => {
-            let reason = format!("{}: {error}", cut(&path.to_string_lossy(), 200));
-            report.error(
-                "E0089",
-                spot,
-                reason,
-                "repair the file, or export the shape again as a closed surface",
-            );
-            None
-        }
-    }
+    let read = read_obj(BufReader::new(file.take(size)), unit.unwrap_or(1.0));
+    let read = read.map_err(|error| format!("{}: {error}", cut(&path.to_string_lossy(), 200)));
+    let remedy = "repair the file, or export the shape again as a closed surface";
+    report.accept(read, |_| ("E0089", spot, remedy))
 }
 
 /// A file beside the spec or below: nothing else of the disk is read at a spec's word.
@@ -319,28 +285,7 @@ fn open(written: &str, folder: &Path) -> Result<(PathBuf, File), (&'static str, 
     Ok((path, file))
 }
 
-/// A shape with a length of zero or less.
-fn flat(
-    solid: Result<Polyhedron, crate::mechanics::full_body::polyhedron::ShapeError>,
-    name: &str,
-    section: &Section,
-    report: &mut Report,
-) -> Option<Polyhedron> {
-    match solid {
-        Ok(solid) => Some(solid),
-        Err(error) => {
-            report.error("E0088", section.spot(name), error.to_string(), "give three positive lengths");
-            None
-        }
-    }
-}
-
-fn accept<T>(result: Result<T, FullBodyError>, section: &Section, report: &mut Report) -> Option<T> {
-    match result {
-        Ok(value) => Some(value),
-        Err(error) => {
-            report.error("E0086", section.here(), error.to_string(), "check the numbers of the shape");
-            None
-        }
-    }
+/// What the numbers of a shape make.
+fn accept<T>(made: Result<T, FullBodyError>, section: &Section, report: &mut Report) -> Option<T> {
+    report.accept(made, |_| ("E0086", section.here(), "check the numbers of the shape"))
 }

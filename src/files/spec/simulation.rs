@@ -3,18 +3,18 @@
 use super::attitude::{self, Use};
 use super::boundary::Boundary;
 use super::environment::Surroundings;
-use super::keys::MAX_STEPS;
+use super::keys::StepsOf;
 use super::shape::{Budget, Shape, shape};
 use super::{
     BodyShape, EndExpect, Oscillation, Precession, Report, Section, SimulationExpect, Solid, Toleranced,
-    body, cut, short, show, values,
+    body, cut, grid, short, show,
 };
 use crate::maneuver::{Motion, State};
 use crate::mechanics::full_body::{
     Attractor, Dumbbell, Dumbbells, FullBodyError, GRAVITATIONAL_CONSTANT, MutualGravity, Potential,
 };
 use crate::mechanics::{Body, Inertia};
-use crate::propagate::integrator::{ErrorControl, Kind, System, SystemError};
+use crate::propagate::integrator::{ErrorControl, Kind, System};
 use crate::propagate::simulate::Simulation;
 use crate::{Matrix3, Vector3};
 use std::path::Path;
@@ -51,7 +51,7 @@ pub(crate) fn assemble(
     let list = root.list("bodies");
     if list.is_empty() {
         if root.is_empty_list("bodies") {
-            let reason = "a simulation needs at least one body".to_string();
+            let reason = "a simulation needs at least one body";
             report.error("E0021", root.spot("bodies"), reason, "add a table [[bodies]]");
         }
         return None;
@@ -72,7 +72,9 @@ pub(crate) fn assemble(
         surroundings.check_ends(&[&members[0].boundary], report);
     }
     let section = root.section("simulation")?;
-    let grid = grid(section, report);
+    let grid = section
+        .number("duration_s")
+        .and_then(|duration| Some((duration, grid::given(StepsOf::Simulation, section, duration, report)?)));
     if report.failed() {
         return None;
     }
@@ -87,7 +89,7 @@ pub(crate) fn assemble(
         (None, Some(gravity)) => System::new(bodies, Some(potential(gravity, &members, report)?)),
         (None, None) => {
             if !alone {
-                let reason = "the bodies do not act on one another: there is no [gravity]".to_string();
+                let reason = "the bodies do not act on one another: there is no [gravity]";
                 report.warn(
                     "W0132",
                     root.spot("bodies"),
@@ -98,9 +100,10 @@ pub(crate) fn assemble(
             System::new(bodies, None)
         }
     };
-    let system = accept(system, root, report)?;
+    let numbers = |_: &_| ("E0031", root.spot("bodies"), "check the numbers of the bodies");
+    let system = report.accept(system, numbers)?;
     let states: Option<Vec<State>> = members.iter().map(Member::state).collect();
-    let start = accept(system.state(&states?), root, report)?;
+    let start = report.accept(system.state(&states?), numbers)?;
     let (duration, steps) = grid?;
     let integrator = section.word("integrator").unwrap_or("lie_verlet");
     let mut simulation = Simulation::new(system, start, integrator.parse().ok()?, duration, steps);
@@ -127,22 +130,11 @@ fn shown(shape: &Shape) -> BodyShape {
     }
 }
 
-fn accept<T>(result: Result<T, SystemError>, root: &Section, report: &mut Report) -> Option<T> {
-    match result {
-        Ok(value) => Some(value),
-        Err(error) => {
-            let remedy = "check the numbers of the bodies";
-            report.error("E0031", root.spot("bodies"), error.to_string(), remedy);
-            None
-        }
-    }
-}
-
 /// What acts must fit the number of bodies.
 fn contradictions(root: &Section, gravity: Option<&Section>, bodies: &[Section], report: &mut Report) {
     let environment = root.section("environment");
     if let (Some(environment), Some(_)) = (&environment, gravity) {
-        let reason = "both [gravity] and [environment] are given".to_string();
+        let reason = "both [gravity] and [environment] are given";
         let remedy =
             "[gravity] is for bodies that attract one another, [environment] for a single one: give one";
         report.error("E0028", environment.here(), reason, remedy);
@@ -152,7 +144,7 @@ fn contradictions(root: &Section, gravity: Option<&Section>, bodies: &[Section],
         report.error("E0085", environment.here(), reason, remedy);
     }
     if let Some(gravity) = gravity.filter(|_| bodies.len() == 1) {
-        let reason = "[gravity] acts between bodies, but there is only one".to_string();
+        let reason = "[gravity] acts between bodies, but there is only one";
         let remedy = "add another body, or use [environment] with kind = \"central_gravity\"";
         report.error("E0085", gravity.here(), reason, remedy);
     }
@@ -196,7 +188,7 @@ fn member<'a>(
                 report.error("E0021", section.here(), reason, "add mass_kg = 100");
             }
             (false, true) => {
-                let reason = "`mass_kg` is not used: the body only turns".into();
+                let reason = "`mass_kg` is not used: the body only turns";
                 let remedy = "remove it; or give the body a position";
                 report.warn("W0021", section.spot("mass_kg"), reason, remedy);
             }
@@ -212,10 +204,9 @@ fn member<'a>(
 
 fn inertia_of_shape(section: &Section, inertia: &Matrix3, report: &mut Report) -> Option<Inertia> {
     if let Err(crate::mechanics::body::InertiaError::NotPositive { .. }) = Inertia::new(*inertia) {
-        let reason = "the points lie on a line: the body has no moment of inertia about it".to_string();
+        let reason = "the points lie on a line: the body has no moment of inertia about it";
         let remedy = "add `inertia_kg_m2` to the body; or take a dumbbell, whose spheres have a radius";
-        report.error("E0041", section.spot("shape"), reason, remedy);
-        return None;
+        return report.refuse("E0041", section.spot("shape"), reason, remedy);
     }
     body::checked(*inertia, section.spot("shape"), report)
 }
@@ -267,7 +258,7 @@ fn environment<'a>(
         && !member.boundary.section.has("velocity_m_s")
         && !member.boundary.section.has("linear_momentum_n_s")
     {
-        let reason = "the body starts at rest in a central field: it falls into the center".to_string();
+        let reason = "the body starts at rest in a central field: it falls into the center";
         let remedy = "nothing to do if that is meant; else add `velocity_m_s`";
         report.warn("W0133", member.boundary.section.here(), reason, remedy);
     }
@@ -299,19 +290,11 @@ fn potential(gravity: &Section, members: &[Member<'_>], report: &mut Report) -> 
             })
         }
     };
-    match built {
-        Ok(potential) => Some(potential),
-        Err(error) => {
-            let remedy = match error {
-                FullBodyError::Count { .. } => {
-                    "take coarser shapes, fewer bodies, or potential = \"second_order\""
-                }
-                _ => "check masses and the constant of gravitation",
-            };
-            report.error("E0086", gravity.here(), error.to_string(), remedy);
-            None
-        }
-    }
+    let remedy = |error: &FullBodyError| match error {
+        FullBodyError::Count { .. } => "take coarser shapes, fewer bodies, or potential = \"second_order\"",
+        _ => "check masses and the constant of gravitation",
+    };
+    report.accept(built, |error| ("E0086", gravity.here(), remedy(error)))
 }
 
 /// Interactions of one evaluation from which a step takes a good part of a second.
@@ -342,39 +325,6 @@ fn long_steps(gravity: &MutualGravity, section: &Section, members: &[Member<'_>]
 
 /// Interactions a second on one processor, roughly: `cargo bench --bench bodies` prints the time of 10⁸.
 const PER_SECOND: f64 = 2e8;
-
-/// Duration and steps.
-fn grid(section: &Section, report: &mut Report) -> Option<(f64, u64)> {
-    let duration = section.number("duration_s")?;
-    if section.has("steps") {
-        return Some((duration, section.whole("steps")?));
-    }
-    let step = section.number("step_s")?;
-    let spot = section.spot("step_s");
-    let wanted = duration / step;
-    let steps = wanted.round();
-    if steps < 1.0 {
-        let reason =
-            format!("a step of {} s is longer than the simulation of {} s", show(step), show(duration));
-        report.error("E0033", spot, reason, format!("write a step of at most {} s", show(duration)));
-        return None;
-    }
-    if steps > MAX_STEPS as f64 {
-        let (code, _, reason, remedy) = values::too_many_long_steps(spot.span, steps);
-        report.error(code, spot, reason, remedy);
-        return None;
-    }
-    if (wanted - steps).abs() > 1e-9 * steps {
-        let reason = format!(
-            "{} s is no whole number of steps of {} s; {steps} steps of {} s are used",
-            show(duration),
-            show(step),
-            short(duration / steps)
-        );
-        report.warn("W0033", spot, reason, format!("write steps = {steps}"));
-    }
-    Some((duration, steps as u64))
-}
 
 /// The implicit attitude equation has a solution at the start.
 fn steps_are_short(simulation: &Simulation, section: &Section, members: &[Member<'_>], report: &mut Report) {
@@ -435,7 +385,7 @@ fn apart(simulation: &Simulation, members: &[Member<'_>], report: &mut Report) {
         }
     }
     if !simulation.system.invariants(&simulation.start).energy.is_finite() {
-        let reason = "the energy at the start is not finite: points of two bodies meet".to_string();
+        let reason = "the energy at the start is not finite: points of two bodies meet";
         report.error(
             "E0083",
             members[0].boundary.section.spot("position_m"),

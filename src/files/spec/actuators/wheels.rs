@@ -37,11 +37,9 @@ pub(super) fn wheels(section: &Section, motion: Motion, report: &mut Report) -> 
         good = false;
     }
     if motion == Motion::RigidBody {
-        let reason =
-            "reaction wheels are for maneuvers of the attitude alone, but positions are given".into();
+        let reason = "reaction wheels are for maneuvers of the attitude alone, but positions are given";
         let remedy = "remove the positions and velocities of [start] and [end], or use torque axes";
-        report.error("E0064", section.spot("wheel"), reason, remedy);
-        return None;
+        return report.refuse("E0064", section.spot("wheel"), reason, remedy);
     }
     let forces = ["force_axes_reference", "force_axes_body", "force_effort_weight"];
     if let Some(key) = forces.into_iter().chain(super::FORCE_LIMITS).find(|key| section.has(key)) {
@@ -51,7 +49,7 @@ pub(super) fn wheels(section: &Section, motion: Motion, report: &mut Report) -> 
     }
     let sections = section.list("wheel");
     if section.is_empty_list("wheel") {
-        let reason = "the list of wheels is empty: nothing turns the body".to_string();
+        let reason = "the list of wheels is empty: nothing turns the body";
         report.error("E0026", section.spot("wheel"), reason, "give three wheels or more, or torque axes");
     }
     if sections.is_empty() {
@@ -75,8 +73,7 @@ pub(super) fn wheels(section: &Section, motion: Motion, report: &mut Report) -> 
     let torque = match checked {
         Ok(channel) => channel,
         Err(reason) => {
-            report.error("E0062", section.spot("wheel"), reason, "check the numbers of the wheels");
-            return None;
+            return report.refuse("E0062", section.spot("wheel"), reason, "check the numbers of the wheels");
         }
     };
     let (rank, blind) = torque.rank();
@@ -89,8 +86,12 @@ pub(super) fn wheels(section: &Section, motion: Motion, report: &mut Report) -> 
             (_, 2) => "tilt a wheel out of the plane of the others",
             _ => "turn two wheels to other axes, not in one plane",
         };
-        report.error("E0062", section.spot("wheel"), format!("the wheel axes have {reason}"), remedy);
-        return None;
+        return report.refuse(
+            "E0062",
+            section.spot("wheel"),
+            format!("the wheel axes have {reason}"),
+            remedy,
+        );
     }
     let column = |value: fn(&Wheel) -> f64| wheels.iter().map(value).collect();
     let wheels = Wheels {
@@ -125,8 +126,7 @@ fn read(section: &Section, index: usize, report: &mut Report) -> Option<Wheel> {
             show(momentum_limit)
         );
         let remedy = "unload the wheel first, or check sign and unit";
-        report.error("E0063", section.spot("momentum_n_m_s"), reason, remedy);
-        return None;
+        return report.refuse("E0063", section.spot("momentum_n_m_s"), reason, remedy);
     }
     Some(Wheel { axis: axis?, torque_limit, momentum_limit, momentum, weight: weight? })
 }
@@ -138,8 +138,7 @@ fn axis(section: &Section, index: usize, report: &mut Report) -> Option<Vector3>
     let size = axis.amax();
     if size < SMALLEST {
         let reason = format!("the axis of {} has length zero, and so no direction", called(section, index));
-        report.error("E0054", spot, reason, "leave the wheel out, or give its axis a direction");
-        return None;
+        return report.refuse("E0054", spot, reason, "leave the wheel out, or give its axis a direction");
     }
     let length = size * (axis / size).norm();
     if (length - 1.0).abs() > SILENT {
@@ -165,6 +164,5 @@ fn torque_limits(wheels: &[Wheel], sections: &[Section], report: &mut Report) ->
     let reason = format!("{wheel} has no `torque_limit_n_m`, but others have");
     let largest = limits.into_iter().fold(0.0, f64::max);
     let remedy = format!("give every wheel a limit, such as torque_limit_n_m = {}, or none", show(largest));
-    report.error("E0021", sections[index].here(), reason, remedy);
-    None
+    report.refuse("E0021", sections[index].here(), reason, remedy)
 }

@@ -73,7 +73,7 @@ tables! {
         /// Duration.
         "duration_s": Number(q::DURATION), needed "duration_s = 60";
         /// Number of steps, up to 1e9.
-        "steps": LongSteps;
+        "steps": Steps(StepsOf::Simulation);
         /// Step, instead of steps.
         "step_s": Number(q::DURATION);
         /// A row every so many steps; start and end always have one. Default: 1.
