@@ -4,6 +4,7 @@
 //! a number that is not finite is refused; elsewhere such a number is `null` and reads back as NaN.
 
 mod attitude;
+mod columns;
 mod file;
 mod lenient;
 mod plan_file;

@@ -168,7 +168,7 @@ impl<'a> PlanFile<'a> {
     /// # Errors
     /// A trajectory that is not finite, or the stream.
     pub fn write(&self, output: impl Write) -> Result<(), ExportError> {
-        super::trajectory::check_finite(&self.trajectory.0)?;
+        super::columns::check_finite(&self.trajectory.0)?;
         write_document(self, output)
     }
 

@@ -1,10 +1,10 @@
 //! The trajectory as JSON, streamed both ways: no tree of values is built.
 
+use super::columns::{check_finite, columns, costate_width};
 use crate::Vector3;
 use crate::maneuver::{Motion, Problem, Scheme, Trajectory};
 use serde::de::{DeserializeSeed, Deserializer, Error, SeqAccess, Visitor};
-use serde::ser::{SerializeStruct, Serializer};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 use std::borrow::Cow;
 use std::fmt;
 
@@ -61,58 +61,14 @@ fn check_shape(
     motion: Motion,
 ) -> Result<(), TrajectoryError> {
     let (nodes, rows) = (steps + 1, scheme.input_rows(steps));
-    let (moving_nodes, moving_rows) = match motion {
-        Motion::Attitude => (0, 0),
-        Motion::RigidBody => (nodes, rows),
-    };
-    for (key, found, needed) in [
-        ("time_s", trajectory.time.len(), nodes),
-        ("quaternion_wxyz", trajectory.quaternion.len(), nodes),
-        ("angular_velocity_rad_s", trajectory.angular_velocity.len(), nodes),
-        ("position_m", trajectory.position.len(), moving_nodes),
-        ("velocity_m_s", trajectory.velocity.len(), moving_nodes),
-        ("torque_n_m", trajectory.torque.len(), rows),
-        ("force_n", trajectory.force.len(), moving_rows),
-    ] {
-        expect(key, "rows", found, needed)?;
+    for column in columns(trajectory).iter().filter(|column| !column.is_flat()) {
+        let moves = ["position_m", "velocity_m_s", "force_n"].contains(&column.key);
+        let rows = if column.of_input { rows } else { nodes };
+        let needed = if moves && motion == Motion::Attitude { 0 } else { rows };
+        expect(column.key, "rows", column.values.len(), needed)?;
     }
     let count = trajectory.input_count.max(1);
     expect("input", "rows", trajectory.input.len() / count, rows)
-}
-
-/// Checks that every number is finite.
-pub(super) fn check_finite(trajectory: &Trajectory) -> Result<(), TrajectoryError> {
-    fn scan<'a, R: IntoIterator<Item = &'a f64>>(
-        key: &'static str,
-        rows: impl Iterator<Item = R>,
-    ) -> Result<(), TrajectoryError> {
-        for (row, values) in rows.enumerate() {
-            if values.into_iter().any(|value| !value.is_finite()) {
-                return Err(TrajectoryError::NotFinite { key, row });
-            }
-        }
-        Ok(())
-    }
-    scan("time_s", trajectory.time.iter().map(std::slice::from_ref))?;
-    scan("quaternion_wxyz", trajectory.quaternion.iter())?;
-    scan("angular_velocity_rad_s", trajectory.angular_velocity.iter())?;
-    scan("position_m", trajectory.position.iter())?;
-    scan("velocity_m_s", trajectory.velocity.iter())?;
-    scan("input", trajectory.input.chunks(trajectory.input_count.max(1)))?;
-    scan("torque_n_m", trajectory.torque.iter())?;
-    scan("force_n", trajectory.force.iter())?;
-    scan("wheel_momentum_n_m_s", trajectory.wheel_momentum.chunks(wheel_count(trajectory).max(1)))?;
-    scan("costates", trajectory.costates.chunks(costate_width(trajectory)))
-}
-
-/// 6 or 12: positions are there or not.
-pub(super) fn costate_width(trajectory: &Trajectory) -> usize {
-    if trajectory.position.is_empty() { 6 } else { 12 }
-}
-
-/// Number of reaction wheels: a row of their momenta at every node.
-pub(super) fn wheel_count(trajectory: &Trajectory) -> usize {
-    trajectory.wheel_momentum.len() / trajectory.time.len().max(1)
 }
 
 /// A [`Trajectory`] with the keys of the file format.
@@ -121,30 +77,10 @@ pub struct TrajectoryDocument<'a>(pub Cow<'a, Trajectory>);
 
 impl Serialize for TrajectoryDocument<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        use serde::ser::Error;
         let trajectory = &*self.0;
-        check_finite(trajectory).map_err(S::Error::custom)?;
-        let moving = !trajectory.position.is_empty();
-        let wheels = wheel_count(trajectory);
-        let fields = if moving { 9 } else { 6 } + usize::from(wheels > 0);
-        let mut keys = serializer.serialize_struct("Trajectory", fields)?;
-        keys.serialize_field("time_s", &trajectory.time)?;
-        keys.serialize_field("quaternion_wxyz", &trajectory.quaternion)?;
-        keys.serialize_field("angular_velocity_rad_s", &Vectors(&trajectory.angular_velocity))?;
-        if moving {
-            keys.serialize_field("position_m", &Vectors(&trajectory.position))?;
-            keys.serialize_field("velocity_m_s", &Vectors(&trajectory.velocity))?;
-        }
-        keys.serialize_field("input", &Rows(&trajectory.input, trajectory.input_count))?;
-        keys.serialize_field("torque_n_m", &Vectors(&trajectory.torque))?;
-        if moving {
-            keys.serialize_field("force_n", &Vectors(&trajectory.force))?;
-        }
-        if wheels > 0 {
-            keys.serialize_field("wheel_momentum_n_m_s", &Rows(&trajectory.wheel_momentum, wheels))?;
-        }
-        keys.serialize_field("costates", &Rows(&trajectory.costates, costate_width(trajectory)))?;
-        keys.end()
+        check_finite(trajectory).map_err(serde::ser::Error::custom)?;
+        let shown = columns(trajectory).into_iter().filter(|column| column.shown);
+        serializer.collect_map(shown.map(|column| (column.key, column.values)))
     }
 }
 
@@ -202,24 +138,6 @@ impl<'de> Deserialize<'de> for TrajectoryDocument<'_> {
 /// Same size and alignment: the collect happens in place.
 fn vectors(rows: Vec<[f64; 3]>) -> Vec<Vector3> {
     rows.into_iter().map(Vector3::from).collect()
-}
-
-/// Vectors as rows of three numbers.
-struct Vectors<'a>(&'a [Vector3]);
-
-impl Serialize for Vectors<'_> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_seq(self.0.iter().map(|v| [v.x, v.y, v.z]))
-    }
-}
-
-/// A flat array as rows of a given width.
-struct Rows<'a>(&'a [f64], usize);
-
-impl Serialize for Rows<'_> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_seq(self.0.chunks(self.1.max(1)))
-    }
 }
 
 /// Rows of equal width, read into one flat array.
