@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 pub struct StudyArgs {
     /// Integrators, the first of which the others are compared with; by default lie_verlet, crouch_grossman_2,
     /// explicit_midpoint and implicit_midpoint
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = PossibleValuesParser::new(Kind::all().map(Kind::name)).try_map(|name| name.parse::<Kind>()))]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = PossibleValuesParser::new(Kind::NAMES).try_map(|name| name.parse::<Kind>()))]
     pub integrators: Vec<Kind>,
     /// Steps in seconds, longest first; each must divide every horizon
     #[arg(long, value_name = "LIST", value_delimiter = ',')]

@@ -1,9 +1,33 @@
 //! The columns of a trajectory, once: the document, the rows, the table and the checks all work from this list.
 
-use super::trajectory::TrajectoryError;
 use crate::Vector3;
 use crate::maneuver::Trajectory;
 use serde::{Serialize, Serializer};
+
+/// Why a trajectory is not written, or not accepted.
+#[derive(Clone, Debug, thiserror::Error, PartialEq)]
+pub enum TrajectoryError {
+    /// A number is NaN or infinite.
+    #[error("{key} of the trajectory is not finite in row {row}")]
+    NotFinite {
+        /// The key in the file.
+        key: &'static str,
+        /// Which row, from 0.
+        row: usize,
+    },
+    /// An array has another length than the maneuver needs.
+    #[error("{key} of the trajectory has {found} {of}, the maneuver needs {needed}")]
+    Shape {
+        /// The key in the file.
+        key: &'static str,
+        /// "rows" or "numbers in a row".
+        of: &'static str,
+        /// What it has.
+        found: usize,
+        /// What it needs.
+        needed: usize,
+    },
+}
 
 /// Numbers of a trajectory, row by row.
 #[derive(Clone, Copy)]

@@ -12,10 +12,11 @@ mod rows;
 mod trajectory;
 
 pub use attitude::{EULER_SEQUENCES, EulerAngles, Notations};
+pub use columns::TrajectoryError;
 pub use file::{FileError, Target, remove_temporaries};
 pub use plan_file::{ConvexRecord, PlanFile, read_guess, write_document};
 pub use rows::{write_csv, write_jsonl};
-pub use trajectory::{TrajectoryDocument, TrajectoryError, check_trajectory};
+pub use trajectory::{TrajectoryDocument, check_trajectory};
 
 use thiserror::Error;
 

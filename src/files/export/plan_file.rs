@@ -1,8 +1,7 @@
 //! A plan as one JSON document, streamed both ways.
 
 use super::lenient::lenient;
-use super::trajectory::{TrajectoryDocument, TrajectoryError};
-use super::{ExportError, check_trajectory};
+use super::{ExportError, TrajectoryDocument, TrajectoryError, check_trajectory};
 use crate::Vector3;
 use crate::files::spec::SpecDocument;
 use crate::maneuver::{

@@ -1,37 +1,12 @@
 //! The trajectory as JSON, streamed both ways: no tree of values is built.
 
-use super::columns::{check_finite, columns, costate_width};
+use super::columns::{TrajectoryError, check_finite, columns, costate_width};
 use crate::Vector3;
 use crate::maneuver::{Motion, Problem, Scheme, Trajectory};
 use serde::de::{DeserializeSeed, Deserializer, Error, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize, Serializer};
 use std::borrow::Cow;
 use std::fmt;
-
-/// Why a trajectory is not written, or not accepted.
-#[derive(Clone, Debug, thiserror::Error, PartialEq)]
-pub enum TrajectoryError {
-    /// A number is NaN or infinite.
-    #[error("{key} of the trajectory is not finite in row {row}")]
-    NotFinite {
-        /// The key in the file.
-        key: &'static str,
-        /// Which row, from 0.
-        row: usize,
-    },
-    /// An array has another length than the maneuver needs.
-    #[error("{key} of the trajectory has {found} {of}, the maneuver needs {needed}")]
-    Shape {
-        /// The key in the file.
-        key: &'static str,
-        /// "rows" or "numbers in a row".
-        of: &'static str,
-        /// What it has.
-        found: usize,
-        /// What it needs.
-        needed: usize,
-    },
-}
 
 /// Checks that every number is finite and every array as long as the maneuver needs.
 ///

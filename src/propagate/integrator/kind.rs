@@ -68,14 +68,10 @@ impl Default for ErrorControl {
 
 /// No method has this name.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error("no integrator is called '{name}'; there are {}", names())]
+#[error("no integrator is called '{name}'; there are {}", Kind::NAMES.join(", "))]
 pub struct UnknownKind {
     /// The name given.
     pub name: String,
-}
-
-fn names() -> String {
-    NAMES.map(|(_, name)| name).join(", ")
 }
 
 const fn gauss(degree: usize) -> Kind {
@@ -116,6 +112,17 @@ const NAMES: [(Kind, &str); 25] = [
 ];
 
 impl Kind {
+    /// The names of all methods, in the order of [`Kind::all`].
+    pub const NAMES: [&'static str; NAMES.len()] = {
+        let mut names = [""; NAMES.len()];
+        let mut index = 0;
+        while index < NAMES.len() {
+            names[index] = NAMES[index].1;
+            index += 1;
+        }
+        names
+    };
+
     /// All methods.
     pub fn all() -> impl Iterator<Item = Self> {
         NAMES.into_iter().map(|(kind, _)| kind)
