@@ -8,7 +8,6 @@ use serde::Serialize;
 use slewkit::files::export::write_document;
 use slewkit::files::spec::{Diagnostic, Loaded, LoadedSimulation, Spec, escape};
 use slewkit::maneuver::Motion;
-use slewkit::mechanics::{Actuation, ActuatorSet, LimitKind, Limits};
 use slewkit::numerics::figures::{counted, significant};
 
 /// Arguments of `slew check`.
@@ -183,7 +182,7 @@ fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit,
         summary::line("maneuver", &format!("{moves}, {duration} s in {} steps of {step} s", problem.steps)),
         summary::line("inputs", &format!("{inputs}{of_wheels}")),
     ];
-    let limits = limits(&problem.actuation);
+    let limits: Vec<_> = problem.actuation.limits().map(|limit| limit.name).collect();
     let constraints: Vec<&str> =
         problem.constraints.iter().map(|constraint| constraint.name.as_str()).collect();
     if !limits.is_empty() {
@@ -218,25 +217,4 @@ const SHOWN: usize = 6;
 fn listed(names: &[&str]) -> String {
     let more = if names.len() > SHOWN { format!(", … {} in all", names.len()) } else { String::new() };
     format!("{}{more}", names[..names.len().min(SHOWN)].join(", "))
-}
-
-/// The limits of the actuators, by the names that reports use.
-fn limits(actuation: &Actuation) -> Vec<&'static str> {
-    let mut names = Vec::new();
-    let channels = [(Some(&actuation.torque), false), (actuation.force.as_ref(), true)];
-    for (channel, of_force) in channels {
-        let Some(Limits { size, norm, rate }) = channel.map(ActuatorSet::limits) else { continue };
-        let given = [
-            (size.is_some(), LimitKind::Size),
-            (norm.is_some(), LimitKind::Norm),
-            (rate.is_some(), LimitKind::Rate),
-        ];
-        let given = given.into_iter().filter(|(given, _)| *given);
-        names.extend(given.map(|(_, kind)| actuation.limit_name(kind, of_force)));
-    }
-    let momenta = actuation.wheels.iter().flat_map(|wheels| &wheels.momentum_limit);
-    if momenta.clone().any(|limit| limit.is_finite()) {
-        names.push(actuation.limit_name(LimitKind::WheelMomentum, false));
-    }
-    names
 }

@@ -2,6 +2,7 @@
 
 use crate::{Matrix3, Vector3};
 use nalgebra::SMatrix;
+use std::slice;
 use thiserror::Error;
 
 /// The axes in which the columns of `B` are fixed.
@@ -237,6 +238,36 @@ pub enum LimitKind {
     WheelMomentum,
 }
 
+/// One limit of the actuators: of all inputs of a set, or of the wheels behind them.
+#[derive(Clone, Copy, Debug)]
+pub struct InputLimit<'a> {
+    /// What is limited.
+    pub kind: LimitKind,
+    /// The name under which reports speak of it, see [`Actuation::limit_name`].
+    pub name: &'static str,
+    /// Whether it is of the forces, or else of the torques.
+    pub of_force: bool,
+    /// The inputs.
+    pub set: &'a ActuatorSet,
+    /// Where these begin among all inputs.
+    pub first: usize,
+    /// What is allowed, one number per input or wheel, infinite where there is no limit; a single one for the norm.
+    pub bounds: &'a [f64],
+}
+
+impl InputLimit<'_> {
+    /// The unit of the bounds, for people.
+    pub fn unit(&self) -> &'static str {
+        match (self.kind, self.of_force) {
+            (LimitKind::WheelMomentum, _) => "N·m·s",
+            (LimitKind::Rate, true) => "N/s",
+            (LimitKind::Rate, false) => "N·m/s",
+            (LimitKind::Size | LimitKind::Norm, true) => "N",
+            (LimitKind::Size | LimitKind::Norm, false) => "N·m",
+        }
+    }
+}
+
 /// All actuators of the body: torques, and forces when the body also translates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Actuation {
@@ -263,6 +294,29 @@ impl Actuation {
     /// without wheels.
     pub fn stored_momentum(&self) -> Vector3 {
         self.wheels.as_ref().map_or_else(Vector3::zeros, |wheels| self.torque.output(&wheels.momentum))
+    }
+
+    /// All limits: those of the torques, of the wheels, then of the forces.
+    pub fn limits(&self) -> impl Iterator<Item = InputLimit<'_>> {
+        let forces = self.force.as_ref().map_or(0, ActuatorSet::count);
+        let sets = [(Some(&self.torque), forces, false), (self.force.as_ref(), 0, true)];
+        let momenta = self.wheels.as_ref().map(|wheels| &wheels.momentum_limit[..]);
+        let momenta = momenta.filter(|limits| limits.iter().any(|limit| limit.is_finite()));
+        sets.into_iter().filter_map(|(set, first, of_force)| Some((set?, first, of_force))).flat_map(
+            move |(set, first, of_force)| {
+                let Limits { size, norm, rate } = &set.limits;
+                let given = [
+                    (LimitKind::Size, size.as_deref()),
+                    (LimitKind::Norm, norm.as_ref().map(slice::from_ref)),
+                    (LimitKind::Rate, rate.as_deref()),
+                    (LimitKind::WheelMomentum, momenta.filter(|_| !of_force)),
+                ];
+                given.into_iter().filter_map(move |(kind, bounds)| {
+                    let name = self.limit_name(kind, of_force);
+                    Some(InputLimit { kind, name, of_force, set, first, bounds: bounds? })
+                })
+            },
+        )
     }
 
     /// Name under which reports speak of a limit of the forces, or else of the torques: "torque limit",

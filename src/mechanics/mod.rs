@@ -7,7 +7,9 @@ pub mod environment;
 pub mod full_body;
 pub mod number;
 
-pub use actuators::{Actuation, ActuatorSet, ActuatorSetError, AxisFrame, LimitKind, Limits, Wheels};
+pub use actuators::{
+    Actuation, ActuatorSet, ActuatorSetError, AxisFrame, InputLimit, LimitKind, Limits, Wheels,
+};
 pub use body::{Body, Inertia, InertiaError};
 pub use environment::{
     CentralGravity, Description, Environment, EnvironmentError, Free, GravityGradient, PointMass,

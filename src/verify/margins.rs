@@ -8,9 +8,9 @@
 //! margins of its own ([`Margin::continuous_margin`]).
 
 use crate::Vector3;
-use crate::maneuver::constraint::{Arc, Constraint, Pointing, Rule, Side};
+use crate::maneuver::constraint::{Arc, Constraint, Rule, Side};
 use crate::maneuver::problem::Problem;
-use crate::mechanics::actuators::{ActuatorSet, LimitKind};
+use crate::mechanics::actuators::{InputLimit, LimitKind};
 use crate::numerics::figures::short;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -79,17 +79,8 @@ struct Entry<'a> {
 
 /// What is held against what.
 enum What<'a> {
-    /// `|u_i|` of a channel, whose inputs begin at an offset in a row.
-    Size(&'a [f64], usize),
-    /// `|B u|`.
-    Norm(&'a ActuatorSet, f64, usize),
-    /// `|u_i⁺ − u_i| / h`.
-    Slope(&'a [f64], usize),
-    /// `|h_i|` of the wheels.
-    Momentum(&'a [f64]),
-    RateNorm(f64),
-    RateAxes(Vector3),
-    Pointing(&'a Pointing),
+    Input(InputLimit<'a>),
+    Rule(&'a Rule),
 }
 
 #[derive(Clone, Copy)]
@@ -129,43 +120,15 @@ pub(crate) struct Meter<'a> {
 
 impl<'a> Meter<'a> {
     pub(crate) fn new(problem: &'a Problem) -> Self {
-        let actuation = &problem.actuation;
-        let mut entries = vec![];
-        let mut push = |name: &str, unit, what| {
-            let smallest =
-                Smallest { margin: f64::INFINITY, scaled: f64::INFINITY, time: f64::NAN, index: 0 };
-            entries.push(Entry { name: name.into(), unit, what, smallest });
-        };
-        let mut channel = |channel: &'a ActuatorSet, offset, force| {
-            let limits = channel.limits();
-            let name = |kind| actuation.limit_name(kind, force);
-            let (unit, per_second) = if force { ("N", "N/s") } else { ("N·m", "N·m/s") };
-            if let Some(size) = &limits.size {
-                push(name(LimitKind::Size), unit, What::Size(size, offset));
-            }
-            if let Some(norm) = limits.norm {
-                push(name(LimitKind::Norm), unit, What::Norm(channel, norm, offset));
-            }
-            if let Some(rate) = &limits.rate {
-                push(name(LimitKind::Rate), per_second, What::Slope(rate, offset));
-            }
-            if let Some(wheels) = actuation.wheels.as_ref().filter(|_| !force)
-                && wheels.momentum_limit.iter().any(|limit| limit.is_finite())
-            {
-                push(name(LimitKind::WheelMomentum), "N·m·s", What::Momentum(&wheels.momentum_limit));
-            }
-        };
-        channel(&actuation.torque, actuation.force.as_ref().map_or(0, ActuatorSet::count), false);
-        if let Some(force) = &actuation.force {
-            channel(force, 0, true);
-        }
-        for Constraint { name, rule } in &problem.constraints {
-            match rule {
-                Rule::RateNorm(limit) => push(name, "deg/s", What::RateNorm(*limit)),
-                Rule::RateAxes(limits) => push(name, "deg/s", What::RateAxes(*limits)),
-                Rule::Pointing(pointing) => push(name, "deg", What::Pointing(pointing)),
-            }
-        }
+        let smallest = Smallest { margin: f64::INFINITY, scaled: f64::INFINITY, time: f64::NAN, index: 0 };
+        let entry = |name: &str, unit, what| Entry { name: name.into(), unit, what, smallest };
+        let inputs =
+            problem.actuation.limits().map(|limit| entry(limit.name, limit.unit(), What::Input(limit)));
+        let rules = problem.constraints.iter().map(|Constraint { name, rule }| {
+            let unit = if matches!(rule, Rule::Pointing(_)) { "deg" } else { "deg/s" };
+            entry(name, unit, What::Rule(rule))
+        });
+        let entries = inputs.chain(rules).collect();
         Self { frame_rate: problem.environment.frame_rate(), step: problem.step(), entries }
     }
 
@@ -178,20 +141,17 @@ impl<'a> Meter<'a> {
     pub(crate) fn inputs(&mut self, time: f64, row: &[f64], before: Option<&[f64]>) {
         let step = self.step;
         for Entry { what, smallest, .. } in &mut self.entries {
-            match what {
-                What::Size(limits, offset) => {
-                    smallest.meet_all(pairs(&row[*offset..], limits), time);
-                }
-                What::Norm(channel, limit, offset) => {
-                    let inputs = &row[*offset..*offset + channel.count()];
-                    smallest.meet_all([(channel.output(inputs).norm(), *limit)], time);
-                }
-                What::Slope(limits, offset) => {
+            let What::Input(InputLimit { kind, set, first, bounds, .. }) = what else { continue };
+            let inputs = &row[*first..*first + set.count()];
+            match kind {
+                LimitKind::Size => smallest.meet_all(pairs(inputs, bounds), time),
+                LimitKind::Norm => smallest.meet_all(pairs(&[set.output(inputs).norm()], bounds), time),
+                LimitKind::Rate => {
                     let Some(before) = before else { continue };
-                    let slopes = row.iter().zip(before).skip(*offset).map(|(now, then)| (now - then) / step);
-                    smallest.meet_all(slopes.zip(limits.iter().copied()), time);
+                    let slopes = inputs.iter().zip(&before[*first..]).map(|(now, then)| (now - then) / step);
+                    smallest.meet_all(slopes.zip(bounds.iter().copied()), time);
                 }
-                _ => {}
+                LimitKind::WheelMomentum => {}
             }
         }
     }
@@ -199,8 +159,8 @@ impl<'a> Meter<'a> {
     /// The momenta of the wheels at `time`.
     pub(crate) fn wheels(&mut self, time: f64, momenta: &[f64]) {
         for Entry { what, smallest, .. } in &mut self.entries {
-            if let What::Momentum(limits) = what {
-                smallest.meet_all(pairs(momenta, limits), time);
+            if let What::Input(InputLimit { kind: LimitKind::WheelMomentum, bounds, .. }) = what {
+                smallest.meet_all(pairs(momenta, bounds), time);
             }
         }
     }
@@ -209,8 +169,10 @@ impl<'a> Meter<'a> {
     pub(crate) fn rate(&mut self, time: f64, rate: &Vector3) {
         for Entry { what, smallest, .. } in &mut self.entries {
             match what {
-                What::RateNorm(limit) => smallest.meet_all([(rate.norm(), *limit)], time),
-                What::RateAxes(limits) => smallest.meet_all(pairs(rate.as_slice(), limits.as_slice()), time),
+                What::Rule(Rule::RateNorm(limit)) => smallest.meet_all([(rate.norm(), *limit)], time),
+                What::Rule(Rule::RateAxes(limits)) => {
+                    smallest.meet_all(pairs(rate.as_slice(), limits.as_slice()), time);
+                }
                 _ => {}
             }
         }
@@ -222,7 +184,7 @@ impl<'a> Meter<'a> {
         self.rate(time + 0.5 * step, &(arc.turn / step));
         let travel = arc.turn.norm() + frame_rate.norm() * step;
         for Entry { what, smallest, .. } in &mut self.entries {
-            let What::Pointing(pointing) = what else { continue };
+            let What::Rule(Rule::Pointing(pointing)) = what else { continue };
             let limit = pointing.effective_half_angle();
             let margin = |angle: f64| match pointing.side {
                 Side::KeepOut => angle - limit,
@@ -274,14 +236,12 @@ impl Entry<'_> {
             if count > 1 { format!("{what} {}", index + 1) } else { String::new() }
         };
         match &self.what {
-            What::Size(limits, _) | What::Slope(limits, _) => {
-                let what = if self.name.starts_with("wheel") { "wheel" } else { "input" };
-                one_of(what, index, limits.len())
+            What::Input(InputLimit { name, bounds, .. }) => {
+                one_of(if name.starts_with("wheel") { "wheel" } else { "input" }, index, bounds.len())
             }
-            What::Momentum(limits) => one_of("wheel", index, limits.len()),
-            What::Norm(..) | What::RateNorm(_) => String::new(),
-            What::RateAxes(_) => format!("axis {}", ["x", "y", "z"][index]),
-            What::Pointing(pointing) => {
+            What::Rule(Rule::RateNorm(_)) => String::new(),
+            What::Rule(Rule::RateAxes(_)) => format!("axis {}", ["x", "y", "z"][index]),
+            What::Rule(Rule::Pointing(pointing)) => {
                 let (boresights, directions) = (pointing.boresights.len(), pointing.directions.len());
                 let words = [
                     one_of("boresight", index / directions, boresights),

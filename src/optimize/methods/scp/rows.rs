@@ -7,10 +7,10 @@ use super::model::{ChainState, Model, Step};
 use crate::lie;
 use crate::maneuver::constraint::{Direction, Rule, Side};
 use crate::maneuver::problem::Problem;
-use crate::mechanics::actuators::LimitKind;
+use crate::mechanics::actuators::{InputLimit, LimitKind};
 use crate::{Matrix3, Vector3};
 use nalgebra::{DVector, Matrix3xX};
-use std::ops::{Range, RangeInclusive};
+use std::ops::Range;
 
 /// What one row bounds.
 #[derive(Clone, Debug)]
@@ -344,65 +344,38 @@ impl LimitRows {
         self.groups.len() - 1
     }
 
-    /// Rows for both signs of every bounded quantity of a list, at every stage of a range.
-    fn both_signs(
-        &mut self,
-        group: usize,
-        stages: RangeInclusive<usize>,
-        limits: &[f64],
-        what: &dyn Fn(usize, usize, f64, f64) -> What,
-    ) {
-        for stage in stages {
-            for (index, limit) in limits.iter().enumerate().filter(|(_, limit)| limit.is_finite()) {
-                let row = |sign| LimitRow { group, stage, what: what(stage, index, sign, *limit) };
-                self.rows.extend([1.0, -1.0].map(row));
-            }
-        }
-    }
-
+    /// Rows for both signs of everything that is bounded, at every stage that has it; forces first.
     fn input_limits(&mut self, problem: &Problem, model: &Model) {
-        let (first, last) = (model.first_input(), model.steps);
-        let actuation = &problem.actuation;
-        let force = actuation.force.as_ref().filter(|_| model.forces > 0);
-        for (forces, channel) in [(true, force), (false, Some(&actuation.torque))] {
-            let Some(channel) = channel else { continue };
-            let (limits, (_, offset)) = (channel.limits(), model.channel(forces));
-            let name = |kind| actuation.limit_name(kind, forces);
-            let unit = model.input_unit[offset];
-            if let Some(sizes) = &limits.size {
-                let group = self.group(name(LimitKind::Size), true);
-                self.both_signs(group, first..=last, sizes, &|_, index, sign, size| What::InputSize {
-                    input: offset + index,
-                    sign,
-                    limit: size / unit,
-                });
+        let mut limits: Vec<_> = problem.actuation.limits().collect();
+        limits.retain(|limit| !limit.of_force || model.forces > 0);
+        limits.sort_by_key(|limit| limit.first);
+        for InputLimit { kind, name, of_force: forces, bounds, .. } in limits {
+            let group = self.group(name, kind != LimitKind::WheelMomentum);
+            let (_, offset) = model.channel(forces);
+            let (unit, momentum) = (model.input_unit[offset], model.dynamics.units.momentum());
+            let signs = if kind == LimitKind::Norm { &[1.0][..] } else { &[1.0, -1.0] };
+            let stages = match kind {
+                LimitKind::Size | LimitKind::Norm => model.first_input()..=model.steps,
+                LimitKind::Rate => model.first_input()..=model.steps - 1,
+                LimitKind::WheelMomentum => 1..=model.steps,
+            };
+            for stage in stages {
+                for (index, bound) in bounds.iter().enumerate().filter(|(_, bound)| bound.is_finite()) {
+                    let input = offset + index;
+                    let what = |sign: f64| match kind {
+                        LimitKind::Size => What::InputSize { input, sign, limit: bound / unit },
+                        LimitKind::Norm => What::InputNorm { forces, limit: bound / unit },
+                        LimitKind::Rate => {
+                            let limit = bound * problem.duration * model.dynamics.grid.step(stage) / unit;
+                            What::InputRate { input, sign, limit }
+                        }
+                        LimitKind::WheelMomentum => {
+                            What::Wheel { wheel: index, sign, limit: bound / momentum }
+                        }
+                    };
+                    self.rows.extend(signs.iter().map(|sign| LimitRow { group, stage, what: what(*sign) }));
+                }
             }
-            if let Some(norm) = limits.norm {
-                let group = self.group(name(LimitKind::Norm), true);
-                let what = What::InputNorm { forces, limit: norm / unit };
-                self.rows.extend((first..=last).map(|stage| LimitRow { group, stage, what: what.clone() }));
-            }
-            if let Some(rates) = &limits.rate {
-                let group = self.group(name(LimitKind::Rate), true);
-                self.both_signs(group, first..=last - 1, rates, &|stage, index, sign, rate| {
-                    What::InputRate {
-                        input: offset + index,
-                        sign,
-                        limit: rate * problem.duration * model.dynamics.grid.step(stage) / unit,
-                    }
-                });
-            }
-        }
-        let Some(wheels) = &actuation.wheels else { return };
-        if wheels.momentum_limit.iter().any(|limit| limit.is_finite()) {
-            let group = self.group(actuation.limit_name(LimitKind::WheelMomentum, false), false);
-            let unit = model.dynamics.units.momentum();
-            let limits = &wheels.momentum_limit;
-            self.both_signs(group, 1..=last, limits, &|_, wheel, sign, limit| What::Wheel {
-                wheel,
-                sign,
-                limit: limit / unit,
-            });
         }
     }
 }
