@@ -198,8 +198,8 @@ impl<const N: usize> Residuals<N> {
         let costate = Costate::from_vector(&nodes.costates[steps]);
         let kick = dynamics.linear_kick::<N>(&last.pose(), &costate);
         let (q_end, gradient_end) = (kick.authority::<N>() * grid.full_kick(steps), kick.gradient::<N>());
-        let end = closing_point::<N>(dynamics, last, &costate);
-        let e = bvp.terminal.value(&end);
+        let (end, costate) = closing_point::<N>(dynamics, last, &costate);
+        let e = bvp.terminal.value(&end, &costate);
         let all = || d.iter().chain(&c).chain(std::iter::once(&e));
         let norm = all().map(|residual| residual.norm_squared()).sum::<f64>().sqrt();
         let largest = all().map(|residual| residual.amax()).fold(0.0, f64::max);
@@ -221,14 +221,15 @@ fn opening_point<const N: usize>(bvp: &BoundaryValueProblem<N>, costate: &SVecto
     point
 }
 
-/// The physical last state: half a kick before the integrator's for Lie–Verlet.
-fn closing_point<const N: usize>(dynamics: &Dynamics, last: &Point, costate: &Costate) -> Point {
+/// The physical last state and its costate: half a kick before the integrator's for Lie–Verlet.
+fn closing_point<const N: usize>(dynamics: &Dynamics, last: &Point, costate: &Costate) -> (Point, Costate) {
     let (mut point, mut costate) = (*last, *costate);
     if dynamics.grid.has_half_kicks() {
         let kick = dynamics.kick::<N>(&point.pose(), &costate);
-        kick.apply::<N>(&mut point, &mut costate, -dynamics.grid.kick(dynamics.grid.steps()), 0.0);
+        let weight = -dynamics.grid.kick(dynamics.grid.steps());
+        kick.apply::<N>(&mut point, &mut costate, weight, weight);
     }
-    point
+    (point, costate)
 }
 
 fn turned<const N: usize>(turn: &Matrix3, matrix: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {

@@ -27,7 +27,8 @@ pub struct BoundaryValueProblem<const N: usize> {
 /// Where a sweep ended.
 #[derive(Clone, Copy, Debug)]
 pub struct End<const N: usize> {
-    /// Terminal error `[log(R_dᵀ R_N); Π_N − Π_d]`, in the crate's order, scaled.
+    /// Error of the terminal condition, `[log(R_dᵀ R_N); Π_N − Π_d]` where the state is given; in the crate's order,
+    /// scaled.
     pub error: SVector<f64, N>,
     /// Cost, scaled.
     pub cost: f64,
@@ -84,7 +85,8 @@ impl<const N: usize> BoundaryValueProblem<N> {
         self.run::<false>(costate, &mut Sensitivity::zero(), observe, |_, _| {})
     }
 
-    /// Sweeps from `λ_{−1}` with `Ψ₁₂ = ∂z_N/∂λ_{−1}`, N×N.
+    /// Sweeps from `λ_{−1}` with the derivative of the terminal error, N×N: `Ψ₁₂ = ∂z_N/∂λ_{−1}` where the state is
+    /// given.
     pub fn sweep_linearized(
         &self,
         costate: &SVector<f64, N>,
@@ -101,7 +103,7 @@ impl<const N: usize> BoundaryValueProblem<N> {
     ) -> Result<(End<N>, SMatrix<f64, N, N>), StepError> {
         let mut columns = Sensitivity::of_costate();
         let end = self.run::<true>(costate, &mut columns, |_| {}, watch)?;
-        let psi = columns.state();
+        let psi = self.terminal.slope(&columns);
         if !psi.iter().all(|value| value.is_finite()) {
             return Err(StepError::NotFinite);
         }
@@ -149,7 +151,7 @@ impl<const N: usize> BoundaryValueProblem<N> {
             let pose = point.pose();
             let kick = dynamics.kick_of::<N, LIMITED>(&pose, &costate);
             if DERIVE {
-                dynamics.linear_kick_of::<N, LIMITED>(&pose, &costate).apply(columns, half, 0.0);
+                dynamics.linear_kick::<N>(&pose, &costate).apply(columns, half, 0.0);
             }
             kick.apply::<N>(&mut point, &mut costate, half, 0.0);
             effort += 0.5 * (kick.effort * grid.share(0));
@@ -170,12 +172,12 @@ impl<const N: usize> BoundaryValueProblem<N> {
             let last = half_kicks && index == steps;
             if DERIVE {
                 dynamics.linear_drift(&drift, &e, &costate).advance(columns);
-                let linear = dynamics.linear_kick_of::<N, LIMITED>(&pose, &costate);
+                let linear = dynamics.linear_kick::<N>(&pose, &costate);
                 if last {
                     let mut full = *columns;
                     linear.apply(&mut full, h, h);
                     watch(&pose.attitude, &full);
-                    linear.apply(columns, 0.5 * h, h);
+                    linear.apply(columns, 0.5 * h, 0.5 * h);
                 } else {
                     linear.apply(columns, h, h);
                     watch(&pose.attitude, columns);
@@ -190,12 +192,13 @@ impl<const N: usize> BoundaryValueProblem<N> {
             }
             observe(Node { index, point: kicked, kick: last_kick, ahead, costate });
             if last {
-                kick.apply::<N>(&mut point, &mut costate, 0.5 * h, 0.0);
+                // The costate has had the whole kick: back to that of the physical state.
+                kick.apply::<N>(&mut point, &mut costate, 0.5 * h, -0.5 * h);
             } else {
                 point = kicked;
             }
         }
-        let error = self.terminal.value::<N>(&point);
+        let error = self.terminal.value::<N>(&point, &costate);
         let cost = effort * grid.mean_step();
         if error.iter().all(|value| value.is_finite()) && cost.is_finite() {
             Ok(End { error, cost })

@@ -8,7 +8,10 @@ use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
 use crate::mechanics::body::{Body, Inertia};
 use crate::mechanics::environment::{CentralGravity, GravityGradient, PointMass, UniformGravity};
 use crate::numerics::factor::Factor;
-use crate::testing::{Random, channel, graded, limited, matrix, reference, vector, weight, with_torques};
+use crate::testing::{
+    Random, attitude_only, channel, graded, limited, matrix, moving_ends, reference, vector, weight,
+    with_torques,
+};
 use serde_json::Value;
 
 /// Units of the state: scaled times unit is SI.
@@ -298,6 +301,52 @@ fn sensitivity_under_limits_is_the_derivative_of_the_sweep_away_from_kinks() {
 
 /// The sensitivity of a chain of transitions equals that of the sweep: `A`, `H`, `Q` and the lanes are
 /// one linearisation.
+/// With the attitude left free the terminal error holds a costate, and so does its derivative: Newton converges, and no
+/// attitude near by costs less.
+#[test]
+fn a_free_attitude_exchanges_its_equations_for_those_of_the_costate() {
+    let mut random = Random(91);
+    for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {
+        for frame in [AxisFrame::Body, AxisFrame::Reference] {
+            let mut problem =
+                attitude_only(moving_ends(&mut random, frame)).with_scheme(scheme).with_steps(40);
+            problem.start.angular_velocity *= 0.2;
+            problem.end.angular_velocity *= 0.2;
+            let problem = problem.with_environment(pendulum(0.5, Vector3::new(0.1, -0.2, 0.9)));
+            let mut bvp = BoundaryValueProblem::<6>::new(&problem, problem.steps);
+            bvp.terminal = TerminalCondition::AttitudeFree(*bvp.terminal.target());
+            let mut costate = SVector::zeros();
+            for _ in 0..8 {
+                let (end, slope) = bvp.sweep_linearized(&costate).unwrap();
+                let along: SVector<f64, 6> = random_costate(&mut random);
+                let at = |step: f64| bvp.sweep(&(costate + along * step)).unwrap().error;
+                let difference = (at(1e-5) - at(-1e-5)) / 2e-5;
+                assert!((slope * along - difference).amax() < 1e-7 * slope.amax(), "{difference}");
+                costate -= Factor::new(&slope).solve(&end.error);
+            }
+            let free = bvp.sweep(&costate).unwrap();
+            assert!(free.residual() < 1e-13, "{}", free.residual());
+            let mut end = bvp.start;
+            bvp.sweep_observed(&costate, |node| end = node.physical()).unwrap();
+            for axis in 0..3 {
+                let cost = |angle: f64| {
+                    let mut near = end;
+                    near.attitude.value *= lie::exp(&Vector3::ith(axis, angle));
+                    let given = bvp.with_target(near);
+                    let mut costate = costate;
+                    for _ in 0..6 {
+                        let (end, psi) = given.sweep_linearized(&costate).unwrap();
+                        costate -= Factor::new(&psi).solve(&end.error);
+                    }
+                    given.sweep(&costate).unwrap().cost
+                };
+                let (ahead, behind) = (cost(1e-3), cost(-1e-3));
+                assert!(ahead > free.cost && behind > free.cost, "{ahead} {behind} {}", free.cost);
+            }
+        }
+    }
+}
+
 fn check_matrices<const N: usize>(problem: &Problem, grid: Grid, random: &mut Random) {
     let bvp = BoundaryValueProblem::<N>::on(problem, grid);
     let first = random_costate::<N>(random);

@@ -19,7 +19,7 @@ use crate::numerics::compensated::Sum;
 use crate::optimize::step::{Costate, Dynamics, Point, StepError};
 use crate::optimize::terminal::TerminalCondition;
 use crate::{Matrix3, Vector3};
-use nalgebra::{DMatrix, DVector, Matrix3xX};
+use nalgebra::{DMatrix, DVector, Matrix3xX, SVector};
 
 /// A state of the chain, scaled. With wheels, `momentum` is the total one.
 #[derive(Clone, Debug)]
@@ -29,13 +29,6 @@ pub(crate) struct ChainState {
     pub attitude: Matrix3,
     pub momentum: Vector3,
     pub wheels: DVector<f64>,
-}
-
-/// One channel of inputs, scaled: its axes and where they are fixed.
-#[derive(Clone, Debug)]
-struct Axes {
-    columns: Vec<Vector3>,
-    frame: AxisFrame,
 }
 
 /// The chain.
@@ -60,8 +53,8 @@ pub(crate) struct Model {
     pub input_unit: Vec<f64>,
     /// Number of force inputs, which come first.
     pub forces: usize,
-    force: Option<Axes>,
-    torque: Axes,
+    force: Option<ActuatorSet>,
+    torque: ActuatorSet,
     /// Axes of the wheels, those of the torque inputs; none without wheels.
     wheel_axes: Matrix3xX<f64>,
     moves: bool,
@@ -106,7 +99,6 @@ impl Model {
         let force = weights.force(&problem.actuation).filter(|_| moves).map(|force| (force, units.force()));
         let sets = force.into_iter().chain([(weights.torque(&problem.actuation), units.torque())]);
         let force = problem.actuation.force.as_ref().filter(|_| moves);
-        let axes = |channel: &ActuatorSet| Axes { columns: channel.axes().to_vec(), frame: channel.frame() };
         let forces = force.map_or(0, ActuatorSet::count);
         let m = forces + problem.actuation.torque.count();
         let mut input_unit = Vec::with_capacity(m);
@@ -120,7 +112,7 @@ impl Model {
         }
         let stored = problem.actuation.wheels.as_ref().map_or(&[][..], |wheels| &wheels.momentum);
         let wheels = stored.len();
-        let torque = axes(&problem.actuation.torque);
+        let torque = problem.actuation.torque.clone();
         let mut model = Self {
             n: if moves { 12 } else { 6 + wheels },
             m,
@@ -133,8 +125,8 @@ impl Model {
             weight,
             input_unit,
             forces,
-            force: force.map(axes),
-            wheel_axes: Matrix3xX::from_columns(&torque.columns).columns(0, wheels).into_owned(),
+            force: force.cloned(),
+            wheel_axes: Matrix3xX::from_columns(torque.axes()).columns(0, wheels).into_owned(),
             torque,
             moves,
             dynamics,
@@ -183,16 +175,16 @@ impl Model {
     /// Axes of the force inputs or of the torque inputs, and where these begin among all.
     pub fn channel(&self, forces: bool) -> (&[Vector3], usize) {
         if forces {
-            (self.force.as_ref().map_or(&[], |axes| &axes.columns), 0)
+            (self.force.as_ref().map_or(&[], ActuatorSet::axes), 0)
         } else {
-            (&self.torque.columns, self.forces)
+            (self.torque.axes(), self.forces)
         }
     }
 
     /// Whether the inputs' axes turn against the coordinates of the momenta, or act through wheels.
     pub fn inputs_turn(&self) -> bool {
-        self.torque.frame == AxisFrame::Reference
-            || self.force.as_ref().is_some_and(|axes| axes.frame == AxisFrame::Body)
+        self.torque.frame() == AxisFrame::Reference
+            || self.force.as_ref().is_some_and(|set| set.frame() == AxisFrame::Body)
     }
 
     /// Whether input j acts on component i of a state at once.
@@ -214,7 +206,9 @@ impl Model {
     /// Terminal error of a chain's last state, and its derivative, up to `J_r⁻¹` of the attitude error.
     pub fn terminal(&self, state: &ChainState) -> (DVector<f64>, DMatrix<f64>) {
         let count = self.terminal_count();
-        let error = self.terminal.value::<12>(&state.point());
+        // The multipliers of these equations are the costate: none is asked for.
+        let costate = Costate::from_vector(&SVector::<f64, 12>::zeros());
+        let error = self.terminal.value::<12>(&state.point(), &costate);
         let mut error = DVector::from_column_slice(&error.as_slice()[12 - count..]);
         let mut slope = DMatrix::identity(count, self.n);
         if self.wheels > 0 {
@@ -263,9 +257,9 @@ impl Model {
         let r = &pose.attitude;
         let mut columns = DMatrix::zeros(self.n, self.m);
         let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
-        for (index, axis) in self.torque.columns.iter().enumerate() {
+        for (index, axis) in self.torque.axes().iter().enumerate() {
             let input = self.forces + index;
-            let axis = if self.torque.frame == AxisFrame::Body { *axis } else { r.tr_mul(axis) };
+            let axis = self.torque.frame().to_body(r, axis);
             torque += axis * inputs[input];
             if self.wheels > 0 {
                 columns[(6 + index, input)] = -1.0;
@@ -273,9 +267,9 @@ impl Model {
                 columns.view_mut((self.pi(), input), (3, 1)).copy_from(&axis);
             }
         }
-        if let Some(axes) = &self.force {
-            for (input, axis) in axes.columns.iter().enumerate() {
-                let axis = if axes.frame == AxisFrame::Reference { *axis } else { r * axis };
+        if let Some(set) = &self.force {
+            for (input, axis) in set.axes().iter().enumerate() {
+                let axis = set.frame().to_reference(r, axis);
                 force += axis * inputs[input];
                 columns.view_mut((3, input), (3, 1)).copy_from(&axis);
             }
@@ -422,17 +416,12 @@ impl Model {
 
     /// Actuator force (reference frame) and torque (body axes) at a state, scaled.
     pub fn output(&self, state: &ChainState, inputs: &[f64]) -> Wrench {
-        let sum = |axes: &[Vector3], inputs: &[f64]| -> Vector3 {
-            axes.iter().zip(inputs).map(|(axis, input)| axis * *input).sum()
-        };
         let (forces, torques) = inputs.split_at(self.forces);
-        let torque = sum(&self.torque.columns, torques);
-        let force = sum(self.channel(true).0, forces);
         let r = &state.attitude;
-        let turned = self.force.as_ref().is_some_and(|axes| axes.frame == AxisFrame::Body);
+        let force = self.force.as_ref().map(|set| set.frame().to_reference(r, &set.output(forces)));
         Wrench {
-            force: if turned { r * force } else { force },
-            moment: if self.torque.frame == AxisFrame::Reference { r.tr_mul(&torque) } else { torque },
+            force: force.unwrap_or_else(Vector3::zeros),
+            moment: self.torque.frame().to_body(r, &self.torque.output(torques)),
         }
     }
 
