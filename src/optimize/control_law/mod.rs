@@ -22,6 +22,7 @@ use effort::Effort;
 use nalgebra::DVector;
 pub(crate) use saturated::obstacle;
 use saturated::{Ball, Clipped};
+use std::ops::Deref;
 
 /// The law of one actuator set.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,7 +45,7 @@ pub(crate) struct Response {
 }
 
 /// `K` of a law, by its derivatives; costates and outputs in the axes of the set.
-trait Hamiltonian {
+pub(crate) trait Hamiltonian {
     /// `K_q`, and the running cost.
     fn response(&self, costate: &Vector3) -> Response;
 
@@ -67,7 +68,7 @@ trait Hamiltonian {
         0.0
     }
 
-    /// The inputs themselves, in SI units.
+    /// The inputs themselves, in SI units; `inputs` are those of the law.
     fn inputs(&self, inputs: &Weighted, costate: &Vector3) -> DVector<f64>;
 }
 
@@ -105,43 +106,18 @@ impl ControlLaw {
             Self::Norm(ball) => Self::Norm(ball.relaxed(factor)),
         }
     }
+}
 
-    fn hamiltonian(&self) -> &dyn Hamiltonian {
+/// A law is what its Hamiltonian is.
+impl Deref for ControlLaw {
+    type Target = dyn Hamiltonian;
+
+    fn deref(&self) -> &Self::Target {
         match self {
             Self::Effort(effort) => effort,
             Self::Size(clipped) => clipped,
             Self::Norm(ball) => ball,
         }
-    }
-
-    /// `B u` and its running cost for a costate in the axes of the set.
-    pub fn response(&self, costate: &Vector3) -> Response {
-        self.hamiltonian().response(costate)
-    }
-
-    /// `S`, the generalised derivative of `−B u` with respect to the costate.
-    pub fn slope(&self, costate: &Vector3) -> Matrix3 {
-        self.hamiltonian().slope(costate)
-    }
-
-    /// How many times its limit the largest input would be without it; 0 without limits.
-    pub fn demand(&self, costate: &Vector3) -> f64 {
-        self.hamiltonian().demand(costate)
-    }
-
-    /// The multipliers of the limits, one per input or one for the norm; none without limits.
-    pub fn multipliers(&self, costate: &Vector3) -> Vec<f64> {
-        self.hamiltonian().multipliers(costate)
-    }
-
-    /// How far the inputs are from their own projection after a step against the gradient.
-    pub fn projection_residual(&self, costate: &Vector3) -> f64 {
-        self.hamiltonian().projection_residual(costate)
-    }
-
-    /// The inputs themselves; they are those of the law, and all is in SI units.
-    pub fn inputs(&self, inputs: &Weighted, costate: &Vector3) -> DVector<f64> {
-        self.hamiltonian().inputs(inputs, costate)
     }
 }
 

@@ -64,12 +64,12 @@ impl Dynamics {
 
     /// How many times its limit the most demanded input would be without it.
     pub(crate) fn demand(&self, pose: &Pose, costate: &Costate) -> f64 {
-        self.larger(pose, costate, ControlLaw::demand)
+        self.larger(pose, costate, |law, costate| law.demand(costate))
     }
 
     /// How far limited inputs are from optimal: the larger projection residual of forces and torques.
     pub(crate) fn input_residual(&self, pose: &Pose, costate: &Costate) -> f64 {
-        self.larger(pose, costate, ControlLaw::projection_residual)
+        self.larger(pose, costate, |law, costate| law.projection_residual(costate))
     }
 
     /// The larger figure of the two laws; 0 without limits.
@@ -110,31 +110,20 @@ impl Authority {
     }
 }
 
-/// The least-squares inverse of both authorities: which costates call for a given wrench.
+/// A matrix for forces and one for torques, as the authorities are.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct InverseAuthority {
+pub(crate) struct InputMatrices {
     force: Authority,
     torque: Authority,
 }
 
-impl InverseAuthority {
-    /// `(λ^γ, λ^Π)` whose optimal inputs give `wrench` at attitude `r`, as far as the axes reach.
+impl InputMatrices {
+    /// Of the inverses: `(λ^γ, λ^Π)` whose optimal inputs give `wrench` at attitude `r`, as far as the axes reach.
     pub fn dual(&self, r: &Matrix3, wrench: &Wrench) -> (Vector3, Vector3) {
-        let force = self.force.on_reference(r, &wrench.force);
-        let torque = self.torque.on_body(r, &wrench.moment);
-        (-force, -torque)
+        (-self.force.on_reference(r, &wrench.force), -self.torque.on_body(r, &wrench.moment))
     }
-}
 
-/// `G` with `G Gᵀ = B W⁻¹ Bᵀ`, for torques and forces.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct InputRoot {
-    force: Authority,
-    torque: Authority,
-}
-
-impl InputRoot {
-    /// `G` at attitude `r`, N×N with the blocks of the momenta filled.
+    /// Of the roots: `G` at attitude `r`, N×N with the blocks of the momenta filled.
     pub fn at<const N: usize>(&self, r: &Matrix3) -> nalgebra::SMatrix<f64, N, N> {
         let mut out = nalgebra::SMatrix::<f64, N, N>::zeros();
         let torque = self.torque.frame.to_body(r, &self.torque.matrix);
@@ -148,26 +137,27 @@ impl InputRoot {
 }
 
 impl Dynamics {
-    /// The square root of the inputs' authority.
-    pub(crate) fn input_root(&self) -> InputRoot {
-        let root = |authority: &Authority| {
+    /// `G` with `G Gᵀ = B W⁻¹ Bᵀ`: the square root of the inputs' authority.
+    pub(crate) fn input_root(&self) -> InputMatrices {
+        self.of_authorities(|authority| {
             // For a symmetric positive semidefinite matrix U Σ Vᵀ has U = V on its range.
-            let svd = authority.matrix.svd(true, false);
+            let svd = authority.svd(true, false);
             let roots = svd.singular_values.map(f64::sqrt);
-            let u = svd.u.unwrap_or_else(Matrix3::zeros);
-            Authority { matrix: u * Matrix3::from_diagonal(&roots), frame: authority.frame }
-        };
-        InputRoot { force: root(&self.force), torque: root(&self.torque) }
+            svd.u.unwrap_or_else(Matrix3::zeros) * Matrix3::from_diagonal(&roots)
+        })
     }
 
     /// The least-squares inverse of the inputs' authority.
-    pub(crate) fn inverse_authority(&self) -> InverseAuthority {
-        let invert = |authority: &Authority| {
-            let svd = authority.matrix.svd(true, true);
+    pub(crate) fn inverse_authority(&self) -> InputMatrices {
+        self.of_authorities(|authority| {
+            let svd = authority.svd(true, true);
             let threshold = 1e-9 * svd.singular_values.amax();
-            let matrix = svd.pseudo_inverse(threshold).unwrap_or_else(|_| Matrix3::zeros());
-            Authority { matrix, frame: authority.frame }
-        };
-        InverseAuthority { force: invert(&self.force), torque: invert(&self.torque) }
+            svd.pseudo_inverse(threshold).unwrap_or_else(|_| Matrix3::zeros())
+        })
+    }
+
+    fn of_authorities(&self, of: impl Fn(&Matrix3) -> Matrix3) -> InputMatrices {
+        let of = |authority: &Authority| Authority { matrix: of(&authority.matrix), ..*authority };
+        InputMatrices { force: of(&self.force), torque: of(&self.torque) }
     }
 }

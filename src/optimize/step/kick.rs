@@ -123,36 +123,23 @@ impl Dynamics {
 
     /// The linearised kick at a pose.
     pub(crate) fn linear_kick<const N: usize>(&self, pose: &Pose, costate: &Costate) -> LinearKick {
-        if self.is_limited() {
-            self.linear_kick_of::<N, true>(pose, costate)
-        } else {
-            self.linear_kick_of::<N, false>(pose, costate)
-        }
-    }
-
-    /// The linearised kick at a pose, of limited inputs or of others.
-    pub(crate) fn linear_kick_of<const N: usize, const LIMITED: bool>(
-        &self,
-        pose: &Pose,
-        costate: &Costate,
-    ) -> LinearKick {
         let turning =
             self.torque.frame == AxisFrame::Reference || (N == 12 && self.force.frame == AxisFrame::Body);
-        if self.environment.is_none() && !turning && !LIMITED {
+        if self.environment.is_none() && !turning && !self.is_limited() {
             let (pp_force, pp_torque) = (-self.force.matrix, -self.torque.matrix);
             return LinearKick { pp_force, pp_torque, field: None };
         }
-        self.field_kick::<N, LIMITED>(pose, costate)
+        self.field_kick::<N>(pose, costate)
     }
 
     /// The linearised kick of an environment, of limited inputs, or of inputs whose axes turn against the
     /// coordinates.
     #[inline(never)]
-    fn field_kick<const N: usize, const LIMITED: bool>(&self, pose: &Pose, costate: &Costate) -> LinearKick {
+    fn field_kick<const N: usize>(&self, pose: &Pose, costate: &Costate) -> LinearKick {
         let r = &pose.attitude;
         let r_t = r.transpose();
         let (mut pq, mut qq) = (Blocks::zero(), Blocks::zero());
-        let (input, _) = self.inputs::<N, LIMITED>(pose, costate);
+        let (input, _) = self.inputs::<N, true>(pose, costate);
         let (force, torque) = self.input_slopes(pose, costate);
         let (mut pp_force, mut pp_torque) = (-force, -torque);
         if let Some(environment) = &self.environment {

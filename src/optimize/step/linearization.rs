@@ -81,13 +81,7 @@ impl Dynamics {
         let pose = end.pose();
         let linear_kick = self.linear_kick::<N>(&pose, &costate);
         self.kick::<N>(&pose, &costate).apply::<N>(&mut end, &mut costate, 0.0, -weight);
-        let linear = self.linear_drift(&drift, &self.drift_matrix(&drift), &costate);
-        let mut columns = Sensitivity::<N>::of_state();
-        let free = linear.curvature(&columns).costate();
-        linear.advance(&mut columns);
-        let mut curvature = linear_kick.curvature(&columns);
-        linear.transpose(&mut curvature);
-        Ok(free + curvature.costate() * weight)
+        Ok(self.matrices::<N>(&drift, &costate, &linear_kick, weight).h)
     }
 
     /// `λ_{k−1}` that belongs to `λ_k` of step `step` from `start`, by `A_kᵀ`.

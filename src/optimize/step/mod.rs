@@ -284,13 +284,24 @@ impl Dynamics {
     /// # Errors
     /// [`StepError`] where the implicit equation has no solution.
     pub fn propagate(&self, problem: &Problem) -> Result<(Matrix3, Vector3), StepError> {
-        let mut point = self.point(&problem.start);
+        let start = self.point(&problem.start);
+        let end =
+            if self.grid.is_uniform() { self.coast::<true>(start) } else { self.coast::<false>(start) }?;
+        Ok((end.attitude.value, end.momentum.value))
+    }
+
+    /// The steps of [`Dynamics::propagate`], of one length or of their own: a call in the loop would empty its
+    /// registers.
+    #[inline]
+    fn coast<const UNIFORM: bool>(&self, mut point: Point) -> Result<Point, StepError> {
         let input = Wrench { force: Vector3::zeros(), moment: Vector3::repeat(0.1) };
+        let length = self.grid.full_kick(0);
         for step in 0..self.grid.steps() {
             self.drift::<6>(step, &mut point)?;
-            self.bare_kick::<6>(&mut point, self.grid.full_kick(step + 1), &input);
+            let weight = if UNIFORM { length } else { self.grid.full_kick(step + 1) };
+            self.bare_kick::<6>(&mut point, weight, &input);
         }
-        Ok((point.attitude.value, point.momentum.value))
+        Ok(point)
     }
 
     /// Angular velocity of the reference frame, in its axes, scaled.

@@ -5,18 +5,16 @@
 //! ```
 
 use super::StepError;
+use super::implicit::AttitudeEquation;
+use crate::Vector3;
 use crate::mechanics::body::Body;
-use crate::mechanics::drift_equation::{solve_counting, solve_from};
-use crate::{Matrix3, Vector3};
+use crate::mechanics::drift_equation::solve_from;
 
-/// One body as the implicit equation sees it, in units of its mean principal moment.
+/// One body's implicit equation, step after step.
 #[derive(Clone, Debug)]
 pub(super) struct Rotor {
-    j: Matrix3,
-    j_inverse: Matrix3,
+    equation: AttitudeEquation,
     step: f64,
-    /// `h` over the mean principal moment.
-    scale: f64,
     /// Cayley vectors of the last two steps; NaN before they are made.
     last: Vector3,
     before: Vector3,
@@ -24,16 +22,10 @@ pub(super) struct Rotor {
 
 impl Rotor {
     pub fn of(bodies: &[Body], step: f64) -> Vec<Self> {
+        let none = Vector3::repeat(f64::NAN);
         let rotor = |body: &Body| {
-            let mean = body.inertia.mean();
-            Self {
-                j: body.inertia.j() / mean,
-                j_inverse: body.inertia.j_inverse() * mean,
-                step,
-                scale: step / mean,
-                last: Vector3::repeat(f64::NAN),
-                before: Vector3::repeat(f64::NAN),
-            }
+            let equation = AttitudeEquation::new(&body.inertia, step);
+            Self { equation, step, last: none, before: none }
         };
         bodies.iter().map(rotor).collect()
     }
@@ -45,11 +37,11 @@ impl Rotor {
     /// and does not have to wait for the momentum. Where it leads astray the solution is sought afresh.
     #[inline(always)]
     pub fn turn(&mut self, body: usize, p: &Vector3, iterations: &mut u64) -> Result<Vector3, StepError> {
-        let g = self.scale * p;
+        let g = self.equation.scale * p;
         let guess = 2.0 * self.last - self.before;
-        let (c, count) = match solve_from(&self.j, &g, guess) {
+        let (c, count) = match solve_from(&self.equation.j, &g, guess) {
             Some(root) => root,
-            None => self.afresh(body, &g)?,
+            None => self.afresh(body, p)?,
         };
         (self.before, self.last) = (self.last, c);
         *iterations += u64::from(count);
@@ -58,9 +50,9 @@ impl Rotor {
 
     #[cold]
     #[inline(never)]
-    fn afresh(&self, body: usize, g: &Vector3) -> Result<(Vector3, u32), StepError> {
-        solve_counting(&self.j, &self.j_inverse, g).ok_or_else(|| {
-            let turn = (self.j_inverse * g).norm();
+    fn afresh(&self, body: usize, p: &Vector3) -> Result<(Vector3, u32), StepError> {
+        self.equation.solve(p).ok_or_else(|| {
+            let turn = (self.equation.j_inverse * (self.equation.scale * p)).norm();
             if turn.is_finite() {
                 StepError::TooLong { body: body + 1, step: self.step, turn }
             } else {

@@ -31,10 +31,10 @@ use std::f64::consts::FRAC_PI_2;
 #[derive(Clone, Debug)]
 pub struct AttitudeEquation {
     /// In units of the mean principal moment.
-    j: Matrix3,
-    j_inverse: Matrix3,
+    pub(super) j: Matrix3,
+    pub(super) j_inverse: Matrix3,
     /// `h` over that.
-    scale: f64,
+    pub(super) scale: f64,
 }
 
 impl AttitudeEquation {
