@@ -18,19 +18,13 @@ impl AxisFrame {
     /// Vectors (columns) of body axes in these axes, at attitude `r`.
     #[inline(always)]
     pub fn of_body<const C: usize>(self, r: &Matrix3, vectors: &SMatrix<f64, 3, C>) -> SMatrix<f64, 3, C> {
-        match self {
-            Self::Body => *vectors,
-            Self::Reference => r * vectors,
-        }
+        if self == Self::Body { *vectors } else { r * vectors }
     }
 
     /// Vectors of these axes in body axes.
     #[inline(always)]
     pub fn to_body<const C: usize>(self, r: &Matrix3, vectors: &SMatrix<f64, 3, C>) -> SMatrix<f64, 3, C> {
-        match self {
-            Self::Body => *vectors,
-            Self::Reference => r.tr_mul(vectors),
-        }
+        if self == Self::Body { *vectors } else { r.tr_mul(vectors) }
     }
 
     /// Vectors of the reference frame in these axes.
@@ -40,10 +34,7 @@ impl AxisFrame {
         r: &Matrix3,
         vectors: &SMatrix<f64, 3, C>,
     ) -> SMatrix<f64, 3, C> {
-        match self {
-            Self::Body => r.tr_mul(vectors),
-            Self::Reference => *vectors,
-        }
+        if self == Self::Reference { *vectors } else { r.tr_mul(vectors) }
     }
 
     /// Vectors of these axes in the reference frame.
@@ -53,10 +44,7 @@ impl AxisFrame {
         r: &Matrix3,
         vectors: &SMatrix<f64, 3, C>,
     ) -> SMatrix<f64, 3, C> {
-        match self {
-            Self::Body => r * vectors,
-            Self::Reference => *vectors,
-        }
+        if self == Self::Reference { *vectors } else { r * vectors }
     }
 }
 
@@ -345,7 +333,6 @@ impl Actuation {
 
     /// Whether any input has a limit, or stores its momentum in a wheel.
     pub fn is_limited(&self) -> bool {
-        let force = self.force.as_ref().is_some_and(|channel| !channel.limits().is_none());
-        force || !self.torque.limits().is_none() || self.wheels.is_some()
+        self.wheels.is_some() || self.limits().next().is_some()
     }
 }

@@ -21,14 +21,14 @@ fn name(method: Contender) -> &'static str {
 
 fn standing(standing: Standing) -> &'static str {
     match standing {
-        Standing::Solved => "solved",
+        Standing::Ended(Status::Solved) => "solved",
         Standing::Converged => "converged",
         Standing::DoesNotApply => "does not apply",
-        Standing::Infeasible => "infeasible",
-        Standing::NotConverged => "not converged",
-        Standing::LimitReached => "time limit",
-        Standing::VerificationFailed => "verification failed",
-        Standing::Interrupted => "interrupted",
+        Standing::Ended(Status::Infeasible) => "infeasible",
+        Standing::Ended(Status::NotConverged) => "not converged",
+        Standing::Ended(Status::LimitReached) => "time limit",
+        Standing::Ended(Status::VerificationFailed) => "verification failed",
+        Standing::Ended(Status::Interrupted) => "interrupted",
     }
 }
 
@@ -138,7 +138,8 @@ fn started(from_duals: &FromDuals) -> String {
 /// What acts, of the first method that tells.
 fn active(problem: &Problem, comparison: &Comparison) -> Vec<String> {
     let order = [Contender::ScpPolish, Contender::Shooting, Contender::Scp];
-    let solved = |run: &&MethodRun| matches!(run.status, Standing::Solved | Standing::Converged);
+    let solved =
+        |run: &&MethodRun| matches!(run.status, Standing::Ended(Status::Solved) | Standing::Converged);
     let told = order.iter().filter_map(|method| comparison.run(*method)).find(solved);
     let Some(run) = told.filter(|_| problem.is_constrained()) else { return Vec::new() };
     let nodes = |acting: &ActiveNodes| {

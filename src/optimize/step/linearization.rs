@@ -41,17 +41,36 @@ impl Dynamics {
         start: &Point,
         costate: &SVector<f64, N>,
     ) -> Result<Transition<N>, StepError> {
-        let mut end = *start;
+        self.transition_by(step, start, costate, self.grid.full_kick(step + 1))
+    }
+
+    /// The same with a kick of weight `weight`.
+    pub(crate) fn transition_by<const N: usize>(
+        &self,
+        step: usize,
+        start: &Point,
+        costate: &SVector<f64, N>,
+        weight: f64,
+    ) -> Result<Transition<N>, StepError> {
+        let (drift, end, between) = self.halves(step, start, costate, weight)?;
+        let linear_kick = self.linear_kick::<N>(&end.pose(), &Costate::from_vector(costate));
+        let linear = self.matrices::<N>(&drift, &between, &linear_kick, weight);
+        let costate_before = self.drift_costate_back::<N>(&drift, &between).to_vector();
+        Ok(Transition { end, costate_before, linear })
+    }
+
+    /// The drift of a step, the state after its kick, and the costate between the two.
+    fn halves<const N: usize>(
+        &self,
+        step: usize,
+        start: &Point,
+        costate: &SVector<f64, N>,
+        weight: f64,
+    ) -> Result<(Drift, Point, Costate), StepError> {
+        let (mut end, mut costate) = (*start, Costate::from_vector(costate));
         let drift = self.drift::<N>(step, &mut end)?;
-        let mut costate = Costate::from_vector(costate);
-        let pose = end.pose();
-        let kick = self.kick::<N>(&pose, &costate);
-        let linear_kick = self.linear_kick::<N>(&pose, &costate);
-        let weight = self.grid.full_kick(step + 1);
-        kick.apply::<N>(&mut end, &mut costate, weight, -weight);
-        let linear = self.matrices::<N>(&drift, &costate, &linear_kick, weight);
-        let before = self.drift_costate_back::<N>(&drift, &costate);
-        Ok(Transition { end, costate_before: before.to_vector(), linear })
+        self.kick::<N>(&end.pose(), &costate).apply::<N>(&mut end, &mut costate, weight, -weight);
+        Ok((drift, end, costate))
     }
 
     /// The matrices of the first step from a boundary state (SI) under the costate `λ_k` of that step (scaled).
@@ -66,24 +85,6 @@ impl Dynamics {
         Ok(self.transition(0, &self.point(start), costate)?.linear)
     }
 
-    /// `H_k = ∂(A_kᵀ λ)/∂y` of step `step` from `start` at fixed inputs, its kick of weight `weight`; for inputs
-    /// whose axes do not turn against the coordinates.
-    pub(crate) fn curvature_of_step<const N: usize>(
-        &self,
-        step: usize,
-        start: &Point,
-        costate: &SVector<f64, N>,
-        weight: f64,
-    ) -> Result<SMatrix<f64, N, N>, StepError> {
-        let mut end = *start;
-        let drift = self.drift::<N>(step, &mut end)?;
-        let mut costate = Costate::from_vector(costate);
-        let pose = end.pose();
-        let linear_kick = self.linear_kick::<N>(&pose, &costate);
-        self.kick::<N>(&pose, &costate).apply::<N>(&mut end, &mut costate, 0.0, -weight);
-        Ok(self.matrices::<N>(&drift, &costate, &linear_kick, weight).h)
-    }
-
     /// `λ_{k−1}` that belongs to `λ_k` of step `step` from `start`, by `A_kᵀ`.
     pub(crate) fn costate_before<const N: usize>(
         &self,
@@ -91,12 +92,8 @@ impl Dynamics {
         start: &Point,
         costate: &SVector<f64, N>,
     ) -> Result<SVector<f64, N>, StepError> {
-        let mut end = *start;
-        let drift = self.drift::<N>(step, &mut end)?;
-        let mut costate = Costate::from_vector(costate);
-        let kick = self.kick::<N>(&end.pose(), &costate);
-        kick.apply::<N>(&mut end, &mut costate, 0.0, -self.grid.full_kick(step + 1));
-        Ok(self.drift_costate_back::<N>(&drift, &costate).to_vector())
+        let (drift, _, between) = self.halves(step, start, costate, self.grid.full_kick(step + 1))?;
+        Ok(self.drift_costate_back::<N>(&drift, &between).to_vector())
     }
 
     /// `A`, `H`, `Q` from the two halves of a step; `after` is the costate between drift and kick, `weight` that

@@ -168,28 +168,23 @@ impl<const N: usize> Sensitivity<N> {
         }
     }
 
+    /// The identity, in the blocks of a state or of a costate.
+    fn identity() -> [Rows<N>; 4] {
+        let zero = Rows::zero();
+        let (x, gamma) = if N == 12 { (Rows::identity_at(0), Rows::identity_at(3)) } else { (zero, zero) };
+        [x, gamma, Rows::identity_at(N - 6), Rows::identity_at(N - 3)]
+    }
+
     /// The parameters are the costate: `z = 0`, `δλ = I`.
     pub fn of_costate() -> Self {
-        let mut columns = Self::zero();
-        if N == 12 {
-            columns.costate_x = Rows::identity_at(0);
-            columns.costate_gamma = Rows::identity_at(3);
-        }
-        columns.costate_zeta = Rows::identity_at(N - 6);
-        columns.costate_pi = Rows::identity_at(N - 3);
-        columns
+        let [costate_x, costate_gamma, costate_zeta, costate_pi] = Self::identity();
+        Self { costate_x, costate_gamma, costate_zeta, costate_pi, ..Self::zero() }
     }
 
     /// The parameters are the state: `z = I`, `δλ = 0`.
     pub fn of_state() -> Self {
-        let mut columns = Self::zero();
-        if N == 12 {
-            columns.x = Rows::identity_at(0);
-            columns.gamma = Rows::identity_at(3);
-        }
-        columns.zeta = Rows::identity_at(N - 6);
-        columns.pi = Rows::identity_at(N - 3);
-        columns
+        let [x, gamma, zeta, pi] = Self::identity();
+        Self { x, gamma, zeta, pi, ..Self::zero() }
     }
 
     /// The derivative of the state, N×N.

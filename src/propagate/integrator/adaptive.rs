@@ -92,10 +92,8 @@ impl Method for Reference {
             }
         };
         let y = result.ok_or(StepError::GaveUp { step })?;
-        self.ambient.add(&y);
         self.ambient.course.work.rejected = self.rejected;
-        self.ambient.course.turn_frame();
-        self.ambient.course.finish()
+        self.ambient.finish(&y)
     }
 
     fn course(&self) -> &Course {

@@ -7,8 +7,8 @@
 //! Methods work with the change of y since the start of the step: its rounding is then relative to the
 //! change, and the sum of the changes is compensated like everywhere.
 
-use super::Input;
 use super::course::Course;
+use super::{Input, StepError};
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::{Pose, Wrench};
 use crate::{Matrix3, Vector3, lie};
@@ -92,8 +92,8 @@ impl Ambient {
         }
     }
 
-    /// Adds a change to the state.
-    pub fn add(&mut self, y: &[f64]) {
+    /// Ends a step over which the state has changed by `y`.
+    pub fn finish(&mut self, y: &[f64]) -> Result<(), StepError> {
         let mut at = 0;
         for (index, body) in self.course.loads.system.bodies().iter().enumerate() {
             self.course.state.add_attitude(index, &Matrix3::from_column_slice(&y[at..at + 9]));
@@ -105,6 +105,8 @@ impl Ambient {
                 at += MOVING - TURNING;
             }
         }
+        self.course.turn_frame();
+        self.course.finish()
     }
 
     /// Sizes that errors are relative to, one per number: 1 for attitudes, else the norm of the quantity or,

@@ -103,9 +103,7 @@ impl Method for ImplicitMidpoint {
             let before = std::mem::replace(&mut noticed, self.ambient.noticed(&self.correction));
             let at_round_off = noticed <= TOLERANCE && noticed >= before;
             if relative <= TOLERANCE || at_round_off {
-                self.ambient.add(&self.change);
-                self.ambient.course.turn_frame();
-                return self.ambient.course.finish();
+                return self.ambient.finish(&self.change);
             }
         }
         Err(StepError::NotConverged { step: self.ambient.course.loads.step, iterations: MAX_ITERATIONS })

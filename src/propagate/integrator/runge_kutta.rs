@@ -118,9 +118,7 @@ impl Method for RungeKutta {
             (Some(tolerance), Some(error)) => self.adaptive(tolerance, error, inputs)?,
             _ => self.part(0.0, self.ambient.course.loads.step, inputs),
         }
-        self.ambient.add(&self.y);
-        self.ambient.course.turn_frame();
-        self.ambient.course.finish()
+        self.ambient.finish(&self.y)
     }
 
     fn course(&self) -> &Course {

@@ -47,22 +47,13 @@ pub enum Contender {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Standing {
-    /// Solved, and the independent witnesses agree.
-    Solved,
     /// The convex iteration converged by its own measure; its terminal error is what it is.
     Converged,
     /// The method cannot take such a problem.
     DoesNotApply,
-    /// Proved infeasible.
-    Infeasible,
-    /// No extremal was found.
-    NotConverged,
-    /// The time limit came first.
-    LimitReached,
-    /// Solved, but a witness disagrees.
-    VerificationFailed,
-    /// The caller asked to stop.
-    Interrupted,
+    /// As a plan ends, judged by the witnesses; or as a search without an answer does.
+    #[serde(untagged)]
+    Ended(Status),
 }
 
 /// Where a limit or constraint is active.
@@ -183,13 +174,15 @@ pub fn compare(
         observer,
     )?;
     let shot = match &shooting {
-        Ok(answer) => MethodRun::of(Contender::Shooting, problem, answer, answer.plan.status.into()),
+        Ok(answer) => {
+            MethodRun::of(Contender::Shooting, problem, answer, Standing::Ended(answer.plan.status))
+        }
         Err(reason) => MethodRun::refused(Contender::Shooting, reason),
     };
     let methods = vec![
         shot,
-        MethodRun::of(Contender::Scp, problem, &unpolished, unpolished.unjudged()),
-        MethodRun::of(Contender::ScpPolish, problem, &polished, polished.plan.status.into()),
+        MethodRun::of(Contender::Scp, problem, &unpolished, unjudged(unpolished.solution())),
+        MethodRun::of(Contender::ScpPolish, problem, &polished, Standing::Ended(polished.plan.status)),
     ];
     Ok(Comparison { methods, agreement })
 }
@@ -229,31 +222,25 @@ impl Answer {
             self.by_itself = Some(std::mem::replace(&mut self.plan, second.plan));
         }
     }
-
-    /// How a solve ended that no witness judges.
-    fn unjudged(&self) -> Standing {
-        unjudged(self.solution())
-    }
 }
 
 impl Comparison {
     /// What the comparison comes to, in the terms of a plan: `Solved` when a method solved and those that
     /// did agree; `VerificationFailed` when they do not agree.
     pub fn status(&self) -> Status {
-        let any = |standing| self.methods.iter().any(|run| run.status == standing);
-        if any(Standing::Interrupted) {
-            Status::Interrupted
-        } else if any(Standing::VerificationFailed) || self.agreement.verdict == Verdict::Disagree {
-            Status::VerificationFailed
-        } else if any(Standing::Solved) {
-            Status::Solved
-        } else if any(Standing::Infeasible) {
-            Status::Infeasible
-        } else if any(Standing::LimitReached) {
-            Status::LimitReached
-        } else {
-            Status::NotConverged
-        }
+        let ended = |status: &Status| {
+            let disagree = self.agreement.verdict == Verdict::Disagree;
+            self.methods.iter().any(|run| run.status == Standing::Ended(*status))
+                || (*status == Status::VerificationFailed && disagree)
+        };
+        let order = [
+            Status::Interrupted,
+            Status::VerificationFailed,
+            Status::Solved,
+            Status::Infeasible,
+            Status::LimitReached,
+        ];
+        order.into_iter().find(ended).unwrap_or(Status::NotConverged)
     }
 
     /// The run of a method.
@@ -262,26 +249,14 @@ impl Comparison {
     }
 }
 
+/// How a solve ended that no witness judges.
 fn unjudged(solution: &Solution) -> Standing {
     match solution.outcome {
         Outcome::Converged => Standing::Converged,
-        Outcome::Infeasible => Standing::Infeasible,
-        Outcome::TimeLimit => Standing::LimitReached,
-        Outcome::Interrupted => Standing::Interrupted,
-        _ => Standing::NotConverged,
-    }
-}
-
-impl From<Status> for Standing {
-    fn from(status: Status) -> Self {
-        match status {
-            Status::Solved => Self::Solved,
-            Status::Infeasible => Self::Infeasible,
-            Status::NotConverged => Self::NotConverged,
-            Status::LimitReached => Self::LimitReached,
-            Status::VerificationFailed => Self::VerificationFailed,
-            Status::Interrupted => Self::Interrupted,
-        }
+        Outcome::Infeasible => Standing::Ended(Status::Infeasible),
+        Outcome::TimeLimit => Standing::Ended(Status::LimitReached),
+        Outcome::Interrupted => Standing::Ended(Status::Interrupted),
+        _ => Standing::Ended(Status::NotConverged),
     }
 }
 
@@ -309,7 +284,10 @@ impl MethodRun {
     fn of(method: Contender, problem: &Problem, answer: &Answer, status: Standing) -> Self {
         let solution = answer.solution();
         let by_itself = answer.by_itself.as_ref().map(|plan| ByItself {
-            status: if method == Contender::Scp { unjudged(&plan.solution) } else { plan.status.into() },
+            status: match method {
+                Contender::Scp => unjudged(&plan.solution),
+                _ => Standing::Ended(plan.status),
+            },
             cost: plan.solution.cost.is_finite().then_some(plan.solution.cost),
         });
         let reached = solution.cost.is_finite();

@@ -53,12 +53,12 @@ fn unmet(found: &Comparison, minimum: bool) -> Vec<String> {
     claim(found.status() == Status::Solved, format!("{:?}", found.status()));
     claim(agreement.verdict == Verdict::Agree, format!("{:?}", agreement.verdict));
     claim(agreement.cost.is_some_and(|cost| cost <= COST), format!("costs {:?}", agreement.cost));
-    claim(polished.status == Standing::Solved, format!("polish {:?}", polished.status));
+    claim(polished.status == Standing::Ended(Status::Solved), format!("polish {:?}", polished.status));
     let terminal = polished.terminal.map_or(f64::NAN, |terminal| terminal.largest());
     claim(terminal <= TERMINAL, format!("terminal {terminal:e}"));
     claim(polished.stationarity.is_some_and(|kkt| kkt <= KKT), format!("KKT {:?}", polished.stationarity));
     claim(!minimum || scp.status == Standing::Converged, format!("scp {:?}", scp.status));
-    if shooting.status == Standing::Solved && agreement.costates_unique == Some(true) {
+    if shooting.status == Standing::Ended(Status::Solved) && agreement.costates_unique == Some(true) {
         let after = agreement.duals_after_polish;
         claim(after.is_some_and(|value| value <= POLISHED), format!("multipliers {after:?}"));
         let before = agreement.duals_before_polish;
@@ -200,9 +200,12 @@ fn a_second_run_counts_only_on_the_path_that_was_shown_and_the_first_is_kept() {
     answer.again(&problem, long.clone(), &short.solution);
     assert!(answer.by_itself.is_none());
     answer.again(&problem, short.clone(), &short.solution);
-    let run = MethodRun::of(Contender::ScpPolish, &problem, &answer, Standing::Solved);
+    let run = MethodRun::of(Contender::ScpPolish, &problem, &answer, Standing::Ended(Status::Solved));
     assert_eq!(run.cost, Some(short.solution.cost));
-    assert_eq!(run.by_itself, Some(ByItself { status: Standing::Solved, cost: Some(long.solution.cost) }));
+    assert_eq!(
+        run.by_itself,
+        Some(ByItself { status: Standing::Ended(Status::Solved), cost: Some(long.solution.cost) })
+    );
     // Shown the long way, SCP can be made to keep it, and is found to differ.
     let along = Some(&long.solution.trajectory);
     let kept = search::solve_convex(&problem, &settings, true, along, &mut Silent).unwrap();

@@ -156,8 +156,8 @@ fn of_step<const N: usize>(
 ) -> Result<DMatrix<f64>, StepError> {
     let costate = SVector::<f64, N>::from_column_slice(costate.as_slice());
     let weight = model.kick_weight(stage + 1);
-    let matrix = model.dynamics.curvature_of_step(stage, &state.point(), &costate, weight)?;
-    Ok(DMatrix::from_column_slice(N, N, matrix.as_slice()))
+    let step = model.dynamics.transition_by(stage, &state.point(), &costate, weight)?;
+    Ok(DMatrix::from_column_slice(N, N, step.linear.h.as_slice()))
 }
 
 /// The nearest positive semidefinite matrix to the symmetric part; zero where it cannot be found.
