@@ -1,6 +1,6 @@
 //! What to try next: the command to type, most promising first.
 
-use super::args::SpecArgs;
+use super::SpecArgs;
 use slewkit::maneuver::{Method, Outcome, Problem, Settings};
 use slewkit::numerics::figures::{about, rounded_up};
 use slewkit::plan::{Plan, Status};

@@ -1,8 +1,9 @@
 //! Arguments that several commands share.
 
-use super::failure::Failure;
+use super::{Failure, console};
 use clap::ValueEnum;
-use slewkit::files::export::Target;
+use serde::Serialize;
+use slewkit::files::export::{Target, write_document};
 use std::path::{Path, PathBuf};
 
 /// What is needed to report a failure, whatever the command.
@@ -143,6 +144,14 @@ impl ReportArgs {
     /// Whether the report is a document on stdout.
     pub fn json(&self) -> bool {
         self.format == ReportFormat::Json
+    }
+
+    /// Prints the report where it is asked for.
+    pub fn print(&self, document: &impl Serialize) -> Result<(), Failure> {
+        if self.json() {
+            console::to_stdout(|output| write_document(document, output))?;
+        }
+        Ok(())
     }
 
     /// The part that failures need.

@@ -1,11 +1,7 @@
 //! `slew check`: the spec alone, all errors at once.
 
-use super::args::{ReportArgs, SpecArgs};
-use super::console::{self, Console, Tone};
-use super::failure::{Exit, Failure};
-use super::{spec_file, summary};
+use super::{Console, Exit, Failure, ReportArgs, SpecArgs, Tone, spec_file, summary};
 use serde::Serialize;
-use slewkit::files::export::write_document;
 use slewkit::files::spec::{Diagnostic, Loaded, LoadedSimulation, Spec, escape};
 use slewkit::maneuver::Motion;
 use slewkit::numerics::figures::{counted, significant};
@@ -17,21 +13,6 @@ pub struct Args {
     pub spec: SpecArgs,
     #[command(flatten)]
     pub report: ReportArgs,
-}
-
-#[derive(Serialize)]
-struct ManeuverReport<'a> {
-    status: &'static str,
-    exit_code: u8,
-    name: &'a str,
-    steps: usize,
-    step_s: f64,
-    duration_s: f64,
-    inputs: usize,
-    wheels: usize,
-    limits: &'a [&'static str],
-    constraints: Vec<&'a str>,
-    diagnostics: &'a [Diagnostic],
 }
 
 /// Runs the command.
@@ -48,22 +29,6 @@ fn verdict(warnings: &[Diagnostic]) -> (String, Tone) {
         0 => ("valid".into(), Tone::Good),
         count => (format!("valid, {}", counted(count, "warning")), Tone::Note),
     }
-}
-
-#[derive(Serialize)]
-struct SimulationReport<'a> {
-    status: &'static str,
-    exit_code: u8,
-    name: &'a str,
-    integrator: &'static str,
-    order: u32,
-    symplectic: bool,
-    steps: u64,
-    step_s: f64,
-    duration_s: f64,
-    rows: u64,
-    bodies: Vec<BodyReport<'a>>,
-    diagnostics: &'a [Diagnostic],
 }
 
 #[derive(Serialize)]
@@ -128,24 +93,21 @@ fn simulation(loaded: &LoadedSimulation, args: &Args, console: &mut Console) -> 
         lines.push(summary::line("", &format!("… {} in all", bodies.len())));
     }
     console.say(&lines.join("\n"));
-    if args.report.json() {
-        let facts = simulation.kind.facts();
-        let report = SimulationReport {
-            status: "valid",
-            exit_code: 0,
-            name: &simulation.name,
-            integrator: simulation.kind.name(),
-            order: facts.order,
-            symplectic: facts.symplectic,
-            steps: simulation.steps,
-            step_s: simulation.step(),
-            duration_s: simulation.duration,
-            rows,
-            bodies,
-            diagnostics: warnings,
-        };
-        console::to_stdout(|output| write_document(&report, output))?;
-    }
+    let facts = simulation.kind.facts();
+    args.report.print(&document! {
+        status: "valid",
+        exit_code: 0,
+        name: &simulation.name,
+        integrator: simulation.kind.name(),
+        order: facts.order,
+        symplectic: facts.symplectic,
+        steps: simulation.steps,
+        step_s: simulation.step(),
+        duration_s: simulation.duration,
+        rows: rows,
+        bodies: &bodies,
+        diagnostics: warnings,
+    })?;
     Ok(Exit::Solved)
 }
 
@@ -192,22 +154,19 @@ fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit,
         lines.push(summary::line("constraints", &escape(&listed(&constraints))));
     }
     console.say(&lines.join("\n"));
-    if args.report.json() {
-        let report = ManeuverReport {
-            status: "valid",
-            exit_code: 0,
-            name: &problem.name,
-            steps: problem.steps,
-            step_s: problem.step(),
-            duration_s: problem.duration,
-            inputs,
-            wheels,
-            limits: &limits,
-            constraints,
-            diagnostics: warnings,
-        };
-        console::to_stdout(|output| write_document(&report, output))?;
-    }
+    args.report.print(&document! {
+        status: "valid",
+        exit_code: 0,
+        name: &problem.name,
+        steps: problem.steps,
+        step_s: problem.step(),
+        duration_s: problem.duration,
+        inputs: inputs,
+        wheels: wheels,
+        limits: &limits,
+        constraints: &constraints,
+        diagnostics: warnings,
+    })?;
     Ok(Exit::Solved)
 }
 

@@ -1,8 +1,7 @@
 //! `slew convert`: one attitude in all notations.
 
-use super::args::ReportArgs;
-use super::console::{self, Console};
-use super::failure::{Exit, Failure};
+use super::console;
+use super::{Console, Exit, Failure, ReportArgs};
 use serde_json::{Map, Value};
 use slewkit::files::export::{ExportError, Notations, write_document};
 use slewkit::files::spec::{self, Diagnostics, Format, Override};

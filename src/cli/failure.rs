@@ -1,6 +1,7 @@
 //! How a command ends: the exit codes, and the failures that lead to them.
 
-use super::console::{self, Console};
+use super::Console;
+use super::console;
 use serde::Serialize;
 use slewkit::files::export::{ExportError, FileError, write_document};
 use slewkit::files::spec::{Diagnostics, escape};
@@ -85,12 +86,18 @@ pub struct Message {
     pub remedy: String,
 }
 
+impl Message {
+    pub fn new(code: &'static str, reason: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self { code, reason: reason.into(), remedy: remedy.into() }
+    }
+}
+
 impl Failure {
     /// An input that cannot be opened or read.
     pub fn unreadable(path: &Path, error: &std::io::Error) -> Self {
         let path = path.to_string_lossy();
         let reason = format!("cannot read {}: {error}", escape(&path));
-        Self::File(Message { code: "E0090", reason, remedy: "check the path".into() })
+        Self::File(Message::new("E0090", reason, "check the path"))
     }
 
     /// An input that is not what it should be.
@@ -100,7 +107,7 @@ impl Failure {
         }
         let path = path.to_string_lossy();
         let reason = format!("{}: {error}", escape(&path));
-        Self::File(Message { code: error.code(), reason, remedy: error.remedy().into() })
+        Self::File(Message::new(error.code(), reason, error.remedy()))
     }
 
     fn exit(&self) -> Exit {
@@ -134,30 +141,21 @@ impl Failure {
         exit
     }
 
-    fn document(&self, exit: Exit) -> Document<'_> {
+    fn document(&self, exit: Exit) -> impl Serialize {
         let (diagnostics, error) = match self {
             Self::Spec(diagnostics) => (Some(diagnostics), None),
             Self::File(message) | Self::Problem(message) | Self::Plan(_, message) => (None, Some(message)),
             Self::Usage(_) | Self::Internal(_) => (None, None),
         };
-        Document { status: exit.status(), exit_code: exit.code(), error, diagnostics }
+        document! {
+            status: exit.status(), exit_code: exit.code(), error if some: error, diagnostics if some: diagnostics,
+        }
     }
-}
-
-#[derive(Serialize)]
-struct Document<'a> {
-    status: &'static str,
-    exit_code: u8,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    error: Option<&'a Message>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    diagnostics: Option<&'a Diagnostics>,
 }
 
 impl From<FileError> for Failure {
     fn from(error: FileError) -> Self {
-        let remedy = error.remedy().into();
-        Self::File(Message { code: error.code(), reason: error.to_string(), remedy })
+        Self::File(Message::new(error.code(), error.to_string(), error.remedy()))
     }
 }
 
@@ -165,11 +163,10 @@ impl From<ExportError> for Failure {
     fn from(error: ExportError) -> Self {
         match error {
             ExportError::File(error) => error.into(),
-            ExportError::Io(error) => Self::File(Message {
-                code: "E0097",
-                reason: format!("writing to stdout failed: {error}"),
-                remedy: "free some space, or give a file with `-o`".into(),
-            }),
+            ExportError::Io(error) => {
+                let reason = format!("writing to stdout failed: {error}");
+                Self::File(Message::new("E0097", reason, "free some space, or give a file with `-o`"))
+            }
             other => Self::Internal(other.to_string()),
         }
     }

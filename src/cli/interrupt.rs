@@ -1,7 +1,7 @@
 //! Ctrl-C: the first asks the work to stop and keeps its best result, the second ends at once. The signals that
 //! ask a process to end, SIGTERM and SIGHUP, count as Ctrl-C.
 
-use super::failure::Exit;
+use super::Exit;
 use slewkit::files::export::remove_temporaries;
 use slewkit::plan::Status;
 use std::io::Write;

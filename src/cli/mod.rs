@@ -1,5 +1,8 @@
 //! The command line: one file per command. Arguments are parsed as typed, then checked and combined.
 
+#[macro_use]
+mod document;
+
 mod advice;
 mod args;
 mod check;
@@ -15,10 +18,12 @@ mod summary;
 mod texts;
 mod verify;
 
-use args::Common;
+pub(crate) use args::{Common, Destination, Format, Notation, OutputArgs, Reading, ReportArgs, SpecArgs};
+pub(crate) use console::{Console, Tone};
+pub(crate) use failure::{Exit, Failure, Message};
+pub(crate) use summary::{headline, line};
+
 use clap::{CommandFactory, Parser, Subcommand};
-use console::Console;
-use failure::{Exit, Failure};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
 

@@ -1,9 +1,9 @@
 //! `slew plan`: solve, verify, tell, write.
 
-use super::args::{Destination, Format, OutputArgs, SpecArgs};
-use super::console::{self, Console};
-use super::failure::{Exit, Failure, Message};
-use super::{interrupt, spec_file, summary};
+use super::console;
+use super::{
+    Console, Destination, Exit, Failure, Format, Message, OutputArgs, SpecArgs, interrupt, spec_file, summary,
+};
 use slewkit::files::export::{ExportError, PlanFile, Target, read_guess, write_csv, write_jsonl};
 use slewkit::files::spec::Loaded;
 use slewkit::maneuver::{Problem, ProblemError, Settings};
@@ -80,12 +80,10 @@ fn guess(path: &Path, problem: &Problem) -> Result<Guess, Failure> {
     let guess = read_guess(spec_file::open_plan(path)?).map_err(|error| Failure::unusable(path, &error))?;
     let (found, needed) = (guess.costates.len(), problem.dimension());
     if found != needed {
-        return Err(Failure::File(Message {
-            code: "E0103",
-            reason: format!("the guess has {found} costates, this maneuver needs {needed}"),
-            remedy: "give a plan of the same kind of maneuver: 6 costates for an attitude, 12 with positions"
-                .into(),
-        }));
+        let reason = format!("the guess has {found} costates, this maneuver needs {needed}");
+        let remedy =
+            "give a plan of the same kind of maneuver: 6 costates for an attitude, 12 with positions";
+        return Err(Failure::File(Message::new("E0103", reason, remedy)));
     }
     Ok(guess)
 }
@@ -94,11 +92,7 @@ fn guess(path: &Path, problem: &Problem) -> Result<Guess, Failure> {
 pub fn refusal(error: PlanError) -> Failure {
     match error {
         PlanError::Problem(error) => invalid(error),
-        other => Failure::Problem(Message {
-            code: "E0121",
-            reason: other.to_string(),
-            remedy: "change the spec accordingly".into(),
-        }),
+        other => Failure::Problem(Message::new("E0121", other.to_string(), "change the spec accordingly")),
     }
 }
 
@@ -110,7 +104,7 @@ pub fn invalid(error: ProblemError) -> Failure {
         }
         _ => ("E0121", "change the spec accordingly".into()),
     };
-    Failure::Problem(Message { code, reason: error.to_string(), remedy })
+    Failure::Problem(Message::new(code, error.to_string(), remedy))
 }
 
 /// Shows progress and listens to Ctrl-C.

@@ -1,8 +1,6 @@
 //! Reading the spec that a command names.
 
-use super::args::{Notation, Reading};
-use super::console::Console;
-use super::failure::Failure;
+use super::{Console, Failure, Notation, Reading};
 use slewkit::files::spec::{self, Diagnostic, Format, Loaded, Override, Spec, SpecDocument};
 use std::fs::File;
 use std::io::{self, Read};

@@ -1,8 +1,7 @@
 //! What `plan` and `verify` tell in words.
 
 use super::advice::{WIDE_RAD, advice};
-use super::args::SpecArgs;
-use super::console::{Console, Tone};
+use super::{Console, SpecArgs, Tone};
 use slewkit::files::spec::escape;
 use slewkit::maneuver::{
     ActiveConstraint, Method, Motion, Outcome, Problem, Rung, RungReport, Scheme, Sense, Settings, Solution,

@@ -1,8 +1,7 @@
 //! `slew schema` and `slew init`: texts to start from.
 
-use super::console::{self, Console};
-use super::failure::{Exit, Failure};
-use super::summary;
+use super::console;
+use super::{Console, Exit, Failure, summary};
 use slewkit::files::export::Target;
 use slewkit::files::spec::escape;
 use std::path::PathBuf;

@@ -1,14 +1,10 @@
 //! `slew verify`: a plan file against the spec that it holds, or another, by the witnesses alone.
 
-use super::args::{Reading, ReportArgs};
-use super::console::{self, Console, Tone};
-use super::failure::{Exit, Failure, Message};
-use super::{spec_file, summary};
-use serde::Serialize;
-use slewkit::files::export::{ExportError, PlanFile, write_document};
+use super::{Console, Exit, Failure, Message, Reading, ReportArgs, Tone, spec_file, summary};
+use slewkit::files::export::{ExportError, PlanFile};
 use slewkit::files::spec::{Difference, Loaded, SpecDocument};
 use slewkit::plan::Status;
-use slewkit::verify::{self, Check, Verification};
+use slewkit::verify::{self, Check};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `slew verify`.
@@ -28,17 +24,6 @@ pub struct Args {
 
 /// Relative error that a recorded cost may have: that of sums in another order.
 const RECORDED_COST: f64 = 1e-9;
-
-#[derive(Serialize)]
-struct Report<'a> {
-    status: &'static str,
-    exit_code: u8,
-    name: &'a str,
-    steps: usize,
-    verified: &'a Verification,
-    /// Where the spec that the plan holds is not the one that it is judged by: plan first.
-    differences: &'a [Difference],
-}
 
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
@@ -82,17 +67,15 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         lines.push(summary::line("differs", &format!("{key}: {first} in the plan, {second} in the spec")));
     }
     console.say(&lines.join("\n"));
-    if args.report.json() {
-        let report = Report {
-            status: exit.status(),
-            exit_code: exit.code(),
-            name: &problem.name,
-            steps: problem.steps,
-            verified: &verification,
-            differences: &differences,
-        };
-        console::to_stdout(|output| write_document(&report, output))?;
-    }
+    args.report.print(&document! {
+        status: exit.status(),
+        exit_code: exit.code(),
+        name: &problem.name,
+        steps: problem.steps,
+        verified: &verification,
+        // Where the spec that the plan holds is not the one that it is judged by: plan first.
+        differences: &differences,
+    })?;
     Ok(exit)
 }
 
@@ -100,8 +83,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
 fn misfit(args: &Args, error: &ExportError) -> Failure {
     match Failure::unusable(&args.plan, error) {
         Failure::File(Message { code: code @ "E0103", reason, .. }) => {
-            let remedy = "give the spec that the plan was made from".into();
-            Failure::Plan(Status::VerificationFailed, Message { code, reason, remedy })
+            let message = Message::new(code, reason, "give the spec that the plan was made from");
+            Failure::Plan(Status::VerificationFailed, message)
         }
         other => other,
     }

@@ -15,8 +15,8 @@ pub struct Bound {
 
 #[cfg(not(feature = "sdp"))]
 mod missing {
-    use super::super::super::failure::Failure;
     use super::Bound;
+    use crate::cli::Failure;
     use slewkit::maneuver::{Problem, Settings};
     use slewkit::plan::Observer;
 
@@ -44,9 +44,9 @@ mod missing {
 
 #[cfg(feature = "sdp")]
 mod found {
-    use super::super::super::failure::Failure;
-    use super::super::super::summary::{line, scheme};
     use super::Bound;
+    use crate::cli::Failure;
+    use crate::cli::{line, summary::scheme};
     use slewkit::maneuver::{Problem, Settings};
     use slewkit::numerics::figures::{error, significant, time};
     use slewkit::plan::Observer;

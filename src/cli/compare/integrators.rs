@@ -1,19 +1,15 @@
 //! Integrators side by side on the bodies of a simulation spec: tables, JSON and figures.
 
-use super::super::console::{self, Console, Tone};
-use super::super::failure::{Exit, Failure, Message};
-use super::super::summary::headline;
-use super::super::{interrupt, plan};
 use super::Args;
+use crate::cli::{Console, Exit, Failure, Message, Tone, headline, interrupt, plan};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use serde::Serialize;
-use slewkit::files::export::{FileError, Target, write_document};
+use slewkit::files::export::{FileError, Target};
 use slewkit::files::spec::{BodyShape, LoadedSimulation, escape};
 use slewkit::mechanics::full_body::Attractor;
 use slewkit::plan::Status;
 use slewkit::propagate::integrator::Kind;
 use slewkit::studies::integrators::figures::{FIGURES, Outline, figures};
-use slewkit::studies::integrators::{Study, StudyError, StudyProgress, WorkPrecision};
+use slewkit::studies::integrators::{Study, StudyError, StudyProgress};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
@@ -71,8 +67,8 @@ impl StudyArgs {
         if [&self.step, &self.horizon, &self.error].iter().any(|list| !list.is_empty()) {
             return Failure::Usage(format!("--step, --horizon, --error: {error}"));
         }
-        let remedy = "choose --step, --horizon or --error".into();
-        Failure::Problem(Message { code: "E0124", reason: error.to_string(), remedy })
+        let remedy = "choose --step, --horizon or --error";
+        Failure::Problem(Message::new("E0124", error.to_string(), remedy))
     }
 
     /// The study of a spec, with what is asked for instead.
@@ -107,23 +103,6 @@ impl StudyArgs {
     }
 }
 
-/// The comparison as a document. `compares` says what is compared.
-#[derive(Serialize)]
-struct IntegratorsDocument<'a> {
-    format: u32,
-    generator: &'static str,
-    compares: &'static str,
-    status: &'static str,
-    exit_code: u8,
-    name: &'a str,
-    bodies: &'a [String],
-    integrators: Vec<&'static str>,
-    steps_s: &'a [f64],
-    horizons_s: &'a [f64],
-    #[serde(flatten)]
-    found: &'a WorkPrecision,
-}
-
 /// Runs the comparison, tells it, writes the figures.
 pub fn run(args: &Args, loaded: &LoadedSimulation, console: &mut Console) -> Result<Exit, Failure> {
     let simulation = &loaded.simulation;
@@ -143,22 +122,23 @@ pub fn run(args: &Args, loaded: &LoadedSimulation, console: &mut Console) -> Res
     };
     console.say(&headline(console, &simulation.name, verdict, tone));
     console.say(&format!("\n{found}"));
-    if args.report.json() {
-        let document = IntegratorsDocument {
-            format: 1,
-            generator: concat!("slewkit ", env!("CARGO_PKG_VERSION")),
-            compares: "integrators",
-            status: exit.status(),
-            exit_code: exit.code(),
-            name: &simulation.name,
-            bodies: &simulation.bodies,
-            integrators: study.kinds.iter().map(|kind| kind.name()).collect(),
-            steps_s: &study.steps,
-            horizons_s: &study.horizons,
-            found: &found,
-        };
-        console::to_stdout(|output| write_document(&document, output))?;
-    }
+    args.report.print(&document! {
+        format: 1,
+        generator: super::GENERATOR,
+        compares: "integrators",
+        status: exit.status(),
+        exit_code: exit.code(),
+        name: &simulation.name,
+        bodies: &simulation.bodies,
+        integrators: study.kinds.iter().map(|kind| kind.name()).collect::<Vec<_>>(),
+        steps_s: &study.steps,
+        horizons_s: &study.horizons,
+        energy_scale_j: found.energy_scale_j,
+        levels: &found.levels,
+        runs: &found.runs,
+        equal_error: &found.equal_error,
+        interrupted: found.interrupted,
+    })?;
     // What an interrupted comparison lacks would look like a finding.
     if !found.interrupted && !targets.is_empty() {
         let drawn = figures(&simulation.name, &study, &found, &outlines(loaded));

@@ -4,16 +4,11 @@ mod bound;
 mod integrators;
 mod table;
 
-use super::args::{ReportArgs, SpecArgs};
-use super::console::{self, Console};
-use super::failure::{Exit, Failure};
 use super::plan::{Watcher, refusal};
-use super::{interrupt, spec_file};
-use serde::Serialize;
-use slewkit::files::export::write_document;
+use super::{Console, Exit, Failure, ReportArgs, SpecArgs, interrupt, spec_file};
 use slewkit::files::spec::{Loaded, Spec};
 use slewkit::plan::Status;
-use slewkit::studies::methods::{Comparison, compare};
+use slewkit::studies::methods::compare;
 
 /// Arguments of `slew compare`.
 #[derive(Debug, clap::Args)]
@@ -57,25 +52,8 @@ pub struct Args {
     pub study: integrators::StudyArgs,
 }
 
-/// The comparison as a document. `compares` says what is compared.
-#[derive(Serialize)]
-struct MethodsDocument<'a> {
-    format: u32,
-    generator: &'static str,
-    compares: &'static str,
-    status: Status,
-    exit_code: u8,
-    name: &'a str,
-    scheme: &'static str,
-    steps: usize,
-    step_s: f64,
-    duration_s: f64,
-    tolerance: f64,
-    #[serde(flatten)]
-    comparison: &'a Comparison,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    bound: Option<&'a serde_json::Value>,
-}
+/// What wrote a comparison.
+const GENERATOR: &str = concat!("slewkit ", env!("CARGO_PKG_VERSION"));
 
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
@@ -107,24 +85,22 @@ fn methods(args: &Args, loaded: Loaded, console: &mut Console) -> Result<Exit, F
     lines.extend(bound.iter().flat_map(|bound| bound.lines.clone()));
     console.say(&lines.join("\n"));
     let status = comparison.status();
-    if args.report.json() {
-        let document = MethodsDocument {
-            format: 1,
-            generator: concat!("slewkit ", env!("CARGO_PKG_VERSION")),
-            compares: "methods",
-            status,
-            exit_code: status.exit_code(),
-            name: &problem.name,
-            scheme: problem.scheme.name(),
-            steps: problem.steps,
-            step_s: problem.step(),
-            duration_s: problem.duration,
-            tolerance: settings.tolerance,
-            comparison: &comparison,
-            bound: bound.as_ref().map(|bound| &bound.document),
-        };
-        console::to_stdout(|output| write_document(&document, output))?;
-    }
+    args.report.print(&document! {
+        format: 1,
+        generator: GENERATOR,
+        compares: "methods",
+        status: status,
+        exit_code: status.exit_code(),
+        name: &problem.name,
+        scheme: problem.scheme.name(),
+        steps: problem.steps,
+        step_s: problem.step(),
+        duration_s: problem.duration,
+        tolerance: settings.tolerance,
+        methods: &comparison.methods,
+        agreement: &comparison.agreement,
+        bound if some: bound.as_ref().map(|bound| &bound.document),
+    })?;
     Ok(match status {
         Status::Solved => Exit::Solved,
         status => Exit::Plan(status),

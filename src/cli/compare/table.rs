@@ -1,7 +1,7 @@
 //! The comparison in words: a table, and what it says.
 
-use super::super::console::{Console, Tone};
-use super::super::summary::{headline, line, scheme};
+use crate::cli::summary::scheme;
+use crate::cli::{Console, Tone, headline, line};
 use slewkit::draw::table;
 use slewkit::files::spec::escape;
 use slewkit::maneuver::{Outcome, Problem};

@@ -5,10 +5,10 @@ mod limits;
 mod record;
 mod report;
 
-use super::args::{Destination, Format, OutputArgs, SpecArgs};
-use super::console::{self, Console};
-use super::failure::{Exit, Failure, Message};
-use super::{interrupt, plan, spec_file};
+use super::console;
+use super::{
+    Console, Destination, Exit, Failure, Format, Message, OutputArgs, SpecArgs, interrupt, plan, spec_file,
+};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use layout::Layout;
 use record::Recorder;
@@ -351,9 +351,8 @@ impl<'a> ProgressLine<'a> {
 
 fn refusal(error: SimulationError) -> Failure {
     let reason = error.to_string();
-    let stopped = |code, remedy: &str| {
-        Failure::Plan(Status::NotConverged, Message { code, reason: reason.clone(), remedy: remedy.into() })
-    };
+    let stopped =
+        |code, remedy: &str| Failure::Plan(Status::NotConverged, Message::new(code, reason.clone(), remedy));
     match error {
         SimulationError::Problem(error) => plan::invalid(error),
         SimulationError::Inputs { .. } => Failure::Usage(format!("--inputs: {reason}")),
@@ -364,23 +363,19 @@ fn refusal(error: SimulationError) -> Failure {
             stopped("E0122", "check the start and what acts; bodies may have met")
         }
         SimulationError::System(_) | SimulationError::Grid | SimulationError::Wheels => {
-            Failure::Problem(Message { code: "E0121", reason, remedy: "change the spec accordingly".into() })
+            Failure::Problem(Message::new("E0121", reason, "change the spec accordingly"))
         }
     }
 }
 
 fn refusal_of_witness(error: WitnessError) -> Failure {
     let reason = error.to_string();
+    let stopped =
+        |code, remedy| Failure::Plan(Status::NotConverged, Message::new(code, reason.clone(), remedy));
     match error {
         WitnessError::Problem(error) => plan::invalid(error),
         WitnessError::Rows { .. } => Failure::Usage(format!("--inputs: {reason}")),
-        WitnessError::StepTooLong { .. } => {
-            let remedy = "raise `--steps`".into();
-            Failure::Plan(Status::NotConverged, Message { code: "E0120", reason, remedy })
-        }
-        _ => {
-            let remedy = "check start and environment".into();
-            Failure::Plan(Status::NotConverged, Message { code: "E0122", reason, remedy })
-        }
+        WitnessError::StepTooLong { .. } => stopped("E0120", "raise `--steps`"),
+        _ => stopped("E0122", "check start and environment"),
     }
 }

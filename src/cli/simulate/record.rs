@@ -4,13 +4,13 @@
 //! `bodies` in JSON.
 
 use super::layout::Layout;
-use super::report::{Seen, Totals};
-use crate::cli::failure::Exit;
+use super::report::Seen;
+use crate::cli::Exit;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 use slewkit::files::export::{ExportError, write_document};
 use slewkit::propagate::integrator::Invariants;
-use slewkit::propagate::simulate::{Run, SimulationRow};
+use slewkit::propagate::simulate::{Encounter, Run, SimulationRow};
 use std::io::Write;
 
 /// A quantity of a row.
@@ -153,26 +153,28 @@ impl<'a> Recorder<'a> {
         output: &mut dyn Write,
     ) -> Result<(), ExportError> {
         let layout = self.layout;
-        let document = SimulationDocument {
+        let meeting = |met: Encounter| {
+            let bodies = met.bodies.map(|body| layout.bodies[body].as_str());
+            document! { time_s: met.time, bodies: bodies, distance_m: met.distance }
+        };
+        let document = document! {
             status: interrupted.map_or("simulated", |(exit, _)| exit.status()),
             exit_code: interrupted.map_or(0, |(exit, _)| exit.code()),
             name: &layout.name,
             integrator: layout.integrator,
             duration_s: layout.duration,
             steps: layout.steps,
-            steps_made: interrupted.map(|(_, steps)| steps),
+            steps_made if some: interrupted.map(|(_, steps)| steps),
             step_s: layout.duration / layout.steps as f64,
             stride: layout.stride,
-            order: run.map(|run| run.facts.order),
-            symplectic: run.map(|run| run.facts.symplectic),
-            force_evaluations: run.map(|run| run.work.force_evaluations),
-            stepping_time_s: run.map(|run| run.stepping.as_secs_f64()),
-            errors: seen.map(|seen| seen.totals),
-            encounter: run.and_then(|run| run.encounter).map(|encounter| Meeting {
-                time_s: encounter.time,
-                bodies: encounter.bodies.map(|body| layout.bodies[body].as_str()),
-                distance_m: encounter.distance,
-            }),
+            order if some: run.map(|run| run.facts.order),
+            symplectic if some: run.map(|run| run.facts.symplectic),
+            force_evaluations if some: run.map(|run| run.work.force_evaluations),
+            // The only key that differs between two runs.
+            stepping_time_s if some: run.map(|run| run.stepping.as_secs_f64()),
+            errors if some: seen.map(|seen| seen.totals),
+            // Two bodies that came within reach of one another.
+            encounter if some: run.and_then(|run| run.encounter).map(meeting),
             trajectory: self.object(true),
         };
         write_document(&document, output)
@@ -238,42 +240,4 @@ impl<'a> Serialize for Values<'a> {
             (false, false) => list(rows.numbers).serialize(serializer),
         }
     }
-}
-
-/// The whole simulation as one document, a list per key.
-#[derive(Serialize)]
-struct SimulationDocument<'a> {
-    status: &'static str,
-    exit_code: u8,
-    name: &'a str,
-    integrator: &'static str,
-    duration_s: f64,
-    steps: u64,
-    /// Where interrupted.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    steps_made: Option<u64>,
-    step_s: f64,
-    stride: u64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    order: Option<u32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    symplectic: Option<bool>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    force_evaluations: Option<u64>,
-    /// The only key that differs between two runs.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    stepping_time_s: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    errors: Option<Totals>,
-    /// Two bodies that came within reach of one another.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    encounter: Option<Meeting<'a>>,
-    trajectory: Object<'a>,
-}
-
-#[derive(Serialize)]
-struct Meeting<'a> {
-    time_s: f64,
-    bodies: [&'a str; 2],
-    distance_m: f64,
 }

@@ -1,8 +1,7 @@
 //! What a reader wants to know first: where it ended, what was conserved, and what it cost.
 
 use super::layout::Layout;
-use crate::cli::console::{Console, Tone};
-use crate::cli::summary;
+use crate::cli::{Console, Tone, summary};
 use serde::Serialize;
 use slewkit::Vector3;
 use slewkit::files::spec::escape;
