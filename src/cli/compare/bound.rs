@@ -1,9 +1,14 @@
 //! The global lower bound of `slew compare --bound`.
 
+use crate::cli::Failure;
 #[cfg(feature = "sdp")]
-pub use found::{available, bound};
-#[cfg(not(feature = "sdp"))]
-pub use missing::{available, bound};
+use crate::cli::{line, summary::scheme};
+use slewkit::maneuver::{Problem, Settings};
+#[cfg(feature = "sdp")]
+use slewkit::numerics::figures::{error, significant, time};
+use slewkit::plan::Observer;
+#[cfg(feature = "sdp")]
+use slewkit::studies::methods::{Global, global};
 
 /// A bound, or why there is none, in words and as a document.
 pub struct Bound {
@@ -13,97 +18,73 @@ pub struct Bound {
     pub document: serde_json::Value,
 }
 
-#[cfg(not(feature = "sdp"))]
-mod missing {
-    use super::Bound;
-    use crate::cli::Failure;
-    use slewkit::maneuver::{Problem, Settings};
-    use slewkit::plan::Observer;
-
-    /// Refuses what this program was built without.
-    pub fn available() -> Result<(), Failure> {
-        Err(Failure::Usage(
-            "--bound needs semidefinite programs, which this `slew` was built without: build it with \
-             `cargo install slewkit --features sdp`; that links the system's OpenBLAS (Debian, Ubuntu: \
-             `apt-get install libopenblas-dev`)"
-                .into(),
-        ))
+/// Refuses what this program may have been built without.
+pub fn available() -> Result<(), Failure> {
+    if cfg!(feature = "sdp") {
+        return Ok(());
     }
+    Err(Failure::Usage(
+        "--bound needs semidefinite programs, which this `slew` was built without: build it with \
+         `cargo install slewkit --features sdp`; that links the system's OpenBLAS (Debian, Ubuntu: \
+         `apt-get install libopenblas-dev`)"
+            .into(),
+    ))
+}
 
-    /// As [`available`].
-    pub fn bound(
-        _problem: &Problem,
-        _settings: &Settings,
-        _steps: Option<usize>,
-        _observer: &mut dyn Observer,
-    ) -> Result<Bound, Failure> {
-        available()?;
-        Err(Failure::Internal("a bound without semidefinite programs".into()))
+/// As [`available`].
+#[cfg(not(feature = "sdp"))]
+pub fn bound(_: &Problem, _: &Settings, _: Option<usize>, _: &mut dyn Observer) -> Result<Bound, Failure> {
+    available()?;
+    Err(Failure::Internal("a bound without semidefinite programs".into()))
+}
+
+/// The bound of `problem` on `steps` steps.
+#[cfg(feature = "sdp")]
+pub fn bound(
+    problem: &Problem,
+    settings: &Settings,
+    steps: Option<usize>,
+    observer: &mut dyn Observer,
+) -> Result<Bound, Failure> {
+    match global(problem, settings, steps, observer) {
+        Ok(found) => {
+            let document =
+                serde_json::to_value(&found).map_err(|error| Failure::Internal(error.to_string()))?;
+            Ok(Bound { lines: lines(problem, &found), document })
+        }
+        Err(reason) => {
+            let reason = reason.to_string();
+            let lines = vec![line("bound", &reason)];
+            Ok(Bound { lines, document: serde_json::json!({ "reason": reason }) })
+        }
     }
 }
 
 #[cfg(feature = "sdp")]
-mod found {
-    use super::Bound;
-    use crate::cli::Failure;
-    use crate::cli::{line, summary::scheme};
-    use slewkit::maneuver::{Problem, Settings};
-    use slewkit::numerics::figures::{error, significant, time};
-    use slewkit::plan::Observer;
-    use slewkit::studies::methods::{Global, global};
-
-    /// Nothing is missing.
-    pub fn available() -> Result<(), Failure> {
-        Ok(())
+fn lines(problem: &Problem, found: &Global) -> Vec<String> {
+    let scheme = scheme(problem.scheme);
+    let grid = if found.same_grid {
+        "this discrete problem".into()
+    } else {
+        format!("the same maneuver on {} {scheme} steps, another discrete problem", found.steps)
+    };
+    let numbers = format!(
+        "no maneuver, whichever way round, costs less than {}; the plan there costs {}",
+        significant(found.lower_bound, 10),
+        significant(found.cost, 10)
+    );
+    let mut lines = vec![line("bound", &format!("of {grid}")), line("", &numbers)];
+    lines.push(line("", &format!("gap {} of the cost   {}", error(found.gap), time(found.solve_time_s))));
+    if let Some(cost) = found.cost_without_limits {
+        let (cost, gap) = (significant(cost, 10), error(found.gap_without_limits));
+        let text = format!("the bound leaves limits out: the plan without them costs {cost}, gap {gap}");
+        lines.push(line("", &text));
     }
-
-    /// The bound of `problem` on `steps` steps.
-    pub fn bound(
-        problem: &Problem,
-        settings: &Settings,
-        steps: Option<usize>,
-        observer: &mut dyn Observer,
-    ) -> Result<Bound, Failure> {
-        let document = |value: serde_json::Result<serde_json::Value>| {
-            value.map_err(|error| Failure::Internal(error.to_string()))
-        };
-        match global(problem, settings, steps, observer) {
-            Ok(found) => {
-                Ok(Bound { lines: lines(problem, &found), document: document(serde_json::to_value(&found))? })
-            }
-            Err(reason) => {
-                let reason = reason.to_string();
-                let lines = vec![line("bound", &reason)];
-                Ok(Bound { lines, document: serde_json::json!({ "reason": reason }) })
-            }
-        }
-    }
-
-    fn lines(problem: &Problem, found: &Global) -> Vec<String> {
-        let scheme = scheme(problem.scheme);
-        let grid = if found.same_grid {
-            "this discrete problem".into()
-        } else {
-            format!("the same maneuver on {} {scheme} steps, another discrete problem", found.steps)
-        };
-        let numbers = format!(
-            "no maneuver, whichever way round, costs less than {}; the plan there costs {}",
-            significant(found.lower_bound, 10),
-            significant(found.cost, 10)
-        );
-        let mut lines = vec![line("bound", &format!("of {grid}")), line("", &numbers)];
-        lines.push(line("", &format!("gap {} of the cost   {}", error(found.gap), time(found.solve_time_s))));
-        if let Some(cost) = found.cost_without_limits {
-            let (cost, gap) = (significant(cost, 10), error(found.gap_without_limits));
-            let text = format!("the bound leaves limits out: the plan without them costs {cost}, gap {gap}");
-            lines.push(line("", &text));
-        }
-        let verdict = match (found.tight, found.cost_without_limits.is_some()) {
-            (true, false) => "the plan there is globally optimal within the gap",
-            (true, true) => "without limits the plan there is globally optimal within its gap",
-            (false, _) => "loose: a cheaper maneuver, or the relaxation; the gap does not tell which",
-        };
-        lines.push(line("", verdict));
-        lines
-    }
+    let verdict = match (found.tight, found.cost_without_limits.is_some()) {
+        (true, false) => "the plan there is globally optimal within the gap",
+        (true, true) => "without limits the plan there is globally optimal within its gap",
+        (false, _) => "loose: a cheaper maneuver, or the relaxation; the gap does not tell which",
+    };
+    lines.push(line("", verdict));
+    lines
 }

@@ -83,12 +83,8 @@ fn limited(
             Limits::Each(limits) if limits.len() == count => limits,
             Limits::Each(limits) => {
                 let reason = format!("`{name}` is for {} axes, there are {count}", limits.len());
-                return report.refuse(
-                    "E0026",
-                    section.spot(name),
-                    reason,
-                    "give one limit per axis, or one for all",
-                );
+                let remedy = "give one limit per axis, or one for all";
+                return report.refuse("E0026", section.spot(name), reason, remedy);
             }
         };
         let mut lengths = channel.axes().iter().map(|axis| axis.norm());
@@ -154,12 +150,8 @@ fn channel(
             index + 1,
             show(axes[index].norm())
         );
-        return report.refuse(
-            "E0031",
-            section.spot(name),
-            reason,
-            "an axis of length 1 makes inputs in N·m or N",
-        );
+        let remedy = "an axis of length 1 makes inputs in N·m or N";
+        return report.refuse("E0031", section.spot(name), reason, remedy);
     }
     let channel = match ActuatorSet::new(axes, frame) {
         Ok(channel) => channel,

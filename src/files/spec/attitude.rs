@@ -96,12 +96,8 @@ fn axis_angle(section: &Section, purpose: Use, report: &mut Report) -> Option<Ve
     let angles = ["angle_deg", "angle_rad"];
     let given: Vec<&str> = angles.into_iter().filter(|name| section.has(name)).collect();
     if !section.has("axis") {
-        return report.refuse(
-            "E0021",
-            section.here(),
-            format!("`{}` needs an `axis`", given[0]),
-            "add axis = [0, 0, 1]",
-        );
+        let reason = format!("`{}` needs an `axis`", given[0]);
+        return report.refuse("E0021", section.here(), reason, "add axis = [0, 0, 1]");
     }
     let name = match given[..] {
         [name] => name,
@@ -117,12 +113,8 @@ fn axis_angle(section: &Section, purpose: Use, report: &mut Report) -> Option<Ve
     let size = axis?.amax();
     if size == 0.0 {
         let reason = "an axis of length zero has no direction";
-        return report.refuse(
-            "E0054",
-            section.spot("axis"),
-            reason,
-            "for no rotation write axis = [0, 0, 1], angle_deg = 0",
-        );
+        let remedy = "for no rotation write axis = [0, 0, 1], angle_deg = 0";
+        return report.refuse("E0054", section.spot("axis"), reason, remedy);
     }
     // Scaled first, so that the squares of very long or short axes stay within range.
     let (axis, angle) = ((axis? / size).normalize(), angle?);
@@ -134,12 +126,8 @@ fn axis_angle(section: &Section, purpose: Use, report: &mut Report) -> Option<Ve
 fn quaternion(q: [f64; 4], name: &str, spot: Spot, report: &mut Report) -> Option<Matrix3> {
     let size = q.iter().fold(0.0_f64, |size, value| size.max(value.abs()));
     if size == 0.0 {
-        return report.refuse(
-            "E0050",
-            spot,
-            "a quaternion of norm 0 is no rotation",
-            "the identity is w = 1",
-        );
+        let reason = "a quaternion of norm 0 is no rotation";
+        return report.refuse("E0050", spot, reason, "the identity is w = 1");
     }
     let unit = q.map(|value| value / size);
     let norm = size * unit.iter().map(|value| value * value).sum::<f64>().sqrt();
@@ -147,12 +135,8 @@ fn quaternion(q: [f64; 4], name: &str, spot: Spot, report: &mut Report) -> Optio
     if defect > QUATERNION_ROUNDING {
         let reason = format!("the norm of the quaternion is {}, a rotation has norm 1", short(norm));
         let order = if name.ends_with("wxyz") { "w, x, y, z" } else { "x, y, z, w" };
-        return report.refuse(
-            "E0051",
-            spot,
-            reason,
-            format!("divide by the norm, or check the four numbers: {order}"),
-        );
+        let remedy = format!("divide by the norm, or check the four numbers: {order}");
+        return report.refuse("E0051", spot, reason, remedy);
     }
     if defect > QUATERNION_SILENT {
         let reason =
@@ -176,21 +160,13 @@ fn rotation_matrix(section: &Section, report: &mut Report) -> Option<Matrix3> {
             "the matrix is not a rotation: RᵀR differs from the identity by {}, at most {MATRIX_ROUNDING:e} is taken as rounding",
             short(residual)
         );
-        return report.refuse(
-            "E0055",
-            spot,
-            reason,
-            "its rows must be orthogonal and of length 1; write all digits",
-        );
+        let remedy = "its rows must be orthogonal and of length 1; write all digits";
+        return report.refuse("E0055", spot, reason, remedy);
     }
     if matrix.determinant() < 0.0 {
         let reason = "the matrix has determinant −1: a reflection, not a rotation";
-        return report.refuse(
-            "E0056",
-            spot,
-            reason,
-            "check the sign of one row, or the handedness of the axes",
-        );
+        let remedy = "check the sign of one row, or the handedness of the axes";
+        return report.refuse("E0056", spot, reason, remedy);
     }
     Some(if section.keeps_rounding { matrix } else { project_to_rotation(&matrix) })
 }

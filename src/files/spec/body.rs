@@ -45,13 +45,8 @@ pub(crate) fn checked(matrix: Matrix3, spot: Spot, report: &mut Report) -> Optio
         report.warn("W0040", spot.clone(), reason, "write the same number on both sides of the diagonal");
     }
     if inertia.is_degenerate() {
-        let p = inertia.principal();
-        let reason = format!(
-            "the principal moments {}, {}, {} are those of a flat plate or a thin rod",
-            short(p[0]),
-            short(p[1]),
-            short(p[2])
-        );
+        let [a, b, c] = <[f64; 3]>::from(*inertia.principal()).map(short);
+        let reason = format!("the principal moments {a}, {b}, {c} are those of a flat plate or a thin rod");
         let remedy = "nothing to do if that is meant; a step may then turn at most 0.5 rad";
         report.warn("W0042", spot, reason, remedy);
     }

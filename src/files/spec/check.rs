@@ -4,7 +4,7 @@ use super::keys::{ATTITUDE, DIRECTION, Key, Kind, ROOT, SIMULATION_ROOT, Table};
 use super::section::{Given, MAX_FINDINGS, Parsed, join};
 use super::suggest::nearest;
 use super::values::{self, Fault, Read, wrong};
-use super::{Entry, Finding, Node, Section, Severity, Span, Spot, Value, cut};
+use super::{Entry, Finding, Node, Section, Span, Spot, Value, cut};
 
 /// Reads every value of the spec, and checks names, types, shapes and ranges.
 ///
@@ -41,8 +41,7 @@ impl Checker {
 
     fn error(&mut self, (code, span, reason, remedy): Fault, key: &str) {
         if !self.full() {
-            let spot = Spot { span, key: key.into() };
-            self.findings.push(Finding { severity: Severity::Error, code, spot, reason, remedy });
+            self.findings.push(Finding::error_at(code, Spot { span, key: key.into() }, reason, remedy));
         }
     }
 

@@ -36,12 +36,8 @@ pub(crate) fn constraints(root: &Section, report: &mut Report) -> Option<Vec<Con
                 let reason = format!(
                     "with this one the constraints have {pairs} pairs of a boresight and a direction"
                 );
-                return report.refuse(
-                    "E0034",
-                    section.here(),
-                    reason,
-                    format!("at most {MAX_PAIRS} are possible"),
-                );
+                let remedy = format!("at most {MAX_PAIRS} are possible");
+                return report.refuse("E0034", section.here(), reason, remedy);
             }
         }
         constraints.push(Constraint { name, rule });
@@ -192,12 +188,8 @@ fn direction(section: &Section, report: &mut Report) -> Option<Vector3> {
                 }
                 let reason =
                     format!("`{name}`: {what} of {} deg is outside {least} to {most} deg", show(angle));
-                report.refuse(
-                    "E0074",
-                    section.spot(name),
-                    reason,
-                    "check the order and the unit of the angles",
-                )
+                let remedy = "check the order and the unit of the angles";
+                report.refuse("E0074", section.spot(name), reason, remedy)
             };
             let ra = range("ra_deg", -180.0, 360.0, "a right ascension", report);
             let dec = range("dec_deg", -90.0, 90.0, "a declination", report);

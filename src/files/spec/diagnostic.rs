@@ -201,6 +201,26 @@ pub(crate) struct Finding {
 }
 
 impl Finding {
+    /// An error in the text, under no key.
+    pub fn error(
+        code: &'static str,
+        span: Span,
+        reason: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        Self::error_at(code, Spot { span, key: String::new() }, reason, remedy)
+    }
+
+    /// An error at a key.
+    pub fn error_at(
+        code: &'static str,
+        spot: Spot,
+        reason: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        Self { severity: Severity::Error, code, spot, reason: reason.into(), remedy: remedy.into() }
+    }
+
     pub fn resolve(self, sources: &[Source]) -> Diagnostic {
         let span = self.spot.span;
         let source = &sources[span.source];

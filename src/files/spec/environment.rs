@@ -69,12 +69,8 @@ impl Surroundings<'_> {
         if section.word("body")? == "second_order" {
             if section.has("points") {
                 let reason = "`points` are given, but body = \"second_order\" does not use them";
-                report.error(
-                    "E0028",
-                    section.spot("points"),
-                    reason,
-                    "remove `points`, or write body = \"points\"",
-                );
+                let remedy = "remove `points`, or write body = \"points\"";
+                report.error("E0028", section.spot("points"), reason, remedy);
             }
             let environment = SecondOrderGravity::new(parameter?, self.mass?, inertia?);
             return accept(environment, section, report);
@@ -95,11 +91,8 @@ impl Surroundings<'_> {
         let (points, mass) = (points?, self.mass?);
         let sum: f64 = points.iter().map(|(mass, _)| mass).sum();
         if (sum - mass).abs() > MASS_ROUNDING * mass {
-            let reason = format!(
-                "the masses of the points sum to {} kg, that of the body is {} kg",
-                short(sum),
-                show(mass)
-            );
+            let (sum, mass) = (short(sum), show(mass));
+            let reason = format!("the masses of the points sum to {sum} kg, that of the body is {mass} kg");
             return report.refuse("E0087", section.spot("points"), reason, "make them equal");
         }
         accept(CentralGravity::of_masses(parameter?, points), section, report)
@@ -129,10 +122,10 @@ impl Surroundings<'_> {
                 for end in ends {
                     let Some(radius) = end.position.map(|position| position.norm()) else { continue };
                     if radius <= reach {
+                        let reach = if points.is_empty() { 0.0 } else { reach };
+                        let (radius, reach) = (short(radius), short(reach));
                         let reason = format!(
-                            "the distance from the attracting point is {} m, the body reaches {} m: they touch",
-                            short(radius),
-                            short(if points.is_empty() { 0.0 } else { reach })
+                            "the distance from the attracting point is {radius} m, the body reaches {reach} m: they touch"
                         );
                         let remedy = "the attracting point is at the origin; check `position_m` (m, not km?)";
                         report.error("E0083", end.section.spot("position_m"), reason, remedy);
@@ -154,10 +147,9 @@ impl Surroundings<'_> {
             let escape = (2.0 * parameter / position.norm()).sqrt();
             let speed = velocity.norm();
             if speed > escape {
+                let (speed, escape) = (short(speed), short(escape));
                 let reason = format!(
-                    "the start is on a hyperbolic orbit: {} m/s, the escape velocity there is {} m/s",
-                    short(speed),
-                    short(escape)
+                    "the start is on a hyperbolic orbit: {speed} m/s, the escape velocity there is {escape} m/s"
                 );
                 let remedy =
                     "nothing to do if that is meant; else check units and the gravitational parameter";

@@ -66,12 +66,9 @@ pub(super) fn given(of: StepsOf, section: &Section, duration: f64, report: &mut 
         return report.refuse(code, spot, reason, remedy);
     }
     if (wanted - steps).abs() > 1e-9 * steps {
-        let reason = format!(
-            "{} s is no whole number of steps of {} s; {steps} steps of {} s are used",
-            show(duration),
-            show(step),
-            short(duration / steps)
-        );
+        let (whole, step, used) = (show(duration), show(step), short(duration / steps));
+        let reason =
+            format!("{whole} s is no whole number of steps of {step} s; {steps} steps of {used} s are used");
         report.warn("W0033", spot, reason, format!("write steps = {steps}"));
     }
     Some(steps as u64)

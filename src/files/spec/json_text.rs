@@ -2,7 +2,7 @@
 
 use super::toml_text::{MAX_DEPTH, nesting};
 use super::tree::Number;
-use super::{Entry, Finding, Node, Severity, Source, Span, Spot, Value, cut};
+use super::{Entry, Finding, Node, Source, Span, Spot, Value, cut};
 use jsonc_parser::common::{Range, Ranged};
 use jsonc_parser::errors::ParseErrorKind;
 use jsonc_parser::{CollectOptions, ParseOptions, ast, parse_to_ast};
@@ -81,17 +81,11 @@ fn node(value: ast::Value<'_>, source: &Source, duplicates: &mut Vec<Finding>) -
             // Sorted by name to find duplicates without comparing all pairs, then back in file order.
             entries.sort_by(|a, b| (&a.key, a.key_span.start).cmp(&(&b.key, b.key_span.start)));
             for pair in entries.windows(2).filter(|pair| pair[0].key == pair[1].key) {
-                duplicates.push(Finding {
-                    severity: Severity::Error,
-                    code: "E0011",
-                    spot: Spot { span: pair[1].key_span, key: pair[1].key.clone() },
-                    reason: format!(
-                        "`{}` is set twice, first on line {}",
-                        cut(&pair[1].key, 60),
-                        source.line_number(pair[0].key_span.start)
-                    ),
-                    remedy: "keep one of the two".into(),
-                });
+                let (first, second) = (&pair[0], &pair[1]);
+                let line = source.line_number(first.key_span.start);
+                let reason = format!("`{}` is set twice, first on line {line}", cut(&second.key, 60));
+                let spot = Spot { span: second.key_span, key: second.key.clone() };
+                duplicates.push(Finding::error_at("E0011", spot, reason, "keep one of the two"));
             }
             entries.sort_by_key(|entry| entry.key_span.start);
             Value::Table(entries)
@@ -123,11 +117,5 @@ fn syntax(kind: &ParseErrorKind, span: Span, source: &Source) -> Finding {
     if matches!(kind, ParseErrorKind::NestingDepthExceeded) {
         return nesting(span);
     }
-    Finding {
-        severity: Severity::Error,
-        code: "E0010",
-        spot: Spot { span, key: String::new() },
-        reason: format!("not valid JSON: {}", cut(&message, 120)),
-        remedy: remedy.into(),
-    }
+    Finding::error("E0010", span, format!("not valid JSON: {}", cut(&message, 120)), remedy)
 }

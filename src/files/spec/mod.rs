@@ -421,14 +421,10 @@ fn interpret(
     let (root, mut findings) = apply(root, overrides, &mut sources);
     let simulated = is_simulation(&root);
     if let Some(key) = simulated.filter(|_| wanted == Wanted::Maneuver) {
-        let finding = Finding {
-            severity: Severity::Error,
-            code: "E0018",
-            spot: Spot { span: key.key_span, key: key.key.clone() },
-            reason: format!("`{}` makes this spec a simulation: there is no maneuver to plan", key.key),
-            remedy: "run `slew simulate` on it; or write [body], [start], [end] and [maneuver]".into(),
-        };
-        return Err(diagnostics(vec![finding], &sources));
+        let spot = Spot { span: key.key_span, key: key.key.clone() };
+        let reason = format!("`{}` makes this spec a simulation: there is no maneuver to plan", key.key);
+        let remedy = "run `slew simulate` on it; or write [body], [start], [end] and [maneuver]";
+        return Err(diagnostics(vec![Finding::error_at("E0018", spot, reason, remedy)], &sources));
     }
     let table = if simulated.is_some() { &SIMULATION_ROOT } else { &ROOT };
     let (section, found) = check::check(&root, table);
@@ -486,47 +482,38 @@ pub fn simulation_template() -> &'static str {
 /// The tree of the file.
 fn parse(source: &Source, format: Format) -> Result<Node, Vec<Finding>> {
     let text = &source.text;
-    let at = |start: usize, end: usize| Spot { span: Span { source: 0, start, end }, key: String::new() };
-    let finding = |code, spot, reason: &str, remedy: &str| Finding {
-        severity: Severity::Error,
-        code,
-        spot,
-        reason: reason.into(),
-        remedy: remedy.into(),
+    let wrong = |code, (start, end), reason: &str, remedy: &str| {
+        Err(vec![Finding::error(code, Span { source: 0, start, end }, reason, remedy)])
     };
     let first = text.len() - text.trim_start().len();
-    let empty = || finding("E0001", at(0, 0), "the spec is empty", "write a first one with `slew init`");
+    let empty = || wrong("E0001", (0, 0), "the spec is empty", "write a first one with `slew init`");
     if text[first..].is_empty() {
-        return Err(vec![empty()]);
+        return empty();
     }
     let braces = text[first..].starts_with('{');
     let root = match format {
         Format::Toml if braces => {
             let reason = "this looks like JSON, but is read as TOML";
             let remedy = "rename the file to .json, or use `--input json`";
-            return Err(vec![finding("E0013", at(first, first + 1), reason, remedy)]);
+            return wrong("E0013", (first, first + 1), reason, remedy);
         }
         Format::Toml => toml_text::parse(text)?,
         Format::Json => match json_text::parse(source) {
             Err(_) if !braces && toml_text::parse(text).is_ok() => {
                 let reason = "this looks like TOML, but is read as JSON";
                 let remedy = "rename the file to .toml, or use `--input toml`";
-                return Err(vec![finding("E0013", at(first, first + 1), reason, remedy)]);
+                return wrong("E0013", (first, first + 1), reason, remedy);
             }
             result => result?,
         },
     };
     match &root.value {
-        Value::Table(entries) if entries.is_empty() => Err(vec![empty()]),
+        Value::Table(entries) if entries.is_empty() => empty(),
         Value::Table(_) => Ok(root),
         other => {
             let reason = format!("a spec is an object, this is {}", other.kind());
-            Err(vec![finding(
-                "E0024",
-                at(root.span.start, root.span.end),
-                &reason,
-                "write { \"format\": 1, … }",
-            )])
+            let place = (root.span.start, root.span.end);
+            wrong("E0024", place, &reason, "write { \"format\": 1, … }")
         }
     }
 }
@@ -550,8 +537,8 @@ fn apply(mut root: Node, overrides: &[Override], sources: &mut Vec<Source>) -> (
         });
         if let Err((span, reason)) = root.set(&keys, node) {
             let spot = Spot { span, key: path.clone() };
-            let remedy = "set a key of a table, or an element that exists".into();
-            findings.push(Finding { severity: Severity::Error, code: "E0025", spot, reason, remedy });
+            let remedy = "set a key of a table, or an element that exists";
+            findings.push(Finding::error_at("E0025", spot, reason, remedy));
         }
     }
     (root, findings)

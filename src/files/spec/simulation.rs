@@ -6,9 +6,10 @@ use super::environment::Surroundings;
 use super::keys::StepsOf;
 use super::shape::{Budget, Shape, shape};
 use super::{
-    BodyShape, EndExpect, Oscillation, Precession, Report, Section, SimulationExpect, Solid, Toleranced,
-    body, cut, grid, short, show,
+    BodyShape, EndExpect, Oscillation, Precession, Report, Section, SimulationExpect, Solid, body, cut, grid,
+    short, show,
 };
+use crate::Matrix3;
 use crate::maneuver::{Motion, State};
 use crate::mechanics::full_body::{
     Attractor, Dumbbell, Dumbbells, FullBodyError, GRAVITATIONAL_CONSTANT, MutualGravity, Potential,
@@ -16,7 +17,6 @@ use crate::mechanics::full_body::{
 use crate::mechanics::{Body, Inertia};
 use crate::propagate::integrator::{ErrorControl, Kind, System};
 use crate::propagate::simulate::Simulation;
-use crate::{Matrix3, Vector3};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -90,12 +90,8 @@ pub(crate) fn assemble(
         (None, None) => {
             if !alone {
                 let reason = "the bodies do not act on one another: there is no [gravity]";
-                report.warn(
-                    "W0132",
-                    root.spot("bodies"),
-                    reason,
-                    "add [gravity], or simulate them one by one",
-                );
+                let remedy = "add [gravity], or simulate them one by one";
+                report.warn("W0132", root.spot("bodies"), reason, remedy);
             }
             System::new(bodies, None)
         }
@@ -234,12 +230,8 @@ impl Member<'_> {
 fn names_differ(members: &[Member<'_>], report: &mut Report) {
     for (index, member) in members.iter().enumerate() {
         if let Some(first) = members[..index].iter().position(|other| other.name == member.name) {
-            let reason = format!(
-                "bodies {} and {} are both called \"{}\"",
-                first + 1,
-                index + 1,
-                cut(&member.name, 40)
-            );
+            let (first, second, name) = (first + 1, index + 1, cut(&member.name, 40));
+            let reason = format!("bodies {first} and {second} are both called \"{name}\"");
             report.error("E0011", member.boundary.section.spot("name"), reason, "give each its own name");
         }
     }
@@ -312,11 +304,10 @@ fn long_steps(gravity: &MutualGravity, section: &Section, members: &[Member<'_>]
     });
     let faces: Vec<_> = faces.take(3).collect();
     let of = if faces.is_empty() { String::new() } else { format!(" (faces: {})", faces.join(", ")) };
+    let (count, time) = (short(interactions), short((10.0 * interactions / PER_SECOND).round() / 10.0));
     let reason = format!(
-        "each evaluation of the gravity takes {} interactions of point with point{of}, {} s or so; a step makes one \
-         or more",
-        short(interactions),
-        short((10.0 * interactions / PER_SECOND).round() / 10.0)
+        "each evaluation of the gravity takes {count} interactions of point with point{of}, {time} s or so; a step \
+         makes one or more"
     );
     let remedy = "take shapes of fewer faces, a lower gauss_order, points for one of them, or potential = \
                   \"second_order\"";
@@ -336,19 +327,16 @@ fn steps_are_short(simulation: &Simulation, section: &Section, members: &[Member
         let Some(inertia) = &member.inertia else { continue };
         let turn = (inertia.j_inverse() * momentum.angular).norm() * simulation.step();
         if turn >= LONGEST_TURN {
+            let (name, shown) = (cut(&member.name, 40), short(turn));
             let reason = format!(
-                "{} turns {} rad in one step; the implicit equation needs less than {LONGEST_TURN}",
-                cut(&member.name, 40),
-                short(turn)
+                "{name} turns {shown} rad in one step; the implicit equation needs less than {LONGEST_TURN}"
             );
             let steps = (simulation.steps as f64 * turn / 0.3).ceil();
             let remedy = if section.has("steps") {
                 format!("raise `steps` to {} or so, or check the rate", show(steps))
             } else {
-                format!(
-                    "shorten `step_s` to {} s or so, or check the rate",
-                    short(0.3 * simulation.step() / turn)
-                )
+                let step = short(0.3 * simulation.step() / turn);
+                format!("shorten `step_s` to {step} s or so, or check the rate")
             };
             report.error("E0120", member.boundary.rate_spot(), reason, remedy);
         }
@@ -372,11 +360,9 @@ fn apart(simulation: &Simulation, members: &[Member<'_>], report: &mut Report) {
             }
             if distance < reach(first) + reach(second) && warned < 3 {
                 warned += 1;
+                let [distance, first, second] = [distance, reach(first), reach(second)].map(short);
                 let reason = format!(
-                    "{a} and {b} are {} m apart and reach {} m and {} m: they may touch",
-                    short(distance),
-                    short(reach(first)),
-                    short(reach(second))
+                    "{a} and {b} are {distance} m apart and reach {first} m and {second} m: they may touch"
                 );
                 let remedy =
                     "nothing to do if their shapes are apart; gravity is that of bodies that do not touch";
@@ -386,12 +372,8 @@ fn apart(simulation: &Simulation, members: &[Member<'_>], report: &mut Report) {
     }
     if !simulation.system.invariants(&simulation.start).energy.is_finite() {
         let reason = "the energy at the start is not finite: points of two bodies meet";
-        report.error(
-            "E0083",
-            members[0].boundary.section.spot("position_m"),
-            reason,
-            "move the bodies apart",
-        );
+        let remedy = "move the bodies apart";
+        report.error("E0083", members[0].boundary.section.spot("position_m"), reason, remedy);
     }
 }
 
@@ -405,9 +387,6 @@ const TOLERATED: [(&str, &str); 4] = [
 
 /// `[expect]`; `None` if it names a body that is none.
 fn expect(section: &Section, members: &[Member<'_>], report: &mut Report) -> Option<SimulationExpect> {
-    let toleranced = |section: &Section| -> Option<Toleranced> {
-        Some(Toleranced { value: section.number("value")?, tolerance: section.number("tolerance")? })
-    };
     let body = |section: &Section, report: &mut Report| -> Option<usize> {
         let found = match section.word("body") {
             Some(name) => members.iter().position(|member| member.name == name),
@@ -419,16 +398,12 @@ fn expect(section: &Section, members: &[Member<'_>], report: &mut Report) -> Opt
                 Some(name) => format!("no body is called \"{}\"", cut(name, 40)),
                 None => format!("[{}] does not say of which body", section.path),
             };
-            report.error(
-                "E0021",
-                section.spot("body"),
-                reason,
-                format!("give body = one of {}", names.join(", ")),
-            );
+            let remedy = format!("give body = one of {}", names.join(", "));
+            report.error("E0021", section.spot("body"), reason, remedy);
         }
         found
     };
-    let mut ends = Vec::new();
+    let mut bodies = Vec::new();
     for end in section.list("end") {
         for (name, tolerance) in TOLERATED {
             if end.has(name) != end.has(tolerance) {
@@ -437,24 +412,14 @@ fn expect(section: &Section, members: &[Member<'_>], report: &mut Report) -> Opt
                 report.error("E0021", end.spot(given), reason, "give both, or remove it");
             }
         }
-        let tolerated = |name: &str, tolerance: &str| -> Option<(Vector3, f64)> {
-            Some((end.vector(name)?, end.number(tolerance)?))
-        };
-        ends.push((
-            body(end, report)?,
-            end.section("attitude"),
-            end.number("attitude_tolerance_rad"),
-            tolerated("angular_velocity_rad_s", "angular_velocity_tolerance_rad_s"),
-            tolerated("position_m", "position_tolerance_m"),
-            tolerated("velocity_m_s", "velocity_tolerance_m_s"),
-        ));
+        bodies.push(body(end, report)?);
     }
     let precession = match section.section("precession") {
         Some(inner) => Some(Precession {
             body: body(inner, report)?,
             axis: inner.vector("axis_body")?,
             about: inner.vector("about_reference")?,
-            rate: inner.section("rate_rad_s").and_then(toleranced)?,
+            rate: inner.toleranced("rate_rad_s")?,
         }),
         None => None,
     };
@@ -463,24 +428,30 @@ fn expect(section: &Section, members: &[Member<'_>], report: &mut Report) -> Opt
             body: body(inner, report)?,
             axis: inner.vector("axis_body")?,
             direction: inner.vector("direction_reference")?,
-            period: inner.section("period_s").and_then(toleranced)?,
+            period: inner.toleranced("period_s")?,
         }),
         None => None,
     };
-    let mut end = Vec::new();
-    for (body, attitude, tolerance, angular_velocity, position, velocity) in ends {
-        let attitude = attitude.and_then(|section| attitude::rotation(section, Use::Attitude, report));
-        let attitude = attitude.map(|rotation| rotation.matrix).zip(tolerance);
-        end.push(EndExpect { body, attitude, angular_velocity, position, velocity });
-    }
+    let [attitude, angular_velocity, position, velocity] = TOLERATED;
+    let end = |(body, end): (usize, &Section)| {
+        let tolerated = |(name, tolerance)| end.vector(name).zip(end.number(tolerance));
+        let rotation = end.section(attitude.0).and_then(|it| attitude::rotation(it, Use::Attitude, report));
+        EndExpect {
+            body,
+            attitude: rotation.map(|rotation| rotation.matrix).zip(end.number(attitude.1)),
+            angular_velocity: tolerated(angular_velocity),
+            position: tolerated(position),
+            velocity: tolerated(velocity),
+        }
+    };
     Some(SimulationExpect {
         source: section.word("source").map(str::to_string),
-        energy: section.section("energy_j").and_then(toleranced),
+        energy: section.toleranced("energy_j"),
         energy_error_at_most: section.number("energy_error_at_most"),
         angular_momentum_error_at_most: section.number("angular_momentum_error_at_most"),
         linear_momentum_error_at_most: section.number("linear_momentum_error_at_most"),
         orthogonality_at_most: section.number("orthogonality_at_most"),
-        end,
+        end: bodies.into_iter().zip(section.list("end")).map(end).collect(),
         precession,
         oscillation,
     })

@@ -1,6 +1,6 @@
 //! From file to text: size, kind of file, encoding.
 
-use super::{Diagnostic, Diagnostics, Finding, MAX_BYTES, Severity, Source, Span, Spot, short};
+use super::{Diagnostic, Diagnostics, Finding, MAX_BYTES, Source, Span, short};
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
@@ -88,13 +88,9 @@ pub(super) fn decode<'a>(bytes: &'a [u8], name: &str) -> Result<&'a str, Diagnos
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let control = |c: char| c.is_ascii_control() && !matches!(c, '\t' | '\n' | '\r');
     if let Some((start, c)) = text.char_indices().find(|(_, c)| control(*c)) {
-        let finding = Finding {
-            severity: Severity::Error,
-            code: "E0005",
-            spot: Spot { span: Span { source: 0, start, end: start + 1 }, key: String::new() },
-            reason: format!("control character U+{:04X}", u32::from(c)),
-            remedy: "remove it".into(),
-        };
+        let span = Span { source: 0, start, end: start + 1 };
+        let reason = format!("control character U+{:04X}", u32::from(c));
+        let finding = Finding::error("E0005", span, reason, "remove it");
         return Err(super::diagnostics(vec![finding], &[Source::new(name, text)]));
     }
     Ok(text)

@@ -1,7 +1,7 @@
 //! TOML text to tree.
 
 use super::tree::Number;
-use super::{Entry, Finding, Node, Severity, Span, Spot, Value};
+use super::{Entry, Finding, Node, Span, Value};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -42,13 +42,8 @@ pub(crate) fn parse_value(text: &str, source: usize, offset: usize) -> Option<No
 
 /// A nesting error.
 pub(crate) fn nesting(span: Span) -> Finding {
-    Finding {
-        severity: Severity::Error,
-        code: "E0012",
-        spot: Spot { span, key: String::new() },
-        reason: format!("tables and lists are nested deeper than {MAX_DEPTH} levels"),
-        remedy: "a spec needs four levels; look for a bracket that is never closed".into(),
-    }
+    let reason = format!("tables and lists are nested deeper than {MAX_DEPTH} levels");
+    Finding::error("E0012", span, reason, "a spec needs four levels; look for a bracket that is never closed")
 }
 
 /// Turns toml's tree into ours, without recursing deeper than [`MAX_DEPTH`].
@@ -127,22 +122,13 @@ fn syntax(text: &str, error: &toml::de::Error) -> Finding {
     if message.contains("recursion limit") {
         return nesting(span);
     }
-    let finding = |code, reason: String, remedy: &str| Finding {
-        severity: Severity::Error,
-        code,
-        spot: Spot { span, key: String::new() },
-        reason,
-        remedy: remedy.into(),
-    };
+    let finding = |code, reason: String, remedy: &str| Finding::error(code, span, reason, remedy);
     if message.starts_with(DUPLICATE) {
         let key = text.get(range.clone()).unwrap_or_default();
         let first = first_set(text, range.start, key);
         let first = first.map_or(String::new(), |line| format!(", first on line {line}"));
-        return finding(
-            "E0011",
-            format!("`{}` is set twice{first}", super::diagnostic::cut(key, 60)),
-            "keep one of the two",
-        );
+        let reason = format!("`{}` is set twice{first}", super::diagnostic::cut(key, 60));
+        return finding("E0011", reason, "keep one of the two");
     }
     const VALUE: &str =
         "write `key = value`: a number such as 0.3, a list such as [0, 0, 1], or text in quotes";
@@ -154,11 +140,8 @@ fn syntax(text: &str, error: &toml::de::Error) -> Finding {
         } else {
             let word = super::diagnostic::cut(word, 40);
             let remedy = format!("put text between quotes: \"{word}\"");
-            finding(
-                "E0010",
-                format!("not valid TOML: {word} is neither a number nor text in quotes"),
-                &remedy,
-            )
+            let reason = format!("not valid TOML: {word} is neither a number nor text in quotes");
+            finding("E0010", reason, &remedy)
         };
     }
     let remedy = if message.starts_with("unclosed table") {

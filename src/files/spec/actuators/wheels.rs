@@ -86,12 +86,8 @@ pub(super) fn wheels(section: &Section, motion: Motion, report: &mut Report) -> 
             (_, 2) => "tilt a wheel out of the plane of the others",
             _ => "turn two wheels to other axes, not in one plane",
         };
-        return report.refuse(
-            "E0062",
-            section.spot("wheel"),
-            format!("the wheel axes have {reason}"),
-            remedy,
-        );
+        let reason = format!("the wheel axes have {reason}");
+        return report.refuse("E0062", section.spot("wheel"), reason, remedy);
     }
     let column = |value: fn(&Wheel) -> f64| wheels.iter().map(value).collect();
     let wheels = Wheels {
