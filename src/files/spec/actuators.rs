@@ -3,17 +3,13 @@
 mod wheels;
 
 use super::body::SMALLEST;
-use super::{Limits, Report, Section, short, show};
+use super::{Limits, Section, short, show};
 use crate::maneuver::{Motion, Weighted, Weights};
 use crate::mechanics::{Actuation, ActuatorSet, ActuatorSetError, AxisFrame};
 use nalgebra::DMatrix;
 
 /// The actuators and their effort weights, with the defaults that go with the motion.
-pub(crate) fn actuation(
-    section: Option<&Section>,
-    motion: Motion,
-    report: &mut Report,
-) -> Option<(Actuation, Weights)> {
+pub(crate) fn actuation(section: Option<&Section>, motion: Motion) -> Option<(Actuation, Weights)> {
     let torque_names =
         [("torque_axes_body", AxisFrame::Body), ("torque_axes_reference", AxisFrame::Reference)];
     let force_names = [("force_axes_reference", AxisFrame::Reference), ("force_axes_body", AxisFrame::Body)];
@@ -23,16 +19,16 @@ pub(crate) fn actuation(
         return Some((Actuation { torque, force, wheels: None }, Weights::default()));
     };
     if section.has("wheel") {
-        return wheels::wheels(section, motion, report);
+        return wheels::wheels(section, motion);
     }
-    let torque = channel(section, &torque_names, "effort_weight", report);
-    let torque = limited(torque, section, &TORQUE_LIMITS, report);
+    let torque = channel(section, &torque_names, "effort_weight");
+    let torque = limited(torque, section, &TORQUE_LIMITS);
     let force_keys = ["force_axes_reference", "force_axes_body", "force_effort_weight"];
     if motion == Motion::Attitude {
         if let Some(key) = force_keys.into_iter().chain(FORCE_LIMITS).find(|key| section.has(key)) {
             let reason = format!("`{key}` is given, but the maneuver moves the attitude only");
             let remedy = "remove it, or give `position_m` and `velocity_m_s` in [start] and [end]";
-            report.error("E0064", section.spot(key), reason, remedy);
+            section.error("E0064", key, reason, remedy);
         }
         let (torque, weight) = torque?;
         return Some((Actuation::torques(torque), Weights { torque: weight, force: None }));
@@ -42,13 +38,13 @@ pub(crate) fn actuation(
         let orphan = ["force_effort_weight"].into_iter().chain(FORCE_LIMITS).find(|key| section.has(key));
         if let Some(key) = orphan {
             let reason = format!("`{key}` is given, but the list of force axes is empty");
-            report.error("E0026", section.spot(key), reason, "remove one of the two");
+            section.error("E0026", key, reason, "remove one of the two");
         }
         let (torque, weight) = torque?;
         return Some((Actuation::torques(torque), Weights { torque: weight, force: None }));
     }
-    let force = channel(section, &force_names, "force_effort_weight", report);
-    let force = limited(force, section, &FORCE_LIMITS, report);
+    let force = channel(section, &force_names, "force_effort_weight");
+    let force = limited(force, section, &FORCE_LIMITS);
     let ((torque, torque_weight), (force, force_weight)) = (torque?, force?);
     let weights = Weights { torque: torque_weight, force: force_weight };
     Some((Actuation { torque, force: Some(force), wheels: None }, weights))
@@ -65,16 +61,11 @@ type Channel = (ActuatorSet, Option<DMatrix<f64>>);
 const UNIT_ROUNDING: f64 = 1e-3;
 
 /// The channel under the limits of the spec.
-fn limited(
-    channel: Option<Channel>,
-    section: &Section,
-    [size, norm, rate]: &[&str; 3],
-    report: &mut Report,
-) -> Option<Channel> {
+fn limited(channel: Option<Channel>, section: &Section, [size, norm, rate]: &[&str; 3]) -> Option<Channel> {
     // Reported whether or not there are axes to count.
     let (channel, weight) = channel?;
     let count = channel.count();
-    let mut each = |name: &str| -> Option<Option<Vec<f64>>> {
+    let each = |name: &str| -> Option<Option<Vec<f64>>> {
         if !section.has(name) {
             return Some(None);
         }
@@ -84,7 +75,7 @@ fn limited(
             Limits::Each(limits) => {
                 let reason = format!("`{name}` is for {} axes, there are {count}", limits.len());
                 let remedy = "give one limit per axis, or one for all";
-                return report.refuse("E0026", section.spot(name), reason, remedy);
+                return section.refuse("E0026", name, reason, remedy);
             }
         };
         let mut lengths = channel.axes().iter().map(|axis| axis.norm());
@@ -95,7 +86,7 @@ fn limited(
                 index + 1
             );
             let remedy = "make the axis of length 1; its `effort_weight` is then to be divided by the square of the length";
-            return report.refuse("E0067", section.spot(name), reason, remedy);
+            return section.refuse("E0067", name, reason, remedy);
         }
         Some(Some(limits))
     };
@@ -104,18 +95,13 @@ fn limited(
     let limits = crate::mechanics::actuators::Limits { size: size_limits?, norm, rate: rate_limits? };
     channel
         .with_limits(limits)
-        .map_err(|error| report.error("E0061", section.here(), error.to_string(), "write positive limits"))
+        .map_err(|error| section.error_here("E0061", error.to_string(), "write positive limits"))
         .ok()
         .map(|channel| (channel, weight))
 }
 
 /// Inputs of one kind: axes under one of two names (the first is the default), and their weight.
-fn channel(
-    section: &Section,
-    names: &[(&str, AxisFrame); 2],
-    weight_name: &str,
-    report: &mut Report,
-) -> Option<Channel> {
+fn channel(section: &Section, names: &[(&str, AxisFrame); 2], weight_name: &str) -> Option<Channel> {
     let given = names.iter().find(|(name, _)| section.has(name));
     let (name, frame) = *given.unwrap_or(&names[0]);
     let default = ActuatorSet::three_axes(frame);
@@ -123,13 +109,13 @@ fn channel(
     let count = axes.len();
     if count == 0 {
         let reason = "the list of torque axes is empty: nothing turns the body";
-        return report.refuse("E0026", section.spot(name), reason, "give at least one axis");
+        return section.refuse("E0026", name, reason, "give at least one axis");
     }
     let weight = if section.has(weight_name) {
         let rows = section.weight(weight_name)?;
         if rows.len() != count {
             let reason = format!("`{weight_name}` is for {} axes, there are {count}", rows.len());
-            return report.refuse("E0026", section.spot(weight_name), reason, "give one weight per axis");
+            return section.refuse("E0026", weight_name, reason, "give one weight per axis");
         }
         Some(DMatrix::from_fn(count, count, |row, column| rows[row][column]))
     } else {
@@ -142,7 +128,7 @@ fn channel(
         let value = show(*value);
         let reason =
             format!("the weight of input {} is {value}, it must be at least {SMALLEST:e}", index + 1);
-        return report.refuse("E0065", section.spot(weight_name), reason, "every input must cost something");
+        return section.refuse("E0065", weight_name, reason, "every input must cost something");
     }
     if let Some(index) = axes.iter().position(|axis| axis.amax() < SMALLEST) {
         let reason = format!(
@@ -151,7 +137,7 @@ fn channel(
             show(axes[index].norm())
         );
         let remedy = "an axis of length 1 makes inputs in N·m or N";
-        return report.refuse("E0031", section.spot(name), reason, remedy);
+        return section.refuse("E0031", name, reason, remedy);
     }
     let channel = match ActuatorSet::new(axes, frame) {
         Ok(channel) => channel,
@@ -161,12 +147,12 @@ fn channel(
                 ActuatorSetError::Count { .. } => ("E0034", "use fewer axes"),
                 ActuatorSetError::Limit { .. } => ("E0061", "leave the limit out where there is none"),
             };
-            return report.refuse(code, section.spot(name), error.to_string(), remedy);
+            return section.refuse(code, name, error.to_string(), remedy);
         }
     };
     if let Err(error) = Weighted::new(&channel, weight.as_ref()) {
         let remedy = "write the same number on both sides of the diagonal, smaller than the diagonal";
-        return report.refuse("E0065", section.spot(weight_name), error.to_string(), remedy);
+        return section.refuse("E0065", weight_name, error.to_string(), remedy);
     }
     Some((channel, weight))
 }

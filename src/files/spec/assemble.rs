@@ -19,48 +19,48 @@ pub(crate) struct Assembled {
 }
 
 /// Builds the problem; `None` when the report says why not.
-pub(crate) fn assemble(root: &Section, default_name: &str, report: &mut Report) -> Option<Assembled> {
+pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> {
     let body_section = root.section("body");
-    let inertia = body_section.as_ref().and_then(|section| body::inertia(section, report));
+    let inertia = body_section.as_ref().and_then(|section| body::inertia(section));
     let mass = body_section.as_ref().and_then(|section| section.number("mass_kg"));
-    let start = root.section("start").map(|section| Boundary::read(section, "attitude", report));
+    let start = root.section("start").map(|section| Boundary::read(section, "attitude"));
     let end = root.section("end").map(|section| {
         let relative = section.has("rotation_from_start") && !section.has("attitude");
-        Boundary::read(section, if relative { "rotation_from_start" } else { "attitude" }, report)
+        Boundary::read(section, if relative { "rotation_from_start" } else { "attitude" })
     });
-    let motion = motion(start.as_ref(), end.as_ref(), report);
+    let motion = motion(start.as_ref(), end.as_ref());
     if let Some(section) = &body_section {
-        mass_and_motion(section, inertia.as_ref(), mass, motion, report);
+        mass_and_motion(section, inertia.as_ref(), mass, motion);
     }
-    let actuation = actuators::actuation(root.section("actuators"), motion, report);
-    let constraints = constraint::constraints(root, report);
+    let actuation = actuators::actuation(root.section("actuators"), motion);
+    let constraints = constraint::constraints(root);
     let solver = root.section("solver");
-    let (scheme, settings) = maneuver::solver(solver, report);
+    let (scheme, settings) = maneuver::solver(solver);
     let expect = root.section("expect").map(maneuver::expect);
     let place = "[start] and [end]";
     let surroundings =
         environment::Surroundings { section: root.section("environment"), motion, mass, place };
-    let environment = surroundings.read(inertia.as_ref(), report);
+    let environment = surroundings.read(inertia.as_ref());
     if let Some((start, end)) = start.as_ref().zip(end.as_ref()) {
-        surroundings.check_ends(&[start, end], report);
+        surroundings.check_ends(&[start, end]);
     }
 
     let section = root.section("maneuver")?;
     let duration = section.number("duration_s");
     let (start, end) = (start?, end?);
-    let path = path(section, &end, report);
+    let path = path(section, &end);
     let (start_rotation, end_rotation) = (start.rotation.as_ref()?, end.rotation.as_ref()?);
-    warn_quaternion_order(start_rotation, end_rotation, report);
+    warn_quaternion_order(start_rotation, end_rotation, &root.report);
     let end_attitude =
         if end.relative() { start_rotation.matrix * end_rotation.matrix } else { end_rotation.matrix };
-    wrong_turn(&end, &start_rotation.matrix.tr_mul(&end_attitude), report);
+    wrong_turn(&end, &start_rotation.matrix.tr_mul(&end_attitude));
     let (start_state, end_state) = (start.state(start_rotation.matrix)?, end.state(end_attitude)?);
     let (duration, path, environment) = (duration?, path?, environment?);
 
     let still = environment.is_free() && environment.frame_rate().amax() == 0.0;
     if still && is_same(&start_state, &end_state, &path) {
         let reason = "the body is at rest where it should end: the plan is zero torque";
-        report.warn("W0059", end.section.here(), reason, "give [end] another attitude");
+        end.section.warn_here("W0059", reason, "give [end] another attitude");
     }
     let shortest = minus(&end_state.attitude, &start_state.attitude).norm();
     let angle = match path {
@@ -71,7 +71,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str, report: &mut Report) 
     };
     let rate = start_state.angular_velocity.norm().max(end_state.angular_velocity.norm());
     let rate = rate + environment.frame_rate().norm();
-    let steps = maneuver::steps(section, duration, angle, rate, report)?;
+    let steps = maneuver::steps(section, duration, angle, rate)?;
 
     let body = Body { inertia: inertia?, mass: mass.filter(|_| motion == Motion::RigidBody) };
     let name = root.word("name").unwrap_or(default_name).to_string();
@@ -92,19 +92,19 @@ pub(crate) fn assemble(root: &Section, default_name: &str, report: &mut Report) 
         constraints: constraints?,
     };
     if let (Method::Shooting, Some(solver)) = (settings.method, &solver) {
-        constraint::refuse_shooting(&problem, solver, report);
+        constraint::refuse_shooting(&problem, solver);
     }
     match problem.check() {
         Ok(()) => {}
         // All of them at once.
         Err(ProblemError::Violated { .. }) => {
             for error in problem.violations() {
-                refuse(&error, &problem, section, [&start, &end], report);
+                refuse(&error, &problem, section, [&start, &end]);
             }
             return None;
         }
         Err(error) => {
-            refuse(&error, &problem, section, [&start, &end], report);
+            refuse(&error, &problem, section, [&start, &end]);
             return None;
         }
     }
@@ -112,7 +112,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str, report: &mut Report) 
 }
 
 /// Positions anywhere make it a maneuver of the whole body, and are then needed everywhere.
-fn motion(start: Option<&Boundary<'_>>, end: Option<&Boundary<'_>>, report: &mut Report) -> Motion {
+fn motion(start: Option<&Boundary<'_>>, end: Option<&Boundary<'_>>) -> Motion {
     let ends = [start, end];
     if !ends.iter().flatten().any(|end| end.moves()) {
         return Motion::Attitude;
@@ -123,38 +123,32 @@ fn motion(start: Option<&Boundary<'_>>, end: Option<&Boundary<'_>>, report: &mut
                 let reason =
                     format!("[{}] needs `{name}`: the maneuver moves the body too", end.section.path);
                 let remedy = format!("add {name} = {sample}, or remove positions and velocities everywhere");
-                report.error("E0021", end.section.here(), reason, remedy);
+                end.section.error_here("E0021", reason, remedy);
             }
         }
     }
     Motion::RigidBody
 }
 
-fn mass_and_motion(
-    section: &Section,
-    inertia: Option<&Inertia>,
-    mass: Option<f64>,
-    motion: Motion,
-    report: &mut Report,
-) {
+fn mass_and_motion(section: &Section, inertia: Option<&Inertia>, mass: Option<f64>, motion: Motion) {
     match (motion, section.has("mass_kg")) {
         (Motion::RigidBody, false) => {
             let reason = "[body] needs `mass_kg`: the maneuver moves the body too";
-            report.error("E0021", section.here(), reason, "add mass_kg = 100");
+            section.error_here("E0021", reason, "add mass_kg = 100");
         }
         (Motion::Attitude, true) => {
             let reason = "`mass_kg` is not used: the maneuver moves the attitude only";
             let remedy = "remove it; or give positions in [start] and [end]";
-            report.warn("W0021", section.spot("mass_kg"), reason, remedy);
+            section.warn("W0021", "mass_kg", reason, remedy);
         }
         _ => {}
     }
     if let (Some(inertia), Some(mass)) = (inertia, mass) {
-        body::warn_density(section, inertia, mass, report);
+        body::warn_density(section, inertia, mass);
     }
 }
 
-fn path(section: &Section, end: &Boundary<'_>, report: &mut Report) -> Option<Path> {
+fn path(section: &Section, end: &Boundary<'_>) -> Option<Path> {
     let says_turn = end.relative() || end.section.has(TURN);
     let as_given = || {
         let turn = if end.relative() { end.rotation.as_ref()?.vector } else { end.turn? };
@@ -171,14 +165,14 @@ fn path(section: &Section, end: &Boundary<'_>, report: &mut Report) -> Option<Pa
             let reason = "path = \"as_given\" needs `rotation_from_start` in [end]: an attitude does not say which way";
             let remedy =
                 "write rotation_from_start = { axis = [1, 0, 0], angle_deg = 480 } instead of attitude";
-            report.refuse("E0021", section.spot("path"), reason, remedy)
+            section.refuse("E0021", "path", reason, remedy)
         }
         _ => Some(Path::Best),
     }
 }
 
 /// Refuses a rotation from the start that leads elsewhere than to the attitude of the end.
-fn wrong_turn(end: &Boundary<'_>, from_start: &Matrix3, report: &mut Report) {
+fn wrong_turn(end: &Boundary<'_>, from_start: &Matrix3) {
     const ROUNDING: f64 = 1e-6;
     let Some(turn) = end.turn else { return };
     let off = minus(from_start, &exp(&turn)).norm();
@@ -189,7 +183,7 @@ fn wrong_turn(end: &Boundary<'_>, from_start: &Matrix3, report: &mut Report) {
         );
         let remedy =
             "write the rotation vector with all digits; or only one of the two, as rotation_from_start";
-        report.error("E0058", end.section.spot(TURN), reason, remedy);
+        end.section.error("E0058", TURN, reason, remedy);
     }
 }
 
@@ -206,7 +200,7 @@ fn is_same(start: &State, end: &State, path: &Path) -> bool {
     turned < SAME && !moved && moving.iter().all(|velocity| velocity.amax() == 0.0)
 }
 
-fn warn_quaternion_order(start: &Rotation, end: &Rotation, report: &mut Report) {
+fn warn_quaternion_order(start: &Rotation, end: &Rotation, report: &Report) {
     let identity = |rotation: &Rotation| rotation.vector.amax() < 1e-9;
     let suspects = [(start, true), (end, identity(start) || start.maybe_identity.is_some())];
     for (rotation, suspect) in suspects {
@@ -221,13 +215,7 @@ fn warn_quaternion_order(start: &Rotation, end: &Rotation, report: &mut Report) 
 }
 
 /// What [`Problem::check`] found, with its place in the spec.
-fn refuse(
-    error: &ProblemError,
-    problem: &Problem,
-    maneuver: &Section,
-    ends: [&Boundary<'_>; 2],
-    report: &mut Report,
-) {
+fn refuse(error: &ProblemError, problem: &Problem, maneuver: &Section, ends: [&Boundary<'_>; 2]) {
     let at = |name: &str| ends[usize::from(name == "end")];
     match error {
         ProblemError::StepTooLong { end, angle, limit, steps } => {
@@ -243,24 +231,24 @@ fn refuse(
             } else {
                 format!("even {} steps are too few: check the rate and `duration_s`", Problem::MAX_STEPS)
             };
-            report.error("E0120", at(end).rate_spot(), reason, remedy);
+            maneuver.report.error("E0120", at(end).rate_spot(), reason, remedy);
         }
         ProblemError::NotRotation { end, .. } => {
             let end = at(end);
-            report.error("E0055", end.section.spot(end.key), error.to_string(), "write all digits");
+            end.section.error("E0055", end.key, error.to_string(), "write all digits");
         }
         ProblemError::Violated { end, name, .. } => {
             let (code, remedy) = constraint::violated(problem, name, end);
             let at = at(end);
             let spot = if code == "E0060" { at.rate_spot() } else { at.section.spot(at.key) };
-            report.error(code, spot, escape(&error.to_string()), remedy);
+            maneuver.report.error(code, spot, escape(&error.to_string()), remedy);
         }
         ProblemError::Value { .. }
         | ProblemError::Missing(_)
         | ProblemError::Constraint { .. }
         | ProblemError::Wheels(_)
         | ProblemError::Weight { .. } => {
-            report.error("E0031", maneuver.here(), error.to_string(), "check the numbers");
+            maneuver.error_here("E0031", error.to_string(), "check the numbers");
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The notations of an attitude, and what users get wrong in them.
 
-use super::{Report, Section, Spot, short, show};
+use super::{Section, Spot, short, show};
 use crate::lie::{exp, log, project_to_rotation, rotation_from_quaternion};
 use crate::{Matrix3, Vector3};
 use std::f64::consts::{PI, TAU};
@@ -33,7 +33,7 @@ const QUATERNION_SILENT: f64 = 1e-9;
 const MATRIX_ROUNDING: f64 = 1e-6;
 
 /// Reads the one notation that an attitude table holds.
-pub(crate) fn rotation(section: &Section, purpose: Use, report: &mut Report) -> Option<Rotation> {
+pub(crate) fn rotation(section: &Section, purpose: Use) -> Option<Rotation> {
     let angle = |name: &str| name == "angle_deg" || name == "angle_rad";
     let mut names: Vec<&str> = Vec::new();
     for given in &section.given {
@@ -47,15 +47,14 @@ pub(crate) fn rotation(section: &Section, purpose: Use, report: &mut Report) -> 
         [name] => name,
         [] if section.given.is_empty() => {
             let reason = "the rotation is empty";
-            return report.refuse("E0021", section.here(), reason, "add axis = [0, 0, 1], angle_deg = 90");
+            return section.refuse_here("E0021", reason, "add axis = [0, 0, 1], angle_deg = 90");
         }
         [] => return None,
         [first, second, ..] => {
             let reason = format!("the rotation is given twice, by `{first}` and by `{second}`");
-            return report.refuse("E0028", section.spot(second), reason, "give one notation");
+            return section.refuse("E0028", second, reason, "give one notation");
         }
     };
-    let spot = section.spot(name);
     let vector = |vector: Vector3| Rotation {
         matrix: exp(&vector),
         vector,
@@ -69,17 +68,17 @@ pub(crate) fn rotation(section: &Section, purpose: Use, report: &mut Report) -> 
         maybe_identity: None,
     };
     match name {
-        "axis" => axis_angle(section, purpose, report).map(vector),
+        "axis" => axis_angle(section, purpose).map(vector),
         "rotation_vector_rad" | "rotation_vector_deg" => {
             let given = section.vector(name)?;
-            warn_unit(&[given.norm()], name, purpose, spot, report);
+            warn_unit(section, &[given.norm()], name, purpose);
             Some(vector(if name.ends_with("_deg") { given.map(f64::to_radians) } else { given }))
         }
-        "matrix" => rotation_matrix(section, report).map(matrix),
+        "matrix" => rotation_matrix(section).map(matrix),
         "quaternion_wxyz" | "quaternion_xyzw" => {
             let given = section.quaternion(name)?;
             let q = if name.ends_with("xyzw") { [given[3], given[0], given[1], given[2]] } else { given };
-            let mut rotation = matrix(quaternion(q, name, spot, report)?);
+            let mut rotation = matrix(quaternion(section, q, name)?);
             let [w, x, y, z] = q.map(f64::abs);
             rotation.maybe_identity = match name {
                 "quaternion_wxyz" if w + x + y == 0.0 => Some("quaternion_xyzw"),
@@ -88,25 +87,25 @@ pub(crate) fn rotation(section: &Section, purpose: Use, report: &mut Report) -> 
             };
             Some(rotation)
         }
-        _ => euler(section, name, purpose, report),
+        _ => euler(section, name, purpose),
     }
 }
 
-fn axis_angle(section: &Section, purpose: Use, report: &mut Report) -> Option<Vector3> {
+fn axis_angle(section: &Section, purpose: Use) -> Option<Vector3> {
     let angles = ["angle_deg", "angle_rad"];
     let given: Vec<&str> = angles.into_iter().filter(|name| section.has(name)).collect();
     if !section.has("axis") {
         let reason = format!("`{}` needs an `axis`", given[0]);
-        return report.refuse("E0021", section.here(), reason, "add axis = [0, 0, 1]");
+        return section.refuse_here("E0021", reason, "add axis = [0, 0, 1]");
     }
     let name = match given[..] {
         [name] => name,
         [] => {
-            return report.refuse("E0021", section.here(), "`axis` needs an angle", "add angle_deg = 90");
+            return section.refuse_here("E0021", "`axis` needs an angle", "add angle_deg = 90");
         }
         _ => {
             let reason = "both `angle_deg` and `angle_rad` are given";
-            return report.refuse("E0028", section.spot("angle_rad"), reason, "give one of the two");
+            return section.refuse("E0028", "angle_rad", reason, "give one of the two");
         }
     };
     let (axis, angle) = (section.vector("axis"), section.number(name));
@@ -114,20 +113,20 @@ fn axis_angle(section: &Section, purpose: Use, report: &mut Report) -> Option<Ve
     if size == 0.0 {
         let reason = "an axis of length zero has no direction";
         let remedy = "for no rotation write axis = [0, 0, 1], angle_deg = 0";
-        return report.refuse("E0054", section.spot("axis"), reason, remedy);
+        return section.refuse("E0054", "axis", reason, remedy);
     }
     // Scaled first, so that the squares of very long or short axes stay within range.
     let (axis, angle) = ((axis? / size).normalize(), angle?);
-    warn_unit(&[angle], name, purpose, section.spot(name), report);
+    warn_unit(section, &[angle], name, purpose);
     Some(axis * if name == "angle_deg" { angle.to_radians() } else { angle })
 }
 
 /// Removes rounding from a quaternion `[w, x, y, z]`, refuses more.
-fn quaternion(q: [f64; 4], name: &str, spot: Spot, report: &mut Report) -> Option<Matrix3> {
+fn quaternion(section: &Section, q: [f64; 4], name: &str) -> Option<Matrix3> {
     let size = q.iter().fold(0.0_f64, |size, value| size.max(value.abs()));
     if size == 0.0 {
         let reason = "a quaternion of norm 0 is no rotation";
-        return report.refuse("E0050", spot, reason, "the identity is w = 1");
+        return section.refuse("E0050", name, reason, "the identity is w = 1");
     }
     let unit = q.map(|value| value / size);
     let norm = size * unit.iter().map(|value| value * value).sum::<f64>().sqrt();
@@ -136,20 +135,19 @@ fn quaternion(q: [f64; 4], name: &str, spot: Spot, report: &mut Report) -> Optio
         let reason = format!("the norm of the quaternion is {}, a rotation has norm 1", short(norm));
         let order = if name.ends_with("wxyz") { "w, x, y, z" } else { "x, y, z, w" };
         let remedy = format!("divide by the norm, or check the four numbers: {order}");
-        return report.refuse("E0051", spot, reason, remedy);
+        return section.refuse("E0051", name, reason, remedy);
     }
     if defect > QUATERNION_SILENT {
         let reason =
             format!("the norm of the quaternion differs from 1 by {}; it is normalised", short(defect));
-        report.warn("W0051", spot, reason, "write more digits to keep the attitude as meant");
+        section.warn("W0051", name, reason, "write more digits to keep the attitude as meant");
     }
     Some(rotation_from_quaternion(&unit))
 }
 
 /// Removes rounding from a rotation matrix, refuses more.
-fn rotation_matrix(section: &Section, report: &mut Report) -> Option<Matrix3> {
+fn rotation_matrix(section: &Section) -> Option<Matrix3> {
     let matrix = section.matrix("matrix")?;
-    let spot = section.spot("matrix");
     let residual = if matrix.amax() > 2.0 {
         matrix.amax().powi(2)
     } else {
@@ -161,19 +159,19 @@ fn rotation_matrix(section: &Section, report: &mut Report) -> Option<Matrix3> {
             short(residual)
         );
         let remedy = "its rows must be orthogonal and of length 1; write all digits";
-        return report.refuse("E0055", spot, reason, remedy);
+        return section.refuse("E0055", "matrix", reason, remedy);
     }
     if matrix.determinant() < 0.0 {
         let reason = "the matrix has determinant −1: a reflection, not a rotation";
         let remedy = "check the sign of one row, or the handedness of the axes";
-        return report.refuse("E0056", spot, reason, remedy);
+        return section.refuse("E0056", "matrix", reason, remedy);
     }
     Some(if section.keeps_rounding { matrix } else { project_to_rotation(&matrix) })
 }
 
-fn euler(section: &Section, name: &str, purpose: Use, report: &mut Report) -> Option<Rotation> {
+fn euler(section: &Section, name: &str, purpose: Use) -> Option<Rotation> {
     let given = section.vector(name)?;
-    warn_unit(given.as_slice(), name, purpose, section.spot(name), report);
+    warn_unit(section, given.as_slice(), name, purpose);
     let angles = if name.ends_with("_deg") { given.map(f64::to_radians) } else { given };
     let axes = name.bytes().skip("euler_".len()).take(3).map(|letter| match letter {
         b'x' => Vector3::x(),
@@ -194,7 +192,7 @@ fn euler(section: &Section, name: &str, purpose: Use, report: &mut Report) -> Op
                     short(vector.norm().to_degrees())
                 );
                 let remedy = "write axis and angle_deg to turn further than 180°";
-                report.warn("W0057", section.spot(name), reason, remedy);
+                section.warn("W0057", name, reason, remedy);
             }
             vector
         }
@@ -203,7 +201,7 @@ fn euler(section: &Section, name: &str, purpose: Use, report: &mut Report) -> Op
 }
 
 /// Angles in degrees that are round in radians, and the other way round.
-fn warn_unit(angles: &[f64], name: &str, purpose: Use, spot: Spot, report: &mut Report) {
+fn warn_unit(section: &Section, angles: &[f64], name: &str, purpose: Use) {
     const ROUND: [f64; 9] = [PI / 6.0, PI / 4.0, PI / 3.0, PI / 2.0, TAU / 3.0, 0.75 * PI, PI, 1.5 * PI, TAU];
     let nonzero: Vec<f64> = angles.iter().map(|angle| angle.abs()).filter(|angle| *angle > 0.0).collect();
     let Some(first) = nonzero.first() else { return };
@@ -211,7 +209,7 @@ fn warn_unit(angles: &[f64], name: &str, purpose: Use, spot: Spot, report: &mut 
         let round = |angle: &f64| ROUND.iter().any(|round| (angle - round).abs() < 1e-3 * round);
         if nonzero.iter().all(round) {
             let reason = format!("{}° is a small angle, and a round one in radians", show(*first));
-            report.warn("W0058", spot, reason, format!("meant {}?", name.replace("_deg", "_rad")));
+            section.warn("W0058", name, reason, format!("meant {}?", name.replace("_deg", "_rad")));
         }
     } else {
         let large = |angle: &f64| match purpose {
@@ -221,7 +219,7 @@ fn warn_unit(angles: &[f64], name: &str, purpose: Use, spot: Spot, report: &mut 
         if let Some(angle) = nonzero.iter().find(|angle| large(angle)) {
             let turns = short(angle / TAU);
             let reason = format!("{} rad are {turns} full turns", show(*angle));
-            report.warn("W0058", spot, reason, format!("meant {}?", name.replace("_rad", "_deg")));
+            section.warn("W0058", name, reason, format!("meant {}?", name.replace("_rad", "_deg")));
         }
     }
 }

@@ -1,7 +1,7 @@
 //! `[body]`.
 
 use super::quantity as q;
-use super::{Report, Section, Spot, short, show};
+use super::{Section, short, show};
 use crate::Matrix3;
 use crate::mechanics::{Inertia, InertiaError};
 
@@ -13,18 +13,18 @@ pub(crate) const SMALLEST: f64 = 1e-30;
 const THINNEST: f64 = 1e-5;
 
 /// The inertia, checked.
-pub(crate) fn inertia(body: &Section, report: &mut Report) -> Option<Inertia> {
+pub(crate) fn inertia(body: &Section) -> Option<Inertia> {
     let name = "inertia_kg_m2";
-    checked(body.matrix(name)?, body.spot(name), report)
+    checked(body.matrix(name)?, body, name)
 }
 
-/// This inertia, checked; `spot` is where it was written.
-pub(crate) fn checked(matrix: Matrix3, spot: Spot, report: &mut Report) -> Option<Inertia> {
+/// This inertia, checked; `key` of the section is where it was written.
+pub(crate) fn checked(matrix: Matrix3, section: &Section, key: &str) -> Option<Inertia> {
     let inertia = match Inertia::new(matrix) {
         Ok(inertia) => inertia,
         Err(error) => {
             let (code, reason, remedy) = refusal(&error);
-            return report.refuse(code, spot, reason, remedy);
+            return section.refuse(code, key, reason, remedy);
         }
     };
     let smallest = inertia.principal()[0];
@@ -34,7 +34,7 @@ pub(crate) fn checked(matrix: Matrix3, spot: Spot, report: &mut Report) -> Optio
             short(smallest),
             q::INERTIA.largest
         );
-        return report.refuse("E0031", spot, reason, "check the exponent and the unit");
+        return section.refuse("E0031", key, reason, "check the exponent and the unit");
     }
     let asymmetry = (matrix - matrix.transpose()).amax() / matrix.amax();
     if asymmetry > SILENT_ASYMMETRY {
@@ -42,13 +42,13 @@ pub(crate) fn checked(matrix: Matrix3, spot: Spot, report: &mut Report) -> Optio
             "the inertia is not quite symmetric, by {} of its size; it is averaged",
             short(asymmetry)
         );
-        report.warn("W0040", spot.clone(), reason, "write the same number on both sides of the diagonal");
+        section.warn("W0040", key, reason, "write the same number on both sides of the diagonal");
     }
     if inertia.is_degenerate() {
         let [a, b, c] = <[f64; 3]>::from(*inertia.principal()).map(short);
         let reason = format!("the principal moments {a}, {b}, {c} are those of a flat plate or a thin rod");
         let remedy = "nothing to do if that is meant; a step may then turn at most 0.5 rad";
-        report.warn("W0042", spot, reason, remedy);
+        section.warn("W0042", key, reason, remedy);
     }
     Some(inertia)
 }
@@ -95,13 +95,12 @@ fn refusal(error: &InertiaError) -> (&'static str, String, &'static str) {
 }
 
 /// Warns of an inertia that does not go with the mass, as from g·cm² taken for kg·m².
-pub(crate) fn warn_density(body: &Section, inertia: &Inertia, mass: f64, report: &mut Report) {
+pub(crate) fn warn_density(body: &Section, inertia: &Inertia, mass: f64) {
     let radius = (inertia.mean() / mass).sqrt();
     let density = mass / radius.powi(3);
     if density < THINNEST {
         let reason =
             format!("{} kg with this inertia spread over {} m: very thin", show(mass), short(radius));
-        let spot = body.spot("inertia_kg_m2");
-        report.warn("W0043", spot, reason, "is the inertia in g·cm²? 1 g·cm² is 1e-7 kg·m²");
+        body.warn("W0043", "inertia_kg_m2", reason, "is the inertia in g·cm²? 1 g·cm² is 1e-7 kg·m²");
     }
 }

@@ -1,7 +1,7 @@
 //! The start and the end of a maneuver, and the start of a body, as a spec has them.
 
 use super::attitude::{self, Rotation, Use};
-use super::{Report, Section, Spot};
+use super::{Section, Spot};
 use crate::maneuver::State;
 use crate::{Matrix3, Vector3};
 
@@ -22,10 +22,9 @@ pub(crate) struct Boundary<'a> {
 pub(super) const TURN: &str = "rotation_from_start_rad";
 
 impl<'a> Boundary<'a> {
-    pub fn read(section: &'a Section, key: &'static str, report: &mut Report) -> Self {
+    pub fn read(section: &'a Section, key: &'static str) -> Self {
         let purpose = if key == "attitude" { Use::Attitude } else { Use::Turn };
-        let rotation =
-            section.section(key).and_then(|rotation| attitude::rotation(rotation, purpose, report));
+        let rotation = section.section(key).and_then(|rotation| attitude::rotation(rotation, purpose));
         let rate = match section.rate_key() {
             None => Some(Vector3::zeros()),
             Some(name) => {

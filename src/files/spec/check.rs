@@ -4,17 +4,20 @@ use super::keys::{ATTITUDE, DIRECTION, Key, Kind, ROOT, SIMULATION_ROOT, Table};
 use super::section::{Given, MAX_FINDINGS, Parsed, join};
 use super::suggest::nearest;
 use super::values::{self, Fault, Read, wrong};
-use super::{Entry, Finding, Node, Section, Span, Spot, Value, cut};
+use super::{Entry, Finding, Node, Report, Section, Span, Spot, Value, cut};
 
 /// Reads every value of the spec, and checks names, types, shapes and ranges.
 ///
 /// `table` are the keys of its kind: a maneuver's or a simulation's.
-pub(crate) fn check(root: &Node, table: &'static Table) -> (Section, Vec<Finding>) {
+pub(crate) fn check(root: &Node, table: &'static Table, findings: Vec<Finding>) -> Section {
     let rounding = root.entry("rounding").map(|entry| &entry.node.value);
     let keeps_rounding = matches!(rounding, Some(Value::Text(word)) if word == "keep");
-    let mut checker = Checker { findings: Vec::new(), root: table, keeps_rounding };
+    let report = Report::default();
+    report.extend(findings);
+    let mut checker = Checker { findings: Vec::new(), root: table, keeps_rounding, report };
     let section = checker.table(root, table, "");
-    (section, checker.findings)
+    section.report.extend(checker.findings);
+    section
 }
 
 struct Checker {
@@ -22,6 +25,8 @@ struct Checker {
     /// The keys of the whole spec.
     root: &'static Table,
     keeps_rounding: bool,
+    /// What the sections are given for the second pass.
+    report: Report,
 }
 
 /// Whether a key means something under this value of the table's selector.
@@ -47,8 +52,9 @@ impl Checker {
 
     fn table(&mut self, node: &Node, table: &'static Table, path: &str) -> Section {
         let keeps_rounding = self.keeps_rounding;
+        let (path_of, report) = (path.into(), self.report.clone());
         let mut section =
-            Section { span: node.span, table, path: path.into(), keeps_rounding, given: Vec::new() };
+            Section { span: node.span, table, path: path_of, keeps_rounding, report, given: Vec::new() };
         if !matches!(node.value, Value::Table(_)) {
             let (reason, remedy) = match &node.value {
                 Value::Array(items) if items.iter().any(|item| matches!(item.value, Value::Table(_))) => (

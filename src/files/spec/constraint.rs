@@ -1,6 +1,6 @@
 //! `[[constraint]]`: where the body may point and how fast it may turn.
 
-use super::{Angle, Limits, Report, Section, escape, short, show};
+use super::{Angle, Limits, Section, escape, short, show};
 use crate::Vector3;
 use crate::maneuver::{Constraint, Direction, Pointing, Problem, Rule, Side};
 use crate::optimize::control_law;
@@ -22,10 +22,10 @@ const TAKEN: [&str; 9] = [
 ];
 
 /// All constraints; `None` when the report says what is wrong with one.
-pub(crate) fn constraints(root: &Section, report: &mut Report) -> Option<Vec<Constraint>> {
+pub(crate) fn constraints(root: &Section) -> Option<Vec<Constraint>> {
     let sections = root.tables("constraint")?;
-    let names = names(sections, report);
-    let rules: Vec<_> = sections.iter().map(|section| rule(section, report)).collect();
+    let names = names(sections);
+    let rules: Vec<_> = sections.iter().map(rule).collect();
     let mut pairs = 0;
     let mut constraints = Vec::new();
     for ((rule, name), section) in rules.into_iter().zip(names?).zip(sections) {
@@ -37,7 +37,7 @@ pub(crate) fn constraints(root: &Section, report: &mut Report) -> Option<Vec<Con
                     "with this one the constraints have {pairs} pairs of a boresight and a direction"
                 );
                 let remedy = format!("at most {MAX_PAIRS} are possible");
-                return report.refuse("E0034", section.here(), reason, remedy);
+                return section.refuse_here("E0034", reason, remedy);
             }
         }
         constraints.push(Constraint { name, rule });
@@ -46,7 +46,7 @@ pub(crate) fn constraints(root: &Section, report: &mut Report) -> Option<Vec<Con
 }
 
 /// Names as given, or by kind; all different.
-fn names(sections: &[Section], report: &mut Report) -> Option<Vec<String>> {
+fn names(sections: &[Section]) -> Option<Vec<String>> {
     let mut names: Vec<Option<String>> = vec![None; sections.len()];
     let mut good = true;
     for (index, section) in sections.iter().enumerate() {
@@ -68,7 +68,7 @@ fn names(sections: &[Section], report: &mut Report) -> Option<Vec<String>> {
         };
         if let Some(reason) = reason {
             let remedy = "give it a name of its own: reports speak of constraints by their names";
-            report.error("E0011", section.spot("name"), reason, remedy);
+            section.error("E0011", "name", reason, remedy);
             good = false;
         }
         names[index] = Some(name.into());
@@ -89,7 +89,7 @@ fn names(sections: &[Section], report: &mut Report) -> Option<Vec<String>> {
     good.then_some(names.into_iter().flatten().collect())
 }
 
-fn rule(section: &Section, report: &mut Report) -> Option<Rule> {
+fn rule(section: &Section) -> Option<Rule> {
     let side = match section.word("kind")? {
         "keep_out" => Side::KeepOut,
         "keep_in" => Side::KeepIn,
@@ -98,8 +98,8 @@ fn rule(section: &Section, report: &mut Report) -> Option<Rule> {
     let boresights = section
         .vectors("boresight_body")
         .map(|vectors| vectors.into_iter().map(|vector| section.unit(vector)).collect());
-    let directions = directions(section, report);
-    let (half_angle, margin) = cone(section, side, report)?;
+    let directions = directions(section);
+    let (half_angle, margin) = cone(section, side)?;
     Some(Rule::Pointing(Pointing {
         side,
         boresights: boresights?,
@@ -122,7 +122,7 @@ fn rate_limit(section: &Section) -> Option<Rule> {
 }
 
 /// Half angle and margin \[rad\].
-fn cone(section: &Section, side: Side, report: &mut Report) -> Option<(f64, f64)> {
+fn cone(section: &Section, side: Side) -> Option<(f64, f64)> {
     let half_angle = section.angle("half_angle_deg", "half_angle_rad");
     let margin = section.angle("margin_deg", "margin_rad");
     let margin_given = section.has("margin_deg") || section.has("margin_rad");
@@ -134,7 +134,7 @@ fn cone(section: &Section, side: Side, report: &mut Report) -> Option<(f64, f64)
             half_angle.half_turn()
         );
         let remedy = "the half angle is from the axis of the cone to its surface";
-        return report.refuse("E0070", section.spot(half_angle.key), reason, remedy);
+        return section.refuse("E0070", half_angle.key, reason, remedy);
     }
     let margin = if margin_given { margin? } else { Angle { key: "margin_deg", value: 0.0 } };
     let (half, extra) = (half_angle.degrees(), margin.degrees());
@@ -148,15 +148,15 @@ fn cone(section: &Section, side: Side, report: &mut Report) -> Option<(f64, f64)
         }
         _ => return Some((half_angle.radians(), margin.radians())),
     };
-    report.refuse("E0070", section.spot(margin.key), reason, "write a smaller margin")
+    section.refuse("E0070", margin.key, reason, "write a smaller margin")
 }
 
 /// The directions of both kinds.
-fn directions(section: &Section, report: &mut Report) -> Option<Vec<Direction>> {
+fn directions(section: &Section) -> Option<Vec<Direction>> {
     let mut directions = Vec::new();
     for (name, turns_with_frame) in [("direction_inertial", false), ("direction_reference", true)] {
         let sections = section.tables(name)?;
-        let read: Vec<_> = sections.iter().map(|section| direction(section, report)).collect();
+        let read: Vec<_> = sections.iter().map(direction).collect();
         for vector in read {
             directions.push(Direction { vector: vector?, turns_with_frame });
         }
@@ -164,24 +164,24 @@ fn directions(section: &Section, report: &mut Report) -> Option<Vec<Direction>> 
     (!directions.is_empty()).then_some(directions)
 }
 
-fn direction(section: &Section, report: &mut Report) -> Option<Vector3> {
+fn direction(section: &Section) -> Option<Vector3> {
     let (angles, vector) = (["ra_deg", "dec_deg"], "vector");
     let given: Vec<&str> = angles.into_iter().filter(|name| section.has(name)).collect();
     match (&given[..], section.has(vector)) {
         ([name, ..], true) => {
             let reason = format!("the direction is given twice, by `{name}` and by `vector`");
-            report.refuse("E0028", section.spot(vector), reason, "give one of the two")
+            section.refuse("E0028", vector, reason, "give one of the two")
         }
         ([], true) => {
             let vector = section.vector(vector)?;
             if vector.amax() == 0.0 {
                 let reason = "a vector of length zero has no direction";
-                return report.refuse("E0054", section.spot("vector"), reason, "give the vector a direction");
+                return section.refuse("E0054", "vector", reason, "give the vector a direction");
             }
             Some(section.unit(vector))
         }
         ([_, _], false) => {
-            let range = |name: &str, least: f64, most: f64, what: &str, report: &mut Report| {
+            let range = |name: &str, least: f64, most: f64, what: &str| {
                 let angle = section.number(name)?;
                 if (least..=most).contains(&angle) {
                     return Some(angle.to_radians());
@@ -189,23 +189,23 @@ fn direction(section: &Section, report: &mut Report) -> Option<Vector3> {
                 let reason =
                     format!("`{name}`: {what} of {} deg is outside {least} to {most} deg", show(angle));
                 let remedy = "check the order and the unit of the angles";
-                report.refuse("E0074", section.spot(name), reason, remedy)
+                section.refuse("E0074", name, reason, remedy)
             };
-            let ra = range("ra_deg", -180.0, 360.0, "a right ascension", report);
-            let dec = range("dec_deg", -90.0, 90.0, "a declination", report);
+            let ra = range("ra_deg", -180.0, 360.0, "a right ascension");
+            let dec = range("dec_deg", -90.0, 90.0, "a declination");
             let ((sin_ra, cos_ra), (sin_dec, cos_dec)) = (ra?.sin_cos(), dec?.sin_cos());
             Some(section.unit(Vector3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec)))
         }
         ([name], false) => {
             let other = if *name == "ra_deg" { "dec_deg" } else { "ra_deg" };
             let reason = format!("`{name}` needs `{other}`");
-            report.refuse("E0021", section.here(), reason, format!("add {other} = 0"))
+            section.refuse_here("E0021", reason, format!("add {other} = 0"))
         }
         (_, false) => {
             // A heavenly body has been refused already.
             if !section.has("body") {
                 let reason = "the direction is empty";
-                report.error("E0021", section.here(), reason, "add ra_deg = 231.0, dec_deg = -18.3");
+                section.error_here("E0021", reason, "add ra_deg = 231.0, dec_deg = -18.3");
             }
             None
         }
@@ -233,7 +233,7 @@ pub(crate) fn violated(problem: &Problem, name: &str, end: &str) -> (&'static st
 }
 
 /// The method `shooting`, which holds limits of the inputs alone.
-pub(crate) fn refuse_shooting(problem: &Problem, solver: &Section, report: &mut Report) {
+pub(crate) fn refuse_shooting(problem: &Problem, solver: &Section) {
     let limits = |channel: &crate::mechanics::actuators::ActuatorSet| channel.limits().rate.is_some();
     let actuation = &problem.actuation;
     let what = if let Some(constraint) = problem.constraints.first() {
@@ -244,11 +244,11 @@ pub(crate) fn refuse_shooting(problem: &Problem, solver: &Section, report: &mut 
         "a limit of how fast inputs change".into()
     } else if let Some(obstacle) = control_law::obstacle(problem) {
         let reason = format!("method = \"shooting\" does not serve here: {obstacle}");
-        report.error("E0066", solver.spot("method"), reason, "write method = \"auto\" or \"scp\"");
+        solver.error("E0066", "method", reason, "write method = \"auto\" or \"scp\"");
         return;
     } else {
         return;
     };
     let reason = format!("method = \"shooting\" holds limits of the inputs, not {what}");
-    report.error("E0066", solver.spot("method"), reason, "write method = \"auto\" or \"scp\"");
+    solver.error("E0066", "method", reason, "write method = \"auto\" or \"scp\"");
 }

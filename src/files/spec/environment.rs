@@ -1,7 +1,7 @@
 //! `[environment]`.
 
 use super::boundary::Boundary;
-use super::{Report, Section, short, show};
+use super::{Section, short, show};
 use crate::maneuver::Motion;
 use crate::mechanics::{
     CentralGravity, Environment, EnvironmentError, Free, GravityGradient, Inertia, SecondOrderGravity,
@@ -24,7 +24,7 @@ const MASS_ROUNDING: f64 = 1e-9;
 
 impl Surroundings<'_> {
     /// The environment; none given: nothing acts.
-    pub fn read(&self, inertia: Option<&Inertia>, report: &mut Report) -> Option<Arc<dyn Environment>> {
+    pub fn read(&self, inertia: Option<&Inertia>) -> Option<Arc<dyn Environment>> {
         let Some(section) = &self.section else { return Some(Arc::new(Free)) };
         let kind = section.word("kind")?;
         let moves = kind == "central_gravity";
@@ -34,12 +34,12 @@ impl Surroundings<'_> {
                 "add `position_m` and `velocity_m_s` to {}; for the attitude alone use kind = \"gravity_gradient\"",
                 self.place
             );
-            return report.refuse("E0085", section.spot("kind"), reason, remedy);
+            return section.refuse("E0085", "kind", reason, remedy);
         }
         if !moves && self.motion == Motion::RigidBody {
             let reason = format!("{kind} acts on the attitude only, but positions are given");
             let remedy = "remove `position_m` and `velocity_m_s`, or use kind = \"central_gravity\"";
-            return report.refuse("E0085", section.spot("kind"), reason, remedy);
+            return section.refuse("E0085", "kind", reason, remedy);
         }
         match kind {
             "uniform_gravity" => {
@@ -49,38 +49,33 @@ impl Surroundings<'_> {
                     section.vector("direction")?,
                     section.vector("pivot_to_mass_center_m")?,
                 );
-                accept(environment, section, report)
+                accept(environment, section)
             }
             "gravity_gradient" => {
                 let environment = GravityGradient::new(section.number("orbital_rate_rad_s")?, inertia?);
-                accept(environment, section, report)
+                accept(environment, section)
             }
-            _ => self.central_gravity(section, inertia, report),
+            _ => self.central_gravity(section, inertia),
         }
     }
 
-    fn central_gravity(
-        &self,
-        section: &Section,
-        inertia: Option<&Inertia>,
-        report: &mut Report,
-    ) -> Option<Arc<dyn Environment>> {
+    fn central_gravity(&self, section: &Section, inertia: Option<&Inertia>) -> Option<Arc<dyn Environment>> {
         let parameter = section.number("gravitational_parameter_m3_s2");
         if section.word("body")? == "second_order" {
             if section.has("points") {
                 let reason = "`points` are given, but body = \"second_order\" does not use them";
                 let remedy = "remove `points`, or write body = \"points\"";
-                report.error("E0028", section.spot("points"), reason, remedy);
+                section.error("E0028", "points", reason, remedy);
             }
             let environment = SecondOrderGravity::new(parameter?, self.mass?, inertia?);
-            return accept(environment, section, report);
+            return accept(environment, section);
         }
         let points = section.list("points");
         if points.is_empty() {
             if !section.has("points") || section.is_empty_list("points") {
                 let reason = "body = \"points\" needs `points`";
                 let remedy = "add points = [ { mass_kg = 0.5, position_m = [0.15, 0, 0] }, … ]";
-                report.error("E0021", section.spot("points"), reason, remedy);
+                section.error("E0021", "points", reason, remedy);
             }
             return None;
         }
@@ -93,13 +88,13 @@ impl Surroundings<'_> {
         if (sum - mass).abs() > MASS_ROUNDING * mass {
             let (sum, mass) = (short(sum), show(mass));
             let reason = format!("the masses of the points sum to {sum} kg, that of the body is {mass} kg");
-            return report.refuse("E0087", section.spot("points"), reason, "make them equal");
+            return section.refuse("E0087", "points", reason, "make them equal");
         }
-        accept(CentralGravity::of_masses(parameter?, points), section, report)
+        accept(CentralGravity::of_masses(parameter?, points), section)
     }
 
     /// What the environment asks of the states, the start first.
-    pub fn check_ends(&self, ends: &[&Boundary<'_>], report: &mut Report) {
+    pub fn check_ends(&self, ends: &[&Boundary<'_>]) {
         let Some(section) = &self.section else { return };
         match section.word("kind") {
             Some("gravity_gradient") => {
@@ -111,7 +106,7 @@ impl Surroundings<'_> {
                         );
                         let remedy = "add angular_velocity_rad_s, inertial, in body axes: at rest against LVLH it is \
                                       orbital_rate · Rᵀ e2";
-                        report.error("E0021", end.section.here(), reason, remedy);
+                        end.section.error_here("E0021", reason, remedy);
                     }
                 }
             }
@@ -128,11 +123,11 @@ impl Surroundings<'_> {
                             "the distance from the attracting point is {radius} m, the body reaches {reach} m: they touch"
                         );
                         let remedy = "the attracting point is at the origin; check `position_m` (m, not km?)";
-                        report.error("E0083", end.section.spot("position_m"), reason, remedy);
+                        end.section.error("E0083", "position_m", reason, remedy);
                     }
                 }
                 if let Some(start) = ends.first() {
-                    self.warn_escape(section, start, report);
+                    self.warn_escape(section, start);
                 }
             }
             _ => {}
@@ -140,7 +135,7 @@ impl Surroundings<'_> {
     }
 
     /// Warns of a start that is not on a closed orbit.
-    fn warn_escape(&self, section: &Section, start: &Boundary<'_>, report: &mut Report) {
+    fn warn_escape(&self, section: &Section, start: &Boundary<'_>) {
         let parameter = section.number("gravitational_parameter_m3_s2");
         if let (Some(parameter), Some(position), Some(velocity)) = (parameter, start.position, start.velocity)
         {
@@ -153,7 +148,7 @@ impl Surroundings<'_> {
                 );
                 let remedy =
                     "nothing to do if that is meant; else check units and the gravitational parameter";
-                report.warn("W0083", start.section.spot("velocity_m_s"), reason, remedy);
+                start.section.warn("W0083", "velocity_m_s", reason, remedy);
             }
         }
     }
@@ -162,7 +157,6 @@ impl Surroundings<'_> {
 fn accept<E: Environment + 'static>(
     environment: Result<E, EnvironmentError>,
     section: &Section,
-    report: &mut Report,
 ) -> Option<Arc<dyn Environment>> {
     let told = |error: &EnvironmentError| match error {
         EnvironmentError::NoDirection { .. } => {
@@ -171,5 +165,5 @@ fn accept<E: Environment + 'static>(
         }
         _ => ("E0086", section.here(), "check the numbers of [environment]"),
     };
-    Some(Arc::new(report.accept(environment, told)?))
+    Some(Arc::new(section.report.accept(environment, told)?))
 }

@@ -1,7 +1,7 @@
 //! The grid: a number of steps, or a step, of a plan or a simulation.
 
 use super::keys::StepsOf;
-use super::{Report, Section, short, show};
+use super::{Section, short, show};
 use crate::maneuver::Problem;
 
 /// Code, reason and remedy.
@@ -37,12 +37,11 @@ pub(super) fn too_many(of: StepsOf, steps: f64) -> Words {
 }
 
 /// The number of steps that `steps` or `step_s` of the section give.
-pub(super) fn given(of: StepsOf, section: &Section, duration: f64, report: &mut Report) -> Option<u64> {
+pub(super) fn given(of: StepsOf, section: &Section, duration: f64) -> Option<u64> {
     if section.has("steps") {
         return section.whole("steps");
     }
     let step = section.number("step_s")?;
-    let spot = section.spot("step_s");
     let wanted = duration / step;
     let steps = wanted.round();
     if steps < of.least() as f64 {
@@ -59,17 +58,17 @@ pub(super) fn given(of: StepsOf, section: &Section, duration: f64, report: &mut 
                 (format!("a step of {step} s is longer than the simulation of {whole} s"), whole)
             }
         };
-        return report.refuse("E0033", spot, reason, format!("write a step of at most {longest} s"));
+        return section.refuse("E0033", "step_s", reason, format!("write a step of at most {longest} s"));
     }
     if steps > of.most() as f64 {
         let (code, reason, remedy) = too_many(of, steps);
-        return report.refuse(code, spot, reason, remedy);
+        return section.refuse(code, "step_s", reason, remedy);
     }
     if (wanted - steps).abs() > 1e-9 * steps {
         let (whole, step, used) = (show(duration), show(step), short(duration / steps));
         let reason =
             format!("{whole} s is no whole number of steps of {step} s; {steps} steps of {used} s are used");
-        report.warn("W0033", spot, reason, format!("write steps = {steps}"));
+        section.warn("W0033", "step_s", reason, format!("write steps = {steps}"));
     }
     Some(steps as u64)
 }

@@ -1,7 +1,7 @@
 //! `[maneuver]`, `[solver]` and `[expect]`.
 
 use super::keys::StepsOf;
-use super::{Angle, Expect, Report, Section, Toleranced, grid, short, show};
+use super::{Angle, Expect, Section, Toleranced, grid, short, show};
 use crate::maneuver::{Method, Problem, Scheme, Sense, Settings};
 use std::time::Duration;
 
@@ -21,15 +21,9 @@ pub fn default_steps(angle: f64, rate: f64, duration: f64) -> f64 {
 }
 
 /// The number of steps, given or chosen for the `angle` and `rate` of [`default_steps`].
-pub(crate) fn steps(
-    section: &Section,
-    duration: f64,
-    angle: f64,
-    rate: f64,
-    report: &mut Report,
-) -> Option<usize> {
+pub(crate) fn steps(section: &Section, duration: f64, angle: f64, rate: f64) -> Option<usize> {
     if section.has("steps") || section.has("step_s") {
-        return grid::given(StepsOf::Plan, section, duration, report)?.try_into().ok();
+        return grid::given(StepsOf::Plan, section, duration)?.try_into().ok();
     }
     let steps = default_steps(angle, rate, duration);
     if steps > Problem::MAX_STEPS as f64 {
@@ -41,13 +35,13 @@ pub(crate) fn steps(
             Problem::MAX_STEPS
         );
         let remedy = "check the angles, the rates and `duration_s`; or shorten the maneuver";
-        return report.refuse("E0034", section.spot("duration_s"), reason, remedy);
+        return section.refuse("E0034", "duration_s", reason, remedy);
     }
     Some(steps as usize)
 }
 
 /// `[solver]`: the discretisation and the settings.
-pub(crate) fn solver(section: Option<&Section>, report: &mut Report) -> (Scheme, Settings) {
+pub(crate) fn solver(section: Option<&Section>) -> (Scheme, Settings) {
     let mut settings = Settings::default();
     let Some(section) = section else { return (Scheme::LieVerlet, settings) };
     settings.method = match section.word("method") {
@@ -56,18 +50,17 @@ pub(crate) fn solver(section: Option<&Section>, report: &mut Report) -> (Scheme,
         _ => Method::Auto,
     };
     if let Some(tolerance) = section.number("tolerance") {
-        let spot = section.spot("tolerance");
         if tolerance < Settings::MIN_TOLERANCE {
             let least = Settings::MIN_TOLERANCE;
             let reason = format!(
                 "a tolerance of {} is below what double precision reaches here, {least:e}",
                 show(tolerance)
             );
-            report.error("E0036", spot, reason, "write 1e-12, or leave the key out");
+            section.error("E0036", "tolerance", reason, "write 1e-12, or leave the key out");
         } else if tolerance >= 1.0 {
             let reason =
                 format!("a tolerance of {} would accept anything; it must be below 1", show(tolerance));
-            report.error("E0036", spot, reason, "write 1e-12, or leave the key out");
+            section.error("E0036", "tolerance", reason, "write 1e-12, or leave the key out");
         } else {
             settings.tolerance = tolerance;
         }

@@ -418,7 +418,7 @@ fn interpret(
         Ok(root) => root,
         Err(findings) => return Err(diagnostics(findings, &sources)),
     };
-    let (root, mut findings) = apply(root, overrides, &mut sources);
+    let (root, findings) = apply(root, overrides, &mut sources);
     let simulated = is_simulation(&root);
     if let Some(key) = simulated.filter(|_| wanted == Wanted::Maneuver) {
         let spot = Spot { span: key.key_span, key: key.key.clone() };
@@ -427,12 +427,11 @@ fn interpret(
         return Err(diagnostics(vec![Finding::error_at("E0018", spot, reason, remedy)], &sources));
     }
     let table = if simulated.is_some() { &SIMULATION_ROOT } else { &ROOT };
-    let (section, found) = check::check(&root, table);
-    findings.extend(found);
-    let mut report = Report { findings };
+    let section = check::check(&root, table, findings);
+    let report = section.report.clone();
     let stem = Path::new(name).file_stem().map_or(name.into(), |stem| stem.to_string_lossy());
     let spec = if simulated.is_some() {
-        simulation::assemble(&section, &stem, folder, &mut report).map(|assembled| {
+        simulation::assemble(&section, &stem, folder).map(|assembled| {
             let simulation::Assembled { simulation, shapes, solids, expect } = assembled;
             Spec::Simulation(Box::new(LoadedSimulation {
                 simulation,
@@ -443,13 +442,13 @@ fn interpret(
             }))
         })
     } else {
-        assemble::assemble(&section, &stem, &mut report).map(|assembled| {
+        assemble::assemble(&section, &stem).map(|assembled| {
             let assemble::Assembled { problem, settings, expect } = assembled;
             Spec::Maneuver(Box::new(Loaded { problem, settings, expect, warnings: Vec::new() }))
         })
     };
     let failed = report.failed();
-    let list = diagnostics(report.findings, &sources);
+    let list = diagnostics(report.take(), &sources);
     match spec {
         Some(mut spec) if !failed => {
             match &mut spec {

@@ -4,7 +4,9 @@
 use super::keys::Table;
 use super::{Finding, Severity, Span, Spot, quantity as q};
 use crate::{Matrix3, Vector3};
+use std::cell::RefCell;
 use std::fmt;
+use std::rc::Rc;
 
 /// How far the length of a unit vector may be from 1 by rounding.
 const UNIT_ROUNDING: f64 = 1e-9;
@@ -20,19 +22,18 @@ pub(crate) fn join(path: &str, name: &str) -> String {
 /// A stable code, `E0040` or `W0040`.
 type Code = &'static str;
 
-/// Collects findings.
-pub(crate) struct Report {
-    pub findings: Vec<Finding>,
-}
+/// Collects findings; all tables of a spec share one.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Report(Rc<RefCell<Vec<Finding>>>);
 
 impl Report {
-    pub fn error(&mut self, code: Code, spot: Spot, reason: impl Into<String>, remedy: impl Into<String>) {
-        self.push(Severity::Error, code, spot, reason.into(), remedy.into());
+    pub fn error(&self, code: Code, spot: Spot, reason: impl Into<String>, remedy: impl Into<String>) {
+        self.push(Finding::error_at(code, spot, reason, remedy));
     }
 
     /// An error for which there is no value.
     pub fn refuse<T>(
-        &mut self,
+        &self,
         code: Code,
         spot: Spot,
         reason: impl Into<String>,
@@ -44,7 +45,7 @@ impl Report {
 
     /// What could be made; else the error in its own words, with the code, the place and the remedy of `told`.
     pub fn accept<'r, T, E: fmt::Display>(
-        &mut self,
+        &self,
         made: Result<T, E>,
         told: impl FnOnce(&E) -> (Code, Spot, &'r str),
     ) -> Option<T> {
@@ -55,19 +56,31 @@ impl Report {
         .ok()
     }
 
-    pub fn warn(&mut self, code: Code, spot: Spot, reason: impl Into<String>, remedy: impl Into<String>) {
-        self.push(Severity::Warning, code, spot, reason.into(), remedy.into());
+    pub fn warn(&self, code: Code, spot: Spot, reason: impl Into<String>, remedy: impl Into<String>) {
+        let finding = Finding::error_at(code, spot, reason, remedy);
+        self.push(Finding { severity: Severity::Warning, ..finding });
     }
 
-    fn push(&mut self, severity: Severity, code: Code, spot: Spot, reason: String, remedy: String) {
-        if self.findings.len() < 2 * MAX_FINDINGS {
-            self.findings.push(Finding { severity, code, spot, reason, remedy });
+    fn push(&self, finding: Finding) {
+        let mut findings = self.0.borrow_mut();
+        if findings.len() < 2 * MAX_FINDINGS {
+            findings.push(finding);
         }
+    }
+
+    /// Adds what was found elsewhere, all of it.
+    pub fn extend(&self, findings: Vec<Finding>) {
+        self.0.borrow_mut().extend(findings);
+    }
+
+    /// Takes all findings out.
+    pub fn take(&self) -> Vec<Finding> {
+        self.0.take()
     }
 
     /// Whether the spec cannot be used.
     pub fn failed(&self) -> bool {
-        self.findings.iter().any(|finding| finding.severity == Severity::Error)
+        self.0.borrow().iter().any(|finding| finding.severity == Severity::Error)
     }
 }
 
@@ -136,6 +149,8 @@ pub(crate) struct Section {
     pub path: String,
     /// Whether matrices and unit vectors are taken to the last bit.
     pub keeps_rounding: bool,
+    /// Where its findings go.
+    pub report: Report,
     /// What stands in it, in the order of the file.
     pub given: Vec<Given>,
 }
@@ -250,6 +265,47 @@ impl Section {
     /// The table itself.
     pub fn here(&self) -> Spot {
         Spot { span: self.span, key: self.path.clone() }
+    }
+
+    /// An error at the value of `name`.
+    pub fn error(&self, code: Code, name: &str, reason: impl Into<String>, remedy: impl Into<String>) {
+        self.report.error(code, self.spot(name), reason, remedy);
+    }
+
+    /// An error of the table.
+    pub fn error_here(&self, code: Code, reason: impl Into<String>, remedy: impl Into<String>) {
+        self.report.error(code, self.here(), reason, remedy);
+    }
+
+    /// An error at the value of `name`, for which there is nothing.
+    pub fn refuse<T>(
+        &self,
+        code: Code,
+        name: &str,
+        reason: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Option<T> {
+        self.report.refuse(code, self.spot(name), reason, remedy)
+    }
+
+    /// An error of the table, for which there is nothing.
+    pub fn refuse_here<T>(
+        &self,
+        code: Code,
+        reason: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Option<T> {
+        self.report.refuse(code, self.here(), reason, remedy)
+    }
+
+    /// A warning at the value of `name`.
+    pub fn warn(&self, code: Code, name: &str, reason: impl Into<String>, remedy: impl Into<String>) {
+        self.report.warn(code, self.spot(name), reason, remedy);
+    }
+
+    /// A warning about the table.
+    pub fn warn_here(&self, code: Code, reason: impl Into<String>, remedy: impl Into<String>) {
+        self.report.warn(code, self.here(), reason, remedy);
     }
 
     /// The angle under one of two keys, the one in degrees first.

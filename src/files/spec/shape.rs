@@ -1,6 +1,6 @@
 //! `[bodies.shape]`: what mass, inertia and gravity a shape gives.
 
-use super::{Report, Section, Solid, Spot, cut, short};
+use super::{Section, Solid, cut, short};
 use crate::Matrix3;
 use crate::mechanics::full_body::polyhedron::read_obj;
 use crate::mechanics::full_body::{
@@ -36,7 +36,7 @@ impl Budget {
     }
 
     /// Takes what a shape needs; false, and a complaint, where that is too much.
-    fn take(&mut self, section: &Section, faces: usize, points: usize, report: &mut Report) -> bool {
+    fn take(&mut self, section: &Section, faces: usize, points: usize) -> bool {
         if let (Some(faces), Some(points)) = (self.faces.checked_sub(faces), self.points.checked_sub(points))
         {
             (self.faces, self.points) = (faces, points);
@@ -47,24 +47,22 @@ impl Budget {
              {MAX_POINTS} points, and {} and {} are left",
             self.faces, self.points
         );
-        report.error("E0034", section.here(), reason, "take a coarser shape, or a lower gauss_order");
+        section.error_here("E0034", reason, "take a coarser shape, or a lower gauss_order");
         false
     }
 
     /// Takes the size of a file, before it is read.
-    fn take_file(&mut self, size: u64, spot: Spot, report: &mut Report) -> bool {
+    fn take_file(&mut self, section: &Section, size: u64) -> bool {
         if let Some(bytes) = self.bytes.checked_sub(size) {
             self.bytes = bytes;
             return true;
         }
         let megabytes = |bytes: u64| short(bytes as f64 / f64::from(1 << 20));
+        let [size, most, left] = [size, MAX_BYTES, self.bytes].map(megabytes);
         let reason = format!(
-            "the file has {} MiB; all OBJ files together may have {} MiB, and {} are left",
-            megabytes(size),
-            megabytes(MAX_BYTES),
-            megabytes(self.bytes)
+            "the file has {size} MiB; all OBJ files together may have {most} MiB, and {left} are left"
         );
-        report.error("E0034", spot, reason, "take a coarser shape");
+        section.error("E0034", "obj", reason, "take a coarser shape");
         false
     }
 }
@@ -87,13 +85,7 @@ pub(crate) struct Shape {
 }
 
 /// Reads the shape of a body with the mass of `mass_kg`, if given; `None` when the report says why not.
-pub(crate) fn shape(
-    body: &Section,
-    mass: Option<f64>,
-    folder: &Path,
-    budget: &mut Budget,
-    report: &mut Report,
-) -> Option<Shape> {
+pub(crate) fn shape(body: &Section, mass: Option<f64>, folder: &Path, budget: &mut Budget) -> Option<Shape> {
     let section = body.section("shape")?;
     let kind = section.word("kind")?;
     let density = section.number("density_kg_m3");
@@ -103,7 +95,7 @@ pub(crate) fn shape(
     if given_twice {
         let other = if kind == "points" { "the masses of the points" } else { "`density_kg_m3`" };
         let reason = format!("the mass is given twice, by `mass_kg` and by {other}");
-        return report.refuse("E0028", body.spot("mass_kg"), reason, "remove mass_kg");
+        return body.refuse("E0028", "mass_kg", reason, "remove mass_kg");
     }
     let known = kind == "points" || body.has("mass_kg") || (solid && section.has("density_kg_m3"));
     if !known {
@@ -113,10 +105,10 @@ pub(crate) fn shape(
         } else {
             "add mass_kg = 1"
         };
-        return report.refuse("E0021", body.here(), reason, remedy);
+        return body.refuse_here("E0021", reason, remedy);
     }
     match kind {
-        "sphere" => sphere(section, mass, density, report),
+        "sphere" => sphere(section, mass, density),
         "dumbbell" => {
             let (length, sphere_radius) = (section.number("length_m")?, section.number("sphere_radius_m")?);
             let dumbbell = Dumbbell { mass: mass?, length, sphere_radius };
@@ -128,58 +120,58 @@ pub(crate) fn shape(
                     short(2.0 * sphere_radius)
                 );
                 let remedy = "lengthen `length_m`, or give the body its own `inertia_kg_m2`";
-                report.warn("W0136", section.spot("sphere_radius_m"), reason, remedy);
+                section.warn("W0136", "sphere_radius_m", reason, remedy);
             }
-            let attractor = Attractor::Cloud(accept(dumbbell.cloud(), section, report)?);
+            let attractor = Attractor::Cloud(accept(dumbbell.cloud(), section)?);
             let (inertia, reach) = (dumbbell.inertia(), 0.5 * length + sphere_radius);
             let dumbbell = Some(dumbbell);
             Some(Shape { mass: mass?, inertia, attractor, dumbbell, reach, solid: None })
         }
-        "points" => points(section, budget, report),
+        "points" => points(section, budget),
         _ => {
             let lengths = |name: &str| ("E0088", section.spot(name), "give three positive lengths");
             let solid = match kind {
                 "cuboid" => {
                     let made = Polyhedron::cuboid(&section.vector("edges_m")?);
-                    report.accept(made, |_| lengths("edges_m"))
+                    section.report.accept(made, |_| lengths("edges_m"))
                 }
                 "octahedron" => {
                     let made = Polyhedron::octahedron(&section.vector("semi_axes_m")?);
-                    report.accept(made, |_| lengths("semi_axes_m"))
+                    section.report.accept(made, |_| lengths("semi_axes_m"))
                 }
                 _ if section.has("obj") && (section.has("vertices_m") || section.has("faces")) => None,
-                _ if section.has("obj") => from_obj(section, folder, budget, report),
-                _ => listed(section, report),
+                _ if section.has("obj") => from_obj(section, folder, budget),
+                _ => listed(section),
             }?;
-            homogeneous(&solid, section, mass, density, budget, report)
+            homogeneous(&solid, section, mass, density, budget)
         }
     }
 }
 
-fn sphere(section: &Section, mass: Option<f64>, density: Option<f64>, report: &mut Report) -> Option<Shape> {
+fn sphere(section: &Section, mass: Option<f64>, density: Option<f64>) -> Option<Shape> {
     let radius = section.number("radius_m")?;
     let volume = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
     let mass = mass.or(density.map(|density| density * volume))?;
-    let attractor = accept(Attractor::point(mass), section, report)?;
+    let attractor = accept(Attractor::point(mass), section)?;
     let inertia = Matrix3::identity() * (0.4 * mass * radius * radius);
     Some(Shape { mass, inertia, attractor, dumbbell: None, reach: radius, solid: None })
 }
 
-fn points(section: &Section, budget: &mut Budget, report: &mut Report) -> Option<Shape> {
+fn points(section: &Section, budget: &mut Budget) -> Option<Shape> {
     let list = section.list("points");
     if list.is_empty() {
         let reason = "kind = \"points\" needs at least one point";
         let remedy = "add points = [ { mass_kg = 0.5, position_m = [0.15, 0, 0] }, … ]";
-        return report.refuse("E0021", section.spot("points"), reason, remedy);
+        return section.refuse("E0021", "points", reason, remedy);
     }
-    if !budget.take(section, 0, list.len(), report) {
+    if !budget.take(section, 0, list.len()) {
         return None;
     }
     let point = |point: &Section| {
         Some(MassPoint { mass: point.number("mass_kg")?, position: point.vector("position_m")? })
     };
     let points: Option<Vec<_>> = list.iter().map(point).collect();
-    let (cloud, _) = accept(PointCloud::centered(points?), section, report)?;
+    let (cloud, _) = accept(PointCloud::centered(points?), section)?;
     let (mass, inertia, reach) = (cloud.mass(), cloud.inertia(), cloud.radius());
     Some(Shape { mass, inertia, attractor: Attractor::Cloud(cloud), dumbbell: None, reach, solid: None })
 }
@@ -191,11 +183,10 @@ fn homogeneous(
     mass: Option<f64>,
     density: Option<f64>,
     budget: &mut Budget,
-    report: &mut Report,
 ) -> Option<Shape> {
     let order = section.count("gauss_order").unwrap_or(GAUSS_ORDER);
     let faces = solid.faces().len();
-    if !budget.take(section, faces, faces * order.pow(3), report) {
+    if !budget.take(section, faces, faces * order.pow(3)) {
         return None;
     }
     let written = Solid { faces, volume: solid.volume(), mass_center: *solid.center() };
@@ -204,14 +195,14 @@ fn homogeneous(
         (Some(mass), _) => HomogeneousPolyhedron::with_mass(solid, mass, order),
         (None, density) => HomogeneousPolyhedron::new(solid, density?, order),
     };
-    let body = accept(body, section, report)?;
+    let body = accept(body, section)?;
     let (mass, inertia, reach) = (body.mass(), body.inertia(), body.shape().radius());
     let attractor = Attractor::Polyhedron(body);
     Some(Shape { mass, inertia, attractor, dumbbell: None, reach, solid: Some(written) })
 }
 
 /// Vertices and faces that stand in the spec.
-fn listed(section: &Section, report: &mut Report) -> Option<Polyhedron> {
+fn listed(section: &Section) -> Option<Polyhedron> {
     if !section.has("vertices_m") {
         // The first pass has said that a shape is missing.
         return None;
@@ -220,29 +211,23 @@ fn listed(section: &Section, report: &mut Report) -> Option<Polyhedron> {
         let reason = "`vertices_m` needs `faces`";
         let remedy =
             "add faces = [[1, 2, 3], …]: vertices counted from 1, counterclockwise seen from outside";
-        return report.refuse("E0021", section.spot("vertices_m"), reason, remedy);
+        return section.refuse("E0021", "vertices_m", reason, remedy);
     }
     let (vertices, faces) = (section.vectors("vertices_m")?, section.faces("faces")?);
     // The reader has seen that they are at least 1.
     let faces = faces.into_iter().map(|face| face.map(|corner| corner.saturating_sub(1))).collect();
     let remedy = "check the faces: closed, each edge in two of them, counterclockwise seen from outside";
-    report.accept(Polyhedron::new(vertices, faces), |_| ("E0088", section.spot("faces"), remedy))
+    section.report.accept(Polyhedron::new(vertices, faces), |_| ("E0088", section.spot("faces"), remedy))
 }
 
-fn from_obj(
-    section: &Section,
-    folder: &Path,
-    budget: &mut Budget,
-    report: &mut Report,
-) -> Option<Polyhedron> {
+fn from_obj(section: &Section, folder: &Path, budget: &mut Budget) -> Option<Polyhedron> {
     let written = section.word("obj")?;
-    let spot = section.spot("obj");
     let (path, file) = match open(written, folder) {
         Ok(opened) => opened,
-        Err((code, reason, remedy)) => return report.refuse(code, spot, reason, remedy),
+        Err((code, reason, remedy)) => return section.refuse(code, "obj", reason, remedy),
     };
     let size = file.metadata().map_or(u64::MAX, |metadata| metadata.len());
-    if !budget.take_file(size, spot.clone(), report) {
+    if !budget.take_file(section, size) {
         return None;
     }
     let unit = section.number("obj_unit_m");
@@ -252,7 +237,7 @@ fn from_obj(
     let read = read_obj(BufReader::new(file.take(size)), unit.unwrap_or(1.0));
     let read = read.map_err(|error| format!("{}: {error}", cut(&path.to_string_lossy(), 200)));
     let remedy = "repair the file, or export the shape again as a closed surface";
-    report.accept(read, |_| ("E0089", spot, remedy))
+    section.report.accept(read, |_| ("E0089", section.spot("obj"), remedy))
 }
 
 /// A file beside the spec or below: nothing else of the disk is read at a spec's word.
@@ -286,6 +271,6 @@ fn open(written: &str, folder: &Path) -> Result<(PathBuf, File), (&'static str, 
 }
 
 /// What the numbers of a shape make.
-fn accept<T>(made: Result<T, FullBodyError>, section: &Section, report: &mut Report) -> Option<T> {
-    report.accept(made, |_| ("E0086", section.here(), "check the numbers of the shape"))
+fn accept<T>(made: Result<T, FullBodyError>, section: &Section) -> Option<T> {
+    section.report.accept(made, |_| ("E0086", section.here(), "check the numbers of the shape"))
 }

@@ -6,8 +6,8 @@ use super::environment::Surroundings;
 use super::keys::StepsOf;
 use super::shape::{Budget, Shape, shape};
 use super::{
-    BodyShape, EndExpect, Oscillation, Precession, Report, Section, SimulationExpect, Solid, body, cut, grid,
-    short, show,
+    BodyShape, EndExpect, Oscillation, Precession, Section, SimulationExpect, Solid, body, cut, grid, short,
+    show,
 };
 use crate::Matrix3;
 use crate::maneuver::{Motion, State};
@@ -42,40 +42,35 @@ struct Member<'a> {
 }
 
 /// Builds the simulation; `None` when the report says why not. Files are relative to `folder`.
-pub(crate) fn assemble(
-    root: &Section,
-    default_name: &str,
-    folder: &Path,
-    report: &mut Report,
-) -> Option<Assembled> {
+pub(crate) fn assemble(root: &Section, default_name: &str, folder: &Path) -> Option<Assembled> {
     let list = root.list("bodies");
     if list.is_empty() {
         if root.is_empty_list("bodies") {
             let reason = "a simulation needs at least one body";
-            report.error("E0021", root.spot("bodies"), reason, "add a table [[bodies]]");
+            root.error("E0021", "bodies", reason, "add a table [[bodies]]");
         }
         return None;
     }
     let gravity = root.section("gravity");
-    contradictions(root, gravity, list, report);
+    contradictions(root, gravity, list);
     let alone = list.len() == 1;
     let mut budget = Budget::new();
     let members: Vec<Member> = list
         .iter()
         .enumerate()
-        .map(|(index, section)| member(section, index, gravity.is_some(), folder, &mut budget, report))
+        .map(|(index, section)| member(section, index, gravity.is_some(), folder, &mut budget))
         .collect();
-    names_differ(&members, report);
-    let expect = root.section("expect").map(|section| expect(section, &members, report));
-    let surroundings = environment(root, &members, report);
+    names_differ(&members);
+    let expect = root.section("expect").map(|section| expect(section, &members));
+    let surroundings = environment(root, &members);
     if let Some(surroundings) = &surroundings {
-        surroundings.check_ends(&[&members[0].boundary], report);
+        surroundings.check_ends(&[&members[0].boundary]);
     }
     let section = root.section("simulation")?;
     let grid = section
         .number("duration_s")
-        .and_then(|duration| Some((duration, grid::given(StepsOf::Simulation, section, duration, report)?)));
-    if report.failed() {
+        .and_then(|duration| Some((duration, grid::given(StepsOf::Simulation, section, duration)?)));
+    if root.report.failed() {
         return None;
     }
 
@@ -83,23 +78,23 @@ pub(crate) fn assemble(
     let bodies = bodies?;
     let system = match (&surroundings, &gravity) {
         (Some(surroundings), _) => {
-            let environment = surroundings.read(members[0].inertia.as_ref(), report)?;
+            let environment = surroundings.read(members[0].inertia.as_ref())?;
             System::single(bodies.into_iter().next()?, environment)
         }
-        (None, Some(gravity)) => System::new(bodies, Some(potential(gravity, &members, report)?)),
+        (None, Some(gravity)) => System::new(bodies, Some(potential(gravity, &members)?)),
         (None, None) => {
             if !alone {
                 let reason = "the bodies do not act on one another: there is no [gravity]";
                 let remedy = "add [gravity], or simulate them one by one";
-                report.warn("W0132", root.spot("bodies"), reason, remedy);
+                root.warn("W0132", "bodies", reason, remedy);
             }
             System::new(bodies, None)
         }
     };
     let numbers = |_: &_| ("E0031", root.spot("bodies"), "check the numbers of the bodies");
-    let system = report.accept(system, numbers)?;
+    let system = root.report.accept(system, numbers)?;
     let states: Option<Vec<State>> = members.iter().map(Member::state).collect();
-    let start = report.accept(system.state(&states?), numbers)?;
+    let start = root.report.accept(system.state(&states?), numbers)?;
     let (duration, steps) = grid?;
     let integrator = section.word("integrator").unwrap_or("lie_verlet");
     let mut simulation = Simulation::new(system, start, integrator.parse().ok()?, duration, steps);
@@ -108,11 +103,11 @@ pub(crate) fn assemble(
     simulation.stride = section.count("output_stride").unwrap_or(1) as u64;
     simulation.settings =
         ErrorControl { tolerance: section.number("tolerance").unwrap_or(ErrorControl::default().tolerance) };
-    steps_are_short(&simulation, section, &members, report);
+    steps_are_short(&simulation, section, &members);
     simulation.reach =
         members.iter().map(|member| member.shape.as_ref().map_or(0.0, |shape| shape.reach)).collect();
     if gravity.is_some() {
-        apart(&simulation, &members, report);
+        apart(&simulation, &members);
     }
     let shapes = members.iter().map(|member| member.shape.as_ref().map(shown)).collect();
     let solids = members.iter().map(|member| member.shape.as_ref().and_then(|shape| shape.solid)).collect();
@@ -127,22 +122,22 @@ fn shown(shape: &Shape) -> BodyShape {
 }
 
 /// What acts must fit the number of bodies.
-fn contradictions(root: &Section, gravity: Option<&Section>, bodies: &[Section], report: &mut Report) {
+fn contradictions(root: &Section, gravity: Option<&Section>, bodies: &[Section]) {
     let environment = root.section("environment");
     if let (Some(environment), Some(_)) = (&environment, gravity) {
         let reason = "both [gravity] and [environment] are given";
         let remedy =
             "[gravity] is for bodies that attract one another, [environment] for a single one: give one";
-        report.error("E0028", environment.here(), reason, remedy);
+        environment.error_here("E0028", reason, remedy);
     } else if let Some(environment) = environment.filter(|_| bodies.len() > 1) {
         let reason = format!("[environment] acts on a single body, but there are {}", bodies.len());
         let remedy = "use [gravity]; the attracting center can be a body too";
-        report.error("E0085", environment.here(), reason, remedy);
+        environment.error_here("E0085", reason, remedy);
     }
     if let Some(gravity) = gravity.filter(|_| bodies.len() == 1) {
         let reason = "[gravity] acts between bodies, but there is only one";
         let remedy = "add another body, or use [environment] with kind = \"central_gravity\"";
-        report.error("E0085", gravity.here(), reason, remedy);
+        gravity.error_here("E0085", reason, remedy);
     }
 }
 
@@ -152,26 +147,25 @@ fn member<'a>(
     attracted: bool,
     folder: &Path,
     budget: &mut Budget,
-    report: &mut Report,
 ) -> Member<'a> {
-    let boundary = Boundary::read(section, "attitude", report);
+    let boundary = Boundary::read(section, "attitude");
     let section = &boundary.section;
     let moving = ["position_m", "velocity_m_s", "linear_momentum_n_s"];
     let moves = attracted || moving.iter().any(|name| section.has(name));
     if moves && !section.has("position_m") {
         let why = if attracted { "the bodies attract one another" } else { "the body moves" };
         let reason = format!("[{}] needs `position_m`: {why}", section.path);
-        report.error("E0021", section.here(), reason, "add position_m = [0, 0, 0]");
+        section.error_here("E0021", reason, "add position_m = [0, 0, 0]");
     }
     let given = section.number("mass_kg");
-    let shape = shape(section, given, folder, budget, report);
+    let shape = shape(section, given, folder, budget);
     let inertia = match &shape {
-        _ if section.has("inertia_kg_m2") => body::inertia(section, report),
-        Some(shape) => inertia_of_shape(section, &shape.inertia, report),
+        _ if section.has("inertia_kg_m2") => body::inertia(section),
+        Some(shape) => inertia_of_shape(section, &shape.inertia),
         None => {
             if !section.has("shape") {
                 let reason = format!("[{}] needs `inertia_kg_m2` or a shape", section.path);
-                report.error("E0021", section.here(), reason, "add inertia_kg_m2 = [1, 2, 2.5]");
+                section.error_here("E0021", reason, "add inertia_kg_m2 = [1, 2, 2.5]");
             }
             None
         }
@@ -181,30 +175,30 @@ fn member<'a>(
         match (moves, section.has("mass_kg")) {
             (true, false) => {
                 let reason = format!("[{}] needs `mass_kg`: the body moves", section.path);
-                report.error("E0021", section.here(), reason, "add mass_kg = 100");
+                section.error_here("E0021", reason, "add mass_kg = 100");
             }
             (false, true) => {
                 let reason = "`mass_kg` is not used: the body only turns";
                 let remedy = "remove it; or give the body a position";
-                report.warn("W0021", section.spot("mass_kg"), reason, remedy);
+                section.warn("W0021", "mass_kg", reason, remedy);
             }
             _ => {}
         }
     }
     if let (Some(inertia), Some(mass), true) = (&inertia, mass, section.has("inertia_kg_m2")) {
-        body::warn_density(section, inertia, mass, report);
+        body::warn_density(section, inertia, mass);
     }
     let name = section.word("name").map_or_else(|| format!("body {}", index + 1), str::to_string);
     Member { name, boundary, shape, inertia, mass, moves }
 }
 
-fn inertia_of_shape(section: &Section, inertia: &Matrix3, report: &mut Report) -> Option<Inertia> {
+fn inertia_of_shape(section: &Section, inertia: &Matrix3) -> Option<Inertia> {
     if let Err(crate::mechanics::body::InertiaError::NotPositive { .. }) = Inertia::new(*inertia) {
         let reason = "the points lie on a line: the body has no moment of inertia about it";
         let remedy = "add `inertia_kg_m2` to the body; or take a dumbbell, whose spheres have a radius";
-        return report.refuse("E0041", section.spot("shape"), reason, remedy);
+        return section.refuse("E0041", "shape", reason, remedy);
     }
-    body::checked(*inertia, section.spot("shape"), report)
+    body::checked(*inertia, section, "shape")
 }
 
 impl Member<'_> {
@@ -227,22 +221,18 @@ impl Member<'_> {
     }
 }
 
-fn names_differ(members: &[Member<'_>], report: &mut Report) {
+fn names_differ(members: &[Member<'_>]) {
     for (index, member) in members.iter().enumerate() {
         if let Some(first) = members[..index].iter().position(|other| other.name == member.name) {
             let (first, second, name) = (first + 1, index + 1, cut(&member.name, 40));
             let reason = format!("bodies {first} and {second} are both called \"{name}\"");
-            report.error("E0011", member.boundary.section.spot("name"), reason, "give each its own name");
+            member.boundary.section.error("E0011", "name", reason, "give each its own name");
         }
     }
 }
 
 /// `[environment]` of the only body.
-fn environment<'a>(
-    root: &'a Section,
-    members: &[Member<'_>],
-    report: &mut Report,
-) -> Option<Surroundings<'a>> {
+fn environment<'a>(root: &'a Section, members: &[Member<'_>]) -> Option<Surroundings<'a>> {
     let section = root.section("environment")?;
     let [member] = members else { return None };
     if section.word("kind") == Some("central_gravity")
@@ -252,14 +242,14 @@ fn environment<'a>(
     {
         let reason = "the body starts at rest in a central field: it falls into the center";
         let remedy = "nothing to do if that is meant; else add `velocity_m_s`";
-        report.warn("W0133", member.boundary.section.here(), reason, remedy);
+        member.boundary.section.warn_here("W0133", reason, remedy);
     }
     let motion = if member.moves { Motion::RigidBody } else { Motion::Attitude };
     Some(Surroundings { section: Some(section), motion, mass: member.mass, place: "[[bodies]]" })
 }
 
 /// Mutual gravity; dumbbells alone have a closed form.
-fn potential(gravity: &Section, members: &[Member<'_>], report: &mut Report) -> Option<Arc<dyn Potential>> {
+fn potential(gravity: &Section, members: &[Member<'_>]) -> Option<Arc<dyn Potential>> {
     let constant = match gravity.number("gravitational_constant_m3_kg_s2") {
         Some(constant) => constant,
         None if gravity.has("gravitational_constant_m3_kg_s2") => return None,
@@ -277,7 +267,7 @@ fn potential(gravity: &Section, members: &[Member<'_>], report: &mut Report) -> 
             };
             let attractors: Option<Vec<_>> = members.iter().map(attractor).collect();
             MutualGravity::new(constant, attractors?).map(|potential| {
-                long_steps(&potential, gravity, members, report);
+                long_steps(&potential, gravity, members);
                 Arc::new(potential) as _
             })
         }
@@ -286,14 +276,14 @@ fn potential(gravity: &Section, members: &[Member<'_>], report: &mut Report) -> 
         FullBodyError::Count { .. } => "take coarser shapes, fewer bodies, or potential = \"second_order\"",
         _ => "check masses and the constant of gravitation",
     };
-    report.accept(built, |error| ("E0086", gravity.here(), remedy(error)))
+    gravity.report.accept(built, |error| ("E0086", gravity.here(), remedy(error)))
 }
 
 /// Interactions of one evaluation from which a step takes a good part of a second.
 const LONG: f64 = 1e8;
 
 /// Warns where a step will take long: nothing is shown within one.
-fn long_steps(gravity: &MutualGravity, section: &Section, members: &[Member<'_>], report: &mut Report) {
+fn long_steps(gravity: &MutualGravity, section: &Section, members: &[Member<'_>]) {
     let interactions = gravity.interactions();
     if interactions < LONG {
         return;
@@ -311,14 +301,14 @@ fn long_steps(gravity: &MutualGravity, section: &Section, members: &[Member<'_>]
     );
     let remedy = "take shapes of fewer faces, a lower gauss_order, points for one of them, or potential = \
                   \"second_order\"";
-    report.warn("W0137", section.here(), reason, remedy);
+    section.warn_here("W0137", reason, remedy);
 }
 
 /// Interactions a second on one processor, roughly: `cargo bench --bench bodies` prints the time of 10⁸.
 const PER_SECOND: f64 = 2e8;
 
 /// The implicit attitude equation has a solution at the start.
-fn steps_are_short(simulation: &Simulation, section: &Section, members: &[Member<'_>], report: &mut Report) {
+fn steps_are_short(simulation: &Simulation, section: &Section, members: &[Member<'_>]) {
     let limited = matches!(
         simulation.kind,
         Kind::LieEuler | Kind::LieEulerAdjoint | Kind::LieVerlet | Kind::LieVerletLagrangian
@@ -338,13 +328,13 @@ fn steps_are_short(simulation: &Simulation, section: &Section, members: &[Member
                 let step = short(0.3 * simulation.step() / turn);
                 format!("shorten `step_s` to {step} s or so, or check the rate")
             };
-            report.error("E0120", member.boundary.rate_spot(), reason, remedy);
+            section.report.error("E0120", member.boundary.rate_spot(), reason, remedy);
         }
     }
 }
 
 /// Bodies stand clear of one another at the start.
-fn apart(simulation: &Simulation, members: &[Member<'_>], report: &mut Report) {
+fn apart(simulation: &Simulation, members: &[Member<'_>]) {
     let poses = simulation.start.poses();
     let reach = |index: usize| members[index].shape.as_ref().map_or(0.0, |shape| shape.reach);
     let mut warned = 0;
@@ -352,10 +342,10 @@ fn apart(simulation: &Simulation, members: &[Member<'_>], report: &mut Report) {
         for first in 0..second {
             let distance = (poses[second].position - poses[first].position).norm();
             let (a, b) = (cut(&members[first].name, 40), cut(&members[second].name, 40));
-            let spot = || members[second].boundary.section.spot("position_m");
+            let section = members[second].boundary.section;
             if distance == 0.0 {
                 let reason = format!("{a} and {b} are in the same place");
-                report.error("E0083", spot(), reason, "move one of them");
+                section.error("E0083", "position_m", reason, "move one of them");
                 return;
             }
             if distance < reach(first) + reach(second) && warned < 3 {
@@ -366,14 +356,14 @@ fn apart(simulation: &Simulation, members: &[Member<'_>], report: &mut Report) {
                 );
                 let remedy =
                     "nothing to do if their shapes are apart; gravity is that of bodies that do not touch";
-                report.warn("W0131", spot(), reason, remedy);
+                section.warn("W0131", "position_m", reason, remedy);
             }
         }
     }
     if !simulation.system.invariants(&simulation.start).energy.is_finite() {
         let reason = "the energy at the start is not finite: points of two bodies meet";
         let remedy = "move the bodies apart";
-        report.error("E0083", members[0].boundary.section.spot("position_m"), reason, remedy);
+        members[0].boundary.section.error("E0083", "position_m", reason, remedy);
     }
 }
 
@@ -386,8 +376,8 @@ const TOLERATED: [(&str, &str); 4] = [
 ];
 
 /// `[expect]`; `None` if it names a body that is none.
-fn expect(section: &Section, members: &[Member<'_>], report: &mut Report) -> Option<SimulationExpect> {
-    let body = |section: &Section, report: &mut Report| -> Option<usize> {
+fn expect(section: &Section, members: &[Member<'_>]) -> Option<SimulationExpect> {
+    let body = |section: &Section| -> Option<usize> {
         let found = match section.word("body") {
             Some(name) => members.iter().position(|member| member.name == name),
             None => (members.len() == 1 && !section.has("body")).then_some(0),
@@ -399,7 +389,7 @@ fn expect(section: &Section, members: &[Member<'_>], report: &mut Report) -> Opt
                 None => format!("[{}] does not say of which body", section.path),
             };
             let remedy = format!("give body = one of {}", names.join(", "));
-            report.error("E0021", section.spot("body"), reason, remedy);
+            section.error("E0021", "body", reason, remedy);
         }
         found
     };
@@ -409,14 +399,14 @@ fn expect(section: &Section, members: &[Member<'_>], report: &mut Report) -> Opt
             if end.has(name) != end.has(tolerance) {
                 let (given, missing) = if end.has(name) { (name, tolerance) } else { (tolerance, name) };
                 let reason = format!("`{given}` needs `{missing}`");
-                report.error("E0021", end.spot(given), reason, "give both, or remove it");
+                end.error("E0021", given, reason, "give both, or remove it");
             }
         }
-        bodies.push(body(end, report)?);
+        bodies.push(body(end)?);
     }
     let precession = match section.section("precession") {
         Some(inner) => Some(Precession {
-            body: body(inner, report)?,
+            body: body(inner)?,
             axis: inner.vector("axis_body")?,
             about: inner.vector("about_reference")?,
             rate: inner.toleranced("rate_rad_s")?,
@@ -425,7 +415,7 @@ fn expect(section: &Section, members: &[Member<'_>], report: &mut Report) -> Opt
     };
     let oscillation = match section.section("oscillation") {
         Some(inner) => Some(Oscillation {
-            body: body(inner, report)?,
+            body: body(inner)?,
             axis: inner.vector("axis_body")?,
             direction: inner.vector("direction_reference")?,
             period: inner.toleranced("period_s")?,
@@ -435,7 +425,7 @@ fn expect(section: &Section, members: &[Member<'_>], report: &mut Report) -> Opt
     let [attitude, angular_velocity, position, velocity] = TOLERATED;
     let end = |(body, end): (usize, &Section)| {
         let tolerated = |(name, tolerance)| end.vector(name).zip(end.number(tolerance));
-        let rotation = end.section(attitude.0).and_then(|it| attitude::rotation(it, Use::Attitude, report));
+        let rotation = end.section(attitude.0).and_then(|it| attitude::rotation(it, Use::Attitude));
         EndExpect {
             body,
             attitude: rotation.map(|rotation| rotation.matrix).zip(end.number(attitude.1)),

@@ -2,9 +2,7 @@
 
 use super::{SMALLEST, TORQUE_LIMITS};
 use crate::Vector3;
-use crate::files::spec::diagnostic::escape;
-use crate::files::spec::quantity::{short, show};
-use crate::files::spec::section::{Report, Section};
+use crate::files::spec::{Section, escape, short, show};
 use crate::maneuver::{BOUNDARY_ROUNDING, Motion, Weighted, Weights};
 use crate::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use nalgebra::{DMatrix, DVector};
@@ -22,7 +20,7 @@ struct Wheel {
 const SILENT: f64 = 1e-9;
 
 /// The torque channel of the wheels, and the wheels.
-pub(super) fn wheels(section: &Section, motion: Motion, report: &mut Report) -> Option<(Actuation, Weights)> {
+pub(super) fn wheels(section: &Section, motion: Motion) -> Option<(Actuation, Weights)> {
     let others = ["torque_axes_body", "torque_axes_reference", "effort_weight"];
     let others = others.into_iter().chain(TORQUE_LIMITS).filter(|key| section.has(key));
     let mut good = true;
@@ -33,32 +31,31 @@ pub(super) fn wheels(section: &Section, motion: Motion, report: &mut Report) -> 
             "torque_limit_n_m" => "write `torque_limit_n_m` in each [[actuators.wheel]]",
             _ => "give one of the two",
         };
-        report.error("E0028", section.spot(key), reason, remedy);
+        section.error("E0028", key, reason, remedy);
         good = false;
     }
     if motion == Motion::RigidBody {
         let reason = "reaction wheels are for maneuvers of the attitude alone, but positions are given";
         let remedy = "remove the positions and velocities of [start] and [end], or use torque axes";
-        return report.refuse("E0064", section.spot("wheel"), reason, remedy);
+        return section.refuse("E0064", "wheel", reason, remedy);
     }
     let forces = ["force_axes_reference", "force_axes_body", "force_effort_weight"];
     if let Some(key) = forces.into_iter().chain(super::FORCE_LIMITS).find(|key| section.has(key)) {
         let reason = format!("`{key}` is given, but the maneuver moves the attitude only");
-        report.error("E0064", section.spot(key), reason, "remove it");
+        section.error("E0064", key, reason, "remove it");
         good = false;
     }
     let sections = section.list("wheel");
     if section.is_empty_list("wheel") {
         let reason = "the list of wheels is empty: nothing turns the body";
-        report.error("E0026", section.spot("wheel"), reason, "give three wheels or more, or torque axes");
+        section.error("E0026", "wheel", reason, "give three wheels or more, or torque axes");
     }
     if sections.is_empty() {
         return None;
     }
-    let wheels: Vec<_> =
-        sections.iter().enumerate().map(|(index, wheel)| read(wheel, index, report)).collect();
+    let wheels: Vec<_> = sections.iter().enumerate().map(|(index, wheel)| read(wheel, index)).collect();
     let wheels: Vec<Wheel> = wheels.into_iter().collect::<Option<_>>()?;
-    let size = torque_limits(&wheels, sections, report)?;
+    let size = torque_limits(&wheels, sections)?;
     let weight = DMatrix::from_diagonal(&DVector::from_iterator(
         wheels.len(),
         wheels.iter().map(|wheel| wheel.weight),
@@ -73,7 +70,7 @@ pub(super) fn wheels(section: &Section, motion: Motion, report: &mut Report) -> 
     let torque = match checked {
         Ok(channel) => channel,
         Err(reason) => {
-            return report.refuse("E0062", section.spot("wheel"), reason, "check the numbers of the wheels");
+            return section.refuse("E0062", "wheel", reason, "check the numbers of the wheels");
         }
     };
     let (rank, blind) = torque.rank();
@@ -87,7 +84,7 @@ pub(super) fn wheels(section: &Section, motion: Motion, report: &mut Report) -> 
             _ => "turn two wheels to other axes, not in one plane",
         };
         let reason = format!("the wheel axes have {reason}");
-        return report.refuse("E0062", section.spot("wheel"), reason, remedy);
+        return section.refuse("E0062", "wheel", reason, remedy);
     }
     let column = |value: fn(&Wheel) -> f64| wheels.iter().map(value).collect();
     let wheels = Wheels {
@@ -106,8 +103,8 @@ fn called(section: &Section, index: usize) -> String {
     }
 }
 
-fn read(section: &Section, index: usize, report: &mut Report) -> Option<Wheel> {
-    let axis = axis(section, index, report);
+fn read(section: &Section, index: usize) -> Option<Wheel> {
+    let axis = axis(section, index);
     let or = |name: &str, absent: f64| if section.has(name) { section.number(name) } else { Some(absent) };
     let momentum_limit = or("momentum_limit_n_m_s", f64::INFINITY);
     let (momentum, weight) = (or("momentum_n_m_s", 0.0), or("effort_weight", 1.0));
@@ -122,19 +119,23 @@ fn read(section: &Section, index: usize, report: &mut Report) -> Option<Wheel> {
             show(momentum_limit)
         );
         let remedy = "unload the wheel first, or check sign and unit";
-        return report.refuse("E0063", section.spot("momentum_n_m_s"), reason, remedy);
+        return section.refuse("E0063", "momentum_n_m_s", reason, remedy);
     }
     Some(Wheel { axis: axis?, torque_limit, momentum_limit, momentum, weight: weight? })
 }
 
 /// The spin axis, made of length 1.
-fn axis(section: &Section, index: usize, report: &mut Report) -> Option<Vector3> {
+fn axis(section: &Section, index: usize) -> Option<Vector3> {
     let axis = section.vector("axis_body")?;
-    let spot = section.spot("axis_body");
     let size = axis.amax();
     if size < SMALLEST {
         let reason = format!("the axis of {} has length zero, and so no direction", called(section, index));
-        return report.refuse("E0054", spot, reason, "leave the wheel out, or give its axis a direction");
+        return section.refuse(
+            "E0054",
+            "axis_body",
+            reason,
+            "leave the wheel out, or give its axis a direction",
+        );
     }
     let length = size * (axis / size).norm();
     if (length - 1.0).abs() > SILENT {
@@ -143,13 +144,18 @@ fn axis(section: &Section, index: usize, report: &mut Report) -> Option<Vector3>
             called(section, index),
             short(length)
         );
-        report.warn("W0062", spot, reason, "give a vector of length 1, or leave it: its direction counts");
+        section.warn(
+            "W0062",
+            "axis_body",
+            reason,
+            "give a vector of length 1, or leave it: its direction counts",
+        );
     }
     Some(section.unit(axis))
 }
 
 /// The torque limits: of every wheel or of none.
-fn torque_limits(wheels: &[Wheel], sections: &[Section], report: &mut Report) -> Option<Option<Vec<f64>>> {
+fn torque_limits(wheels: &[Wheel], sections: &[Section]) -> Option<Option<Vec<f64>>> {
     let limits: Vec<f64> = wheels.iter().filter_map(|wheel| wheel.torque_limit).collect();
     if limits.is_empty() {
         return Some(None);
@@ -160,5 +166,5 @@ fn torque_limits(wheels: &[Wheel], sections: &[Section], report: &mut Report) ->
     let reason = format!("{wheel} has no `torque_limit_n_m`, but others have");
     let largest = limits.into_iter().fold(0.0, f64::max);
     let remedy = format!("give every wheel a limit, such as torque_limit_n_m = {}, or none", show(largest));
-    report.refuse("E0021", sections[index].here(), reason, remedy)
+    sections[index].refuse_here("E0021", reason, remedy)
 }
