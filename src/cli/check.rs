@@ -1,6 +1,6 @@
 //! `slew check`: the spec alone, all errors at once.
 
-use super::{Console, Exit, Failure, ReportArgs, SpecArgs, Tone, spec_file, summary};
+use super::{Console, Exit, Failure, Lines, ReportArgs, SpecArgs, Tone, spec_file, summary};
 use serde::Serialize;
 use slewkit::files::spec::{Diagnostic, Loaded, LoadedSimulation, Spec, escape};
 use slewkit::maneuver::Motion;
@@ -86,11 +86,11 @@ fn simulation(loaded: &LoadedSimulation, args: &Args, console: &mut Console) -> 
         let moments = body.principal_moments_kg_m2.map(|moment| significant(moment, 6)).join(", ");
         let label = if index == 0 { "bodies" } else { "" };
         let text = format!("{}: {mass}, principal moments {moments} kg·m²", escape(body.name));
-        lines.push(summary::line(label, &text));
+        lines.line(label, &text);
         lines.extend(body.solid.iter().flat_map(|solid| told(solid, &body.inertia_kg_m2)));
     }
     if bodies.len() > SHOWN {
-        lines.push(summary::line("", &format!("… {} in all", bodies.len())));
+        lines.line("", format!("… {} in all", bodies.len()));
     }
     console.say(&lines.join("\n"));
     let facts = simulation.kind.facts();
@@ -148,10 +148,10 @@ fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit,
     let constraints: Vec<&str> =
         problem.constraints.iter().map(|constraint| constraint.name.as_str()).collect();
     if !limits.is_empty() {
-        lines.push(summary::line("limits", &limits.join(", ")));
+        lines.line("limits", limits.join(", "));
     }
     if !constraints.is_empty() {
-        lines.push(summary::line("constraints", &escape(&listed(&constraints))));
+        lines.line("constraints", escape(&listed(&constraints)));
     }
     console.say(&lines.join("\n"));
     args.report.print(&document! {

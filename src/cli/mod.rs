@@ -21,7 +21,7 @@ mod verify;
 pub(crate) use args::{Common, Destination, Format, Notation, OutputArgs, Reading, ReportArgs, SpecArgs};
 pub(crate) use console::{Console, Tone};
 pub(crate) use failure::{Exit, Failure, Message};
-pub(crate) use summary::{headline, line};
+pub(crate) use summary::{Lines, headline, line};
 
 use clap::{CommandFactory, Parser, Subcommand};
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -19,6 +19,25 @@ pub fn line(label: &str, text: &str) -> String {
     format!("  {label:<11} {text}")
 }
 
+/// A summary, line by line.
+pub trait Lines {
+    /// Adds a labelled line.
+    fn line(&mut self, label: &str, text: impl AsRef<str>);
+
+    /// Adds lines of which the first has the label.
+    fn lines<T: AsRef<str>>(&mut self, label: &str, texts: impl IntoIterator<Item = T>) {
+        for (index, text) in texts.into_iter().enumerate() {
+            self.line(if index == 0 { label } else { "" }, text);
+        }
+    }
+}
+
+impl Lines for Vec<String> {
+    fn line(&mut self, label: &str, text: impl AsRef<str>) {
+        self.push(line(label, text.as_ref()));
+    }
+}
+
 /// The first line: name to the left, verdict to the right.
 pub fn headline(console: &Console, name: &str, verdict: &str, tone: Tone) -> String {
     let name = escape(name);
@@ -46,17 +65,17 @@ pub fn plan(
     let mut lines = vec![headline(console, &problem.name, verdict, tone)];
     // What is proved infeasible was not searched for.
     if plan.status != Status::Infeasible {
-        lines.push(line("method", &method(problem, solution)));
+        lines.line("method", method(problem, solution));
     }
     if solution.outcome == Outcome::Converged {
         lines.extend(found(problem, solution));
     } else {
-        lines.push(line("stopped", stopped(solution)));
+        lines.line("stopped", stopped(solution));
         if let Some(proof) = &solution.infeasible {
-            lines.push(line("because", &escape(&proof.reason)));
+            lines.line("because", escape(&proof.reason));
         } else {
             lines.extend(solution.shortfall.iter().map(|text| line("missing", &escape(text))));
-            lines.push(line("best", &best(&solution.terminal)));
+            lines.line("best", best(&solution.terminal));
             lines.extend(ladder(&solution.ladder));
         }
     }
@@ -106,7 +125,7 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
         line("cost", &format!("{}{unit}", significant(solution.cost, 6))),
     ];
     lines.extend(iterations(solution));
-    lines.push(line("terminal", &terminal(&solution.terminal)));
+    lines.line("terminal", terminal(&solution.terminal));
     let optimality = &solution.optimality;
     let second = match optimality.conjugate_points {
         Some(0) if solution.method == Method::Scp => "strict local minimum".into(),
@@ -118,7 +137,7 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
         None => "not decided".into(),
     };
     let first = error(optimality.stationarity);
-    lines.push(line("optimality", &format!("stationarity {first}   second order: {second}")));
+    lines.line("optimality", format!("stationarity {first}   second order: {second}"));
     for rival in &solution.rivals {
         let points = match rival.conjugate_points {
             Some(0) => ", a local minimum".into(),
@@ -130,7 +149,7 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
         if solution.method == Method::Scp {
             path.push_str(&format!(", from {}", escape(&rival.start)));
         }
-        lines.push(line("rival", &format!("{path}, cost {}{points}", significant(rival.cost, 6))));
+        lines.line("rival", format!("{path}, cost {}{points}", significant(rival.cost, 6)));
     }
     lines
 }
@@ -185,7 +204,7 @@ fn iterations(solution: &Solution) -> Vec<String> {
         long => format!("{} → … → {}", shown(&long[..SHOWN.0]), shown(&long[long.len() - SHOWN.1..])),
     };
     let grid = if grids.len() > 1 { format!("   on {} steps", solution.steps) } else { String::new() };
-    lines.push(line("residual", &format!("{course}{grid}")));
+    lines.line("residual", format!("{course}{grid}"));
     lines
 }
 
@@ -229,7 +248,7 @@ pub fn verified(console: &Console, judged: &Judged, verification: &Verification)
     let width = verification.margins.iter().map(|margin| name(margin).chars().count()).max().unwrap_or(0);
     for margin in &verification.margins {
         let text = format!("{:<width$}  {}", name(margin), self::margin(console, judged, margin));
-        lines.push(line("", &text));
+        lines.line("", &text);
     }
     let mut continuous = format!(
         "continuous witness, Verner 9(8) at 1e-14, torque held over each step: attitude {} rad",
@@ -242,21 +261,21 @@ pub fn verified(console: &Console, judged: &Judged, verification: &Verification)
     if let Some(position) = verification.continuous_position_m {
         continuous.push_str(&format!(", position {} m", error(position)));
     }
-    lines.push(line("verified", &continuous));
+    lines.line("verified", &continuous);
     if let Some(attitude) = verification.symplectic_attitude_rad {
         let apart = verification.symplectic_to_continuous.unwrap_or(f64::NAN);
         let text = format!("symplectic witness, Galerkin: attitude {} rad", error(attitude));
-        lines.push(line("", &format!("{text}, {} from the continuous one", error(apart))));
+        lines.line("", format!("{text}, {} from the continuous one", error(apart)));
     } else if judged.problem.actuation.wheels.is_some() {
-        lines.push(line("", "symplectic witness: does not judge reaction wheels"));
+        lines.line("", "symplectic witness: does not judge reaction wheels");
     }
     if let Some(failure) = &verification.failure {
-        lines.push(line("witness", &escape(failure)));
+        lines.line("witness", escape(failure));
     }
     for check in verification.checks.iter().filter(|check| !check.passed) {
         let label = console.paint(Tone::Bad, &escape(&check.name));
         let (value, limit) = (significant(check.value, 3), significant(check.limit, 3));
-        lines.push(line("failed", &format!("{label}: {value}, limit {limit}")));
+        lines.line("failed", format!("{label}: {value}, limit {limit}"));
     }
     lines
 }
@@ -338,10 +357,9 @@ fn ladder(rungs: &[RungReport]) -> Vec<String> {
     let texts = rungs
         .chunk_by(|a, b| a.rung == b.rung)
         .flat_map(|runs| if runs.len() > CROWD { vec![crowd(runs)] } else { runs.iter().map(run).collect() });
-    texts
-        .enumerate()
-        .map(|(index, text)| line(if index == 0 { "ladder" } else { "" }, text.trim_end()))
-        .collect()
+    let mut lines = Vec::new();
+    lines.lines("ladder", texts.map(|text| text.trim_end().to_string()));
+    lines
 }
 
 fn run(rung: &RungReport) -> String {

@@ -1,6 +1,6 @@
 //! `slew verify`: a plan file against the spec that it holds, or another, by the witnesses alone.
 
-use super::{Console, Exit, Failure, Message, Reading, ReportArgs, Tone, spec_file, summary};
+use super::{Console, Exit, Failure, Lines, Message, Reading, ReportArgs, Tone, spec_file, summary};
 use slewkit::files::export::{ExportError, PlanFile};
 use slewkit::files::spec::{Difference, Loaded, SpecDocument};
 use slewkit::plan::Status;
@@ -64,7 +64,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     lines.extend(summary::verified(console, &judged, &verification));
     for difference in &differences {
         let Difference { key, first, second } = difference;
-        lines.push(summary::line("differs", &format!("{key}: {first} in the plan, {second} in the spec")));
+        lines.line("differs", format!("{key}: {first} in the plan, {second} in the spec"));
     }
     console.say(&lines.join("\n"));
     args.report.print(&document! {

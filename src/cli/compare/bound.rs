@@ -2,7 +2,7 @@
 
 use crate::cli::Failure;
 #[cfg(feature = "sdp")]
-use crate::cli::{line, summary::scheme};
+use crate::cli::{Lines, line, summary::scheme};
 use slewkit::maneuver::{Problem, Settings};
 #[cfg(feature = "sdp")]
 use slewkit::numerics::figures::{error, significant, time};
@@ -74,17 +74,17 @@ fn lines(problem: &Problem, found: &Global) -> Vec<String> {
         significant(found.cost, 10)
     );
     let mut lines = vec![line("bound", &format!("of {grid}")), line("", &numbers)];
-    lines.push(line("", &format!("gap {} of the cost   {}", error(found.gap), time(found.solve_time_s))));
+    lines.line("", format!("gap {} of the cost   {}", error(found.gap), time(found.solve_time_s)));
     if let Some(cost) = found.cost_without_limits {
         let (cost, gap) = (significant(cost, 10), error(found.gap_without_limits));
         let text = format!("the bound leaves limits out: the plan without them costs {cost}, gap {gap}");
-        lines.push(line("", &text));
+        lines.line("", &text);
     }
     let verdict = match (found.tight, found.cost_without_limits.is_some()) {
         (true, false) => "the plan there is globally optimal within the gap",
         (true, true) => "without limits the plan there is globally optimal within its gap",
         (false, _) => "loose: a cheaper maneuver, or the relaxation; the gap does not tell which",
     };
-    lines.push(line("", verdict));
+    lines.line("", verdict);
     lines
 }

@@ -1,7 +1,7 @@
 //! The comparison in words: a table, and what it says.
 
 use crate::cli::summary::scheme;
-use crate::cli::{Console, Tone, headline, line};
+use crate::cli::{Console, Lines, Tone, headline, line};
 use slewkit::draw::table;
 use slewkit::files::spec::escape;
 use slewkit::maneuver::{Outcome, Problem};
@@ -51,10 +51,10 @@ pub fn lines(console: &Console, problem: &Problem, comparison: &Comparison) -> V
     lines.extend(table(&rows(&comparison.methods), &[0, 1]).iter().map(|row| line("", row)));
     for run in &comparison.methods {
         if let Some(reason) = &run.reason {
-            lines.push(line("", &format!("{}: {}", name(run.method), escape(reason))));
+            lines.line("", format!("{}: {}", name(run.method), escape(reason)));
         }
         if let Some(by_itself) = &run.by_itself {
-            lines.push(line("", &found_alone(run, by_itself)));
+            lines.line("", found_alone(run, by_itself));
         }
     }
     lines.extend(agreed(agreement));
@@ -99,13 +99,12 @@ fn agreed(agreement: &Agreement) -> Vec<String> {
             Verdict::Disagree => format!("differ by {} (relative)", error(cost)),
             _ => format!("agree to {} (relative)", error(cost)),
         };
-        lines.push(line("costs", &text));
+        lines.line("costs", &text);
     }
     match (agreement.duals_before_polish, agreement.duals_after_polish, agreement.polish_change) {
         (None, None, None) => {}
         (None, None, Some(change)) => {
-            lines
-                .push(line("duals", &format!("the polish changes them by {} of the largest", error(change))));
+            lines.line("duals", format!("the polish changes them by {} of the largest", error(change)));
         }
         (before, after, _) => {
             let part =
@@ -113,14 +112,14 @@ fn agreed(agreement: &Agreement) -> Vec<String> {
             let parts: Vec<String> =
                 [part(before, "before"), part(after, "after")].into_iter().flatten().collect();
             let text = format!("against the shooting's costates {}, of the largest", parts.join(", "));
-            lines.push(line("duals", &text));
+            lines.line("duals", &text);
             if agreement.costates_unique == Some(false) {
-                lines.push(line("", "a symmetry: costates are not unique, and need not agree"));
+                lines.line("", "a symmetry: costates are not unique, and need not agree");
             }
         }
     }
     if let Some(from_duals) = &agreement.from_duals {
-        lines.push(line("from duals", &started(from_duals)));
+        lines.line("from duals", started(from_duals));
     }
     lines
 }
@@ -160,5 +159,7 @@ fn active(problem: &Problem, comparison: &Comparison) -> Vec<String> {
         };
         texts.push(text);
     }
-    texts.iter().enumerate().map(|(index, text)| line(if index == 0 { "active" } else { "" }, text)).collect()
+    let mut lines = Vec::new();
+    lines.lines("active", texts);
+    lines
 }

@@ -84,10 +84,10 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
             simulation.kind = args.integrator.unwrap_or(simulation.kind);
             simulation.steps = args.steps.unwrap_or(simulation.steps);
             simulation.stride = args.stride.unwrap_or(simulation.stride);
-            Motion::Bodies(Box::new(simulation), true)
+            Motion::of_bodies(simulation, true)
         }
     };
-    let layout = motion.layout();
+    let layout = &motion.layout;
     let rows = (layout.steps / layout.stride).saturating_mul(layout.bodies.len() as u64);
     if matches!(&destination, Destination::Stdout(Format::Json) | Destination::File(_, Format::Json))
         && rows > MAX_DOCUMENT_ROWS
@@ -96,7 +96,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         return Err(Failure::Usage(format!("{reason}: raise --stride, or choose --format jsonl or csv")));
     }
     interrupt::watch();
-    let mut job = Job { motion: &motion, layout, seen: None, run: None, failure: None, stopped: None };
+    let mut job = Job { motion: &motion, seen: None, run: None, failure: None, stopped: None };
     let mut closed = false;
     let written = match &destination {
         Destination::None => job.run(Format::Text, &mut std::io::sink(), console),
@@ -116,9 +116,9 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         console.clear_progress();
         return Ok(Exit::Solved);
     }
-    let Job { layout, seen, run, stopped, .. } = job;
+    let Job { seen, run, stopped, .. } = job;
     if let Some(seen) = &seen {
-        console.say(&seen.summary(console, &layout, run.as_ref(), stopped));
+        console.say(&seen.summary(console, layout, run.as_ref(), stopped));
     }
     if let Some(Encounter { time, bodies, distance }) = run.and_then(|run| run.encounter) {
         let [a, b] = bodies.map(|body| escape(&layout.bodies[body]));
@@ -136,87 +136,82 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
 }
 
 /// What is propagated, and by whom.
-enum Motion {
-    /// Bodies by an integrator, and whether they keep their energy: no inputs work.
-    Bodies(Box<Simulation>, bool),
-    /// A body with reaction wheels, by the witnesses' equations.
-    Wheels(Box<Problem>, Propagator, Wheels),
+struct Motion {
+    layout: Layout,
+    carrier: Carrier,
 }
 
-/// How a body with wheels is propagated.
-struct Wheels {
-    steps: u64,
-    stride: u64,
-    inputs: Option<Vec<f64>>,
+/// Who propagates it.
+enum Carrier {
+    /// Bodies by an integrator.
+    Integrator(Box<Simulation>),
+    /// A body with reaction wheels under these inputs, by the witnesses' equations.
+    Witness(Box<Problem>, Propagator, Option<Vec<f64>>),
 }
 
 impl Motion {
+    /// `keeps_energy`: no inputs work.
+    fn of_bodies(simulation: Simulation, keeps_energy: bool) -> Self {
+        let layout = Layout {
+            name: simulation.name.clone(),
+            integrator: simulation.kind.name(),
+            bodies: simulation.bodies.clone(),
+            moves: simulation.system.bodies().iter().map(|body| body.mass.is_some()).collect(),
+            duration: simulation.duration,
+            steps: simulation.steps,
+            stride: simulation.stride,
+            symmetry: simulation.system.symmetry(),
+            keeps_energy,
+            wheels: Vec::new(),
+        };
+        Self { layout, carrier: Carrier::Integrator(Box::new(simulation)) }
+    }
+
     fn of_maneuver(problem: &Problem, args: &Args) -> Result<Self, Failure> {
-        let inputs = args.inputs.clone();
-        if inputs.iter().flatten().any(|value| !value.is_finite()) {
+        let inputs = args.inputs.as_deref();
+        if inputs.iter().copied().flatten().any(|value| !value.is_finite()) {
             return Err(Failure::Usage("--inputs: every input must be finite".into()));
         }
         let (steps, stride) = (args.steps.unwrap_or(problem.steps as u64), args.stride.unwrap_or(1));
-        if problem.actuation.wheels.is_some() {
-            let propagator = match args.integrator.unwrap_or(Kind::LieVerlet) {
-                Kind::LieVerlet => Propagator::LieVerlet,
-                Kind::Verner98 => Propagator::Verner98,
-                other => {
-                    let reason = format!("--integrator {other}: reaction wheels are beyond it");
-                    return Err(Failure::Usage(format!("{reason}; take lie_verlet or verner98")));
-                }
-            };
-            return Ok(Self::Wheels(Box::new(problem.clone()), propagator, Wheels { steps, stride, inputs }));
+        if problem.actuation.wheels.is_none() {
+            let mut simulation = Simulation::of(problem, inputs).map_err(refusal)?;
+            simulation.kind = args.integrator.unwrap_or(simulation.kind);
+            (simulation.steps, simulation.stride) = (steps, stride);
+            return Ok(Self::of_bodies(simulation, !works(inputs)));
         }
-        let mut simulation = Simulation::of(problem, inputs.as_deref()).map_err(refusal)?;
-        simulation.kind = args.integrator.unwrap_or(simulation.kind);
-        (simulation.steps, simulation.stride) = (steps, stride);
-        Ok(Self::Bodies(Box::new(simulation), !works(inputs.as_deref())))
-    }
-
-    fn layout(&self) -> Layout {
-        match self {
-            Self::Bodies(simulation, keeps_energy) => Layout {
-                name: simulation.name.clone(),
-                integrator: simulation.kind.name(),
-                bodies: simulation.bodies.clone(),
-                moves: simulation.system.bodies().iter().map(|body| body.mass.is_some()).collect(),
-                duration: simulation.duration,
-                steps: simulation.steps,
-                stride: simulation.stride,
-                symmetry: simulation.system.symmetry(),
-                keeps_energy: *keeps_energy,
-                wheels: Vec::new(),
-            },
-            Self::Wheels(problem, propagator, wheels) => Layout {
-                name: problem.name.clone(),
-                integrator: match propagator {
-                    Propagator::LieVerlet => Kind::LieVerlet.name(),
-                    Propagator::Verner98 => Kind::Verner98.name(),
-                },
-                bodies: vec!["body 1".into()],
-                moves: vec![problem.motion == slewkit::maneuver::problem::Motion::RigidBody],
-                duration: problem.duration,
-                steps: wheels.steps,
-                stride: wheels.stride,
-                // What the wheels do is between them and the body.
-                symmetry: problem.environment.symmetry(),
-                keeps_energy: !works(wheels.inputs.as_deref()),
-                wheels: limits::wheel_momenta(problem, wheels.inputs.as_deref()),
-            },
-        }
+        let kind = args.integrator.unwrap_or(Kind::LieVerlet);
+        let propagator = match kind {
+            Kind::LieVerlet => Propagator::LieVerlet,
+            Kind::Verner98 => Propagator::Verner98,
+            other => {
+                let reason = format!("--integrator {other}: reaction wheels are beyond it");
+                return Err(Failure::Usage(format!("{reason}; take lie_verlet or verner98")));
+            }
+        };
+        let layout = Layout {
+            name: problem.name.clone(),
+            integrator: kind.name(),
+            bodies: vec!["body 1".into()],
+            moves: vec![problem.motion == slewkit::maneuver::Motion::RigidBody],
+            duration: problem.duration,
+            steps,
+            stride,
+            // What the wheels do is between them and the body.
+            symmetry: problem.environment.symmetry(),
+            keeps_energy: !works(inputs),
+            wheels: limits::wheel_momenta(problem, inputs),
+        };
+        let carrier = Carrier::Witness(Box::new(problem.clone()), propagator, args.inputs.clone());
+        Ok(Self { layout, carrier })
     }
 
     fn run(&self, observer: &mut impl Observer) -> Result<Option<Run>, Failure> {
-        match self {
-            Self::Bodies(simulation, _) => simulation.run(observer).map(Some).map_err(refusal),
-            Self::Wheels(problem, propagator, Wheels { steps, stride, inputs }) => {
-                let settings = propagation::Propagation {
-                    propagator: *propagator,
-                    steps: *steps,
-                    stride: *stride,
-                    inputs: inputs.as_deref(),
-                };
+        match &self.carrier {
+            Carrier::Integrator(simulation) => simulation.run(observer).map(Some).map_err(refusal),
+            Carrier::Witness(problem, propagator, inputs) => {
+                let Layout { steps, stride, .. } = self.layout;
+                let (propagator, inputs) = (*propagator, inputs.as_deref());
+                let settings = propagation::Propagation { propagator, steps, stride, inputs };
                 propagation::propagate(problem, &settings, observer).map_err(refusal_of_witness)?;
                 Ok(None)
             }
@@ -232,7 +227,6 @@ fn works(inputs: Option<&[f64]>) -> bool {
 /// A simulation on its way to an output.
 struct Job<'a> {
     motion: &'a Motion,
-    layout: Layout,
     seen: Option<Seen>,
     run: Option<Run>,
     /// Why the motion could not be followed to its end: the output is then given up.
@@ -249,19 +243,20 @@ impl Job<'_> {
         output: &mut dyn Write,
         console: &mut Console,
     ) -> Result<(), ExportError> {
-        let recorder = Recorder::new(&self.layout);
+        let layout = &self.motion.layout;
+        let recorder = Recorder::new(layout);
         if format == Format::Csv {
             recorder.write_header(output)?;
         }
         let mut writer = Writer {
-            layout: &self.layout,
+            layout,
             format,
             output,
             recorder,
             seen: None,
             result: Ok(()),
             stopped: None,
-            progress: ProgressLine::new(console, self.layout.steps),
+            progress: ProgressLine::new(console, layout.steps),
         };
         let ended = self.motion.run(&mut writer);
         let Writer { recorder, seen, result, stopped, .. } = writer;

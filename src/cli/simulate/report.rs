@@ -1,7 +1,7 @@
 //! What a reader wants to know first: where it ended, what was conserved, and what it cost.
 
 use super::layout::Layout;
-use crate::cli::{Console, Tone, summary};
+use crate::cli::{Console, Lines, Tone, headline};
 use serde::Serialize;
 use slewkit::Vector3;
 use slewkit::files::spec::escape;
@@ -103,26 +103,26 @@ impl Seen {
                 (format!("interrupted after {made} of {steps} steps, at t = {reached} s"), Tone::Note)
             }
         };
-        let mut lines = vec![summary::headline(console, &layout.name, &verdict, tone)];
+        let mut lines = vec![headline(console, &layout.name, &verdict, tone)];
         let facts =
             run.map_or_else(String::new, |run| format!(": {}", in_words(&run.facts, layout.symmetry)));
-        lines.push(summary::line("integrator", &format!("{}{facts}", layout.integrator)));
+        lines.line("integrator", format!("{}{facts}", layout.integrator));
         let step = layout.duration / layout.steps as f64;
-        lines.push(summary::line("step", &format!("{} s", significant(step, 4))));
+        lines.line("step", format!("{} s", significant(step, 4)));
         let several = layout.bodies.len() > 1;
         for (index, body) in self.last.bodies.iter().enumerate().take(Self::SHOWN) {
             let label = if index == 0 { "end" } else { "" };
             let of = if several { format!("{}: ", escape(&layout.bodies[index])) } else { String::new() };
-            lines.push(summary::line(label, &format!("{of}quaternion_wxyz {}", list(&body.quaternion))));
+            lines.line(label, format!("{of}quaternion_wxyz {}", list(&body.quaternion)));
             let rate: Vector3 = body.angular_velocity.map(f64::to_degrees);
-            lines.push(summary::line("", &format!("angular_velocity_deg_s {}", list(rate.as_slice()))));
+            lines.line("", format!("angular_velocity_deg_s {}", list(rate.as_slice())));
             if layout.moves[index] {
-                lines.push(summary::line("", &format!("position_m {}", list(body.position.as_slice()))));
-                lines.push(summary::line("", &format!("velocity_m_s {}", list(body.velocity.as_slice()))));
+                lines.line("", format!("position_m {}", list(body.position.as_slice())));
+                lines.line("", format!("velocity_m_s {}", list(body.velocity.as_slice())));
             }
         }
         if layout.bodies.len() > Self::SHOWN {
-            lines.push(summary::line("", &format!("… {} bodies in all", layout.bodies.len())));
+            lines.line("", format!("… {} bodies in all", layout.bodies.len()));
         }
         lines.extend(self.conserved(layout));
         if let Some(run) = run {
@@ -130,7 +130,7 @@ impl Seen {
             let (all, each) = (run.stepping.as_secs_f64(), run.stepping.as_secs_f64() / steps as f64);
             let each = if each < 1e-4 { format!("{} ns", significant(1e9 * each, 3)) } else { time(each) };
             let evaluations = counted(run.work.force_evaluations as usize, "force evaluation");
-            lines.push(summary::line("work", &format!("{evaluations}; {}, {each} a step", time(all))));
+            lines.line("work", format!("{evaluations}; {}, {each} a step", time(all)));
         }
         lines.join("\n")
     }
@@ -155,12 +155,13 @@ impl Seen {
             }
         };
         let energy = value(start.energy, start.energy.abs(), "J", totals.energy_j);
-        let mut lines = vec![summary::line("energy", &energy)];
+        let mut lines = Vec::new();
+        lines.line("energy", energy);
         let moves = layout.moves.contains(&true);
         if moves {
             let size = start.linear_momentum.norm();
             let linear = value(size, size, "N·s", totals.linear_momentum_n_s);
-            lines.push(summary::line("momentum", &format!("linear {linear}")));
+            lines.line("momentum", format!("linear {linear}"));
         }
         let size = start.angular_momentum.norm();
         let angular = match totals.axis {
@@ -171,11 +172,8 @@ impl Seen {
             }
             None => format!("angular {}", value(size, size, "N·m·s", totals.angular_momentum_n_m_s)),
         };
-        lines.push(summary::line(if moves { "" } else { "momentum" }, &angular));
-        lines.push(summary::line(
-            "rotations",
-            &format!("at the rows off by at most {}", error(totals.orthogonality)),
-        ));
+        lines.line(if moves { "" } else { "momentum" }, &angular);
+        lines.line("rotations", format!("at the rows off by at most {}", error(totals.orthogonality)));
         lines
     }
 }

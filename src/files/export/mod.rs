@@ -6,7 +6,7 @@
 mod attitude;
 mod columns;
 mod file;
-mod lenient;
+mod nulls;
 mod plan_file;
 mod rows;
 mod trajectory;

@@ -1,6 +1,6 @@
 //! A plan as one JSON document, streamed both ways.
 
-use super::lenient::lenient;
+use super::nulls::null_is_nan;
 use super::{ExportError, TrajectoryDocument, TrajectoryError, check_trajectory};
 use crate::Vector3;
 use crate::files::spec::SpecDocument;
@@ -39,7 +39,7 @@ pub struct PlanFile<'a> {
     /// The step, seconds.
     pub step_s: f64,
     /// Cost.
-    #[serde(deserialize_with = "lenient")]
+    #[serde(deserialize_with = "null_is_nan")]
     pub cost: f64,
     /// Duration, seconds.
     pub duration_s: f64,
@@ -54,30 +54,30 @@ pub struct PlanFile<'a> {
     /// Rotation sense of the path.
     pub sense: Sense,
     /// Total angle turned, degrees.
-    #[serde(deserialize_with = "lenient")]
+    #[serde(deserialize_with = "null_is_nan")]
     pub turned_deg: f64,
     /// Tolerance of the scaled terminal error.
     pub tolerance: f64,
     /// Discrete terminal error.
-    #[serde(deserialize_with = "lenient")]
+    #[serde(deserialize_with = "null_is_nan")]
     pub terminal: TerminalError,
     /// Optimality of the extremal.
-    #[serde(deserialize_with = "lenient")]
+    #[serde(deserialize_with = "null_is_nan")]
     pub optimality: Optimality,
     /// What the witnesses found; `null` when there was nothing to verify.
-    #[serde(deserialize_with = "lenient")]
+    #[serde(deserialize_with = "null_is_nan")]
     pub verified: Option<Verification>,
     /// Everything tried, in order.
-    #[serde(deserialize_with = "lenient")]
+    #[serde(deserialize_with = "null_is_nan")]
     pub ladder: Vec<RungReport>,
     /// What the convex iteration took, where there was one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub convex: Option<ConvexRecord>,
     /// Which limits and constraints act, where and how hard.
-    #[serde(default, deserialize_with = "lenient")]
+    #[serde(default, deserialize_with = "null_is_nan")]
     pub active: Vec<ActiveConstraint>,
     /// Other extremals found.
-    #[serde(deserialize_with = "lenient")]
+    #[serde(deserialize_with = "null_is_nan")]
     pub rivals: Vec<Rival>,
     /// Why no input can meet the terminal conditions, where that is proved.
     #[serde(default, skip_serializing_if = "Option::is_none")]

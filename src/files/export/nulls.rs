@@ -6,30 +6,30 @@ use serde::forward_to_deserialize_any;
 use serde_json::{Error, Value};
 
 /// For `#[serde(deserialize_with)]` on the small parts of a file; a trajectory never passes here.
-pub(super) fn lenient<'de, D: Deserializer<'de>, T: DeserializeOwned>(
+pub(super) fn null_is_nan<'de, D: Deserializer<'de>, T: DeserializeOwned>(
     deserializer: D,
 ) -> Result<T, D::Error> {
     let value = Value::deserialize(deserializer)?;
-    T::deserialize(Lenient(value)).map_err(serde::de::Error::custom)
+    T::deserialize(NullIsNan(value)).map_err(serde::de::Error::custom)
 }
 
-struct Lenient(Value);
+struct NullIsNan(Value);
 
-impl<'de> IntoDeserializer<'de, Error> for Lenient {
+impl<'de> IntoDeserializer<'de, Error> for NullIsNan {
     type Deserializer = Self;
     fn into_deserializer(self) -> Self {
         self
     }
 }
 
-impl<'de> Deserializer<'de> for Lenient {
+impl<'de> Deserializer<'de> for NullIsNan {
     type Error = Error;
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
         match self.0 {
-            Value::Array(items) => visitor.visit_seq(SeqDeserializer::new(items.into_iter().map(Lenient))),
+            Value::Array(items) => visitor.visit_seq(SeqDeserializer::new(items.into_iter().map(NullIsNan))),
             Value::Object(map) => {
-                visitor.visit_map(MapDeserializer::new(map.into_iter().map(|(k, v)| (k, Lenient(v)))))
+                visitor.visit_map(MapDeserializer::new(map.into_iter().map(|(k, v)| (k, NullIsNan(v)))))
             }
             other => other.deserialize_any(visitor),
         }
