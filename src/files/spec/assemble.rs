@@ -3,7 +3,7 @@
 use super::attitude::Rotation;
 use super::boundary::{Boundary, TURN};
 use super::{
-    Expect, Report, Section, actuators, body, constraint, environment, escape, maneuver, short, show,
+    Expect, Report, Section, actuators, body, constraint, environment, escape, expect, maneuver, short, show,
 };
 use crate::Matrix3;
 use crate::lie::{exp, minus};
@@ -36,7 +36,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
     let constraints = constraint::constraints(root);
     let solver = root.section("solver");
     let (scheme, settings) = maneuver::solver(solver);
-    let expect = root.section("expect").map(maneuver::expect);
+    let expect = root.section("expect").map(expect::of_maneuver);
     let place = "[start] and [end]";
     let surroundings =
         environment::Surroundings { section: root.section("environment"), motion, mass, place };

@@ -1,8 +1,8 @@
-//! `[maneuver]`, `[solver]` and `[expect]`.
+//! `[maneuver]` and `[solver]`.
 
 use super::keys::StepsOf;
-use super::{Angle, Expect, Section, Toleranced, grid, short, show};
-use crate::maneuver::{Method, Problem, Scheme, Sense, Settings};
+use super::{Angle, Section, grid, short, show};
+use crate::maneuver::{Method, Problem, Scheme, Settings};
 use std::time::Duration;
 
 /// Angle per step that the default number of steps allows \[rad\]: two or three Newton iterations.
@@ -74,35 +74,4 @@ pub(crate) fn solver(section: Option<&Section>) -> (Scheme, Settings) {
     let scheme =
         if section.word("scheme") == Some("lie_euler") { Scheme::LieEuler } else { Scheme::LieVerlet };
     (scheme, settings)
-}
-
-impl Toleranced {
-    /// A table of a value and its tolerance.
-    fn read(section: &Section) -> Option<Self> {
-        Some(Self { value: section.number("value")?, tolerance: section.number("tolerance")? })
-    }
-}
-
-impl Section {
-    /// The number under `name`, and how closely it is to be met.
-    pub fn toleranced(&self, name: &str) -> Option<Toleranced> {
-        self.section(name).and_then(Toleranced::read)
-    }
-}
-
-/// `[expect]`, checked for itself only: it says nothing about the plan.
-pub(crate) fn expect(section: &Section) -> Expect {
-    Expect {
-        source: section.word("source").map(str::to_string),
-        status: section.word("status").unwrap_or("solved").to_string(),
-        cost: section.toleranced("cost"),
-        terminal_error: section.number("terminal_error"),
-        newton_iterations_at_most: section.count("newton_iterations_at_most"),
-        conjugate_points: section.count("conjugate_points"),
-        sense: section.word("sense").map(|word| if word == "long" { Sense::Long } else { Sense::Short }),
-        rivals: section.list("rivals").iter().filter_map(Toleranced::read).collect(),
-        margin_at_least: section.number("margin_at_least"),
-        active: section.texts("active"),
-        because: section.word("because").map(str::to_string),
-    }
 }

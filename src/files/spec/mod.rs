@@ -32,6 +32,7 @@ mod constraint;
 mod diagnostic;
 mod difference;
 mod environment;
+mod expect;
 mod grid;
 mod json_text;
 mod keys;
@@ -52,6 +53,7 @@ mod write;
 pub use diagnostic::{Diagnostic, Diagnostics, Severity, escape};
 pub(crate) use diagnostic::{Finding, Spot, cut};
 pub use difference::Difference;
+pub use expect::{EndExpect, Expect, Oscillation, Precession, SimulationExpect, Toleranced};
 pub use maneuver::default_steps;
 pub(crate) use quantity::{short, show};
 pub use schema::schema;
@@ -60,10 +62,10 @@ pub(crate) use source::{Source, Span};
 pub(crate) use tree::{Entry, Node, Value};
 pub use write::{SpecDocument, Unwritable};
 
-use crate::maneuver::{Problem, Sense, Settings};
+use crate::Vector3;
+use crate::maneuver::{Problem, Settings};
 use crate::mechanics::full_body::{Attractor, Dumbbell};
 use crate::propagate::simulate::Simulation;
-use crate::{Matrix3, Vector3};
 use keys::{ROOT, SIMULATION_ROOT};
 use std::io::Read;
 use std::path::Path;
@@ -122,42 +124,6 @@ impl Override {
     }
 }
 
-/// A number to be met, and how closely.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Toleranced {
-    /// The number.
-    pub value: f64,
-    /// Largest accepted difference.
-    pub tolerance: f64,
-}
-
-/// `[expect]`: what the plan of a shipped problem must come to.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Expect {
-    /// Where the numbers come from.
-    pub source: Option<String>,
-    /// Status of the plan; `solved` when the spec says nothing.
-    pub status: String,
-    /// Cost.
-    pub cost: Option<Toleranced>,
-    /// Bound on the larger of attitude error in rad and relative momentum error at the end.
-    pub terminal_error: Option<f64>,
-    /// Bound on the Newton iterations of the winning start, all its rungs.
-    pub newton_iterations_at_most: Option<usize>,
-    /// Conjugate points of the plan.
-    pub conjugate_points: Option<usize>,
-    /// Rotation sense of the plan.
-    pub sense: Option<Sense>,
-    /// Costs of other extremals that must be found.
-    pub rivals: Vec<Toleranced>,
-    /// Bound on the smallest scaled margin of all limits and constraints.
-    pub margin_at_least: Option<f64>,
-    /// Names of exactly those limits and constraints that act.
-    pub active: Option<Vec<String>>,
-    /// Part of the reason why nothing can meet the terminal conditions.
-    pub because: Option<String>,
-}
-
 /// A spec that can be planned.
 #[derive(Clone, Debug)]
 pub struct Loaded {
@@ -169,70 +135,6 @@ pub struct Loaded {
     pub expect: Option<Expect>,
     /// What is accepted but worth a word, in file order.
     pub warnings: Vec<Diagnostic>,
-}
-
-/// `[expect]` of a simulation: what the motion of a shipped problem must come to.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SimulationExpect {
-    /// Where the numbers come from.
-    pub source: Option<String>,
-    /// Energy at the start \[J\].
-    pub energy: Option<Toleranced>,
-    /// Bound on the error of the energy, relative to the energy at the start.
-    pub energy_error_at_most: Option<f64>,
-    /// Bound on the change of the angular momentum, relative to the one at the start.
-    pub angular_momentum_error_at_most: Option<f64>,
-    /// Bound on the change of the linear momentum, relative to the sum of the sizes of all at the start.
-    pub linear_momentum_error_at_most: Option<f64>,
-    /// Bound on `‖I − RᵀR‖` of every body.
-    pub orthogonality_at_most: Option<f64>,
-    /// States at the end.
-    pub end: Vec<EndExpect>,
-    /// Mean rate of a body axis about a direction.
-    pub precession: Option<Precession>,
-    /// Mean period of a body axis that swings.
-    pub oscillation: Option<Oscillation>,
-}
-
-/// State of one body at the end, each with the largest accepted distance from it (SI units, radians).
-#[derive(Clone, Debug, PartialEq)]
-pub struct EndExpect {
-    /// Which body, from 0.
-    pub body: usize,
-    /// Attitude, body → reference.
-    pub attitude: Option<(Matrix3, f64)>,
-    /// Angular velocity, body axes [rad/s].
-    pub angular_velocity: Option<(Vector3, f64)>,
-    /// Position, reference frame \[m\].
-    pub position: Option<(Vector3, f64)>,
-    /// Velocity, reference frame [m/s].
-    pub velocity: Option<(Vector3, f64)>,
-}
-
-/// How fast a body axis turns about a direction, in the mean.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Precession {
-    /// Which body, from 0.
-    pub body: usize,
-    /// The axis, body axes, any length.
-    pub axis: Vector3,
-    /// What it turns about, reference frame, any length.
-    pub about: Vector3,
-    /// Mean rate [rad/s].
-    pub rate: Toleranced,
-}
-
-/// How a body axis swings.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Oscillation {
-    /// Which body, from 0.
-    pub body: usize,
-    /// The axis, body axes, any length.
-    pub axis: Vector3,
-    /// The direction along which its component is observed, reference frame, any length.
-    pub direction: Vector3,
-    /// Mean time between upward passages of that component through zero \[s\].
-    pub period: Toleranced,
 }
 
 /// A spec that can be simulated.

@@ -1,14 +1,10 @@
 //! The second pass over a simulation spec: from the checked tree to a [`Simulation`].
 
-use super::attitude::{self, Use};
 use super::boundary::Boundary;
 use super::environment::Surroundings;
 use super::keys::StepsOf;
 use super::shape::{Budget, Shape, shape};
-use super::{
-    BodyShape, EndExpect, Oscillation, Precession, Section, SimulationExpect, Solid, body, cut, grid, short,
-    show,
-};
+use super::{BodyShape, Section, SimulationExpect, Solid, body, cut, expect, grid, short, show};
 use crate::Matrix3;
 use crate::maneuver::{Motion, State};
 use crate::mechanics::full_body::{
@@ -61,7 +57,8 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &Path) -> Opt
         .map(|(index, section)| member(section, index, gravity.is_some(), folder, &mut budget))
         .collect();
     names_differ(&members);
-    let expect = root.section("expect").map(|section| expect(section, &members));
+    let names: Vec<&str> = members.iter().map(|member| member.name.as_str()).collect();
+    let expect = root.section("expect").map(|section| expect::of_simulation(section, &names));
     let surroundings = environment(root, &members);
     if let Some(surroundings) = &surroundings {
         surroundings.check_ends(&[&members[0].boundary]);
@@ -365,84 +362,4 @@ fn apart(simulation: &Simulation, members: &[Member<'_>]) {
         let remedy = "move the bodies apart";
         members[0].boundary.section.error("E0083", "position_m", reason, remedy);
     }
-}
-
-/// What `[[expect.end]]` may ask, and how closely.
-const TOLERATED: [(&str, &str); 4] = [
-    ("attitude", "attitude_tolerance_rad"),
-    ("angular_velocity_rad_s", "angular_velocity_tolerance_rad_s"),
-    ("position_m", "position_tolerance_m"),
-    ("velocity_m_s", "velocity_tolerance_m_s"),
-];
-
-/// `[expect]`; `None` if it names a body that is none.
-fn expect(section: &Section, members: &[Member<'_>]) -> Option<SimulationExpect> {
-    let body = |section: &Section| -> Option<usize> {
-        let found = match section.word("body") {
-            Some(name) => members.iter().position(|member| member.name == name),
-            None => (members.len() == 1 && !section.has("body")).then_some(0),
-        };
-        if found.is_none() {
-            let names: Vec<_> = members.iter().take(6).map(|member| cut(&member.name, 40)).collect();
-            let reason = match section.word("body") {
-                Some(name) => format!("no body is called \"{}\"", cut(name, 40)),
-                None => format!("[{}] does not say of which body", section.path),
-            };
-            let remedy = format!("give body = one of {}", names.join(", "));
-            section.error("E0021", "body", reason, remedy);
-        }
-        found
-    };
-    let mut bodies = Vec::new();
-    for end in section.list("end") {
-        for (name, tolerance) in TOLERATED {
-            if end.has(name) != end.has(tolerance) {
-                let (given, missing) = if end.has(name) { (name, tolerance) } else { (tolerance, name) };
-                let reason = format!("`{given}` needs `{missing}`");
-                end.error("E0021", given, reason, "give both, or remove it");
-            }
-        }
-        bodies.push(body(end)?);
-    }
-    let precession = match section.section("precession") {
-        Some(inner) => Some(Precession {
-            body: body(inner)?,
-            axis: inner.vector("axis_body")?,
-            about: inner.vector("about_reference")?,
-            rate: inner.toleranced("rate_rad_s")?,
-        }),
-        None => None,
-    };
-    let oscillation = match section.section("oscillation") {
-        Some(inner) => Some(Oscillation {
-            body: body(inner)?,
-            axis: inner.vector("axis_body")?,
-            direction: inner.vector("direction_reference")?,
-            period: inner.toleranced("period_s")?,
-        }),
-        None => None,
-    };
-    let [attitude, angular_velocity, position, velocity] = TOLERATED;
-    let end = |(body, end): (usize, &Section)| {
-        let tolerated = |(name, tolerance)| end.vector(name).zip(end.number(tolerance));
-        let rotation = end.section(attitude.0).and_then(|it| attitude::rotation(it, Use::Attitude));
-        EndExpect {
-            body,
-            attitude: rotation.map(|rotation| rotation.matrix).zip(end.number(attitude.1)),
-            angular_velocity: tolerated(angular_velocity),
-            position: tolerated(position),
-            velocity: tolerated(velocity),
-        }
-    };
-    Some(SimulationExpect {
-        source: section.word("source").map(str::to_string),
-        energy: section.toleranced("energy_j"),
-        energy_error_at_most: section.number("energy_error_at_most"),
-        angular_momentum_error_at_most: section.number("angular_momentum_error_at_most"),
-        linear_momentum_error_at_most: section.number("linear_momentum_error_at_most"),
-        orthogonality_at_most: section.number("orthogonality_at_most"),
-        end: bodies.into_iter().zip(section.list("end")).map(end).collect(),
-        precession,
-        oscillation,
-    })
 }
