@@ -55,18 +55,9 @@ pub(crate) fn rotation(section: &Section, purpose: Use) -> Option<Rotation> {
             return section.refuse("E0028", second, reason, "give one notation");
         }
     };
-    let vector = |vector: Vector3| Rotation {
-        matrix: exp(&vector),
-        vector,
-        spot: section.here(),
-        maybe_identity: None,
-    };
-    let matrix = |matrix: Matrix3| Rotation {
-        matrix,
-        vector: log(&matrix),
-        spot: section.here(),
-        maybe_identity: None,
-    };
+    let rotation = |matrix, vector| Rotation { matrix, vector, spot: section.here(), maybe_identity: None };
+    let vector = |vector: Vector3| rotation(exp(&vector), vector);
+    let matrix = |matrix: Matrix3| rotation(matrix, log(&matrix));
     match name {
         "axis" => axis_angle(section, purpose).map(vector),
         "rotation_vector_rad" | "rotation_vector_deg" => {
@@ -100,9 +91,7 @@ fn axis_angle(section: &Section, purpose: Use) -> Option<Vector3> {
     }
     let name = match given[..] {
         [name] => name,
-        [] => {
-            return section.refuse_here("E0021", "`axis` needs an angle", "add angle_deg = 90");
-        }
+        [] => return section.refuse_here("E0021", "`axis` needs an angle", "add angle_deg = 90"),
         _ => {
             let reason = "both `angle_deg` and `angle_rad` are given";
             return section.refuse("E0028", "angle_rad", reason, "give one of the two");

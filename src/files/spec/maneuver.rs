@@ -50,19 +50,17 @@ pub(crate) fn solver(section: Option<&Section>) -> (Scheme, Settings) {
         _ => Method::Auto,
     };
     if let Some(tolerance) = section.number("tolerance") {
-        if tolerance < Settings::MIN_TOLERANCE {
-            let least = Settings::MIN_TOLERANCE;
-            let reason = format!(
-                "a tolerance of {} is below what double precision reaches here, {least:e}",
-                show(tolerance)
-            );
-            section.error("E0036", "tolerance", reason, "write 1e-12, or leave the key out");
-        } else if tolerance >= 1.0 {
-            let reason =
-                format!("a tolerance of {} would accept anything; it must be below 1", show(tolerance));
-            section.error("E0036", "tolerance", reason, "write 1e-12, or leave the key out");
-        } else {
+        let least = Settings::MIN_TOLERANCE;
+        let wrong = match tolerance {
+            _ if tolerance < least => format!("is below what double precision reaches here, {least:e}"),
+            _ if tolerance >= 1.0 => "would accept anything; it must be below 1".into(),
+            _ => String::new(),
+        };
+        if wrong.is_empty() {
             settings.tolerance = tolerance;
+        } else {
+            let reason = format!("a tolerance of {} {wrong}", show(tolerance));
+            section.error("E0036", "tolerance", reason, "write 1e-12, or leave the key out");
         }
     }
     let continuous = section.angle("continuous_tolerance_deg", "continuous_tolerance_rad");

@@ -71,8 +71,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &Path) -> Opt
         return None;
     }
 
-    let bodies: Option<Vec<Body>> = members.iter().map(Member::body).collect();
-    let bodies = bodies?;
+    let bodies = members.iter().map(Member::body).collect::<Option<Vec<Body>>>()?;
     let system = match (&surroundings, &gravity) {
         (Some(surroundings), _) => {
             let environment = surroundings.read(members[0].inertia.as_ref())?;
