@@ -85,6 +85,64 @@ impl<const N: usize> Factor<N> {
     }
 }
 
+/// `matrix⁻¹` on the first `count` columns of `right`, in place and in arrays of fixed size; false, and nothing of
+/// use, where the matrix is singular to the tolerance of [`Factor::new`].
+#[inline]
+pub(crate) fn eliminate<const N: usize, const M: usize>(
+    matrix: &SMatrix<f64, N, N>,
+    right: &mut [[f64; M]; N],
+    count: usize,
+) -> bool {
+    let mut rows: [[f64; N]; N] =
+        std::array::from_fn(|row| std::array::from_fn(|column| matrix[(row, column)]));
+    let mut sizes = [0.0f64; N];
+    for row in &rows {
+        for (size, value) in sizes.iter_mut().zip(row) {
+            *size = size.max(value.abs());
+        }
+    }
+    let largest = sizes.iter().fold(0.0, |largest: f64, size| largest.max(*size));
+    for size in &mut sizes {
+        *size = column_size(*size, largest);
+    }
+    for pivot in 0..N {
+        let mut best = pivot;
+        for row in pivot + 1..N {
+            if rows[row][pivot].abs() > rows[best][pivot].abs() {
+                best = row;
+            }
+        }
+        rows.swap(pivot, best);
+        right.swap(pivot, best);
+        let relative = rows[pivot][pivot].abs() / sizes[pivot];
+        if relative <= SUSPECT_PIVOT || relative.is_nan() {
+            return false;
+        }
+        let (lead, lead_right, inverse) = (rows[pivot], right[pivot], 1.0 / rows[pivot][pivot]);
+        for row in pivot + 1..N {
+            let factor = rows[row][pivot] * inverse;
+            for (value, above) in rows[row][pivot + 1..].iter_mut().zip(&lead[pivot + 1..]) {
+                *value -= factor * above;
+            }
+            for (value, above) in right[row][..count].iter_mut().zip(&lead_right[..count]) {
+                *value -= factor * above;
+            }
+        }
+    }
+    for row in (0..N).rev() {
+        let mut solution = right[row];
+        for below in row + 1..N {
+            for (value, known) in solution[..count].iter_mut().zip(&right[below][..count]) {
+                *value -= rows[row][below] * known;
+            }
+        }
+        let inverse = 1.0 / rows[row][row];
+        solution[..count].iter_mut().for_each(|value| *value *= inverse);
+        right[row] = solution;
+    }
+    true
+}
+
 /// Pseudo-inverse with columns scaled to unit size first, so that the rank does not depend on units.
 fn pseudo_inverse<const N: usize>(matrix: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
     let sizes = column_sizes(matrix);
@@ -114,10 +172,11 @@ pub(crate) fn effective<const N: usize>(
 /// direction of its own.
 fn column_sizes<const N: usize>(matrix: &SMatrix<f64, N, N>) -> [f64; N] {
     let largest = matrix.amax();
-    std::array::from_fn(|column| {
-        let size = matrix.column(column).amax();
-        if size > RANK_TOLERANCE * largest { size } else { largest.max(f64::MIN_POSITIVE) }
-    })
+    std::array::from_fn(|column| column_size(matrix.column(column).amax(), largest))
+}
+
+fn column_size(size: f64, largest: f64) -> f64 {
+    if size > RANK_TOLERANCE * largest { size } else { largest.max(f64::MIN_POSITIVE) }
 }
 
 /// Numerical rank and condition within it, columns equilibrated.

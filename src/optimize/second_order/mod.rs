@@ -1,11 +1,14 @@
 //! What a plan proves by itself: stationarity, rank and condition of Ψ₁₂, conjugate points.
 
 mod accessory;
+mod kernel;
 
+use crate::Matrix3;
 use crate::maneuver::solution::Optimality;
 use crate::numerics::factor::{Factor, rank_and_condition};
-use crate::optimize::step::Sensitivity;
-use crate::optimize::sweep::{BoundaryValueProblem, Node};
+use crate::optimize::step::Costate;
+use crate::optimize::step::inputs::InputMatrices;
+use crate::optimize::sweep::{BoundaryValueProblem, Step};
 use nalgebra::{SMatrix, SVector};
 
 /// First- and second-order optimality of the extremal from `costate`.
@@ -13,12 +16,21 @@ pub(crate) fn optimality<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     costate: &SVector<f64, N>,
 ) -> Optimality {
-    let psi = bvp.sweep_linearized(costate).ok().map(|(_, psi)| psi);
+    let mut stationarity = Stationarity::new(bvp, costate);
+    let mut counter = Counter::new(bvp, N);
+    let limited = bvp.dynamics.is_limited();
+    let swept = bvp.sweep_conjugate(costate, |step| {
+        stationarity.step(step);
+        if !limited {
+            counter.step(step);
+        }
+    });
+    let psi = swept.ok().map(|(_, psi)| psi);
     let (rank, condition) = psi.as_ref().map_or((0, f64::INFINITY), rank_and_condition);
     Optimality {
-        stationarity: stationarity(bvp, costate),
+        stationarity: stationarity.close(),
         conjugate_points: match &psi {
-            Some(psi) if !bvp.dynamics.is_limited() => conjugate_points_of(bvp, costate, psi),
+            Some(psi) if !limited && rank == N => counter.close(psi),
             _ => conjugate_points(bvp, costate),
         },
         rank,
@@ -29,32 +41,52 @@ pub(crate) fn optimality<const N: usize>(
 /// Largest residual `|λ_{k−1} − A_kᵀ λ_k|` of the costate recursion, recomputed backward by `A_kᵀ`
 /// where the sweep went forward by `A_k⁻ᵀ`, relative to the largest costate; under limits also the largest
 /// projection residual of the inputs, relative to the largest they give.
-fn stationarity<const N: usize>(bvp: &BoundaryValueProblem<N>, costate: &SVector<f64, N>) -> f64 {
-    let dynamics = &bvp.dynamics;
-    let mut before: Option<Node> = None;
-    let (mut worst, mut size) = (0.0f64, 0.0f64);
-    let (mut worst_input, mut largest_output) = (0.0f64, 0.0f64);
-    let swept = bvp.sweep_observed(costate, |node| {
-        if let Some(before) = &before {
-            let costate = node.costate.to_vector::<N>();
-            let expected = before.costate.to_vector::<N>();
-            match dynamics.costate_before::<N>(before.index, &before.point, &costate) {
-                Ok(back) => worst = worst.max((back - expected).amax()),
-                Err(_) => worst = f64::INFINITY,
-            }
-            size = size.max(expected.amax());
+struct Stationarity<'a, const N: usize> {
+    bvp: &'a BoundaryValueProblem<N>,
+    steps: usize,
+    worst: f64,
+    size: f64,
+    worst_input: f64,
+    largest_output: f64,
+}
+
+impl<'a, const N: usize> Stationarity<'a, N> {
+    fn new(bvp: &'a BoundaryValueProblem<N>, costate: &SVector<f64, N>) -> Self {
+        let mut new = Self { bvp, steps: 0, worst: 0.0, size: 0.0, worst_input: 0.0, largest_output: 0.0 };
+        if bvp.dynamics.is_limited() {
+            let (pose, costate) = (bvp.start.pose(), Costate::from_vector(costate));
+            let effort = bvp.dynamics.kick::<N>(&pose, &costate).effort;
+            new.inputs(bvp.dynamics.input_residual(&pose, &costate), effort);
         }
+        new
+    }
+
+    fn inputs(&mut self, residual: f64, effort: f64) {
+        self.worst_input = self.worst_input.max(residual);
+        self.largest_output = self.largest_output.max(effort.sqrt());
+    }
+
+    fn step(&mut self, step: &Step<N>) {
+        let dynamics = &self.bvp.dynamics;
+        let (mut point, mut costate) = (self.bvp.start, step.after);
+        // Backward: the gradient of the kick undone, then `A0ᵀ` of the drift.
+        step.kick.apply::<N>(&mut point, &mut costate, 0.0, -step.weight);
+        let back = dynamics.drift_costate_back::<N>(&step.drift, &costate).to_vector::<N>();
+        let expected = step.before.to_vector::<N>();
+        self.worst = self.worst.max((back - expected).amax());
+        self.size = self.size.max(expected.amax());
         if dynamics.is_limited() {
-            let (pose, costate) = (node.point.pose(), &node.costate);
-            worst_input = worst_input.max(dynamics.input_residual(&pose, costate));
-            let kick = dynamics.kick::<N>(&pose, costate);
-            largest_output = largest_output.max(kick.effort.sqrt());
+            self.inputs(dynamics.input_residual(&step.pose, &step.after), step.kick.effort);
         }
-        before = Some(node);
-    });
-    let costates = worst / size.max(1.0);
-    let inputs = worst_input / largest_output.max(1.0);
-    if swept.is_err() { f64::INFINITY } else { costates.max(inputs) }
+        self.steps += 1;
+    }
+
+    fn close(&self) -> f64 {
+        let costates = self.worst / self.size.max(1.0);
+        let inputs = self.worst_input / self.largest_output.max(1.0);
+        let complete = self.steps == self.bvp.dynamics.grid.steps();
+        if complete { costates.max(inputs) } else { f64::INFINITY }
+    }
 }
 
 /// Number of conjugate points inside the maneuver: directions in which the cost has a decrease of
@@ -77,44 +109,21 @@ pub(crate) fn conjugate_points<const N: usize>(
     if bvp.dynamics.is_limited() {
         return accessory::conjugate_points(bvp, costate);
     }
-    let (_, psi) = bvp.sweep_linearized(costate).ok()?;
-    conjugate_points_of(bvp, costate, &psi)
-}
-
-/// The same without limits, from Ψ₁₂ at the end.
-fn conjugate_points_of<const N: usize>(
-    bvp: &BoundaryValueProblem<N>,
-    costate: &SVector<f64, N>,
-    psi: &SMatrix<f64, N, N>,
-) -> Option<usize> {
-    let dynamics = &bvp.dynamics;
-    let grid = &dynamics.grid;
-    let (steps, half_end) = (grid.steps(), grid.has_half_kicks());
-    let root = dynamics.input_root();
-    let full = rank_and_condition(psi).0;
-    let mut counter = Counter { full, regular: false, ever: false, total: 0 };
-    let mut index = 0;
-    let mut last = None;
-    bvp.sweep_conjugate(costate, |attitude, columns: &Sensitivity<N>| {
-        index += 1;
-        if index < steps || !half_end {
-            let g = root.at::<N>(attitude) * grid.full_kick(index).sqrt();
-            counter.meet(&columns.state(), &columns.costate(), &g);
-        } else {
-            last = Some((*attitude, columns.costate()));
-        }
-    })
-    .ok()?;
-    if let Some((attitude, dual)) = last {
-        // The closing half kick of Lie–Verlet has half the authority.
-        let g = root.at::<N>(&attitude) * grid.kick(steps).sqrt();
-        counter.meet(psi, &dual, &g);
+    let mut counter = Counter::new(bvp, N);
+    let (_, psi) = bvp.sweep_conjugate(costate, |step| counter.step(step)).ok()?;
+    let rank = rank_and_condition(&psi).0;
+    if rank < N {
+        // A symmetry, which only the end shows: once more, within the rank.
+        counter = Counter::new(bvp, rank);
+        bvp.sweep_conjugate(costate, |step| counter.step(step)).ok()?;
     }
-    counter.ever.then_some(counter.total)
+    counter.close(&psi)
 }
 
 /// Counts conjugate points node by node.
-struct Counter {
+struct Counter<'a, const N: usize> {
+    bvp: &'a BoundaryValueProblem<N>,
+    root: InputMatrices,
     /// Rank of Ψ₁₂ at the end.
     full: usize,
     /// Whether the node before had it.
@@ -122,43 +131,66 @@ struct Counter {
     /// Whether two nodes in a row ever had it.
     ever: bool,
     total: usize,
+    /// Attitude and derivatives of the costate at the closing half kick of Lie–Verlet.
+    last: Option<(Matrix3, SMatrix<f64, N, N>)>,
 }
 
-impl Counter {
-    fn meet<const N: usize>(
-        &mut self,
-        z: &SMatrix<f64, N, N>,
-        dual: &SMatrix<f64, N, N>,
-        g: &SMatrix<f64, N, N>,
-    ) {
-        let factor = Factor::new(z);
+impl<'a, const N: usize> Counter<'a, N> {
+    fn new(bvp: &'a BoundaryValueProblem<N>, full: usize) -> Self {
+        let root = bvp.dynamics.input_root();
+        Self { bvp, root, full, regular: false, ever: false, total: 0, last: None }
+    }
+
+    fn step(&mut self, step: &Step<N>) {
+        let grid = &self.bvp.dynamics.grid;
+        let Step { index, pose, columns, .. } = step;
+        if *index == grid.steps() && grid.has_half_kicks() {
+            self.last = Some((pose.attitude, columns.costate()));
+            return;
+        }
+        let root = self.root.at(&pose.attitude).map(|root| root * grid.full_kick(*index).sqrt());
+        self.meet(&columns.state(), &columns.costate(), &root);
+    }
+
+    fn close(mut self, psi: &SMatrix<f64, N, N>) -> Option<usize> {
+        if let Some((attitude, dual)) = self.last.take() {
+            // Half the authority.
+            let grid = &self.bvp.dynamics.grid;
+            let root = self.root.at(&attitude).map(|root| root * grid.kick(grid.steps()).sqrt());
+            self.meet(psi, &dual, &root);
+        }
+        self.ever.then_some(self.total)
+    }
+
+    fn meet(&mut self, z: &SMatrix<f64, N, N>, dual: &SMatrix<f64, N, N>, root: &[Matrix3; 2]) {
         // Near the start Ψ₁₂(k) is short of rank by construction, or too ill-conditioned to tell.
-        let regular =
-            if self.full == N { !factor.is_singular() } else { rank_and_condition(z).0 == self.full };
-        if regular && self.regular {
-            let form = SMatrix::identity() + g.tr_mul(&(dual * factor.solve_matrix(g)));
-            self.total += negative_pivots(&form);
+        let met = if self.full == N {
+            kernel::negative(z, dual, root)
+        } else if rank_and_condition(z).0 == self.full {
+            let inverse = Factor::new(z);
+            Some(kernel::negative_of(dual, root, |columns| {
+                let right =
+                    SMatrix::<f64, N, N>::from_fn(
+                        |row, column| {
+                            if column < N / 2 { columns[row][column] } else { 0.0 }
+                        },
+                    );
+                let solution = inverse.solve_matrix(&right);
+                *columns = std::array::from_fn(|row| {
+                    std::array::from_fn(|column| if column < N / 2 { solution[(row, column)] } else { 0.0 })
+                });
+            }))
+        } else {
+            None
+        };
+        if let Some(negative) = met
+            && self.regular
+        {
+            self.total += negative;
             self.ever = true;
         }
-        self.regular = regular;
+        self.regular = met.is_some();
     }
-}
-
-/// Negative eigenvalues of a symmetric matrix: the negative pivots of `L D Lᵀ` (Sylvester's law).
-fn negative_pivots<const N: usize>(form: &SMatrix<f64, N, N>) -> usize {
-    let mut a = (form + form.transpose()) * 0.5;
-    let mut negative = 0;
-    for pivot in 0..N {
-        let d = a[(pivot, pivot)];
-        negative += usize::from(d < 0.0);
-        for row in pivot + 1..N {
-            let factor = a[(row, pivot)] / d;
-            for column in pivot + 1..N {
-                a[(row, column)] -= factor * a[(pivot, column)];
-            }
-        }
-    }
-    negative
 }
 
 #[cfg(test)]

@@ -123,16 +123,10 @@ impl InputMatrices {
         (-self.force.on_reference(r, &wrench.force), -self.torque.on_body(r, &wrench.moment))
     }
 
-    /// Of the roots: `G` at attitude `r`, N×N with the blocks of the momenta filled.
-    pub fn at<const N: usize>(&self, r: &Matrix3) -> nalgebra::SMatrix<f64, N, N> {
-        let mut out = nalgebra::SMatrix::<f64, N, N>::zeros();
-        let torque = self.torque.frame.to_body(r, &self.torque.matrix);
-        out.view_mut((N - 3, N - 3), (3, 3)).copy_from(&torque);
-        if N == 12 {
-            let force = self.force.frame.to_reference(r, &self.force.matrix);
-            out.view_mut((3, 3), (3, 3)).copy_from(&force);
-        }
-        out
+    /// Of the roots: the blocks of `G` for forces and torques at attitude `r`.
+    pub fn at(&self, r: &Matrix3) -> [Matrix3; 2] {
+        let force = self.force.frame.to_reference(r, &self.force.matrix);
+        [force, self.torque.frame.to_body(r, &self.torque.matrix)]
     }
 }
 

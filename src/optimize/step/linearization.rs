@@ -85,17 +85,6 @@ impl Dynamics {
         Ok(self.transition(0, &self.point(start), costate)?.linear)
     }
 
-    /// `λ_{k−1}` that belongs to `λ_k` of step `step` from `start`, by `A_kᵀ`.
-    pub(crate) fn costate_before<const N: usize>(
-        &self,
-        step: usize,
-        start: &Point,
-        costate: &SVector<f64, N>,
-    ) -> Result<SVector<f64, N>, StepError> {
-        let (drift, _, between) = self.halves(step, start, costate, self.grid.full_kick(step + 1))?;
-        Ok(self.drift_costate_back::<N>(&drift, &between).to_vector())
-    }
-
     /// `A`, `H`, `Q` from the two halves of a step; `after` is the costate between drift and kick, `weight` that
     /// of the kick.
     fn matrices<const N: usize>(

@@ -9,11 +9,14 @@
 //! it and half a kick closes it; the discrete optimum then has `u_0 = −W⁻¹Bᵀλ_{−1}` by the same formula
 //! and is of second order. Nothing is allocated.
 
+use crate::Vector3;
 use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::Problem;
+use crate::mechanics::environment::Pose;
+use crate::optimize::step::drift::Drift;
+use crate::optimize::step::kick::Kick;
 use crate::optimize::step::{Costate, Dynamics, Point, Sensitivity, StepError};
 use crate::optimize::terminal::TerminalCondition;
-use crate::{Matrix3, Vector3};
 use nalgebra::{SMatrix, SVector};
 
 /// The boundary value problem of the necessary conditions, on one grid, in scaled units.
@@ -57,6 +60,23 @@ pub(crate) struct Node {
     pub costate: Costate,
 }
 
+/// A step of a sweep with derivatives, as given to an observer.
+pub(crate) struct Step<const N: usize> {
+    /// Index of the node that it leads to, 1 … N.
+    pub index: usize,
+    /// Weight of its full kick.
+    pub weight: f64,
+    /// Pose at that node.
+    pub pose: Pose,
+    pub drift: Drift,
+    pub kick: Kick,
+    /// Costates before the drift and after the full kick.
+    pub before: Costate,
+    pub after: Costate,
+    /// Derivatives after the full kick.
+    pub columns: Sensitivity<N>,
+}
+
 impl<const N: usize> BoundaryValueProblem<N> {
     /// The boundary value problem of `problem` on `steps` steps of equal length.
     pub fn new(problem: &Problem, steps: usize) -> Self {
@@ -73,7 +93,7 @@ impl<const N: usize> BoundaryValueProblem<N> {
 
     /// Sweeps from `λ_{−1}`.
     pub fn sweep(&self, costate: &SVector<f64, N>) -> Result<End<N>, StepError> {
-        self.run::<false>(costate, &mut Sensitivity::zero(), |_| {}, |_, _| {})
+        self.run::<false>(costate, &mut Sensitivity::zero(), |_| {}, |_| {})
     }
 
     /// Sweeps from `λ_{−1}` and shows every node to `observe`.
@@ -82,7 +102,7 @@ impl<const N: usize> BoundaryValueProblem<N> {
         costate: &SVector<f64, N>,
         observe: impl FnMut(Node),
     ) -> Result<End<N>, StepError> {
-        self.run::<false>(costate, &mut Sensitivity::zero(), observe, |_, _| {})
+        self.run::<false>(costate, &mut Sensitivity::zero(), observe, |_| {})
     }
 
     /// Sweeps from `λ_{−1}` with the derivative of the terminal error, N×N: `Ψ₁₂ = ∂z_N/∂λ_{−1}` where the state is
@@ -91,15 +111,14 @@ impl<const N: usize> BoundaryValueProblem<N> {
         &self,
         costate: &SVector<f64, N>,
     ) -> Result<(End<N>, SMatrix<f64, N, N>), StepError> {
-        self.sweep_conjugate(costate, |_, _| {})
+        self.sweep_conjugate(costate, |_| {})
     }
 
-    /// As [`BoundaryValueProblem::sweep_linearized`]; `watch` sees attitude and derivatives after every
-    /// full kick.
+    /// As [`BoundaryValueProblem::sweep_linearized`]; `watch` sees every step.
     pub(crate) fn sweep_conjugate(
         &self,
         costate: &SVector<f64, N>,
-        watch: impl FnMut(&Matrix3, &Sensitivity<N>),
+        watch: impl FnMut(&Step<N>),
     ) -> Result<(End<N>, SMatrix<f64, N, N>), StepError> {
         let mut columns = Sensitivity::of_costate();
         let end = self.run::<true>(costate, &mut columns, |_| {}, watch)?;
@@ -117,7 +136,7 @@ impl<const N: usize> BoundaryValueProblem<N> {
         costate: &SVector<f64, N>,
         columns: &mut Sensitivity<N>,
         observe: impl FnMut(Node),
-        watch: impl FnMut(&Matrix3, &Sensitivity<N>),
+        watch: impl FnMut(&Step<N>),
     ) -> Result<End<N>, StepError> {
         match (self.dynamics.is_limited(), self.dynamics.grid.is_uniform()) {
             (true, true) => self.run_of::<DERIVE, true, true>(costate, columns, observe, watch),
@@ -135,7 +154,7 @@ impl<const N: usize> BoundaryValueProblem<N> {
         costate: &SVector<f64, N>,
         columns: &mut Sensitivity<N>,
         mut observe: impl FnMut(Node),
-        mut watch: impl FnMut(&Matrix3, &Sensitivity<N>),
+        mut watch: impl FnMut(&Step<N>),
     ) -> Result<End<N>, StepError> {
         let dynamics = &self.dynamics;
         let grid = &dynamics.grid;
@@ -166,25 +185,27 @@ impl<const N: usize> BoundaryValueProblem<N> {
             };
             let drift = dynamics.drift::<N>(index - 1, &mut point)?;
             let e = dynamics.drift_matrix(&drift);
-            costate = dynamics.drift_costate::<N>(&drift, &e, &costate);
+            let before = costate;
+            costate = dynamics.drift_costate::<N>(&drift, &e, &before);
             let pose = point.pose();
             let kick = dynamics.kick_of::<N, LIMITED>(&pose, &costate);
             let last = half_kicks && index == steps;
+            let mut kicked = point;
             if DERIVE {
                 dynamics.linear_drift(&drift, &e, &costate).advance(columns);
                 let linear = dynamics.linear_kick::<N>(&pose, &costate);
+                kick.apply::<N>(&mut kicked, &mut costate, h, h);
+                let mut full = *columns;
+                linear.apply(&mut full, h, h);
+                watch(&Step { index, weight: h, pose, drift, kick, before, after: costate, columns: full });
                 if last {
-                    let mut full = *columns;
-                    linear.apply(&mut full, h, h);
-                    watch(&pose.attitude, &full);
                     linear.apply(columns, 0.5 * h, 0.5 * h);
                 } else {
-                    linear.apply(columns, h, h);
-                    watch(&pose.attitude, columns);
+                    *columns = full;
                 }
+            } else {
+                kick.apply::<N>(&mut kicked, &mut costate, h, h);
             }
-            let mut kicked = point;
-            kick.apply::<N>(&mut kicked, &mut costate, h, h);
             let part = kick.effort * share;
             effort += if last { 0.5 * part } else { part };
             if half_kicks {

@@ -1,6 +1,7 @@
 //! The sweep against reference values, finite differences and the first-order conditions.
 
 use super::*;
+use crate::Matrix3;
 use crate::lie;
 use crate::maneuver::objective::Weights;
 use crate::maneuver::problem::{Motion, Scheme, State};
@@ -359,7 +360,7 @@ fn check_matrices<const N: usize>(problem: &Problem, grid: Grid, random: &mut Ra
         psi_from_nodes = -linear.authority::<N>() * dynamics.grid.kick(0);
     }
     let mut watched = Vec::new();
-    bvp.sweep_conjugate(&first, |_, columns| watched.push(columns.state())).unwrap();
+    bvp.sweep_conjugate(&first, |step| watched.push(step.columns.state())).unwrap();
     for (k, pair) in nodes.windows(2).enumerate() {
         let costate = pair[1].costate.to_vector::<N>();
         let step = dynamics.transition::<N>(pair[0].index, &pair[0].point, &costate).unwrap();

@@ -1,0 +1,85 @@
+//! The Riccati condition of one step in arrays of fixed size: `I + Gᵀ Λ Z⁻¹ G` and its negative eigenvalues.
+//!
+//! G has columns for the momenta alone, half as many as there are states, so `Z⁻¹` is applied to those and no more.
+
+use crate::Matrix3;
+use crate::numerics::factor::eliminate;
+use nalgebra::SMatrix;
+use std::array;
+
+/// Columns of G on SE(3); on SO(3) half of them are used.
+pub(super) const MOST: usize = 6;
+
+/// Rows by columns of `Z⁻¹ G`.
+type Columns<const N: usize> = [[f64; MOST]; N];
+
+/// Row of the state that column `column` of G acts on: `γ` before `Π`.
+fn row_of<const N: usize>(column: usize) -> usize {
+    if N == 12 && column < 3 { 3 + column } else { N - 3 + column % 3 }
+}
+
+/// Negative eigenvalues of the condition; `None` where Z is singular to the tolerance of
+/// [`crate::numerics::factor::Factor`].
+pub(super) fn negative<const N: usize>(
+    z: &SMatrix<f64, N, N>,
+    dual: &SMatrix<f64, N, N>,
+    root: &[Matrix3; 2],
+) -> Option<usize> {
+    let mut regular = true;
+    let negative = negative_of(dual, root, |columns| regular = eliminate::<N, MOST>(z, columns, N / 2));
+    regular.then_some(negative)
+}
+
+/// The same with any `Z⁻¹`, which `solve` applies.
+pub(super) fn negative_of<const N: usize>(
+    dual: &SMatrix<f64, N, N>,
+    root: &[Matrix3; 2],
+    solve: impl FnOnce(&mut Columns<N>),
+) -> usize {
+    let half = N / 2;
+    let g = |row: usize, column: usize| match (row / 3, column / 3) {
+        _ if row >= half || column >= half => 0.0,
+        (a, b) if a != b => 0.0,
+        (0, 0) if N == 12 => root[0][(row, column)],
+        _ => root[1][(row % 3, column % 3)],
+    };
+    let mut columns = [[0.0; MOST]; N];
+    for row in 0..half {
+        columns[row_of::<N>(row)] = array::from_fn(|column| if column < half { g(row, column) } else { 0.0 });
+    }
+    solve(&mut columns);
+    let mut dual_columns = [[0.0; MOST]; MOST];
+    for (row, out) in dual_columns.iter_mut().enumerate().take(half) {
+        for (index, columns) in columns.iter().enumerate() {
+            let factor = dual[(row_of::<N>(row), index)];
+            for (out, column) in out.iter_mut().zip(columns).take(half) {
+                *out += factor * column;
+            }
+        }
+    }
+    let form = array::from_fn(|row| {
+        array::from_fn(|column| {
+            let sum: f64 = (0..half).map(|index| g(index, row) * dual_columns[index][column]).sum();
+            sum + if row == column { 1.0 } else { 0.0 }
+        })
+    });
+    negative_pivots(form, half)
+}
+
+/// Negative eigenvalues of the symmetric part of a matrix: the negative pivots of `L D Lᵀ` (Sylvester's law).
+fn negative_pivots(form: [[f64; MOST]; MOST], size: usize) -> usize {
+    let mut a: [[f64; MOST]; MOST] =
+        array::from_fn(|row| array::from_fn(|column| (form[row][column] + form[column][row]) * 0.5));
+    let mut negative = 0;
+    for pivot in 0..size {
+        let lead = a[pivot];
+        negative += usize::from(lead[pivot] < 0.0);
+        for row in &mut a[pivot + 1..size] {
+            let factor = row[pivot] / lead[pivot];
+            for (value, above) in row[pivot + 1..size].iter_mut().zip(&lead[pivot + 1..size]) {
+                *value -= factor * above;
+            }
+        }
+    }
+    negative
+}
