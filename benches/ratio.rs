@@ -2,22 +2,27 @@
 //!
 //! The maneuver is the free asymmetric body, three axes, rest to rest, the shorter way, to 1e-12. Both
 //! use the library's own step. They run in turns, and the ratio is the median over the pairs: a clock
-//! that drifts moves both. `cargo bench --bench ratio`; without `--bench` (as `cargo test` calls it)
-//! only the smallest grid runs, once.
+//! that drifts moves both. Then the whole default plan of another body: best way round, second order, all
+//! witnesses. `cargo bench --bench ratio`; without `--bench` (as `cargo test` calls it) only the smallest grid runs,
+//! once.
 
 mod common;
 
-use slewkit::maneuver::settings::Settings;
-use slewkit::maneuver::solution::{Outcome, Solution};
+use slewkit::maneuver::{Outcome, Problem, Settings, Solution, State};
+use slewkit::mechanics::{Body, Inertia};
 use slewkit::optimize::search::solve;
 use slewkit::optimize::step::Dynamics;
-use slewkit::plan::Silent;
+use slewkit::plan::{Silent, Status, plan};
 use slewkit::verify::verify;
+use slewkit::{Matrix3, Vector3, lie};
 use std::hint::black_box;
 use std::time::Instant;
 
 /// Steps, and pairs that are measured there.
 const GRIDS: [(usize, usize); 4] = [(1000, 401), (10_000, 101), (100_000, 21), (1_000_000, 5)];
+
+/// The same for the whole default plan.
+const PLANS: [(usize, usize); 4] = [(100, 401), (1000, 201), (10_000, 41), (1_000_000, 3)];
 
 fn main() {
     let benching = std::env::args().any(|argument| argument == "--bench");
@@ -52,8 +57,39 @@ fn main() {
     for Measured { steps, low, ratio, high, .. } in &measured {
         println!("{steps:>9} steps: {low:.2} … {ratio:.2} … {high:.2}");
     }
+    whole_plans(benching);
     println!("\nsolve: the solver alone, all grids and starts. 2nd order: writing the trajectory down and");
     println!("the tests of stationarity, rank and conjugate points. witnesses: both of the verification.");
+}
+
+/// The plan that a user gets by default: J = diag(1, 2, 3), 120° about (1, 2, 3) in 4 s from rest to rest.
+fn whole_plans(benching: bool) {
+    let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 3.0)).unwrap(), mass: None };
+    let turn = Vector3::new(1.0, 2.0, 3.0).normalize() * 120.0_f64.to_radians();
+    let (start, end) = (State::at_rest(Matrix3::identity()), State::at_rest(lie::exp(&turn)));
+    println!("\nwhole default plan (best, second order, all witnesses), {} threads:", threads());
+    println!("{:>9} {:>12} {:>12} {:>8}", "steps", "bare", "whole", "ratio");
+    let grids = if benching { &PLANS[..] } else { &PLANS[..1] };
+    for &(steps, pairs) in grids {
+        let problem = Problem::attitude(body.clone(), start, end, 4.0).with_steps(steps);
+        let dynamics = Dynamics::new(&problem, steps);
+        let (mut bares, mut wholes, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
+        for _ in 0..if benching { pairs } else { 1 } {
+            let (_, bare) = timed(|| dynamics.propagate(black_box(&problem)).unwrap());
+            let (found, whole) =
+                timed(|| plan(black_box(&problem), &Settings::default(), None, &mut Silent).unwrap());
+            assert_eq!(found.status, Status::Solved);
+            bares.push(bare);
+            wholes.push(whole);
+            ratios.push(whole / bare);
+        }
+        let [bare, whole] = [&mut bares, &mut wholes].map(|times| quantile(times, 0.5) * 1e3);
+        println!("{steps:>9} {bare:>9.4} ms {whole:>9.3} ms {:>8.1}", quantile(&mut ratios, 0.5));
+    }
+}
+
+fn threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// Times [s] of one grid, medians over the pairs.

@@ -61,10 +61,13 @@
 
 pub use crate::optimize::search::{Control, Guess, Observer, PlanError, Progress, Silent};
 
+use crate::maneuver::solution::Rung;
 use crate::maneuver::{Outcome, Problem, Settings, Solution};
 use crate::optimize::search;
 use crate::verify::{self, Verification};
 use serde::{Deserialize, Serialize};
+use std::cell::{Cell, RefCell};
+use std::time::Instant;
 
 /// What became of a plan; one for each exit code of the command line ([`Status::exit_code`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -76,7 +79,7 @@ pub enum Status {
     Infeasible,
     /// No extremal was found; that proves nothing. [`Solution::shortfall`] and [`Solution::longer`] say what would help.
     NotConverged,
-    /// The time limit came first.
+    /// The time limit came first: before a solution, or before the witnesses had judged it.
     LimitReached,
     /// Solved, but a witness disagrees.
     VerificationFailed,
@@ -161,11 +164,20 @@ pub fn plan(
     guess: Option<&Guess>,
     observer: &mut dyn Observer,
 ) -> Result<Plan, PlanError> {
-    Ok(judged(problem, settings, search::solve(problem, settings, guess, observer)?))
+    let began = Instant::now();
+    let solution = search::solve(problem, settings, guess, observer)?;
+    Ok(judged(problem, settings, solution, began, observer))
 }
 
-/// A solution with what the witnesses say of it, where it converged.
-pub(crate) fn judged(problem: &Problem, settings: &Settings, solution: Solution) -> Plan {
+/// A solution with what the witnesses say of it, where it converged. They too end with the time limit, which runs
+/// since `began`, or when `observer` asks for it.
+pub(crate) fn judged(
+    problem: &Problem,
+    settings: &Settings,
+    solution: Solution,
+    began: Instant,
+    observer: &mut dyn Observer,
+) -> Plan {
     if solution.outcome != Outcome::Converged {
         let status = match solution.outcome {
             Outcome::TimeLimit => Status::LimitReached,
@@ -175,8 +187,26 @@ pub(crate) fn judged(problem: &Problem, settings: &Settings, solution: Solution)
         };
         return Plan { solution, verification: None, status };
     }
+    let (observer, stopped) = (RefCell::new(observer), Cell::new(Status::VerificationFailed));
+    let stop = || {
+        let elapsed = began.elapsed();
+        let (start, steps, seconds) = (&solution.start, problem.steps, elapsed.as_secs_f64());
+        let progress = Progress { rung: Rung::Witnesses, start, steps, elapsed: seconds };
+        if observer.borrow_mut().on_progress(&progress) == Control::Stop {
+            stopped.set(Status::Interrupted);
+        } else if settings.time_limit.is_some_and(|limit| elapsed >= limit) {
+            stopped.set(Status::LimitReached);
+        }
+        stopped.get() != Status::VerificationFailed
+    };
     let (tolerance, continuous) = (settings.tolerance, settings.continuous_tolerance);
-    let verification = verify::verify(problem, &solution.trajectory, tolerance, continuous);
-    let status = if verification.passed() { Status::Solved } else { Status::VerificationFailed };
+    let verification = verify::verify_until(problem, &solution.trajectory, tolerance, continuous, &stop);
+    let status = if verification.passed() {
+        Status::Solved
+    } else if verification.was_stopped() {
+        stopped.get()
+    } else {
+        Status::VerificationFailed
+    };
     Plan { solution, verification: Some(verification), status }
 }

@@ -9,7 +9,7 @@ use slewkit::maneuver::{
 };
 use slewkit::numerics::figures::{counted, error, significant, time};
 use slewkit::plan::{Plan, Status};
-use slewkit::verify::{Margin, Verification};
+use slewkit::verify::{Margin, Testimony, Verification};
 
 /// Width of the longest first line, name and verdict.
 const WIDTH: usize = 76;
@@ -54,12 +54,15 @@ pub fn plan(
     plan: &Plan,
 ) -> String {
     let solution = &plan.solution;
+    let solved = solution.outcome == Outcome::Converged;
     let (verdict, tone) = match plan.status {
         Status::Solved => ("solved and verified", Tone::Good),
         Status::Infeasible => ("infeasible", Tone::Bad),
         Status::NotConverged => ("not converged", Tone::Bad),
+        Status::LimitReached if solved => ("solved, not verified: limit reached", Tone::Bad),
         Status::LimitReached => ("limit reached", Tone::Bad),
         Status::VerificationFailed => ("solved, but verification failed", Tone::Bad),
+        Status::Interrupted if solved => ("solved, not verified: interrupted", Tone::Note),
         Status::Interrupted => ("interrupted", Tone::Note),
     };
     let mut lines = vec![headline(console, &problem.name, verdict, tone)];
@@ -67,7 +70,7 @@ pub fn plan(
     if plan.status != Status::Infeasible {
         lines.line("method", method(problem, solution));
     }
-    if solution.outcome == Outcome::Converged {
+    if solved {
         lines.extend(found(problem, solution));
     } else {
         lines.line("stopped", stopped(solution));
@@ -250,8 +253,9 @@ pub fn verified(console: &Console, judged: &Judged, verification: &Verification)
         let text = format!("{:<width$}  {}", name(margin), self::margin(console, judged, margin));
         lines.line("", &text);
     }
+    let method = ran(verification, "continuous, held torque").map_or("", |ran| &ran.method);
     let mut continuous = format!(
-        "continuous witness, Verner 9(8) at 1e-14, torque held over each step: attitude {} rad",
+        "continuous witness, {method}, torque held over each step: attitude {} rad",
         error(verification.continuous_attitude_rad)
     );
     if verification.continuous_attitude_rad > WIDE_RAD {
@@ -262,22 +266,45 @@ pub fn verified(console: &Console, judged: &Judged, verification: &Verification)
         continuous.push_str(&format!(", position {} m", error(position)));
     }
     lines.line("verified", &continuous);
-    if let Some(attitude) = verification.symplectic_attitude_rad {
-        let apart = verification.symplectic_to_continuous.unwrap_or(f64::NAN);
-        let text = format!("symplectic witness, Galerkin: attitude {} rad", error(attitude));
-        lines.line("", format!("{text}, {} from the continuous one", error(apart)));
-    } else if judged.problem.actuation.wheels.is_some() {
-        lines.line("", "symplectic witness: does not judge reaction wheels");
+    if let Some(symplectic) = ran(verification, "symplectic") {
+        let text = match verification.symplectic_to_continuous {
+            Some(apart) => format!("{}, {} from the continuous one", symplectic.method, error(apart)),
+            None => symplectic.method.clone(),
+        };
+        lines.line("", format!("symplectic witness{}: {text}", over(symplectic, judged)));
+    }
+    if let Some(order) = ran(verification, "order") {
+        let found = verification.order.map_or("round-off".into(), |order| significant(order, 3));
+        let text = format!("order of convergence{}: {found}, {}", over(order, judged), order.method);
+        lines.line("", &text);
     }
     if let Some(failure) = &verification.failure {
         lines.line("witness", escape(failure));
     }
     for check in verification.checks.iter().filter(|check| !check.passed) {
         let label = console.paint(Tone::Bad, &escape(&check.name));
-        let (value, limit) = (significant(check.value, 3), significant(check.limit, 3));
-        lines.line("failed", format!("{label}: {value}, limit {limit}"));
+        let figure = |value: f64| match check.name.as_str() {
+            "continuous terminal" | "continuous pointing" => {
+                format!("{} deg", significant(value.to_degrees(), 3))
+            }
+            _ => significant(value, 3),
+        };
+        lines.line("failed", format!("{label}: {}, limit {}", figure(check.value), figure(check.limit)));
     }
     lines
+}
+
+/// What is on record of a witness that ran, or that could not judge.
+fn ran<'a>(verification: &'a Verification, witness: &str) -> Option<&'a Testimony> {
+    verification.witnesses.iter().find(|ran| ran.witness == witness)
+}
+
+/// Over what part of the plan it ran, where that is not the whole.
+fn over(ran: &Testimony, judged: &Judged) -> String {
+    if ran.windows <= 1 {
+        return String::new();
+    }
+    format!(" over {} of {} steps in {} windows", ran.steps, judged.problem.steps, ran.windows)
 }
 
 /// How near the plan comes to one limit, when, and whether that is between two nodes.

@@ -1,6 +1,8 @@
 //! `slew verify`: a plan file against the spec that it holds, or another, by the witnesses alone.
 
-use super::{Console, Exit, Failure, Lines, Message, Reading, ReportArgs, Tone, spec_file, summary};
+use super::{
+    Console, Exit, Failure, Lines, Message, Reading, ReportArgs, Tone, interrupt, spec_file, summary,
+};
 use slewkit::files::export::{ExportError, PlanFile};
 use slewkit::files::spec::{Difference, Loaded, SpecDocument};
 use slewkit::plan::Status;
@@ -44,7 +46,10 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let judged_by = SpecDocument::new(&problem, &settings).ok();
     let differences = held.zip(judged_by).map_or(Vec::new(), |(held, other)| held.differences(&other));
     let (trajectory, tolerance) = (&plan.trajectory.0, settings.tolerance);
-    let mut verification = verify::verify(&problem, trajectory, tolerance, settings.continuous_tolerance);
+    interrupt::watch();
+    let continuous = settings.continuous_tolerance;
+    let mut verification =
+        verify::verify_until(&problem, trajectory, tolerance, continuous, &interrupt::requested);
     let cost = verify::effort(&problem, &trajectory.input);
     let value = (plan.cost - cost).abs() / cost.abs().max(f64::MIN_POSITIVE);
     verification.checks.push(Check {
@@ -55,6 +60,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     });
     let (exit, verdict, tone) = if verification.passed() {
         (Exit::Solved, "verified", Tone::Good)
+    } else if verification.was_stopped() {
+        (Exit::Plan(Status::Interrupted), "interrupted", Tone::Note)
     } else {
         (Exit::Plan(Status::VerificationFailed), "verification failed", Tone::Bad)
     };

@@ -173,6 +173,8 @@ pub enum Rung {
     Scp,
     /// Newton on the active set, from what the convex iteration left.
     Polish,
+    /// No rung, and not in the ladder: the witnesses judge what was found.
+    Witnesses,
 }
 
 impl Rung {
@@ -190,6 +192,7 @@ impl Rung {
             Self::Limits => "limits",
             Self::Scp => "scp",
             Self::Polish => "polish",
+            Self::Witnesses => "witnesses",
         }
     }
 }

@@ -29,3 +29,37 @@ pub(crate) fn fill<T: Sync, R: Send>(
         items.iter().zip(results).for_each(|(item, result)| *result = of(item));
     }
 }
+
+/// Both results; the work `there` on another thread, while the calling thread does that `here` and then calls
+/// `meanwhile` now and then until all is done. Without threads `here` comes first.
+pub(crate) fn both<A, B: Send>(
+    here: impl FnOnce() -> A,
+    there: impl FnOnce() -> B + Send,
+    meanwhile: impl Fn(),
+) -> (A, B) {
+    #[cfg(feature = "threads")]
+    {
+        use std::sync::mpsc::{RecvTimeoutError, channel};
+        const NOW_AND_THEN: std::time::Duration = std::time::Duration::from_millis(20);
+        let mut found = None;
+        let first = rayon::in_place_scope(|scope| {
+            let (done, told) = channel::<()>();
+            let found = &mut found;
+            scope.spawn(move |_| {
+                *found = Some(there());
+                drop(done);
+            });
+            let first = here();
+            while told.recv_timeout(NOW_AND_THEN) == Err(RecvTimeoutError::Timeout) {
+                meanwhile();
+            }
+            first
+        });
+        (first, found.expect("a scope ends after the work in it"))
+    }
+    #[cfg(not(feature = "threads"))]
+    {
+        let _ = meanwhile;
+        (here(), there())
+    }
+}

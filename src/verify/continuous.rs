@@ -1,11 +1,13 @@
-//! The continuous witness: the equations of motion themselves, integrated by Verner's 9(8) pair.
+//! The continuous witness: the equations of motion themselves, as a Taylor series where nothing depends on the
+//! pose, integrated by Verner's 9(8) pair where a field, axes fixed in the reference frame or thrusters fixed in the
+//! body do.
 //!
 //! ```text
 //! q̇ = ½ q ∘ (0, Ω) ,   Π̇ = (Π + μ) × Ω + M + τ ,   ẋ = γ/m ,   γ̇ = f + f_u ,   Ω = J⁻¹Π
 //! ```
 //! and `μ̇ = −τ` where wheels make the torque τ: under a torque linear in time, a quadratic;
 //! with q the inertial attitude quaternion, and field and frame evaluated at every stage. The torque
-//! jumps at the nodes of the plan, so each of its steps is an integration of its own. What is
+//! jumps at the nodes of the plan, so each of its steps is a series or an integration of its own. What is
 //! integrated is the change over that step, in units of `T`, the mean moment of inertia, the mass and
 //! the length of the maneuver; the sum of the changes is compensated. Rounding is then relative to
 //! the changes, and the end is good to 1e-13 after 10 steps as after 10⁶.
@@ -13,6 +15,7 @@
 use super::WitnessError;
 use super::compensated::Compensated;
 use super::motion::{Phase, Scale, angular_velocity};
+use super::series::{Stretch, change};
 use crate::mechanics::environment::{Pose, Wrench};
 use crate::propagate::adaptive::integrate;
 use crate::propagate::plant::{Output, Plant};
@@ -28,6 +31,9 @@ const TOLERANCE: f64 = 1e-14;
 /// Internal steps within one step of the plan; a fraction of a turn takes one.
 const MAX_STEPS: usize = 100_000;
 
+/// Series within one step of the plan.
+const MOST_PARTS: u32 = 1 << 17;
+
 /// Tangent and embedding: `[δq (4), δΠ (3)]`, and `[δx (3), δγ (3)]` where the body moves.
 const ATTITUDE: usize = 7;
 const RIGID_BODY: usize = 13;
@@ -35,17 +41,46 @@ const RIGID_BODY: usize = 13;
 type Verner98<const D: usize> = ExplicitRungeKutta<Ordinary, Adaptive, f64, [f64; D], 9, 16, 21>;
 
 /// A body on its way, on SO(3) or SE(3).
-pub(crate) enum Continuous<'a> {
-    Attitude(Box<Propagation<'a, ATTITUDE>>),
-    RigidBody(Box<Propagation<'a, RIGID_BODY>>),
+pub(crate) struct Continuous<'a> {
+    base: Base<'a>,
+    road: Road,
+}
+
+/// How the change over a step is found.
+enum Road {
+    /// As a series; into how many parts the last step was divided.
+    Series {
+        parts: u32,
+    },
+    Attitude(Box<Verner98<ATTITUDE>>),
+    RigidBody(Box<Verner98<RIGID_BODY>>),
 }
 
 impl<'a> Continuous<'a> {
+    /// By the series where it serves.
     pub(crate) fn new(plant: &'a Plant<'a>, start: &Phase) -> Self {
-        if plant.moves {
-            Self::RigidBody(Box::new(Propagation::new(plant, start)))
+        if plant.needs_pose() {
+            Self::adaptive(plant, start)
         } else {
-            Self::Attitude(Box::new(Propagation::new(plant, start)))
+            Self { base: Base::new(plant, start), road: Road::Series { parts: 1 } }
+        }
+    }
+
+    /// By Verner's pair, whatever acts.
+    pub(crate) fn adaptive(plant: &'a Plant<'a>, start: &Phase) -> Self {
+        let road = if plant.moves {
+            Road::RigidBody(Box::new(verner98()))
+        } else {
+            Road::Attitude(Box::new(verner98()))
+        };
+        Self { base: Base::new(plant, start), road }
+    }
+
+    /// What it is called.
+    pub(super) fn method(&self) -> &'static str {
+        match self.road {
+            Road::Series { .. } => "Taylor series",
+            Road::Attitude(_) | Road::RigidBody(_) => "Verner 9(8)",
         }
     }
 
@@ -57,34 +92,31 @@ impl<'a> Continuous<'a> {
         start: &Output,
         end: &Output,
     ) -> Result<(), WitnessError> {
-        match self {
-            Self::Attitude(propagation) => propagation.advance(time, step, (*start, *end)),
-            Self::RigidBody(propagation) => propagation.advance(time, step, (*start, *end)),
-        }
+        let base = &mut self.base;
+        let advanced = match &mut self.road {
+            Road::Series { parts } => base.expand(parts, step, start, end),
+            Road::Attitude(solver) => base.integrate(solver, time, step, (*start, *end)),
+            Road::RigidBody(solver) => base.integrate(solver, time, step, (*start, *end)),
+        };
+        advanced.ok_or(WitnessError::Continuous { time })
     }
 
     /// Attitude at the end of the last step, body → inertial.
     pub(super) fn inertial_attitude(&self) -> Matrix3 {
-        let quaternion = match self {
-            Self::Attitude(propagation) => propagation.base.quaternion.value(),
-            Self::RigidBody(propagation) => propagation.base.quaternion.value(),
-        };
-        lie::rotation_from_quaternion(&quaternion.data.0[0])
+        lie::rotation_from_quaternion(&self.base.quaternion.value().data.0[0])
     }
 
     /// The phase at `time` \[s\], which must be the end of the last step.
     pub(crate) fn phase(&self, time: f64) -> Phase {
-        match self {
-            Self::Attitude(propagation) => propagation.base.phase(time),
-            Self::RigidBody(propagation) => propagation.base.phase(time),
-        }
+        self.base.phase(time)
     }
 }
 
-/// The motion up to the last node, and the integrator that advances it.
-pub(crate) struct Propagation<'a, const D: usize> {
-    base: Base<'a>,
-    solver: Verner98<D>,
+fn verner98<const D: usize>() -> Verner98<D> {
+    // The crate counts steps over all integrations; ours counts them per step of the plan.
+    let mut solver = Verner98::rkv988e().rtol(TOLERANCE).max_steps(usize::MAX);
+    solver.atol = Tolerance::Vector(vec![TOLERANCE; D]);
+    solver
 }
 
 /// Phase at the last node, scaled.
@@ -168,45 +200,12 @@ impl<const D: usize> ODE<f64, [f64; D]> for Change<'_> {
     }
 }
 
-impl<'a, const D: usize> Propagation<'a, D> {
-    fn new(plant: &'a Plant<'a>, start: &Phase) -> Self {
-        // The crate counts steps over all integrations; ours counts them per step of the plan.
-        let mut solver = Verner98::rkv988e().rtol(TOLERANCE).max_steps(usize::MAX);
-        solver.atol = Tolerance::Vector(vec![TOLERANCE; D]);
-        Self { base: Base::new(plant, start), solver }
-    }
-
-    fn advance(&mut self, time: f64, step: f64, outputs: (Output, Output)) -> Result<(), WitnessError> {
-        let (start, length) = (time / self.base.scale.time, step / self.base.scale.time);
-        let attitude = lie::rotation_from_quaternion(&self.base.quaternion.value().data.0[0]);
-        let change = Change { base: &self.base, attitude, start, length, outputs };
-        for (index, speed) in change.speeds(D).into_iter().enumerate() {
-            self.solver.atol[index] = TOLERANCE * length * speed;
-        }
-        // One step over the whole length is the common case; the crate's own guess allocates.
-        self.solver.h0 = length;
-        let (mut part, mut rejected) = (length, 0);
-        let y = integrate(&mut self.solver, &change, length, &[0.0; D], MAX_STEPS, &mut part, &mut rejected)
-            .ok_or(WitnessError::Continuous { time })?;
-        let spent = change.spent(length);
-        self.base.add(&y);
-        if let Some(stored) = &mut self.base.stored {
-            stored.add(&-spent);
-        }
-        Ok(())
-    }
-}
-
 impl Change<'_> {
     /// Sizes of the rates of change, one per component, that rounding is relative to.
     fn speeds(&self, dimension: usize) -> impl IntoIterator<Item = f64> {
         let base = self.base;
         let [field, actuators] = self.loads(0.0, 1.0, &Vector3::zeros(), &Vector3::zeros());
-        let momentum = base.momentum.value();
-        // Absolute values: with an ill-conditioned inertia the products cancel.
-        let rate = (base.j_inverse.abs() * momentum.abs()).norm();
-        let stored = base.stored.as_ref().map_or(0.0, |stored| stored.value().norm());
-        let torque = (momentum.norm() + stored) * rate + field.moment.norm() + actuators.moment.norm();
+        let [rate, torque] = base.speeds(field.moment.norm() + actuators.moment.norm());
         let force = field.force.norm() + actuators.force.norm();
         let speeds = [rate, torque, base.linear_momentum.value().norm(), force];
         let block = |index: usize| [0, 0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3][index];
@@ -236,19 +235,98 @@ impl<'a> Base<'a> {
         }
     }
 
+    /// Sizes of the angular velocity and of the change of momentum under a torque of norm `torque`.
+    fn speeds(&self, torque: f64) -> [f64; 2] {
+        let momentum = self.momentum.value();
+        // Absolute values: with an ill-conditioned inertia the products cancel.
+        let rate = (self.j_inverse.abs() * momentum.abs()).norm();
+        let stored = self.stored.as_ref().map_or(0.0, |stored| stored.value().norm());
+        [rate, (momentum.norm() + stored) * rate + torque]
+    }
+
+    /// A step of the plan by Verner's pair; `None` where it gives up.
+    fn integrate<const D: usize>(
+        &mut self,
+        solver: &mut Verner98<D>,
+        time: f64,
+        step: f64,
+        outputs: (Output, Output),
+    ) -> Option<()> {
+        let (start, length) = (time / self.scale.time, step / self.scale.time);
+        let attitude = lie::rotation_from_quaternion(&self.quaternion.value().data.0[0]);
+        let change = Change { base: self, attitude, start, length, outputs };
+        for (index, speed) in change.speeds(D).into_iter().enumerate() {
+            solver.atol[index] = TOLERANCE * length * speed;
+        }
+        // One step over the whole length is the common case; the crate's own guess allocates.
+        solver.h0 = length;
+        let (mut part, mut rejected) = (length, 0);
+        let y = integrate(solver, &change, length, &[0.0; D], MAX_STEPS, &mut part, &mut rejected)?;
+        let spent = change.spent(length);
+        self.add(&y);
+        if let Some(stored) = &mut self.stored {
+            stored.add(&-spent);
+        }
+        Some(())
+    }
+
+    /// A step of the plan as a series, or as several in a row; `None` where they do not converge.
+    fn expand(&mut self, parts: &mut u32, step: f64, from: &Output, to: &Output) -> Option<()> {
+        let (mut at, mut count) = (0, (*parts / 2).max(1));
+        while at < count {
+            let length = step / self.scale.time / f64::from(count);
+            let ends = [at, at + 1].map(|end| Output::between(from, to, f64::from(end) / f64::from(count)));
+            if self.expand_part(length, &ends) {
+                at += 1;
+            } else if count < MOST_PARTS {
+                (at, count) = (2 * at, 2 * count);
+            } else {
+                return None;
+            }
+        }
+        *parts = count;
+        Some(())
+    }
+
+    /// A part of a step over `length`, scaled; nothing and false where the series does not converge.
+    fn expand_part(&mut self, length: f64, ends: &[Output; 2]) -> bool {
+        let [from, to] = ends.map(|end| self.moment_unit * end.torque);
+        let speeds = self.speeds(from.norm().max(to.norm())).map(|speed| 1.0 + speed);
+        let stored = self.stored.as_ref().map(|stored| *stored.value());
+        let torque = [from, to - from];
+        let stretch = Stretch { length, momentum: *self.momentum.value(), stored, torque, speeds };
+        let Some((turn, momentum)) = change(&self.j, &self.j_inverse, &stretch) else { return false };
+        self.add_rotation(&turn, &momentum);
+        if let Some(stored) = &mut self.stored {
+            stored.add(&(-0.5 * length * (from + to)));
+        }
+        if self.plant.moves {
+            let [from, to] = ends.map(|end| self.force_unit * end.force);
+            let momentum = self.linear_momentum.value();
+            self.position.add(&(length * (momentum + length * (from / 3.0 + to / 6.0))));
+            self.linear_momentum.add(&(0.5 * length * (from + to)));
+        }
+        true
+    }
+
     fn add(&mut self, y: &[f64]) {
-        // q ∘ (1 + y₀, v) = q + q ∘ (y₀, v)
-        let q = self.quaternion.value();
-        let (w, v) = (q[0], Vector3::new(q[1], q[2], q[3]));
-        let dv = vector(y, 1);
-        let vector_part = w * dv + y[0] * v + v.cross(&dv);
-        let turn = [w * y[0] - v.dot(&dv), vector_part.x, vector_part.y, vector_part.z];
-        self.quaternion.add(&SVector::from(turn));
-        self.momentum.add(&vector(y, 4));
+        self.add_rotation(&[y[0], y[1], y[2], y[3]], &vector(y, 4));
         if y.len() == RIGID_BODY {
             self.position.add(&vector(y, 7));
             self.linear_momentum.add(&vector(y, 10));
         }
+    }
+
+    /// Adds a turn, given as `q − 1`, and a change of the momentum.
+    fn add_rotation(&mut self, turn: &[f64; 4], momentum: &Vector3) {
+        // q ∘ (1 + y₀, v) = q + q ∘ (y₀, v)
+        let q = self.quaternion.value();
+        let (w, v) = (q[0], Vector3::new(q[1], q[2], q[3]));
+        let (dw, dv) = (turn[0], vector(turn, 1));
+        let vector_part = w * dv + dw * v + v.cross(&dv);
+        let turn = [w * dw - v.dot(&dv), vector_part.x, vector_part.y, vector_part.z];
+        self.quaternion.add(&SVector::from(turn));
+        self.momentum.add(momentum);
     }
 
     fn phase(&self, time: f64) -> Phase {

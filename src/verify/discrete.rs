@@ -33,6 +33,8 @@ pub(crate) struct Discrete<'a> {
     scheme: Scheme,
     step: f64,
     per_mass: f64,
+    /// Time at the start, and steps since.
+    began: f64,
     steps: u64,
     position: Compensated<3, 1>,
     linear_momentum: Compensated<3, 1>,
@@ -51,6 +53,11 @@ pub(crate) struct Discrete<'a> {
 impl<'a> Discrete<'a> {
     /// `step` in seconds. Starts at `t = 0`, where reference and inertial frame coincide.
     pub(crate) fn new(plant: &'a Plant<'a>, start: &Phase, scheme: Scheme, step: f64) -> Self {
+        Self::at(plant, start, scheme, step, 0.0)
+    }
+
+    /// The same from the time `began` \[s\].
+    pub(super) fn at(plant: &'a Plant<'a>, start: &Phase, scheme: Scheme, step: f64, began: f64) -> Self {
         let pose = Pose { position: start.position, attitude: start.attitude };
         Self {
             plant,
@@ -58,10 +65,14 @@ impl<'a> Discrete<'a> {
             scheme,
             step,
             per_mass: plant.problem.body.mass.map_or(0.0, f64::recip),
+            began,
             steps: 0,
             position: Compensated::new(start.position),
             linear_momentum: Compensated::new(start.linear_momentum),
-            attitude: Compensated::new(start.attitude),
+            attitude: Compensated::new(match plant.to_reference(began) {
+                Some(frame) if began > 0.0 => frame.tr_mul(&start.attitude),
+                _ => start.attitude,
+            }),
             momentum: Compensated::new(start.momentum),
             stored: plant.problem.actuation.wheels.is_some().then(|| Compensated::new(start.stored)),
             arc: None,
@@ -72,7 +83,7 @@ impl<'a> Discrete<'a> {
 
     /// Time of the node reached \[s\].
     pub(crate) fn time(&self) -> f64 {
-        self.steps as f64 * self.step
+        self.began + self.steps as f64 * self.step
     }
 
     /// One step, with the actuator outputs at its two ends; Lie–Euler uses the second only.

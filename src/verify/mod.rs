@@ -2,12 +2,15 @@
 //!
 //! - The **discrete witness** propagates the plan's inputs through its own difference equations, the
 //!   implicit one solved in another form than the planner's. It must meet the terminal conditions.
-//! - The **continuous witness** integrates the equations of motion with another method from another
-//!   crate, the torque held over each step of the plan.
-//! - The **symplectic witness** propagates the same held torque with a Galerkin variational integrator of
-//!   high order, and must end where the continuous one does, to round-off.
-//! - The first two must describe one motion: with that held torque and ever shorter steps the first
+//! - The **continuous witness** follows the equations of motion, the torque held over each step of the plan: as a
+//!   Taylor series, or with a method from another crate where forces depend on the pose. It notes where it is at the
+//!   ends of a few windows of the plan.
+//! - The **symplectic witness** propagates the same held torque over the windows with a Galerkin variational
+//!   integrator of high order, and must end where the continuous one does, to round-off.
+//! - The first two must describe one motion: over the windows, with that held torque and ever shorter steps, the first
 //!   converges to the second at the order of the scheme, or to round-off.
+//!
+//! Over how many steps each ran stands in [`Verification::witnesses`].
 //!
 //! The witnesses start from the problem and the recorded inputs alone. The recorded attitudes, rates
 //! and torques are compared with what they find.
@@ -21,8 +24,11 @@ mod motion;
 mod order;
 pub mod propagation;
 mod rows;
+mod series;
 mod symplectic;
+pub(crate) mod watch;
 mod wheels;
+mod window;
 
 pub use margins::{Margin, worst_violation};
 pub use motion::Phase;
@@ -31,14 +37,19 @@ pub use rows::{effort, margins, replay};
 use crate::maneuver::constraint::{Arc, Rule};
 use crate::maneuver::problem::{Motion, Problem, ProblemError};
 use crate::maneuver::solution::{TerminalError, Trajectory};
-use crate::propagate::plant::{Output, Plant};
+use crate::numerics::parallel;
+use crate::propagate::plant::Plant;
 use crate::{Vector3, lie};
 use continuous::Continuous;
 use discrete::Discrete;
 use margins::Meter;
 use motion::{Inputs, Scale, judgeable};
+use order::Stage;
 use serde::{Deserialize, Serialize};
+use std::sync::atomic::AtomicBool;
 use thiserror::Error;
+use watch::Watch;
+use window::{Marks, Window};
 
 /// What the witnesses found. All errors are at `t = T`, against the terminal conditions of the problem
 /// unless the name says otherwise.
@@ -68,8 +79,8 @@ pub struct Verification {
     /// The same, held, on SE(3): velocity error [m/s].
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub continuous_velocity_m_s: Option<f64>,
-    /// The symplectic witness, torque held over each step: attitude error \[rad\]. `None` where it cannot judge:
-    /// with reaction wheels, with more than four million steps, or where its equations do not converge.
+    /// The symplectic witness, torque held over each step, from where the continuous one begins the last window:
+    /// attitude error \[rad\]. `None` where it cannot judge, which [`Verification::witnesses`] says.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub symplectic_attitude_rad: Option<f64>,
     /// The same: rate error [rad/s].
@@ -81,11 +92,11 @@ pub struct Verification {
     /// The same on SE(3): velocity error [m/s].
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub symplectic_velocity_m_s: Option<f64>,
-    /// Scaled distance between the ends of the symplectic and the continuous witness.
+    /// Largest scaled distance between the ends of the symplectic and the continuous witness in a window.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub symplectic_to_continuous: Option<f64>,
     /// Observed order at which the discrete witness, with the held torque at h, h/2, h/4, converges to
-    /// the continuous end state; `None` at round-off, or where it could not be computed.
+    /// the continuous one over the windows; `None` at round-off, or where it could not be computed.
     pub order: Option<f64>,
     /// Largest norm of the actuator torque at the nodes [N·m].
     pub peak_torque_n_m: f64,
@@ -94,11 +105,27 @@ pub struct Verification {
     /// Every limit and constraint with its smallest margin, in the order of the problem.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub margins: Vec<Margin>,
+    /// Which witnesses ran, by what method, over how many steps of the plan.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub witnesses: Vec<Testimony>,
     /// Why a witness could not reach the end, if one could not; its numbers are then NaN.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub failure: Option<String>,
     /// Every check, with value, limit and verdict.
     pub checks: Vec<Check>,
+}
+
+/// Which witness ran over how many steps of the plan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Testimony {
+    /// "discrete", "continuous, held torque", "continuous, linear torque", "order", "symplectic".
+    pub witness: String,
+    /// Its method; or why it does not judge.
+    pub method: String,
+    /// Steps of the plan it ran over: all, or those of the windows.
+    pub steps: usize,
+    /// In how many stretches.
+    pub windows: usize,
 }
 
 /// One named check.
@@ -149,6 +176,9 @@ pub enum WitnessError {
         /// Start of that step of the plan \[s\].
         time: f64,
     },
+    /// The caller asked to stop, or the time was over.
+    #[error("the witnesses were stopped before they had finished")]
+    Stopped,
     /// A number became NaN or infinite.
     #[error("at t = {time} s a number is no longer finite")]
     NotFinite {
@@ -174,6 +204,20 @@ pub fn verify(
     tolerance: f64,
     continuous_tolerance: Option<f64>,
 ) -> Verification {
+    verify_until(problem, trajectory, tolerance, continuous_tolerance, &|| false)
+}
+
+/// As [`verify`], unless `stop` says so: it is asked every few steps. What was stopped is not verified, and
+/// [`Verification::was_stopped`].
+pub fn verify_until(
+    problem: &Problem,
+    trajectory: &Trajectory,
+    tolerance: f64,
+    continuous_tolerance: Option<f64>,
+    stop: &dyn Fn() -> bool,
+) -> Verification {
+    let stopped = AtomicBool::new(false);
+    let watch = Watch::new(&stopped, stop);
     let mut found = Verification::unknown(problem.motion);
     let mut judged = Judged {
         recorded: f64::NAN,
@@ -183,7 +227,7 @@ pub fn verify(
         comparison: None,
         apart_limit: 0.0,
     };
-    if let Err(error) = found.witness(problem, trajectory, &mut judged) {
+    if let Err(error) = found.witness(problem, trajectory, &watch, &mut judged) {
         found.failure = Some(error.to_string());
     }
     let Judged { recorded, momentum_drift, violation, continuous_violation, comparison, apart_limit } =
@@ -246,6 +290,11 @@ impl Verification {
         !self.checks.is_empty() && self.checks.iter().all(|check| check.passed)
     }
 
+    /// Whether the witnesses were stopped before they had finished.
+    pub fn was_stopped(&self) -> bool {
+        self.failure.as_ref().is_some_and(|failure| *failure == WitnessError::Stopped.to_string())
+    }
+
     /// Terminal error of the discrete witness.
     pub fn discrete(&self) -> TerminalError {
         TerminalError {
@@ -280,11 +329,16 @@ impl Verification {
         self.checks.push(Check { name: name.into(), value, limit, passed: value <= limit });
     }
 
-    /// The witnesses in turn; the findings of those that came to an end stay.
+    fn ran(&mut self, witness: &str, method: impl Into<String>, steps: usize, windows: usize) {
+        self.witnesses.push(Testimony { witness: witness.into(), method: method.into(), steps, windows });
+    }
+
+    /// The witnesses, two at a time; the findings of those that came to an end stay.
     fn witness(
         &mut self,
         problem: &Problem,
         trajectory: &Trajectory,
+        watch: &Watch,
         judged: &mut Judged,
     ) -> Result<(), WitnessError> {
         problem.check_numbers()?;
@@ -296,8 +350,23 @@ impl Verification {
         let start = Phase::of(problem, &problem.start);
         let target = Phase::of(problem, &problem.end);
         let scale = Scale::of(problem);
+        let steps = problem.steps;
 
-        let replayed = rows::compare(&plant, &inputs, trajectory)?;
+        // Neither half knows of the other, so that the bits are the same on one thread and on two.
+        let replayed = |watch: &Watch| {
+            let replayed = rows::compare(&plant, &inputs, trajectory, watch);
+            (replayed, continuous_end(&plant, &start, &inputs, watch))
+        };
+        let held = |watch: &Watch| held_witnesses(&plant, &inputs, &start, watch);
+        let ((replayed, interpolated), held) = if steps >= WORTH_A_THREAD && parallel::threads() > 1 {
+            let noted = watch.noted();
+            parallel::both(|| replayed(watch), || held(&Watch::of(noted)), || watch.ask())
+        } else {
+            (replayed(watch), held(watch))
+        };
+
+        let replayed = replayed?;
+        self.ran("discrete", format!("{}, exponential form", problem.scheme.name()), steps, 1);
         judged.recorded = replayed.recorded;
         judged.violation = worst_violation(&replayed.margins);
         self.peak_torque_n_m = replayed.peak_torque;
@@ -309,18 +378,14 @@ impl Verification {
         self.discrete_position_relative = error.position_relative;
         self.discrete_linear_momentum_relative = error.linear_momentum_relative;
 
-        let held = if problem.constraints.is_empty() {
-            continuous_end(&plant, &start, |k| (inputs.held(k), inputs.held(k)))?
-        } else {
-            let (end, margins) = continuous_margins(&plant, &inputs, &start)?;
-            for (margin, continuous) in self.margins.iter_mut().zip(&margins) {
-                margin.continuous_margin = Some(continuous.margin).filter(|margin| !margin.is_nan());
-            }
-            judged.continuous_violation = worst_violation(
-                &margins.into_iter().filter(|margin| margin.unit == "deg").collect::<Vec<_>>(),
-            );
-            end
-        };
+        let held = held?;
+        self.ran("continuous, held torque", held.method, steps, 1);
+        for (margin, continuous) in self.margins.iter_mut().zip(&held.margins) {
+            margin.continuous_margin = Some(continuous.margin).filter(|margin| !margin.is_nan());
+        }
+        judged.continuous_violation = worst_violation(
+            &held.margins.into_iter().filter(|margin| margin.unit == "deg").collect::<Vec<_>>(),
+        );
         let missed = |end: &Phase| {
             let moves = |error: Vector3| plant.moves.then(|| error.norm());
             (
@@ -330,27 +395,89 @@ impl Verification {
                 moves(end.velocity(problem) - problem.end.velocity),
             )
         };
-        let (attitude, rate, position, velocity) = missed(&held);
+        let (attitude, rate, position, velocity) = missed(&held.end);
         (self.continuous_attitude_rad, self.continuous_rate_rad_s) = (attitude, rate);
         (self.continuous_position_m, self.continuous_velocity_m_s) = (position, velocity);
 
-        if let Some(end) = symplectic::end(&plant, &inputs, &start, self.peak_rate_rad_s)? {
-            let (attitude, rate, position, velocity) = missed(&end);
-            (self.symplectic_attitude_rad, self.symplectic_rate_rad_s) = (Some(attitude), Some(rate));
-            (self.symplectic_position_m, self.symplectic_velocity_m_s) = (position, velocity);
-            let apart = order::norm(&scale.distance(&end, &held, problem.motion));
-            self.symplectic_to_continuous = Some(apart);
-            judged.apart_limit = order::agreement(&plant, &inputs, &held, apart);
-        }
-
-        let interpolated = continuous_end(&plant, &start, |k| inputs.ends(k))?;
+        let interpolated = interpolated?;
+        self.ran("continuous, linear torque", held.method, steps, 1);
         (self.interpolated_attitude_rad, self.interpolated_rate_rad_s, ..) = missed(&interpolated);
 
-        let compared = order::compare(&plant, &inputs, &held);
-        self.order = compared.order;
-        judged.comparison = Some(compared);
+        let OnWindows { steps, windows, symplectic, order } = held.windows?;
+        match symplectic {
+            Ok(Symplectic { end, order, apart, limit }) => {
+                self.ran("symplectic", format!("Galerkin of order {order}"), steps, windows);
+                let (attitude, rate, position, velocity) = missed(&end);
+                (self.symplectic_attitude_rad, self.symplectic_rate_rad_s) = (Some(attitude), Some(rate));
+                (self.symplectic_position_m, self.symplectic_velocity_m_s) = (position, velocity);
+                self.symplectic_to_continuous = Some(apart);
+                judged.apart_limit = limit;
+            }
+            Err(why) => self.ran("symplectic", why, 0, 0),
+        }
+        let finest = 1 << (order.errors.len() - 1);
+        let down_to = if finest == 1 { "h".into() } else { format!("h to h/{finest}") };
+        self.ran("order", format!("{} at {down_to}", problem.scheme.name()), steps, windows);
+        self.order = order.order;
+        judged.comparison = Some(order);
         Ok(())
     }
+}
+
+/// Steps from which a second thread takes less time than waking it.
+const WORTH_A_THREAD: usize = 400;
+
+/// What the witnesses of the held torque find.
+struct Held {
+    method: &'static str,
+    end: Phase,
+    /// Margins of rates and cones of the continuous motion, where there are constraints.
+    margins: Vec<Margin>,
+    windows: Result<OnWindows, WitnessError>,
+}
+
+/// What the witnesses find on the windows.
+struct OnWindows {
+    /// Steps of the plan, and number of windows.
+    steps: usize,
+    windows: usize,
+    /// Or why that witness does not judge.
+    symplectic: Result<Symplectic, &'static str>,
+    order: order::Comparison,
+}
+
+/// What the symplectic witness finds.
+struct Symplectic {
+    /// End of the last window, which is that of the plan.
+    end: Phase,
+    order: usize,
+    apart: f64,
+    limit: f64,
+}
+
+/// The continuous witness under the held torque, and those that start from where it has been.
+fn held_witnesses(
+    plant: &Plant,
+    inputs: &Inputs,
+    start: &Phase,
+    watch: &Watch,
+) -> Result<Held, WitnessError> {
+    let Passage { end, method, margins, windows } = held_end(plant, inputs, start, watch)?;
+    let stage = Stage { plant, inputs, windows: &windows, watch: *watch };
+    let on_windows = || {
+        let symplectic = match symplectic::ends(plant, inputs, &windows, watch)? {
+            Err(why) => Err(why),
+            Ok((ends, order)) => {
+                let (apart, limit) = stage.agreement(&ends)?;
+                // There is a window wherever there is a step.
+                Ok(Symplectic { end: ends[ends.len() - 1], order, apart, limit })
+            }
+        };
+        let order = stage.compare()?;
+        Ok(OnWindows { steps: stage.steps(), windows: windows.len(), symplectic, order })
+    };
+    let windows = on_windows();
+    Ok(Held { method, end, margins, windows })
 }
 
 /// Whether the problem has cones.
@@ -362,38 +489,61 @@ fn points(problem: &Problem) -> bool {
 /// that by the square of their length, a small part of what the discrete motion strays by (`tests/it/witnesses/margins.rs`).
 const PIECES: usize = 8;
 
-/// End of the continuous motion under the held torque, and its margins of rates and cones.
-fn continuous_margins(
-    plant: &Plant,
-    inputs: &Inputs,
-    start: &Phase,
-) -> Result<(Phase, Vec<Margin>), WitnessError> {
-    let problem = plant.problem;
-    let piece = problem.step() / PIECES as f64;
-    let mut meter = Meter::every(piece, problem);
-    let mut body = Continuous::new(plant, start);
-    meter.rate(0.0, &problem.start.angular_velocity);
-    for index in 0..PIECES * problem.steps {
-        let held = inputs.held(index / PIECES);
-        let (time, before) = (index as f64 * piece, body.inertial_attitude());
-        body.advance(time, piece, &held, &held)?;
-        let turn = lie::minus(&body.inertial_attitude(), &before);
-        meter.arc(time, &Arc { start: before, turn });
-        meter.rate(time + piece, &body.phase(time + piece).angular_velocity(problem));
-    }
-    Ok((body.phase(problem.duration), meter.margins()))
+/// What the continuous witness has passed.
+struct Passage {
+    end: Phase,
+    method: &'static str,
+    margins: Vec<Margin>,
+    windows: Vec<Window>,
 }
 
-/// End of the continuous motion under the outputs that `ends` gives for both ends of each step.
+/// End of the continuous motion under the held torque and its method, its margins of rates and cones where there are
+/// constraints, and where it was at the ends of each window.
+fn held_end(plant: &Plant, inputs: &Inputs, start: &Phase, watch: &Watch) -> Result<Passage, WitnessError> {
+    let problem = plant.problem;
+    let mut body = Continuous::new(plant, start);
+    let mut marks = Marks::new(problem, start);
+    let pieces = if problem.constraints.is_empty() { 1 } else { PIECES };
+    let piece = problem.step() / pieces as f64;
+    let mut meter = (pieces > 1).then(|| Meter::every(piece, problem));
+    if let Some(meter) = &mut meter {
+        meter.rate(0.0, &problem.start.angular_velocity);
+    }
+    marks.pass(0, &body);
+    for k in 0..problem.steps {
+        watch.step(k)?;
+        let held = inputs.held(k);
+        let Some(meter) = &mut meter else {
+            body.advance(k as f64 * piece, piece, &held, &held)?;
+            marks.pass(k + 1, &body);
+            continue;
+        };
+        for index in pieces * k..pieces * (k + 1) {
+            let (time, before) = (index as f64 * piece, body.inertial_attitude());
+            body.advance(time, piece, &held, &held)?;
+            let turn = lie::minus(&body.inertial_attitude(), &before);
+            meter.arc(time, &Arc { start: before, turn });
+            meter.rate(time + piece, &body.phase(time + piece).angular_velocity(problem));
+        }
+        marks.pass(k + 1, &body);
+    }
+    let margins = meter.map_or_else(Vec::new, |meter| meter.margins());
+    let (end, method) = (body.phase(problem.duration), body.method());
+    Ok(Passage { end, method, margins, windows: marks.windows() })
+}
+
+/// End of the continuous motion under the torque that is linear between the rows of the plan.
 fn continuous_end(
     plant: &Plant,
     start: &Phase,
-    ends: impl Fn(usize) -> (Output, Output),
+    inputs: &Inputs,
+    watch: &Watch,
 ) -> Result<Phase, WitnessError> {
     let problem = plant.problem;
     let mut body = Continuous::new(plant, start);
     for k in 0..problem.steps {
-        let (from, to) = ends(k);
+        watch.step(k)?;
+        let (from, to) = inputs.ends(k);
         body.advance(k as f64 * problem.step(), problem.step(), &from, &to)?;
     }
     Ok(body.phase(problem.duration))

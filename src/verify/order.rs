@@ -1,12 +1,15 @@
 //! Whether the discrete and the continuous witness describe one motion.
 //!
-//! The torque that the plan holds over each step is propagated by the discrete witness at h, h/2, h/4.
-//! Its end must approach the end of the continuous witness at the order of the scheme. Steps too long
-//! to be in that regime, or leading terms that happen to cancel, are given h/8 and h/16.
+//! The torque that the plan holds over each step is propagated by the discrete witness at h, h/2, h/4 over a few
+//! windows, from where the continuous witness begins each. Its ends must approach those of the continuous witness at
+//! the order of the scheme. Steps too long to be in that regime, or leading terms that happen to cancel, are given h/8
+//! and h/16.
 
 use super::WitnessError;
 use super::discrete::Discrete;
 use super::motion::{Inputs, Phase, Scale};
+use super::watch::Watch;
+use super::window::Window;
 use crate::Vector3;
 use crate::lie;
 use crate::maneuver::problem::Problem;
@@ -22,19 +25,19 @@ const MAX_STEPS: usize = 4_000_000;
 /// What is missing to the full order and still passes.
 pub(super) const SLACK: f64 = 0.5;
 
-/// Agreement, scaled and relative to the size of the motion, that counts as round-off.
-const ROUND_OFF: f64 = 1e-12;
+/// Agreement over a window, scaled and relative to the size of the motion, that counts as round-off.
+const ROUND_OFF: f64 = 2e-14;
 
 /// Agreement that amplified round-off can excuse at most.
 const AMPLIFIED: f64 = 1e-6;
 
-/// Round-off of the propagations, before the dynamics amplify it.
-const START_ROUND_OFF: f64 = 2e-13;
+/// Round-off of the propagations over a window, before the dynamics amplify it.
+const START_ROUND_OFF: f64 = 4e-15;
 
 /// How the discrete and the continuous witness compare.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Comparison {
-    /// Scaled distance of the ends at h, h/2, h/4, …; NaN where a step was too long.
+    /// Scaled distance of the ends at h, h/2, h/4, …, over all windows; NaN where a step was too long.
     pub(super) errors: Vec<f64>,
     /// Order observed between the finest two levels; `None` at round-off.
     pub(super) order: Option<f64>,
@@ -43,8 +46,16 @@ pub(super) struct Comparison {
     pub(super) passed: bool,
 }
 
+/// What an exact and another witness are compared on.
+pub(super) struct Stage<'a> {
+    pub(super) plant: &'a Plant<'a>,
+    pub(super) inputs: &'a Inputs<'a>,
+    pub(super) windows: &'a [Window],
+    pub(super) watch: Watch<'a>,
+}
+
 /// Euclidean norm of the four parts.
-pub(super) fn norm(error: &TerminalError) -> f64 {
+fn norm(error: &TerminalError) -> f64 {
     let parts = [
         error.attitude_rad,
         error.momentum_relative,
@@ -54,102 +65,271 @@ pub(super) fn norm(error: &TerminalError) -> f64 {
     parts.iter().map(|part| part * part).sum::<f64>().sqrt()
 }
 
-/// End of the held plan by the discrete witness at `h/refinement`.
-pub(super) fn held_end(
-    plant: &Plant,
-    inputs: &Inputs,
-    start: &Phase,
-    refinement: usize,
-) -> Result<Phase, WitnessError> {
-    let problem = plant.problem;
-    let step = problem.duration / (problem.steps * refinement) as f64;
-    let mut body = Discrete::new(plant, start, problem.scheme, step);
-    for k in 0..problem.steps {
-        let held = inputs.held(k);
-        for _ in 0..refinement {
-            body.advance(&held, &held)?;
-        }
+impl Stage<'_> {
+    fn problem(&self) -> &Problem {
+        self.plant.problem
     }
-    Ok(body.phase())
+
+    /// Steps of the plan that the windows have.
+    pub(super) fn steps(&self) -> usize {
+        self.windows.iter().map(|window| window.steps.len()).sum()
+    }
+
+    /// Size of the motion, scaled, which rounding is relative to.
+    fn size(&self) -> f64 {
+        let scale = Scale::of(self.problem());
+        let size = |phase: &Phase| phase.momentum.norm() + phase.stored.norm();
+        let ends = self.windows.iter().map(|window| size(&window.start).max(size(&window.end)));
+        1.0 + ends.fold(0.0, f64::max) * scale.time / scale.inertia
+    }
+
+    /// Scaled distance over all windows of the ends that `run` gives from those of the continuous witness.
+    fn distance(&self, run: impl Fn(&Window) -> Result<Phase, WitnessError>) -> Result<f64, WitnessError> {
+        let (problem, mut sum) = (self.problem(), 0.0);
+        let scale = Scale::of(problem);
+        for window in self.windows {
+            sum += norm(&scale.distance(&run(window)?, &window.end, problem.motion)).powi(2);
+        }
+        Ok(sum.sqrt())
+    }
+
+    /// End of a window of the held plan by the discrete witness at `h/refinement`.
+    fn held_end(&self, window: &Window, start: &Phase, refinement: usize) -> Result<Phase, WitnessError> {
+        let problem = self.problem();
+        let step = problem.duration / (problem.steps * refinement) as f64;
+        let began = window.steps.start as f64 * problem.step();
+        let mut body = Discrete::at(self.plant, start, problem.scheme, step, began);
+        for k in window.steps.clone() {
+            let held = self.inputs.held(k);
+            self.watch.step(k)?;
+            for _ in 0..refinement {
+                body.advance(&held, &held)?;
+            }
+        }
+        Ok(body.phase())
+    }
+
+    /// Compares the discrete and the continuous witness.
+    pub(super) fn compare(&self) -> Result<Comparison, WitnessError> {
+        self.compare_with(|window, refinement| self.held_end(window, &window.start, refinement))
+    }
+
+    /// The same for any propagation at `h/refinement`.
+    fn compare_with(
+        &self,
+        run: impl Fn(&Window, usize) -> Result<Phase, WitnessError>,
+    ) -> Result<Comparison, WitnessError> {
+        let (scheme, steps, size) = (self.problem().scheme, self.steps(), self.size());
+        let mut found = Comparison { errors: vec![], order: None, floor: ROUND_OFF * size, passed: false };
+        for refinement in LEVELS {
+            if refinement > 4 && steps * refinement > MAX_STEPS {
+                break;
+            }
+            let error = match self.distance(|window| run(window, refinement)) {
+                Err(WitnessError::Stopped) => return Err(WitnessError::Stopped),
+                error => error.unwrap_or(f64::NAN),
+            };
+            found.errors.push(error);
+            if error <= found.floor {
+                found.order = None;
+                found.passed = true;
+                return Ok(found);
+            }
+            let orders: Vec<f64> = found.errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect();
+            found.order = orders.last().copied().filter(|order| order.is_finite());
+            let enough = f64::from(scheme.order()) - SLACK;
+            if orders.len() >= 2 && orders[orders.len() - 2..].iter().all(|order| *order >= enough) {
+                found.passed = true;
+                return Ok(found);
+            }
+        }
+        // Of the last two orders that did not both suffice, the one to blame.
+        let blamed = found.errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).rev().take(2);
+        found.order = blamed.fold(found.order, |worst, order| worst.map(|worst| worst.min(order)));
+        // Dynamics that amplify a disturbance of the start amplify round-off alike.
+        let finest = found.errors.last().copied().unwrap_or(f64::NAN);
+        if finest < AMPLIFIED {
+            found.floor = found.floor.max(START_ROUND_OFF * size * self.amplification()?);
+            if finest <= found.floor {
+                found.order = None;
+                found.passed = true;
+            }
+        }
+        Ok(found)
+    }
+
+    /// Scaled distance of the ends of another exact witness, window by window, and what it may be.
+    pub(super) fn agreement(&self, ends: &[Phase]) -> Result<(f64, f64), WitnessError> {
+        let (problem, size) = (self.problem(), self.size());
+        let scale = Scale::of(problem);
+        let pairs = self.windows.iter().zip(ends);
+        let apart = pairs.map(|(window, end)| norm(&scale.distance(end, &window.end, problem.motion)));
+        let apart = apart.fold(0.0, |worst: f64, apart| if apart <= worst { worst } else { apart });
+        let share = self.steps() as f64 / problem.steps as f64;
+        let limit = EXACT * share * size;
+        if apart <= limit {
+            return Ok((apart, limit));
+        }
+        let amplified = START_ROUND_OFF * size * self.amplification()?;
+        // Written so that a NaN leaves the limit as it is.
+        Ok((apart, if amplified > limit { amplified.min(AMPLIFIED * size) } else { limit }))
+    }
+
+    /// By how much a small disturbance of the start of a window has grown at its end, at most.
+    fn amplification(&self) -> Result<f64, WitnessError> {
+        const DISTURBANCE: f64 = 1e-7;
+        let problem = self.problem();
+        let scale = Scale::of(problem);
+        // A direction with no preferred axis, so that the fastest growing motion is part of it.
+        let direction = Vector3::new(0.48, -0.60, 0.64);
+        let change = DISTURBANCE * direction;
+        let mut largest: f64 = 0.0;
+        for window in self.windows {
+            let start = &window.start;
+            let disturbed = Phase {
+                position: start.position + scale.length * change,
+                linear_momentum: start.linear_momentum - scale.mass * scale.length / scale.time * change,
+                attitude: start.attitude * lie::exp(&change),
+                momentum: start.momentum + scale.inertia / scale.time * change,
+                stored: start.stored,
+            };
+            match [start, &disturbed].map(|phase| self.held_end(window, phase, 1)) {
+                [Ok(a), Ok(b)] => {
+                    let grown = norm(&scale.distance(&a, &b, problem.motion)) / DISTURBANCE;
+                    largest = largest.max(grown);
+                }
+                [Err(WitnessError::Stopped), _] | [_, Err(WitnessError::Stopped)] => {
+                    return Err(WitnessError::Stopped);
+                }
+                _ => {}
+            }
+        }
+        Ok(largest)
+    }
 }
 
-/// Compares the discrete and the continuous witness on the held plan, whose continuous end is `continuous`.
-pub(super) fn compare(plant: &Plant, inputs: &Inputs, continuous: &Phase) -> Comparison {
-    let problem = plant.problem;
-    let scale = Scale::of(problem);
-    let start = Phase::of(problem, &problem.start);
-    let distance = |phase: &Phase| norm(&scale.distance(phase, continuous, problem.motion));
-    let size = 1.0 + continuous.momentum.norm() * scale.time / scale.inertia;
-    let mut found = Comparison { errors: vec![], order: None, floor: ROUND_OFF * size, passed: false };
-    for refinement in LEVELS {
-        if refinement > 4 && problem.steps * refinement > MAX_STEPS {
-            break;
-        }
-        let error = held_end(plant, inputs, &start, refinement).map_or(f64::NAN, |end| distance(&end));
-        found.errors.push(error);
-        if error <= found.floor {
-            found.order = None;
-            found.passed = true;
-            return found;
-        }
-        let orders: Vec<f64> = found.errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect();
-        found.order = orders.last().copied().filter(|order| order.is_finite());
-        let enough = f64::from(problem.scheme.order()) - SLACK;
-        if orders.len() >= 2 && orders[orders.len() - 2..].iter().all(|order| *order >= enough) {
-            found.passed = true;
-            return found;
-        }
-    }
-    // Of the last two orders that did not both suffice, the one to blame.
-    let blamed = found.errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).rev().take(2);
-    found.order = blamed.fold(found.order, |worst, order| worst.map(|worst| worst.min(order)));
-    // Dynamics that amplify a disturbance of the start amplify round-off alike.
-    let finest = found.errors.last().copied().unwrap_or(f64::NAN);
-    if finest < AMPLIFIED {
-        found.floor = found.floor.max(START_ROUND_OFF * size * amplification(plant, inputs, &start, &scale));
-        if finest <= found.floor {
-            found.order = None;
-            found.passed = true;
-        }
-    }
-    found
-}
-
-/// Distance, scaled and relative to the size of the motion, that the ends of two exact witnesses may have.
+/// Distance, scaled and relative to the size of the motion, that the ends of two exact witnesses may have over a whole
+/// maneuver; over a part of it, its share.
 const EXACT: f64 = 1e-9;
 
-/// How far apart two witnesses of the held plan may end whose own errors are round-off; `continuous` is the end of
-/// one, `apart` how far they are.
-pub(super) fn agreement(plant: &Plant, inputs: &Inputs, continuous: &Phase, apart: f64) -> f64 {
-    let scale = Scale::of(plant.problem);
-    let size = 1.0 + continuous.momentum.norm() * scale.time / scale.inertia;
-    let limit = EXACT * size;
-    if apart <= limit {
-        return limit;
-    }
-    let start = Phase::of(plant.problem, &plant.problem.start);
-    let amplified = START_ROUND_OFF * size * amplification(plant, inputs, &start, &scale);
-    // Written so that a NaN leaves the limit as it is.
-    if amplified > limit { amplified.min(AMPLIFIED * size) } else { limit }
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Matrix3;
+    use crate::maneuver::problem::{Scheme, State};
+    use crate::mechanics::body::{Body, Inertia};
+    use crate::testing::full_inertia;
+    use crate::verify::continuous::Continuous;
+    use crate::verify::window::Marks;
+    use std::sync::atomic::AtomicBool;
 
-/// By how much a small disturbance of the start has grown at the end.
-fn amplification(plant: &Plant, inputs: &Inputs, start: &Phase, scale: &Scale) -> f64 {
-    const DISTURBANCE: f64 = 1e-7;
-    let problem: &Problem = plant.problem;
-    // A direction with no preferred axis, so that the fastest growing motion is part of it.
-    let direction = Vector3::new(0.48, -0.60, 0.64);
-    let change = DISTURBANCE * direction;
-    let disturbed = Phase {
-        position: start.position + scale.length * change,
-        linear_momentum: start.linear_momentum - scale.mass * scale.length / scale.time * change,
-        attitude: start.attitude * lie::exp(&change),
-        momentum: start.momentum + scale.inertia / scale.time * change,
-        stored: start.stored,
-    };
-    let ends = [start, &disturbed].map(|phase| held_end(plant, inputs, phase, 1));
-    match ends {
-        [Ok(a), Ok(b)] => norm(&scale.distance(&a, &b, problem.motion)) / DISTURBANCE,
-        _ => 0.0,
+    /// A scheme for one step of length h from a phase under a torque; right, or with a fault planted in it.
+    type Step = fn(&Plant, &Phase, f64, &Vector3) -> Phase;
+
+    /// Half kick, drift, half kick, as the theory says.
+    fn verlet(plant: &Plant, phase: &Phase, h: f64, torque: &Vector3) -> Phase {
+        step(plant, phase, h, [0.5, 0.5], torque, |turn, momentum| turn.tr_mul(momentum))
+    }
+
+    fn step(
+        plant: &Plant,
+        phase: &Phase,
+        h: f64,
+        kicks: [f64; 2],
+        torque: &Vector3,
+        carried: fn(&Matrix3, &Vector3) -> Vector3,
+    ) -> Phase {
+        let momentum = phase.momentum + kicks[0] * h * torque;
+        let implicit = super::super::implicit::Implicit::new(&plant.problem.body.inertia);
+        let f = implicit.solve(&(h * momentum), &Vector3::zeros()).unwrap();
+        let turn = lie::exp(&f);
+        let momentum = carried(&turn, &momentum) + kicks[1] * h * torque;
+        Phase { attitude: phase.attitude * turn, momentum, ..*phase }
+    }
+
+    /// What could be wrong with the scheme, from the crude to the hardly visible, and the steps from which it stands out
+    /// from the error of discretisation.
+    const FAULTS: [(&str, usize, Step); 7] = [
+        ("gyroscopic term of the wrong sign", 0, |plant, phase, h, torque| {
+            step(plant, phase, h, [0.5, 0.5], torque, |turn, momentum| turn * momentum)
+        }),
+        ("no gyroscopic term", 0, |plant, phase, h, torque| {
+            step(plant, phase, h, [0.5, 0.5], torque, |_, momentum| *momentum)
+        }),
+        ("first half kick left out", 0, |plant, phase, h, torque| {
+            step(plant, phase, h, [0.0, 0.5], torque, |turn, momentum| turn.tr_mul(momentum))
+        }),
+        ("last half kick left out", 0, |plant, phase, h, torque| {
+            step(plant, phase, h, [0.5, 0.0], torque, |turn, momentum| turn.tr_mul(momentum))
+        }),
+        ("order reduced: the whole kick at the end", 0, |plant, phase, h, torque| {
+            step(plant, phase, h, [0.0, 1.0], torque, |turn, momentum| turn.tr_mul(momentum))
+        }),
+        ("order reduced: half kicks of unequal size", 1000, |plant, phase, h, torque| {
+            step(plant, phase, h, [0.51, 0.49], torque, |turn, momentum| turn.tr_mul(momentum))
+        }),
+        ("a torque of one in a million too much", 10_000, |plant, phase, h, torque| {
+            step(plant, phase, h, [0.5, 0.5], &(1.000_001 * torque), |turn, momentum| turn.tr_mul(momentum))
+        }),
+    ];
+
+    fn judged(problem: &Problem, rows: &[f64], step: Step) -> Comparison {
+        let plant = Plant::new(problem);
+        let inputs = Inputs::new(problem, rows);
+        let start = Phase::of(problem, &problem.start);
+        let (mut body, mut marks) = (Continuous::new(&plant, &start), Marks::new(problem, &start));
+        marks.pass(0, &body);
+        for k in 0..problem.steps {
+            let held = inputs.held(k);
+            body.advance(k as f64 * problem.step(), problem.step(), &held, &held).unwrap();
+            marks.pass(k + 1, &body);
+        }
+        let (windows, stopped) = (marks.windows(), AtomicBool::new(false));
+        let stage = Stage {
+            plant: &plant,
+            inputs: &inputs,
+            windows: &windows,
+            watch: Watch::new(&stopped, &|| false),
+        };
+        let run = |window: &Window, refinement: usize| {
+            let mut phase = window.start;
+            let h = problem.step() / refinement as f64;
+            for k in window.steps.clone() {
+                for _ in 0..refinement {
+                    phase = step(&plant, &phase, h, &inputs.held(k).torque);
+                }
+            }
+            Ok(phase)
+        };
+        stage.compare_with(run).unwrap()
+    }
+
+    /// Few windows find what a scheme has wrong in every step, on any grid, from rest to rest and in full motion.
+    #[test]
+    fn a_fault_planted_in_the_scheme_is_found_on_the_windows() {
+        let moments = Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5)).unwrap();
+        for inertia in [full_inertia(), moments] {
+            for rate in [Vector3::zeros(), Vector3::new(0.3, -0.4, 0.6)] {
+                for steps in [12, 100, 1000, 10_000] {
+                    let start = State::attitude(lie::exp(&Vector3::new(0.4, -0.3, 0.5)), rate);
+                    let body = Body { inertia: inertia.clone(), mass: None };
+                    let problem = Problem::attitude(body, start, start, 2.0)
+                        .with_steps(steps)
+                        .with_scheme(Scheme::LieVerlet);
+                    let torque = |row: usize, axis: usize| {
+                        let t = row as f64 / steps as f64;
+                        (1.0 + axis as f64 + 3.0 * t).sin() * (2.0 - axis as f64 * t)
+                    };
+                    let rows: Vec<f64> =
+                        (0..=steps).flat_map(|row| (0..3).map(move |axis| torque(row, axis))).collect();
+                    let right = judged(&problem, &rows, verlet);
+                    assert!(right.passed, "{rate} {steps}: {right:?}");
+                    for (fault, visible, step) in FAULTS {
+                        let found = judged(&problem, &rows, step);
+                        assert!(!found.passed || steps < visible, "{fault}, {rate} {steps}: {found:?}");
+                    }
+                }
+            }
+        }
     }
 }

@@ -21,6 +21,9 @@ pub enum Propagator {
     /// Verner 9(8) at tolerance 1e-14, restarted at every step: exact to round-off, about ten times
     /// slower.
     Verner98,
+    /// As the continuous witness: a free body's motion as a Taylor series to round-off, as fast as the discrete one;
+    /// the pair of Verner where forces or moments depend on the pose.
+    Continuous,
 }
 
 /// Propagation of a propagation over the duration of its problem.
@@ -76,7 +79,8 @@ pub fn propagate(
         Propagator::LieVerlet => {
             Carrier::Discrete(Box::new(Discrete::new(&plant, &start, Scheme::LieVerlet, step)))
         }
-        Propagator::Verner98 => Carrier::Continuous(Continuous::new(&plant, &start)),
+        Propagator::Verner98 => Carrier::Continuous(Box::new(Continuous::adaptive(&plant, &start))),
+        Propagator::Continuous => Carrier::Continuous(Box::new(Continuous::new(&plant, &start))),
     };
     let mut quaternion = lie::quaternion_from_rotation(&start.attitude);
     let mut told_to_stop = false;
@@ -107,7 +111,7 @@ pub fn propagate(
 
 enum Carrier<'a> {
     Discrete(Box<Discrete<'a>>),
-    Continuous(Continuous<'a>),
+    Continuous(Box<Continuous<'a>>),
 }
 
 fn row(plant: &Plant, time: f64, quaternion: [f64; 4], phase: &Phase) -> SimulationRow {

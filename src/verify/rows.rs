@@ -4,6 +4,7 @@ use super::WitnessError;
 use super::discrete::Discrete;
 use super::margins::{Margin, Meter};
 use super::motion::{Inputs, Phase, Scale, judgeable};
+use super::watch::Watch;
 use super::wheels::Wheels;
 use crate::maneuver::objective::{self, Objective, Weighted};
 use crate::maneuver::problem::{Motion, Problem};
@@ -81,6 +82,7 @@ impl Reached<'_> {
 pub(super) fn walk(
     plant: &Plant,
     inputs: &Inputs,
+    watch: Option<&Watch>,
     mut visit: impl FnMut(Reached),
 ) -> Result<Phase, WitnessError> {
     let problem = plant.problem;
@@ -88,6 +90,9 @@ pub(super) fn walk(
     let mut body = Discrete::new(plant, &start, problem.scheme, problem.step());
     let mut wheels = Wheels::new(inputs);
     for index in 0..=problem.steps {
+        if let Some(watch) = watch {
+            watch.step(index)?;
+        }
         if index > 0 {
             let (from, to) = inputs.ends(index - 1);
             body.advance(&from, &to)?;
@@ -119,13 +124,14 @@ pub(super) fn compare(
     plant: &Plant,
     inputs: &Inputs,
     trajectory: &Trajectory,
+    watch: &Watch,
 ) -> Result<Finding, WitnessError> {
     let problem = plant.problem;
     let scale = Scale::of(problem);
     let (torque_unit, force_unit) = scale.loads();
     let mut meter = Meter::new(problem);
     let (mut recorded, mut peak_torque, mut peak_rate) = (0.0, 0.0, 0.0);
-    let end = walk(plant, inputs, |node| {
+    let end = walk(plant, inputs, Some(watch), |node| {
         let phase = node.body.phase();
         peak_rate = larger(peak_rate, phase.angular_velocity(problem).norm());
         let time = (trajectory.time[node.index] - node.body.time()).abs() / scale.time;
@@ -211,7 +217,7 @@ pub fn replay(problem: &Problem, inputs: &[f64]) -> Result<Trajectory, WitnessEr
     let count = problem.actuation.count();
     let mut found = Trajectory { input: inputs.to_vec(), input_count: count, ..Trajectory::default() };
     let mut quaternion = lie::quaternion_from_rotation(&problem.start.attitude);
-    walk(&plant, &rows, |node| {
+    walk(&plant, &rows, None, |node| {
         let phase = node.body.phase();
         quaternion = lie::continued(Some(&quaternion), lie::quaternion_from_rotation(&phase.attitude));
         found.time.push(node.body.time());
@@ -245,7 +251,7 @@ pub fn margins(problem: &Problem, inputs: &[f64]) -> Result<Vec<Margin>, Witness
     let plant = judgeable(problem)?;
     let inputs = Inputs::checked(problem, inputs)?;
     let mut meter = Meter::new(problem);
-    walk(&plant, &inputs, |node| node.measure(&mut meter))?;
+    walk(&plant, &inputs, None, |node| node.measure(&mut meter))?;
     Ok(meter.margins())
 }
 

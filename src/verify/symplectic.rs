@@ -1,4 +1,4 @@
-//! The symplectic witness: the held torque through a variational integrator of order 6, 8 or 12.
+//! The symplectic witness: the held torque through a variational integrator of order 6, 8 or 12, window by window.
 //!
 //! ```text
 //! curves of degree s in the natural chart, action at s Gauss points, steps of at most 0.2 rad
@@ -9,6 +9,8 @@
 
 use super::WitnessError;
 use super::motion::{Inputs, Phase};
+use super::watch::Watch;
+use super::window::Window;
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::Pose;
 use crate::propagate::integrator::{
@@ -33,21 +35,34 @@ fn degree(turn: f64) -> usize {
     }
 }
 
-/// End of the held plan, whose angular velocity is nowhere much above `peak_rate` [rad/s]; `None` for what the
-/// witness cannot judge: wheels, steps too many, or a field so stiff that its iteration does not converge.
-pub(super) fn end(
+/// Why it does not judge.
+pub(super) const WHEELS: &str = "does not judge reaction wheels";
+const TOO_LONG: &str = "would take too many steps";
+const NO_CONVERGENCE: &str = "its equations do not converge";
+
+/// Where it ends in each window, and its order; or why it cannot judge: wheels, steps too many, or a field so stiff
+/// that its iteration does not converge.
+pub(super) type Ends = Result<(Vec<Phase>, usize), &'static str>;
+
+/// Ends of the held plan over `windows`, each from where the continuous witness begins it.
+pub(super) fn ends(
     plant: &Plant,
     inputs: &Inputs,
-    start: &Phase,
-    peak_rate: f64,
-) -> Result<Option<Phase>, WitnessError> {
+    windows: &[Window],
+    watch: &Watch,
+) -> Result<Ends, WitnessError> {
     let problem = plant.problem;
+    let peak_rate = windows.iter().fold(0.0, |peak: f64, window| peak.max(window.peak_rate));
     let turn = problem.step() * peak_rate;
     let parts = (turn / LARGEST_TURN).ceil().max(1.0);
+    let steps: usize = windows.iter().map(|window| window.steps.len()).sum();
+    if problem.actuation.wheels.is_some() {
+        return Ok(Err(WHEELS));
+    }
     // Written so that a NaN ends here.
-    let bearable = parts <= MOST_PARTS && parts * problem.steps as f64 <= MOST_STEPS;
-    if problem.actuation.wheels.is_some() || !bearable {
-        return Ok(None);
+    let bearable = parts <= MOST_PARTS && parts * steps as f64 <= MOST_STEPS;
+    if !bearable {
+        return Ok(Err(TOO_LONG));
     }
     let mass = problem.body.mass.filter(|_| plant.moves);
     let body = Body { inertia: problem.body.inertia.clone(), mass };
@@ -55,30 +70,47 @@ pub(super) fn end(
     let unusable = |_| WitnessError::NotFinite { time: 0.0 };
     let system = System::new(vec![body], Some(load.clone())).map_err(unusable)?;
     let system = system.with_frame_rate(plant.frame_rate());
-    let pose = Pose { position: start.position, attitude: start.attitude };
-    let momentum = Momentum { linear: start.linear_momentum, angular: start.momentum };
-    let state = SystemState::new(vec![pose], vec![momentum]);
-    system.check(&state).map_err(unusable)?;
     let step = problem.step() / parts;
-    let mut method = Galerkin::new(&system, &state, step, degree(turn / parts), Quadrature::Gauss);
-    for k in 0..problem.steps {
-        load.hold(inputs.held(k));
-        let time = k as f64 * problem.step();
-        for _ in 0..parts as usize {
-            match method.step(&[]) {
-                Ok(()) => {}
-                Err(StepError::NotFinite) => return Err(WitnessError::NotFinite { time }),
-                // Steps too long for its iteration, which are not too long for the plan.
-                Err(_) => return Ok(None),
+    let degree = degree(turn / parts);
+    let mut ends = Vec::with_capacity(windows.len());
+    let mut method: Option<Galerkin> = None;
+    for window in windows {
+        let state = state(&window.start);
+        system.check(&state).map_err(unusable)?;
+        let method = match &mut method {
+            Some(method) => {
+                method.restart(&state);
+                method
+            }
+            none => none.insert(Galerkin::new(&system, &state, step, degree, Quadrature::Gauss)),
+        };
+        for k in window.steps.clone() {
+            load.hold(inputs.held(k));
+            let time = k as f64 * problem.step();
+            for part in 0..parts as usize {
+                watch.step(part)?;
+                match method.step(&[]) {
+                    Ok(()) => {}
+                    Err(StepError::NotFinite) => return Err(WitnessError::NotFinite { time }),
+                    // Steps too long for its iteration, which are not too long for the plan.
+                    Err(_) => return Ok(Err(NO_CONVERGENCE)),
+                }
             }
         }
+        let (pose, momentum) = (method.state().poses()[0], method.state().momenta()[0]);
+        ends.push(Phase {
+            position: pose.position,
+            linear_momentum: momentum.linear,
+            attitude: pose.attitude,
+            momentum: momentum.angular,
+            stored: window.start.stored,
+        });
     }
-    let (pose, momentum) = (method.state().poses()[0], method.state().momenta()[0]);
-    Ok(Some(Phase {
-        position: pose.position,
-        linear_momentum: momentum.linear,
-        attitude: pose.attitude,
-        momentum: momentum.angular,
-        stored: start.stored,
-    }))
+    Ok(Ok((ends, 2 * degree)))
+}
+
+fn state(phase: &Phase) -> SystemState {
+    let pose = Pose { position: phase.position, attitude: phase.attitude };
+    let momentum = Momentum { linear: phase.linear_momentum, angular: phase.momentum };
+    SystemState::new(vec![pose], vec![momentum])
 }

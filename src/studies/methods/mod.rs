@@ -30,6 +30,7 @@ use crate::maneuver::{
 use crate::optimize::search::{self, Guess, Observer, PlanError};
 use crate::plan::{self, Plan, Status};
 use serde::Serialize;
+use std::time::Instant;
 
 /// A method of the comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -137,8 +138,13 @@ pub fn compare(
         found => Ok(Answer::first(found?)),
     };
     let convex = |polish: bool, along: Option<&Trajectory>, observer: &mut dyn Observer| {
+        let began = Instant::now();
         let solution = search::solve_convex(problem, settings, polish, along, observer)?;
-        Ok::<Plan, PlanError>(if polish { plan::judged(problem, settings, solution) } else { bare(solution) })
+        Ok::<Plan, PlanError>(if polish {
+            plan::judged(problem, settings, solution, began, observer)
+        } else {
+            bare(solution)
+        })
     };
     let mut polished = Answer::first(convex(true, None, observer)?);
     let mut unpolished = Answer::first(convex(false, None, observer)?);

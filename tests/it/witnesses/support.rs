@@ -8,13 +8,16 @@ pub use slewkit::mechanics::body::{Body, Inertia};
 pub use slewkit::mechanics::environment::{Blocks, Environment, Pose, Wrench};
 pub use slewkit::propagate::simulate::SimulationRow;
 pub use slewkit::verify::propagation::{Propagation, Propagator, propagate};
-pub use slewkit::verify::{Verification, WitnessError, replay, verify};
+pub use slewkit::verify::{Verification, WitnessError, replay, verify, verify_until};
 pub use slewkit::{Matrix3, Vector3, lie};
 pub use std::f64::consts::PI;
 pub use std::ops::ControlFlow;
 
 pub const SCHEMES: [Scheme; 2] = [Scheme::LieEuler, Scheme::LieVerlet];
-pub const PROPAGATORS: [Propagator; 2] = [Propagator::LieVerlet, Propagator::Verner98];
+pub const PROPAGATORS: [Propagator; 3] =
+    [Propagator::LieVerlet, Propagator::Verner98, Propagator::Continuous];
+/// Those without an error but rounding.
+pub const EXACT: [Propagator; 2] = [Propagator::Verner98, Propagator::Continuous];
 
 /// `U = −p·(Rᵀd)` (pendulum), `U = (n²·3/2) G·JG`, `G = Rᵀo` (gravity gradient along a fixed direction),
 /// `U = −μm/|x|` (a point), all in a frame turning at `rate`. Written anew: the witnesses use only

@@ -1,0 +1,53 @@
+//! Who may stop the witnesses, and where they ask.
+
+use super::WitnessError;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Steps between two questions.
+const EVERY: usize = 16;
+
+/// Whether the witnesses go on. Those on another thread see what the one that may ask has heard.
+#[derive(Clone, Copy)]
+pub(crate) struct Watch<'a> {
+    stopped: &'a AtomicBool,
+    ask: Option<&'a dyn Fn() -> bool>,
+}
+
+impl<'a> Watch<'a> {
+    /// One that asks whether to stop, and notes it.
+    pub(crate) fn new(stopped: &'a AtomicBool, ask: &'a dyn Fn() -> bool) -> Self {
+        Self { stopped, ask: Some(ask) }
+    }
+
+    /// For work on another thread, of what this one notes.
+    pub(super) fn noted(&self) -> &'a AtomicBool {
+        self.stopped
+    }
+
+    /// One that only sees what is noted.
+    pub(super) fn of(stopped: &'a AtomicBool) -> Self {
+        Self { stopped, ask: None }
+    }
+
+    /// Asks now.
+    pub(super) fn ask(&self) {
+        if self.ask.is_some_and(|stop| stop()) {
+            self.stopped.store(true, Ordering::Relaxed);
+        }
+    }
+
+    /// Asks now and then.
+    ///
+    /// # Errors
+    /// [`WitnessError::Stopped`].
+    #[inline]
+    pub(super) fn step(&self, step: usize) -> Result<(), WitnessError> {
+        if step.is_multiple_of(EVERY) {
+            self.ask();
+            if self.stopped.load(Ordering::Relaxed) {
+                return Err(WitnessError::Stopped);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,90 @@
+//! The stretches of a plan over which finer runs are made: a few, spread from the start to the end.
+//!
+//! A fault of the scheme acts in every step, and over a stretch its share of the whole error is the stretch's share of
+//! the duration, just as that of the error of discretisation: what the order of convergence tells over the whole plan
+//! it tells over a stretch, where rounding is as much smaller. So the continuous witness, which comes by everywhere,
+//! notes where it is at both ends of each stretch, and every finer run starts from there.
+
+use super::continuous::Continuous;
+use super::motion::Phase;
+use crate::maneuver::problem::Problem;
+use std::ops::Range;
+
+/// Number of windows; first and last step of the plan are in one.
+const WINDOWS: usize = 8;
+
+/// A window has one of so many steps of the plan, and two at least.
+const ONE_OF: usize = 256;
+const SHORTEST: usize = 2;
+
+/// A stretch of a plan, and the motion of the continuous witness at its ends.
+#[derive(Clone, Debug)]
+pub(super) struct Window {
+    /// Its steps of the plan.
+    pub(super) steps: Range<usize>,
+    pub(super) start: Phase,
+    pub(super) end: Phase,
+    /// Largest angular velocity at its nodes [rad/s].
+    pub(super) peak_rate: f64,
+}
+
+/// The steps of each window of a plan of `steps`: all in one where windows would cover the plan.
+pub(super) fn spread(steps: usize) -> Vec<Range<usize>> {
+    let length = steps.div_ceil(ONE_OF).max(SHORTEST);
+    if WINDOWS * length >= steps {
+        return std::iter::once(0..steps).collect();
+    }
+    let first = |index: usize| index * (steps - length) / (WINDOWS - 1);
+    (0..WINDOWS).map(|index| first(index)..first(index) + length).collect()
+}
+
+/// Takes down the windows of a plan as the continuous witness passes them.
+pub(super) struct Marks<'a> {
+    problem: &'a Problem,
+    windows: Vec<Window>,
+    /// The window that the motion is in, or before.
+    at: usize,
+}
+
+impl<'a> Marks<'a> {
+    pub(super) fn new(problem: &'a Problem, start: &Phase) -> Self {
+        let window = |steps| Window { steps, start: *start, end: *start, peak_rate: 0.0 };
+        Self { problem, windows: spread(problem.steps).into_iter().map(window).collect(), at: 0 }
+    }
+
+    /// The motion at a node.
+    pub(super) fn pass(&mut self, node: usize, body: &Continuous) {
+        while let Some(window) = self.windows.get_mut(self.at).filter(|window| window.steps.start <= node) {
+            let phase = body.phase(node as f64 * self.problem.step());
+            window.peak_rate = window.peak_rate.max(phase.angular_velocity(self.problem).norm());
+            if node == window.steps.start {
+                window.start = phase;
+            }
+            if node < window.steps.end {
+                return;
+            }
+            window.end = phase;
+            self.at += 1;
+        }
+    }
+
+    pub(super) fn windows(self) -> Vec<Window> {
+        self.windows
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_reach_from_the_first_to_the_last_step_and_do_not_overlap() {
+        for steps in (1..300).chain([1000, 10_000, 123_457, 1_000_000]) {
+            let windows = spread(steps);
+            assert_eq!((windows[0].start, windows[windows.len() - 1].end), (0, steps));
+            assert!(windows.windows(2).all(|pair| pair[0].end <= pair[1].start), "{steps}: {windows:?}");
+            let covered: usize = windows.iter().map(ExactSizeIterator::len).sum();
+            assert!(covered >= steps.min(16) && covered * 32 >= steps, "{steps}: {windows:?}");
+        }
+    }
+}
