@@ -238,6 +238,16 @@ fn wheels_become_torque_inputs_with_momenta() {
         ],
     );
     assert!(bare.warnings.is_empty() && bare.problem.actuation.torque.limits().is_none());
+    // Axes rounded to four digits are as meant; with three, torque and momentum are not to four digits those meant.
+    for (part, expected) in [("0.5774", 0), ("0.7071", 3), ("0.577", 3)] {
+        let axes = ["1, 1", "1, -1", "-1, 1"].map(|signs| {
+            let signs: Vec<_> = signs.split(", ").map(|sign| sign.replace('1', part)).collect();
+            format!("{{ axis_body = [{part}, {}, {}] }}", signs[0], signs[1])
+        });
+        let set = format!("actuators.wheel=[{}]", axes.join(", "));
+        let found = warnings(WHEELS, &[&set]);
+        assert_eq!(found.iter().filter(|code| **code == "W0062").count(), expected, "{set}: {found:?}");
+    }
 }
 
 #[test]

@@ -16,8 +16,8 @@ struct Wheel {
     weight: f64,
 }
 
-/// Length defect of an axis that needs no warning.
-const SILENT: f64 = 1e-9;
+/// Length defect of an axis that needs no warning: four digits, each rounded by 5e-5 at most, leave 9e-5.
+const SILENT: f64 = 1e-4;
 
 /// The torque channel of the wheels, and the wheels.
 pub(super) fn wheels(section: &Section, motion: Motion) -> Option<(Actuation, Weights)> {
