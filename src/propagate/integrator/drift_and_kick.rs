@@ -15,7 +15,8 @@
 //! Lie–Verlet in other variables: their error is the missing half kick at the ends, and does not grow.
 
 use super::course::{Course, Method};
-use super::drift::{Rotor, carried};
+use super::drift::Rotor;
+use super::state::carried;
 use super::system::add_inputs;
 use super::{Input, StepError};
 use crate::Vector3;

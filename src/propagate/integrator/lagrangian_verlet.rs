@@ -9,16 +9,18 @@
 //! `hΠ = vee(J_d F⁻ − F⁻ᵀ J_d) + (h²/2) M`, `γ = (m/h) Δ⁻ + (h/2) f`. The first step, which has no step
 //! before it, is one of the Hamiltonian form. Where inputs jump at a node, the mean of both sides acts.
 //!
-//! It is the same map as the Hamiltonian form. What differs is rounding: no sum carries the momentum from
-//! step to step, so its rounding is not compensated and in a steady rotation adds up.
+//! It is the same map as the Hamiltonian form. `vee(J_d F⁻ − F⁻ᵀ J_d)` taken from `F⁻` anew in every step would add
+//! up its rounding in a steady rotation; it is `h F⁻ᵀΠ̃⁻`, and so the sum of what it has changed by, which is
+//! compensated.
 
 use super::course::{Course, Method};
 use super::drift::Rotor;
+use super::state::carried;
 use super::system::add_inputs;
 use super::{Input, Momentum, StepError};
 use crate::mechanics::environment::Wrench;
 use crate::numerics::compensated::Sum3;
-use crate::{Matrix3, Vector3, lie};
+use crate::{Vector3, lie};
 
 /// Lie–Verlet in pairs of configurations.
 #[derive(Clone, Debug)]
@@ -38,8 +40,8 @@ pub(super) struct LagrangianVerlet {
 /// How a body got from the node before to the last one.
 #[derive(Clone, Debug)]
 struct Last {
-    /// `F − I`.
-    turn: Matrix3,
+    /// `FᵀΠ̃ = vee(J_d F − FᵀJ_d)/h`.
+    carried: Sum3,
     /// `Δ`.
     shift: Sum3,
 }
@@ -51,7 +53,15 @@ impl LagrangianVerlet {
         course.loads.field(course.state.poses(), &mut field);
         Self {
             rotors: Rotor::of(course.loads.system.bodies(), course.loads.step),
-            last: vec![Last { turn: Matrix3::zeros(), shift: Sum3::new(Vector3::zeros()) }; n],
+            last: course
+                .state
+                .momenta()
+                .iter()
+                .map(|momentum| Last {
+                    carried: Sum3::new(momentum.angular),
+                    shift: Sum3::new(Vector3::zeros()),
+                })
+                .collect(),
             before: field.clone(),
             after: field.clone(),
             field,
@@ -60,10 +70,13 @@ impl LagrangianVerlet {
         }
     }
 
-    /// `hFᵀΠ̃ = vee(J_d F − FᵀJ_d)` of the last step of a body.
-    fn carried(&self, body: usize) -> Vector3 {
-        let product = self.course.loads.system.bodies()[body].inertia.j_d() * self.last[body].turn;
-        2.0 * lie::vee(&product)
+    /// `Π̃` of a body: what the last step carried here, and both half kicks; at the start the one that opens the step.
+    fn kicked(&self, body: usize) -> Sum3 {
+        let mut momentum = self.last[body].carried;
+        let opening = self.course.work.steps == 0;
+        let before = if opening { Vector3::zeros() } else { self.before[body].moment };
+        momentum.add(&(0.5 * self.course.loads.step * (before + self.after[body].moment)));
+        momentum
     }
 }
 
@@ -73,16 +86,16 @@ impl Method for LagrangianVerlet {
         self.after.copy_from_slice(&self.field);
         add_inputs(inputs, 0.0, &mut self.after);
         for body in 0..self.rotors.len() {
-            let momentum = if self.course.work.steps == 0 {
-                self.course.state.momenta()[body].angular + 0.5 * h * self.after[body].moment
-            } else {
-                self.carried(body) / h + 0.5 * h * (self.before[body].moment + self.after[body].moment)
-            };
+            let momentum = self.kicked(body).value;
             self.turns[body] = self.rotors[body].turn(body, &momentum, &mut self.course.work.iterations)?;
+        }
+        for body in 0..self.turns.len() {
+            let mut momentum = self.kicked(body);
+            momentum.add(&carried(&self.turns[body], &momentum.value));
+            self.last[body].carried = momentum;
         }
         for (body, about) in self.course.loads.system.bodies().iter().enumerate() {
             let last = &mut self.last[body];
-            last.turn = lie::cayley_minus_identity(&self.turns[body]);
             self.course.state.turn_attitude(body, &self.turns[body]);
             let Some(mass) = about.mass else { continue };
             if self.course.work.steps == 0 {
@@ -106,7 +119,7 @@ impl Method for LagrangianVerlet {
             let mass = self.course.loads.system.bodies()[body].mass.unwrap_or(0.0);
             let (shift, kick) = (self.last[body].shift.value, self.before[body]);
             let linear = if mass > 0.0 { shift * (mass / h) + 0.5 * h * kick.force } else { shift };
-            let angular = self.carried(body) / h + 0.5 * h * kick.moment;
+            let angular = self.last[body].carried.value + 0.5 * h * kick.moment;
             self.course.state.set_momentum(body, Momentum { linear, angular });
         }
         self.course.finish()

@@ -126,3 +126,10 @@ impl SystemState {
         self.momentum_excess[body] = Momentum { linear: Vector3::zeros(), angular: Vector3::zeros() };
     }
 }
+
+/// `Fᵀp − p` of the rotation with Cayley vector `c`: `a (S(c)² − S(c)) p`, `a = 2/(1 + |c|²)`.
+#[inline(always)]
+pub(super) fn carried(c: &Vector3, p: &Vector3) -> Vector3 {
+    let w = c.cross(p);
+    (c.cross(&w) - w) * (2.0 / (1.0 + c.norm_squared()))
+}

@@ -30,6 +30,7 @@ pub use euler_poincare::{EulerPoincare, ReducedStep};
 pub use scheme::{DEGREES, Quadrature};
 
 use super::course::{Course, Method};
+use super::state::carried;
 use super::{Facts, Input, StepError, System, SystemState};
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::{Blocks, Pose, Wrench};
@@ -42,6 +43,14 @@ use scheme::Scheme;
 
 /// Most unknowns that are solved for together, a dense system; beyond, each body alone.
 const MOST_COUPLED: usize = 144;
+
+/// Square of the turn of a step beyond which its Cayley vector, infinite at π, is not formed.
+const LARGE_TURN: f64 = 2.0;
+
+/// `tan(t/2)/t`.
+fn half_tangent(t: f64) -> f64 {
+    if t > f64::EPSILON { (0.5 * t).tan() / t } else { 0.5 }
+}
 
 /// A Galerkin integrator of all bodies.
 #[derive(Clone, Debug)]
@@ -125,6 +134,12 @@ impl Galerkin {
             scheme,
             warm: false,
         }
+    }
+
+    /// Goes on from another state, with the curves of none before.
+    pub fn restart(&mut self, state: &SystemState) {
+        self.course.state = state.clone();
+        self.warm = false;
     }
 
     pub fn facts(degree: usize) -> Facts {
@@ -287,10 +302,18 @@ impl Galerkin {
                 moment += weight * (wrench.moment + chart.turn() * wrench.moment);
                 force += weight * wrench.force;
             }
-            let turn = lie::exp_minus_identity(&curve.arc.xi[s - 1]);
-            let carried = self.course.state.momenta()[index].angular + moment;
-            self.course.state.add_angular(index, &(turn.tr_mul(&carried) + moment));
-            self.course.state.add_attitude(index, &(self.course.state.poses()[index].attitude * turn));
+            let xi = &curve.arc.xi[s - 1];
+            let momentum = self.course.state.momenta()[index].angular + moment;
+            if xi.norm_squared() < LARGE_TURN {
+                // As the Cayley vector, whose update keeps steady rotations.
+                let turn = xi * half_tangent(xi.norm());
+                self.course.state.add_angular(index, &(carried(&turn, &momentum) + moment));
+                self.course.state.turn_attitude(index, &turn);
+            } else {
+                let turn = lie::exp_minus_identity(xi);
+                self.course.state.add_angular(index, &(turn.tr_mul(&momentum) + moment));
+                self.course.state.add_attitude(index, &(self.course.state.poses()[index].attitude * turn));
+            }
             if let Some(shift) = curve.shifts.last() {
                 self.course.state.add_position(index, shift);
                 self.course.state.add_linear(index, &force);
