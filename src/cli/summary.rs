@@ -236,6 +236,10 @@ pub struct Judged<'a> {
 
 /// Limits and verdicts of the witnesses, and every check that fails.
 pub fn verified(console: &Console, judged: &Judged, verification: &Verification) -> Vec<String> {
+    if verification.was_stopped() {
+        // Their numbers are NaN.
+        return verification.failure.iter().map(|failure| line("witness", &escape(failure))).collect();
+    }
     let mut peaks = format!(
         "peak torque (norm) {} N·m   peak rate {} deg/s",
         significant(verification.peak_torque_n_m, 3),
