@@ -24,6 +24,8 @@ pub enum Exit {
     Plan(Status),
     /// A file could not be read or written.
     File,
+    /// A simulation left the finite numbers.
+    NotFinite,
 }
 
 impl Exit {
@@ -36,6 +38,7 @@ impl Exit {
             Self::SpecInvalid => 3,
             Self::Plan(status) => status.exit_code(),
             Self::File => 8,
+            Self::NotFinite => 9,
         }
     }
 
@@ -48,6 +51,7 @@ impl Exit {
             Self::SpecInvalid => "spec_invalid",
             Self::Plan(status) => status.name(),
             Self::File => "file_error",
+            Self::NotFinite => "not_finite",
         }
     }
 }

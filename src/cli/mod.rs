@@ -42,7 +42,7 @@ Exit codes:
   0  solved and verified      4  proved infeasible        7  solved, verification failed
   1  internal error           5  not converged            8  file or stream
   2  usage                    6  time limit               130  interrupted, best result kept
-  3  spec invalid
+  3  spec invalid             9  numbers no longer finite, rows before kept
 
 `slew init > maneuver.toml` writes a spec to start from; `slew plan maneuver.toml -o plan.json` plans it.";
 

@@ -5,8 +5,11 @@ use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
 use differential_equations::status::Status;
 use differential_equations::traits::State;
 
-/// What `change` integrates to from `start` over `length`, in at most `most` parts; `None` when the solver gives up
-/// or leaves the finite numbers. Notes the length of the `part` that the solver would take next, and counts those
+/// Shortest part that is tried after one has left the finite numbers, over the whole length.
+const LEAST: f64 = 1e-12;
+
+/// What `change` integrates to from `start` over `length`, in at most `most` parts; `None` when the solver gives up. A
+/// part that leaves the finite numbers is tried again, a tenth as long, down to [`LEAST`]. Notes the length of the `part` that the solver would take next, and counts those
 /// `rejected`.
 pub(crate) fn integrate<Y, M>(
     solver: &mut M,
@@ -30,10 +33,18 @@ where
         } else {
             *part = solver.h();
         }
+        let tried = solver.h();
         solver.step(change).ok()?;
-        // The crate's error norm drops NaN, so a NaN state would be accepted.
+        // The crate's error norm drops NaN, so it accepts a NaN state: go back to the one before.
         if !solver.y().as_ref().iter().all(|value| value.is_finite()) {
-            return None;
+            let (before, y, shorter) = (solver.t_prev(), solver.y_prev().clone(), 0.1 * tried);
+            if shorter < LEAST * length {
+                return None;
+            }
+            solver.init(change, before, length, &y).ok()?;
+            solver.set_h(shorter);
+            *rejected += 1;
+            continue;
         }
         if matches!(solver.status(), Status::RejectedStep) {
             *rejected += 1;

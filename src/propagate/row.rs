@@ -30,6 +30,21 @@ pub struct SimulationRow {
     pub invariants: Invariants,
 }
 
+impl SimulationRow {
+    /// Whether all its numbers are finite. Energy and momenta of huge finite states overflow.
+    pub fn is_finite(&self) -> bool {
+        let Invariants { energy, linear_momentum, angular_momentum, orthogonality } = &self.invariants;
+        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
+        finite(&[self.time, *energy, *orthogonality])
+            && finite(linear_momentum.as_slice())
+            && finite(angular_momentum.as_slice())
+            && self.bodies.iter().all(|body| {
+                let vectors = [body.angular_velocity, body.position, body.velocity, body.stored_momentum];
+                finite(&body.quaternion) && vectors.iter().all(|vector| finite(vector.as_slice()))
+            })
+    }
+}
+
 /// Who follows a simulation. A closure that takes rows is one.
 pub trait Observer {
     /// A row. `Break` ends the simulation.

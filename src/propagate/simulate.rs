@@ -202,6 +202,7 @@ impl Simulation {
         }
         let mut method = self.kind.start(&self.system, &self.start, self.step(), &self.settings)?;
         let mut row = self.row(0.0, method.state());
+        self.finite(&row, 0)?;
         let mut stepping = Duration::ZERO;
         let mut finished = observer.on_row(&row).is_continue();
         let mut made = 0;
@@ -224,10 +225,21 @@ impl Simulation {
             }
             stepping += began.elapsed();
             self.fill(&mut row, self.time(made), method.state());
+            self.finite(&row, made)?;
             finished &= observer.on_row(&row).is_continue();
             finished |= made == self.steps;
         }
         Ok(Run { finished, facts: method.facts(), work: method.work(), stepping, encounter })
+    }
+
+    /// A row is handed out only if it is finite: a method that only just holds its state hands out no infinite energy.
+    fn finite(&self, row: &SimulationRow, made: u64) -> Result<(), SimulationError> {
+        let time = self.time(made.saturating_sub(1));
+        if row.is_finite() {
+            Ok(())
+        } else {
+            Err(SimulationError::Step { time, error: StepError::NotFinite })
+        }
     }
 
     /// The pairs that are out of reach of one another at the start, with the square of that distance.

@@ -95,8 +95,15 @@ pub fn propagate(
         }
         quaternion = lie::continued(Some(&quaternion), lie::quaternion_from_rotation(&phase.attitude));
         let due = k % stride == 0 || k == steps || told_to_stop;
-        if (due && observer.on_row(&row(&plant, time, quaternion, &phase)).is_break()) || told_to_stop {
-            return Ok(k == steps);
+        if due {
+            let row = row(&plant, time, quaternion, &phase);
+            // The start is as it was given.
+            if k > 0 && !row.is_finite() {
+                return Err(WitnessError::NotFinite { time });
+            }
+            if observer.on_row(&row).is_break() || told_to_stop {
+                return Ok(k == steps);
+            }
         }
         if k < steps {
             match &mut body {

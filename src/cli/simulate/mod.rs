@@ -96,7 +96,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         return Err(Failure::Usage(format!("{reason}: raise --stride, or choose --format jsonl or csv")));
     }
     interrupt::watch();
-    let mut job = Job { motion: &motion, seen: None, run: None, failure: None, stopped: None };
+    let mut job = Job { motion: &motion, seen: None, run: None, failure: None, stopped: None, message: None };
     let mut closed = false;
     let written = match &destination {
         Destination::None => job.run(Format::Text, &mut std::io::sink(), console),
@@ -116,7 +116,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         console.clear_progress();
         return Ok(Exit::Solved);
     }
-    let Job { seen, run, stopped, .. } = job;
+    let Job { seen, run, stopped, message, .. } = job;
     if let Some(seen) = &seen {
         console.say(&seen.summary(console, layout, run.as_ref(), stopped));
     }
@@ -132,7 +132,10 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     if let Destination::File(target, _) = &destination {
         plan::wrote(console, target);
     }
-    Ok(if stopped.is_some() { Exit::Plan(Status::Interrupted) } else { Exit::Solved })
+    if let Some(Message { code, reason, remedy }) = &message {
+        console.error(code, reason, remedy);
+    }
+    Ok(stopped.map_or(Exit::Solved, |(exit, _)| exit))
 }
 
 /// What is propagated, and by whom.
@@ -147,6 +150,23 @@ enum Carrier {
     Integrator(Box<Simulation>),
     /// A body with reaction wheels under these inputs, by the witnesses' equations.
     Witness(Box<Problem>, Propagator, Option<Vec<f64>>),
+}
+
+/// Why a motion ends before its end.
+enum Ended {
+    /// A number is no longer finite: the rows before it stay.
+    NotFinite(Message),
+    /// It cannot be followed.
+    Failed(Failure),
+}
+
+impl Ended {
+    fn of(not_finite: bool, failure: Failure) -> Self {
+        match failure {
+            Failure::Plan(_, message) if not_finite => Self::NotFinite(message),
+            failure => Self::Failed(failure),
+        }
+    }
 }
 
 impl Motion {
@@ -205,14 +225,20 @@ impl Motion {
         Ok(Self { layout, carrier })
     }
 
-    fn run(&self, observer: &mut impl Observer) -> Result<Option<Run>, Failure> {
+    fn run(&self, observer: &mut impl Observer) -> Result<Option<Run>, Ended> {
         match &self.carrier {
-            Carrier::Integrator(simulation) => simulation.run(observer).map(Some).map_err(refusal),
+            Carrier::Integrator(simulation) => simulation.run(observer).map(Some).map_err(|error| {
+                let not_finite = matches!(&error, SimulationError::Step { error: StepError::NotFinite, .. });
+                Ended::of(not_finite, refusal(error))
+            }),
             Carrier::Witness(problem, propagator, inputs) => {
                 let Layout { steps, stride, .. } = self.layout;
                 let (propagator, inputs) = (*propagator, inputs.as_deref());
                 let settings = propagation::Propagation { propagator, steps, stride, inputs };
-                propagation::propagate(problem, &settings, observer).map_err(refusal_of_witness)?;
+                propagation::propagate(problem, &settings, observer).map_err(|error| {
+                    let not_finite = matches!(&error, WitnessError::NotFinite { .. });
+                    Ended::of(not_finite, refusal_of_witness(error))
+                })?;
                 Ok(None)
             }
         }
@@ -231,12 +257,15 @@ struct Job<'a> {
     run: Option<Run>,
     /// Why the motion could not be followed to its end: the output is then given up.
     failure: Option<Failure>,
-    /// Steps made before Ctrl-C.
-    stopped: Option<u64>,
+    /// How the program will end where the motion ends early, and the steps made until then: before Ctrl-C, or up to
+    /// the last row whose numbers are finite.
+    stopped: Option<(Exit, u64)>,
+    /// What is to be said of that.
+    message: Option<Message>,
 }
 
 impl Job<'_> {
-    /// An interrupted motion is written up to where it came.
+    /// A motion that was interrupted or left the finite numbers is written up to where it came.
     fn run(
         &mut self,
         format: Format,
@@ -256,15 +285,20 @@ impl Job<'_> {
             seen: None,
             result: Ok(()),
             stopped: None,
+            made: 0,
+            at_row: 0,
             progress: ProgressLine::new(console, layout.steps),
         };
         let ended = self.motion.run(&mut writer);
-        let Writer { recorder, seen, result, stopped, .. } = writer;
-        (self.seen, self.stopped) = (seen, stopped);
+        let Writer { recorder, seen, result, stopped, at_row, .. } = writer;
+        (self.seen, self.stopped) = (seen, stopped.map(|steps| (Exit::Plan(Status::Interrupted), steps)));
         result?;
         match ended {
             Ok(run) => self.run = run,
-            Err(failure) => {
+            Err(Ended::NotFinite(message)) => {
+                (self.stopped, self.message) = (Some((Exit::NotFinite, at_row)), Some(message));
+            }
+            Err(Ended::Failed(failure)) => {
                 self.failure = Some(failure);
                 return Err(std::io::Error::other("the simulation stopped").into());
             }
@@ -272,8 +306,7 @@ impl Job<'_> {
         if format != Format::Json {
             return Ok(());
         }
-        let interrupted = self.stopped.map(|steps| (Exit::Plan(Status::Interrupted), steps));
-        recorder.write_document(self.run.as_ref(), self.seen.as_ref(), interrupted, output)
+        recorder.write_document(self.run.as_ref(), self.seen.as_ref(), self.stopped, output)
     }
 }
 
@@ -286,11 +319,15 @@ struct Writer<'l, 'a> {
     seen: Option<Seen>,
     result: Result<(), ExportError>,
     stopped: Option<u64>,
+    /// Steps made, and steps up to the last row.
+    made: u64,
+    at_row: u64,
     progress: ProgressLine<'a>,
 }
 
 impl Observer for Writer<'_, '_> {
     fn on_row(&mut self, row: &SimulationRow) -> ControlFlow<()> {
+        self.at_row = self.made;
         self.seen.get_or_insert_with(|| Seen::new(row, self.layout)).note(row);
         self.result = match self.format {
             Format::Json => {
@@ -305,6 +342,7 @@ impl Observer for Writer<'_, '_> {
     }
 
     fn on_step(&mut self, steps: u64) -> ControlFlow<()> {
+        self.made = steps;
         if interrupt::requested() {
             self.stopped = Some(steps);
             return ControlFlow::Break(());
@@ -354,6 +392,9 @@ fn refusal(error: SimulationError) -> Failure {
         SimulationError::Step {
             error: StepError::TooLong { .. } | StepError::NotConverged { .. }, ..
         } => stopped("E0120", "raise `--steps`, or shorten the step in the spec"),
+        SimulationError::Step { error: StepError::NotFinite, .. } => {
+            stopped("E0123", "raise `--steps`, or look at the rows before; bodies may have met")
+        }
         SimulationError::Step { .. } => {
             stopped("E0122", "check the start and what acts; bodies may have met")
         }
@@ -371,6 +412,7 @@ fn refusal_of_witness(error: WitnessError) -> Failure {
         WitnessError::Problem(error) => plan::invalid(error),
         WitnessError::Rows { .. } => Failure::Usage(format!("--inputs: {reason}")),
         WitnessError::StepTooLong { .. } => stopped("E0120", "raise `--steps`"),
+        WitnessError::NotFinite { .. } => stopped("E0123", "raise `--steps`, or look at the rows before"),
         _ => stopped("E0122", "check start and environment"),
     }
 }

@@ -1,7 +1,7 @@
 //! What a reader wants to know first: where it ended, what was conserved, and what it cost.
 
 use super::layout::Layout;
-use crate::cli::{Console, Lines, Tone, headline};
+use crate::cli::{Console, Exit, Lines, Tone, headline};
 use serde::Serialize;
 use slewkit::Vector3;
 use slewkit::files::spec::escape;
@@ -86,21 +86,25 @@ impl Seen {
         raise(&mut totals.orthogonality, now.orthogonality);
     }
 
-    /// The summary for people; `stopped`: after so many steps.
+    /// The summary for people; `stopped`: how the program will end, and after how many steps.
     pub fn summary(
         &self,
         console: &Console,
         layout: &Layout,
         run: Option<&Run>,
-        stopped: Option<u64>,
+        stopped: Option<(Exit, u64)>,
     ) -> String {
         let duration = significant(layout.duration, 4);
         let (verdict, tone) = match stopped {
             None => (format!("{duration} s in {} steps", layout.steps), Tone::Good),
-            Some(made) => {
+            Some((exit, made)) => {
                 let reached = significant(self.last.time, 6);
                 let steps = layout.steps;
-                (format!("interrupted after {made} of {steps} steps, at t = {reached} s"), Tone::Note)
+                let (why, tone) = match exit {
+                    Exit::NotFinite => ("no longer finite", Tone::Bad),
+                    _ => ("interrupted", Tone::Note),
+                };
+                (format!("{why} after {made} of {steps} steps, at t = {reached} s"), tone)
             }
         };
         let mut lines = vec![headline(console, &layout.name, &verdict, tone)];

@@ -17,6 +17,15 @@ use crate::{Matrix3, Vector3, lie};
 const TURNING: usize = 12;
 const MOVING: usize = 18;
 
+/// Largest norm of the difference of two rotations, those by 180° from one another: √8.
+const ROTATION_CHANGE: f64 = 2.0 * std::f64::consts::SQRT_2;
+
+/// Largest gain of momentum over a step that errors are relative to, in turns of the body over that step \[rad\].
+const MOST_TURNED: f64 = std::f64::consts::TAU;
+
+/// The same for a change of position, in distances of the farthest body from the origin.
+const MOST_MOVED: f64 = 10.0;
+
 /// The vector field, with the step's start and the buffers of one evaluation.
 #[derive(Clone, Debug)]
 pub(super) struct Ambient {
@@ -110,22 +119,28 @@ impl Ambient {
     }
 
     /// Sizes that errors are relative to, one per number: 1 for attitudes, else the norm of the quantity or,
-    /// where that is larger, its change over the step.
+    /// where that is larger, its change over the step. A change that no step resolves counts up to [`MOST_TURNED`] and
+    /// [`MOST_MOVED`] alone: relative to a change without bound any error is small.
     pub fn scales(&self, change: &[f64], out: &mut [f64]) {
-        let (mut at, mut fill) = (0, |at: &mut usize, count: usize, start: f64| {
+        let h = self.course.loads.step;
+        let farthest = self.course.state.poses().iter().map(|pose| pose.position.norm()).fold(0.0, f64::max);
+        // All bodies at the origin: there is no length to hold a change against.
+        let shift = if farthest > 0.0 { MOST_MOVED * farthest } else { f64::MAX };
+        let (mut at, mut fill) = (0, |at: &mut usize, count: usize, start: f64, most: f64| {
             let norm = change[*at..*at + count].iter().map(|value| value * value).sum::<f64>().sqrt();
+            let size = start.max(norm.min(most));
             // Nothing at all, at rest without load: any scale will do.
-            let scale = if start.max(norm) > 0.0 { start.max(norm) } else { 1.0 };
+            let scale = if size > 0.0 { size } else { 1.0 };
             out[*at..*at + count].fill(scale);
             *at += count;
         });
         for (index, body) in self.course.loads.system.bodies().iter().enumerate() {
             let (pose, momentum) = (self.course.state.poses()[index], self.course.state.momenta()[index]);
-            fill(&mut at, 9, 1.0);
-            fill(&mut at, 3, momentum.angular.norm());
-            if body.mass.is_some() {
-                fill(&mut at, 3, pose.position.norm());
-                fill(&mut at, 3, momentum.linear.norm());
+            fill(&mut at, 9, 1.0, ROTATION_CHANGE);
+            fill(&mut at, 3, momentum.angular.norm(), MOST_TURNED / h * body.inertia.principal().max());
+            if let Some(mass) = body.mass {
+                fill(&mut at, 3, pose.position.norm(), shift);
+                fill(&mut at, 3, momentum.linear.norm(), (shift / h * mass).min(f64::MAX));
             }
         }
     }

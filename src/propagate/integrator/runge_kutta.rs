@@ -72,10 +72,11 @@ impl RungeKutta {
             let stages = &self.stages;
             let errors = (0..self.y.len())
                 .map(|index| length * error.iter().zip(stages).map(|(e, k)| e * k[index]).sum::<f64>());
-            let ratio = largest(errors, &self.scales) / tolerance;
-            if !ratio.is_finite() {
-                return Err(StepError::NotFinite);
-            }
+            // A part so long that its numbers overflow is rejected like any other that is too long.
+            let ratio = match largest(errors, &self.scales) / tolerance {
+                ratio if ratio.is_finite() => ratio,
+                _ => f64::MAX,
+            };
             // The estimate is of order 7: err ~ h⁸.
             let factor = 0.9 * ratio.powf(-1.0 / f64::from(self.tableau.order));
             if ratio <= 1.0 {

@@ -225,6 +225,56 @@ fn a_collision_leaves_no_file() {
     assert_eq!(folder.names(), ["pair.toml", "spec.toml"]);
 }
 
+/// What error control makes of steps that are far too long: it divides them, and nothing else than that is accepted.
+#[test]
+fn error_control_divides_a_step_that_overflows() {
+    let folder = folder();
+    for (spec, steps, integrator) in [
+        ("dzhanibekov", "1", "rkf78_adaptive"),
+        ("dzhanibekov", "1", "verner98"),
+        ("heavy_top", "1", "rkf78_adaptive"),
+        ("heavy_top", "10", "verner98"),
+        ("heavy_top", "10", "dop853"),
+    ] {
+        let path = format!("{}/problems/{spec}.toml", env!("CARGO_MANIFEST_DIR"));
+        let args =
+            ["simulate", &path, "--steps", steps, "--integrator", integrator, "-o", "motion.json", "--force"];
+        folder.slew(&args).ends(0);
+        let motion: serde_json::Value = serde_json::from_str(&folder.read("motion.json")).unwrap();
+        let energy = motion["trajectory"]["energy_j"].as_array().unwrap();
+        let (first, last) = (energy[0].as_f64().unwrap(), energy.last().unwrap().as_f64().unwrap());
+        assert!((last - first).abs() < 1e-6 * first.abs(), "{spec} by {integrator}: {first} J to {last} J");
+    }
+}
+
+/// A motion that leaves the finite numbers has its own end; the rows before that stay, and no other.
+#[test]
+fn a_simulation_that_is_no_longer_finite_keeps_the_rows_before() {
+    let folder = folder();
+    let path = format!("{}/problems/dzhanibekov.toml", env!("CARGO_MANIFEST_DIR"));
+    let run = |file: &str, steps: &str, integrator: &str| {
+        let args =
+            ["simulate", &path, "--steps", steps, "--stride", "1", "--integrator", integrator, "-o", file];
+        folder.slew(&args).ends(9).tells("E0123").tells("no longer finite after").tells("at t = ");
+        folder.read(file)
+    };
+    // The state overflows, or only its energy does.
+    for (steps, integrator) in [("10", "explicit_midpoint"), ("1", "implicit_midpoint")] {
+        let csv = run(&format!("{integrator}.csv"), steps, integrator);
+        let rows: Vec<&str> = csv.lines().skip(1).collect();
+        assert!(!rows.is_empty());
+        for value in rows.iter().flat_map(|row| row.split(',')) {
+            assert!(value.parse::<f64>().unwrap().is_finite(), "{integrator}: {value}");
+        }
+        let json = run(&format!("{integrator}.json"), steps, integrator);
+        let document: serde_json::Value = serde_json::from_str(&json).unwrap();
+        assert_eq!(document["status"], "not_finite");
+        assert_eq!(document["exit_code"], 9);
+        assert_eq!(document["steps_made"], rows.len() - 1);
+        assert_eq!(document["trajectory"]["time_s"].as_array().unwrap().len(), rows.len());
+    }
+}
+
 /// Ctrl-C, or whatever asks a process to end: the rows so far stay, and the state reached is the last of them.
 #[cfg(target_os = "linux")]
 #[test]
