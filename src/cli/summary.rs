@@ -294,6 +294,12 @@ pub fn verified(console: &Console, judged: &Judged, verification: &Verification)
             _ => significant(value, 3),
         };
         lines.line("failed", format!("{label}: {}, limit {}", figure(check.value), figure(check.limit)));
+        if check.name == "continuous terminal" && check.value > check.limit {
+            lines.line(
+                "",
+                "the steps are too coarse: the motion under this torque ends elsewhere; take more steps",
+            );
+        }
     }
     lines
 }

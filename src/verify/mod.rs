@@ -196,8 +196,10 @@ pub enum WitnessError {
 /// The checks, by name: `finite`, `discrete terminal`, `recorded states`, `total momentum` where wheels alone
 /// turn the body, `constraints` where there are any
 /// (the worst scaled violation at and between the nodes, against [`Margin::ROUND_OFF`]), `order`
-/// (`round-off` when the witnesses agree to round-off), `symplectic witness` where that one can judge, and
-/// `continuous terminal` where a tolerance is given, with `continuous pointing` where there are cones.
+/// (`round-off` when the witnesses agree to round-off), `symplectic witness` where that one can judge,
+/// `continuous terminal`, and `continuous pointing` where a tolerance is given and there are cones. Without a
+/// tolerance the continuous motion may miss the end by a quarter of the angle that the body turns, or 5° where that is
+/// less, and by 45° at most: beyond that the steps are too coarse to stand for a motion.
 pub fn verify(
     problem: &Problem,
     trajectory: &Trajectory,
@@ -256,13 +258,27 @@ pub fn verify_until(
     if let Some(apart) = found.symplectic_to_continuous {
         found.at_most("symplectic witness", apart, apart_limit);
     }
-    if let Some(limit) = continuous_tolerance {
-        found.at_most("continuous terminal", found.continuous_attitude_rad, limit);
-        if points(problem) {
-            found.at_most("continuous pointing", continuous_violation, limit);
-        }
+    let wide = continuous_tolerance.unwrap_or_else(|| miss_allowed(rows::turned(trajectory)));
+    found.at_most("continuous terminal", found.continuous_attitude_rad, wide);
+    if let Some(limit) = continuous_tolerance
+        && points(problem)
+    {
+        found.at_most("continuous pointing", continuous_violation, limit);
     }
     found
+}
+
+/// Part of the angle turned by which the continuous motion may miss the end where no tolerance is given.
+const MISSED: f64 = 0.25;
+
+/// What that is at least and at most \[deg\].
+const MISSED_LEAST_DEG: f64 = 5.0;
+const MISSED_MOST_DEG: f64 = 45.0;
+
+/// How far the continuous motion may miss the attitude of the end \[rad\] where no tolerance is given, if the body turns
+/// by `turned` \[rad\] on its way.
+fn miss_allowed(turned: f64) -> f64 {
+    (MISSED * turned).clamp(MISSED_LEAST_DEG.to_radians(), MISSED_MOST_DEG.to_radians())
 }
 
 /// Scaled difference that recorded and re-propagated states may have: far above rounding, far below

@@ -22,6 +22,18 @@ pub(super) fn not_finite(trajectory: &Trajectory) -> usize {
     vectors.chain(quaternions).chain(scalars).filter(|value| !value.is_finite()).count()
 }
 
+/// The angle that the body turns by on its recorded way \[rad\]: the sum over its steps, in which it may also turn back.
+pub(super) fn turned(trajectory: &Trajectory) -> f64 {
+    let angle = |pair: &[[f64; 4]]| {
+        let apart =
+            |sign: f64| pair[0].iter().zip(&pair[1]).map(|(a, b)| (a + sign * b).powi(2)).sum::<f64>().sqrt();
+        let (sum, difference) = (apart(1.0), apart(-1.0));
+        // Both signs are one rotation: the nearer one counts.
+        4.0 * sum.min(difference).atan2(sum.max(difference))
+    };
+    trajectory.quaternion.windows(2).map(angle).sum()
+}
+
 /// Whether every row is there, and no other.
 pub(super) fn fit(problem: &Problem, trajectory: &Trajectory) -> Result<(), WitnessError> {
     let nodes = problem.steps + 1;

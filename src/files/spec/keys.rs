@@ -409,7 +409,7 @@ tables! {
         "scheme": Choice(&["lie_verlet", "lie_euler"], &[]);
         /// Tolerance of the scaled discrete terminal error. Default: 1e-12.
         "tolerance": Number(q::TOLERANCE);
-        /// Limit on the continuous terminal attitude error. Default: none.
+        /// Limit on the continuous terminal attitude error. Default: a quarter of the angle turned, from 5 to 45 degrees.
         "continuous_tolerance_deg": Number(q::TOLERANCE_DEG);
         /// The same in rad.
         "continuous_tolerance_rad": Number(q::TOLERANCE_RAD);

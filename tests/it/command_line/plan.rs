@@ -199,12 +199,56 @@ fn a_plan_under_constraints_tells_margins_and_is_verified_from_its_file() {
     folder.slew(&[&["plan", "spec.toml"], &shooting[..]].concat()).ends(3).tells("E0066");
 }
 
+/// On three steps a discrete plan exists for a maneuver that is proved infeasible on twenty: the motion that it stands for
+/// misses the end by almost a third of the angle turned.
+#[test]
+fn a_plan_that_stands_for_no_motion_is_not_called_verified() {
+    let spec = r#"
+        format = 1
+        [body]
+        inertia_kg_m2 = [[91.23008666346507, -8.856986061694387, 0.23316141476670132],
+            [-8.856986061694387, 110.094389301059, -9.236401958094167],
+            [0.23316141476670132, -9.236401958094167, 98.67552403547592]]
+        [start]
+        attitude = { matrix = [[0.20977484915288902, -0.9142255029437846, -0.3466788750848061],
+            [0.5644046540846169, 0.40275403888743755, -0.7205807176211977],
+            [0.7983995861161918, -0.04450745922921695, 0.6004807964976507]] }
+        [end]
+        attitude = { matrix = [[0.5112486547148268, -0.6858752946301061, -0.5178801920023054],
+            [0.31015654143803406, 0.7092186231758383, -0.633097041806203],
+            [0.801515896820192, 0.16304608169665755, 0.5753157762376154]] }
+        [maneuver]
+        duration_s = 60
+        steps = 3
+        [actuators]
+        torque_norm_limit_n_m = 0.07694597158929378
+        [[constraint]]
+        kind = "rate_limit"
+        angular_velocity_limit_rad_s = 0.008324535202165556
+    "#;
+    let folder = Folder::new();
+    fs::write(folder.path("short.toml"), spec).unwrap();
+    let run = folder.slew(&["plan", "short.toml", "--format", "json"]).ends(7);
+    let run = run.tells("continuous terminal").tells("take more steps").tells("--set maneuver.steps=6");
+    assert_eq!(run.json()["status"], "verification_failed");
+    // What the user accepts counts, and on steps short enough the proof is found.
+    let accepted = ["plan", "short.toml", "--set", "solver.continuous_tolerance_deg=10"];
+    folder.slew(&accepted).ends(0);
+    folder.slew(&["plan", "short.toml", "--set", "maneuver.steps=20"]).ends(4);
+}
+
 #[test]
 fn a_solved_plan_that_is_coarse_or_idle_says_so() {
     let folder = Folder::new();
     let plan = |set: &[&str]| folder.slew(&[&["plan", "spec.toml"], set].concat()).ends(0);
     assert!(!plan(&["--set", "maneuver.steps=50"]).stderr.contains("\n  try "));
-    plan(&["--set", "maneuver.steps=3"])
+    plan(&["--set", "maneuver.steps=5"])
+        .tells(" deg)")
+        .tells("\n  try         slew plan spec.toml --set maneuver.steps=10   # more steps");
+    // So coarse that it stands for no motion: a third of the angle turned.
+    folder
+        .slew(&["plan", "spec.toml", "--set", "maneuver.steps=3"])
+        .ends(7)
         .tells(" deg)")
         .tells("\n  try         slew plan spec.toml --set maneuver.steps=6   # more steps");
     // Where no limit acts the shooting's plan stands, but its rivals may break limits that nobody held them to.
