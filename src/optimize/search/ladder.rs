@@ -21,6 +21,7 @@ use crate::optimize::methods::scp::model::Model;
 use crate::optimize::methods::scp::road::{Chain, body_rates, iterate, multipliers};
 use crate::optimize::methods::scp::{ScpOptions, second_order::descents};
 use crate::optimize::methods::shooting::Shooting;
+use crate::optimize::methods::shooting::newton::outcome_of;
 use crate::optimize::methods::shooting::refine::CoarseToFine;
 use crate::optimize::second_order;
 use crate::optimize::sweep::BoundaryValueProblem;
@@ -358,7 +359,9 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         if !self.found.iter().any(scp) {
             self.rank();
         }
-        let rivals = self.found.iter().skip(1).map(|rival| self.rival(rival)).collect();
+        let rivals = self.found.iter().skip(1).map(|rival| self.rival(rival));
+        // One that cannot be followed from its start is no plan.
+        let rivals = rivals.filter(|rival| rival.turned_deg.is_finite() && rival.cost.is_finite()).collect();
         let shortfall = self.shortfall.clone();
         let method = if self.ask.shooting { Road::Shooting } else { Road::Scp };
         let mut solution = Solution { method, rivals, shortfall, ..unsolved };
@@ -399,7 +402,16 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
             Some(chain) => record::chain(self.problem, &self.fine, chain, candidate),
             None => record::extremal(self.problem, &self.fine, &candidate.costate()),
         };
-        let Ok(recorded) = recorded else { return };
+        let recorded = match recorded {
+            Ok(recorded) => recorded,
+            // What cannot be replayed is no plan, however well its conditions are met.
+            Err(error) => {
+                if attempt.converged() {
+                    solution.outcome = outcome_of(error);
+                }
+                return;
+            }
+        };
         solution.cost = recorded.cost * self.fine.dynamics.units.cost;
         solution.terminal = recorded.terminal;
         solution.sense = recorded.way.sense;
