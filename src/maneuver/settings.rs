@@ -27,6 +27,30 @@ impl Method {
     }
 }
 
+/// How much is tried before an answer counts as the best.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Thoroughness {
+    /// A few starts of every maneuver.
+    Quick,
+    /// As many as the maneuver is known to need: few for a free body at rest, more where it turns fast, acts in a
+    /// field, or lacks inputs.
+    #[default]
+    Default,
+    /// Two hundred starts and more.
+    Thorough,
+}
+
+impl Thoroughness {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Quick => "quick",
+            Self::Default => "default",
+            Self::Thorough => "thorough",
+        }
+    }
+}
+
 /// Settings of a plan.
 ///
 /// ```
@@ -46,6 +70,8 @@ pub struct Settings {
     /// Which solver. Default: auto. Change it to compare methods, or to have costates to round-off under limits of
     /// the inputs (shooting).
     pub method: Method,
+    /// How much is tried before an answer counts as the best.
+    pub search: Thoroughness,
     /// Tolerance of the scaled discrete terminal error: radians, and momenta over `J_mean/T`. Default 1e-12; round-off
     /// allows about 4e-15. Loosen it where a hundred thousand steps add up more round-off than that.
     pub tolerance: f64,
@@ -62,6 +88,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             method: Method::Auto,
+            search: Thoroughness::Default,
             tolerance: 1e-12,
             continuous_tolerance: None,
             time_limit: None,

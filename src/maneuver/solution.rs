@@ -157,14 +157,10 @@ pub enum Rung {
     Newton,
     /// A coarse extremal carried to the requested grid.
     CoarseToFine,
-    /// Continuation in the target, from where the uncontrolled motion ends.
-    Continuation,
-    /// Lifted Newton from a smooth path, or from the nodes of an extremal without limits.
+    /// Descent on paths from a path between the boundary states.
+    Descent,
+    /// Lifted Newton from the nodes of a path, or of an extremal without limits.
     Lifted,
-    /// Lifted Newton from a short horizon, stretched to the whole.
-    Horizon,
-    /// Newton shooting from deterministic random starts.
-    MultiStart,
     /// Newton with the saturated law, from an extremal without limits.
     Saturated,
     /// The limits of the inputs drawn in from where they do not act.
@@ -184,10 +180,8 @@ impl Rung {
             Self::Guess => "guess",
             Self::Newton => "newton",
             Self::CoarseToFine => "coarse_to_fine",
-            Self::Continuation => "continuation",
+            Self::Descent => "descent",
             Self::Lifted => "lifted",
-            Self::Horizon => "horizon",
-            Self::MultiStart => "multi_start",
             Self::Saturated => "saturated",
             Self::Limits => "limits",
             Self::Scp => "scp",

@@ -96,9 +96,4 @@ impl Attempt {
     pub fn began(&self) -> bool {
         self.runs.iter().any(|run| !run.report.residuals.is_empty())
     }
-
-    /// Iterations of all runs.
-    pub fn iterations(&self) -> usize {
-        self.runs.iter().map(|run| run.report.iterations).sum()
-    }
 }

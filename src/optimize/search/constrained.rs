@@ -7,6 +7,7 @@
 use super::coarse::{SCP, coarse_steps};
 use super::detour::detours;
 use super::ladder::{Ask, Search};
+use super::paths;
 use super::transfer::transfer;
 use super::way::Follower;
 use crate::Vector3;
@@ -21,8 +22,8 @@ use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::model::Model;
 use crate::optimize::methods::scp::road::{ActiveSetNewton, Chain, ConvexIteration, path};
-use crate::optimize::step::Dynamics;
-use std::f64::consts::TAU;
+use crate::optimize::step::{Dynamics, Point};
+use crate::optimize::sweep::BoundaryValueProblem;
 
 /// How many times finer the next grid is, where one leap to the requested one fails.
 const LEAP: usize = 4;
@@ -107,38 +108,28 @@ impl<const N: usize> Search<'_, '_, N> {
         !self.found.is_empty()
     }
 
-    /// The relaxed maneuver in each sense asked for, with its scaled cost, cheapest first: limits only make
-    /// it costlier.
+    /// The extremals of the relaxed maneuver, with their scaled costs, cheapest first: limits only make them costlier.
     fn relaxed_paths(&self, relaxed: &Problem, coarse: &Chain) -> Vec<(f64, Candidate)> {
-        let relative = lie::minus(&relaxed.end.attitude, &relaxed.start.attitude);
-        // The long way about the same axis; its cheapest winding is looked for only where that is asked.
-        let back = relative * (1.0 - TAU / relative.norm().max(1e-6));
-        let senses = match relaxed.path {
-            Path::Best => vec![("short", Path::Shortest), ("long", Path::AsGiven(back))],
-            Path::Shortest => vec![("short", Path::Shortest)],
-            Path::Long => vec![("long", Path::Long)],
-            Path::AsGiven(rotation) => vec![("as given", Path::AsGiven(rotation))],
+        let asked = relaxed.clone().with_steps(coarse.model.steps);
+        let mut search = Search::<N>::new(&asked, self.context, self.ask.of_relaxed());
+        search.climb();
+        search.rank();
+        let seed = |found: &Attempt, bvp: &BoundaryValueProblem<N>| {
+            let extremal = paths::of_extremal(bvp, &found.candidate).ok()?;
+            let poses = paths::on_grid(&search.fine, &extremal).states;
+            let name = &found.candidate.provenance.start;
+            Some((found.cost, path(name, &search.fine.dynamics.grid, poses.iter().map(Point::pose))))
         };
-        let mut seeds = Vec::new();
-        for (name, way) in senses {
-            let asked = relaxed.clone().with_steps(coarse.model.steps).with_path(way);
-            let solution = self.shot(&asked);
-            if solution.outcome == Outcome::Converged {
-                let dynamics = Dynamics::new(&asked, asked.steps);
-                seeds.push((
-                    solution.cost / dynamics.units.cost,
-                    along(name, &solution.trajectory, &dynamics),
-                ));
-            }
-        }
+        let found = search.found.iter().filter_map(|found| seed(found, &search.fine));
+        let rivals = search.rivals.iter().filter_map(|rival| seed(rival, &search.coarse));
+        let mut seeds: Vec<(f64, Candidate)> = found.chain(rivals).collect();
         seeds.sort_by(|a, b| a.0.total_cmp(&b.0));
         seeds
     }
 
     /// The shooting's solution of a problem without limits.
     fn shot(&self, relaxed: &Problem) -> Solution {
-        let ask = Ask { shooting: true, convex: false, guess: None, along: None, ..self.ask.clone() };
-        let mut search = Search::<N>::new(relaxed, self.context, ask);
+        let mut search = Search::<N>::new(relaxed, self.context, self.ask.of_relaxed());
         search.climb();
         search.conclude()
     }

@@ -1,18 +1,10 @@
-//! Continuation: from the uncontrolled motion to the target, and from a short horizon to the whole.
+//! Continuation in the limits of the inputs.
 
-use super::smooth_path;
-use super::starts::wound;
-use crate::Vector3;
-use crate::lie;
-use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::Outcome;
-use crate::numerics::compensated::Sum;
-use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::driver::{Interrupt, Report, run};
-use crate::optimize::methods::lifted::{LiftedNewton, Nodes};
-use crate::optimize::methods::method::{Attempt, Budget, Method};
-use crate::optimize::methods::shooting::newton::{Newton, outcome_of};
-use crate::optimize::step::{Point, StepError};
+use crate::optimize::methods::lifted::Nodes;
+use crate::optimize::methods::shooting::newton::Newton;
+use crate::optimize::step::StepError;
 use crate::optimize::sweep::BoundaryValueProblem;
 use nalgebra::SVector;
 
@@ -61,36 +53,6 @@ fn walk(
     }
 }
 
-/// Continuation in the boundary data: the target moves from the ballistic end point to the real one,
-/// the way round with `turns` more turns.
-pub(super) struct InTarget<'a, const N: usize> {
-    pub bvp: &'a BoundaryValueProblem<N>,
-    pub turns: i32,
-}
-
-impl<const N: usize> Method for InTarget<'_, N> {
-    fn improve(&self, candidate: Candidate, budget: &Budget) -> Attempt {
-        let bvp = self.bvp;
-        let ballistic = match bvp.ballistic_end() {
-            Ok(point) => point,
-            Err(error) => return Attempt::failed(candidate, outcome_of(error)),
-        };
-        let target = *bvp.terminal.target();
-        let short = lie::minus(&target.attitude.value, &ballistic.attitude.value);
-        let way = wound(&short, self.turns);
-        let between = |s: f64| Point {
-            position: Sum::new(ballistic.position.value.lerp(&target.position.value, s)),
-            linear_momentum: Sum::new(ballistic.linear_momentum.value.lerp(&target.linear_momentum.value, s)),
-            attitude: Sum::new(ballistic.attitude.value * lie::exp(&(way * s))),
-            momentum: Sum::new(ballistic.momentum.value.lerp(&target.momentum.value, s)),
-        };
-        let solved = (0.0, SVector::<f64, N>::zeros());
-        let ((_, costate), report) =
-            follow(solved, TOLERANCE, budget.watch.interrupt, |s| bvp.with_target(between(s)));
-        Attempt::of(candidate.with_costate(&costate), report)
-    }
-}
-
 /// Follows an extremal from `solved = (s, λ_{−1})` to the problem at `s = 1`: how far that went.
 fn follow<const N: usize>(
     solved: (f64, SVector<f64, N>),
@@ -121,49 +83,6 @@ fn predict<const N: usize>(solved: &[(f64, SVector<f64, N>)], s: f64) -> SVector
     }
     let (s0, before) = solved[solved.len() - 2];
     last + (last - before) * ((s - s1) / (s1 - s0))
-}
-
-/// Continuation in the horizon with the lifted Newton: a short maneuver hardly feels its environment
-/// and its boundary rates; it is stretched to the whole.
-pub(super) struct InHorizon<'a, const N: usize> {
-    pub problem: &'a Problem,
-    pub turns: i32,
-}
-
-impl<const N: usize> Method for InHorizon<'_, N> {
-    fn improve(&self, candidate: Candidate, budget: &Budget) -> Attempt {
-        let Self { problem, turns } = *self;
-        let grid = candidate.grid.clone();
-        let at = |s: f64| {
-            let mut shorter = problem.clone();
-            shorter.duration *= s;
-            BoundaryValueProblem::<N>::on(&shorter, grid.clone())
-        };
-        let solve = |bvp: &BoundaryValueProblem<N>, candidate: Candidate, iterations: usize| {
-            LiftedNewton { bvp, tolerance: TOLERANCE }.improve(candidate, &Budget { iterations, ..*budget })
-        };
-        let from = 0.2;
-        let first = at(from);
-        let nodes = match smooth_path::nodes(&first, turns, &Vector3::zeros()) {
-            Ok(nodes) => nodes,
-            Err(error) => return Attempt::failed(candidate, outcome_of(error)),
-        };
-        let attempt = solve(&first, nodes.into_candidate(candidate), 2 * ITERATIONS);
-        let mut report = Report { iterations: attempt.iterations(), ..Report::failed(attempt.outcome) };
-        let mut candidate = attempt.candidate;
-        if report.outcome == Outcome::Converged {
-            walk(budget.watch.interrupt, from, &mut report, |s| {
-                let next = solve(&at(s), candidate.clone(), ITERATIONS);
-                let iterations = next.iterations();
-                if !next.converged() {
-                    return Err(iterations);
-                }
-                candidate = next.candidate;
-                Ok(iterations)
-            });
-        }
-        Attempt::of(candidate, report)
-    }
 }
 
 /// An extremal within limits that are wider than the true ones.

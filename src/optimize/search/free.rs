@@ -1,132 +1,245 @@
-//! Rungs of the maneuver without limits: ballistic starts, continuation, the lifted Newton, random starts.
+//! Rungs of the maneuver without limits: ballistic starts, descents on paths, the lifted Newton.
+//!
+//! All extremals are looked for on a coarse grid. Costs there are wrong by some percent at high rates and then rank
+//! wrongly: every one that may be the cheapest is carried to the requested grid, and compared there.
 
+use super::effort::Starts;
 use super::ladder::Search;
-use super::smooth_path;
-use super::{continuation, starts};
-use crate::Vector3;
+use super::{paths, starts};
 use crate::maneuver::problem::Path;
 use crate::maneuver::solution::Rung;
 use crate::optimize::candidate::Candidate;
+use crate::optimize::methods::descent::Descent;
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::lifted::LiftedNewton;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::shooting::newton::outcome_of;
+use crate::optimize::step::Dynamics;
+use crate::optimize::sweep::BoundaryValueProblem;
 
-/// Random starts tried when nothing else converges; half as many when all that did is a saddle, or for
-/// the long way.
-const RANDOM_STARTS: usize = 40;
 /// Tolerance of the lifted Newton, which the shooting polishes.
 pub(super) const LIFTED_TOLERANCE: f64 = 1e-10;
+/// What a descent on the coarse grid may leave of the cost, relative.
+const DESCENT_TOLERANCE: f64 = 1e-9;
+/// The same on the requested grid.
+const FINE_TOLERANCE: f64 = 1e-14;
+/// Minima whose costs differ by less, relative, are one.
+const SAME_MINIMUM: f64 = 1e-7;
+/// How much dearer than the cheapest on the coarse grid a minimum may be and still turn out the cheapest.
+const MARGIN: f64 = 0.15;
+/// Most minima that are followed further.
+const MOST_MINIMA: usize = 6;
+/// Most paths that the lifted Newton is tried on directly.
+const MOST_LIFTED: usize = 2;
+/// Authority about the axes without inputs, from the first descent to the last, relative to that of the others.
+const WIDENED: [f64; 3] = [1e-2, 1e-4, 1e-6];
+/// Most steps of a descent or a lifted Newton on the requested grid: they keep the matrices of every step.
+const MOST_STEPS: usize = 20_000;
 
 impl<const N: usize> Search<'_, '_, N> {
-    /// Newton shooting from the ballistic starts.
-    pub(super) fn ballistic(&mut self) {
+    /// The extremals without limits: those that Newton meets from the ballistic starts, and for the best way the
+    /// minima that descents end at.
+    pub(super) fn extremals(&mut self) {
+        self.ballistic();
+        if self.problem.path == Path::Best || !self.is_as_asked() {
+            self.descents();
+        }
+        self.carry_extremals();
+    }
+
+    /// What is left to try where the requested grid shows a saddle, the wrong way round or nothing at all.
+    pub(super) fn look_further(&mut self) {
+        let saddle = self.found.first().filter(|_| !matches!(self.problem.path, Path::AsGiven(_)));
+        if let Some(saddle) = saddle.map(|saddle| saddle.candidate.clone()) {
+            self.leave(&saddle);
+        }
+        if self.problem.path != Path::Best {
+            self.descents();
+            self.carry_extremals();
+        }
+    }
+
+    /// Leaves a saddle of the requested grid for a minimum.
+    fn leave(&mut self, saddle: &Candidate) {
+        let fine = self.fine.clone();
+        if self.problem.steps > MOST_STEPS || !fine.dynamics.has_all_axes() {
+            return;
+        }
+        if let Ok(path) = paths::of_extremal(&fine, saddle) {
+            let minimum = self.descended(&fine, &fine.dynamics, path, FINE_TOLERANCE);
+            if minimum.converged() {
+                self.shoot_fine(Rung::Descent, minimum.candidate);
+            }
+        }
+    }
+
+    /// Whether an extremal on the coarse grid goes the way that was asked for.
+    fn is_as_asked(&self) -> bool {
         match self.problem.path {
-            Path::Shortest => {
-                self.shoot_ballistic(&[1.0]);
-                if self.found.is_empty() {
-                    self.shoot_ballistic(&[0.3]);
-                }
-            }
-            _ => self.shoot_ballistic(&[1.0, 0.3]),
+            // Told on the requested grid, where it costs nothing more.
+            Path::Shortest | Path::Best => !self.pool.is_empty(),
+            Path::Long | Path::AsGiven(_) => self.pool.iter().any(|found| self.astray(found) == 0.0),
         }
     }
 
-    fn shoot_ballistic(&mut self, fractions: &[f64]) {
-        let steps = self.coarse.dynamics.grid.steps();
-        match starts::ballistic(&self.coarse, &self.turns, fractions) {
-            Ok(starts) => {
-                for start in starts {
-                    if self.stopped() {
-                        return;
+    /// Newton shooting from the ballistic starts.
+    fn ballistic(&mut self) {
+        for fraction in [1.0, 0.3] {
+            let steps = self.coarse.dynamics.grid.steps();
+            let turns: Vec<i32> = self.turns.iter().copied().filter(|turns| !self.arrived(*turns)).collect();
+            match starts::ballistic(&self.coarse, &turns, fraction) {
+                Ok(starts) => {
+                    for start in starts {
+                        if !self.stopped() {
+                            self.shoot(Rung::Newton, start);
+                        }
                     }
-                    self.shoot(Rung::Newton, start);
                 }
-            }
-            Err(error) => {
-                self.context.note(Rung::Newton, "ballistic", steps, Report::failed(outcome_of(error)));
-            }
-        }
-    }
-
-    /// Continuation and the lifted Newton, for every sense.
-    pub(super) fn senses(&mut self) {
-        // The windings are rivals; only the senses, or what was asked for, are worth every rung.
-        let best = matches!(self.problem.path, Path::Best);
-        for turns in self.turns.clone().into_iter().filter(|turns| !best || *turns == 0 || *turns == -1) {
-            let name = starts::name_of(turns);
-            if !self.arrived.contains(&name) && !self.stopped() {
-                self.continuation(turns);
-            }
-            // A smooth path leads elsewhere than a costate does: for the best, look there too.
-            let missing = !self.arrived.contains(&name);
-            if (missing || best) && !self.stopped() {
-                self.lifted(turns, &Vector3::zeros(), missing);
-            }
-        }
-    }
-
-    /// The lifted Newton from bent paths.
-    pub(super) fn bent_paths(&mut self) {
-        for (index, axis) in [0, 1, 2, 0, 1, 2].into_iter().enumerate() {
-            for turns in [0, -1] {
-                if !self.stopped() {
-                    let sign = if index < 3 { 1.0 } else { -1.0 };
-                    self.lifted(turns, &(Vector3::ith(axis, sign)), false);
+                Err(error) => {
+                    self.context.note(Rung::Newton, "ballistic", steps, Report::failed(outcome_of(error)));
                 }
             }
         }
     }
 
-    fn continuation(&mut self, turns: i32) {
-        let start = Candidate::of_costate::<N>(
-            &starts::name_of(turns),
-            &self.coarse.dynamics.grid,
-            &nalgebra::SVector::zeros(),
-        );
-        let walk = continuation::InTarget { bvp: &self.coarse, turns };
-        let attempt = self.attempt(Rung::Continuation, &walk, start);
-        if attempt.converged() {
-            self.shoot(Rung::Continuation, attempt.candidate);
-        }
+    /// Whether the start with these turns has led to an extremal.
+    fn arrived(&self, turns: i32) -> bool {
+        self.arrived.contains(&starts::name_of(turns))
     }
 
-    /// Lifted Newton from a smooth path; `stretch` it from a short horizon if that fails.
-    fn lifted(&mut self, turns: i32, bump: &Vector3, stretch: bool) {
-        let bent = if bump.amax() > 0.0 { ", bent path" } else { ", smooth path" };
-        let name = format!("{}{bent}", starts::name_of(turns));
-        let grid = &self.coarse.dynamics.grid;
-        let start = Candidate::of_costate::<N>(&name, grid, &nalgebra::SVector::zeros());
-        let newton = LiftedNewton { bvp: &self.coarse, tolerance: LIFTED_TOLERANCE };
-        let mut attempt = match smooth_path::nodes(&self.coarse, turns, bump) {
-            Ok(nodes) => self.attempt(Rung::Lifted, &newton, nodes.into_candidate(start.clone())),
-            Err(error) => {
-                let report = Report::failed(outcome_of(error));
-                self.context.note(Rung::Lifted, &name, grid.steps(), report.clone());
-                Attempt::of(start.clone(), report)
+    /// Descents from all starts; the cheapest minima, made extremals of the coarse grid.
+    fn descents(&mut self) {
+        let coarse = self.coarse.clone();
+        let wide = self.descends_on(&coarse.dynamics, 0);
+        let mut minima: Vec<Attempt> = Vec::new();
+        let starts = Starts::of(self.problem, &coarse, self.context.settings.search);
+        if self.pool.is_empty() || self.problem.path != Path::Best {
+            self.lift(&coarse, starts.paths(&coarse));
+        }
+        let known: Vec<Candidate> =
+            self.pool.iter().filter_map(|found| paths::of_extremal(&coarse, &found.candidate).ok()).collect();
+        for start in known.into_iter().chain(starts.paths(&coarse)) {
+            if self.stopped() {
+                break;
             }
-        };
-        if !attempt.converged() && stretch && !self.stopped() {
-            let walk = continuation::InHorizon::<N> { problem: self.problem, turns };
-            attempt = self.attempt(Rung::Horizon, &walk, start);
+            let minimum = self.descended(&coarse, &wide, start, DESCENT_TOLERANCE);
+            let known = |other: &Attempt| (other.cost - minimum.cost).abs() <= SAME_MINIMUM * minimum.cost;
+            if minimum.converged() && !minima.iter().any(known) {
+                minima.push(minimum);
+            }
         }
-        if attempt.converged() {
-            self.shoot(Rung::Lifted, attempt.candidate);
+        minima.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        let best = self.problem.path == Path::Best && coarse.dynamics.has_all_axes();
+        let margin = if best { MARGIN } else { f64::INFINITY };
+        let enough = minima.first().map_or(f64::INFINITY, |best| best.cost * (1.0 + margin));
+        let minima = minima.into_iter().take_while(|minimum| minimum.cost <= enough).take(MOST_MINIMA);
+        for minimum in minima.collect::<Vec<_>>() {
+            if !self.stopped() {
+                self.arrive(&coarse, minimum);
+            }
         }
     }
 
-    /// Deterministic random starts.
-    pub(super) fn random(&mut self) {
-        let Ok(starts) = starts::random(&self.coarse, self.problem.path) else { return };
-        let count = if self.found.is_empty() { RANDOM_STARTS } else { RANDOM_STARTS / 2 };
-        for start in starts.take(count) {
+    /// Extremals that the lifted Newton finds from the first of the paths, saddles among them.
+    fn lift(&mut self, coarse: &BoundaryValueProblem<N>, paths: Vec<Candidate>) {
+        let (start, target) = (&coarse.start, coarse.terminal.target());
+        let dynamics = self.descends_on(&coarse.dynamics, 0);
+        let descent = Descent { dynamics: &dynamics, start, target, translates: N == 12, tolerance: 0.0 };
+        for path in paths.into_iter().take(MOST_LIFTED) {
             if self.stopped() {
                 return;
             }
-            let before = self.found.len();
-            self.shoot(Rung::MultiStart, start);
-            if self.found.len() > before && self.settled() {
+            if let Some(nodes) = descent.lifted(path) {
+                let newton = LiftedNewton { bvp: coarse, tolerance: LIFTED_TOLERANCE };
+                let lifted = self.attempt(Rung::Lifted, &newton, nodes);
+                if lifted.converged() {
+                    self.shoot(Rung::Lifted, lifted.candidate);
+                }
+            }
+        }
+    }
+
+    /// The dynamics on which a descent works: with a little authority about the axes without inputs.
+    fn descends_on(&self, dynamics: &Dynamics, level: usize) -> Dynamics {
+        if dynamics.has_all_axes() { dynamics.clone() } else { dynamics.widened(WIDENED[level]) }
+    }
+
+    /// A descent from a path, on dynamics that may have more authority than those of `bvp`.
+    fn descended(
+        &self,
+        bvp: &BoundaryValueProblem<N>,
+        dynamics: &Dynamics,
+        start: Candidate,
+        tolerance: f64,
+    ) -> Attempt {
+        let (start_point, target) = (&bvp.start, bvp.terminal.target());
+        let descent = Descent { dynamics, start: start_point, target, translates: N == 12, tolerance };
+        self.attempt(Rung::Descent, &descent, start)
+    }
+
+    /// From a minimum on the coarse grid to an extremal there: by the shooting, which an unstable body may forbid, else
+    /// by the lifted Newton.
+    fn arrive(&mut self, coarse: &BoundaryValueProblem<N>, mut minimum: Attempt) {
+        if !coarse.dynamics.has_all_axes() {
+            for level in 1..WIDENED.len() {
+                let narrower = self.descends_on(&coarse.dynamics, level);
+                minimum = self.descended(coarse, &narrower, minimum.candidate, DESCENT_TOLERANCE);
+            }
+        } else if self.shoot(Rung::Descent, minimum.candidate.clone()) {
+            return;
+        }
+        let newton = LiftedNewton { bvp: coarse, tolerance: LIFTED_TOLERANCE };
+        let lifted = self.attempt(Rung::Lifted, &newton, minimum.candidate.clone());
+        let arrived = lifted.converged() && self.shoot(Rung::Lifted, lifted.candidate);
+        if !arrived {
+            self.lost.push(minimum.candidate);
+        }
+    }
+
+    /// Carries the extremals that may be the best to the requested grid; the others stay rivals.
+    fn carry_extremals(&mut self) {
+        let pool = std::mem::take(&mut self.pool);
+        let pool = self.ranked(pool);
+        let enough = pool.first().map_or(0.0, |best| best.cost * (1.0 + MARGIN));
+        let best = self.problem.path == Path::Best;
+        for extremal in pool {
+            let hopeful = best && extremal.cost <= enough && self.found.len() < MOST_MINIMA;
+            if !self.stopped() && (hopeful || self.found.is_empty()) {
+                let path = extremal.candidate.clone();
+                if !self.finish(extremal.candidate)
+                    && let Ok(path) = paths::of_extremal(&self.coarse, &path)
+                {
+                    self.lost.push(path);
+                }
+            } else {
+                self.rivals.push(extremal);
+            }
+        }
+        if self.found.is_empty() {
+            self.on_requested_grid();
+        }
+    }
+
+    /// The paths that were lost on the way to the requested grid, descended there.
+    fn on_requested_grid(&mut self) {
+        if self.problem.steps > MOST_STEPS {
+            return;
+        }
+        let fine = self.fine.clone();
+        for path in std::mem::take(&mut self.lost) {
+            if self.stopped() || !self.found.is_empty() {
                 return;
+            }
+            let start = paths::on_grid(&fine, &path);
+            let wide = self.descends_on(&fine.dynamics, WIDENED.len() - 1);
+            let minimum = self.descended(&fine, &wide, start, FINE_TOLERANCE);
+            if self.shoot_fine(Rung::Descent, minimum.candidate.clone()) {
+                continue;
+            }
+            let newton = LiftedNewton { bvp: &fine, tolerance: LIFTED_TOLERANCE };
+            let lifted = self.attempt(Rung::Lifted, &newton, minimum.candidate);
+            if lifted.converged() {
+                self.shoot_fine(Rung::Lifted, lifted.candidate);
             }
         }
     }

@@ -10,7 +10,7 @@ use super::way::{Follower, Way};
 use super::{record, starts};
 use crate::Vector3;
 use crate::lie;
-use crate::maneuver::problem::{Motion, Path, Problem};
+use crate::maneuver::problem::{Path, Problem};
 use crate::maneuver::settings::Method as Road;
 use crate::maneuver::solution::{ConvexWork, Optimality, Outcome, Rival, Rung, Sense, Solution, Trajectory};
 use crate::numerics::factor::effective;
@@ -49,6 +49,13 @@ pub(super) struct Ask<'a> {
     pub advise: bool,
 }
 
+impl Ask<'_> {
+    /// What is asked of the same maneuver without limits.
+    pub fn of_relaxed(&self) -> Self {
+        Self { shooting: true, convex: false, guess: None, along: None, ..self.clone() }
+    }
+}
+
 /// A search: what is asked, and what has been found so far.
 pub(super) struct Search<'a, 'c, const N: usize> {
     pub problem: &'a Problem,
@@ -60,6 +67,12 @@ pub(super) struct Search<'a, 'c, const N: usize> {
     pub fine: BoundaryValueProblem<N>,
     /// Where the shooting searches.
     pub coarse: BoundaryValueProblem<N>,
+    /// Extremals of the coarse grid that wait for the requested one.
+    pub pool: Vec<Attempt>,
+    /// Extremals of the coarse grid that are too dear for the requested one.
+    pub rivals: Vec<Attempt>,
+    /// Paths that no extremal of the requested grid was found near.
+    pub lost: Vec<Candidate>,
     /// What converged.
     pub found: Vec<Attempt>,
     /// The nearest miss.
@@ -84,17 +97,11 @@ struct Step<'a, 'c, const N: usize> {
 
 impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
     /// The ladder. Guess, saturated and limits work on the requested grid, the others on a coarse one first.
-    const LADDER: [Step<'a, 'c, N>; 7] = [
+    const LADDER: [Step<'a, 'c, N>; 4] = [
         // guess
         Step { when: |search| search.ask.shooting, climb: Self::try_guess },
-        // newton
-        Step { when: Self::is_free, climb: Self::ballistic },
-        // continuation, lifted and horizon, for every sense in turn
-        Step { when: Self::is_free, climb: Self::senses },
-        // lifted
-        Step { when: Self::is_rich, climb: Self::bent_paths },
-        // multi_start
-        Step { when: |search| search.is_free() && !search.settled(), climb: Self::random },
+        // newton, descent and lifted
+        Step { when: Self::is_free, climb: Self::extremals },
         // saturated, lifted and limits
         Step { when: Self::is_limited, climb: Self::saturated },
         // scp and polish
@@ -111,6 +118,9 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
             turns,
             fine: BoundaryValueProblem::new(problem, problem.steps),
             coarse: BoundaryValueProblem::new(problem, search_grid(problem, most)),
+            pool: Vec::new(),
+            rivals: Vec::new(),
+            lost: Vec::new(),
             found: Vec::new(),
             failure: None,
             met: Vec::new(),
@@ -125,6 +135,11 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
     pub fn solve(mut self) -> Solution {
         self.climb();
         let mut solution = self.conclude();
+        if self.is_free() && !self.stopped() && !self.satisfies(&solution) {
+            self.look_further();
+            solution = self.conclude();
+        }
+        let mut solution = self.held_to_its_way(solution);
         if solution.method == Road::Scp {
             if self.ask.shooting {
                 solution = self.confirm(solution);
@@ -137,6 +152,50 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
             }
         }
         Solution { ladder: self.context.ladder.take(), ..solution }
+    }
+
+    /// Whether a solution goes the way that was asked for, and no cheaper one is near it. A rotation that is given
+    /// is taken as written: that may be a saddle.
+    fn satisfies(&self, solution: &Solution) -> bool {
+        let minimal = solution.optimality.conjugate_points == Some(0);
+        let given = matches!(self.problem.path, Path::AsGiven(_));
+        solution.outcome == Outcome::Converged && (minimal || given) && self.goes_as_asked(solution)
+    }
+
+    fn goes_as_asked(&self, solution: &Solution) -> bool {
+        self.asked_sense().is_none_or(|sense| sense == solution.sense)
+    }
+
+    /// The sense that was asked for.
+    fn asked_sense(&self) -> Option<Sense> {
+        match self.problem.path {
+            Path::Best => None,
+            Path::Shortest => Some(Sense::Short),
+            Path::Long => Some(Sense::Long),
+            Path::AsGiven(rotation) => {
+                let mut path = Follower::new();
+                let parts = (rotation.norm() / 0.1).ceil().max(1.0);
+                for part in 0..=parts as usize {
+                    let turned = lie::exp(&(rotation * (part as f64 / parts)));
+                    path.node(&(self.problem.start.attitude * turned), Vector3::zeros(), 0.0);
+                }
+                path.way(&self.coarse).ok().map(|way| way.sense)
+            }
+        }
+    }
+
+    /// A solution that counts as converged only if it goes the way round that was asked for.
+    fn held_to_its_way(&self, mut solution: Solution) -> Solution {
+        if solution.outcome == Outcome::Converged && !self.goes_as_asked(&solution) {
+            let way = if solution.sense == Sense::Short { "short" } else { "long" };
+            let turned = solution.turned_deg;
+            solution.outcome = Outcome::Stalled;
+            solution.shortfall = Some(format!(
+                "no optimum that goes round as asked was found; the nearest goes the {way} way and turns by \
+                 {turned:.1}°"
+            ));
+        }
+        solution
     }
 
     /// Newton from the guess alone, on the requested grid, with no ladder behind it.
@@ -173,28 +232,10 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         self.ask.shooting && !self.is_guessed() && self.fine.dynamics.is_limited()
     }
 
-    /// Whether there are extremals beside the straight ways: in a field, or of a body that translates too.
-    fn is_rich(&mut self) -> bool {
-        let rich = self.problem.motion == Motion::RigidBody || !self.problem.environment.is_free();
-        rich && self.problem.path == Path::Best && self.is_free()
-    }
-
     /// Whether SCP is the road, or the last resort.
     fn needs_scp(&mut self) -> bool {
         let rescue = self.ask.shooting && (!self.found.is_empty() || self.stopped());
         self.ask.convex && !rescue
-    }
-
-    /// Whether there is no reason to look further. A saddle has something cheaper near it.
-    pub fn settled(&mut self) -> bool {
-        self.rank();
-        let Some(best) = self.found.first() else { return false };
-        match self.problem.path {
-            Path::AsGiven(_) | Path::Shortest => true,
-            // The long way has many extremals, and no single start leads to the cheapest of them.
-            Path::Long => false,
-            Path::Best => second_order::conjugate_points(&self.coarse, &best.candidate.costate()) == Some(0),
-        }
     }
 
     /// Has a method improve a candidate, and notes how that went.
@@ -220,10 +261,23 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         attempt
     }
 
-    /// Newton shooting on the coarse grid from one start, then to the requested grid.
+    /// Newton shooting on the coarse grid from one start. Whether it led to an extremal, new or known.
     pub fn shoot(&mut self, rung: Rung, start: Candidate) -> bool {
         let attempt = self.attempt(rung, &Shooting::on_coarse_grid(&self.coarse, true), start);
-        attempt.converged() && self.finish(attempt.candidate)
+        if !attempt.converged() {
+            return false;
+        }
+        let coarse = &attempt.candidate;
+        self.arrived.push(coarse.provenance.start.clone());
+        let costate = coarse.costate::<N>();
+        // Under a symmetry costates of one extremal differ by what has no effect: leave that out.
+        let effective = coarse.sensitivity().map_or(costate, |psi| effective(&psi, &costate));
+        let scale = effective.amax().max(1.0);
+        if !self.met.iter().any(|met| (met - effective).amax() < SAME * scale) {
+            self.met.push(effective);
+            self.pool.push(attempt);
+        }
+        true
     }
 
     /// Newton shooting on the requested grid.
@@ -233,17 +287,8 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         self.keep(attempt)
     }
 
-    /// Carries a coarse extremal to the requested grid, unless it is known already.
-    fn finish(&mut self, coarse: Candidate) -> bool {
-        let costate = coarse.costate::<N>();
-        // Under a symmetry costates of one extremal differ by what has no effect: leave that out.
-        let effective = coarse.sensitivity().map_or(costate, |psi| effective(&psi, &costate));
-        let scale = effective.amax().max(1.0);
-        if self.met.iter().any(|met| (met - effective).amax() < SAME * scale) {
-            self.arrived.push(coarse.provenance.start);
-            return true;
-        }
-        self.met.push(effective);
+    /// Carries a coarse extremal to the requested grid.
+    pub fn finish(&mut self, coarse: Candidate) -> bool {
         let (problem, tolerance) = (self.problem, self.context.settings.tolerance);
         let refinement = CoarseToFine { problem, fine: &self.fine, tolerance };
         let attempt = self.attempt(Rung::CoarseToFine, &refinement, coarse);
@@ -255,7 +300,6 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         self.add_work(&attempt);
         let converged = attempt.converged();
         if converged {
-            self.arrived.push(attempt.candidate.provenance.start.clone());
             if !self.found.iter().any(|other| same::<N>(other, &attempt)) {
                 self.found.push(attempt);
             }
@@ -307,14 +351,14 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
                 }
                 Ok(path.way_or_short(&self.fine))
             }
-            _ => Follower::of(&self.coarse, &candidate.costate()).and_then(|path| path.way(&self.coarse)),
+            _ => Follower::of(&self.coarse, &candidate.costate()).map(|path| path.way_or_short(&self.coarse)),
         };
         let (turned_deg, rotation) = (f64::NAN, Vector3::repeat(f64::NAN));
         way.unwrap_or(Way { sense: Sense::Short, turned_deg, rotation })
     }
 
     /// How far a path is from what was asked for: the wrong sense, or another rotation than the given.
-    fn astray(&self, found: &Attempt) -> f64 {
+    pub fn astray(&self, found: &Attempt) -> f64 {
         let way = || self.way(&found.candidate);
         match self.problem.path {
             Path::Best => 0.0,
@@ -325,14 +369,19 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         }
     }
 
-    /// Puts the winner first: the nearest to what was asked for, of these the lowest cost.
-    pub fn rank(&mut self) {
-        let found = std::mem::take(&mut self.found);
+    /// The nearest to what was asked for first, of these the lowest cost.
+    pub fn ranked(&self, found: Vec<Attempt>) -> Vec<Attempt> {
         let several = found.len() > 1;
         let mut keyed: Vec<(f64, Attempt)> =
             found.into_iter().map(|found| (if several { self.astray(&found) } else { 0.0 }, found)).collect();
         keyed.sort_by(|(a, x), (b, y)| a.total_cmp(b).then(x.cost.total_cmp(&y.cost)));
-        self.found = keyed.into_iter().map(|(_, found)| found).collect();
+        keyed.into_iter().map(|(_, found)| found).collect()
+    }
+
+    /// Puts the winner first.
+    pub fn rank(&mut self) {
+        let found = std::mem::take(&mut self.found);
+        self.found = self.ranked(found);
     }
 
     /// Chooses among what was found, and writes the solution.
@@ -359,7 +408,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         if !self.found.iter().any(scp) {
             self.rank();
         }
-        let rivals = self.found.iter().skip(1).map(|rival| self.rival(rival));
+        let rivals = self.found.iter().skip(1).chain(&self.rivals).map(|rival| self.rival(rival));
         // One that cannot be followed from its start is no plan.
         let rivals = rivals.filter(|rival| rival.turned_deg.is_finite() && rival.cost.is_finite()).collect();
         let shortfall = self.shortfall.clone();
@@ -509,9 +558,9 @@ fn same<const N: usize>(a: &Attempt, b: &Attempt) -> bool {
 }
 
 /// Turns to try, in order.
-fn wanted_turns(problem: &Problem) -> Vec<i32> {
+pub(super) fn wanted_turns(problem: &Problem) -> Vec<i32> {
     match problem.path {
-        Path::Best => vec![0, -1, 1, -2],
+        Path::Best => vec![0, -1],
         Path::Shortest => vec![0],
         Path::Long => vec![-1],
         Path::AsGiven(rotation) => vec![turns_as_given(problem, &rotation)],

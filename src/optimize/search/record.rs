@@ -40,7 +40,7 @@ pub(crate) fn extremal<const N: usize>(
     let mut force = force.map(|force| Optimal::of(problem, force, true, unit));
     let mut torque = Optimal::of(problem, weights.torque(&problem.actuation), false, unit);
     let end = bvp.sweep_observed(costate, |node| recorder.sweep_node(&node, force.as_mut(), &mut torque))?;
-    let way = recorder.follower.way(bvp)?;
+    let way = recorder.follower.way_or_short(bvp);
     let active = force.into_iter().chain([torque]).map(|set| set.active);
     Ok(Recorded {
         trajectory: recorder.trajectory,

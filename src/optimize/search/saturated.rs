@@ -78,7 +78,7 @@ impl<const N: usize> Search<'_, '_, N> {
         let limitless = self.fine.relaxed(LIMITLESS);
         let demand =
             |found: &Attempt| limitless.demand(&found.candidate.costate()).map(|demand| LIMITLESS * demand);
-        let unlimited = search.found.into_iter();
+        let unlimited = search.found.into_iter().chain(search.rivals);
         unlimited.filter_map(|found| demand(&found).ok().map(|demand| Unlimited { found, demand })).collect()
     }
 

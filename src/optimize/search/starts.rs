@@ -1,5 +1,5 @@
-//! Starts of the shooting: rotation senses and windings, counted from the ballistic end point, given costates, and
-//! random ones.
+//! Starts of the shooting: rotation senses and windings, counted from the ballistic end point, and given
+//! costates.
 //!
 //! Let `e_b = log(R_dᵀ R_b)` be the attitude error and `e_p` the other errors at the end of the motion
 //! without inputs, and `Ψ₁₂(0)` its sensitivity. The starts are
@@ -12,7 +12,7 @@
 //! integrator. With rates, a potential or a turning frame it counts the senses where they tie.
 
 use crate::Vector3;
-use crate::maneuver::problem::{Path, Problem, Scheme};
+use crate::maneuver::problem::{Problem, Scheme};
 use crate::maneuver::solution::Outcome;
 use crate::numerics::factor::Factor;
 use crate::optimize::candidate::Candidate;
@@ -20,7 +20,7 @@ use crate::optimize::methods::shooting::newton::outcome_of;
 use crate::optimize::step::StepError;
 use crate::optimize::sweep::BoundaryValueProblem;
 use nalgebra::SVector;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 /// Name of the start from the costates of a guess.
 pub(super) const GUESS: &str = "guess";
@@ -51,21 +51,18 @@ pub(crate) fn wound(error: &Vector3, turns: i32) -> Vector3 {
 pub(super) fn ballistic<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     turns: &[i32],
-    fractions: &[f64],
+    fraction: f64,
 ) -> Result<Vec<Candidate>, StepError> {
     let (end, psi) = bvp.sweep_linearized(&SVector::zeros())?;
     let factor = Factor::new(&psi);
     let short: Vector3 = end.error.fixed_rows::<3>(N - 6).into_owned();
-    let mut starts = Vec::new();
-    for &fraction in fractions {
-        for &turns in turns {
-            let mut error = end.error;
-            error.fixed_rows_mut::<3>(N - 6).copy_from(&wound(&short, turns));
-            let costate = factor.solve(&error) * -fraction;
-            starts.push(Candidate::of_costate(&name_of(turns), &bvp.dynamics.grid, &costate));
-        }
-    }
-    Ok(starts)
+    let start = |turns: &i32| {
+        let mut error = end.error;
+        error.fixed_rows_mut::<3>(N - 6).copy_from(&wound(&short, *turns));
+        let costate = factor.solve(&error) * -fraction;
+        Candidate::of_costate(&name_of(*turns), &bvp.dynamics.grid, &costate)
+    };
+    Ok(turns.iter().map(start).collect())
 }
 
 /// `λ_{−1}` from costates as a solution gives them: SI units, `λ_0` for Lie–Euler, `λ_{−1}` for Lie–Verlet.
@@ -82,36 +79,4 @@ pub(super) fn given<const N: usize>(
             first.map(|transition| transition.costate_before).map_err(outcome_of)
         }
     }
-}
-
-/// Deterministic random starts without end: random way rounds from the ballistic end, about the long way where
-/// that is asked for.
-pub(super) fn random<const N: usize>(
-    bvp: &BoundaryValueProblem<N>,
-    path: Path,
-) -> Result<impl Iterator<Item = Candidate> + use<N>, StepError> {
-    let (end, psi) = bvp.sweep_linearized(&SVector::zeros())?;
-    let factor = Factor::new(&psi);
-    let short = end.error.fixed_rows::<3>(N - 6).into_owned();
-    // The long way is looked for around itself, anything else everywhere.
-    let (around, spread) = match path {
-        Path::Long => (wound(&short, -1), 0.5 * PI),
-        _ => (short, TAU),
-    };
-    let mut state = 0x5EED_u64;
-    let mut uniform = move || {
-        // A linear congruential step, its high bits: starts need to be spread, not random.
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / 2.0f64.powi(52) - 1.0
-    };
-    let grid = bvp.dynamics.grid.clone();
-    Ok((1..).map(move |index: usize| {
-        let mut error = end.error;
-        error.fixed_rows_mut::<3>(N - 6).copy_from(&around);
-        for row in 0..N {
-            error[row] += spread * uniform() * if row >= N - 6 { 1.0 } else { 0.2 };
-        }
-        let costate = factor.solve(&error) * (-0.5 * (1.0 + uniform()));
-        Candidate::of_costate(&format!("random {index}"), &grid, &costate)
-    }))
 }

@@ -21,7 +21,7 @@ pub(super) fn transfer(grids: [&Chain; 2], found: &Candidate) -> Candidate {
         (low, at - low as f64)
     };
     let states = &known.states;
-    let smooth = Interpolant::of(states);
+    let smooth = Interpolant::of(states.iter().map(ChainState::pose).collect());
     let poses: Vec<Pose> = (0..=fine.steps)
         .map(|stage| {
             let (low, share) = between(stage);
@@ -54,22 +54,23 @@ pub(super) fn transfer(grids: [&Chain; 2], found: &Candidate) -> Candidate {
 
 /// A path with continuous rates through the nodes of a coarse one: cubics of Hermite on each step, in the
 /// rotation vector from its first node.
-struct Interpolant<'a> {
-    nodes: &'a [ChainState],
+pub(super) struct Interpolant {
+    nodes: Vec<Pose>,
     /// From each node to the next: rotation vector, and distance.
     turns: Vec<Vector3>,
     ways: Vec<Vector3>,
 }
 
-impl<'a> Interpolant<'a> {
-    fn of(nodes: &'a [ChainState]) -> Self {
+impl Interpolant {
+    pub fn of(nodes: Vec<Pose>) -> Self {
         let turns = nodes.windows(2).map(|pair| lie::minus(&pair[1].attitude, &pair[0].attitude));
         let ways = nodes.windows(2).map(|pair| pair[1].position - pair[0].position);
-        Self { nodes, turns: turns.collect(), ways: ways.collect() }
+        let (turns, ways) = (turns.collect(), ways.collect());
+        Self { nodes, turns, ways }
     }
 
     /// The pose at a share of the step that begins at node `low`.
-    fn at(&self, low: usize, share: f64) -> Pose {
+    pub fn at(&self, low: usize, share: f64) -> Pose {
         let node = &self.nodes[low];
         let turn = cubic(&self.turns, low, share);
         Pose {

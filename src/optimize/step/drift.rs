@@ -39,13 +39,13 @@ pub(crate) struct Drift {
 pub(crate) struct LinearDrift {
     h: f64,
     f: Matrix3,
-    f_t: Matrix3,
-    b: Matrix3,
-    c: Matrix3,
+    pub f_t: Matrix3,
+    pub b: Matrix3,
+    pub c: Matrix3,
     /// `C⁻ᵀ = Fᵀ + B S(Π)`.
     c_inverse_t: Matrix3,
-    h12: Matrix3,
-    h22: Matrix3,
+    pub h12: Matrix3,
+    pub h22: Matrix3,
 }
 
 impl Dynamics {

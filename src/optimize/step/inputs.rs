@@ -5,6 +5,7 @@ use crate::mechanics::actuators::AxisFrame;
 use crate::mechanics::environment::{Pose, Wrench};
 use crate::optimize::control_law::ControlLaw;
 use crate::{Matrix3, Vector3};
+use nalgebra::SMatrix;
 
 impl Dynamics {
     /// Actuator wrench at the optimal inputs for the costate `(λ^γ, λ^Π)`, and their effort, scaled.
@@ -123,6 +124,29 @@ impl InputMatrices {
         (-self.force.on_reference(r, &wrench.force), -self.torque.on_body(r, &wrench.moment))
     }
 
+    /// `Ŵ = (B W⁻¹Bᵀ)⁻¹` at attitude `r`, in the axes of the momenta: 3×3, or 6×6 with forces before torques.
+    pub fn weight<const D: usize>(&self, r: &Matrix3) -> SMatrix<f64, D, D> {
+        let torque = match self.torque.frame {
+            AxisFrame::Body => self.torque.matrix,
+            AxisFrame::Reference => r.tr_mul(&(self.torque.matrix * r)),
+        };
+        let mut out = SMatrix::<f64, D, D>::zeros();
+        out.view_mut((D - 3, D - 3), (3, 3)).copy_from(&torque);
+        if D == 6 {
+            let force = match self.force.frame {
+                AxisFrame::Reference => self.force.matrix,
+                AxisFrame::Body => r * self.force.matrix * r.transpose(),
+            };
+            out.view_mut((0, 0), (3, 3)).copy_from(&force);
+        }
+        out
+    }
+
+    /// Traces of the weights of forces and of torques.
+    pub fn traces(&self) -> (f64, f64) {
+        (self.force.matrix.trace(), self.torque.matrix.trace())
+    }
+
     /// Of the roots: the blocks of `G` for forces and torques at attitude `r`.
     pub fn at(&self, r: &Matrix3) -> [Matrix3; 2] {
         let force = self.force.frame.to_reference(r, &self.force.matrix);
@@ -131,6 +155,36 @@ impl InputMatrices {
 }
 
 impl Dynamics {
+    /// The same without limits and with a little authority about every axis: `ε` times the mean that the inputs
+    /// have. What is cheapest then bounds the true cost of the same branch from below.
+    pub(crate) fn widened(&self, epsilon: f64) -> Self {
+        let wider = |authority: &Authority| {
+            let mean = authority.matrix.trace() / 3.0;
+            let matrix = authority.matrix + Matrix3::from_diagonal_element(epsilon * mean);
+            Authority { matrix, frame: authority.frame }
+        };
+        Self { torque: wider(&self.torque), force: wider(&self.force), laws: None, ..self.clone() }
+    }
+
+    /// Whether there are inputs about every axis, and along every axis where the body translates.
+    pub(crate) fn has_all_axes(&self) -> bool {
+        self.weight_condition() < 1e9
+    }
+
+    /// The largest ratio of the principal authorities of one kind of input.
+    pub(crate) fn weight_condition(&self) -> f64 {
+        let condition = |authority: &Authority| {
+            let values = authority.matrix.symmetric_eigenvalues();
+            if values.max() > 0.0 { values.max() / values.min().max(0.0) } else { 1.0 }
+        };
+        condition(&self.torque).max(condition(&self.force))
+    }
+
+    /// Whether the inputs tie translation and rotation together: forces fixed in the body.
+    pub(crate) fn is_coupled(&self) -> bool {
+        self.force.frame == AxisFrame::Body
+    }
+
     /// `G` with `G Gᵀ = B W⁻¹ Bᵀ`: the square root of the inputs' authority.
     pub(crate) fn input_root(&self) -> InputMatrices {
         self.of_authorities(|authority| {

@@ -44,7 +44,7 @@ pub(crate) struct LinearKick {
     pp_force: Matrix3,
     pp_torque: Matrix3,
     /// `(K_pq, K_qq)`; `None` where both vanish: free body, body torques, reference forces.
-    field: Option<(Blocks, Blocks)>,
+    pub field: Option<(Blocks, Blocks)>,
 }
 
 impl Dynamics {

@@ -252,6 +252,12 @@ impl Dynamics {
         self.laws.is_some()
     }
 
+    /// The same with the frame turning the other way: for motions that run backward, on steps of one length.
+    pub(crate) fn reversed(&self) -> Self {
+        let frame_turns = self.frame_turns.iter().map(Matrix3::transpose).collect();
+        Self { frame_turns, ..self.clone() }
+    }
+
     /// The same with every limit of the inputs `factor` times as large.
     pub(crate) fn relaxed(&self, factor: f64) -> Self {
         let relaxed = |laws: &ControlLaws| ControlLaws {
@@ -337,7 +343,15 @@ impl Dynamics {
         }
     }
 
-    /// Force and moment of the environment, scaled.
+    /// Force and moment of the environment, scaled; zero for a free body.
+    #[inline(always)]
+    pub(crate) fn environment_wrench(&self, pose: &Pose) -> Wrench {
+        self.environment
+            .as_ref()
+            .map_or_else(Wrench::zero, |environment| self.wrench(environment.as_ref(), pose))
+    }
+
+    /// Force and moment of an environment, scaled.
     #[inline(always)]
     fn wrench(&self, environment: &dyn Environment, pose: &Pose) -> Wrench {
         let wrench = environment.wrench(&self.pose_si(pose));

@@ -15,6 +15,7 @@ use crate::maneuver::problem::Problem;
 use crate::mechanics::environment::Pose;
 use crate::optimize::step::drift::Drift;
 use crate::optimize::step::kick::Kick;
+use crate::numerics::compensated::Sum;
 use crate::optimize::step::{Costate, Dynamics, Point, Sensitivity, StepError};
 use crate::optimize::terminal::TerminalCondition;
 use nalgebra::{SMatrix, SVector};
@@ -228,9 +229,18 @@ impl<const N: usize> BoundaryValueProblem<N> {
         }
     }
 
-    /// The same problem with another state given at the end.
-    pub(crate) fn with_target(&self, target: Point) -> Self {
-        Self { terminal: TerminalCondition::State(target), ..self.clone() }
+    /// The same motion backward: from the target, with its momenta and the turn of the frame reversed.
+    pub(crate) fn reversed(&self) -> Self {
+        let back = |point: &Point| Point {
+            momentum: Sum::new(-point.momentum.value),
+            linear_momentum: Sum::new(-point.linear_momentum.value),
+            ..*point
+        };
+        Self {
+            dynamics: self.dynamics.reversed(),
+            start: back(self.terminal.target()),
+            terminal: TerminalCondition::State(back(&self.start)),
+        }
     }
 
     /// The same problem with every limit of the inputs `factor` times as large.
@@ -248,13 +258,6 @@ impl<const N: usize> BoundaryValueProblem<N> {
             }
         })?;
         Ok(largest)
-    }
-
-    /// The state at the end of the motion without inputs.
-    pub(crate) fn ballistic_end(&self) -> Result<Point, StepError> {
-        let mut end = self.start;
-        self.sweep_observed(&SVector::zeros(), |node| end = node.physical())?;
-        Ok(end)
     }
 }
 

@@ -1,0 +1,369 @@
+//! How often the default answer is the best known, counted over families of maneuvers.
+//!
+//! `cargo run --release --example families [-- FAMILY … [--cases COUNT] [--seed SEED] [--search quick] [--case N]]` draws random
+//! maneuvers of every family, plans them by default, and compares the cost with the lowest that a thorough search of
+//! two hundred starts and more meets. A hit is within 1e-6. Every case depends on the seed and its number alone.
+
+#[path = "../tests/common/random.rs"]
+mod random;
+
+use nalgebra::DMatrix;
+use random::Random;
+use slewkit::lie;
+use slewkit::maneuver::problem::{Problem, State};
+use slewkit::maneuver::settings::{Settings, Thoroughness};
+use slewkit::maneuver::solution::{Outcome, Solution};
+use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
+use slewkit::mechanics::body::{Body, Inertia};
+use slewkit::mechanics::environment::{CentralGravity, GravityGradient, PointMass, UniformGravity};
+use slewkit::optimize::search::solve;
+use slewkit::plan::Silent;
+use slewkit::{Matrix3, Vector3};
+use std::f64::consts::{PI, TAU};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+const STEPS: usize = 100;
+/// A default answer within this of the best known, relative, is a hit.
+const HIT: f64 = 1e-6;
+
+impl Random {
+    /// One stream a case.
+    fn case(seed: u64, family: usize, index: usize) -> Self {
+        let mut random = Self::new(
+            seed ^ ((family as u64 + 77) << 48) ^ (index as u64).wrapping_mul(0xD134_2543_DE82_EF95),
+        );
+        random.unit();
+        random
+    }
+
+    fn normal(&mut self) -> f64 {
+        (-2.0 * (1.0 - self.unit()).ln()).sqrt() * (2.0 * PI * self.unit()).cos()
+    }
+
+    fn direction(&mut self) -> Vector3 {
+        Vector3::from_fn(|_, _| self.normal()).normalize()
+    }
+
+    fn rotation(&mut self) -> Matrix3 {
+        let q: [f64; 4] = std::array::from_fn(|_| self.normal());
+        let norm = q.iter().map(|value| value * value).sum::<f64>().sqrt();
+        lie::rotation_from_quaternion(&q.map(|value| value / norm))
+    }
+
+    /// Principal moments with a ratio of at most `ratio`, mean 1.
+    fn moments(&mut self, ratio: f64) -> Vector3 {
+        loop {
+            let d: [f64; 3] = std::array::from_fn(|_| 40f64.powf(-self.unit()));
+            let moments = Vector3::new(d[1] + d[2], d[2] + d[0], d[0] + d[1]);
+            if moments.amax() <= ratio * moments.amin() {
+                return moments * (3.0 / moments.sum());
+            }
+        }
+    }
+
+    /// The same about random axes.
+    fn inertia(&mut self, ratio: f64) -> Inertia {
+        let moments = self.moments(ratio);
+        let axes = self.rotation();
+        let j = axes * Matrix3::from_diagonal(&moments) * axes.transpose();
+        Inertia::new(0.5 * (j + j.transpose())).expect("a physical inertia")
+    }
+
+    fn within_cube(&mut self, half: f64) -> Vector3 {
+        Vector3::from_fn(|_, _| self.within(-half, half))
+    }
+
+    fn coin(&mut self) -> bool {
+        self.unit() < 0.5
+    }
+}
+
+/// A family: its name, and how its cases are drawn.
+struct Family {
+    name: &'static str,
+    draw: fn(&mut Random) -> Problem,
+}
+
+const FAMILIES: [Family; 9] = [
+    Family { name: "F1 full torque, rates to 5 rad/T", draw: full_torque },
+    Family { name: "F2 rest to rest, boxes among them", draw: rest_to_rest },
+    Family { name: "F3 two torques", draw: two_torques },
+    Family { name: "F4 long detumbling", draw: detumbling },
+    Family { name: "F5 pendulum", draw: pendulum },
+    Family { name: "F6 gravity gradient", draw: gravity_gradient },
+    Family { name: "F7 dumbbell in central gravity", draw: dumbbell },
+    Family { name: "F8 body-fixed thrust", draw: body_fixed_thrust },
+    Family { name: "F9 weights of ratio 1000", draw: stiff_weights },
+];
+
+fn body(inertia: Inertia) -> Body {
+    Body { inertia, mass: None }
+}
+
+fn full_torque(random: &mut Random) -> Problem {
+    let inertia = random.inertia(8.0);
+    let start = State::attitude(Matrix3::identity(), random.within_cube(5.0));
+    let end = State::attitude(random.rotation(), random.within_cube(5.0));
+    Problem::attitude(body(inertia), start, end, 1.0)
+}
+
+/// Half of them are boxes that turn about a principal axis by 90°, 180° or any other angle.
+fn rest_to_rest(random: &mut Random) -> Problem {
+    let at = |r: Matrix3| State::at_rest(r);
+    if random.coin() {
+        let inertia = random.inertia(8.0);
+        let end = at(random.rotation());
+        return Problem::attitude(body(inertia), at(Matrix3::identity()), end, 1.0);
+    }
+    let moments = random.moments(8.0);
+    let inertia = Inertia::new(Matrix3::from_diagonal(&moments)).expect("a box");
+    let axis = (random.unit() * 3.0) as usize % 3;
+    let any = random.within(0.0, PI);
+    let angle = [0.5 * PI, PI, any][(random.unit() * 3.0) as usize % 3];
+    let end = at(lie::exp(&Vector3::ith(axis, angle)));
+    Problem::attitude(body(inertia), at(Matrix3::identity()), end, 1.0)
+}
+
+fn two_torques(random: &mut Random) -> Problem {
+    let inertia = random.inertia(8.0);
+    let axes = vec![random.direction(), random.direction()];
+    let set = ActuatorSet::new(axes, AxisFrame::Body, DMatrix::identity(2, 2)).expect("two torques");
+    let half = if random.coin() { 2.0 } else { 0.0 };
+    let start = State::attitude(Matrix3::identity(), random.within_cube(half));
+    let end = State::attitude(random.rotation(), random.within_cube(half));
+    Problem::attitude(body(inertia), start, end, 1.0).with_actuation(Actuation::torques(set))
+}
+
+fn detumbling(random: &mut Random) -> Problem {
+    let inertia = random.inertia(5.0);
+    let rate = |random: &mut Random| random.direction() * random.within(10.0, 30.0);
+    let start = State::attitude(Matrix3::identity(), rate(random));
+    let stop = random.coin();
+    let end = State::attitude(random.rotation(), if stop { Vector3::zeros() } else { rate(random) });
+    Problem::attitude(body(inertia), start, end, 1.0)
+}
+
+fn pendulum(random: &mut Random) -> Problem {
+    let inertia = random.inertia(8.0);
+    let omega = random.within(2.0, 10.0);
+    // ω² = m g |ρ| / J with J = 1.
+    let rho = random.direction() * 0.3;
+    let field = UniformGravity::new(1.0, omega * omega / 0.3, Vector3::z(), rho).expect("a pendulum");
+    let start = State::attitude(random.rotation(), random.within_cube(1.0));
+    let end = State::attitude(random.rotation(), random.within_cube(1.0));
+    Problem::attitude(body(inertia), start, end, 1.0).with_environment(field)
+}
+
+fn gravity_gradient(random: &mut Random) -> Problem {
+    let inertia = random.inertia(8.0);
+    let rate = random.within(1.0, TAU);
+    let field = GravityGradient::new(rate, &inertia).expect("a gravity gradient");
+    let start = State::attitude(random.rotation(), random.within_cube(1.0));
+    let end = State::attitude(random.rotation(), random.within_cube(1.0));
+    Problem::attitude(body(inertia), start, end, 1.0).with_environment(field)
+}
+
+fn dumbbell(random: &mut Random) -> Problem {
+    let rate = random.within(0.6, 3.6);
+    // A circular orbit of radius 1.
+    let mu = rate * rate;
+    let (half, mass) = (random.within(0.05, 0.2), 1.0);
+    let axis = random.direction();
+    let sphere = |position: Vector3| PointMass { parameter: 0.5 * mu * mass, position };
+    let spheres = vec![sphere(axis * half), sphere(axis * -half)];
+    let radius = 0.6 * half;
+    let ball = 0.4 * mass * radius * radius;
+    let j = Matrix3::from_diagonal_element(ball)
+        + (Matrix3::identity() - axis * axis.transpose()) * (mass * half * half);
+    let inertia = Inertia::new(0.5 * (j + j.transpose())).expect("a dumbbell");
+    let field = CentralGravity::new(spheres).expect("a field");
+    let state = |angle: f64, random: &mut Random, attitude: Matrix3| State {
+        position: Vector3::new(angle.cos(), angle.sin(), 0.0) + random.within_cube(0.05),
+        velocity: Vector3::new(-angle.sin(), angle.cos(), 0.0) * rate,
+        attitude,
+        angular_velocity: random.within_cube(1.0),
+    };
+    let (a, b) = (random.rotation(), random.rotation());
+    let start = state(0.0, random, a);
+    let end = state(rate, random, b);
+    // A turn by one radian costs as much as a shift by one radius of the orbit.
+    let three = || vec![Vector3::x(), Vector3::y(), Vector3::z()];
+    let price = DMatrix::identity(3, 3) / (inertia.mean() * inertia.mean());
+    let torque = ActuatorSet::new(three(), AxisFrame::Body, price).expect("torques");
+    let force = ActuatorSet::new(three(), AxisFrame::Reference, DMatrix::identity(3, 3)).expect("forces");
+    let actuation = Actuation { torque, force: Some(force), wheels: None };
+    let problem = Problem::rigid_body(Body { inertia, mass: Some(mass) }, start, end, 1.0);
+    problem.with_environment(field).with_actuation(actuation)
+}
+
+fn body_fixed_thrust(random: &mut Random) -> Problem {
+    let inertia = random.inertia(4.0);
+    let price = 10f64.powf(random.within(-1.0, 3.0));
+    let torque = ActuatorSet::new(
+        vec![Vector3::x(), Vector3::y(), Vector3::z()],
+        AxisFrame::Body,
+        DMatrix::identity(3, 3) * price,
+    )
+    .expect("torques");
+    let force = ActuatorSet::new(
+        vec![Vector3::x(), Vector3::y(), Vector3::z()],
+        AxisFrame::Body,
+        DMatrix::from_diagonal(&nalgebra::DVector::from_vec(vec![1.0, 4.0, 4.0])),
+    )
+    .expect("thrusters");
+    let state = |random: &mut Random, position: Vector3| State {
+        position,
+        velocity: Vector3::zeros(),
+        attitude: random.rotation(),
+        angular_velocity: Vector3::zeros(),
+    };
+    let start = state(random, Vector3::zeros());
+    let to = random.direction() * random.within(1.0, 3.0);
+    let end = state(random, to);
+    let body = Body { inertia, mass: Some(1.0) };
+    let actuation = Actuation { torque, force: Some(force), wheels: None };
+    Problem::rigid_body(body, start, end, 1.0).with_actuation(actuation)
+}
+
+fn stiff_weights(random: &mut Random) -> Problem {
+    let inertia = random.inertia(8.0);
+    let axes = random.rotation();
+    let middle = 1000f64.powf(random.unit());
+    let w = axes * Matrix3::from_diagonal(&Vector3::new(1.0, middle, 1000.0)) * axes.transpose();
+    let w = 0.5 * (w + w.transpose());
+    let weight = DMatrix::from_fn(3, 3, |row, column| w[(row, column)]);
+    let set = ActuatorSet::new(vec![Vector3::x(), Vector3::y(), Vector3::z()], AxisFrame::Body, weight)
+        .expect("weights");
+    let start = State::attitude(Matrix3::identity(), random.within_cube(3.0));
+    let end = State::attitude(random.rotation(), random.within_cube(3.0));
+    Problem::attitude(body(inertia), start, end, 1.0).with_actuation(Actuation::torques(set))
+}
+
+/// What a case came to.
+struct Case {
+    index: usize,
+    /// Cost of the default answer over the best known.
+    excess: Option<f64>,
+    saddle: bool,
+    seconds: f64,
+    start: String,
+    best_start: String,
+}
+
+fn judged(problem: &Problem, search: Thoroughness, index: usize) -> Case {
+    let settings = |search| Settings { search, ..Settings::default() };
+    let clock = Instant::now();
+    let default = solve(problem, &settings(search), None, &mut Silent).expect("a sound problem");
+    let seconds = clock.elapsed().as_secs_f64();
+    let thorough =
+        solve(problem, &settings(Thoroughness::Thorough), None, &mut Silent).expect("a sound problem");
+    let cost = |solution: &Solution| {
+        if solution.outcome == Outcome::Converged { solution.cost } else { f64::INFINITY }
+    };
+    let best = cost(&default).min(cost(&thorough));
+    Case {
+        index,
+        excess: (cost(&default).is_finite()).then(|| cost(&default) / best - 1.0),
+        saddle: default.optimality.conjugate_points.is_some_and(|points| points > 0),
+        seconds,
+        start: default.start,
+        best_start: thorough.start,
+    }
+}
+
+/// All that was tried for one case.
+fn tell(problem: &Problem, search: Thoroughness) {
+    let settings = Settings { search, ..Settings::default() };
+    let solution = solve(problem, &settings, None, &mut Silent).expect("a sound problem");
+    for rung in &solution.ladder {
+        let (first, last) = (rung.residuals.first(), rung.residuals.last());
+        println!(
+            "{:14} {:28} {:4} steps {:?} in {}: {first:?} to {last:?}",
+            rung.rung, rung.start, rung.steps, rung.outcome, rung.iterations
+        );
+    }
+    println!("{:?} {} {:?} {:?}", solution.outcome, solution.cost, solution.optimality, solution.shortfall);
+    solution.rivals.iter().for_each(|rival| println!("{rival:?}"));
+}
+
+fn main() {
+    let mut wanted = Vec::new();
+    let mut only = None;
+    let (mut cases, mut seed, mut search) = (500, 1, Thoroughness::Default);
+    let mut arguments = std::env::args().skip(1);
+    while let Some(argument) = arguments.next() {
+        let mut value = || arguments.next().unwrap_or_default();
+        match argument.as_str() {
+            "--cases" => cases = value().parse().expect("a number of cases"),
+            "--seed" => seed = value().parse().expect("a seed"),
+            "--case" => only = value().parse().ok(),
+            "--search" => {
+                search = if value() == "quick" { Thoroughness::Quick } else { Thoroughness::Default }
+            }
+            family => wanted.push(family.to_owned()),
+        }
+    }
+    println!("{cases} cases a family, seed {seed}, {STEPS} steps; a hit is within {HIT:e} of the best known");
+    println!("| family | hits | saddles | no plan | excess of misses: median, worst | ms: median, mean |");
+    println!("|---|---|---|---|---|---|");
+    for (number, family) in FAMILIES.iter().enumerate() {
+        if !wanted.is_empty() && !wanted.iter().any(|name| family.name.starts_with(name.as_str())) {
+            continue;
+        }
+        if let Some(index) = only {
+            let mut random = Random::case(seed, number, index);
+            return tell(&(family.draw)(&mut random).with_steps(STEPS), search);
+        }
+        let next = AtomicUsize::new(0);
+        let results = Mutex::new(Vec::new());
+        std::thread::scope(|scope| {
+            for _ in 0..2 {
+                scope.spawn(|| {
+                    loop {
+                        let index = next.fetch_add(1, Ordering::Relaxed);
+                        if index >= cases {
+                            break;
+                        }
+                        let mut random = Random::case(seed, number, index);
+                        let problem = (family.draw)(&mut random).with_steps(STEPS);
+                        let case = judged(&problem, search, index);
+                        if let Ok(mut results) = results.lock() {
+                            results.push(case);
+                        }
+                    }
+                });
+            }
+        });
+        let mut results = results.into_inner().expect("no thread panicked");
+        results.sort_by_key(|case| case.index);
+        let hits = results.iter().filter(|case| case.excess.is_some_and(|excess| excess <= HIT)).count();
+        let saddles = results.iter().filter(|case| case.saddle).count();
+        let unsolved = results.iter().filter(|case| case.excess.is_none()).count();
+        let mut misses: Vec<f64> =
+            results.iter().filter_map(|case| case.excess).filter(|e| *e > HIT).collect();
+        misses.sort_by(f64::total_cmp);
+        let mut times: Vec<f64> = results.iter().map(|case| case.seconds * 1e3).collect();
+        times.sort_by(f64::total_cmp);
+        let share = 100.0 * hits as f64 / cases as f64;
+        let missed = match misses.last() {
+            Some(worst) => format!("{:.2e}, {worst:.2e}", misses[misses.len() / 2]),
+            None => "–".into(),
+        };
+        let mean = times.iter().sum::<f64>() / times.len() as f64;
+        println!(
+            "| {} | {share:.1} % | {saddles} | {unsolved} | {missed} | {:.2}, {mean:.2} |",
+            family.name,
+            times[times.len() / 2]
+        );
+        for case in
+            results.iter().filter(|case| case.saddle || case.excess.is_none_or(|excess| excess > HIT)).take(8)
+        {
+            eprintln!(
+                "  case {}: excess {:?}, saddle {}, {} instead of {}",
+                case.index, case.excess, case.saddle, case.start, case.best_start
+            );
+        }
+    }
+}

@@ -1,0 +1,305 @@
+//! The Newton direction of a path and the inertia of its Hessian, in one sweep back and one forward.
+//!
+//! Stage k takes `z_k = (ζ_k, δΠ_k)` to `z_{k+1} = A_k z_k + h_{k+1} E δτ_{k+1}` at the cost
+//! `½ z_kᵀ Ĥ_k z_k + (h/2) δτᵀŴδτ + g_kᵀζ_k`, where `Ĥ` is the symmetric part of `H_k`, shifted by `δ h diag(S, 0)`.
+//! The last two stages are eliminated with the end given, the others by the recursion of Riccati:
+//!
+//! ```text
+//! k = N−1:   L = −A12⁻¹A11 ,  K = −(A21 + A22 L)/h_N ,   P̂ = [I;L]ᵀĤ[I;L] + h_N KᵀŴ_N K ,   ĝ = g_{N−1}
+//! k = N−2:   T = [A11 A12] ,  K = (L T − [A21 A22])/h ,  P = Ĥ + TᵀP̂T + h KᵀŴ_{N−1}K ,    q = [g;0] + Tᵀĝ
+//! k < N−2:   U = Ŵ_{k+1} + h EᵀPE ,   K = −U⁻¹EᵀPA ,  κ = −U⁻¹Eᵀq ,
+//!            P ← Ĥ + AᵀPA + h AᵀPE K ,   q ← [g_k;0] + Aᵀ(q + h PE κ)
+//! node 0:    U = Ŵ_0 + h_0 EᵀPE ,   δτ_0 = −U⁻¹Eᵀq
+//! ```
+//!
+//! The Hessian by the inner nodes is congruent to the blocks `h U`: it is positive definite if and only if every U is.
+//! With no shift at a stationary path this is the test of second order.
+
+use super::path::{Path, Setting, block};
+use super::{Block, Half};
+use crate::optimize::step::{Costate, Dynamics};
+use nalgebra::SymmetricEigen;
+
+/// A pivot below this fraction of its weight is a flat direction: a symmetry, no saddle.
+const FLAT: f64 = 1e-9;
+
+/// How far the Hessian is shifted, in units of the inertia's own metric.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shift(pub f64);
+
+/// Displacements of all nodes.
+#[derive(Clone, Debug)]
+pub(super) struct Direction<const D: usize> {
+    pub zeta: Vec<Half<D>>,
+}
+
+impl<const D: usize> Direction<D> {
+    pub fn new(steps: usize) -> Self {
+        Self { zeta: vec![Half::zeros(); steps + 1] }
+    }
+
+    /// The largest displacement; never zero.
+    pub fn largest(&self) -> f64 {
+        self.zeta.iter().map(|zeta| zeta.norm()).fold(f64::MIN_POSITIVE, f64::max)
+    }
+}
+
+/// One linearised stage, in blocks of configurations and momenta.
+#[derive(Clone, Copy, Debug)]
+struct Stage<const D: usize> {
+    a11: Block<D>,
+    a12: Block<D>,
+    a21: Block<D>,
+    a22: Block<D>,
+    h11: Block<D>,
+    h12: Block<D>,
+    h22: Block<D>,
+}
+
+/// A symmetric matrix in blocks.
+#[derive(Clone, Copy, Debug)]
+struct Symmetric<const D: usize> {
+    p11: Block<D>,
+    p12: Block<D>,
+    p22: Block<D>,
+}
+
+/// `δτ = K z + κ`, and the next state.
+#[derive(Clone, Copy, Debug)]
+struct Gain<const D: usize> {
+    stage: Stage<D>,
+    of_configuration: Block<D>,
+    of_momentum: Block<D>,
+    offset: Half<D>,
+    /// Weight of the kick.
+    h: f64,
+}
+
+/// The sweep back, as far as it came.
+pub(super) struct Backward<const D: usize> {
+    gains: Vec<Option<Gain<D>>>,
+    /// `δτ` at the first kick.
+    opening: Half<D>,
+    /// The pivot that failed.
+    failed: Block<D>,
+}
+
+impl<const D: usize> Backward<D> {
+    pub fn new(steps: usize) -> Self {
+        Self { gains: vec![None; steps], opening: Half::zeros(), failed: Block::zeros() }
+    }
+
+    /// Sweeps back; the node whose pivot is not positive, where there is one.
+    pub fn sweep<const N: usize>(
+        &mut self,
+        setting: &Setting<N, D>,
+        path: &Path<D>,
+        shift: Shift,
+    ) -> Result<(), usize> {
+        let Setting { dynamics, first, inverse, .. } = setting;
+        let grid = &dynamics.grid;
+        let steps = grid.steps();
+        let metric = metric::<D>(dynamics, &inverse.traces()) * shift.0;
+        let weight = |node: usize| inverse.weight::<D>(&path.poses[node].attitude);
+        // Stage N−1.
+        let last = Stage::of(setting, path, steps - 1, &metric);
+        let h = grid.kick(steps);
+        let l = -(last.a12.try_inverse().ok_or(steps - 1)? * last.a11);
+        let k = -(last.a21 + last.a22 * l) / h;
+        let cross = last.h12 * l;
+        let end = last.h11
+            + cross
+            + cross.transpose()
+            + l.tr_mul(&(last.h22 * l))
+            + k.tr_mul(&(weight(steps) * k)) * h;
+        // Stage N−2.
+        let stage = Stage::of(setting, path, steps - 2, &metric);
+        let h = grid.kick(steps - 1);
+        let k1 = (l * stage.a11 - stage.a21) / h;
+        let k2 = (l * stage.a12 - stage.a22) / h;
+        let w = weight(steps - 1) * h;
+        let (end1, end2, wk2) = (end * stage.a11, end * stage.a12, w * k2);
+        let mut p = Symmetric {
+            p11: stage.h11 + stage.a11.tr_mul(&end1) + k1.tr_mul(&(w * k1)),
+            p12: stage.h12 + stage.a11.tr_mul(&end2) + k1.tr_mul(&wk2),
+            p22: stage.h22 + stage.a12.tr_mul(&end2) + k2.tr_mul(&wk2),
+        };
+        let g = &path.gradient[steps - 1];
+        let mut q = (path.gradient[steps - 2] + stage.a11.tr_mul(g), stage.a12.tr_mul(g));
+        let gain = Gain { stage, of_configuration: k1, of_momentum: k2, offset: Half::zeros(), h };
+        self.gains[steps - 2] = Some(gain);
+        for index in (*first..steps - 2).rev() {
+            let stage = Stage::of(setting, path, index, &metric);
+            let h = grid.kick(index + 1);
+            let inverse = self.pivot(&weight(index + 1), &(p.p22 * h), index + 1)?;
+            let Stage { a11, a12, a21, a22, .. } = &stage;
+            // PA, by rows of configurations and of momenta.
+            let pa11 = p.p11 * a11 + p.p12 * a21;
+            let pa12 = p.p11 * a12 + p.p12 * a22;
+            let pa21 = p.p12.tr_mul(a11) + p.p22 * a21;
+            let pa22 = p.p12.tr_mul(a12) + p.p22 * a22;
+            let (k1, k2) = (-(inverse * pa21), -(inverse * pa22));
+            let offset = -(inverse * q.1);
+            let hk2 = k2 * h;
+            let next = Symmetric {
+                p11: stage.h11 + a11.tr_mul(&pa11) + a21.tr_mul(&pa21) + pa21.tr_mul(&k1) * h,
+                p12: stage.h12 + a11.tr_mul(&pa12) + a21.tr_mul(&pa22) + pa21.tr_mul(&hk2),
+                p22: stage.h22 + a12.tr_mul(&pa12) + a22.tr_mul(&pa22) + pa22.tr_mul(&hk2),
+            };
+            let moved = (q.0 + p.p12 * offset * h, q.1 + p.p22 * offset * h);
+            q = (
+                path.gradient[index] + a11.tr_mul(&moved.0) + a21.tr_mul(&moved.1),
+                a12.tr_mul(&moved.0) + a22.tr_mul(&moved.1),
+            );
+            p = Symmetric { p11: symmetric(&next.p11), p12: next.p12, p22: symmetric(&next.p22) };
+            self.gains[index] = Some(Gain { stage, of_configuration: k1, of_momentum: k2, offset, h });
+        }
+        let h = grid.kick(*first);
+        let inverse = self.pivot(&weight(*first), &(p.p22 * h), *first)?;
+        self.opening = -(inverse * q.1) * h;
+        Ok(())
+    }
+
+    /// The inverse of `U = Ŵ + h EᵀPE`, where that is positive definite.
+    fn pivot(&mut self, weight: &Block<D>, curvature: &Block<D>, node: usize) -> Result<Block<D>, usize> {
+        let u = weight + curvature;
+        match inverse_of_positive(&u, FLAT * weight.trace()) {
+            Some(inverse) => Ok(inverse),
+            None => {
+                self.failed = u;
+                Err(node)
+            }
+        }
+    }
+
+    /// The direction that the sweep found.
+    pub fn forward<const N: usize>(&self, setting: &Setting<N, D>, direction: &mut Direction<D>) {
+        self.follow(setting.first, Half::zeros(), self.opening, 1.0, direction);
+    }
+
+    /// The direction of negative curvature at the node whose pivot failed: still before it, along the gains after.
+    pub fn downward<const N: usize>(
+        &self,
+        setting: &Setting<N, D>,
+        node: usize,
+        direction: &mut Direction<D>,
+    ) {
+        let eigen = SymmetricEigen::new(nalgebra::DMatrix::from_fn(D, D, |row, column| {
+            0.5 * (self.failed[(row, column)] + self.failed[(column, row)])
+        }));
+        let lowest = eigen.eigenvalues.imin();
+        let vector = Half::from_fn(|row, _| eigen.eigenvectors[(row, lowest)]);
+        let kick = setting.dynamics.grid.kick(node);
+        self.follow(node, Half::zeros(), vector * kick, 0.0, direction);
+    }
+
+    /// Follows the gains from a state at `from`; offsets count as often as `offsets` says.
+    fn follow(
+        &self,
+        from: usize,
+        configuration: Half<D>,
+        momentum: Half<D>,
+        offsets: f64,
+        direction: &mut Direction<D>,
+    ) {
+        direction.zeta.iter_mut().for_each(|zeta| *zeta = Half::zeros());
+        let (mut configuration, mut momentum) = (configuration, momentum);
+        for (index, gain) in self.gains.iter().enumerate().skip(from) {
+            direction.zeta[index] = configuration;
+            let Some(Gain { stage, of_configuration, of_momentum, offset, h }) = gain else { break };
+            let input = of_configuration * configuration + of_momentum * momentum + offset * offsets;
+            let next = stage.a11 * configuration + stage.a12 * momentum;
+            momentum = stage.a21 * configuration + stage.a22 * momentum + input * *h;
+            configuration = next;
+        }
+    }
+}
+
+impl<const D: usize> Stage<D> {
+    /// Stage `index` of a path, its Hessian shifted.
+    fn of<const N: usize>(setting: &Setting<N, D>, path: &Path<D>, index: usize, metric: &Block<D>) -> Self {
+        let dynamics = setting.dynamics;
+        let weight = dynamics.grid.kick(index + 1);
+        let (drift, after) = (&path.drifts[index], &path.between[index]);
+        let linear = dynamics.linear_drift(drift, &dynamics.drift_matrix(drift), after);
+        let identity = nalgebra::Matrix3::identity();
+        let a11 = diagonal::<D>(&identity, &linear.f_t);
+        let a12 = diagonal::<D>(&(identity * drift.h), &linear.b);
+        let a22 = diagonal::<D>(&identity, &linear.c);
+        let zero = nalgebra::Matrix3::zeros();
+        let h12 = diagonal::<D>(&zero, &linear.h12) * 0.5;
+        let h22 = symmetric(&diagonal::<D>(&zero, &linear.h22));
+        let h11 = metric * drift.h;
+        let mut stage = Self { a11, a12, a21: Block::zeros(), a22, h11, h12, h22 };
+        let node = index + 1;
+        let dual: Costate = path.dual(node);
+        let kick = dynamics.linear_kick::<N>(&path.poses[node], &dual);
+        if let Some((pq, qq)) = &kick.field {
+            let pq = block::<D>(pq) * weight;
+            stage.a21 = pq * a11;
+            stage.a22 += pq * a12;
+            let qq = symmetric(&block::<D>(qq)) * weight;
+            let (qq1, qq2) = (qq * a11, qq * a12);
+            stage.h11 += a11.tr_mul(&qq1);
+            stage.h12 += a11.tr_mul(&qq2);
+            stage.h22 += a12.tr_mul(&qq2);
+        }
+        stage
+    }
+}
+
+/// The metric of the shift: `(tr Ŵ/3) J²` for rotations, `tr Ŵ/3` for translations.
+fn metric<const D: usize>(dynamics: &Dynamics, traces: &(f64, f64)) -> Block<D> {
+    let identity = nalgebra::Matrix3::identity();
+    diagonal(&(identity * (traces.0 / 3.0)), &(dynamics.j * dynamics.j * (traces.1 / 3.0)))
+}
+
+/// A block of a translation and a rotation that do not mix.
+pub(super) fn diagonal<const D: usize>(
+    translation: &nalgebra::Matrix3<f64>,
+    rotation: &nalgebra::Matrix3<f64>,
+) -> Block<D> {
+    Block::from_fn(|row, column| match (row + 3 < D, column + 3 < D) {
+        (true, true) => translation[(row, column)],
+        (false, false) => rotation[(row + 3 - D, column + 3 - D)],
+        _ => 0.0,
+    })
+}
+
+fn symmetric<const D: usize>(matrix: &Block<D>) -> Block<D> {
+    (matrix + matrix.transpose()) * 0.5
+}
+
+/// The inverse of a symmetric matrix whose pivots are positive. A pivot within `flat` of zero counts as `flat`.
+fn inverse_of_positive<const D: usize>(matrix: &Block<D>, flat: f64) -> Option<Block<D>> {
+    let mut lower = Block::<D>::zeros();
+    for column in 0..D {
+        let mut pivot = matrix[(column, column)];
+        for inner in 0..column {
+            pivot -= lower[(column, inner)] * lower[(column, inner)];
+        }
+        if !(pivot > -flat) {
+            return None;
+        }
+        let root = pivot.max(flat).sqrt();
+        lower[(column, column)] = root;
+        for row in column + 1..D {
+            let mut value = 0.5 * (matrix[(row, column)] + matrix[(column, row)]);
+            for inner in 0..column {
+                value -= lower[(row, inner)] * lower[(column, inner)];
+            }
+            lower[(row, column)] = value / root;
+        }
+    }
+    let mut inverse = Block::<D>::identity();
+    for column in 0..D {
+        for row in column..D {
+            let mut value = inverse[(row, column)];
+            for inner in column..row {
+                value -= lower[(row, inner)] * inverse[(inner, column)];
+            }
+            inverse[(row, column)] = value / lower[(row, row)];
+        }
+    }
+    Some(inverse.tr_mul(&inverse))
+}

@@ -1,0 +1,88 @@
+//! Where descents start, and how many: by what the maneuver is and how thorough the search is to be.
+
+use super::paths;
+use crate::Vector3;
+use crate::maneuver::problem::{Motion, Path, Problem};
+use crate::maneuver::settings::Thoroughness;
+use crate::optimize::candidate::Candidate;
+use crate::optimize::sweep::BoundaryValueProblem;
+
+/// A body that turns by less than this without inputs takes few starts \[rad\].
+const SLOW: f64 = 1e-3;
+/// A body that turns by more without inputs must find the best way to slow down \[rad\].
+const FAST: f64 = 6.0;
+/// Weights that differ by more make narrow valleys.
+const STIFF: f64 = 100.0;
+/// Random paths: as a rule, where valleys are narrow or inputs few, and in a thorough search.
+const RANDOM: usize = 12;
+const RANDOM_HARD: usize = 24;
+const RANDOM_THOROUGH: usize = 160;
+
+/// Which families of paths a search starts from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Starts {
+    /// The rotation vector to follow.
+    given: Option<Vector3>,
+    /// Turns of smooth and of coasting paths.
+    smooth: Vec<i32>,
+    coasting: Vec<i32>,
+    slowed: bool,
+    /// Humps of bent paths \[rad\].
+    bent: Vec<f64>,
+    random: usize,
+}
+
+impl Starts {
+    /// Those for a maneuver.
+    pub fn of<const N: usize>(
+        problem: &Problem,
+        bvp: &BoundaryValueProblem<N>,
+        thoroughness: Thoroughness,
+    ) -> Self {
+        let dynamics = &bvp.dynamics;
+        let few = !dynamics.has_all_axes();
+        let stiff = dynamics.weight_condition() > STIFF;
+        let coupled = problem.motion == Motion::RigidBody && dynamics.is_coupled();
+        let simple = problem.environment.is_free() && !few && !stiff && !coupled;
+        let turned =
+            problem.start.angular_velocity.norm().max(problem.end.angular_velocity.norm()) * problem.duration;
+        if problem.path != Path::Best {
+            let turns = super::ladder::wanted_turns(problem);
+            let given = if let Path::AsGiven(rotation) = problem.path { Some(rotation) } else { None };
+            return Self { given, smooth: turns.clone(), coasting: turns, ..Self::default() };
+        }
+        let all = Self {
+            smooth: vec![0, -1, 1, -2],
+            coasting: vec![0, -1, 1],
+            slowed: true,
+            bent: vec![2.0, 1.0],
+            random: if few || stiff { RANDOM_HARD } else { RANDOM },
+            given: None,
+        };
+        match thoroughness {
+            Thoroughness::Quick => Self { slowed: false, bent: Vec::new(), random: 0, ..all },
+            Thoroughness::Thorough => Self { random: RANDOM_THOROUGH, ..all },
+            Thoroughness::Default if simple && turned <= SLOW => {
+                Self { smooth: vec![0, -1], ..Self::default() }
+            }
+            Thoroughness::Default if simple && turned <= FAST => {
+                Self { slowed: false, bent: Vec::new(), random: 0, ..all }
+            }
+            Thoroughness::Default => all,
+        }
+    }
+
+    /// The paths, cheap and likely ones first.
+    pub fn paths<const N: usize>(&self, bvp: &BoundaryValueProblem<N>) -> Vec<Candidate> {
+        let as_given = |rotation: &Vector3| paths::smooth(bvp, "as given".into(), rotation, paths::straight);
+        let mut out: Vec<Candidate> = self.given.iter().map(as_given).collect();
+        out.extend(paths::smooth_ways(bvp, &self.smooth));
+        out.extend(paths::coasting(bvp, &self.coasting).unwrap_or_default());
+        if self.slowed {
+            out.extend(paths::slowed(bvp));
+        }
+        out.extend(self.bent.iter().flat_map(|by| paths::bent(bvp, *by)));
+        out.extend(paths::random(bvp, self.random));
+        out
+    }
+}

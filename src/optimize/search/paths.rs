@@ -1,0 +1,289 @@
+//! Paths that a descent may start from: smooth, coasting, bent and random ones, on the grid of a problem.
+//!
+//! Every path runs from the boundary attitude to the other; no rate needs to be met, since the inputs at the ends
+//! follow. The families:
+//!
+//! - *smooth*: a cubic in the rotation vector from the start that meets both rates, with more turns or fewer;
+//! - *coasting*: the motion without inputs from the start, blended into the one that arrives at the target, about the
+//!   axis and the angle between them;
+//! - *slowed*: the same with coasts of a free body that run at the pace `1 − (1−κ)t + 6βt(1−t)`: at κ = 0 that stops
+//!   a rotation with the least torque, and β shifts its phase;
+//! - *bent*: smooth paths with a hump `± a sin²πt` about an axis;
+//! - *random*: smooth paths with `Σ b_m sin πt sin mπt`, m = 1 … 3, normal `b_m` from a fixed seed.
+
+use super::starts::{name_of, wound};
+use crate::Vector3;
+use crate::lie;
+use crate::maneuver::settings::Method;
+use crate::mechanics::environment::Pose;
+use crate::numerics::compensated::Sum;
+use crate::optimize::candidate::Candidate;
+use crate::optimize::step::{Point, StepError};
+use crate::optimize::sweep::BoundaryValueProblem;
+use nalgebra::SVector;
+use std::f64::consts::{PI, TAU};
+
+/// Amplitude of random paths \[rad\].
+const SPREAD: f64 = 1.2;
+/// Below this total angle a rotation hardly needs slowing \[rad\].
+const SLOW: f64 = 1.0;
+
+/// A path through the nodes of the grid of `bvp`.
+fn candidate<const N: usize>(
+    bvp: &BoundaryValueProblem<N>,
+    name: String,
+    poses: impl Iterator<Item = Pose>,
+) -> Candidate {
+    let zero = Vector3::zeros();
+    let states = poses.map(|pose| Point {
+        position: Sum::new(pose.position),
+        linear_momentum: Sum::new(zero),
+        attitude: Sum::new(pose.attitude),
+        momentum: Sum::new(zero),
+    });
+    let mut candidate = Candidate::empty(Method::Shooting, &name, bvp.dynamics.grid.clone());
+    candidate.states = states.collect();
+    candidate
+}
+
+/// The path of an extremal.
+pub(super) fn of_extremal<const N: usize>(
+    bvp: &BoundaryValueProblem<N>,
+    extremal: &Candidate,
+) -> Result<Candidate, StepError> {
+    let mut poses = Vec::new();
+    bvp.sweep_observed(&extremal.costate(), |node| poses.push(node.point.pose()))?;
+    Ok(candidate(bvp, extremal.provenance.start.clone(), poses.into_iter()))
+}
+
+/// The rotation vector of `turns` more turns than the shortest rotation from start to target.
+pub(super) fn rotation<const N: usize>(bvp: &BoundaryValueProblem<N>, turns: i32) -> Vector3 {
+    wound(&lie::minus(&bvp.terminal.target().attitude.value, &bvp.start.attitude.value), turns)
+}
+
+/// Cubic through `(0, a0, v0)` and `(1, a1, v1)` at `t`.
+fn cubic(t: f64, a0: &Vector3, v0: &Vector3, a1: &Vector3, v1: &Vector3) -> Vector3 {
+    let (t2, t3) = (t * t, t * t * t);
+    a0 * (2.0 * t3 - 3.0 * t2 + 1.0) + v0 * (t3 - 2.0 * t2 + t) + a1 * (3.0 * t2 - 2.0 * t3) + v1 * (t3 - t2)
+}
+
+/// The step of the blends: 0 to 1, its first two derivatives zero at both ends.
+fn blend(t: f64) -> f64 {
+    t * t * t * (10.0 + t * (6.0 * t - 15.0))
+}
+
+/// The smooth path along `rotation`, the rotation vector from the start, bent by `bend`, which is zero at both ends.
+pub(super) fn smooth<const N: usize>(
+    bvp: &BoundaryValueProblem<N>,
+    name: String,
+    rotation: &Vector3,
+    bend: impl Fn(f64) -> Vector3,
+) -> Candidate {
+    let dynamics = &bvp.dynamics;
+    let (start, target) = (&bvp.start, bvp.terminal.target());
+    let frame = dynamics.frame_rate();
+    let rate =
+        |point: &Point| dynamics.j_inverse * point.momentum.value - point.attitude.value.tr_mul(&frame);
+    // Near a full turn J_r⁻¹ is singular; the slope there is only a guess.
+    let away = (rotation.norm() - TAU).abs() > 0.5;
+    let arrival = if away { lie::right_jacobian_inverse(rotation) * rate(target) } else { rate(target) };
+    let zero = Vector3::zeros();
+    let grid = &dynamics.grid;
+    let poses = (0..=grid.steps()).map(|node| {
+        let t = grid.after(node);
+        let turned = cubic(t, &zero, &rate(start), rotation, &arrival) + bend(t);
+        Pose { position: position(bvp, t), attitude: start.attitude.value * lie::exp(&turned) }
+    });
+    candidate(bvp, name, poses)
+}
+
+/// The cubic between the boundary positions.
+fn position<const N: usize>(bvp: &BoundaryValueProblem<N>, t: f64) -> Vector3 {
+    let (start, target) = (&bvp.start, bvp.terminal.target());
+    cubic(
+        t,
+        &start.position.value,
+        &start.linear_momentum.value,
+        &target.position.value,
+        &target.linear_momentum.value,
+    )
+}
+
+/// No bend.
+pub(super) fn straight(_: f64) -> Vector3 {
+    Vector3::zeros()
+}
+
+/// Smooth paths with the given turns.
+pub(super) fn smooth_ways<'a, const N: usize>(
+    bvp: &'a BoundaryValueProblem<N>,
+    turns: &'a [i32],
+) -> impl Iterator<Item = Candidate> + 'a {
+    turns.iter().map(|turns| {
+        let name = format!("{}, smooth path", name_of(*turns));
+        smooth(bvp, name, &rotation(bvp, *turns), straight)
+    })
+}
+
+/// Smooth paths with a hump of `by` \[rad\] about every axis, to either side, short and long.
+pub(super) fn bent<const N: usize>(
+    bvp: &BoundaryValueProblem<N>,
+    by: f64,
+) -> impl Iterator<Item = Candidate> + '_ {
+    let humps = [by, -by].into_iter().flat_map(|by| (0..3).map(move |axis| Vector3::ith(axis, by)));
+    humps.flat_map(move |hump| {
+        [0, -1].into_iter().map(move |turns| {
+            let name = format!("{}, bent path", name_of(turns));
+            smooth(bvp, name, &rotation(bvp, turns), |t| hump * (PI * t).sin().powi(2))
+        })
+    })
+}
+
+/// Random smooth paths, short and long in turn.
+pub(super) fn random<const N: usize>(
+    bvp: &BoundaryValueProblem<N>,
+    count: usize,
+) -> impl Iterator<Item = Candidate> + '_ {
+    let mut state = 0x5EED_u64;
+    let mut uniform = move || {
+        // A linear congruential step, its high bits: starts need to be spread, not random.
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / 2.0f64.powi(53)
+    };
+    let mut normal = move || {
+        let (radius, angle) = ((-2.0 * (1.0 - uniform()).ln()).sqrt(), TAU * uniform());
+        SPREAD * radius * angle.cos()
+    };
+    (0..count).map(move |index| {
+        let modes: [Vector3; 3] = std::array::from_fn(|_| Vector3::from_fn(|_, _| normal()));
+        let turns = -((index % 2) as i32);
+        let name = format!("{}, random path {}", name_of(turns), index + 1);
+        smooth(bvp, name, &rotation(bvp, turns), |t| {
+            let mode = |m: usize| modes[m] * (PI * (m + 1) as f64 * t).sin();
+            (mode(0) + mode(1) + mode(2)) * (PI * t).sin()
+        })
+    })
+}
+
+/// The motion without inputs from the start and, backward, from the target, blended; with the given turns.
+pub(super) fn coasting<const N: usize>(
+    bvp: &BoundaryValueProblem<N>,
+    turns: &[i32],
+) -> Result<Vec<Candidate>, StepError> {
+    let coast = |from: BoundaryValueProblem<N>| {
+        let mut poses = Vec::new();
+        from.sweep_observed(&SVector::zeros(), |node| poses.push(node.point.pose()))?;
+        Ok(poses)
+    };
+    let forward = coast(bvp.clone())?;
+    let mut backward = coast(bvp.reversed())?;
+    backward.reverse();
+    let blended = turns.iter().map(|turns| {
+        let name = format!("{}, coasting", name_of(*turns));
+        blended(bvp, name, &forward, &backward, *turns)
+    });
+    Ok(blended.collect())
+}
+
+/// Slowed coasts, short and long.
+pub(super) fn slowed<const N: usize>(bvp: &BoundaryValueProblem<N>) -> Vec<Candidate> {
+    let rate = |point: &Point| (bvp.dynamics.j_inverse * point.momentum.value).norm();
+    let reversed = bvp.reversed();
+    // At which paces an end may run: an end that hardly turns needs none of its own.
+    let paces = |rate: f64| -> Vec<(f64, f64)> {
+        if rate <= SLOW {
+            return vec![(1.0, 0.0)];
+        }
+        let shift = PI / rate;
+        let betas = [0.0, shift, -shift];
+        [0.0, 0.5].into_iter().flat_map(|kappa| betas.map(|beta| (kappa, beta))).collect()
+    };
+    let ends = (rate(&bvp.start), rate(bvp.terminal.target()));
+    if ends.0.max(ends.1) <= SLOW {
+        return Vec::new();
+    }
+    let mut out = Vec::new();
+    for ahead in paces(ends.0) {
+        let forward = free_coast(bvp, ahead);
+        for back in paces(ends.1) {
+            let mut backward = free_coast(&reversed, back);
+            backward.reverse();
+            for turns in [0, -1] {
+                let name = format!("{}, slowed coast", name_of(turns));
+                out.push(blended(bvp, name, &forward, &backward, turns));
+            }
+        }
+    }
+    out
+}
+
+/// The rotation of the free body from the start of `bvp` at the pace `1 − (1−κ)t + 6βt(1−t)`, by midpoint steps.
+fn free_coast<const N: usize>(bvp: &BoundaryValueProblem<N>, (kappa, beta): (f64, f64)) -> Vec<Pose> {
+    let dynamics = &bvp.dynamics;
+    let grid = &dynamics.grid;
+    let (mut attitude, mut momentum) = (bvp.start.attitude.value, bvp.start.momentum.value);
+    let mut poses = vec![bvp.start.pose()];
+    for step in 0..grid.steps() {
+        let (t, h) = (grid.after(step) + 0.5 * grid.step(step), grid.step(step));
+        let by = h * (1.0 - (1.0 - kappa) * t + 6.0 * beta * t * (1.0 - t));
+        let middle = momentum + momentum.cross(&(dynamics.j_inverse * momentum)) * (0.5 * by);
+        let turn = lie::exp(&(dynamics.j_inverse * middle * by));
+        attitude = dynamics.turned(step, &(attitude * turn));
+        momentum = turn.tr_mul(&momentum);
+        poses.push(Pose { position: bvp.start.position.value, attitude });
+    }
+    poses
+}
+
+/// `R_f(t) exp(σ(t) ℓ(t))` with `ℓ = log(R_fᵀR_b)`, continued in t from its value at half time, wound by `turns`.
+fn blended<const N: usize>(
+    bvp: &BoundaryValueProblem<N>,
+    name: String,
+    forward: &[Pose],
+    backward: &[Pose],
+    turns: i32,
+) -> Candidate {
+    let grid = &bvp.dynamics.grid;
+    let steps = grid.steps();
+    let between = |node: usize| lie::minus(&backward[node].attitude, &forward[node].attitude);
+    let middle = steps / 2;
+    let mut logs = vec![Vector3::zeros(); steps + 1];
+    logs[middle] = wound(&between(middle), turns);
+    for node in (0..middle).rev() {
+        logs[node] = nearest_branch(&between(node), &logs[node + 1]);
+    }
+    for node in middle + 1..=steps {
+        logs[node] = nearest_branch(&between(node), &logs[node - 1]);
+    }
+    let poses = (0..=steps).map(|node| {
+        let share = blend(grid.after(node));
+        Pose {
+            position: position(bvp, grid.after(node)),
+            attitude: forward[node].attitude * lie::exp(&(logs[node] * share)),
+        }
+    });
+    let poses: Vec<Pose> = poses.collect();
+    candidate(bvp, name, poses.into_iter())
+}
+
+/// The rotation vector of the same rotation as `log` that is nearest to `near`.
+fn nearest_branch(log: &Vector3, near: &Vector3) -> Vector3 {
+    let angle = log.norm();
+    let along = if angle > 1e-9 { log / angle } else { near.try_normalize(1e-9).unwrap_or_else(Vector3::x) };
+    along * (angle + TAU * ((near.dot(&along) - angle) / TAU).round())
+}
+
+/// The path of a candidate on another grid, smooth between its nodes.
+pub(super) fn on_grid<const N: usize>(bvp: &BoundaryValueProblem<N>, path: &Candidate) -> Candidate {
+    let (from, to) = (path.steps(), bvp.dynamics.grid.steps());
+    let smooth = super::transfer::Interpolant::of(path.states.iter().map(Point::pose).collect());
+    let poses: Vec<Pose> = (0..=to)
+        .map(|node| {
+            let at = node as f64 * from as f64 / to as f64;
+            let low = (at.floor() as usize).min(from - 1);
+            smooth.at(low, at - low as f64)
+        })
+        .collect();
+    let moved = candidate(bvp, path.provenance.start.clone(), poses.into_iter());
+    Candidate { provenance: path.provenance.clone(), ..moved }
+}
