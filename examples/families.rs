@@ -7,9 +7,10 @@
 #[path = "../tests/common/random.rs"]
 mod random;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use random::Random;
 use slewkit::lie;
+use slewkit::maneuver::objective::Weights;
 use slewkit::maneuver::problem::{Problem, State};
 use slewkit::maneuver::settings::{Settings, Thoroughness};
 use slewkit::maneuver::solution::{Outcome, Solution};
@@ -102,6 +103,11 @@ fn body(inertia: Inertia) -> Body {
     Body { inertia, mass: None }
 }
 
+/// Inputs along the three axes of a frame.
+fn about(frame: AxisFrame) -> ActuatorSet {
+    ActuatorSet::new(vec![Vector3::x(), Vector3::y(), Vector3::z()], frame).expect("three axes")
+}
+
 fn full_torque(random: &mut Random) -> Problem {
     let inertia = random.inertia(8.0);
     let start = State::attitude(Matrix3::identity(), random.within_cube(5.0));
@@ -129,7 +135,7 @@ fn rest_to_rest(random: &mut Random) -> Problem {
 fn two_torques(random: &mut Random) -> Problem {
     let inertia = random.inertia(8.0);
     let axes = vec![random.direction(), random.direction()];
-    let set = ActuatorSet::new(axes, AxisFrame::Body, DMatrix::identity(2, 2)).expect("two torques");
+    let set = ActuatorSet::new(axes, AxisFrame::Body).expect("two torques");
     let half = if random.coin() { 2.0 } else { 0.0 };
     let start = State::attitude(Matrix3::identity(), random.within_cube(half));
     let end = State::attitude(random.rotation(), random.within_cube(half));
@@ -189,30 +195,20 @@ fn dumbbell(random: &mut Random) -> Problem {
     let start = state(0.0, random, a);
     let end = state(rate, random, b);
     // A turn by one radian costs as much as a shift by one radius of the orbit.
-    let three = || vec![Vector3::x(), Vector3::y(), Vector3::z()];
     let price = DMatrix::identity(3, 3) / (inertia.mean() * inertia.mean());
-    let torque = ActuatorSet::new(three(), AxisFrame::Body, price).expect("torques");
-    let force = ActuatorSet::new(three(), AxisFrame::Reference, DMatrix::identity(3, 3)).expect("forces");
-    let actuation = Actuation { torque, force: Some(force), wheels: None };
+    let actuation =
+        Actuation { torque: about(AxisFrame::Body), force: Some(about(AxisFrame::Reference)), wheels: None };
     let problem = Problem::rigid_body(Body { inertia, mass: Some(mass) }, start, end, 1.0);
-    problem.with_environment(field).with_actuation(actuation)
+    problem.with_environment(field).with_actuation(actuation).with_objective(Weights::of_torques(price))
 }
 
 fn body_fixed_thrust(random: &mut Random) -> Problem {
     let inertia = random.inertia(4.0);
     let price = 10f64.powf(random.within(-1.0, 3.0));
-    let torque = ActuatorSet::new(
-        vec![Vector3::x(), Vector3::y(), Vector3::z()],
-        AxisFrame::Body,
-        DMatrix::identity(3, 3) * price,
-    )
-    .expect("torques");
-    let force = ActuatorSet::new(
-        vec![Vector3::x(), Vector3::y(), Vector3::z()],
-        AxisFrame::Body,
-        DMatrix::from_diagonal(&nalgebra::DVector::from_vec(vec![1.0, 4.0, 4.0])),
-    )
-    .expect("thrusters");
+    let weights = Weights {
+        torque: Some(DMatrix::identity(3, 3) * price),
+        force: Some(DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 4.0, 4.0]))),
+    };
     let state = |random: &mut Random, position: Vector3| State {
         position,
         velocity: Vector3::zeros(),
@@ -223,8 +219,9 @@ fn body_fixed_thrust(random: &mut Random) -> Problem {
     let to = random.direction() * random.within(1.0, 3.0);
     let end = state(random, to);
     let body = Body { inertia, mass: Some(1.0) };
-    let actuation = Actuation { torque, force: Some(force), wheels: None };
-    Problem::rigid_body(body, start, end, 1.0).with_actuation(actuation)
+    let actuation =
+        Actuation { torque: about(AxisFrame::Body), force: Some(about(AxisFrame::Body)), wheels: None };
+    Problem::rigid_body(body, start, end, 1.0).with_actuation(actuation).with_objective(weights)
 }
 
 fn stiff_weights(random: &mut Random) -> Problem {
@@ -234,11 +231,9 @@ fn stiff_weights(random: &mut Random) -> Problem {
     let w = axes * Matrix3::from_diagonal(&Vector3::new(1.0, middle, 1000.0)) * axes.transpose();
     let w = 0.5 * (w + w.transpose());
     let weight = DMatrix::from_fn(3, 3, |row, column| w[(row, column)]);
-    let set = ActuatorSet::new(vec![Vector3::x(), Vector3::y(), Vector3::z()], AxisFrame::Body, weight)
-        .expect("weights");
     let start = State::attitude(Matrix3::identity(), random.within_cube(3.0));
     let end = State::attitude(random.rotation(), random.within_cube(3.0));
-    Problem::attitude(body(inertia), start, end, 1.0).with_actuation(Actuation::torques(set))
+    Problem::attitude(body(inertia), start, end, 1.0).with_objective(Weights::of_torques(weight))
 }
 
 /// What a case came to.

@@ -62,6 +62,10 @@ pub(crate) struct LiftedNewton<'a, const N: usize> {
 
 impl<const N: usize> Method for LiftedNewton<'_, N> {
     fn improve(&self, candidate: Candidate, budget: &Budget) -> Attempt {
+        let nodes = self.bvp.dynamics.grid.steps() + 1;
+        if candidate.states.len() != nodes || candidate.costates.len() != nodes {
+            return Attempt::failed(candidate, Outcome::Stalled);
+        }
         let lifted = match Lifted::new(self.bvp, self.tolerance, Nodes::of(&candidate)) {
             Ok(lifted) => lifted,
             Err(error) => return Attempt::failed(candidate, outcome_of(error)),

@@ -7,6 +7,7 @@ use super::effort::Starts;
 use super::ladder::Search;
 use super::{paths, starts};
 use crate::maneuver::problem::Path;
+use crate::maneuver::settings::Thoroughness;
 use crate::maneuver::solution::Rung;
 use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::descent::Descent;
@@ -27,12 +28,16 @@ const FINE_TOLERANCE: f64 = 1e-14;
 const SAME_MINIMUM: f64 = 1e-7;
 /// How much dearer than the cheapest on the coarse grid a minimum may be and still turn out the cheapest.
 const MARGIN: f64 = 0.15;
+/// A path that is farther from the one asked for goes another way round.
+const ASTRAY: f64 = 1.0;
 /// Most minima that are followed further.
 const MOST_MINIMA: usize = 6;
+/// Starts without a lower minimum after which a search that is half done ends, unless it is to be thorough.
+const IDLE: usize = 20;
 /// Most paths that the lifted Newton is tried on directly.
 const MOST_LIFTED: usize = 2;
 /// Authority about the axes without inputs, from the first descent to the last, relative to that of the others.
-const WIDENED: [f64; 3] = [1e-2, 1e-4, 1e-6];
+const WIDENED: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 /// Most steps of a descent or a lifted Newton on the requested grid: they keep the matrices of every step.
 const MOST_STEPS: usize = 20_000;
 
@@ -78,7 +83,7 @@ impl<const N: usize> Search<'_, '_, N> {
         match self.problem.path {
             // Told on the requested grid, where it costs nothing more.
             Path::Shortest | Path::Best => !self.pool.is_empty(),
-            Path::Long | Path::AsGiven(_) => self.pool.iter().any(|found| self.astray(found) == 0.0),
+            Path::Long | Path::AsGiven(_) => self.pool.iter().any(|found| self.astray(found) < ASTRAY),
         }
     }
 
@@ -113,16 +118,23 @@ impl<const N: usize> Search<'_, '_, N> {
         let wide = self.descends_on(&coarse.dynamics, 0);
         let mut minima: Vec<Attempt> = Vec::new();
         let starts = Starts::of(self.problem, &coarse, self.context.settings.search);
-        if self.pool.is_empty() || self.problem.path != Path::Best {
+        if self.pool.is_empty() || self.problem.path != Path::Best || !coarse.dynamics.has_all_axes() {
             self.lift(&coarse, starts.paths(&coarse));
         }
         let known: Vec<Candidate> =
             self.pool.iter().filter_map(|found| paths::of_extremal(&coarse, &found.candidate).ok()).collect();
-        for start in known.into_iter().chain(starts.paths(&coarse)) {
-            if self.stopped() {
+        let all: Vec<Candidate> = known.into_iter().chain(starts.paths(&coarse)).collect();
+        let (most, patient) = (all.len(), self.context.settings.search == Thoroughness::Thorough);
+        let (mut best, mut idle) = (f64::INFINITY, 0);
+        for (done, start) in all.into_iter().enumerate() {
+            if self.stopped() || (!patient && idle >= IDLE && 2 * done >= most) {
                 break;
             }
             let minimum = self.descended(&coarse, &wide, start, DESCENT_TOLERANCE);
+            idle += 1;
+            if minimum.converged() && minimum.cost < best * (1.0 - SAME_MINIMUM) {
+                (best, idle) = (minimum.cost, 0);
+            }
             let known = |other: &Attempt| (other.cost - minimum.cost).abs() <= SAME_MINIMUM * minimum.cost;
             if minimum.converged() && !minima.iter().any(known) {
                 minima.push(minimum);
@@ -150,11 +162,7 @@ impl<const N: usize> Search<'_, '_, N> {
                 return;
             }
             if let Some(nodes) = descent.lifted(path) {
-                let newton = LiftedNewton { bvp: coarse, tolerance: LIFTED_TOLERANCE };
-                let lifted = self.attempt(Rung::Lifted, &newton, nodes);
-                if lifted.converged() {
-                    self.shoot(Rung::Lifted, lifted.candidate);
-                }
+                self.lift_nodes(coarse, nodes);
             }
         }
     }
@@ -181,6 +189,7 @@ impl<const N: usize> Search<'_, '_, N> {
     /// by the lifted Newton.
     fn arrive(&mut self, coarse: &BoundaryValueProblem<N>, mut minimum: Attempt) {
         if !coarse.dynamics.has_all_axes() {
+            self.lift_nodes(coarse, minimum.candidate.clone());
             for level in 1..WIDENED.len() {
                 let narrower = self.descends_on(&coarse.dynamics, level);
                 minimum = self.descended(coarse, &narrower, minimum.candidate, DESCENT_TOLERANCE);
@@ -188,12 +197,16 @@ impl<const N: usize> Search<'_, '_, N> {
         } else if self.shoot(Rung::Descent, minimum.candidate.clone()) {
             return;
         }
-        let newton = LiftedNewton { bvp: coarse, tolerance: LIFTED_TOLERANCE };
-        let lifted = self.attempt(Rung::Lifted, &newton, minimum.candidate.clone());
-        let arrived = lifted.converged() && self.shoot(Rung::Lifted, lifted.candidate);
-        if !arrived {
+        if !self.lift_nodes(coarse, minimum.candidate.clone()) {
             self.lost.push(minimum.candidate);
         }
+    }
+
+    /// The lifted Newton from states and costates of all nodes, then the shooting.
+    fn lift_nodes(&mut self, coarse: &BoundaryValueProblem<N>, nodes: Candidate) -> bool {
+        let newton = LiftedNewton { bvp: coarse, tolerance: LIFTED_TOLERANCE };
+        let lifted = self.attempt(Rung::Lifted, &newton, nodes);
+        lifted.converged() && self.shoot(Rung::Lifted, lifted.candidate)
     }
 
     /// Carries the extremals that may be the best to the requested grid; the others stay rivals.
@@ -203,7 +216,8 @@ impl<const N: usize> Search<'_, '_, N> {
         let enough = pool.first().map_or(0.0, |best| best.cost * (1.0 + MARGIN));
         let best = self.problem.path == Path::Best;
         for extremal in pool {
-            let hopeful = best && extremal.cost <= enough && self.found.len() < MOST_MINIMA;
+            let near = extremal.cost <= enough || self.coarse.dynamics.grid.steps() == self.problem.steps;
+            let hopeful = best && near && self.found.len() < MOST_MINIMA;
             if !self.stopped() && (hopeful || self.found.is_empty()) {
                 let path = extremal.candidate.clone();
                 if !self.finish(extremal.candidate)

@@ -364,8 +364,12 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
             Path::Best => 0.0,
             Path::Shortest => f64::from(u8::from(way().sense != Sense::Short)),
             Path::Long => f64::from(u8::from(way().sense != Sense::Long)),
-            // Half a turn at a time: extremals of one winding differ by less, windings by more.
-            Path::AsGiven(rotation) => ((way().rotation - rotation).norm() / PI).floor(),
+            // In full turns, to a thousandth; a path of the other class is another way whatever it turns by.
+            Path::AsGiven(rotation) => {
+                let way = way();
+                let other = f64::from(u8::from(self.asked_sense().is_some_and(|sense| sense != way.sense)));
+                other + ((way.rotation - rotation).norm() / TAU * 1e3).round() / 1e3
+            }
         }
     }
 

@@ -9,7 +9,7 @@ mod effort;
 mod free;
 mod guess;
 mod ladder;
-mod paths;
+pub(crate) mod paths;
 mod record;
 mod saturated;
 mod starts;

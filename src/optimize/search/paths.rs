@@ -57,7 +57,7 @@ pub(super) fn of_extremal<const N: usize>(
 }
 
 /// The rotation vector of `turns` more turns than the shortest rotation from start to target.
-pub(super) fn rotation<const N: usize>(bvp: &BoundaryValueProblem<N>, turns: i32) -> Vector3 {
+pub(crate) fn rotation<const N: usize>(bvp: &BoundaryValueProblem<N>, turns: i32) -> Vector3 {
     wound(&lie::minus(&bvp.terminal.target().attitude.value, &bvp.start.attitude.value), turns)
 }
 
@@ -73,7 +73,7 @@ fn blend(t: f64) -> f64 {
 }
 
 /// The smooth path along `rotation`, the rotation vector from the start, bent by `bend`, which is zero at both ends.
-pub(super) fn smooth<const N: usize>(
+pub(crate) fn smooth<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     name: String,
     rotation: &Vector3,
@@ -110,7 +110,7 @@ fn position<const N: usize>(bvp: &BoundaryValueProblem<N>, t: f64) -> Vector3 {
 }
 
 /// No bend.
-pub(super) fn straight(_: f64) -> Vector3 {
+pub(crate) fn straight(_: f64) -> Vector3 {
     Vector3::zeros()
 }
 

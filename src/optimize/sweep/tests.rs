@@ -224,7 +224,7 @@ fn check_sensitivity<const N: usize>(problem: &Problem, grid: Grid, random: &mut
     // The target at the end itself: δe = Ψ δλ there, and the logarithm is at its origin.
     let mut end_point = None;
     bvp.sweep_observed(&costate, |node| end_point = Some(node)).unwrap();
-    bvp = bvp.with_target(end_point.unwrap().physical());
+    bvp.terminal = TerminalCondition::State(end_point.unwrap().physical());
     let (end, psi) = bvp.sweep_linearized(&costate).unwrap();
     assert!(end.error.amax() < 1e-14);
     // Fourth-order differences: truncation step⁴, round-off 1e-16/step.

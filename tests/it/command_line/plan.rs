@@ -135,8 +135,8 @@ fn every_status_has_its_exit_code_and_its_name() {
 fn an_unsolved_plan_tells_how_it_stopped_and_what_to_try() {
     let folder = Folder::new();
     // By itself the shooting: `auto` has another road left.
-    let keys = ["solver.max_iterations=1", "solver.method=\"shooting\""];
-    let one = ["plan", "spec.toml", "-o", "best.json", "--set", keys[0], "--set", keys[1]];
+    let keys = ["solver.max_iterations=1", "solver.method=\"shooting\"", "maneuver.path=\"long\""];
+    let one = ["plan", "spec.toml", "-o", "best.json", "--set", keys[0], "--set", keys[1], "--set", keys[2]];
     let run = folder.slew(&one).ends(5).tells("not converged").tells("the iteration limit was reached");
     let run = run.tells("\n  ladder ").tells("newton").tells("\n  try ").tells("solver.max_iterations");
     assert!(run.stderr.lines().count() < 60, "a crowd of runs shares a line: {}", run.stderr);

@@ -21,8 +21,8 @@ use crate::optimize::methods::driver::{Iteration, run};
 use crate::optimize::methods::method::{Attempt, Budget, Method};
 use crate::optimize::step::{Costate, Dynamics, Point};
 use nalgebra::{DVector, SMatrix, SVector};
-use path::{Path, Setting};
-use riccati::{Backward, Direction, Shift};
+use path::{Direction, Path, Setting};
+use riccati::{Backward, Shift};
 
 /// Rows of configurations, or of momenta: ζ and δΠ, with δx and δγ before them where the body translates.
 type Half<const D: usize> = SVector<f64, D>;

@@ -18,7 +18,6 @@
 //!
 //! Lie–Euler has no kick at node 0: its first step is given, and node 1 takes the place of node 0.
 
-use super::riccati::Direction;
 use super::{Block, Half, half, moved, point, stored};
 use crate::lie::vee;
 use crate::mechanics::environment::{Blocks, Pose, Wrench};
@@ -58,6 +57,23 @@ impl<'a, const N: usize, const D: usize> Setting<'a, N, D> {
     #[cfg(test)]
     pub fn inner(&self) -> std::ops::Range<usize> {
         self.first + 1..self.dynamics.grid.steps()
+    }
+}
+
+/// Displacements of all nodes.
+#[derive(Clone, Debug)]
+pub(super) struct Direction<const D: usize> {
+    pub zeta: Vec<Half<D>>,
+}
+
+impl<const D: usize> Direction<D> {
+    pub fn new(steps: usize) -> Self {
+        Self { zeta: vec![Half::zeros(); steps + 1] }
+    }
+
+    /// The largest displacement; never zero.
+    pub fn largest(&self) -> f64 {
+        self.zeta.iter().map(|zeta| zeta.norm()).fold(f64::MIN_POSITIVE, f64::max)
     }
 }
 

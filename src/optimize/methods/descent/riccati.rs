@@ -15,7 +15,7 @@
 //! The Hessian by the inner nodes is congruent to the blocks `h U`: it is positive definite if and only if every U is.
 //! With no shift at a stationary path this is the test of second order.
 
-use super::path::{Path, Setting, block};
+use super::path::{Direction, Path, Setting, block};
 use super::{Block, Half};
 use crate::optimize::step::{Costate, Dynamics};
 use nalgebra::SymmetricEigen;
@@ -26,23 +26,6 @@ const FLAT: f64 = 1e-9;
 /// How far the Hessian is shifted, in units of the inertia's own metric.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shift(pub f64);
-
-/// Displacements of all nodes.
-#[derive(Clone, Debug)]
-pub(super) struct Direction<const D: usize> {
-    pub zeta: Vec<Half<D>>,
-}
-
-impl<const D: usize> Direction<D> {
-    pub fn new(steps: usize) -> Self {
-        Self { zeta: vec![Half::zeros(); steps + 1] }
-    }
-
-    /// The largest displacement; never zero.
-    pub fn largest(&self) -> f64 {
-        self.zeta.iter().map(|zeta| zeta.norm()).fold(f64::MIN_POSITIVE, f64::max)
-    }
-}
 
 /// One linearised stage, in blocks of configurations and momenta.
 #[derive(Clone, Copy, Debug)]

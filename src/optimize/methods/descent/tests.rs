@@ -1,7 +1,7 @@
 //! Descent against finite differences, a dense Hessian and the shooting.
 
-use super::path::{Path, Setting};
-use super::riccati::{Backward, Direction, Shift};
+use super::path::{Direction, Path, Setting};
+use super::riccati::{Backward, Shift};
 use super::*;
 use crate::Vector3;
 use crate::maneuver::problem::{Problem, Scheme};

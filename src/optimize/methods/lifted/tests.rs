@@ -4,15 +4,18 @@ use super::*;
 use crate::maneuver::problem::{Problem, Scheme, State};
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::UniformGravity;
+use crate::optimize::methods::descent::Descent;
 use crate::optimize::methods::driver::{Report, run};
 use crate::optimize::methods::shooting::newton::Newton;
-use crate::optimize::search::smooth_path;
+use crate::optimize::search::paths;
 use crate::testing::{full_inertia, matrix, reference, vector, with_torques};
 use serde_json::Value;
 
 fn solved<const N: usize>(bvp: &BoundaryValueProblem<N>) -> (Nodes<N>, Report) {
-    let nodes = smooth_path::nodes(bvp, 0, &Vector3::zeros()).unwrap();
-    let lifted = Lifted::new(bvp, 1e-12, nodes).unwrap();
+    let path = paths::smooth(bvp, "short".into(), &paths::rotation(bvp, 0), paths::straight);
+    let (dynamics, start, target) = (&bvp.dynamics, &bvp.start, bvp.terminal.target());
+    let inverse = Descent { dynamics, start, target, translates: N == 12, tolerance: 0.0 };
+    let lifted = Lifted::new(bvp, 1e-12, Nodes::of(&inverse.lifted(path).unwrap())).unwrap();
     let (lifted, report) = run(lifted, 30, &|| None);
     assert_eq!(report.outcome, Outcome::Converged, "{:?}", report.residuals);
     (lifted.nodes, report)
