@@ -4,8 +4,8 @@ use super::advice::{WIDE_RAD, advice};
 use super::{Console, SpecArgs, Tone};
 use slewkit::files::spec::escape;
 use slewkit::maneuver::{
-    ActiveConstraint, Method, Motion, Outcome, Problem, Rung, RungReport, Scheme, Sense, Settings, Solution,
-    TerminalError, Trajectory,
+    ActiveConstraint, Method, Motion, Outcome, Problem, Rung, RungReport, Scheme, SecondOrder, Sense,
+    Settings, Solution, TerminalError, Trajectory,
 };
 use slewkit::numerics::figures::{counted, error, significant, time};
 use slewkit::plan::{Plan, Status};
@@ -56,6 +56,9 @@ pub fn plan(
     let solution = &plan.solution;
     let solved = solution.outcome == Outcome::Converged;
     let (verdict, tone) = match plan.status {
+        Status::Solved if solution.optimality.second_order() == SecondOrder::Saddle => {
+            ("saddle, solved and verified", Tone::Note)
+        }
         Status::Solved => ("solved and verified", Tone::Good),
         Status::Infeasible => ("infeasible", Tone::Bad),
         Status::NotConverged => ("not converged", Tone::Bad),
@@ -136,7 +139,9 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
             format!("cost decreases in {}: not a minimum", counted(count, "direction"))
         }
         Some(0) => "no conjugate point".into(),
-        Some(count) => format!("{}: not a minimum", counted(count, "conjugate point")),
+        Some(count) => {
+            format!("{}: a saddle, and nothing cheaper was found", counted(count, "conjugate point"))
+        }
         None => "not decided".into(),
     };
     let first = error(optimality.stationarity);

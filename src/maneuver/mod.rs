@@ -13,8 +13,8 @@ pub use grid::{Grid, GridError, Scheme};
 pub use infeasible::Proof;
 pub use objective::{Objective, WeightError, Weighted, Weights};
 pub use problem::{Motion, Path, Problem, ProblemError, State};
-pub use settings::{Method, Settings, SettingsError};
+pub use settings::{Method, Settings, SettingsError, Thoroughness};
 pub use solution::{
-    ActiveConstraint, ConvexWork, Optimality, Outcome, Rival, Rung, RungReport, Sense, Solution,
+    ActiveConstraint, ConvexWork, Optimality, Outcome, Rival, Rung, RungReport, SecondOrder, Sense, Solution,
     TerminalError, Trajectory,
 };

@@ -122,6 +122,29 @@ pub struct Optimality {
     pub condition: f64,
 }
 
+impl Optimality {
+    /// What the count says of the extremal.
+    pub fn second_order(&self) -> SecondOrder {
+        match self.conjugate_points {
+            Some(0) => SecondOrder::Minimum,
+            Some(_) => SecondOrder::Saddle,
+            None => SecondOrder::Undecided,
+        }
+    }
+}
+
+/// What the second order says of an extremal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SecondOrder {
+    /// A local minimum.
+    Minimum,
+    /// The cost decreases in some direction, and nothing cheaper was found by going there, or the rotation was given.
+    Saddle,
+    /// Not decided.
+    Undecided,
+}
+
 /// What SCP took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ConvexWork {

@@ -5,8 +5,8 @@ use super::{ExportError, TrajectoryDocument, TrajectoryError, check_trajectory};
 use crate::Vector3;
 use crate::files::spec::SpecDocument;
 use crate::maneuver::{
-    ActiveConstraint, ConvexWork, Optimality, Outcome, Problem, Rival, RungReport, Scheme, Sense, Settings,
-    TerminalError,
+    ActiveConstraint, ConvexWork, Optimality, Outcome, Problem, Rival, RungReport, Scheme, SecondOrder,
+    Sense, Settings, TerminalError,
 };
 use crate::plan::{Guess, Plan, Status};
 use crate::verify::Verification;
@@ -64,6 +64,8 @@ pub struct PlanFile<'a> {
     /// Optimality of the extremal.
     #[serde(deserialize_with = "null_is_nan")]
     pub optimality: Optimality,
+    /// What its count of conjugate points says.
+    pub second_order: SecondOrder,
     /// What the witnesses found; `null` when there was nothing to verify.
     #[serde(deserialize_with = "null_is_nan")]
     pub verified: Option<Verification>,
@@ -147,6 +149,7 @@ impl<'a> PlanFile<'a> {
             tolerance: solution.tolerance,
             terminal: solution.terminal,
             optimality: solution.optimality,
+            second_order: solution.optimality.second_order(),
             verified: plan.verification.clone(),
             ladder: solution.ladder.clone(),
             convex: solution.convex.as_ref().map(Into::into),

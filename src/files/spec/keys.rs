@@ -405,6 +405,8 @@ tables! {
         /// Which solver: shooting on the costates, or sequential convex programming. Default: auto, which
         /// takes the second where something is constrained.
         "method": Choice(&["auto", "shooting", "scp"], &[]);
+        /// How much is tried before an answer counts as the best: quick, default, or thorough with two hundred starts.
+        "search": Choice(&["quick", "default", "thorough"], &[]);
         /// Discretisation: lie_verlet (second order) or lie_euler (first order). Default: lie_verlet.
         "scheme": Choice(&["lie_verlet", "lie_euler"], &[]);
         /// Tolerance of the scaled discrete terminal error. Default: 1e-12.

@@ -2,7 +2,7 @@
 
 use super::keys::StepsOf;
 use super::{Angle, Section, grid, short, show};
-use crate::maneuver::{Method, Problem, Scheme, Settings};
+use crate::maneuver::{Method, Problem, Scheme, Settings, Thoroughness};
 use std::time::Duration;
 
 /// Angle per step that the default number of steps allows \[rad\]: two or three Newton iterations.
@@ -48,6 +48,11 @@ pub(crate) fn solver(section: Option<&Section>) -> (Scheme, Settings) {
         Some("shooting") => Method::Shooting,
         Some("scp") => Method::Scp,
         _ => Method::Auto,
+    };
+    settings.search = match section.word("search") {
+        Some("quick") => Thoroughness::Quick,
+        Some("thorough") => Thoroughness::Thorough,
+        _ => Thoroughness::Default,
     };
     if let Some(tolerance) = section.number("tolerance") {
         let least = Settings::MIN_TOLERANCE;

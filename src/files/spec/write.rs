@@ -58,6 +58,7 @@ impl SpecDocument {
         });
         spec.table("solver", |solver| {
             solver.put("method", settings.method.name());
+            solver.put("search", settings.search.name());
             solver.put("scheme", problem.scheme.name());
             solver.put("tolerance", settings.tolerance);
             solver.some("continuous_tolerance_rad", settings.continuous_tolerance);

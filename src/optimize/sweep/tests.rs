@@ -333,7 +333,8 @@ fn a_free_attitude_exchanges_its_equations_for_those_of_the_costate() {
                 let cost = |angle: f64| {
                     let mut near = end;
                     near.attitude.value *= lie::exp(&Vector3::ith(axis, angle));
-                    let given = bvp.with_target(near);
+                    let given =
+                        BoundaryValueProblem { terminal: TerminalCondition::State(near), ..bvp.clone() };
                     let mut costate = costate;
                     for _ in 0..6 {
                         let (end, psi) = given.sweep_linearized(&costate).unwrap();

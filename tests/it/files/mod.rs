@@ -60,6 +60,7 @@ duration_s = 60
 step_s = 0.5
 [solver]
 method = "shooting"
+search = "thorough"
 scheme = "lie_euler"
 tolerance = 1e-10
 continuous_tolerance_deg = 0.5
