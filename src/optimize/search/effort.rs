@@ -10,7 +10,7 @@ use crate::optimize::sweep::BoundaryValueProblem;
 /// A body that turns by less than this without inputs takes few starts \[rad\].
 const SLOW: f64 = 1e-3;
 /// A body that turns by more without inputs must find the best way to slow down \[rad\].
-const FAST: f64 = 6.0;
+const FAST: f64 = 9.0;
 /// Weights that differ by more make narrow valleys.
 const STIFF: f64 = 100.0;
 /// Random paths: as a rule, where valleys are narrow or inputs few, and in a thorough search.

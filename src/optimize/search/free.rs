@@ -58,7 +58,7 @@ impl<const N: usize> Search<'_, '_, N> {
         if let Some(saddle) = saddle.map(|saddle| saddle.candidate.clone()) {
             self.leave(&saddle);
         }
-        if self.problem.path != Path::Best {
+        if !self.descended {
             self.descents();
             self.carry_extremals();
         }
@@ -114,6 +114,7 @@ impl<const N: usize> Search<'_, '_, N> {
 
     /// Descents from all starts; the cheapest minima, made extremals of the coarse grid.
     fn descents(&mut self) {
+        self.descended = true;
         let coarse = self.coarse.clone();
         let wide = self.descends_on(&coarse.dynamics, 0);
         let mut minima: Vec<Attempt> = Vec::new();
@@ -135,9 +136,13 @@ impl<const N: usize> Search<'_, '_, N> {
             if minimum.converged() && minimum.cost < best * (1.0 - SAME_MINIMUM) {
                 (best, idle) = (minimum.cost, 0);
             }
-            let known = |other: &Attempt| (other.cost - minimum.cost).abs() <= SAME_MINIMUM * minimum.cost;
-            if minimum.converged() && !minima.iter().any(known) {
-                minima.push(minimum);
+            let known =
+                |other: &&mut Attempt| (other.cost - minimum.cost).abs() <= SAME_MINIMUM * minimum.cost;
+            match minima.iter_mut().find(known) {
+                _ if !minimum.converged() => {}
+                Some(known) if known.cost <= minimum.cost => {}
+                Some(known) => *known = minimum,
+                None => minima.push(minimum),
             }
         }
         minima.sort_by(|a, b| a.cost.total_cmp(&b.cost));

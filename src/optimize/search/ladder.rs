@@ -73,6 +73,8 @@ pub(super) struct Search<'a, 'c, const N: usize> {
     pub rivals: Vec<Attempt>,
     /// Paths that no extremal of the requested grid was found near.
     pub lost: Vec<Candidate>,
+    /// Whether descents have been tried.
+    pub descended: bool,
     /// What converged.
     pub found: Vec<Attempt>,
     /// The nearest miss.
@@ -121,6 +123,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
             pool: Vec::new(),
             rivals: Vec::new(),
             lost: Vec::new(),
+            descended: false,
             found: Vec::new(),
             failure: None,
             met: Vec::new(),
@@ -420,6 +423,8 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         let mut solution = Solution { method, rivals, shortfall, ..unsolved };
         if let Some(chosen) = self.found.first().or(self.failure.as_ref()) {
             self.write(&mut solution, chosen);
+        } else if self.context.ladder.borrow().iter().any(|rung| rung.outcome == Outcome::IterationLimit) {
+            solution.outcome = Outcome::IterationLimit;
         }
         solution
     }

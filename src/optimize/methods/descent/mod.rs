@@ -141,7 +141,8 @@ impl<'a, const N: usize, const D: usize> Descending<'a, N, D> {
             direction: Direction::new(steps),
             tolerance,
             shift: 0.0,
-            promised: f64::INFINITY,
+            // The whole cost, before anything is known.
+            promised: 1.0,
             minimal: false,
         }
     }
