@@ -1,5 +1,6 @@
 //! The planner as a whole, through the public interface: order, costs, units, symmetries, honesty.
 
+mod best;
 mod bounds;
 mod costs;
 mod dense;

@@ -1,0 +1,79 @@
+//! The default answer is the best one: minima only, symmetric problems alike, the way round as asked.
+
+use crate::common::Random;
+use slewkit::maneuver::{Outcome, Path, Problem, SecondOrder, Sense, Settings, Solution, State};
+use slewkit::mechanics::{Body, Inertia};
+use slewkit::optimize::search::solve;
+use slewkit::plan::Silent;
+use slewkit::{Matrix3, Vector3, lie};
+use std::f64::consts::{PI, TAU};
+
+fn answer(problem: &Problem) -> Solution {
+    solve(problem, &Settings::default(), None, &mut Silent).unwrap()
+}
+
+/// A box with random edges, its principal moments.
+fn random_box(random: &mut Random) -> Vector3 {
+    let edges: [f64; 3] = std::array::from_fn(|_| random.within(0.2, 2.0));
+    let [a, b, c] = edges.map(|edge| edge * edge);
+    Vector3::new(b + c, c + a, a + b)
+}
+
+fn turn(moments: &Vector3, rotation: &Vector3) -> Problem {
+    let body = Body { inertia: Inertia::new(Matrix3::from_diagonal(moments)).unwrap(), mass: None };
+    let end = State::at_rest(lie::exp(rotation));
+    Problem::attitude(body, State::at_rest(Matrix3::identity()), end, 4.0).with_steps(60)
+}
+
+#[test]
+fn boxes_that_turn_about_a_principal_axis_come_to_a_minimum_and_mirror_images_to_the_same() {
+    let mut random = Random::new(20);
+    let mut bent = 0;
+    for case in 0..40 {
+        let moments = random_box(&mut random);
+        let axis = Vector3::ith(case % 3, 1.0);
+        let half_turn = answer(&turn(&moments, &(axis * PI)));
+        assert_eq!(half_turn.optimality.second_order(), SecondOrder::Minimum, "{moments}");
+        let angle = 175f64.to_radians();
+        let costs = [angle, -angle].map(|angle| answer(&turn(&moments, &(axis * angle))).cost);
+        assert!((costs[0] - costs[1]).abs() <= 1e-9 * costs[0], "{moments}: {costs:?}");
+        // Where the turn about the principal axis is a saddle the answer leaves that axis.
+        let straight = answer(&turn(&moments, &(axis * angle)).with_path(Path::AsGiven(axis * angle)));
+        bent += usize::from(straight.cost > costs[0] * (1.0 + 1e-6));
+    }
+    assert!(bent > 0, "no box had a saddle to leave");
+}
+
+#[test]
+fn a_rotation_that_is_given_is_taken_in_its_class_or_not_called_solved() {
+    let mut random = Random::new(21);
+    let (cases, mut solved) = (40, 0);
+    for _ in 0..cases {
+        let axis = Vector3::from_fn(|_, _| random.uniform()).normalize();
+        let rotation = axis * random.within(200.0, 700.0).to_radians();
+        let mut problem = turn(&random_box(&mut random), &rotation).with_path(Path::AsGiven(rotation));
+        problem.start.angular_velocity = Vector3::from_fn(|_, _| 0.1 * random.uniform());
+        let solution = answer(&problem);
+        if solution.outcome != Outcome::Converged {
+            assert!(solution.shortfall.is_some() || solution.trajectory.time.is_empty());
+            continue;
+        }
+        solved += 1;
+        // A rotation by less than a turn beyond a whole number of turns: odd numbers of half turns change the class.
+        let halves = (rotation.norm() / PI).floor() as i64;
+        let sense = if (halves + 1) / 2 % 2 == 0 { Sense::Short } else { Sense::Long };
+        assert_eq!(solution.sense, sense, "{:.0}°", rotation.norm().to_degrees());
+    }
+    assert!(solved * 100 >= cases * 95, "{solved} of {cases}");
+}
+
+#[test]
+fn a_saddle_on_the_asked_way_is_left_for_a_minimum_of_that_way() {
+    // The long way of a large turn has the direct turn as a saddle; its minimum goes round the same way.
+    let moments = Vector3::new(1.0, 2.0, 2.6);
+    let problem = turn(&moments, &(Vector3::y() * (TAU - 3.6))).with_path(Path::Long);
+    let solution = answer(&problem);
+    assert_eq!(solution.outcome, Outcome::Converged);
+    assert_eq!(solution.sense, Sense::Long);
+    assert_eq!(solution.optimality.second_order(), SecondOrder::Minimum);
+}
