@@ -261,7 +261,8 @@ fn inverse_of_positive<const D: usize>(matrix: &Block<D>, flat: f64) -> Option<B
         for inner in 0..column {
             pivot -= lower[(column, inner)] * lower[(column, inner)];
         }
-        if !(pivot > -flat) {
+        // NaN is not positive either.
+        if pivot.is_nan() || pivot <= -flat {
             return None;
         }
         let root = pivot.max(flat).sqrt();
