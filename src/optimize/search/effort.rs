@@ -10,12 +10,11 @@ use crate::optimize::sweep::BoundaryValueProblem;
 /// A body that turns by less than this without inputs takes few starts \[rad\].
 const SLOW: f64 = 1e-3;
 /// A body that turns by more without inputs must find the best way to slow down \[rad\].
-const FAST: f64 = 9.0;
+const FAST: f64 = 3.0;
 /// Weights that differ by more make narrow valleys.
 const STIFF: f64 = 100.0;
-/// Random paths: as a rule, where valleys are narrow or inputs few, and in a thorough search.
-const RANDOM: usize = 12;
-const RANDOM_HARD: usize = 24;
+/// Random paths: as a rule, and in a thorough search.
+const RANDOM: usize = 24;
 const RANDOM_THOROUGH: usize = 160;
 
 /// Which families of paths a search starts from.
@@ -56,7 +55,7 @@ impl Starts {
             coasting: vec![0, -1, 1],
             slowed: true,
             bent: vec![2.0, 1.0],
-            random: if few || stiff { RANDOM_HARD } else { RANDOM },
+            random: RANDOM,
             given: None,
         };
         match thoroughness {
@@ -72,17 +71,28 @@ impl Starts {
         }
     }
 
-    /// The paths, cheap and likely ones first.
+    /// The paths: likely ones first, then the others of all families in turn, since a search may end before the last.
     pub fn paths<const N: usize>(&self, bvp: &BoundaryValueProblem<N>) -> Vec<Candidate> {
         let as_given = |rotation: &Vector3| paths::smooth(bvp, "as given".into(), rotation, paths::straight);
         let mut out: Vec<Candidate> = self.given.iter().map(as_given).collect();
         out.extend(paths::smooth_ways(bvp, &self.smooth));
         out.extend(paths::coasting(bvp, &self.coasting).unwrap_or_default());
-        if self.slowed {
-            out.extend(paths::slowed(bvp));
-        }
-        out.extend(self.bent.iter().flat_map(|by| paths::bent(bvp, *by)));
-        out.extend(paths::random(bvp, self.random));
+        let slowed = if self.slowed { paths::slowed(bvp) } else { Vec::new() };
+        let bent = self.bent.iter().flat_map(|by| paths::bent(bvp, *by)).collect();
+        let random = paths::random(bvp, self.random).collect();
+        out.extend(in_turn([slowed, bent, random]));
         out
     }
+}
+
+/// The elements of several lists, each list spread evenly over the whole.
+fn in_turn(lists: [Vec<Candidate>; 3]) -> Vec<Candidate> {
+    let mut placed: Vec<(f64, Candidate)> = Vec::new();
+    for list in lists {
+        let count = list.len() as f64;
+        let place = |(index, candidate): (usize, Candidate)| ((index as f64 + 0.5) / count, candidate);
+        placed.extend(list.into_iter().enumerate().map(place));
+    }
+    placed.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    placed.into_iter().map(|(_, candidate)| candidate).collect()
 }
