@@ -4,7 +4,7 @@ use super::advice::{WIDE_RAD, advice};
 use super::{Console, SpecArgs, Tone};
 use slewkit::files::spec::escape;
 use slewkit::maneuver::{
-    ActiveConstraint, Method, Motion, Outcome, Problem, Rung, RungReport, Scheme, SecondOrder, Sense,
+    ActiveConstraint, Method, Motion, Outcome, Path, Problem, Rung, RungReport, Scheme, SecondOrder, Sense,
     Settings, Solution, TerminalError, Trajectory,
 };
 use slewkit::numerics::figures::{counted, error, significant, time};
@@ -140,7 +140,10 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
         }
         Some(0) => "no conjugate point".into(),
         Some(count) => {
-            format!("{}: a saddle, and nothing cheaper was found", counted(count, "conjugate point"))
+            let given = matches!(problem.path, Path::AsGiven(_));
+            let why =
+                if given { "kept because the rotation is given" } else { "and nothing cheaper was found" };
+            format!("{}: a saddle, {why}", counted(count, "conjugate point"))
         }
         None => "not decided".into(),
     };
