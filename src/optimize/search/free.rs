@@ -6,6 +6,7 @@
 use super::effort::Starts;
 use super::ladder::Search;
 use super::{paths, starts};
+use crate::lie;
 use crate::maneuver::problem::Path;
 use crate::maneuver::settings::Thoroughness;
 use crate::maneuver::solution::Rung;
@@ -15,7 +16,7 @@ use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::lifted::LiftedNewton;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::shooting::newton::outcome_of;
-use crate::optimize::step::Dynamics;
+use crate::optimize::step::{Dynamics, Point};
 use crate::optimize::sweep::BoundaryValueProblem;
 
 /// Tolerance of the lifted Newton, which the shooting polishes.
@@ -26,6 +27,8 @@ const DESCENT_TOLERANCE: f64 = 1e-9;
 const FINE_TOLERANCE: f64 = 1e-14;
 /// Minima whose costs differ by less, relative, are one.
 const SAME_MINIMUM: f64 = 1e-7;
+/// Costs that differ by less, relative, are equal.
+const EQUAL: f64 = 1e-9;
 /// How much dearer than the cheapest on the coarse grid a minimum may be and still turn out the cheapest.
 const MARGIN: f64 = 0.15;
 /// A path that is farther from the one asked for goes another way round.
@@ -140,7 +143,7 @@ impl<const N: usize> Search<'_, '_, N> {
                 |other: &&mut Attempt| (other.cost - minimum.cost).abs() <= SAME_MINIMUM * minimum.cost;
             match minima.iter_mut().find(known) {
                 _ if !minimum.converged() => {}
-                Some(known) if known.cost <= minimum.cost => {}
+                Some(known) if !is_better(&minimum, known) => {}
                 Some(known) => *known = minimum,
                 None => minima.push(minimum),
             }
@@ -262,4 +265,21 @@ impl<const N: usize> Search<'_, '_, N> {
             }
         }
     }
+}
+
+/// Whether a minimum is to be taken instead of another of the same cost: a lower cost, or where a symmetry gives many
+/// of one cost, less turning.
+fn is_better(minimum: &Attempt, other: &Attempt) -> bool {
+    let difference = (minimum.cost - other.cost) / other.cost.abs().max(f64::MIN_POSITIVE);
+    if difference.abs() > EQUAL {
+        difference < 0.0
+    } else {
+        turned(&minimum.candidate) < turned(&other.candidate)
+    }
+}
+
+/// The angle that a path turns by, from node to node \[rad\].
+fn turned(path: &Candidate) -> f64 {
+    let step = |pair: &[Point]| lie::minus(&pair[1].attitude.value, &pair[0].attitude.value).norm();
+    path.states.windows(2).map(step).sum()
 }
