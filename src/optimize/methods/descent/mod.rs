@@ -81,7 +81,8 @@ impl Method for Descent<'_> {
 
 impl Descent<'_> {
     fn descend<const N: usize, const D: usize>(&self, candidate: Candidate, budget: &Budget) -> Attempt {
-        let started = self.path::<N, D>(&candidate);
+        let enough = self.dynamics.grid.steps() >= FEWEST_STEPS;
+        let started = self.path::<N, D>(&candidate).filter(|_| enough);
         let Some((setting, path)) = started else { return Attempt::failed(candidate, Outcome::StepTooLong) };
         let descending = Descending::new(&setting, path, self.tolerance);
         let (descending, report) = run(descending, PATIENCE * budget.iterations, budget.watch.interrupt);
@@ -95,9 +96,6 @@ impl Descent<'_> {
         &self,
         candidate: &Candidate,
     ) -> Option<(Setting<'_, N, D>, Path<D>)> {
-        if self.dynamics.grid.steps() < FEWEST_STEPS {
-            return None;
-        }
         let setting = Setting::new(self.dynamics, self.start, self.target).ok()?;
         let path = Path::of(&setting, candidate.states.iter().map(Point::pose).collect())?;
         Some((setting, path))
