@@ -3,9 +3,11 @@
 use super::attitude::Rotation;
 use super::boundary::{Boundary, TURN};
 use super::{
-    Expect, Report, Section, actuators, body, constraint, environment, escape, expect, maneuver, short, show,
+    Expect, Report, Section, actuators, body, constraint, environment, escape, expect, maneuver, names,
+    short, show,
 };
 use crate::Matrix3;
+use crate::files::identity::Identity;
 use crate::lie::{exp, minus};
 use crate::maneuver::{Method, Motion, Path, Problem, ProblemError, Settings, State};
 use crate::mechanics::{Body, Inertia};
@@ -16,6 +18,7 @@ pub(crate) struct Assembled {
     pub problem: Problem,
     pub settings: Settings,
     pub expect: Option<Expect>,
+    pub identity: Identity,
 }
 
 /// Builds the problem; `None` when the report says why not.
@@ -33,6 +36,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
         mass_and_motion(section, inertia.as_ref(), mass, motion);
     }
     let actuation = actuators::actuation(root.section("actuators"), motion);
+    let identity = names::identity(root, actuation.as_ref().map(|(actuation, _)| actuation.count()));
     let constraints = constraint::constraints(root);
     let solver = root.section("solver");
     let (scheme, settings) = maneuver::solver(solver);
@@ -108,7 +112,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
             return None;
         }
     }
-    Some(Assembled { problem, settings, expect })
+    Some(Assembled { problem, settings, expect, identity })
 }
 
 /// Positions anywhere make it a maneuver of the whole body, and are then needed everywhere.

@@ -203,6 +203,11 @@ tables! {
         "name": Text(200);
         /// Notes for people; ignored.
         "description": Text(10_000);
+        /// The moment of time zero, with its time scale (UTC, TAI, TT, TDB, GPS), as in "2026-11-21T07:00:00 UTC".
+        /// Files for other programs need it; plans do not depend on it.
+        "epoch": Text(100);
+        /// What files for other programs call the object, its frames and its inputs.
+        "names": Table(&NAMES);
         /// The rigid body.
         "body": Table(&BODY), needed "[body]\ninertia_kg_m2 = [2, 3, 4]   # or three rows: the whole matrix";
         /// Input axes and effort weights. Default: three torques along the body axes; three forces along the
@@ -228,6 +233,26 @@ tables! {
         /// rotations, and of length 1. keep: each number is taken to its last bit, as in a spec that slew
         /// wrote. Default: remove.
         "rounding": Choice(&["remove", "keep"], &[]);
+    }
+
+    static NAMES {
+        /// The object that turns. Default: the name of the spec.
+        "object": Text(64);
+        /// Its international designator, as in "1995-074A". Default: UNKNOWN.
+        "object_id": Text(64);
+        /// What the object is about, as in "EARTH". Default: not said.
+        "center": Text(64);
+        /// The reference frame, to which attitudes lead. Default: ICRF; needed where the frame turns.
+        "reference_frame": Text(64);
+        /// The body frame, from which they come. Default: SC_BODY_1.
+        "body_frame": Text(64);
+        /// Who issues the files. Default: UNKNOWN.
+        "originator": Text(64);
+        /// Number of the object at NAIF, negative, for SPICE kernels.
+        "spice_id": Number(q::SPICE_ID);
+        /// What the inputs are called in heads of tables, one for each. Default: the names of the wheels, else
+        /// numbers.
+        "inputs": Texts(100);
     }
 
     static BODY {

@@ -37,6 +37,7 @@ mod grid;
 mod json_text;
 mod keys;
 mod maneuver;
+mod names;
 mod quantity;
 mod schema;
 mod section;
@@ -63,6 +64,7 @@ pub(crate) use tree::{Entry, Node, Value};
 pub use write::{SpecDocument, Unwritable};
 
 use crate::Vector3;
+use crate::files::identity::Identity;
 use crate::maneuver::{Problem, Settings};
 use crate::mechanics::full_body::{Attractor, Dumbbell};
 use crate::propagate::simulate::Simulation;
@@ -133,6 +135,8 @@ pub struct Loaded {
     pub settings: Settings,
     /// What the plan must come to, if the spec says so.
     pub expect: Option<Expect>,
+    /// What files for other programs call it, and when it begins.
+    pub identity: Identity,
     /// What is accepted but worth a word, in file order.
     pub warnings: Vec<Diagnostic>,
 }
@@ -345,8 +349,8 @@ fn interpret(
         })
     } else {
         assemble::assemble(&section, &stem).map(|assembled| {
-            let assemble::Assembled { problem, settings, expect } = assembled;
-            Spec::Maneuver(Box::new(Loaded { problem, settings, expect, warnings: Vec::new() }))
+            let assemble::Assembled { problem, settings, expect, identity } = assembled;
+            Spec::Maneuver(Box::new(Loaded { problem, settings, expect, identity, warnings: Vec::new() }))
         })
     };
     let failed = report.failed();

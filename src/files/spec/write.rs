@@ -7,6 +7,7 @@
 use super::difference::{Difference, differences};
 use super::keys::{Kind, ROOT, Table};
 use super::{Diagnostics, Format, Loaded, Override, Spec, Wanted, interpret};
+use crate::files::identity::Identity;
 use crate::maneuver::{Constraint, Motion, Objective, Path, Problem, Rule, Settings, Side, State, Weighted};
 use crate::mechanics::{AxisFrame, Description, Wheels};
 use crate::{Matrix3, Vector3};
@@ -71,6 +72,33 @@ impl SpecDocument {
             spec.item("constraint", |item| self::constraint(item, constraint));
         }
         Ok(Self(Value::Object(spec.keys)))
+    }
+
+    /// The same with what files for other programs call it, and when it begins.
+    pub fn with_identity(self, identity: &Identity) -> Self {
+        let Self(Value::Object(keys)) = self else { return self };
+        let mut spec = Writing { table: &ROOT, keys };
+        spec.some("epoch", identity.epoch.map(|epoch| epoch.to_string()));
+        let texts = [
+            ("object", &identity.object),
+            ("object_id", &identity.object_id),
+            ("center", &identity.center),
+            ("reference_frame", &identity.reference_frame),
+            ("body_frame", &identity.body_frame),
+            ("originator", &identity.originator),
+        ];
+        for (name, text) in texts {
+            if let Some(text) = text {
+                spec.table("names", |names| names.put(name, text.as_str()));
+            }
+        }
+        if let Some(number) = identity.spice_id {
+            spec.table("names", |names| names.put("spice_id", number));
+        }
+        if !identity.inputs.is_empty() {
+            spec.table("names", |names| names.put("inputs", identity.inputs.clone()));
+        }
+        Self(Value::Object(spec.keys))
     }
 
     /// Reads the maneuver, as from a file; `name` stands for it in messages.

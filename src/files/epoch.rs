@@ -1,0 +1,363 @@
+//! A moment of calendar time, and the moments that follow it by seconds.
+//!
+//! Inside of the library time is elapsed seconds. An epoch says which moment was zero, in a time scale that is always
+//! named. Leap seconds and scales are those of `hifitime`; a moment is kept as a whole second and a fraction of it, so
+//! that a time written in 12 decimals comes back to a picosecond.
+
+use hifitime::{Duration, Epoch as Instant, TimeScale, Unit};
+use std::fmt;
+use thiserror::Error;
+
+/// A time scale that files name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// Universal time with leap seconds.
+    Utc,
+    /// International atomic time.
+    Tai,
+    /// Terrestrial time.
+    Tt,
+    /// Barycentric dynamical time.
+    Tdb,
+    /// GPS time.
+    Gps,
+}
+
+impl Scale {
+    const ALL: [Self; 5] = [Self::Utc, Self::Tai, Self::Tt, Self::Tdb, Self::Gps];
+
+    /// Its name in specs and in CCSDS messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Utc => "UTC",
+            Self::Tai => "TAI",
+            Self::Tt => "TT",
+            Self::Tdb => "TDB",
+            Self::Gps => "GPS",
+        }
+    }
+
+    /// The scale of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|scale| scale.name() == name)
+    }
+
+    fn of_hifitime(self) -> TimeScale {
+        match self {
+            Self::Utc => TimeScale::UTC,
+            Self::Tai => TimeScale::TAI,
+            Self::Tt => TimeScale::TT,
+            Self::Tdb => TimeScale::TDB,
+            Self::Gps => TimeScale::GPST,
+        }
+    }
+}
+
+/// Why a text is no epoch.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum EpochError {
+    /// Nothing says in which scale.
+    #[error("no time scale is named: UTC and TAI are 37 s apart")]
+    NoScale,
+    /// Something says so, but not in a way that is known.
+    #[error("the time scale {0} is not known")]
+    Scale(String),
+    /// No date and time of day as ISO 8601 writes them.
+    #[error("this is no date and time of day, such as 2026-11-21T07:00:00.25")]
+    Form,
+    /// There is no such day, or no such second.
+    #[error("there is no such moment on the calendar")]
+    Calendar,
+}
+
+/// A moment of calendar time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Epoch {
+    /// The second that it falls into: whole seconds of its own scale, kept as TAI (as TDB where that is the scale).
+    second: Instant,
+    /// How far into the second \[s\], from 0 to below 1.
+    fraction: f64,
+    scale: Scale,
+}
+
+/// Decimals of a written second: picoseconds.
+const DECIMALS: usize = 12;
+
+impl Epoch {
+    /// Reads `2026-11-21T07:00:00.25 UTC`; a `Z` instead of the scale is UTC.
+    ///
+    /// # Errors
+    /// A missing or unknown scale, a text that is no moment, or a moment that the calendar does not have.
+    pub fn parse(text: &str) -> Result<Self, EpochError> {
+        let text = text.trim();
+        let (moment, scale) = match text.rsplit_once(char::is_whitespace) {
+            Some((moment, name)) => {
+                (moment.trim_end(), Scale::named(name).ok_or_else(|| EpochError::Scale(name.into()))?)
+            }
+            None => (text.strip_suffix('Z').ok_or(EpochError::NoScale)?, Scale::Utc),
+        };
+        Self::in_scale(moment, scale)
+    }
+
+    /// Reads `2026-11-21T07:00:00.25`, or `2026-325T07:00:00.25` by the day of the year, in the given scale; a `Z` at
+    /// its end is ignored.
+    ///
+    /// # Errors
+    /// As [`Epoch::parse`].
+    pub fn in_scale(text: &str, scale: Scale) -> Result<Self, EpochError> {
+        let (date, time) = text.trim().split_once('T').ok_or(EpochError::Form)?;
+        let (clock, fraction) = match time.strip_suffix('Z').unwrap_or(time).split_once('.') {
+            Some((clock, digits)) => (clock, fraction(digits).ok_or(EpochError::Form)?),
+            None => (time.strip_suffix('Z').unwrap_or(time), 0.0),
+        };
+        let [hour, minute, second] = numbers(clock, ':', [2, 2, 2]).ok_or(EpochError::Form)?;
+        let (year, month, day, days) = match numbers(date, '-', [4, 2, 2]) {
+            Some([year, month, day]) => (year, month, day, 0),
+            None => {
+                let [year, of_year] = numbers(date, '-', [4, 3]).ok_or(EpochError::Form)?;
+                let leap = (year % 4 == 0 && year % 100 != 0) || year % 400 == 0;
+                if of_year == 0 || of_year > 365 + u32::from(leap) {
+                    return Err(EpochError::Calendar);
+                }
+                (year, 1, 1, of_year - 1)
+            }
+        };
+        let small = |number: u32| u8::try_from(number).map_err(|_| EpochError::Calendar);
+        let year = i32::try_from(year).map_err(|_| EpochError::Calendar)?;
+        let in_scale = |scale: TimeScale, (hour, minute, second): (u8, u8, u8)| {
+            Instant::maybe_from_gregorian(year, small(month)?, small(day)?, hour, minute, second, 0, scale)
+                .map(|moment| moment + Unit::Day * i64::from(days))
+                .map_err(|_| EpochError::Calendar)
+        };
+        if hour > 23 {
+            return Err(EpochError::Calendar);
+        }
+        // Second 60 has no number of its own in UTC: it follows second 59.
+        let leap = second == 60;
+        let time = (small(hour)?, small(minute)?, small(second.min(59))?);
+        let moment = in_scale(scale.of_hifitime(), time)?;
+        let mut moment = moment.to_time_scale(Self::counted_in(scale));
+        if leap {
+            moment += Unit::Second * 1;
+            let said = Self { second: moment, fraction: 0.0, scale };
+            if scale != Scale::Utc || said.calendar(moment).5 != 60 {
+                return Err(EpochError::Calendar);
+            }
+        }
+        Ok(Self { second: moment, fraction, scale })
+    }
+
+    /// The moment that many seconds after 1970 began, in UTC, as computers count them.
+    pub fn of_unix(seconds: u64) -> Self {
+        let second = Instant::from_unix_seconds(seconds as f64).to_time_scale(TimeScale::TAI);
+        Self { second, fraction: 0.0, scale: Scale::Utc }
+    }
+
+    /// The same moment, told in another scale; between TDB and the others to a nanosecond.
+    pub fn in_other_scale(&self, scale: Scale) -> Self {
+        let moment = self.second.to_time_scale(Self::counted_in(scale));
+        // A whole second of one scale falls into a second of the other.
+        let past = moment.to_duration_in_time_scale(scale.of_hifitime()).total_nanoseconds();
+        let past = past.rem_euclid(1_000_000_000) as i64;
+        let whole = Self { second: moment - Unit::Nanosecond * past, fraction: 0.0, scale };
+        whole.after(self.fraction + past as f64 * 1e-9)
+    }
+
+    /// TDB runs unevenly against all others: its seconds are counted in itself.
+    fn counted_in(scale: Scale) -> TimeScale {
+        if scale == Scale::Tdb { TimeScale::TDB } else { TimeScale::TAI }
+    }
+
+    /// Its time scale.
+    pub fn scale(&self) -> Scale {
+        self.scale
+    }
+
+    /// The moment `seconds` later.
+    pub fn after(&self, seconds: f64) -> Self {
+        let (mut whole, mut fraction) = (seconds.floor(), seconds - seconds.floor() + self.fraction);
+        if fraction >= 1.0 {
+            (whole, fraction) = (whole + 1.0, fraction - 1.0);
+        }
+        Self { second: self.second + Unit::Second * whole, fraction, scale: self.scale }
+    }
+
+    /// Seconds from `other` to this moment.
+    pub fn since(&self, other: &Self) -> f64 {
+        let whole: Duration = self.second.to_time_scale(other.second.time_scale) - other.second;
+        whole.to_seconds() + (self.fraction - other.fraction)
+    }
+
+    /// Terrestrial time past J2000, seconds: what the clock kernels of SPICE count in.
+    pub fn terrestrial_past_j2000(&self) -> f64 {
+        self.second.to_tt_since_j2k().to_seconds() + self.fraction
+    }
+
+    /// Date and time of day in its scale, as CCSDS messages write it; to the picosecond.
+    pub fn calendar_text(&self) -> String {
+        let mut digits = format!("{:.*}", DECIMALS, self.fraction);
+        let mut second = self.second;
+        // What rounds up to a whole second is the next one.
+        if digits.starts_with('1') {
+            second += Unit::Second * 1;
+            digits = format!("{:.*}", DECIMALS, 0.0);
+        }
+        let (year, month, day, hour, minute, second) = self.calendar(second);
+        // Three decimals at least: what many readers expect.
+        let digits = digits[1..].trim_end_matches('0');
+        let digits = format!("{digits:0<4}");
+        let digits = if digits.starts_with('.') { digits } else { ".000".into() };
+        format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}{digits}")
+    }
+
+    /// Date and time of day of a whole second.
+    fn calendar(&self, second: Instant) -> (i32, u8, u8, u8, u8, u8) {
+        let scale = self.scale.of_hifitime();
+        let of = |moment: Instant| {
+            let (year, month, day, hour, minute, second, _) = moment.to_gregorian(scale);
+            (year, month, day, hour, minute, second)
+        };
+        let said = of(second);
+        if self.scale != Scale::Utc {
+            return said;
+        }
+        // From TAI to UTC hifitime is a second early in the half minute that ends with a leap second; from UTC to TAI
+        // it is right. A second that no name leads to is the leap second itself.
+        let (year, month, day, hour, minute, named, _) = second.to_gregorian(scale);
+        let Ok(utc) = Instant::maybe_from_gregorian(year, month, day, hour, minute, named, 0, scale) else {
+            return said;
+        };
+        let late = utc + Unit::Second * 1;
+        if utc == second {
+            said
+        } else if late == second {
+            of(late)
+        } else {
+            (year, month, day, hour, minute, 60)
+        }
+    }
+}
+
+/// As a spec writes it.
+impl fmt::Display for Epoch {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "{} {}", self.calendar_text(), self.scale.name())
+    }
+}
+
+/// Whole numbers of so many digits each, parted by a sign.
+fn numbers<const N: usize>(text: &str, sign: char, digits: [usize; N]) -> Option<[u32; N]> {
+    let parts: Vec<&str> = text.split(sign).collect();
+    if parts.len() != N {
+        return None;
+    }
+    let mut values = [0; N];
+    for ((value, part), digits) in values.iter_mut().zip(parts).zip(digits) {
+        if part.len() != digits || !part.bytes().all(|byte| byte.is_ascii_digit()) {
+            return None;
+        }
+        *value = part.parse().ok()?;
+    }
+    Some(values)
+}
+
+/// The digits behind the point of a second.
+fn fraction(digits: &str) -> Option<f64> {
+    if digits.is_empty() || digits.len() > 30 || !digits.bytes().all(|byte| byte.is_ascii_digit()) {
+        return None;
+    }
+    let value: f64 = format!("0.{digits}").parse().ok()?;
+    // Thirty nines are a whole second to the last bit, which no second holds.
+    (value < 1.0).then_some(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Epoch, EpochError};
+
+    fn epoch(text: &str) -> Epoch {
+        Epoch::parse(text).unwrap()
+    }
+
+    #[test]
+    fn what_is_read_is_written() {
+        for text in [
+            "2026-11-21T07:00:00.000 UTC",
+            "2026-11-21T07:00:00.250 TAI",
+            "2024-02-29T23:59:59.123456789012 TT",
+            "1999-12-31T00:00:00.000 TDB",
+            "2000-01-01T12:00:00.000 GPS",
+            "2016-12-31T23:59:60.500 UTC",
+        ] {
+            assert_eq!(epoch(text).to_string(), text);
+        }
+        assert_eq!(epoch("2026-11-21T07:00:00Z").to_string(), "2026-11-21T07:00:00.000 UTC");
+        assert_eq!(epoch("2024-060T00:00:00 UTC").to_string(), "2024-02-29T00:00:00.000 UTC");
+    }
+
+    /// The leap second of 2016: UTC has 23:59:60 between 23:59:59 and midnight, TAI runs on.
+    #[test]
+    fn a_leap_second_has_its_place() {
+        let start = epoch("2016-12-31T23:59:59.5 UTC");
+        let texts = [0.0, 0.5, 1.25, 1.5, 2.5].map(|seconds| start.after(seconds).calendar_text());
+        let expected = [
+            "2016-12-31T23:59:59.500",
+            "2016-12-31T23:59:60.000",
+            "2016-12-31T23:59:60.750",
+            "2017-01-01T00:00:00.000",
+            "2017-01-01T00:00:01.000",
+        ];
+        assert_eq!(texts, expected);
+        for (text, seconds) in expected.iter().zip([0.0, 0.5, 1.25, 1.5, 2.5]) {
+            assert_eq!(epoch(&format!("{text} UTC")).since(&start), seconds, "{text}");
+        }
+        // IERS Bulletin C 52: TAI − UTC is 36 s before and 37 s after.
+        assert_eq!(start.since(&epoch("2017-01-01T00:00:35.5 TAI")), 0.0);
+        assert_eq!(epoch("2017-01-01T00:00:01 UTC").since(&epoch("2017-01-01T00:00:38 TAI")), 0.0);
+    }
+
+    #[test]
+    fn scales_are_apart_as_published() {
+        let at = |scale: &str| epoch(&format!("2026-11-21T07:00:00 {scale}"));
+        // TT is TAI + 32.184 s, GPS is TAI − 19 s.
+        assert_eq!(at("TAI").since(&at("TT")), 32.184);
+        assert_eq!(at("GPS").since(&at("TAI")), 19.0);
+        assert_eq!(at("UTC").since(&at("TAI")), 37.0);
+        // J2000 is 2000-01-01T12:00:00 TT.
+        assert_eq!(epoch("2000-01-01T12:00:01.5 TT").terrestrial_past_j2000(), 1.5);
+    }
+
+    #[test]
+    fn times_come_back_to_a_picosecond() {
+        let start = epoch("2026-11-21T07:00:00.1 UTC");
+        for seconds in [0.0, 1e-12, 0.3, 1.0 / 3.0, 59.9, 1234.5678901234, 86_400.7] {
+            let text = start.after(seconds).to_string();
+            let back = epoch(&text).since(&start);
+            assert!(
+                (back - seconds).abs() < 1e-12 * (1.0 + seconds.abs() / 10.0),
+                "{text}: {back} {seconds}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_no_moment_is_told() {
+        assert_eq!(Epoch::parse("2026-11-21T07:00:00"), Err(EpochError::NoScale));
+        assert_eq!(Epoch::parse("2026-11-21T07:00:00 utc"), Err(EpochError::Scale("utc".into())));
+        for text in
+            ["", "UTC", "2026-11-21 UTC", "2026-11-21T7:00:00 UTC", "2026-11-21T07:00:00.x UTC", "-T: UTC"]
+        {
+            assert!(matches!(Epoch::parse(text), Err(EpochError::Form | EpochError::NoScale)), "{text}");
+        }
+        for text in [
+            "2026-02-30T00:00:00",
+            "2026-13-01T00:00:00",
+            "2026-11-21T24:00:00",
+            "2026-11-21T07:00:60",
+            "2025-366T00:00:00",
+        ] {
+            assert_eq!(Epoch::parse(&format!("{text} UTC")), Err(EpochError::Calendar), "{text}");
+        }
+        assert_eq!(Epoch::parse("2016-12-31T23:59:60 TAI"), Err(EpochError::Calendar));
+    }
+}

@@ -1,0 +1,43 @@
+//! What a maneuver is of, and when: the names and the epoch that files for other programs carry.
+
+use super::epoch::Epoch;
+
+/// Names and epoch. Nothing in it changes a plan.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Identity {
+    /// The moment of time zero.
+    pub epoch: Option<Epoch>,
+    /// The object that turns.
+    pub object: Option<String>,
+    /// Its international designator, or another identifier.
+    pub object_id: Option<String>,
+    /// What it is about: a planet.
+    pub center: Option<String>,
+    /// The reference frame, to which attitudes lead.
+    pub reference_frame: Option<String>,
+    /// The body frame, from which they come.
+    pub body_frame: Option<String>,
+    /// Who issues the files.
+    pub originator: Option<String>,
+    /// Number of the object at NAIF, negative as those of spacecraft are.
+    pub spice_id: Option<i32>,
+    /// What the inputs are called, in their order; empty: by their numbers.
+    pub inputs: Vec<String>,
+}
+
+impl Identity {
+    /// The body frame where none is named: the first of a spacecraft.
+    pub const BODY_FRAME: &'static str = "SC_BODY_1";
+    /// The reference frame where none is named.
+    pub const REFERENCE_FRAME: &'static str = "ICRF";
+
+    /// The body frame.
+    pub fn body_frame(&self) -> &str {
+        self.body_frame.as_deref().unwrap_or(Self::BODY_FRAME)
+    }
+
+    /// The reference frame.
+    pub fn reference_frame(&self) -> &str {
+        self.reference_frame.as_deref().unwrap_or(Self::REFERENCE_FRAME)
+    }
+}
