@@ -15,6 +15,8 @@
 //! The witnesses start from the problem and the recorded inputs alone. The recorded attitudes, rates
 //! and torques are compared with what they find.
 
+mod accuracy;
+mod attitudes;
 mod compensated;
 mod continuous;
 mod discrete;
@@ -30,6 +32,8 @@ pub(crate) mod watch;
 mod wheels;
 mod window;
 
+pub use accuracy::{Accuracy, DEFAULT_ACCURACY_DEG};
+pub use attitudes::{AttitudeReport, judge_attitudes};
 pub use margins::{Margin, worst_violation};
 pub use motion::Phase;
 pub use rows::{effort, margins, replay};

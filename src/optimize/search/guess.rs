@@ -12,7 +12,7 @@ use crate::{Vector3, lie};
 /// A neighbour's plan to begin from: its costates for the shooting, its path for SCP.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Guess {
-    /// As [`Solution::costates_0`] gives them, SI units.
+    /// As [`Solution::costates_0`] gives them, SI units; empty where there is a path alone.
     pub costates: Vec<f64>,
     /// Attitudes at evenly spaced nodes, as [`crate::maneuver::solution::Trajectory::quaternion`] has them; two at
     /// least, or none: then it guesses no path.

@@ -323,7 +323,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
 
     /// Newton from a costate guess, on the requested grid.
     fn try_guess(&mut self) {
-        if let Some(guess) = self.ask.guess {
+        if let Some(guess) = self.ask.guess.filter(|guess| !guess.costates.is_empty()) {
             self.shoot_from(&guess.costates, starts::GUESS);
         }
     }

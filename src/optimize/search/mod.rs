@@ -139,7 +139,10 @@ pub fn solve(
 ) -> Result<Solution, PlanError> {
     check(problem, settings)?;
     if let Some(guess) = guess {
-        check_costates(problem, &guess.costates)?;
+        // A path alone is a guess too.
+        if !guess.costates.is_empty() || guess.quaternion.is_empty() {
+            check_costates(problem, &guess.costates)?;
+        }
         if !guess.path_is_sound() {
             return Err(PlanError::GuessPath);
         }

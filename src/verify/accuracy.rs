@@ -1,0 +1,55 @@
+//! How far the motion under the recorded torques misses, and how many steps would do.
+
+use super::Verification;
+use crate::maneuver::Problem;
+use serde::{Deserialize, Serialize};
+
+/// The accuracy of the continuous motion that is asked for where nothing else is said, in degrees.
+pub const DEFAULT_ACCURACY_DEG: f64 = 0.01;
+
+/// What the motion under the recorded torques misses the end attitude by.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Accuracy {
+    /// By how much, in degrees; not finite where the witness did not come to an end.
+    pub continuous_attitude_deg: f64,
+    /// What is wanted, in degrees: the continuous tolerance of the spec, else [`DEFAULT_ACCURACY_DEG`].
+    pub wanted_deg: f64,
+    /// About how many steps reach that; `None` where these do, or where no number of them will.
+    pub steps: Option<usize>,
+}
+
+impl Accuracy {
+    /// What is added to the number of steps, since the order is measured to some percent.
+    const RESERVE: f64 = 1.15;
+
+    /// The miss of the plan that was verified; `wanted` \[rad\] is the continuous tolerance, where there is one.
+    ///
+    /// The miss falls as a power of the step, the measured order of convergence, or that of the scheme where none was
+    /// measured; steps are given to two digits.
+    pub fn of(found: &Verification, problem: &Problem, wanted: Option<f64>) -> Self {
+        let missed = found.continuous_attitude_rad.to_degrees();
+        let wanted_deg = wanted.map_or(DEFAULT_ACCURACY_DEG, f64::to_degrees);
+        let scheme = f64::from(problem.scheme.order());
+        // Beyond the order of the scheme it is luck that need not last.
+        let order = found.order.unwrap_or(scheme).clamp(0.5 * scheme, scheme);
+        let needed = problem.steps as f64 * (missed / wanted_deg).powf(order.recip()) * Self::RESERVE;
+        let short = missed > wanted_deg && needed < Problem::MAX_STEPS as f64;
+        Self { continuous_attitude_deg: missed, wanted_deg, steps: short.then(|| rounded(needed)) }
+    }
+}
+
+/// Rounded up to two digits.
+fn rounded(steps: f64) -> usize {
+    let unit = 10_f64.powf(steps.log10().floor() - 1.0).max(1.0);
+    ((steps / unit).ceil() * unit) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn steps_are_rounded_up_to_two_digits() {
+        for (steps, expected) in [(7.2, 8), (99.5, 100), (101.0, 110), (1234.0, 1300), (86_401.0, 87_000)] {
+            assert_eq!(super::rounded(steps), expected, "{steps}");
+        }
+    }
+}
