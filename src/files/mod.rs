@@ -1,4 +1,7 @@
-//! Files: specs, plans, trajectories.
+//! Files: specs, plans, trajectories, and those of other programs.
 
+pub mod epoch;
+pub mod exchange;
 pub mod export;
+pub mod identity;
 pub mod spec;

@@ -102,8 +102,13 @@ pub(super) struct Column<'a> {
 }
 
 impl Column<'_> {
-    /// The names of its columns in a table.
-    pub fn headers(&self) -> Vec<String> {
+    /// The names of its columns in a table; `inputs` names the inputs, or nothing does.
+    pub fn headers(&self, inputs: &[String]) -> Vec<String> {
+        if self.key == "input" && inputs.len() == self.width {
+            // A head is parted by commas, without quotes.
+            let plain = |name: &String| name.replace([',', '"', '\n', '\r'], "_");
+            return inputs.iter().map(|name| self.header.replace("{}", &plain(name))).collect();
+        }
         let component = |index: usize| match self.values {
             Values::Quaternions(_) => ["w", "x", "y", "z"][index].to_string(),
             Values::Vectors(_) => ["x", "y", "z"][index].to_string(),
@@ -161,7 +166,7 @@ pub(super) fn columns(of: &Trajectory) -> [Column<'_>; 10] {
 }
 
 /// Checks that every number is finite.
-pub(super) fn check_finite(trajectory: &Trajectory) -> Result<(), TrajectoryError> {
+pub(crate) fn check_finite(trajectory: &Trajectory) -> Result<(), TrajectoryError> {
     let wrong = columns(trajectory)
         .into_iter()
         .find_map(|column| Some((column.key, column.values.first_not_finite()?)));
@@ -176,4 +181,13 @@ pub(super) fn costate_width(trajectory: &Trajectory) -> usize {
 /// Number of reaction wheels: a row of their momenta at every node.
 fn wheel_count(trajectory: &Trajectory) -> usize {
     trajectory.wheel_momentum.len() / trajectory.time.len().max(1)
+}
+
+/// All quantities that there are, each with its key, its rows, the numbers in a row, and the numbers row by row.
+pub(crate) fn table(trajectory: &Trajectory) -> Vec<(&'static str, usize, usize, Vec<f64>)> {
+    let filled = columns(trajectory).into_iter().filter(|column| column.shown && column.width > 0);
+    let numbers = |values: Values<'_>| {
+        (0..values.len()).filter_map(move |row| values.row(row)).flatten().copied().collect()
+    };
+    filled.map(|column| (column.key, column.values.len(), column.width, numbers(column.values))).collect()
 }

@@ -13,12 +13,17 @@ mod trajectory;
 
 pub use attitude::{EULER_SEQUENCES, EulerAngles, Notations};
 pub use columns::TrajectoryError;
+pub(crate) use columns::{check_finite, table};
 pub use file::{FileError, Target, remove_temporaries};
 pub use plan_file::{ConvexRecord, PlanFile, read_guess, write_document};
 pub use rows::{write_csv, write_jsonl};
 pub use trajectory::{TrajectoryDocument, check_trajectory};
 
+use crate::files::exchange::Lacking;
 use thiserror::Error;
+
+/// The JSON Schema of plan files (draft 2020-12).
+pub const PLAN_SCHEMA: &str = include_str!("plan.schema.json");
 
 /// Why something could not be written or read.
 #[derive(Debug, Error)]
@@ -46,6 +51,9 @@ pub enum ExportError {
         "the plan file holds no spec: its maneuver has no notation, such as an environment of the caller's own"
     )]
     NoSpec,
+    /// Something that a format of other programs needs is not said.
+    #[error(transparent)]
+    Lacking(#[from] Lacking),
     /// The scheme is not known.
     #[error("the plan file has the unknown scheme \"{}\"", crate::files::spec::escape(.0))]
     Scheme(String),
@@ -60,6 +68,7 @@ impl ExportError {
     pub fn code(&self) -> &'static str {
         match self {
             Self::File(error) => error.code(),
+            Self::Lacking(lacking) => lacking.code(),
             Self::Json(_) | Self::Format { .. } | Self::NoSpec | Self::Scheme(_) => "E0102",
             Self::Trajectory(TrajectoryError::Shape { .. }) => "E0103",
             Self::Trajectory(TrajectoryError::NotFinite { .. }) => "E0104",
@@ -71,6 +80,7 @@ impl ExportError {
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::Format { found } if *found < PlanFile::FORMAT => "plan again: `slew plan SPEC -o FILE`",
+            Self::Lacking(lacking) => lacking.remedy(),
             Self::NoSpec => "give the spec that it must fulfil: `--spec SPEC`",
             _ => "give a file that `slew plan SPEC -o FILE` wrote",
         }

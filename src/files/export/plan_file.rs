@@ -3,13 +3,14 @@
 use super::nulls::null_is_nan;
 use super::{ExportError, TrajectoryDocument, TrajectoryError, check_trajectory};
 use crate::Vector3;
+use crate::files::identity::Identity;
 use crate::files::spec::SpecDocument;
 use crate::maneuver::{
     ActiveConstraint, ConvexWork, Optimality, Outcome, Problem, Rival, RungReport, Scheme, SecondOrder,
     Sense, Settings, TerminalError,
 };
 use crate::plan::{Guess, Plan, Status};
-use crate::verify::Verification;
+use crate::verify::{Accuracy, Verification};
 use serde::{Deserialize, Serialize};
 use serde_json::ser::{CompactFormatter, Formatter};
 use std::borrow::Cow;
@@ -69,6 +70,9 @@ pub struct PlanFile<'a> {
     /// What the witnesses found; `null` when there was nothing to verify.
     #[serde(deserialize_with = "null_is_nan")]
     pub verified: Option<Verification>,
+    /// How far the motion under the recorded torques misses, and how many steps would do.
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "null_is_nan")]
+    pub accuracy: Option<Accuracy>,
     /// Everything tried, in order.
     #[serde(deserialize_with = "null_is_nan")]
     pub ladder: Vec<RungReport>,
@@ -151,6 +155,10 @@ impl<'a> PlanFile<'a> {
             optimality: solution.optimality,
             second_order: solution.optimality.second_order(),
             verified: plan.verification.clone(),
+            accuracy: plan
+                .verification
+                .as_ref()
+                .map(|found| Accuracy::of(found, problem, settings.continuous_tolerance)),
             ladder: solution.ladder.clone(),
             convex: solution.convex.as_ref().map(Into::into),
             active: solution.active.clone(),
@@ -163,6 +171,12 @@ impl<'a> PlanFile<'a> {
             costates_0: solution.costates_0(problem).to_vec(),
             trajectory: TrajectoryDocument(Cow::Borrowed(&solution.trajectory)),
         }
+    }
+
+    /// The same with what files for other programs call the maneuver, and when it begins.
+    pub fn with_identity(mut self, identity: &Identity) -> Self {
+        self.spec = self.spec.map(|spec| spec.with_identity(identity));
+        self
     }
 
     /// Writes the document, one key a line, and a last newline.

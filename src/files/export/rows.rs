@@ -6,6 +6,7 @@
 
 use super::ExportError;
 use super::columns::{Column, Values, check_finite, columns};
+use crate::files::identity::Identity;
 use crate::maneuver::Trajectory;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::io::Write;
@@ -57,16 +58,21 @@ pub fn write_jsonl(trajectory: &Trajectory, mut output: impl Write) -> Result<()
     Ok(output.flush()?)
 }
 
-/// Writes CSV: a header with units, then one line a node; decimal points, no quotes.
+/// Writes CSV: a header with units, then one line a node; decimal points, no quotes. Inputs are called as `identity`
+/// does, else by their numbers.
 ///
 /// # Errors
 /// A number that is not finite, or the stream.
-pub fn write_csv(trajectory: &Trajectory, mut output: impl Write) -> Result<(), ExportError> {
+pub fn write_csv(
+    trajectory: &Trajectory,
+    identity: &Identity,
+    mut output: impl Write,
+) -> Result<(), ExportError> {
     check_finite(trajectory)?;
     // Inputs, as many as the maneuver has, come after the vectors.
     let mut ordered = columns(trajectory);
     ordered.sort_by_key(Column::is_flat);
-    let header: Vec<String> = ordered.iter().flat_map(Column::headers).collect();
+    let header: Vec<String> = ordered.iter().flat_map(|column| column.headers(&identity.inputs)).collect();
     writeln!(output, "{}", header.join(","))?;
     for row in Row::all(trajectory, &ordered) {
         let cells = ordered.iter().flat_map(|column| (0..column.width).map(move |part| (column, part)));

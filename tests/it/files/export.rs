@@ -3,6 +3,7 @@
 use slewkit::files::export::{
     ExportError, FileError, PlanFile, Target, TrajectoryDocument, read_guess, write_csv, write_jsonl,
 };
+use slewkit::files::identity::Identity;
 use slewkit::files::spec::SpecDocument;
 use slewkit::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
 use slewkit::maneuver::problem::{Motion, Problem, Scheme, State};
@@ -383,7 +384,7 @@ fn trajectory_that_is_not_finite_is_refused_in_every_format() {
         let file = PlanFile::new(&problem, &Settings::default(), &plan);
         for result in [
             file.write(std::io::sink()),
-            write_csv(&trajectory, std::io::sink()),
+            write_csv(&trajectory, &Identity::default(), std::io::sink()),
             write_jsonl(&trajectory, std::io::sink()),
         ] {
             let error = result.unwrap_err();
@@ -400,7 +401,7 @@ fn csv_reads_back_bit_for_bit_with_inputs_where_they_exist() {
     for problem in kinds() {
         let trajectory = trajectory(&problem);
         let mut text = Vec::new();
-        write_csv(&trajectory, &mut text).unwrap();
+        write_csv(&trajectory, &Identity::default(), &mut text).unwrap();
         let text = String::from_utf8(text).unwrap();
         let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
         let header = lines.next().unwrap();
@@ -473,7 +474,7 @@ fn table_of_a_simulation_has_no_columns_of_inputs() {
     trajectory.input_count = 0;
     trajectory.costates.clear();
     let mut text = Vec::new();
-    write_csv(&trajectory, &mut text).unwrap();
+    write_csv(&trajectory, &Identity::default(), &mut text).unwrap();
     let text = String::from_utf8(text).unwrap();
     assert_eq!(text.lines().count(), 6);
     assert!(text.lines().all(|line| line.split(',').count() == 8), "{text}");

@@ -1,6 +1,7 @@
 //! Spec files: what they mean, what is refused and in which words, and that no input breaks the reader.
 
 mod bad_inputs;
+mod exchange;
 mod export;
 mod meaning;
 mod mutations;

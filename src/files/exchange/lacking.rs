@@ -1,0 +1,57 @@
+//! What a maneuver leaves unsaid.
+
+use thiserror::Error;
+
+/// What a format needs and the maneuver does not say.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+pub enum Lacking {
+    /// Calendar time.
+    #[error("this format has calendar times, and the spec does not say when the maneuver begins")]
+    Epoch,
+    /// A name of a frame that turns.
+    #[error(
+        "the reference frame turns with the orbit (e1 along the velocity, e2 the orbit normal, e3 outward), and no \
+         standard name says that"
+    )]
+    FrameName,
+    /// A number for SPICE.
+    #[error("kernels of SPICE call spacecraft by their numbers, and the spec gives none")]
+    SpiceId,
+    /// A frame that SPICE has.
+    #[error(
+        "the reference frame of the spec is none of SPICE's own: J2000 (ICRF, EME2000), B1950, ECLIPJ2000"
+    )]
+    SpiceFrame,
+    /// Equal ticks.
+    #[error("the duration is no whole number of ticks, or the steps of the plan are not equal")]
+    Tick,
+    /// Inputs.
+    #[error("the torque of each step is needed, and there is none")]
+    Inputs,
+}
+
+impl Lacking {
+    /// The stable code of the error.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Epoch => "E0140",
+            Self::FrameName | Self::SpiceFrame => "E0141",
+            Self::SpiceId => "E0142",
+            Self::Inputs | Self::Tick => "E0143",
+        }
+    }
+
+    /// What to do next.
+    pub fn remedy(self) -> &'static str {
+        match self {
+            Self::Epoch => {
+                "write epoch = \"2026-11-21T07:00:00 UTC\" into the spec, or give --set epoch='2026-11-21T07:00:00 UTC'"
+            }
+            Self::FrameName => "write [names] reference_frame = \"…\" as your partner calls it",
+            Self::SpiceFrame => "write [names] reference_frame = \"J2000\"",
+            Self::SpiceId => "write [names] spice_id = -125544, or give --set names.spice_id=-125544",
+            Self::Tick => "give --tick SECONDS, of which the duration is a whole number, at most ten million",
+            Self::Inputs => "give a plan that was solved",
+        }
+    }
+}
