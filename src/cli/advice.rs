@@ -2,11 +2,9 @@
 
 use super::SpecArgs;
 use slewkit::maneuver::{Method, Outcome, Problem, Settings};
-use slewkit::numerics::figures::{about, rounded_up};
+use slewkit::numerics::figures::{about, rounded_up, short};
 use slewkit::plan::{Plan, Status};
-
-/// Attitude errors of the continuous motion beyond this are told in degrees too, and called coarse.
-pub const WIDE_RAD: f64 = 0.02;
+use slewkit::verify::Accuracy;
 
 /// Terminal errors up to this multiple of the tolerance count as nearly there.
 const NEARLY: f64 = 1e4;
@@ -50,15 +48,18 @@ pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Pl
     };
     let convex = solution.method == Method::Scp;
     let witnessed = plan.verification.as_ref();
-    let coarse = witnessed.is_some_and(|found| found.continuous_attitude_rad > WIDE_RAD);
+    let accuracy = witnessed.map(|found| Accuracy::of(found, problem, settings.continuous_tolerance));
+    // The discrete maneuver is solved; the true motion under its torque ends elsewhere.
+    let finer = accuracy.and_then(|found| {
+        let why = format!("ends within {} deg", short(found.wanted_deg));
+        found.steps.map(|steps| again(args, "maneuver.steps", steps, &why))
+    });
     // So close that only round-off can be in the way.
     let reached = solution.terminal.largest();
     let nearly = reached.is_finite() && reached < NEARLY * solution.tolerance;
     match (plan.status, solution.outcome) {
-        // The discrete maneuver is solved; the true motion under its torque ends elsewhere.
-        (Status::Solved, _) if coarse => vec![more_steps()],
-        (Status::Solved, _) => vec![],
-        (Status::VerificationFailed, _) => vec![more_steps()],
+        (Status::Solved, _) => finer.into_iter().collect(),
+        (Status::VerificationFailed, _) => vec![finer.unwrap_or_else(more_steps)],
         (_, Outcome::StepTooLong) => vec![more_steps(), longer()],
         (_, Outcome::IterationLimit) => {
             let iterations = 2 * settings.max_iterations;

@@ -3,8 +3,8 @@
 use super::{Failure, console};
 use clap::ValueEnum;
 use serde::Serialize;
-use slewkit::files::export::{Target, write_document};
-use std::path::{Path, PathBuf};
+use slewkit::files::export::write_document;
+use std::path::PathBuf;
 
 /// What is needed to report a failure, whatever the command.
 #[derive(Clone, Copy, Debug, Default)]
@@ -43,81 +43,6 @@ pub enum Notation {
     Toml,
     /// JSON
     Json,
-}
-
-/// Output of a command that makes a trajectory.
-#[derive(Debug, clap::Args)]
-pub struct OutputArgs {
-    /// Format of the data, on stdout or in the file of `-o`; by default that of the file name, else JSON
-    #[arg(long, value_name = "FORMAT")]
-    pub format: Option<Format>,
-    /// Write the data to FILE, whole or not at all; `-` is stdout
-    #[arg(short, long, value_name = "FILE")]
-    pub output: Option<PathBuf>,
-    /// Replace FILE if it exists
-    #[arg(long)]
-    pub force: bool,
-    /// No text but errors
-    #[arg(short, long)]
-    pub quiet: bool,
-}
-
-/// Format of the data.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Format {
-    /// Text for people on stderr, no data on stdout
-    Text,
-    /// One document with everything
-    Json,
-    /// The trajectory, one JSON object a line
-    Jsonl,
-    /// The trajectory as a table with a header
-    Csv,
-}
-
-/// Where data go.
-#[derive(Debug)]
-pub enum Destination {
-    /// Nowhere: text only.
-    None,
-    /// Stdout.
-    Stdout(Format),
-    /// A file.
-    File(Target, Format),
-}
-
-impl OutputArgs {
-    /// The part that failures need.
-    pub fn common(&self) -> Common {
-        let json = matches!(self.format, Some(Format::Json | Format::Jsonl));
-        Common { quiet: self.quiet, json }
-    }
-
-    /// Where the data go, checked before any work; an output that is one of `inputs` is refused.
-    pub fn destination(&self, inputs: &[&Path]) -> Result<Destination, Failure> {
-        let asked = self.format.filter(|format| *format != Format::Text);
-        let Some(path) = &self.output else {
-            return Ok(asked.map_or(Destination::None, Destination::Stdout));
-        };
-        if path.as_os_str() == "-" {
-            return Ok(Destination::Stdout(asked.unwrap_or(Format::Json)));
-        }
-        if self.format == Some(Format::Text) {
-            let reason =
-                "-o writes data, and the text for people goes to stderr: leave out --format text, or -o";
-            return Err(Failure::Usage(reason.into()));
-        }
-        let target = Target::new(path, self.force)?;
-        for input in inputs {
-            target.distinct_from(input)?;
-        }
-        let by_ending = match path.extension().and_then(|ending| ending.to_str()) {
-            Some("csv") => Format::Csv,
-            Some("jsonl" | "ndjson") => Format::Jsonl,
-            _ => Format::Json,
-        };
-        Ok(Destination::File(target, asked.unwrap_or(by_ending)))
-    }
 }
 
 /// Output of a command that makes a report.

@@ -1,6 +1,8 @@
 //! The two streams: text for people on stderr, data on stdout. A closed stream is no error.
 
 use slewkit::files::export::ExportError;
+#[cfg(unix)]
+use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::time::{Duration, Instant};
 
@@ -58,7 +60,7 @@ impl Console {
         let label = self.paint(Tone::Bad, &format!("error[{code}]"));
         let mut text = format!("{label}: {reason}");
         if !remedy.is_empty() {
-            text.push_str(&format!("\n  help: {remedy}"));
+            text.push_str(&format!("\n  help: {}", remedy.replace('\n', "\n        ")));
         }
         self.plain_error(&text);
     }
@@ -102,6 +104,26 @@ impl Console {
             let _ = write!(io::stderr().lock(), "\r\x1b[K");
         }
     }
+}
+
+/// Whether data on stdout are taken by somebody: it leads to a file or into a pipe, and the text for people does not
+/// go to the same place.
+#[cfg(unix)]
+pub fn stdout_is_taken() -> bool {
+    use std::os::fd::{AsFd, BorrowedFd};
+    use std::os::unix::fs::{FileTypeExt, MetadataExt};
+    let about = |stream: BorrowedFd<'_>| File::from(stream.try_clone_to_owned()?).metadata();
+    let Ok(stdout) = about(io::stdout().as_fd()) else { return false };
+    let kind = stdout.file_type();
+    let taken = kind.is_file() || kind.is_fifo() || kind.is_socket();
+    let place = |stream: &std::fs::Metadata| (stream.dev(), stream.ino());
+    taken && !about(io::stderr().as_fd()).is_ok_and(|stderr| place(&stderr) == place(&stdout))
+}
+
+/// Whether data on stdout are taken by somebody: it is no terminal.
+#[cfg(not(unix))]
+pub fn stdout_is_taken() -> bool {
+    !io::stdout().is_terminal()
 }
 
 /// Writes data to stdout. A reader that has gone, as `head` does, ends the writing and is no error.

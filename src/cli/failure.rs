@@ -73,6 +73,8 @@ pub enum Failure {
     Problem(Message),
     /// The arguments contradict each other.
     Usage(String),
+    /// The arguments ask for an output that there is not.
+    Output(Message),
     /// The end of the solve is known without a plan.
     Plan(Status, Message),
     /// A bug; the code stands for no mistake of the user.
@@ -119,7 +121,7 @@ impl Failure {
             Self::Spec(diagnostics) if diagnostics.is_io() => Exit::File,
             Self::Spec(_) | Self::Problem(_) => Exit::SpecInvalid,
             Self::File(_) => Exit::File,
-            Self::Usage(_) => Exit::Usage,
+            Self::Usage(_) | Self::Output(_) => Exit::Usage,
             Self::Plan(status, _) => Exit::Plan(*status),
             Self::Internal(_) => Exit::Internal,
         }
@@ -130,7 +132,7 @@ impl Failure {
         let exit = self.exit();
         match self {
             Self::Spec(diagnostics) => console.plain_error(&diagnostics.render(console.colour)),
-            Self::File(message) | Self::Problem(message) | Self::Plan(_, message) => {
+            Self::File(message) | Self::Problem(message) | Self::Output(message) | Self::Plan(_, message) => {
                 console.error(message.code, &message.reason, &message.remedy);
             }
             Self::Usage(reason) => console.error("usage", reason, "see `slew --help`"),
@@ -148,7 +150,9 @@ impl Failure {
     fn document(&self, exit: Exit) -> impl Serialize {
         let (diagnostics, error) = match self {
             Self::Spec(diagnostics) => (Some(diagnostics), None),
-            Self::File(message) | Self::Problem(message) | Self::Plan(_, message) => (None, Some(message)),
+            Self::File(message) | Self::Problem(message) | Self::Output(message) | Self::Plan(_, message) => {
+                (None, Some(message))
+            }
             Self::Usage(_) | Self::Internal(_) => (None, None),
         };
         document! {
@@ -170,6 +174,9 @@ impl From<ExportError> for Failure {
             ExportError::Io(error) => {
                 let reason = format!("writing to stdout failed: {error}");
                 Self::File(Message::new("E0097", reason, "free some space, or give a file with `-o`"))
+            }
+            ExportError::Lacking(lacking) => {
+                Self::Problem(Message::new(lacking.code(), lacking.to_string(), lacking.remedy()))
             }
             other => Self::Internal(other.to_string()),
         }

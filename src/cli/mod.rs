@@ -9,8 +9,10 @@ mod check;
 mod compare;
 mod console;
 mod convert;
+mod export;
 mod failure;
 mod interrupt;
+mod output;
 mod plan;
 mod simulate;
 mod spec_file;
@@ -18,9 +20,10 @@ mod summary;
 mod texts;
 mod verify;
 
-pub(crate) use args::{Common, Destination, Format, Notation, OutputArgs, Reading, ReportArgs, SpecArgs};
+pub(crate) use args::{Common, Notation, Reading, ReportArgs, SpecArgs};
 pub(crate) use console::{Console, Tone};
 pub(crate) use failure::{Exit, Failure, Message};
+pub(crate) use output::{Destination, Format, OutputArgs};
 pub(crate) use summary::{Lines, headline, line};
 
 use clap::{CommandFactory, Parser, Subcommand};
@@ -31,7 +34,7 @@ use std::process::ExitCode;
 ///
 /// Text for people goes to stderr, data to stdout or to the file of `-o`.
 #[derive(Debug, Parser)]
-#[command(name = "slew", version, max_term_width = 100, after_help = EXIT_CODES)]
+#[command(name = "slew", version, max_term_width = 100, after_help = EXIT_CODES, disable_help_subcommand = true)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -56,14 +59,31 @@ enum Command {
     Plan(plan::Args),
     /// Verify a plan file by the witnesses, without the solver
     Verify(verify::Args),
+    /// Write a plan file in the formats of other programs
+    Export(export::Args),
     /// Compare methods on a maneuver, or integrators on a simulation
     Compare(compare::Args),
     /// Propagate the bodies of a spec from their start, without optimisation
     Simulate(simulate::Args),
     /// Convert an attitude from one notation to all others
     Convert(convert::Args),
-    /// Print the JSON Schema of specs, for editors
-    Schema(texts::Args),
+    /// Print the JSON Schema of specs or of plan files
+    Schema(texts::SchemaArgs),
+    /// Explain a command, or the topic `replay`: how a plan is integrated
+    Help {
+        /// A command, or replay
+        topic: Vec<String>,
+    },
+    /// Explain the code of an error or a warning, as in `slew explain E0123`
+    Explain {
+        /// The code
+        code: String,
+    },
+    /// Print the page of the manual, of the program or of a command
+    Man {
+        /// A command
+        command: Option<String>,
+    },
     /// Print completions for a shell
     Completions {
         /// Which shell
@@ -76,11 +96,17 @@ impl Command {
         match self {
             Self::Plan(args) => args.output.common(),
             Self::Simulate(args) => args.output.common(),
+            Self::Export(args) => args.output.common(),
             Self::Check(args) => args.report.common(),
             Self::Verify(args) => args.report.common(),
             Self::Compare(args) => args.report.common(),
             Self::Convert(args) => args.report.common(),
-            Self::Schema(_) | Self::Init(_) | Self::Completions { .. } => Common::default(),
+            Self::Schema(_)
+            | Self::Init(_)
+            | Self::Completions { .. }
+            | Self::Help { .. }
+            | Self::Explain { .. }
+            | Self::Man { .. } => Common::default(),
         }
     }
 
@@ -89,20 +115,35 @@ impl Command {
             Self::Plan(args) => plan::run(&args, console),
             Self::Check(args) => check::run(&args, console),
             Self::Verify(args) => verify::run(&args, console),
+            Self::Export(args) => export::run(&args, console),
             Self::Compare(args) => compare::run(&args, console),
             Self::Simulate(args) => simulate::run(&args, console),
             Self::Convert(args) => convert::run(&args, console),
-            Self::Schema(args) => texts::run(&args, &texts::schema(), console),
+            Self::Schema(args) => texts::run(&args.output, &texts::schema(args.of), console),
+            Self::Help { topic } => print(texts::help(Cli::command(), &topic)?.as_bytes()),
+            Self::Explain { code } => match texts::explanation(&code) {
+                Some(text) => print(text.as_bytes()),
+                None => {
+                    let reason = format!("there is no code {}", slewkit::files::spec::escape(&code));
+                    Err(Failure::Usage(format!("{reason}; codes are a letter and four digits, as E0123")))
+                }
+            },
+            Self::Man { command } => print(&texts::manual(Cli::command(), command.as_deref())?),
             Self::Init(args) => texts::run(&args.output, &texts::template(args.simulation), console),
             Self::Completions { shell } => {
                 // Into memory first: the generator panics when the pipe is closed.
                 let mut script = Vec::new();
                 clap_complete::generate(shell, &mut Cli::command(), "slew", &mut script);
-                console::to_stdout(|output| Ok(output.write_all(&script)?))?;
-                Ok(Exit::Solved)
+                print(&script)
             }
         }
     }
+}
+
+/// Text on stdout.
+fn print(text: &[u8]) -> Result<Exit, Failure> {
+    console::to_stdout(|output| Ok(output.write_all(text)?))?;
+    Ok(Exit::Solved)
 }
 
 /// Parses, runs, and turns the outcome into an exit code.

@@ -1,14 +1,15 @@
 //! `slew plan`: solve, verify, tell, write.
 
-use super::console;
+use super::spec_file::PlanOrAttitudes;
 use super::{
-    Console, Destination, Exit, Failure, Format, Message, OutputArgs, SpecArgs, interrupt, spec_file, summary,
+    Console, Exit, Failure, Format, Message, OutputArgs, SpecArgs, export, interrupt, spec_file, summary,
 };
-use slewkit::files::export::{ExportError, PlanFile, Target, read_guess, write_csv, write_jsonl};
+use clap::ValueEnum;
+use slewkit::files::exchange::read_attitudes;
+use slewkit::files::export::{PlanFile, Target, read_guess, write_csv, write_jsonl};
 use slewkit::files::spec::Loaded;
-use slewkit::maneuver::{Problem, ProblemError, Settings};
-use slewkit::plan::{self, Control, Guess, Observer, Plan, PlanError, Progress, Status};
-use std::io::Write;
+use slewkit::maneuver::{Outcome, Problem, ProblemError};
+use slewkit::plan::{self, Control, Guess, Observer, PlanError, Progress, Status};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `slew plan`.
@@ -23,8 +24,12 @@ pub struct Args {
     pub spec: SpecArgs,
     #[command(flatten)]
     pub output: OutputArgs,
-    /// Begin from another plan: its costates, or its path where limits act; `-` reads stdin
-    #[arg(long, value_name = "PLAN.json")]
+    /// Tick of `--format flight`; by default the step of the plan
+    #[arg(long, value_name = "SECONDS", value_parser = export::seconds)]
+    pub tick: Option<f64>,
+    /// Begin from another plan: its costates, or its path where limits act; or from the path of an AEM or a table of
+    /// attitudes. `-` reads stdin
+    #[arg(long, value_name = "FILE")]
     pub guess: Option<PathBuf>,
 }
 
@@ -33,23 +38,38 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let mut inputs: Vec<&Path> = vec![&args.spec.spec];
     inputs.extend(args.guess.as_deref());
     spec_file::one_stdin(&inputs)?;
-    let destination = args.output.destination(&inputs)?;
-    let Loaded { problem, settings, .. } = spec_file::read(&args.spec.spec, &args.spec.reading, console)?;
-    let guess = args.guess.as_deref().map(|path| guess(path, &problem)).transpose()?;
+    let destination = args.output.destination(Format::value_variants(), &inputs)?;
+    let Loaded { problem, settings, identity, .. } =
+        spec_file::read(&args.spec.spec, &args.spec.reading, console)?;
+    // Known before the work: a plan must not be lost for want of a name.
+    export::check(&destination, &problem, &identity, args.tick)?;
+    let guess = args.guess.as_deref().map(|path| guess(path, &problem, console)).transpose()?;
 
     interrupt::watch();
     let plan = plan::plan(&problem, &settings, guess.as_ref(), &mut Watcher(console)).map_err(refusal)?;
 
     console.say(&summary::plan(console, &args.spec, &problem, &settings, &plan));
-    match &destination {
-        Destination::None => {}
-        Destination::Stdout(format) => {
-            console::to_stdout(|output| write(*format, &problem, &settings, &plan, output))?;
-        }
-        Destination::File(target, format) => {
-            target.write(|output| write(*format, &problem, &settings, &plan, output))?;
-            wrote(console, target);
-        }
+    if plan.solution.outcome != Outcome::Converged
+        && destination.format().and_then(Format::of_others).is_some()
+    {
+        console.say(&summary::line("wrote", "nothing: there is no plan, and this format holds nothing else"));
+    } else {
+        destination.write(console, |format, output| match format {
+            Format::Jsonl => write_jsonl(&plan.solution.trajectory, output),
+            Format::Csv => write_csv(&plan.solution.trajectory, &identity, output),
+            Format::Json | Format::Text => {
+                PlanFile::new(&problem, &settings, &plan).with_identity(&identity).write(output)
+            }
+            other => {
+                let notes = export::notes(plan.verification.as_ref());
+                let trajectory = &plan.solution.trajectory;
+                export::write(
+                    other,
+                    &export::record(&problem, &identity, trajectory, args.tick, notes),
+                    output,
+                )
+            }
+        })?;
     }
     Ok(match plan.status {
         Status::Solved => Exit::Solved,
@@ -62,22 +82,20 @@ pub fn wrote(console: &mut Console, target: &Target) {
     console.say(&summary::line("wrote", &slewkit::files::spec::escape(&target.path().to_string_lossy())));
 }
 
-fn write(
-    format: Format,
-    problem: &Problem,
-    settings: &Settings,
-    plan: &Plan,
-    output: &mut dyn Write,
-) -> Result<(), ExportError> {
-    match format {
-        Format::Jsonl => write_jsonl(&plan.solution.trajectory, output),
-        Format::Csv => write_csv(&plan.solution.trajectory, output),
-        Format::Json | Format::Text => PlanFile::new(problem, settings, plan).write(output),
-    }
-}
-
-fn guess(path: &Path, problem: &Problem) -> Result<Guess, Failure> {
-    let guess = read_guess(spec_file::open_plan(path)?).map_err(|error| Failure::unusable(path, &error))?;
+fn guess(path: &Path, problem: &Problem, console: &mut Console) -> Result<Guess, Failure> {
+    let input = match spec_file::open_plan_or_attitudes(path)? {
+        PlanOrAttitudes::Plan(input) => input,
+        PlanOrAttitudes::Attitudes(input) => {
+            if !problem.is_constrained() {
+                let reason =
+                    "attitudes guess a path, which is taken where something is limited: here nothing is";
+                console.warn("W0141", reason, "guess from a plan file; or set solver.method=scp");
+            }
+            let quaternion = read_attitudes(input, &path.to_string_lossy())?.evenly();
+            return Ok(Guess { quaternion, ..Guess::default() });
+        }
+    };
+    let guess = read_guess(input).map_err(|error| Failure::unusable(path, &error))?;
     let (found, needed) = (guess.costates.len(), problem.dimension());
     if found != needed {
         let reason = format!("the guess has {found} costates, this maneuver needs {needed}");

@@ -3,7 +3,7 @@
 use super::{Console, Failure, Notation, Reading};
 use slewkit::files::spec::{self, Diagnostic, Format, Loaded, Override, Spec, SpecDocument};
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 
 /// Reads the maneuver at `path`, or from stdin for `-`, with the overrides, and tells its warnings.
@@ -71,6 +71,26 @@ pub fn open_plan(path: &Path) -> Result<Box<dyn Read>, Failure> {
     }
     let file = File::open(path).map_err(|error| Failure::unreadable(path, &error))?;
     Ok(Box::new(file))
+}
+
+/// A plan file, or attitudes of any program; what it is its first sign says.
+pub enum PlanOrAttitudes {
+    /// A plan file.
+    Plan(Box<dyn Read>),
+    /// An AEM or a table.
+    Attitudes(Box<dyn Read>),
+}
+
+/// Opens either, or stdin for `-`.
+pub fn open_plan_or_attitudes(path: &Path) -> Result<PlanOrAttitudes, Failure> {
+    let mut input = BufReader::new(open_plan(path)?);
+    let start = input.fill_buf().map_err(|error| Failure::unreadable(path, &error))?;
+    let first = start.iter().find(|byte| !byte.is_ascii_whitespace()).copied();
+    // What is empty, or begins as no text does, is left to the reader of plans to tell.
+    let is_plan = first
+        .is_none_or(|first| first == b'{' || first == b'[' || !(first.is_ascii_graphic() || first == 0xef));
+    let input = Box::new(input);
+    Ok(if is_plan { PlanOrAttitudes::Plan(input) } else { PlanOrAttitudes::Attitudes(input) })
 }
 
 /// Refuses to read two inputs from stdin.

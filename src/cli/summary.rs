@@ -1,15 +1,15 @@
 //! What `plan` and `verify` tell in words.
 
-use super::advice::{WIDE_RAD, advice};
+use super::advice::advice;
 use super::{Console, SpecArgs, Tone};
 use slewkit::files::spec::escape;
 use slewkit::maneuver::{
     ActiveConstraint, Method, Motion, Outcome, Path, Problem, Rung, RungReport, Scheme, SecondOrder, Sense,
     Settings, Solution, TerminalError, Trajectory,
 };
-use slewkit::numerics::figures::{counted, error, significant, time};
+use slewkit::numerics::figures::{counted, error, short, significant, time};
 use slewkit::plan::{Plan, Status};
-use slewkit::verify::{Margin, Testimony, Verification};
+use slewkit::verify::{Accuracy, Margin, Testimony, Verification};
 
 /// Width of the longest first line, name and verdict.
 const WIDTH: usize = 76;
@@ -89,8 +89,24 @@ pub fn plan(
         let judged = Judged { problem, trajectory: &solution.trajectory, active: Some(&solution.active) };
         lines.extend(verified(console, &judged, verification));
     }
+    if let Some(verification) = plan.verification.as_ref().filter(|_| solved) {
+        lines.extend(accuracy(&Accuracy::of(verification, problem, settings.continuous_tolerance)));
+    }
     lines.extend(advice(args, problem, settings, plan).iter().map(|text| line("try", text)));
     lines.join("\n")
+}
+
+/// What the steps leave to be wished for, if they do.
+fn accuracy(found: &Accuracy) -> Option<String> {
+    let (missed, wanted) = (found.continuous_attitude_deg, short(found.wanted_deg));
+    (missed > found.wanted_deg).then(|| {
+        let missed = significant(missed, 3);
+        let how = match found.steps {
+            Some(steps) => format!("{steps} steps would bring that under {wanted} deg"),
+            None => format!("no number of steps would bring that under {wanted} deg"),
+        };
+        line("accuracy", &format!("the motion under these torques ends {missed} deg off the target; {how}"))
+    })
 }
 
 /// The name of a discretisation.
@@ -266,14 +282,12 @@ pub fn verified(console: &Console, judged: &Judged, verification: &Verification)
         lines.line("", &text);
     }
     let method = ran(verification, "continuous, held torque").map_or("", |ran| &ran.method);
+    let missed = verification.continuous_attitude_rad;
     let mut continuous = format!(
-        "continuous witness, {method}, torque held over each step: attitude {} rad",
-        error(verification.continuous_attitude_rad)
+        "continuous witness, {method}, torque held over each step: attitude {} rad ({} deg)",
+        error(missed),
+        significant(missed.to_degrees(), 2)
     );
-    if verification.continuous_attitude_rad > WIDE_RAD {
-        let wide = significant(verification.continuous_attitude_rad.to_degrees(), 3);
-        continuous.push_str(&format!(" ({wide} deg)"));
-    }
     if let Some(position) = verification.continuous_position_m {
         continuous.push_str(&format!(", position {} m", error(position)));
     }

@@ -1,8 +1,8 @@
-//! `slew schema` and `slew init`: texts to start from.
+//! Texts: specs to start from, schemas, manual pages, explanations.
 
 use super::console;
 use super::{Console, Exit, Failure, summary};
-use slewkit::files::export::Target;
+use slewkit::files::export::{ExportError, Target};
 use slewkit::files::spec::escape;
 use std::path::PathBuf;
 
@@ -27,9 +27,83 @@ pub struct InitArgs {
     pub output: Args,
 }
 
-/// The JSON Schema of specs.
-pub fn schema() -> String {
-    format!("{:#}\n", slewkit::files::spec::schema())
+/// Arguments of `slew schema`.
+#[derive(Debug, clap::Args)]
+pub struct SchemaArgs {
+    /// Of which files
+    #[arg(value_name = "FILES", default_value = "spec")]
+    pub of: SchemaOf,
+    #[command(flatten)]
+    pub output: Args,
+}
+
+/// Files that have a schema.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum SchemaOf {
+    /// Specs
+    Spec,
+    /// Plan files
+    Plan,
+}
+
+/// The JSON Schema of specs or of plan files.
+pub fn schema(of: SchemaOf) -> String {
+    match of {
+        SchemaOf::Spec => format!("{:#}\n", slewkit::files::spec::schema()),
+        SchemaOf::Plan => slewkit::files::export::PLAN_SCHEMA.into(),
+    }
+}
+
+/// How a plan is replayed.
+pub const REPLAY: &str = include_str!("replay.md");
+
+/// What each code means: a line with code and title, then a paragraph, then a blank line.
+const EXPLANATIONS: &str = include_str!("explanations.txt");
+
+/// The explanation of a code, with its title; the code is taken in any case.
+pub fn explanation(code: &str) -> Option<String> {
+    let code = code.trim().to_ascii_uppercase();
+    let found = EXPLANATIONS.split("\n\n").find(|entry| entry.split(' ').next() == Some(&code))?;
+    Some(format!("{}\n", found.trim_end()))
+}
+
+/// The page of the manual of the program, or of one of its commands.
+pub fn manual(program: clap::Command, command: Option<&str>) -> Result<Vec<u8>, Failure> {
+    let page = match command {
+        None => program,
+        Some(name) => {
+            let known = || program.get_subcommands().map(|command| command.get_name()).collect::<Vec<_>>();
+            let Some(found) = program.find_subcommand(name) else {
+                let reason =
+                    format!("there is no command {}; there are {}", escape(name), known().join(", "));
+                return Err(Failure::Usage(reason));
+            };
+            let called: &'static str = String::leak(format!("slew-{}", found.get_name()));
+            found.clone().name(called)
+        }
+    };
+    let mut text = Vec::new();
+    clap_mangen::Man::new(page).render(&mut text).map_err(ExportError::from)?;
+    Ok(text)
+}
+
+/// What `slew help` prints of a command or a topic.
+pub fn help(mut program: clap::Command, topic: &[String]) -> Result<String, Failure> {
+    program.build();
+    match topic {
+        [] => Ok(program.render_long_help().to_string()),
+        [topic] if topic == "replay" => Ok(REPLAY.into()),
+        [name] => match program.find_subcommand_mut(name) {
+            Some(command) => Ok(command.render_long_help().to_string()),
+            None => {
+                let reason = format!("there is no command or topic {}", escape(name));
+                Err(Failure::Usage(format!(
+                    "{reason}; the topic is replay, the commands are those of `slew --help`"
+                )))
+            }
+        },
+        _ => Err(Failure::Usage("name one command or topic".into())),
+    }
 }
 
 /// A commented spec.

@@ -1,19 +1,24 @@
 //! `slew verify`: a plan file against the spec that it holds, or another, by the witnesses alone.
 
+use super::spec_file::PlanOrAttitudes;
 use super::{
     Console, Exit, Failure, Lines, Message, Reading, ReportArgs, Tone, interrupt, spec_file, summary,
 };
+use slewkit::files::exchange::read_attitudes;
 use slewkit::files::export::{ExportError, PlanFile};
-use slewkit::files::spec::{Difference, Loaded, SpecDocument};
+use slewkit::files::spec::{Difference, Loaded, SpecDocument, escape};
+use slewkit::numerics::figures::{error, significant};
 use slewkit::plan::Status;
-use slewkit::verify::{self, Check};
+use slewkit::verify::{self, Check, DEFAULT_ACCURACY_DEG, judge_attitudes};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `slew verify`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Plan file, as `slew plan SPEC -o PLAN.json` wrote it; `-` reads stdin
-    #[arg(value_name = "PLAN.json")]
+    /// Plan file, as `slew plan SPEC -o PLAN.json` wrote it; or with --spec an AEM or a table of attitudes, of which
+    /// ends, cones and rates are judged. `-` reads stdin
+    #[arg(value_name = "FILE")]
     pub plan: PathBuf,
     /// The spec that the plan must fulfil, instead of the one that it holds; `-` reads stdin
     #[arg(long)]
@@ -33,7 +38,11 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     spec_file::one_stdin(&inputs)?;
     let unusable = |error| Failure::unusable(&args.plan, &error);
     let given = args.spec.as_deref().map(|path| spec_file::read(path, &args.reading, console)).transpose()?;
-    let plan = PlanFile::read(spec_file::open_plan(&args.plan)?).map_err(unusable)?;
+    let input = match spec_file::open_plan_or_attitudes(&args.plan)? {
+        PlanOrAttitudes::Plan(input) => input,
+        PlanOrAttitudes::Attitudes(input) => return attitudes(args, given, input, console),
+    };
+    let plan = PlanFile::read(input).map_err(unusable)?;
     let held = plan.spec.as_ref();
     // What the plan must achieve stands in the spec that is given, else in its own.
     let Loaded { problem, settings, .. } = match (given, held) {
@@ -82,6 +91,60 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         verified: &verification,
         // Where the spec that the plan holds is not the one that it is judged by: plan first.
         differences: &differences,
+    })?;
+    Ok(exit)
+}
+
+/// Judges attitudes alone.
+fn attitudes(
+    args: &Args,
+    given: Option<Loaded>,
+    input: Box<dyn Read>,
+    console: &mut Console,
+) -> Result<Exit, Failure> {
+    let Some(Loaded { problem, settings, .. }) = given else {
+        let reason = "attitudes do not say what they must achieve: give the spec with --spec";
+        return Err(Failure::Usage(reason.into()));
+    };
+    let found = read_attitudes(input, &args.plan.to_string_lossy())?;
+    let tolerance = settings.continuous_tolerance.unwrap_or(DEFAULT_ACCURACY_DEG.to_radians());
+    let judged = judge_attitudes(&problem, &found.time, &found.quaternion, &found.rate, tolerance);
+    let (exit, verdict, tone) = if judged.passed() {
+        (Exit::Solved, "attitudes agree with the spec", Tone::Good)
+    } else {
+        (Exit::Plan(Status::VerificationFailed), "attitudes do not agree", Tone::Bad)
+    };
+    let mut lines = vec![summary::headline(console, &problem.name, verdict, tone)];
+    for check in &judged.checks {
+        let state = if check.passed { "" } else { "failed: " };
+        let (value, limit) = (error(check.value), error(check.limit));
+        let unit = if check.name.starts_with("rate") {
+            " rad/s"
+        } else if check.name == "duration" {
+            ", relative"
+        } else {
+            " rad"
+        };
+        lines.line("", format!("{state}{} off by {value}{unit}, at most {limit}", check.name));
+    }
+    lines.lines("violated", judged.violations.iter().map(|text| escape(text)));
+    let rates = if found.rate.is_empty() { "rates, " } else { "" };
+    lines.line(
+        "not judged",
+        format!("{rates}inputs, their limits, cost and optimality: the file does not have them"),
+    );
+    if let Some(peak) = judged.peak_torque_n_m {
+        lines.line("needs", format!("a mean torque between rows of at most {} N·m", significant(peak, 3)));
+    }
+    console.say(&lines.join("\n"));
+    args.report.print(&document! {
+        status: exit.status(),
+        exit_code: exit.code(),
+        name: &problem.name,
+        rows: found.time.len(),
+        checks: &judged.checks,
+        violations: &judged.violations,
+        peak_torque_n_m: judged.peak_torque_n_m,
     })?;
     Ok(exit)
 }

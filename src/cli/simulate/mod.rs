@@ -63,9 +63,12 @@ pub struct Args {
 /// Rows of one JSON document, one for each body, held in memory.
 const MAX_DOCUMENT_ROWS: u64 = 10_000_000;
 
+/// What a motion of bodies can be written as.
+const FORMATS: [Format; 4] = [Format::Text, Format::Json, Format::Jsonl, Format::Csv];
+
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
-    let destination = args.output.destination(&[&args.spec.spec])?;
+    let destination = args.output.destination(&FORMATS, &[&args.spec.spec])?;
     let motion = match spec_file::load(&args.spec.spec, &args.spec.reading, console)? {
         Spec::Maneuver(loaded) => {
             let motion = Motion::of_maneuver(&loaded.problem, args)?;
@@ -336,7 +339,8 @@ impl Observer for Writer<'_, '_> {
             }
             Format::Csv => self.recorder.write_csv(row, self.output),
             Format::Jsonl => self.recorder.write_jsonl(row, self.output),
-            Format::Text => Ok(()),
+            // The others are refused.
+            _ => Ok(()),
         };
         if self.result.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     }

@@ -4,6 +4,7 @@ mod binary;
 mod check;
 mod compare;
 mod convert;
+mod export;
 mod plan;
 mod simulate;
 mod streams;

@@ -4,6 +4,7 @@ use super::binary::{Folder, Run};
 use serde_json::Value;
 use slewkit::files::export::PlanFile;
 use std::fs;
+use std::process::Stdio;
 
 #[test]
 fn plan_tells_people_on_stderr_and_writes_the_file() {
@@ -37,16 +38,71 @@ fn quiet_plan_with_format_prints_data_alone() {
 }
 
 #[test]
-fn ending_of_the_output_chooses_the_format_and_format_overrules_it() {
+fn ending_of_the_output_chooses_the_format() {
     let folder = Folder::new();
     folder.slew(&["plan", "spec.toml", "-q", "-o", "a.csv"]).ends(0).silent();
     assert!(folder.read("a.csv").starts_with("time_s,"));
-    folder.slew(&["plan", "spec.toml", "-q", "-o", "a.jsonl"]).ends(0);
-    assert!(folder.read("a.jsonl").starts_with("{\"time_s\":0.0,"));
-    folder.slew(&["plan", "spec.toml", "-q", "-o", "b.csv", "--format", "json"]).ends(0);
-    assert_eq!(folder.json("b.csv")["exit_code"], 0);
-    let stdout = folder.slew(&["plan", "spec.toml", "-q", "-o", "-"]).ends(0);
-    assert_eq!(stdout.json()["exit_code"], 0);
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "a.JSONL"]).ends(0);
+    assert!(folder.read("a.JSONL").starts_with("{\"time_s\":0.0,"));
+    // A name that says nothing, and the format that says all.
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "b.dat", "--format", "json"]).ends(0);
+    assert_eq!(folder.json("b.dat")["exit_code"], 0);
+    for stdout in ["-", "/dev/stdout"] {
+        let stdout = folder.slew(&["plan", "spec.toml", "-q", "-o", stdout]).ends(0);
+        assert_eq!(stdout.json()["exit_code"], 0);
+    }
+}
+
+#[test]
+fn unknown_endings_and_contradictions_are_refused_before_any_work() {
+    let folder = Folder::new();
+    let before = folder.names();
+    for (name, reason) in [
+        ("plan.png", "no format has the ending .png"),
+        ("plan.html", "no format has the ending .html"),
+        ("plan.jsn", "no format has the ending .jsn"),
+        ("plan", "plan has no ending"),
+        ("json", "json has no ending"),
+        ("plan.", "no format has the ending ."),
+    ] {
+        let run = folder.slew(&["plan", "spec.toml", "-o", name]).ends(2).tells("error[E0105]").tells(reason);
+        run.tells(".jsonl, .ndjson").tells("--format NAME");
+    }
+    let contradiction = ["plan", "spec.toml", "-o", "plan.csv", "--format", "json"];
+    folder.slew(&contradiction).ends(2).tells("E0106").tells("plan.csv ends as csv does").tells(".json");
+    // Asked for as a document, the refusal is one.
+    let refused = folder.slew(&contradiction).json();
+    assert_eq!((&refused["status"], &refused["error"]["code"]), (&"usage_error".into(), &"E0106".into()));
+    assert_eq!(folder.names(), before);
+}
+
+#[test]
+fn data_go_where_stdout_leads_unless_the_text_goes_there_too() {
+    let folder = Folder::new();
+    let to = |stdout: Stdio, stderr: Stdio, more: &[&str]| {
+        let args = [&["plan", "spec.toml"], more].concat();
+        let status = folder.command(&args).stdout(stdout).stderr(stderr).status().unwrap();
+        assert_eq!(status.code(), Some(0));
+    };
+    let file = |name: &str| fs::File::create(folder.path(name)).unwrap();
+    // Into a file of its own: the plan.
+    to(file("plan.json").into(), file("summary.txt").into(), &[]);
+    assert_eq!(folder.json("plan.json")["status"], "solved");
+    assert!(folder.read("summary.txt").contains("solved and verified"));
+    // Both into one file: what a script reads is the summary alone.
+    let both = file("both.txt");
+    to(both.try_clone().unwrap().into(), both.into(), &[]);
+    assert!(folder.read("both.txt").contains("solved and verified"));
+    assert!(!folder.read("both.txt").contains("quaternion_wxyz"));
+    // Text alone was asked for.
+    to(file("none.json").into(), Stdio::null(), &["--format", "text"]);
+    assert_eq!(folder.read("none.json"), "");
+    // Into a pipe of its own, and with `-o` nothing but the file.
+    assert_eq!(folder.slew(&["plan", "spec.toml"]).ends(0).json()["status"], "solved");
+    assert_eq!(folder.slew(&["plan", "spec.toml", "-o", "other.json"]).ends(0).stdout, "");
+    // What fails tells why where the plan would be.
+    let failed = folder.slew(&["plan", "spec.toml", "--set", "maneuver.duration_s=-1"]).ends(3);
+    assert_eq!(failed.json()["status"], "spec_invalid");
 }
 
 #[test]
@@ -93,7 +149,9 @@ fn a_guess_that_is_none_is_refused() {
     let folder = Folder::new();
     fs::write(folder.path("three.json"), "{\"format\": 1, \"costates_0\": [1, 2, 3]}").unwrap();
     let guess = |name: &str| folder.slew(&["plan", "spec.toml", "--guess", name]);
-    guess("spec.toml").ends(8).tells("E0102").tells("not a plan file");
+    guess("spec.toml").ends(8).tells("spec.toml:2:1: error[E0151]").tells("no column `time_s`");
+    fs::write(folder.path("two.json"), "{\"format\": 1}").unwrap();
+    guess("two.json").ends(8).tells("E0102").tells("not a plan file");
     guess("three.json").ends(8).tells("E0103").tells("3 costates, this maneuver needs 6");
     guess("missing.json").ends(8).tells("E0090").tells("missing.json");
 }
@@ -229,7 +287,7 @@ fn a_plan_that_stands_for_no_motion_is_not_called_verified() {
     let folder = Folder::new();
     fs::write(folder.path("short.toml"), spec).unwrap();
     let run = folder.slew(&["plan", "short.toml", "--format", "json"]).ends(7);
-    let run = run.tells("continuous terminal").tells("take more steps").tells("--set maneuver.steps=6");
+    let run = run.tells("continuous terminal").tells("take more steps").tells("--set maneuver.steps=");
     assert_eq!(run.json()["status"], "verification_failed");
     // What the user accepts counts, and on steps short enough the proof is found.
     let accepted = ["plan", "short.toml", "--set", "solver.continuous_tolerance_deg=10"];
@@ -241,16 +299,17 @@ fn a_plan_that_stands_for_no_motion_is_not_called_verified() {
 fn a_solved_plan_that_is_coarse_or_idle_says_so() {
     let folder = Folder::new();
     let plan = |set: &[&str]| folder.slew(&[&["plan", "spec.toml"], set].concat()).ends(0);
-    assert!(!plan(&["--set", "maneuver.steps=50"]).stderr.contains("\n  try "));
+    assert!(!plan(&["--set", "maneuver.steps=500"]).stderr.contains("\n  try "));
     plan(&["--set", "maneuver.steps=5"])
         .tells(" deg)")
-        .tells("\n  try         slew plan spec.toml --set maneuver.steps=10   # more steps");
+        .tells("\n  try         slew plan spec.toml --set maneuver.steps=")
+        .tells("   # ends within 0.01 deg");
     // So coarse that it stands for no motion: a third of the angle turned.
     folder
         .slew(&["plan", "spec.toml", "--set", "maneuver.steps=3"])
         .ends(7)
         .tells(" deg)")
-        .tells("\n  try         slew plan spec.toml --set maneuver.steps=6   # more steps");
+        .tells("\n  try         slew plan spec.toml --set maneuver.steps=");
     // Where no limit acts the shooting's plan stands, but its rivals may break limits that nobody held them to.
     assert!(plan(&[]).stderr.contains("\n  rival "));
     let wide = "constraint=[{ kind = \"keep_in\", boresight_body = [1, 0, 0], direction_inertial = { ra_deg = 45, dec_deg = 2 }, half_angle_deg = 80 }]";

@@ -1,0 +1,200 @@
+//! `slew export` and the formats of other programs; attitudes of others; help, explanations, schemas.
+
+use super::binary::{Folder, Run};
+use std::collections::BTreeSet;
+use std::fs;
+
+const SET: [&str; 4] = ["--set", "epoch=2026-11-21T07:00:00 UTC", "--set", "names.spice_id=-42"];
+
+fn planned() -> Folder {
+    let folder = Folder::new();
+    folder.slew(&[&["plan", "spec.toml", "-q", "-o", "plan.json"], &SET[..]].concat()).ends(0);
+    folder
+}
+
+#[test]
+fn every_format_is_written_by_its_ending() {
+    let folder = planned();
+    for (name, start) in [
+        ("plan.aem", &b"CCSDS_AEM_VERS = 2.0"[..]),
+        ("plan.xml", b"<?xml"),
+        ("plan.apm", b"CCSDS_APM_VERS = 2.0"),
+        ("plan.a", b"stk.v."),
+        ("plan.bc", b"DAF/CK  "),
+        ("plan.tsc", b"KPL/SCLK"),
+        ("plan.tf", b"KPL/FK"),
+        ("plan.npz", b"PK\x03\x04"),
+        ("plan.mat", b"MATLAB 5.0"),
+        ("plan.42", b"0.0000000000000000e0 "),
+        ("plan.flight", b"# slewkit flight table 1"),
+        ("plan.csv", b"time_s,"),
+    ] {
+        folder.slew(&["export", "plan.json", "-o", name]).ends(0).tells("wrote");
+        assert!(fs::read(folder.path(name)).unwrap().starts_with(start), "{name}");
+    }
+    // The same from the planner at once.
+    folder.slew(&[&["plan", "spec.toml", "-q", "-o", "at_once.42"], &SET[..]].concat()).ends(0);
+    assert_eq!(folder.read("at_once.42"), folder.read("plan.42"));
+    // Names from the command line stand in what is written next.
+    let json =
+        folder.slew(&["export", "plan.json", "--format", "json", "--set", "names.object=X"]).ends(0).json();
+    assert_eq!(json["spec"]["names"]["object"], "X");
+    assert_eq!(json["spec"]["epoch"], "2026-11-21T07:00:00.000 UTC");
+}
+
+#[test]
+fn what_a_format_needs_is_asked_for_before_any_work() {
+    let folder = Folder::new();
+    let before = folder.names();
+    for (name, code) in [("a.aem", "E0140"), ("a.bc", "E0140"), ("a.tf", "E0142")] {
+        let run = folder.slew(&["plan", "spec.toml", "-o", name]).ends(3).tells(code);
+        run.tells("--set");
+    }
+    assert_eq!(folder.names(), before);
+    folder.slew(&["plan", "spec.toml", "-o", "a.flight", "--tick", "-1"]).ends(2);
+    // No plan, no file.
+    let infeasible = concat!(env!("CARGO_MANIFEST_DIR"), "/problems/infeasible_cones.toml");
+    folder.slew(&["plan", infeasible, "-o", "a.42"]).ends(4).tells("nothing: there is no plan");
+    assert_eq!(folder.names(), before);
+    let simulated = folder.slew(&["simulate", "spec.toml", "-o", "a.aem"]).ends(2).tells("E0105");
+    simulated.tells(".csv");
+}
+
+#[test]
+fn attitudes_of_a_file_are_judged_against_a_spec() {
+    let folder = planned();
+    folder.slew(&["export", "plan.json", "-q", "-o", "plan.aem"]).ends(0);
+    folder.slew(&["export", "plan.json", "-q", "-o", "plan.csv"]).ends(0);
+    for name in ["plan.aem", "plan.csv"] {
+        let run = folder.slew(&["verify", name, "--spec", "spec.toml", "--format", "json"]).ends(0);
+        let run = run.tells("attitudes agree with the spec").tells("not judged");
+        assert_eq!(run.json()["rows"], 101);
+        // Another end, another duration, a cone across the path.
+        let failing = |set: &str| folder.slew(&["verify", name, "--spec", "spec.toml", "--set", set]).ends(7);
+        failing("end.attitude.euler_zyx_deg=[80, -25, 41]").tells("failed: attitude at the end");
+        failing("maneuver.duration_s=11").tells("failed: duration");
+        failing("constraint=[{ kind = \"rate_limit\", name = \"slow\", angular_velocity_limit_deg_s = 5 }]")
+            .tells("slow: the rate");
+    }
+    folder.slew(&["verify", "plan.aem"]).ends(2).tells("--spec");
+    fs::write(folder.path("wrong.aem"), "CCSDS_AEM_VERS = 2.0\nnonsense\n").unwrap();
+    let run = folder.slew(&["verify", "wrong.aem", "--spec", "spec.toml"]).ends(8);
+    run.tells("wrong.aem:2:1: error[E0151]").tells("no KEY = value");
+}
+
+#[test]
+fn attitudes_of_a_file_are_a_guess() {
+    let folder = planned();
+    folder.slew(&["export", "plan.json", "-q", "-o", "plan.aem"]).ends(0);
+    let limited = ["--set", "actuators={ torque_limit_n_m = 0.2 }", "--set", "solver.method=scp"];
+    let run = folder
+        .slew(&[&["plan", "spec.toml", "--format", "json", "--guess", "plan.aem"], &limited[..]].concat())
+        .ends(0);
+    let ladder = run.json()["ladder"].as_array().unwrap().clone();
+    assert!(ladder.iter().any(|rung| rung["start"] == "guess"), "{ladder:?}");
+    folder.slew(&["plan", "spec.toml", "--guess", "plan.aem"]).ends(0).tells("W0141");
+    fs::write(folder.path("cut.csv"), "time_s,quaternion_w\n0,1\n").unwrap();
+    let run = folder.slew(&["plan", "spec.toml", "-o", "next.json", "--guess", "cut.csv"]).ends(8);
+    run.tells("cut.csv:1:1: error[E0151]");
+    assert!(!folder.names().contains(&"next.json".to_string()));
+}
+
+/// Every code that the sources have is explained, and none that they do not have.
+#[test]
+fn every_code_is_explained() {
+    let mut codes = BTreeSet::new();
+    let mut folders = vec![std::path::PathBuf::from("src")];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|ending| ending == "rs") {
+                let text = fs::read_to_string(&path).unwrap();
+                let parts = text.split('"').skip(1).step_by(1);
+                let is_code = |part: &&str| {
+                    part.len() == 5
+                        && part.starts_with(['E', 'W'])
+                        && part[1..].bytes().all(|byte| byte.is_ascii_digit())
+                };
+                codes.extend(parts.filter(is_code).map(str::to_string));
+            }
+        }
+    }
+    assert!(codes.len() > 100, "{}", codes.len());
+    let explanations = fs::read_to_string("src/cli/explanations.txt").unwrap();
+    let explained: BTreeSet<String> =
+        explanations.split("\n\n").map(|entry| entry[..5].to_string()).collect();
+    assert_eq!(codes, explained);
+    assert!(explanations.split("\n\n").all(|entry| entry.trim().lines().count() >= 2));
+    let folder = Folder::new();
+    let run = folder.slew(&["explain", "e0123"]).ends(0);
+    assert!(run.stdout.starts_with("E0123 "), "{}", run.stdout);
+    folder.slew(&["explain", "E9999"]).ends(2).tells("no code E9999");
+}
+
+#[test]
+fn plan_files_fit_their_schema() {
+    let folder = planned();
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "none.json", "--set", "solver.time_limit_s=1e-9"]);
+    let schema = folder.slew(&["schema", "plan"]).ends(0).json();
+    let names = |value: &serde_json::Value| -> BTreeSet<String> {
+        value.as_object().unwrap().keys().cloned().collect()
+    };
+    let required = |value: &serde_json::Value| -> BTreeSet<String> {
+        value["required"].as_array().unwrap().iter().map(|name| name.as_str().unwrap().into()).collect()
+    };
+    for name in ["plan.json", "none.json"] {
+        let plan = folder.json(name);
+        let properties = &schema["properties"];
+        assert_eq!(
+            names(&plan).difference(&names(properties)).count(),
+            0,
+            "{name}: a key without description"
+        );
+        assert_eq!(
+            required(&schema).difference(&names(&plan)).count(),
+            0,
+            "{name}: a required key is missing"
+        );
+        let (found, described) = (&plan["trajectory"], &properties["trajectory"]);
+        assert_eq!(names(found).difference(&names(&described["properties"])).count(), 0, "{name}");
+        assert_eq!(required(described).difference(&names(found)).count(), 0, "{name}");
+    }
+}
+
+#[test]
+fn help_has_topics_and_commands_and_there_is_a_manual() {
+    let folder = Folder::new();
+    let replay = folder.slew(&["help", "replay"]).ends(0).stdout;
+    assert!(replay.contains("0.5 * (torque[k] + torque[k+1])") && replay.contains("solve_ivp"));
+    assert!(folder.slew(&["help", "plan"]).ends(0).stdout.contains("--guess"));
+    assert!(folder.slew(&["help"]).ends(0).stdout.contains("export"));
+    folder.slew(&["help", "nothing"]).ends(2).tells("replay");
+    assert!(folder.slew(&["man"]).ends(0).stdout.contains(".TH slew 1"));
+    assert!(folder.slew(&["man", "plan"]).ends(0).stdout.contains("slew\\-plan"));
+    folder.slew(&["man", "nothing"]).ends(2).tells("export");
+}
+
+/// A plan that misses says by how much and how many steps would do, and these do.
+#[test]
+fn the_steps_that_are_named_reach_the_accuracy() {
+    let folder = Folder::new();
+    let coarse = ["--set", "maneuver.steps=20", "--set", "end.angular_velocity_deg_s=[8, -3, 5]"];
+    let plan = |more: &[&str]| -> Run {
+        folder.slew(&[&["plan", "spec.toml", "--format", "json"], &coarse[..], more].concat())
+    };
+    for scheme in ["lie_verlet", "lie_euler"] {
+        let scheme = format!("solver.scheme={scheme}");
+        let first = plan(&["--set", &scheme]).ends(0).tells("deg off the target; ");
+        let accuracy = first.json()["accuracy"].clone();
+        assert!(accuracy["continuous_attitude_deg"].as_f64().unwrap() > 0.01);
+        let steps = accuracy["steps"].as_u64().unwrap();
+        let first = first.tells(&format!("--set maneuver.steps={steps}"));
+        drop(first);
+        let finer = plan(&["--set", &scheme, "--set", &format!("maneuver.steps={steps}")]).ends(0).json();
+        let reached = finer["accuracy"]["continuous_attitude_deg"].as_f64().unwrap();
+        assert!(reached < 0.01 && reached > 0.001, "{scheme}: {steps} steps reach {reached} deg");
+        assert!(finer["accuracy"]["steps"].is_null());
+    }
+}
