@@ -56,7 +56,7 @@ impl<const N: usize> Nodes<N> {
 
 /// Lifted Newton on all states and costates of a candidate.
 pub(crate) struct LiftedNewton<'a, const N: usize> {
-    pub bvp: &'a BoundaryValueProblem<N>,
+    pub bvp: &'a BoundaryValueProblem<'a, N>,
     pub tolerance: f64,
 }
 
@@ -78,7 +78,7 @@ impl<const N: usize> Method for LiftedNewton<'_, N> {
 /// The iteration.
 #[derive(Clone, Debug)]
 pub(crate) struct Lifted<'a, const N: usize> {
-    bvp: &'a BoundaryValueProblem<N>,
+    bvp: &'a BoundaryValueProblem<'a, N>,
     tolerance: f64,
     /// The iterate.
     pub nodes: Nodes<N>,
@@ -103,7 +103,11 @@ struct Residuals<const N: usize> {
 
 impl<'a, const N: usize> Lifted<'a, N> {
     /// Starts at `nodes`.
-    pub fn new(bvp: &'a BoundaryValueProblem<N>, tolerance: f64, nodes: Nodes<N>) -> Result<Self, StepError> {
+    pub fn new(
+        bvp: &'a BoundaryValueProblem<'a, N>,
+        tolerance: f64,
+        nodes: Nodes<N>,
+    ) -> Result<Self, StepError> {
         let residuals = Residuals::at(bvp, &nodes)?;
         Ok(Self { bvp, tolerance, nodes, residuals })
     }

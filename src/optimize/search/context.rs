@@ -4,6 +4,7 @@ use crate::maneuver::settings::Settings;
 use crate::maneuver::solution::{Outcome, Rung, RungReport};
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Budget, Watch};
+use crate::optimize::sweep::Listener;
 use std::cell::{Cell, RefCell};
 use std::time::Instant;
 
@@ -102,5 +103,11 @@ impl<'a> Context<'a> {
             }
         }
         self.stopped.get()
+    }
+}
+
+impl Listener for Context<'_> {
+    fn asks_to_stop(&self) -> bool {
+        self.interrupt().is_some()
     }
 }

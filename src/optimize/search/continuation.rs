@@ -54,11 +54,11 @@ fn walk(
 }
 
 /// Follows an extremal from `solved = (s, λ_{−1})` to the problem at `s = 1`: how far that went.
-fn follow<const N: usize>(
+fn follow<'a, const N: usize>(
     solved: (f64, SVector<f64, N>),
     tolerance: f64,
     interrupt: Interrupt,
-    problem: impl Fn(f64) -> BoundaryValueProblem<N>,
+    problem: impl Fn(f64) -> BoundaryValueProblem<'a, N>,
 ) -> ((f64, SVector<f64, N>), Report) {
     let mut report = Report::failed(Outcome::Converged);
     let mut solved = vec![solved];

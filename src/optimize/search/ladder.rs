@@ -33,6 +33,9 @@ const SAME: f64 = 1e-6;
 /// Costs of one optimum of SCP differ by less, relative.
 const SAME_COST: f64 = 1e-9;
 
+/// Most steps of a best iterate that is still recorded, and written, after somebody asked to stop.
+const KEPT_AFTER_STOP: usize = 100_000;
+
 /// What a search may do, and what it begins from.
 #[derive(Clone)]
 pub(super) struct Ask<'a> {
@@ -64,9 +67,9 @@ pub(super) struct Search<'a, 'c, const N: usize> {
     /// Turns to try, in order.
     pub turns: Vec<i32>,
     /// On the requested grid.
-    pub fine: BoundaryValueProblem<N>,
+    pub fine: BoundaryValueProblem<'a, N>,
     /// Where the shooting searches.
-    pub coarse: BoundaryValueProblem<N>,
+    pub coarse: BoundaryValueProblem<'a, N>,
     /// Extremals of the coarse grid that wait for the requested one.
     pub pool: Vec<Attempt>,
     /// Extremals of the coarse grid that are too dear for the requested one.
@@ -118,8 +121,8 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
             context,
             ask,
             turns,
-            fine: BoundaryValueProblem::new(problem, problem.steps),
-            coarse: BoundaryValueProblem::new(problem, search_grid(problem, most)),
+            fine: BoundaryValueProblem::new(problem, problem.steps).heard_by(context),
+            coarse: BoundaryValueProblem::new(problem, search_grid(problem, most)).heard_by(context),
             pool: Vec::new(),
             rivals: Vec::new(),
             lost: Vec::new(),
@@ -458,6 +461,10 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         let chain = scp.then(|| Chain::new(self.problem, candidate.steps()));
         let recorded = match &chain {
             Some(chain) => record::chain(self.problem, &self.fine, chain, candidate),
+            // The best iterate is worth a moment more.
+            None if self.stopped() && candidate.steps() <= KEPT_AFTER_STOP => {
+                record::extremal(self.problem, &self.fine.undisturbed(), &candidate.costate())
+            }
             None => record::extremal(self.problem, &self.fine, &candidate.costate()),
         };
         let recorded = match recorded {

@@ -116,7 +116,7 @@ pub(crate) fn straight(_: f64) -> Vector3 {
 
 /// Smooth paths with the given turns.
 pub(super) fn smooth_ways<'a, const N: usize>(
-    bvp: &'a BoundaryValueProblem<N>,
+    bvp: &'a BoundaryValueProblem<'a, N>,
     turns: &'a [i32],
 ) -> impl Iterator<Item = Candidate> + 'a {
     turns.iter().map(|turns| {
@@ -126,10 +126,10 @@ pub(super) fn smooth_ways<'a, const N: usize>(
 }
 
 /// Smooth paths with a hump of `by` \[rad\] about every axis, to either side, short and long.
-pub(super) fn bent<const N: usize>(
-    bvp: &BoundaryValueProblem<N>,
+pub(super) fn bent<'a, const N: usize>(
+    bvp: &'a BoundaryValueProblem<'a, N>,
     by: f64,
-) -> impl Iterator<Item = Candidate> + '_ {
+) -> impl Iterator<Item = Candidate> + 'a {
     let humps = [by, -by].into_iter().flat_map(|by| (0..3).map(move |axis| Vector3::ith(axis, by)));
     humps.flat_map(move |hump| {
         [0, -1].into_iter().map(move |turns| {
@@ -140,10 +140,10 @@ pub(super) fn bent<const N: usize>(
 }
 
 /// Random smooth paths, short and long in turn.
-pub(super) fn random<const N: usize>(
-    bvp: &BoundaryValueProblem<N>,
+pub(super) fn random<'a, const N: usize>(
+    bvp: &'a BoundaryValueProblem<'a, N>,
     count: usize,
-) -> impl Iterator<Item = Candidate> + '_ {
+) -> impl Iterator<Item = Candidate> + 'a {
     let mut state = 0x5EED_u64;
     let mut uniform = move || {
         // A linear congruential step, its high bits: starts need to be spread, not random.

@@ -34,7 +34,7 @@ struct Unlimited {
     demand: f64,
 }
 
-impl<const N: usize> Search<'_, '_, N> {
+impl<'a, const N: usize> Search<'a, '_, N> {
     /// All starts under limits.
     pub(super) fn saturated(&mut self) {
         let unlimited = self.unlimited_extremals();
@@ -83,11 +83,11 @@ impl<const N: usize> Search<'_, '_, N> {
     }
 
     /// The grid of the later rungs: the requested one, or a coarser one whose costates start Newton there.
-    fn later_grid(&self) -> BoundaryValueProblem<N> {
+    fn later_grid(&self) -> BoundaryValueProblem<'a, N> {
         if self.problem.steps <= MOST_STEPS {
             self.fine.clone()
         } else {
-            BoundaryValueProblem::new(self.problem, MOST_STEPS)
+            BoundaryValueProblem::new(self.problem, MOST_STEPS).heard_by(self.context)
         }
     }
 

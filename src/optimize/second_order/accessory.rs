@@ -43,7 +43,7 @@ pub(super) fn conjugate_points<const N: usize>(
 }
 
 struct Elimination<'a, const N: usize> {
-    bvp: &'a BoundaryValueProblem<N>,
+    bvp: &'a BoundaryValueProblem<'a, N>,
     /// `X_k`.
     x: SMatrix<f64, N, N>,
     /// Negative eigenvalues beyond those of the constraints.
@@ -51,7 +51,7 @@ struct Elimination<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> Elimination<'a, N> {
-    fn new(bvp: &'a BoundaryValueProblem<N>) -> Self {
+    fn new(bvp: &'a BoundaryValueProblem<'a, N>) -> Self {
         Self { bvp, x: SMatrix::zeros(), surplus: 0 }
     }
 

@@ -42,7 +42,7 @@ pub(crate) fn optimality<const N: usize>(
 /// where the sweep went forward by `A_k⁻ᵀ`, relative to the largest costate; under limits also the largest
 /// projection residual of the inputs, relative to the largest they give.
 struct Stationarity<'a, const N: usize> {
-    bvp: &'a BoundaryValueProblem<N>,
+    bvp: &'a BoundaryValueProblem<'a, N>,
     steps: usize,
     worst: f64,
     size: f64,
@@ -51,7 +51,7 @@ struct Stationarity<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> Stationarity<'a, N> {
-    fn new(bvp: &'a BoundaryValueProblem<N>, costate: &SVector<f64, N>) -> Self {
+    fn new(bvp: &'a BoundaryValueProblem<'a, N>, costate: &SVector<f64, N>) -> Self {
         let mut new = Self { bvp, steps: 0, worst: 0.0, size: 0.0, worst_input: 0.0, largest_output: 0.0 };
         if bvp.dynamics.is_limited() {
             let (pose, costate) = (bvp.start.pose(), Costate::from_vector(costate));
@@ -122,7 +122,7 @@ pub(crate) fn conjugate_points<const N: usize>(
 
 /// Counts conjugate points node by node.
 struct Counter<'a, const N: usize> {
-    bvp: &'a BoundaryValueProblem<N>,
+    bvp: &'a BoundaryValueProblem<'a, N>,
     root: InputMatrices,
     /// Rank of Ψ₁₂ at the end.
     full: usize,
@@ -136,7 +136,7 @@ struct Counter<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> Counter<'a, N> {
-    fn new(bvp: &'a BoundaryValueProblem<N>, full: usize) -> Self {
+    fn new(bvp: &'a BoundaryValueProblem<'a, N>, full: usize) -> Self {
         let root = bvp.dynamics.input_root();
         Self { bvp, root, full, regular: false, ever: false, total: 0, last: None }
     }

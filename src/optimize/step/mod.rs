@@ -43,6 +43,8 @@ pub enum StepError {
     TooLong,
     /// A number is not finite.
     NotFinite,
+    /// Somebody asked to stop, or the time is over.
+    Stopped,
 }
 
 /// The discretised maneuver in scaled units, ready to be swept.

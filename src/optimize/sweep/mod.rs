@@ -19,14 +19,26 @@ use crate::optimize::step::kick::Kick;
 use crate::optimize::step::{Costate, Dynamics, Point, Sensitivity, StepError};
 use crate::optimize::terminal::TerminalCondition;
 use nalgebra::{SMatrix, SVector};
+use std::fmt;
 
 /// The boundary value problem of the necessary conditions, on one grid, in scaled units.
-#[derive(Clone, Debug)]
-pub struct BoundaryValueProblem<const N: usize> {
+#[derive(Clone)]
+pub struct BoundaryValueProblem<'a, const N: usize> {
     pub(crate) dynamics: Dynamics,
     pub(crate) start: Point,
     pub(crate) terminal: TerminalCondition,
+    /// Asked now and then during a sweep: a million steps take longer than a user waits.
+    listener: Option<&'a dyn Listener>,
 }
+
+/// Whoever knows that the work is to end early.
+pub(crate) trait Listener {
+    /// Whether somebody asked to stop, or the time is over.
+    fn asks_to_stop(&self) -> bool;
+}
+
+/// Steps of a sweep between two questions to the listener: some milliseconds of work.
+const PATIENCE: usize = 4096;
 
 /// Where a sweep ended.
 #[derive(Clone, Copy, Debug)]
@@ -78,7 +90,19 @@ pub(crate) struct Step<const N: usize> {
     pub columns: Sensitivity<N>,
 }
 
-impl<const N: usize> BoundaryValueProblem<N> {
+impl<const N: usize> fmt::Debug for BoundaryValueProblem<'_, N> {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        let Self { dynamics, start, terminal, listener: _ } = self;
+        let mut shown = formatter.debug_struct("BoundaryValueProblem");
+        shown
+            .field("dynamics", dynamics)
+            .field("start", start)
+            .field("terminal", terminal)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
     /// The boundary value problem of `problem` on `steps` steps of equal length.
     pub fn new(problem: &Problem, steps: usize) -> Self {
         Self::on(problem, Grid::uniform(problem.scheme, 1.0, steps))
@@ -89,7 +113,18 @@ impl<const N: usize> BoundaryValueProblem<N> {
         let dynamics = Dynamics::on(problem, grid);
         let start = dynamics.point(&problem.start);
         let terminal = TerminalCondition::State(dynamics.point(&problem.end));
-        Self { dynamics, start, terminal }
+        Self { dynamics, start, terminal, listener: None }
+    }
+
+    /// The same, whose sweeps end with [`StepError::Stopped`] when `listener` asks for it.
+    pub(crate) fn heard_by(self, listener: &'a dyn Listener) -> Self {
+        Self { listener: Some(listener), ..self }
+    }
+
+    /// The same, whose sweeps go through to their end.
+    pub(crate) fn undisturbed(&self) -> BoundaryValueProblem<'static, N> {
+        let (dynamics, start, terminal) = (self.dynamics.clone(), self.start, self.terminal.clone());
+        BoundaryValueProblem { dynamics, start, terminal, listener: None }
     }
 
     /// Sweeps from `λ_{−1}`.
@@ -179,6 +214,9 @@ impl<const N: usize> BoundaryValueProblem<N> {
         }
         observe(Node { index: 0, point, kick: last_kick, ahead: grid.ahead(0), costate });
         for index in 1..=steps {
+            if index % PATIENCE == 0 && self.is_stopped() {
+                return Err(StepError::Stopped);
+            }
             let (h, share, ahead) = if UNIFORM {
                 (length, 1.0, half_step)
             } else {
@@ -229,6 +267,13 @@ impl<const N: usize> BoundaryValueProblem<N> {
         }
     }
 
+    /// Kept out of the loop of a sweep, whose registers it would take.
+    #[cold]
+    #[inline(never)]
+    fn is_stopped(&self) -> bool {
+        self.listener.is_some_and(Listener::asks_to_stop)
+    }
+
     /// The same motion backward: from the target, with its momenta and the turn of the frame reversed.
     pub(crate) fn reversed(&self) -> Self {
         let back = |point: &Point| Point {
@@ -240,6 +285,7 @@ impl<const N: usize> BoundaryValueProblem<N> {
             dynamics: self.dynamics.reversed(),
             start: back(self.terminal.target()),
             terminal: TerminalCondition::State(back(&self.start)),
+            listener: self.listener,
         }
     }
 

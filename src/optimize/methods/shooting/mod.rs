@@ -19,7 +19,7 @@ const GRID_POLISH: f64 = 1e-13;
 
 /// Newton on the first costate of a candidate; it leaves an extremal, or the nearest miss.
 pub(crate) struct Shooting<'a, const N: usize> {
-    bvp: &'a BoundaryValueProblem<N>,
+    bvp: &'a BoundaryValueProblem<'a, N>,
     tolerance: f64,
     /// Residual to which the iteration goes on as long as that is cheap.
     polish: Option<f64>,
@@ -31,12 +31,12 @@ pub(crate) struct Shooting<'a, const N: usize> {
 
 impl<'a, const N: usize> Shooting<'a, N> {
     /// To the tolerance.
-    pub fn new(bvp: &'a BoundaryValueProblem<N>, tolerance: f64) -> Self {
+    pub fn new(bvp: &'a BoundaryValueProblem<'a, N>, tolerance: f64) -> Self {
         Self { bvp, tolerance, polish: None, derive: false, factor: None }
     }
 
     /// On a grid that is not the requested one, as well as extrapolation deserves.
-    pub fn on_coarse_grid(bvp: &'a BoundaryValueProblem<N>, derive: bool) -> Self {
+    pub fn on_coarse_grid(bvp: &'a BoundaryValueProblem<'a, N>, derive: bool) -> Self {
         // The grids of the first-order scheme extrapolate too badly to deserve a polish.
         let polish = (bvp.dynamics.grid.has_half_kicks()).then_some(GRID_POLISH);
         Self { polish, derive, ..Self::new(bvp, GRID_TOLERANCE) }

@@ -37,7 +37,7 @@ const POLISH: f64 = 0.5;
 /// The iterate of a shooting.
 #[derive(Clone, Debug)]
 pub(crate) struct Newton<'a, const N: usize> {
-    bvp: &'a BoundaryValueProblem<N>,
+    bvp: &'a BoundaryValueProblem<'a, N>,
     tolerance: f64,
     /// Residual at which no further step is worth its sweep.
     enough: f64,
@@ -55,7 +55,7 @@ pub(crate) struct Newton<'a, const N: usize> {
 impl<'a, const N: usize> Newton<'a, N> {
     /// Starts at `costate`, with a factor from elsewhere if there is one.
     pub fn new(
-        bvp: &'a BoundaryValueProblem<N>,
+        bvp: &'a BoundaryValueProblem<'a, N>,
         tolerance: f64,
         costate: SVector<f64, N>,
         factor: Option<Factor<N>>,
@@ -189,5 +189,7 @@ pub(crate) fn outcome_of(error: StepError) -> Outcome {
     match error {
         StepError::TooLong => Outcome::StepTooLong,
         StepError::NotFinite => Outcome::NotFinite,
+        // Which of the two it was, the search knows.
+        StepError::Stopped => Outcome::Interrupted,
     }
 }

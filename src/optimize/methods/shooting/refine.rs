@@ -26,7 +26,7 @@ const WORTH: usize = 3;
 pub(crate) struct CoarseToFine<'a, const N: usize> {
     pub problem: &'a Problem,
     /// On the requested grid.
-    pub fine: &'a BoundaryValueProblem<N>,
+    pub fine: &'a BoundaryValueProblem<'a, N>,
     pub tolerance: f64,
 }
 
