@@ -29,8 +29,8 @@ pub struct Args {
     pub report: ReportArgs,
 }
 
-/// Relative error that a recorded cost may have: that of sums in another order.
-const RECORDED_COST: f64 = 1e-9;
+/// Relative error that a recorded figure may have: that of sums in another order.
+const RECORDED: f64 = 1e-9;
 
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
@@ -59,14 +59,21 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let continuous = settings.continuous_tolerance;
     let mut verification =
         verify::verify_until(&problem, trajectory, tolerance, continuous, &interrupt::requested);
-    let cost = verify::effort(&problem, &trajectory.input);
-    let value = (plan.cost - cost).abs() / cost.abs().max(f64::MIN_POSITIVE);
-    verification.checks.push(Check {
-        name: "recorded cost".into(),
-        value,
-        limit: RECORDED_COST,
-        passed: value <= RECORDED_COST,
-    });
+    // The tolerance that the plan was made to is its own matter, whatever another spec asks for.
+    let own = held.and_then(|held| held.read("the plan's spec", &[]).ok());
+    let own = own.map(|own| (plan.tolerance, own.settings.tolerance));
+    let recorded = [
+        ("recorded cost", Some((plan.cost, verify::effort(&problem, &trajectory.input)))),
+        ("recorded duration", Some((plan.duration_s, problem.duration))),
+        ("recorded step", Some((plan.step_s, problem.step()))),
+        ("recorded turn", Some((plan.turned_deg, verify::swept(trajectory).to_degrees()))),
+        ("recorded tolerance", own),
+    ];
+    for (name, (told, found)) in recorded.into_iter().filter_map(|(name, pair)| Some((name, pair?))) {
+        let value = (told - found).abs() / found.abs().max(f64::MIN_POSITIVE);
+        let passed = told == found || value <= RECORDED;
+        verification.checks.push(Check { name: name.into(), value, limit: RECORDED, passed });
+    }
     let (exit, verdict, tone) = if verification.passed() {
         (Exit::Solved, "verified", Tone::Good)
     } else if verification.was_stopped() {

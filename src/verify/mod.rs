@@ -29,6 +29,7 @@ mod rows;
 mod series;
 mod symplectic;
 pub(crate) mod watch;
+mod way;
 mod wheels;
 mod window;
 
@@ -36,7 +37,7 @@ pub use accuracy::{Accuracy, DEFAULT_ACCURACY_DEG};
 pub use attitudes::{AttitudeReport, judge_attitudes};
 pub use margins::{Margin, worst_violation};
 pub use motion::Phase;
-pub use rows::{effort, margins, replay};
+pub use rows::{effort, margins, replay, swept};
 
 use crate::maneuver::constraint::{Arc, Rule};
 use crate::maneuver::problem::{Motion, Problem, ProblemError};
@@ -199,7 +200,8 @@ pub enum WitnessError {
 ///
 /// The checks, by name: `finite`, `discrete terminal`, `recorded states`, `total momentum` where wheels alone
 /// turn the body, `constraints` where there are any
-/// (the worst scaled violation at and between the nodes, against [`Margin::ROUND_OFF`]), `order`
+/// (the worst scaled violation at and between the nodes, against [`Margin::ROUND_OFF`]), `way round` where the problem
+/// asks for one (1 where the path goes the other way), `order`
 /// (`round-off` when the witnesses agree to round-off), `symplectic witness` where that one can judge,
 /// `continuous terminal`, and `continuous pointing` where a tolerance is given and there are cones. Without a
 /// tolerance the continuous motion may miss the end by a quarter of the angle that the body turns, or 5° where that is
@@ -228,6 +230,7 @@ pub fn verify_until(
     let mut judged = Judged {
         recorded: f64::NAN,
         momentum_drift: None,
+        goes_as_asked: None,
         violation: f64::NAN,
         continuous_violation: f64::NAN,
         comparison: None,
@@ -236,13 +239,23 @@ pub fn verify_until(
     if let Err(error) = found.witness(problem, trajectory, &watch, &mut judged) {
         found.failure = Some(error.to_string());
     }
-    let Judged { recorded, momentum_drift, violation, continuous_violation, comparison, apart_limit } =
-        judged;
+    let Judged {
+        recorded,
+        momentum_drift,
+        goes_as_asked,
+        violation,
+        continuous_violation,
+        comparison,
+        apart_limit,
+    } = judged;
     found.at_most("finite", rows::not_finite(trajectory) as f64, 0.0);
     found.at_most("discrete terminal", found.discrete().largest(), tolerance);
     found.at_most("recorded states", recorded, RECORDED.max(10.0 * tolerance));
     if let Some(drift) = momentum_drift {
         found.at_most("total momentum", drift, RECORDED.max(10.0 * tolerance));
+    }
+    if let Some(as_asked) = goes_as_asked {
+        found.at_most("way round", f64::from(u8::from(!as_asked)), 0.0);
     }
     if problem.is_constrained() {
         found.at_most("constraints", violation, Margin::ROUND_OFF);
@@ -295,6 +308,8 @@ struct Judged {
     recorded: f64,
     /// Drift of the total momentum in the recorded states, where wheels and nothing else turn the body.
     momentum_drift: Option<f64>,
+    /// Whether the path goes round as asked, where one way is asked for.
+    goes_as_asked: Option<bool>,
     /// Worst scaled violation of a limit or constraint.
     violation: f64,
     /// How far the continuous motion enters a keep-out cone or leaves a keep-in cone, at most \[rad\].
@@ -365,6 +380,8 @@ impl Verification {
         rows::fit(problem, trajectory)?;
         let plant = judgeable(problem)?;
         let inputs = Inputs::new(problem, &trajectory.input);
+        // A motion without inputs that cannot be followed tells no way.
+        judged.goes_as_asked = way::goes_as_asked(&plant, problem, trajectory).unwrap_or(None);
         let isolated = plant.free && problem.actuation.wheels.is_some();
         judged.momentum_drift = isolated.then(|| rows::momentum_drift(&plant, trajectory));
         let start = Phase::of(problem, &problem.start);
@@ -485,14 +502,26 @@ fn held_witnesses(
     let Passage { end, method, margins, windows } = held_end(plant, inputs, start, watch)?;
     let stage = Stage { plant, inputs, windows: &windows, watch: *watch };
     let on_windows = || {
-        let symplectic = match symplectic::ends(plant, inputs, &windows, watch)? {
-            Err(why) => Err(why),
-            Ok((ends, order)) => {
-                let (apart, limit) = stage.agreement(&ends)?;
-                // There is a window wherever there is a step.
-                Ok(Symplectic { end: ends[ends.len() - 1], order, apart, limit })
+        let mut symplectic = Err("has not run");
+        for finer in symplectic::FINER {
+            let next = match symplectic::ends(plant, inputs, &windows, finer, watch)? {
+                Err(why) => Err(why),
+                Ok((ends, order)) => {
+                    let (apart, limit) = stage.agreement(&ends)?;
+                    // There is a window wherever there is a step.
+                    Ok(Symplectic { end: ends[ends.len() - 1], order, apart, limit })
+                }
+            };
+            // Too many finer steps say nothing that the coarser ones have not said.
+            if next.is_err() && symplectic.is_ok() {
+                break;
             }
-        };
+            let agrees = next.as_ref().is_ok_and(|found: &Symplectic| found.apart <= found.limit);
+            symplectic = next;
+            if agrees || matches!(&symplectic, Err(why) if *why != symplectic::NO_CONVERGENCE) {
+                break;
+            }
+        }
         let order = stage.compare()?;
         Ok(OnWindows { steps: stage.steps(), windows: windows.len(), symplectic, order })
     };

@@ -10,7 +10,7 @@ use crate::maneuver::objective::{self, Objective, Weighted};
 use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::solution::Trajectory;
 use crate::propagate::plant::{Output, Plant};
-use crate::{Vector3, lie};
+use crate::{Matrix3, Vector3, lie};
 
 /// How many recorded numbers are NaN or infinite.
 pub(super) fn not_finite(trajectory: &Trajectory) -> usize {
@@ -32,6 +32,16 @@ pub(super) fn turned(trajectory: &Trajectory) -> f64 {
         4.0 * sum.min(difference).atan2(sum.max(difference))
     };
     trajectory.quaternion.windows(2).map(angle).sum()
+}
+
+/// `∫|Ω|dt` over the recorded rates, by the trapezoidal rule \[rad\].
+#[must_use]
+pub fn swept(trajectory: &Trajectory) -> f64 {
+    let rate = |node: usize| trajectory.angular_velocity[node].norm();
+    let nodes = trajectory.time.len().min(trajectory.angular_velocity.len());
+    (1..nodes)
+        .map(|node| 0.5 * (trajectory.time[node] - trajectory.time[node - 1]) * (rate(node) + rate(node - 1)))
+        .sum()
 }
 
 /// Whether every row is there, and no other.
@@ -73,6 +83,11 @@ impl Reached<'_> {
     /// The row of inputs of this node, if it has one: Lie–Euler has none at the start.
     fn row(&self) -> Option<usize> {
         self.index.checked_sub(self.inputs.problem.scheme.first_input())
+    }
+
+    /// Attitude of the body here.
+    pub(super) fn attitude(&self) -> Matrix3 {
+        self.body.phase().attitude
     }
 
     /// Holds this node, and the arc that led here, against the limits.

@@ -38,23 +38,29 @@ fn degree(turn: f64) -> usize {
 /// Why it does not judge.
 pub(super) const WHEELS: &str = "does not judge reaction wheels";
 const TOO_LONG: &str = "would take too many steps";
-const NO_CONVERGENCE: &str = "its equations do not converge";
+pub(super) const NO_CONVERGENCE: &str = "its equations do not converge";
 
 /// Where it ends in each window, and its order; or why it cannot judge: wheels, steps too many, or a field so stiff
 /// that its iteration does not converge.
 pub(super) type Ends = Result<(Vec<Phase>, usize), &'static str>;
 
-/// Ends of the held plan over `windows`, each from where the continuous witness begins it.
+/// How many times finer its own steps may be taken where it misses the continuous witness: a field or a torque that
+/// changes the rate within a long step of the plan makes its first steps too long.
+pub(super) const FINER: [usize; 3] = [1, 4, 16];
+
+/// Ends of the held plan over `windows`, each from where the continuous witness begins it, with steps `finer` times as
+/// short as the turn asks for.
 pub(super) fn ends(
     plant: &Plant,
     inputs: &Inputs,
     windows: &[Window],
+    finer: usize,
     watch: &Watch,
 ) -> Result<Ends, WitnessError> {
     let problem = plant.problem;
     let peak_rate = windows.iter().fold(0.0, |peak: f64, window| peak.max(window.peak_rate));
     let turn = problem.step() * peak_rate;
-    let parts = (turn / LARGEST_TURN).ceil().max(1.0);
+    let parts = (turn / LARGEST_TURN).ceil().max(1.0) * finer as f64;
     let steps: usize = windows.iter().map(|window| window.steps.len()).sum();
     if problem.actuation.wheels.is_some() {
         return Ok(Err(WHEELS));
@@ -71,7 +77,8 @@ pub(super) fn ends(
     let system = System::new(vec![body], Some(load.clone())).map_err(unusable)?;
     let system = system.with_frame_rate(plant.frame_rate());
     let step = problem.step() / parts;
-    let degree = degree(turn / parts);
+    // Shorter steps of the same method.
+    let degree = degree(turn * finer as f64 / parts);
     let mut ends = Vec::with_capacity(windows.len());
     let mut method: Option<Galerkin> = None;
     for window in windows {

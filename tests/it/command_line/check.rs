@@ -60,12 +60,23 @@ fn verify_judges_a_plan_file_by_its_spec() {
     // The witnesses find what the planner found.
     let plan = folder.json("plan.json");
     let mut verified = json["verified"].clone();
-    let cost = verified["checks"].as_array_mut().unwrap().pop().unwrap();
-    assert_eq!((&verified, cost["name"].as_str()), (&plan["verified"], Some("recorded cost")));
-    let mut cheap = plan.clone();
-    cheap["cost"] = (plan["cost"].as_f64().unwrap() * (1.0 - 1e-8)).into();
-    fs::write(folder.path("cheap.json"), cheap.to_string()).unwrap();
-    verify("cheap.json", &[]).ends(7).tells("recorded cost");
+    let checks = verified["checks"].as_array_mut().unwrap();
+    let recorded = checks.split_off(checks.len() - 5);
+    assert_eq!(verified, plan["verified"]);
+    let told = [
+        ("cost", "recorded cost"),
+        ("duration_s", "recorded duration"),
+        ("step_s", "recorded step"),
+        ("turned_deg", "recorded turn"),
+        ("tolerance", "recorded tolerance"),
+    ];
+    for (check, (key, name)) in recorded.iter().zip(told) {
+        assert_eq!((check["name"].as_str(), check["passed"].as_bool()), (Some(name), Some(true)));
+        let mut false_figure = plan.clone();
+        false_figure[key] = (plan[key].as_f64().unwrap() * (1.0 - 1e-8)).into();
+        fs::write(folder.path("false.json"), false_figure.to_string()).unwrap();
+        verify("false.json", &[]).ends(7).tells(name);
+    }
 
     let piped = folder.slew_with_stdin(&["verify", "-", "--spec", "spec.toml"], &folder.read("plan.json"));
     piped.ends(0).tells("verified");
