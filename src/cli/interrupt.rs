@@ -1,5 +1,5 @@
-//! Ctrl-C: the first asks the work to stop and keeps its best result, the second ends at once. The signals that
-//! ask a process to end, SIGTERM and SIGHUP, count as Ctrl-C.
+//! Ctrl-C: the first asks the work to stop and keeps its best result, the second ends at once, and so does one while
+//! results are being written. The signals that ask a process to end, SIGTERM and SIGHUP, count as Ctrl-C.
 
 use super::Exit;
 use slewkit::files::export::remove_temporaries;
@@ -10,6 +10,7 @@ use std::thread;
 use std::time::Duration;
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
+static WRITING: AtomicBool = AtomicBool::new(false);
 
 /// How long the work may go on in silence: a step of large polyhedra, or a subproblem, takes its time.
 const PATIENCE: Duration = Duration::from_millis(700);
@@ -23,17 +24,29 @@ pub fn watch() {
     unix::watch();
 }
 
+/// Prepares for limits of the system, before anything else.
+pub fn prepare() {
+    #[cfg(unix)]
+    unix::survive_file_limit();
+}
+
 /// Whether Ctrl-C was pressed.
 pub fn requested() -> bool {
     REQUESTED.load(Ordering::SeqCst)
 }
 
+/// Results are written from here on: nothing is left to ask, so that a Ctrl-C ends at once.
+pub fn writing() {
+    WRITING.store(true, Ordering::SeqCst);
+}
+
 fn asked() {
-    if REQUESTED.swap(true, Ordering::SeqCst) {
+    if REQUESTED.swap(true, Ordering::SeqCst) || WRITING.load(Ordering::SeqCst) {
         remove_temporaries();
         std::process::exit(i32::from(Exit::Plan(Status::Interrupted).code()));
     }
-    thread::spawn(|| {
+    // Where no thread can be started nobody is told, and the work stops all the same.
+    let _ = thread::Builder::new().spawn(|| {
         thread::sleep(PATIENCE);
         let text = "interrupted: waiting for the step under way; once more ends at once and keeps nothing";
         // `eprintln!` panics when stderr is closed.
@@ -45,13 +58,24 @@ fn asked() {
 mod unix {
     use signal_hook::consts::{SIGHUP, SIGTERM};
     use signal_hook::iterator::Signals;
+    use std::sync::Arc;
+
+    /// Linux and most others; the library lists no constant for it.
+    const SIGXFSZ: i32 = 25;
 
     /// Takes the signals over that ask a process to end.
     pub fn watch() {
         let asking = if ignores_hangup() { vec![SIGTERM] } else { vec![SIGTERM, SIGHUP] };
         if let Ok(mut signals) = Signals::new(asking) {
-            std::thread::spawn(move || signals.forever().for_each(|_| super::asked()));
+            let listen = move || signals.forever().for_each(|_| super::asked());
+            // Without a thread the signals end the program, which is what they would do anyway.
+            let _ = std::thread::Builder::new().spawn(listen);
         }
+    }
+
+    /// Has the system refuse what is written beyond the limit of file sizes, and not kill the program for it.
+    pub fn survive_file_limit() {
+        let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
     }
 
     /// Whether hangups are ignored, as under `nohup`; true where the system does not tell.

@@ -27,6 +27,7 @@ pub(crate) use output::{Destination, Format, OutputArgs};
 pub(crate) use summary::{Lines, headline, line};
 
 use clap::{CommandFactory, Parser, Subcommand};
+use std::io::{self, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
 
@@ -148,8 +149,11 @@ fn print(text: &[u8]) -> Result<Exit, Failure> {
 
 /// Parses, runs, and turns the outcome into an exit code.
 pub fn main() -> ExitCode {
-    // Clap prints help to stdout with 0 and usage errors to stderr with 2.
-    let command = Cli::parse().command;
+    interrupt::prepare();
+    let command = match Cli::try_parse() {
+        Ok(cli) => cli.command,
+        Err(said) => return tell(&said),
+    };
     let common = command.common();
     let mut console = Console::new(common.quiet);
     // A bug must not look like one of the statuses; the panic itself has been printed by then.
@@ -162,4 +166,15 @@ pub fn main() -> ExitCode {
         }
     };
     exit.into()
+}
+
+/// Help and version to stdout with 0, usage errors to stderr with 2.
+fn tell(said: &clap::Error) -> ExitCode {
+    let told = said.print().and_then(|()| io::stdout().flush());
+    match told {
+        // A reader that has gone is no error.
+        Err(error) if !said.use_stderr() && error.kind() != io::ErrorKind::BrokenPipe => Exit::File.into(),
+        _ if said.use_stderr() => Exit::Usage.into(),
+        _ => Exit::Solved.into(),
+    }
 }

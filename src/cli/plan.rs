@@ -49,6 +49,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let plan = plan::plan(&problem, &settings, guess.as_ref(), &mut Watcher(console)).map_err(refusal)?;
 
     console.say(&summary::plan(console, &args.spec, &problem, &settings, &plan));
+    interrupt::writing();
     if plan.solution.outcome != Outcome::Converged
         && destination.format().and_then(Format::of_others).is_some()
     {
@@ -110,6 +111,9 @@ fn guess(path: &Path, problem: &Problem, console: &mut Console) -> Result<Guess,
 pub fn refusal(error: PlanError) -> Failure {
     match error {
         PlanError::Problem(error) => invalid(error),
+        error @ (PlanError::Guess { .. } | PlanError::GuessPath) => {
+            Failure::File(Message::new("E0103", error.to_string(), "give another plan as the guess"))
+        }
         other => Failure::Problem(Message::new("E0121", other.to_string(), "change the spec accordingly")),
     }
 }

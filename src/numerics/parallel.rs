@@ -1,8 +1,18 @@
 //! Work shared among the threads of rayon; without the feature `threads`, done by the calling thread.
 
-/// Threads that share the work.
+/// Threads that share the work: one where the system grants no other.
 #[cfg(feature = "threads")]
-pub(crate) use rayon::current_num_threads as threads;
+pub(crate) fn threads() -> usize {
+    use std::sync::OnceLock;
+    static THREADS: OnceLock<usize> = OnceLock::new();
+    *THREADS.get_or_init(|| {
+        // Asking rayon itself panics where its threads cannot be started. A program that holds this library may have
+        // started them before.
+        let more = std::thread::available_parallelism().map_or(1, |threads| threads.get()) > 1;
+        let granted = || std::thread::Builder::new().spawn(|| {}).is_ok_and(|thread| thread.join().is_ok());
+        if more && granted() { rayon::current_num_threads() } else { 1 }
+    })
+}
 
 /// Threads that share the work.
 #[cfg(not(feature = "threads"))]
@@ -18,16 +28,14 @@ pub(crate) fn fill<T: Sync, R: Send>(
     of: impl Fn(&T) -> R + Send + Sync,
 ) {
     #[cfg(feature = "threads")]
-    {
+    if threads() > 1 {
         use rayon::prelude::*;
         let pairs = items.par_iter().zip(results.par_iter_mut());
         pairs.with_min_len(batch).for_each(|(item, result)| *result = of(item));
+        return;
     }
-    #[cfg(not(feature = "threads"))]
-    {
-        let _ = batch;
-        items.iter().zip(results).for_each(|(item, result)| *result = of(item));
-    }
+    let _ = batch;
+    items.iter().zip(results).for_each(|(item, result)| *result = of(item));
 }
 
 /// Both results; the work `there` on another thread, while the calling thread does that `here` and then calls

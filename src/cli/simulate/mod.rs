@@ -83,6 +83,9 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
                 let reason = "--inputs: the bodies of a simulation spec have no actuators";
                 return Err(Failure::Usage(reason.into()));
             }
+            if let Destination::File(target, _) = &destination {
+                loaded.files.iter().try_for_each(|file| target.distinct_from(file))?;
+            }
             let mut simulation = loaded.simulation;
             simulation.kind = args.integrator.unwrap_or(simulation.kind);
             simulation.steps = args.steps.unwrap_or(simulation.steps);

@@ -6,6 +6,7 @@ use std::fs;
 use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 use thiserror::Error;
 
 /// Why an output file is refused or failed. Nothing is left half-written.
@@ -49,6 +50,12 @@ pub enum FileError {
         /// The output as given.
         path: String,
     },
+    /// The file may not be written.
+    #[error("{path} is write-protected")]
+    Protected {
+        /// The output as given.
+        path: String,
+    },
     /// The name cannot be a file of data.
     #[error("{path} cannot be an output file: {reason}")]
     Name {
@@ -70,7 +77,7 @@ impl FileError {
     pub fn code(&self) -> &'static str {
         match self {
             Self::FolderMissing { .. } | Self::FolderIsFile { .. } => "E0095",
-            Self::NotWritable { .. } => "E0096",
+            Self::NotWritable { .. } | Self::Protected { .. } => "E0096",
             Self::Write { .. } => "E0097",
             Self::Exists { .. } => "E0098",
             Self::Name { .. } => "E0099",
@@ -85,6 +92,7 @@ impl FileError {
             Self::FolderIsFile { .. } => "choose another folder",
             Self::NotWritable { .. } => "choose another folder, or ask for the right to write there",
             Self::Write { .. } => "free some space, or choose another folder",
+            Self::Protected { .. } => "choose another name, or allow writing to it",
             Self::Exists { .. } => "give `--force` to replace it",
             Self::Name { .. } | Self::IsInput { .. } => "choose another name",
         }
@@ -100,17 +108,18 @@ pub struct Target {
 }
 
 impl Target {
-    /// Checks name, folder and whether the file exists; `force` allows to replace a regular file.
+    /// Checks name, folder and whether the file exists; `force` allows to replace a regular file that is not
+    /// write-protected. A symbolic link to a file stays a link: what it leads to is replaced.
     ///
     /// # Errors
     /// A [`FileError`], found before any work is done.
     pub fn new(path: impl Into<PathBuf>, force: bool) -> Result<Self, FileError> {
-        let path = path.into();
+        let mut path = path.into();
         let shown = shown(&path);
         if let Some(reason) = unusable_name(&path) {
             return Err(FileError::Name { path: shown, reason });
         }
-        let folder = match path.parent() {
+        let mut folder = match path.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder.to_path_buf(),
             _ => PathBuf::from("."),
         };
@@ -129,6 +138,16 @@ impl Target {
             }
             if !force {
                 return Err(FileError::Exists { path: shown });
+            }
+            if metadata.is_symlink() {
+                path = fs::canonicalize(&path).map_err(|_| FileError::Name {
+                    path: shown.clone(),
+                    reason: "a symbolic link of that name leads nowhere",
+                })?;
+                folder = path.parent().map_or(folder, Path::to_path_buf);
+            }
+            if fs::metadata(&path).is_ok_and(|metadata| metadata.permissions().readonly()) {
+                return Err(FileError::Protected { path: shown });
             }
         }
         Ok(Self { path, folder, force })
@@ -161,13 +180,14 @@ impl Target {
         let create = |reason| FileError::NotWritable { folder: shown(&self.folder), reason };
         let write = |reason| FileError::Write { path: shown(&self.path), reason };
         let mut builder = tempfile::Builder::new();
-        builder.prefix(".slew-");
+        builder.prefix(PREFIX).rand_bytes(RANDOM);
         #[cfg(unix)]
         {
             // As any new file: the default of the library would hide it from the user's group.
             use std::os::unix::fs::PermissionsExt;
             builder.permissions(fs::Permissions::from_mode(0o666));
         }
+        sweep(&self.folder);
         let mut temporary = builder.tempfile_in(&self.folder).map_err(create)?;
         let _listed = Listed::new(temporary.path());
         let mut buffer = BufWriter::new(temporary.as_file_mut());
@@ -196,6 +216,31 @@ impl Target {
             let _ = folder.sync_all();
         }
         Ok(())
+    }
+}
+
+/// Names of temporary files: this, and so many random letters and digits.
+const PREFIX: &str = ".slew-";
+const RANDOM: usize = 6;
+
+/// Age at which a temporary file belongs to nobody any more: one that is being written is younger.
+const ABANDONED: Duration = Duration::from_secs(86_400);
+
+/// Removes the temporary files that killed programs have left in `folder`.
+fn sweep(folder: &Path) {
+    let is_ours = |name: &str| {
+        let random = name.strip_prefix(PREFIX).filter(|random| random.len() == RANDOM);
+        random.is_some_and(|random| random.bytes().all(|byte| byte.is_ascii_alphanumeric()))
+    };
+    // What cannot be listed or removed stays: it harms nobody.
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let old = |metadata: fs::Metadata| {
+            let age = metadata.modified().ok().and_then(|modified| modified.elapsed().ok());
+            metadata.is_file() && age.is_some_and(|age| age > ABANDONED)
+        };
+        if entry.file_name().to_str().is_some_and(is_ours) && entry.metadata().is_ok_and(old) {
+            let _ = fs::remove_file(entry.path());
+        }
     }
 }
 

@@ -193,7 +193,7 @@ impl<'a> PlanFile<'a> {
     /// # Errors
     /// The stream, a text that is no plan, or arrays that do not fit together.
     pub fn read(input: impl Read) -> Result<PlanFile<'static>, ExportError> {
-        let file: PlanFile<'static> = serde_json::from_reader(BufReader::new(input))?;
+        let file: PlanFile<'static> = serde_json::from_reader(BufReader::new(Bounded::new(input)))?;
         if file.format != Self::FORMAT {
             return Err(ExportError::Format { found: file.format });
         }
@@ -241,7 +241,8 @@ pub fn read_guess(input: impl Read) -> Result<Guess, ExportError> {
         #[serde(default)]
         position_m: Vec<[f64; 3]>,
     }
-    let Document { format, costates_0, trajectory } = serde_json::from_reader(BufReader::new(input))?;
+    let Document { format, costates_0, trajectory } =
+        serde_json::from_reader(BufReader::new(Bounded::new(input)))?;
     // Older plans have the same trajectory.
     if !(1..=PlanFile::FORMAT).contains(&format) {
         return Err(ExportError::Format { found: format });
@@ -249,6 +250,34 @@ pub fn read_guess(input: impl Read) -> Result<Guess, ExportError> {
     let Path { quaternion_wxyz: quaternion, position_m } = trajectory;
     let position = position_m.into_iter().map(Vector3::from).collect();
     Ok(Guess { costates: costates_0, quaternion, position })
+}
+
+/// Most bytes of a plan file: several times those of a million steps with every input a spec can name.
+const MOST_BYTES: u64 = 4 << 30;
+
+/// An input that fails where it is longer than any plan: a pipe need not end.
+struct Bounded<R> {
+    input: R,
+    left: u64,
+}
+
+impl<R> Bounded<R> {
+    fn new(input: R) -> Self {
+        Self { input, left: MOST_BYTES }
+    }
+}
+
+impl<R: Read> Read for Bounded<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let read = self.input.read(buffer)?;
+        self.left = self.left.checked_sub(read as u64).ok_or_else(|| {
+            io::Error::other(format!(
+                "the input goes on beyond {} GiB: no plan is that long",
+                MOST_BYTES >> 30
+            ))
+        })?;
+        Ok(read)
+    }
 }
 
 /// Writes any document of ours: the keys of the two outer levels on lines of their own, so that two
@@ -308,5 +337,19 @@ impl Formatter for KeyLines {
     fn end_array<W: Write + ?Sized>(&mut self, writer: &mut W) -> io::Result<()> {
         self.depth -= 1;
         CompactFormatter.end_array(writer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_input_without_end_is_given_up() {
+        let endless = Bounded { input: io::repeat(b' '), left: 1000 };
+        let error = serde_json::from_reader::<_, PlanFile>(endless).unwrap_err();
+        assert!(error.is_io() && error.to_string().contains("no plan is that long"), "{error}");
+        let exact = Bounded { input: &[b' '; 1000][..], left: 1000 };
+        assert!(serde_json::from_reader::<_, PlanFile>(exact).unwrap_err().is_eof());
     }
 }

@@ -70,7 +70,7 @@ use crate::mechanics::full_body::{Attractor, Dumbbell};
 use crate::propagate::simulate::Simulation;
 use keys::{ROOT, SIMULATION_ROOT};
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The largest spec, in bytes.
 pub const MAX_BYTES: usize = 1 << 20;
@@ -152,6 +152,8 @@ pub struct LoadedSimulation {
     pub solids: Vec<Option<Solid>>,
     /// What the motion must come to, if the spec says so.
     pub expect: Option<SimulationExpect>,
+    /// Files that the spec names and the reader has read.
+    pub files: Vec<PathBuf>,
     /// What is accepted but worth a word, in file order.
     pub warnings: Vec<Diagnostic>,
 }
@@ -338,12 +340,13 @@ fn interpret(
     let stem = Path::new(name).file_stem().map_or(name.into(), |stem| stem.to_string_lossy());
     let spec = if simulated.is_some() {
         simulation::assemble(&section, &stem, folder).map(|assembled| {
-            let simulation::Assembled { simulation, shapes, solids, expect } = assembled;
+            let simulation::Assembled { simulation, shapes, solids, expect, files } = assembled;
             Spec::Simulation(Box::new(LoadedSimulation {
                 simulation,
                 shapes,
                 solids,
                 expect,
+                files,
                 warnings: Vec::new(),
             }))
         })

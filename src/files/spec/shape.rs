@@ -22,17 +22,19 @@ pub(crate) const MAX_BYTES: u64 = 128 << 20;
 const GAUSS_ORDER: usize = 3;
 
 /// What all shapes of a spec may still take.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Budget {
     faces: usize,
     points: usize,
     /// Bytes of OBJ files.
     bytes: u64,
+    /// The files that have been read.
+    pub files: Vec<PathBuf>,
 }
 
 impl Budget {
     pub fn new() -> Self {
-        Self { faces: MAX_FACES, points: MAX_POINTS, bytes: MAX_BYTES }
+        Self { faces: MAX_FACES, points: MAX_POINTS, bytes: MAX_BYTES, files: Vec::new() }
     }
 
     /// Takes what a shape needs; false, and a complaint, where that is too much.
@@ -230,6 +232,7 @@ fn from_obj(section: &Section, folder: &Path, budget: &mut Budget) -> Option<Pol
     if !budget.take_file(section, size) {
         return None;
     }
+    budget.files.push(path.clone());
     let unit = section.number("obj_unit_m");
     if unit.is_none() && section.has("obj_unit_m") {
         return None;

@@ -13,7 +13,7 @@ use crate::mechanics::full_body::{
 use crate::mechanics::{Body, Inertia};
 use crate::propagate::integrator::{ErrorControl, Kind, System};
 use crate::propagate::simulate::Simulation;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// What a simulation spec says, all of it valid unless the report holds an error.
@@ -22,6 +22,7 @@ pub(crate) struct Assembled {
     pub shapes: Vec<Option<BodyShape>>,
     pub solids: Vec<Option<Solid>>,
     pub expect: Option<SimulationExpect>,
+    pub files: Vec<PathBuf>,
 }
 
 /// Steps by which the variational methods cannot carry a body: `h|Ω|` \[rad\].
@@ -107,7 +108,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &Path) -> Opt
     }
     let shapes = members.iter().map(|member| member.shape.as_ref().map(shown)).collect();
     let solids = members.iter().map(|member| member.shape.as_ref().and_then(|shape| shape.solid)).collect();
-    Some(Assembled { simulation, shapes, solids, expect: expect.flatten() })
+    Some(Assembled { simulation, shapes, solids, expect: expect.flatten(), files: budget.files })
 }
 
 fn shown(shape: &Shape) -> BodyShape {

@@ -153,6 +153,9 @@ fn a_guess_that_is_none_is_refused() {
     fs::write(folder.path("two.json"), "{\"format\": 1}").unwrap();
     guess("two.json").ends(8).tells("E0102").tells("not a plan file");
     guess("three.json").ends(8).tells("E0103").tells("3 costates, this maneuver needs 6");
+    let path = "{\"format\": 2, \"costates_0\": [0, 0, 0, 0, 0, 0], \"trajectory\": {\"quaternion_wxyz\": [[0, 0, 0, 0]]}}";
+    fs::write(folder.path("path.json"), path).unwrap();
+    guess("path.json").ends(8).tells("E0103").tells("unit quaternions").tells("another plan");
     guess("missing.json").ends(8).tells("E0090").tells("missing.json");
 }
 

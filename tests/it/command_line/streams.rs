@@ -67,6 +67,57 @@ fn a_full_disk_is_told() {
     let full = fs::File::options().write(true).open("/dev/full").unwrap();
     let output = folder.command(&["schema"]).stdout(full).stderr(Stdio::piped()).output().unwrap();
     Run::of(output, &["schema"]).ends(8).tells("E0097");
+    let full = fs::File::options().write(true).open("/dev/full").unwrap();
+    let output = folder.command(&["--help"]).stdout(full).stderr(Stdio::piped()).output().unwrap();
+    Run::of(output, &["--help"]).ends(8);
+    // The limit on the size of files refuses what is beyond it; by itself it would kill the program.
+    let limited = "ulimit -f 8; exec \"$0\" plan spec.toml -o plan.json --set maneuver.steps=2000";
+    let args = ["-c", limited, env!("CARGO_BIN_EXE_slew")];
+    let output = Command::new("bash").args(args).current_dir(folder.path("")).output().unwrap();
+    Run::of(output, &args).ends(8).tells("E0097").tells("nothing was kept");
+    assert_eq!(folder.names(), ["spec.toml"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn links_stay_links_and_protected_files_stay() {
+    use std::os::unix::fs::symlink;
+    let folder = Folder::new();
+    fs::create_dir(folder.path("archive")).unwrap();
+    fs::write(folder.path("archive/old.json"), "old").unwrap();
+    symlink("archive/old.json", folder.path("latest.json")).unwrap();
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "latest.json", "--force"]).ends(0).silent();
+    assert!(fs::symlink_metadata(folder.path("latest.json")).unwrap().is_symlink());
+    assert_eq!(folder.json("archive/old.json")["status"], "solved");
+    symlink("nowhere.json", folder.path("dangling.json")).unwrap();
+    folder.slew(&["plan", "spec.toml", "-o", "dangling.json", "--force"]).ends(8).tells("E0099");
+
+    fs::write(folder.path("kept.json"), "kept").unwrap();
+    let mut permissions = fs::metadata(folder.path("kept.json")).unwrap().permissions();
+    permissions.set_readonly(true);
+    fs::set_permissions(folder.path("kept.json"), permissions).unwrap();
+    folder
+        .slew(&["plan", "spec.toml", "-o", "kept.json", "--force"])
+        .ends(8)
+        .tells("E0096")
+        .tells("protected");
+    assert_eq!(folder.read("kept.json"), "kept");
+}
+
+/// What a program that was killed has left behind; one that still runs keeps its own.
+#[test]
+fn old_temporary_files_are_swept() {
+    let folder = Folder::new();
+    let (old, new) = (folder.path(".slew-Abc123"), folder.path(".slew-Def456"));
+    fs::write(&old, "half").unwrap();
+    fs::write(&new, "half").unwrap();
+    fs::write(folder.path(".slew-notes"), "mine").unwrap();
+    let two_days_ago = std::time::SystemTime::now() - std::time::Duration::from_secs(2 * 86_400);
+    for path in [&old, &folder.path(".slew-notes")] {
+        fs::File::options().write(true).open(path).unwrap().set_modified(two_days_ago).unwrap();
+    }
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "plan.json"]).ends(0);
+    assert_eq!(folder.names(), [".slew-Def456", ".slew-notes", "plan.json", "spec.toml"]);
 }
 
 #[test]
@@ -79,6 +130,12 @@ fn what_the_user_wrote_does_not_steer_the_terminal() {
     assert!(run.stderr.contains("owned"), "{}", run.stderr);
     let run = folder.slew(&["plan", "spec.toml", "-o", "\u{1b}[31m.json"]).ends(8).tells("E0099");
     assert!(!run.stderr.contains('\u{1b}'), "{:?}", run.stderr);
+    let hidden = ["\\u2028", "\\u2029", "\\u202E", "\\u200B", "\\u061C", "\\uFEFF", "\\U000E0041"];
+    fs::write(folder.path("bidi.toml"), SPEC.replace("test slew", &hidden.join("x"))).unwrap();
+    let run = folder.slew(&["plan", "bidi.toml"]).ends(0).tells("u{2028}").tells("u{e0041}");
+    assert!(
+        run.stderr.chars().all(|c| !"\u{2028}\u{2029}\u{202e}\u{200b}\u{61c}\u{feff}\u{e0041}".contains(c))
+    );
     let run = folder.slew(&["verify", "\u{1b}[31m.json", "--spec", "spec.toml"]).ends(8).tells("E0090");
     assert!(!run.stderr.contains('\u{1b}'), "{:?}", run.stderr);
 }
