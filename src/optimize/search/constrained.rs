@@ -206,20 +206,19 @@ impl<const N: usize> Search<'_, '_, N> {
     /// A coarse solution carried to the fine grid over grids between, where Newton's method did not find the
     /// active set of the fine one in one leap.
     fn refine_by_and_by(&mut self, coarse: &Chain, fine: &Chain, found: &Attempt) -> Option<Attempt> {
+        let between = grids_between(coarse.model.steps, fine.model.steps);
         // Newton's leap from the coarse grid itself has failed.
-        let mut roads = Roads { newton: false, convex: true };
+        let mut roads = Roads { newton: !between.is_empty(), convex: true };
         let mut last: Option<(Chain, Attempt)> = None;
-        loop {
+        for steps in between {
             let (chain, found) = last.as_ref().map_or((coarse, found), |(chain, found)| (chain, found));
-            let steps = LEAP * chain.model.steps;
-            if 2 * steps > fine.model.steps {
-                return self.refine(chain, fine, found, roads);
-            }
-            roads.newton = true;
             let next = Chain::new(self.problem, steps);
             let refined = self.refine(chain, &next, found, roads)?;
             last = Some((next, refined));
+            roads.newton = true;
         }
+        let (chain, found) = last.as_ref().map_or((coarse, found), |(chain, found)| (chain, found));
+        self.refine(chain, fine, found, roads)
     }
 
     /// A coarse solution carried to a finer grid: by Newton's method, or by the convex iteration where that fails.
@@ -304,6 +303,16 @@ fn relaxed(problem: &Problem) -> Problem {
     relaxed.constraints.clear();
     relaxed.actuation = problem.actuation.without_limits();
     relaxed
+}
+
+/// Grids between, each so many times finer than the one before: the nodes of one are nodes of the next wherever the
+/// requested number divides, so that what acts at a node acts there again.
+fn grids_between(coarse: usize, fine: usize) -> Vec<usize> {
+    let parts = std::iter::successors(Some(LEAP), |parts| parts.checked_mul(LEAP));
+    let mut grids: Vec<usize> =
+        parts.map(|parts| fine.div_ceil(parts)).take_while(|steps| *steps >= 2 * coarse).collect();
+    grids.reverse();
+    grids
 }
 
 /// Steps of the coarse grid of SCP.

@@ -33,9 +33,6 @@ const SAME: f64 = 1e-6;
 /// Costs of one optimum of SCP differ by less, relative.
 const SAME_COST: f64 = 1e-9;
 
-/// Most steps of a best iterate that is still recorded, and written, after somebody asked to stop.
-const KEPT_AFTER_STOP: usize = 100_000;
-
 /// What a search may do, and what it begins from.
 #[derive(Clone)]
 pub(super) struct Ask<'a> {
@@ -462,7 +459,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         let recorded = match &chain {
             Some(chain) => record::chain(self.problem, &self.fine, chain, candidate),
             // The best iterate is worth a moment more.
-            None if self.stopped() && candidate.steps() <= KEPT_AFTER_STOP => {
+            None if self.stopped() && self.fine.is_kept_after_stop() => {
                 record::extremal(self.problem, &self.fine.undisturbed(), &candidate.costate())
             }
             None => record::extremal(self.problem, &self.fine, &candidate.costate()),

@@ -40,6 +40,9 @@ pub(crate) trait Listener {
 /// Steps of a sweep between two questions to the listener: some milliseconds of work.
 const PATIENCE: usize = 4096;
 
+/// Most steps of which a best iterate is still swept, and recorded, after somebody asked to stop.
+const KEPT_AFTER_STOP: usize = 100_000;
+
 /// Where a sweep ended.
 #[derive(Clone, Copy, Debug)]
 pub struct End<const N: usize> {
@@ -119,6 +122,11 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
     /// The same, whose sweeps end with [`StepError::Stopped`] when `listener` asks for it.
     pub(crate) fn heard_by(self, listener: &'a dyn Listener) -> Self {
         Self { listener: Some(listener), ..self }
+    }
+
+    /// Whether a sweep is short enough to be made for a best iterate after somebody asked to stop.
+    pub(crate) fn is_kept_after_stop(&self) -> bool {
+        self.dynamics.grid.steps() <= KEPT_AFTER_STOP
     }
 
     /// The same, whose sweeps go through to their end.

@@ -60,7 +60,11 @@ impl<'a, const N: usize> Newton<'a, N> {
         costate: SVector<f64, N>,
         factor: Option<Factor<N>>,
     ) -> Result<Self, StepError> {
-        let end = bvp.sweep(&costate)?;
+        let end = match bvp.sweep(&costate) {
+            // An iterate to keep, where there is no better one.
+            Err(StepError::Stopped) if bvp.is_kept_after_stop() => bvp.undisturbed().sweep(&costate)?,
+            swept => swept?,
+        };
         let (tolerance, enough) = (ACCEPT * tolerance, POLISH * tolerance);
         let recent = [f64::INFINITY; PATIENCE];
         Ok(Self { bvp, tolerance, enough, costate, end, factor, psi: None, recent })

@@ -1,0 +1,132 @@
+//! Plans and simulations on 2 to 50 steps, where steps are too long for almost everything: what goes wrong is counted.
+//!
+//! `cargo run --release --example tiny_grids [-- COUNT [FIRST]]`, 2,000 by default. Every case takes one of 26 kinds of
+//! random maneuvers, draws steps and a method of its own, plans it, and lets one of all integrators follow it without
+//! inputs over as few steps. Counted as wrong: a panic; a number of a solved plan or of a row that is not finite; a plan
+//! called solved for a maneuver that is proved impossible on a thousand steps; one whose inputs, replayed by a
+//! Runge–Kutta method of another crate, miss the end by more than 45°; more than ten seconds.
+//!
+//! Ends with 1 where anything was wrong.
+
+#[path = "../tests/common/random_specs.rs"]
+mod random_specs;
+
+use random_specs::random::Random;
+use slewkit::files::spec::{Format, Override, from_str};
+use slewkit::maneuver::{Problem, Trajectory, infeasible};
+use slewkit::plan::{Plan, Silent, Status, plan};
+use slewkit::propagate::integrator::Kind;
+use slewkit::propagate::simulate::{Simulation, SimulationRow};
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::panic::catch_unwind;
+use std::time::Instant;
+
+/// Largest miss of a solved plan \[rad\].
+const MOST_MISSED: f64 = 0.25 * std::f64::consts::PI;
+/// Longest wait \[s\].
+const LONGEST: f64 = 10.0;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut numbers = std::env::args().skip(1).map(|text| text.parse::<u64>());
+    let count = numbers.next().unwrap_or(Ok(2_000))?;
+    let first = numbers.next().unwrap_or(Ok(0))?;
+    let (mut tally, mut wrong) = (BTreeMap::<String, u64>::new(), 0);
+    // What is wrong is told below, with the case that it belongs to.
+    std::panic::set_hook(Box::new(|_| {}));
+    for index in first..first + count {
+        let began = Instant::now();
+        let told = catch_unwind(|| case(index)).unwrap_or_else(|_| Told::wrong("panic"));
+        let seconds = began.elapsed().as_secs_f64();
+        let slow = (seconds > LONGEST).then(|| format!("{seconds:.0} s"));
+        for complaint in told.wrong.iter().chain(&slow) {
+            println!("case {index}: {complaint}");
+            wrong += 1;
+        }
+        told.ends.into_iter().for_each(|end| *tally.entry(end).or_default() += 1);
+    }
+    for (end, times) in tally {
+        println!("{end:<32} {times}");
+    }
+    println!("{count} plans and as many simulations: {wrong} wrong");
+    if wrong > 0 { Err("see above".into()) } else { Ok(()) }
+}
+
+/// How a case ended, and what was wrong with it.
+#[derive(Default)]
+struct Told {
+    ends: Vec<String>,
+    wrong: Vec<String>,
+}
+
+impl Told {
+    fn wrong(what: &str) -> Self {
+        Self { wrong: vec![what.into()], ..Self::default() }
+    }
+}
+
+fn case(index: u64) -> Told {
+    let mut random = Random::new(index ^ 0x5EED_0000);
+    let random_specs::RandomSpec { kind, text } = random_specs::random_spec(index);
+    let steps = 2 + random.below(49);
+    let mut set = vec![format!("maneuver.steps={steps}"), "solver.time_limit_s=8".into()];
+    // The convex road is the default where there are limits only.
+    if random.below(3) == 0 {
+        set.push("solver.method=scp".into());
+    }
+    let set: Vec<Override> = set.iter().map(|text| Override::parse(text).expect("an override")).collect();
+    let mut told = Told::default();
+    let Ok(loaded) = from_str(&text, "case", Format::Toml, &set) else {
+        // Some kinds refuse a grid, or the road, by themselves.
+        told.ends.push("plan: refused by the spec".into());
+        return told;
+    };
+    let problem = &loaded.problem;
+    match plan(problem, &loaded.settings, None, &mut Silent) {
+        Ok(plan) => {
+            told.ends.push(format!("plan: {}", plan.status.name()));
+            if plan.status == Status::Solved {
+                told.wrong.extend(
+                    complaints(problem, &plan).into_iter().map(|text| format!("{steps} steps, {text}")),
+                );
+            }
+        }
+        Err(_) => told.ends.push("plan: refused".into()),
+    }
+    if let Ok(mut simulation) = Simulation::of(problem, None) {
+        simulation.steps = steps as u64;
+        simulation.kind = Kind::all().nth(random.below(Kind::NAMES.len())).expect("a method");
+        let mut finite = true;
+        let ended = simulation.run(&mut |row: &SimulationRow| {
+            finite &= row.is_finite();
+            ControlFlow::Continue(())
+        });
+        let end = if ended.is_ok() { "to its end" } else { "ended early, with a reason" };
+        told.ends.push(format!("simulation: {end}"));
+        if !finite {
+            told.wrong.push(format!("{steps} steps of {}: a row that is not finite", simulation.kind));
+        }
+    }
+    told
+}
+
+/// What is wrong with a plan that is called solved.
+fn complaints(problem: &Problem, plan: &Plan) -> Vec<String> {
+    let mut complaints = Vec::new();
+    let Trajectory { time, angular_velocity, quaternion, input, .. } = &plan.solution.trajectory;
+    let vectors = angular_velocity.iter().flat_map(|rate| rate.iter());
+    let mut numbers = time.iter().chain(quaternion.iter().flatten()).chain(input).chain(vectors);
+    if !plan.solution.cost.is_finite() || !numbers.all(|number| number.is_finite()) {
+        complaints.push("a number that is not finite".into());
+    }
+    if infeasible::proof(&problem.clone().with_steps(1000)).is_some() {
+        complaints.push("solved what is impossible".into());
+    }
+    let missed = plan.verification.as_ref().map_or(f64::NAN, |found| found.continuous_attitude_rad);
+    // Written so that a NaN is a complaint.
+    let near = missed <= MOST_MISSED;
+    if !near {
+        complaints.push(format!("misses the end by {:.0} deg", missed.to_degrees()));
+    }
+    complaints
+}
