@@ -47,7 +47,7 @@ fn one_linearisation_se3(bencher: Bencher) {
 
 fn sweep<const N: usize>(bencher: Bencher, problem: &Problem) {
     let (bvp, costate) = (BoundaryValueProblem::<N>::new(problem, STEPS), costate::<N>());
-    bencher.counter(ItemsCount::new(STEPS)).bench(|| bvp.sweep(black_box(&costate)));
+    bencher.counter(ItemsCount::new(STEPS)).bench_local(|| bvp.sweep(black_box(&costate)));
 }
 
 #[divan::bench]
@@ -62,7 +62,7 @@ fn sweep_se3(bencher: Bencher) {
 
 fn sweep_linearized<const N: usize>(bencher: Bencher, problem: &Problem) {
     let (bvp, costate) = (BoundaryValueProblem::<N>::new(problem, STEPS), costate::<N>());
-    bencher.counter(ItemsCount::new(STEPS)).bench(|| bvp.sweep_linearized(black_box(&costate)));
+    bencher.counter(ItemsCount::new(STEPS)).bench_local(|| bvp.sweep_linearized(black_box(&costate)));
 }
 
 #[divan::bench]

@@ -131,7 +131,7 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
 
     /// The same, whose sweeps go through to their end.
     pub(crate) fn undisturbed(&self) -> BoundaryValueProblem<'static, N> {
-        let (dynamics, start, terminal) = (self.dynamics.clone(), self.start, self.terminal.clone());
+        let (dynamics, start, terminal) = (self.dynamics.clone(), self.start, self.terminal);
         BoundaryValueProblem { dynamics, start, terminal, listener: None }
     }
 
