@@ -96,6 +96,8 @@ pub mod numerics;
 pub mod optimize;
 pub mod plan;
 pub mod propagate;
+#[cfg(feature = "files")]
+pub mod report;
 pub mod studies;
 #[cfg(test)]
 mod testing;

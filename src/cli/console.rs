@@ -38,6 +38,11 @@ impl Console {
         Self { quiet, colour: terminal && !no_colour, terminal, progress: false, shown: Instant::now() }
     }
 
+    /// One that is silent and paints nothing, for text that goes elsewhere.
+    pub fn colourless() -> Self {
+        Self { quiet: true, colour: false, terminal: false, progress: false, shown: Instant::now() }
+    }
+
     /// Paints `text`.
     pub fn paint(&self, tone: Tone, text: &str) -> String {
         let code = match tone {

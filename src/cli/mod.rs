@@ -13,7 +13,10 @@ mod export;
 mod failure;
 mod interrupt;
 mod output;
+mod pictured;
 mod plan;
+mod plot;
+mod report;
 mod simulate;
 mod spec_file;
 mod summary;
@@ -62,6 +65,10 @@ enum Command {
     Verify(verify::Args),
     /// Write a plan file in the formats of other programs
     Export(export::Args),
+    /// Show a plan as one page for a browser
+    Report(report::Args),
+    /// Draw a plan: SVG files
+    Plot(plot::Args),
     /// Compare methods on a maneuver, or integrators on a simulation
     Compare(compare::Args),
     /// Propagate the bodies of a spec from their start, without optimisation
@@ -102,6 +109,8 @@ impl Command {
             Self::Verify(args) => args.report.common(),
             Self::Compare(args) => args.report.common(),
             Self::Convert(args) => args.report.common(),
+            Self::Plot(args) => args.common(),
+            Self::Report(args) => args.common(),
             Self::Schema(_)
             | Self::Init(_)
             | Self::Completions { .. }
@@ -117,6 +126,8 @@ impl Command {
             Self::Check(args) => check::run(&args, console),
             Self::Verify(args) => verify::run(&args, console),
             Self::Export(args) => export::run(&args, console),
+            Self::Report(args) => report::run(&args, console),
+            Self::Plot(args) => plot::run(&args, console),
             Self::Compare(args) => compare::run(&args, console),
             Self::Simulate(args) => simulate::run(&args, console),
             Self::Convert(args) => convert::run(&args, console),

@@ -1,12 +1,14 @@
 //! `slew plan`: solve, verify, tell, write.
 
+use super::pictured::EULER;
 use super::spec_file::PlanOrAttitudes;
 use super::{
-    Console, Exit, Failure, Format, Message, OutputArgs, SpecArgs, export, interrupt, spec_file, summary,
+    Console, Exit, Failure, Format, Message, OutputArgs, SpecArgs, export, interrupt, report, spec_file,
+    summary,
 };
 use clap::ValueEnum;
 use slewkit::files::exchange::read_attitudes;
-use slewkit::files::export::{PlanFile, Target, read_guess, write_csv, write_jsonl};
+use slewkit::files::export::{PlanFile, read_guess, write_csv, write_jsonl};
 use slewkit::files::spec::Loaded;
 use slewkit::maneuver::{Outcome, Problem, ProblemError};
 use slewkit::plan::{self, Control, Guess, Observer, PlanError, Progress, Status};
@@ -18,6 +20,7 @@ use std::path::{Path, PathBuf};
 Examples:
   slew plan maneuver.toml -o plan.json
   slew plan maneuver.toml --set maneuver.duration_s=90 --format json | jq .cost
+  slew plan maneuver.toml -o plan.json --report report.html
   slew plan maneuver.toml --guess neighbour.json -o trajectory.csv")]
 pub struct Args {
     #[command(flatten)]
@@ -31,6 +34,9 @@ pub struct Args {
     /// attitudes. `-` reads stdin
     #[arg(long, value_name = "FILE")]
     pub guess: Option<PathBuf>,
+    /// Show the plan as one page for a browser, as `slew report` does
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
 }
 
 /// Runs the command.
@@ -39,6 +45,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     inputs.extend(args.guess.as_deref());
     spec_file::one_stdin(&inputs)?;
     let destination = args.output.destination(Format::value_variants(), &inputs)?;
+    let page =
+        args.report.as_deref().map(|path| report::target(path, args.output.force, &inputs)).transpose()?;
     let Loaded { problem, settings, identity, .. } =
         spec_file::read(&args.spec.spec, &args.spec.reading, console)?;
     // Known before the work: a plan must not be lost for want of a name.
@@ -72,15 +80,13 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
             }
         })?;
     }
+    if let Some(target) = &page {
+        report::write(target, &report::text(&problem, &settings, &plan, EULER), console)?;
+    }
     Ok(match plan.status {
         Status::Solved => Exit::Solved,
         status => Exit::Plan(status),
     })
-}
-
-/// The closing line of a summary.
-pub fn wrote(console: &mut Console, target: &Target) {
-    console.say(&summary::line("wrote", &slewkit::files::spec::escape(&target.path().to_string_lossy())));
 }
 
 fn guess(path: &Path, problem: &Problem, console: &mut Console) -> Result<Guess, Failure> {

@@ -2,6 +2,7 @@
 
 use super::advice::advice;
 use super::{Console, SpecArgs, Tone};
+use slewkit::files::export::Target;
 use slewkit::files::spec::escape;
 use slewkit::maneuver::{
     ActiveConstraint, Method, Motion, Outcome, Path, Problem, Rung, RungReport, Scheme, SecondOrder, Sense,
@@ -14,9 +15,24 @@ use slewkit::verify::{Accuracy, Margin, Testimony, Verification};
 /// Width of the longest first line, name and verdict.
 const WIDTH: usize = 76;
 
+/// Characters before the text of a labelled line.
+const LABELLED: usize = 13;
+
 /// A labelled line of a summary.
 pub fn line(label: &str, text: &str) -> String {
     format!("  {label:<11} {text}")
+}
+
+/// The closing line of a summary.
+pub fn wrote(console: &mut Console, target: &Target) {
+    console.say(&line("wrote", &escape(&target.path().to_string_lossy())));
+}
+
+/// Label and text of a labelled line.
+pub fn parts(line: &str) -> (String, String) {
+    let split = line.char_indices().nth(LABELLED).map_or(line.len(), |(at, _)| at);
+    let (label, text) = line.split_at(split);
+    (label.trim().into(), text.trim().into())
 }
 
 /// A summary, line by line.
@@ -53,9 +69,18 @@ pub fn plan(
     settings: &Settings,
     plan: &Plan,
 ) -> String {
+    let (verdict, tone) = verdict(plan);
+    let mut lines = vec![headline(console, &problem.name, verdict, tone)];
+    lines.extend(told(console, problem, settings, plan));
+    lines.extend(advice(args, problem, settings, plan).iter().map(|text| line("try", text)));
+    lines.join("\n")
+}
+
+/// What became of a plan in a few words.
+pub fn verdict(plan: &Plan) -> (&'static str, Tone) {
     let solution = &plan.solution;
     let solved = solution.outcome == Outcome::Converged;
-    let (verdict, tone) = match plan.status {
+    match plan.status {
         Status::Solved if solution.optimality.second_order() == SecondOrder::Saddle => {
             ("saddle, solved and verified", Tone::Note)
         }
@@ -67,13 +92,18 @@ pub fn plan(
         Status::VerificationFailed => ("solved, but verification failed", Tone::Bad),
         Status::Interrupted if solved => ("solved, not verified: interrupted", Tone::Note),
         Status::Interrupted => ("interrupted", Tone::Note),
-    };
-    let mut lines = vec![headline(console, &problem.name, verdict, tone)];
+    }
+}
+
+/// The lines of a summary below its headline, but for what to try next.
+pub fn told(console: &Console, problem: &Problem, settings: &Settings, plan: &Plan) -> Vec<String> {
+    let solution = &plan.solution;
+    let mut lines = Vec::new();
     // What is proved infeasible was not searched for.
     if plan.status != Status::Infeasible {
         lines.line("method", method(problem, solution));
     }
-    if solved {
+    if solution.outcome == Outcome::Converged {
         lines.extend(found(problem, solution));
     } else {
         lines.line("stopped", stopped(solution));
@@ -89,11 +119,11 @@ pub fn plan(
         let judged = Judged { problem, trajectory: &solution.trajectory, active: Some(&solution.active) };
         lines.extend(verified(console, &judged, verification));
     }
-    if let Some(verification) = plan.verification.as_ref().filter(|_| solved) {
+    if let Some(verification) = plan.verification.as_ref().filter(|_| solution.outcome == Outcome::Converged)
+    {
         lines.extend(accuracy(&Accuracy::of(verification, problem, settings.continuous_tolerance)));
     }
-    lines.extend(advice(args, problem, settings, plan).iter().map(|text| line("try", text)));
-    lines.join("\n")
+    lines
 }
 
 /// What the steps leave to be wished for, if they do.

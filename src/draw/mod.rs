@@ -5,15 +5,25 @@
 //! differ in mark and dash as well.
 
 mod axis;
-mod curves;
+mod chart;
+mod curve;
+mod legibility;
+mod panel;
 mod scene;
+mod sky;
 mod svg;
 mod table;
+mod thin;
 
 pub use axis::{Axis, Scale};
-pub use curves::{Chart, Curve, Shape};
+pub use chart::{Chart, Level, Span};
+pub use curve::{Curve, Shape};
+pub use panel::{Picture, panel};
 pub use scene::{Item, Scene};
+pub use sky::{Sky, SkyCone, SkyMark, SkyTrack, SkyView, circle};
+pub use svg::escape;
 pub use table::table;
+pub use thin::thinned;
 
 /// Colours of curves, in order.
 pub const COLOURS: [&str; 8] =

@@ -5,6 +5,11 @@ use std::fmt::Write;
 /// Font of all text, and its size \[px\].
 const FONT: &str = "Helvetica, Arial, 'DejaVu Sans', sans-serif";
 pub(super) const FONT_SIZE: f64 = 13.0;
+/// That of raised text, in the same unit: some viewers take a part of the size in percent for one of the page.
+const RAISED_SIZE: f64 = 9.75;
+
+/// Size of every picture of curves or of the sky \[px\].
+pub(super) const SIZE: (f64, f64) = (800.0, 480.0);
 
 /// Colours of frame, grid and text.
 pub(super) const INK: &str = "#222222";
@@ -65,6 +70,19 @@ impl Svg {
         self.raw(&format!("<{name} points=\"{}\" {style}/>", list.join(" ")));
     }
 
+    /// The area between closed curves, by their fill rule.
+    pub fn area(&mut self, curves: &[&[(f64, f64)]], style: &str) {
+        let mut path = String::new();
+        for curve in curves {
+            for (index, (x, y)) in curve.iter().enumerate() {
+                let command = if index == 0 { 'M' } else { 'L' };
+                let _ = write!(path, "{command}{} {}", number(*x), number(*y));
+            }
+            path.push('Z');
+        }
+        self.raw(&format!("<path d=\"{path}\" {style}/>"));
+    }
+
     /// Text. `^{…}` in it is raised.
     pub fn text(&mut self, at: (f64, f64), anchor: Anchor, style: &str, text: &str) {
         let anchor = match anchor {
@@ -89,7 +107,8 @@ fn rich(text: &str) -> String {
         let Some(end) = after.find('}') else { break };
         let raised = escape(&after[..end]);
         // The second shift brings what follows back to the line.
-        let _ = write!(out, "{}<tspan dy=\"-5\" font-size=\"75%\">{raised}</tspan>", escape(before));
+        let _ =
+            write!(out, "{}<tspan dy=\"-5\" font-size=\"{RAISED_SIZE}\">{raised}</tspan>", escape(before));
         rest = &after[end + 1..];
         if !rest.is_empty() {
             let first = rest.chars().next().map_or(0, char::len_utf8);
@@ -100,7 +119,8 @@ fn rich(text: &str) -> String {
     out + &escape(rest)
 }
 
-fn escape(text: &str) -> String {
+/// Text for XML and HTML, between tags and in quoted attributes.
+pub fn escape(text: &str) -> String {
     let mut out = String::new();
     for character in text.chars() {
         match character {
@@ -108,12 +128,21 @@ fn escape(text: &str) -> String {
             '<' => out.push_str("&lt;"),
             '>' => out.push_str("&gt;"),
             '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
             // No XML file may hold them, not even escaped.
             c if c.is_control() => out.push('\u{fffd}'),
             c => out.push(c),
         }
     }
     out
+}
+
+/// A name in the `room` that there is beside a plot, in characters.
+pub(super) fn shortened(name: &str, room: usize) -> String {
+    if name.chars().count() <= room {
+        return name.into();
+    }
+    name.chars().take(room - 1).chain(['…']).collect()
 }
 
 /// A coordinate: a hundredth of a pixel is enough.

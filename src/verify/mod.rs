@@ -19,6 +19,7 @@ mod accuracy;
 mod attitudes;
 mod compensated;
 mod continuous;
+mod course;
 mod discrete;
 mod implicit;
 mod margins;
@@ -35,6 +36,7 @@ mod window;
 
 pub use accuracy::{Accuracy, DEFAULT_ACCURACY_DEG};
 pub use attitudes::{AttitudeReport, judge_attitudes};
+pub use course::{Clearance, Course, course};
 pub use margins::{Margin, worst_violation};
 pub use motion::Phase;
 pub use rows::{effort, margins, replay, swept};

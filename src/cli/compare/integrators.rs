@@ -1,7 +1,7 @@
 //! Integrators side by side on the bodies of a simulation spec: tables, JSON and figures.
 
 use super::Args;
-use crate::cli::{Console, Exit, Failure, Message, Tone, headline, interrupt, plan};
+use crate::cli::{Console, Exit, Failure, Message, Tone, headline, interrupt, summary};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use slewkit::files::export::{FileError, Target};
 use slewkit::files::spec::{BodyShape, LoadedSimulation, escape};
@@ -144,7 +144,7 @@ pub fn run(args: &Args, loaded: &LoadedSimulation, console: &mut Console) -> Res
         let drawn = figures(&simulation.name, &study, &found, &outlines(loaded));
         for (figure, target) in drawn.iter().zip(&targets) {
             target.write(|output| Ok(output.write_all(figure.svg.as_bytes())?))?;
-            plan::wrote(console, target);
+            summary::wrote(console, target);
         }
     }
     Ok(exit)

@@ -8,6 +8,7 @@ mod report;
 use super::console;
 use super::{
     Console, Destination, Exit, Failure, Format, Message, OutputArgs, SpecArgs, interrupt, plan, spec_file,
+    summary,
 };
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use layout::Layout;
@@ -136,7 +137,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         console.warn("W0134", &reason, remedy);
     }
     if let Destination::File(target, _) = &destination {
-        plan::wrote(console, target);
+        summary::wrote(console, target);
     }
     if let Some(Message { code, reason, remedy }) = &message {
         console.error(code, reason, remedy);

@@ -59,18 +59,19 @@ impl From<&Matrix3> for Notations {
             rotation_vector_rad: vector.into(),
             matrix: rotation.transpose().into(),
             euler_deg: EulerAngles(
-                EULER_SEQUENCES.map(|sequence| euler(rotation, sequence).map(|a| a.to_degrees() + 0.0)),
+                EULER_SEQUENCES
+                    .map(|sequence| euler_angles(rotation, sequence).map(|a| a.to_degrees() + 0.0)),
             ),
         }
     }
 }
 
-/// Angles `(a, b, c)` \[rad\] with `R = R_i(a) R_j(b) R_k(c)`.
+/// Angles `(a, b, c)` \[rad\] with `R = R_i(a) R_j(b) R_k(c)`; `sequence` is one of [`EULER_SEQUENCES`].
 ///
 /// `a` comes from the column of `R` that `c` does not move. Then `R_i(a)ᵀ R = R_j(b) R_k(c)`: row `j`
 /// gives `c`, the same column gives `b`. At gimbal lock `a` is whatever round-off says and `c` makes up
 /// for it, so that the product is always `R`.
-fn euler(rotation: &Matrix3, sequence: &str) -> [f64; 3] {
+pub fn euler_angles(rotation: &Matrix3, sequence: &str) -> [f64; 3] {
     let axis = |index: usize| usize::from(sequence.as_bytes()[index] - b'x');
     let (i, j, last) = (axis(0), axis(1), axis(2));
     // The third axis of the triad (i, j, k), and its handedness.

@@ -8,15 +8,18 @@ mod columns;
 mod file;
 mod nulls;
 mod plan_file;
+mod restored;
 mod rows;
+mod simulation_file;
 mod trajectory;
 
-pub use attitude::{EULER_SEQUENCES, EulerAngles, Notations};
+pub use attitude::{EULER_SEQUENCES, EulerAngles, Notations, euler_angles};
 pub use columns::TrajectoryError;
 pub(crate) use columns::{check_finite, table};
 pub use file::{FileError, Target, remove_temporaries};
 pub use plan_file::{ConvexRecord, PlanFile, read_guess, write_document};
 pub use rows::{write_csv, write_jsonl};
+pub use simulation_file::{BodyRows, SimulationFile, SimulationRows};
 pub use trajectory::{TrajectoryDocument, check_trajectory};
 
 use crate::files::exchange::Lacking;

@@ -160,6 +160,8 @@ impl Drawn<'_> {
             x: Axis { limits, ..Axis::linear("time, s") },
             y,
             curves: self.found.histories.iter().map(curve).collect(),
+            levels: Vec::new(),
+            spans: Vec::new(),
         }
     }
 
@@ -181,6 +183,8 @@ impl Drawn<'_> {
             x: Axis::logarithmic("step, s"),
             y: Axis { scale: Scale::Logarithmic, label: unit.into(), limits: None },
             curves: self.study.kinds.iter().map(curve).collect(),
+            levels: Vec::new(),
+            spans: Vec::new(),
         }
     }
 
@@ -195,6 +199,8 @@ impl Drawn<'_> {
             x: Axis::logarithmic("time, s"),
             y: Axis::logarithmic("mean |E − E₀| / (T₀ + |U₀|)"),
             curves: self.study.kinds.iter().map(curve).collect(),
+            levels: Vec::new(),
+            spans: Vec::new(),
         }
     }
 

@@ -2,6 +2,7 @@
 
 mod agreement;
 mod continuous;
+mod course;
 mod discrete;
 mod margins;
 mod support;

@@ -2,7 +2,9 @@
 
 use super::axis::{Axis, Laid, Tick};
 use super::colour;
-use super::svg::{Anchor, FAINT, FONT_SIZE, GRID, INK, Svg};
+use super::curve::{Curve, Shape};
+use super::legibility;
+use super::svg::{Anchor, FAINT, FONT_SIZE, GRID, INK, SIZE, Svg, shortened};
 
 /// A chart.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,68 +19,100 @@ pub struct Chart {
     pub y: Axis,
     /// What is drawn, the first one on top.
     pub curves: Vec<Curve>,
+    /// Lines across the plot, such as limits.
+    pub levels: Vec<Level>,
+    /// Stretches along the axis to the right that are shaded.
+    pub spans: Vec<Span>,
 }
 
-/// A curve. Points that are not finite, or not positive on a logarithmic axis, are left out.
+/// A line across a chart, where a limit is.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Curve {
-    /// Name in the legend; a second line after a line feed, smaller.
-    pub name: String,
-    /// Number of its colour, mark and dash.
-    pub style: usize,
-    /// How it is drawn.
-    pub shape: Shape,
+pub struct Level {
+    /// Where on the axis upwards.
+    pub value: f64,
+    /// What it is; stands at the line unless empty.
+    pub label: String,
 }
 
-/// How a curve is drawn.
+/// A stretch along the axis to the right.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Shape {
-    /// A line.
-    Line(Vec<(f64, f64)>),
-    /// A line with a mark at each point.
-    Marked(Vec<(f64, f64)>),
-    /// The area between a lowest and a highest value: x, low, high.
-    Band(Vec<(f64, f64, f64)>),
+pub struct Span {
+    /// Where it begins.
+    pub from: f64,
+    /// Where it ends.
+    pub to: f64,
+    /// What is the case there.
+    pub label: String,
 }
 
-/// The drawing [px]: its size, and the edges of the plot.
-const SIZE: (f64, f64) = (800.0, 480.0);
+/// The edges of the plot [px].
 const LEFT: f64 = 92.0;
 const RIGHT: f64 = 610.0;
 const TOP: f64 = 64.0;
 const BOTTOM: f64 = 418.0;
 
-impl Shape {
-    fn points(&self) -> Vec<(f64, f64)> {
-        match self {
-            Self::Line(points) | Self::Marked(points) => points.clone(),
-            Self::Band(points) => points.iter().flat_map(|&(x, a, b)| [(x, a), (x, b)]).collect(),
-        }
-    }
-}
+/// Colours of shaded spans and of limits.
+const SHADE: &str = "#f4e7c4";
+const LIMIT: &str = "#a01818";
 
 impl Chart {
+    /// A chart of curves alone.
+    pub fn new(title: impl Into<String>, x: Axis, y: Axis, curves: Vec<Curve>) -> Self {
+        let (title, subtitle) = (title.into(), String::new());
+        Self { title, subtitle, x, y, curves, levels: Vec::new(), spans: Vec::new() }
+    }
+
     /// The chart as the text of an SVG file.
     pub fn svg(&self) -> String {
         let mut svg = Svg::new(SIZE.0, SIZE.1);
-        let points = || self.curves.iter().flat_map(|curve| curve.shape.points());
+        self.draw(&mut svg, "plot");
+        svg.end()
+    }
+
+    /// The curves as they are drawn: those that diverge are cut, and their names say where.
+    pub fn legible_curves(&self) -> Vec<Curve> {
+        legibility::cut(&self.curves, self.y.scale)
+    }
+
+    /// Draws it into `svg`, where `id` is used by nothing else.
+    pub(super) fn draw(&self, svg: &mut Svg, id: &str) {
+        let mut curves = self.legible_curves();
+        let levels = self.levels.iter().map(|level| level.value);
+        let points = || curves.iter().flat_map(|curve| curve.shape.points());
         let x = Laid::new(&self.x, points().map(|point| point.0), LEFT, RIGHT);
-        let y = Laid::new(&self.y, points().map(|point| point.1), BOTTOM, TOP);
+        let y = Laid::new(&self.y, points().map(|point| point.1).chain(levels), BOTTOM, TOP);
+        legibility::name_hidden(&mut curves, |(a, b)| Some((x.place(a)?, y.place(b)?)));
         let bold = format!("font-size=\"16\" font-weight=\"bold\" fill=\"{INK}\"");
         svg.text((LEFT, 26.0), Anchor::Start, &bold, &self.title);
         svg.text((LEFT, 47.0), Anchor::Start, &format!("fill=\"{FAINT}\""), &self.subtitle);
-        axes(&mut svg, self, &x, &y);
+        let places = self.spans.iter().filter_map(|span| Some((x.place(span.from)?, x.place(span.to)?)));
+        for (from, to) in places {
+            let (from, to) = (from.clamp(LEFT, RIGHT), to.clamp(LEFT, RIGHT));
+            let corners = [(from, TOP), (to, TOP), (to, BOTTOM), (from, BOTTOM)];
+            svg.path(&corners, true, &format!("fill=\"{SHADE}\""));
+        }
+        axes(svg, self, &x, &y);
         let frame =
             format!("x=\"{LEFT}\" y=\"{TOP}\" width=\"{}\" height=\"{}\"", RIGHT - LEFT, BOTTOM - TOP);
-        svg.raw(&format!("<clipPath id=\"plot\"><rect {frame}/></clipPath>"));
-        svg.raw("<g clip-path=\"url(#plot)\">");
-        for curve in self.curves.iter().rev() {
-            draw(&mut svg, curve, &x, &y);
+        svg.raw(&format!("<clipPath id=\"{id}\"><rect {frame}/></clipPath>"));
+        svg.raw(&format!("<g clip-path=\"url(#{id})\">"));
+        for level in self.levels.iter().filter_map(|level| y.place(level.value)) {
+            svg.line((LEFT, level), (RIGHT, level), &format!("stroke=\"{LIMIT}\" stroke-dasharray=\"7 4\""));
+        }
+        for curve in curves.iter().rev() {
+            draw(svg, curve, &x, &y);
+        }
+        for level in self.levels.iter().filter(|level| !level.label.is_empty()) {
+            if let Some(at) = y.place(level.value) {
+                let at = if at - TOP < 18.0 { at + 15.0 } else { at - 5.0 };
+                let style = format!("font-size=\"11\" fill=\"{LIMIT}\"");
+                svg.text((RIGHT - 6.0, at), Anchor::End, &style, &level.label);
+            }
         }
         svg.raw("</g>");
         svg.raw(&format!("<rect {frame} fill=\"none\" stroke=\"{INK}\" stroke-width=\"1\"/>"));
-        legend(&mut svg, &self.curves);
-        svg.end()
+        let y = legend(svg, &curves);
+        shades(svg, &self.spans, y);
     }
 }
 
@@ -179,9 +213,14 @@ fn mark(svg: &mut Svg, (x, y): (f64, f64), style: usize) {
     }
 }
 
-fn legend(svg: &mut Svg, curves: &[Curve]) {
+/// Names beside the plot; returns where the next one would stand.
+fn legend(svg: &mut Svg, curves: &[Curve]) -> f64 {
     let x = RIGHT + 18.0;
     let mut y = TOP + 12.0;
+    let lines: usize = curves.iter().map(|curve| curve.name.lines().count().max(1)).sum();
+    // Many names stand nearer together.
+    let row =
+        (28.0_f64).min((BOTTOM - TOP - 16.0 * (lines - curves.len()) as f64) / curves.len().max(1) as f64);
     for curve in curves {
         match curve.shape {
             Shape::Band(_) => {
@@ -201,11 +240,32 @@ fn legend(svg: &mut Svg, curves: &[Curve]) {
         }
         let mut lines = curve.name.lines();
         let first = lines.next().unwrap_or_default();
-        svg.text((x + 36.0, y), Anchor::Start, &format!("fill=\"{INK}\""), first);
+        svg.text((x + 36.0, y), Anchor::Start, &format!("fill=\"{INK}\""), &shortened(first, 21));
         for line in lines {
             y += 16.0;
-            svg.text((x + 36.0, y), Anchor::Start, &format!("font-size=\"11\" fill=\"{FAINT}\""), line);
+            let style = format!("font-size=\"11\" fill=\"{FAINT}\"");
+            svg.text((x + 36.0, y), Anchor::Start, &style, &shortened(line, 27));
         }
-        y += 28.0;
+        y += row;
+    }
+    y
+}
+
+/// What the shading means, below the legend: each name once.
+fn shades(svg: &mut Svg, spans: &[Span], mut y: f64) {
+    let mut names: Vec<&str> = Vec::new();
+    for span in spans.iter().filter(|span| !span.label.is_empty()) {
+        if names.contains(&span.label.as_str()) || y > BOTTOM + 40.0 {
+            continue;
+        }
+        names.push(&span.label);
+        let x = RIGHT + 18.0;
+        if names.len() == 1 {
+            let rect = format!("x=\"{x}\" y=\"{}\" width=\"28\" height=\"12\"", y - 10.0);
+            svg.raw(&format!("<rect {rect} fill=\"{SHADE}\"/>"));
+        }
+        let style = format!("font-size=\"11\" fill=\"{INK}\"");
+        svg.text((x + 36.0, y), Anchor::Start, &style, &shortened(&span.label, 27));
+        y += 16.0;
     }
 }

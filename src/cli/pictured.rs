@@ -1,0 +1,83 @@
+//! The file that is to be looked at, and how.
+
+use super::{Console, Failure, Message, Reading, spec_file};
+use clap::builder::PossibleValuesParser;
+use slewkit::files::export::{EULER_SEQUENCES, ExportError, PlanFile};
+use slewkit::files::spec::{Loaded, escape};
+use slewkit::maneuver::{Problem, Settings};
+use slewkit::plan::Plan;
+use std::io::{Cursor, Read};
+use std::path::Path;
+
+/// Sequence of the Euler angles where none is asked for.
+pub const EULER: &str = "zyx";
+
+/// How pictures are made.
+#[derive(Debug, clap::Args)]
+pub struct Drawing {
+    /// Sequence of the Euler angles, intrinsic: zyx is R = Rz Ry Rx
+    #[arg(long, value_name = "SEQUENCE", default_value = EULER, value_parser = PossibleValuesParser::new(EULER_SEQUENCES), hide_possible_values = true)]
+    pub euler: String,
+}
+
+/// What a file of ours is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A plan, or nothing that is known.
+    Plan,
+    /// A simulation.
+    Simulation,
+    /// A comparison of methods or integrators.
+    Comparison,
+}
+
+/// How much of a file tells what it is \[bytes\]: the keys that do stand before all lists.
+const HEAD: u64 = 4096;
+
+/// The file at `path`, or stdin for `-`, from its beginning, and what it is of.
+pub fn open(path: &Path) -> Result<(Kind, Box<dyn Read>), Failure> {
+    let mut input = spec_file::open_plan(path)?;
+    let mut head = Vec::new();
+    let read = input.by_ref().take(HEAD).read_to_end(&mut head);
+    read.map_err(|error| Failure::unreadable(path, &error))?;
+    let text = String::from_utf8_lossy(&head);
+    // No text in a JSON file holds a bare quote, so these are keys.
+    let kind = if text.contains("\"compares\":") {
+        Kind::Comparison
+    } else if text.contains("\"integrator\":") {
+        Kind::Simulation
+    } else {
+        Kind::Plan
+    };
+    Ok((kind, Box::new(Cursor::new(head).chain(input))))
+}
+
+/// Why a file that is of something else is of no use, and what to run.
+pub fn refusal(path: &Path, reason: &str, remedy: &str) -> Failure {
+    let reason = format!("{}: {reason}", escape(&path.to_string_lossy()));
+    Failure::File(Message::new("E0102", reason, remedy))
+}
+
+/// A comparison has no trajectory to show.
+pub fn comparison(path: &Path) -> Failure {
+    let remedy = "show a plan of one method: `slew plan SPEC --set solver.method=scp -o plan.json`, then `slew report`; \
+                  `slew compare SPEC --figures DIR` draws integrators";
+    refusal(path, "a comparison holds costs and errors, no trajectory", remedy)
+}
+
+/// The maneuver, the settings and the plan of the plan file that `input` is, read from `path`.
+pub fn read(
+    path: &Path,
+    input: impl Read,
+    console: &mut Console,
+) -> Result<(Problem, Settings, Plan), Failure> {
+    let unusable = |error| Failure::unusable(path, &error);
+    let file = PlanFile::read(input).map_err(unusable)?;
+    let held = file.spec.as_ref().ok_or_else(|| unusable(ExportError::NoSpec))?;
+    let reading = Reading { set: Vec::new(), input: None };
+    let Loaded { problem, settings, .. } = spec_file::read_held(held, path, &reading, console)?;
+    // What is proved infeasible has no trajectory.
+    let has_rows = !file.trajectory.0.time.is_empty();
+    let problem = if has_rows { file.on_grid(&problem).map_err(unusable)? } else { problem };
+    Ok((problem, settings, file.plan().map_err(unusable)?))
+}

@@ -1,0 +1,130 @@
+//! `slew report`: a plan or a simulation as one page for a browser.
+
+use super::pictured::{self, Drawing, Kind};
+use super::{Common, Console, Exit, Failure, Tone, console, summary};
+use slewkit::files::export::{SimulationFile, Target};
+use slewkit::maneuver::{Problem, Settings};
+use slewkit::numerics::figures::{error, short};
+use slewkit::plan::Plan;
+use slewkit::report::{self, Subject, Words, page, simulation_page};
+use std::path::{Path, PathBuf};
+
+/// Arguments of `slew report`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+One HTML file that opens from disk in any browser, without a network, and prints: verdict and
+what is proved, boresights and cones on the sphere, inputs, rates and wheels with their limits,
+clearance, attitude, costates, convergence, rivals, checks, and the body in motion.
+
+It is made from the file alone. A plan without a trajectory, proved infeasible or not converged,
+has a report as well, and so has a simulation: motion, energy and momentum.
+
+Examples:
+  slew report plan.json -o report.html
+  slew plan maneuver.toml -o plan.json --report report.html
+  slew simulate bodies.toml -o run.json && slew report run.json -o run.html")]
+pub struct Args {
+    /// File that `slew plan SPEC -o FILE` or `slew simulate SPEC -o FILE` wrote, JSON; `-` reads stdin
+    #[arg(value_name = "PLAN.json")]
+    pub plan: PathBuf,
+    /// The page; `-` is stdout
+    #[arg(short, long, value_name = "FILE.html")]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub drawing: Drawing,
+    /// Replace FILE if it exists
+    #[arg(long)]
+    pub force: bool,
+    /// No text but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+impl Args {
+    /// The part that failures need.
+    pub fn common(&self) -> Common {
+        Common { quiet: self.quiet, json: false }
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
+    let target = match args.output.as_os_str() == "-" {
+        true => None,
+        false => Some(target(&args.output, args.force, &[&args.plan])?),
+    };
+    let sequence = &args.drawing.euler;
+    let text = match pictured::open(&args.plan)? {
+        (Kind::Plan, input) => {
+            let (problem, settings, plan) = pictured::read(&args.plan, input, console)?;
+            text(&problem, &settings, &plan, sequence)
+        }
+        (Kind::Simulation, input) => {
+            let read = SimulationFile::read(input);
+            simulation(&read.map_err(|error| Failure::unusable(&args.plan, &error))?, sequence)
+        }
+        (Kind::Comparison, _) => return Err(pictured::comparison(&args.plan)),
+    };
+    match &target {
+        Some(target) => write(target, &text, console)?,
+        None => console::to_stdout(|output| Ok(output.write_all(text.as_bytes())?))?,
+    }
+    Ok(Exit::Solved)
+}
+
+/// The file of a page, checked before any work: its name says that it is one, and it is none of `inputs`.
+pub fn target(path: &Path, force: bool, inputs: &[&Path]) -> Result<Target, Failure> {
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    if !["html", "htm"].iter().any(|known| ending.eq_ignore_ascii_case(known)) {
+        let path = slewkit::files::spec::escape(&path.to_string_lossy());
+        let reason = format!("a report is a page for a browser: {path} must end in .html or .htm");
+        return Err(Failure::Usage(reason));
+    }
+    let target = Target::new(path, force)?;
+    inputs.iter().try_for_each(|input| target.distinct_from(input))?;
+    Ok(target)
+}
+
+/// Writes a page and says so.
+pub fn write(target: &Target, text: &str, console: &mut Console) -> Result<(), Failure> {
+    target.write(|output| Ok(output.write_all(text.as_bytes())?))?;
+    summary::wrote(console, target);
+    Ok(())
+}
+
+/// The page of a simulation.
+fn simulation(file: &SimulationFile, sequence: &str) -> String {
+    let label = |label: &str, text: String| (label.to_string(), text);
+    let mut summary = vec![
+        label("integrator", file.integrator.clone()),
+        label(
+            "steps",
+            format!("{} of {} s, {} s in all", file.steps, short(file.step_s), short(file.duration_s)),
+        ),
+    ];
+    let errors = file.errors.iter().filter_map(|(key, value)| Some((key, value.as_f64()?)));
+    for (index, (key, value)) in errors.enumerate() {
+        let name = if index == 0 { "largest errors" } else { "" };
+        summary.push(label(name, format!("{key} {}", error(value))));
+    }
+    let tone = if file.status == "simulated" { report::Tone::Good } else { report::Tone::Note };
+    let words = Words { verdict: file.status.replace('_', " "), tone, summary, generator: GENERATOR.into() };
+    simulation_page(file, &words, sequence)
+}
+
+/// What wrote a page.
+const GENERATOR: &str = concat!("slewkit ", env!("CARGO_PKG_VERSION"), ", `slew report`");
+
+/// The page, with the words of the summary that `slew plan` prints.
+pub fn text(problem: &Problem, settings: &Settings, plan: &Plan, sequence: &str) -> String {
+    let (verdict, tone) = summary::verdict(plan);
+    let tone = match tone {
+        Tone::Good => report::Tone::Good,
+        Tone::Bad => report::Tone::Bad,
+        Tone::Note => report::Tone::Note,
+    };
+    let lines = summary::told(&Console::colourless(), problem, settings, plan);
+    let summary = lines.iter().map(|line| summary::parts(line)).collect();
+    let words = Words { verdict: verdict.into(), tone, summary, generator: GENERATOR.into() };
+    page(&Subject::new(problem, plan, sequence), &words)
+}

@@ -1,0 +1,65 @@
+//! Several pictures in one: two columns, marked (a), (b), …
+
+use super::chart::Chart;
+use super::sky::Sky;
+use super::svg::{Anchor, INK, SIZE, Svg};
+
+/// A picture.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Picture {
+    /// Curves over two axes.
+    Chart(Chart),
+    /// Tracks and cones on the sphere of directions.
+    Sky(Sky),
+}
+
+impl Picture {
+    /// What it shows.
+    pub fn title(&self) -> &str {
+        match self {
+            Self::Chart(chart) => &chart.title,
+            Self::Sky(sky) => &sky.title,
+        }
+    }
+
+    /// The picture as the text of an SVG file.
+    pub fn svg(&self) -> String {
+        match self {
+            Self::Chart(chart) => chart.svg(),
+            Self::Sky(sky) => sky.svg(),
+        }
+    }
+
+    fn draw(&self, svg: &mut Svg, id: &str) {
+        match self {
+            Self::Chart(chart) => chart.draw(svg, id),
+            Self::Sky(sky) => sky.draw(svg, id),
+        }
+    }
+}
+
+/// Pictures in two columns as the text of one SVG file, each marked with a letter; fonts as large as in each alone.
+pub fn panel(pictures: &[&Picture]) -> String {
+    let columns = pictures.len().clamp(1, 2);
+    let rows = pictures.len().div_ceil(columns).max(1);
+    let mut svg = Svg::new(SIZE.0 * columns as f64, SIZE.1 * rows as f64);
+    for (index, picture) in pictures.iter().enumerate() {
+        let at = ((index % columns) as f64 * SIZE.0, (index / columns) as f64 * SIZE.1);
+        svg.raw(&format!("<g transform=\"translate({} {})\">", at.0, at.1));
+        picture.draw(&mut svg, &format!("plot{index}"));
+        if pictures.len() > 1 {
+            let bold = format!("font-size=\"16\" font-weight=\"bold\" fill=\"{INK}\"");
+            svg.text((22.0, 26.0), Anchor::Start, &bold, &letter(index));
+        }
+        svg.raw("</g>");
+    }
+    svg.end()
+}
+
+/// (a) … (z), then numbers.
+fn letter(index: usize) -> String {
+    match u8::try_from(index) {
+        Ok(index @ 0..26) => format!("({})", char::from(b'a' + index)),
+        _ => format!("({})", index + 1),
+    }
+}

@@ -1,0 +1,112 @@
+//! Something to look at: a plan as pictures, and as one page that needs nothing else.
+//!
+//! [`pictures`] gives what a reader of a plan wants to see, in a fixed order, as charts that [`crate::draw`] writes as SVG;
+//! [`page()`] puts the same charts, drawn by a script of ours that it holds, with verdict, tables and a turning body into
+//! one HTML file that names no other. Everything is taken from a [`Problem`] and a [`Plan`], which a plan
+//! file holds both; what lies between the nodes comes from the witnesses ([`crate::verify::course()`]).
+//!
+//! Long trajectories are thinned for the eye, with every peak kept ([`MOST_POINTS`]); files of data have all rows.
+
+mod attitude;
+mod body;
+mod charts;
+mod convergence;
+mod document;
+mod hamiltonian;
+mod page;
+mod simulation;
+mod sphere;
+mod words;
+
+pub use page::{Tone, Words, page};
+pub use simulation::simulation_page;
+
+use crate::draw::{Curve, Picture, Shape, thinned};
+use crate::maneuver::{Problem, Trajectory};
+use crate::plan::Plan;
+use crate::verify::{Course, course};
+
+/// The names of all pictures that a plan may have, in their order.
+pub const KEYS: [&str; 17] = [
+    "sky",
+    "inputs",
+    "forces",
+    "rates",
+    "wheel_momentum",
+    "position",
+    "velocity",
+    "clearance",
+    "euler",
+    "quaternion",
+    "error",
+    "costates_attitude",
+    "costates_momentum",
+    "costates_position",
+    "costates_linear",
+    "hamiltonian",
+    "convergence",
+];
+
+/// The most points of a curve.
+pub const MOST_POINTS: usize = 2000;
+
+/// A plan, and what is found on the way to its pictures.
+pub struct Subject<'a> {
+    /// The maneuver on the grid of the plan.
+    pub problem: &'a Problem,
+    /// What was found.
+    pub plan: &'a Plan,
+    /// Sequence of the Euler angles, one of [`crate::files::export::EULER_SEQUENCES`].
+    pub sequence: &'a str,
+    course: Option<Course>,
+}
+
+/// A picture with its name in files, and what else is to be said of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shown {
+    /// "sky", "inputs", "rates" and so on.
+    pub key: &'static str,
+    /// The picture.
+    pub picture: Picture,
+    /// In a sentence what is shown, where the title does not say it.
+    pub remark: String,
+}
+
+impl<'a> Subject<'a> {
+    /// The witnesses follow the plan once; where they cannot, what only they know is not shown.
+    pub fn new(problem: &'a Problem, plan: &'a Plan, sequence: &'a str) -> Self {
+        let trajectory = &plan.solution.trajectory;
+        let course = if trajectory.time.is_empty() { None } else { course(problem, trajectory).ok() };
+        Self { problem, plan, sequence, course }
+    }
+
+    fn trajectory(&self) -> &'a Trajectory {
+        &self.plan.solution.trajectory
+    }
+
+    /// The times of the rows of inputs: Lie–Euler has none at the first node.
+    fn input_times(&self) -> &'a [f64] {
+        let time = &self.trajectory().time;
+        &time[self.problem.scheme.first_input().min(time.len())..]
+    }
+}
+
+/// What there is to see of a plan, in the order of a report; nothing where there is no trajectory but the convergence.
+pub fn pictures(subject: &Subject) -> Vec<Shown> {
+    let mut shown = Vec::new();
+    if !subject.trajectory().time.is_empty() {
+        shown.push(sphere::sky(subject));
+        shown.extend(charts::of_plan(subject));
+        shown.extend(attitude::charts(subject));
+        shown.extend(charts::costates(subject));
+        shown.extend(hamiltonian::chart(subject));
+    }
+    shown.extend(convergence::chart(subject));
+    shown
+}
+
+/// A line through values at times, thinned.
+fn line(name: impl Into<String>, style: usize, time: &[f64], values: impl Iterator<Item = f64>) -> Curve {
+    let points: Vec<(f64, f64)> = time.iter().copied().zip(values).collect();
+    Curve { name: name.into(), style, shape: Shape::Line(thinned(&points, MOST_POINTS)) }
+}

@@ -1,0 +1,102 @@
+// What all pictures share: the data, the cursor, scales and ticks, numbers for people.
+
+const data = JSON.parse(document.getElementById("data").textContent);
+const drawn = [];
+
+// The cursor is a time; every picture over time shows it, and so does the body. The range is that of their zoom.
+const shared = { time: null, range: null, listeners: [] };
+
+function share(change, redraw) {
+  Object.assign(shared, change);
+  for (const listener of shared.listeners) listener(redraw);
+}
+
+const colour = (style) => `var(--c${style % 8})`;
+const DASHES = ["", "9 4", "4 3", "11 3 2.5 3"];
+
+function element(name, attributes, parent, text) {
+  const node = document.createElementNS("http://www.w3.org/2000/svg", name);
+  for (const key in attributes) node.setAttribute(key, attributes[key]);
+  if (text !== undefined) node.textContent = text;
+  if (parent) parent.appendChild(node);
+  return node;
+}
+
+function html(name, parent, text, className) {
+  const node = document.createElement(name);
+  if (text !== undefined) node.textContent = text;
+  if (className) node.className = className;
+  if (parent) parent.appendChild(node);
+  return node;
+}
+
+const minus = (text) => text.replace(/-/g, "−");
+
+// Five digits, plain where that is readable.
+function figure(value) {
+  if (value === null || value === undefined || Number.isNaN(value)) return "–";
+  const size = Math.abs(value);
+  if (value !== 0 && (size < 1e-3 || size >= 1e6)) return minus(value.toExponential(3));
+  return minus(String(Number(value.toPrecision(5))));
+}
+
+// Round steps on a linear axis, about so many, none shorter than `least`.
+function linearTicks(low, high, count, least = 0) {
+  const raw = Math.max(least, (high - low) / count);
+  const power = 10 ** Math.floor(Math.log10(raw));
+  const step = [1, 2, 5, 10].map((factor) => factor * power).find((step) => step >= raw * 0.999) || 10 * power;
+  const ticks = [];
+  const largest = Math.max(Math.abs(low), Math.abs(high));
+  const exponent = largest >= 1e5 || largest < 1e-2 ? Math.floor(Math.log10(largest)) : 0;
+  const digits = Math.min(12, Math.max(0, Math.ceil(-Math.log10(step) + exponent - 1e-9)));
+  for (let index = Math.ceil(low / step - 1e-9); index * step <= high + 1e-9 * step && ticks.length < 60; index++) {
+    const value = index * step;
+    const text = index === 0 ? "0" : (value / 10 ** exponent).toFixed(digits);
+    ticks.push({ value, text: minus(text), power: index !== 0 && exponent ? exponent : null });
+  }
+  return ticks;
+}
+
+// Decades on a logarithmic axis; values are logarithms.
+function logarithmicTicks(low, high, count) {
+  const every = Math.max(1, Math.ceil((high - low) / count));
+  const ticks = [];
+  for (let decade = Math.ceil(low); decade <= high; decade++) {
+    if (decade % every === 0) ticks.push({ value: decade, text: "10", power: decade });
+  }
+  return ticks;
+}
+
+// The text of a tick; powers of ten are raised by an absolute size.
+function tickText(tick, attributes, parent) {
+  const text = element("text", attributes, parent);
+  const whole = tick.power === null ? tick.text : tick.text === "10" ? "10" : `${tick.text}·10`;
+  text.appendChild(document.createTextNode(whole));
+  if (tick.power !== null) {
+    element("tspan", { dy: -4, style: "font-size:9px" }, text, minus(String(tick.power)));
+  }
+}
+
+// The last index at which a sorted list is at most `value`.
+function indexAt(list, value) {
+  let [low, high] = [0, list.length - 1];
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    if (list[middle] <= value) low = middle; else high = middle - 1;
+  }
+  return low;
+}
+
+// A picture is drawn anew when its width changes; in the next frame, because drawing may change the width again.
+function onWidth(node, draw) {
+  let width = 0;
+  const look = () => {
+    const now = Math.round(node.clientWidth);
+    if (now > 0 && now !== width) {
+      width = now;
+      draw(width);
+    }
+  };
+  new ResizeObserver(() => requestAnimationFrame(look)).observe(node);
+  look();
+}

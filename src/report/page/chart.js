@@ -1,0 +1,227 @@
+// Curves over two axes: values at the cursor, zoom along the axis to the right, keys.
+
+// Room around the plot; to the left as much as the numbers take.
+const EDGE = { right: 14, top: 12, bottom: 42 };
+const NAME = 24;
+
+function chart(figureNode, picture) {
+  const plot = figureNode.querySelector(".plot");
+  const overTime = picture.x.label.startsWith("time");
+  const logarithmic = picture.y.log;
+  const curves = picture.curves.map((curve) => ({ ...curve, x: data.grids[curve.grid] }));
+  const place = (value) => (logarithmic ? (value > 0 ? Math.log10(value) : null) : value);
+  // Inputs of Lie–Euler begin a step later than the plan.
+  const whole = overTime && data.body ? [data.body.time[0], data.body.time[data.body.time.length - 1]] : [Infinity, -Infinity];
+  for (const { x } of curves) {
+    whole[0] = Math.min(whole[0], x[0]);
+    whole[1] = Math.max(whole[1], x[x.length - 1]);
+  }
+  // Charts over time share cursor and zoom; the others have their own.
+  const own = { time: null, range: null };
+  const state = () => (overTime ? shared : own);
+  const change = (what, redraw) => {
+    if (overTime) share(what, redraw);
+    else {
+      Object.assign(own, what);
+      update(redraw);
+    }
+  };
+  let [width, height, view, cursor] = [0, 0, null, null];
+  const values = legend(figureNode.querySelector(".legend"), curves, picture);
+
+  // Abscissas and ordinates in sight, and the pixels they take.
+  function lay() {
+    const [from, to] = state().range || whole;
+    let [low, high] = [Infinity, -Infinity];
+    const see = (value) => {
+      const at = value === null ? null : place(value);
+      if (at !== null && Number.isFinite(at)) [low, high] = [Math.min(low, at), Math.max(high, at)];
+    };
+    for (const { x, y } of curves) {
+      const first = Math.max(0, indexAt(x, from));
+      for (let k = first; k < x.length && x[k] <= to; k++) see(y[k]);
+    }
+    if (!state().range) picture.levels.forEach((level) => see(level.value));
+    if (low > high) [low, high] = [0, 1];
+    const margin = Math.max(0.06 * (high - low), logarithmic ? 0.2 : 1e-9 * Math.max(Math.abs(low), Math.abs(high), 1e-12));
+    [low, high] = [low - margin, high + margin];
+    const up = height - EDGE.top - EDGE.bottom;
+    const ticks = (logarithmic ? logarithmicTicks : linearTicks)(low, high, Math.max(2, up / 36));
+    const letters = (tick) => tick.text.length + (tick.power === null ? 0 : tick.text === "10" ? 2 : 7);
+    const left = NAME + 10 + 7 * Math.max(2, ...ticks.map(letters));
+    const across = width - left - EDGE.right;
+    return {
+      from, to, low, high, ticks, left,
+      x: (value) => left + ((value - from) / (to - from || 1)) * across,
+      y: (value) => EDGE.top + ((high - value) / (high - low)) * up,
+      at: (pixel) => from + ((pixel - left) / across) * (to - from),
+    };
+  }
+
+  function draw(now) {
+    width = now;
+    height = Math.round(Math.min(320, Math.max(210, 0.5 * width)));
+    view = lay();
+    const svg = element("svg", { viewBox: `0 0 ${width} ${height}`, height });
+    const id = `clip-${picture.key}`;
+    const [left, right, top, bottom] = [view.left, width - EDGE.right, EDGE.top, height - EDGE.bottom];
+    element("rect", { x: left, y: top, width: right - left, height: bottom - top }, element("clipPath", { id }, svg));
+    const inside = element("g", { "clip-path": `url(#${id})` }, svg);
+    for (const span of picture.spans) {
+      const [a, b] = [view.x(span.from), view.x(span.to)];
+      element("rect", { x: a, y: top, width: Math.max(1, b - a), height: bottom - top, fill: "var(--shade)" }, inside);
+    }
+    for (const tick of linearTicks(view.from, view.to, Math.max(2, (right - left) / 75), overTime ? 0 : 1)) {
+      const x = view.x(tick.value);
+      element("line", { x1: x, x2: x, y1: top, y2: bottom, stroke: "var(--grid)" }, svg);
+      tickText(tick, { x, y: bottom + 17, "text-anchor": "middle" }, svg);
+    }
+    for (const tick of view.ticks) {
+      const y = view.y(tick.value);
+      element("line", { x1: left, x2: right, y1: y, y2: y, stroke: "var(--grid)" }, svg);
+      tickText(tick, { x: left - 7, y: y + 4, "text-anchor": "end" }, svg);
+    }
+    svg.appendChild(inside);
+    for (const level of picture.levels) {
+      const at = place(level.value);
+      if (at === null) continue;
+      const y = view.y(at);
+      element("line", { x1: left, x2: right, y1: y, y2: y, stroke: "var(--limit)", "stroke-dasharray": "7 4" }, inside);
+      if (level.label) {
+        const label = { x: right - 6, y: y - top < 17 ? y + 14 : y - 5, "text-anchor": "end", class: "limit" };
+        element("text", label, inside, level.label);
+      }
+    }
+    for (const curve of [...curves].reverse()) {
+      const attributes = {
+        d: path(curve), fill: "none", stroke: colour(curve.style), "stroke-width": 1.8, "stroke-linejoin": "round",
+        "stroke-dasharray": DASHES[curve.style % 4], class: "curve",
+      };
+      element("path", attributes, inside);
+      if (curve.marked) {
+        curve.x.forEach((x, k) => {
+          const at = curve.y[k] === null ? null : place(curve.y[k]);
+          if (at !== null) element("circle", { cx: view.x(x), cy: view.y(at), r: 3.2, fill: colour(curve.style) }, inside);
+        });
+      }
+    }
+    element("rect", { x: left, y: top, width: right - left, height: bottom - top, fill: "none", stroke: "var(--line)" }, svg);
+    element("text", { x: (left + right) / 2, y: height - 8, "text-anchor": "middle" }, svg, picture.x.label);
+    const middle = (top + bottom) / 2;
+    const turned = { x: 13, y: middle, "text-anchor": "middle", transform: `rotate(-90 13 ${middle})` };
+    element("text", turned, svg, picture.y.label);
+    cursor = element("line", { y1: top, y2: bottom, stroke: "var(--ink)", "stroke-width": 1 }, svg);
+    plot.replaceChildren(svg);
+    point();
+  }
+
+  // The points in sight, and one more at each side.
+  function path({ x, y }) {
+    const first = Math.max(0, indexAt(x, view.from) - 1);
+    let [text, pen] = ["", "M"];
+    for (let k = first; k < x.length; k++) {
+      const at = y[k] === null ? null : place(y[k]);
+      if (at === null) pen = "M";
+      else {
+        text += `${pen}${view.x(x[k]).toFixed(1)} ${view.y(at).toFixed(1)}`;
+        pen = "L";
+      }
+      if (x[k] > view.to) break;
+    }
+    return text;
+  }
+
+  // The cursor, and the values there.
+  function point() {
+    const time = state().time;
+    const seen = time !== null && time >= view.from && time <= view.to;
+    cursor.style.display = seen ? "" : "none";
+    if (seen) cursor.setAttribute("x1", view.x(time)), cursor.setAttribute("x2", view.x(time));
+    values(time);
+  }
+
+  function update(redraw) {
+    if (!width) return;
+    if (redraw) draw(width);
+    else point();
+  }
+  shared.listeners.push(update);
+  onWidth(plot, draw);
+  control(plot, {
+    whole, get view() { return view; }, state, change,
+    clamp: (value) => Math.min(whole[1], Math.max(whole[0], value)),
+  });
+  drawn.push(picture.key);
+}
+
+// Names with their lines, and a function that shows the values at a time.
+function legend(node, curves, picture) {
+  const outputs = curves.map((curve) => {
+    const entry = html("span", node);
+    const sample = element("svg", { viewBox: "0 0 28 10" }, entry);
+    const stroke = { x1: 0, x2: 28, y1: 5, y2: 5, stroke: colour(curve.style), "stroke-width": 2 };
+    element("line", { ...stroke, "stroke-dasharray": DASHES[curve.style % 4] }, sample);
+    const [name, ...more] = curve.name.split("\n");
+    entry.appendChild(document.createTextNode(name));
+    if (more.length) html("small", entry, ` ${more.join(", ")}`);
+    entry.appendChild(document.createTextNode(" "));
+    return html("b", entry);
+  });
+  for (const label of new Set(picture.spans.map((span) => span.label))) {
+    const entry = html("span", node);
+    element("rect", { width: 28, height: 10, fill: "var(--shade)" }, element("svg", { viewBox: "0 0 28 10" }, entry));
+    entry.appendChild(document.createTextNode(label));
+  }
+  const time = html("span", node);
+  return (at) => {
+    curves.forEach(({ x, y }, index) => {
+      if (at === null) return void (outputs[index].textContent = "");
+      const k = indexAt(x, at);
+      const next = Math.min(k + 1, x.length - 1);
+      const part = x[next] > x[k] ? Math.min(1, Math.max(0, (at - x[k]) / (x[next] - x[k]))) : 0;
+      const inside = at >= x[0] && at <= x[x.length - 1] && y[k] !== null && y[next] !== null;
+      outputs[index].textContent = inside ? figure(y[k] + part * (y[next] - y[k])) : "–";
+    });
+    time.textContent = at === null ? "" : `at ${figure(at)}${picture.x.label.startsWith("time") ? " s" : ""}`;
+  };
+}
+
+// Pointer and keys of a chart.
+function control(plot, chart) {
+  let from = null;
+  const at = (event) => chart.clamp(chart.view.at(event.clientX - plot.getBoundingClientRect().left));
+  const zoom = (a, b) => {
+    const [low, high] = [chart.clamp(Math.min(a, b)), chart.clamp(Math.max(a, b))];
+    const all = low <= chart.whole[0] && high >= chart.whole[1];
+    if (high - low > 1e-6 * (chart.whole[1] - chart.whole[0])) chart.change({ range: all ? null : [low, high] }, true);
+  };
+  plot.addEventListener("pointerdown", (event) => {
+    from = event.pointerType === "touch" ? null : at(event);
+    chart.change({ time: at(event) }, false);
+  });
+  plot.addEventListener("pointermove", (event) => chart.change({ time: at(event) }, false));
+  plot.addEventListener("pointerup", (event) => {
+    const to = at(event);
+    const far = from !== null && Math.abs(to - from) > 0.02 * (chart.view.to - chart.view.from);
+    if (far) zoom(from, to);
+    from = null;
+  });
+  plot.addEventListener("pointerleave", () => (from = null));
+  plot.addEventListener("dblclick", () => chart.change({ range: null }, true));
+  plot.addEventListener("keydown", (event) => {
+    const { from: low, to: high } = chart.view;
+    const time = chart.state().time ?? (low + high) / 2;
+    const step = ((event.shiftKey ? 10 : 1) * (high - low)) / 200;
+    const around = (factor) => zoom(time - factor * (time - low), time + factor * (high - time));
+    const keys = {
+      ArrowLeft: () => chart.change({ time: chart.clamp(time - step) }, false),
+      ArrowRight: () => chart.change({ time: chart.clamp(time + step) }, false),
+      "+": () => around(0.5), "=": () => around(0.5), "-": () => around(2),
+      0: () => chart.change({ range: null }, true), Escape: () => chart.change({ range: null, time: null }, true),
+    };
+    if (keys[event.key]) {
+      keys[event.key]();
+      event.preventDefault();
+    }
+  });
+}

@@ -1,0 +1,124 @@
+// The sphere of directions as a map: azimuthal equidistant about the middle of what is shown, seen from inside.
+
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+const scaled = (factor, a) => a.map((part) => factor * part);
+const plus = (a, b) => a.map((part, k) => part + b[k]);
+const unit = (a) => scaled(1 / Math.hypot(...a), a);
+const onSphere = (tilt, about) => [Math.cos(tilt) * Math.cos(about), Math.cos(tilt) * Math.sin(about), Math.sin(tilt)];
+
+// The directions at an angle from an axis.
+function circle(axis, angle) {
+  const u = unit(cross(axis, Math.abs(axis[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0]));
+  const v = cross(axis, u);
+  return Array.from({ length: 181 }, (_, k) => {
+    const turn = (2 * Math.PI * k) / 180;
+    const aside = plus(scaled(Math.cos(turn), u), scaled(Math.sin(turn), v));
+    return plus(scaled(Math.cos(angle), axis), scaled(Math.sin(angle), aside));
+  });
+}
+
+// Meridians and parallels every 30 degrees.
+function graticule() {
+  const degree = Math.PI / 180;
+  const along = (count, at) => Array.from({ length: count + 1 }, (_, k) => at(k / count));
+  const lines = [];
+  for (let tilt = -60; tilt <= 60; tilt += 30) lines.push(along(90, (part) => onSphere(tilt * degree, 2 * Math.PI * part)));
+  for (let about = 0; about < 360; about += 30) lines.push(along(90, (part) => onSphere(Math.PI * (part - 0.5), about * degree)));
+  return lines;
+}
+
+function sky(figureNode, picture) {
+  const plot = figureNode.querySelector(".plot");
+  const { middle, right, up, reach } = picture.view;
+  const body = data.body;
+  let [place, dots] = [null, []];
+
+  function draw(width) {
+    const radius = Math.min(290, width / 2 - 14);
+    const [cx, cy] = [width / 2, radius + 12];
+    const height = 2 * radius + 24;
+    place = (direction) => {
+      const [x, y, z] = [dot(direction, right), dot(direction, up), dot(direction, middle)];
+      const across = Math.hypot(x, y);
+      const distance = across ? (radius * Math.atan2(across, z)) / reach / across : 0;
+      return [cx + distance * x, cy - distance * y];
+    };
+    const trace = (points) => points.map(place).map(([x, y], k) => `${k ? "L" : "M"}${x.toFixed(1)} ${y.toFixed(1)}`).join("");
+    const svg = element("svg", { viewBox: `0 0 ${width} ${height}`, height });
+    element("circle", { cx, cy, r: radius }, element("clipPath", { id: "clip-sky" }, svg));
+    const inside = element("g", { "clip-path": "url(#clip-sky)" }, svg);
+    for (const line of graticule()) {
+      // Near the point opposite to the middle the map is torn.
+      let part = [];
+      for (const direction of [...line, null]) {
+        if (direction && dot(direction, middle) > -0.995) part.push(direction);
+        else {
+          if (part.length > 1) element("path", { d: trace(part), fill: "none", stroke: "var(--grid)" }, inside);
+          part = [];
+        }
+      }
+    }
+    const rim = `M${cx - radius - 2} ${cy}a${radius + 2} ${radius + 2} 0 1 0 ${2 * radius + 4} 0a${radius + 2} ${radius + 2} 0 1 0 ${-2 * radius - 4} 0Z`;
+    for (const cone of picture.cones) {
+      const edge = trace(circle(cone.axis, cone.half_angle)) + "Z";
+      const opposite = Math.acos(Math.max(-1, Math.min(1, -dot(cone.axis, middle)))) < cone.half_angle;
+      const d = opposite === cone.inside_forbidden ? edge + rim : edge;
+      element("path", { d, fill: "var(--limit)", "fill-opacity": 0.14, "fill-rule": "evenodd" }, inside);
+      element("path", { d: edge, fill: "none", stroke: "var(--limit)", "stroke-width": 1.4 }, inside);
+      const [x, y] = place(cone.axis);
+      element("text", { x, y: y - 8, "text-anchor": "middle", class: "limit" }, inside, cone.name);
+    }
+    for (const track of [...picture.tracks].reverse()) {
+      const stroke = { fill: "none", stroke: colour(track.style), "stroke-width": 2.2, class: "curve" };
+      element("path", { d: trace(track.points), ...stroke, "stroke-dasharray": DASHES[track.style % 4] }, inside);
+    }
+    element("circle", { cx, cy, r: radius, fill: "none", stroke: "var(--line)" }, svg);
+    for (const label of picture.labels) {
+      const [x, y] = place(label.at);
+      element("text", { x: x + 3, y: y - 3, class: "small" }, svg, label.text);
+    }
+    for (const mark of picture.marks) {
+      const [x, y] = place(mark.at);
+      element("path", { d: `M${x - 5} ${y}h10M${x} ${y - 5}v10`, stroke: "var(--ink)", "stroke-width": 1.5 }, svg);
+      element("text", { x: x + 7, y: y + 13 }, svg, mark.name);
+    }
+    for (const track of picture.tracks) {
+      const [start, end] = [place(track.points[0]), place(track.points[track.points.length - 1])];
+      const ring = { r: 4.5, fill: "var(--paper)", stroke: colour(track.style), "stroke-width": 2 };
+      element("circle", { cx: start[0], cy: start[1], ...ring }, svg);
+      element("circle", { cx: end[0], cy: end[1], r: 5, fill: colour(track.style) }, svg);
+    }
+    dots = picture.tracks.map((track) => element("circle", { r: 6, fill: "none", stroke: "var(--ink)", "stroke-width": 2 }, svg));
+    plot.replaceChildren(svg);
+    update();
+  }
+
+  // Where the boresights are at the time of the cursor.
+  function update() {
+    dots.forEach((ring, index) => {
+      const seen = shared.time !== null && body;
+      ring.style.display = seen ? "" : "none";
+      if (!seen) return;
+      const [x, y] = place(turned(attitudeAt(shared.time), body.boresights[index].vector));
+      ring.setAttribute("cx", x);
+      ring.setAttribute("cy", y);
+    });
+  }
+  const node = figureNode.querySelector(".legend");
+  for (const track of picture.tracks) {
+    const entry = html("span", node);
+    const sample = element("svg", { viewBox: "0 0 28 10" }, entry);
+    const stroke = { x1: 0, x2: 28, y1: 5, y2: 5, stroke: colour(track.style), "stroke-width": 2.4 };
+    element("line", { ...stroke, "stroke-dasharray": DASHES[track.style % 4] }, sample);
+    entry.appendChild(document.createTextNode(track.name));
+  }
+  html("span", node, "○ start   ● end");
+  for (const cone of picture.cones) {
+    const what = cone.inside_forbidden ? "keep out" : "keep in";
+    html("span", node, `${cone.name}: ${what}, ${figure((cone.half_angle * 180) / Math.PI)}°`);
+  }
+  shared.listeners.push(update);
+  onWidth(plot, draw);
+  drawn.push(picture.key);
+}

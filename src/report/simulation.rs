@@ -1,0 +1,108 @@
+//! The page of a simulation: its motion, and what of energy and momentum it keeps.
+
+use super::attitude::{euler_chart, quaternion_chart};
+use super::body::motion;
+use super::charts::{components, shown, time_axis};
+use super::page::{Content, Words, written};
+use super::{Shown, line};
+use crate::Vector3;
+use crate::draw::{Axis, Chart, Curve};
+use crate::files::export::{BodyRows, SimulationFile};
+use serde_json::Value;
+
+/// The page of a simulation, as `slew simulate --format json` writes it; `sequence` is that of the Euler angles.
+pub fn simulation_page(file: &SimulationFile, words: &Words, sequence: &str) -> String {
+    let rows = &file.trajectory;
+    let shown = pictures(file, sequence);
+    let cube: [Vector3; 8] = std::array::from_fn(|index| {
+        Vector3::from_fn(|axis, _| if index >> axis & 1 == 0 { -0.8 } else { 0.8 })
+    });
+    // Several bodies have no common box to turn.
+    let body = match &rows.bodies[..] {
+        [one] if !rows.time_s.is_empty() => {
+            motion(&rows.time_s, &one.quaternion_wxyz, &vectors(&one.position_m), &cube)
+        }
+        _ => Value::Null,
+    };
+    written(&Content {
+        name: &file.name,
+        words,
+        proved: vec![
+            "Nothing about an optimum: a simulation only follows its bodies. What should be conserved is held against where \
+             it began."
+                .into(),
+        ],
+        shown,
+        tables: Vec::new(),
+        body,
+        nodes: rows.time_s.len(),
+    })
+}
+
+fn vectors(rows: &[[f64; 3]]) -> Vec<Vector3> {
+    rows.iter().map(|row| Vector3::from(*row)).collect()
+}
+
+/// Motion of each body, then what all together keep.
+fn pictures(file: &SimulationFile, sequence: &str) -> Vec<Shown> {
+    let rows = &file.trajectory;
+    let time = &rows.time_s;
+    if time.is_empty() {
+        return Vec::new();
+    }
+    let prefix = |body: &BodyRows, symbol: &str| match rows.bodies.len() {
+        1 => symbol.to_string(),
+        _ => format!("{} {symbol}", body.name),
+    };
+    let of_bodies = |symbol: &str, factor: f64, of: fn(&BodyRows) -> &Vec<[f64; 3]>| -> Vec<Curve> {
+        let curves = rows
+            .bodies
+            .iter()
+            .flat_map(|body| components(time, &vectors(of(body)), &prefix(body, symbol), factor, false));
+        curves.enumerate().map(|(style, curve)| Curve { style, ..curve }).collect()
+    };
+    let degrees = 1.0_f64.to_degrees();
+    let rates = of_bodies("Ω ", degrees, |body| &body.angular_velocity_rad_s);
+    let rates = Chart::new("Angular velocity", time_axis(), Axis::linear("Ω, deg/s"), rates);
+    let mut all = vec![shown("rates", rates, "inertial, in body axes")];
+    if rows.bodies.iter().any(|body| !body.position_m.is_empty()) {
+        let curves = of_bodies("", 1.0, |body| &body.position_m);
+        let chart = Chart::new("Position", time_axis(), Axis::linear("position, m"), curves);
+        all.push(shown("position", chart, ""));
+    }
+    if let [body] = &rows.bodies[..] {
+        all.push(euler_chart(time, &body.quaternion_wxyz, sequence));
+        all.push(quaternion_chart(time, &body.quaternion_wxyz));
+    }
+    all.extend(kept(file));
+    all
+}
+
+/// Energy and angular momentum against where they began, and `RᵀR`.
+fn kept(file: &SimulationFile) -> [Shown; 3] {
+    let rows = &file.trajectory;
+    let time = &rows.time_s;
+    let chart = |key, title: &str, name: &str, label: &str, values: &mut dyn Iterator<Item = f64>| {
+        let curves = vec![line(name, 0, time, values)];
+        shown(key, Chart::new(title, time_axis(), Axis::linear(label), curves), "")
+    };
+    let energy = rows.energy_j[0];
+    let momenta = vectors(&rows.angular_momentum_n_m_s);
+    [
+        chart("energy", "Energy", "E − E₀", "E − E₀, J", &mut rows.energy_j.iter().map(|now| now - energy)),
+        chart(
+            "angular_momentum",
+            "Angular momentum in inertial axes",
+            "|L − L₀|",
+            "|L − L₀|, N·m·s",
+            &mut momenta.iter().map(|now| (now - momenta[0]).norm()),
+        ),
+        chart(
+            "orthogonality",
+            "Attitude matrices",
+            "‖I − RᵀR‖",
+            "‖I − RᵀR‖",
+            &mut rows.orthogonality_error.iter().copied(),
+        ),
+    ]
+}

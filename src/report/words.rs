@@ -1,0 +1,177 @@
+//! What a report says: what is proved and what is not, the checks, the margins, the rivals.
+
+use super::Subject;
+use crate::maneuver::{Outcome, Path, SecondOrder, Sense};
+use crate::numerics::figures::{error, significant};
+use crate::plan::Status;
+use crate::verify::{Margin, Verification};
+
+/// A table of text.
+pub(super) struct Table {
+    pub title: &'static str,
+    pub head: Vec<&'static str>,
+    pub rows: Vec<Vec<String>>,
+    pub remark: &'static str,
+}
+
+/// Sentences about what the plan proves, most important first.
+pub(super) fn proved(subject: &Subject) -> Vec<String> {
+    let solution = &subject.plan.solution;
+    let mut told = Vec::new();
+    match subject.plan.status {
+        Status::Infeasible => {
+            let reason = solution.infeasible.as_ref().map_or("", |proof| &proof.reason);
+            told.push(format!("No plan exists, and that is proved: {reason}."));
+            return told;
+        }
+        _ if solution.outcome != Outcome::Converged => {
+            told.push("Nothing: no extremal was found, which does not prove that there is none.".into());
+            told.extend(solution.shortfall.iter().map(|text| format!("Nearest: {text}.")));
+            return told;
+        }
+        Status::Solved => told.push("Every check of the independent witnesses holds.".into()),
+        Status::VerificationFailed => {
+            told.push("A witness disagrees: the plan must not be used as it is. See the checks.".into());
+        }
+        _ => told.push("The plan was not verified to the end.".into()),
+    }
+    if let Some(found) = &subject.plan.verification {
+        told.extend(witnessed(found));
+    }
+    told.push(minimum(subject).into());
+    told
+}
+
+fn witnessed(found: &Verification) -> Vec<String> {
+    let mut told = vec![format!(
+        "The discrete motion under the recorded inputs, propagated by other equations than the planner's, ends {} rad \
+         from the attitude asked for.",
+        error(found.discrete_attitude_rad)
+    )];
+    if found.continuous_attitude_rad.is_finite() {
+        told.push(format!(
+            "The continuous motion under the same inputs, held over each step, ends {} deg from it: the error of the \
+             discretisation, which more steps make smaller.",
+            significant(found.continuous_attitude_rad.to_degrees(), 3)
+        ));
+    }
+    let held = found.margins.iter().filter(|margin| margin.holds()).count();
+    if !found.margins.is_empty() {
+        told.push(if held == found.margins.len() {
+            format!("The discrete motion holds {}, at the nodes and between them.", all_of(held))
+        } else {
+            format!("The discrete motion holds {held} of {} limits and constraints.", found.margins.len())
+        });
+    }
+    told
+}
+
+fn all_of(count: usize) -> String {
+    if count == 1 {
+        "its one limit or constraint".into()
+    } else {
+        format!("all {count} limits and constraints")
+    }
+}
+
+fn minimum(subject: &Subject) -> &'static str {
+    let given = matches!(subject.problem.path, Path::AsGiven(_));
+    match subject.plan.solution.optimality.second_order() {
+        SecondOrder::Minimum => {
+            "It is a local minimum of the discrete problem. That no other way is cheaper is not proved: rivals are the other \
+             extremals that were found."
+        }
+        SecondOrder::Saddle if given => {
+            "It is a saddle, not a minimum: the cost decreases in some direction. It is kept because the rotation is given."
+        }
+        SecondOrder::Saddle => {
+            "It is a saddle, not a minimum: the cost decreases in some direction, and nothing cheaper was found there."
+        }
+        SecondOrder::Undecided => "Whether it is a local minimum is not decided.",
+    }
+}
+
+/// Checks, margins, rivals; those that the plan has.
+pub(super) fn tables(subject: &Subject) -> Vec<Table> {
+    let mut tables = vec![rivals(subject)];
+    if let Some(found) = &subject.plan.verification {
+        if !found.margins.is_empty() {
+            tables.push(margins(found));
+        }
+        tables.push(checks(found));
+    }
+    tables.retain(|table| !table.rows.is_empty());
+    tables
+}
+
+fn rivals(subject: &Subject) -> Table {
+    let solution = &subject.plan.solution;
+    let way = |sense: Sense| match sense {
+        Sense::Short => "short",
+        Sense::Long => "long",
+    };
+    let points = |points: Option<usize>| points.map_or("not counted".into(), |count| count.to_string());
+    let row = |what: &str, start: &str, sense, turned, cost: f64, count| {
+        let cells = [what, start, way(sense), &significant(turned, 4), &significant(cost, 6), &points(count)];
+        cells.map(String::from).to_vec()
+    };
+    let mut rows = Vec::new();
+    if solution.outcome == Outcome::Converged {
+        let count = solution.optimality.conjugate_points;
+        rows.push(row(
+            "this plan",
+            &solution.start,
+            solution.sense,
+            solution.turned_deg,
+            solution.cost,
+            count,
+        ));
+        let rival = |rival: &crate::maneuver::Rival| {
+            row("rival", &rival.start, rival.sense, rival.turned_deg, rival.cost, rival.conjugate_points)
+        };
+        rows.extend(solution.rivals.iter().map(rival));
+    }
+    Table {
+        title: "Rivals",
+        head: vec!["", "found from", "way round", "turned, deg", "cost", "ways down (conjugate points)"],
+        rows,
+        remark: "Other extremals with the same ends that the search found; there may be more.",
+    }
+}
+
+fn margins(found: &Verification) -> Table {
+    let row = |margin: &Margin| {
+        let beyond = margin.continuous_margin.map_or(String::new(), |margin| significant(margin, 3));
+        let verdict = if margin.holds() { "holds" } else { "violated" };
+        let value =
+            if margin.scaled.abs() <= Margin::ROUND_OFF { "0".into() } else { significant(margin.margin, 3) };
+        vec![
+            margin.name.clone(),
+            verdict.into(),
+            value,
+            beyond,
+            margin.unit.clone(),
+            significant(margin.time_s, 4),
+            margin.at.clone(),
+        ]
+    };
+    Table {
+        title: "Margins",
+        head: vec!["limit or constraint", "", "margin", "continuous motion", "unit", "least at, s", "of"],
+        rows: found.margins.iter().map(row).collect(),
+        remark: "Negative: violated. The continuous motion differs by the error of the discretisation.",
+    }
+}
+
+fn checks(found: &Verification) -> Table {
+    let row = |check: &crate::verify::Check| {
+        let verdict = if check.passed { "✓ holds" } else { "✗ fails" };
+        vec![check.name.clone(), verdict.into(), significant(check.value, 3), significant(check.limit, 3)]
+    };
+    Table {
+        title: "Checks of the witnesses",
+        head: vec!["check", "", "value", "limit"],
+        rows: found.checks.iter().map(row).collect(),
+        remark: "The order of convergence must be at least its limit, every other value at most. Angles in radians.",
+    }
+}

@@ -1,0 +1,132 @@
+//! Reports in a real browser, where there is one: `.ci/run` installs Chromium, and without any the tests skip aloud.
+
+use super::binary::Folder;
+use super::report::HOSTILE;
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Names of the browser.
+const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+
+const WATCH: &str = include_str!("../../browser/watch.js");
+const CHECK: &str = include_str!("../../browser/check.js");
+
+/// The page around the one under test, which hands the result on.
+const FRAME: &str = r#"<!DOCTYPE html><body style="margin:0"><script>
+const frame = document.createElement("iframe");
+Object.assign(frame, { srcdoc: PAGE, width: WIDTH, height: 900, style: "border:0" });
+document.body.appendChild(frame);
+const wait = setInterval(() => {
+  const check = frame.contentDocument.getElementById("check");
+  if (!check) return;
+  document.body.appendChild(check.cloneNode(true));
+  clearInterval(wait);
+}, 100);
+</script>"#;
+
+fn browser() -> Option<PathBuf> {
+    let path = std::env::var_os("PATH")?;
+    let found = std::env::split_paths(&path).flat_map(|folder| BROWSERS.map(|name| folder.join(name)));
+    let found = found.into_iter().find(|file| file.is_file());
+    if found.is_none() {
+        eprintln!("SKIPPED: no Chromium to open a report in (Debian, Ubuntu: `apt-get install chromium`)");
+    }
+    found
+}
+
+/// Opens the page `name` of `folder` at so many pixels, uses it, and returns what came of it.
+fn used(browser: &Path, folder: &Folder, name: &str, width: u32) -> Value {
+    let page = folder.read(name);
+    let (head, tail) = ("<style>", "</body>");
+    assert_eq!((page.matches(head).count(), page.matches(tail).count()), (1, 1));
+    let page = page
+        .replace(head, &format!("<script>{WATCH}</script><style>"))
+        .replace(tail, &format!("<script>{CHECK}</script></body>"));
+    // In a frame, because a window of Chromium has a least width; written into it, because files are strangers to
+    // each other there.
+    let text = serde_json::to_string(&page).unwrap().replace('<', "\\u003c");
+    fs::write(folder.path("checked.html"), FRAME.replace("WIDTH", &width.to_string()).replace("PAGE", &text))
+        .unwrap();
+    let home = tempfile::tempdir().unwrap();
+    let output = Command::new(browser)
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run"])
+        .arg(format!("--user-data-dir={}", home.path().display()))
+        .args(["--virtual-time-budget=20000", "--window-size=1600,900", "--dump-dom"])
+        .arg(format!("file://{}", folder.path("checked.html").display()))
+        .stdin(Stdio::null())
+        .output()
+        .unwrap();
+    let dom = String::from_utf8_lossy(&output.stdout);
+    let found = dom.split("<pre id=\"check\">").nth(1).and_then(|rest| rest.split("</pre>").next());
+    let found = found.unwrap_or_else(|| panic!("no result: {}", String::from_utf8_lossy(&output.stderr)));
+    let plain = found.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
+    serde_json::from_str(&plain).unwrap_or_else(|error| panic!("{error}: {plain}"))
+}
+
+fn figures(found: &Value) -> Vec<(String, i64)> {
+    let figures = found["figures"].as_object().unwrap().iter();
+    figures.map(|(key, curves)| (key.clone(), curves.as_i64().unwrap())).collect()
+}
+
+#[test]
+fn a_report_works_in_a_browser_at_any_width() {
+    let Some(browser) = browser() else { return };
+    let folder = Folder::new();
+    fs::write(folder.path("hostile.toml"), HOSTILE).unwrap();
+    folder.slew(&["plan", "hostile.toml", "-q", "-o", "plan.json", "--report", "report.html"]).ends(0);
+    for width in [400, 1280] {
+        let found = used(&browser, &folder, "report.html", width);
+        assert_eq!(found["wrong"], serde_json::json!([]), "at {width} px");
+        let figures = figures(&found);
+        let keys: Vec<&str> = figures.iter().map(|(key, _)| key.as_str()).collect();
+        for key in [
+            "sky",
+            "inputs",
+            "rates",
+            "clearance",
+            "euler",
+            "quaternion",
+            "error",
+            "hamiltonian",
+            "convergence",
+        ] {
+            assert!(keys.contains(&key), "no {key} in {keys:?}");
+        }
+        assert!(figures.iter().all(|(_, curves)| *curves > 0), "{figures:?}");
+        assert_eq!(found["images"], 3, "the slider moves the body");
+        assert_eq!(found["clock"], "10 s");
+        for what in ["turns", "shared", "zooms", "unzooms", "smuggled"] {
+            assert_eq!(found[what], true, "{what} at {width} px");
+        }
+        let values = found["values"].as_array().unwrap();
+        assert!(
+            values.iter().all(|value| value.as_str().is_some_and(|text| text.contains(char::is_numeric)))
+        );
+        // Nothing stands out to the right.
+        assert!(found["width"][0].as_f64() <= found["width"][1].as_f64(), "{}", found["width"]);
+        assert!(found["title"].as_str().unwrap().contains("</script>"), "{}", found["title"]);
+        assert!(found["verdict"].as_str().unwrap().contains("solved and verified"));
+    }
+}
+
+#[test]
+fn a_long_plan_and_one_that_failed_work_as_well() {
+    let Some(browser) = browser() else { return };
+    let folder = Folder::new();
+    let steps = ["--set", "maneuver.steps=5000"];
+    folder.slew(&[&["plan", "spec.toml", "-q", "--report", "long.html"][..], &steps[..]].concat()).ends(0);
+    let found = used(&browser, &folder, "long.html", 800);
+    assert_eq!(found["wrong"], serde_json::json!([]));
+    assert_eq!(found["images"], 3);
+    let impossible = ["--set", "actuators.torque_norm_limit_n_m=0.001"];
+    folder
+        .slew(&[&["plan", "spec.toml", "-q", "--report", "none.html"][..], &impossible[..]].concat())
+        .ends(4);
+    let found = used(&browser, &folder, "none.html", 800);
+    assert_eq!(
+        (&found["wrong"], found["verdict"].as_str().unwrap()),
+        (&serde_json::json!([]), "✗ infeasible")
+    );
+}

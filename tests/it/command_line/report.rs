@@ -1,0 +1,262 @@
+//! `slew report` and `slew plot`: what is in the files, what is escaped, what is refused.
+
+use super::binary::{Folder, SPEC};
+use std::fs;
+
+/// A maneuver whose names would break out of a page or a drawing that did not escape them.
+pub const HOSTILE: &str = r#"
+format = 1
+name = "</script><script>window.smuggled = 1</script> \"quoted\" & 'single' <img src=x onerror=smuggled=1>"
+[body]
+inertia_kg_m2 = [1, 2, 2.5]
+[start]
+attitude = { axis = [0, 0, 1], angle_deg = 0 }
+[end]
+attitude = { euler_zyx_deg = [80, -25, 40] }
+[maneuver]
+duration_s = 10
+steps = 100
+[[constraint]]
+kind = "keep_out"
+name = "</title><img src=x onerror=smuggled=1> \" ' &amp; cone"
+boresight_body = [1, 0, 0]
+direction_inertial = { vector = [0.6, 0.7, 0.3] }
+half_angle_deg = 12
+"#;
+
+/// A page and its script data in parts.
+fn data(page: &str) -> serde_json::Value {
+    let rest = page.split("<script type=\"application/json\" id=\"data\">").nth(1).unwrap();
+    serde_json::from_str(rest.split("</script>").next().unwrap()).unwrap()
+}
+
+#[test]
+fn a_report_has_every_part_and_no_address() {
+    let folder = Folder::new();
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "plan.json", "--set", "maneuver.steps=1000"]).ends(0);
+    folder.slew(&["report", "plan.json", "-o", "report.html"]).ends(0).tells("wrote       report.html");
+    let page = folder.read("report.html");
+    for id in ["proved", "summary", "directions", "limits", "attitude", "costates", "convergence", "body"] {
+        assert!(page.contains(&format!("<section id=\"{id}\">")), "{id}");
+    }
+    for heading in ["Rivals", "Checks of the witnesses"] {
+        assert!(page.contains(&format!("<h2>{heading}</h2>")), "{heading}");
+    }
+    assert!(page.contains("solved and verified") && page.contains("no conjugate point"));
+    // The name of the language of drawings is the one address, and nothing is fetched from there.
+    let elsewhere = page.replace("http://www.w3.org/2000/svg", "");
+    for foreign in ["http://", "https://", "src=", "@import", "url(http"] {
+        assert!(!elsewhere.contains(foreign), "{foreign}");
+    }
+    assert!(page.len() < 2_000_000, "{}", page.len());
+    let data = data(&page);
+    let keys: Vec<&str> =
+        data["charts"].as_array().unwrap().iter().map(|chart| chart["key"].as_str().unwrap()).collect();
+    for key in ["sky", "inputs", "rates", "euler", "quaternion", "error", "costates_attitude", "hamiltonian"]
+    {
+        assert!(keys.contains(&key), "no {key} in {keys:?}");
+    }
+    assert_eq!(data["body"]["time"].as_array().unwrap().len(), 1001);
+    // Curves over the nodes share one list of times.
+    assert!(data["grids"].as_array().unwrap().len() <= 12);
+    assert!(!page.contains("Curves show at most"));
+}
+
+#[test]
+fn what_the_page_says_is_what_the_plan_says() {
+    let folder = Folder::new();
+    let told =
+        folder.slew(&["plan", "spec.toml", "-o", "plan.json", "--report", "report.html"]).ends(0).stderr;
+    assert_eq!(folder.names(), ["plan.json", "report.html", "spec.toml"]);
+    let page = folder.read("report.html");
+    for line in told.lines().filter(|line| {
+        line.starts_with("  ")
+            && !line.starts_with("  try")
+            && !line.contains(".json")
+            && !line.contains(".html")
+    }) {
+        let text: String = line.chars().skip(13).collect();
+        let text = text.trim().replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+        assert!(page.contains(&format!("<dd>{text}</dd>")), "{text}");
+    }
+    // The numbers of the data are those of the plan to the digits that they have.
+    let (data, plan) = (data(&page), folder.json("plan.json"));
+    for row in [0, 37, 100] {
+        for part in 0..4 {
+            let shown = data["body"]["quaternion"][row][part].as_f64().unwrap();
+            let recorded = plan["trajectory"]["quaternion_wxyz"][row][part].as_f64().unwrap();
+            assert!((shown - recorded).abs() < 1e-6);
+        }
+    }
+    // From the file it is the same page, but for the time that the file holds to all its digits.
+    folder.slew(&["report", "plan.json", "-o", "again.html", "-q"]).ends(0).silent();
+    assert_eq!(folder.read("again.html"), page);
+    let stdout = folder.slew(&["report", "plan.json", "-o", "-"]).ends(0).silent();
+    assert_eq!(stdout.stdout, page);
+}
+
+#[test]
+fn text_of_a_spec_is_escaped_in_pages_and_drawings() {
+    let folder = Folder::new();
+    fs::write(folder.path("hostile.toml"), HOSTILE).unwrap();
+    folder.slew(&["plan", "hostile.toml", "-q", "-o", "plan.json", "--report", "report.html"]).ends(0);
+    let page = folder.read("report.html");
+    assert_eq!(page.matches("<script").count(), 2, "data and script");
+    assert_eq!(page.matches("</script>").count(), 2);
+    assert!(!page.contains("<img") && page.matches("</title>").count() == 1);
+    assert!(page.contains("&lt;/script&gt;") && page.contains("&quot;quoted&quot; &amp; &#39;single&#39;"));
+    let name = data(&page)["charts"].as_array().unwrap()[0]["cones"][0]["name"].clone();
+    assert_eq!(name, "</title><img src=x onerror=smuggled=1> \" ' &amp; cone");
+    folder.slew(&["plot", "plan.json", "-q", "-o", "figures"]).ends(0).silent();
+    for file in fs::read_dir(folder.path("figures")).unwrap() {
+        let svg = fs::read_to_string(file.unwrap().path()).unwrap();
+        assert!(!svg.contains("<img") && !svg.contains("<script") && !svg.contains("%\" font"), "{svg}");
+        // Absolute sizes alone: percent of the page is what one renderer makes of the others.
+        assert!(!svg.split("font-size=\"").skip(1).any(|rest| rest.split('"').next().unwrap().contains('%')));
+    }
+}
+
+#[test]
+fn long_trajectories_are_thinned_and_it_is_said() {
+    let folder = Folder::new();
+    folder.slew(&["plan", "spec.toml", "-q", "--report", "a.html", "--set", "maneuver.steps=20000"]).ends(0);
+    let page = folder.read("a.html");
+    assert!(page.contains("Curves show at most 2000 of 20001 points"));
+    assert!(page.len() < 2_000_000, "{}", page.len());
+}
+
+#[test]
+fn a_plan_without_a_trajectory_has_a_report_and_no_picture() {
+    let folder = Folder::new();
+    let set = "actuators.torque_norm_limit_n_m=0.001";
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "plan.json", "--set", set, "--report", "a.html"]).ends(4);
+    let page = folder.read("a.html");
+    assert!(page.contains("No plan exists, and that is proved") && !page.contains("<figure"));
+    folder.slew(&["plot", "plan.json", "-o", "figures"]).ends(8).tells("error[E0108]").tells("slew report");
+    assert_eq!(folder.names(), ["a.html", "plan.json", "spec.toml"]);
+}
+
+#[test]
+fn plot_draws_one_file_a_picture_or_a_panel() {
+    let folder = Folder::new();
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "plan.json"]).ends(0);
+    folder.slew(&["plot", "plan.json", "-o", "figures"]).ends(0).tells("wrote       figures/sky.svg");
+    assert!(folder.read("figures/rates.svg").contains("Angular velocity"));
+    folder
+        .slew(&["plot", "plan.json", "-q", "-o", "panel.svg", "--charts", "euler,error,rates"])
+        .ends(0)
+        .silent();
+    let panel = folder.read("panel.svg");
+    for letter in ["(a)", "(b)", "(c)"] {
+        assert!(panel.contains(letter));
+    }
+    assert!(!panel.contains("(d)") && panel.contains("Euler angles zyx"));
+    folder.slew(&["plot", "plan.json", "-q", "-o", "e.svg", "--charts", "euler", "--euler", "xyx"]).ends(0);
+    assert!(folder.read("e.svg").contains("Euler angles xyx"));
+}
+
+#[test]
+fn wrong_inputs_and_outputs_are_told() {
+    let folder = Folder::new();
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "plan.json"]).ends(0);
+    folder
+        .slew(&["report", "spec.toml", "-o", "a.html"])
+        .ends(8)
+        .tells("not a plan file")
+        .tells("slew plan SPEC -o FILE");
+    folder.slew(&["plot", "spec.toml", "-o", "a.svg"]).ends(8).tells("not a plan file");
+    folder.slew(&["report", "absent.json", "-o", "a.html"]).ends(8).tells("cannot read absent.json");
+    folder.slew(&["report", "plan.json", "-o", "a.txt"]).ends(2).tells("must end in .html");
+    folder.slew(&["plan", "spec.toml", "--report", "a.json"]).ends(2).tells("must end in .html");
+    folder.slew(&["plot", "plan.json", "-o", "a.png"]).ends(2).tells("written as .svg");
+    folder
+        .slew(&["plot", "plan.json", "-o", "a.svg", "--charts", "forces"])
+        .ends(2)
+        .tells("no picture \"forces\"");
+    folder.slew(&["plot", "plan.json", "-o", "a.svg", "--charts", "faces"]).ends(2).tells("possible values");
+    folder.slew(&["report", "plan.json", "-o", "a.html", "--euler", "xxz"]).ends(2);
+    assert_eq!(folder.names(), ["plan.json", "spec.toml"]);
+    fs::write(folder.path("a.html"), "mine").unwrap();
+    folder.slew(&["report", "plan.json", "-o", "a.html"]).ends(8).tells("error[E0098]").tells("--force");
+    folder.slew(&["plan", "spec.toml", "-q", "--report", "a.html"]).ends(8);
+    assert_eq!(folder.read("a.html"), "mine");
+    folder.slew(&["report", "plan.json", "-o", "a.html", "--force", "-q"]).ends(0).silent();
+    assert!(folder.read("a.html").starts_with("<!DOCTYPE html>"));
+    fs::create_dir(folder.path("figures")).unwrap();
+    fs::write(folder.path("figures/rates.svg"), "mine").unwrap();
+    folder.slew(&["plot", "plan.json", "-o", "figures"]).ends(8).tells("error[E0098]");
+    // Nothing is written before all names are checked.
+    assert_eq!(fs::read_dir(folder.path("figures")).unwrap().count(), 1);
+    // A spec is not overwritten by its own report.
+    fs::write(folder.path("spec.html"), SPEC).unwrap();
+    let run = folder.slew(&["plan", "spec.html", "-q", "--report", "spec.html", "--force"]).ends(8);
+    run.tells("error[E0100]");
+}
+
+/// The ordinates of the one curve of a picture.
+fn curve(data: &serde_json::Value, key: &str) -> Vec<f64> {
+    let chart = data["charts"].as_array().unwrap().iter().find(|chart| chart["key"] == key).unwrap();
+    chart["curves"][0]["y"].as_array().unwrap().iter().map(|value| value.as_f64().unwrap()).collect()
+}
+
+/// The Hamiltonian is the derivative of the least cost by the duration. From rest to rest a free body's cost goes as
+/// `T⁻³`, because its equations know no time of their own.
+#[test]
+fn the_hamiltonian_is_that_of_the_theory() {
+    let folder = Folder::new();
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "plan.json", "--report", "a.html"]).ends(0);
+    let wanted = -3.0 * folder.json("plan.json")["cost"].as_f64().unwrap() / 10.0;
+    for value in curve(&data(&folder.read("a.html")), "hamiltonian") {
+        assert!((value - wanted).abs() < 2e-3 * wanted.abs(), "{value} {wanted}");
+    }
+    // In a field the costates stand beside the nodes: put there, the value is constant to second order.
+    let pendulum = concat!(env!("CARGO_MANIFEST_DIR"), "/problems/pendulum_inversion.toml");
+    let spread = |steps: usize| {
+        let (set, page) = (format!("maneuver.steps={steps}"), format!("{steps}.html"));
+        folder.slew(&["plan", pendulum, "-q", "--report", &page, "--set", &set]).ends(0);
+        let values = curve(&data(&folder.read(&page)), "hamiltonian");
+        let (low, high) =
+            values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+        high - low
+    };
+    let order = (spread(100) / spread(200)).log2();
+    assert!((order - 2.0).abs() < 0.2, "{order}");
+}
+
+#[test]
+fn a_simulation_has_a_report_and_a_comparison_says_what_to_run() {
+    let folder = Folder::new();
+    let problem = |name: &str| format!("{}/problems/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    folder.slew(&["simulate", &problem("dzhanibekov"), "-q", "-o", "run.json"]).ends(0);
+    folder.slew(&["report", "run.json", "-q", "-o", "run.html"]).ends(0).silent();
+    let page = folder.read("run.html");
+    for id in ["proved", "summary", "limits", "attitude", "kept", "body"] {
+        assert!(page.contains(&format!("<section id=\"{id}\">")), "{id}");
+    }
+    let (data, run) = (data(&page), folder.json("run.json"));
+    let energies = run["trajectory"]["energy_j"].as_array().unwrap();
+    let last = |values: &[serde_json::Value]| values[values.len() - 1].as_f64().unwrap();
+    let drift = curve(&data, "energy");
+    let wanted = last(energies) - energies[0].as_f64().unwrap();
+    assert!((drift[drift.len() - 1] - wanted).abs() <= 1e-6 * wanted.abs());
+    let two = problem("dumbbells");
+    let set = ["--set", "simulation.duration_s=2"];
+    folder.slew(&[&["simulate", &two, "-q", "-o", "two.json"][..], &set[..]].concat()).ends(0);
+    folder.slew(&["report", "two.json", "-q", "-o", "two.html"]).ends(0).silent();
+    assert!(folder.read("two.html").contains("<b>Position</b>"));
+    folder
+        .slew(&["plot", "run.json", "-o", "figures"])
+        .ends(8)
+        .tells("error[E0102]")
+        .tells("slew report FILE");
+
+    let compared = folder.slew(&["compare", "spec.toml", "-q", "--format", "json"]).ends(0);
+    fs::write(folder.path("compared.json"), compared.stdout).unwrap();
+    let run = folder.slew(&["report", "compared.json", "-o", "a.html"]).ends(8);
+    run.tells("no trajectory").tells("slew plan SPEC --set solver.method=scp");
+    // Cut short it is no simulation.
+    let text = folder.read("run.json");
+    fs::write(folder.path("cut.json"), &text[..text.len() / 2]).unwrap();
+    folder.slew(&["report", "cut.json", "-o", "a.html"]).ends(8).tells("error[E0102]");
+    assert!(!folder.names().contains(&"a.html".to_string()));
+}
