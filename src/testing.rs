@@ -139,7 +139,7 @@ pub fn limited<const N: usize>(
         channel.clone().with_limits(limits).unwrap()
     };
     let mut problem = problem.clone();
-    let Objective::Effort(weights) = &mut problem.objective;
+    let Objective::Effort(weights) = &mut problem.objective else { unreachable!("effort") };
     let one_by_one = if norm { &mut weights.force } else { &mut weights.torque };
     *one_by_one = one_by_one.as_ref().map(|weight| DMatrix::from_diagonal(&weight.diagonal()));
     let demand =

@@ -7,6 +7,7 @@ pub mod objective;
 pub mod problem;
 pub mod settings;
 pub mod solution;
+pub mod switching;
 
 pub use constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError, Direction, Pointing, Rule, Side};
 pub use grid::{Grid, GridError, Scheme};
@@ -18,3 +19,4 @@ pub use solution::{
     ActiveConstraint, ConvexWork, Optimality, Outcome, Rival, Rung, RungReport, SecondOrder, Sense, Solution,
     TerminalError, Trajectory,
 };
+pub use switching::{Structure, Switching, SwitchingArc};

@@ -7,7 +7,8 @@
 //! ```
 //!
 //! with the weights κ of the kicks ([`Grid::kick`](super::grid::Grid::kick)) and one block of `W` for each set of
-//! actuators. Which inputs are optimal follows in `optimize/control_law`.
+//! actuators. Which inputs are optimal follows in `optimize/control_law`. Minimum time makes the duration `T` the cost:
+//! inputs are held over steps whose lengths are part of the answer (`optimize/methods/switching`).
 
 use crate::Matrix3;
 use crate::mechanics::actuators::{Actuation, ActuatorSet};
@@ -19,6 +20,34 @@ use thiserror::Error;
 pub enum Objective {
     /// The effort `∫ ½ uᵀWu dt` of the inputs.
     Effort(Weights),
+    /// The duration.
+    Time,
+}
+
+/// Every input of weight 1.
+static ONES: Weights = Weights { torque: None, force: None };
+
+impl Objective {
+    /// The weights by which inputs that can stand for each other share a torque: those of the effort, otherwise 1.
+    pub fn weights(&self) -> &Weights {
+        match self {
+            Self::Effort(weights) => weights,
+            Self::Time => &ONES,
+        }
+    }
+
+    /// Whether the duration is what is sought, and inputs are held over steps of unequal lengths.
+    pub fn is_time(&self) -> bool {
+        matches!(self, Self::Time)
+    }
+
+    /// Its name in files.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Effort(_) => "effort",
+            Self::Time => "time",
+        }
+    }
 }
 
 impl Default for Objective {

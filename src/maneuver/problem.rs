@@ -112,7 +112,7 @@ pub struct Problem {
     pub start: State,
     /// State at `t = T`.
     pub end: State,
-    /// Duration `T` \[s\].
+    /// Duration `T` \[s\]. Where time is minimised it is not given, and NaN; the plan has it.
     pub duration: f64,
     /// Number of steps `N`; the step is `h = T/N`.
     pub steps: usize,
@@ -183,6 +183,14 @@ pub enum ProblemError {
     /// Wheels and torque inputs do not fit together.
     #[error("{0}")]
     Wheels(String),
+    /// Time cannot be minimised under what the maneuver has, or lacks.
+    #[error("{reason}")]
+    MinimumTime {
+        /// What is in the way: a key of a spec.
+        what: &'static str,
+        /// Why.
+        reason: &'static str,
+    },
     /// A weight of the objective does not fit the inputs.
     #[error("{inputs} inputs: {error}")]
     Weight {
@@ -277,7 +285,42 @@ impl Problem {
         !self.constraints.is_empty() || self.actuation.is_limited()
     }
 
-    /// The time grid \[s\]: steps of equal length.
+    /// A maneuver of minimum time: of a free body with three body torques of unit weight, which need limits.
+    ///
+    /// ```
+    /// use slewkit::maneuver::{Problem, State};
+    /// use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
+    /// use slewkit::plan::{Silent, plan};
+    /// use slewkit::{Matrix3, Vector3, lie};
+    ///
+    /// let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 1.0, 1.0))?, mass: None };
+    /// let end = State::at_rest(lie::exp(&Vector3::new(0.0, 0.0, std::f64::consts::FRAC_PI_2)));
+    /// let limits = Limits { size: Some(vec![1.0; 3]), ..Limits::default() };
+    /// let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits)?;
+    /// let problem = Problem::minimum_time(body, State::at_rest(Matrix3::identity()), end)
+    ///     .with_actuation(Actuation::torques(torques));
+    /// let plan = plan(&problem, &Default::default(), None, &mut Silent)?;
+    /// let switching = plan.solution.switching.expect("a plan of minimum time has arcs");
+    /// // Bilimoria and Wie 1993; about the axis alone it takes 2.5066 s.
+    /// assert!((switching.continuous_duration_s - 2.4211).abs() < 5e-5);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn minimum_time(body: Body, start: State, end: State) -> Self {
+        Self { objective: Objective::Time, ..Self::attitude(body, start, end, f64::NAN) }
+    }
+
+    /// The same maneuver in another duration \[s\].
+    pub fn with_duration(mut self, duration: f64) -> Self {
+        self.duration = duration;
+        self
+    }
+
+    /// Rows of inputs of a plan: one for each node that has inputs, or one for each step where time is minimised.
+    pub fn input_rows(&self) -> usize {
+        if self.objective.is_time() { self.steps } else { self.scheme.input_rows(self.steps) }
+    }
+
+    /// The time grid \[s\]: steps of equal length. A plan of minimum time has a grid of its own.
     pub fn grid(&self) -> Grid {
         Grid::uniform(self.scheme, self.duration, self.steps)
     }

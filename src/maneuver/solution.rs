@@ -4,6 +4,7 @@ use crate::Vector3;
 use crate::maneuver::infeasible::Proof;
 use crate::maneuver::problem::{Problem, Scheme};
 use crate::maneuver::settings::Method;
+use crate::maneuver::switching::Switching;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -35,7 +36,8 @@ pub enum Outcome {
 ///
 /// Poses, rates and times have `N + 1` rows. Inputs, torques, forces and costates have `N` rows for
 /// Lie–Euler (`u_1 … u_N`, `λ_0 … λ_{N−1}`) and `N + 1` for Lie–Verlet (`u_0 … u_N`,
-/// `λ_{−1} … λ_{N−1}`). On SO(3) the vectors of positions, velocities and forces are empty.
+/// `λ_{−1} … λ_{N−1}`). Where time is minimised inputs and torques are held over steps that need not be equal: row k,
+/// of N, belongs to the step from node k to node k + 1, and costates have `N + 1` rows. On SO(3) the vectors of positions, velocities and forces are empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trajectory {
     /// Times \[s\].
@@ -192,6 +194,12 @@ pub enum Rung {
     Scp,
     /// Newton on the active set, from what the convex iteration left.
     Polish,
+    /// Smoothed extremals of minimum time, from a path between the boundary states.
+    Smoothed,
+    /// Newton on switching times, from a smoothed extremal.
+    Switches,
+    /// The discrete optimum on a grid that is aligned with the arcs.
+    Aligned,
     /// No rung, and not in the ladder: the witnesses judge what was found.
     Witnesses,
 }
@@ -209,6 +217,9 @@ impl Rung {
             Self::Limits => "limits",
             Self::Scp => "scp",
             Self::Polish => "polish",
+            Self::Smoothed => "smoothed",
+            Self::Switches => "switches",
+            Self::Aligned => "aligned",
             Self::Witnesses => "witnesses",
         }
     }
@@ -298,6 +309,8 @@ pub struct Solution {
     pub convex: Option<ConvexWork>,
     /// Which limits and constraints are active, where and how hard.
     pub active: Vec<ActiveConstraint>,
+    /// Arcs and certificate, where time is minimised.
+    pub switching: Option<Switching>,
     /// Other extremals found, cheapest first.
     pub rivals: Vec<Rival>,
     /// The proof that there is no plan, where there is one.
@@ -339,12 +352,22 @@ impl Solution {
             ladder: Vec::new(),
             convex: None,
             active: Vec::new(),
+            switching: None,
             rivals: Vec::new(),
             infeasible: None,
             shortfall: None,
             longer: None,
             tolerance,
             solve_time: 0.0,
+        }
+    }
+
+    /// Duration of the plan \[s\]: that of the maneuver, or the one found where time is minimised; NaN where none is.
+    pub fn duration(&self, problem: &Problem) -> f64 {
+        if problem.objective.is_time() {
+            self.trajectory.time.last().copied().unwrap_or(f64::NAN)
+        } else {
+            problem.duration
         }
     }
 

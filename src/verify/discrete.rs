@@ -86,6 +86,14 @@ impl<'a> Discrete<'a> {
         self.began + self.steps as f64 * self.step
     }
 
+    /// Takes steps of another length from here on.
+    pub(super) fn set_step(&mut self, step: f64) {
+        // Bits, because equal steps count the time from their first.
+        if step.to_bits() != self.step.to_bits() {
+            (self.began, self.steps, self.step) = (self.time(), 0, step);
+        }
+    }
+
     /// One step, with the actuator outputs at its two ends; Lie–Euler uses the second only.
     pub(crate) fn advance(&mut self, start: &Output, end: &Output) -> Result<(), WitnessError> {
         match self.scheme {

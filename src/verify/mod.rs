@@ -39,7 +39,7 @@ pub use attitudes::{AttitudeReport, judge_attitudes};
 pub use course::{Clearance, Course, course};
 pub use margins::{Margin, worst_violation};
 pub use motion::Phase;
-pub use rows::{effort, margins, replay, swept};
+pub use rows::{cost, effort, margins, replay, swept};
 
 use crate::maneuver::constraint::{Arc, Rule};
 use crate::maneuver::problem::{Motion, Problem, ProblemError};
@@ -177,6 +177,14 @@ pub enum WitnessError {
         /// Its length \[s\].
         step: f64,
     },
+    /// The times of the nodes do not rise.
+    #[error("the step at t = {time} s has the length {step} s: it must be positive and finite")]
+    Step {
+        /// Start of that step \[s\].
+        time: f64,
+        /// Its length \[s\].
+        step: f64,
+    },
     /// The adaptive integrator gave up.
     #[error("at t = {time} s the continuous equations of motion could not be integrated to the tolerance")]
     Continuous {
@@ -226,6 +234,9 @@ pub fn verify_until(
     continuous_tolerance: Option<f64>,
     stop: &dyn Fn() -> bool,
 ) -> Verification {
+    if problem.objective.is_time() && trajectory.time.len() == 1 {
+        return at_rest(problem, trajectory, tolerance);
+    }
     let stopped = AtomicBool::new(false);
     let watch = Watch::new(&stopped, stop);
     let mut found = Verification::unknown(problem.motion);
@@ -284,6 +295,33 @@ pub fn verify_until(
     {
         found.at_most("continuous pointing", continuous_violation, limit);
     }
+    found
+}
+
+/// Judges a plan of no duration: start and end must be one, and the plan be there.
+fn at_rest(problem: &Problem, trajectory: &Trajectory, tolerance: f64) -> Verification {
+    let mut found = Verification::unknown(problem.motion);
+    let second = problem.clone().with_duration(1.0);
+    let (scale, motion) = (Scale::of(&second), problem.motion);
+    let [start, end] = [&problem.start, &problem.end].map(|state| Phase::of(problem, state));
+    let error = scale.distance(&start, &end, motion);
+    let recorded = trajectory.quaternion.first().zip(trajectory.angular_velocity.first());
+    let recorded = recorded.map_or(f64::NAN, |(quaternion, rate)| {
+        let momentum = problem.body.inertia.j() * rate;
+        let phase = Phase { attitude: lie::rotation_from_quaternion(quaternion), momentum, ..start };
+        scale.distance(&phase, &start, motion).largest().max(trajectory.time[0].abs())
+    });
+    found.discrete_attitude_rad = error.attitude_rad;
+    found.discrete_momentum_relative = error.momentum_relative;
+    found.continuous_attitude_rad = error.attitude_rad;
+    found.continuous_rate_rad_s = (end.angular_velocity(problem) - start.angular_velocity(problem)).norm();
+    found.interpolated_attitude_rad = error.attitude_rad;
+    found.interpolated_rate_rad_s = found.continuous_rate_rad_s;
+    found.peak_torque_n_m = 0.0;
+    found.peak_rate_rad_s = problem.start.angular_velocity.norm();
+    found.at_most("finite", rows::not_finite(trajectory) as f64, 0.0);
+    found.at_most("discrete terminal", error.largest(), tolerance);
+    found.at_most("recorded states", recorded, RECORDED.max(10.0 * tolerance));
     found
 }
 
@@ -380,8 +418,11 @@ impl Verification {
     ) -> Result<(), WitnessError> {
         problem.check_numbers()?;
         rows::fit(problem, trajectory)?;
+        let grid = rows::grid(problem, trajectory)?;
+        let flown = problem.clone().with_duration(grid.duration());
+        let problem = &flown;
         let plant = judgeable(problem)?;
-        let inputs = Inputs::new(problem, &trajectory.input);
+        let inputs = Inputs::on(problem, grid, &trajectory.input);
         // A motion without inputs that cannot be followed tells no way.
         judged.goes_as_asked = way::goes_as_asked(&plant, problem, trajectory).unwrap_or(None);
         let isolated = plant.free && problem.actuation.wheels.is_some();
@@ -553,7 +594,7 @@ struct Passage {
 fn held_end(plant: &Plant, inputs: &Inputs, start: &Phase, watch: &Watch) -> Result<Passage, WitnessError> {
     let problem = plant.problem;
     let mut body = Continuous::new(plant, start);
-    let mut marks = Marks::new(problem, start);
+    let mut marks = Marks::new(problem, &inputs.grid, start);
     let pieces = if problem.constraints.is_empty() { 1 } else { PIECES };
     let piece = problem.step() / pieces as f64;
     let mut meter = (pieces > 1).then(|| Meter::every(piece, problem));
@@ -565,7 +606,7 @@ fn held_end(plant: &Plant, inputs: &Inputs, start: &Phase, watch: &Watch) -> Res
         watch.step(k)?;
         let held = inputs.held(k);
         let Some(meter) = &mut meter else {
-            body.advance(k as f64 * piece, piece, &held, &held)?;
+            body.advance(inputs.grid.after(k), inputs.grid.step(k), &held, &held)?;
             marks.pass(k + 1, &body);
             continue;
         };
@@ -595,7 +636,7 @@ fn continuous_end(
     for k in 0..problem.steps {
         watch.step(k)?;
         let (from, to) = inputs.ends(k);
-        body.advance(k as f64 * problem.step(), problem.step(), &from, &to)?;
+        body.advance(inputs.grid.after(k), inputs.grid.step(k), &from, &to)?;
     }
     Ok(body.phase(problem.duration))
 }

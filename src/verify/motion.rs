@@ -1,6 +1,7 @@
 //! Where the body is, and the inputs of a plan step by step, as all witnesses see them.
 
 use super::WitnessError;
+use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::{Motion, Problem, State};
 use crate::maneuver::solution::TerminalError;
 use crate::propagate::plant::{Output, Plant};
@@ -107,26 +108,34 @@ pub(super) fn judgeable(problem: &Problem) -> Result<Plant<'_>, WitnessError> {
     if plant.moves && plant.turns() { Err(WitnessError::TurningFrame) } else { Ok(plant) }
 }
 
-/// The plan's inputs as the steps use them.
-#[derive(Clone, Copy, Debug)]
+/// The plan's inputs as the steps use them, and the steps.
+///
+/// Where minimum time is planned there is one row for each step, held over it; elsewhere rows belong to nodes.
+#[derive(Clone, Debug)]
 pub(crate) struct Inputs<'a> {
     pub(super) problem: &'a Problem,
+    pub(super) grid: Grid,
     rows: &'a [f64],
 }
 
 impl<'a> Inputs<'a> {
     /// `rows` must hold [`Scheme::input_rows`] rows of `problem.actuation.count()` numbers.
     pub(crate) fn new(problem: &'a Problem, rows: &'a [f64]) -> Self {
-        Self { problem, rows }
+        Self::on(problem, problem.grid(), rows)
+    }
+
+    /// The same on a grid of another kind.
+    pub(super) fn on(problem: &'a Problem, grid: Grid, rows: &'a [f64]) -> Self {
+        Self { problem, grid, rows }
     }
 
     /// The same, once the number of rows is checked.
     pub(crate) fn checked(problem: &'a Problem, rows: &'a [f64]) -> Result<Self, WitnessError> {
-        let expected = problem.scheme.input_rows(problem.steps) * problem.actuation.count();
+        let expected = problem.input_rows() * problem.actuation.count();
         if rows.len() != expected {
             return Err(WitnessError::Rows { what: "input numbers", found: rows.len(), expected });
         }
-        Ok(Self { problem, rows })
+        Ok(Self::new(problem, rows))
     }
 
     /// The numbers of a row.
@@ -139,14 +148,29 @@ impl<'a> Inputs<'a> {
         Output::of(self.problem, self.numbers(index))
     }
 
+    /// The row that belongs to a node, if it has one: Lie–Euler has none at the start, held inputs none at the end.
+    pub(super) fn row_at(&self, node: usize) -> Option<usize> {
+        if self.problem.objective.is_time() {
+            return Some(node).filter(|node| *node < self.problem.steps);
+        }
+        node.checked_sub(self.problem.scheme.first_input())
+    }
+
     /// Outputs at both ends of step k. Lie–Euler has no `u_0`; `u_1` stands for it.
     pub(crate) fn ends(&self, k: usize) -> (Output, Output) {
+        if self.problem.objective.is_time() {
+            return (self.row(k), self.row(k));
+        }
         let first = self.problem.scheme.first_input();
         (self.row(k.saturating_sub(first)), self.row(k + 1 - first))
     }
 
-    /// The rows whose mean the plan holds over step k: `u_{k+1}` alone, or `u_k` and `u_{k+1}` for Verlet.
+    /// The rows whose mean the plan holds over step k: `u_{k+1}` alone, or `u_k` and `u_{k+1}` for Verlet; or that of
+    /// the step.
     pub(super) fn held_rows(&self, k: usize) -> (usize, usize) {
+        if self.problem.objective.is_time() {
+            return (k, k);
+        }
         (k, k + 1 - self.problem.scheme.first_input())
     }
 

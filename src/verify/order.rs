@@ -95,13 +95,14 @@ impl Stage<'_> {
 
     /// End of a window of the held plan by the discrete witness at `h/refinement`.
     fn held_end(&self, window: &Window, start: &Phase, refinement: usize) -> Result<Phase, WitnessError> {
-        let problem = self.problem();
-        let step = problem.duration / (problem.steps * refinement) as f64;
-        let began = window.steps.start as f64 * problem.step();
-        let mut body = Discrete::at(self.plant, start, problem.scheme, step, began);
+        let grid = &self.inputs.grid;
+        let part = |k: usize| grid.step(k) / refinement as f64;
+        let began = grid.after(window.steps.start);
+        let mut body = Discrete::at(self.plant, start, grid.scheme(), part(window.steps.start), began);
         for k in window.steps.clone() {
             let held = self.inputs.held(k);
             self.watch.step(k)?;
+            body.set_step(part(k));
             for _ in 0..refinement {
                 body.advance(&held, &held)?;
             }

@@ -6,7 +6,8 @@ use super::margins::{Margin, Meter};
 use super::motion::{Inputs, Phase, Scale, judgeable};
 use super::watch::Watch;
 use super::wheels::Wheels;
-use crate::maneuver::objective::{self, Objective, Weighted};
+use crate::maneuver::grid::{Grid, GridError};
+use crate::maneuver::objective::{self, Weighted};
 use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::solution::Trajectory;
 use crate::propagate::plant::{Output, Plant};
@@ -47,7 +48,7 @@ pub fn swept(trajectory: &Trajectory) -> f64 {
 /// Whether every row is there, and no other.
 pub(super) fn fit(problem: &Problem, trajectory: &Trajectory) -> Result<(), WitnessError> {
     let nodes = problem.steps + 1;
-    let outputs = problem.scheme.input_rows(problem.steps);
+    let outputs = problem.input_rows();
     let moves = problem.motion == Motion::RigidBody;
     let on_se3 = |rows: usize| if moves { rows } else { 0 };
     let inputs = problem.actuation.count();
@@ -70,6 +71,22 @@ pub(super) fn fit(problem: &Problem, trajectory: &Trajectory) -> Result<(), Witn
     }
 }
 
+/// The grid of a plan: equal steps over the duration of the problem, or steps as the times give them where that is sought.
+/// The rows must fit.
+pub(super) fn grid(problem: &Problem, trajectory: &Trajectory) -> Result<Grid, WitnessError> {
+    if !problem.objective.is_time() {
+        return Ok(problem.grid());
+    }
+    let lengths: Vec<f64> = trajectory.time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let negative = |error| match error {
+        GridError::Empty => WitnessError::NotFinite { time: 0.0 },
+        GridError::Length { index, length } => {
+            WitnessError::Step { time: trajectory.time[index], step: length }
+        }
+    };
+    Grid::of_lengths(problem.scheme, &lengths).map_err(negative)
+}
+
 /// A node that the discrete witness has reached.
 pub(super) struct Reached<'a> {
     inputs: &'a Inputs<'a>,
@@ -80,9 +97,9 @@ pub(super) struct Reached<'a> {
 }
 
 impl Reached<'_> {
-    /// The row of inputs of this node, if it has one: Lie–Euler has none at the start.
+    /// The row of inputs of this node, if it has one.
     fn row(&self) -> Option<usize> {
-        self.index.checked_sub(self.inputs.problem.scheme.first_input())
+        self.inputs.row_at(self.index)
     }
 
     /// Attitude of the body here.
@@ -94,7 +111,7 @@ impl Reached<'_> {
     pub(super) fn measure(&self, meter: &mut Meter) {
         let (problem, time) = (self.inputs.problem, self.body.time());
         if let Some(arc) = self.body.arc() {
-            meter.arc(time - problem.step(), arc);
+            meter.arc(time - self.inputs.grid.step(self.index - 1), arc);
         }
         meter.rate(time, &self.body.phase().angular_velocity(problem));
         meter.wheels(time, self.wheels);
@@ -114,7 +131,7 @@ pub(super) fn walk(
 ) -> Result<Phase, WitnessError> {
     let problem = plant.problem;
     let start = Phase::of(problem, &problem.start);
-    let mut body = Discrete::new(plant, &start, problem.scheme, problem.step());
+    let mut body = Discrete::new(plant, &start, problem.scheme, inputs.grid.step(0));
     let mut wheels = Wheels::new(inputs);
     for index in 0..=problem.steps {
         if let Some(watch) = watch {
@@ -122,6 +139,7 @@ pub(super) fn walk(
         }
         if index > 0 {
             let (from, to) = inputs.ends(index - 1);
+            body.set_step(inputs.grid.step(index - 1));
             body.advance(&from, &to)?;
             wheels.advance(inputs, index - 1);
         }
@@ -282,10 +300,19 @@ pub fn margins(problem: &Problem, inputs: &[f64]) -> Result<Vec<Margin>, Witness
     Ok(meter.margins())
 }
 
-/// The cost of the inputs of a plan, `Σ (h/2) uᵀWu`, for Lie–Verlet with half of both end rows. Rows and problem
-/// must fit.
+/// The cost of a plan: the effort of its inputs, or its duration where time is minimised. Rows and problem must fit.
+pub fn cost(problem: &Problem, trajectory: &Trajectory) -> f64 {
+    if problem.objective.is_time() {
+        trajectory.time.last().copied().unwrap_or(f64::NAN)
+    } else {
+        effort(problem, &trajectory.input)
+    }
+}
+
+/// The effort of the inputs of a plan, `Σ (h/2) uᵀWu`, for Lie–Verlet with half of both end rows. Rows and problem
+/// must fit, and the steps be equal.
 pub fn effort(problem: &Problem, inputs: &[f64]) -> f64 {
-    let Objective::Effort(weights) = &problem.objective;
+    let weights = problem.objective.weights();
     let (torque, force) = (weights.torque(&problem.actuation), weights.force(&problem.actuation));
     let forces = force.as_ref().map_or(0, |force| force.set.count());
     let last = (inputs.len() / problem.actuation.count()).saturating_sub(1);

@@ -59,7 +59,13 @@ pub(super) fn ends(
 ) -> Result<Ends, WitnessError> {
     let problem = plant.problem;
     let peak_rate = windows.iter().fold(0.0, |peak: f64, window| peak.max(window.peak_rate));
-    let turn = problem.step() * peak_rate;
+    let grid = &inputs.grid;
+    let longest = if grid.is_uniform() {
+        grid.step(0)
+    } else {
+        (0..grid.steps()).map(|k| grid.step(k)).fold(0.0, f64::max)
+    };
+    let turn = longest * peak_rate;
     let parts = (turn / LARGEST_TURN).ceil().max(1.0) * finer as f64;
     let steps: usize = windows.iter().map(|window| window.steps.len()).sum();
     if problem.actuation.wheels.is_some() {
@@ -76,24 +82,31 @@ pub(super) fn ends(
     let unusable = |_| WitnessError::NotFinite { time: 0.0 };
     let system = System::new(vec![body], Some(load.clone())).map_err(unusable)?;
     let system = system.with_frame_rate(plant.frame_rate());
-    let step = problem.step() / parts;
     // Shorter steps of the same method.
     let degree = degree(turn * finer as f64 / parts);
     let mut ends = Vec::with_capacity(windows.len());
     let mut method: Option<Galerkin> = None;
     for window in windows {
-        let state = state(&window.start);
+        let mut state = state(&window.start);
         system.check(&state).map_err(unusable)?;
-        let method = match &mut method {
-            Some(method) => {
-                method.restart(&state);
-                method
-            }
-            none => none.insert(Galerkin::new(&system, &state, step, degree, Quadrature::Gauss)),
-        };
+        let mut fresh = true;
         for k in window.steps.clone() {
             load.hold(inputs.held(k));
-            let time = k as f64 * problem.step();
+            let time = grid.after(k);
+            let made = |state: &SystemState| {
+                Galerkin::new(&system, state, grid.step(k) / parts, degree, Quadrature::Gauss)
+            };
+            // Equal steps share a method; it is made anew for a step of another length.
+            let method = match &mut method {
+                Some(method) if grid.is_uniform() => {
+                    if fresh {
+                        method.restart(&state);
+                    }
+                    method
+                }
+                other => other.insert(made(&state)),
+            };
+            fresh = false;
             for part in 0..parts as usize {
                 watch.step(part)?;
                 match method.step(&[]) {
@@ -103,8 +116,11 @@ pub(super) fn ends(
                     Err(_) => return Ok(Err(NO_CONVERGENCE)),
                 }
             }
+            if !grid.is_uniform() || k + 1 == window.steps.end {
+                state = method.state().clone();
+            }
         }
-        let (pose, momentum) = (method.state().poses()[0], method.state().momenta()[0]);
+        let (pose, momentum) = (state.poses()[0], state.momenta()[0]);
         ends.push(Phase {
             position: pose.position,
             linear_momentum: momentum.linear,

@@ -7,6 +7,7 @@
 
 use super::continuous::Continuous;
 use super::motion::Phase;
+use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::Problem;
 use std::ops::Range;
 
@@ -41,21 +42,22 @@ pub(super) fn spread(steps: usize) -> Vec<Range<usize>> {
 /// Takes down the windows of a plan as the continuous witness passes them.
 pub(super) struct Marks<'a> {
     problem: &'a Problem,
+    grid: &'a Grid,
     windows: Vec<Window>,
     /// The window that the motion is in, or before.
     at: usize,
 }
 
 impl<'a> Marks<'a> {
-    pub(super) fn new(problem: &'a Problem, start: &Phase) -> Self {
+    pub(super) fn new(problem: &'a Problem, grid: &'a Grid, start: &Phase) -> Self {
         let window = |steps| Window { steps, start: *start, end: *start, peak_rate: 0.0 };
-        Self { problem, windows: spread(problem.steps).into_iter().map(window).collect(), at: 0 }
+        Self { problem, grid, windows: spread(problem.steps).into_iter().map(window).collect(), at: 0 }
     }
 
     /// The motion at a node.
     pub(super) fn pass(&mut self, node: usize, body: &Continuous) {
         while let Some(window) = self.windows.get_mut(self.at).filter(|window| window.steps.start <= node) {
-            let phase = body.phase(node as f64 * self.problem.step());
+            let phase = body.phase(self.grid.after(node));
             window.peak_rate = window.peak_rate.max(phase.angular_velocity(self.problem).norm());
             if node == window.steps.start {
                 window.start = phase;

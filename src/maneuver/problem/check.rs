@@ -1,9 +1,8 @@
 //! What the types cannot rule out: ranges, rotations, boundary values against steps and constraints.
 
-use super::{Motion, Problem, ProblemError, State};
+use super::{Motion, Problem, ProblemError, Scheme, State};
 use crate::Matrix3;
 use crate::maneuver::constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError, conflict};
-use crate::maneuver::objective::Objective;
 use crate::mechanics::actuators::{AxisFrame, Wheels};
 use std::collections::HashSet;
 
@@ -26,7 +25,10 @@ impl Problem {
     /// # Errors
     /// The first [`ProblemError`] met, never [`ProblemError::Violated`].
     pub fn check_numbers(&self) -> Result<(), ProblemError> {
-        if !(self.duration > 0.0 && self.duration.is_finite()) {
+        // What is sought may be known already, of a plan.
+        let sought = self.objective.is_time() && self.duration.is_nan();
+        let usable = self.duration > 0.0 && self.duration.is_finite();
+        if !sought && !usable {
             return Err(out_of_range("duration", self.duration, "must be positive and finite"));
         }
         if self.steps < Self::MIN_STEPS || self.steps > Self::MAX_STEPS {
@@ -41,9 +43,12 @@ impl Problem {
             }
         }
         self.check_wheels()?;
-        let Objective::Effort(weights) = &self.objective;
+        let weights = self.objective.weights();
         weights.check(&self.actuation).map_err(|(inputs, error)| ProblemError::Weight { inputs, error })?;
         self.check_constraints()?;
+        if self.objective.is_time() {
+            self.check_minimum_time()?;
+        }
         self.ends().into_iter().try_for_each(|(end, state, _)| self.check_state(end, state))
     }
 
@@ -94,6 +99,48 @@ impl Problem {
             return Err(ProblemError::StepTooLong { end, angle, limit, steps });
         }
         Ok(())
+    }
+
+    /// What the search for the shortest maneuver takes: a free body, torques along body axes that reach every
+    /// direction, and one kind of limit.
+    fn check_minimum_time(&self) -> Result<(), ProblemError> {
+        let (torque, limits) = (&self.actuation.torque, self.actuation.torque.limits());
+        let unlimited = |size: &Vec<f64>| size.iter().any(|size| !size.is_finite());
+        let free = self.environment.is_free() && self.environment.frame_rate().amax() == 0.0;
+        let obstacles = [
+            (self.motion != Motion::Attitude, "position_m", "minimum time is planned for the attitude alone"),
+            (!free, "environment", "minimum time is planned for a body that nothing acts on but its torques"),
+            (self.actuation.wheels.is_some(), "wheel", "minimum time is not planned with reaction wheels"),
+            (!self.constraints.is_empty(), "constraint", "minimum time is not planned under constraints"),
+            (
+                torque.frame() != AxisFrame::Body,
+                "torque_axes_reference",
+                "minimum time is planned for torques along body axes",
+            ),
+            (
+                limits.rate.is_some(),
+                "torque_rate_limit_n_m_per_s",
+                "inputs of minimum time jump from one limit to the other: how fast they change cannot be limited",
+            ),
+            (
+                limits.size.is_some() && limits.norm.is_some(),
+                "torque_norm_limit_n_m",
+                "minimum time takes limits of each input or of the norm of the torque, not both",
+            ),
+            (
+                limits.size.as_ref().map_or(limits.norm.is_none(), unlimited),
+                "torque_limit_n_m",
+                "minimum time needs a limit of every torque: without one there is no shortest duration",
+            ),
+            (
+                torque.rank().0 < 3,
+                "torque_axes_body",
+                "minimum time is planned for torques that reach every direction",
+            ),
+            (self.scheme != Scheme::LieVerlet, "scheme", "minimum time is planned by Lie–Verlet"),
+        ];
+        let met = obstacles.into_iter().find(|(met, ..)| *met);
+        met.map_or(Ok(()), |(_, what, reason)| Err(ProblemError::MinimumTime { what, reason }))
     }
 
     fn check_constraints(&self) -> Result<(), ProblemError> {

@@ -11,7 +11,7 @@
 
 use super::effort::{Effort, unlimited};
 use super::{Hamiltonian, Response};
-use crate::maneuver::objective::{Objective, Weighted};
+use crate::maneuver::objective::Weighted;
 use crate::maneuver::problem::Problem;
 use crate::{Matrix3, Vector3};
 use nalgebra::DVector;
@@ -46,7 +46,7 @@ pub(crate) fn obstacle(problem: &Problem) -> Option<&'static str> {
     if actuation.wheels.is_some() {
         return Some("it has reaction wheels");
     }
-    let Objective::Effort(weights) = &problem.objective;
+    let weights = problem.objective.weights();
     let sets = weights.force(actuation).into_iter().chain([weights.torque(actuation)]);
     sets.into_iter().find_map(|inputs| obstacle_of(&inputs))
 }

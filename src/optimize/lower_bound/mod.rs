@@ -33,7 +33,6 @@ mod relaxation;
 #[cfg(test)]
 mod tests;
 
-use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Motion, Problem, ProblemError, Scheme};
 use crate::mechanics::actuators::AxisFrame;
 use crate::mechanics::body::principal_moments;
@@ -362,6 +361,7 @@ impl Setup {
         let field = !problem.environment.is_free() || problem.environment.frame_rate() != Vector3::zeros();
         let foreign = [
             (problem.motion == Motion::RigidBody, "the body translates; only attitude maneuvers are covered"),
+            (problem.objective.is_time(), "time is minimised; only effort is covered"),
             (field, "a field acts on the body; only free bodies are covered"),
             (
                 problem.actuation.wheels.is_some(),
@@ -448,7 +448,7 @@ impl Setup {
 
 impl Weight {
     fn new(problem: &Problem) -> Result<Self, BoundError> {
-        let Objective::Effort(weights) = &problem.objective;
+        let weights = problem.objective.weights();
         let torque = weights.torque(&problem.actuation);
         let authority = &torque.authority;
         let principal = principal_moments(authority);

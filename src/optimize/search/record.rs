@@ -5,7 +5,7 @@ use super::way::{Follower, Way};
 use crate::Vector3;
 use crate::lie::{self, continued};
 use crate::maneuver::grid::Grid;
-use crate::maneuver::objective::{Objective, Weighted};
+use crate::maneuver::objective::Weighted;
 use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::solution::{ActiveConstraint, TerminalError, Trajectory};
 use crate::mechanics::actuators::LimitKind;
@@ -35,7 +35,7 @@ pub(crate) fn extremal<const N: usize>(
 ) -> Result<Recorded, StepError> {
     let mut recorder = Recorder::<N>::new(problem, &bvp.dynamics);
     let unit = bvp.dynamics.units.cost / bvp.dynamics.units.time;
-    let Objective::Effort(weights) = &problem.objective;
+    let weights = problem.objective.weights();
     let force = weights.force(&problem.actuation);
     let mut force = force.map(|force| Optimal::of(problem, force, true, unit));
     let mut torque = Optimal::of(problem, weights.torque(&problem.actuation), false, unit);

@@ -24,7 +24,6 @@ pub use units::Units;
 
 use crate::lie;
 use crate::maneuver::grid::Grid;
-use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Problem, State};
 use crate::mechanics::actuators::AxisFrame;
 use crate::mechanics::environment::{Blocks, Environment, Pose, Wrench};
@@ -217,7 +216,7 @@ impl Dynamics {
     pub(crate) fn on(problem: &Problem, grid: Grid) -> Self {
         let units = Units::of(problem);
         let inertia = &problem.body.inertia;
-        let Objective::Effort(weights) = &problem.objective;
+        let weights = problem.objective.weights();
         let (torque, force) = (weights.torque(&problem.actuation), weights.force(&problem.actuation));
         let rotation = units.cost / units.momentum() / units.torque();
         let translation = units.cost / units.linear_momentum() / units.force();

@@ -1,7 +1,6 @@
 //! The units of the solvers: `T = 1`, mean principal moment 1, mass 1.
 
 use crate::Matrix3;
-use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Motion, Problem, State};
 use nalgebra::SVector;
 
@@ -41,7 +40,7 @@ impl Units {
         // the costates.
         let price =
             |momentum: f64, authority: &Matrix3| momentum / time * momentum / (authority.trace() / 3.0);
-        let Objective::Effort(weights) = &problem.objective;
+        let weights = problem.objective.weights();
         let turn = price(inertia / time, &weights.torque(&problem.actuation).authority);
         let shift = match (weights.force(&problem.actuation), problem.motion) {
             (Some(force), Motion::RigidBody) => price(mass * length / time, &force.authority),

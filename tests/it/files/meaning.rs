@@ -4,7 +4,6 @@ use super::{BASE, CONSTRAINED, ORBIT, WHEELS, bad, good};
 use slewkit::files::spec::{self, Format, Toleranced};
 use slewkit::lie;
 use slewkit::maneuver::constraint::{Direction, Rule, Side};
-use slewkit::maneuver::objective::Objective;
 use slewkit::maneuver::problem::{Motion, Path, Scheme};
 use slewkit::maneuver::settings::Method;
 use slewkit::maneuver::solution::Sense;
@@ -163,7 +162,7 @@ fn every_key_of_an_orbit_spec_arrives() {
         (torque.frame(), torque.axes()),
         (AxisFrame::Reference, &[Vector3::x(), Vector3::y() * 2.0][..])
     );
-    let Objective::Effort(weights) = &problem.objective;
+    let weights = problem.objective.weights();
     assert_eq!(weights.torque.as_ref().unwrap().as_slice(), [2.0, 0.5, 0.5, 1.0]);
     let force = problem.actuation.force.as_ref().unwrap();
     assert_eq!(
@@ -222,7 +221,7 @@ fn every_limit_and_constraint_arrives_in_si_units() {
 #[test]
 fn wheels_become_torque_inputs_with_momenta() {
     let problem = good(WHEELS, &[]).problem;
-    let (actuation, Objective::Effort(weights)) = (problem.actuation, problem.objective);
+    let (actuation, weights) = (problem.actuation, problem.objective.weights().clone());
     let torque = &actuation.torque;
     assert_eq!((torque.frame(), torque.count()), (AxisFrame::Body, 4));
     assert!((torque.axes()[2] - Vector3::new(-0.8, 0.0, 0.6)).amax() < 1e-15);
@@ -388,7 +387,7 @@ fn largest_and_smallest_numbers_make_a_finite_problem() {
             format!("maneuver.duration_s={duration}"),
         ];
         let problem = good(BASE, &set.each_ref().map(String::as_str)).problem;
-        let Objective::Effort(weights) = &problem.objective;
+        let weights = problem.objective.weights();
         let authority = weights.torque(&problem.actuation).authority;
         let cost = problem.body.inertia.j() * authority.try_inverse().unwrap() * problem.body.inertia.j();
         let cost = cost / problem.duration.powi(3);

@@ -4,7 +4,6 @@
 //! implicit equation in the rotation vector, the Jacobian comes from finite differences, each program is
 //! solved by a primal-dual interior-point method. No costates, no variations, no law.
 
-use slewkit::maneuver::objective::Objective;
 use slewkit::maneuver::problem::{Problem, Scheme, State};
 use slewkit::{Matrix3, Vector3, lie};
 
@@ -21,7 +20,7 @@ pub struct Dense<'a> {
 impl<'a> Dense<'a> {
     pub fn new(problem: &'a Problem) -> Self {
         let torque = &problem.actuation.torque;
-        let Objective::Effort(weights) = &problem.objective;
+        let weights = problem.objective.weights();
         let weight = weights.torque(&problem.actuation).weight;
         let weight = Vector3::from_iterator(weight.diagonal().iter().copied());
         let limit = Vector3::from_row_slice(torque.limits().size.as_ref().unwrap());

@@ -11,7 +11,7 @@
 //! Tangent vectors are ordered as in the rest of the crate, the wheels' momenta appended.
 
 use crate::lie::{self, hat};
-use crate::maneuver::objective::{self, Objective};
+use crate::maneuver::objective;
 use crate::maneuver::problem::{Motion, Problem};
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame};
 use crate::mechanics::environment::{Blocks, Pose, Wrench};
@@ -95,7 +95,7 @@ impl Model {
     pub fn of(problem: &Problem, dynamics: Dynamics) -> Self {
         let units = dynamics.units;
         let moves = problem.motion == Motion::RigidBody;
-        let Objective::Effort(weights) = &problem.objective;
+        let weights = problem.objective.weights();
         let force = weights.force(&problem.actuation).filter(|_| moves).map(|force| (force, units.force()));
         let sets = force.into_iter().chain([(weights.torque(&problem.actuation), units.torque())]);
         let force = problem.actuation.force.as_ref().filter(|_| moves);

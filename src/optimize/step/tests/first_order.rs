@@ -8,7 +8,7 @@
 use super::second_order::zoo;
 use super::twin::{Field, State, Twin, V, tangent};
 use crate::Vector3;
-use crate::maneuver::objective::{Objective, Weighted};
+use crate::maneuver::objective::Weighted;
 use crate::maneuver::problem::{Motion, Problem, Scheme};
 use crate::mechanics::actuators::ActuatorSet;
 use crate::optimize::control_law::ControlLaw;
@@ -23,7 +23,7 @@ fn inputs<const N: usize>(problem: &Problem, node: &Node, units: &SVector<f64, N
     let r = node.point.attitude.value;
     let costate = node.costate.to_vector::<N>().component_mul(units);
     let part = |row: usize| Vector3::new(costate[row], costate[row + 1], costate[row + 2]);
-    let Objective::Effort(weights) = &problem.objective;
+    let weights = problem.objective.weights();
     let torque = weights.torque(&problem.actuation);
     let pi = if torque.set.frame() == Reference { r * part(N - 3) } else { part(N - 3) };
     let force = weights.force(&problem.actuation).map_or_else(
@@ -98,7 +98,7 @@ fn check_on<const N: usize>(
     let nu = nu.to_vector::<N>();
     let rows: Vec<_> = nodes.iter().map(|node| inputs::<N>(problem, node, &units.costate::<N>())).collect();
     let channels = [problem.actuation.force.as_ref(), Some(&problem.actuation.torque)];
-    let Objective::Effort(weights) = &problem.objective;
+    let weights = problem.objective.weights();
     let weighted = [weights.force(&problem.actuation), Some(weights.torque(&problem.actuation))];
     let mut worst = 0.0f64;
     for j in grid.first_input()..=problem.steps {

@@ -92,7 +92,7 @@ fn one_step_and_its_matrices_meet_the_reference() {
         close("H", &si(&costate, h, &state), &matrix(&case["H_with_lam"]), 1e-13);
         let before = step.costate_before.component_mul(&costate);
         close("Aᵀλ", &before, &vector(&case["At_lam"]), 1e-13);
-        let Objective::Effort(weights) = &problem.objective;
+        let weights = problem.objective.weights();
         let pi = vector::<3>(&case["lam"].as_array().unwrap()[3..].into());
         let inputs = -(weights.torque(&problem.actuation).gain * pi);
         close("u", &Vector3::from_column_slice(inputs.as_slice()), &vector(&case["u_next"]), 1e-13);
@@ -156,7 +156,7 @@ fn one_step_of_a_dumbbell_in_orbit_meets_the_reference() {
         .with_steps(50)
         .with_scheme(Scheme::LieEuler)
         .with_environment(CentralGravity::new(points).unwrap());
-    let Objective::Effort(weights) = &mut problem.objective;
+    let Objective::Effort(weights) = &mut problem.objective else { unreachable!("effort") };
     weights.force = Some(weight(&matrix(&file["Wf"])));
     let dynamics = Dynamics::new(&problem, 50);
     let (state, costate) = units::<12>(&dynamics);

@@ -33,7 +33,7 @@ fn slew(random: &mut Random, frame: AxisFrame, steps: usize) -> Problem {
     let mut problem = attitude_only(moving_ends(random, frame)).with_steps(steps);
     problem.start.angular_velocity *= 0.1;
     problem.end.angular_velocity *= 0.1;
-    let Objective::Effort(weights) = &mut problem.objective;
+    let Objective::Effort(weights) = &mut problem.objective else { unreachable!("effort") };
     weights.torque = weights.torque.as_ref().map(|weight| DMatrix::from_diagonal(&weight.diagonal()));
     problem
 }

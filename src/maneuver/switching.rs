@@ -1,0 +1,70 @@
+//! What a plan of minimum time is made of: its arcs, its certificate, and what it is compared with.
+
+use serde::{Deserialize, Serialize};
+
+/// What a plan of minimum time is made of.
+///
+/// Its durations are of three kinds. That of the plan is the discrete optimum on its own grid, which meets the terminal
+/// conditions to round-off. `continuous_duration_s` belongs to the extremal of the equations of motion from which the grid
+/// was made, with the exact switching times of `arcs`; the two differ by the square of the step. `eigenaxis_s` is what a
+/// turn about the fixed axis would take.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Switching {
+    /// How the inputs go.
+    pub structure: Structure,
+    /// Duration of the continuous extremal, seconds.
+    pub continuous_duration_s: f64,
+    /// Time still to be gained, to first order, seconds: `∫ Σ_j (|s_j| + s_j v_j) dt` with the switching functions s and
+    /// the inputs v of the continuous extremal. 0 where every input is on the right side all the time.
+    pub gap_s: f64,
+    /// Of a turn about the fixed axis under the same limits, from rest to rest, seconds.
+    pub eigenaxis_s: Option<f64>,
+    /// Number of switches; two inputs that switch together count twice.
+    pub switches: usize,
+    /// Inputs that are within their limits on an arc, from 0.
+    pub singular_inputs: Vec<usize>,
+    /// ε of the smoothed law on the grid, scaled, where the plan has one.
+    pub smoothing: Option<f64>,
+    /// Arcs of the continuous extremal, none where the inputs are smoothed.
+    pub arcs: Vec<SwitchingArc>,
+}
+
+/// How the inputs of a plan of minimum time go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Structure {
+    /// Every input at one of its limits, on the side that the maximum principle asks for: an extremal.
+    BangBang,
+    /// The same with a small gap: an arc that is singular has been cut into arcs at the limits.
+    TruncatedChattering,
+    /// A smoothed law: some input stays within its limits, on a singular arc.
+    Singular,
+    /// The norm of the torque is limited and its direction turns smoothly.
+    Norm,
+    /// The body is where it should be.
+    Rest,
+}
+
+impl Structure {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::BangBang => "bang_bang",
+            Self::TruncatedChattering => "truncated_chattering",
+            Self::Singular => "singular",
+            Self::Norm => "norm",
+            Self::Rest => "rest",
+        }
+    }
+}
+
+/// An arc between two switches.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SwitchingArc {
+    /// When it starts, seconds.
+    pub start_s: f64,
+    /// When it ends, seconds.
+    pub end_s: f64,
+    /// The inputs, constant along it.
+    pub input: Vec<f64>,
+}
