@@ -6,3 +6,4 @@ pub(crate) mod lifted;
 pub(crate) mod method;
 pub(crate) mod scp;
 pub(crate) mod shooting;
+pub(crate) mod switching;

@@ -1,0 +1,269 @@
+//! Extremals whose inputs are at their limits: Newton on costates, duration and switching times.
+//!
+//! Unknown are `M`, `e_0`, `T` and the times `t_j` at which one input each changes from one limit to the other; the
+//! equations are the six terminal conditions, `H(0) = 0`, and `s_j(t_j) = 0` of the input that switches. Arcs are
+//! integrated one from the other's stored node, as in the smoothed problem, so that a long maneuver amplifies nothing.
+
+use super::extremal::Extremal;
+use super::flow::{COOPER_VERNER, Course, Lanes, Node, advance};
+use super::smooth::Path;
+use crate::{Vector3, lie};
+use nalgebra::{DMatrix, DVector};
+
+/// Most switches.
+pub(crate) const MOST_SWITCHES: usize = 24;
+
+/// Longest part of the duration that one step of the integration covers, on the way and at the end.
+const COARSE: f64 = 0.12;
+const FINE: f64 = 0.03;
+
+/// Residual at which the integration becomes fine, and at which Newton ends.
+const NEAR: f64 = 1e-6;
+const CONVERGED: f64 = 1e-12;
+
+/// Longest steps: of the costates relative to them, of the duration and of switching times relative to the duration.
+const COSTATE_STEP: f64 = 0.5;
+const TIME_STEP: f64 = 0.1;
+const SWITCH_STEP: f64 = 0.15;
+
+const MOST_ITERATIONS: usize = 16;
+
+/// One input goes to its other limit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Switch {
+    pub input: usize,
+    pub time: f64,
+    pub node: Node,
+}
+
+/// A maneuver of arcs at the limits.
+#[derive(Clone, Debug)]
+pub(crate) struct Arcs {
+    /// `M`, reference axes.
+    pub m: Vector3,
+    pub duration: f64,
+    pub first: Node,
+    /// Of the inputs on the first arc.
+    pub signs: Vec<f64>,
+    /// In the order of time.
+    pub switches: Vec<Switch>,
+}
+
+struct Equations {
+    residual: DVector<f64>,
+    jacobian: DMatrix<f64>,
+    merit: f64,
+    updates: Vec<DMatrix<f64>>,
+}
+
+impl Arcs {
+    /// The signs and crossings of the switching functions along a smoothed path.
+    pub fn of_path(extremal: &Extremal, path: &Path) -> Self {
+        let switching =
+            |node: &Node| -> Vec<f64> { extremal.axes().iter().map(|axis| axis.dot(&node.e)).collect() };
+        let values: Vec<Vec<f64>> = path.nodes.iter().map(switching).collect();
+        let interval = path.duration / path.intervals() as f64;
+        let mut switches = Vec::new();
+        for k in 0..path.intervals() {
+            for (input, (a, b)) in values[k].iter().zip(&values[k + 1]).enumerate() {
+                if (*a < 0.0) != (*b < 0.0) {
+                    let part = a / (a - b);
+                    let node = between(&path.nodes[k], &path.nodes[k + 1], part);
+                    switches.push(Switch { input, time: (k as f64 + part) * interval, node });
+                }
+            }
+        }
+        switches.sort_by(|a, b| a.time.total_cmp(&b.time));
+        let signs = values[0].iter().map(|s| if *s < 0.0 { 1.0 } else { -1.0 }).collect();
+        Self { m: path.m, duration: path.duration, first: path.nodes[0], signs, switches }
+    }
+
+    /// Arcs in order: first node, start, end and the signs of the inputs.
+    pub fn arcs(&self) -> Vec<(Node, f64, f64, Vec<f64>)> {
+        let mut signs = self.signs.clone();
+        let (mut node, mut start) = (self.first, 0.0);
+        let mut arcs = Vec::with_capacity(self.switches.len() + 1);
+        for switch in &self.switches {
+            arcs.push((node, start, switch.time, signs.clone()));
+            signs[switch.input] = -signs[switch.input];
+            (node, start) = (switch.node, switch.time);
+        }
+        arcs.push((node, start, self.duration, signs));
+        arcs
+    }
+
+    fn equations<const L: usize>(&self, extremal: &Extremal, longest: f64) -> Option<Equations> {
+        let count = self.switches.len();
+        let (unknowns, gap) = (7 + count, 7 + count);
+        let time_lane = 6 + count;
+        let mut residual = DVector::zeros(unknowns);
+        let mut jacobian = DMatrix::zeros(unknowns, unknowns + 1);
+        let mut updates = Vec::with_capacity(count);
+        let mut lanes = Lanes::<L>::of_costate();
+        let mut gaps = 0.0;
+        let arcs = self.arcs();
+        for (index, (from, start, end, signs)) in arcs.iter().enumerate() {
+            let torque = extremal.bang(signs);
+            let reached =
+                over_arc(extremal, &self.m, from, &torque, end - start, longest * self.duration, &mut lanes);
+            let rate = extremal.rate(&self.m, &reached, &torque);
+            lanes.add(if index < count { 6 + index } else { time_lane }, &rate, 1.0);
+            if index > 0 {
+                lanes.add(5 + index, &rate, -1.0);
+            }
+            if index == 0 {
+                let (w, pi) = (extremal.start_rate, from.pi);
+                residual[6] = extremal.hamiltonian(&self.m, from, from.e.dot(&torque));
+                let pi_dot = pi.cross(&w) + torque;
+                for axis in 0..3 {
+                    jacobian[(6, axis)] = w[axis];
+                    jacobian[(6, 3 + axis)] = pi_dot[axis];
+                }
+            }
+            if let Some(switch) = self.switches.get(index) {
+                let difference = reached.minus(&switch.node);
+                gaps += difference.iter().map(|part| part.norm_squared()).sum::<f64>();
+                lanes.add(gap, &difference, 1.0);
+                let axis = extremal.axes()[switch.input];
+                residual[7 + index] = axis.dot(&switch.node.e);
+                for lane in 0..=unknowns {
+                    jacobian[(7 + index, lane)] = axis.dot(&lanes.block(2, lane));
+                }
+                updates.push(DMatrix::from_fn(9, unknowns + 1, |row, lane| lanes.0[row][lane]));
+            } else {
+                let miss = lie::log(&(reached.r * extremal.end_attitude.transpose()));
+                let pi_miss = reached.pi - extremal.j * extremal.end_rate;
+                let of_log = lie::left_jacobian_inverse(&miss);
+                for lane in 0..=unknowns {
+                    let (eta, pi) = (of_log * lanes.block(0, lane), lanes.block(1, lane));
+                    for axis in 0..3 {
+                        jacobian[(axis, lane)] = eta[axis];
+                        jacobian[(3 + axis, lane)] = pi[axis];
+                    }
+                }
+                residual.rows_mut(0, 3).copy_from(&miss);
+                residual.rows_mut(3, 3).copy_from(&pi_miss);
+            }
+        }
+        let merit = (residual.norm_squared() + gaps).sqrt();
+        let carried = jacobian.column(unknowns).clone_owned();
+        let jacobian = jacobian.remove_column(unknowns);
+        merit.is_finite().then_some(Equations { residual: residual + carried, jacobian, merit, updates })
+    }
+
+    /// Newton; `None` where it does not converge or the switches vanish.
+    pub fn solve(mut self, extremal: &Extremal) -> Option<Self> {
+        let mut longest = COARSE;
+        for _ in 0..MOST_ITERATIONS {
+            let count = self.switches.len();
+            if !(5..=MOST_SWITCHES).contains(&count) {
+                return None;
+            }
+            let found = match count + 8 {
+                ..=14 => self.equations::<14>(extremal, longest),
+                15..=18 => self.equations::<18>(extremal, longest),
+                _ => self.equations::<32>(extremal, longest),
+            }?;
+            if found.merit < CONVERGED && longest == FINE {
+                return Some(self);
+            }
+            if found.merit < NEAR && longest == COARSE {
+                longest = FINE;
+                continue;
+            }
+            if found.merit > 1e3 {
+                return None;
+            }
+            let step = found.jacobian.lu().solve(&-&found.residual)?;
+            self.take(&step, &found.updates)?;
+        }
+        None
+    }
+
+    /// A limited Newton step, after which switches stand in order again.
+    fn take(&mut self, step: &DVector<f64>, updates: &[DMatrix<f64>]) -> Option<()> {
+        let count = self.switches.len();
+        let costate = (self.m.norm_squared() + self.first.e.norm_squared()).sqrt();
+        let mut factor = (COSTATE_STEP * costate / step.rows(0, 6).norm()).min(1.0);
+        factor = factor.min(TIME_STEP * self.duration / step[6 + count].abs());
+        for j in 0..count {
+            factor = factor.min(SWITCH_STEP * self.duration / step[6 + j].abs());
+        }
+        if !factor.is_finite() {
+            return None;
+        }
+        for _ in 0..2 {
+            if self.crossing(step, factor).is_some() {
+                factor *= 0.5;
+            }
+        }
+        let mut change = step.clone().insert_row(7 + count, 1.0);
+        change[7 + count] = 1.0;
+        self.m += factor * step.fixed_rows::<3>(0);
+        self.first.e += factor * step.fixed_rows::<3>(3);
+        self.duration += factor * step[6 + count];
+        for (j, update) in updates.iter().enumerate() {
+            let moved = update * &change;
+            let block = |row: usize| Vector3::new(moved[row], moved[row + 1], moved[row + 2]);
+            let switch = &mut self.switches[j];
+            switch.time += factor * step[6 + j];
+            switch.node = switch.node.plus(&[block(0), block(3), block(6)], factor);
+        }
+        self.order();
+        Some(())
+    }
+
+    /// Two switches of one input that a step makes change places.
+    fn crossing(&self, step: &DVector<f64>, factor: f64) -> Option<(usize, usize)> {
+        let after = |j: usize| self.switches[j].time + factor * step[6 + j];
+        self.pairs().find(|(a, b)| after(*a) >= after(*b))
+    }
+
+    /// Neighbouring switches of the same input.
+    fn pairs(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        (0..self.switches.len()).filter_map(|a| {
+            let input = self.switches[a].input;
+            (a + 1..self.switches.len()).find(|b| self.switches[*b].input == input).map(|b| (a, b))
+        })
+    }
+
+    /// Takes away pulses that have vanished and switches beyond the ends, and sorts the rest.
+    fn order(&mut self) {
+        let crossed =
+            |this: &Self| this.pairs().find(|(a, b)| this.switches[*a].time >= this.switches[*b].time);
+        while let Some((a, b)) = crossed(self) {
+            self.switches.remove(b);
+            self.switches.remove(a);
+        }
+        let duration = self.duration;
+        for switch in self.switches.iter().filter(|switch| switch.time <= 0.0) {
+            self.signs[switch.input] = -self.signs[switch.input];
+        }
+        self.switches.retain(|switch| switch.time > 0.0 && switch.time < duration);
+        self.switches.sort_by(|a, b| a.time.total_cmp(&b.time));
+    }
+}
+
+/// A node on the way from one to another.
+pub(super) fn between(a: &Node, b: &Node, part: f64) -> Node {
+    a.plus(&b.minus(a), part)
+}
+
+/// Integrates one arc in steps of at most `longest`.
+fn over_arc<const L: usize>(
+    extremal: &Extremal,
+    m: &Vector3,
+    from: &Node,
+    torque: &Vector3,
+    length: f64,
+    longest: f64,
+    lanes: &mut Lanes<L>,
+) -> Node {
+    let steps = (length.abs() / longest).ceil().clamp(1.0, 1e3) as usize;
+    let held = extremal.held(torque);
+    (0..steps).fold(*from, |node, _| {
+        advance(&Course { extremal, m }, &COOPER_VERNER, &node, length / steps as f64, lanes, None, |_, _| {
+            held
+        })
+    })
+}

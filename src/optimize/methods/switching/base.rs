@@ -1,0 +1,173 @@
+//! Smoothed extremals to start from, one for a rotation vector.
+//!
+//! Angles that are cubic in time meet the attitude and both rates; the duration is taken so that the largest input is
+//! a part of its limit, and the costates are those which the smoothed law wants for these inputs. A body of any inertia
+//! is approached from the isotropic one, `J(s) = V diag(J_i^s) Vᵀ`, because a sphere's smoothed extremal is always found.
+
+use super::extremal::{Bias, Extremal, Law};
+use super::flow::Node;
+use super::smooth::{INTERVALS, Path, Smooth, Smoothed, descend};
+use crate::{Matrix3, Vector3, lie};
+
+/// Parts of the limits that the largest input of a first path has.
+const LEVELS: [f64; 3] = [0.7, 0.4, 0.9];
+
+/// ε at which branches are told apart.
+pub(super) const BRANCHING: f64 = 0.3;
+
+/// Accelerations `a + b t/T` of angles that are cubic in time.
+fn cubic(phi: &Vector3, start: &Vector3, end: &Vector3, duration: f64) -> (Vector3, Vector3) {
+    let t = duration;
+    let a = 6.0 / (t * t) * phi - (4.0 * start + 2.0 * end) / t;
+    let b = -12.0 / (t * t) * phi + 6.0 * (start + end) / t;
+    (a, b)
+}
+
+/// Inputs of least norm for a torque, and the largest; under a limit of the norm the torque over the limit.
+fn largest(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3) -> f64 {
+    match &extremal.law {
+        Law::Inputs(axes) => {
+            let wanted = inverse * (torque - extremal.middle);
+            axes.iter().map(|axis| axis.dot(&wanted).abs()).fold(0.0, f64::max)
+        }
+        Law::Norm(limit) => (torque - extremal.middle).norm() / limit,
+    }
+}
+
+/// The costate over ε at which the smoothed law gives a torque, as nearly as it can.
+fn costate(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3) -> Vector3 {
+    let switching = |v: f64| -v / (1.0 - v * v).max(1e-3).sqrt();
+    match &extremal.law {
+        Law::Inputs(axes) => {
+            let wanted = inverse * (torque - extremal.middle);
+            inverse
+                * axes.iter().fold(Vector3::zeros(), |sum, axis| sum + switching(axis.dot(&wanted)) * axis)
+        }
+        Law::Norm(limit) => {
+            let u = (torque - extremal.middle) / *limit;
+            -u / (1.0 - u.norm_squared()).max(1e-3).sqrt()
+        }
+    }
+}
+
+/// A path for the rotation vector `phi` whose largest input is `level`.
+fn guess(extremal: &Extremal, phi: &Vector3, level: f64) -> Option<Smoothed> {
+    let authority = match &extremal.law {
+        Law::Inputs(axes) => axes.iter().map(|axis| axis * axis.transpose()).sum::<Matrix3>(),
+        Law::Norm(_) => Matrix3::identity(),
+    };
+    let inverse = authority.try_inverse()?;
+    let (start, end) = (extremal.start_rate, extremal.end_rate);
+    let loads = |duration: f64| {
+        let (a, b) = cubic(phi, &start, &end, duration);
+        [0.0, 0.5, 1.0]
+            .map(|t| largest(extremal, &inverse, &(extremal.j * (a + t * b))))
+            .into_iter()
+            .fold(0.0, f64::max)
+    };
+    let (mut low, mut high) = (1e-6, 1e-3);
+    while loads(high) > level {
+        (low, high) = (high, 2.0 * high);
+        if high > 1e9 {
+            return None;
+        }
+    }
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if loads(middle) > level { low = middle } else { high = middle }
+    }
+    let duration = high;
+    let (a, b) = cubic(phi, &start, &end, duration);
+    let node = |k: usize| {
+        let t = k as f64 / INTERVALS as f64;
+        let s = t * duration;
+        let angle = s * start + s * s * (0.5 * a + t / 6.0 * b);
+        let rate = start + s * (a + 0.5 * t * b);
+        let e = costate(extremal, &inverse, &(extremal.j * (a + t * b)));
+        Node { r: lie::exp(&angle), pi: extremal.j * rate, e }
+    };
+    let mut nodes: Vec<Node> = (0..=INTERVALS).map(node).collect();
+    nodes[0].pi = extremal.j * start;
+    let e_rate = (nodes[INTERVALS].e - nodes[0].e) / duration;
+    let m = -(extremal.j * e_rate);
+    // H(0) = 1 + ε (…) = 0 gives ε.
+    let (first, w) = (nodes[0], start);
+    let minimum = extremal.smooth(&first.e, 1.0, &Vector3::zeros()).minimum;
+    let slope = m.dot(&w) + first.e.dot(&first.pi.cross(&w)) + minimum;
+    let epsilon = if slope < -0.1 { -1.0 / slope } else { 2.0 };
+    for node in &mut nodes {
+        node.e *= epsilon;
+    }
+    Some(Smoothed { path: Path { m: epsilon * m, duration, nodes }, epsilon })
+}
+
+fn relaxed(extremal: &Extremal, from: &Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
+    let smooth = Smooth { extremal, epsilon: from.epsilon, bias: Bias::default(), accurate: false };
+    let path = smooth.solve(from.path.clone(), 1e-3, 20, sweeps)?;
+    Some(Smoothed { path, epsilon: from.epsilon })
+}
+
+/// The body at the part `s` of the way from the isotropic one, with its rates scaled by `rates`.
+fn between(extremal: &Extremal, s: f64, rates: f64) -> Option<Extremal> {
+    let eigen = extremal.j.symmetric_eigen();
+    let powers = eigen.eigenvalues.map(|value| value.powf(s));
+    let v = eigen.eigenvectors;
+    extremal.with_inertia(v * Matrix3::from_diagonal(&powers) * v.transpose(), rates)
+}
+
+/// From the isotropic body, or one at rest, to the body itself.
+fn through_bodies(
+    extremal: &Extremal,
+    phi: &Vector3,
+    level: f64,
+    rates: bool,
+    sweeps: &mut usize,
+) -> Option<Smoothed> {
+    let body = |s: f64| between(extremal, s, if rates { s } else { 1.0 });
+    let sphere = body(0.0)?;
+    let mut at = relaxed(&sphere, &guess(&sphere, phi, level)?, sweeps)?;
+    let (mut s, mut step) = (0.0_f64, 0.34_f64);
+    while s < 1.0 {
+        let next = (s + step).min(1.0);
+        let there = body(next)?;
+        let mut trial = at.clone();
+        // The momenta go with the inertia; rates and attitudes stay.
+        let change = there.j * body(s)?.j_inverse;
+        for node in &mut trial.path.nodes {
+            node.pi = change * node.pi;
+        }
+        trial.path.nodes[0].pi = there.j * there.start_rate;
+        match relaxed(&there, &trial, sweeps) {
+            Some(found) => (at, s, step) = (found, next, 1.5 * step),
+            None => {
+                step *= 0.4;
+                if step < 0.02 {
+                    return None;
+                }
+            }
+        }
+    }
+    Some(at)
+}
+
+/// A smoothed extremal for the rotation vector `phi`, at the ε where branches are told apart.
+pub(super) fn base(extremal: &Extremal, phi: &Vector3, sweeps: &mut usize) -> Option<Smoothed> {
+    let isotropic = (extremal.j - Matrix3::identity() * (extremal.j.trace() / 3.0)).amax() < 1e-9;
+    for level in LEVELS {
+        let direct = |sweeps: &mut usize| relaxed(extremal, &guess(extremal, phi, level)?, sweeps);
+        let found = if isotropic {
+            direct(sweeps)
+        } else {
+            through_bodies(extremal, phi, level, false, sweeps)
+                .or_else(|| through_bodies(extremal, phi, level, true, sweeps))
+                .or_else(|| direct(sweeps))
+        };
+        if let Some(found) = found
+            && let Ok(found) =
+                descend(extremal, &found, BRANCHING.min(found.epsilon), &Bias::default(), sweeps)
+        {
+            return Some(found);
+        }
+    }
+    None
+}

@@ -1,0 +1,140 @@
+//! Whether arcs satisfy the maximum principle, and by how much they fail it.
+//!
+//! Every input must be `−sign(s_j)` all along. With the costate of the time equal to 1, the time still to be gained is to
+//! first order
+//!
+//! ```text
+//! gap = ∫ Σ_j (|s_j| + s_j v_j) dt
+//! ```
+
+use super::arcs::{Arcs, Switch, between};
+use super::extremal::Extremal;
+use super::flow::{COOPER_VERNER, Course, Lanes, Node, advance};
+
+/// Longest part of the duration between two nodes, and points of the cubic between them.
+const STEP: f64 = 0.03;
+const POINTS: usize = 4;
+
+/// A switching function of this size is zero: the cubic between two nodes is as good as that.
+const ZERO: f64 = 1e-6;
+
+/// What is found along a maneuver of arcs.
+#[derive(Clone, Debug)]
+pub(crate) struct Certificate {
+    /// Time still to be gained, to first order.
+    pub gap: f64,
+    /// Where an input has the wrong sign.
+    pub wrong: Vec<Wrong>,
+}
+
+/// An input has the wrong sign from one time to another.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wrong {
+    pub input: usize,
+    pub from: (f64, Node),
+    pub to: (f64, Node),
+    pub at_start: bool,
+    pub at_end: bool,
+    pub gap: f64,
+}
+
+impl Certificate {
+    pub fn of(extremal: &Extremal, arcs: &Arcs) -> Self {
+        let inputs = extremal.axes().len();
+        let mut open: Vec<Option<Wrong>> = vec![None; inputs];
+        let mut wrong = Vec::new();
+        let all = arcs.arcs();
+        let last = all.len() - 1;
+        for (index, (from, start, stop, signs)) in all.iter().enumerate() {
+            let torque = extremal.bang(signs);
+            let held = extremal.held(&torque);
+            let steps = ((stop - start) / (STEP * arcs.duration)).ceil().clamp(1.0, 1e3) as usize;
+            let length = (stop - start) / steps as f64;
+            let mut node = *from;
+            for step in 0..steps {
+                let mut none = Lanes::<3>::zero();
+                let next = advance(
+                    &Course { extremal, m: &arcs.m },
+                    &COOPER_VERNER,
+                    &node,
+                    length,
+                    &mut none,
+                    None,
+                    |_, _| held,
+                );
+                let rates = [&node, &next].map(|node| extremal.rate(&arcs.m, node, &torque)[2]);
+                for point in 0..POINTS {
+                    let x = (point as f64 + 0.5) / POINTS as f64;
+                    let e = hermite(x, length, [&node.e, &next.e], [&rates[0], &rates[1]]);
+                    let time = start + (step as f64 + x) * length;
+                    for input in 0..inputs {
+                        let s = extremal.axes()[input].dot(&e) * signs[input];
+                        let half = 0.5 * length / POINTS as f64;
+                        if s > ZERO {
+                            let here = between(&node, &next, x);
+                            let run = open[input].get_or_insert(Wrong {
+                                input,
+                                from: (time - half, here),
+                                to: (time, here),
+                                at_start: index == 0 && step == 0 && point == 0,
+                                at_end: false,
+                                gap: 0.0,
+                            });
+                            run.gap += 4.0 * half * s;
+                            run.to = (time + half, here);
+                            run.at_end = index == last && step + 1 == steps && point + 1 == POINTS;
+                        } else if let Some(run) = open[input].take() {
+                            wrong.push(run);
+                        }
+                    }
+                }
+                node = next;
+            }
+            // A switch ends a run of the input that switches.
+            if let Some(switch) = arcs.switches.get(index)
+                && let Some(run) = open[switch.input].take()
+            {
+                wrong.push(run);
+            }
+        }
+        wrong.extend(open.into_iter().flatten());
+        let gap = wrong.iter().map(|run| run.gap).sum();
+        Self { gap, wrong }
+    }
+
+    /// The inputs with a wrong sign somewhere, from 0.
+    pub fn singular(&self) -> Vec<usize> {
+        let mut inputs: Vec<usize> = self.wrong.iter().map(|wrong| wrong.input).collect();
+        inputs.sort_unstable();
+        inputs.dedup();
+        inputs
+    }
+
+    /// The arcs with the worst of the wrong signs put right.
+    pub fn mended(&self, arcs: &Arcs) -> Option<Arcs> {
+        let worst = self.wrong.iter().max_by(|a, b| a.gap.total_cmp(&b.gap))?;
+        let mut mended = arcs.clone();
+        let switch = |(time, node): (f64, Node)| Switch { input: worst.input, time, node };
+        if worst.at_start {
+            mended.signs[worst.input] *= -1.0;
+        } else {
+            mended.switches.push(switch(worst.from));
+        }
+        if !worst.at_end {
+            mended.switches.push(switch(worst.to));
+        }
+        mended.switches.sort_by(|a, b| a.time.total_cmp(&b.time));
+        Some(mended)
+    }
+}
+
+fn hermite<V>(x: f64, length: f64, ends: [&V; 2], rates: [&V; 2]) -> V
+where
+    V: Clone + std::ops::Add<V, Output = V> + std::ops::Mul<f64, Output = V>,
+{
+    let (x2, x3) = (x * x, x * x * x);
+    ends[0].clone() * (2.0 * x3 - 3.0 * x2 + 1.0)
+        + rates[0].clone() * (length * (x3 - 2.0 * x2 + x))
+        + ends[1].clone() * (3.0 * x2 - 2.0 * x3)
+        + rates[1].clone() * (length * (x3 - x2))
+}

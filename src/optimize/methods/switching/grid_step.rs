@@ -1,0 +1,207 @@
+//! One step of Lie–Verlet under a torque that is held over it, of its costates, and its discrete Hamiltonian.
+//!
+//! ```text
+//! Π̃ = Π + (h/2) τ ,   h S(Π̃) = F J_d − J_d Fᵀ ,   R⁺ = R F ,   Π⁺ = FᵀΠ̃ + (h/2) τ
+//! m⁺ = Fᵀm ,   e⁺ = Fᵀ(e + h E⁻¹(Π̃×e − m)) ,   E = tr(F J_d) I − F J_d
+//! 𝓗  = 1 + ℓ + m⁺·ξ' + e⁺·[(FᵀΠ̃)×ξ' + ½Fᵀτ + ½τ] ,   ξ' = FᵀE⁻¹(Π̃ + (h/2) τ)
+//! ```
+//!
+//! `𝓗` is the derivative of the discrete action with respect to the length of the step, and `ℓ` what smoothing costs. The
+//! smoothed law takes the mean of the costates at both ends, which makes the step implicit in the torque.
+
+use super::dual::{Dual, Dual3};
+use super::extremal::Extremal;
+use crate::mechanics::drift_equation;
+use crate::{Matrix3, Vector3, lie};
+
+/// Parameters of a step: `m`, `Π`, `e`, `h`.
+const PARAMETERS: usize = 10;
+
+/// How the torque of a step comes about.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Torque {
+    /// Held, and given.
+    Given(Vector3),
+    /// By the smoothed law at this ε.
+    Smooth(f64),
+}
+
+/// What one step does, and its derivative with respect to `m`, `Π`, `e`, `h`.
+#[derive(Clone, Debug)]
+pub(crate) struct GridStep {
+    pub f: Matrix3,
+    pub pi: Vector3,
+    pub e: Vector3,
+    pub hamiltonian: f64,
+    pub torque: Vector3,
+    /// Rows: the turn `F⁻ᵀδFᵀ` before the step's rotation, `δΠ⁺`, `δe⁺`, `δ𝓗`.
+    pub jacobian: [[f64; PARAMETERS]; 10],
+}
+
+struct Out<const L: usize> {
+    c: Dual3<L>,
+    pi: Dual3<L>,
+    e: Dual3<L>,
+    hamiltonian: Dual<L>,
+}
+
+struct In<const L: usize> {
+    m: Dual3<L>,
+    pi: Dual3<L>,
+    e: Dual3<L>,
+    h: Dual<L>,
+    torque: Dual3<L>,
+    running: Dual<L>,
+}
+
+/// `cay(c) v`, or its transpose for a negative sign.
+#[inline(always)]
+fn turned<const L: usize>(c: &Dual3<L>, weight: &Dual<L>, v: &Dual3<L>, sign: f64) -> Dual3<L> {
+    let once = c.cross(v);
+    *v + (once.scale(sign) + c.cross(&once)).times(weight)
+}
+
+impl Extremal {
+    fn drifted<const L: usize>(&self, given: &In<L>) -> Option<Out<L>> {
+        let In { m, pi, e, h, torque, running } = given;
+        let half = torque.times(&h.scale(0.5));
+        let kicked = *pi + half;
+        let g = kicked.times(h);
+        // The implicit equation g + g×c + (g·c)c = 2Jc: solved in values, then once in derivatives.
+        let (g0, c0) = (g.value(), drift_equation::solve(&self.j, &self.j_inverse, &g.value())?);
+        let c_fixed = Dual3::constant(&c0);
+        let residual = g + g.cross(&c_fixed) + c_fixed.times(&g.dot(&c_fixed));
+        let slope = 2.0 * self.j - lie::hat(&g0) - Matrix3::identity() * g0.dot(&c0) - c0 * g0.transpose();
+        let inverse = drift_equation::inverse3(&slope);
+        let mut c = c_fixed;
+        for lane in 0..L {
+            let change = inverse * residual.column(lane);
+            for axis in 0..3 {
+                c.0[axis].gradient[lane] = change[axis];
+            }
+        }
+        let square = c.dot(&c);
+        let weight = (Dual::constant(1.0) + square).recip().scale(2.0);
+        let j_d = 0.5 * self.j.trace() * Matrix3::identity() - self.j;
+        let trace =
+            Dual::constant(j_d.trace()) + (c.dot(&c.under(&j_d)) - square.scale(j_d.trace())) * weight;
+        let c0 = c.value();
+        let f = lie::cayley(&c0);
+        let matrix = Matrix3::identity() * trace.value - f * j_d;
+        let matrix_inverse = drift_equation::inverse3(&matrix);
+        let solve = |x: &Dual3<L>| {
+            let y0 = matrix_inverse * x.value();
+            let y_fixed = Dual3::constant(&y0);
+            let applied = y_fixed.times(&trace) - turned(&c, &weight, &y_fixed.under(&j_d), 1.0);
+            let mut y = y_fixed;
+            for lane in 0..L {
+                let change = matrix_inverse * (x.column(lane) - applied.column(lane));
+                for axis in 0..3 {
+                    y.0[axis].gradient[lane] = change[axis];
+                }
+            }
+            y
+        };
+        let back = |v: &Dual3<L>| turned(&c, &weight, v, -1.0);
+        let drifted = back(&kicked);
+        let m_after = back(m);
+        let e_after = back(&(*e + solve(&(kicked.cross(e) - *m)).times(h)));
+        let xi = back(&solve(&(kicked + half)));
+        let pull = drifted.cross(&xi) + (back(torque) + *torque).scale(0.5);
+        let hamiltonian = Dual::constant(1.0) + *running + m_after.dot(&xi) + e_after.dot(&pull);
+        Some(Out { c, pi: drifted + half, e: e_after, hamiltonian })
+    }
+
+    /// The smoothed torque of a step, by Newton on `τ = law(½(e + e⁺(τ)))`, and `(1 + ½ G ∂e⁺/∂τ)⁻¹ G`.
+    fn implicit_torque(
+        &self,
+        m: &Vector3,
+        pi: &Vector3,
+        e: &Vector3,
+        h: f64,
+        epsilon: f64,
+    ) -> Option<(Vector3, Matrix3)> {
+        let none = Vector3::zeros();
+        let mut torque = self.smooth(e, epsilon, &none).torque;
+        for _ in 0..30 {
+            let out = self.drifted::<3>(&In {
+                m: Dual3::constant(m),
+                pi: Dual3::constant(pi),
+                e: Dual3::constant(e),
+                h: Dual::constant(h),
+                torque: Dual3::parameters(&torque, 0),
+                running: Dual::constant(0.0),
+            })?;
+            let law = self.smooth(&(0.5 * (e + out.e.value())), epsilon, &none);
+            let answer = Matrix3::from_columns(&[out.e.column(0), out.e.column(1), out.e.column(2)]);
+            let inverse = drift_equation::inverse3(&(Matrix3::identity() + 0.5 * law.stiffness * answer));
+            let change = inverse * (law.torque - torque);
+            torque += change;
+            if change.norm() < 1e-14 * (1.0 + torque.norm()) {
+                return Some((torque, inverse * law.stiffness));
+            }
+        }
+        None
+    }
+
+    /// One step of length `h`; `None` where it is too long.
+    pub fn grid_step(
+        &self,
+        m: &Vector3,
+        pi: &Vector3,
+        e: &Vector3,
+        h: f64,
+        torque: Torque,
+    ) -> Option<GridStep> {
+        let mut given = In::<PARAMETERS> {
+            m: Dual3::parameters(m, 0),
+            pi: Dual3::parameters(pi, 3),
+            e: Dual3::parameters(e, 6),
+            h: Dual::constant(h),
+            torque: Dual3::constant(&Vector3::zeros()),
+            running: Dual::constant(0.0),
+        };
+        given.h.gradient[9] = 1.0;
+        match torque {
+            Torque::Given(torque) => given.torque = Dual3::constant(&torque),
+            Torque::Smooth(epsilon) => {
+                let (value, gain) = self.implicit_torque(m, pi, e, h, epsilon)?;
+                given.torque = Dual3::constant(&value);
+                let out = self.drifted(&given)?;
+                let mean = (given.e + out.e).scale(0.5);
+                let law = self.smooth(&mean.value(), epsilon, &Vector3::zeros());
+                // ℓ = min(e·τ + ε…) − e·τ, and ∂ℓ = −e·∂τ because the law makes the sum least.
+                given.running.value = law.minimum - mean.value().dot(&law.torque);
+                for lane in 0..PARAMETERS {
+                    let change = -(gain * mean.column(lane));
+                    for axis in 0..3 {
+                        given.torque.0[axis].gradient[lane] = change[axis];
+                    }
+                    given.running.gradient[lane] = -mean.value().dot(&change);
+                }
+            }
+        }
+        let out = self.drifted(&given)?;
+        let c = out.c.value();
+        let weight = 2.0 / (1.0 + c.norm_squared());
+        let mut jacobian = [[0.0; PARAMETERS]; 10];
+        let columns: [[Vector3; 3]; PARAMETERS] = std::array::from_fn(|lane| {
+            let turn = weight * (out.c.column(lane) + c.cross(&out.c.column(lane)));
+            [turn, out.pi.column(lane), out.e.column(lane)]
+        });
+        for (row, values) in jacobian.iter_mut().take(9).enumerate() {
+            for (value, column) in values.iter_mut().zip(&columns) {
+                *value = column[row / 3][row % 3];
+            }
+        }
+        jacobian[9] = out.hamiltonian.gradient;
+        Some(GridStep {
+            f: lie::cayley(&c),
+            pi: out.pi.value(),
+            e: out.e.value(),
+            hamiltonian: out.hamiltonian.value,
+            torque: given.torque.value(),
+            jacobian,
+        })
+    }
+}

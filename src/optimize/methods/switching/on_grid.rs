@@ -1,0 +1,205 @@
+//! The discrete optimum of minimum time: arcs whose steps end where the inputs switch.
+//!
+//! Arc a has `N_a` equal steps of its own length `d_a/N_a`, so that inputs are held at their limits over every step. Unknown
+//! are the costates before the first step and the lengths `d_a`; the equations are the six terminal conditions and, for
+//! every arc, that the mean of its discrete Hamiltonians vanishes: the discrete action is stationary in the length of the
+//! arc. Under a smoothed law all steps share one length. Every step starts from its own node, as in the smoothed
+//! problem, and the nodes go with the 6 + arcs unknowns.
+
+use super::extremal::Extremal;
+use super::flow::{Lanes, Node};
+use super::grid_step::{GridStep, Torque};
+use crate::{Vector3, lie};
+use nalgebra::{DMatrix, DVector};
+
+/// Residual at which Newton ends if it falls no further.
+const CONVERGED: f64 = 2e-13;
+
+const MOST_ITERATIONS: usize = 30;
+
+/// An arc longer than this part of the duration is no more than halved in an iteration.
+const SHORT: f64 = 0.01;
+
+/// A maneuver on a grid of arcs.
+#[derive(Clone, Debug)]
+pub(crate) struct OnGrid {
+    pub m: Vector3,
+    /// Duration of every arc.
+    pub lengths: Vec<f64>,
+    pub steps: Vec<Step>,
+    /// Signs of the inputs of every arc; none under a smoothed law.
+    pub signs: Vec<Vec<f64>>,
+    /// One more than steps.
+    pub nodes: Vec<Node>,
+    /// Torques held over the steps.
+    pub torques: Vec<Vector3>,
+    /// Of the last sweep: terminal conditions and stationarity.
+    pub residual: f64,
+    pub iterations: usize,
+}
+
+/// A step of the grid: a part of an arc.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Step {
+    pub arc: usize,
+    /// Its length over that of the arc.
+    pub part: f64,
+    pub torque: Torque,
+}
+
+struct Sweep {
+    residual: DVector<f64>,
+    jacobian: DMatrix<f64>,
+    merit: f64,
+    updates: Vec<DMatrix<f64>>,
+    torques: Vec<Vector3>,
+}
+
+impl OnGrid {
+    /// Steps of given counts for arcs, from nodes of a continuous extremal.
+    pub fn new(
+        m: Vector3,
+        lengths: Vec<f64>,
+        steps: Vec<Step>,
+        signs: Vec<Vec<f64>>,
+        nodes: Vec<Node>,
+    ) -> Self {
+        Self { m, lengths, steps, signs, nodes, torques: Vec::new(), residual: f64::NAN, iterations: 0 }
+    }
+
+    pub fn duration(&self) -> f64 {
+        self.lengths.iter().sum()
+    }
+
+    /// Length of a step.
+    pub fn step_length(&self, step: &Step) -> f64 {
+        self.lengths[step.arc] * step.part
+    }
+
+    fn sweep<const L: usize>(&self, extremal: &Extremal) -> Option<Sweep> {
+        let arcs = self.lengths.len();
+        let (unknowns, gap) = (6 + arcs, 6 + arcs);
+        let mut residual = DVector::zeros(unknowns);
+        let mut jacobian = DMatrix::zeros(unknowns, unknowns + 1);
+        let mut lanes = Lanes::<L>::of_costate();
+        let mut updates = Vec::with_capacity(self.steps.len() + 1);
+        let mut torques = Vec::with_capacity(self.steps.len());
+        let keep = |lanes: &Lanes<L>| DMatrix::from_fn(9, unknowns + 1, |row, lane| lanes.0[row][lane]);
+        updates.push(keep(&lanes));
+        let mut gaps = 0.0;
+        for (k, step) in self.steps.iter().enumerate() {
+            let node = &self.nodes[k];
+            let m = node.r.tr_mul(&self.m);
+            let done = extremal.grid_step(&m, &node.pi, &node.e, self.step_length(step), step.torque)?;
+            let slope = carried(&done, &self.m, node, step, &mut lanes);
+            residual[6 + step.arc] += step.part * done.hamiltonian;
+            for lane in 0..=unknowns {
+                jacobian[(6 + step.arc, lane)] += step.part * slope[lane];
+            }
+            let reached = Node { r: node.r * done.f, pi: done.pi, e: done.e };
+            let difference = reached.minus(&self.nodes[k + 1]);
+            gaps += difference.iter().map(|part| part.norm_squared()).sum::<f64>();
+            lanes.add(gap, &difference, 1.0);
+            updates.push(keep(&lanes));
+            torques.push(done.torque);
+        }
+        let end = self.nodes.last()?;
+        let miss = lie::log(&(end.r * extremal.end_attitude.transpose()));
+        let of_log = lie::left_jacobian_inverse(&miss);
+        let pi_miss = end.pi - extremal.j * extremal.end_rate;
+        for lane in 0..=unknowns {
+            let (eta, pi) = (of_log * lanes.block(0, lane), lanes.block(1, lane));
+            for axis in 0..3 {
+                jacobian[(axis, lane)] = eta[axis];
+                jacobian[(3 + axis, lane)] = pi[axis];
+            }
+        }
+        residual.rows_mut(0, 3).copy_from(&miss);
+        residual.rows_mut(3, 3).copy_from(&pi_miss);
+        let merit = (residual.norm_squared() + gaps).sqrt();
+        let carried = jacobian.column(unknowns).clone_owned();
+        let jacobian = jacobian.remove_column(unknowns);
+        merit.is_finite().then_some(Sweep { residual: residual + carried, jacobian, merit, updates, torques })
+    }
+
+    /// Newton to round-off; `None` where it does not get there. An arc may come out with no length, or a negative one.
+    pub fn solve(mut self, extremal: &Extremal) -> Option<Self> {
+        let mut last = f64::INFINITY;
+        for iteration in 0..MOST_ITERATIONS {
+            let found = match 7 + self.lengths.len() {
+                ..=8 => self.sweep::<8>(extremal),
+                9..=14 => self.sweep::<14>(extremal),
+                15..=18 => self.sweep::<18>(extremal),
+                19..=32 => self.sweep::<32>(extremal),
+                _ => None,
+            }?;
+            if found.merit < CONVERGED && found.merit >= 0.1 * last {
+                self.torques = found.torques;
+                self.residual = found.merit;
+                self.iterations = iteration;
+                return Some(self);
+            }
+            last = found.merit;
+            let step = found.jacobian.lu().solve(&-&found.residual)?;
+            let costate = (self.m.norm_squared() + self.nodes[0].e.norm_squared()).sqrt();
+            let mut factor = (costate / step.rows(0, 6).norm()).min(1.0);
+            let duration = self.duration();
+            for (arc, length) in self.lengths.iter().enumerate() {
+                if *length > SHORT * duration {
+                    factor = factor.min(0.5 * length / (-step[6 + arc]).max(1e-300));
+                }
+            }
+            let mut change = step.clone().insert_row(step.len(), 1.0);
+            change[step.len()] = 1.0;
+            self.m += factor * step.fixed_rows::<3>(0);
+            for (arc, length) in self.lengths.iter_mut().enumerate() {
+                *length += factor * step[6 + arc];
+            }
+            for (node, update) in self.nodes.iter_mut().zip(&found.updates) {
+                let moved = update * &change;
+                let block = |row: usize| Vector3::new(moved[row], moved[row + 1], moved[row + 2]);
+                *node = node.plus(&[block(0), block(3), block(6)], factor);
+            }
+        }
+        None
+    }
+}
+
+/// Carries the lanes over a step and gives those of its Hamiltonian.
+fn carried<const L: usize>(
+    done: &GridStep,
+    m: &Vector3,
+    node: &Node,
+    step: &Step,
+    lanes: &mut Lanes<L>,
+) -> [f64; L] {
+    // Parameters of the step: δm = Rᵀ(δM + M×η), δΠ, δe, δh.
+    let moved = |lane: usize| {
+        let unit = if lane < 3 { Vector3::ith(lane, 1.0) } else { Vector3::zeros() };
+        node.r.tr_mul(&(unit + m.cross(&lanes.block(0, lane))))
+    };
+    let moved: [Vector3; L] = std::array::from_fn(moved);
+    let mut given = [[0.0; L]; 10];
+    for (axis, row) in given.iter_mut().take(3).enumerate() {
+        *row = moved.map(|moved| moved[axis]);
+    }
+    given[3..9].copy_from_slice(&lanes.0[3..9]);
+    given[9][6 + step.arc] = step.part;
+    let mut out = [[0.0; L]; 10];
+    for (row, slopes) in out.iter_mut().zip(&done.jacobian) {
+        for (slope, values) in slopes.iter().zip(&given) {
+            for (sum, value) in row.iter_mut().zip(values) {
+                *sum += slope * value;
+            }
+        }
+    }
+    let turns: [Vector3; L] =
+        std::array::from_fn(|lane| node.r * Vector3::new(out[0][lane], out[1][lane], out[2][lane]));
+    for (axis, row) in lanes.0.iter_mut().take(3).enumerate() {
+        for (value, turn) in row.iter_mut().zip(&turns) {
+            *value += turn[axis];
+        }
+    }
+    lanes.0[3..9].copy_from_slice(&out[3..9]);
+    out[9]
+}

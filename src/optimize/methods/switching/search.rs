@@ -1,0 +1,155 @@
+//! From branches to the answer: each rival branch is brought to its limit, and the shortest is taken.
+
+use super::arcs::{Arcs, MOST_SWITCHES};
+use super::branches::{Ask, branches};
+use super::certificate::Certificate;
+use super::extremal::{Bias, Extremal, Law};
+use super::smooth::{Smooth, Smoothed, descend};
+
+/// A gap below this part of the duration is none, and one below that can stay.
+pub(crate) const NO_GAP: f64 = 1e-7;
+const SMALL_GAP: f64 = 1e-4;
+
+/// A branch longer than the shortest by more than this is no rival.
+const RIVAL: f64 = 1.015;
+
+/// Most corrections of the sequence of switches.
+const MOST_CHANGES: usize = 8;
+
+/// How often a branch without arcs is followed to a smaller ε, and by what factor.
+const MOST_DESCENTS: usize = 3;
+const SMALLER: f64 = 0.4;
+
+/// ε at which a branch with a singular arc ends.
+const LAST: f64 = 5e-4;
+
+/// Intervals, residual and iterations of an extremal under a limit of the norm.
+const TURNING: usize = 256;
+const EXACT: f64 = 1e-11;
+const TURNING_ITERATIONS: usize = 12;
+
+/// Arcs may be longer than their smoothed extremal by this part: the interpolation on its intervals.
+const LONGER: f64 = 1e-4;
+
+/// What a branch becomes.
+#[derive(Clone, Debug)]
+pub(crate) struct Limit {
+    /// The smoothed extremal at the smallest ε.
+    pub smooth: Smoothed,
+    /// Arcs at the limits, where there are any; the certificate tells whether they are exact.
+    pub arcs: Option<(Arcs, Certificate)>,
+}
+
+impl Limit {
+    pub fn duration(&self) -> f64 {
+        self.arcs.as_ref().map_or(self.smooth.path.duration, |(arcs, _)| arcs.duration)
+    }
+
+    /// Whether every input is where the maximum principle wants it.
+    pub fn is_exact(&self) -> bool {
+        self.arcs.as_ref().is_some_and(|(arcs, certificate)| certificate.gap <= NO_GAP * arcs.duration)
+    }
+
+    pub fn name(&self) -> &'static str {
+        if self.arcs.is_some() { "arcs" } else { "smooth" }
+    }
+}
+
+/// What was found, and what it took.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Found {
+    /// The shortest first.
+    pub limits: Vec<Limit>,
+    pub branches: usize,
+    /// Sweeps of smoothed problems, and Newtons on switching times.
+    pub sweeps: usize,
+    pub newtons: usize,
+}
+
+/// Searches the shortest extremals; what is found before `stop` says so is kept.
+pub(crate) fn search(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool) -> Found {
+    let mut found = Found::default();
+    let rivals = branches(extremal, ask, stop, &mut found.sweeps);
+    found.branches = rivals.len();
+    let Some(shortest) = rivals.first().map(|first| first.path.duration) else { return found };
+    for rival in rivals.iter().filter(|rival| rival.path.duration <= RIVAL * shortest) {
+        if stop() {
+            break;
+        }
+        let limit = end_game(extremal, rival, &mut found);
+        found.limits.push(limit);
+    }
+    found.limits.sort_by(|a, b| a.duration().total_cmp(&b.duration()));
+    found
+}
+
+/// A branch to its limit: as arcs, at once or from a smaller ε, or as a smoothed extremal.
+fn end_game(extremal: &Extremal, rival: &Smoothed, found: &mut Found) -> Limit {
+    let mut at = rival.clone();
+    let mut best: Option<(Arcs, Certificate)> = None;
+    let bounded = |arcs: &Arcs, at: &Smoothed| arcs.duration <= at.path.duration * (1.0 + LONGER);
+    let attempts = if matches!(extremal.law, Law::Norm(_)) { 0 } else { MOST_DESCENTS };
+    for _ in 0..attempts {
+        if let Some((arcs, certificate)) = polish(extremal, &at, found) {
+            if certificate.gap <= NO_GAP * arcs.duration && bounded(&arcs, &at) {
+                return Limit { smooth: at, arcs: Some((arcs, certificate)) };
+            }
+            if best.as_ref().is_none_or(|(_, known)| certificate.gap < known.gap) {
+                best = Some((arcs, certificate));
+            }
+        }
+        match descend(extremal, &at, SMALLER * at.epsilon, &Bias::default(), &mut found.sweeps) {
+            Ok(next) => at = next,
+            Err(next) => {
+                at = next;
+                break;
+            }
+        }
+    }
+    if let Some((arcs, certificate)) = best
+        && certificate.gap <= SMALL_GAP * arcs.duration
+        && bounded(&arcs, &at)
+    {
+        return Limit { smooth: at, arcs: Some((arcs, certificate)) };
+    }
+    let smooth = match descend(extremal, &at, LAST, &Bias::default(), &mut found.sweeps) {
+        Ok(end) | Err(end) => end,
+    };
+    let smooth = if attempts == 0 { turning(extremal, smooth, found) } else { smooth };
+    Limit { smooth, arcs: None }
+}
+
+/// Under a limit of the norm the law is smooth where the costate does not vanish: the extremal without smoothing, where
+/// Newton finds it.
+fn turning(extremal: &Extremal, from: Smoothed, found: &mut Found) -> Smoothed {
+    let exact = Smooth { extremal, epsilon: 0.0, bias: Bias::default(), accurate: true };
+    let mut path = from.path.clone();
+    while path.intervals() < TURNING {
+        path = exact.doubled(&path);
+    }
+    match exact.solve(path, EXACT, TURNING_ITERATIONS, &mut found.sweeps) {
+        Some(path) => Smoothed { path, epsilon: 0.0 },
+        None => from,
+    }
+}
+
+/// Arcs from the crossings of a smoothed path, corrected until every sign is right or no correction helps.
+fn polish(extremal: &Extremal, from: &Smoothed, found: &mut Found) -> Option<(Arcs, Certificate)> {
+    let mut arcs = Arcs::of_path(extremal, &from.path);
+    let mut best: Option<(Arcs, Certificate)> = None;
+    for _ in 0..=MOST_CHANGES {
+        found.newtons += 1;
+        let Some(solved) = arcs.clone().solve(extremal) else { break };
+        let certificate = Certificate::of(extremal, &solved);
+        let exact = certificate.gap <= NO_GAP * solved.duration;
+        let mended = certificate.mended(&solved);
+        if best.as_ref().is_none_or(|(_, known)| certificate.gap < known.gap) {
+            best = Some((solved, certificate));
+        }
+        match mended {
+            Some(next) if !exact && next.switches.len() <= MOST_SWITCHES => arcs = next,
+            _ => break,
+        }
+    }
+    best
+}

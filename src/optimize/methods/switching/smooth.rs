@@ -1,0 +1,252 @@
+//! Smoothed extremals by a lifted Newton.
+//!
+//! Unknown are the costates at the start `M`, `e_0`, the duration, and all nodes. One sweep integrates every interval
+//! from its own node and chains the derivatives with respect to the seven parameters and the gaps between intervals, so
+//! that the whole Newton step is a 7×7 system: nothing grows along the maneuver but derivatives.
+
+use super::extremal::{Bias, Extremal};
+use super::flow::{COOPER_VERNER, Course, Lanes, Node, RK4, advance};
+use crate::{Vector3, lie};
+use nalgebra::{SMatrix, SVector};
+
+const TIME: usize = 6;
+const GAP: usize = 7;
+
+/// Longest step of the costates, relative to them, and of the duration.
+const COSTATE_STEP: f64 = 1.0;
+const TIME_STEP: f64 = 0.4;
+
+/// A path on equal intervals: nodes and the parameters.
+#[derive(Clone, Debug)]
+pub(crate) struct Path {
+    /// `M`, reference axes.
+    pub m: Vector3,
+    pub duration: f64,
+    pub nodes: Vec<Node>,
+}
+
+/// What one sweep found.
+struct Sweep {
+    residual: SVector<f64, 7>,
+    jacobian: SMatrix<f64, 7, 7>,
+    /// The last gap carried to the end.
+    carried: SVector<f64, 7>,
+    merit: f64,
+    lanes: Vec<Lanes<8>>,
+}
+
+/// The smoothed problem at one ε.
+pub(crate) struct Smooth<'a> {
+    pub extremal: &'a Extremal,
+    pub epsilon: f64,
+    pub bias: Bias,
+    /// Order 8 instead of 4.
+    pub accurate: bool,
+}
+
+impl Path {
+    pub fn intervals(&self) -> usize {
+        self.nodes.len() - 1
+    }
+}
+
+impl Smooth<'_> {
+    fn sweep(&self, path: &Path) -> Option<Sweep> {
+        let n = path.intervals();
+        let length = path.duration / n as f64;
+        let mut lanes = Lanes::<8>::of_costate();
+        let mut stored = Vec::with_capacity(n + 1);
+        stored.push(lanes);
+        let mut gaps = 0.0;
+        for k in 0..n {
+            let at = k as f64 / n as f64;
+            let law =
+                |c: f64, e: &Vector3| self.extremal.smooth(e, self.epsilon, &self.bias.at(at + c / n as f64));
+            let (from, stretched) = (&path.nodes[k], Some((TIME, path.duration)));
+            let reached = if self.accurate {
+                advance(
+                    &Course { extremal: self.extremal, m: &path.m },
+                    &COOPER_VERNER,
+                    from,
+                    length,
+                    &mut lanes,
+                    stretched,
+                    law,
+                )
+            } else {
+                advance(
+                    &Course { extremal: self.extremal, m: &path.m },
+                    &RK4,
+                    from,
+                    length,
+                    &mut lanes,
+                    stretched,
+                    law,
+                )
+            };
+            let gap = reached.minus(&path.nodes[k + 1]);
+            gaps += gap.iter().map(|part| part.norm_squared()).sum::<f64>();
+            lanes.add(GAP, &gap, 1.0);
+            stored.push(lanes);
+        }
+        let end = path.nodes[n];
+        let extremal = self.extremal;
+        let response = extremal.smooth(&end.e, self.epsilon, &self.bias.at(1.0));
+        let target_pi = extremal.j * extremal.end_rate;
+        let miss = lie::log(&(end.r * extremal.end_attitude.transpose()));
+        let hamiltonian = extremal.hamiltonian(&path.m, &end, response.minimum);
+        let jacobian_of_log = lie::left_jacobian_inverse(&miss);
+        let [w, pi_dot, e_dot] = extremal.rate(&path.m, &end, &response.torque);
+        let column = |lane: usize| {
+            let (eta, pi, e) = (lanes.block(0, lane), lanes.block(1, lane), lanes.block(2, lane));
+            let unit = if lane < 3 { Vector3::ith(lane, 1.0) } else { Vector3::zeros() };
+            let h = pi_dot.dot(&e) - e_dot.dot(&pi) + w.dot(&(unit + path.m.cross(&eta)));
+            let eta = jacobian_of_log * eta;
+            SVector::<f64, 7>::from([eta.x, eta.y, eta.z, pi.x, pi.y, pi.z, h])
+        };
+        let pi_miss = end.pi - target_pi;
+        let residual = SVector::from([miss.x, miss.y, miss.z, pi_miss.x, pi_miss.y, pi_miss.z, hamiltonian]);
+        let merit = (residual.norm_squared() + gaps).sqrt();
+        let jacobian = SMatrix::<f64, 7, 7>::from_fn(|_, _| 0.0);
+        let mut sweep = Sweep { residual, jacobian, carried: column(GAP), merit, lanes: stored };
+        for lane in 0..7 {
+            sweep.jacobian.set_column(lane, &column(lane));
+        }
+        sweep.merit.is_finite().then_some(sweep)
+    }
+
+    /// Newton until the merit is below `tolerance`; `None` where it does not get there. Counts sweeps.
+    pub fn solve(&self, mut path: Path, tolerance: f64, most: usize, sweeps: &mut usize) -> Option<Path> {
+        *sweeps += 1;
+        let mut sweep = self.sweep(&path)?;
+        for _ in 0..most {
+            if sweep.merit <= tolerance {
+                return Some(path);
+            }
+            let step = sweep.jacobian.lu().solve(&-(sweep.residual + sweep.carried))?;
+            if !step.iter().all(|value| value.is_finite()) {
+                return None;
+            }
+            let costate = (path.m.norm_squared() + path.nodes[0].e.norm_squared()).sqrt();
+            let length = step.fixed_rows::<6>(0).norm();
+            let mut factor =
+                (COSTATE_STEP * costate / length).min(TIME_STEP * path.duration / step[TIME].abs());
+            factor = factor.min(1.0);
+            let mut accepted = false;
+            for _ in 0..6 {
+                let trial = moved(&path, &sweep, &step, factor);
+                *sweeps += 1;
+                if let Some(next) = self.sweep(&trial)
+                    && next.merit < (1.0 - 0.1 * factor) * sweep.merit
+                {
+                    (path, sweep, accepted) = (trial, next, true);
+                    break;
+                }
+                factor *= 0.4;
+            }
+            if !accepted {
+                return None;
+            }
+        }
+        (sweep.merit <= tolerance).then_some(path)
+    }
+
+    /// The path on twice as many intervals.
+    pub fn doubled(&self, path: &Path) -> Path {
+        let n = path.intervals();
+        let length = 0.5 * path.duration / n as f64;
+        let mut nodes = Vec::with_capacity(2 * n + 1);
+        for k in 0..n {
+            nodes.push(path.nodes[k]);
+            let at = k as f64 / n as f64;
+            let law = |c: f64, e: &Vector3| {
+                self.extremal.smooth(e, self.epsilon, &self.bias.at(at + 0.5 * c / n as f64))
+            };
+            let mut none = Lanes::<3>::zero();
+            nodes.push(advance(
+                &Course { extremal: self.extremal, m: &path.m },
+                &RK4,
+                &path.nodes[k],
+                length,
+                &mut none,
+                None,
+                law,
+            ));
+        }
+        nodes.push(path.nodes[n]);
+        Path { nodes, ..path.clone() }
+    }
+}
+
+fn moved(path: &Path, sweep: &Sweep, step: &SVector<f64, 7>, factor: f64) -> Path {
+    let mut change = [0.0; 8];
+    change[..7].copy_from_slice(step.as_slice());
+    change[GAP] = 1.0;
+    let nodes = path.nodes.iter().zip(&sweep.lanes);
+    Path {
+        m: path.m + factor * step.fixed_rows::<3>(0),
+        duration: path.duration + factor * step[TIME],
+        nodes: nodes.map(|(node, lanes)| node.plus(&lanes.times(&change), factor)).collect(),
+    }
+}
+
+/// Intervals of a path at the start of a continuation, and at most.
+pub(crate) const INTERVALS: usize = 32;
+pub(crate) const MOST_INTERVALS: usize = 600;
+
+/// A path and the ε that it is an extremal for.
+#[derive(Clone, Debug)]
+pub(crate) struct Smoothed {
+    pub path: Path,
+    pub epsilon: f64,
+}
+
+impl Smoothed {
+    /// `∫ (max over the inputs of −e·τ + e·τ) dt`: the time still to be gained, to first order.
+    pub fn gap(&self, extremal: &Extremal) -> f64 {
+        let n = self.path.intervals();
+        let none = Vector3::zeros();
+        let of = |node: &Node| {
+            let torque = extremal.smooth(&node.e, self.epsilon, &none).torque;
+            node.e.dot(&torque) - extremal.least(&node.e)
+        };
+        let nodes = self.path.nodes.iter().enumerate();
+        let sum: f64 = nodes.map(|(k, node)| of(node) * if k == 0 || k == n { 0.5 } else { 1.0 }).sum();
+        sum * self.path.duration / n as f64
+    }
+}
+
+/// Continues an extremal from its ε down to `target`; where it does not get there, how far it came.
+pub(crate) fn descend(
+    extremal: &Extremal,
+    from: &Smoothed,
+    target: f64,
+    bias: &Bias,
+    sweeps: &mut usize,
+) -> Result<Smoothed, Smoothed> {
+    let mut at = from.clone();
+    let (mut ratio, mut failures) = (0.25_f64, 0);
+    while at.epsilon > target * (1.0 + 1e-9) {
+        let epsilon = (ratio * at.epsilon).max(target);
+        let smooth = Smooth { extremal, epsilon, bias: *bias, accurate: false };
+        let tolerance = (0.1 * epsilon).clamp(1e-4, 1e-2);
+        let mut next = smooth.solve(at.path.clone(), tolerance, 12, sweeps);
+        while let Some(path) = &next
+            && (path.intervals() as f64) < 0.2 / epsilon
+            && 2 * path.intervals() <= MOST_INTERVALS
+        {
+            next = smooth.solve(smooth.doubled(path), tolerance, 12, sweeps);
+        }
+        if let Some(path) = next {
+            at = Smoothed { path, epsilon };
+            ratio = (0.8 * ratio).max(0.25);
+        } else {
+            failures += 1;
+            ratio = ratio.powf(0.4);
+            if failures > 6 || ratio > 0.95 {
+                return Err(at);
+            }
+        }
+    }
+    Ok(at)
+}
