@@ -135,13 +135,18 @@ fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit,
         Motion::Attitude => "attitude",
         Motion::RigidBody => "position and attitude",
     };
-    let (duration, step) = (significant(problem.duration, 4), significant(problem.step(), 3));
+    let duration = if problem.objective.is_time() {
+        format!("shortest duration, {} steps", problem.steps)
+    } else {
+        let (duration, step) = (significant(problem.duration, 4), significant(problem.step(), 3));
+        format!("{duration} s in {} steps of {step} s", problem.steps)
+    };
     let inputs = problem.actuation.count();
     let wheels = problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len());
     let of_wheels = if wheels > 0 { ", each the torque of a reaction wheel" } else { "" };
     let mut lines = vec![
         summary::headline(console, &problem.name, &verdict, tone),
-        summary::line("maneuver", &format!("{moves}, {duration} s in {} steps of {step} s", problem.steps)),
+        summary::line("maneuver", &format!("{moves}, {duration}")),
         summary::line("inputs", &format!("{inputs}{of_wheels}")),
     ];
     let limits: Vec<_> = problem.actuation.limits().map(|limit| limit.name).collect();

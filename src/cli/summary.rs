@@ -6,7 +6,7 @@ use slewkit::files::export::Target;
 use slewkit::files::spec::escape;
 use slewkit::maneuver::{
     ActiveConstraint, Method, Motion, Outcome, Path, Problem, Rung, RungReport, Scheme, SecondOrder, Sense,
-    Settings, Solution, TerminalError, Trajectory,
+    Settings, Solution, Structure, Switching, TerminalError, Trajectory,
 };
 use slewkit::numerics::figures::{counted, error, short, significant, time};
 use slewkit::plan::{Plan, Status};
@@ -156,6 +156,9 @@ fn method(problem: &Problem, solution: &Solution) -> String {
             }
             None => "SCP".into(),
         },
+        Method::Shooting | Method::Auto if problem.objective.is_time() => {
+            "shooting: smoothed extremals, then switching times".into()
+        }
         Method::Shooting | Method::Auto => {
             let idle = problem.is_constrained() && solution.active.is_empty();
             let limits = if idle { ", no limit active" } else { "" };
@@ -172,10 +175,12 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
         // Forces and torques add up in the unit that the user's weights give them.
         Motion::RigidBody => "",
     };
-    let mut lines = vec![
-        line("path", &format!("{}, turned {:.1} deg", way(solution.sense), solution.turned_deg)),
-        line("cost", &format!("{}{unit}", significant(solution.cost, 6))),
-    ];
+    let mut lines =
+        vec![line("path", &format!("{}, turned {:.1} deg", way(solution.sense), solution.turned_deg))];
+    match &solution.switching {
+        Some(switching) => lines.extend(switched(solution, switching)),
+        None => lines.line("cost", format!("{}{unit}", significant(solution.cost, 6))),
+    }
     lines.extend(iterations(solution));
     lines.line("terminal", terminal(&solution.terminal));
     let optimality = &solution.optimality;
@@ -194,7 +199,9 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
         None => "not decided".into(),
     };
     let first = error(optimality.stationarity);
-    lines.line("optimality", format!("stationarity {first}   second order: {second}"));
+    let second =
+        if solution.switching.is_some() { String::new() } else { format!("   second order: {second}") };
+    lines.line("optimality", format!("stationarity {first}{second}"));
     for rival in &solution.rivals {
         let points = match rival.conjugate_points {
             Some(0) => ", a local minimum".into(),
@@ -206,7 +213,60 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
         if solution.method == Method::Scp {
             path.push_str(&format!(", from {}", escape(&rival.start)));
         }
+        if solution.switching.is_some() {
+            lines.line("rival", format!("{} s", significant(rival.cost, 9)));
+            continue;
+        }
         lines.line("rival", format!("{path}, cost {}{points}", significant(rival.cost, 6)));
+    }
+    lines
+}
+
+/// Duration, arcs and certificate of a plan of minimum time.
+fn switched(solution: &Solution, switching: &Switching) -> Vec<String> {
+    let seconds = |duration: f64| significant(duration, 9);
+    let mut lines = Vec::new();
+    if switching.structure == Structure::Rest {
+        lines.line("duration", "0 s: the body is where it should be");
+        return lines;
+    }
+    let continuous = seconds(switching.continuous_duration_s);
+    lines.line(
+        "duration",
+        format!("{} s on the grid, {continuous} s in continuous time", seconds(solution.cost)),
+    );
+    let inputs: Vec<String> = switching.singular_inputs.iter().map(|input| (input + 1).to_string()).collect();
+    let which = match inputs.len() {
+        0 => "an input".into(),
+        1 => format!("input {}", inputs[0]),
+        _ => format!("inputs {}", inputs.join(", ")),
+    };
+    let arcs = match switching.structure {
+        Structure::Norm => "the torque has its full norm all the time, and turns".into(),
+        Structure::Singular => format!("singular: {which} within the limits; all inputs smoothed"),
+        Structure::BangBang | Structure::TruncatedChattering | Structure::Rest => {
+            let lengths = switching.arcs.iter().map(|arc| arc.end_s - arc.start_s);
+            let shortest = lengths.fold(f64::INFINITY, f64::min).max(0.0);
+            let chatters = if switching.structure == Structure::TruncatedChattering {
+                format!("; a singular arc of {which}, cut into arcs at the limits")
+            } else {
+                String::new()
+            };
+            let chatters = if switching.smoothing.is_some() {
+                format!("{chatters}; smoothed on this grid")
+            } else {
+                chatters
+            };
+            let (arcs, switches) = (counted(switching.arcs.len(), "arc"), switching.switches);
+            let plural = if switches == 1 { "" } else { "es" };
+            format!("{arcs}, {switches} switch{plural}, the shortest {} s{chatters}", error(shortest))
+        }
+    };
+    lines.line("arcs", arcs);
+    lines.line("gap", format!("{} s to be gained at most, to first order", error(switching.gap_s)));
+    if let Some(eigenaxis) = switching.eigenaxis_s {
+        let more = 100.0 * (eigenaxis / switching.continuous_duration_s - 1.0);
+        lines.line("eigenaxis", format!("{} s, {more:.1} % longer", significant(eigenaxis, 6)));
     }
     lines
 }

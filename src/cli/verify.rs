@@ -60,12 +60,17 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let mut verification =
         verify::verify_until(&problem, trajectory, tolerance, continuous, &interrupt::requested);
     // The tolerance that the plan was made to is its own matter, whatever another spec asks for.
+    let cost = verify::cost(&problem, trajectory);
     let own = held.and_then(|held| held.read("the plan's spec", &[]).ok());
     let own = own.map(|own| (plan.tolerance, own.settings.tolerance));
+    // Where time is minimised the plan has its duration, and steps of which the mean is told.
+    let duration = if problem.objective.is_time() { cost } else { problem.duration };
+    let step = duration / problem.steps as f64;
+    let step = if problem.objective.is_time() { step } else { problem.step() };
     let recorded = [
-        ("recorded cost", Some((plan.cost, verify::effort(&problem, &trajectory.input)))),
-        ("recorded duration", Some((plan.duration_s, problem.duration))),
-        ("recorded step", Some((plan.step_s, problem.step()))),
+        ("recorded cost", Some((plan.cost, cost))),
+        ("recorded duration", Some((plan.duration_s, duration))),
+        ("recorded step", Some((plan.step_s, step))),
         ("recorded turn", Some((plan.turned_deg, verify::swept(trajectory).to_degrees()))),
         ("recorded tolerance", own),
     ];

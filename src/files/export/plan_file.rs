@@ -7,7 +7,7 @@ use crate::files::identity::Identity;
 use crate::files::spec::SpecDocument;
 use crate::maneuver::{
     ActiveConstraint, ConvexWork, Optimality, Outcome, Problem, Rival, RungReport, Scheme, SecondOrder,
-    Sense, Settings, TerminalError,
+    Sense, Settings, Switching, TerminalError,
 };
 use crate::plan::{Guess, Plan, Status};
 use crate::verify::{Accuracy, Verification};
@@ -37,12 +37,14 @@ pub struct PlanFile<'a> {
     pub scheme: String,
     /// Number of steps.
     pub steps: usize,
-    /// The step, seconds.
+    /// The step, seconds; the mean of them where they are not equal.
+    #[serde(deserialize_with = "null_is_nan")]
     pub step_s: f64,
     /// Cost.
     #[serde(deserialize_with = "null_is_nan")]
     pub cost: f64,
     /// Duration, seconds.
+    #[serde(deserialize_with = "null_is_nan")]
     pub duration_s: f64,
     /// Newton iterations of the winning start.
     pub iterations: usize,
@@ -82,6 +84,9 @@ pub struct PlanFile<'a> {
     /// Which limits and constraints act, where and how hard.
     #[serde(default, deserialize_with = "null_is_nan")]
     pub active: Vec<ActiveConstraint>,
+    /// Arcs, switching times and certificate, where time is minimised.
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "null_is_nan")]
+    pub switching: Option<Switching>,
     /// Other extremals found.
     #[serde(deserialize_with = "null_is_nan")]
     pub rivals: Vec<Rival>,
@@ -132,6 +137,8 @@ impl<'a> PlanFile<'a> {
     /// The document of a plan; the trajectory is borrowed.
     pub fn new(problem: &Problem, settings: &Settings, plan: &'a Plan) -> Self {
         let solution = &plan.solution;
+        // The grid of the plan may have a step more than was asked for, or none.
+        let steps = if solution.steps > 0 { solution.steps } else { problem.steps };
         Self {
             format: Self::FORMAT,
             generator: concat!("slewkit ", env!("CARGO_PKG_VERSION")).into(),
@@ -143,7 +150,7 @@ impl<'a> PlanFile<'a> {
             steps: solution.steps,
             step_s: solution.step,
             cost: solution.cost,
-            duration_s: problem.duration,
+            duration_s: solution.duration(problem),
             iterations: solution.iterations,
             solve_time_s: solution.solve_time,
             outcome: solution.outcome,
@@ -162,12 +169,13 @@ impl<'a> PlanFile<'a> {
             ladder: solution.ladder.clone(),
             convex: solution.convex.as_ref().map(Into::into),
             active: solution.active.clone(),
+            switching: solution.switching.clone(),
             rivals: solution.rivals.clone(),
             obstruction: solution.infeasible.as_ref().map(|proof| proof.reason.clone()),
             shortest_duration_s: solution.infeasible.as_ref().and_then(|proof| proof.duration_lower_bound),
             shortfall: solution.shortfall.clone(),
             longer_s: solution.longer,
-            spec: SpecDocument::new(problem, settings).ok(),
+            spec: SpecDocument::new(&problem.clone().with_steps(steps), settings).ok(),
             costates_0: solution.costates_0(problem).to_vec(),
             trajectory: TrajectoryDocument(Cow::Borrowed(&solution.trajectory)),
         }
@@ -212,9 +220,14 @@ impl<'a> PlanFile<'a> {
     pub fn on_grid(&self, problem: &Problem) -> Result<Problem, ExportError> {
         let scheme = self.scheme().ok_or_else(|| ExportError::Scheme(self.scheme.clone()))?;
         let steps = self.steps;
-        if !(Problem::MIN_STEPS..=Problem::MAX_STEPS).contains(&steps) {
+        // A body that is where it should be needs no step, where time is minimised.
+        let none = steps == 0 && problem.objective.is_time();
+        if !none && !(Problem::MIN_STEPS..=Problem::MAX_STEPS).contains(&steps) {
             let (found, needed) = (steps, Problem::MAX_STEPS);
             return Err(TrajectoryError::Shape { key: "steps", of: "steps", found, needed }.into());
+        }
+        if none {
+            return Ok(problem.clone());
         }
         let problem = problem.clone().with_steps(steps).with_scheme(scheme);
         check_trajectory(&self.trajectory.0, &problem)?;

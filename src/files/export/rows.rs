@@ -2,10 +2,11 @@
 //!
 //! One row per node, `N + 1` in all. Inputs, torques, forces and costates stand in the row of the node
 //! at which the input acts, the costate beside the input that it determines (`u = −W⁻¹ Bᵀ λ`). Lie–Euler
-//! has no input at the first node: its fields are empty in CSV and absent in JSON lines.
+//! has no input at the first node: its fields are empty in CSV and absent in JSON lines. Inputs that are held over steps, as
+//! where time is minimised, stand in the row of the node at which their step starts; the last node has none.
 
 use super::ExportError;
-use super::columns::{Column, Values, check_finite, columns};
+use super::columns::{Column, Values, check_finite, columns, costate_width};
 use crate::files::identity::Identity;
 use crate::maneuver::Trajectory;
 use serde::ser::{Serialize, SerializeMap, Serializer};
@@ -15,19 +16,26 @@ use std::io::Write;
 struct Row<'a> {
     columns: &'a [Column<'a>],
     node: usize,
-    /// The row of the input at the node: Lie–Euler has one fewer than nodes, none at the first.
+    nodes: usize,
+    /// The row of the input at the node: Lie–Euler has one fewer than nodes, none at the first, and held inputs none at the
+    /// last, where costates have as many rows as nodes.
     input: Option<usize>,
 }
 
 impl<'a> Row<'a> {
     fn all(trajectory: &Trajectory, columns: &'a [Column<'a>]) -> impl Iterator<Item = Self> {
         let (nodes, inputs) = (trajectory.time.len(), trajectory.torque.len());
-        (0..nodes).map(move |node| Self { columns, node, input: (node + inputs).checked_sub(nodes) })
+        let held = inputs + 1 == nodes && trajectory.costates.len() == nodes * costate_width(trajectory);
+        let input = move |node: usize| {
+            if held { Some(node).filter(|node| *node < inputs) } else { (node + inputs).checked_sub(nodes) }
+        };
+        (0..nodes).map(move |node| Self { columns, node, nodes, input: input(node) })
     }
 
     /// The numbers of a column, if it has any here.
     fn numbers(&self, column: &Column<'a>) -> Option<&'a [f64]> {
-        column.values.row(if column.of_input { self.input? } else { self.node })
+        let at_node = !column.of_input || column.values.len() == self.nodes;
+        column.values.row(if at_node { self.node } else { self.input? })
     }
 }
 

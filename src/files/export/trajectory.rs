@@ -2,7 +2,7 @@
 
 use super::columns::{TrajectoryError, check_finite, columns, costate_width};
 use crate::Vector3;
-use crate::maneuver::{Motion, Problem, Scheme, Trajectory};
+use crate::maneuver::{Motion, Problem, Trajectory};
 use serde::de::{DeserializeSeed, Deserializer, Error, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize, Serializer};
 use std::borrow::Cow;
@@ -15,7 +15,7 @@ use std::fmt;
 pub fn check_trajectory(trajectory: &Trajectory, problem: &Problem) -> Result<(), TrajectoryError> {
     let dimension = problem.dimension();
     let inputs = problem.actuation.count();
-    check_shape(trajectory, problem.steps, problem.scheme, problem.motion)?;
+    check_shape(trajectory, problem)?;
     expect("input", "numbers in a row", trajectory.input_count, inputs)?;
     let rows = problem.scheme.input_rows(problem.steps);
     expect("costates", "numbers in all", trajectory.costates.len(), rows * dimension)?;
@@ -29,13 +29,8 @@ fn expect(key: &'static str, of: &'static str, found: usize, needed: usize) -> R
     if found == needed { Ok(()) } else { Err(TrajectoryError::Shape { key, of, found, needed }) }
 }
 
-fn check_shape(
-    trajectory: &Trajectory,
-    steps: usize,
-    scheme: Scheme,
-    motion: Motion,
-) -> Result<(), TrajectoryError> {
-    let (nodes, rows) = (steps + 1, scheme.input_rows(steps));
+fn check_shape(trajectory: &Trajectory, problem: &Problem) -> Result<(), TrajectoryError> {
+    let (nodes, rows, motion) = (problem.steps + 1, problem.input_rows(), problem.motion);
     for column in columns(trajectory).iter().filter(|column| !column.is_flat()) {
         let moves = ["position_m", "velocity_m_s", "force_n"].contains(&column.key);
         let rows = if column.of_input { rows } else { nodes };

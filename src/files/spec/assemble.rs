@@ -9,7 +9,7 @@ use super::{
 use crate::Matrix3;
 use crate::files::identity::Identity;
 use crate::lie::{exp, minus};
-use crate::maneuver::{Method, Motion, Path, Problem, ProblemError, Settings, State};
+use crate::maneuver::{Method, Motion, Objective, Path, Problem, ProblemError, Settings, State, Weights};
 use crate::mechanics::{Body, Inertia};
 use std::f64::consts::TAU;
 
@@ -50,7 +50,8 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
     }
 
     let section = root.section("maneuver")?;
-    let duration = section.number("duration_s");
+    let minimum_time = section.word("minimize") == Some("time");
+    let duration = maneuver::duration(section, minimum_time);
     let (start, end) = (start?, end?);
     let path = path(section, &end);
     let (start_rotation, end_rotation) = (start.rotation.as_ref()?, end.rotation.as_ref()?);
@@ -75,26 +76,37 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
     };
     let rate = start_state.angular_velocity.norm().max(end_state.angular_velocity.norm());
     let rate = rate + environment.frame_rate().norm();
-    let steps = maneuver::steps(section, duration, angle, rate)?;
+    let steps = match duration {
+        Some(duration) => maneuver::steps(section, duration, angle, rate)?,
+        None => maneuver::steps_of_minimum_time(section, angle)?,
+    };
 
     let body = Body { inertia: inertia?, mass: mass.filter(|_| motion == Motion::RigidBody) };
     let name = root.word("name").unwrap_or(default_name).to_string();
     let (actuation, weights) = actuation?;
+    let weights = weights.simplified();
+    if minimum_time && weights != Weights::default() {
+        let reason = "weights of the effort have no say where the duration is minimised";
+        section.error("E0029", "minimize", reason, "leave effort_weight out; or minimize = \"effort\"");
+    }
     let problem = Problem {
         name,
         motion,
         body,
         environment,
         actuation,
-        objective: weights.simplified().into(),
+        objective: if minimum_time { Objective::Time } else { weights.into() },
         start: start_state,
         end: end_state,
-        duration,
+        duration: duration.unwrap_or(f64::NAN),
         steps,
         scheme,
         path,
         constraints: constraints?,
     };
+    if minimum_time && let Some(solver) = &solver {
+        maneuver::refuse_solver(solver);
+    }
     if let (Method::Shooting, Some(solver)) = (settings.method, &solver) {
         constraint::refuse_shooting(&problem, solver);
     }
@@ -246,6 +258,17 @@ fn refuse(error: &ProblemError, problem: &Problem, maneuver: &Section, ends: [&B
             let at = at(end);
             let spot = if code == "E0060" { at.rate_spot() } else { at.section.spot(at.key) };
             maneuver.report.error(code, spot, escape(&error.to_string()), remedy);
+        }
+        // Told at the key itself.
+        ProblemError::MinimumTime { what: "scheme", .. } => {}
+        ProblemError::MinimumTime { what, reason } => {
+            let remedy = "take it away, or minimise effort in a given `duration_s`";
+            let remedy = if *what == "torque_limit_n_m" {
+                "add torque_limit_n_m to [actuators]: one number, or one per axis"
+            } else {
+                remedy
+            };
+            maneuver.error("E0029", "minimize", (*reason).to_string(), remedy);
         }
         ProblemError::Value { .. }
         | ProblemError::Missing(_)

@@ -29,6 +29,12 @@ pub struct Expect {
     pub newton_iterations_at_most: Option<usize>,
     /// Conjugate points of the plan.
     pub conjugate_points: Option<usize>,
+    /// Duration of the continuous extremal \[s\], where time is minimised.
+    pub continuous_duration: Option<Toleranced>,
+    /// Number of switches, where time is minimised.
+    pub switches: Option<usize>,
+    /// Bound on the gap \[s\], where time is minimised.
+    pub gap_at_most: Option<f64>,
     /// Rotation sense of the plan.
     pub sense: Option<Sense>,
     /// Costs of other extremals that must be found.
@@ -128,6 +134,9 @@ pub(crate) fn of_maneuver(section: &Section) -> Expect {
         terminal_error: section.number("terminal_error"),
         newton_iterations_at_most: section.count("newton_iterations_at_most"),
         conjugate_points: section.count("conjugate_points"),
+        continuous_duration: section.toleranced("continuous_duration_s"),
+        switches: section.count("switches"),
+        gap_at_most: section.number("gap_at_most_s"),
         sense: section.word("sense").map(|word| if word == "long" { Sense::Long } else { Sense::Short }),
         rivals: section.list("rivals").iter().filter_map(Toleranced::read).collect(),
         margin_at_least: section.number("margin_at_least"),

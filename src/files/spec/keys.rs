@@ -413,17 +413,17 @@ tables! {
     }
 
     static MANEUVER[exclusive: &[&["steps", "step_s"]]] {
-        /// What is minimised: effort, the integral of ½uᵀWu. Default: effort.
-        "minimize": Choice(&["effort"], &["time", "fuel"]);
-        /// Duration.
-        "duration_s": Number(q::DURATION), needed "duration_s = 60";
+        /// What is minimised: effort, the integral of ½uᵀWu; or time, the duration, which is then not given, under limits of the
+        /// inputs. Default: effort.
+        "minimize": Choice(&["effort", "time"], &["fuel"]);
+        /// Duration; of a maneuver of least effort, and of no other.
+        "duration_s": Number(q::DURATION);
         /// Number of steps. Default: the smallest from 100 on with at most 0.3 rad a step.
         "steps": Steps(StepsOf::Plan);
         /// Step, instead of steps.
         "step_s": Number(q::DURATION);
         /// Which way round. Default: best; as_given with rotation_from_start.
         "path": Choice(&["best", "shortest", "long", "as_given"], &[]);
-        "duration_max_s": Later("minimum time");
     }
 
     static SOLVER[exclusive: &[&["continuous_tolerance_deg", "continuous_tolerance_rad"]]] {
@@ -491,6 +491,12 @@ tables! {
         "newton_iterations_at_most": Count(1, 1_000_000);
         /// Conjugate points of the plan.
         "conjugate_points": Count(0, 1_000_000);
+        /// Duration of the continuous extremal, where time is minimised.
+        "continuous_duration_s": Table(&TOLERANCED);
+        /// Number of switches, where time is minimised.
+        "switches": Count(0, 1000);
+        /// Bound on the time still to be gained, to first order, where time is minimised, seconds.
+        "gap_at_most_s": Number(q::COST);
         /// Rotation sense of the plan.
         "sense": Choice(&["short", "long"], &[]);
         /// Bound on the smallest margin of all limits and constraints, relative to the limit or in rad.

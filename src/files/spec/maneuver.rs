@@ -20,6 +20,52 @@ pub fn default_steps(angle: f64, rate: f64, duration: f64) -> f64 {
     ((1.5 * angle + rate * duration) / ANGLE_PER_STEP).ceil().max(DEFAULT_STEPS)
 }
 
+/// The duration: needed where effort is minimised, and sought where time is; the inner `None` is sought.
+pub(crate) fn duration(section: &Section, minimum_time: bool) -> Option<Option<f64>> {
+    if !minimum_time {
+        if !section.has("duration_s") {
+            return section.refuse(
+                "E0021",
+                "duration_s",
+                "[maneuver] needs `duration_s`",
+                "add duration_s = 60",
+            );
+        }
+        return section.number("duration_s").map(Some);
+    }
+    if section.has("duration_s") {
+        let reason = "the duration is what `minimize = \"time\"` looks for";
+        let remedy = "leave duration_s out; or minimize = \"effort\" in that time";
+        return section.refuse("E0029", "duration_s", reason, remedy);
+    }
+    if section.has("step_s") {
+        let reason = "steps of a given length need a given duration, and the duration is looked for";
+        return section.refuse("E0029", "step_s", reason, "give steps = 100 instead, or leave it out");
+    }
+    Some(None)
+}
+
+/// The number of steps of a maneuver of minimum time, given or chosen for its angle.
+pub(crate) fn steps_of_minimum_time(section: &Section, angle: f64) -> Option<usize> {
+    if section.has("steps") {
+        section.whole("steps")?.try_into().ok()
+    } else {
+        steps(section, 0.0, angle, 0.0)
+    }
+}
+
+/// Refuses settings of the solver that a maneuver of minimum time cannot have.
+pub(crate) fn refuse_solver(section: &Section) {
+    if section.word("method") == Some("scp") {
+        let reason = "a maneuver of minimum time is planned by shooting";
+        section.error("E0029", "method", reason, "write method = \"auto\", or leave it out");
+    }
+    if section.word("scheme") == Some("lie_euler") {
+        let reason = "a maneuver of minimum time takes the second-order scheme";
+        section.error("E0029", "scheme", reason, "write scheme = \"lie_verlet\", or leave it out");
+    }
+}
+
 /// The number of steps, given or chosen for the `angle` and `rate` of [`default_steps`].
 pub(crate) fn steps(section: &Section, duration: f64, angle: f64, rate: f64) -> Option<usize> {
     if section.has("steps") || section.has("step_s") {

@@ -8,7 +8,7 @@ use super::difference::{Difference, differences};
 use super::keys::{Kind, ROOT, Table};
 use super::{Diagnostics, Format, Loaded, Override, Spec, Wanted, interpret};
 use crate::files::identity::Identity;
-use crate::maneuver::{Constraint, Motion, Objective, Path, Problem, Rule, Settings, Side, State, Weighted};
+use crate::maneuver::{Constraint, Motion, Path, Problem, Rule, Settings, Side, State, Weighted};
 use crate::mechanics::{AxisFrame, Description, Wheels};
 use crate::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize, Serializer};
@@ -52,8 +52,8 @@ impl SpecDocument {
             }
         };
         spec.table("maneuver", |maneuver| {
-            maneuver.put("minimize", "effort");
-            maneuver.put("duration_s", problem.duration);
+            maneuver.put("minimize", problem.objective.name());
+            maneuver.some("duration_s", Some(problem.duration).filter(|_| !problem.objective.is_time()));
             maneuver.put("steps", problem.steps);
             maneuver.put("path", path);
         });
@@ -238,7 +238,7 @@ fn boundary(table: &mut Writing, state: &State, moves: bool) {
 }
 
 fn actuators(spec: &mut Writing, problem: &Problem, moves: bool) -> Result<(), Unwritable> {
-    let Objective::Effort(weights) = &problem.objective;
+    let weights = problem.objective.weights();
     let (torque, force) = (weights.torque(&problem.actuation), weights.force(&problem.actuation));
     if force.is_some() && !moves {
         return Err(Unwritable("forces in a maneuver of the attitude alone"));

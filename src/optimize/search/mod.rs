@@ -9,6 +9,7 @@ mod effort;
 mod free;
 mod guess;
 mod ladder;
+mod minimum_time;
 pub(crate) mod paths;
 mod record;
 mod saturated;
@@ -41,6 +42,12 @@ pub enum PlanError {
     /// The shooting cannot take what limits the maneuver.
     #[error("the shooting cannot plan this maneuver: {reason}; use method = \"scp\" or \"auto\"")]
     NotForShooting {
+        /// What it cannot take.
+        reason: &'static str,
+    },
+    /// What cannot be asked of a maneuver of minimum time.
+    #[error("a maneuver of minimum time: {reason}")]
+    MinimumTime {
         /// What it cannot take.
         reason: &'static str,
     },
@@ -88,6 +95,28 @@ fn check_for_scp(problem: &Problem) -> Result<(), PlanError> {
     if steps <= MAX_CONVEX_STEPS { Ok(()) } else { Err(PlanError::TooManySteps { steps }) }
 }
 
+/// Whether settings and guess are such that time can be minimised.
+fn check_for_switching(settings: &Settings, guess: Option<&Guess>) -> Result<(), PlanError> {
+    if settings.method == Method::Scp {
+        let reason = "it is planned by shooting: use method = \"shooting\" or \"auto\"";
+        return Err(PlanError::MinimumTime { reason });
+    }
+    if guess.is_some() {
+        return Err(PlanError::MinimumTime { reason: "it takes no guess: leave it out" });
+    }
+    Ok(())
+}
+
+/// Whether the effort is what is minimised.
+fn check_for_effort(problem: &Problem) -> Result<(), PlanError> {
+    if problem.objective.is_time() {
+        return Err(PlanError::MinimumTime {
+            reason: "only a maneuver of given duration has costates of effort",
+        });
+    }
+    Ok(())
+}
+
 /// Whether the shooting can take what limits a maneuver.
 fn check_for_shooting(problem: &Problem) -> Result<(), PlanError> {
     control_law::obstacle(problem).map_or(Ok(()), |reason| Err(PlanError::NotForShooting { reason }))
@@ -108,6 +137,7 @@ pub fn polish(
     observer: &mut dyn Observer,
 ) -> Result<Solution, PlanError> {
     check(problem, settings)?;
+    check_for_effort(problem)?;
     check_costates(problem, guess)?;
     check_for_shooting(problem)?;
     let context = Context::new(settings, observer);
@@ -138,6 +168,10 @@ pub fn solve(
     observer: &mut dyn Observer,
 ) -> Result<Solution, PlanError> {
     check(problem, settings)?;
+    if problem.objective.is_time() {
+        check_for_switching(settings, guess)?;
+        return Ok(minimum_time::solve(problem, &Context::new(settings, observer)));
+    }
     if let Some(guess) = guess {
         // A path alone is a guess too.
         if !guess.costates.is_empty() || guess.quaternion.is_empty() {
@@ -181,6 +215,7 @@ pub(crate) fn solve_convex(
 ) -> Result<Solution, PlanError> {
     let settings = Settings { method: Method::Scp, ..settings.clone() };
     check(problem, &settings)?;
+    check_for_effort(problem)?;
     check_for_scp(problem)?;
     let context = Context::new(&settings, observer);
     let last = if polish { ScpOptions::default() } else { ScpOptions::unpolished() };

@@ -132,6 +132,9 @@ pub fn compare(
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> Result<Comparison, PlanError> {
+    if problem.objective.is_time() {
+        return Err(PlanError::MinimumTime { reason: "methods are compared on maneuvers of given duration" });
+    }
     let shooting_settings = Settings { method: Method::Shooting, ..settings.clone() };
     let mut shooting = match plan::plan(problem, &shooting_settings, None, observer) {
         Err(PlanError::NotForShooting { reason }) => Err(reason),

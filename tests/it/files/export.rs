@@ -165,6 +165,7 @@ fn plan(problem: &Problem) -> Plan {
             multiplier: vec![1.0 / 3.0, 0.0],
         }],
         method: if problem.is_constrained() { Method::Scp } else { Method::Shooting },
+        switching: None,
         rivals: vec![rival],
         infeasible: None,
         tolerance: 1e-12,

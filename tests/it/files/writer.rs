@@ -48,6 +48,27 @@ fn random_maneuvers_of_every_kind_come_back_bit_for_bit() {
 }
 
 #[test]
+fn random_maneuvers_of_minimum_time_come_back_bit_for_bit() {
+    let mut count = 0;
+    for index in 0..1040 {
+        let text = random_spec(index).text;
+        let given = |line: &&str| {
+            let given = ["duration_s", "step_s", "minimize", "method", "scheme", "effort_weight"];
+            !given.iter().any(|key| line.starts_with(key))
+        };
+        let lines: Vec<&str> = text.lines().filter(given).collect();
+        let text = lines.join("\n").replace("[maneuver]", "[maneuver]\nminimize = \"time\"");
+        // Most have something that minimum time does not take.
+        if let Ok(loaded) = spec::from_str(&text, "random.toml", Format::Toml, &[]) {
+            assert!(loaded.problem.objective.is_time() && loaded.problem.duration.is_nan());
+            comes_back(&loaded, &format!("minimum time {index}"));
+            count += 1;
+        }
+    }
+    assert!(count > 30, "{count}");
+}
+
+#[test]
 fn every_notation_comes_back_bit_for_bit() {
     for text in [BASE, ORBIT, CONSTRAINED, WHEELS] {
         comes_back(&good(text, &[]), text);

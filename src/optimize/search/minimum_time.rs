@@ -1,0 +1,349 @@
+//! Minimum time: the search for the shortest extremal, and the discrete optimum on the grid of the plan.
+
+use super::context::Context;
+use crate::lie::{self, continued};
+use crate::maneuver::problem::{Path, Problem};
+use crate::maneuver::settings::Method;
+use crate::maneuver::solution::{
+    Optimality, Outcome, Rival, Rung, Sense, Solution, TerminalError, Trajectory,
+};
+use crate::maneuver::switching::{Structure, Switching, SwitchingArc};
+use crate::mechanics::drift_equation;
+use crate::optimize::methods::driver::Report;
+use crate::optimize::methods::switching::branches::Ask;
+use crate::optimize::methods::switching::discretize::{LEAST_STEPS, NO_LENGTH, arcs_on_grid, smooth_on_grid};
+use crate::optimize::methods::switching::eigenaxis;
+use crate::optimize::methods::switching::extremal::{Extremal, Law};
+use crate::optimize::methods::switching::on_grid::OnGrid;
+use crate::optimize::methods::switching::scaled::{TimeUnits, inputs, scaled};
+use crate::optimize::methods::switching::search::{Limit, search};
+use crate::{Matrix3, Vector3};
+
+/// Attitudes this near, and rates in the unit of time, are the same.
+const SAME: f64 = 1e-14;
+
+/// Durations that differ by this part are those of two extremals.
+const DISTINCT: f64 = 1e-6;
+
+/// An input of a smoothed plan stays within its limits where it is below this part of them, on this part of the steps.
+const WITHIN: f64 = 0.9;
+const FOR: f64 = 1.0 / 12.0;
+
+/// Solves a maneuver of minimum time. It must have been checked.
+pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
+    let tolerance = context.settings.tolerance;
+    let mut solution = Solution { method: Method::Shooting, ..Solution::unsolved(problem, tolerance) };
+    let Some((extremal, units)) = scaled(problem) else {
+        solution.outcome = Outcome::NotFinite;
+        return solution;
+    };
+    let apart = lie::log(&extremal.end_attitude).norm() + (extremal.end_rate - extremal.start_rate).norm();
+    if apart < SAME && !matches!(problem.path, Path::Long | Path::AsGiven(_)) {
+        return at_rest(problem, solution);
+    }
+    let ask = Ask { path: problem.path, thoroughness: context.settings.search };
+    context.enter(Rung::Smoothed, "best", 0);
+    let found = search(&extremal, &ask, &|| context.interrupt().is_some());
+    let report = |outcome, iterations| Report { outcome, iterations, residuals: Vec::new() };
+    let smoothed = if found.branches == 0 { Outcome::Stalled } else { Outcome::Converged };
+    context.note(Rung::Smoothed, "all", 0, report(smoothed, found.sweeps));
+    if found.branches > 0 {
+        let polished = if found.limits.is_empty() { Outcome::Stalled } else { Outcome::Converged };
+        context.note(Rung::Switches, "all", 0, report(polished, found.newtons));
+    }
+    if let Some(outcome) = context.interrupt() {
+        return ended(solution, outcome, context);
+    }
+    let mut plans = Vec::new();
+    for limit in &found.limits {
+        context.enter(Rung::Aligned, limit.name(), problem.steps);
+        let plan = on_grid(problem, &extremal, &units, limit);
+        let outcome = if plan.is_some() { Outcome::Converged } else { Outcome::Stalled };
+        let iterations = plan.as_ref().map_or(0, |plan| plan.iterations);
+        let residuals = plan.iter().map(|plan| plan.residual).collect();
+        context.note(Rung::Aligned, limit.name(), problem.steps, Report { outcome, iterations, residuals });
+        if let Some(plan) = plan
+            && follows(problem, &plan)
+        {
+            plans.push(plan);
+            // Rivals are told by their continuous extremals: only the plan itself needs the grid.
+            break;
+        }
+    }
+    let Some(plan) = plans.into_iter().next() else {
+        let arcs = found.limits.iter().find_map(|limit| limit.arcs.as_ref());
+        let arcs = arcs.map(|(arcs, _)| arcs.switches.len() + 1);
+        solution.shortfall = Some(match arcs {
+            Some(arcs) if arcs * LEAST_STEPS > problem.steps => {
+                format!("{arcs} arcs need at least {} steps", arcs * LEAST_STEPS)
+            }
+            _ if found.branches == 0 => "no smoothed extremal was found".into(),
+            _ => format!("no discrete optimum was found on {} steps", problem.steps),
+        });
+        return ended(solution, Outcome::Stalled, context);
+    };
+    solution.rivals = rivals(&found.limits, &plan, units.time);
+    solution.steps = plan.trajectory.time.len() - 1;
+    solution.step = plan.cost / solution.steps as f64;
+    solution.cost = plan.cost;
+    solution.iterations = plan.iterations;
+    solution.terminal = plan.terminal;
+    solution.optimality =
+        Optimality { stationarity: plan.residual, conjugate_points: None, rank: 6, condition: f64::NAN };
+    solution.sense = plan.sense;
+    solution.turned_deg = plan.turned_deg;
+    solution.start = plan.start;
+    solution.trajectory = plan.trajectory;
+    solution.switching = Some(plan.switching);
+    let outcome =
+        if solution.terminal.largest() <= tolerance { Outcome::Converged } else { Outcome::Stalled };
+    ended(solution, outcome, context)
+}
+
+/// The longer extremals, each duration once: mirror images are equally long.
+fn rivals(limits: &[Limit], plan: &Planned, second: f64) -> Vec<Rival> {
+    let mut rivals: Vec<Rival> = Vec::new();
+    let mut last = plan.switching.continuous_duration_s;
+    for limit in limits {
+        let cost = limit.duration() * second;
+        if cost > last * (1.0 + DISTINCT) {
+            let (start, sense) = (limit.name().into(), plan.sense);
+            rivals.push(Rival { start, sense, cost, conjugate_points: None, turned_deg: f64::NAN });
+            last = cost;
+        }
+    }
+    rivals
+}
+
+fn ended(solution: Solution, outcome: Outcome, context: &Context) -> Solution {
+    let (ladder, solve_time) = (context.ladder.take(), context.began.elapsed().as_secs_f64());
+    Solution { outcome, ladder, solve_time, ..solution }
+}
+
+/// The body is where it should be: no time, no steps.
+fn at_rest(problem: &Problem, solution: Solution) -> Solution {
+    let trajectory = Trajectory {
+        time: vec![0.0],
+        quaternion: vec![lie::quaternion_from_rotation(&problem.start.attitude)],
+        angular_velocity: vec![problem.start.angular_velocity],
+        input_count: problem.actuation.count(),
+        costates: vec![0.0; 6],
+        ..Trajectory::default()
+    };
+    let switching = Switching {
+        structure: Structure::Rest,
+        continuous_duration_s: 0.0,
+        gap_s: 0.0,
+        eigenaxis_s: None,
+        switches: 0,
+        singular_inputs: Vec::new(),
+        smoothing: None,
+        arcs: Vec::new(),
+    };
+    Solution {
+        outcome: Outcome::Converged,
+        steps: 0,
+        step: 0.0,
+        cost: 0.0,
+        terminal: TerminalError::default(),
+        optimality: Optimality { stationarity: 0.0, conjugate_points: None, rank: 6, condition: 1.0 },
+        turned_deg: 0.0,
+        start: "rest".into(),
+        trajectory,
+        switching: Some(switching),
+        ..solution
+    }
+}
+
+/// A plan on its grid.
+struct Planned {
+    cost: f64,
+    residual: f64,
+    iterations: usize,
+    terminal: TerminalError,
+    sense: Sense,
+    turned_deg: f64,
+    start: String,
+    trajectory: Trajectory,
+    switching: Switching,
+    /// Continuous quaternion from the start, at the end.
+    sheet: [f64; 4],
+}
+
+fn on_grid(problem: &Problem, extremal: &Extremal, units: &TimeUnits, limit: &Limit) -> Option<Planned> {
+    let steps = problem.steps;
+    let arcs = limit.arcs.as_ref();
+    let aligned = arcs.and_then(|(arcs, _)| arcs_on_grid(extremal, arcs, steps));
+    let (grid, smoothing) = match aligned {
+        Some(grid) => (grid, None),
+        // Where arcs vanish on the grid, the smoothed extremal that they came from has steps of its own.
+        None => {
+            smooth_on_grid(extremal, &limit.smooth, steps).map(|(grid, epsilon)| (grid, Some(epsilon)))?
+        }
+    };
+    let mut recorded = record(problem, extremal, units, &grid)?;
+    let second = units.time;
+    let eigenaxis_s = eigenaxis::duration(extremal).map(|duration| duration * second);
+    recorded.switching.eigenaxis_s = eigenaxis_s;
+    recorded.switching.smoothing = smoothing;
+    recorded.switching.continuous_duration_s = limit.duration() * second;
+    recorded.start = limit.name().into();
+    let switching = &mut recorded.switching;
+    if let Some((arcs, certificate)) = arcs {
+        let exact = limit.is_exact();
+        switching.structure = if exact { Structure::BangBang } else { Structure::TruncatedChattering };
+        switching.gap_s = certificate.gap * second;
+        switching.switches = arcs.switches.len();
+        switching.singular_inputs = if exact { Vec::new() } else { certificate.singular() };
+        for (_, start, end, signs) in arcs.arcs() {
+            let input = at_limits(problem, &signs);
+            switching.arcs.push(SwitchingArc { start_s: start * second, end_s: end * second, input });
+        }
+    } else {
+        switching.gap_s = limit.smooth.gap(extremal) * second;
+        let norm = matches!(extremal.law, Law::Norm(_));
+        switching.structure = if norm { Structure::Norm } else { Structure::Singular };
+    }
+    Some(recorded)
+}
+
+/// Inputs at the limits of these signs.
+fn at_limits(problem: &Problem, signs: &[f64]) -> Vec<f64> {
+    let size = problem.actuation.torque.limits().size.iter().flatten();
+    size.zip(signs).map(|(size, sign)| size * sign).collect()
+}
+
+/// Replays a plan from the start and records every node.
+fn record(problem: &Problem, extremal: &Extremal, units: &TimeUnits, grid: &OnGrid) -> Option<Planned> {
+    let start = &problem.start.attitude;
+    let least = NO_LENGTH * grid.duration();
+    let kept: Vec<usize> =
+        (0..grid.steps.len()).filter(|k| grid.step_length(&grid.steps[*k]) > least).collect();
+    let count = problem.actuation.count();
+    let mut trajectory = Trajectory { input_count: count, ..Trajectory::default() };
+    let (mut r, mut pi) = (Matrix3::identity(), extremal.j * extremal.start_rate);
+    let (mut m_e, mut quaternion) = ((grid.m, grid.nodes[0].e), None);
+    let (mut sheet, mut turned, mut clock) = ([1.0, 0.0, 0.0, 0.0], 0.0, 0.0);
+    let mut within = vec![0_usize; count];
+    let j = extremal.j;
+    for index in 0..=kept.len() {
+        let attitude = start * r;
+        let next = continued(quaternion.as_ref(), lie::quaternion_from_rotation(&attitude));
+        quaternion = Some(next);
+        trajectory.time.push(clock * units.time);
+        trajectory.quaternion.push(next);
+        trajectory.angular_velocity.push(extremal.j_inverse * pi / units.time);
+        let (zeta, e) = m_e;
+        trajectory.costates.extend((zeta * units.time).iter());
+        trajectory.costates.extend((e * (units.time / units.momentum())).iter());
+        let Some(k) = kept.get(index).copied() else { break };
+        let step = &grid.steps[k];
+        let row = match grid.signs.get(step.arc) {
+            Some(signs) => at_limits(problem, signs),
+            None => {
+                let row = inputs(problem, units, &grid.torques[k])?;
+                if let Some(size) = &problem.actuation.torque.limits().size {
+                    for (within, (value, size)) in within.iter_mut().zip(row.iter().zip(size)) {
+                        *within += usize::from(value.abs() < WITHIN * size);
+                    }
+                }
+                row
+            }
+        };
+        let torque = problem.actuation.torque.output(&row);
+        trajectory.input.extend(&row);
+        trajectory.torque.push(torque);
+        // The step as the witnesses will take it: of the length that the recorded times give.
+        let length = grid.step_length(step);
+        clock += length;
+        let h = (clock * units.time - trajectory.time[index]) / units.time;
+        let torque = torque / units.torque;
+        let kicked = pi + 0.5 * h * torque;
+        let c = drift_equation::solve(&j, &extremal.j_inverse, &(h * kicked))?;
+        let f = lie::cayley(&c);
+        turned += 2.0 * c.norm().atan();
+        let turn = lie::quaternion_from_rotation(&f);
+        sheet = product(&sheet, &if turn[0] < 0.0 { turn.map(|part| -part) } else { turn });
+        r *= f;
+        pi = f.tr_mul(&kicked) + 0.5 * h * torque;
+        let node = &grid.nodes[k + 1];
+        m_e = (node.r.tr_mul(&grid.m), node.e);
+    }
+    let miss = lie::log(&extremal.end_attitude.tr_mul(&r)).norm();
+    let duration = grid.duration();
+    let mean = j.trace() / 3.0;
+    let momentum = (pi - j * extremal.end_rate).norm() * duration / mean;
+    let steps = kept.len() as f64;
+    let singular_inputs = (0..count).filter(|input| within[*input] as f64 > FOR * steps).collect();
+    let switching = Switching {
+        structure: Structure::BangBang,
+        continuous_duration_s: f64::NAN,
+        gap_s: f64::NAN,
+        eigenaxis_s: None,
+        switches: 0,
+        singular_inputs,
+        smoothing: None,
+        arcs: Vec::new(),
+    };
+    Some(Planned {
+        cost: *trajectory.time.last()?,
+        residual: grid.residual,
+        iterations: grid.iterations,
+        terminal: TerminalError {
+            attitude_rad: miss,
+            momentum_relative: momentum,
+            position_relative: None,
+            linear_momentum_relative: None,
+        },
+        sense: sense(extremal, duration, &sheet),
+        turned_deg: turned.to_degrees(),
+        start: String::new(),
+        trajectory,
+        switching,
+        sheet,
+    })
+}
+
+fn product(a: &[f64; 4], b: &[f64; 4]) -> [f64; 4] {
+    let (v, w) = (Vector3::new(a[1], a[2], a[3]), Vector3::new(b[1], b[2], b[3]));
+    let u = a[0] * w + b[0] * v + v.cross(&w);
+    [a[0] * b[0] - v.dot(&w), u.x, u.y, u.z]
+}
+
+fn unit_quaternion(vector: &Vector3) -> [f64; 4] {
+    let half = 0.5 * vector.norm();
+    let sinc = if half > 1e-9 { half.sin() / half } else { 1.0 };
+    let v = 0.5 * sinc * vector;
+    [half.cos(), v.x, v.y, v.z]
+}
+
+/// Short if the path ends on the sheet that the motion without inputs reaches by the shortest rotation to the end.
+fn sense(extremal: &Extremal, duration: f64, sheet: &[f64; 4]) -> Sense {
+    const STEPS: usize = 256;
+    let h = duration / STEPS as f64;
+    let mut pi = extremal.j * extremal.start_rate;
+    let (mut free, mut r) = ([1.0, 0.0, 0.0, 0.0], Matrix3::identity());
+    for _ in 0..STEPS {
+        let Some(c) = drift_equation::solve(&extremal.j, &extremal.j_inverse, &(h * pi)) else { break };
+        let f = lie::cayley(&c);
+        free = product(&free, &unit_quaternion(&lie::log(&f)));
+        (r, pi) = (r * f, f.tr_mul(&pi));
+    }
+    let rest = lie::log(&r.tr_mul(&extremal.end_attitude));
+    let expected = product(&free, &unit_quaternion(&rest));
+    let same = expected.iter().zip(sheet).map(|(a, b)| a * b).sum::<f64>() > 0.0;
+    if same { Sense::Short } else { Sense::Long }
+}
+
+/// Whether a plan goes the way that is asked for.
+fn follows(problem: &Problem, plan: &Planned) -> bool {
+    match problem.path {
+        Path::Best => true,
+        Path::Shortest => plan.sense == Sense::Short,
+        Path::Long => plan.sense == Sense::Long,
+        Path::AsGiven(vector) => {
+            let given = unit_quaternion(&vector);
+            given.iter().zip(&plan.sheet).map(|(a, b)| a * b).sum::<f64>() > 0.0
+        }
+    }
+}
