@@ -6,5 +6,6 @@ mod costs;
 mod dense;
 mod invariance;
 mod limits;
+mod minimum_time;
 mod order;
 mod support;

@@ -1,0 +1,112 @@
+//! Minimum time on a published set: how many are solved and verified, how their durations compare with the best that was
+//! published, what they are made of, and how long it takes.
+//!
+//! `cargo run --release --example minimum_time [-- COUNT [FILE]]`; a FILE has the columns of `examples/minimum_time/*.csv` and is
+//! taken with the inertia diag(1, 2, 3) if its name starts with "asymmetric", with the identity otherwise.
+
+use slewkit::maneuver::{Problem, Settings, State, Structure};
+use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
+use slewkit::plan::{Silent, Status, plan};
+use slewkit::{Vector3, lie};
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// The published durations have three digits after the point.
+const ROUNDING: f64 = 5e-4;
+
+#[derive(Default)]
+struct Tally {
+    cases: usize,
+    solved: usize,
+    published: usize,
+    longer: usize,
+    shorter: usize,
+    worst: f64,
+    exact: usize,
+    chattering: usize,
+    singular: usize,
+    solve_ms: Vec<f64>,
+    whole_ms: Vec<f64>,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut words = std::env::args().skip(1);
+    let count = words.next().map_or(Ok(usize::MAX), |word| word.parse())?;
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/minimum_time");
+    let shipped = ["rest.csv", "moving_ends.csv", "asymmetric.csv"].map(|name| folder.join(name));
+    let files: Vec<PathBuf> = words.next().map_or(shipped.to_vec(), |file| vec![file.into()]);
+    for file in files {
+        let name = file.file_name().unwrap_or_default().to_string_lossy().to_string();
+        let inertia = if name.starts_with("asymmetric") { [1.0, 2.0, 3.0] } else { [1.0; 3] };
+        let mut tally = Tally::default();
+        for (index, line) in std::fs::read_to_string(&file)?.lines().skip(1).take(count).enumerate() {
+            case(index, line, inertia, &mut tally)
+                .map_err(|error| format!("{name}, case {index}: {error}"))?;
+        }
+        report(&name, tally);
+    }
+    Ok(())
+}
+
+fn case(index: usize, line: &str, inertia: [f64; 3], tally: &mut Tally) -> Result<(), Box<dyn Error>> {
+    let cells: Vec<&str> = line.split(',').collect();
+    let numbers: Vec<f64> = cells.iter().take(14).map(|cell| cell.parse()).collect::<Result<_, _>>()?;
+    let [start, end] = [0, 7].map(|at| {
+        let quaternion = [numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3]];
+        // Six digits: no rotation before it is made one.
+        let attitude = lie::project_to_rotation(&lie::rotation_from_quaternion(&quaternion));
+        State::attitude(attitude, Vector3::from_row_slice(&numbers[at + 4..at + 7]))
+    });
+    let body = Body { inertia: Inertia::diagonal(inertia.into())?, mass: None };
+    let limits = Limits { size: Some(vec![1.0; 3]), ..Limits::default() };
+    let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits)?;
+    let problem = Problem::minimum_time(body, start, end).with_actuation(Actuation::torques(torques));
+
+    let began = Instant::now();
+    let plan = plan(&problem, &Settings::default(), None, &mut Silent)?;
+    tally.whole_ms.push(began.elapsed().as_secs_f64() * 1e3);
+    tally.solve_ms.push(plan.solution.solve_time * 1e3);
+    tally.cases += 1;
+    let Some(switching) = plan.solution.switching.filter(|_| plan.status == Status::Solved) else {
+        println!("  case {index}: {}", plan.status.name());
+        return Ok(());
+    };
+    tally.solved += 1;
+    match switching.structure {
+        Structure::BangBang => tally.exact += 1,
+        Structure::TruncatedChattering => tally.chattering += 1,
+        _ => tally.singular += 1,
+    }
+    if let Some(published) = cells.get(14).and_then(|cell| cell.parse::<f64>().ok()) {
+        tally.published += 1;
+        let excess = switching.continuous_duration_s - published;
+        tally.worst = tally.worst.max(excess - ROUNDING);
+        if excess > ROUNDING {
+            tally.longer += 1;
+            println!("  case {index}: {:.6}, published {published}", switching.continuous_duration_s);
+        }
+        tally.shorter += usize::from(excess < -2.0 * ROUNDING);
+    }
+    Ok(())
+}
+
+fn report(name: &str, tally: Tally) {
+    let share = |count: usize| 100.0 * count as f64 / tally.solved.max(1) as f64;
+    println!("{name}: {} of {} solved and verified", tally.solved, tally.cases);
+    println!(
+        "  {} published: longer than that and its rounding {}, at most by {:.1e}; shorter by more than 1e-3 {}",
+        tally.published, tally.longer, tally.worst, tally.shorter
+    );
+    println!(
+        "  bang-bang {:.1} %, truncated chattering {:.1} %, singular {:.1} %",
+        share(tally.exact),
+        share(tally.chattering),
+        share(tally.singular)
+    );
+    for (what, mut times) in [("solve", tally.solve_ms), ("with witnesses", tally.whole_ms)] {
+        times.sort_by(f64::total_cmp);
+        let at = |part: f64| times.get((part * times.len() as f64) as usize).copied().unwrap_or(f64::NAN);
+        println!("  {what}: median {:.1} ms, 90 % {:.1} ms, 99 % {:.1} ms", at(0.5), at(0.9), at(0.99));
+    }
+}
