@@ -55,17 +55,22 @@ impl Record<'_> {
         inertial - attitude.tr_mul(&self.problem.environment.frame_rate())
     }
 
+    /// The other row of step `k`: that of its end for Lie–Verlet; the same for Lie–Euler, and where a row is a step's.
+    fn later_row(&self, k: usize) -> usize {
+        if self.problem.objective.is_time() { k } else { k + 1 - self.problem.scheme.first_input() }
+    }
+
     /// The torque that the plan holds over step `k`, body axes [N·m]: the mean of the two rows at its ends for
-    /// Lie–Verlet, the row at its end for Lie–Euler.
+    /// Lie–Verlet, the row at its end for Lie–Euler, that of the step where time is minimised.
     pub(super) fn held_torque(&self, k: usize) -> Vector3 {
         let torque = &self.trajectory.torque;
-        let later = k + 1 - self.problem.scheme.first_input();
+        let later = self.later_row(k);
         if later == k { torque[k] } else { 0.5 * (torque[k] + torque[later]) }
     }
 
     /// The inputs that the plan holds over step `k`, in the same way.
     pub(super) fn held_inputs(&self, k: usize) -> Vec<f64> {
-        let later = k + 1 - self.problem.scheme.first_input();
+        let later = self.later_row(k);
         let ends = self.trajectory.inputs(k).iter().zip(self.trajectory.inputs(later));
         ends.map(|(first, last)| 0.5 * (first + last)).collect()
     }
