@@ -49,14 +49,14 @@ fn inputs(subject: &Subject) -> Vec<Shown> {
             .map(|(style, index)| {
                 let name = if several > 1 { format!("{what} {}", style + 1) } else { what.into() };
                 let values = rows(index).map_while(|at| trajectory.input.get(at).copied());
-                line(name, style, subject.input_times(), values)
+                subject.input_line(name, style, values.collect())
             })
             .collect();
         let limits: Vec<InputLimit> = actuation.limits().filter(|limit| limit.of_force == of_force).collect();
         if let Some(norm) = limits.iter().find(|limit| limit.kind == LimitKind::Norm) {
             let output = |row: usize| norm.set.output(&trajectory.inputs(row)[norm.first..]).norm();
-            let values = (0..subject.input_times().len()).map(output);
-            curves.push(line("norm", several, subject.input_times(), values));
+            let values = (0..trajectory.input.len() / count.max(1)).map(output);
+            curves.push(subject.input_line("norm", several, values.collect()));
         }
         let bounds = limits.iter().filter(|limit| matches!(limit.kind, LimitKind::Size | LimitKind::Norm));
         let bounds: Vec<(&str, &[f64])> = bounds.map(|limit| (limit.name, limit.bounds)).collect();

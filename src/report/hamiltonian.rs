@@ -12,6 +12,7 @@ use super::{Shown, Subject, line};
 use crate::Vector3;
 use crate::draw::{Axis, Chart};
 use crate::lie;
+use crate::maneuver::objective::Weights;
 use crate::maneuver::{Objective, Scheme};
 use crate::mechanics::environment::Pose;
 
@@ -19,11 +20,13 @@ use crate::mechanics::environment::Pose;
 /// costates.
 pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     let problem = subject.problem;
+    // Where time is minimised the switching functions tell more, and the certificate of the plan tells it.
+    let Objective::Effort(weights) = &problem.objective else { return None };
     let turning = problem.environment.frame_rate() != Vector3::zeros();
     if problem.actuation.wheels.is_some() || turning || subject.trajectory().costates.is_empty() {
         return None;
     }
-    let values = (0..subject.input_times().len()).map(|row| value(subject, row));
+    let values = (0..subject.input_times().len()).map(|row| value(subject, weights, row));
     let curves = vec![line("H", 0, subject.input_times(), values)];
     let chart = Chart::new("Hamiltonian", time_axis(), Axis::linear("H, cost per second"), curves);
     Some(shown(
@@ -34,7 +37,7 @@ pub(super) fn chart(subject: &Subject) -> Option<Shown> {
 }
 
 /// `H` at a row of inputs.
-fn value(subject: &Subject, row: usize) -> f64 {
+fn value(subject: &Subject, weights: &Weights, row: usize) -> f64 {
     let (problem, trajectory) = (subject.problem, subject.trajectory());
     let node = row + problem.scheme.first_input();
     let dimension = problem.dimension();
@@ -57,7 +60,7 @@ fn value(subject: &Subject, row: usize) -> f64 {
     };
     let gradient = problem.environment.gradient(&pose);
     let zeta = zeta + half * (gradient.rr.tr_mul(&pi) + gradient.xr.tr_mul(&linear));
-    let mut value = running_cost(subject, row)
+    let mut value = running_cost(subject, weights, row)
         + zeta.dot(&rate)
         + pi.dot(&(momentum.cross(&rate) + field.moment + torque));
     if moving {
@@ -68,9 +71,8 @@ fn value(subject: &Subject, row: usize) -> f64 {
 }
 
 /// `½ uᵀWu`.
-fn running_cost(subject: &Subject, row: usize) -> f64 {
+fn running_cost(subject: &Subject, weights: &Weights, row: usize) -> f64 {
     let actuation = &subject.problem.actuation;
-    let Objective::Effort(weights) = &subject.problem.objective;
     let inputs = subject.trajectory().inputs(row);
     let force = weights.force(actuation);
     let (forces, torques) = inputs.split_at(force.as_ref().map_or(0, |force| force.set.count()));

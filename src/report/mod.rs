@@ -89,6 +89,15 @@ impl<'a> Subject<'a> {
         let time = &self.trajectory().time;
         &time[self.problem.scheme.first_input().min(time.len())..]
     }
+
+    /// A line of values of the inputs, one a row: with corners where the plan holds them over its steps.
+    fn input_line(&self, name: impl Into<String>, style: usize, values: Vec<f64>) -> Curve {
+        if !self.problem.objective.is_time() {
+            return line(name, style, self.input_times(), values.into_iter());
+        }
+        let time: Vec<f64> = self.trajectory().time.windows(2).flatten().copied().collect();
+        line(name, style, &time, values.into_iter().flat_map(|value| [value, value]))
+    }
 }
 
 /// What there is to see of a plan, in the order of a report; nothing where there is no trajectory but the convergence.

@@ -278,7 +278,8 @@ mod tests {
         let plant = Plant::new(problem);
         let inputs = Inputs::new(problem, rows);
         let start = Phase::of(problem, &problem.start);
-        let (mut body, mut marks) = (Continuous::new(&plant, &start), Marks::new(problem, &start));
+        let (mut body, mut marks) =
+            (Continuous::new(&plant, &start), Marks::new(problem, &inputs.grid, &start));
         marks.pass(0, &body);
         for k in 0..problem.steps {
             let held = inputs.held(k);

@@ -43,6 +43,7 @@ impl PlanFile<'_> {
             infeasible: self.obstruction.as_ref().map(proof),
             shortfall: self.shortfall.clone(),
             longer: self.longer_s,
+            switching: self.switching.clone(),
             tolerance: self.tolerance,
             solve_time: self.solve_time_s,
         };
