@@ -200,7 +200,9 @@ fn on_grid(problem: &Problem, extremal: &Extremal, units: &TimeUnits, limit: &Li
             switching.arcs.push(SwitchingArc { start_s: start * second, end_s: end * second, input });
         }
     } else {
-        switching.gap_s = limit.smooth.gap(extremal) * second;
+        // A sum of terms that are not negative but for round-off.
+        let gap = limit.smooth.gap(extremal) * second;
+        switching.gap_s = if gap < 0.0 { 0.0 } else { gap };
         let norm = matches!(extremal.law, Law::Norm(_));
         switching.structure = if norm { Structure::Norm } else { Structure::Singular };
     }
@@ -223,7 +225,7 @@ fn record(problem: &Problem, extremal: &Extremal, units: &TimeUnits, grid: &OnGr
     let mut trajectory = Trajectory { input_count: count, ..Trajectory::default() };
     let (mut r, mut pi) = (Matrix3::identity(), extremal.j * extremal.start_rate);
     let (mut m_e, mut quaternion) = ((grid.m, grid.nodes[0].e), None);
-    let (mut sheet, mut turned, mut clock) = ([1.0, 0.0, 0.0, 0.0], 0.0, 0.0);
+    let (mut sheet, mut clock) = ([1.0, 0.0, 0.0, 0.0], 0.0);
     let mut within = vec![0_usize; count];
     let j = extremal.j;
     for index in 0..=kept.len() {
@@ -261,7 +263,6 @@ fn record(problem: &Problem, extremal: &Extremal, units: &TimeUnits, grid: &OnGr
         let kicked = pi + 0.5 * h * torque;
         let c = drift_equation::solve(&j, &extremal.j_inverse, &(h * kicked))?;
         let f = lie::cayley(&c);
-        turned += 2.0 * c.norm().atan();
         let turn = lie::quaternion_from_rotation(&f);
         sheet = product(&sheet, &if turn[0] < 0.0 { turn.map(|part| -part) } else { turn });
         r *= f;
@@ -269,6 +270,10 @@ fn record(problem: &Problem, extremal: &Extremal, units: &TimeUnits, grid: &OnGr
         let node = &grid.nodes[k + 1];
         m_e = (node.r.tr_mul(&grid.m), node.e);
     }
+    // `∫|Ω|dt` of the nodes, as everywhere.
+    let rate = |node: usize| trajectory.angular_velocity[node].norm();
+    let of_step = |k: usize| 0.5 * (trajectory.time[k + 1] - trajectory.time[k]) * (rate(k) + rate(k + 1));
+    let turned = (0..kept.len()).map(of_step).sum::<f64>();
     let miss = lie::log(&extremal.end_attitude.tr_mul(&r)).norm();
     let duration = grid.duration();
     let mean = j.trace() / 3.0;

@@ -94,6 +94,10 @@ fn every_shipped_problem_is_solved_alike_by_all_methods() {
             continue;
         }
         let problem = loaded.problem;
+        // Methods are compared on maneuvers of given duration.
+        if problem.objective.is_time() {
+            continue;
+        }
         // Hundreds of nodes show nothing that a hundred do not, and a subproblem each takes its time.
         let steps = problem.steps.min(200);
         let mut problem = problem.with_steps(steps);

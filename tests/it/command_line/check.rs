@@ -118,6 +118,25 @@ fn verify_judges_a_plan_file_by_its_spec() {
     verify("missing.json", &[]).ends(8).tells("E0090");
 }
 
+/// The duration was looked for: the file tells it, and its figures are judged as those of other plans.
+#[test]
+fn verify_judges_a_plan_of_minimum_time() {
+    let folder = Folder::new();
+    let spec = SPEC.replace("duration_s = 10", "minimize = \"time\"") + "[actuators]\ntorque_limit_n_m = 1\n";
+    fs::write(folder.path("fast.toml"), spec).unwrap();
+    folder.slew(&["plan", "fast.toml", "-q", "-o", "fast.json"]).ends(0);
+    folder.slew(&["verify", "fast.json"]).ends(0).tells("verified");
+    let plan = folder.json("fast.json");
+    for (key, name) in
+        [("duration_s", "recorded duration"), ("step_s", "recorded step"), ("turned_deg", "turn")]
+    {
+        let mut false_figure = plan.clone();
+        false_figure[key] = (plan[key].as_f64().unwrap() * (1.0 - 1e-8)).into();
+        fs::write(folder.path("false.json"), false_figure.to_string()).unwrap();
+        folder.slew(&["verify", "false.json"]).ends(7).tells(name);
+    }
+}
+
 #[test]
 fn texts_to_start_from_work() {
     let folder = Folder::new();
