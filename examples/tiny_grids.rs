@@ -3,8 +3,8 @@
 //! `cargo run --release --example tiny_grids [-- COUNT [FIRST]]`, 2,000 by default. Every case takes one of 26 kinds of
 //! random maneuvers, draws steps and a method of its own, plans it, and lets one of all integrators follow it without
 //! inputs over as few steps. Counted as wrong: a panic; a number of a solved plan or of a row that is not finite; a plan
-//! called solved for a maneuver that is proved impossible on a thousand steps; one whose inputs, replayed by a
-//! Runge–Kutta method of another crate, miss the end by more than 45°; more than thirty seconds, on a machine with nothing else to do.
+//! called solved for a maneuver that is proved impossible on a thousand steps; one whose
+//! continuous witness misses the end by more than 45°; more than thirty seconds, on a machine with nothing else to do.
 //!
 //! Ends with 1 where anything was wrong.
 

@@ -424,7 +424,7 @@ impl Verification {
         let plant = judgeable(problem)?;
         let inputs = Inputs::on(problem, grid, &trajectory.input);
         // A motion without inputs that cannot be followed tells no way.
-        judged.goes_as_asked = way::goes_as_asked(&plant, problem, trajectory).unwrap_or(None);
+        judged.goes_as_asked = way::goes_as_asked(&plant, problem, trajectory, watch).unwrap_or(None);
         let isolated = plant.free && problem.actuation.wheels.is_some();
         judged.momentum_drift = isolated.then(|| rows::momentum_drift(&plant, trajectory));
         let start = Phase::of(problem, &problem.start);

@@ -4,6 +4,7 @@
 //! their lifts, begun equal, end equal; if not, they end at opposite quaternions.
 
 use super::rows::walk;
+use super::watch::Watch;
 use super::{Inputs, WitnessError};
 use crate::lie::{self, continued};
 use crate::maneuver::problem::{Path, Problem};
@@ -21,6 +22,7 @@ pub(super) fn goes_as_asked(
     plant: &Plant,
     problem: &Problem,
     trajectory: &Trajectory,
+    watch: &Watch,
 ) -> Result<Option<bool>, WitnessError> {
     let start = &problem.start.attitude;
     let from = lie::quaternion_from_rotation(start);
@@ -37,7 +39,7 @@ pub(super) fn goes_as_asked(
     // The shorter way is that from the end of the motion without inputs.
     let none = vec![0.0; trajectory.input.len()];
     let (mut lift, mut at) = (from, *start);
-    walk(plant, &Inputs::new(problem, &none), None, |node| {
+    walk(plant, &Inputs::new(problem, &none), Some(watch), |node| {
         at = node.attitude();
         lift = continued(Some(&lift), lie::quaternion_from_rotation(&at));
     })?;

@@ -54,7 +54,7 @@ pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
     if let Some(outcome) = context.interrupt() {
         return ended(solution, outcome, context);
     }
-    let mut plans = Vec::new();
+    let mut chosen = None;
     for limit in &found.limits {
         context.enter(Rung::Aligned, limit.name(), problem.steps);
         let plan = on_grid(problem, &extremal, &units, limit);
@@ -65,12 +65,12 @@ pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
         if let Some(plan) = plan
             && follows(problem, &plan)
         {
-            plans.push(plan);
+            chosen = Some(plan);
             // Rivals are told by their continuous extremals: only the plan itself needs the grid.
             break;
         }
     }
-    let Some(plan) = plans.into_iter().next() else {
+    let Some(plan) = chosen else {
         let arcs = found.limits.iter().find_map(|limit| limit.arcs.as_ref());
         let arcs = arcs.map(|(arcs, _)| arcs.switches.len() + 1);
         solution.shortfall = Some(match arcs {
