@@ -1,6 +1,8 @@
 //! The two streams: text for people on stderr, data on stdout. A closed stream is no error.
 
 use slewkit::files::export::ExportError;
+pub use slewkit::report::summary::Tone;
+use slewkit::report::summary::paint;
 #[cfg(unix)]
 use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Write};
@@ -19,17 +21,6 @@ pub struct Console {
     shown: Instant,
 }
 
-/// Meaning of a text, shown as colour where there is colour.
-#[derive(Clone, Copy, Debug)]
-pub enum Tone {
-    /// It went well.
-    Good,
-    /// It did not.
-    Bad,
-    /// Something to know.
-    Note,
-}
-
 impl Console {
     /// A console on stderr; `quiet` keeps all but errors.
     pub fn new(quiet: bool) -> Self {
@@ -38,19 +29,9 @@ impl Console {
         Self { quiet, colour: terminal && !no_colour, terminal, progress: false, shown: Instant::now() }
     }
 
-    /// One that is silent and paints nothing, for text that goes elsewhere.
-    pub fn colourless() -> Self {
-        Self { quiet: true, colour: false, terminal: false, progress: false, shown: Instant::now() }
-    }
-
     /// Paints `text`.
     pub fn paint(&self, tone: Tone, text: &str) -> String {
-        let code = match tone {
-            Tone::Good => "1;32",
-            Tone::Bad => "1;31",
-            Tone::Note => "1;33",
-        };
-        if self.colour { format!("\x1b[{code}m{text}\x1b[0m") } else { text.into() }
+        paint(self.colour, tone, text)
     }
 
     /// One line or several, unless quiet.

@@ -2,8 +2,8 @@
 
 use super::{Common, Console, Failure, Message, console, summary};
 use clap::ValueEnum;
-use slewkit::files::exchange::{self, AemVersion};
 use slewkit::files::export::{ExportError, Target};
+use slewkit::files::formats;
 use slewkit::files::spec::escape;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -67,46 +67,14 @@ pub enum Format {
 }
 
 impl Format {
-    /// Endings of the names of files that may hold it. Of several formats with one ending it means the first.
-    fn endings(self) -> &'static [&'static str] {
-        match self {
-            Self::Text => &[],
-            Self::Json => &["json"],
-            Self::Jsonl => &["jsonl", "ndjson"],
-            Self::Csv => &["csv"],
-            Self::Aem | Self::Aem1 => &["aem"],
-            Self::AemXml => &["xml"],
-            Self::Apm => &["apm"],
-            Self::Stk => &["a"],
-            Self::Ck => &["bc"],
-            Self::Sclk => &["tsc"],
-            Self::Fk => &["tf"],
-            Self::Npz => &["npz"],
-            Self::Mat => &["mat"],
-            Self::Basilisk => &["csv"],
-            Self::FortyTwo => &["42"],
-            Self::Flight => &["flight", "csv"],
-        }
+    /// What a plan is written as; text for people is none of that.
+    pub fn of_data(self) -> Option<formats::Format> {
+        formats::Format::named(&self.name())
     }
 
-    /// The format of other programs that it is; none for our own.
-    pub fn of_others(self) -> Option<exchange::Format> {
-        Some(match self {
-            Self::Text | Self::Json | Self::Jsonl | Self::Csv => return None,
-            Self::Aem => exchange::Format::Aem(AemVersion::Two),
-            Self::AemXml => exchange::Format::AemXml,
-            Self::Aem1 => exchange::Format::Aem(AemVersion::One),
-            Self::Apm => exchange::Format::Apm,
-            Self::Stk => exchange::Format::Stk,
-            Self::Ck => exchange::Format::Ck,
-            Self::Sclk => exchange::Format::Sclk,
-            Self::Fk => exchange::Format::Fk,
-            Self::Npz => exchange::Format::Npz,
-            Self::Mat => exchange::Format::Mat,
-            Self::Basilisk => exchange::Format::Basilisk,
-            Self::FortyTwo => exchange::Format::FortyTwo,
-            Self::Flight => exchange::Format::Flight,
-        })
+    /// Endings of the names of files that may hold it. Of several formats with one ending it means the first.
+    fn endings(self) -> &'static [&'static str] {
+        self.of_data().map_or(&[], formats::Format::endings)
     }
 
     /// Its name on the command line.

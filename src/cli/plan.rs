@@ -8,10 +8,12 @@ use super::{
 };
 use clap::ValueEnum;
 use slewkit::files::exchange::read_attitudes;
-use slewkit::files::export::{PlanFile, read_guess, write_csv, write_jsonl};
+use slewkit::files::export::{PlanFile, read_guess};
+use slewkit::files::formats;
 use slewkit::files::spec::Loaded;
 use slewkit::maneuver::{Outcome, Problem, ProblemError};
 use slewkit::plan::{self, Control, Guess, Observer, PlanError, Progress, Status};
+use slewkit::report::plan_page;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `slew plan`.
@@ -50,7 +52,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let Loaded { problem, settings, identity, .. } =
         spec_file::read(&args.spec.spec, &args.spec.reading, console)?;
     // Known before the work: a plan must not be lost for want of a name.
-    export::check(&destination, &problem, &identity, args.tick)?;
+    export::check(&destination, &problem, &identity)?;
     let guess = args.guess.as_deref().map(|path| guess(path, &problem, console)).transpose()?;
 
     interrupt::watch();
@@ -58,30 +60,16 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
 
     console.say(&summary::plan(console, &args.spec, &problem, &settings, &plan));
     interrupt::writing();
-    if plan.solution.outcome != Outcome::Converged
-        && destination.format().and_then(Format::of_others).is_some()
-    {
+    let format = destination.format().map(|format| format.of_data().unwrap_or(formats::Format::Json));
+    if plan.solution.outcome != Outcome::Converged && matches!(format, Some(formats::Format::Exchange(_))) {
         console.say(&summary::line("wrote", "nothing: there is no plan, and this format holds nothing else"));
-    } else {
-        destination.write(console, |format, output| match format {
-            Format::Jsonl => write_jsonl(&plan.solution.trajectory, output),
-            Format::Csv => write_csv(&plan.solution.trajectory, &identity, output),
-            Format::Json | Format::Text => {
-                PlanFile::new(&problem, &settings, &plan).with_identity(&identity).write(output)
-            }
-            other => {
-                let notes = export::notes(plan.verification.as_ref());
-                let trajectory = &plan.solution.trajectory;
-                export::write(
-                    other,
-                    &export::record(&problem, &identity, trajectory, args.tick, notes),
-                    output,
-                )
-            }
-        })?;
+    } else if let Some(format) = format {
+        let file = PlanFile::new(&problem, &settings, &plan);
+        destination
+            .write(console, |_, output| format.write(&file, &problem, &identity, args.tick, output))?;
     }
     if let Some(target) = &page {
-        report::write(target, &report::text(&problem, &settings, &plan, EULER), console)?;
+        report::write(target, &plan_page(&problem, &settings, &plan, EULER), console)?;
     }
     Ok(match plan.status {
         Status::Solved => Exit::Solved,

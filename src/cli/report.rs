@@ -1,12 +1,9 @@
 //! `slew report`: a plan or a simulation as one page for a browser.
 
 use super::pictured::{self, Drawing, Kind};
-use super::{Common, Console, Exit, Failure, Tone, console, summary};
+use super::{Common, Console, Exit, Failure, console, summary};
 use slewkit::files::export::{SimulationFile, Target};
-use slewkit::maneuver::{Problem, Settings};
-use slewkit::numerics::figures::{error, short};
-use slewkit::plan::Plan;
-use slewkit::report::{self, Subject, Words, page, simulation_page};
+use slewkit::report::{plan_page, simulation_page};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `slew report`.
@@ -57,11 +54,11 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let text = match pictured::open(&args.plan)? {
         (Kind::Plan, input) => {
             let (problem, settings, plan) = pictured::read(&args.plan, input, console)?;
-            text(&problem, &settings, &plan, sequence)
+            plan_page(&problem, &settings, &plan, sequence)
         }
         (Kind::Simulation, input) => {
             let read = SimulationFile::read(input);
-            simulation(&read.map_err(|error| Failure::unusable(&args.plan, &error))?, sequence)
+            simulation_page(&read.map_err(|error| Failure::unusable(&args.plan, &error))?, sequence)
         }
         (Kind::Comparison, _) => return Err(pictured::comparison(&args.plan)),
     };
@@ -90,41 +87,4 @@ pub fn write(target: &Target, text: &str, console: &mut Console) -> Result<(), F
     target.write(|output| Ok(output.write_all(text.as_bytes())?))?;
     summary::wrote(console, target);
     Ok(())
-}
-
-/// The page of a simulation.
-fn simulation(file: &SimulationFile, sequence: &str) -> String {
-    let label = |label: &str, text: String| (label.to_string(), text);
-    let mut summary = vec![
-        label("integrator", file.integrator.clone()),
-        label(
-            "steps",
-            format!("{} of {} s, {} s in all", file.steps, short(file.step_s), short(file.duration_s)),
-        ),
-    ];
-    let errors = file.errors.iter().filter_map(|(key, value)| Some((key, value.as_f64()?)));
-    for (index, (key, value)) in errors.enumerate() {
-        let name = if index == 0 { "largest errors" } else { "" };
-        summary.push(label(name, format!("{key} {}", error(value))));
-    }
-    let tone = if file.status == "simulated" { report::Tone::Good } else { report::Tone::Note };
-    let words = Words { verdict: file.status.replace('_', " "), tone, summary, generator: GENERATOR.into() };
-    simulation_page(file, &words, sequence)
-}
-
-/// What wrote a page.
-const GENERATOR: &str = concat!("slewkit ", env!("CARGO_PKG_VERSION"), ", `slew report`");
-
-/// The page, with the words of the summary that `slew plan` prints.
-pub fn text(problem: &Problem, settings: &Settings, plan: &Plan, sequence: &str) -> String {
-    let (verdict, tone) = summary::verdict(plan);
-    let tone = match tone {
-        Tone::Good => report::Tone::Good,
-        Tone::Bad => report::Tone::Bad,
-        Tone::Note => report::Tone::Note,
-    };
-    let lines = summary::told(&Console::colourless(), problem, settings, plan);
-    let summary = lines.iter().map(|line| summary::parts(line)).collect();
-    let words = Words { verdict: verdict.into(), tone, summary, generator: GENERATOR.into() };
-    page(&Subject::new(problem, plan, sequence), &words)
 }

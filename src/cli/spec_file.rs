@@ -1,6 +1,7 @@
 //! Reading the spec that a command names.
 
 use super::{Console, Failure, Notation, Reading};
+use slewkit::files::export::PlanFile;
 use slewkit::files::spec::{self, Diagnostic, Format, Loaded, Override, Spec, SpecDocument};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
@@ -85,10 +86,7 @@ pub enum PlanOrAttitudes {
 pub fn open_plan_or_attitudes(path: &Path) -> Result<PlanOrAttitudes, Failure> {
     let mut input = BufReader::new(open_plan(path)?);
     let start = input.fill_buf().map_err(|error| Failure::unreadable(path, &error))?;
-    let first = start.iter().find(|byte| !byte.is_ascii_whitespace()).copied();
-    // What is empty, or begins as no text does, is left to the reader of plans to tell.
-    let is_plan = first
-        .is_none_or(|first| first == b'{' || first == b'[' || !(first.is_ascii_graphic() || first == 0xef));
+    let is_plan = PlanFile::begins(start);
     let input = Box::new(input);
     Ok(if is_plan { PlanOrAttitudes::Plan(input) } else { PlanOrAttitudes::Attitudes(input) })
 }

@@ -5,11 +5,11 @@ use super::{
     Console, Exit, Failure, Lines, Message, Reading, ReportArgs, Tone, interrupt, spec_file, summary,
 };
 use slewkit::files::exchange::read_attitudes;
-use slewkit::files::export::{ExportError, PlanFile};
-use slewkit::files::spec::{Difference, Loaded, SpecDocument, escape};
+use slewkit::files::export::{ExportError, Judgement, PlanFile};
+use slewkit::files::spec::{Difference, Loaded, escape};
 use slewkit::numerics::figures::{error, significant};
 use slewkit::plan::Status;
-use slewkit::verify::{self, Check, DEFAULT_ACCURACY_DEG, judge_attitudes};
+use slewkit::verify::{DEFAULT_ACCURACY_DEG, judge_attitudes};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -29,9 +29,6 @@ pub struct Args {
     pub report: ReportArgs,
 }
 
-/// Relative error that a recorded figure may have: that of sums in another order.
-const RECORDED: f64 = 1e-9;
-
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let inputs: Vec<&Path> = std::iter::once(&args.plan).chain(&args.spec).map(PathBuf::as_path).collect();
@@ -43,42 +40,15 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         PlanOrAttitudes::Attitudes(input) => return attitudes(args, given, input, console),
     };
     let plan = PlanFile::read(input).map_err(unusable)?;
-    let held = plan.spec.as_ref();
     // What the plan must achieve stands in the spec that is given, else in its own.
-    let Loaded { problem, settings, .. } = match (given, held) {
+    let Loaded { problem, settings, .. } = match (given, &plan.spec) {
         (Some(given), _) => given,
         (None, Some(held)) => spec_file::read_held(held, &args.plan, &args.reading, console)?,
         (None, None) => return Err(unusable(ExportError::NoSpec)),
     };
-    // The grid is the plan's own matter.
-    let problem = plan.on_grid(&problem).map_err(|error| misfit(args, &error))?;
-    let judged_by = SpecDocument::new(&problem, &settings).ok();
-    let differences = held.zip(judged_by).map_or(Vec::new(), |(held, other)| held.differences(&other));
-    let (trajectory, tolerance) = (&plan.trajectory.0, settings.tolerance);
     interrupt::watch();
-    let continuous = settings.continuous_tolerance;
-    let mut verification =
-        verify::verify_until(&problem, trajectory, tolerance, continuous, &interrupt::requested);
-    // The tolerance that the plan was made to is its own matter, whatever another spec asks for.
-    let cost = verify::cost(&problem, trajectory);
-    let own = held.and_then(|held| held.read("the plan's spec", &[]).ok());
-    let own = own.map(|own| (plan.tolerance, own.settings.tolerance));
-    // Where time is minimised the plan has its duration, and steps of which the mean is told.
-    let duration = if problem.objective.is_time() { cost } else { problem.duration };
-    let step = duration / problem.steps as f64;
-    let step = if problem.objective.is_time() { step } else { problem.step() };
-    let recorded = [
-        ("recorded cost", Some((plan.cost, cost))),
-        ("recorded duration", Some((plan.duration_s, duration))),
-        ("recorded step", Some((plan.step_s, step))),
-        ("recorded turn", Some((plan.turned_deg, verify::swept(trajectory).to_degrees()))),
-        ("recorded tolerance", own),
-    ];
-    for (name, (told, found)) in recorded.into_iter().filter_map(|(name, pair)| Some((name, pair?))) {
-        let value = (told - found).abs() / found.abs().max(f64::MIN_POSITIVE);
-        let passed = told == found || value <= RECORDED;
-        verification.checks.push(Check { name: name.into(), value, limit: RECORDED, passed });
-    }
+    let judged = plan.judge(&problem, &settings, &interrupt::requested);
+    let Judgement { problem, verification, differences } = judged.map_err(|error| misfit(args, &error))?;
     let (exit, verdict, tone) = if verification.passed() {
         (Exit::Solved, "verified", Tone::Good)
     } else if verification.was_stopped() {
@@ -88,7 +58,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     };
     let mut lines = vec![summary::headline(console, &problem.name, verdict, tone)];
     // Which limits act the witnesses see by themselves.
-    let judged = summary::Judged { problem: &problem, trajectory, active: None };
+    let judged = summary::Judged { problem: &problem, trajectory: &plan.trajectory.0, active: None };
     lines.extend(summary::verified(console, &judged, &verification));
     for difference in &differences {
         let Difference { key, first, second } = difference;

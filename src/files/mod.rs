@@ -3,5 +3,6 @@
 pub mod epoch;
 pub mod exchange;
 pub mod export;
+pub mod formats;
 pub mod identity;
 pub mod spec;

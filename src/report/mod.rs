@@ -1,7 +1,7 @@
 //! Something to look at: a plan as pictures, and as one page that needs nothing else.
 //!
 //! [`pictures`] gives what a reader of a plan wants to see, in a fixed order, as charts that [`crate::draw`] writes as SVG;
-//! [`page()`] puts the same charts, drawn by a script of ours that it holds, with verdict, tables and a turning body into
+//! [`plan_page`] puts the same charts, drawn by a script of ours that it holds, with verdict, tables and a turning body into
 //! one HTML file that names no other. Everything is taken from a [`Problem`] and a [`Plan`], which a plan
 //! file holds both; what lies between the nodes comes from the witnesses ([`crate::verify::course()`]).
 //!
@@ -16,9 +16,10 @@ mod hamiltonian;
 mod page;
 mod simulation;
 mod sphere;
+pub mod summary;
 mod words;
 
-pub use page::{Tone, Words, page};
+pub use page::plan_page;
 pub use simulation::simulation_page;
 
 use crate::draw::{Curve, Picture, Shape, thinned};

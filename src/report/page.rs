@@ -5,22 +5,14 @@
 
 use super::body::body;
 use super::document::document;
+use super::summary::{self, Tone};
 use super::words::{Table, proved, tables};
 use super::{MOST_POINTS, Shown, Subject, pictures};
 use crate::draw::{Picture, escape};
+use crate::maneuver::{Problem, Settings};
+use crate::plan::Plan;
 use serde_json::Value;
 use std::fmt::Write;
-
-/// What a text means, shown as colour and as a sign.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Tone {
-    /// It went well.
-    Good,
-    /// It did not.
-    Bad,
-    /// Something to know.
-    Note,
-}
 
 impl Tone {
     fn class(self) -> &'static str {
@@ -40,18 +32,18 @@ impl Tone {
     }
 }
 
-/// What is told of a plan in words.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Words {
+/// What is told in words.
+pub(super) struct Words {
     /// The verdict, as in "solved and verified".
     pub verdict: String,
     /// What it means.
     pub tone: Tone,
     /// The summary: labels and texts; one without a label goes on from the one before.
     pub summary: Vec<(String, String)>,
-    /// What wrote the report.
-    pub generator: String,
 }
+
+/// What wrote a page.
+const GENERATOR: &str = concat!("slewkit ", env!("CARGO_PKG_VERSION"), ", `slew report`");
 
 const STYLE: &str = include_str!("page/style.css");
 
@@ -96,11 +88,16 @@ pub(super) struct Content<'a> {
     pub nodes: usize,
 }
 
-/// The page of a plan.
-pub fn page(subject: &Subject, words: &Words) -> String {
+/// The page of a plan, with the words of its summary; `sequence` is that of the Euler angles, one of
+/// [`crate::files::export::EULER_SEQUENCES`].
+pub fn plan_page(problem: &Problem, settings: &Settings, plan: &Plan, sequence: &str) -> String {
+    let subject = &Subject::new(problem, plan, sequence);
+    let (verdict, tone) = summary::verdict(plan);
+    let lines = summary::told(false, problem, settings, plan);
+    let summary = lines.iter().map(|line| summary::parts(line)).collect();
     written(&Content {
-        name: &subject.problem.name,
-        words,
+        name: &problem.name,
+        words: &Words { verdict: verdict.into(), tone, summary },
         proved: proved(subject),
         shown: pictures(subject),
         tables: tables(subject),
@@ -137,7 +134,7 @@ pub(super) fn written(content: &Content) -> String {
     if !body.is_null() {
         section(&mut html, "body", "The body in motion", stage);
     }
-    foot(&mut html, !shown.is_empty(), *nodes, words);
+    foot(&mut html, !shown.is_empty(), *nodes);
     // JSON knows `\u003c` for `<`, and no other sign of it means anything to HTML.
     let data = document(shown, body).to_string().replace('<', "\\u003c");
     let _ = writeln!(html, "<script type=\"application/json\" id=\"data\">{data}</script>");
@@ -242,7 +239,7 @@ fn stage(html: &mut String) {
     );
 }
 
-fn foot(html: &mut String, charts: bool, nodes: usize, words: &Words) {
+fn foot(html: &mut String, charts: bool, nodes: usize) {
     html.push_str("</main>\n<footer>\n<p>");
     if charts {
         html.push_str(
@@ -257,5 +254,5 @@ fn foot(html: &mut String, charts: bool, nodes: usize, words: &Words) {
              file that the report is made of has all."
         );
     }
-    let _ = writeln!(html, "</p>\n<p>{}</p>\n</footer>", escape(&words.generator));
+    let _ = writeln!(html, "</p>\n<p>{}</p>\n</footer>", escape(GENERATOR));
 }

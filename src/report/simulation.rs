@@ -4,14 +4,17 @@ use super::attitude::{euler_chart, quaternion_chart};
 use super::body::motion;
 use super::charts::{components, shown, time_axis};
 use super::page::{Content, Words, written};
+use super::summary::Tone;
 use super::{Shown, line};
 use crate::Vector3;
 use crate::draw::{Axis, Chart, Curve};
 use crate::files::export::{BodyRows, SimulationFile};
+use crate::numerics::figures::{error, short};
 use serde_json::Value;
 
-/// The page of a simulation, as `slew simulate --format json` writes it; `sequence` is that of the Euler angles.
-pub fn simulation_page(file: &SimulationFile, words: &Words, sequence: &str) -> String {
+/// The page of a simulation, as `slew simulate --format json` writes it; `sequence` is that of the Euler angles, one of
+/// [`crate::files::export::EULER_SEQUENCES`].
+pub fn simulation_page(file: &SimulationFile, sequence: &str) -> String {
     let rows = &file.trajectory;
     let shown = pictures(file, sequence);
     let cube: [Vector3; 8] = std::array::from_fn(|index| {
@@ -26,7 +29,7 @@ pub fn simulation_page(file: &SimulationFile, words: &Words, sequence: &str) -> 
     };
     written(&Content {
         name: &file.name,
-        words,
+        words: &words(file),
         proved: vec![
             "Nothing about an optimum: a simulation only follows its bodies. What should be conserved is held against where \
              it began."
@@ -37,6 +40,25 @@ pub fn simulation_page(file: &SimulationFile, words: &Words, sequence: &str) -> 
         body,
         nodes: rows.time_s.len(),
     })
+}
+
+/// Method, steps and the largest errors.
+fn words(file: &SimulationFile) -> Words {
+    let label = |label: &str, text: String| (label.to_string(), text);
+    let mut summary = vec![
+        label("integrator", file.integrator.clone()),
+        label(
+            "steps",
+            format!("{} of {} s, {} s in all", file.steps, short(file.step_s), short(file.duration_s)),
+        ),
+    ];
+    let errors = file.errors.iter().filter_map(|(key, value)| Some((key, value.as_f64()?)));
+    for (index, (key, value)) in errors.enumerate() {
+        let name = if index == 0 { "largest errors" } else { "" };
+        summary.push(label(name, format!("{key} {}", error(value))));
+    }
+    let tone = if file.status == "simulated" { Tone::Good } else { Tone::Note };
+    Words { verdict: file.status.replace('_', " "), tone, summary }
 }
 
 fn vectors(rows: &[[f64; 3]]) -> Vec<Vector3> {

@@ -6,6 +6,7 @@
 mod attitude;
 mod columns;
 mod file;
+mod judged;
 mod nulls;
 mod plan_file;
 mod restored;
@@ -17,6 +18,7 @@ pub use attitude::{EULER_SEQUENCES, EulerAngles, Notations, euler_angles};
 pub use columns::TrajectoryError;
 pub(crate) use columns::{check_finite, table};
 pub use file::{FileError, Target, remove_temporaries};
+pub use judged::Judgement;
 pub use plan_file::{ConvexRecord, PlanFile, read_guess, write_document};
 pub use rows::{write_csv, write_jsonl};
 pub use simulation_file::{BodyRows, SimulationFile, SimulationRows};

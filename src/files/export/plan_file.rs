@@ -208,6 +208,15 @@ impl<'a> PlanFile<'a> {
         Ok(file)
     }
 
+    /// Whether a text that begins so is a plan file, and not a message or a table of attitudes. What is empty, or begins as
+    /// no text does, is left to the reader of plans to tell.
+    pub fn begins(text: &[u8]) -> bool {
+        let first = text.iter().find(|byte| !byte.is_ascii_whitespace()).copied();
+        first.is_none_or(|first| {
+            first == b'{' || first == b'[' || !(first.is_ascii_graphic() || first == 0xef)
+        })
+    }
+
     /// The scheme of the plan; `None` when its name is not known.
     pub fn scheme(&self) -> Option<Scheme> {
         [Scheme::LieEuler, Scheme::LieVerlet].into_iter().find(|scheme| scheme.name() == self.scheme)
