@@ -1,0 +1,203 @@
+"""What the package does: plan, check, verify, compare."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass
+from typing import Any, Callable, Mapping, NamedTuple, Sequence, Union
+
+import numpy as np
+
+from . import _slewkit
+from ._errors import OF_STATUS, Diagnostic, FileError, PlanError, SpecError, VerificationFailed
+from ._plan import Plan, content, load
+from ._problem import Problem, SpecLike, maneuver_of
+
+
+class Progress(NamedTuple):
+    """How far the work is."""
+
+    #: The stage at work: ``"newton"``, ``"descent"``, ``"scp"``, ``"witnesses"`` and so on.
+    stage: str
+    #: The start that it works on, such as ``"short"``.
+    start: str
+    #: Steps of its grid; of a simulation those made.
+    steps: int
+    #: Seconds since the work began.
+    elapsed: float
+
+
+#: Called with the progress of work, at first at once and then twenty times a second at most; what returns ``False`` stops the
+#: work, and an exception does too.
+ProgressFunction = Callable[[Progress], Union[bool, None]]
+
+#: What another plan suggests: the plan, the path of a plan file or of attitudes, or 6 (12) costates.
+GuessLike = Union[Plan, str, "os.PathLike[str]", Sequence[float]]
+
+
+def plan(
+    spec: SpecLike,
+    *,
+    guess: GuessLike | None = None,
+    progress: ProgressFunction | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    strict: bool = True,
+) -> Plan:
+    """Plans a maneuver and has it verified; the same bits as ``slew plan``.
+
+    ``spec`` is a dictionary with the keys of a spec, the path of a spec file, or a :class:`Problem`. ``guess`` is a plan of a
+    neighbour to begin from: a :class:`Plan`, a plan file, a file of attitudes, or costates. ``overrides`` sets keys of the
+    spec: ``{"maneuver.duration_s": 90}``. Other threads run meanwhile; Ctrl-C raises KeyboardInterrupt, with the best iterate in
+    its attribute ``plan``.
+
+    Gives a plan that is solved and verified, and raises otherwise: :class:`SpecError`, :class:`FileError`,
+    :class:`Infeasible`, :class:`NotSolved`, :class:`LimitReached`, :class:`VerificationFailed`, :class:`Interrupted`, of
+    which those of a solve hold what was found in ``plan``. With ``strict=False`` the plan is given whatever became of it; its
+    ``status`` says what.
+    """
+    maneuver = maneuver_of(spec, overrides)
+    planned, raised = _slewkit.plan(maneuver, _suggestion(guess), _told(progress))
+    found = Plan(planned)
+    if raised is not None:
+        raised.plan = found  # type: ignore[attr-defined]
+        raise raised
+    if strict and planned.exit_code != 0:
+        raise _failure(found)
+    return found
+
+
+def _failure(found: Plan) -> PlanError:
+    """The exception that goes with a plan that is not solved."""
+    words = [line.strip() for line in found.summary().splitlines()[1:]]
+    label = {"infeasible": "because", "verification_failed": "failed"}.get(found.status, "stopped")
+    reason = next((line[len(label) :].strip() for line in words if line.startswith(label)), found.status)
+    error = OF_STATUS[found.status]("", f"{found.name}: {found.status.replace('_', ' ')}: {reason}")
+    error.plan = found
+    return error
+
+
+def check(spec: SpecLike, *, overrides: Mapping[str, Any] | None = None) -> list[Diagnostic]:
+    """Everything that is to be said of a spec, of a maneuver or a simulation, errors and warnings; an empty list where it is
+    valid without a word.
+
+    Raises :class:`FileError` where a file cannot be read.
+    """
+    try:
+        if isinstance(spec, Problem):
+            found = spec._maneuver.again(overrides).warnings()
+        else:
+            found = _slewkit.diagnose(spec, overrides)
+    except SpecError as error:
+        return error.diagnostics
+    return [Diagnostic(**keys) for keys in found]
+
+
+@dataclass(frozen=True)
+class Verification:
+    """What the witnesses found of a plan."""
+
+    #: ``"solved"`` or ``"verification_failed"``.
+    status: str
+    #: Steps of the plan.
+    steps: int
+    #: Errors, orders, margins and checks with the keys of a plan file. Numbers that are not finite are None.
+    found: dict[str, Any]
+    #: Keys in which the spec of the plan and the one it was judged by differ: ``key``, ``first``, ``second``.
+    differences: list[dict[str, str]]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every check holds."""
+        return self.status == "solved"
+
+    @property
+    def checks(self) -> list[dict[str, Any]]:
+        """Every check: ``name``, ``value``, ``limit``, ``passed``."""
+        return list(self.found["checks"])
+
+    @property
+    def margins(self) -> list[dict[str, Any]]:
+        """Every limit and constraint with its smallest margin."""
+        return list(self.found.get("margins", []))
+
+
+def verify(
+    plan: Plan | str | os.PathLike[str] | Mapping[str, Any],
+    spec: SpecLike | None = None,
+    *,
+    overrides: Mapping[str, Any] | None = None,
+    progress: ProgressFunction | None = None,
+    strict: bool = False,
+) -> Verification:
+    """Has the independent witnesses judge a plan, a plan file, or the dictionary of one, by its own spec or another, as
+    ``slew verify`` does. Costates and multipliers are not judged.
+
+    A plan that fails is an answer; with ``strict`` it raises :class:`VerificationFailed`. One whose arrays do not fit the
+    maneuver raises it in any case.
+    """
+    try:
+        judged = plan if isinstance(plan, Plan) else load(plan)
+    except FileError as error:
+        if error.code != "E0103":
+            raise
+        raise VerificationFailed(error.code, error.reason, "give a plan whose arrays fit its spec") from error
+    if spec is None and overrides:
+        spec = judged.spec
+    maneuver = None if spec is None else maneuver_of(spec, overrides)
+    text, raised = _slewkit.verify(judged._planned, maneuver, _told(progress))
+    document = json.loads(text)
+    if raised is not None:
+        raise raised
+    if document["status"] == "interrupted":
+        raise OF_STATUS["interrupted"]("", f"{document['name']}: interrupted")
+    found = Verification(
+        document["status"], document["steps"], document["verified"], document["differences"]
+    )
+    if strict and not found.passed:
+        failed = ", ".join(check["name"] for check in found.checks if not check["passed"])
+        disagrees = VerificationFailed("", f"{document['name']}: verification failed: {failed}")
+        disagrees.plan = judged
+        raise disagrees
+    return found
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Methods side by side on one maneuver."""
+
+    #: ``"solved"`` where at least one method solved and those that did agree; else as a plan's.
+    status: str
+    #: Every method with what it found, with the keys of ``slew compare --format json``.
+    methods: list[dict[str, Any]]
+    #: How near they come to each other.
+    agreement: dict[str, Any]
+
+
+def compare(
+    spec: SpecLike,
+    *,
+    overrides: Mapping[str, Any] | None = None,
+    progress: ProgressFunction | None = None,
+) -> Comparison:
+    """Solves a maneuver by every method that applies, as ``slew compare`` does: Newton shooting, sequential convex programming
+    to its own convergence, and the same ended by Newton."""
+    text, raised = _slewkit.compare(maneuver_of(spec, overrides), _told(progress))
+    if raised is not None:
+        raise raised
+    document = json.loads(text)
+    return Comparison(document["status"], document["methods"], document["agreement"])
+
+
+def _told(progress: ProgressFunction | None) -> Callable[..., bool | None] | None:
+    return None if progress is None else lambda *told: progress(Progress(*told))
+
+
+def _suggestion(guess: GuessLike | None) -> Any:
+    if guess is None:
+        return None
+    if isinstance(guess, Plan):
+        return guess._planned
+    if isinstance(guess, (str, os.PathLike)):
+        return content(guess)
+    return np.asarray(guess, dtype=float).ravel().tolist()

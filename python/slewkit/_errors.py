@@ -1,0 +1,157 @@
+"""What can go wrong, one class for each exit code of the program ``slew``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+if TYPE_CHECKING:
+    from ._plan import Plan
+
+
+@dataclass(frozen=True)
+class Diagnostic:
+    """One finding about a spec: where, what, why, and what to do."""
+
+    #: Stable code, ``"E0040"`` or ``"W0040"``; ``slew explain CODE`` says more.
+    code: str
+    #: ``"error"`` or ``"warning"``.
+    severity: str
+    #: What is wrong, with the numbers.
+    reason: str
+    #: The next thing to do.
+    remedy: str
+    #: The file as it was named; ``"dict"`` for a dictionary, of which line and column are those of ``Problem.to_toml``'s
+    #: notation; ``"command line"`` for an override.
+    file: str = ""
+    #: Line, from 1; 0 where the finding has no place.
+    line: int = 0
+    #: Column in characters, from 1; 0 where the finding has no place.
+    column: int = 0
+    #: Key path, as in ``"maneuver.steps"``; empty where it concerns no key.
+    key: str = ""
+    #: The offending text.
+    text: str = ""
+    #: The finding as the program prints it.
+    rendered: str = ""
+
+    def __str__(self) -> str:
+        return self.rendered or f"{self.severity}[{self.code}]: {self.reason}\n help: {self.remedy}"
+
+
+class SlewError(Exception):
+    """The base of all exceptions of this package."""
+
+    #: Exit code of the program for the same failure.
+    exit_code: ClassVar[int] = 1
+    #: Stable code of the message, where it has one.
+    code: str
+    #: What is wrong.
+    reason: str
+    #: The next thing to do.
+    remedy: str
+
+    def __init__(self, code: str = "", reason: str = "", remedy: str = "") -> None:
+        super().__init__(code, reason, remedy)
+        self.code, self.reason, self.remedy = code, reason, remedy
+
+    def __str__(self) -> str:
+        coded = f"[{self.code}] {self.reason}" if self.code else self.reason
+        return f"{coded}; {self.remedy}" if self.remedy else coded
+
+
+class InternalError(SlewError):
+    """A bug; it stands for no mistake of the user (exit code 1)."""
+
+
+class SpecError(SlewError, ValueError):
+    """A spec that cannot be used, with everything that is wrong in it (exit code 3)."""
+
+    exit_code = 3
+    #: All findings, in the order of the file.
+    diagnostics: list[Diagnostic]
+
+    def __init__(self, text: str, diagnostics: list[dict[str, Any]]) -> None:
+        found = [Diagnostic(**keys) for keys in diagnostics]
+        errors = [one for one in found if one.severity == "error"] or found
+        first = errors[0] if errors else Diagnostic("", "error", text, "")
+        super().__init__(first.code, first.reason, first.remedy)
+        self.args = (text, diagnostics)
+        self.diagnostics = found
+        self._text = text
+
+    def __str__(self) -> str:
+        return self._text.rstrip()
+
+
+class FileError(SlewError, OSError):
+    """A file that cannot be read or written, or is not what it should be (exit code 8)."""
+
+    exit_code = 8
+
+    def __init__(self, code: str = "", reason: str = "", remedy: str = "") -> None:
+        # With three arguments OSError would take them for number, text and file name.
+        OSError.__init__(self, reason)
+        self.args = (code, reason, remedy)
+        self.code, self.reason, self.remedy = code, reason, remedy
+
+
+class PlanError(SlewError):
+    """A maneuver without a plan that is solved and verified. What was found is in ``plan``."""
+
+    #: What became of it, best iterate and ladder included.
+    plan: Plan | None = None
+
+
+class Infeasible(PlanError):
+    """Proved infeasible: no plan exists, and ``reason`` says why (exit code 4)."""
+
+    exit_code = 4
+
+
+class NotSolved(PlanError):
+    """No extremal was found, which proves nothing; ``plan`` is the best iterate (exit code 5)."""
+
+    exit_code = 5
+
+
+class LimitReached(PlanError):
+    """The time limit came first (exit code 6)."""
+
+    exit_code = 6
+
+
+class VerificationFailed(PlanError):
+    """Solved, but a witness disagrees (exit code 7)."""
+
+    exit_code = 7
+
+
+class NotFinite(SlewError):
+    """A simulation left the finite numbers; ``simulation`` has the rows before that (exit code 9)."""
+
+    exit_code = 9
+    #: The rows before that.
+    simulation: Any = None
+
+
+class Interrupted(PlanError):
+    """The progress function said to stop; ``plan`` is the best iterate (exit code 130)."""
+
+    exit_code = 130
+    #: The rows of a simulation so far.
+    simulation: Any = None
+
+
+class SpecWarning(UserWarning):
+    """What is accepted in a spec but worth a word."""
+
+
+#: The exception that goes with each status of a plan but ``"solved"``.
+OF_STATUS: dict[str, type[PlanError]] = {
+    "infeasible": Infeasible,
+    "not_converged": NotSolved,
+    "limit_reached": LimitReached,
+    "verification_failed": VerificationFailed,
+    "interrupted": Interrupted,
+}

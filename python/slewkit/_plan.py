@@ -1,0 +1,346 @@
+"""A plan: trajectory, costates, margins, and what the witnesses found."""
+
+from __future__ import annotations
+
+import html
+import io
+import json
+import os
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _slewkit
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
+    from scipy.spatial.transform import Rotation
+
+#: Floats, of the shape that each docstring names.
+Array = NDArray[np.float64]
+
+class Plan:
+    """What a plan is made of; SI units, body and reference axes as stated at each quantity.
+
+    The attitude ``R`` maps body components to those of the reference frame, which is inertial unless the environment turns
+    it. Arrays of nodes have ``N + 1`` rows, for ``N`` steps. Arrays of inputs (``input``, ``torque``, ``force``) have
+    ``N + 1`` rows under Lie–Verlet, ``N`` under Lie–Euler and where time is minimised, then held over steps;
+    ``input_time`` says when each row acts. Arrays are made once, when they are first asked for, and belong to the caller: what is changed
+    in them changes nothing that the plan saves or reports.
+
+    A plan is made by :func:`slewkit.plan` and :func:`slewkit.load`. It can be pickled.
+    """
+
+    def __init__(self, planned: _slewkit.Planned) -> None:
+        self._planned = planned
+
+    # What became of it
+
+    @property
+    def name(self) -> str:
+        """What the maneuver is called."""
+        return self._planned.name
+
+    @property
+    def status(self) -> str:
+        """``"solved"``, ``"infeasible"``, ``"not_converged"``, ``"limit_reached"``, ``"verification_failed"`` or
+        ``"interrupted"``."""
+        return self._planned.status
+
+    @property
+    def exit_code(self) -> int:
+        """The exit code of ``slew plan`` for the same plan."""
+        return self._planned.exit_code
+
+    @property
+    def cost(self) -> float:
+        """What is minimised: the effort ``∫ ½ uᵀWu dt`` (N²·m²·s with unit weights, on the attitude alone), or the duration
+        in seconds. NaN where there is no plan."""
+        return self._planned.cost
+
+    @property
+    def duration(self) -> float:
+        """Duration in seconds. NaN where it was what is minimised and no plan was found."""
+        return self._planned.duration
+
+    @property
+    def steps(self) -> int:
+        """Number of steps ``N``."""
+        return self._planned.steps
+
+    @property
+    def solve_time(self) -> float:
+        """Wall time of the solve alone in seconds, without second-order test and verification."""
+        return self._planned.solve_time
+
+    @property
+    def wall_time(self) -> float:
+        """Wall time within the library in seconds, verification included; NaN of a plan that was read."""
+        return self._planned.wall_time
+
+    @property
+    def outcome(self) -> str:
+        """How the solver stopped: ``"converged"``, ``"iteration_limit"``, ``"stalled"`` and so on."""
+        return str(self._head["outcome"])
+
+    @property
+    def verification(self) -> dict[str, Any] | None:
+        """What the independent witnesses found, with the keys of a plan file; None where there was nothing to judge. Numbers
+        that are not finite are None."""
+        found: dict[str, Any] | None = self._head["verified"]
+        return found
+
+    @property
+    def margins(self) -> list[dict[str, Any]]:
+        """Every limit and constraint with its smallest margin, as the witnesses measure it: ``name``, ``margin`` in
+        ``unit``, negative where violated, ``time_s``, ``at``."""
+        return list((self.verification or {}).get("margins", []))
+
+    @property
+    def active(self) -> list[dict[str, Any]]:
+        """The limits and constraints that act: ``name``, and arrays ``time_s`` and ``multiplier``, scaled and not
+        negative."""
+        return [
+            {"name": one["name"], "time_s": _floats(one["time_s"]), "multiplier": _floats(one["multiplier"])}
+            for one in self._head["active"]
+        ]
+
+    @property
+    def switching(self) -> dict[str, Any] | None:
+        """Arcs, switching times and certificate of a plan of minimum time, with the keys of a plan file: ``structure``,
+        ``continuous_duration_s``, ``gap_s``, ``eigenaxis_s``, ``arcs``. None for other plans."""
+        arcs: dict[str, Any] | None = self._head.get("switching")
+        return arcs
+
+    @property
+    def switching_times(self) -> Array:
+        """Times in seconds at which inputs switch, of the continuous extremal of minimum time; empty for other plans."""
+        arcs = (self.switching or {}).get("arcs", [])
+        return _floats([arc["start_s"] for arc in arcs[1:]])
+
+    @property
+    def rivals(self) -> list[dict[str, Any]]:
+        """Other extremals that were found, cheapest first."""
+        return list(self._head["rivals"])
+
+    @property
+    def optimality(self) -> dict[str, Any]:
+        """``stationarity``, ``conjugate_points`` (0: a local minimum), ``rank`` and ``condition`` of the sensitivities."""
+        return dict(self._head["optimality"])
+
+    @property
+    def terminal_error(self) -> dict[str, float]:
+        """Distance of the discrete end from the terminal conditions: ``attitude_rad``, ``momentum_relative``."""
+        return dict(self._head["terminal"])
+
+    @property
+    def spec(self) -> dict[str, Any] | None:
+        """The maneuver that the plan answers, with the keys of a spec."""
+        held: dict[str, Any] | None = self._head["spec"]
+        return held
+
+    @cached_property
+    def _head(self) -> dict[str, Any]:
+        head: dict[str, Any] = json.loads(self._planned.head_json())
+        return head
+
+    # The trajectory
+
+    @cached_property
+    def time(self) -> Array:
+        """Times of the nodes, s, shape (N + 1,)."""
+        return self._column("time")
+
+    def quaternions(self, *, scalar_first: bool = False) -> Array:
+        """Attitudes at the nodes as unit quaternions, continuous along the motion, shape (N + 1, 4): ``[x, y, z, w]`` as in
+        SciPy, ``[w, x, y, z]`` with ``scalar_first``. Hamilton; body to reference components."""
+        return self._wxyz if scalar_first else self._xyzw
+
+    @cached_property
+    def _xyzw(self) -> Array:
+        return self._column("quaternion_xyzw", 4)
+
+    @cached_property
+    def _wxyz(self) -> Array:
+        return self._column("quaternion_wxyz", 4)
+
+    @cached_property
+    def rotation_matrices(self) -> Array:
+        """Attitudes at the nodes as matrices, shape (N + 1, 3, 3); ``R @ v`` takes body components to reference ones."""
+        return self._column("rotation_matrix", 3, 3)
+
+    def rotation(self) -> Rotation:
+        """Attitudes at the nodes as a SciPy ``Rotation``; ``apply`` takes body components to reference ones."""
+        from scipy.spatial.transform import Rotation
+
+        return Rotation.from_quat(self._xyzw)
+
+    @cached_property
+    def angular_velocity(self) -> Array:
+        """Inertial angular velocity ``Ω`` at the nodes, body axes, rad/s, shape (N + 1, 3)."""
+        return self._column("angular_velocity", 3)
+
+    @cached_property
+    def angular_momentum(self) -> Array:
+        """Angular momentum of the body ``Π = JΩ`` at the nodes, body axes, N·m·s, shape (N + 1, 3); without that of its
+        wheels."""
+        inertia: Array = np.array(self._planned.inertia)
+        momentum: Array = self.angular_velocity @ inertia
+        return momentum
+
+    @cached_property
+    def position(self) -> Array:
+        """Position of the mass center at the nodes, reference axes, m, shape (N + 1, 3); (0, 3) where it does not move."""
+        return self._column("position", 3)
+
+    @cached_property
+    def velocity(self) -> Array:
+        """Velocity of the mass center at the nodes, reference axes, m/s, shape (N + 1, 3); (0, 3) where it does not
+        move."""
+        return self._column("velocity", 3)
+
+    @cached_property
+    def input_time(self) -> Array:
+        """When each row of inputs acts, s: at its node; or from then on over a step, where inputs are held."""
+        first, held = self._planned.first_input
+        return self.time[:-1] if held else self.time[first:]
+
+    @property
+    def inputs_are_held(self) -> bool:
+        """Whether a row of inputs is held over the step that begins at its time, as where time is minimised."""
+        return self._planned.first_input[1]
+
+    @cached_property
+    def input(self) -> Array:
+        """Inputs of the actuators, forces before torques, N or N·m, shape (rows, inputs)."""
+        return self._column("input", max(self._planned.input_count, 1))
+
+    @cached_property
+    def torque(self) -> Array:
+        """Torque of all actuators, body axes, N·m, shape (rows, 3)."""
+        return self._column("torque", 3)
+
+    @cached_property
+    def force(self) -> Array:
+        """Force of all actuators, reference axes, N, shape (rows, 3); (0, 3) where the body only turns."""
+        return self._column("force", 3)
+
+    @cached_property
+    def wheel_momentum(self) -> Array:
+        """Momentum of each reaction wheel at the nodes, N·m·s, shape (N + 1, wheels)."""
+        momenta = self._column("wheel_momentum")
+        return momenta.reshape(len(self.time), -1) if momenta.size else np.empty((len(self.time), 0))
+
+    @cached_property
+    def costates(self) -> Array:
+        """Costates, SI, left-trivialised, ``[ζ, δΠ]`` or ``[δx, δγ, ζ, δΠ]``, shape (rows, 6 or 12); ``u = −W⁻¹Bᵀλ``."""
+        return self._column("costates", 12 if self._planned.moves else 6)
+
+    def _column(self, name: str, *width: int) -> Array:
+        """A quantity, in the memory that the library has filled for it."""
+        column = self._planned.column(name)
+        assert column is not None, name
+        return column.reshape(-1, *width) if width else column
+
+    # As other things
+
+    def to_dict(self) -> dict[str, Any]:
+        """The plan file as a dictionary; ``slewkit.load`` takes it back."""
+        document: dict[str, Any] = json.loads(self._planned.text("json"))
+        return document
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """One row a node with the columns of ``slew plan -o plan.csv``, by time in seconds. Inputs stand in the row of the node at
+        which they act, NaN where there are none."""
+        import pandas
+
+        # Later versions read every number to the bit by themselves, and warn of the argument.
+        exactly: dict[str, Any] = {"float_precision": "round_trip"}
+        late = tuple(int(part) for part in pandas.__version__.split(".")[:2]) >= (3, 1)
+        text = io.BytesIO(self._planned.text("csv"))
+        table: pandas.DataFrame = pandas.read_csv(text, index_col="time_s", **({} if late else exactly))
+        return table
+
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        format: str | None = None,
+        tick: float | None = None,
+        overwrite: bool = False,
+    ) -> None:
+        """Writes a file, whole or not at all, in the format that its ending means or that is named: those of
+        ``slew plan -o``, such as ``.json``, ``.csv``, ``.aem``, ``.npz``, ``.mat``. ``tick`` is that of ``.flight``, s.
+
+        Raises :class:`FileError` where it exists and ``overwrite`` is not given, :class:`SpecError` where the spec lacks
+        what the format needs, such as an epoch."""
+        self._planned.save(os.fspath(path), format, tick, overwrite)
+
+    def report(self, path: str | os.PathLike[str] | None = None, *, euler: str = "zyx") -> str:
+        """The plan as one HTML page, as ``slew report`` makes it; also written to ``path`` where one is given, over what is
+        there. ``euler`` is the sequence of the Euler angles shown, intrinsic."""
+        return written(self._planned.page(euler), path)
+
+    def summary(self) -> str:
+        """The text that ``slew plan`` prints."""
+        return self._planned.summary()
+
+    def plot(self, figure: Figure | None = None) -> Figure:
+        """Attitude, rates, inputs and costates against time, by matplotlib."""
+        from ._plot import of_plan
+
+        return of_plan(self, figure)
+
+    def _repr_html_(self) -> str:
+        return framed(self._planned.page("zyx"))
+
+    def __repr__(self) -> str:
+        return f"<slewkit.Plan {self.name!r}: {self.status}, cost {self.cost:.6g}, {self.duration:.6g} s in {self.steps} steps>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, (self._planned.text("json"),)
+
+
+def _again(text: bytes) -> Plan:
+    """A pickled plan."""
+    return Plan(_slewkit.read_plan(text, "pickle"))
+
+
+def load(plan: str | os.PathLike[str] | Mapping[str, Any]) -> Plan:
+    """Reads a plan file, as :meth:`Plan.save` and ``slew plan -o plan.json`` write it, or the dictionary of one.
+
+    Whatever its status: a plan that was not solved is read as well. Raises :class:`FileError` where it is none."""
+    if isinstance(plan, Mapping):
+        return Plan(_slewkit.read_plan(json.dumps(dict(plan)).encode(), "dict"))
+    return Plan(_slewkit.read_plan(*content(plan)))
+
+
+def content(path: str | os.PathLike[str]) -> tuple[bytes, str]:
+    """The bytes of a file, and its name."""
+    from ._errors import FileError
+
+    name = os.fspath(path)
+    try:
+        with open(name, "rb") as file:
+            return file.read(), name
+    except OSError as error:
+        raise FileError("E0090", f"cannot read {name}: {error.strerror}", "check the path") from error
+
+
+def written(page: str, path: str | os.PathLike[str] | None) -> str:
+    """A page, also in a file where one is named."""
+    if path is not None:
+        _slewkit.write_page(os.fspath(path), page)
+    return page
+
+
+def framed(page: str) -> str:
+    """A page within another, such as a notebook, whose styles and scripts it leaves alone."""
+    return f'<iframe srcdoc="{html.escape(page)}" style="width: 100%; height: 900px; border: 0"></iframe>'
+
+
+def _floats(numbers: list[Any]) -> Array:
+    return np.array(numbers, dtype=float)

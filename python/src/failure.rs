@@ -1,0 +1,120 @@
+//! Failures of the library as exceptions of the package, which are Python classes (`slewkit/_errors.py`).
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use slewkit::files::export::ExportError;
+use slewkit::files::spec::{Diagnostic, Diagnostics};
+use slewkit::maneuver::ProblemError;
+use slewkit::plan::PlanError;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// An exception of the class `class` made from `arguments`.
+fn raised<'py>(py: Python<'py>, class: &str, arguments: impl pyo3::call::PyCallArgs<'py>) -> PyErr {
+    let made = py.import("slewkit._errors").and_then(|errors| errors.getattr(class)?.call1(arguments));
+    made.map_or_else(|error| error, PyErr::from_value)
+}
+
+/// A failure with a code, a reason and a remedy, of the class `class`.
+pub fn coded(py: Python<'_>, class: &str, code: &str, reason: &str, remedy: &str) -> PyErr {
+    raised(py, class, (code, reason, remedy))
+}
+
+/// A spec that cannot be used, or not be read.
+pub fn spec(py: Python<'_>, found: &Diagnostics) -> PyErr {
+    if found.is_io() {
+        let first = found.0.first();
+        let text = |part: fn(&Diagnostic) -> &str| first.map_or("", part).to_owned();
+        let reason = format!("{}: {}", text(|found| &found.file), text(|found| &found.reason));
+        return coded(py, "FileError", &text(|found| found.code), &reason, &text(|found| &found.remedy));
+    }
+    match diagnostics(py, &found.0) {
+        Ok(list) => raised(py, "SpecError", (found.to_string(), list)),
+        Err(error) => error,
+    }
+}
+
+/// Diagnostics as dictionaries.
+pub fn diagnostics<'py>(py: Python<'py>, found: &[Diagnostic]) -> PyResult<Vec<Bound<'py, PyDict>>> {
+    let dictionary = |found: &Diagnostic| {
+        let keys = PyDict::new(py);
+        let severity = match found.severity {
+            slewkit::files::spec::Severity::Error => "error",
+            slewkit::files::spec::Severity::Warning => "warning",
+        };
+        keys.set_item("code", found.code)?;
+        keys.set_item("severity", severity)?;
+        keys.set_item("file", &found.file)?;
+        keys.set_item("line", found.line)?;
+        keys.set_item("column", found.column)?;
+        keys.set_item("key", &found.key)?;
+        keys.set_item("text", &found.text)?;
+        keys.set_item("reason", &found.reason)?;
+        keys.set_item("remedy", &found.remedy)?;
+        keys.set_item("rendered", found.to_string())?;
+        Ok(keys)
+    };
+    found.iter().map(dictionary).collect()
+}
+
+/// A spec that reads well and asks what cannot be.
+pub fn problem(py: Python<'_>, error: &ProblemError) -> PyErr {
+    let (code, remedy) = match error {
+        ProblemError::StepTooLong { steps, .. } => {
+            ("E0120", format!("raise `maneuver.steps` to {steps} or more"))
+        }
+        _ => ("E0121", "change the spec accordingly".into()),
+    };
+    refused(py, code, &error.to_string(), &remedy)
+}
+
+fn refused(py: Python<'_>, code: &str, reason: &str, remedy: &str) -> PyErr {
+    let keys = PyDict::new(py);
+    let filled = [("code", code), ("reason", reason), ("remedy", remedy), ("severity", "error")]
+        .iter()
+        .try_for_each(|(key, text)| keys.set_item(key, text));
+    match filled {
+        Ok(()) => {
+            raised(py, "SpecError", (format!("error[{code}]: {reason}\n help: {remedy}\n"), vec![keys]))
+        }
+        Err(error) => error,
+    }
+}
+
+/// Why the planner did not even begin.
+pub fn plan(py: Python<'_>, error: &PlanError) -> PyErr {
+    match error {
+        PlanError::Problem(error) => problem(py, error),
+        PlanError::Guess { .. } | PlanError::GuessPath => {
+            coded(py, "FileError", "E0103", &error.to_string(), "give another plan as the guess")
+        }
+        other => refused(py, "E0121", &other.to_string(), "change the spec accordingly"),
+    }
+}
+
+/// What could not be written or read; `name` is the file.
+pub fn export(py: Python<'_>, error: &ExportError, name: &str) -> PyErr {
+    let (code, reason, remedy) = match error {
+        ExportError::File(error @ slewkit::files::export::FileError::Exists { .. }) => {
+            (error.code(), error.to_string(), "pass overwrite=True to replace it")
+        }
+        ExportError::File(error) => (error.code(), error.to_string(), error.remedy()),
+        ExportError::Lacking(lacking) => {
+            return refused(py, lacking.code(), &lacking.to_string(), lacking.remedy());
+        }
+        other => {
+            let remedy = "give a plan file, as Plan.save or `slew plan SPEC -o FILE` writes it";
+            (other.code(), format!("{name}: {other}"), remedy)
+        }
+    };
+    coded(py, "FileError", code, &reason, remedy)
+}
+
+/// What `work` comes to, without the lock of the interpreter. A panic is a bug, and an exception for Python.
+pub fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+    py.detach(|| catch_unwind(AssertUnwindSafe(work))).map_err(|panic| {
+        let said = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+        let said = said.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
+        let reason = format!("the program panicked: {said}");
+        coded(py, "InternalError", "internal", &reason, "this is a bug: please report it with the spec")
+    })
+}

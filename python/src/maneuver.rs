@@ -1,0 +1,145 @@
+//! Specs: read from a file, a dictionary or text.
+
+use crate::{failure, text};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyMapping};
+use slewkit::files::spec::{self, Diagnostics, Format, Loaded, Override, Spec, SpecDocument};
+use std::path::{Path, PathBuf};
+
+/// What messages call a spec that is a dictionary.
+const DICTIONARY: &str = "dict";
+
+/// Keys set from outside, with their values.
+pub type Overrides<'py> = Option<Bound<'py, PyMapping>>;
+
+/// Overrides as on the command line.
+pub fn overrides(given: &Overrides<'_>) -> PyResult<Vec<Override>> {
+    let Some(given) = given else { return Ok(Vec::new()) };
+    let one = |item: Bound<'_, PyAny>| {
+        let (path, value): (String, Bound<'_, PyAny>) = item.extract()?;
+        let text = format!("{path}={}", text::value_text(&value)?);
+        Override::parse(&text).map_err(|reason| PyValueError::new_err(format!("overrides: {reason}")))
+    };
+    given.items()?.iter().map(one).collect()
+}
+
+/// Reads a spec of either kind: a dictionary, or the path of a file.
+pub fn load(given: &Bound<'_, PyAny>, overrides: &[Override]) -> PyResult<Result<Spec, Diagnostics>> {
+    if let Ok(mapping) = given.cast::<PyMapping>() {
+        let text = text::to_toml(mapping)?;
+        return Ok(spec::load_from_str(&text, DICTIONARY, Path::new(""), Format::Toml, overrides));
+    }
+    let path: PathBuf = given.extract()?;
+    Ok(spec::load(&path, Format::of(&path), overrides))
+}
+
+/// Where a spec came from.
+#[derive(Clone)]
+enum Origin {
+    /// A dictionary, as text.
+    Text(String),
+    /// A file.
+    File(PathBuf),
+}
+
+/// A maneuver as a spec asks for it, read and checked.
+#[pyclass(frozen, module = "slewkit._slewkit")]
+pub struct Maneuver {
+    pub loaded: Loaded,
+    origin: Origin,
+    overrides: Vec<Override>,
+}
+
+impl Maneuver {
+    fn read(py: Python<'_>, origin: Origin, overrides: Vec<Override>) -> PyResult<Self> {
+        // The reader of maneuvers says of a simulation that it is none.
+        let loaded = match &origin {
+            Origin::Text(text) => spec::from_str(text, DICTIONARY, Format::Toml, &overrides),
+            Origin::File(path) => spec::read(path, &overrides),
+        };
+        let loaded = loaded.map_err(|found| failure::spec(py, &found))?;
+        loaded.problem.check().map_err(|error| failure::problem(py, &error))?;
+        Ok(Self { loaded, origin, overrides })
+    }
+}
+
+#[pymethods]
+impl Maneuver {
+    /// From a dictionary with the keys of a spec, or from a file.
+    #[new]
+    #[pyo3(signature = (spec, overrides = None))]
+    fn new(py: Python<'_>, spec: &Bound<'_, PyAny>, overrides: Overrides<'_>) -> PyResult<Self> {
+        let origin = match spec.cast::<PyMapping>() {
+            Ok(mapping) => Origin::Text(text::to_toml(mapping)?),
+            Err(_) => Origin::File(spec.extract()?),
+        };
+        Self::read(py, origin, self::overrides(&overrides)?)
+    }
+
+    /// The same spec, read once more with further overrides.
+    #[pyo3(signature = (overrides = None))]
+    fn again(&self, py: Python<'_>, overrides: Overrides<'_>) -> PyResult<Self> {
+        let further = self::overrides(&overrides)?;
+        Self::read(py, self.origin.clone(), [&self.overrides[..], &further[..]].concat())
+    }
+
+    /// The name of the maneuver.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.loaded.problem.name
+    }
+
+    /// Duration in seconds; NaN where time is minimised.
+    #[getter]
+    fn duration(&self) -> f64 {
+        self.loaded.problem.duration
+    }
+
+    /// Number of steps.
+    #[getter]
+    fn steps(&self) -> usize {
+        self.loaded.problem.steps
+    }
+
+    /// Inertia, body axes, rows [kg·m²].
+    #[getter]
+    fn inertia(&self) -> [[f64; 3]; 3] {
+        // Symmetric: rows are columns.
+        (*self.loaded.problem.body.inertia.j()).into()
+    }
+
+    /// What is accepted but worth a word.
+    fn warnings<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        failure::diagnostics(py, &self.loaded.warnings)
+    }
+
+    /// The maneuver in the keys of a spec, SI units, as JSON.
+    fn spec_json(&self) -> PyResult<String> {
+        let Loaded { problem, settings, identity, .. } = &self.loaded;
+        let document = SpecDocument::new(problem, settings);
+        let document = document.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        Ok(document.with_identity(identity).to_string())
+    }
+}
+
+/// Everything that is to be said of a spec of either kind, errors and warnings.
+#[pyfunction]
+#[pyo3(signature = (spec, overrides = None))]
+pub fn diagnose<'py>(
+    py: Python<'py>,
+    spec: &Bound<'py, PyAny>,
+    overrides: Overrides<'py>,
+) -> PyResult<Vec<Bound<'py, PyDict>>> {
+    match load(spec, &self::overrides(&overrides)?)? {
+        Ok(Spec::Maneuver(loaded)) => {
+            if let Err(error) = loaded.problem.check() {
+                return Err(failure::problem(py, &error));
+            }
+            failure::diagnostics(py, &loaded.warnings)
+        }
+        Ok(Spec::Simulation(loaded)) => failure::diagnostics(py, &loaded.warnings),
+        Err(found) if found.is_io() => Err(failure::spec(py, &found)),
+        Err(found) => failure::diagnostics(py, &found.0),
+    }
+}

@@ -1,0 +1,325 @@
+//! Plans: made, read, and what is in them as arrays.
+
+use crate::failure::{self, detached};
+use crate::maneuver::Maneuver;
+use crate::watch::Watch;
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use slewkit::Vector3;
+use slewkit::files::exchange::read_attitudes;
+use slewkit::files::export::{ExportError, PlanFile, Target, TrajectoryDocument, read_guess};
+use slewkit::files::formats::Format;
+use slewkit::files::identity::Identity;
+use slewkit::lie;
+use slewkit::maneuver::{Motion, Problem, Settings, Trajectory};
+use slewkit::plan::{self as planner, Guess, Plan};
+use slewkit::report::{plan_page, summary};
+use std::borrow::Cow;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// A plan with the maneuver that it answers, on its own grid.
+#[pyclass(frozen, module = "slewkit._slewkit")]
+pub struct Planned {
+    pub problem: Problem,
+    pub settings: Settings,
+    pub identity: Identity,
+    pub plan: Plan,
+    /// Wall time within the library; NaN of one that was read.
+    wall_time: f64,
+}
+
+/// Plans a maneuver. `guess` is a plan, the text of a plan file or of attitudes with its name, or costates; `progress` is
+/// called with stage, start, steps and seconds. Beside the plan stands what was raised meanwhile.
+#[pyfunction]
+#[pyo3(signature = (maneuver, guess = None, progress = None))]
+pub fn plan(
+    py: Python<'_>,
+    maneuver: &Bound<'_, Maneuver>,
+    guess: Option<Suggestion<'_>>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(Planned, Option<PyErr>)> {
+    let loaded = &maneuver.get().loaded;
+    let (problem, settings) = (&loaded.problem, &loaded.settings);
+    let guess = guess.map(|guess| guess.taken(py, problem)).transpose()?;
+    let mut watch = Watch::new(progress);
+    let began = Instant::now();
+    let found = detached(py, || {
+        let found = planner::plan(problem, settings, guess.as_ref(), &mut watch);
+        (found, began.elapsed().as_secs_f64())
+    });
+    let (found, wall_time) = found?;
+    let plan = found.map_err(|error| failure::plan(py, &error))?;
+    // The grid of the plan may have a step more than was asked for, or none.
+    let steps = if plan.solution.steps > 0 { plan.solution.steps } else { problem.steps };
+    let problem = problem.clone().with_steps(steps);
+    let (settings, identity) = (settings.clone(), loaded.identity.clone());
+    let planned = Planned { problem, settings, identity, plan, wall_time };
+    Ok((planned, watch.raised()))
+}
+
+/// What another plan suggests.
+#[derive(FromPyObject)]
+pub enum Suggestion<'py> {
+    /// A plan.
+    Planned(Bound<'py, Planned>),
+    /// A file: its bytes and its name.
+    File(Vec<u8>, String),
+    /// Costates.
+    Costates(Vec<f64>),
+}
+
+impl Suggestion<'_> {
+    fn taken(self, py: Python<'_>, problem: &Problem) -> PyResult<Guess> {
+        match self {
+            Self::Planned(planned) => Ok(Guess::of(&planned.get().plan.solution, problem)),
+            Self::Costates(costates) => Ok(Guess { costates, ..Guess::default() }),
+            Self::File(bytes, name) => {
+                if PlanFile::begins(&bytes) {
+                    return read_guess(&bytes[..]).map_err(|error| failure::export(py, &error, &name));
+                }
+                let found = read_attitudes(&bytes[..], &name).map_err(|found| failure::spec(py, &found))?;
+                Ok(Guess { quaternion: found.evenly(), ..Guess::default() })
+            }
+        }
+    }
+}
+
+/// Reads a plan file from its bytes; `name` is what messages call it.
+#[pyfunction]
+pub fn read_plan(py: Python<'_>, bytes: &[u8], name: &str) -> PyResult<Planned> {
+    let read = || -> Result<_, Failed> {
+        let file = PlanFile::read(bytes)?;
+        let held = file.spec.as_ref().ok_or(ExportError::NoSpec)?;
+        let loaded = held.read(&format!("{name}, spec"), &[]).map_err(Failed::Spec)?;
+        // What is proved infeasible has no trajectory.
+        let has_rows = !file.trajectory.0.time.is_empty();
+        let problem = if has_rows { file.on_grid(&loaded.problem)? } else { loaded.problem };
+        let (settings, identity) = (loaded.settings, loaded.identity);
+        Ok(Planned { problem, settings, identity, plan: file.plan()?, wall_time: f64::NAN })
+    };
+    detached(py, read)?.map_err(|failed| match failed {
+        Failed::Export(error) => failure::export(py, &error, name),
+        Failed::Spec(found) => failure::spec(py, &found),
+    })
+}
+
+/// Writes a page, whole or not at all, over what is there.
+#[pyfunction]
+pub fn write_page(py: Python<'_>, path: PathBuf, text: &str) -> PyResult<()> {
+    let written = detached(py, || {
+        let target = Target::new(&path, true)?;
+        target.write(|output| Ok(output.write_all(text.as_bytes())?))
+    })?;
+    written.map_err(|error: ExportError| failure::export(py, &error, &path.to_string_lossy()))
+}
+
+/// Why a plan file cannot be used.
+enum Failed {
+    Export(ExportError),
+    Spec(slewkit::files::spec::Diagnostics),
+}
+
+impl From<ExportError> for Failed {
+    fn from(error: ExportError) -> Self {
+        Self::Export(error)
+    }
+}
+
+impl Planned {
+    pub fn file(&self) -> PlanFile<'_> {
+        PlanFile::new(&self.problem, &self.settings, &self.plan).with_identity(&self.identity)
+    }
+
+    fn trajectory(&self) -> &Trajectory {
+        &self.plan.solution.trajectory
+    }
+}
+
+fn flat(vectors: &[Vector3]) -> Vec<f64> {
+    vectors.iter().flatten().copied().collect()
+}
+
+#[pymethods]
+impl Planned {
+    /// What became of it: `"solved"` and so on.
+    #[getter]
+    fn status(&self) -> &'static str {
+        self.plan.status.name()
+    }
+
+    /// The exit code of the program that goes with the status.
+    #[getter]
+    fn exit_code(&self) -> u8 {
+        self.plan.status.exit_code()
+    }
+
+    /// The name of the maneuver.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.problem.name
+    }
+
+    /// What is minimised: the effort, or the duration in seconds. NaN where there is none.
+    #[getter]
+    fn cost(&self) -> f64 {
+        self.plan.solution.cost
+    }
+
+    /// Duration in seconds; NaN where time is minimised and no plan was found.
+    #[getter]
+    fn duration(&self) -> f64 {
+        self.plan.solution.duration(&self.problem)
+    }
+
+    /// Steps of the plan.
+    #[getter]
+    fn steps(&self) -> usize {
+        self.plan.solution.steps
+    }
+
+    /// Wall time of the solve alone, seconds.
+    #[getter]
+    fn solve_time(&self) -> f64 {
+        self.plan.solution.solve_time
+    }
+
+    /// Wall time within the library, seconds; NaN of a plan that was read.
+    #[getter]
+    fn wall_time(&self) -> f64 {
+        self.wall_time
+    }
+
+    /// Node of the first row of inputs, and whether a row belongs to the step that begins there.
+    #[getter]
+    fn first_input(&self) -> (usize, bool) {
+        let held = self.problem.objective.is_time();
+        (if held { 0 } else { self.problem.scheme.first_input() }, held)
+    }
+
+    /// Whether the body moves as well as turns.
+    #[getter]
+    fn moves(&self) -> bool {
+        self.problem.motion == Motion::RigidBody
+    }
+
+    /// Numbers in a row of inputs.
+    #[getter]
+    fn input_count(&self) -> usize {
+        self.trajectory().input_count
+    }
+
+    /// Inertia, body axes, rows [kg·m²].
+    #[getter]
+    fn inertia(&self) -> [[f64; 3]; 3] {
+        // Symmetric: rows are columns.
+        (*self.problem.body.inertia.j()).into()
+    }
+
+    /// A quantity of the trajectory, row after row, in an array of one dimension that owns its numbers; `None` where there
+    /// is no such name.
+    fn column<'py>(&self, py: Python<'py>, name: &str) -> Option<Bound<'py, PyArray1<f64>>> {
+        let of = self.trajectory();
+        let quaternions = |order: fn(&[f64; 4]) -> [f64; 4]| {
+            of.quaternion.iter().map(order).collect::<Vec<_>>().into_flattened()
+        };
+        let numbers = match name {
+            "time" => of.time.clone(),
+            "quaternion_wxyz" => quaternions(|q| *q),
+            "quaternion_xyzw" => quaternions(|[w, x, y, z]| [*x, *y, *z, *w]),
+            "rotation_matrix" => {
+                let rows = |q| <[[f64; 3]; 3]>::from(lie::rotation_from_quaternion(q).transpose());
+                of.quaternion.iter().map(rows).collect::<Vec<_>>().into_flattened().into_flattened()
+            }
+            "angular_velocity" => flat(&of.angular_velocity),
+            "position" => flat(&of.position),
+            "velocity" => flat(&of.velocity),
+            "input" => of.input.clone(),
+            "torque" => flat(&of.torque),
+            "force" => flat(&of.force),
+            "wheel_momentum" => of.wheel_momentum.clone(),
+            "costates" => of.costates.clone(),
+            _ => return None,
+        };
+        Some(PyArray1::from_vec(py, numbers))
+    }
+
+    /// The plan file without its trajectory, as JSON.
+    fn head_json(&self, py: Python<'_>) -> PyResult<String> {
+        detached(py, || {
+            let mut file = self.file();
+            file.trajectory = TrajectoryDocument(Cow::Owned(Trajectory::default()));
+            serde_json::to_string(&file)
+        })?
+        .map_err(|error| failure::export(py, &error.into(), "plan"))
+    }
+
+    /// The plan as text in a format.
+    #[pyo3(signature = (format = "json"))]
+    fn text(&self, py: Python<'_>, format: &str) -> PyResult<Vec<u8>> {
+        let format = self.format(py, Some(format), "")?;
+        let mut text = Vec::new();
+        let written =
+            detached(py, || format.write(&self.file(), &self.problem, &self.identity, None, &mut text))?;
+        written.map_err(|error| failure::export(py, &error, "plan"))?;
+        Ok(text)
+    }
+
+    /// Writes the plan to a file, whole or not at all, in the format that is named or that its ending means.
+    #[pyo3(signature = (path, format = None, tick = None, overwrite = false))]
+    fn save(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        format: Option<&str>,
+        tick: Option<f64>,
+        overwrite: bool,
+    ) -> PyResult<()> {
+        let ending = path.extension().map_or(String::new(), |ending| ending.to_string_lossy().into_owned());
+        let format = self.format(py, format, &ending)?;
+        let name = path.to_string_lossy().into_owned();
+        let written = detached(py, || {
+            Target::new(&path, overwrite).map_err(ExportError::from).and_then(|target| {
+                target.write(|output| format.write(&self.file(), &self.problem, &self.identity, tick, output))
+            })
+        })?;
+        written.map_err(|error| failure::export(py, &error, &name))
+    }
+
+    /// The page for a browser.
+    fn page(&self, py: Python<'_>, euler: &str) -> PyResult<String> {
+        detached(py, || plan_page(&self.problem, &self.settings, &self.plan, euler))
+    }
+
+    /// The summary that `slew plan` prints.
+    fn summary(&self) -> String {
+        summary::plan(false, &self.problem, &self.settings, &self.plan).join("\n")
+    }
+}
+
+impl Planned {
+    fn format(&self, py: Python<'_>, named: Option<&str>, ending: &str) -> PyResult<Format> {
+        let found = match named {
+            Some(name) => Format::named(name),
+            None => Format::of_ending(ending),
+        };
+        let known = || {
+            let each = Format::ALL
+                .iter()
+                .map(|format| format!("{} (.{})", format.name(), format.endings().join(", .")));
+            each.collect::<Vec<_>>().join(", ")
+        };
+        let format = found.ok_or_else(|| {
+            let reason = match named {
+                Some(name) => format!("there is no format {name:?}"),
+                None => format!("no format has the ending {ending:?}"),
+            };
+            failure::coded(py, "FileError", "E0105", &reason, &format!("the formats are {}", known()))
+        })?;
+        if matches!(format, Format::Exchange(_)) && self.trajectory().time.is_empty() {
+            let reason = format!("the format {} holds a trajectory, and the plan has none", format.name());
+            return Err(failure::coded(py, "FileError", "E0108", &reason, "save it as .json"));
+        }
+        Ok(format)
+    }
+}

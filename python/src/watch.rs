@@ -1,0 +1,62 @@
+//! Progress, and how a computation is stopped: by what the caller's function says, by an exception in it, or by Ctrl-C.
+
+use pyo3::prelude::*;
+use slewkit::plan::{Control, Observer, Progress};
+use std::time::{Duration, Instant};
+
+/// How long may pass between two looks at signals, or two calls of the caller's function: taking the lock of a busy
+/// interpreter costs milliseconds.
+const INTERVAL: Duration = Duration::from_millis(50);
+
+/// Listens while the library computes.
+pub struct Watch {
+    progress: Option<Py<PyAny>>,
+    looked: Option<Instant>,
+    /// What was raised: by the caller's function, or by a signal.
+    raised: Option<PyErr>,
+    stopped: bool,
+}
+
+impl Watch {
+    /// `progress` is called with what is known of the work, at first at once; what it returns as `False` stops it.
+    pub fn new(progress: Option<Py<PyAny>>) -> Self {
+        // Where nobody asks for progress, work of a few milliseconds is left alone.
+        let looked = if progress.is_some() { None } else { Some(Instant::now()) };
+        Self { progress, looked, raised: None, stopped: false }
+    }
+
+    /// What was raised meanwhile.
+    pub fn raised(self) -> Option<PyErr> {
+        self.raised
+    }
+
+    /// Whether to stop; the caller's function is told which stage the work is at.
+    pub fn stops(&mut self, stage: &str, start: &str, steps: u64, elapsed: f64) -> bool {
+        if !self.stopped && self.looked.is_none_or(|looked| looked.elapsed() >= INTERVAL) {
+            let asked = Python::attach(|py| -> PyResult<bool> {
+                py.check_signals()?;
+                let Some(progress) = &self.progress else { return Ok(false) };
+                let answer = progress.bind(py).call1((stage, start, steps, elapsed))?;
+                // Only False itself: a function that returns nothing goes on.
+                Ok(answer.is(&*pyo3::types::PyBool::new(py, false)))
+            });
+            self.stopped = match asked {
+                Ok(stop) => stop,
+                Err(error) => {
+                    self.raised = Some(error);
+                    true
+                }
+            };
+            self.looked = Some(Instant::now());
+        }
+        self.stopped
+    }
+}
+
+impl Observer for Watch {
+    fn on_progress(&mut self, progress: &Progress) -> Control {
+        let Progress { rung, start, steps, elapsed, .. } = progress;
+        let stop = self.stops(rung.name(), start, *steps as u64, *elapsed);
+        if stop { Control::Stop } else { Control::Continue }
+    }
+}

@@ -1,0 +1,184 @@
+"""Plans are those of the program, to the bit, and mean what they say."""
+
+import json
+import pickle
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import slewkit
+
+
+def same(first: dict, second: dict) -> None:
+    """Two plan files without the one key that differs between two runs."""
+    first, second = dict(first), dict(second)
+    first.pop("solve_time_s"), second.pop("solve_time_s")
+    assert first == second
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["xte_20s.toml", "keep_out_medium.toml", "minimum_time_xte.toml", "unstable_pendulum.toml", "wheels_pyramid.toml", "orbit_turn.toml"],
+)
+def test_a_plan_has_the_bits_of_the_programs(name, problems, slew, tmp_path):
+    slew("plan", problems / name, "-o", tmp_path / "plan.json", "-q")
+    of_program = json.loads((tmp_path / "plan.json").read_text())
+    plan = slewkit.plan(problems / name)
+    same(plan.to_dict(), of_program)
+    # And so has what was written as data, and what was read back.
+    plan.save(tmp_path / "own.json")
+    same(json.loads((tmp_path / "own.json").read_text()), of_program)
+    same(slewkit.load(tmp_path / "plan.json").to_dict(), of_program)
+    rows = of_program["trajectory"]
+    assert plan.time.tolist() == rows["time_s"]
+    assert plan.quaternions(scalar_first=True).tolist() == rows["quaternion_wxyz"]
+    assert plan.angular_velocity.tolist() == rows["angular_velocity_rad_s"]
+    assert plan.input.tolist() == rows["input"]
+    assert plan.torque.tolist() == rows["torque_n_m"]
+    assert plan.costates.tolist() == rows["costates"]
+    assert plan.position.tolist() == rows.get("position_m", [])
+    assert plan.force.tolist() == rows.get("force_n", [])
+    if "wheel_momentum_n_m_s" in rows:
+        assert plan.wheel_momentum.tolist() == rows["wheel_momentum_n_m_s"]
+
+
+def test_a_dictionary_means_what_a_file_means(spec, tmp_path, slew):
+    text = slewkit.Problem(spec).to_toml()
+    (tmp_path / "spec.toml").write_text(text)
+    slew("plan", tmp_path / "spec.toml", "-o", tmp_path / "plan.json", "-q")
+    of_program = json.loads((tmp_path / "plan.json").read_text())
+    same(slewkit.plan(spec).to_dict(), of_program)
+    same(slewkit.plan(slewkit.Problem(spec)).to_dict(), of_program)
+    same(slewkit.plan(slewkit.Problem(spec).to_dict()).to_dict(), of_program)
+
+
+def test_scipy_reads_the_attitudes(spec):
+    plan = slewkit.plan(spec)
+    rotation = plan.rotation()
+    target = Rotation.from_euler("ZYX", [30, -40, 70], degrees=True)
+    assert (rotation[-1] * target.inv()).magnitude() < 1e-12
+    assert np.allclose(rotation.as_matrix(), plan.rotation_matrices, atol=1e-15)
+    assert (plan.quaternions()[:, 3] == plan.quaternions(scalar_first=True)[:, 0]).all()
+    # Between two nodes the body turns by its rate times the step, in body axes, to second order.
+    step = plan.time[1]
+    turned = (rotation[:-1].inv() * rotation[1:]).as_rotvec() / step
+    mean = (plan.angular_velocity[:-1] + plan.angular_velocity[1:]) / 2
+    assert np.abs(turned - mean).max() < 1e-3 * np.abs(mean).max()
+    # A target may be given as a rotation as well.
+    spec["end"]["attitude"] = target
+    assert slewkit.plan(spec).cost == pytest.approx(plan.cost, rel=1e-12)
+
+
+def test_the_laws_of_motion_hold_between_the_arrays(spec):
+    plan = slewkit.plan(spec)
+    momentum = plan.angular_momentum
+    assert np.allclose(momentum, plan.angular_velocity * [120, 100, 80], rtol=1e-15)
+    # What the torque adds to the inertial momentum; the trapezoidal sum is exact for Lie–Verlet.
+    inertial = plan.rotation().apply(momentum)
+    impulse = plan.rotation().apply(plan.torque) * plan.time[1]
+    impulse[[0, -1]] /= 2
+    assert np.allclose(inertial[-1] - inertial[0], impulse.sum(axis=0), atol=1e-10)
+    # u = −W⁻¹ Bᵀ λ.
+    assert np.allclose(plan.torque, -plan.costates[:, 3:], rtol=1e-14)
+    effort = 0.5 * (plan.torque**2).sum(axis=1) * plan.time[1]
+    effort[[0, -1]] /= 2
+    assert plan.cost == pytest.approx(effort.sum(), rel=1e-13)
+
+
+def test_arrays_are_made_once_and_are_the_callers(spec):
+    plan = slewkit.plan(spec)
+    before = plan.to_dict()
+    assert plan.torque is plan.torque and plan.torque.dtype == np.float64 and plan.torque.flags["C_CONTIGUOUS"]
+    for name in ["time", "angular_velocity", "input", "torque", "costates", "rotation_matrices"]:
+        array = getattr(plan, name)
+        # The memory that the library has filled, seen as rows: SciPy takes no array that cannot be written.
+        assert array.flags.writeable and (array.base is not None or array.ndim == 1)
+        array[:] = 0
+    assert plan.to_dict() == before
+
+
+def test_lie_euler_has_a_row_of_inputs_less(spec):
+    plan = slewkit.plan(spec, overrides={"solver.scheme": "lie_euler"})
+    assert len(plan.time) == 101 and len(plan.torque) == len(plan.input_time) == 100
+    assert plan.input_time[0] == plan.time[1]
+    table = plan.to_pandas()
+    assert np.isnan(table["input_1"].iloc[0]) and table["input_1"].iloc[1] == plan.input[0, 0]
+
+
+def test_minimum_time_has_arcs_and_switching_times(problems):
+    plan = slewkit.plan(problems / "minimum_time_xte.toml")
+    assert plan.duration == plan.cost == plan.time[-1] < 34.3
+    arcs = plan.switching["arcs"]
+    assert len(plan.switching_times) == len(arcs) - 1 > 0
+    assert plan.inputs_are_held and len(plan.input_time) == len(plan.input) == plan.steps
+    # Every input at a limit, all the time.
+    assert np.allclose(np.abs(plan.input), np.abs(plan.input[0]), rtol=1e-12)
+    assert plan.switching_times.tolist() == sorted(plan.switching_times.tolist())
+
+
+def test_limits_margins_and_multipliers(problems):
+    plan = slewkit.plan(problems / "keep_out_medium.toml")
+    assert plan.margins and all(margin["scaled"] > -1e-9 for margin in plan.margins)
+    for active in plan.active:
+        assert len(active["time_s"]) == len(active["multiplier"]) > 0
+        assert (active["multiplier"] >= 0).all()
+
+
+def test_a_plan_is_pickled_and_so_is_a_problem(spec):
+    plan = slewkit.plan(spec)
+    again = pickle.loads(pickle.dumps(plan))
+    assert again.to_dict() == plan.to_dict()
+    problem = pickle.loads(pickle.dumps(slewkit.Problem(spec)))
+    same(slewkit.plan(problem).to_dict(), plan.to_dict())
+
+
+def test_a_plan_is_a_guess_for_its_neighbour(spec, tmp_path):
+    plan = slewkit.plan(spec)
+    harder = {"maneuver.duration_s": 50}
+    by_itself = slewkit.plan(spec, overrides=harder)
+    plan.save(tmp_path / "plan.json")
+    for guess in [plan, tmp_path / "plan.json", str(tmp_path / "plan.json"), plan.costates[0]]:
+        guessed = slewkit.plan(spec, overrides=harder, guess=guess)
+        assert guessed.cost == pytest.approx(by_itself.cost, rel=1e-9)
+        assert guessed.to_dict()["ladder"][0]["rung"] == "guess"
+
+
+def test_every_ending_is_written(spec, tmp_path):
+    spec["epoch"] = "2026-11-21T07:00:00 UTC"
+    spec["names"] = {"object": "XTE", "spice_id": -125544, "reference_frame": "ICRF"}
+    plan = slewkit.plan(spec)
+    for ending in "json jsonl csv aem xml apm a bc tsc tf npz mat 42 flight".split():
+        path = tmp_path / f"plan.{ending}"
+        plan.save(path)
+        assert path.stat().st_size > 100, ending
+        with pytest.raises(slewkit.FileError) as caught:
+            plan.save(path)
+        assert caught.value.code == "E0098" and "overwrite=True" in str(caught.value)
+        plan.save(path, overwrite=True)
+    plan.save(tmp_path / "table.txt", format="basilisk")
+    arrays = np.load(tmp_path / "plan.npz")
+    assert (arrays["torque_n_m"] == plan.torque).all()
+    with pytest.raises(slewkit.FileError, match="no format has the ending"):
+        plan.save(tmp_path / "plan.xlsx")
+
+
+def test_a_table_has_every_number(spec):
+    plan = slewkit.plan(spec)
+    table = plan.to_pandas()
+    assert table.index.name == "time_s" and (table.index.to_numpy() == plan.time).all()
+    columns = [f"torque_{axis}_n_m" for axis in "xyz"]
+    assert (table[columns].to_numpy() == plan.torque).all()
+
+
+def test_something_to_look_at(spec, tmp_path):
+    import matplotlib
+
+    matplotlib.use("agg")
+    plan = slewkit.plan(spec)
+    page = plan.report(tmp_path / "report.html")
+    assert page == (tmp_path / "report.html").read_text() and page.startswith("<!DOCTYPE html>")
+    assert "solved and verified" in page and "<iframe srcdoc=" in plan._repr_html_()
+    plan.plot().savefig(tmp_path / "plan.png")
+    assert (tmp_path / "plan.png").stat().st_size > 10_000
+    assert "solved and verified" in plan.summary() and "solved" in repr(plan)
