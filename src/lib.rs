@@ -86,6 +86,8 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+#[cfg(feature = "files")]
+pub mod batch;
 pub mod draw;
 #[cfg(feature = "files")]
 pub mod files;

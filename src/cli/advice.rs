@@ -22,7 +22,7 @@ fn again(args: &SpecArgs, key: &str, value: impl std::fmt::Display, why: &str) -
 }
 
 /// A word of a command line, in quotes where the shell would read more into it.
-fn word(text: &str) -> String {
+pub fn word(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./=:,+%@".contains(c);
     let text = slewkit::files::spec::escape(text);
     if !text.is_empty() && text.chars().all(plain) {

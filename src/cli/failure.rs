@@ -3,6 +3,7 @@
 use super::Console;
 use super::console;
 use serde::Serialize;
+use slewkit::batch::BatchError;
 use slewkit::files::export::{ExportError, FileError, write_document};
 use slewkit::files::spec::{Diagnostics, escape};
 use slewkit::plan::Status;
@@ -26,6 +27,8 @@ pub enum Exit {
     File,
     /// A simulation left the finite numbers.
     NotFinite,
+    /// A batch is finished, and some of its cases failed.
+    CasesFailed,
 }
 
 impl Exit {
@@ -38,7 +41,7 @@ impl Exit {
             Self::SpecInvalid => 3,
             Self::Plan(status) => status.exit_code(),
             Self::File => 8,
-            Self::NotFinite => 9,
+            Self::NotFinite | Self::CasesFailed => 9,
         }
     }
 
@@ -52,6 +55,7 @@ impl Exit {
             Self::Plan(status) => status.name(),
             Self::File => "file_error",
             Self::NotFinite => "not_finite",
+            Self::CasesFailed => "cases_failed",
         }
     }
 }
@@ -179,6 +183,18 @@ impl From<ExportError> for Failure {
                 Self::Problem(Message::new(lacking.code(), lacking.to_string(), lacking.remedy()))
             }
             other => Self::Internal(other.to_string()),
+        }
+    }
+}
+
+impl From<BatchError> for Failure {
+    fn from(error: BatchError) -> Self {
+        let message = |code, reason, remedy| Message { code, reason, remedy };
+        match error {
+            BatchError::Spec(found) => Self::Spec(found),
+            BatchError::Argument { code, reason, remedy } => Self::Output(message(code, reason, remedy)),
+            BatchError::File { code, reason, remedy } => Self::File(message(code, reason, remedy)),
+            closed @ BatchError::Closed => Self::Internal(closed.to_string()),
         }
     }
 }

@@ -5,6 +5,7 @@ mod document;
 
 mod advice;
 mod args;
+mod batch;
 mod check;
 mod compare;
 mod console;
@@ -49,7 +50,7 @@ Exit codes:
   0  solved and verified      4  proved infeasible        7  solved, verification failed
   1  internal error           5  not converged            8  file or stream
   2  usage                    6  time limit               130  interrupted, best result kept
-  3  spec invalid             9  numbers no longer finite, rows before kept
+  3  spec invalid             9  some cases of a batch failed; a simulation left the finite numbers
 
 `slew init > maneuver.toml` writes a spec to start from; `slew plan maneuver.toml -o plan.json` plans it.";
 
@@ -69,6 +70,14 @@ enum Command {
     Report(report::Args),
     /// Draw a plan: SVG files
     Plot(plot::Args),
+    /// Plan many maneuvers: a table of cases, or a folder of specs
+    Batch(batch::table::Args),
+    /// Plan a maneuver over a grid of some of its keys
+    Sweep(batch::sweep::Args),
+    /// Plan a maneuver under random draws of what is uncertain, the `dispersion` of its spec
+    MonteCarlo(batch::monte_carlo::Args),
+    /// Put the results of the shards of a batch together
+    Merge(batch::merge::Args),
     /// Compare methods on a maneuver, or integrators on a simulation
     Compare(compare::Args),
     /// Propagate the bodies of a spec from their start, without optimisation
@@ -111,6 +120,10 @@ impl Command {
             Self::Convert(args) => args.report.common(),
             Self::Plot(args) => args.common(),
             Self::Report(args) => args.common(),
+            Self::Batch(args) => args.running.common(),
+            Self::Sweep(args) => args.running.common(),
+            Self::MonteCarlo(args) => args.running.common(),
+            Self::Merge(args) => args.common(),
             Self::Schema(_)
             | Self::Init(_)
             | Self::Completions { .. }
@@ -128,6 +141,10 @@ impl Command {
             Self::Export(args) => export::run(&args, console),
             Self::Report(args) => report::run(&args, console),
             Self::Plot(args) => plot::run(&args, console),
+            Self::Batch(args) => batch::table::run(&args, console),
+            Self::Sweep(args) => batch::sweep::run(&args, console),
+            Self::MonteCarlo(args) => batch::monte_carlo::run(&args, console),
+            Self::Merge(args) => batch::merge::run(&args, console),
             Self::Compare(args) => compare::run(&args, console),
             Self::Simulate(args) => simulate::run(&args, console),
             Self::Convert(args) => convert::run(&args, console),

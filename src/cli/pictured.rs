@@ -2,10 +2,12 @@
 
 use super::{Console, Failure, Message, Reading, spec_file};
 use clap::builder::PossibleValuesParser;
+use slewkit::batch::Results;
 use slewkit::files::export::{EULER_SEQUENCES, ExportError, PlanFile};
 use slewkit::files::spec::{Loaded, escape};
 use slewkit::maneuver::{Problem, Settings};
 use slewkit::plan::Plan;
+use slewkit::report::Cases;
 use std::io::{Cursor, Read};
 use std::path::Path;
 
@@ -27,6 +29,8 @@ pub enum Kind {
     Plan,
     /// A simulation.
     Simulation,
+    /// Results of a batch.
+    Results,
     /// A comparison of methods or integrators.
     Comparison,
 }
@@ -42,7 +46,9 @@ pub fn open(path: &Path) -> Result<(Kind, Box<dyn Read>), Failure> {
     read.map_err(|error| Failure::unreadable(path, &error))?;
     let text = String::from_utf8_lossy(&head);
     // No text in a JSON file holds a bare quote, so these are keys.
-    let kind = if text.contains("\"compares\":") {
+    let kind = if text.starts_with("{\"slew_results\":") {
+        Kind::Results
+    } else if text.contains("\"compares\":") {
         Kind::Comparison
     } else if text.contains("\"integrator\":") {
         Kind::Simulation
@@ -50,6 +56,19 @@ pub fn open(path: &Path) -> Result<(Kind, Box<dyn Read>), Failure> {
         Kind::Plan
     };
     Ok((kind, Box::new(Cursor::new(head).chain(input))))
+}
+
+/// The results of the file at `path`, whole or as far as they are.
+pub fn results(path: &Path) -> Result<Cases, Failure> {
+    if path.as_os_str() == "-" {
+        return Err(Failure::Usage("results are read from a file, not from stdin".into()));
+    }
+    let mut results = Results::open(path)?;
+    let mut cases = Cases::new(results.header());
+    while let Some((result, _)) = results.next_result()? {
+        cases.add(&result);
+    }
+    Ok(cases)
 }
 
 /// Why a file that is of something else is of no use, and what to run.

@@ -5,7 +5,7 @@ use super::{Common, Console, Exit, Failure, Message, summary};
 use slewkit::draw::{Picture, panel};
 use slewkit::files::export::{FileError, Target};
 use slewkit::files::spec::escape;
-use slewkit::report::{KEYS, Shown, Subject, pictures};
+use slewkit::report::{CASE_KEYS, KEYS, Shown, Subject, pictures};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `slew plot`.
@@ -18,6 +18,8 @@ does not exist and gets one file a picture.
 The pictures, where the plan has them: sky, inputs, forces, rates, wheel_momentum, position,
 velocity, clearance, euler, quaternion, error, costates_attitude, costates_momentum,
 costates_position, costates_linear, hamiltonian, convergence.
+
+Of the results of a batch, JSON lines: cost (over one key), map (over two), distribution, miss.
 
 Times at which a limit acts are shaded; a curve that diverges is cut and says so, and one that
 lies under another says under which. SVG becomes PDF or PNG by any converter, as in
@@ -34,7 +36,7 @@ pub struct Args {
     #[arg(short, long, value_name = "DIR|FILE.svg")]
     pub output: PathBuf,
     /// Which pictures, in this order; by default all in a folder, the first four in a file
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::builder::PossibleValuesParser::new(KEYS), hide_possible_values = true)]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::builder::PossibleValuesParser::new(KEYS.into_iter().chain(CASE_KEYS)), hide_possible_values = true)]
     pub charts: Vec<String>,
     #[command(flatten)]
     pub drawing: Drawing,
@@ -79,8 +81,8 @@ impl Args {
         let find = |key: &String| {
             shown.iter().find(|shown| shown.key == *key).ok_or_else(|| {
                 let there: Vec<&str> = shown.iter().map(|shown| shown.key).collect();
-                let reason = format!("the plan has no picture \"{key}\"");
-                Failure::Usage(format!("--charts: {reason}; it has {}", there.join(", ")))
+                let reason = format!("there is no picture \"{key}\"");
+                Failure::Usage(format!("--charts: {reason}; there are {}", there.join(", ")))
             })
         };
         self.charts.iter().map(find).collect()
@@ -93,6 +95,10 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let target = one_file.then(|| args.target(&args.output)).transpose()?;
     let (problem, _, plan) = match pictured::open(&args.plan)? {
         (Kind::Plan, input) => pictured::read(&args.plan, input, console)?,
+        (Kind::Results, _) => {
+            let shown = pictured::results(&args.plan)?.pictures();
+            return draw(args, target, &shown, console);
+        }
         (Kind::Comparison, _) => return Err(pictured::comparison(&args.plan)),
         (Kind::Simulation, _) => {
             let remedy = "`slew report FILE -o report.html` shows a simulation";
@@ -100,12 +106,22 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         }
     };
     let shown = pictures(&Subject::new(&problem, &plan, &args.drawing.euler));
+    draw(args, target, &shown, console)
+}
+
+/// Writes the pictures that are asked for.
+fn draw(
+    args: &Args,
+    target: Option<Target>,
+    shown: &[Shown],
+    console: &mut Console,
+) -> Result<Exit, Failure> {
     if shown.is_empty() {
-        let reason = format!("{}: the plan has nothing to draw", escape(&args.plan.to_string_lossy()));
+        let reason = format!("{}: there is nothing to draw", escape(&args.plan.to_string_lossy()));
         let remedy = "`slew report` tells why there is none";
         return Err(Failure::File(Message::new("E0108", reason, remedy)));
     }
-    let chosen = args.chosen(&shown)?;
+    let chosen = args.chosen(shown)?;
     if let Some(target) = target {
         let chosen: Vec<&Picture> = match chosen.is_empty() {
             true => shown.iter().take(PANEL).map(|shown| &shown.picture).collect(),

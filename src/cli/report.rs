@@ -3,7 +3,7 @@
 use super::pictured::{self, Drawing, Kind};
 use super::{Common, Console, Exit, Failure, console, summary};
 use slewkit::files::export::{SimulationFile, Target};
-use slewkit::report::{plan_page, simulation_page};
+use slewkit::report::{plan_page, results_page, simulation_page};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `slew report`.
@@ -14,14 +14,19 @@ what is proved, boresights and cones on the sphere, inputs, rates and wheels wit
 clearance, attitude, costates, convergence, rivals, checks, and the body in motion.
 
 It is made from the file alone. A plan without a trajectory, proved infeasible or not converged,
-has a report as well, and so has a simulation: motion, energy and momentum.
+has a report as well, and so has a simulation: motion, energy and momentum. Of the results of
+`slew batch`, `slew sweep` and `slew monte-carlo`: the cost over one key or two, distributions,
+failed and costliest cases.
 
 Examples:
   slew report plan.json -o report.html
   slew plan maneuver.toml -o plan.json --report report.html
-  slew simulate bodies.toml -o run.json && slew report run.json -o run.html")]
+  slew simulate bodies.toml -o run.json && slew report run.json -o run.html
+  slew sweep maneuver.toml --over maneuver.duration_s=20:200:37 -o sweep.jsonl
+  slew report sweep.jsonl -o sweep.html")]
 pub struct Args {
-    /// File that `slew plan SPEC -o FILE` or `slew simulate SPEC -o FILE` wrote, JSON; `-` reads stdin
+    /// File that `slew plan SPEC -o FILE` or `slew simulate SPEC -o FILE` wrote, JSON, `-` reads stdin; or results of a
+    /// batch, JSON lines
     #[arg(value_name = "PLAN.json")]
     pub plan: PathBuf,
     /// The page; `-` is stdout
@@ -60,6 +65,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
             let read = SimulationFile::read(input);
             simulation_page(&read.map_err(|error| Failure::unusable(&args.plan, &error))?, sequence)
         }
+        (Kind::Results, _) => results_page(&pictured::results(&args.plan)?),
         (Kind::Comparison, _) => return Err(pictured::comparison(&args.plan)),
     };
     match &target {

@@ -51,7 +51,7 @@ fn tell(warnings: &[Diagnostic], console: &mut Console) {
 }
 
 /// The overrides and the notation.
-fn arguments(path: &Path, reading: &Reading) -> Result<(Vec<Override>, Format), Failure> {
+pub fn arguments(path: &Path, reading: &Reading) -> Result<(Vec<Override>, Format), Failure> {
     let overrides = reading
         .set
         .iter()

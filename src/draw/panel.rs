@@ -1,6 +1,7 @@
 //! Several pictures in one: two columns, marked (a), (b), …
 
 use super::chart::Chart;
+use super::map::Map;
 use super::sky::Sky;
 use super::svg::{Anchor, INK, SIZE, Svg};
 
@@ -11,6 +12,8 @@ pub enum Picture {
     Chart(Chart),
     /// Tracks and cones on the sphere of directions.
     Sky(Sky),
+    /// A value over two quantities.
+    Map(Map),
 }
 
 impl Picture {
@@ -19,6 +22,7 @@ impl Picture {
         match self {
             Self::Chart(chart) => &chart.title,
             Self::Sky(sky) => &sky.title,
+            Self::Map(map) => &map.title,
         }
     }
 
@@ -27,6 +31,7 @@ impl Picture {
         match self {
             Self::Chart(chart) => chart.svg(),
             Self::Sky(sky) => sky.svg(),
+            Self::Map(map) => map.svg(),
         }
     }
 
@@ -34,6 +39,7 @@ impl Picture {
         match self {
             Self::Chart(chart) => chart.draw(svg, id),
             Self::Sky(sky) => sky.draw(svg, id),
+            Self::Map(map) => map.draw(svg),
         }
     }
 }

@@ -7,3 +7,5 @@ pub(crate) mod factor;
 pub mod figures;
 pub(crate) mod matrix_inertia;
 pub(crate) mod parallel;
+#[cfg(feature = "files")]
+pub(crate) mod random;

@@ -10,9 +10,11 @@ pub(super) fn document(shown: &[Shown], body: &Value) -> Value {
     let mut grids = Vec::new();
     let charts: Vec<Value> = shown
         .iter()
-        .map(|shown| match &shown.picture {
-            Picture::Chart(chart) => chart_document(shown.key, chart, &mut grids),
-            Picture::Sky(sky) => sky_document(shown.key, sky),
+        .filter_map(|shown| match &shown.picture {
+            Picture::Chart(chart) => Some(chart_document(shown.key, chart, &mut grids)),
+            Picture::Sky(sky) => Some(sky_document(shown.key, sky)),
+            // It stands in the page as it is.
+            Picture::Map(_) => None,
         })
         .collect();
     let grids: Vec<Value> = grids.iter().map(|grid: &Vec<f64>| numbers(grid.iter().copied(), 9)).collect();

@@ -9,17 +9,21 @@
 
 mod attitude;
 mod body;
+mod cases_told;
 mod charts;
 mod convergence;
 mod document;
 mod hamiltonian;
 mod page;
+mod results;
 mod simulation;
 mod sphere;
 pub mod summary;
 mod words;
 
+pub use cases_told::told_of_cases;
 pub use page::plan_page;
+pub use results::{Cases, MOST_PICTURED, results_page};
 pub use simulation::simulation_page;
 
 use crate::draw::{Curve, Picture, Shape, thinned};
@@ -47,6 +51,9 @@ pub const KEYS: [&str; 17] = [
     "hamiltonian",
     "convergence",
 ];
+
+/// The names of all pictures that a file of results may have.
+pub const CASE_KEYS: [&str; 4] = ["cost", "map", "distribution", "miss"];
 
 /// The most points of a curve.
 pub const MOST_POINTS: usize = 2000;

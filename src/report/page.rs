@@ -7,8 +7,8 @@ use super::body::body;
 use super::document::document;
 use super::summary::{self, Tone};
 use super::words::{Table, proved, tables};
-use super::{MOST_POINTS, Shown, Subject, pictures};
-use crate::draw::{Picture, escape};
+use super::{CASE_KEYS, MOST_POINTS, Shown, Subject, pictures};
+use crate::draw::{Map, Picture, escape};
 use crate::maneuver::{Problem, Settings};
 use crate::plan::Plan;
 use serde_json::Value;
@@ -57,7 +57,8 @@ const SCRIPT: [&str; 5] = [
 ];
 
 /// Headings of the groups of pictures, and the pictures in each.
-const GROUPS: [(&str, &str, &[&str]); 6] = [
+const GROUPS: [(&str, &str, &[&str]); 7] = [
+    ("cases", "Over the cases", &CASE_KEYS),
     ("directions", "Where the boresights go", &["sky"]),
     (
         "limits",
@@ -113,13 +114,15 @@ pub(super) fn written(content: &Content) -> String {
     let mut html = String::new();
     head(&mut html, name);
     verdict(&mut html, name, words);
-    section(&mut html, "proved", "What is proved", |html| {
-        html.push_str("<ul class=\"proved\">\n");
-        for sentence in proved {
-            let _ = writeln!(html, "<li>{}</li>", escape(sentence));
-        }
-        html.push_str("</ul>\n");
-    });
+    if !proved.is_empty() {
+        section(&mut html, "proved", "What is proved", |html| {
+            html.push_str("<ul class=\"proved\">\n");
+            for sentence in proved {
+                let _ = writeln!(html, "<li>{}</li>", escape(sentence));
+            }
+            html.push_str("</ul>\n");
+        });
+    }
     section(&mut html, "summary", "Summary", |html| summary(html, words));
     for (id, heading, keys) in GROUPS {
         let shown: Vec<&Shown> = shown.iter().filter(|shown| keys.contains(&shown.key)).collect();
@@ -192,11 +195,24 @@ fn figures(html: &mut String, shown: &[&Shown]) {
         let mut remark = match &shown.picture {
             Picture::Chart(chart) => chart.subtitle.clone(),
             Picture::Sky(sky) => sky.subtitle.clone(),
+            Picture::Map(map) => map.subtitle.clone(),
         };
         if !remark.is_empty() && !shown.remark.is_empty() {
             remark.push_str("; ");
         }
         remark.push_str(&shown.remark);
+        if let Picture::Map(map) = &shown.picture {
+            // The caption has title and subtitle.
+            let bare = Map { title: String::new(), subtitle: String::new(), ..map.clone() };
+            let (key, svg) = (shown.key, bare.svg());
+            let remark = escape(&remark);
+            let _ = writeln!(
+                html,
+                "<figure id=\"fig-{key}\"><figcaption><b>{title}</b> <span class=\"remark\">{remark}</span></figcaption>\
+                 {svg}</figure>"
+            );
+            continue;
+        }
         let _ = writeln!(
             html,
             "<figure id=\"fig-{0}\" data-key=\"{0}\"><figcaption><b>{title}</b> <span class=\"remark\">{1}</span>\

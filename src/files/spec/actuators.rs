@@ -112,7 +112,7 @@ fn channel(section: &Section, names: &[(&str, AxisFrame); 2], weight_name: &str)
         return section.refuse("E0026", name, reason, "give at least one axis");
     }
     let weight = if section.has(weight_name) {
-        let rows = section.weight(weight_name)?;
+        let rows = section.square(weight_name)?;
         if rows.len() != count {
             let reason = format!("`{weight_name}` is for {} axes, there are {count}", rows.len());
             return section.refuse("E0026", weight_name, reason, "give one weight per axis");

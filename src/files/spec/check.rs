@@ -328,7 +328,7 @@ fn table_sample(table: &Table) -> String {
 }
 
 /// The advice about a key that no key of `table` resembles: the table that has it, or what there is.
-fn elsewhere(name: &str, table: &Table, root: &Table) -> String {
+pub(super) fn elsewhere(name: &str, table: &Table, root: &Table) -> String {
     for key in root.keys {
         if let Kind::Table(other) = key.kind
             && other.key(name).is_some()

@@ -1,6 +1,6 @@
 //! What is wrong with a spec, where, why, and what to do about it.
 
-use super::{Source, Span};
+use super::{Origin, Source, Span};
 use serde::Serialize;
 use std::fmt::{self, Write};
 
@@ -55,6 +55,13 @@ impl Diagnostic {
             remedy: remedy.into(),
             excerpt: None,
         }
+    }
+
+    /// An error about a `text` that stands at `at` in some file.
+    pub(crate) fn in_text(code: &'static str, at: &Origin, text: &str, reason: String, remedy: &str) -> Self {
+        let source = Source::new(at.file.as_str(), text).within(at.line, at.column);
+        let span = Span { source: 0, start: 0, end: text.len() };
+        Finding::error(code, span, reason, remedy).resolve(&[source])
     }
 
     /// The finding for people: position, reason, the line with a caret, and the remedy.
@@ -225,7 +232,8 @@ impl Finding {
     pub fn resolve(self, sources: &[Source]) -> Diagnostic {
         let span = self.spot.span;
         let source = &sources[span.source];
-        let (line, column) = source.position(span.start);
+        let (line_of_text, column) = source.position(span.start);
+        let (line, column) = source.in_file(line_of_text, column);
         Diagnostic {
             code: self.code,
             severity: self.severity,
@@ -237,7 +245,7 @@ impl Finding {
             reason: self.reason,
             remedy: self.remedy,
             // What is missing from the whole file has no place to point at.
-            excerpt: (span != Span::default()).then(|| excerpt(source, line, span)),
+            excerpt: (span != Span::default()).then(|| excerpt(source, line_of_text, span)),
         }
     }
 }

@@ -16,6 +16,10 @@ pub(crate) enum Kind {
     Choice(&'static [&'static str], &'static [&'static str]),
     /// A number.
     Number(Quantity),
+    /// One number that is not negative for all, or one for each.
+    Spread(Quantity),
+    /// A square matrix as rows, or its diagonal.
+    Square(Quantity),
     /// A number of steps.
     Steps(StepsOf),
     /// A count, from … to ….
@@ -181,8 +185,10 @@ macro_rules! tables {
     };
 }
 
+mod dispersion;
 mod simulation;
 
+pub(crate) use dispersion::{DISPERSION, MOST_CASES, SPREADS};
 pub(crate) use simulation::{MAX_LISTED, MAX_STEPS, SIMULATION_ROOT};
 
 pub(crate) const MAX_POINTS: usize = 100;
@@ -229,6 +235,8 @@ tables! {
         "expect": Table(&EXPECT);
         /// Where the body may point and how fast it may turn, all the way. Default: anywhere, any rate.
         "constraint": List(&CONSTRAINT, Problem::MAX_CONSTRAINTS);
+        /// What is uncertain, for `slew monte-carlo`; any other command plans the values as they stand.
+        "dispersion": Table(&DISPERSION);
         /// What becomes of the rounded last digits of matrices and unit vectors. remove: they become
         /// rotations, and of length 1. keep: each number is taken to its last bit, as in a spec that slew
         /// wrote. Default: remove.

@@ -25,12 +25,14 @@
 mod actuators;
 mod assemble;
 mod attitude;
+mod base;
 mod body;
 mod boundary;
 mod check;
 mod constraint;
 mod diagnostic;
 mod difference;
+mod dispersion;
 mod environment;
 mod expect;
 mod grid;
@@ -38,6 +40,8 @@ mod json_text;
 mod keys;
 mod maneuver;
 mod names;
+mod overrides;
+mod paths;
 mod quantity;
 mod schema;
 mod section;
@@ -51,14 +55,19 @@ mod tree;
 mod values;
 mod write;
 
+pub use base::Base;
 pub use diagnostic::{Diagnostic, Diagnostics, Severity, escape};
 pub(crate) use diagnostic::{Finding, Spot, cut};
 pub use difference::Difference;
+pub use dispersion::{Dispersion, Distribution, Nominal, Varied};
 pub use expect::{EndExpect, Expect, Oscillation, Precession, SimulationExpect, Toleranced};
 pub use maneuver::default_steps;
+pub use overrides::Override;
+pub(crate) use overrides::typed;
 pub(crate) use quantity::{short, show};
 pub use schema::schema;
 pub(crate) use section::{Angle, Limits, Report, Section};
+pub use source::Origin;
 pub(crate) use source::{Source, Span};
 pub(crate) use tree::{Entry, Node, Value};
 pub use write::{SpecDocument, Unwritable};
@@ -68,6 +77,7 @@ use crate::files::identity::Identity;
 use crate::maneuver::{Problem, Settings};
 use crate::mechanics::full_body::{Attractor, Dumbbell};
 use crate::propagate::simulate::Simulation;
+pub(crate) use keys::MOST_CASES;
 use keys::{ROOT, SIMULATION_ROOT};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -92,40 +102,6 @@ impl Format {
     }
 }
 
-/// A key set from outside the file, as by `--set maneuver.steps=200`.
-///
-/// The value is read as a TOML value, and as text if it is none. A number in the path picks an element
-/// of a list, from 0.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Override {
-    path: String,
-    value: String,
-}
-
-impl Override {
-    /// Splits `key.path=value`.
-    ///
-    /// # Errors
-    /// What is wrong with the text, for a usage message.
-    pub fn parse(text: &str) -> Result<Self, String> {
-        let wanted = "write key.path=value, for example maneuver.steps=200";
-        let Some((path, value)) = text.split_once('=') else {
-            return Err(format!("`{}` has no `=`; {wanted}", diagnostic::cut(text, 60)));
-        };
-        let path = path.trim();
-        if path.split('.').any(|part| part.trim().is_empty()) {
-            return Err(format!("`{}` is no key path; {wanted}", diagnostic::cut(path, 60)));
-        }
-        if path.split('.').count() > toml_text::MAX_DEPTH {
-            return Err(format!("the key path is deeper than {}; {wanted}", toml_text::MAX_DEPTH));
-        }
-        if text.len() > MAX_BYTES {
-            return Err("the value is larger than a spec may be".into());
-        }
-        Ok(Self { path: path.into(), value: value.trim().into() })
-    }
-}
-
 /// A spec that can be planned.
 #[derive(Clone, Debug)]
 pub struct Loaded {
@@ -137,6 +113,8 @@ pub struct Loaded {
     pub expect: Option<Expect>,
     /// What files for other programs call it, and when it begins.
     pub identity: Identity,
+    /// What is uncertain, if the spec says so.
+    pub dispersion: Option<Dispersion>,
     /// What is accepted but worth a word, in file order.
     pub warnings: Vec<Diagnostic>,
 }
@@ -326,16 +304,28 @@ fn interpret(
         Ok(root) => root,
         Err(findings) => return Err(diagnostics(findings, &sources)),
     };
-    let (root, findings) = apply(root, overrides, &mut sources);
-    let simulated = is_simulation(&root);
+    let (root, findings) = overrides::apply(root, overrides, &mut sources);
+    understand(&root, findings, &sources, name, folder, wanted)
+}
+
+/// What a tree says, with what was found while it was made.
+fn understand(
+    root: &Node,
+    findings: Vec<Finding>,
+    sources: &[Source],
+    name: &str,
+    folder: &Path,
+    wanted: Wanted,
+) -> Result<Spec, Diagnostics> {
+    let simulated = is_simulation(root);
     if let Some(key) = simulated.filter(|_| wanted == Wanted::Maneuver) {
         let spot = Spot { span: key.key_span, key: key.key.clone() };
         let reason = format!("`{}` makes this spec a simulation: there is no maneuver to plan", key.key);
         let remedy = "run `slew simulate` on it; or write [body], [start], [end] and [maneuver]";
-        return Err(diagnostics(vec![Finding::error_at("E0018", spot, reason, remedy)], &sources));
+        return Err(diagnostics(vec![Finding::error_at("E0018", spot, reason, remedy)], sources));
     }
     let table = if simulated.is_some() { &SIMULATION_ROOT } else { &ROOT };
-    let section = check::check(&root, table, findings);
+    let section = check::check(root, table, findings);
     let report = section.report.clone();
     let stem = Path::new(name).file_stem().map_or(name.into(), |stem| stem.to_string_lossy());
     let spec = if simulated.is_some() {
@@ -353,11 +343,13 @@ fn interpret(
     } else {
         assemble::assemble(&section, &stem).map(|assembled| {
             let assemble::Assembled { problem, settings, expect, identity } = assembled;
-            Spec::Maneuver(Box::new(Loaded { problem, settings, expect, identity, warnings: Vec::new() }))
+            let dispersion = dispersion::read(&section, root);
+            let warnings = Vec::new();
+            Spec::Maneuver(Box::new(Loaded { problem, settings, expect, identity, dispersion, warnings }))
         })
     };
     let failed = report.failed();
-    let list = diagnostics(report.take(), &sources);
+    let list = diagnostics(report.take(), sources);
     match spec {
         Some(mut spec) if !failed => {
             match &mut spec {
@@ -424,32 +416,6 @@ fn parse(source: &Source, format: Format) -> Result<Node, Vec<Finding>> {
             wrong("E0024", place, &reason, "write { \"format\": 1, … }")
         }
     }
-}
-
-/// Sets the overrides in the tree, each as a source of its own.
-fn apply(mut root: Node, overrides: &[Override], sources: &mut Vec<Source>) -> (Node, Vec<Finding>) {
-    const PREFIX: &str = "--set ";
-    let mut findings = Vec::new();
-    for Override { path, value } in overrides {
-        let source = sources.len();
-        sources.push(Source::new("command line", format!("{PREFIX}{path}={value}")));
-        let mut start = PREFIX.len();
-        let mut keys = Vec::new();
-        for part in path.split('.') {
-            keys.push((part.trim().to_string(), Span { source, start, end: start + part.len() }));
-            start += part.len() + 1;
-        }
-        let node = toml_text::parse_value(value, source, start).unwrap_or_else(|| Node {
-            span: Span { source, start, end: start + value.len() },
-            value: Value::Text(value.clone()),
-        });
-        if let Err((span, reason)) = root.set(&keys, node) {
-            let spot = Spot { span, key: path.clone() };
-            let remedy = "set a key of a table, or an element that exists";
-            findings.push(Finding::error_at("E0025", spot, reason, remedy));
-        }
-    }
-    (root, findings)
 }
 
 /// Findings in file order, with their positions.

@@ -93,3 +93,6 @@ pub(crate) const MARGIN_DEG: Quantity = quantity("a margin", "deg", TINY, 360.0,
 pub(crate) const MARGIN_RAD: Quantity = quantity("a margin", "rad", TINY, 6.3, Sign::NotNegative);
 pub(crate) const TOLERANCE_RAD: Quantity = quantity("a tolerance", "rad", 1e-18, 6.3, Sign::Positive);
 pub(crate) const MARGIN: Quantity = quantity("a margin", "", TINY, 1e200, Sign::Any);
+pub(crate) const SPREAD: Quantity = quantity("a spread", "", TINY, 1e30, Sign::NotNegative);
+pub(crate) const COVARIANCE: Quantity = quantity("a covariance", "", TINY, 1e60, Sign::Any);
+pub(crate) const SEMI_AXIS: Quantity = quantity("a semi-axis", "", TINY, 1e30, Sign::Any);

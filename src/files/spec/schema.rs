@@ -133,7 +133,11 @@ fn kind(kind: Kind) -> Value {
         Kind::Matrix => list(3, list(3, any)),
         Kind::Inertia => json!({ "oneOf": [list(3, any.clone()), list(3, list(3, any))] }),
         Kind::Axes => json!({ "type": "array", "items": list(3, any), "maxItems": 64 }),
-        Kind::Weight => json!({ "type": "array", "maxItems": 64, "items": {
+        Kind::Spread(quantity) => {
+            let each = json!({ "type": "array", "items": number(&quantity), "minItems": 1, "maxItems": 64 });
+            json!({ "oneOf": [number(&quantity), each] })
+        }
+        Kind::Weight | Kind::Square(_) => json!({ "type": "array", "maxItems": 64, "items": {
             "oneOf": [any.clone(), { "type": "array", "items": any, "maxItems": 64 }] } }),
         Kind::Table(inner) => table(inner),
         Kind::List(inner, most) => json!({ "type": "array", "items": table(inner), "maxItems": most }),

@@ -95,7 +95,7 @@ pub(crate) enum Parsed {
     Vectors(Vec<Vector3>),
     Quaternion([f64; 4]),
     Matrix(Matrix3),
-    Weight(Vec<Vec<f64>>),
+    Square(Vec<Vec<f64>>),
     Limits(Limits),
     Faces(Vec<[u32; 3]>),
     /// A table, or those of a list.
@@ -197,7 +197,8 @@ impl Section {
         vectors: Vectors => Vec<Vector3>;
         /// Triangles, vertices counted from 1.
         faces: Faces => Vec<[u32; 3]>;
-        weight: Weight => Vec<Vec<f64>>;
+        /// A square matrix, rows.
+        square: Square => Vec<Vec<f64>>;
         texts: Texts => Vec<String>;
     }
 

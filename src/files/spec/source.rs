@@ -11,6 +11,17 @@ pub(crate) struct Span {
     pub end: usize,
 }
 
+/// Where a value stands that is not of the command line; messages point there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Origin {
+    /// The file, as the user named it.
+    pub file: String,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in characters, from 1.
+    pub column: usize,
+}
+
 /// One text, with the starts of its lines.
 #[derive(Clone, Debug)]
 pub(crate) struct Source {
@@ -19,6 +30,8 @@ pub(crate) struct Source {
     /// The text.
     pub text: String,
     lines: Vec<usize>,
+    /// Line and column of the file at which the text begins, both from 1.
+    begins: (usize, usize),
 }
 
 impl Source {
@@ -26,7 +39,19 @@ impl Source {
         let text = text.into();
         let newlines = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(at, _)| at + 1);
         let lines = std::iter::once(0).chain(newlines).collect();
-        Self { name: name.into(), text, lines }
+        Self { name: name.into(), text, lines, begins: (1, 1) }
+    }
+
+    /// The same as a part of a longer file, which begins at this line and column.
+    pub fn within(mut self, line: usize, column: usize) -> Self {
+        self.begins = (line, column);
+        self
+    }
+
+    /// Line and column in the whole file of a place in this text.
+    pub fn in_file(&self, line: usize, column: usize) -> (usize, usize) {
+        let (first, indent) = self.begins;
+        (line + first - 1, if line == 1 { column + indent - 1 } else { column })
     }
 
     /// Index of the line that holds byte `at`, from 0.

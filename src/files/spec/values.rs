@@ -51,7 +51,11 @@ pub(crate) fn read(kind: Kind, node: &Node) -> Read<Parsed> {
         Kind::Quaternion => Parsed::Quaternion(lists::numbers(node, &q::ENTRY, "numbers")?),
         Kind::Matrix => matrix(lists::rows(node, &q::ENTRY)?),
         Kind::Inertia => matrix(lists::inertia(node, &q::INERTIA)?),
-        Kind::Weight => Parsed::Weight(lists::weight(node, &q::WEIGHT)?),
+        Kind::Weight => Parsed::Square(lists::square(node, &q::WEIGHT, "weights", "axis")?),
+        Kind::Square(quantity) => {
+            Parsed::Square(lists::square(node, &quantity, "numbers", "number of the key")?)
+        }
+        Kind::Spread(quantity) => Parsed::Limits(lists::spread(node, &quantity)?),
         Kind::HeavenlyBody => return heavenly_body(node),
         Kind::Table(_) | Kind::List(..) | Kind::Directions | Kind::Later(_) => return Err(Vec::new()),
     })

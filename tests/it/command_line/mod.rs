@@ -1,11 +1,15 @@
 //! The real binary in a folder of its own: what it prints, writes and returns.
 
+mod batches;
+mod batches_refused;
+mod batches_shown;
 mod binary;
 mod browser;
 mod check;
 mod compare;
 mod convert;
 mod export;
+mod monte_carlo;
 mod plan;
 mod report;
 mod simulate;

@@ -151,13 +151,24 @@ pub(super) fn limits(node: &Node, quantity: &Quantity, count: Option<usize>) -> 
     Ok(Limits::Each(each(given, |item| limit(item, quantity))?))
 }
 
-/// A weight: n numbers (its diagonal) or n rows of n numbers. Returned as rows.
-pub(super) fn weight(node: &Node, quantity: &Quantity) -> Read<Vec<Vec<f64>>> {
-    let given = list(node, "weights", "one number per axis: [1, 1, 1]")?;
+/// One number for all, or a list, at most [`MAX_AXES`].
+pub(super) fn spread(node: &Node, quantity: &Quantity) -> Read<Limits> {
+    let Value::Array(given) = &node.value else { return Ok(Limits::All(number(node, quantity)?)) };
+    if given.is_empty() || given.len() > MAX_AXES {
+        let reason = format!("has {} numbers, one for all or one for each is needed", given.len());
+        return wrong("E0026", node, reason, "write one number, or a list");
+    }
+    Ok(Limits::Each(each(given, |item| number(item, quantity))?))
+}
+
+/// A square matrix: n numbers (its diagonal) or n rows of n numbers. Returned as rows. `what` they are, one for each of
+/// which.
+pub(super) fn square(node: &Node, quantity: &Quantity, what: &str, which: &str) -> Read<Vec<Vec<f64>>> {
+    let given = list(node, what, &format!("one number per {which}: [1, 1, 1]"))?;
     let count = given.len();
     if count > MAX_AXES {
-        let reason = format!("{count} weights, the limit is {MAX_AXES}");
-        return wrong("E0034", node, reason, "give one weight per axis");
+        let reason = format!("{count} {what}, the limit is {MAX_AXES}");
+        return wrong("E0034", node, reason, format!("give one number per {which}"));
     }
     if given.first().is_some_and(|item| matches!(item.value, Value::Array(_))) {
         return each(given, |row| {

@@ -1,0 +1,62 @@
+//! Many maneuvers: tables of cases, folders of specs, grids and random draws, planned on several threads.
+//!
+//! ```text
+//! base spec + table | folder | grid | [dispersion] ──▶ Batch ──▶ Case ──▶ plan ──▶ CaseResult ──▶ Journal
+//! ```
+//!
+//! A case is a spec with keys set, whatever it comes from: what `slew plan SPEC --set key=value` plans is what the
+//! batch plans, to the last bit. Cases share nothing, no guess passes from one to another, and their results are
+//! written in the order of the cases: the same bytes on any number of threads, after any interruption, and from
+//! shards that were merged ([`merge()`]). Only a time limit of the solver makes an exception.
+//!
+//! [`Batch`] holds the cases, [`run`] plans them, [`Journal`] keeps the results and continues a file that was begun,
+//! [`Tally`] counts what became of them.
+//!
+//! ```
+//! use slewkit::batch::{run, Axis, Batch, Options, Shard};
+//! use slewkit::files::spec::{Base, Format};
+//!
+//! let text = r#"
+//! format = 1
+//! body = { inertia_kg_m2 = [2, 3, 4] }
+//! start = { attitude = { axis = [0, 0, 1], angle_deg = 0 } }
+//! end = { attitude = { axis = [1, 1, 0], angle_deg = 60 } }
+//! maneuver = { duration_s = 10, steps = 40 }
+//! "#;
+//! let base = Base::from_reader(text.as_bytes(), "slew.toml", Format::Toml, &[])?;
+//! let batch = Batch::of_grid(base, vec![Axis::parse("maneuver.duration_s=10:20:3")?])?;
+//! let mut costs = vec![];
+//! run(&batch, Shard::ALL, 0, &Options::default(), &|| false, &mut |result, _line| {
+//!     costs.extend(result.cost);
+//!     Ok(())
+//! }, &mut || {})?;
+//! assert!(costs.len() == 3 && costs[0] > costs[2]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod case;
+mod cases;
+mod error;
+mod fingerprint;
+mod journal;
+mod merge;
+mod options;
+mod result;
+mod results;
+mod run;
+mod shard;
+mod solve;
+mod tally;
+
+pub use case::{Case, Kind};
+pub use cases::{Axis, Batch, MAX_CASES, Stream};
+pub use error::BatchError;
+pub use journal::{Found, Journal};
+pub use merge::merge;
+pub use options::{MAX_THREADS, Options};
+pub use result::{CaseError, CaseResult, Header, Verdict};
+pub use results::Results;
+pub use run::{Ended, run};
+pub use shard::Shard;
+pub use solve::plan_case;
+pub use tally::{Quantiles, Tally, Worst};

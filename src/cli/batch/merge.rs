@@ -1,0 +1,49 @@
+//! `slew merge`: shards put together.
+
+use crate::cli::{Common, Console, Exit, Failure, summary};
+use slewkit::batch::merge;
+use slewkit::files::export::Target;
+use slewkit::numerics::figures::counted;
+use std::path::PathBuf;
+
+/// Arguments of `slew merge`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+The shards may be named in any order. All of them are needed, and each must be complete: what is
+missing is named, and nothing is written. The result is, byte for byte, the file of a run
+without --shard.
+
+Example:
+  slew merge part1.jsonl part2.jsonl part3.jsonl -o all.jsonl")]
+pub struct Args {
+    /// Results of all shards of one batch
+    #[arg(value_name = "SHARD.jsonl", required = true)]
+    pub shards: Vec<PathBuf>,
+    /// The file of all results
+    #[arg(short, long, value_name = "FILE.jsonl")]
+    pub output: PathBuf,
+    /// Replace FILE if it exists
+    #[arg(long)]
+    pub force: bool,
+    /// No text but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+impl Args {
+    /// The part that failures need.
+    pub fn common(&self) -> Common {
+        Common { quiet: self.quiet, json: false }
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
+    let target = Target::new(&args.output, args.force)?;
+    args.shards.iter().try_for_each(|shard| target.distinct_from(shard))?;
+    let cases = merge(&args.shards, &target)?;
+    let shards = counted(args.shards.len(), "shard");
+    console.say(&summary::line("merged", &format!("{cases} cases of {shards}")));
+    summary::wrote(console, &target);
+    Ok(Exit::Solved)
+}

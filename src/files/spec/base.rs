@@ -1,0 +1,128 @@
+//! A spec that many cases share.
+
+use super::paths::{self, Place};
+use super::{
+    Diagnostic, Diagnostics, Finding, Format, Loaded, Node, Origin, Override, Source, Spec, Spot, Value,
+    Wanted, diagnostics, folder_of, overrides, parse, text, typed, understand,
+};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// The spec of a maneuver that is parsed once and read many times, each time under other overrides.
+#[derive(Clone, Debug)]
+pub struct Base {
+    name: String,
+    folder: PathBuf,
+    sources: Vec<Source>,
+    root: Node,
+}
+
+impl Base {
+    /// The spec at `path` under overrides that hold for all cases.
+    ///
+    /// # Errors
+    /// The file, or its notation; what its keys say is not judged before [`Base::read`].
+    pub fn open(path: &Path, format: Format, overrides: &[Override]) -> Result<Self, Diagnostics> {
+        let name = path.display().to_string();
+        let bytes = text::from_file(path, &name)?;
+        Self::new(text::decode(&bytes, &name)?, &name, folder_of(path), format, overrides)
+    }
+
+    /// The spec of a stream, such as the standard input; `name` stands for it in messages.
+    ///
+    /// # Errors
+    /// As [`Base::open`].
+    pub fn from_reader(
+        reader: impl Read,
+        name: &str,
+        format: Format,
+        overrides: &[Override],
+    ) -> Result<Self, Diagnostics> {
+        let bytes = text::from_stream(reader, name, None)?;
+        Self::new(text::decode(&bytes, name)?, name, Path::new(""), format, overrides)
+    }
+
+    fn new(
+        text: &str,
+        name: &str,
+        folder: &Path,
+        format: Format,
+        overrides: &[Override],
+    ) -> Result<Self, Diagnostics> {
+        let mut sources = vec![Source::new(name, text)];
+        let root = parse(&sources[0], format).map_err(|findings| diagnostics(findings, &sources))?;
+        let (root, findings) = overrides::apply(root, overrides, &mut sources);
+        if !findings.is_empty() {
+            return Err(diagnostics(findings, &sources));
+        }
+        Ok(Self { name: name.into(), folder: folder.into(), sources, root })
+    }
+
+    /// The name of the file as the user wrote it.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The texts of which it is made: the file, then the overrides as they were written.
+    pub fn texts(&self) -> impl Iterator<Item = &str> {
+        self.sources.iter().map(|source| source.text.as_str())
+    }
+
+    /// The maneuver under more overrides.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it; a simulation is no maneuver.
+    pub fn read(&self, overrides: &[Override]) -> Result<Loaded, Diagnostics> {
+        let mut sources = self.sources.clone();
+        let (root, findings) = overrides::apply(self.root.clone(), overrides, &mut sources);
+        match understand(&root, findings, &sources, &self.name, &self.folder, Wanted::Maneuver)? {
+            Spec::Maneuver(loaded) => Ok(*loaded),
+            // Refused there.
+            Spec::Simulation(_) => Err(Diagnostics(Vec::new())),
+        }
+    }
+
+    /// The same without `[dispersion]`, which need not be read again for each of its cases.
+    pub fn without_dispersion(mut self) -> Self {
+        if let Value::Table(entries) = &mut self.root.value {
+            entries.retain(|entry| entry.key != "dispersion");
+        }
+        self
+    }
+
+    /// Whether a spec can have the key at `path`; `at` is where the path is written, the command line if nowhere else.
+    ///
+    /// # Errors
+    /// What is wrong with the path, with the nearest key.
+    pub fn check_key(&self, path: &str, at: Option<&Origin>) -> Result<(), Diagnostics> {
+        self.key(path).map(drop).map_err(|(code, reason, remedy)| {
+            let here = Origin { file: "command line".into(), line: 1, column: 1 };
+            let found = Diagnostic::in_text(code, at.unwrap_or(&here), path, reason, &remedy);
+            Diagnostics(vec![found])
+        })
+    }
+
+    fn key(&self, path: &str) -> Result<Place, (&'static str, String, String)> {
+        paths::place(&self.root, path)
+    }
+
+    /// Whether a value alone is one of its key: its type, its shape, its range. Contradictions with other keys show when
+    /// the case is read.
+    ///
+    /// # Errors
+    /// What is wrong with the value, or with its path.
+    pub fn check_value(&self, given: &Override) -> Result<(), Diagnostics> {
+        let key = match self.key(given.path()) {
+            Ok(Place::Key(key)) => key,
+            Ok(Place::Element) => return Ok(()),
+            Err(_) => return self.check_key(given.path(), None),
+        };
+        let (source, _, value_at) = given.source();
+        let finding = |(code, span, reason, remedy)| {
+            Finding::error_at(code, Spot { span, key: given.path().into() }, reason, remedy)
+        };
+        let faults = paths::faults(key, &typed(given.value(), 0, value_at));
+        let findings: Vec<Finding> = faults.into_iter().map(finding).collect();
+        if findings.is_empty() { Ok(()) } else { Err(diagnostics(findings, &[source])) }
+    }
+}

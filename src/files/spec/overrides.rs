@@ -1,0 +1,116 @@
+//! Keys that are set from outside the file: by `--set`, by a cell of a table of cases, by a grid.
+
+use super::{Finding, MAX_BYTES, Node, Origin, Source, Span, Spot, Value, cut, toml_text};
+
+/// A key set from outside the file, as by `--set maneuver.steps=200`.
+///
+/// The value is read as a TOML value, and as text if it is none. A number in the path picks an element
+/// of a list, from 0.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Override {
+    path: String,
+    value: String,
+    origin: Option<Origin>,
+}
+
+/// What an override looks like.
+const WANTED: &str = "write key.path=value, for example maneuver.steps=200";
+
+impl Override {
+    /// Splits `key.path=value`.
+    ///
+    /// # Errors
+    /// What is wrong with the text, for a usage message.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let Some((path, value)) = text.split_once('=') else {
+            return Err(format!("`{}` has no `=`; {WANTED}", cut(text, 60)));
+        };
+        Self::new(path, value)
+    }
+
+    /// Sets the key at a dotted `path` to `value`.
+    ///
+    /// # Errors
+    /// What is wrong with the path or the value, for a usage message.
+    pub fn new(path: &str, value: &str) -> Result<Self, String> {
+        let path = path.trim();
+        if path.split('.').any(|part| part.trim().is_empty()) {
+            return Err(format!("`{}` is no key path; {WANTED}", cut(path, 60)));
+        }
+        if path.split('.').count() > toml_text::MAX_DEPTH {
+            return Err(format!("the key path is deeper than {}; {WANTED}", toml_text::MAX_DEPTH));
+        }
+        if path.len() + value.len() > MAX_BYTES {
+            return Err("the value is larger than a spec may be".into());
+        }
+        Ok(Self { path: path.into(), value: value.trim().into(), origin: None })
+    }
+
+    /// The same with the place that messages point at.
+    pub fn at(mut self, origin: Origin) -> Self {
+        self.origin = Some(origin);
+        self
+    }
+
+    /// The dotted path of the key.
+    pub fn path(&self) -> &str {
+        &self.path
+    }
+
+    /// The value as written.
+    pub fn value(&self) -> &str {
+        &self.value
+    }
+
+    /// The text that messages show, and the byte at which the path begins in it, if it does, and the value.
+    pub(super) fn source(&self) -> (Source, Option<usize>, usize) {
+        const PREFIX: &str = "--set ";
+        let Self { path, value, origin } = self;
+        match origin {
+            None => {
+                let source = Source::new("command line", format!("{PREFIX}{path}={value}"));
+                (source, Some(PREFIX.len()), PREFIX.len() + path.len() + 1)
+            }
+            Some(Origin { file, line, column }) => {
+                (Source::new(file.as_str(), value.as_str()).within(*line, *column), None, 0)
+            }
+        }
+    }
+}
+
+/// The value that a text means: a TOML value, else the text itself; `offset` is where it begins in its source.
+pub(crate) fn typed(value: &str, source: usize, offset: usize) -> Node {
+    toml_text::parse_value(value, source, offset).unwrap_or_else(|| Node {
+        span: Span { source, start: offset, end: offset + value.len() },
+        value: Value::Text(value.into()),
+    })
+}
+
+/// Sets the overrides in the tree, each as a source of its own.
+pub(super) fn apply(
+    mut root: Node,
+    overrides: &[Override],
+    sources: &mut Vec<Source>,
+) -> (Node, Vec<Finding>) {
+    let mut findings = Vec::new();
+    for given in overrides {
+        let index = sources.len();
+        let (source, path_at, value_at) = given.source();
+        sources.push(source);
+        let node = typed(&given.value, index, value_at);
+        let mut start = path_at.unwrap_or_default();
+        let mut keys = Vec::new();
+        for part in given.path.split('.') {
+            let whole = Span { source: index, start, end: start + part.len() };
+            let span = if path_at.is_some() { whole } else { node.span };
+            keys.push((part.trim().to_string(), span));
+            start += part.len() + 1;
+        }
+        if let Err((span, reason)) = root.set(&keys, node) {
+            let spot = Spot { span, key: given.path.clone() };
+            let remedy = "set a key of a table, or an element that exists";
+            findings.push(Finding::error_at("E0025", spot, reason, remedy));
+        }
+    }
+    (root, findings)
+}

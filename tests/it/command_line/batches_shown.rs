@@ -1,0 +1,57 @@
+//! Files of results as pictures and pages.
+
+use super::binary::Folder;
+use std::fs;
+
+#[test]
+fn a_sweep_over_one_key_has_its_curve_and_shades_what_failed() {
+    let folder = Folder::new();
+    let sweep = ["sweep", "spec.toml", "-q", "--set", "actuators.torque_limit_n_m=0.1", "--over"];
+    folder.slew(&[&sweep[..], &["maneuver.duration_s=6:20:8", "-o", "sweep.jsonl"]].concat()).ends(9);
+    folder.slew(&["plot", "sweep.jsonl", "-o", "figures"]).ends(0).tells("figures/cost.svg");
+    let svg = folder.read("figures/cost.svg");
+    assert!(svg.contains("Cost over maneuver.duration_s") && svg.contains("not solved"));
+    // One mark a solved case; that of the legend is one more.
+    let solved = folder.read("sweep.jsonl").matches("\"status\":\"solved\"").count();
+    assert_eq!(svg.matches("<circle").count(), solved + 1);
+    folder.slew(&["plot", "sweep.jsonl", "-o", "one.svg", "--charts", "map"]).ends(2).tells("there are cost");
+    folder.slew(&["report", "sweep.jsonl", "-o", "sweep.html"]).ends(0);
+    let page = folder.read("sweep.html");
+    assert!(page.contains("Cases that failed") && page.contains("infeasible") && page.contains("fig-cost"));
+    folder.slew(&["report", "-", "-o", "x.html"]).ends(8);
+}
+
+#[test]
+fn a_sweep_over_two_keys_has_a_map_with_a_cell_a_case() {
+    let folder = Folder::new();
+    let over = ["--over", "maneuver.duration_s=8:20:4", "--over", "actuators.torque_limit_n_m=0.01,1,2"];
+    folder.slew(&[&["sweep", "spec.toml", "-q", "-o", "sweep.jsonl"], &over[..]].concat()).ends(9);
+    folder.slew(&["plot", "sweep.jsonl", "-o", "map.svg", "--charts", "map"]).ends(0);
+    let svg = folder.read("map.svg");
+    assert!(svg.contains("actuators.torque_limit_n_m") && svg.contains("× not solved"));
+    let (cells, none) = (svg.matches("<polygon").count(), svg.matches("fill=\"#f3f3f3\"").count());
+    // A frame and 64 stripes of the legend are polygons as well.
+    assert_eq!((cells, none), (12 + 1 + 64, 4), "the smallest limit is infeasible everywhere");
+    folder.slew(&["report", "sweep.jsonl", "-o", "sweep.html"]).ends(0);
+    let page = folder.read("sweep.html");
+    assert_eq!(page.matches("<figure id=\"fig-map\"").count(), 1);
+}
+
+#[test]
+fn random_draws_have_their_distribution_and_hostile_names_are_text() {
+    let folder = Folder::new();
+    let rows: String =
+        (0..40).map(|row| format!("</script><b>{row},{}\n", 10.0 + 0.1 * f64::from(row))).collect();
+    fs::write(folder.path("cases.csv"), format!("name,maneuver.duration_s\n{rows}")).unwrap();
+    folder.slew(&["batch", "spec.toml", "-q", "--cases", "cases.csv", "-o", "all.jsonl"]).ends(0);
+    folder.slew(&["report", "all.jsonl", "-o", "all.html"]).ends(0);
+    let page = folder.read("all.html");
+    assert!(page.contains("fig-distribution") && page.contains("Costliest cases"));
+    assert!(!page.contains("</script><b>") && page.contains("&lt;/script&gt;&lt;b&gt;0"));
+    // A file that is still being written is shown as far as it is.
+    let text = folder.read("all.jsonl");
+    fs::write(folder.path("part.jsonl"), &text[..text.len() / 2]).unwrap();
+    folder.slew(&["report", "part.jsonl", "-o", "part.html"]).ends(0);
+    fs::write(folder.path("bad.jsonl"), text.replacen("\"case\":3", "\"case\":-3", 1)).unwrap();
+    folder.slew(&["report", "bad.jsonl", "-o", "bad.html"]).ends(8).tells("error[E0114]").tells("line 4");
+}
