@@ -7,6 +7,8 @@ const NAME = 24;
 function chart(figureNode, picture) {
   const plot = figureNode.querySelector(".plot");
   const overTime = picture.x.label.startsWith("time");
+  // There is no half iteration, so no tick at one.
+  const counts = picture.x.label.startsWith("iteration");
   const logarithmic = picture.y.log;
   const curves = picture.curves.map((curve) => ({ ...curve, x: data.grids[curve.grid] }));
   const place = (value) => (logarithmic ? (value > 0 ? Math.log10(value) : null) : value);
@@ -71,7 +73,7 @@ function chart(figureNode, picture) {
       const [a, b] = [view.x(span.from), view.x(span.to)];
       element("rect", { x: a, y: top, width: Math.max(1, b - a), height: bottom - top, fill: "var(--shade)" }, inside);
     }
-    for (const tick of linearTicks(view.from, view.to, Math.max(2, (right - left) / 75), overTime ? 0 : 1)) {
+    for (const tick of linearTicks(view.from, view.to, Math.max(2, (right - left) / 75), counts ? 1 : 0)) {
       const x = view.x(tick.value);
       element("line", { x1: x, x2: x, y1: top, y2: bottom, stroke: "var(--grid)" }, svg);
       tickText(tick, { x, y: bottom + 17, "text-anchor": "middle" }, svg);
