@@ -208,6 +208,7 @@ fn body_fixed_thrust(random: &mut Random) -> Problem {
     let weights = Weights {
         torque: Some(DMatrix::identity(3, 3) * price),
         force: Some(DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 4.0, 4.0]))),
+        time_price: None,
     };
     let state = |random: &mut Random, position: Vector3| State {
         position,

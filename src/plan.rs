@@ -201,7 +201,7 @@ pub(crate) fn judged(
     };
     let (tolerance, continuous) = (settings.tolerance, settings.continuous_tolerance);
     // Where two inputs switch together the grid may have a step more or less than was asked for.
-    let problem = &problem.clone().with_steps(solution.steps);
+    let problem = &problem.with_found_duration(&solution.trajectory.time).with_steps(solution.steps);
     let verification = verify::verify_until(problem, &solution.trajectory, tolerance, continuous, &stop);
     let status = if verification.passed() {
         Status::Solved

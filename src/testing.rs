@@ -80,7 +80,7 @@ fn full_actuation(frame: AxisFrame) -> (Actuation, Weights) {
     axes.push(Vector3::new(0.5, 0.5, -0.7));
     let of_forces = DMatrix::from_fn(4, 4, |i, j| if i == j { 1.0 + 0.3 * i as f64 } else { 0.1 });
     let force = ActuatorSet::new(axes, other).unwrap();
-    let weights = Weights { torque: Some(weight(&w)), force: Some(of_forces) };
+    let weights = Weights { torque: Some(weight(&w)), force: Some(of_forces), time_price: None };
     (Actuation { torque: channel(&b, frame), force: Some(force), wheels: None }, weights)
 }
 

@@ -111,7 +111,7 @@ class Plan:
     @property
     def switching(self) -> dict[str, Any] | None:
         """Arcs, switching times and certificate of a plan of minimum time, with the keys of a plan file: ``structure``,
-        ``continuous_duration_s``, ``gap_s``, ``eigenaxis_s``, ``arcs``. None for other plans."""
+        ``continuous_duration_s``, ``continuous_cost``, ``gap``, ``eigenaxis_s``, ``arcs``. None for other plans."""
         arcs: dict[str, Any] | None = self._head.get("switching")
         return arcs
 

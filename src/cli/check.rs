@@ -3,7 +3,7 @@
 use super::{Console, Exit, Failure, Lines, ReportArgs, SpecArgs, Tone, spec_file, summary};
 use serde::Serialize;
 use slewkit::files::spec::{Diagnostic, Loaded, LoadedSimulation, Spec, escape};
-use slewkit::maneuver::Motion;
+use slewkit::maneuver::{Motion, Objective};
 use slewkit::numerics::figures::{counted, significant};
 
 /// Arguments of `slew check`.
@@ -135,8 +135,9 @@ fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit,
         Motion::Attitude => "attitude",
         Motion::RigidBody => "position and attitude",
     };
-    let duration = if problem.objective.is_time() {
-        format!("shortest duration, {} steps", problem.steps)
+    let duration = if problem.objective.seeks_duration() {
+        let sought = if problem.objective == Objective::Time { "shortest" } else { "best" };
+        format!("{sought} duration, {} steps", problem.steps)
     } else {
         let (duration, step) = (significant(problem.duration, 4), significant(problem.step(), 3));
         format!("{duration} s in {} steps of {step} s", problem.steps)

@@ -12,7 +12,7 @@ pub mod switching;
 pub use constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError, Direction, Pointing, Rule, Side};
 pub use grid::{Grid, GridError, Scheme};
 pub use infeasible::Proof;
-pub use objective::{Objective, WeightError, Weighted, Weights};
+pub use objective::{Fuel, Objective, WeightError, Weighted, Weights};
 pub use problem::{Motion, Path, Problem, ProblemError, State};
 pub use settings::{Method, Settings, SettingsError, Thoroughness};
 pub use solution::{

@@ -7,8 +7,9 @@
 //! ```
 //!
 //! with the weights κ of the kicks ([`Grid::kick`](super::grid::Grid::kick)) and one block of `W` for each set of
-//! actuators. Which inputs are optimal follows in `optimize/control_law`. Minimum time makes the duration `T` the cost:
-//! inputs are held over steps whose lengths are part of the answer (`optimize/methods/switching`).
+//! actuators. Which inputs are optimal follows in `optimize/control_law`. Minimum time makes the duration `T` the cost,
+//! and fuel `∫ Σ c_j |u_j| dt`, with a price of time where the duration is sought: inputs are held over steps whose
+//! lengths are part of the answer (`optimize/methods/switching`).
 
 use crate::Matrix3;
 use crate::mechanics::actuators::{Actuation, ActuatorSet};
@@ -18,27 +19,79 @@ use thiserror::Error;
 /// What a plan minimises.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Objective {
-    /// The effort `∫ ½ uᵀWu dt` of the inputs.
+    /// The effort `∫ ½ uᵀWu dt` of the inputs, and what time costs where the duration is sought.
     Effort(Weights),
     /// The duration.
     Time,
+    /// The fuel `∫ Σ c_j |u_j| dt` of the torque inputs.
+    Fuel(Fuel),
+}
+
+/// What fuel costs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Fuel {
+    /// `c_j`, one per torque input, positive, in 1/(N·m·s) up to the user's unit of cost; absent: 1 each.
+    pub prices: Option<Vec<f64>>,
+    /// What a second costs, where the duration is sought; absent: it is given.
+    pub time_price: Option<f64>,
+}
+
+impl Fuel {
+    /// Price of a torque input.
+    pub fn price(&self, input: usize) -> f64 {
+        self.prices.as_ref().map_or(1.0, |prices| prices.get(input).copied().unwrap_or(f64::NAN))
+    }
+
+    /// What a row of torque inputs costs in a second.
+    pub fn rate(&self, inputs: &[f64]) -> f64 {
+        let fuel: f64 = inputs.iter().enumerate().map(|(input, u)| self.price(input) * u.abs()).sum();
+        fuel + self.time_price.unwrap_or(0.0)
+    }
 }
 
 /// Every input of weight 1.
-static ONES: Weights = Weights { torque: None, force: None };
+static ONES: Weights = Weights { torque: None, force: None, time_price: None };
 
 impl Objective {
     /// The weights by which inputs that can stand for each other share a torque: those of the effort, otherwise 1.
     pub fn weights(&self) -> &Weights {
         match self {
             Self::Effort(weights) => weights,
-            Self::Time => &ONES,
+            Self::Time | Self::Fuel(_) => &ONES,
         }
     }
 
-    /// Whether the duration is what is sought, and inputs are held over steps of unequal lengths.
-    pub fn is_time(&self) -> bool {
-        matches!(self, Self::Time)
+    /// Whether inputs switch, and are held over steps of unequal lengths.
+    pub fn switches(&self) -> bool {
+        matches!(self, Self::Time | Self::Fuel(_))
+    }
+
+    /// Whether the duration is sought.
+    pub fn seeks_duration(&self) -> bool {
+        match self {
+            Self::Effort(weights) => weights.time_price.is_some(),
+            Self::Time => true,
+            Self::Fuel(fuel) => fuel.time_price.is_some(),
+        }
+    }
+
+    /// What fuel costs, where it does.
+    pub fn fuel(&self) -> Option<&Fuel> {
+        if let Self::Fuel(fuel) = self { Some(fuel) } else { None }
+    }
+
+    /// What a second costs, where it has a price beside effort or fuel.
+    pub fn given_time_price(&self) -> Option<f64> {
+        match self {
+            Self::Effort(weights) => weights.time_price,
+            Self::Time => None,
+            Self::Fuel(fuel) => fuel.time_price,
+        }
+    }
+
+    /// What a second costs: 1 where only time does.
+    pub fn time_price(&self) -> f64 {
+        if *self == Self::Time { 1.0 } else { self.given_time_price().unwrap_or(0.0) }
     }
 
     /// Its name in files.
@@ -46,6 +99,7 @@ impl Objective {
         match self {
             Self::Effort(_) => "effort",
             Self::Time => "time",
+            Self::Fuel(_) => "fuel",
         }
     }
 }
@@ -63,7 +117,7 @@ impl From<Weights> for Objective {
     }
 }
 
-/// The blocks of the effort weight `W`; absent: the identity.
+/// The blocks of the effort weight `W`, absent: the identity; and what time costs.
 ///
 /// A block is m×m for a set of m inputs, symmetric positive definite, in [1/(N·m)²] for torques and [1/N²] for forces
 /// up to the user's unit of cost. That of a set which the maneuver does not have is not used.
@@ -73,19 +127,21 @@ pub struct Weights {
     pub torque: Option<DMatrix<f64>>,
     /// Block of the force inputs.
     pub force: Option<DMatrix<f64>>,
+    /// What a second costs, where the duration is sought; absent: it is given.
+    pub time_price: Option<f64>,
 }
 
 impl Weights {
     /// Weights of torque inputs alone.
     pub fn of_torques(weight: DMatrix<f64>) -> Self {
-        Self { torque: Some(weight), force: None }
+        Self { torque: Some(weight), ..Self::default() }
     }
 
     /// The same with blocks that are the identity left out.
     pub fn simplified(self) -> Self {
         // Exactly: what differs by an ulp is another weight.
         let differs = |weight: &DMatrix<f64>| *weight != DMatrix::identity(weight.nrows(), weight.ncols());
-        Self { torque: self.torque.filter(differs), force: self.force.filter(differs) }
+        Self { torque: self.torque.filter(differs), force: self.force.filter(differs), ..self }
     }
 
     /// The torque inputs under their weight. A weight that [`Weights::check`] refuses becomes NaN, and so does what
@@ -218,6 +274,6 @@ mod tests {
             assert_eq!(refused(weight), ("torque", WeightError::Indefinite));
         }
         assert_eq!(Weights::default().check(&actuation), Ok(()));
-        assert_eq!(Weights { force: Some(DMatrix::zeros(1, 1)), torque: None }.check(&actuation), Ok(()));
+        assert_eq!(Weights { force: Some(DMatrix::zeros(1, 1)), ..Weights::default() }.check(&actuation), Ok(()));
     }
 }

@@ -7,7 +7,7 @@ pub use crate::maneuver::grid::Scheme;
 use crate::lie::Rotation;
 use crate::maneuver::constraint::{Constraint, ConstraintError};
 use crate::maneuver::grid::Grid;
-use crate::maneuver::objective::{Objective, WeightError};
+use crate::maneuver::objective::{Fuel, Objective, WeightError};
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::{Environment, Free};
@@ -112,7 +112,7 @@ pub struct Problem {
     pub start: State,
     /// State at `t = T`.
     pub end: State,
-    /// Duration `T` \[s\]. Where time is minimised it is not given, and NaN; the plan has it.
+    /// Duration `T` \[s\]. Where it is sought it is not given, and NaN; the plan has it.
     pub duration: f64,
     /// Number of steps `N`; the step is `h = T/N`.
     pub steps: usize,
@@ -183,9 +183,9 @@ pub enum ProblemError {
     /// Wheels and torque inputs do not fit together.
     #[error("{0}")]
     Wheels(String),
-    /// Time cannot be minimised under what the maneuver has, or lacks.
+    /// What is minimised does not go with what the maneuver has, or lacks.
     #[error("{reason}")]
-    MinimumTime {
+    Unsuited {
         /// What is in the way: a key of a spec.
         what: &'static str,
         /// Why.
@@ -280,6 +280,14 @@ impl Problem {
         self
     }
 
+    /// The same maneuver with the duration that a plan of it has found, where that was sought and inputs do not switch:
+    /// the grid of the plan is then the maneuver's own.
+    pub fn with_found_duration(&self, time: &[f64]) -> Self {
+        let sought = self.objective.seeks_duration() && !self.objective.switches();
+        let found = time.last().copied().filter(|_| sought);
+        Self { duration: found.unwrap_or(self.duration), ..self.clone() }
+    }
+
     /// Whether anything limits inputs, rates or pointing.
     pub fn is_constrained(&self) -> bool {
         !self.constraints.is_empty() || self.actuation.is_limited()
@@ -309,18 +317,24 @@ impl Problem {
         Self { objective: Objective::Time, ..Self::attitude(body, start, end, f64::NAN) }
     }
 
+    /// A maneuver of least fuel `∫ Σ |u_j| dt` in a given duration \[s\]: of a free body with three body torques, which
+    /// need limits.
+    pub fn minimum_fuel(body: Body, start: State, end: State, duration: f64) -> Self {
+        Self { objective: Objective::Fuel(Fuel::default()), ..Self::attitude(body, start, end, duration) }
+    }
+
     /// The same maneuver in another duration \[s\].
     pub fn with_duration(mut self, duration: f64) -> Self {
         self.duration = duration;
         self
     }
 
-    /// Rows of inputs of a plan: one for each node that has inputs, or one for each step where time is minimised.
+    /// Rows of inputs of a plan: one for each node that has inputs, or one for each step where they switch.
     pub fn input_rows(&self) -> usize {
-        if self.objective.is_time() { self.steps } else { self.scheme.input_rows(self.steps) }
+        if self.objective.switches() { self.steps } else { self.scheme.input_rows(self.steps) }
     }
 
-    /// The time grid \[s\]: steps of equal length. A plan of minimum time has a grid of its own.
+    /// The time grid \[s\]: steps of equal length. A plan whose inputs switch has a grid of its own.
     pub fn grid(&self) -> Grid {
         Grid::uniform(self.scheme, self.duration, self.steps)
     }

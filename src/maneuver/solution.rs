@@ -36,7 +36,7 @@ pub enum Outcome {
 ///
 /// Poses, rates and times have `N + 1` rows. Inputs, torques, forces and costates have `N` rows for
 /// Lie–Euler (`u_1 … u_N`, `λ_0 … λ_{N−1}`) and `N + 1` for Lie–Verlet (`u_0 … u_N`,
-/// `λ_{−1} … λ_{N−1}`). Where time is minimised inputs and torques are held over steps that need not be equal: row k,
+/// `λ_{−1} … λ_{N−1}`). Where time or fuel is minimised inputs and torques are held over steps that need not be equal: row k,
 /// of N, belongs to the step from node k to node k + 1, and costates have `N + 1` rows. On SO(3) the vectors of positions, velocities and forces are empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trajectory {
@@ -194,7 +194,7 @@ pub enum Rung {
     Scp,
     /// Newton on the active set, from what the convex iteration left.
     Polish,
-    /// Smoothed extremals of minimum time, from a path between the boundary states.
+    /// Smoothed extremals of minimum time or fuel, from a path between the boundary states.
     Smoothed,
     /// Newton on switching times, from a smoothed extremal.
     Switches,
@@ -309,7 +309,7 @@ pub struct Solution {
     pub convex: Option<ConvexWork>,
     /// Which limits and constraints are active, where and how hard.
     pub active: Vec<ActiveConstraint>,
-    /// Arcs and certificate, where time is minimised.
+    /// Arcs and certificate, where time or fuel is minimised.
     pub switching: Option<Switching>,
     /// Other extremals found, cheapest first.
     pub rivals: Vec<Rival>,
@@ -362,9 +362,9 @@ impl Solution {
         }
     }
 
-    /// Duration of the plan \[s\]: that of the maneuver, or the one found where time is minimised; NaN where none is.
+    /// Duration of the plan \[s\]: that of the maneuver, or the one found where it is sought; NaN where none is.
     pub fn duration(&self, problem: &Problem) -> f64 {
-        if problem.objective.is_time() {
+        if problem.objective.seeks_duration() {
             self.trajectory.time.last().copied().unwrap_or(f64::NAN)
         } else {
             problem.duration

@@ -1,23 +1,25 @@
-//! What a plan of minimum time is made of: its arcs, its certificate, and what it is compared with.
+//! What a plan of minimum time or fuel is made of: its arcs, its certificate, and what it is compared with.
 
 use serde::{Deserialize, Serialize};
 
-/// What a plan of minimum time is made of.
+/// What a plan of minimum time or fuel is made of.
 ///
-/// Its durations are of three kinds. That of the plan is the discrete optimum on its own grid, which meets the terminal
-/// conditions to round-off. `continuous_duration_s` belongs to the extremal of the equations of motion from which the grid
-/// was made, with the exact switching times of `arcs`; the two differ by the square of the step. `eigenaxis_s` is what a
-/// turn about the fixed axis would take.
+/// Its costs are of two kinds. That of the plan is the discrete optimum on its own grid, which meets the terminal
+/// conditions to round-off. `continuous_cost` belongs to the extremal of the equations of motion from which the grid
+/// was made, with the exact switching times of `arcs`; the two differ by the square of the step. Where only time counts
+/// the cost is the duration, and `eigenaxis_s` is what a turn about the fixed axis would take.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Switching {
     /// How the inputs go.
     pub structure: Structure,
     /// Duration of the continuous extremal, seconds.
     pub continuous_duration_s: f64,
-    /// Time still to be gained, to first order, seconds: `∫ Σ_j (|s_j| + s_j v_j) dt` with the switching functions s and
-    /// the inputs v of the continuous extremal. 0 where every input is on the right side all the time.
-    pub gap_s: f64,
-    /// Of a turn about the fixed axis under the same limits, from rest to rest, seconds.
+    /// Cost of the continuous extremal.
+    pub continuous_cost: f64,
+    /// Cost still to be gained, to first order: `∫ Σ_j (|s_j| + s_j v_j) dt` with the switching functions s and the inputs
+    /// v of the continuous extremal. 0 where every input is on the right side all the time.
+    pub gap: f64,
+    /// Of a turn about the fixed axis under the same limits, from rest to rest, seconds; where time is minimised.
     pub eigenaxis_s: Option<f64>,
     /// Number of switches; two inputs that switch together count twice.
     pub switches: usize,
@@ -29,13 +31,15 @@ pub struct Switching {
     pub arcs: Vec<SwitchingArc>,
 }
 
-/// How the inputs of a plan of minimum time go.
+/// How the inputs of a plan of minimum time or fuel go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Structure {
     /// Every input at one of its limits, on the side that the maximum principle asks for: an extremal.
     BangBang,
-    /// The same with a small gap: an arc that is singular has been cut into arcs at the limits.
+    /// Every input at a limit or off, as the maximum principle asks for: an extremal of fuel.
+    BangOffBang,
+    /// The same with a small gap: an arc that is singular has been cut into arcs at the limits, or off.
     TruncatedChattering,
     /// A smoothed law: some input stays within its limits, on a singular arc.
     Singular,
@@ -50,6 +54,7 @@ impl Structure {
     pub fn name(self) -> &'static str {
         match self {
             Self::BangBang => "bang_bang",
+            Self::BangOffBang => "bang_off_bang",
             Self::TruncatedChattering => "truncated_chattering",
             Self::Singular => "singular",
             Self::Norm => "norm",

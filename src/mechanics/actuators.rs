@@ -64,6 +64,8 @@ pub struct ActuatorSet {
 pub struct Limits {
     /// `|u_i| ≤` this, one per input [N·m or N].
     pub size: Option<Vec<f64>>,
+    /// Whether inputs are never negative, `0 ≤ u_i ≤ size`: thrusters. They need a limit of size.
+    pub one_sided: bool,
     /// `|B u| ≤` this [N·m or N].
     pub norm: Option<f64>,
     /// `|du_i/dt| ≤` this, one per input [N·m/s or N/s].
@@ -142,7 +144,7 @@ impl ActuatorSet {
             values.as_ref().is_none_or(|values| values.len() == count && values.iter().all(usable))
         };
         let checks = [
-            ("limit of size", each(&limits.size)),
+            ("limit of size", each(&limits.size) && (limits.size.is_some() || !limits.one_sided)),
             ("limit of the norm", limits.norm.as_ref().is_none_or(usable)),
             ("limit of the rate of change", each(&limits.rate)),
         ];
@@ -197,6 +199,22 @@ impl ActuatorSet {
             2 => (2, Some(direction(order[2]))),
             _ => (rank, None),
         }
+    }
+}
+
+impl ActuatorSet {
+    /// Whether the inputs within their limits have an output in every direction: of rank 3, and where they are never
+    /// negative not all on one side of a plane.
+    pub fn reaches_every_direction(&self) -> bool {
+        if self.rank().0 < 3 || !self.limits.one_sided {
+            return self.rank().0 == 3;
+        }
+        // A plane that all are on one side of can be tilted until it holds two of them.
+        let units: Vec<Vector3> = self.axes.iter().map(|axis| axis / axis.amax()).collect();
+        let beyond = |normal: &Vector3| units.iter().any(|axis| axis.dot(normal) > RANK_TOLERANCE);
+        let pairs = units.iter().enumerate().flat_map(|(index, a)| units[..index].iter().map(move |b| (a, b)));
+        let mut normals = pairs.map(|(a, b)| a.cross(b)).filter(|normal| normal.norm() > RANK_TOLERANCE);
+        normals.all(|normal| beyond(&normal) && beyond(&-normal))
     }
 }
 
@@ -292,7 +310,7 @@ impl Actuation {
         let momenta = momenta.filter(|limits| limits.iter().any(|limit| limit.is_finite()));
         sets.into_iter().filter_map(|(set, first, of_force)| Some((set?, first, of_force))).flat_map(
             move |(set, first, of_force)| {
-                let Limits { size, norm, rate } = &set.limits;
+                let Limits { size, norm, rate, one_sided: _ } = &set.limits;
                 let given = [
                     (LimitKind::Size, size.as_deref()),
                     (LimitKind::Norm, norm.as_ref().map(slice::from_ref)),

@@ -162,7 +162,7 @@ fn method(problem: &Problem, solution: &Solution) -> String {
             }
             None => "SCP".into(),
         },
-        Method::Shooting | Method::Auto if problem.objective.is_time() => {
+        Method::Shooting | Method::Auto if problem.objective.switches() => {
             "shooting: smoothed extremals, then switching times".into()
         }
         Method::Shooting | Method::Auto => {
@@ -184,7 +184,12 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
     let mut lines =
         vec![line("path", &format!("{}, turned {:.1} deg", way(solution.sense), solution.turned_deg))];
     match &solution.switching {
-        Some(switching) => lines.extend(switched(solution, switching)),
+        Some(switching) => lines.extend(switched(problem, solution, switching)),
+        None if problem.objective.seeks_duration() => {
+            let duration = significant(solution.duration(problem), 9);
+            lines.line("duration", format!("{duration} s, where a second is worth its price"));
+            lines.line("cost", format!("{} with the price of time", significant(solution.cost, 9)));
+        }
         None => lines.line("cost", format!("{}{unit}", significant(solution.cost, 6))),
     }
     lines.extend(iterations(solution));
@@ -220,7 +225,8 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
             path.push_str(&format!(", from {}", escape(&rival.start)));
         }
         if solution.switching.is_some() {
-            lines.line("rival", format!("{} s", significant(rival.cost, 9)));
+            let unit = if problem.objective.fuel().is_some() { "" } else { " s" };
+            lines.line("rival", format!("{}{unit}", significant(rival.cost, 9)));
             continue;
         }
         lines.line("rival", format!("{path}, cost {}{points}", significant(rival.cost, 6)));
@@ -228,19 +234,27 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
     lines
 }
 
-/// Duration, arcs and certificate of a plan of minimum time.
-fn switched(solution: &Solution, switching: &Switching) -> Vec<String> {
-    let seconds = |duration: f64| significant(duration, 9);
+/// Duration or fuel, arcs and certificate of a plan whose inputs switch.
+fn switched(problem: &Problem, solution: &Solution, switching: &Switching) -> Vec<String> {
+    let figure = |value: f64| significant(value, 9);
     let mut lines = Vec::new();
+    let fuel = problem.objective.fuel();
     if switching.structure == Structure::Rest {
-        lines.line("duration", "0 s: the body is where it should be");
+        let none = if fuel.is_some() { "no fuel" } else { "0 s" };
+        lines.line(problem.objective.name(), format!("{none}: the body is where it should be"));
         return lines;
     }
-    let continuous = seconds(switching.continuous_duration_s);
-    lines.line(
-        "duration",
-        format!("{} s on the grid, {continuous} s in continuous time", seconds(solution.cost)),
-    );
+    if problem.objective.seeks_duration() {
+        let (found, continuous) = (solution.duration(problem), switching.continuous_duration_s);
+        let told = format!("{} s on the grid, {} s in continuous time", figure(found), figure(continuous));
+        lines.line("duration", told);
+    }
+    if let Some(fuel) = fuel {
+        let (found, continuous) = (solution.cost, switching.continuous_cost);
+        let with_time = if fuel.time_price.is_some() { " with the price of time" } else { "" };
+        let told = format!("{}{with_time} on the grid, {} in continuous time", figure(found), figure(continuous));
+        lines.line("fuel", told);
+    }
     let inputs: Vec<String> = switching.singular_inputs.iter().map(|input| (input + 1).to_string()).collect();
     let which = match inputs.len() {
         0 => "an input".into(),
@@ -250,11 +264,11 @@ fn switched(solution: &Solution, switching: &Switching) -> Vec<String> {
     let arcs = match switching.structure {
         Structure::Norm => "the torque has its full norm all the time, and turns".into(),
         Structure::Singular => format!("singular: {which} within the limits; all inputs smoothed"),
-        Structure::BangBang | Structure::TruncatedChattering | Structure::Rest => {
+        Structure::BangBang | Structure::BangOffBang | Structure::TruncatedChattering | Structure::Rest => {
             let lengths = switching.arcs.iter().map(|arc| arc.end_s - arc.start_s);
             let shortest = lengths.fold(f64::INFINITY, f64::min).max(0.0);
             let chatters = if switching.structure == Structure::TruncatedChattering {
-                format!("; a singular arc of {which}, cut into arcs at the limits")
+                format!("; a singular arc of {which}, cut into arcs")
             } else {
                 String::new()
             };
@@ -269,7 +283,8 @@ fn switched(solution: &Solution, switching: &Switching) -> Vec<String> {
         }
     };
     lines.line("arcs", arcs);
-    lines.line("gap", format!("{} s to be gained at most, to first order", error(switching.gap_s)));
+    let unit = if fuel.is_some() { "" } else { " s" };
+    lines.line("gap", format!("{}{unit} to be gained at most, to first order", error(switching.gap)));
     if let Some(eigenaxis) = switching.eigenaxis_s {
         let more = 100.0 * (eigenaxis / switching.continuous_duration_s - 1.0);
         lines.line("eigenaxis", format!("{} s, {more:.1} % longer", significant(eigenaxis, 6)));

@@ -100,6 +100,13 @@ impl Smallest {
         }
     }
 
+    /// Each value of what has a limit to one side against zero.
+    fn meet_none_negative(&mut self, values: impl IntoIterator<Item = (f64, f64)>, time: f64) {
+        for (index, (value, limit)) in values.into_iter().enumerate() {
+            self.meet(Self { margin: value, scaled: value / limit, time, index });
+        }
+    }
+
     /// Each value against its limit; infinite limits are none.
     fn meet_all(&mut self, values: impl IntoIterator<Item = (f64, f64)>, time: f64) {
         for (index, (value, limit)) in values.into_iter().enumerate() {
@@ -144,7 +151,12 @@ impl<'a> Meter<'a> {
             let What::Input(InputLimit { kind, set, first, bounds, .. }) = what else { continue };
             let inputs = &row[*first..*first + set.count()];
             match kind {
-                LimitKind::Size => smallest.meet_all(pairs(inputs, bounds), time),
+                LimitKind::Size => {
+                    smallest.meet_all(pairs(inputs, bounds), time);
+                    if set.limits().one_sided {
+                        smallest.meet_none_negative(pairs(inputs, bounds), time);
+                    }
+                }
                 LimitKind::Norm => smallest.meet_all(pairs(&[set.output(inputs).norm()], bounds), time),
                 LimitKind::Rate => {
                     let Some(before) = before else { continue };

@@ -234,7 +234,7 @@ pub fn verify_until(
     continuous_tolerance: Option<f64>,
     stop: &dyn Fn() -> bool,
 ) -> Verification {
-    if problem.objective.is_time() && trajectory.time.len() == 1 {
+    if problem.objective.seeks_duration() && trajectory.time.len() == 1 {
         return at_rest(problem, trajectory, tolerance);
     }
     let stopped = AtomicBool::new(false);
@@ -263,6 +263,10 @@ pub fn verify_until(
     } = judged;
     found.at_most("finite", rows::not_finite(trajectory) as f64, 0.0);
     found.at_most("discrete terminal", found.discrete().largest(), tolerance);
+    if problem.objective.switches() && !problem.objective.seeks_duration() {
+        let last = trajectory.time.last().copied().unwrap_or(f64::NAN);
+        found.at_most("duration", (last / problem.duration - 1.0).abs(), RECORDED);
+    }
     found.at_most("recorded states", recorded, RECORDED.max(10.0 * tolerance));
     if let Some(drift) = momentum_drift {
         found.at_most("total momentum", drift, RECORDED.max(10.0 * tolerance));

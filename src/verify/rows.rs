@@ -7,7 +7,7 @@ use super::motion::{Inputs, Phase, Scale, judgeable};
 use super::watch::Watch;
 use super::wheels::Wheels;
 use crate::maneuver::grid::{Grid, GridError};
-use crate::maneuver::objective::{self, Weighted};
+use crate::maneuver::objective::{self, Objective, Weighted};
 use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::solution::Trajectory;
 use crate::propagate::plant::{Output, Plant};
@@ -74,7 +74,7 @@ pub(super) fn fit(problem: &Problem, trajectory: &Trajectory) -> Result<(), Witn
 /// The grid of a plan: equal steps over the duration of the problem, or steps as the times give them where that is sought.
 /// The rows must fit.
 pub(super) fn grid(problem: &Problem, trajectory: &Trajectory) -> Result<Grid, WitnessError> {
-    if !problem.objective.is_time() {
+    if !problem.objective.switches() {
         return Ok(problem.grid());
     }
     let lengths: Vec<f64> = trajectory.time.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -300,12 +300,17 @@ pub fn margins(problem: &Problem, inputs: &[f64]) -> Result<Vec<Margin>, Witness
     Ok(meter.margins())
 }
 
-/// The cost of a plan: the effort of its inputs, or its duration where time is minimised. Rows and problem must fit.
+/// The cost of a plan: the effort of its inputs, their fuel, or its duration where that alone is minimised. Rows and problem must fit.
 pub fn cost(problem: &Problem, trajectory: &Trajectory) -> f64 {
-    if problem.objective.is_time() {
-        trajectory.time.last().copied().unwrap_or(f64::NAN)
-    } else {
-        effort(problem, &trajectory.input)
+    match &problem.objective {
+        Objective::Effort(weights) => {
+            effort(problem, &trajectory.input) + weights.time_price.map_or(0.0, |price| price * problem.duration)
+        }
+        Objective::Time => trajectory.time.last().copied().unwrap_or(f64::NAN),
+        Objective::Fuel(fuel) => {
+            let rows = trajectory.input.chunks_exact(problem.actuation.count());
+            rows.zip(trajectory.time.windows(2)).map(|(row, ends)| (ends[1] - ends[0]) * fuel.rate(row)).sum()
+        }
     }
 }
 

@@ -23,6 +23,10 @@ pub fn exceeded(problem: &Problem, inputs: Option<&[f64]>) -> Vec<String> {
         match kind {
             LimitKind::Size => {
                 for (index, (input, bound)) in own.iter().zip(bounds).enumerate() {
+                    if set.limits().one_sided && *input < 0.0 {
+                        let (number, input) = (index + 1, shown(*input));
+                        found.push(format!("input {number} is {input} {unit}, and a thruster is never negative"));
+                    }
                     if input.abs() > *bound {
                         let (number, input, bound) = (index + 1, shown(*input), shown(*bound));
                         found.push(format!(

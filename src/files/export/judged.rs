@@ -43,10 +43,11 @@ impl PlanFile<'_> {
         let cost = verify::cost(&problem, trajectory);
         let own = held.and_then(|held| held.read("the plan's spec", &[]).ok());
         let own = own.map(|own| (self.tolerance, own.settings.tolerance));
-        // Where time is minimised the plan has its duration, and steps of which the mean is told.
-        let duration = if problem.objective.is_time() { cost } else { problem.duration };
-        let step = duration / problem.steps as f64;
-        let step = if problem.objective.is_time() { step } else { problem.step() };
+        // Where inputs switch the plan has its duration, and steps of which the mean is told.
+        let switches = problem.objective.switches();
+        let last = trajectory.time.last().copied().unwrap_or(f64::NAN);
+        let duration = if switches { last } else { problem.duration };
+        let step = if switches { duration / problem.steps as f64 } else { problem.step() };
         let recorded = [
             ("recorded cost", Some((self.cost, cost))),
             ("recorded duration", Some((self.duration_s, duration))),

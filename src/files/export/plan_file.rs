@@ -84,7 +84,7 @@ pub struct PlanFile<'a> {
     /// Which limits and constraints act, where and how hard.
     #[serde(default, deserialize_with = "null_is_nan")]
     pub active: Vec<ActiveConstraint>,
-    /// Arcs, switching times and certificate, where time is minimised.
+    /// Arcs, switching times and certificate, where time or fuel is minimised.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "null_is_nan")]
     pub switching: Option<Switching>,
     /// Other extremals found.
@@ -230,7 +230,7 @@ impl<'a> PlanFile<'a> {
         let scheme = self.scheme().ok_or_else(|| ExportError::Scheme(self.scheme.clone()))?;
         let steps = self.steps;
         // A body that is where it should be needs no step, where time is minimised.
-        let none = steps == 0 && problem.objective.is_time();
+        let none = steps == 0 && problem.objective.seeks_duration();
         if !none && !(Problem::MIN_STEPS..=Problem::MAX_STEPS).contains(&steps) {
             let (found, needed) = (steps, Problem::MAX_STEPS);
             return Err(TrajectoryError::Shape { key: "steps", of: "steps", found, needed }.into());
@@ -238,7 +238,8 @@ impl<'a> PlanFile<'a> {
         if none {
             return Ok(problem.clone());
         }
-        let problem = problem.clone().with_steps(steps).with_scheme(scheme);
+        let found = problem.with_found_duration(&self.trajectory.0.time);
+        let problem = found.with_steps(steps).with_scheme(scheme);
         check_trajectory(&self.trajectory.0, &problem)?;
         Ok(problem)
     }

@@ -3,7 +3,7 @@
 //! One row per node, `N + 1` in all. Inputs, torques, forces and costates stand in the row of the node
 //! at which the input acts, the costate beside the input that it determines (`u = −W⁻¹ Bᵀ λ`). Lie–Euler
 //! has no input at the first node: its fields are empty in CSV and absent in JSON lines. Inputs that are held over steps, as
-//! where time is minimised, stand in the row of the node at which their step starts; the last node has none.
+//! where they switch, stand in the row of the node at which their step starts; the last node has none.
 
 use super::ExportError;
 use super::columns::{Column, Values, check_finite, columns, costate_width};

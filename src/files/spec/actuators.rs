@@ -1,5 +1,6 @@
-//! `[actuators]`: axes, weights and limits of the inputs.
+//! `[actuators]`: axes, weights, prices and limits of the inputs.
 
+mod thrusters;
 mod wheels;
 
 use super::body::SMALLEST;
@@ -8,8 +9,39 @@ use crate::maneuver::{Motion, Weighted, Weights};
 use crate::mechanics::{Actuation, ActuatorSet, ActuatorSetError, AxisFrame};
 use nalgebra::DMatrix;
 
-/// The actuators and their effort weights, with the defaults that go with the motion.
-pub(crate) fn actuation(section: Option<&Section>, motion: Motion) -> Option<(Actuation, Weights)> {
+/// The actuators, their effort weights, and what fuel costs with each torque input; absent: 1.
+pub(crate) struct Actuated {
+    pub actuation: Actuation,
+    pub weights: Weights,
+    pub prices: Option<Vec<f64>>,
+}
+
+/// The actuators and what their inputs cost, with the defaults that go with the motion.
+pub(crate) fn actuated(section: Option<&Section>, motion: Motion) -> Option<Actuated> {
+    if let Some(section) = section.filter(|section| section.has("thruster")) {
+        return thrusters::thrusters(section, motion);
+    }
+    let found = actuation(section, motion);
+    let prices = match section.filter(|section| section.has("fuel_price")) {
+        Some(section) => Some(prices(section, found.as_ref()?.0.torque.count())?),
+        None => None,
+    };
+    found.map(|(actuation, weights)| Actuated { actuation, weights, prices })
+}
+
+/// One price for each torque input.
+fn prices(section: &Section, count: usize) -> Option<Vec<f64>> {
+    match section.limits("fuel_price")? {
+        Limits::All(price) => Some(vec![price; count]),
+        Limits::Each(prices) if prices.len() == count => Some(prices),
+        Limits::Each(prices) => {
+            let reason = format!("`fuel_price` is for {} torque inputs, there are {count}", prices.len());
+            section.refuse("E0026", "fuel_price", reason, "give one price per input, or one for all")
+        }
+    }
+}
+
+fn actuation(section: Option<&Section>, motion: Motion) -> Option<(Actuation, Weights)> {
     let torque_names =
         [("torque_axes_body", AxisFrame::Body), ("torque_axes_reference", AxisFrame::Reference)];
     let force_names = [("force_axes_reference", AxisFrame::Reference), ("force_axes_body", AxisFrame::Body)];
@@ -31,7 +63,7 @@ pub(crate) fn actuation(section: Option<&Section>, motion: Motion) -> Option<(Ac
             section.error("E0064", key, reason, remedy);
         }
         let (torque, weight) = torque?;
-        return Some((Actuation::torques(torque), Weights { torque: weight, force: None }));
+        return Some((Actuation::torques(torque), Weights { torque: weight, ..Weights::default() }));
     }
     let none = force_names.iter().any(|(name, _)| section.vectors(name).is_some_and(|axes| axes.is_empty()));
     if none {
@@ -41,12 +73,12 @@ pub(crate) fn actuation(section: Option<&Section>, motion: Motion) -> Option<(Ac
             section.error("E0026", key, reason, "remove one of the two");
         }
         let (torque, weight) = torque?;
-        return Some((Actuation::torques(torque), Weights { torque: weight, force: None }));
+        return Some((Actuation::torques(torque), Weights { torque: weight, ..Weights::default() }));
     }
     let force = channel(section, &force_names, "force_effort_weight");
     let force = limited(force, section, &FORCE_LIMITS);
     let ((torque, torque_weight), (force, force_weight)) = (torque?, force?);
-    let weights = Weights { torque: torque_weight, force: force_weight };
+    let weights = Weights { torque: torque_weight, force: force_weight, time_price: None };
     Some((Actuation { torque, force: Some(force), wheels: None }, weights))
 }
 
@@ -92,7 +124,12 @@ fn limited(channel: Option<Channel>, section: &Section, [size, norm, rate]: &[&s
     };
     let (size_limits, rate_limits) = (each(size), each(rate));
     let norm = if section.has(norm) { Some(section.number(norm)?) } else { None };
-    let limits = crate::mechanics::actuators::Limits { size: size_limits?, norm, rate: rate_limits? };
+    let limits = crate::mechanics::actuators::Limits {
+        size: size_limits?,
+        norm,
+        rate: rate_limits?,
+        one_sided: false,
+    };
     channel
         .with_limits(limits)
         .map_err(|error| section.error_here("E0061", error.to_string(), "write positive limits"))

@@ -9,7 +9,7 @@ use super::{
 use crate::Matrix3;
 use crate::files::identity::Identity;
 use crate::lie::{exp, minus};
-use crate::maneuver::{Method, Motion, Objective, Path, Problem, ProblemError, Settings, State, Weights};
+use crate::maneuver::{Fuel, Method, Motion, Objective, Path, Problem, ProblemError, Settings, State, Weights};
 use crate::mechanics::{Body, Inertia};
 use std::f64::consts::TAU;
 
@@ -35,8 +35,8 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
     if let Some(section) = &body_section {
         mass_and_motion(section, inertia.as_ref(), mass, motion);
     }
-    let actuation = actuators::actuation(root.section("actuators"), motion);
-    let identity = names::identity(root, actuation.as_ref().map(|(actuation, _)| actuation.count()));
+    let actuated = actuators::actuated(root.section("actuators"), motion);
+    let identity = names::identity(root, actuated.as_ref().map(|actuated| actuated.actuation.count()));
     let constraints = constraint::constraints(root);
     let solver = root.section("solver");
     let (scheme, settings) = maneuver::solver(solver);
@@ -50,8 +50,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
     }
 
     let section = root.section("maneuver")?;
-    let minimum_time = section.word("minimize") == Some("time");
-    let duration = maneuver::duration(section, minimum_time);
+    let duration = maneuver::duration(section);
     let (start, end) = (start?, end?);
     let path = path(section, &end);
     let (start_rotation, end_rotation) = (start.rotation.as_ref()?, end.rotation.as_ref()?);
@@ -78,15 +77,21 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
     let rate = rate + environment.frame_rate().norm();
     let steps = match duration {
         Some(duration) => maneuver::steps(section, duration, angle, rate)?,
-        None => maneuver::steps_of_minimum_time(section, angle)?,
+        None => maneuver::steps_of_sought_duration(section, angle)?,
     };
 
     let body = Body { inertia: inertia?, mass: mass.filter(|_| motion == Motion::RigidBody) };
     let name = root.word("name").unwrap_or(default_name).to_string();
-    let (actuation, weights) = actuation?;
+    let actuators::Actuated { actuation, weights, prices } = actuated?;
     let weights = weights.simplified();
-    if minimum_time && weights != Weights::default() {
-        let reason = "weights of the effort have no say where the duration is minimised";
+    let objective = match section.word("minimize") {
+        Some("time") => Objective::Time,
+        Some("fuel") => Objective::Fuel(Fuel { prices, time_price: section.number("time_price_per_s") }),
+        _ => Weights { time_price: section.number("time_price_per_s"), ..weights.clone() }.into(),
+    };
+    let (switches, sought) = (objective.switches(), objective.seeks_duration());
+    if switches && weights != Weights::default() {
+        let reason = format!("weights of the effort have no say where {} is minimised", objective.name());
         section.error("E0029", "minimize", reason, "leave effort_weight out; or minimize = \"effort\"");
     }
     let problem = Problem {
@@ -95,7 +100,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
         body,
         environment,
         actuation,
-        objective: if minimum_time { Objective::Time } else { weights.into() },
+        objective,
         start: start_state,
         end: end_state,
         duration: duration.unwrap_or(f64::NAN),
@@ -104,7 +109,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
         path,
         constraints: constraints?,
     };
-    if minimum_time && let Some(solver) = &solver {
+    if (switches || sought) && let Some(solver) = &solver {
         maneuver::refuse_solver(solver);
     }
     if let (Method::Shooting, Some(solver)) = (settings.method, &solver) {
@@ -260,8 +265,8 @@ fn refuse(error: &ProblemError, problem: &Problem, maneuver: &Section, ends: [&B
             maneuver.report.error(code, spot, escape(&error.to_string()), remedy);
         }
         // Told at the key itself.
-        ProblemError::MinimumTime { what: "scheme", .. } => {}
-        ProblemError::MinimumTime { what, reason } => {
+        ProblemError::Unsuited { what: "scheme", .. } => {}
+        ProblemError::Unsuited { what, reason } => {
             let remedy = "take it away, or minimise effort in a given `duration_s`";
             let remedy = if *what == "torque_limit_n_m" {
                 "add torque_limit_n_m to [actuators]: one number, or one per axis"

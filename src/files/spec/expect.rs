@@ -29,11 +29,11 @@ pub struct Expect {
     pub newton_iterations_at_most: Option<usize>,
     /// Conjugate points of the plan.
     pub conjugate_points: Option<usize>,
-    /// Duration of the continuous extremal \[s\], where time is minimised.
-    pub continuous_duration: Option<Toleranced>,
-    /// Number of switches, where time is minimised.
+    /// Cost of the continuous extremal, where time or fuel is minimised.
+    pub continuous_cost: Option<Toleranced>,
+    /// Number of switches, where time or fuel is minimised.
     pub switches: Option<usize>,
-    /// Bound on the gap \[s\], where time is minimised.
+    /// Bound on the gap, where time or fuel is minimised.
     pub gap_at_most: Option<f64>,
     /// Rotation sense of the plan.
     pub sense: Option<Sense>,
@@ -134,9 +134,9 @@ pub(crate) fn of_maneuver(section: &Section) -> Expect {
         terminal_error: section.number("terminal_error"),
         newton_iterations_at_most: section.count("newton_iterations_at_most"),
         conjugate_points: section.count("conjugate_points"),
-        continuous_duration: section.toleranced("continuous_duration_s"),
+        continuous_cost: section.toleranced("continuous_cost"),
         switches: section.count("switches"),
-        gap_at_most: section.number("gap_at_most_s"),
+        gap_at_most: section.number("gap_at_most"),
         sense: section.word("sense").map(|word| if word == "long" { Sense::Long } else { Sense::Short }),
         rivals: section.list("rivals").iter().filter_map(Toleranced::read).collect(),
         margin_at_least: section.number("margin_at_least"),

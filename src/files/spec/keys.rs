@@ -301,8 +301,31 @@ tables! {
         "force_norm_limit_n": Limit(q::FORCE_NORM);
         /// Limit of how fast each force input changes: one for all, or one per axis. Default: none.
         "force_rate_limit_n_per_s": Limits(q::FORCE_RATE, None);
+        /// What a N·m of each torque input costs in a second, where fuel is minimised: one for all, or one per axis.
+        /// Default: 1.
+        "fuel_price": Limits(q::PRICE, None);
         /// Reaction wheels, instead of torque axes; each input is the torque of one wheel on the body.
         "wheel": List(&WHEEL, MAX_WHEELS);
+        /// Thrusters, instead of torque axes; each input is the torque of one thruster, never negative. For minimum time
+        /// and fuel.
+        "thruster": List(&THRUSTER, MAX_WHEELS);
+    }
+
+    static THRUSTER {
+        /// What messages call the thruster. Default: its number.
+        "name": Text(100);
+        /// Where it sits, from the mass center, body axes.
+        "position_m": Vector(q::LENGTH);
+        /// The way in which it pushes the body, body axes, any length.
+        "force_direction_body": Vector(q::COMPONENT);
+        /// Its largest force.
+        "force_limit_n": Limit(q::FORCE);
+        /// Instead of position, direction and force: the axis of its torque, body axes, any length.
+        "torque_axis_body": Vector(q::COMPONENT);
+        /// Its largest torque.
+        "torque_limit_n_m": Limit(q::TORQUE);
+        /// What a newton of its force, or a N·m where the torque is given, costs in a second. Default: 1.
+        "fuel_price": Number(q::PRICE);
     }
 
     static WHEEL {
@@ -421,11 +444,13 @@ tables! {
     }
 
     static MANEUVER[exclusive: &[&["steps", "step_s"]]] {
-        /// What is minimised: effort, the integral of ½uᵀWu; or time, the duration, which is then not given, under limits of the
-        /// inputs. Default: effort.
-        "minimize": Choice(&["effort", "time"], &["fuel"]);
-        /// Duration; of a maneuver of least effort, and of no other.
+        /// What is minimised: effort, the integral of ½uᵀWu; or under limits of the inputs time, the duration, which is then
+        /// not given, or fuel, the integral of Σ price·|u|. Default: effort.
+        "minimize": Choice(&["effort", "time", "fuel"], &[]);
+        /// Duration; of a maneuver of least effort or fuel, unless time has a price.
         "duration_s": Number(q::DURATION);
+        /// What a second costs beside effort or fuel, instead of duration_s: the duration is then sought.
+        "time_price_per_s": Number(q::PRICE);
         /// Number of steps. Default: the smallest from 100 on with at most 0.3 rad a step.
         "steps": Steps(StepsOf::Plan);
         /// Step, instead of steps.
@@ -499,12 +524,12 @@ tables! {
         "newton_iterations_at_most": Count(1, 1_000_000);
         /// Conjugate points of the plan.
         "conjugate_points": Count(0, 1_000_000);
-        /// Duration of the continuous extremal, where time is minimised.
-        "continuous_duration_s": Table(&TOLERANCED);
-        /// Number of switches, where time is minimised.
+        /// Cost of the continuous extremal, where time or fuel is minimised: its duration in seconds, or its fuel.
+        "continuous_cost": Table(&TOLERANCED);
+        /// Number of switches, where time or fuel is minimised.
         "switches": Count(0, 1000);
-        /// Bound on the time still to be gained, to first order, where time is minimised, seconds.
-        "gap_at_most_s": Number(q::COST);
+        /// Bound on the cost still to be gained, to first order, where time or fuel is minimised.
+        "gap_at_most": Number(q::COST);
         /// Rotation sense of the plan.
         "sense": Choice(&["short", "long"], &[]);
         /// Bound on the smallest margin of all limits and constraints, relative to the limit or in rad.

@@ -20,22 +20,30 @@ pub fn default_steps(angle: f64, rate: f64, duration: f64) -> f64 {
     ((1.5 * angle + rate * duration) / ANGLE_PER_STEP).ceil().max(DEFAULT_STEPS)
 }
 
-/// The duration: needed where effort is minimised, and sought where time is; the inner `None` is sought.
-pub(crate) fn duration(section: &Section, minimum_time: bool) -> Option<Option<f64>> {
-    if !minimum_time {
+/// The duration: needed where effort is minimised, or fuel and time has no price; otherwise it is sought, and the inner
+/// `None` says so.
+pub(crate) fn duration(section: &Section) -> Option<Option<f64>> {
+    let minimize = section.word("minimize");
+    let priced = section.has("time_price_per_s");
+    if priced && minimize == Some("time") {
+        let reason = "where only time counts it has no price";
+        let remedy = "leave time_price_per_s out; or minimize = \"effort\" or \"fuel\"";
+        return section.refuse("E0029", "time_price_per_s", reason, remedy);
+    }
+    if minimize != Some("time") && !priced {
         if !section.has("duration_s") {
-            return section.refuse(
-                "E0021",
-                "duration_s",
-                "[maneuver] needs `duration_s`",
-                "add duration_s = 60",
-            );
+            let reason = "[maneuver] needs `duration_s`";
+            return section.refuse("E0021", "duration_s", reason, "add duration_s = 60");
         }
         return section.number("duration_s").map(Some);
     }
     if section.has("duration_s") {
-        let reason = "the duration is what `minimize = \"time\"` looks for";
-        let remedy = "leave duration_s out; or minimize = \"effort\" in that time";
+        let (reason, remedy) = if priced {
+            ("the duration is looked for where time has a price", "leave out one of the two")
+        } else {
+            let reason = "the duration is what `minimize = \"time\"` looks for";
+            (reason, "leave duration_s out; or minimize = \"effort\" in that time")
+        };
         return section.refuse("E0029", "duration_s", reason, remedy);
     }
     if section.has("step_s") {
@@ -45,8 +53,8 @@ pub(crate) fn duration(section: &Section, minimum_time: bool) -> Option<Option<f
     Some(None)
 }
 
-/// The number of steps of a maneuver of minimum time, given or chosen for its angle.
-pub(crate) fn steps_of_minimum_time(section: &Section, angle: f64) -> Option<usize> {
+/// The number of steps of a maneuver whose duration is sought, given or chosen for its angle.
+pub(crate) fn steps_of_sought_duration(section: &Section, angle: f64) -> Option<usize> {
     if section.has("steps") {
         section.whole("steps")?.try_into().ok()
     } else {
@@ -54,14 +62,14 @@ pub(crate) fn steps_of_minimum_time(section: &Section, angle: f64) -> Option<usi
     }
 }
 
-/// Refuses settings of the solver that a maneuver of minimum time cannot have.
+/// Refuses settings of the solver that a maneuver cannot have whose inputs switch, or whose duration is sought.
 pub(crate) fn refuse_solver(section: &Section) {
     if section.word("method") == Some("scp") {
-        let reason = "a maneuver of minimum time is planned by shooting";
+        let reason = "what has no given duration, or switches, is planned by shooting";
         section.error("E0029", "method", reason, "write method = \"auto\", or leave it out");
     }
     if section.word("scheme") == Some("lie_euler") {
-        let reason = "a maneuver of minimum time takes the second-order scheme";
+        let reason = "what has no given duration, or switches, takes the second-order scheme";
         section.error("E0029", "scheme", reason, "write scheme = \"lie_verlet\", or leave it out");
     }
 }

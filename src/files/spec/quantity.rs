@@ -78,6 +78,7 @@ pub(crate) const FORCE_RATE: Quantity =
     quantity("a limit of the force rate", "N/s", 1e-30, 1e30, Sign::Positive);
 pub(crate) const WHEEL_LIMIT: Quantity = quantity("a momentum limit", "N·m·s", 1e-30, 1e30, Sign::Positive);
 pub(crate) const WHEEL_MOMENTUM: Quantity = quantity("a wheel momentum", "N·m·s", TINY, 1e30, Sign::Any);
+pub(crate) const PRICE: Quantity = quantity("a price", "", 1e-30, 1e30, Sign::Positive);
 pub(crate) const WHEEL_WEIGHT: Quantity = quantity("a weight", "", 1e-30, 1e30, Sign::Positive);
 pub(crate) const RATE_LIMIT_RAD: Quantity = quantity("a rate limit", "rad/s", 1e-30, 1e9, Sign::Positive);
 pub(crate) const RATE_LIMIT_DEG: Quantity = quantity("a rate limit", "deg/s", 1e-30, 5e10, Sign::Positive);

@@ -53,7 +53,8 @@ impl SpecDocument {
         };
         spec.table("maneuver", |maneuver| {
             maneuver.put("minimize", problem.objective.name());
-            maneuver.some("duration_s", Some(problem.duration).filter(|_| !problem.objective.is_time()));
+            maneuver.some("duration_s", Some(problem.duration).filter(|_| !problem.objective.seeks_duration()));
+            maneuver.some("time_price_per_s", problem.objective.given_time_price());
             maneuver.put("steps", problem.steps);
             maneuver.put("path", path);
         });
@@ -246,7 +247,11 @@ fn actuators(spec: &mut Writing, problem: &Problem, moves: bool) -> Result<(), U
     if let Some(wheels) = &problem.actuation.wheels {
         return self::wheels(spec, &torque, wheels);
     }
+    if torque.set.limits().one_sided {
+        return thrusters(spec, problem);
+    }
     spec.table("actuators", |table| {
+        table.some("fuel_price", problem.objective.fuel().and_then(|fuel| fuel.prices.clone()));
         let axes = match torque.set.frame() {
             AxisFrame::Body => "torque_axes_body",
             AxisFrame::Reference => "torque_axes_reference",
@@ -274,6 +279,28 @@ fn channel(table: &mut Writing, inputs: &Weighted, [axes, weight]: [&str; 2], [s
     table.some(size, limits.size.clone());
     table.some(norm, limits.norm);
     table.some(rate, limits.rate.clone());
+}
+
+fn thrusters(spec: &mut Writing, problem: &Problem) -> Result<(), Unwritable> {
+    let torque = &problem.actuation.torque;
+    let limits = torque.limits();
+    let other = torque.frame() != AxisFrame::Body || limits.norm.is_some() || limits.rate.is_some();
+    let Some(size) = limits.size.as_ref().filter(|_| !other && problem.actuation.force.is_none()) else {
+        return Err(Unwritable("thrusters that turn with the frame, or with a limit of their norm or rate"));
+    };
+    if torque.axes().iter().any(|axis| (axis.norm() - 1.0).abs() > 1e-12) {
+        return Err(Unwritable("thrusters whose axes are not of length 1"));
+    }
+    for (index, (axis, limit)) in torque.axes().iter().zip(size).enumerate() {
+        spec.table("actuators", |table| {
+            table.item("thruster", |thruster| {
+                thruster.put("torque_axis_body", row(axis));
+                thruster.put("torque_limit_n_m", *limit);
+                thruster.some("fuel_price", problem.objective.fuel().map(|fuel| fuel.price(index)));
+            });
+        });
+    }
+    Ok(())
 }
 
 fn wheels(spec: &mut Writing, inputs: &Weighted, wheels: &Wheels) -> Result<(), Unwritable> {

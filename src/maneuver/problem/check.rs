@@ -26,7 +26,7 @@ impl Problem {
     /// The first [`ProblemError`] met, never [`ProblemError::Violated`].
     pub fn check_numbers(&self) -> Result<(), ProblemError> {
         // What is sought may be known already, of a plan.
-        let sought = self.objective.is_time() && self.duration.is_nan();
+        let sought = self.objective.seeks_duration() && self.duration.is_nan();
         let usable = self.duration > 0.0 && self.duration.is_finite();
         if !sought && !usable {
             return Err(out_of_range("duration", self.duration, "must be positive and finite"));
@@ -46,8 +46,9 @@ impl Problem {
         let weights = self.objective.weights();
         weights.check(&self.actuation).map_err(|(inputs, error)| ProblemError::Weight { inputs, error })?;
         self.check_constraints()?;
-        if self.objective.is_time() {
-            self.check_minimum_time()?;
+        self.check_prices()?;
+        if self.objective.switches() {
+            self.check_switching()?;
         }
         self.ends().into_iter().try_for_each(|(end, state, _)| self.check_state(end, state))
     }
@@ -101,26 +102,73 @@ impl Problem {
         Ok(())
     }
 
-    /// What the search for the shortest maneuver takes: a free body, torques along body axes that reach every
-    /// direction, and one kind of limit.
-    fn check_minimum_time(&self) -> Result<(), ProblemError> {
+    /// Prices of fuel, and thrusters where something else than fuel or time is minimised.
+    fn check_prices(&self) -> Result<(), ProblemError> {
+        if let Some(price) = self.objective.given_time_price().filter(|price| !(*price > 0.0 && price.is_finite())) {
+            return Err(out_of_range("price of time", price, "must be positive and finite"));
+        }
+        if self.objective.seeks_duration() && !self.objective.switches() {
+            self.check_free_duration()?;
+        }
+        if let Some(fuel) = self.objective.fuel() {
+            let count = self.actuation.torque.count();
+            if fuel.prices.as_ref().is_some_and(|prices| prices.len() != count) {
+                return Err(out_of_range("number of torque inputs", count as f64, "must be that of the prices of fuel"));
+            }
+            let prices = fuel.prices.iter().flatten();
+            if let Some(price) = prices.copied().find(|price| !(*price > 0.0 && price.is_finite())) {
+                return Err(out_of_range("price", price, "must be positive and finite"));
+            }
+        }
+        let sets = [Some(&self.actuation.torque), self.actuation.force.as_ref()];
+        if !self.objective.switches() && sets.into_iter().flatten().any(|set| set.limits().one_sided) {
+            let reason = "thrusters push to one side only: they are planned for minimum time and fuel";
+            return Err(ProblemError::Unsuited { what: "thruster", reason });
+        }
+        Ok(())
+    }
+
+    /// What the search for the duration of least effort and time takes: what depends on the step by its length alone.
+    fn check_free_duration(&self) -> Result<(), ProblemError> {
+        let limits = self.actuation.torque.limits();
+        let turning = self.environment.frame_rate().amax() != 0.0;
+        let obstacles = [
+            (self.motion != Motion::Attitude, "position_m", "the duration is sought for the attitude alone"),
+            (turning, "environment", "the duration is not sought in a frame that turns"),
+            (self.actuation.wheels.is_some(), "wheel", "the duration is not sought with reaction wheels"),
+            (!self.constraints.is_empty(), "constraint", "the duration is not sought under constraints"),
+            (
+                limits.rate.is_some() || (limits.size.is_some() && limits.norm.is_some()),
+                "torque_rate_limit_n_m_per_s",
+                "the duration is sought under limits of each input or of the norm of the torque alone",
+            ),
+            (self.scheme != Scheme::LieVerlet, "scheme", "the duration is sought by Lie–Verlet"),
+        ];
+        let met = obstacles.into_iter().find(|(met, ..)| *met);
+        met.map_or(Ok(()), |(_, what, reason)| Err(ProblemError::Unsuited { what, reason }))
+    }
+
+    /// What the search for maneuvers of minimum time and fuel takes: a free body, torques along body axes that reach
+    /// every direction, and one kind of limit.
+    fn check_switching(&self) -> Result<(), ProblemError> {
         let (torque, limits) = (&self.actuation.torque, self.actuation.torque.limits());
         let unlimited = |size: &Vec<f64>| size.iter().any(|size| !size.is_finite());
         let free = self.environment.is_free() && self.environment.frame_rate().amax() == 0.0;
+        let fuel = self.objective.fuel().is_some();
         let obstacles = [
-            (self.motion != Motion::Attitude, "position_m", "minimum time is planned for the attitude alone"),
-            (!free, "environment", "minimum time is planned for a body that nothing acts on but its torques"),
-            (self.actuation.wheels.is_some(), "wheel", "minimum time is not planned with reaction wheels"),
-            (!self.constraints.is_empty(), "constraint", "minimum time is not planned under constraints"),
+            (self.motion != Motion::Attitude, "position_m", "minimum time and fuel are planned for the attitude alone"),
+            (!free, "environment", "minimum time and fuel are planned for a body that nothing acts on but its torques"),
+            (self.actuation.wheels.is_some(), "wheel", "minimum time and fuel are not planned with reaction wheels"),
+            (!self.constraints.is_empty(), "constraint", "minimum time and fuel are not planned under constraints"),
             (
                 torque.frame() != AxisFrame::Body,
                 "torque_axes_reference",
-                "minimum time is planned for torques along body axes",
+                "minimum time and fuel are planned for torques along body axes",
             ),
             (
                 limits.rate.is_some(),
                 "torque_rate_limit_n_m_per_s",
-                "inputs of minimum time jump from one limit to the other: how fast they change cannot be limited",
+                "inputs of minimum time and fuel jump between their limits: how fast they change cannot be limited",
             ),
             (
                 limits.size.is_some() && limits.norm.is_some(),
@@ -130,17 +178,22 @@ impl Problem {
             (
                 limits.size.as_ref().map_or(limits.norm.is_none(), unlimited),
                 "torque_limit_n_m",
-                "minimum time needs a limit of every torque: without one there is no shortest duration",
+                "minimum time and fuel need a limit of every torque: without one the best plan is an impulse",
             ),
             (
-                torque.rank().0 < 3,
-                "torque_axes_body",
-                "minimum time is planned for torques that reach every direction",
+                fuel && limits.norm.is_some(),
+                "torque_norm_limit_n_m",
+                "fuel is counted input by input: it takes limits of each, not of the norm of the torque",
             ),
-            (self.scheme != Scheme::LieVerlet, "scheme", "minimum time is planned by Lie–Verlet"),
+            (
+                !torque.reaches_every_direction(),
+                "torque_axes_body",
+                "minimum time and fuel are planned for torques that reach every direction",
+            ),
+            (self.scheme != Scheme::LieVerlet, "scheme", "minimum time and fuel are planned by Lie–Verlet"),
         ];
         let met = obstacles.into_iter().find(|(met, ..)| *met);
-        met.map_or(Ok(()), |(_, what, reason)| Err(ProblemError::MinimumTime { what, reason }))
+        met.map_or(Ok(()), |(_, what, reason)| Err(ProblemError::Unsuited { what, reason }))
     }
 
     fn check_constraints(&self) -> Result<(), ProblemError> {

@@ -179,7 +179,7 @@ fn limits_without_a_law_are_named() {
     let coupled = DMatrix::from_row_slice(2, 2, &[1.0, 0.1, 0.1, 1.0]);
     let of_size = Limits { size: Some(vec![1.0; 2]), ..Limits::default() };
     assert!(with(Limits { rate, ..Limits::default() }).unwrap().contains("how fast"));
-    assert!(with(Limits { size, norm: Some(1.0), rate: None }).unwrap().contains("both"));
+    assert!(with(Limits { size, norm: Some(1.0), ..Limits::default() }).unwrap().contains("both"));
     assert!(obstacle(two, of_size, &coupled).unwrap().contains("not diagonal"));
     assert_eq!(with(Limits { norm: Some(1.0), ..Limits::default() }), None);
     assert_eq!(with(Limits::default()), None);

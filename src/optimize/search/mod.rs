@@ -5,11 +5,12 @@ mod constrained;
 mod context;
 mod continuation;
 mod detour;
+mod duration;
 mod effort;
 mod free;
 mod guess;
 mod ladder;
-mod minimum_time;
+mod switching;
 pub(crate) mod paths;
 mod record;
 mod saturated;
@@ -45,9 +46,9 @@ pub enum PlanError {
         /// What it cannot take.
         reason: &'static str,
     },
-    /// What cannot be asked of a maneuver of minimum time.
-    #[error("a maneuver of minimum time: {reason}")]
-    MinimumTime {
+    /// What cannot be asked of a maneuver with this objective.
+    #[error("a maneuver that minimises this: {reason}")]
+    Unsuited {
         /// What it cannot take.
         reason: &'static str,
     },
@@ -95,23 +96,23 @@ fn check_for_scp(problem: &Problem) -> Result<(), PlanError> {
     if steps <= MAX_CONVEX_STEPS { Ok(()) } else { Err(PlanError::TooManySteps { steps }) }
 }
 
-/// Whether settings and guess are such that time can be minimised.
+/// Whether settings and guess are such that a duration can be sought, or inputs switch.
 fn check_for_switching(settings: &Settings, guess: Option<&Guess>) -> Result<(), PlanError> {
     if settings.method == Method::Scp {
         let reason = "it is planned by shooting: use method = \"shooting\" or \"auto\"";
-        return Err(PlanError::MinimumTime { reason });
+        return Err(PlanError::Unsuited { reason });
     }
     if guess.is_some() {
-        return Err(PlanError::MinimumTime { reason: "it takes no guess: leave it out" });
+        return Err(PlanError::Unsuited { reason: "it takes no guess: leave it out" });
     }
     Ok(())
 }
 
 /// Whether the effort is what is minimised.
 fn check_for_effort(problem: &Problem) -> Result<(), PlanError> {
-    if problem.objective.is_time() {
-        return Err(PlanError::MinimumTime {
-            reason: "only a maneuver of given duration has costates of effort",
+    if problem.objective.switches() || problem.duration.is_nan() {
+        return Err(PlanError::Unsuited {
+            reason: "only a maneuver of least effort in a given duration has costates to polish",
         });
     }
     Ok(())
@@ -168,9 +169,16 @@ pub fn solve(
     observer: &mut dyn Observer,
 ) -> Result<Solution, PlanError> {
     check(problem, settings)?;
-    if problem.objective.is_time() {
+    if problem.objective.switches() {
         check_for_switching(settings, guess)?;
-        return Ok(minimum_time::solve(problem, &Context::new(settings, observer)));
+        return Ok(switching::solve(problem, &Context::new(settings, observer)));
+    }
+    if problem.duration.is_nan() {
+        check_for_switching(settings, guess)?;
+        let mut given = |problem: &Problem, settings: &Settings, observer: &mut dyn Observer| {
+            solve(problem, settings, None, observer)
+        };
+        return duration::solve(problem, settings, observer, &mut given);
     }
     if let Some(guess) = guess {
         // A path alone is a guess too.

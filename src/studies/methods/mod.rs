@@ -132,8 +132,8 @@ pub fn compare(
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> Result<Comparison, PlanError> {
-    if problem.objective.is_time() {
-        return Err(PlanError::MinimumTime { reason: "methods are compared on maneuvers of given duration" });
+    if problem.objective.switches() || problem.objective.seeks_duration() {
+        return Err(PlanError::Unsuited { reason: "methods are compared on maneuvers of least effort" });
     }
     let shooting_settings = Settings { method: Method::Shooting, ..settings.clone() };
     let mut shooting = match plan::plan(problem, &shooting_settings, None, observer) {

@@ -67,7 +67,7 @@ fn with_wheels(problem: Problem) -> Problem {
     let axes = [(0.8, 0.0), (0.0, 0.8), (-0.8, 0.0), (0.0, -0.8)].map(|(x, y)| Vector3::new(x, y, 0.6));
     let torque = ActuatorSet::new(axes.to_vec(), AxisFrame::Body).unwrap();
     let size = Some(vec![0.1, 0.2, 0.3, 0.4]);
-    let torque = torque.with_limits(Limits { size, norm: None, rate: None }).unwrap();
+    let torque = torque.with_limits(Limits { size, ..Limits::default() }).unwrap();
     let momentum_limit = vec![1.0, 2.0, f64::INFINITY, 4.0];
     let wheels = Wheels { momentum: vec![0.1, 0.0, -0.5, 4.0], momentum_limit };
     problem.with_actuation(Actuation { torque, force: None, wheels: Some(wheels) })
@@ -590,7 +590,7 @@ fn maneuvers_under_other_limits_never_look_the_same() {
         ..one.clone()
     };
     let mut other = without_wheels.clone();
-    limited(Limits { size, norm, rate })(&mut other);
+    limited(Limits { size, norm, rate, ..Limits::default() })(&mut other);
     assert_eq!(differences(&without_wheels, &other), all.map(|key| format!("actuators.{key}")));
     let wheels = |change: fn(&mut Wheels)| {
         move |problem: &mut Problem| change(problem.actuation.wheels.as_mut().unwrap())

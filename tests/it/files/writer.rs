@@ -60,8 +60,28 @@ fn random_maneuvers_of_minimum_time_come_back_bit_for_bit() {
         let text = lines.join("\n").replace("[maneuver]", "[maneuver]\nminimize = \"time\"");
         // Most have something that minimum time does not take.
         if let Ok(loaded) = spec::from_str(&text, "random.toml", Format::Toml, &[]) {
-            assert!(loaded.problem.objective.is_time() && loaded.problem.duration.is_nan());
+            assert!(loaded.problem.objective.seeks_duration() && loaded.problem.duration.is_nan());
             comes_back(&loaded, &format!("minimum time {index}"));
+            count += 1;
+        }
+    }
+    assert!(count > 30, "{count}");
+}
+
+#[test]
+fn random_maneuvers_of_least_fuel_come_back_bit_for_bit() {
+    let mut count = 0;
+    for index in 0..1040 {
+        let text = random_spec(index).text;
+        let given = |line: &&str| {
+            !["minimize", "method", "scheme", "effort_weight"].iter().any(|key| line.starts_with(key))
+        };
+        let lines: Vec<&str> = text.lines().filter(given).collect();
+        let text = lines.join("\n").replace("[maneuver]", "[maneuver]\nminimize = \"fuel\"");
+        let text = text.replace("[actuators]", "[actuators]\nfuel_price = 0.7");
+        if let Ok(loaded) = spec::from_str(&text, "random.toml", Format::Toml, &[]) {
+            assert!(loaded.problem.objective.fuel().is_some());
+            comes_back(&loaded, &format!("fuel {index}"));
             count += 1;
         }
     }

@@ -75,7 +75,7 @@ fn dumbbell(units: Units) -> Problem {
     let parameter = 0.5 * units.mass * length * speed * speed;
     let points = [0.1, -0.1].map(|x| PointMass { parameter, position: Vector3::new(x * length, 0.0, 0.0) });
     Problem::rigid_body(body, start, end, 1.8 * units.time)
-        .with_objective(Weights { torque: weight(torque), force: weight(force) })
+        .with_objective(Weights { torque: weight(torque), force: weight(force), time_price: None })
         .with_environment(CentralGravity::new(points.to_vec()).unwrap())
         .with_path(Path::Shortest)
 }

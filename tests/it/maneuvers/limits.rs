@@ -210,7 +210,7 @@ fn every_frame_scheme_and_kind_of_limit_plans_and_verifies() {
                 let actuation = Actuation { torque, force: Some(force), wheels: None };
                 let free = Problem::rigid_body(body.clone(), start, end, 2.0)
                     .with_actuation(actuation)
-                    .with_objective(Weights { torque: Some(weight.clone()), force: Some(weight.clone()) })
+                    .with_objective(Weights { torque: Some(weight.clone()), force: Some(weight.clone()), time_price: None })
                     .with_environment(field.clone())
                     .with_steps(40)
                     .with_scheme(scheme)
@@ -368,7 +368,7 @@ fn what_the_shooting_cannot_take_is_refused_with_the_way_out() {
         let torque = channel.clone().with_limits(limits).unwrap();
         free.clone().with_actuation(Actuation::torques(torque))
     };
-    let both = Limits { size: Some(vec![3.0; 3]), norm: Some(3.0), rate: None };
+    let both = Limits { size: Some(vec![3.0; 3]), norm: Some(3.0), ..Limits::default() };
     let rate = Limits { rate: Some(vec![3.0; 3]), ..Limits::default() };
     let mut wheels = free.clone();
     wheels.actuation.wheels = Some(Wheels { momentum: vec![0.0; 3], momentum_limit: vec![9.0; 3] });

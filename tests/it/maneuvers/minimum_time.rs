@@ -7,23 +7,23 @@ use slewkit::plan::{Plan, PlanError, Silent, Status, plan};
 use slewkit::verify::verify;
 use slewkit::{Matrix3, Vector3, lie};
 
-fn torques(axes: &[[f64; 3]], limits: &[f64]) -> Actuation {
+pub fn torques(axes: &[[f64; 3]], limits: &[f64]) -> Actuation {
     let axes = axes.iter().map(|axis| Vector3::from(*axis)).collect();
     let limits = Limits { size: Some(limits.to_vec()), ..Limits::default() };
     Actuation::torques(ActuatorSet::new(axes, AxisFrame::Body).unwrap().with_limits(limits).unwrap())
 }
 
-const CUBE: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+pub const CUBE: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-fn body(moments: [f64; 3]) -> Body {
+pub fn body(moments: [f64; 3]) -> Body {
     Body { inertia: Inertia::diagonal(moments.into()).unwrap(), mass: None }
 }
 
-fn at(turn: [f64; 3], rate: [f64; 3]) -> State {
+pub fn at(turn: [f64; 3], rate: [f64; 3]) -> State {
     State::attitude(lie::exp(&turn.into()), rate.into())
 }
 
-fn solved(problem: &Problem) -> Plan {
+pub fn solved(problem: &Problem) -> Plan {
     let found = plan(problem, &Settings::default(), None, &mut Silent).unwrap();
     let failed = found.verification.iter().flat_map(|found| &found.checks).filter(|check| !check.passed);
     assert_eq!(
@@ -41,7 +41,7 @@ fn duration(problem: &Problem) -> f64 {
 }
 
 /// A maneuver of an asymmetric body between moving states.
-fn moving() -> Problem {
+pub fn moving() -> Problem {
     let (start, end) = (at([0.2, 0.1, -0.3], [0.03, -0.02, 0.04]), at([0.9, -0.4, 0.6], [-0.02, 0.05, 0.01]));
     Problem::minimum_time(body([1.0, 2.0, 3.0]), start, end).with_actuation(torques(&CUBE, &[1.0, 1.2, 0.8]))
 }
@@ -172,11 +172,11 @@ fn what_cannot_be_planned_in_minimum_time_is_refused() {
     let settings = Settings::default();
     let unlimited =
         problem.clone().with_actuation(Actuation::torques(ActuatorSet::three_axes(AxisFrame::Body)));
-    assert!(refused(&unlimited, &settings).contains("needs a limit"));
+    assert!(refused(&unlimited, &settings).contains("need a limit"));
     let two = problem.clone().with_actuation(torques(&CUBE[..2], &[1.0; 2]));
     assert!(refused(&two, &settings).contains("every direction"));
     let scp = Settings { method: Method::Scp, ..Settings::default() };
-    assert!(matches!(plan(&problem, &scp, None, &mut Silent), Err(PlanError::MinimumTime { .. })));
+    assert!(matches!(plan(&problem, &scp, None, &mut Silent), Err(PlanError::Unsuited { .. })));
 }
 
 /// The best durations that were published, in three digits: `examples/minimum_time/ORIGIN.md`; all 1500 by

@@ -6,6 +6,7 @@ mod costs;
 mod dense;
 mod invariance;
 mod limits;
+mod minimum_fuel;
 mod minimum_time;
 mod order;
 mod support;

@@ -104,21 +104,18 @@ fn unmet(expect: &Expect, plan: &Plan) -> Vec<String> {
         claim(found == Some(count), format!("conjugate points {found:?}, not {count}"));
     }
     let switching = solution.switching.as_ref();
-    if let Some(duration) = expect.continuous_duration {
-        let found = switching.map_or(f64::NAN, |switching| switching.continuous_duration_s);
-        let met = (found - duration.value).abs() <= duration.tolerance;
-        claim(
-            met,
-            format!("continuous duration {found} s, not {} ± {:e}", duration.value, duration.tolerance),
-        );
+    if let Some(cost) = expect.continuous_cost {
+        let found = switching.map_or(f64::NAN, |switching| switching.continuous_cost);
+        let met = (found - cost.value).abs() <= cost.tolerance;
+        claim(met, format!("continuous cost {found}, not {} ± {:e}", cost.value, cost.tolerance));
     }
     if let Some(count) = expect.switches {
         let found = switching.map(|switching| switching.switches);
         claim(found == Some(count), format!("{found:?} switches, not {count}"));
     }
     if let Some(limit) = expect.gap_at_most {
-        let found = switching.map_or(f64::NAN, |switching| switching.gap_s);
-        claim(found <= limit, format!("gap {found:.2e} s, above {limit:e}"));
+        let found = switching.map_or(f64::NAN, |switching| switching.gap);
+        claim(found <= limit, format!("gap {found:.2e}, above {limit:e}"));
     }
     if let Some(sense) = expect.sense {
         claim(solution.sense == sense, format!("sense {:?}, not {sense:?}", solution.sense));
@@ -222,7 +219,7 @@ fn every_shipped_problem_says_what_it_is_for_and_where_its_cost_comes_from() {
             assert!(expect.because.is_some(), "{name}: no reason");
             continue;
         }
-        let cost = expect.cost.or(expect.continuous_duration);
+        let cost = expect.cost.or(expect.continuous_cost);
         let cost = cost.unwrap_or_else(|| panic!("{name}: no cost"));
         let relative = cost.tolerance / cost.value;
         assert!(cost.value > 0.0 && relative <= 2.5e-4, "{name}: cost known to {relative:.1e} only");

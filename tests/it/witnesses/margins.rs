@@ -196,6 +196,7 @@ fn input_margins_are_those_of_the_rows() {
             size: Some(vec![3.0, 1.9, 2.0, 2.5]),
             norm: Some(2.6),
             rate: Some(vec![1.5, 2.0, 1.2, 9.0]),
+            one_sided: false,
         };
         let channel = ActuatorSet::new(axes, AxisFrame::Body).unwrap();
         let channel = channel.with_limits(limits.clone()).unwrap();
@@ -238,7 +239,7 @@ fn force_margins_are_those_of_the_forces() {
     start.position = Vector3::x();
     let body = Body { inertia: Inertia::new(full_inertia()).unwrap(), mass: Some(2.0) };
     let mut problem = Problem::rigid_body(body, start, start, 2.0).with_steps(20);
-    let limits = Limits { size: Some(vec![3.0; 3]), norm: Some(4.0), rate: Some(vec![9.0; 3]) };
+    let limits = Limits { size: Some(vec![3.0; 3]), norm: Some(4.0), rate: Some(vec![9.0; 3]), ..Limits::default() };
     problem.actuation.force = Some(problem.actuation.force.unwrap().with_limits(limits).unwrap());
     problem.actuation.torque =
         problem.actuation.torque.with_limits(Limits { norm: Some(7.0), ..Limits::default() }).unwrap();

@@ -62,7 +62,7 @@ pub(super) fn wheels(section: &Section, motion: Motion) -> Option<(Actuation, We
     ));
     let axes = wheels.iter().map(|wheel| wheel.axis).collect();
     let channel = ActuatorSet::new(axes, AxisFrame::Body);
-    let channel = channel.and_then(|channel| channel.with_limits(Limits { size, norm: None, rate: None }));
+    let channel = channel.and_then(|channel| channel.with_limits(Limits { size, ..Limits::default() }));
     let checked = channel.map_err(|error| error.to_string()).and_then(|channel| {
         Weighted::new(&channel, Some(&weight)).map_err(|error| error.to_string())?;
         Ok(channel)

@@ -1,10 +1,12 @@
 //! Extremals whose inputs are at their limits: Newton on costates, duration and switching times.
 //!
 //! Unknown are `M`, `e_0`, `T` and the times `t_j` at which one input each changes from one limit to the other; the
-//! equations are the six terminal conditions, `H(0) = 0`, and `s_j(t_j) = 0` of the input that switches. Arcs are
-//! integrated one from the other's stored node, as in the smoothed problem, so that a long maneuver amplifies nothing.
+//! equations are the six terminal conditions, `H(0) = 0` or the given `T`, and `s_j(t_j) = 0` of the input that switches.
+//! Arcs are integrated one from the other's stored node, as in the smoothed problem, so that a long maneuver amplifies
+//! nothing. Where fewer inputs switch than there are terminal conditions, the costates are not unique: the Newton step
+//! is then the shortest one.
 
-use super::extremal::Extremal;
+use super::extremal::{Extremal, Response};
 use super::flow::{COOPER_VERNER, Course, Lanes, Node, advance};
 use super::smooth::Path;
 use crate::{Vector3, lie};
@@ -27,6 +29,16 @@ const TIME_STEP: f64 = 0.1;
 const SWITCH_STEP: f64 = 0.15;
 
 const MOST_ITERATIONS: usize = 16;
+
+/// An input below this part of its limit is off, and a pulse shorter than this part of the duration is none.
+const IDLE: f64 = 0.02;
+const SHORTEST_PULSE: f64 = 1e-4;
+
+/// Fewest switches that determine all costates.
+const DETERMINED: usize = 5;
+
+/// Singular values below this part of the largest belong to costates that are not determined.
+const UNDETERMINED: f64 = 1e-9;
 
 /// One input goes to its other limit.
 #[derive(Clone, Copy, Debug)]
@@ -57,10 +69,69 @@ struct Equations {
 }
 
 impl Arcs {
+    /// What the maneuver costs.
+    pub fn cost(&self, extremal: &Extremal) -> f64 {
+        let arc = |(_, start, end, signs): &(Node, f64, f64, Vec<f64>)| {
+            (end - start) * (extremal.time_price + extremal.bang(signs).running)
+        };
+        self.arcs().iter().map(arc).sum()
+    }
+
+    /// The pulses of the inputs along a smoothed path, for inputs that are mostly off: each has the area and the
+    /// centroid of what the smoothed law spends, so that one whose switching function only grazes zero is not lost.
+    pub fn of_pulses(extremal: &Extremal, path: &Path, epsilon: f64) -> Self {
+        let n = path.intervals();
+        let interval = path.duration / n as f64;
+        let levels: Vec<Vec<f64>> = path.nodes.iter().map(|node| extremal.inputs(&node.e, epsilon)).collect();
+        let at = |time: f64| {
+            let part = (time / interval).clamp(0.0, n as f64);
+            let index = (part as usize).min(n - 1);
+            between(&path.nodes[index], &path.nodes[index + 1], part - index as f64)
+        };
+        let mut signs = vec![-1.0; extremal.axes().len()];
+        let mut switches = Vec::new();
+        for (input, sign) in signs.iter_mut().enumerate() {
+            let on = |node: usize| 0.5 + 0.5 * levels[node][input];
+            let mut node = 0;
+            while node <= n {
+                let first = node;
+                let (mut area, mut moment) = (0.0, 0.0);
+                while node <= n && on(node) > IDLE {
+                    let part = on(node) * interval * if node == 0 || node == n { 0.5 } else { 1.0 };
+                    area += part;
+                    moment += part * node as f64 * interval;
+                    node += 1;
+                }
+                if area > SHORTEST_PULSE * path.duration {
+                    let middle = moment / area;
+                    let (mut from, mut to) = (middle - 0.5 * area, middle + 0.5 * area);
+                    if first == 0 && on(0) > 0.5 {
+                        (from, to) = (0.0, area);
+                    } else if node > n && on(n) > 0.5 {
+                        (from, to) = (path.duration - area, path.duration);
+                    }
+                    if from > 0.0 {
+                        switches.push(Switch { input, time: from, node: at(from) });
+                    } else {
+                        *sign = 1.0;
+                    }
+                    if to < path.duration {
+                        switches.push(Switch { input, time: to, node: at(to) });
+                    }
+                }
+                node += 1;
+            }
+        }
+        switches.sort_by(|a, b| a.time.total_cmp(&b.time));
+        Self { m: path.m, duration: path.duration, first: path.nodes[0], signs, switches }
+    }
+
     /// The signs and crossings of the switching functions along a smoothed path.
     pub fn of_path(extremal: &Extremal, path: &Path) -> Self {
-        let switching =
-            |node: &Node| -> Vec<f64> { extremal.axes().iter().map(|axis| axis.dot(&node.e)).collect() };
+        let inputs = extremal.axes().len();
+        let switching = |node: &Node| -> Vec<f64> {
+            (0..inputs).map(|input| extremal.switching(input, &node.e)).collect()
+        };
         let values: Vec<Vec<f64>> = path.nodes.iter().map(switching).collect();
         let interval = path.duration / path.intervals() as f64;
         let mut switches = Vec::new();
@@ -103,17 +174,21 @@ impl Arcs {
         let mut gaps = 0.0;
         let arcs = self.arcs();
         for (index, (from, start, end, signs)) in arcs.iter().enumerate() {
-            let torque = extremal.bang(signs);
+            let bang = extremal.bang(signs);
+            let torque = bang.torque;
             let reached =
-                over_arc(extremal, &self.m, from, &torque, end - start, longest * self.duration, &mut lanes);
+                over_arc(extremal, &self.m, from, &bang, end - start, longest * self.duration, &mut lanes);
             let rate = extremal.rate(&self.m, &reached, &torque);
             lanes.add(if index < count { 6 + index } else { time_lane }, &rate, 1.0);
             if index > 0 {
                 lanes.add(5 + index, &rate, -1.0);
             }
-            if index == 0 {
+            if let Some(given) = extremal.given_duration {
+                residual[6] = self.duration - given;
+                jacobian[(6, time_lane)] = 1.0;
+            } else if index == 0 {
                 let (w, pi) = (extremal.start_rate, from.pi);
-                residual[6] = extremal.hamiltonian(&self.m, from, from.e.dot(&torque));
+                residual[6] = extremal.hamiltonian(&self.m, from, from.e.dot(&torque) + bang.running);
                 let pi_dot = pi.cross(&w) + torque;
                 for axis in 0..3 {
                     jacobian[(6, axis)] = w[axis];
@@ -125,7 +200,7 @@ impl Arcs {
                 gaps += difference.iter().map(|part| part.norm_squared()).sum::<f64>();
                 lanes.add(gap, &difference, 1.0);
                 let axis = extremal.axes()[switch.input];
-                residual[7 + index] = axis.dot(&switch.node.e);
+                residual[7 + index] = extremal.switching(switch.input, &switch.node.e);
                 for lane in 0..=unknowns {
                     jacobian[(7 + index, lane)] = axis.dot(&lanes.block(2, lane));
                 }
@@ -156,7 +231,7 @@ impl Arcs {
         let mut longest = COARSE;
         for _ in 0..MOST_ITERATIONS {
             let count = self.switches.len();
-            if !(5..=MOST_SWITCHES).contains(&count) {
+            if !(extremal.fewest_switches()..=MOST_SWITCHES).contains(&count) {
                 return None;
             }
             let found = match count + 8 {
@@ -174,7 +249,7 @@ impl Arcs {
             if found.merit > 1e3 {
                 return None;
             }
-            let step = found.jacobian.lu().solve(&-&found.residual)?;
+            let step = newton_step(found.jacobian, &found.residual, count)?;
             self.take(&step, &found.updates)?;
         }
         None
@@ -244,6 +319,20 @@ impl Arcs {
     }
 }
 
+/// The Newton step of equations with so many switches; the shortest one where costates are not determined.
+pub(super) fn newton_step(
+    jacobian: DMatrix<f64>,
+    residual: &DVector<f64>,
+    switches: usize,
+) -> Option<DVector<f64>> {
+    if switches >= DETERMINED {
+        return jacobian.lu().solve(&-residual);
+    }
+    let svd = jacobian.svd(true, true);
+    let least = UNDETERMINED * svd.singular_values.max();
+    svd.solve(&-residual, least).ok()
+}
+
 /// A node on the way from one to another.
 pub(super) fn between(a: &Node, b: &Node, part: f64) -> Node {
     a.plus(&b.minus(a), part)
@@ -254,16 +343,15 @@ fn over_arc<const L: usize>(
     extremal: &Extremal,
     m: &Vector3,
     from: &Node,
-    torque: &Vector3,
+    held: &Response,
     length: f64,
     longest: f64,
     lanes: &mut Lanes<L>,
 ) -> Node {
     let steps = (length.abs() / longest).ceil().clamp(1.0, 1e3) as usize;
-    let held = extremal.held(torque);
     (0..steps).fold(*from, |node, _| {
         advance(&Course { extremal, m }, &COOPER_VERNER, &node, length / steps as f64, lanes, None, |_, _| {
-            held
+            *held
         })
     })
 }

@@ -9,8 +9,11 @@ use super::flow::Node;
 use super::smooth::{INTERVALS, Path, Smooth, Smoothed, descend};
 use crate::{Matrix3, Vector3, lie};
 
-/// Parts of the limits that the largest input of a first path has.
+/// Parts of the limits that the largest input of a first path has where the duration is sought.
 const LEVELS: [f64; 3] = [0.7, 0.4, 0.9];
+
+/// ε of a first path where the duration is given: so large that fuel hardly counts.
+const EASY: [f64; 3] = [4.0, 12.0, 1.5];
 
 /// ε at which branches are told apart.
 pub(super) const BRANCHING: f64 = 0.3;
@@ -35,13 +38,14 @@ fn largest(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3) -> f64 {
 }
 
 /// The costate over ε at which the smoothed law gives a torque, as nearly as it can.
-fn costate(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3) -> Vector3 {
+fn costate(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3, epsilon: f64) -> Vector3 {
     let switching = |v: f64| -v / (1.0 - v * v).max(1e-3).sqrt();
     match &extremal.law {
         Law::Inputs(axes) => {
             let wanted = inverse * (torque - extremal.middle);
-            inverse
-                * axes.iter().fold(Vector3::zeros(), |sum, axis| sum + switching(axis.dot(&wanted)) * axis)
+            let pairs = axes.iter().zip(&extremal.costs);
+            let part = |(axis, cost): (&Vector3, &f64)| (switching(axis.dot(&wanted)) - cost / epsilon) * axis;
+            inverse * pairs.map(part).sum::<Vector3>()
         }
         Law::Norm(limit) => {
             let u = (torque - extremal.middle) / *limit;
@@ -50,18 +54,13 @@ fn costate(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3) -> Vector3 
     }
 }
 
-/// A path for the rotation vector `phi` whose largest input is `level`.
-fn guess(extremal: &Extremal, phi: &Vector3, level: f64) -> Option<Smoothed> {
-    let authority = match &extremal.law {
-        Law::Inputs(axes) => axes.iter().map(|axis| axis * axis.transpose()).sum::<Matrix3>(),
-        Law::Norm(_) => Matrix3::identity(),
-    };
-    let inverse = authority.try_inverse()?;
+/// How long a cubic path takes whose largest input is the part `level` of its limit.
+fn duration_at(extremal: &Extremal, inverse: &Matrix3, phi: &Vector3, level: f64) -> Option<f64> {
     let (start, end) = (extremal.start_rate, extremal.end_rate);
     let loads = |duration: f64| {
         let (a, b) = cubic(phi, &start, &end, duration);
         [0.0, 0.5, 1.0]
-            .map(|t| largest(extremal, &inverse, &(extremal.j * (a + t * b))))
+            .map(|t| largest(extremal, inverse, &(extremal.j * (a + t * b))))
             .into_iter()
             .fold(0.0, f64::max)
     };
@@ -76,25 +75,41 @@ fn guess(extremal: &Extremal, phi: &Vector3, level: f64) -> Option<Smoothed> {
         let middle = 0.5 * (low + high);
         if loads(middle) > level { low = middle } else { high = middle }
     }
-    let duration = high;
+    Some(high)
+}
+
+/// A path for the rotation vector `phi`, of the given duration or by one of the levels.
+fn guess(extremal: &Extremal, phi: &Vector3, try_index: usize) -> Option<Smoothed> {
+    let authority = match &extremal.law {
+        Law::Inputs(axes) => axes.iter().map(|axis| axis * axis.transpose()).sum::<Matrix3>(),
+        Law::Norm(_) => Matrix3::identity(),
+    };
+    let inverse = authority.try_inverse()?;
+    let (start, end) = (extremal.start_rate, extremal.end_rate);
+    let (duration, mut epsilon) = match extremal.given_duration {
+        Some(duration) => (duration, EASY[try_index]),
+        None => (duration_at(extremal, &inverse, phi, LEVELS[try_index])?, 1.0),
+    };
     let (a, b) = cubic(phi, &start, &end, duration);
     let node = |k: usize| {
         let t = k as f64 / INTERVALS as f64;
         let s = t * duration;
         let angle = s * start + s * s * (0.5 * a + t / 6.0 * b);
         let rate = start + s * (a + 0.5 * t * b);
-        let e = costate(extremal, &inverse, &(extremal.j * (a + t * b)));
+        let e = costate(extremal, &inverse, &(extremal.j * (a + t * b)), epsilon);
         Node { r: lie::exp(&angle), pi: extremal.j * rate, e }
     };
     let mut nodes: Vec<Node> = (0..=INTERVALS).map(node).collect();
     nodes[0].pi = extremal.j * start;
     let e_rate = (nodes[INTERVALS].e - nodes[0].e) / duration;
     let m = -(extremal.j * e_rate);
-    // H(0) = 1 + ε (…) = 0 gives ε.
-    let (first, w) = (nodes[0], start);
-    let minimum = extremal.smooth(&first.e, 1.0, &Vector3::zeros()).minimum;
-    let slope = m.dot(&w) + first.e.dot(&first.pi.cross(&w)) + minimum;
-    let epsilon = if slope < -0.1 { -1.0 / slope } else { 2.0 };
+    if extremal.given_duration.is_none() {
+        // H(0) = p + ε (…) = 0 gives ε.
+        let (first, w) = (nodes[0], start);
+        let minimum = extremal.smooth(&first.e, 1.0, &Vector3::zeros()).minimum;
+        let slope = m.dot(&w) + first.e.dot(&first.pi.cross(&w)) + minimum;
+        epsilon = if slope < -0.1 { -extremal.time_price / slope } else { 2.0 };
+    }
     for node in &mut nodes {
         node.e *= epsilon;
     }
@@ -119,13 +134,13 @@ fn between(extremal: &Extremal, s: f64, rates: f64) -> Option<Extremal> {
 fn through_bodies(
     extremal: &Extremal,
     phi: &Vector3,
-    level: f64,
+    try_index: usize,
     rates: bool,
     sweeps: &mut usize,
 ) -> Option<Smoothed> {
     let body = |s: f64| between(extremal, s, if rates { s } else { 1.0 });
     let sphere = body(0.0)?;
-    let mut at = relaxed(&sphere, &guess(&sphere, phi, level)?, sweeps)?;
+    let mut at = relaxed(&sphere, &guess(&sphere, phi, try_index)?, sweeps)?;
     let (mut s, mut step) = (0.0_f64, 0.34_f64);
     while s < 1.0 {
         let next = (s + step).min(1.0);
@@ -153,13 +168,13 @@ fn through_bodies(
 /// A smoothed extremal for the rotation vector `phi`, at the ε where branches are told apart.
 pub(super) fn base(extremal: &Extremal, phi: &Vector3, sweeps: &mut usize) -> Option<Smoothed> {
     let isotropic = (extremal.j - Matrix3::identity() * (extremal.j.trace() / 3.0)).amax() < 1e-9;
-    for level in LEVELS {
-        let direct = |sweeps: &mut usize| relaxed(extremal, &guess(extremal, phi, level)?, sweeps);
+    for try_index in 0..LEVELS.len() {
+        let direct = |sweeps: &mut usize| relaxed(extremal, &guess(extremal, phi, try_index)?, sweeps);
         let found = if isotropic {
             direct(sweeps)
         } else {
-            through_bodies(extremal, phi, level, false, sweeps)
-                .or_else(|| through_bodies(extremal, phi, level, true, sweeps))
+            through_bodies(extremal, phi, try_index, false, sweeps)
+                .or_else(|| through_bodies(extremal, phi, try_index, true, sweeps))
                 .or_else(|| direct(sweeps))
         };
         if let Some(found) = found

@@ -27,7 +27,10 @@ const FAST: f64 = 0.3;
 /// ε at which branches are compared, for an angle of a radian and more.
 const COMPARED: f64 = 0.008;
 
-/// A base longer than the shortest by more than this is no rival.
+/// The same where fuel counts.
+const COMPARED_FUEL: f64 = 0.02;
+
+/// A base that costs more than the best by this is no rival.
 const RIVAL_BASE: f64 = 1.15;
 
 /// What branches are tried with: nothing, and where more than the quickest answer is wanted, biases.
@@ -79,7 +82,7 @@ fn ways(extremal: &Extremal, path: &Way) -> Vec<Vector3> {
     }
 }
 
-/// Distinct extremals at a small ε, the shortest first.
+/// Distinct extremals at a small ε, the best first.
 pub(super) fn branches(
     extremal: &Extremal,
     ask: &Ask,
@@ -89,17 +92,18 @@ pub(super) fn branches(
     let mut bases: Vec<Smoothed> = Vec::new();
     for phi in ways(extremal, &ask.path) {
         if let Some(found) = base(extremal, &phi, sweeps)
-            && !bases.iter().any(|known| same(known, &found))
+            && !bases.iter().any(|known| same(extremal, known, &found))
         {
             bases.push(found);
         }
     }
-    let shortest =
-        |found: &[Smoothed]| found.iter().map(|one| one.path.duration).fold(f64::INFINITY, f64::min);
-    let limit = RIVAL_BASE * shortest(&bases);
-    bases.retain(|one| one.path.duration <= limit);
+    let least =
+        |found: &[Smoothed]| found.iter().map(|one| one.cost(extremal)).fold(f64::INFINITY, f64::min);
+    let limit = RIVAL_BASE * least(&bases);
+    bases.retain(|one| one.cost(extremal) <= limit);
     let angle = lie::log(&extremal.end_attitude).norm();
-    let target = COMPARED * angle.clamp(0.03, 1.0);
+    // Switching functions of minimum time grow with the angle; those of fuel are of the size of its price.
+    let target = if extremal.counts_fuel() { COMPARED_FUEL } else { COMPARED * angle.clamp(0.03, 1.0) };
     let mut found: Vec<Smoothed> = Vec::new();
     for from in &bases {
         for bias in biases(ask.thoroughness) {
@@ -109,25 +113,27 @@ pub(super) fn branches(
             let Ok(reached) = descend(extremal, from, target.min(BRANCHING), &bias, sweeps) else { continue };
             let smooth =
                 Smooth { extremal, epsilon: reached.epsilon, bias: Bias::default(), accurate: false };
-            let Some(path) =
-                smooth.solve(reached.path, (0.1 * reached.epsilon).clamp(1e-4, 1e-2), 20, sweeps)
-            else {
+            // Fuel tells branches apart less sharply than time.
+            let tolerance =
+                if extremal.counts_fuel() { 1e-5 } else { (0.1 * reached.epsilon).clamp(1e-4, 1e-2) };
+            let Some(path) = smooth.solve(reached.path, tolerance, 20, sweeps) else {
                 continue;
             };
             let one = Smoothed { path, epsilon: reached.epsilon };
-            if !found.iter().any(|known| same(known, &one)) {
+            if !found.iter().any(|known| same(extremal, known, &one)) {
                 found.push(one);
             }
         }
     }
-    found.sort_by(|a, b| a.path.duration.total_cmp(&b.path.duration));
+    found.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
     found
 }
 
 /// Whether two paths are one extremal.
-fn same(a: &Smoothed, b: &Smoothed) -> bool {
+fn same(extremal: &Extremal, a: &Smoothed, b: &Smoothed) -> bool {
+    let (cost_a, cost_b) = (a.cost(extremal), b.cost(extremal));
     let costate = |one: &Smoothed| (one.path.m, one.path.nodes[0].e);
     let ((am, ae), (bm, be)) = (costate(a), costate(b));
-    (a.path.duration - b.path.duration).abs() < 1e-4 * a.path.duration
+    (cost_a - cost_b).abs() < 1e-4 * cost_a.abs()
         && (am - bm).norm() + (ae - be).norm() < 1e-2 * (am.norm() + ae.norm())
 }

@@ -1,7 +1,7 @@
 //! Whether arcs satisfy the maximum principle, and by how much they fail it.
 //!
-//! Every input must be `−sign(s_j)` all along. With the costate of the time equal to 1, the time still to be gained is to
-//! first order
+//! Every input must be `−sign(s_j)` all along. The cost still to be gained, a duration where only time counts, is to first
+//! order
 //!
 //! ```text
 //! gap = ∫ Σ_j (|s_j| + s_j v_j) dt
@@ -21,7 +21,7 @@ const ZERO: f64 = 1e-6;
 /// What is found along a maneuver of arcs.
 #[derive(Clone, Debug)]
 pub(crate) struct Certificate {
-    /// Time still to be gained, to first order.
+    /// Cost still to be gained, to first order.
     pub gap: f64,
     /// Where an input has the wrong sign.
     pub wrong: Vec<Wrong>,
@@ -46,8 +46,8 @@ impl Certificate {
         let all = arcs.arcs();
         let last = all.len() - 1;
         for (index, (from, start, stop, signs)) in all.iter().enumerate() {
-            let torque = extremal.bang(signs);
-            let held = extremal.held(&torque);
+            let held = extremal.bang(signs);
+            let torque = held.torque;
             let steps = ((stop - start) / (STEP * arcs.duration)).ceil().clamp(1.0, 1e3) as usize;
             let length = (stop - start) / steps as f64;
             let mut node = *from;
@@ -68,7 +68,7 @@ impl Certificate {
                     let e = hermite(x, length, [&node.e, &next.e], [&rates[0], &rates[1]]);
                     let time = start + (step as f64 + x) * length;
                     for input in 0..inputs {
-                        let s = extremal.axes()[input].dot(&e) * signs[input];
+                        let s = extremal.switching(input, &e) * signs[input];
                         let half = 0.5 * length / POINTS as f64;
                         if s > ZERO {
                             let here = between(&node, &next, x);

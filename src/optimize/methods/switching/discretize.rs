@@ -45,8 +45,8 @@ pub(crate) fn of_arcs(extremal: &Extremal, arcs: &Arcs, counts: &[usize]) -> OnG
         if *count == 0 {
             continue;
         }
-        let torque = extremal.bang(&signs);
-        let held = extremal.held(&torque);
+        let held = extremal.bang(&signs);
+        let torque = Torque::Given { torque: held.torque, running: held.running };
         let part = 1.0 / *count as f64;
         let mut node = from;
         for _ in 0..*count {
@@ -62,7 +62,7 @@ pub(crate) fn of_arcs(extremal: &Extremal, arcs: &Arcs, counts: &[usize]) -> OnG
                 |_, _| held,
             );
             nodes.push(node);
-            steps.push(Step { arc: lengths.len(), part, torque: Torque::Given(torque) });
+            steps.push(Step { arc: lengths.len(), part, torque });
         }
         lengths.push(end - start);
         all_signs.push(signs);

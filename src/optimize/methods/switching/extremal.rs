@@ -1,7 +1,8 @@
-//! A maneuver of minimum time in scaled units, and the inputs that minimise its Hamiltonian.
+//! A maneuver of minimum time or fuel in scaled units, and the inputs that minimise its Hamiltonian.
 //!
 //! Every input has the range `v ∈ [−1, 1]` about the middle of its limits, along an axis that has its half range for
-//! length. The Hamiltonian is least at `v_j = −sign(s_j)` with the switching function `s_j = a_j·e`; smoothed,
+//! length; what it costs is `c_j v_j` beside a constant, which belongs to the price of time. The Hamiltonian is least at
+//! `v_j = −sign(s_j)` with the switching function `s_j = a_j·e + c_j`; smoothed,
 //!
 //! ```text
 //! min over v of  s v + ε (1 − √(1 − v²))  =  ε − √(s² + ε²) ,      v = −s/√(s² + ε²)
@@ -28,16 +29,24 @@ pub(crate) struct Response {
     pub torque: Vector3,
     /// `G = −∂τ/∂e`.
     pub stiffness: Matrix3,
-    /// `e·τ` and what smoothing adds.
+    /// `e·τ + Σ c_j v_j` and what smoothing adds.
     pub minimum: f64,
+    /// `Σ c_j v_j`.
+    pub running: f64,
 }
 
-/// A maneuver of minimum time, scaled: from the identity.
+/// A maneuver of minimum time or fuel, scaled: from the identity.
 #[derive(Clone, Debug)]
 pub(crate) struct Extremal {
     pub j: Matrix3,
     pub j_inverse: Matrix3,
     pub law: Law,
+    /// `c_j`, one for each axis of [`Law::Inputs`]: 0 where only time counts.
+    pub costs: Vec<f64>,
+    /// What a unit of time costs beside the inputs about the middle of their limits.
+    pub time_price: f64,
+    /// The duration where it is given: the Hamiltonian is then constant, and need not vanish.
+    pub given_duration: Option<f64>,
     /// Torque of all inputs in the middle of their limits.
     pub middle: Vector3,
     pub start_rate: Vector3,
@@ -76,14 +85,15 @@ impl Extremal {
     pub fn smooth(&self, e: &Vector3, epsilon: f64, bias: &Vector3) -> Response {
         let e2 = epsilon * epsilon;
         let (mut torque, mut stiffness) = (self.middle, Matrix3::zeros());
-        let mut minimum = e.dot(&self.middle);
+        let (mut minimum, mut running) = (e.dot(&self.middle), 0.0);
         match &self.law {
             Law::Inputs(axes) => {
-                for axis in axes {
-                    let s = axis.dot(e) + epsilon * axis.dot(bias);
+                for (axis, cost) in axes.iter().zip(&self.costs) {
+                    let s = axis.dot(e) + cost + epsilon * axis.dot(bias);
                     let root = (s * s + e2).sqrt();
                     let v = -s / root;
                     torque += v * axis;
+                    running += cost * v;
                     minimum += epsilon - root;
                     stiffness += (e2 / (root * root * root)) * (axis * axis.transpose());
                 }
@@ -96,13 +106,37 @@ impl Extremal {
                 stiffness += (limit / root) * (Matrix3::identity() - s * s.transpose() / (root * root));
             }
         }
-        Response { torque, stiffness, minimum }
+        Response { torque, stiffness, minimum, running }
     }
 
-    /// The torque of inputs at their limits, given by their signs.
-    pub fn bang(&self, signs: &[f64]) -> Vector3 {
-        let Law::Inputs(axes) = &self.law else { return self.middle };
-        axes.iter().zip(signs).fold(self.middle, |sum, (axis, sign)| sum + *sign * axis)
+    /// Inputs at their limits, given by their signs: a response that does not answer to the costate, but for the
+    /// Hamiltonian's part of the inputs, which is left out.
+    pub fn bang(&self, signs: &[f64]) -> Response {
+        let pairs = self.axes().iter().zip(signs);
+        let torque = pairs.fold(self.middle, |sum, (axis, sign)| sum + *sign * axis);
+        let running = self.costs.iter().zip(signs).map(|(cost, sign)| cost * sign).sum();
+        Response { torque, stiffness: Matrix3::zeros(), minimum: f64::NAN, running }
+    }
+
+    /// The inputs of the smoothed law, each in `[−1, 1]`; none under a limit of the norm.
+    pub fn inputs(&self, e: &Vector3, epsilon: f64) -> Vec<f64> {
+        let switching = (0..self.axes().len()).map(|input| self.switching(input, e));
+        switching.map(|s| -s / (s * s + epsilon * epsilon).sqrt()).collect()
+    }
+
+    /// Fewest switches of arcs at the limits: those of three axes, or where fuel counts those of one burn.
+    pub fn fewest_switches(&self) -> usize {
+        if self.counts_fuel() { 1 } else { 5 }
+    }
+
+    /// Whether inputs cost something, and not time alone.
+    pub fn counts_fuel(&self) -> bool {
+        self.costs.iter().any(|cost| *cost != 0.0)
+    }
+
+    /// The switching function of an input at the costate `e`.
+    pub fn switching(&self, input: usize, e: &Vector3) -> f64 {
+        self.axes()[input].dot(e) + self.costs[input]
     }
 
     /// The axes of the inputs; none under a limit of the norm.
@@ -115,17 +149,12 @@ impl Extremal {
 }
 
 impl Extremal {
-    /// The least `e·τ` that the limits allow.
+    /// The least `e·τ + Σ c_j v_j` that the limits allow.
     pub fn least(&self, e: &Vector3) -> f64 {
         let least = match &self.law {
-            Law::Inputs(axes) => axes.iter().map(|axis| axis.dot(e).abs()).sum(),
+            Law::Inputs(axes) => (0..axes.len()).map(|input| self.switching(input, e).abs()).sum(),
             Law::Norm(limit) => limit * e.norm(),
         };
         e.dot(&self.middle) - least
-    }
-
-    /// A torque that does not answer to the costate.
-    pub fn held(&self, torque: &Vector3) -> Response {
-        Response { torque: *torque, stiffness: Matrix3::zeros(), minimum: 0.0 }
     }
 }

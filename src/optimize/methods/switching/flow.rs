@@ -1,10 +1,10 @@
-//! Extremals of minimum time: the motion of a free body and of its costates, and how both answer to a disturbance.
+//! Extremals of minimum time and fuel: the motion of a free body and of its costates, and how both answer to a disturbance.
 //!
 //! With the attitude costate fixed in space, `M = R m`, and the momentum costate `e` in body axes,
 //!
 //! ```text
 //! R' = R S(Ω) ,   Π' = Π×Ω + τ ,   e' = −J⁻¹(m + e×Π) + e×Ω ,   m = RᵀM ,   Ω = J⁻¹Π
-//! H  = 1 + m·Ω + e·(Π×Ω + τ) = 0
+//! H  = p + Σ c_j v_j + m·Ω + e·(Π×Ω + τ) ,   0 where the duration is sought, p the price of time
 //! ```
 //!
 //! A disturbance is `η` of the attitude in reference axes, `R⁺ = exp(S(η)) R`, `δΠ`, `δe`, and `δM`:
@@ -154,10 +154,10 @@ impl Extremal {
         }
     }
 
-    /// The Hamiltonian; `minimum` is the least `e·τ` plus what smoothing adds.
+    /// The Hamiltonian; `minimum` is the least `e·τ + Σ c_j v_j` plus what smoothing adds.
     pub fn hamiltonian(&self, m: &Vector3, node: &Node, minimum: f64) -> f64 {
         let w = self.j_inverse * node.pi;
-        1.0 + node.r.tr_mul(m).dot(&w) + node.e.dot(&node.pi.cross(&w)) + minimum
+        self.time_price + node.r.tr_mul(m).dot(&w) + node.e.dot(&node.pi.cross(&w)) + minimum
     }
 }
 

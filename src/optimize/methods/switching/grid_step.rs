@@ -3,10 +3,11 @@
 //! ```text
 //! Π̃ = Π + (h/2) τ ,   h S(Π̃) = F J_d − J_d Fᵀ ,   R⁺ = R F ,   Π⁺ = FᵀΠ̃ + (h/2) τ
 //! m⁺ = Fᵀm ,   e⁺ = Fᵀ(e + h E⁻¹(Π̃×e − m)) ,   E = tr(F J_d) I − F J_d
-//! 𝓗  = 1 + ℓ + m⁺·ξ' + e⁺·[(FᵀΠ̃)×ξ' + ½Fᵀτ + ½τ] ,   ξ' = FᵀE⁻¹(Π̃ + (h/2) τ)
+//! 𝓗  = p + ℓ + m⁺·ξ' + e⁺·[(FᵀΠ̃)×ξ' + ½Fᵀτ + ½τ] ,   ξ' = FᵀE⁻¹(Π̃ + (h/2) τ)
 //! ```
 //!
-//! `𝓗` is the derivative of the discrete action with respect to the length of the step, and `ℓ` what smoothing costs. The
+//! `𝓗` is the derivative of the discrete action with respect to the length of the step, `p` the price of time, and `ℓ` what the inputs and
+//! smoothing cost. The
 //! smoothed law takes the mean of the costates at both ends, which makes the step implicit in the torque.
 
 use super::dual::{Dual, Dual3};
@@ -20,8 +21,8 @@ const PARAMETERS: usize = 10;
 /// How the torque of a step comes about.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Torque {
-    /// Held, and given.
-    Given(Vector3),
+    /// Held, and given, with what the inputs cost.
+    Given { torque: Vector3, running: f64 },
     /// By the smoothed law at this ε.
     Smooth(f64),
 }
@@ -108,7 +109,7 @@ impl Extremal {
         let e_after = back(&(*e + solve(&(kicked.cross(e) - *m)).times(h)));
         let xi = back(&solve(&(kicked + half)));
         let pull = drifted.cross(&xi) + (back(torque) + *torque).scale(0.5);
-        let hamiltonian = Dual::constant(1.0) + *running + m_after.dot(&xi) + e_after.dot(&pull);
+        let hamiltonian = Dual::constant(self.time_price) + *running + m_after.dot(&xi) + e_after.dot(&pull);
         Some(Out { c, pi: drifted + half, e: e_after, hamiltonian })
     }
 
@@ -163,7 +164,10 @@ impl Extremal {
         };
         given.h.gradient[9] = 1.0;
         match torque {
-            Torque::Given(torque) => given.torque = Dual3::constant(&torque),
+            Torque::Given { torque, running } => {
+                given.torque = Dual3::constant(&torque);
+                given.running.value = running;
+            }
             Torque::Smooth(epsilon) => {
                 let (value, gain) = self.implicit_torque(m, pi, e, h, epsilon)?;
                 given.torque = Dual3::constant(&value);

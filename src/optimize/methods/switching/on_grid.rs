@@ -1,11 +1,12 @@
-//! The discrete optimum of minimum time: arcs whose steps end where the inputs switch.
+//! The discrete optimum of minimum time or fuel: arcs whose steps end where the inputs switch.
 //!
 //! Arc a has `N_a` equal steps of its own length `d_a/N_a`, so that inputs are held at their limits over every step. Unknown
 //! are the costates before the first step and the lengths `d_a`; the equations are the six terminal conditions and, for
 //! every arc, that the mean of its discrete Hamiltonians vanishes: the discrete action is stationary in the length of the
-//! arc. Under a smoothed law all steps share one length. Every step starts from its own node, as in the smoothed
+//! arc. Where the duration is given, these means are equal and the lengths have it for their sum. Under a smoothed law all steps share one length. Every step starts from its own node, as in the smoothed
 //! problem, and the nodes go with the 6 + arcs unknowns.
 
+use super::arcs::newton_step;
 use super::extremal::Extremal;
 use super::flow::{Lanes, Node};
 use super::grid_step::{GridStep, Torque};
@@ -116,6 +117,17 @@ impl OnGrid {
         }
         residual.rows_mut(0, 3).copy_from(&miss);
         residual.rows_mut(3, 3).copy_from(&pi_miss);
+        if let Some(given) = extremal.given_duration {
+            for arc in 1..arcs {
+                residual[6 + arc] -= residual[6];
+                for lane in 0..=unknowns {
+                    jacobian[(6 + arc, lane)] -= jacobian[(6, lane)];
+                }
+            }
+            residual[6] = self.duration() - given;
+            jacobian.row_mut(6).fill(0.0);
+            jacobian.view_mut((6, 6), (1, arcs)).fill(1.0);
+        }
         let merit = (residual.norm_squared() + gaps).sqrt();
         let carried = jacobian.column(unknowns).clone_owned();
         let jacobian = jacobian.remove_column(unknowns);
@@ -140,7 +152,9 @@ impl OnGrid {
                 return Some(self);
             }
             last = found.merit;
-            let step = found.jacobian.lu().solve(&-&found.residual)?;
+            // A smoothed law determines all costates.
+            let switches = if self.signs.is_empty() { usize::MAX } else { self.lengths.len() - 1 };
+            let step = newton_step(found.jacobian, &found.residual, switches)?;
             let costate = (self.m.norm_squared() + self.nodes[0].e.norm_squared()).sqrt();
             let mut factor = (costate / step.rows(0, 6).norm()).min(1.0);
             let duration = self.duration();

@@ -4,52 +4,124 @@ use super::extremal::{Extremal, Law};
 use crate::maneuver::problem::Problem;
 use crate::{Matrix3, Vector3};
 
-/// Units of a maneuver of minimum time: `det J = 1` and `det B Bᵀ = 1`, so that durations are of the order of the
-/// square root of the angle.
+/// Units of a maneuver of minimum time or fuel: `det J = 1` and `det B Bᵀ = 1`, so that durations are of the order of the
+/// square root of the angle; and half of what the dearest input costs at its limit, or 1 where only time counts.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct TimeUnits {
+pub(crate) struct Units {
     pub time: f64,
     pub torque: f64,
+    /// Of what a unit of time costs.
+    pub rate: f64,
 }
 
-impl TimeUnits {
+impl Units {
     /// Unit of momentum [N·m·s].
     pub fn momentum(&self) -> f64 {
         self.torque * self.time
     }
+
+    /// Unit of the cost.
+    pub fn cost(&self) -> f64 {
+        self.rate * self.time
+    }
+}
+
+/// How the inputs of a maneuver come from those of its extremal, which lie in `[−1, 1]`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sides {
+    /// One from −limit to limit each: only time counts.
+    Both,
+    /// One from 0 to the limit each: a thruster.
+    One,
+    /// Two from 0 to the limit each, in opposite directions: either side costs fuel.
+    Pair,
+}
+
+impl Sides {
+    fn of(problem: &Problem) -> Self {
+        match (problem.actuation.torque.limits().one_sided, problem.objective.fuel()) {
+            (true, _) => Self::One,
+            (false, Some(_)) => Self::Pair,
+            (false, None) => Self::Both,
+        }
+    }
 }
 
 /// The scaled maneuver; `None` where the torques do not span the space or a number is out of range.
-pub(crate) fn scaled(problem: &Problem) -> Option<(Extremal, TimeUnits)> {
+pub(crate) fn scaled(problem: &Problem) -> Option<(Extremal, Units)> {
     let j = *problem.body.inertia.j();
     let inertia = j.determinant().cbrt();
     let set = &problem.actuation.torque;
+    let (mut middle, mut costs) = (Vector3::zeros(), Vec::new());
     let (law, torque) = match (&set.limits().size, set.limits().norm) {
         (Some(size), _) => {
-            let axes: Vec<Vector3> = set.axes().iter().zip(size).map(|(axis, size)| *size * axis).collect();
-            let gram: Matrix3 = axes.iter().map(|axis| axis * axis.transpose()).sum();
+            let full: Vec<Vector3> = set.axes().iter().zip(size).map(|(axis, size)| *size * axis).collect();
+            let gram: Matrix3 = full.iter().map(|axis| axis * axis.transpose()).sum();
             let unit = gram.determinant().powf(1.0 / 6.0);
-            (Law::Inputs(axes.iter().map(|axis| axis / unit).collect()), unit)
+            let half: Vec<Vector3> = full.iter().map(|axis| 0.5 / unit * axis).collect();
+            let price = |input: usize| problem.objective.fuel().map_or(0.0, |fuel| fuel.price(input));
+            let half_costs = size.iter().enumerate().map(|(input, size)| 0.5 * price(input) * size);
+            let axes = match Sides::of(problem) {
+                Sides::Both => {
+                    costs.resize(full.len(), 0.0);
+                    full.iter().map(|axis| axis / unit).collect()
+                }
+                Sides::One => {
+                    middle = half.iter().sum();
+                    costs.extend(half_costs);
+                    half
+                }
+                Sides::Pair => {
+                    costs.extend(half_costs.flat_map(|cost| [cost, cost]));
+                    half.iter().flat_map(|axis| [*axis, -axis]).collect()
+                }
+            };
+            (Law::Inputs(axes), unit)
         }
         (None, Some(norm)) => (Law::Norm(1.0), norm),
         (None, None) => return None,
     };
+    let dearest = costs.iter().copied().fold(0.0, f64::max);
+    let rate = if dearest > 0.0 { dearest } else { 1.0 };
+    for cost in &mut costs {
+        *cost /= rate;
+    }
     let time = (inertia / torque).sqrt();
     let extremal = Extremal {
         j: j / inertia,
         j_inverse: (j / inertia).try_inverse()?,
         law,
-        middle: Vector3::zeros(),
+        time_price: problem.objective.time_price() / rate + costs.iter().sum::<f64>(),
+        given_duration: Some(problem.duration / time).filter(|_| !problem.objective.seeks_duration()),
+        costs,
+        middle,
         start_rate: time * problem.start.angular_velocity,
         end_rate: time * problem.end.angular_velocity,
         end_attitude: problem.start.attitude.tr_mul(&problem.end.attitude),
     };
-    let usable = torque > 0.0 && time.is_finite() && time > 0.0;
-    usable.then_some((extremal, TimeUnits { time, torque }))
+    let usable = torque > 0.0 && time.is_finite() && time > 0.0 && rate.is_finite();
+    usable.then_some((extremal, Units { time, torque, rate }))
 }
 
-/// The inputs that give a scaled torque: at their limits by their signs, otherwise of least effort.
-pub(crate) fn inputs(problem: &Problem, units: &TimeUnits, torque: &Vector3) -> Option<Vec<f64>> {
+/// The inputs of a maneuver from those of its extremal.
+pub(crate) fn inputs(problem: &Problem, levels: &[f64]) -> Vec<f64> {
+    let sizes = problem.actuation.torque.limits().size.iter().flatten().enumerate();
+    match Sides::of(problem) {
+        Sides::Both => sizes.map(|(input, size)| size * levels[input]).collect(),
+        Sides::One => sizes.map(|(input, size)| size * (0.5 + 0.5 * levels[input])).collect(),
+        Sides::Pair => {
+            sizes.map(|(input, size)| size * (0.5 * levels[2 * input] - 0.5 * levels[2 * input + 1])).collect()
+        }
+    }
+}
+
+/// Which input of a maneuver one of its extremal belongs to.
+pub(crate) fn input_of(problem: &Problem, level: usize) -> usize {
+    if Sides::of(problem) == Sides::Pair { level / 2 } else { level }
+}
+
+/// The inputs that give a scaled torque with the least effort: those of a limit of the norm.
+pub(crate) fn shared(problem: &Problem, units: &Units, torque: &Vector3) -> Option<Vec<f64>> {
     let weighted = problem.objective.weights().torque(&problem.actuation);
     let shared = weighted.authority.try_inverse()? * (units.torque * torque);
     Some((&weighted.gain * shared).iter().copied().collect())

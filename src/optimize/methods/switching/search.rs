@@ -6,12 +6,13 @@ use super::certificate::Certificate;
 use super::extremal::{Bias, Extremal, Law};
 use super::smooth::{Smooth, Smoothed, descend};
 
-/// A gap below this part of the duration is none, and one below that can stay.
+/// A gap below this part of the cost is none, and one below that can stay.
 pub(crate) const NO_GAP: f64 = 1e-7;
 const SMALL_GAP: f64 = 1e-4;
 
-/// A branch longer than the shortest by more than this is no rival.
+/// A branch that costs more than the best by this is no rival, in time and in fuel.
 const RIVAL: f64 = 1.015;
+const RIVAL_FUEL: f64 = 1.1;
 
 /// Most corrections of the sequence of switches.
 const MOST_CHANGES: usize = 8;
@@ -28,8 +29,10 @@ const TURNING: usize = 256;
 const EXACT: f64 = 1e-11;
 const TURNING_ITERATIONS: usize = 12;
 
-/// Arcs may be longer than their smoothed extremal by this part: the interpolation on its intervals.
-const LONGER: f64 = 1e-4;
+/// Arcs may cost more than their smoothed extremal by this part: the interpolation on its intervals, of a duration; and
+/// of fuel what smoothing lets through.
+const DEARER: f64 = 1e-4;
+const DEARER_FUEL: f64 = 0.05;
 
 /// What a branch becomes.
 #[derive(Clone, Debug)]
@@ -45,9 +48,14 @@ impl Limit {
         self.arcs.as_ref().map_or(self.smooth.path.duration, |(arcs, _)| arcs.duration)
     }
 
+    /// What it costs: its duration where only time counts.
+    pub fn cost(&self, extremal: &Extremal) -> f64 {
+        self.arcs.as_ref().map_or_else(|| self.smooth.cost(extremal), |(arcs, _)| arcs.cost(extremal))
+    }
+
     /// Whether every input is where the maximum principle wants it.
-    pub fn is_exact(&self) -> bool {
-        self.arcs.as_ref().is_some_and(|(arcs, certificate)| certificate.gap <= NO_GAP * arcs.duration)
+    pub fn is_exact(&self, extremal: &Extremal) -> bool {
+        self.arcs.as_ref().is_some_and(|(arcs, certificate)| certificate.gap <= NO_GAP * arcs.cost(extremal))
     }
 
     pub fn name(&self) -> &'static str {
@@ -58,7 +66,7 @@ impl Limit {
 /// What was found, and what it took.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Found {
-    /// The shortest first.
+    /// The best first.
     pub limits: Vec<Limit>,
     pub branches: usize,
     /// Sweeps of smoothed problems, and Newtons on switching times.
@@ -66,20 +74,21 @@ pub(crate) struct Found {
     pub newtons: usize,
 }
 
-/// Searches the shortest extremals; what is found before `stop` says so is kept.
+/// Searches the best extremals; what is found before `stop` says so is kept.
 pub(crate) fn search(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool) -> Found {
     let mut found = Found::default();
     let rivals = branches(extremal, ask, stop, &mut found.sweeps);
     found.branches = rivals.len();
-    let Some(shortest) = rivals.first().map(|first| first.path.duration) else { return found };
-    for rival in rivals.iter().filter(|rival| rival.path.duration <= RIVAL * shortest) {
+    let Some(best) = rivals.first().map(|first| first.cost(extremal)) else { return found };
+    let limit = best * if extremal.counts_fuel() { RIVAL_FUEL } else { RIVAL };
+    for rival in rivals.iter().filter(|rival| rival.cost(extremal) <= limit) {
         if stop() {
             break;
         }
         let limit = end_game(extremal, rival, &mut found);
         found.limits.push(limit);
     }
-    found.limits.sort_by(|a, b| a.duration().total_cmp(&b.duration()));
+    found.limits.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
     found
 }
 
@@ -87,11 +96,12 @@ pub(crate) fn search(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool) ->
 fn end_game(extremal: &Extremal, rival: &Smoothed, found: &mut Found) -> Limit {
     let mut at = rival.clone();
     let mut best: Option<(Arcs, Certificate)> = None;
-    let bounded = |arcs: &Arcs, at: &Smoothed| arcs.duration <= at.path.duration * (1.0 + LONGER);
+    let dearer = if extremal.counts_fuel() { DEARER_FUEL } else { DEARER };
+    let bounded = |arcs: &Arcs, at: &Smoothed| arcs.cost(extremal) <= at.cost(extremal) * (1.0 + dearer);
     let attempts = if matches!(extremal.law, Law::Norm(_)) { 0 } else { MOST_DESCENTS };
     for _ in 0..attempts {
         if let Some((arcs, certificate)) = polish(extremal, &at, found) {
-            if certificate.gap <= NO_GAP * arcs.duration && bounded(&arcs, &at) {
+            if certificate.gap <= NO_GAP * arcs.cost(extremal) && bounded(&arcs, &at) {
                 return Limit { smooth: at, arcs: Some((arcs, certificate)) };
             }
             if best.as_ref().is_none_or(|(_, known)| certificate.gap < known.gap) {
@@ -107,7 +117,7 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, found: &mut Found) -> Limit {
         }
     }
     if let Some((arcs, certificate)) = best
-        && certificate.gap <= SMALL_GAP * arcs.duration
+        && certificate.gap <= SMALL_GAP * arcs.cost(extremal)
         && bounded(&arcs, &at)
     {
         return Limit { smooth: at, arcs: Some((arcs, certificate)) };
@@ -135,13 +145,17 @@ fn turning(extremal: &Extremal, from: Smoothed, found: &mut Found) -> Smoothed {
 
 /// Arcs from the crossings of a smoothed path, corrected until every sign is right or no correction helps.
 fn polish(extremal: &Extremal, from: &Smoothed, found: &mut Found) -> Option<(Arcs, Certificate)> {
-    let mut arcs = Arcs::of_path(extremal, &from.path);
+    let mut arcs = if extremal.counts_fuel() {
+        Arcs::of_pulses(extremal, &from.path, from.epsilon)
+    } else {
+        Arcs::of_path(extremal, &from.path)
+    };
     let mut best: Option<(Arcs, Certificate)> = None;
     for _ in 0..=MOST_CHANGES {
         found.newtons += 1;
         let Some(solved) = arcs.clone().solve(extremal) else { break };
         let certificate = Certificate::of(extremal, &solved);
-        let exact = certificate.gap <= NO_GAP * solved.duration;
+        let exact = certificate.gap <= NO_GAP * solved.cost(extremal);
         let mended = certificate.mended(&solved);
         if best.as_ref().is_none_or(|(_, known)| certificate.gap < known.gap) {
             best = Some((solved, certificate));

@@ -4,7 +4,7 @@
 //! from its own node and chains the derivatives with respect to the seven parameters and the gaps between intervals, so
 //! that the whole Newton step is a 7×7 system: nothing grows along the maneuver but derivatives.
 
-use super::extremal::{Bias, Extremal};
+use super::extremal::{Bias, Extremal, Response};
 use super::flow::{COOPER_VERNER, Course, Lanes, Node, RK4, advance};
 use crate::{Vector3, lie};
 use nalgebra::{SMatrix, SVector};
@@ -94,18 +94,25 @@ impl Smooth<'_> {
         let response = extremal.smooth(&end.e, self.epsilon, &self.bias.at(1.0));
         let target_pi = extremal.j * extremal.end_rate;
         let miss = lie::log(&(end.r * extremal.end_attitude.transpose()));
-        let hamiltonian = extremal.hamiltonian(&path.m, &end, response.minimum);
+        // What determines the duration: it is given, or the Hamiltonian vanishes.
+        let last = match extremal.given_duration {
+            Some(given) => path.duration - given,
+            None => extremal.hamiltonian(&path.m, &end, response.minimum),
+        };
         let jacobian_of_log = lie::left_jacobian_inverse(&miss);
         let [w, pi_dot, e_dot] = extremal.rate(&path.m, &end, &response.torque);
         let column = |lane: usize| {
             let (eta, pi, e) = (lanes.block(0, lane), lanes.block(1, lane), lanes.block(2, lane));
             let unit = if lane < 3 { Vector3::ith(lane, 1.0) } else { Vector3::zeros() };
-            let h = pi_dot.dot(&e) - e_dot.dot(&pi) + w.dot(&(unit + path.m.cross(&eta)));
+            let h = match extremal.given_duration {
+                Some(_) => f64::from(u8::from(lane == TIME)),
+                None => pi_dot.dot(&e) - e_dot.dot(&pi) + w.dot(&(unit + path.m.cross(&eta))),
+            };
             let eta = jacobian_of_log * eta;
             SVector::<f64, 7>::from([eta.x, eta.y, eta.z, pi.x, pi.y, pi.z, h])
         };
         let pi_miss = end.pi - target_pi;
-        let residual = SVector::from([miss.x, miss.y, miss.z, pi_miss.x, pi_miss.y, pi_miss.z, hamiltonian]);
+        let residual = SVector::from([miss.x, miss.y, miss.z, pi_miss.x, pi_miss.y, pi_miss.z, last]);
         let merit = (residual.norm_squared() + gaps).sqrt();
         let jacobian = SMatrix::<f64, 7, 7>::from_fn(|_, _| 0.0);
         let mut sweep = Sweep { residual, jacobian, carried: column(GAP), merit, lanes: stored };
@@ -202,14 +209,25 @@ pub(crate) struct Smoothed {
 }
 
 impl Smoothed {
-    /// `∫ (max over the inputs of −e·τ + e·τ) dt`: the time still to be gained, to first order.
+    /// `∫ (e·τ + Σ c_j v_j − its least value) dt`: the cost still to be gained, to first order.
     pub fn gap(&self, extremal: &Extremal) -> f64 {
+        let of = |node: &Node, law: &Response| node.e.dot(&law.torque) + law.running - extremal.least(&node.e);
+        self.integral(extremal, of)
+    }
+
+    /// What the maneuver costs, smoothing aside: its duration where only time counts.
+    pub fn cost(&self, extremal: &Extremal) -> f64 {
+        if !extremal.counts_fuel() {
+            return extremal.time_price * self.path.duration;
+        }
+        self.integral(extremal, |_, law| extremal.time_price + law.running)
+    }
+
+    /// Over the duration, by the trapezoidal rule.
+    fn integral(&self, extremal: &Extremal, integrand: impl Fn(&Node, &Response) -> f64) -> f64 {
         let n = self.path.intervals();
         let none = Vector3::zeros();
-        let of = |node: &Node| {
-            let torque = extremal.smooth(&node.e, self.epsilon, &none).torque;
-            node.e.dot(&torque) - extremal.least(&node.e)
-        };
+        let of = |node: &Node| integrand(node, &extremal.smooth(&node.e, self.epsilon, &none));
         let nodes = self.path.nodes.iter().enumerate();
         let sum: f64 = nodes.map(|(k, node)| of(node) * if k == 0 || k == n { 0.5 } else { 1.0 }).sum();
         sum * self.path.duration / n as f64

@@ -1,7 +1,8 @@
-//! Minimum time: the search for the shortest extremal, and the discrete optimum on the grid of the plan.
+//! Minimum time and fuel: the search for the best extremal, and the discrete optimum on the grid of the plan.
 
 use super::context::Context;
 use crate::lie::{self, continued};
+use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Path, Problem};
 use crate::maneuver::settings::Method;
 use crate::maneuver::solution::{
@@ -9,27 +10,32 @@ use crate::maneuver::solution::{
 };
 use crate::maneuver::switching::{Structure, Switching, SwitchingArc};
 use crate::mechanics::drift_equation;
+use crate::numerics::figures::{rounded_up, short, significant};
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::switching::branches::Ask;
 use crate::optimize::methods::switching::discretize::{LEAST_STEPS, NO_LENGTH, arcs_on_grid, smooth_on_grid};
 use crate::optimize::methods::switching::eigenaxis;
 use crate::optimize::methods::switching::extremal::{Extremal, Law};
 use crate::optimize::methods::switching::on_grid::OnGrid;
-use crate::optimize::methods::switching::scaled::{TimeUnits, inputs, scaled};
-use crate::optimize::methods::switching::search::{Limit, search};
+use crate::optimize::methods::switching::grid_step::Torque;
+use crate::optimize::methods::switching::scaled::{Units, input_of, inputs, scaled, shared};
+use crate::optimize::methods::switching::search::{Found, Limit, search};
 use crate::{Matrix3, Vector3};
 
 /// Attitudes this near, and rates in the unit of time, are the same.
 const SAME: f64 = 1e-14;
 
-/// Durations that differ by this part are those of two extremals.
+/// Costs that differ by this part are those of two extremals.
 const DISTINCT: f64 = 1e-6;
 
-/// An input of a smoothed plan stays within its limits where it is below this part of them, on this part of the steps.
+/// Multiples of the shortest duration that are tried for one of least fuel.
+const STRETCHES: [f64; 3] = [1.02, 1.1, 1.5];
+
+/// An input of a smoothed plan stays within its limits where it is within this part of them, on this part of the steps.
 const WITHIN: f64 = 0.9;
 const FOR: f64 = 1.0 / 12.0;
 
-/// Solves a maneuver of minimum time. It must have been checked.
+/// Solves a maneuver of minimum time or fuel. It must have been checked.
 pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
     let tolerance = context.settings.tolerance;
     let mut solution = Solution { method: Method::Shooting, ..Solution::unsolved(problem, tolerance) };
@@ -39,7 +45,12 @@ pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
     };
     let apart = lie::log(&extremal.end_attitude).norm() + (extremal.end_rate - extremal.start_rate).norm();
     if apart < SAME && !matches!(problem.path, Path::Long | Path::AsGiven(_)) {
-        return at_rest(problem, solution);
+        let resting = problem.start.angular_velocity.norm() * units.time < SAME;
+        match extremal.given_duration {
+            None => return at_rest(problem, solution, 0),
+            Some(_) if resting => return at_rest(problem, solution, problem.steps),
+            Some(_) => {}
+        }
     }
     let ask = Ask { path: problem.path, thoroughness: context.settings.search };
     context.enter(Rung::Smoothed, "best", 0);
@@ -73,7 +84,14 @@ pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
     let Some(plan) = chosen else {
         let arcs = found.limits.iter().find_map(|limit| limit.arcs.as_ref());
         let arcs = arcs.map(|(arcs, _)| arcs.switches.len() + 1);
+        let quickest = problem.objective.fuel().and_then(|_| too_short(problem, &found, context));
+        solution.longer = quickest.as_ref().and_then(|(_, longer)| *longer);
         solution.shortfall = Some(match arcs {
+            _ if quickest.is_some() => {
+                let shortest = quickest.map_or(f64::NAN, |(shortest, _)| shortest);
+                let (asked, shortest) = (short(problem.duration), significant(shortest, 6));
+                format!("no plan of {asked} s was found; the shortest duration found is {shortest} s (locally minimal)")
+            }
             Some(arcs) if arcs * LEAST_STEPS > problem.steps => {
                 format!("{arcs} arcs need at least {} steps", arcs * LEAST_STEPS)
             }
@@ -82,9 +100,9 @@ pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
         });
         return ended(solution, Outcome::Stalled, context);
     };
-    solution.rivals = rivals(&found.limits, &plan, units.time);
+    solution.rivals = rivals(&extremal, &found.limits, &plan, &units);
     solution.steps = plan.trajectory.time.len() - 1;
-    solution.step = plan.cost / solution.steps as f64;
+    solution.step = plan.duration / solution.steps as f64;
     solution.cost = plan.cost;
     solution.iterations = plan.iterations;
     solution.terminal = plan.terminal;
@@ -100,12 +118,33 @@ pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
     ended(solution, outcome, context)
 }
 
-/// The longer extremals, each duration once: mirror images are equally long.
-fn rivals(limits: &[Limit], plan: &Planned, second: f64) -> Vec<Rival> {
+/// The shortest duration of a maneuver of given duration that no extremal of fuel was found for, where that is longer,
+/// and a duration for which one was found.
+fn too_short(problem: &Problem, found: &Found, context: &Context) -> Option<(f64, Option<f64>)> {
+    if found.branches > 0 || problem.objective.seeks_duration() {
+        return None;
+    }
+    let ask = Ask { path: problem.path, thoroughness: context.settings.search };
+    let search = |problem: &Problem| {
+        let (extremal, units) = scaled(problem)?;
+        let found = search(&extremal, &ask, &|| context.interrupt().is_some());
+        found.limits.first().map(|limit| limit.duration() * units.time)
+    };
+    let shortest = search(&Problem { objective: Objective::Time, ..problem.clone() })?;
+    if shortest <= problem.duration {
+        return None;
+    }
+    let mut durations = STRETCHES.into_iter().map(|stretch| rounded_up(stretch * shortest));
+    let longer = durations.find(|duration| search(&problem.clone().with_duration(*duration)).is_some());
+    Some((shortest, longer))
+}
+
+/// The dearer extremals, each cost once: mirror images cost the same.
+fn rivals(extremal: &Extremal, limits: &[Limit], plan: &Planned, units: &Units) -> Vec<Rival> {
     let mut rivals: Vec<Rival> = Vec::new();
-    let mut last = plan.switching.continuous_duration_s;
+    let mut last = plan.switching.continuous_cost;
     for limit in limits {
-        let cost = limit.duration() * second;
+        let cost = limit.cost(extremal) * units.cost();
         if cost > last * (1.0 + DISTINCT) {
             let (start, sense) = (limit.name().into(), plan.sense);
             rivals.push(Rival { start, sense, cost, conjugate_points: None, turned_deg: f64::NAN });
@@ -120,20 +159,26 @@ fn ended(solution: Solution, outcome: Outcome, context: &Context) -> Solution {
     Solution { outcome, ladder, solve_time, ..solution }
 }
 
-/// The body is where it should be: no time, no steps.
-fn at_rest(problem: &Problem, solution: Solution) -> Solution {
+/// The body is where it should be: no time and no steps, or as many of a given duration without any input.
+fn at_rest(problem: &Problem, solution: Solution, steps: usize) -> Solution {
+    let (nodes, count) = (steps + 1, problem.actuation.count());
+    let (duration, step) = if steps == 0 { (0.0, 0.0) } else { (problem.duration, problem.step()) };
+    let time = |node: usize| if node == steps { duration } else { node as f64 * step };
     let trajectory = Trajectory {
-        time: vec![0.0],
-        quaternion: vec![lie::quaternion_from_rotation(&problem.start.attitude)],
-        angular_velocity: vec![problem.start.angular_velocity],
-        input_count: problem.actuation.count(),
-        costates: vec![0.0; 6],
+        time: (0..nodes).map(time).collect(),
+        quaternion: vec![lie::quaternion_from_rotation(&problem.start.attitude); nodes],
+        angular_velocity: vec![problem.start.angular_velocity; nodes],
+        input_count: count,
+        input: vec![0.0; steps * count],
+        torque: vec![Vector3::zeros(); steps],
+        costates: vec![0.0; 6 * nodes],
         ..Trajectory::default()
     };
     let switching = Switching {
         structure: Structure::Rest,
-        continuous_duration_s: 0.0,
-        gap_s: 0.0,
+        continuous_duration_s: duration,
+        continuous_cost: 0.0,
+        gap: 0.0,
         eigenaxis_s: None,
         switches: 0,
         singular_inputs: Vec::new(),
@@ -142,8 +187,8 @@ fn at_rest(problem: &Problem, solution: Solution) -> Solution {
     };
     Solution {
         outcome: Outcome::Converged,
-        steps: 0,
-        step: 0.0,
+        steps,
+        step,
         cost: 0.0,
         terminal: TerminalError::default(),
         optimality: Optimality { stationarity: 0.0, conjugate_points: None, rank: 6, condition: 1.0 },
@@ -158,6 +203,7 @@ fn at_rest(problem: &Problem, solution: Solution) -> Solution {
 /// A plan on its grid.
 struct Planned {
     cost: f64,
+    duration: f64,
     residual: f64,
     iterations: usize,
     terminal: TerminalError,
@@ -170,7 +216,7 @@ struct Planned {
     sheet: [f64; 4],
 }
 
-fn on_grid(problem: &Problem, extremal: &Extremal, units: &TimeUnits, limit: &Limit) -> Option<Planned> {
+fn on_grid(problem: &Problem, extremal: &Extremal, units: &Units, limit: &Limit) -> Option<Planned> {
     let steps = problem.steps;
     let arcs = limit.arcs.as_ref();
     let aligned = arcs.and_then(|(arcs, _)| arcs_on_grid(extremal, arcs, steps));
@@ -183,40 +229,44 @@ fn on_grid(problem: &Problem, extremal: &Extremal, units: &TimeUnits, limit: &Li
     };
     let mut recorded = record(problem, extremal, units, &grid)?;
     let second = units.time;
-    let eigenaxis_s = eigenaxis::duration(extremal).map(|duration| duration * second);
-    recorded.switching.eigenaxis_s = eigenaxis_s;
+    if problem.objective.fuel().is_none() {
+        recorded.switching.eigenaxis_s = eigenaxis::duration(extremal).map(|duration| duration * second);
+    }
     recorded.switching.smoothing = smoothing;
     recorded.switching.continuous_duration_s = limit.duration() * second;
+    recorded.switching.continuous_cost = limit.cost(extremal) * units.cost();
     recorded.start = limit.name().into();
     let switching = &mut recorded.switching;
     if let Some((arcs, certificate)) = arcs {
-        let exact = limit.is_exact();
-        switching.structure = if exact { Structure::BangBang } else { Structure::TruncatedChattering };
-        switching.gap_s = certificate.gap * second;
+        let exact = limit.is_exact(extremal);
+        switching.structure = match (exact, problem.objective.fuel()) {
+            (true, None) => Structure::BangBang,
+            (true, Some(_)) => Structure::BangOffBang,
+            (false, _) => Structure::TruncatedChattering,
+        };
+        switching.gap = certificate.gap * units.cost();
         switching.switches = arcs.switches.len();
-        switching.singular_inputs = if exact { Vec::new() } else { certificate.singular() };
+        if !exact {
+            let inputs = certificate.singular().into_iter().map(|level| input_of(problem, level));
+            switching.singular_inputs = inputs.collect();
+            switching.singular_inputs.dedup();
+        }
         for (_, start, end, signs) in arcs.arcs() {
-            let input = at_limits(problem, &signs);
+            let input = inputs(problem, &signs);
             switching.arcs.push(SwitchingArc { start_s: start * second, end_s: end * second, input });
         }
     } else {
         // A sum of terms that are not negative but for round-off.
-        let gap = limit.smooth.gap(extremal) * second;
-        switching.gap_s = if gap < 0.0 { 0.0 } else { gap };
+        let gap = limit.smooth.gap(extremal) * units.cost();
+        switching.gap = if gap < 0.0 { 0.0 } else { gap };
         let norm = matches!(extremal.law, Law::Norm(_));
         switching.structure = if norm { Structure::Norm } else { Structure::Singular };
     }
     Some(recorded)
 }
 
-/// Inputs at the limits of these signs.
-fn at_limits(problem: &Problem, signs: &[f64]) -> Vec<f64> {
-    let size = problem.actuation.torque.limits().size.iter().flatten();
-    size.zip(signs).map(|(size, sign)| size * sign).collect()
-}
-
 /// Replays a plan from the start and records every node.
-fn record(problem: &Problem, extremal: &Extremal, units: &TimeUnits, grid: &OnGrid) -> Option<Planned> {
+fn record(problem: &Problem, extremal: &Extremal, units: &Units, grid: &OnGrid) -> Option<Planned> {
     let start = &problem.start.attitude;
     let least = NO_LENGTH * grid.duration();
     let kept: Vec<usize> =
@@ -226,7 +276,7 @@ fn record(problem: &Problem, extremal: &Extremal, units: &TimeUnits, grid: &OnGr
     let (mut r, mut pi) = (Matrix3::identity(), extremal.j * extremal.start_rate);
     let (mut m_e, mut quaternion) = ((grid.m, grid.nodes[0].e), None);
     let (mut sheet, mut clock) = ([1.0, 0.0, 0.0, 0.0], 0.0);
-    let mut within = vec![0_usize; count];
+    let (mut within, mut fuel) = (vec![0_usize; count], 0.0);
     let j = extremal.j;
     for index in 0..=kept.len() {
         let attitude = start * r;
@@ -236,27 +286,28 @@ fn record(problem: &Problem, extremal: &Extremal, units: &TimeUnits, grid: &OnGr
         trajectory.quaternion.push(next);
         trajectory.angular_velocity.push(extremal.j_inverse * pi / units.time);
         let (zeta, e) = m_e;
-        trajectory.costates.extend((zeta * units.time).iter());
-        trajectory.costates.extend((e * (units.time / units.momentum())).iter());
+        trajectory.costates.extend((zeta * units.cost()).iter());
+        trajectory.costates.extend((e * (units.cost() / units.momentum())).iter());
         let Some(k) = kept.get(index).copied() else { break };
         let step = &grid.steps[k];
-        let row = match grid.signs.get(step.arc) {
-            Some(signs) => at_limits(problem, signs),
-            None => {
-                let row = inputs(problem, units, &grid.torques[k])?;
-                if let Some(size) = &problem.actuation.torque.limits().size {
-                    for (within, (value, size)) in within.iter_mut().zip(row.iter().zip(size)) {
-                        *within += usize::from(value.abs() < WITHIN * size);
-                    }
+        let row = match (grid.signs.get(step.arc), step.torque) {
+            (Some(signs), _) => inputs(problem, signs),
+            (None, Torque::Smooth(epsilon)) if !extremal.axes().is_empty() => {
+                let mean = 0.5 * (grid.nodes[k].e + grid.nodes[k + 1].e);
+                let levels = extremal.inputs(&mean, epsilon);
+                for (level, value) in levels.iter().enumerate() {
+                    within[input_of(problem, level)] += usize::from(value.abs() < WITHIN);
                 }
-                row
+                inputs(problem, &levels)
             }
+            (None, _) => shared(problem, units, &grid.torques[k])?,
         };
+        let length = grid.step_length(step);
+        fuel += length * units.time * problem.objective.fuel().map_or(1.0, |fuel| fuel.rate(&row));
         let torque = problem.actuation.torque.output(&row);
         trajectory.input.extend(&row);
         trajectory.torque.push(torque);
         // The step as the witnesses will take it: of the length that the recorded times give.
-        let length = grid.step_length(step);
         clock += length;
         let h = (clock * units.time - trajectory.time[index]) / units.time;
         let torque = torque / units.torque;
@@ -275,23 +326,26 @@ fn record(problem: &Problem, extremal: &Extremal, units: &TimeUnits, grid: &OnGr
     let of_step = |k: usize| 0.5 * (trajectory.time[k + 1] - trajectory.time[k]) * (rate(k) + rate(k + 1));
     let turned = (0..kept.len()).map(of_step).sum::<f64>();
     let miss = lie::log(&extremal.end_attitude.tr_mul(&r)).norm();
-    let duration = grid.duration();
+    let scaled_duration = grid.duration();
     let mean = j.trace() / 3.0;
-    let momentum = (pi - j * extremal.end_rate).norm() * duration / mean;
+    let momentum = (pi - j * extremal.end_rate).norm() * scaled_duration / mean;
     let steps = kept.len() as f64;
     let singular_inputs = (0..count).filter(|input| within[*input] as f64 > FOR * steps).collect();
     let switching = Switching {
         structure: Structure::BangBang,
         continuous_duration_s: f64::NAN,
-        gap_s: f64::NAN,
+        continuous_cost: f64::NAN,
+        gap: f64::NAN,
         eigenaxis_s: None,
         switches: 0,
         singular_inputs,
         smoothing: None,
         arcs: Vec::new(),
     };
+    let duration = *trajectory.time.last()?;
     Some(Planned {
-        cost: *trajectory.time.last()?,
+        cost: if problem.objective.fuel().is_some() { fuel } else { duration },
+        duration,
         residual: grid.residual,
         iterations: grid.iterations,
         terminal: TerminalError {
@@ -300,7 +354,7 @@ fn record(problem: &Problem, extremal: &Extremal, units: &TimeUnits, grid: &OnGr
             position_relative: None,
             linear_momentum_relative: None,
         },
-        sense: sense(extremal, duration, &sheet),
+        sense: sense(extremal, scaled_duration, &sheet),
         turned_deg: turned.to_degrees(),
         start: String::new(),
         trajectory,

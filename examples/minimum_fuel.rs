@@ -1,0 +1,133 @@
+//! Random maneuvers of least fuel: how many are solved and verified, how large their gaps are, how often the default search
+//! finds what the thorough one finds, and how long it takes.
+//!
+//! `cargo run --release --example minimum_fuel [-- COUNT]`
+//!
+//! The law: principal moments of a random triangle in [1, 10] about random axes; a rotation vector of uniform direction and
+//! an angle up to π; from rest to rest for even cases, for odd ones with rates up to 0.3 rad in the unit of time; limits
+//! from 1 to 5; a duration from 1.3 to 4 times the shortest that is found. `box`: three torques of both signs along the
+//! body axes; `thrusters`: eight of random canted directions, one in each octant.
+
+use slewkit::maneuver::{Fuel, Objective, Problem, Settings, State, Structure, Thoroughness};
+use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
+use slewkit::plan::{Plan, Silent, Status, plan};
+use slewkit::{Matrix3, Vector3, lie};
+use std::error::Error;
+use std::f64::consts::PI;
+use std::time::Instant;
+
+#[path = "../tests/common/random.rs"]
+mod random;
+use random::Random;
+
+/// A gap of this part of the cost, and costs that differ by it.
+const SMALL: f64 = 1e-4;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let count: usize = std::env::args().nth(1).map_or(Ok(1000), |word| word.parse())?;
+    for family in ["box", "thrusters"] {
+        let mut random = Random::new(2026);
+        let mut tally = Tally::default();
+        for index in 0..count {
+            tally.take(index, &case(&mut random, family == "thrusters", index % 2 == 1)?)?;
+        }
+        tally.report(family);
+    }
+    Ok(())
+}
+
+fn direction(random: &mut Random) -> Vector3 {
+    // Uniform in the ball.
+    loop {
+        let vector = Vector3::from_fn(|_, _| random.uniform());
+        if (0.01..1.0).contains(&vector.norm()) {
+            return vector.normalize();
+        }
+    }
+}
+
+fn case(random: &mut Random, thrusters: bool, moving: bool) -> Result<Problem, Box<dyn Error>> {
+    let frame = lie::exp(&(direction(random) * random.within(0.0, PI)));
+    let (a, b) = (random.within(1.0, 10.0), random.within(1.0, 10.0));
+    let c = random.within((a - b).abs().max(1.0), (a + b).min(10.0));
+    let inertia = frame * Matrix3::from_diagonal(&Vector3::new(a, b, c)) * frame.transpose();
+    let body = Body { inertia: Inertia::new(0.5 * (inertia + inertia.transpose()))?, mass: None };
+    let turn = direction(random) * random.within(0.1, PI);
+    let unit = (a * b * c).powf(1.0 / 6.0);
+    let mut rate = || if moving { direction(random) * (0.3 * random.unit() / unit) } else { Vector3::zeros() };
+    let (start, end) = (State::attitude(Matrix3::identity(), rate()), State::attitude(lie::exp(&turn), rate()));
+    let axes: Vec<Vector3> = if thrusters {
+        let sign = |bit: bool| if bit { 1.0 } else { -1.0 };
+        let octant = |k: u32| Vector3::new(sign(k & 1 > 0), sign(k & 2 > 0), sign(k & 4 > 0));
+        let cant = |k: u32, random: &mut Random| {
+            octant(k).component_mul(&Vector3::from_fn(|_, _| random.within(0.3, 1.0))).normalize()
+        };
+        (0..8).map(|k| cant(k, random)).collect()
+    } else {
+        vec![Vector3::x(), Vector3::y(), Vector3::z()]
+    };
+    let size = Some(axes.iter().map(|_| random.within(1.0, 5.0)).collect());
+    let limits = Limits { size, one_sided: thrusters, ..Limits::default() };
+    let torques = ActuatorSet::new(axes, AxisFrame::Body)?.with_limits(limits)?;
+    let fastest = Problem::minimum_time(body, start, end).with_actuation(Actuation::torques(torques));
+    let shortest = plan(&fastest, &Settings::default(), None, &mut Silent)?.solution.duration(&fastest);
+    let duration = shortest * random.within(1.3, 4.0);
+    Ok(fastest.with_objective(Objective::Fuel(Fuel::default())).with_duration(duration))
+}
+
+#[derive(Default)]
+struct Tally {
+    cases: usize,
+    solved: usize,
+    exact: usize,
+    small: usize,
+    matched: usize,
+    dearer: f64,
+    solve_ms: Vec<f64>,
+    whole_ms: Vec<f64>,
+}
+
+/// Cost of the continuous extremal.
+fn cost(plan: &Plan) -> Option<f64> {
+    let solved = plan.status == Status::Solved;
+    plan.solution.switching.as_ref().filter(|_| solved).map(|switching| switching.continuous_cost)
+}
+
+impl Tally {
+    fn take(&mut self, index: usize, problem: &Problem) -> Result<(), Box<dyn Error>> {
+        self.cases += 1;
+        let began = Instant::now();
+        let found = plan(problem, &Settings::default(), None, &mut Silent)?;
+        self.whole_ms.push(began.elapsed().as_secs_f64() * 1e3);
+        self.solve_ms.push(found.solution.solve_time * 1e3);
+        let thorough = Settings { search: Thoroughness::Thorough, ..Settings::default() };
+        let best = cost(&plan(problem, &thorough, None, &mut Silent)?);
+        let Some((own, switching)) = cost(&found).zip(found.solution.switching.as_ref()) else {
+            println!("  case {index}: {}, {:?}", found.status.name(), found.solution.shortfall);
+            return Ok(());
+        };
+        self.solved += 1;
+        self.exact += usize::from(switching.structure == Structure::BangOffBang);
+        self.small += usize::from(switching.gap <= SMALL * own);
+        let excess = best.map_or(0.0, |best| own / best - 1.0);
+        self.matched += usize::from(excess <= SMALL);
+        self.dearer = self.dearer.max(excess);
+        Ok(())
+    }
+
+    fn report(mut self, family: &str) {
+        let share = |count: usize| 100.0 * count as f64 / self.cases.max(1) as f64;
+        println!("{family}: {} of {} solved and verified ({:.1} %)", self.solved, self.cases, share(self.solved));
+        println!("  exact {:.1} %, gap at most 1e-4 of the cost {:.1} %", share(self.exact), share(self.small));
+        println!(
+            "  the thorough search finds nothing better by 1e-4 {:.1} %, at most by {:.1e}",
+            share(self.matched),
+            self.dearer
+        );
+        for (what, times) in [("solve", &mut self.solve_ms), ("with witnesses", &mut self.whole_ms)] {
+            times.sort_by(f64::total_cmp);
+            let at = |part: f64| times.get((part * times.len() as f64) as usize).copied().unwrap_or(f64::NAN);
+            println!("  {what}: median {:.1} ms, 90 % {:.1} ms, 99 % {:.1} ms", at(0.5), at(0.9), at(0.99));
+        }
+    }
+}

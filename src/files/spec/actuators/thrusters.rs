@@ -1,0 +1,125 @@
+//! `[[actuators.thruster]]`: thrusters, which push to one side only.
+//!
+//! A thruster is an input of its own, in N·m: the torque that it gives about the mass center. Its limit is that of its
+//! torque, or of its force times the lever; its price goes with the torque or the force in the same way.
+
+use super::{Actuated, FORCE_LIMITS, SMALLEST, TORQUE_LIMITS};
+use crate::Vector3;
+use crate::files::spec::{Section, escape, short};
+use crate::maneuver::{Motion, Weights};
+use crate::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits};
+
+/// One thruster as written.
+struct Thruster {
+    /// Of length 1.
+    axis: Vector3,
+    /// Largest torque [N·m].
+    limit: f64,
+    /// Of a unit of torque, for a second.
+    price: f64,
+}
+
+/// A lever shorter than this, relative to the distance from the mass center, gives no torque.
+const NO_LEVER: f64 = 1e-9;
+
+/// The torque channel of the thrusters, and the price of each.
+pub(super) fn thrusters(section: &Section, motion: Motion) -> Option<Actuated> {
+    let others = ["wheel", "torque_axes_body", "torque_axes_reference", "effort_weight", "fuel_price"];
+    let forces = ["force_axes_reference", "force_axes_body", "force_effort_weight"];
+    let others = others.into_iter().chain(TORQUE_LIMITS).chain(forces).chain(FORCE_LIMITS);
+    let mut good = true;
+    for key in others.filter(|key| section.has(key)) {
+        let reason = format!("both `thruster` and `{key}` are given: each thruster is an input of its own");
+        section.error("E0028", key, reason, "give one of the two");
+        good = false;
+    }
+    if motion == Motion::RigidBody {
+        let reason = "thrusters are for maneuvers of the attitude alone, but positions are given";
+        let remedy = "remove the positions and velocities of [start] and [end], or use force axes";
+        return section.refuse("E0064", "thruster", reason, remedy);
+    }
+    let sections = section.list("thruster");
+    if section.is_empty_list("thruster") {
+        let reason = "the list of thrusters is empty: nothing turns the body";
+        section.error("E0026", "thruster", reason, "give four thrusters or more, or torque axes");
+    }
+    if sections.is_empty() {
+        return None;
+    }
+    let read: Vec<_> = sections.iter().enumerate().map(|(index, thruster)| read(thruster, index)).collect();
+    let thrusters: Vec<Thruster> = read.into_iter().collect::<Option<_>>()?;
+    let size = Some(thrusters.iter().map(|thruster| thruster.limit).collect());
+    let limits = Limits { size, one_sided: true, ..Limits::default() };
+    let axes = thrusters.iter().map(|thruster| thruster.axis).collect();
+    let torque = ActuatorSet::new(axes, AxisFrame::Body).and_then(|set| set.with_limits(limits));
+    let torque = match torque {
+        Ok(torque) => torque,
+        Err(error) => {
+            let remedy = "check the numbers of the thrusters";
+            return section.refuse("E0061", "thruster", error.to_string(), remedy);
+        }
+    };
+    let prices = Some(thrusters.iter().map(|thruster| thruster.price).collect());
+    good.then_some(Actuated { actuation: Actuation::torques(torque), weights: Weights::default(), prices })
+}
+
+/// "thruster 2", with its name if it has one.
+fn called(section: &Section, index: usize) -> String {
+    match section.word("name") {
+        Some(name) => format!("thruster {} \"{}\"", index + 1, escape(name)),
+        None => format!("thruster {}", index + 1),
+    }
+}
+
+fn read(section: &Section, index: usize) -> Option<Thruster> {
+    let price = if section.has("fuel_price") { section.number("fuel_price") } else { Some(1.0) };
+    let by_torque = section.has("torque_axis_body");
+    let (needed, others) = if by_torque {
+        (["torque_axis_body", "torque_limit_n_m"], ["position_m", "force_direction_body", "force_limit_n"])
+    } else {
+        (["position_m", "force_limit_n"], ["torque_limit_n_m"; 3])
+    };
+    for key in others.into_iter().filter(|key| section.has(key)) {
+        let reason = format!("{}: `{key}` does not go with `{}`", called(section, index), needed[0]);
+        let remedy = "give torque_axis_body and torque_limit_n_m, or position_m, force_direction_body and force_limit_n";
+        return section.refuse("E0028", key, reason, remedy);
+    }
+    let all_needed = needed.into_iter().chain((!by_torque).then_some("force_direction_body"));
+    for key in all_needed {
+        if !section.has(key) {
+            let reason = format!("{} needs `{key}`", called(section, index));
+            let sample = match key {
+                "position_m" => "add position_m = [0.5, 0, 0.2], from the mass center",
+                "force_direction_body" => "add force_direction_body = [0, 1, 0], the way it pushes the body",
+                "force_limit_n" => "add force_limit_n = 1",
+                _ => "add torque_limit_n_m = 0.5",
+            };
+            return section.refuse_here("E0021", reason, sample);
+        }
+    }
+    let direction = |key: &str| {
+        let vector = section.vector(key)?;
+        if vector.amax() < SMALLEST {
+            let reason = format!("`{key}` of {} has length zero, and so no direction", called(section, index));
+            return section.refuse("E0054", key, reason, "give it a direction, or leave the thruster out");
+        }
+        Some(section.unit(vector))
+    };
+    if by_torque {
+        let axis = direction("torque_axis_body")?;
+        return Some(Thruster { axis, limit: section.number("torque_limit_n_m")?, price: price? });
+    }
+    let (position, push) = (section.vector("position_m")?, direction("force_direction_body")?);
+    let torque = position.cross(&push);
+    let lever = torque.norm();
+    if lever <= NO_LEVER * position.norm() || lever < SMALLEST {
+        let reason = format!(
+            "{} pushes through the mass center, by a lever of {} m: it turns nothing",
+            called(section, index),
+            short(lever)
+        );
+        return section.refuse("E0054", "force_direction_body", reason, "leave it out, or check where it sits");
+    }
+    let limit = section.number("force_limit_n")? * lever;
+    Some(Thruster { axis: torque / lever, limit, price: price? / lever })
+}

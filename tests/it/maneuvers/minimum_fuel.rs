@@ -1,0 +1,182 @@
+//! Minimum fuel through the public interface: closed forms, laws that every optimum obeys, and honesty.
+
+use super::minimum_time::{CUBE, at, body, moving, solved, torques};
+use slewkit::Vector3;
+use slewkit::maneuver::{Fuel, Objective, Outcome, Problem, Settings, State, Structure};
+use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits};
+use slewkit::plan::{Silent, Status, plan};
+use slewkit::verify::verify;
+use std::f64::consts::FRAC_PI_2;
+
+fn fuel(problem: &Problem) -> f64 {
+    solved(problem).solution.switching.expect("arcs").continuous_cost
+}
+
+/// A maneuver of an asymmetric body between moving states, in about twice the shortest time.
+fn moving_slowly() -> Problem {
+    moving().with_objective(Objective::Fuel(Fuel::default())).with_duration(5.0)
+}
+
+/// A quarter turn of a body about its principal axis, by one torque of each axis.
+fn quarter_turn(objective: Fuel, duration: f64) -> Problem {
+    let end = at([0.0, 0.0, FRAC_PI_2], [0.0; 3]);
+    Problem::minimum_fuel(body([2.0, 2.5, 3.0]), at([0.0; 3], [0.0; 3]), end, duration)
+        .with_actuation(torques(&CUBE, &[1.0, 1.0, 0.8]))
+        .with_objective(Objective::Fuel(objective))
+}
+
+/// Thrusters, each with an opposite one.
+fn thrusters(axes: &[[f64; 3]], limit: f64) -> Actuation {
+    let axes: Vec<Vector3> =
+        axes.iter().flat_map(|axis| [Vector3::from(*axis), -Vector3::from(*axis)]).collect();
+    let limits = Limits { size: Some(vec![limit; axes.len()]), one_sided: true, ..Limits::default() };
+    Actuation::torques(ActuatorSet::new(axes, AxisFrame::Body).unwrap().with_limits(limits).unwrap())
+}
+
+/// Two burns of length `½ (T − √(T² − T_min²))` with `T_min = 2 √(jθ/U)`.
+#[test]
+fn a_turn_about_a_principal_axis_burns_as_the_closed_form_says() {
+    let (limit, duration) = (0.8, 7.0);
+    let shortest = 2.0 * (3.0 * FRAC_PI_2 / limit as f64).sqrt();
+    let closed = limit * (duration - (duration * duration - shortest * shortest).sqrt());
+    let plan = solved(&quarter_turn(Fuel::default(), duration));
+    let switching = plan.solution.switching.unwrap();
+    assert_eq!((switching.structure, switching.switches), (Structure::BangOffBang, 2));
+    assert!((switching.continuous_cost / closed - 1.0).abs() < 1e-9, "{} {closed}", switching.continuous_cost);
+    // A double integrator is exact on any grid.
+    assert!((plan.solution.cost / closed - 1.0).abs() < 2e-3, "{} {closed}", plan.solution.cost);
+}
+
+/// `d/dT (U (T − √(T² − T_min²)) + w T) = 0`.
+#[test]
+fn a_price_of_time_chooses_the_duration_of_the_closed_form() {
+    let (limit, price) = (0.8, 0.3);
+    let shortest = 2.0 * (3.0 * FRAC_PI_2 / limit as f64).sqrt();
+    let k = 1.0 + price / limit;
+    let best = shortest * k / (k * k - 1.0).sqrt();
+    let closed = limit * (best - (best * best - shortest * shortest).sqrt()) + price * best;
+    let objective = Fuel { prices: None, time_price: Some(price) };
+    let found = solved(&quarter_turn(objective, f64::NAN)).solution.switching.unwrap();
+    assert!((found.continuous_duration_s / best - 1.0).abs() < 1e-7, "{found:?} {best}");
+    assert!((found.continuous_cost / closed - 1.0).abs() < 1e-9, "{found:?} {closed}");
+}
+
+#[test]
+fn a_maneuver_burns_as_much_backwards_and_under_other_names_of_its_axes() {
+    let forward = moving_slowly();
+    let reversed = |state: &State| State { angular_velocity: -state.angular_velocity, ..*state };
+    let backward =
+        Problem { start: reversed(&forward.end), end: reversed(&forward.start), ..forward.clone() };
+    let (there, back) = (fuel(&forward), fuel(&backward));
+    assert!((there / back - 1.0).abs() < 1e-8, "{there} {back}");
+}
+
+#[test]
+fn fuel_goes_with_inertia_over_duration_and_with_its_price() {
+    let given = moving_slowly();
+    let unit = 7.0;
+    let slower = |state: &State| State { angular_velocity: state.angular_velocity / unit, ..*state };
+    let limits = [1.0, 1.2, 0.8].map(|limit| 40.0 * limit / (unit * unit));
+    let priced = Fuel { prices: Some(vec![2.5; 3]), time_price: None };
+    let scaled = Problem {
+        body: body([40.0, 80.0, 120.0]),
+        start: slower(&given.start),
+        end: slower(&given.end),
+        duration: unit * given.duration,
+        ..given.clone().with_actuation(torques(&CUBE, &limits)).with_objective(Objective::Fuel(priced))
+    };
+    let (one, other) = (fuel(&given), fuel(&scaled));
+    assert!((2.5 * 40.0 / unit * one / other - 1.0).abs() < 1e-8, "{one} {other}");
+}
+
+#[test]
+fn opposite_thrusters_are_a_torque_of_both_signs_and_more_time_burns_less() {
+    let end = at([0.9, -0.4, 0.6], [0.0; 3]);
+    let problem = |duration: f64| {
+        Problem::minimum_fuel(body([1.0, 2.0, 2.5]), at([0.0; 3], [0.0; 3]), end, duration)
+            .with_actuation(torques(&CUBE, &[1.0; 3]))
+    };
+    let both = fuel(&problem(4.0));
+    let pairs = problem(4.0).with_actuation(thrusters(&CUBE, 1.0));
+    let plan = solved(&pairs);
+    assert!(plan.solution.trajectory.input.iter().all(|input| *input >= 0.0));
+    let one_sided = plan.solution.switching.unwrap().continuous_cost;
+    assert!((both / one_sided - 1.0).abs() < 1e-10, "{both} {one_sided}");
+    // Stretched by s, a motion from rest to rest takes a torque of 1/s²: at least so much is saved.
+    let later = fuel(&problem(6.0));
+    assert!(later < both * 4.0 / 6.0 * (1.0 + 1e-9), "{later} {both}");
+}
+
+#[test]
+fn costs_on_aligned_grids_converge_with_the_square_of_the_step() {
+    let cost = |steps: usize| solved(&moving_slowly().with_steps(steps)).solution;
+    let [coarse, middle, fine] = [100, 200, 400].map(cost);
+    let exact = fine.switching.unwrap().continuous_cost;
+    let order = ((coarse.cost - exact) / (middle.cost - exact)).log2();
+    assert!((order - 2.0).abs() < 0.15, "{order}");
+    let order = ((middle.cost - exact) / (fine.cost - exact)).log2();
+    assert!((order - 2.0).abs() < 0.15, "{order}");
+}
+
+#[test]
+fn a_body_that_is_there_burns_nothing() {
+    let there = at([0.3, 0.2, 0.1], [0.0; 3]);
+    let problem = Problem::minimum_fuel(body([1.0, 2.0, 2.5]), there, there, 5.0)
+        .with_actuation(torques(&CUBE, &[1.0; 3]));
+    let found = solved(&problem).solution;
+    assert_eq!((found.cost, found.steps), (0.0, problem.steps));
+    assert_eq!(found.switching.unwrap().structure, Structure::Rest);
+}
+
+#[test]
+fn too_short_a_duration_is_answered_by_the_shortest_one() {
+    let too_short = moving_slowly().with_duration(1.2);
+    let plan = plan(&too_short, &Settings::default(), None, &mut Silent).unwrap();
+    assert_eq!((plan.status, plan.solution.outcome), (Status::NotConverged, Outcome::Stalled));
+    let shortest = solved(&moving()).solution.switching.unwrap().continuous_duration_s;
+    let told = plan.solution.shortfall.unwrap();
+    assert!(told.contains(&format!("{shortest:.3}")), "{told}, not {shortest}");
+    let longer = plan.solution.longer.expect("a longer duration");
+    assert!(longer > shortest);
+    solved(&too_short.with_duration(longer));
+}
+
+#[test]
+fn a_plan_of_another_duration_or_with_a_thruster_that_pulls_is_noticed() {
+    let problem = moving_slowly().with_actuation(thrusters(&CUBE, 1.0));
+    let found = solved(&problem).solution;
+    assert!(verify(&problem, &found.trajectory, 1e-12, None).passed());
+    assert!(!verify(&problem.clone().with_duration(5.1), &found.trajectory, 1e-12, None).passed());
+    // The same torque by two thrusters that pull.
+    let mut pulls = found.trajectory.clone();
+    for row in pulls.input.chunks_exact_mut(2) {
+        (row[0], row[1]) = (-row[1], -row[0]);
+    }
+    let judged = verify(&problem, &pulls, 1e-12, None);
+    assert!(judged.margins.iter().any(|margin| !margin.holds()));
+    assert!(!judged.passed());
+}
+
+#[test]
+fn what_cannot_be_planned_with_least_fuel_is_refused() {
+    let refused = |problem: &Problem| {
+        plan(problem, &Settings::default(), None, &mut Silent).expect_err("refused").to_string()
+    };
+    let given = moving_slowly();
+    let norm = Limits { norm: Some(1.0), ..Limits::default() };
+    let ball = Actuation::torques(ActuatorSet::three_axes(AxisFrame::Body).with_limits(norm).unwrap());
+    assert!(refused(&given.clone().with_actuation(ball)).contains("input by input"));
+    // Three thrusters push to one side of a plane.
+    let limits = Limits { size: Some(vec![1.0; 3]), one_sided: true, ..Limits::default() };
+    let three = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
+    assert!(refused(&given.clone().with_actuation(Actuation::torques(three.clone()))).contains("every direction"));
+    let prices = |prices: Vec<f64>| {
+        let objective = Fuel { prices: Some(prices), time_price: None };
+        refused(&given.clone().with_objective(Objective::Fuel(objective)))
+    };
+    assert!(prices(vec![1.0; 2]).contains("prices"));
+    assert!(prices(vec![1.0, f64::NAN, 1.0]).contains("price"));
+    assert!(prices(vec![1.0, 0.0, 1.0]).contains("price"));
+    let effort = moving().with_objective(Objective::default()).with_duration(5.0);
+    assert!(refused(&effort.with_actuation(Actuation::torques(three))).contains("thrusters"));
+}
