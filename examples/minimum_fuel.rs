@@ -54,8 +54,10 @@ fn case(random: &mut Random, thrusters: bool, moving: bool) -> Result<Problem, B
     let body = Body { inertia: Inertia::new(0.5 * (inertia + inertia.transpose()))?, mass: None };
     let turn = direction(random) * random.within(0.1, PI);
     let unit = (a * b * c).powf(1.0 / 6.0);
-    let mut rate = || if moving { direction(random) * (0.3 * random.unit() / unit) } else { Vector3::zeros() };
-    let (start, end) = (State::attitude(Matrix3::identity(), rate()), State::attitude(lie::exp(&turn), rate()));
+    let mut rate =
+        || if moving { direction(random) * (0.3 * random.unit() / unit) } else { Vector3::zeros() };
+    let (start, end) =
+        (State::attitude(Matrix3::identity(), rate()), State::attitude(lie::exp(&turn), rate()));
     let axes: Vec<Vector3> = if thrusters {
         let sign = |bit: bool| if bit { 1.0 } else { -1.0 };
         let octant = |k: u32| Vector3::new(sign(k & 1 > 0), sign(k & 2 > 0), sign(k & 4 > 0));
@@ -117,8 +119,17 @@ impl Tally {
 
     fn report(mut self, family: &str) {
         let share = |count: usize| 100.0 * count as f64 / self.cases.max(1) as f64;
-        println!("{family}: {} of {} solved and verified ({:.1} %)", self.solved, self.cases, share(self.solved));
-        println!("  exact {:.1} %, gap at most 1e-4 of the cost {:.1} %", share(self.exact), share(self.small));
+        println!(
+            "{family}: {} of {} solved and verified ({:.1} %)",
+            self.solved,
+            self.cases,
+            share(self.solved)
+        );
+        println!(
+            "  exact {:.1} %, gap at most 1e-4 of the cost {:.1} %",
+            share(self.exact),
+            share(self.small)
+        );
         println!(
             "  the thorough search finds nothing better by 1e-4 {:.1} %, at most by {:.1e}",
             share(self.matched),

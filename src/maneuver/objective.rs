@@ -274,6 +274,9 @@ mod tests {
             assert_eq!(refused(weight), ("torque", WeightError::Indefinite));
         }
         assert_eq!(Weights::default().check(&actuation), Ok(()));
-        assert_eq!(Weights { force: Some(DMatrix::zeros(1, 1)), ..Weights::default() }.check(&actuation), Ok(()));
+        assert_eq!(
+            Weights { force: Some(DMatrix::zeros(1, 1)), ..Weights::default() }.check(&actuation),
+            Ok(())
+        );
     }
 }

@@ -212,7 +212,8 @@ impl ActuatorSet {
         // A plane that all are on one side of can be tilted until it holds two of them.
         let units: Vec<Vector3> = self.axes.iter().map(|axis| axis / axis.amax()).collect();
         let beyond = |normal: &Vector3| units.iter().any(|axis| axis.dot(normal) > RANK_TOLERANCE);
-        let pairs = units.iter().enumerate().flat_map(|(index, a)| units[..index].iter().map(move |b| (a, b)));
+        let pairs =
+            units.iter().enumerate().flat_map(|(index, a)| units[..index].iter().map(move |b| (a, b)));
         let mut normals = pairs.map(|(a, b)| a.cross(b)).filter(|normal| normal.norm() > RANK_TOLERANCE);
         normals.all(|normal| beyond(&normal) && beyond(&-normal))
     }

@@ -252,7 +252,8 @@ fn switched(problem: &Problem, solution: &Solution, switching: &Switching) -> Ve
     if let Some(fuel) = fuel {
         let (found, continuous) = (solution.cost, switching.continuous_cost);
         let with_time = if fuel.time_price.is_some() { " with the price of time" } else { "" };
-        let told = format!("{}{with_time} on the grid, {} in continuous time", figure(found), figure(continuous));
+        let told =
+            format!("{}{with_time} on the grid, {} in continuous time", figure(found), figure(continuous));
         lines.line("fuel", told);
     }
     let inputs: Vec<String> = switching.singular_inputs.iter().map(|input| (input + 1).to_string()).collect();

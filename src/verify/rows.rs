@@ -304,7 +304,8 @@ pub fn margins(problem: &Problem, inputs: &[f64]) -> Result<Vec<Margin>, Witness
 pub fn cost(problem: &Problem, trajectory: &Trajectory) -> f64 {
     match &problem.objective {
         Objective::Effort(weights) => {
-            effort(problem, &trajectory.input) + weights.time_price.map_or(0.0, |price| price * problem.duration)
+            effort(problem, &trajectory.input)
+                + weights.time_price.map_or(0.0, |price| price * problem.duration)
         }
         Objective::Time => trajectory.time.last().copied().unwrap_or(f64::NAN),
         Objective::Fuel(fuel) => {

@@ -25,7 +25,9 @@ pub fn exceeded(problem: &Problem, inputs: Option<&[f64]>) -> Vec<String> {
                 for (index, (input, bound)) in own.iter().zip(bounds).enumerate() {
                     if set.limits().one_sided && *input < 0.0 {
                         let (number, input) = (index + 1, shown(*input));
-                        found.push(format!("input {number} is {input} {unit}, and a thruster is never negative"));
+                        found.push(format!(
+                            "input {number} is {input} {unit}, and a thruster is never negative"
+                        ));
                     }
                     if input.abs() > *bound {
                         let (number, input, bound) = (index + 1, shown(*input), shown(*bound));

@@ -9,7 +9,9 @@ use super::{
 use crate::Matrix3;
 use crate::files::identity::Identity;
 use crate::lie::{exp, minus};
-use crate::maneuver::{Fuel, Method, Motion, Objective, Path, Problem, ProblemError, Settings, State, Weights};
+use crate::maneuver::{
+    Fuel, Method, Motion, Objective, Path, Problem, ProblemError, Settings, State, Weights,
+};
 use crate::mechanics::{Body, Inertia};
 use std::f64::consts::TAU;
 
@@ -109,7 +111,9 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
         path,
         constraints: constraints?,
     };
-    if (switches || sought) && let Some(solver) = &solver {
+    if (switches || sought)
+        && let Some(solver) = &solver
+    {
         maneuver::refuse_solver(solver);
     }
     if let (Method::Shooting, Some(solver)) = (settings.method, &solver) {
@@ -268,10 +272,11 @@ fn refuse(error: &ProblemError, problem: &Problem, maneuver: &Section, ends: [&B
         ProblemError::Unsuited { what: "scheme", .. } => {}
         ProblemError::Unsuited { what, reason } => {
             let remedy = "take it away, or minimise effort in a given `duration_s`";
-            let remedy = if *what == "torque_limit_n_m" {
-                "add torque_limit_n_m to [actuators]: one number, or one per axis"
-            } else {
-                remedy
+            let remedy = match *what {
+                "torque_limit_n_m" => "add torque_limit_n_m to [actuators]: one number, or one per axis",
+                "torque_axes_body" => "add inputs until every direction is reached, or minimise effort",
+                "thruster" => "write minimize = \"fuel\", or describe the inputs by torque axes",
+                _ => remedy,
             };
             maneuver.error("E0029", "minimize", (*reason).to_string(), remedy);
         }

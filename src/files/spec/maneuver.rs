@@ -33,7 +33,12 @@ pub(crate) fn duration(section: &Section) -> Option<Option<f64>> {
     if minimize != Some("time") && !priced {
         if !section.has("duration_s") {
             let reason = "[maneuver] needs `duration_s`";
-            return section.refuse("E0021", "duration_s", reason, "add duration_s = 60");
+            return section.refuse(
+                "E0021",
+                "duration_s",
+                reason,
+                "add duration_s = 60, or time_price_per_s = 1",
+            );
         }
         return section.number("duration_s").map(Some);
     }

@@ -125,9 +125,11 @@ fn limit(node: &Node, quantity: &Quantity) -> Read<f64> {
         "N" => ("nothing to push the body with", "leave the axis out of the force axes"),
         "N·m·s" => ("the wheel no momentum to take", "leave the wheel out"),
         "deg/s" | "rad/s" => ("no way to turn", "write a positive rate"),
+        "" => ("nothing to save", "write a positive price, or leave the key out: it is then 1"),
         _ => ("the input no way to change", "write a positive rate of change"),
     };
-    wrong("E0061", node, format!("{name} of {} {unit} leaves {leaves}", show(value)), remedy)
+    let amount = format!("{} {unit}", show(value));
+    wrong("E0061", node, format!("{name} of {} leaves {leaves}", amount.trim_end()), remedy)
 }
 
 /// Heavenly bodies that a user may think of.

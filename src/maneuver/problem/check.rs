@@ -104,7 +104,9 @@ impl Problem {
 
     /// Prices of fuel, and thrusters where something else than fuel or time is minimised.
     fn check_prices(&self) -> Result<(), ProblemError> {
-        if let Some(price) = self.objective.given_time_price().filter(|price| !(*price > 0.0 && price.is_finite())) {
+        if let Some(price) =
+            self.objective.given_time_price().filter(|price| !(*price > 0.0 && price.is_finite()))
+        {
             return Err(out_of_range("price of time", price, "must be positive and finite"));
         }
         if self.objective.seeks_duration() && !self.objective.switches() {
@@ -113,7 +115,11 @@ impl Problem {
         if let Some(fuel) = self.objective.fuel() {
             let count = self.actuation.torque.count();
             if fuel.prices.as_ref().is_some_and(|prices| prices.len() != count) {
-                return Err(out_of_range("number of torque inputs", count as f64, "must be that of the prices of fuel"));
+                return Err(out_of_range(
+                    "number of torque inputs",
+                    count as f64,
+                    "must be that of the prices of fuel",
+                ));
             }
             let prices = fuel.prices.iter().flatten();
             if let Some(price) = prices.copied().find(|price| !(*price > 0.0 && price.is_finite())) {
@@ -156,10 +162,26 @@ impl Problem {
         let free = self.environment.is_free() && self.environment.frame_rate().amax() == 0.0;
         let fuel = self.objective.fuel().is_some();
         let obstacles = [
-            (self.motion != Motion::Attitude, "position_m", "minimum time and fuel are planned for the attitude alone"),
-            (!free, "environment", "minimum time and fuel are planned for a body that nothing acts on but its torques"),
-            (self.actuation.wheels.is_some(), "wheel", "minimum time and fuel are not planned with reaction wheels"),
-            (!self.constraints.is_empty(), "constraint", "minimum time and fuel are not planned under constraints"),
+            (
+                self.motion != Motion::Attitude,
+                "position_m",
+                "minimum time and fuel are planned for the attitude alone",
+            ),
+            (
+                !free,
+                "environment",
+                "minimum time and fuel are planned for a body that nothing acts on but its torques",
+            ),
+            (
+                self.actuation.wheels.is_some(),
+                "wheel",
+                "minimum time and fuel are not planned with reaction wheels",
+            ),
+            (
+                !self.constraints.is_empty(),
+                "constraint",
+                "minimum time and fuel are not planned under constraints",
+            ),
             (
                 torque.frame() != AxisFrame::Body,
                 "torque_axes_reference",

@@ -166,13 +166,19 @@ fn effort_slope(problem: &Problem, duration: f64, solution: &Solution) -> f64 {
         let attitude = lie::rotation_from_quaternion(&trajectory.quaternion[k]);
         let pose = Pose { position: Vector3::zeros(), attitude };
         let torque = problem.environment.wrench(&pose).moment + trajectory.torque[k];
-        (attitude, torque, problem.environment.gradient(&pose).rr, running(problem, weights, trajectory.inputs(k)))
+        (
+            attitude,
+            torque,
+            problem.environment.gradient(&pose).rr,
+            running(problem, weights, trajectory.inputs(k)),
+        )
     };
     let mut from = node(0);
     let mut sum = 0.0;
     for k in 0..steps {
         let to = node(k + 1);
-        let costate = |first: usize| Vector3::from_column_slice(&trajectory.costates[6 * (k + 1) + first..][..3]);
+        let costate =
+            |first: usize| Vector3::from_column_slice(&trajectory.costates[6 * (k + 1) + first..][..3]);
         let (zeta, pi) = (costate(0), costate(3));
         let f = from.0.tr_mul(&to.0);
         let kicked = body.j() * trajectory.angular_velocity[k] + 0.5 * h * from.1;

@@ -10,11 +10,11 @@ mod effort;
 mod free;
 mod guess;
 mod ladder;
-mod switching;
 pub(crate) mod paths;
 mod record;
 mod saturated;
 mod starts;
+mod switching;
 mod transfer;
 mod way;
 

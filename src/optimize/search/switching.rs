@@ -16,8 +16,8 @@ use crate::optimize::methods::switching::branches::Ask;
 use crate::optimize::methods::switching::discretize::{LEAST_STEPS, NO_LENGTH, arcs_on_grid, smooth_on_grid};
 use crate::optimize::methods::switching::eigenaxis;
 use crate::optimize::methods::switching::extremal::{Extremal, Law};
-use crate::optimize::methods::switching::on_grid::OnGrid;
 use crate::optimize::methods::switching::grid_step::Torque;
+use crate::optimize::methods::switching::on_grid::OnGrid;
 use crate::optimize::methods::switching::scaled::{Units, input_of, inputs, scaled, shared};
 use crate::optimize::methods::switching::search::{Found, Limit, search};
 use crate::{Matrix3, Vector3};
@@ -90,7 +90,9 @@ pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
             _ if quickest.is_some() => {
                 let shortest = quickest.map_or(f64::NAN, |(shortest, _)| shortest);
                 let (asked, shortest) = (short(problem.duration), significant(shortest, 6));
-                format!("no plan of {asked} s was found; the shortest duration found is {shortest} s (locally minimal)")
+                format!(
+                    "no plan of {asked} s was found; the shortest duration found is {shortest} s (locally minimal)"
+                )
             }
             Some(arcs) if arcs * LEAST_STEPS > problem.steps => {
                 format!("{arcs} arcs need at least {} steps", arcs * LEAST_STEPS)

@@ -201,7 +201,11 @@ fn conjugate_points_within_limits_are_those_of_the_free_inputs() {
         let block = |count: usize| {
             DMatrix::from_fn(count, count, |i, j| if i == j { 1.0 + 0.4 * i as f64 } else { 0.0 })
         };
-        Objective::from(Weights { torque: Some(block(torques)), force: Some(block(forces)), time_price: None })
+        Objective::from(Weights {
+            torque: Some(block(torques)),
+            force: Some(block(forces)),
+            time_price: None,
+        })
     };
     let mut seen = [0usize; 8];
     for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {

@@ -159,7 +159,8 @@ fn zoo() -> Vec<Problem> {
             let other = if frame == AxisFrame::Body { AxisFrame::Reference } else { AxisFrame::Body };
             let actuation =
                 Actuation { torque: channel(&b, frame), force: Some(channel(&w, other)), wheels: None };
-            let weights = Weights { torque: Some(weight(&w)), force: Some(weight(&b.tr_mul(&b))), time_price: None };
+            let weights =
+                Weights { torque: Some(weight(&w)), force: Some(weight(&b.tr_mul(&b))), time_price: None };
             let base = Problem::rigid_body(body, start, end, 1.7)
                 .with_actuation(actuation)
                 .with_objective(weights)

@@ -187,7 +187,10 @@ fn every_limit_and_constraint_arrives_in_si_units() {
     let problem = &loaded.problem;
     assert_eq!(loaded.settings.method, Method::Scp);
     let (size, rate) = (Some(vec![0.5, 0.25]), Some(vec![0.1, 0.1]));
-    assert_eq!(*problem.actuation.torque.limits(), Limits { size, norm: Some(0.6), rate, ..Limits::default() });
+    assert_eq!(
+        *problem.actuation.torque.limits(),
+        Limits { size, norm: Some(0.6), rate, ..Limits::default() }
+    );
     let names: Vec<&str> = problem.constraints.iter().map(|constraint| constraint.name.as_str()).collect();
     assert_eq!(names, ["star tracker away from the Sun", "keep-in cone", "rate limit", "rate limit 2"]);
 
@@ -259,7 +262,8 @@ fn limits_of_forces_arrive_and_boundary_values_on_a_limit_are_accepted() {
         "actuators.force_rate_limit_n_per_s=[0.5]",
     ];
     let problem = good(ORBIT, &set).problem;
-    let expected = Limits { size: Some(vec![3.0]), norm: Some(2.5), rate: Some(vec![0.5]), ..Limits::default() };
+    let expected =
+        Limits { size: Some(vec![3.0]), norm: Some(2.5), rate: Some(vec![0.5]), ..Limits::default() };
     assert_eq!(*problem.actuation.force.unwrap().limits(), expected);
     assert!(problem.actuation.torque.limits().is_none());
     let rate = "constraint=[{ kind = \"rate_limit\", angular_velocity_limit_deg_s = 2 }]";

@@ -210,7 +210,11 @@ fn every_frame_scheme_and_kind_of_limit_plans_and_verifies() {
                 let actuation = Actuation { torque, force: Some(force), wheels: None };
                 let free = Problem::rigid_body(body.clone(), start, end, 2.0)
                     .with_actuation(actuation)
-                    .with_objective(Weights { torque: Some(weight.clone()), force: Some(weight.clone()), time_price: None })
+                    .with_objective(Weights {
+                        torque: Some(weight.clone()),
+                        force: Some(weight.clone()),
+                        time_price: None,
+                    })
                     .with_environment(field.clone())
                     .with_steps(40)
                     .with_scheme(scheme)

@@ -4,6 +4,7 @@ mod best;
 mod bounds;
 mod costs;
 mod dense;
+mod free_duration;
 mod invariance;
 mod limits;
 mod minimum_fuel;

@@ -239,7 +239,8 @@ fn force_margins_are_those_of_the_forces() {
     start.position = Vector3::x();
     let body = Body { inertia: Inertia::new(full_inertia()).unwrap(), mass: Some(2.0) };
     let mut problem = Problem::rigid_body(body, start, start, 2.0).with_steps(20);
-    let limits = Limits { size: Some(vec![3.0; 3]), norm: Some(4.0), rate: Some(vec![9.0; 3]), ..Limits::default() };
+    let limits =
+        Limits { size: Some(vec![3.0; 3]), norm: Some(4.0), rate: Some(vec![9.0; 3]), ..Limits::default() };
     problem.actuation.force = Some(problem.actuation.force.unwrap().with_limits(limits).unwrap());
     problem.actuation.torque =
         problem.actuation.torque.with_limits(Limits { norm: Some(7.0), ..Limits::default() }).unwrap();

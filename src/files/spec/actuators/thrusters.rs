@@ -100,7 +100,8 @@ fn read(section: &Section, index: usize) -> Option<Thruster> {
     let direction = |key: &str| {
         let vector = section.vector(key)?;
         if vector.amax() < SMALLEST {
-            let reason = format!("`{key}` of {} has length zero, and so no direction", called(section, index));
+            let reason =
+                format!("`{key}` of {} has length zero, and so no direction", called(section, index));
             return section.refuse("E0054", key, reason, "give it a direction, or leave the thruster out");
         }
         Some(section.unit(vector))
@@ -118,7 +119,12 @@ fn read(section: &Section, index: usize) -> Option<Thruster> {
             called(section, index),
             short(lever)
         );
-        return section.refuse("E0054", "force_direction_body", reason, "leave it out, or check where it sits");
+        return section.refuse(
+            "E0054",
+            "force_direction_body",
+            reason,
+            "leave it out, or check where it sits",
+        );
     }
     let limit = section.number("force_limit_n")? * lever;
     Some(Thruster { axis: torque / lever, limit, price: price? / lever })

@@ -34,7 +34,12 @@ fn wheeled(random: &mut Random) -> Problem {
 
 fn limited_channel(channel: &ActuatorSet) -> ActuatorSet {
     let count = channel.count();
-    let limits = Limits { size: Some(vec![1.1; count]), norm: Some(1.3), rate: Some(vec![2.0; count]), ..Limits::default() };
+    let limits = Limits {
+        size: Some(vec![1.1; count]),
+        norm: Some(1.3),
+        rate: Some(vec![2.0; count]),
+        ..Limits::default()
+    };
     channel.clone().with_limits(limits).unwrap()
 }
 

@@ -44,7 +44,8 @@ fn costate(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3, epsilon: f6
         Law::Inputs(axes) => {
             let wanted = inverse * (torque - extremal.middle);
             let pairs = axes.iter().zip(&extremal.costs);
-            let part = |(axis, cost): (&Vector3, &f64)| (switching(axis.dot(&wanted)) - cost / epsilon) * axis;
+            let part =
+                |(axis, cost): (&Vector3, &f64)| (switching(axis.dot(&wanted)) - cost / epsilon) * axis;
             inverse * pairs.map(part).sum::<Vector3>()
         }
         Law::Norm(limit) => {

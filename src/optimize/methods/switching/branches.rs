@@ -97,8 +97,7 @@ pub(super) fn branches(
             bases.push(found);
         }
     }
-    let least =
-        |found: &[Smoothed]| found.iter().map(|one| one.cost(extremal)).fold(f64::INFINITY, f64::min);
+    let least = |found: &[Smoothed]| found.iter().map(|one| one.cost(extremal)).fold(f64::INFINITY, f64::min);
     let limit = RIVAL_BASE * least(&bases);
     bases.retain(|one| one.cost(extremal) <= limit);
     let angle = lie::log(&extremal.end_attitude).norm();

@@ -109,9 +109,9 @@ pub(crate) fn inputs(problem: &Problem, levels: &[f64]) -> Vec<f64> {
     match Sides::of(problem) {
         Sides::Both => sizes.map(|(input, size)| size * levels[input]).collect(),
         Sides::One => sizes.map(|(input, size)| size * (0.5 + 0.5 * levels[input])).collect(),
-        Sides::Pair => {
-            sizes.map(|(input, size)| size * (0.5 * levels[2 * input] - 0.5 * levels[2 * input + 1])).collect()
-        }
+        Sides::Pair => sizes
+            .map(|(input, size)| size * (0.5 * levels[2 * input] - 0.5 * levels[2 * input + 1]))
+            .collect(),
     }
 }
 

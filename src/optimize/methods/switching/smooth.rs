@@ -211,7 +211,8 @@ pub(crate) struct Smoothed {
 impl Smoothed {
     /// `∫ (e·τ + Σ c_j v_j − its least value) dt`: the cost still to be gained, to first order.
     pub fn gap(&self, extremal: &Extremal) -> f64 {
-        let of = |node: &Node, law: &Response| node.e.dot(&law.torque) + law.running - extremal.least(&node.e);
+        let of =
+            |node: &Node, law: &Response| node.e.dot(&law.torque) + law.running - extremal.least(&node.e);
         self.integral(extremal, of)
     }
 
