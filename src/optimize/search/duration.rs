@@ -37,12 +37,15 @@ struct Known {
     slope: f64,
 }
 
+/// Solves a maneuver of given duration.
+type Solve<'a> = dyn FnMut(&Problem, &Settings, &mut dyn Observer) -> Result<Solution, PlanError> + 'a;
+
 /// Solves a maneuver of least effort and time. `solve` solves it for a given duration.
 pub(super) fn solve(
     problem: &Problem,
     settings: &Settings,
     observer: &mut dyn Observer,
-    solve: &mut dyn FnMut(&Problem, &Settings, &mut dyn Observer) -> Result<Solution, PlanError>,
+    solve: &mut Solve<'_>,
 ) -> Result<Solution, PlanError> {
     let began = Instant::now();
     let price = problem.objective.time_price();

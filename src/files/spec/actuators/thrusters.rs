@@ -79,7 +79,7 @@ fn read(section: &Section, index: usize) -> Option<Thruster> {
     } else {
         (["position_m", "force_limit_n"], ["torque_limit_n_m"; 3])
     };
-    for key in others.into_iter().filter(|key| section.has(key)) {
+    if let Some(key) = others.into_iter().find(|key| section.has(key)) {
         let reason = format!("{}: `{key}` does not go with `{}`", called(section, index), needed[0]);
         let remedy = "give torque_axis_body and torque_limit_n_m, or position_m, force_direction_body and force_limit_n";
         return section.refuse("E0028", key, reason, remedy);
