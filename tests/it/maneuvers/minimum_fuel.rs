@@ -37,7 +37,7 @@ fn thrusters(axes: &[[f64; 3]], limit: f64) -> Actuation {
 #[test]
 fn a_turn_about_a_principal_axis_burns_as_the_closed_form_says() {
     let (limit, duration) = (0.8, 7.0);
-    let shortest = 2.0 * (3.0 * FRAC_PI_2 / limit as f64).sqrt();
+    let shortest = 2.0 * (3.0 * FRAC_PI_2 / limit).sqrt();
     let closed = limit * (duration - (duration * duration - shortest * shortest).sqrt());
     let plan = solved(&quarter_turn(Fuel::default(), duration));
     let switching = plan.solution.switching.unwrap();
@@ -55,7 +55,7 @@ fn a_turn_about_a_principal_axis_burns_as_the_closed_form_says() {
 #[test]
 fn a_price_of_time_chooses_the_duration_of_the_closed_form() {
     let (limit, price) = (0.8, 0.3);
-    let shortest = 2.0 * (3.0 * FRAC_PI_2 / limit as f64).sqrt();
+    let shortest = 2.0 * (3.0 * FRAC_PI_2 / limit).sqrt();
     let k = 1.0 + price / limit;
     let best = shortest * k / (k * k - 1.0).sqrt();
     let closed = limit * (best - (best * best - shortest * shortest).sqrt()) + price * best;
