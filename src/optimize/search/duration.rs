@@ -14,7 +14,7 @@
 use super::{Observer, PlanError};
 use crate::maneuver::objective::{Objective, Weights, effort};
 use crate::maneuver::problem::Problem;
-use crate::maneuver::settings::Settings;
+use crate::maneuver::settings::{Method, Settings};
 use crate::maneuver::solution::{Outcome, Solution};
 use crate::mechanics::drift_equation;
 use crate::mechanics::environment::Pose;
@@ -53,8 +53,14 @@ pub(super) fn solve(
     let mut stopped: Option<Solution> = None;
     let mut at = |duration: f64| -> Result<Option<Known>, PlanError> {
         let remaining = settings.time_limit.map(|limit| limit.saturating_sub(began.elapsed()));
-        let settings = Settings { time_limit: remaining, ..settings.clone() };
-        let solution = solve(&problem.clone().with_duration(duration), &settings, observer)?;
+        // The shooting alone: what it cannot do within the limits is too short, and SCP would search for long.
+        let settings = Settings { time_limit: remaining, method: Method::Shooting, ..settings.clone() };
+        let given = problem.clone().with_duration(duration);
+        if given.check().is_err() {
+            // Boundary rates that turn too far in a step of such a length.
+            return Ok(None);
+        }
+        let solution = solve(&given, &settings, observer)?;
         if solution.outcome != Outcome::Converged {
             stopped = Some(solution);
             return Ok(None);
@@ -112,23 +118,7 @@ fn stationary(
     price: f64,
     at: &mut dyn FnMut(f64) -> Result<Option<Known>, PlanError>,
 ) -> Result<Option<Known>, PlanError> {
-    // A bracket, by doubling or halving.
-    let Some(mut low) = at(start)? else { return Ok(None) };
-    let factor = if low.slope < 0.0 { 2.0 } else { 0.5 };
-    let mut high = loop {
-        let next = low.duration * factor;
-        if !(start / LONGEST_WAY..=start * LONGEST_WAY).contains(&next) {
-            return Ok(None);
-        }
-        let Some(next) = at(next)? else { return Ok(None) };
-        if (next.slope < 0.0) != (low.slope < 0.0) {
-            break next;
-        }
-        low = next;
-    };
-    if low.duration > high.duration {
-        std::mem::swap(&mut low, &mut high);
-    }
+    let Some((mut low, mut high)) = bracket(start, at)? else { return Ok(None) };
     // Regula falsi that halves the weight of an end which stays (Illinois), in the logarithms.
     let mut weights = [deviation(&low, price), deviation(&high, price)];
     let mut last_moved = None;
@@ -150,6 +140,33 @@ fn stationary(
         *[&mut low, &mut high][moved] = next;
     }
     Ok(Some(if low.slope.abs() < high.slope.abs() { low } else { high }))
+}
+
+/// Two durations, at the shorter of which more time pays and at the longer less. Limits may leave no plan: then a duration
+/// counts as too short.
+fn bracket(
+    start: f64,
+    at: &mut dyn FnMut(f64) -> Result<Option<Known>, PlanError>,
+) -> Result<Option<(Known, Known)>, PlanError> {
+    let (mut low, mut high): (Option<Known>, Option<Known>) = (None, None);
+    let (mut duration, mut too_short) = (start, None);
+    for _ in 0..MOST_ITERATIONS {
+        match at(duration)? {
+            None => too_short = Some(duration),
+            Some(known) if known.slope < 0.0 => low = Some(known),
+            Some(known) => high = Some(known),
+        }
+        duration = match (&low, &high, too_short) {
+            (Some(_), Some(_), _) => return Ok(low.zip(high)),
+            (_, None, _) => 2.0 * duration,
+            (None, Some(high), None) => 0.5 * high.duration,
+            (None, Some(high), Some(short)) => (short * high.duration).sqrt(),
+        };
+        if !(start / LONGEST_WAY..=start * LONGEST_WAY).contains(&duration) {
+            break;
+        }
+    }
+    Ok(None)
 }
 
 /// `ln(−E'/w)`: positive where more time pays. Where effort grows with the duration, a negative number.

@@ -30,7 +30,7 @@ fn template_loads_without_a_word() {
     let loaded = good(spec::template(), &[]);
     assert!(loaded.warnings.is_empty());
     assert_eq!(loaded.problem.steps, 100);
-    // What it shows in comments holds too, but for the reaction wheels, which take the place of torque axes.
+    // What it shows in comments holds too, but for reaction wheels and thrusters, which take the place of torque axes.
     let shown = |wheels: bool| {
         let mut table = "";
         let mut text = String::new();
@@ -42,6 +42,7 @@ fn template_loads_without_a_word() {
                 key.starts_with('[') || (key.len() > 3 && !key.contains(' ') && bare.contains(" = "));
             let wanted = match table {
                 "[[actuators.wheel" => wheels,
+                "[[actuators.thruster" => false,
                 "[actuators" => !wheels,
                 _ => true,
             };
