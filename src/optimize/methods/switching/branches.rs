@@ -133,6 +133,8 @@ fn same(extremal: &Extremal, a: &Smoothed, b: &Smoothed) -> bool {
     let (cost_a, cost_b) = (a.cost(extremal), b.cost(extremal));
     let costate = |one: &Smoothed| (one.path.m, one.path.nodes[0].e);
     let ((am, ae), (bm, be)) = (costate(a), costate(b));
-    (cost_a - cost_b).abs() < 1e-4 * cost_a.abs()
-        && (am - bm).norm() + (ae - be).norm() < 1e-2 * (am.norm() + ae.norm())
+    // A sum of fuel is known less well than a duration.
+    let (costs, costates) = if extremal.counts_fuel() { (2e-3, 2e-2) } else { (1e-4, 1e-2) };
+    (cost_a - cost_b).abs() < costs * cost_a.abs()
+        && (am - bm).norm() + (ae - be).norm() < costates * (am.norm() + ae.norm())
 }

@@ -19,6 +19,8 @@ const MOST_CHANGES: usize = 8;
 
 /// How often a branch without arcs is followed to a smaller ε, and by what factor.
 const MOST_DESCENTS: usize = 3;
+/// The same where fuel counts: short pulses show late.
+const MOST_DESCENTS_FUEL: usize = 6;
 const SMALLER: f64 = 0.4;
 
 /// ε at which a branch with a singular arc ends.
@@ -98,7 +100,11 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, found: &mut Found) -> Limit {
     let mut best: Option<(Arcs, Certificate)> = None;
     let dearer = if extremal.counts_fuel() { DEARER_FUEL } else { DEARER };
     let bounded = |arcs: &Arcs, at: &Smoothed| arcs.cost(extremal) <= at.cost(extremal) * (1.0 + dearer);
-    let attempts = if matches!(extremal.law, Law::Norm(_)) { 0 } else { MOST_DESCENTS };
+    let attempts = match &extremal.law {
+        Law::Norm(_) => 0,
+        Law::Inputs(_) if extremal.counts_fuel() => MOST_DESCENTS_FUEL,
+        Law::Inputs(_) => MOST_DESCENTS,
+    };
     for _ in 0..attempts {
         if let Some((arcs, certificate)) = polish(extremal, &at, found) {
             if certificate.gap <= NO_GAP * arcs.cost(extremal) && bounded(&arcs, &at) {
