@@ -110,14 +110,14 @@ class Plan:
 
     @property
     def switching(self) -> dict[str, Any] | None:
-        """Arcs, switching times and certificate of a plan of minimum time, with the keys of a plan file: ``structure``,
+        """Arcs, switching times and certificate of a plan whose inputs switch, with the keys of a plan file: ``structure``,
         ``continuous_duration_s``, ``continuous_cost``, ``gap``, ``eigenaxis_s``, ``arcs``. None for other plans."""
         arcs: dict[str, Any] | None = self._head.get("switching")
         return arcs
 
     @property
     def switching_times(self) -> Array:
-        """Times in seconds at which inputs switch, of the continuous extremal of minimum time; empty for other plans."""
+        """Times in seconds at which inputs switch, of the continuous extremal of minimum time or fuel; empty for other plans."""
         arcs = (self.switching or {}).get("arcs", [])
         return _floats([arc["start_s"] for arc in arcs[1:]])
 

@@ -64,7 +64,7 @@ impl Motion {
             return Err(PyValueError::new_err("inputs: every input must be finite"));
         }
         if problem.duration.is_nan() {
-            let reason = "a maneuver of minimum time has no duration to simulate: set maneuver.duration_s";
+            let reason = "a maneuver whose duration is sought has none to simulate: plan it first, or set maneuver.duration_s";
             return Err(PyValueError::new_err(reason));
         }
         if problem.actuation.wheels.is_none() {

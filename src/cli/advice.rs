@@ -61,9 +61,13 @@ pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Pl
         (Status::Solved, _) => finer.into_iter().collect(),
         (Status::VerificationFailed, _) => vec![finer.unwrap_or_else(more_steps)],
         (_, Outcome::Stalled) if problem.objective.switches() && solution.longer.is_some() => vec![longer()],
-        (_, Outcome::Stalled | Outcome::NotFinite) if problem.objective.switches() => {
+        // A duration that is sought cannot be set.
+        (_, Outcome::Stalled | Outcome::NotFinite)
+            if problem.objective.switches() || problem.objective.seeks_duration() =>
+        {
             vec![more_steps(), again(args, "solver.search", "thorough", "more starts")]
         }
+        (_, Outcome::StepTooLong) if problem.objective.seeks_duration() => vec![more_steps()],
         (_, Outcome::StepTooLong) => vec![more_steps(), longer()],
         (_, Outcome::IterationLimit) => {
             let iterations = 2 * settings.max_iterations;

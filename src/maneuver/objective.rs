@@ -32,7 +32,7 @@ pub enum Objective {
 pub struct Fuel {
     /// `c_j`, one per torque input, positive, in 1/(N·m·s) up to the user's unit of cost; absent: 1 each.
     pub prices: Option<Vec<f64>>,
-    /// What a second costs, where the duration is sought; absent: it is given.
+    /// What a second costs, where the duration is sought, in 1/s up to the user's unit of cost; absent: it is given.
     pub time_price: Option<f64>,
 }
 
@@ -42,7 +42,7 @@ impl Fuel {
         self.prices.as_ref().map_or(1.0, |prices| prices.get(input).copied().unwrap_or(f64::NAN))
     }
 
-    /// What a row of torque inputs costs in a second.
+    /// What a second costs: the fuel of a row of torque inputs, and the price of time.
     pub fn rate(&self, inputs: &[f64]) -> f64 {
         let fuel: f64 = inputs.iter().enumerate().map(|(input, u)| self.price(input) * u.abs()).sum();
         fuel + self.time_price.unwrap_or(0.0)
@@ -127,7 +127,7 @@ pub struct Weights {
     pub torque: Option<DMatrix<f64>>,
     /// Block of the force inputs.
     pub force: Option<DMatrix<f64>>,
-    /// What a second costs, where the duration is sought; absent: it is given.
+    /// What a second costs, where the duration is sought, in 1/s up to the user's unit of cost; absent: it is given.
     pub time_price: Option<f64>,
 }
 

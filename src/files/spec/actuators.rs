@@ -4,7 +4,7 @@ mod thrusters;
 mod wheels;
 
 use super::body::SMALLEST;
-use super::{Limits, Section, short, show};
+use super::{Limits, Section, escape, short, show};
 use crate::maneuver::{Motion, Weighted, Weights};
 use crate::mechanics::{Actuation, ActuatorSet, ActuatorSetError, AxisFrame};
 use nalgebra::DMatrix;
@@ -192,4 +192,12 @@ fn channel(section: &Section, names: &[(&str, AxisFrame); 2], weight_name: &str)
         return section.refuse("E0065", weight_name, error.to_string(), remedy);
     }
     Some((channel, weight))
+}
+
+/// "wheel 2", with its name if it has one.
+fn called(kind: &str, section: &Section, index: usize) -> String {
+    match section.word("name") {
+        Some(name) => format!("{kind} {} \"{}\"", index + 1, escape(name)),
+        None => format!("{kind} {}", index + 1),
+    }
 }

@@ -4,18 +4,20 @@
 //! mean of the discrete Hamiltonians, which are the derivatives of the discrete action by the length of each step,
 //!
 //! ```text
-//! 𝓗_k = ½(ℓ_k + ℓ_{k+1}) + λ^ζ·ξ' + λ^Π·[(FᵀΠ̂)×ξ' + ½Fᵀτ_k + ½τ_{k+1} + (h/2) M_R(R_{k+1}) ξ'] ,   ℓ = ½uᵀWu
+//! 𝓗_k = ½(ℓ_k + ℓ_{k+1}) + λ^ζ·ξ' + λ^Π·[(FᵀΠ̂)×ξ' + ½Fᵀτ_k + ½τ_{k+1} + h M_R(R_{k+1}) ξ'] ,   ℓ = ½uᵀWu
 //! Π̂  = Π_k + (h/2) τ_k ,   ξ' = Fᵀ E⁻¹ (Π̂ + (h/2) τ_k) ,   E = tr(F J_d) I − F J_d
 //! ```
 //!
-//! with all torques in τ, and λ the costates after the step. `E'` is about `−3E/T` from rest to rest, so the secant runs in
-//! the logarithms of `T` and `−E'`, where that is a straight line.
+//! with all torques in τ, λ the recorded costates (after the whole kick at the end of the step, half of which is the next
+//! step's: hence `h M_R` and not half of it), and `M_R` the derivative of the torques by the attitude. `E'` is about
+//! `−3E/T` from rest to rest, so the secant runs in the logarithms of `T` and `−E'`, where that is a straight line.
 
 use super::{Observer, PlanError};
-use crate::maneuver::objective::{Objective, Weights, effort};
+use crate::maneuver::objective::{Objective, effort};
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::{Method, Settings};
 use crate::maneuver::solution::{Outcome, Solution};
+use crate::mechanics::actuators::AxisFrame;
 use crate::mechanics::drift_equation;
 use crate::mechanics::environment::Pose;
 use crate::numerics::figures::short;
@@ -37,6 +39,22 @@ struct Known {
     slope: f64,
 }
 
+/// Why the search for a duration ends at once.
+enum Halt {
+    Refused(PlanError),
+    /// The solve that was interrupted, or ran out of time.
+    Stopped(Box<Solution>),
+}
+
+impl From<PlanError> for Halt {
+    fn from(error: PlanError) -> Self {
+        Self::Refused(error)
+    }
+}
+
+/// A duration that has a plan, or none.
+type At<'a> = dyn FnMut(f64) -> Result<Option<Known>, Halt> + 'a;
+
 /// Solves a maneuver of given duration.
 type Solve<'a> = dyn FnMut(&Problem, &Settings, &mut dyn Observer) -> Result<Solution, PlanError> + 'a;
 
@@ -50,8 +68,8 @@ pub(super) fn solve(
     let began = Instant::now();
     let price = problem.objective.time_price();
     let mut best: Option<Known> = None;
-    let mut stopped: Option<Solution> = None;
-    let mut at = |duration: f64| -> Result<Option<Known>, PlanError> {
+    let mut unsolved: Option<Box<Solution>> = None;
+    let mut at = |duration: f64| -> Result<Option<Known>, Halt> {
         let remaining = settings.time_limit.map(|limit| limit.saturating_sub(began.elapsed()));
         // The shooting alone: what it cannot do within the limits is too short, and SCP would search for long.
         let settings = Settings { time_limit: remaining, method: Method::Shooting, ..settings.clone() };
@@ -61,16 +79,30 @@ pub(super) fn solve(
             return Ok(None);
         }
         let solution = solve(&given, &settings, observer)?;
-        if solution.outcome != Outcome::Converged {
-            stopped = Some(solution);
-            return Ok(None);
+        match solution.outcome {
+            Outcome::Converged => {}
+            Outcome::TimeLimit | Outcome::Interrupted => return Err(Halt::Stopped(Box::new(solution))),
+            _ => {
+                unsolved = Some(Box::new(solution));
+                return Ok(None);
+            }
         }
         let slope = price + effort_slope(problem, duration, &solution);
         Ok(slope.is_finite().then_some(Known { duration, solution, slope }))
     };
     let first = about_a_fixed_axis(problem, price);
+    let mut stopped = None;
     for start in STARTS {
-        let Some(found) = stationary(start * first, price, &mut at)? else { continue };
+        let found = match stationary(start * first, price, &mut at) {
+            Ok(Some(found)) => found,
+            Ok(None) => continue,
+            Err(Halt::Refused(error)) => return Err(error),
+            // What the starts before have found stands.
+            Err(Halt::Stopped(solution)) => {
+                stopped = Some(solution);
+                break;
+            }
+        };
         let cost = |known: &Known| known.solution.cost + price * known.duration;
         if best.as_ref().is_none_or(|best| cost(&found) < cost(best)) {
             best = Some(found);
@@ -78,17 +110,18 @@ pub(super) fn solve(
     }
     let elapsed = began.elapsed().as_secs_f64();
     let Some(Known { duration, solution, slope }) = best else {
-        let unsolved = stopped.unwrap_or_else(|| Solution::unsolved(problem, settings.tolerance));
-        let outcome = match unsolved.outcome {
-            Outcome::TimeLimit | Outcome::Interrupted => unsolved.outcome,
-            _ => Outcome::Stalled,
-        };
+        if let Some(stopped) = stopped {
+            return Ok(Solution { solve_time: elapsed, ..*stopped });
+        }
+        let unsolved =
+            unsolved.map_or_else(|| Solution::unsolved(problem, settings.tolerance), |solution| *solution);
         let shortfall = format!(
             "no duration from {} s to {} s was found at which a second is worth its price",
             short(first / LONGEST_WAY),
             short(first * LONGEST_WAY)
         );
-        return Ok(Solution { outcome, shortfall: Some(shortfall), solve_time: elapsed, ..unsolved });
+        let (outcome, shortfall) = (Outcome::Stalled, Some(shortfall));
+        return Ok(Solution { outcome, shortfall, solve_time: elapsed, ..unsolved });
     };
     let mut solution = Solution { solve_time: elapsed, ..solution };
     solution.cost += price * duration;
@@ -113,11 +146,7 @@ fn about_a_fixed_axis(problem: &Problem, price: f64) -> f64 {
 }
 
 /// A duration at which the slope goes from negative to positive, from `start` on: a minimum.
-fn stationary(
-    start: f64,
-    price: f64,
-    at: &mut dyn FnMut(f64) -> Result<Option<Known>, PlanError>,
-) -> Result<Option<Known>, PlanError> {
+fn stationary(start: f64, price: f64, at: &mut At<'_>) -> Result<Option<Known>, Halt> {
     let Some((mut low, mut high)) = bracket(start, at)? else { return Ok(None) };
     // Regula falsi that halves the weight of an end which stays (Illinois), in the logarithms.
     let mut weights = [deviation(&low, price), deviation(&high, price)];
@@ -144,10 +173,7 @@ fn stationary(
 
 /// Two durations, at the shorter of which more time pays and at the longer less. Limits may leave no plan: then a duration
 /// counts as too short.
-fn bracket(
-    start: f64,
-    at: &mut dyn FnMut(f64) -> Result<Option<Known>, PlanError>,
-) -> Result<Option<(Known, Known)>, PlanError> {
+fn bracket(start: f64, at: &mut At<'_>) -> Result<Option<(Known, Known)>, Halt> {
     let (mut low, mut high): (Option<Known>, Option<Known>) = (None, None);
     let (mut duration, mut too_short) = (start, None);
     for _ in 0..MOST_ITERATIONS {
@@ -175,9 +201,21 @@ fn deviation(known: &Known, price: f64) -> f64 {
     (-known.slope / price).ln_1p().max(WRONG_SIDE)
 }
 
+/// What a node has to do with the steps beside it.
+struct Node {
+    attitude: Matrix3,
+    torque: Vector3,
+    /// Derivative of the torque by the attitude, `M_R`.
+    gradient: Matrix3,
+    /// `ℓ = ½uᵀWu`.
+    running: f64,
+}
+
 /// `E'(T)`: the mean discrete Hamiltonian of a solution.
 fn effort_slope(problem: &Problem, duration: f64, solution: &Solution) -> f64 {
     let Objective::Effort(weights) = &problem.objective else { return f64::NAN };
+    let weight = weights.torque(&problem.actuation).weight;
+    let turning = problem.actuation.torque.frame() == AxisFrame::Reference;
     let trajectory = &solution.trajectory;
     let steps = trajectory.time.len().saturating_sub(1);
     let body = &problem.body.inertia;
@@ -185,13 +223,15 @@ fn effort_slope(problem: &Problem, duration: f64, solution: &Solution) -> f64 {
     let node = |k: usize| {
         let attitude = lie::rotation_from_quaternion(&trajectory.quaternion[k]);
         let pose = Pose { position: Vector3::zeros(), attitude };
-        let torque = problem.environment.wrench(&pose).moment + trajectory.torque[k];
-        (
+        let held = trajectory.torque[k];
+        // Torques about axes of the reference frame turn backwards in the body: δ(Rᵀt) = (Rᵀt) × ξ for δR = R ξ̂.
+        let of_actuators = if turning { lie::hat(&held) } else { Matrix3::zeros() };
+        Node {
             attitude,
-            torque,
-            problem.environment.gradient(&pose).rr,
-            running(problem, weights, trajectory.inputs(k)),
-        )
+            torque: problem.environment.wrench(&pose).moment + held,
+            gradient: problem.environment.gradient(&pose).rr + of_actuators,
+            running: effort(&weight, trajectory.inputs(k)),
+        }
     };
     let mut from = node(0);
     let mut sum = 0.0;
@@ -200,18 +240,14 @@ fn effort_slope(problem: &Problem, duration: f64, solution: &Solution) -> f64 {
         let costate =
             |first: usize| Vector3::from_column_slice(&trajectory.costates[6 * (k + 1) + first..][..3]);
         let (zeta, pi) = (costate(0), costate(3));
-        let f = from.0.tr_mul(&to.0);
-        let kicked = body.j() * trajectory.angular_velocity[k] + 0.5 * h * from.1;
+        let f = from.attitude.tr_mul(&to.attitude);
+        let kicked = body.j() * trajectory.angular_velocity[k] + 0.5 * h * from.torque;
         let e = (f * body.j_d()).trace() * Matrix3::identity() - f * body.j_d();
-        let xi = f.tr_mul(&drift_equation::solve3(&e, &(kicked + 0.5 * h * from.1)));
-        let pull = f.tr_mul(&kicked).cross(&xi) + 0.5 * (f.tr_mul(&from.1) + to.1) + 0.5 * h * to.2 * xi;
-        sum += 0.5 * (from.3 + to.3) + zeta.dot(&xi) + pi.dot(&pull);
+        let xi = f.tr_mul(&drift_equation::solve3(&e, &(kicked + 0.5 * h * from.torque)));
+        let torques = 0.5 * (f.tr_mul(&from.torque) + to.torque);
+        let pull = f.tr_mul(&kicked).cross(&xi) + torques + h * to.gradient * xi;
+        sum += 0.5 * (from.running + to.running) + zeta.dot(&xi) + pi.dot(&pull);
         from = to;
     }
     sum / steps as f64
-}
-
-/// `½uᵀWu`.
-fn running(problem: &Problem, weights: &Weights, inputs: &[f64]) -> f64 {
-    effort(&weights.torque(&problem.actuation).weight, inputs)
 }

@@ -46,10 +46,10 @@ pub enum PlanError {
         /// What it cannot take.
         reason: &'static str,
     },
-    /// What cannot be asked of a maneuver with this objective.
-    #[error("a maneuver that minimises this: {reason}")]
+    /// What cannot be asked of a maneuver whose inputs switch or whose duration is sought.
+    #[error("this maneuver does not go with the settings: {reason}")]
     Unsuited {
-        /// What it cannot take.
+        /// What to change.
         reason: &'static str,
     },
     /// A grid beyond the memory of SCP.

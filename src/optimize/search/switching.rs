@@ -85,16 +85,15 @@ pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
         let arcs = found.limits.iter().find_map(|limit| limit.arcs.as_ref());
         let arcs = arcs.map(|(arcs, _)| arcs.switches.len() + 1);
         let quickest = problem.objective.fuel().and_then(|_| too_short(problem, &found, context));
-        solution.longer = quickest.as_ref().and_then(|(_, longer)| *longer);
-        solution.shortfall = Some(match arcs {
-            _ if quickest.is_some() => {
-                let shortest = quickest.map_or(f64::NAN, |(shortest, _)| shortest);
+        solution.longer = quickest.and_then(|(_, longer)| longer);
+        solution.shortfall = Some(match (quickest, arcs) {
+            (Some((shortest, _)), _) => {
                 let (asked, shortest) = (short(problem.duration), significant(shortest, 6));
                 format!(
                     "no plan of {asked} s was found; the shortest duration found is {shortest} s (locally minimal)"
                 )
             }
-            Some(arcs) if arcs * LEAST_STEPS > problem.steps => {
+            (_, Some(arcs)) if arcs * LEAST_STEPS > problem.steps => {
                 format!("{arcs} arcs need at least {} steps", arcs * LEAST_STEPS)
             }
             _ if found.branches == 0 => "no smoothed extremal was found".into(),
@@ -278,7 +277,8 @@ fn record(problem: &Problem, extremal: &Extremal, units: &Units, grid: &OnGrid) 
     let (mut r, mut pi) = (Matrix3::identity(), extremal.j * extremal.start_rate);
     let (mut m_e, mut quaternion) = ((grid.m, grid.nodes[0].e), None);
     let (mut sheet, mut clock) = ([1.0, 0.0, 0.0, 0.0], 0.0);
-    let (mut within, mut fuel) = (vec![0_usize; count], 0.0);
+    let (mut within, mut cost) = (vec![0_usize; count], 0.0);
+    let rate = |row: &[f64]| problem.objective.fuel().map_or(1.0, |fuel| fuel.rate(row));
     let j = extremal.j;
     for index in 0..=kept.len() {
         let attitude = start * r;
@@ -305,7 +305,7 @@ fn record(problem: &Problem, extremal: &Extremal, units: &Units, grid: &OnGrid) 
             (None, _) => shared(problem, units, &grid.torques[k])?,
         };
         let length = grid.step_length(step);
-        fuel += length * units.time * problem.objective.fuel().map_or(1.0, |fuel| fuel.rate(&row));
+        cost += length * units.time * rate(&row);
         let torque = problem.actuation.torque.output(&row);
         trajectory.input.extend(&row);
         trajectory.torque.push(torque);
@@ -346,7 +346,8 @@ fn record(problem: &Problem, extremal: &Extremal, units: &Units, grid: &OnGrid) 
     };
     let duration = *trajectory.time.last()?;
     Some(Planned {
-        cost: if problem.objective.fuel().is_some() { fuel } else { duration },
+        // The clock of the last node is what the duration is everywhere.
+        cost: if problem.objective.fuel().is_some() { cost } else { duration },
         duration,
         residual: grid.residual,
         iterations: grid.iterations,

@@ -2,7 +2,8 @@
 
 use super::minimum_time::{CUBE, at, body, solved, torques};
 use slewkit::maneuver::{Objective, Problem, Settings, State, Weights};
-use slewkit::mechanics::{Body, Inertia};
+use slewkit::mechanics::environment::UniformGravity;
+use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia};
 use slewkit::plan::{Plan, Silent, plan};
 use slewkit::verify::verify;
 use slewkit::{Matrix3, Vector3, lie};
@@ -82,18 +83,35 @@ fn from_rest_to_rest_the_cost_is_four_thirds_of_the_price_of_the_duration() {
     }
 }
 
+/// With limits; by torques about axes of the reference frame; in a field. A parabola through the costs beside the best
+/// duration has its lowest point there.
 #[test]
 fn the_cost_is_least_at_the_duration_that_is_found() {
     let (start, end) = (at([0.1, 0.0, 0.2], [0.1, -0.2, 0.1]), at([0.9, -0.4, 0.6], [-0.1, 0.2, 0.15]));
-    let limited = |problem: Problem| problem.with_actuation(torques(&CUBE, &[0.3, 0.4, 0.5]));
-    let body = body([1.0, 1.5, 2.0]);
-    let problem = limited(Problem::attitude(body.clone(), start, end, f64::NAN)).with_objective(priced(0.2));
-    let found = solved(&problem);
-    let best = duration(&found);
-    for factor in [0.97, 0.999, 1.001, 1.03] {
-        let given = limited(Problem::attitude(body.clone(), start, end, factor * best));
-        let cost = solved(&given).solution.cost + 0.2 * factor * best;
-        assert!(cost > found.solution.cost, "{factor}: {cost} {}", found.solution.cost);
+    let attitude = Problem::attitude(body([1.0, 1.5, 2.0]), start, end, f64::NAN).with_steps(50);
+    let axes = vec![Vector3::new(1.0, 0.2, 0.0), Vector3::y(), Vector3::new(0.0, -0.3, 1.2)];
+    let in_reference = ActuatorSet::new(axes, AxisFrame::Reference).unwrap();
+    let gravity =
+        UniformGravity::new(1.0, 0.5, Vector3::new(0.3, -0.2, -1.0), Vector3::new(0.1, 0.2, 0.4)).unwrap();
+    let problems = [
+        attitude.clone().with_actuation(torques(&CUBE, &[0.3, 0.4, 0.5])),
+        attitude.clone().with_actuation(Actuation::torques(in_reference)),
+        attitude.with_environment(gravity),
+    ];
+    for problem in problems {
+        let price = 0.2;
+        let found = solved(&problem.clone().with_objective(priced(price)));
+        let best = duration(&found);
+        let cost = |factor: f64| {
+            let given = problem.clone().with_duration(factor * best);
+            solved(&given).solution.cost + price * factor * best
+        };
+        let apart = 1e-3;
+        let [shorter, longer] = [1.0 - apart, 1.0 + apart].map(cost);
+        let curvature = shorter + longer - 2.0 * found.solution.cost;
+        assert!(curvature > 0.0, "{shorter} {} {longer}", found.solution.cost);
+        let lowest = 0.5 * apart * (shorter - longer) / curvature;
+        assert!(lowest.abs() < 1e-5, "{lowest:e}");
     }
 }
 

@@ -47,8 +47,8 @@ fn a_turn_about_a_principal_axis_burns_as_the_closed_form_says() {
         "{} {closed}",
         switching.continuous_cost
     );
-    // A double integrator is exact on any grid.
-    assert!((plan.solution.cost / closed - 1.0).abs() < 2e-3, "{} {closed}", plan.solution.cost);
+    // Steps about one axis turn by 2 atan(hω/2): an error of second order in the step.
+    assert!((plan.solution.cost / closed - 1.0).abs() < 1e-4, "{} {closed}", plan.solution.cost);
 }
 
 /// `d/dT (U (T − √(T² − T_min²)) + w T) = 0`.
@@ -61,12 +61,12 @@ fn a_price_of_time_chooses_the_duration_of_the_closed_form() {
     let closed = limit * (best - (best * best - shortest * shortest).sqrt()) + price * best;
     let objective = Fuel { prices: None, time_price: Some(price) };
     let found = solved(&quarter_turn(objective, f64::NAN)).solution.switching.unwrap();
-    assert!((found.continuous_duration_s / best - 1.0).abs() < 1e-7, "{found:?} {best}");
+    assert!((found.continuous_duration_s / best - 1.0).abs() < 1e-13, "{found:?} {best}");
     assert!((found.continuous_cost / closed - 1.0).abs() < 1e-9, "{found:?} {closed}");
 }
 
 #[test]
-fn a_maneuver_burns_as_much_backwards_and_under_other_names_of_its_axes() {
+fn a_maneuver_burns_as_much_backwards() {
     let forward = moving_slowly();
     let reversed = |state: &State| State { angular_velocity: -state.angular_velocity, ..*state };
     let backward =

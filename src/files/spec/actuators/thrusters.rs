@@ -3,9 +3,9 @@
 //! A thruster is an input of its own, in N·m: the torque that it gives about the mass center. Its limit is that of its
 //! torque, or of its force times the lever; its price goes with the torque or the force in the same way.
 
-use super::{Actuated, FORCE_LIMITS, SMALLEST, TORQUE_LIMITS};
+use super::{Actuated, FORCE_LIMITS, SMALLEST, TORQUE_LIMITS, called};
 use crate::Vector3;
-use crate::files::spec::{Section, escape, short};
+use crate::files::spec::{Section, short};
 use crate::maneuver::{Motion, Weights};
 use crate::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits};
 
@@ -63,14 +63,6 @@ pub(super) fn thrusters(section: &Section, motion: Motion) -> Option<Actuated> {
     good.then_some(Actuated { actuation: Actuation::torques(torque), weights: Weights::default(), prices })
 }
 
-/// "thruster 2", with its name if it has one.
-fn called(section: &Section, index: usize) -> String {
-    match section.word("name") {
-        Some(name) => format!("thruster {} \"{}\"", index + 1, escape(name)),
-        None => format!("thruster {}", index + 1),
-    }
-}
-
 fn read(section: &Section, index: usize) -> Option<Thruster> {
     let price = if section.has("fuel_price") { section.number("fuel_price") } else { Some(1.0) };
     let by_torque = section.has("torque_axis_body");
@@ -80,14 +72,15 @@ fn read(section: &Section, index: usize) -> Option<Thruster> {
         (["position_m", "force_limit_n"], ["torque_limit_n_m"; 3])
     };
     if let Some(key) = others.into_iter().find(|key| section.has(key)) {
-        let reason = format!("{}: `{key}` does not go with `{}`", called(section, index), needed[0]);
+        let reason =
+            format!("{}: `{key}` does not go with `{}`", called("thruster", section, index), needed[0]);
         let remedy = "give torque_axis_body and torque_limit_n_m, or position_m, force_direction_body and force_limit_n";
         return section.refuse("E0028", key, reason, remedy);
     }
     let all_needed = needed.into_iter().chain((!by_torque).then_some("force_direction_body"));
     for key in all_needed {
         if !section.has(key) {
-            let reason = format!("{} needs `{key}`", called(section, index));
+            let reason = format!("{} needs `{key}`", called("thruster", section, index));
             let sample = match key {
                 "position_m" => "add position_m = [0.5, 0, 0.2], from the mass center",
                 "force_direction_body" => "add force_direction_body = [0, 1, 0], the way it pushes the body",
@@ -100,8 +93,10 @@ fn read(section: &Section, index: usize) -> Option<Thruster> {
     let direction = |key: &str| {
         let vector = section.vector(key)?;
         if vector.amax() < SMALLEST {
-            let reason =
-                format!("`{key}` of {} has length zero, and so no direction", called(section, index));
+            let reason = format!(
+                "`{key}` of {} has length zero, and so no direction",
+                called("thruster", section, index)
+            );
             return section.refuse("E0054", key, reason, "give it a direction, or leave the thruster out");
         }
         Some(section.unit(vector))
@@ -116,7 +111,7 @@ fn read(section: &Section, index: usize) -> Option<Thruster> {
     if lever <= NO_LEVER * position.norm() || lever < SMALLEST {
         let reason = format!(
             "{} pushes through the mass center, by a lever of {} m: it turns nothing",
-            called(section, index),
+            called("thruster", section, index),
             short(lever)
         );
         return section.refuse(

@@ -1,8 +1,8 @@
 //! `[[actuators.wheel]]`: reaction wheels behind the torque inputs.
 
-use super::{SMALLEST, TORQUE_LIMITS};
+use super::{SMALLEST, TORQUE_LIMITS, called};
 use crate::Vector3;
-use crate::files::spec::{Section, escape, short, show};
+use crate::files::spec::{Section, short, show};
 use crate::maneuver::{BOUNDARY_ROUNDING, Motion, Weighted, Weights};
 use crate::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use nalgebra::{DMatrix, DVector};
@@ -95,14 +95,6 @@ pub(super) fn wheels(section: &Section, motion: Motion) -> Option<(Actuation, We
     good.then_some((actuation, Weights::of_torques(weight)))
 }
 
-/// "wheel 2", with its name if it has one.
-fn called(section: &Section, index: usize) -> String {
-    match section.word("name") {
-        Some(name) => format!("wheel {} \"{}\"", index + 1, escape(name)),
-        None => format!("wheel {}", index + 1),
-    }
-}
-
 fn read(section: &Section, index: usize) -> Option<Wheel> {
     let axis = axis(section, index);
     let or = |name: &str, absent: f64| if section.has(name) { section.number(name) } else { Some(absent) };
@@ -114,7 +106,7 @@ fn read(section: &Section, index: usize) -> Option<Wheel> {
     if momentum.abs() > momentum_limit * (1.0 + BOUNDARY_ROUNDING) {
         let reason = format!(
             "{} starts with {} N·m·s, its limit is {} N·m·s",
-            called(section, index),
+            called("wheel", section, index),
             show(momentum),
             show(momentum_limit)
         );
@@ -129,7 +121,8 @@ fn axis(section: &Section, index: usize) -> Option<Vector3> {
     let axis = section.vector("axis_body")?;
     let size = axis.amax();
     if size < SMALLEST {
-        let reason = format!("the axis of {} has length zero, and so no direction", called(section, index));
+        let reason =
+            format!("the axis of {} has length zero, and so no direction", called("wheel", section, index));
         return section.refuse(
             "E0054",
             "axis_body",
@@ -141,7 +134,7 @@ fn axis(section: &Section, index: usize) -> Option<Vector3> {
     if (length - 1.0).abs() > SILENT {
         let reason = format!(
             "the axis of {} has length {}; it is made 1, so that torque and momentum are those of the wheel",
-            called(section, index),
+            called("wheel", section, index),
             short(length)
         );
         section.warn(
@@ -162,7 +155,7 @@ fn torque_limits(wheels: &[Wheel], sections: &[Section]) -> Option<Option<Vec<f6
     }
     let missing = wheels.iter().position(|wheel| wheel.torque_limit.is_none());
     let Some(index) = missing else { return Some(Some(limits)) };
-    let wheel = called(&sections[index], index);
+    let wheel = called("wheel", &sections[index], index);
     let reason = format!("{wheel} has no `torque_limit_n_m`, but others have");
     let largest = limits.into_iter().fold(0.0, f64::max);
     let remedy = format!("give every wheel a limit, such as torque_limit_n_m = {}, or none", show(largest));
