@@ -13,7 +13,7 @@ import pytest
 import slewkit
 
 #: Seconds of work: a search of many starts.
-LONG = {"solver.search": "thorough", "maneuver.steps": 50_000, "start.angular_velocity_rad_s": [0.3, -0.2, 0.25]}
+LONG = {"solver.search": "thorough", "maneuver.steps": 500_000, "start.angular_velocity_rad_s": [0.3, -0.2, 0.25]}
 
 
 def test_progress_is_told(spec):

@@ -9,3 +9,5 @@ pub(crate) mod matrix_inertia;
 pub(crate) mod parallel;
 #[cfg(feature = "files")]
 pub(crate) mod random;
+pub(crate) mod three;
+pub(crate) mod widest;

@@ -9,6 +9,7 @@
 use super::extremal::{Extremal, Response};
 use super::flow::{COOPER_VERNER, Course, Lanes, Node, advance};
 use super::smooth::Path;
+use crate::numerics::widest::widest;
 use crate::{Vector3, lie};
 use nalgebra::{DMatrix, DVector};
 
@@ -235,8 +236,7 @@ impl Arcs {
                 return None;
             }
             let found = match count + 8 {
-                ..=14 => self.equations::<14>(extremal, longest),
-                15..=18 => self.equations::<18>(extremal, longest),
+                ..=16 => self.equations::<16>(extremal, longest),
                 _ => self.equations::<32>(extremal, longest),
             }?;
             if found.merit < CONVERGED && longest == FINE {
@@ -349,9 +349,24 @@ fn over_arc<const L: usize>(
     lanes: &mut Lanes<L>,
 ) -> Node {
     let steps = (length.abs() / longest).ceil().clamp(1.0, 1e3) as usize;
-    (0..steps).fold(*from, |node, _| {
-        advance(&Course { extremal, m }, &COOPER_VERNER, &node, length / steps as f64, lanes, None, |_, _| {
-            *held
-        })
-    })
+    let (course, step) = (Course { extremal, m }, length / steps as f64);
+    widest(
+        #[inline(always)]
+        || {
+            let mut node = *from;
+            for _ in 0..steps {
+                node = advance(
+                    &course,
+                    &COOPER_VERNER,
+                    &node,
+                    step,
+                    lanes,
+                    None,
+                    #[inline(always)]
+                    |_, _| *held,
+                );
+            }
+            node
+        },
+    )
 }

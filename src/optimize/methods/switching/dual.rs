@@ -1,7 +1,6 @@
 //! Numbers with their derivatives with respect to L parameters, and the little linear algebra that one step of a grid takes.
 
 use crate::{Matrix3, Vector3};
-use std::array::from_fn;
 use std::ops::{Add, Mul, Neg, Sub};
 
 /// A number and its gradient.
@@ -16,6 +15,7 @@ pub(crate) struct Dual<const L: usize> {
 pub(crate) struct Dual3<const L: usize>(pub [Dual<L>; 3]);
 
 impl<const L: usize> Dual<L> {
+    #[inline(always)]
     pub fn constant(value: f64) -> Self {
         Self { value, gradient: [0.0; L] }
     }
@@ -23,7 +23,11 @@ impl<const L: usize> Dual<L> {
     /// A function of this number whose value and derivative are given.
     #[inline(always)]
     pub fn chain(&self, value: f64, slope: f64) -> Self {
-        Self { value, gradient: from_fn(|l| slope * self.gradient[l]) }
+        let mut gradient = self.gradient;
+        for slot in &mut gradient {
+            *slot *= slope;
+        }
+        Self { value, gradient }
     }
 
     #[inline(always)]
@@ -42,7 +46,11 @@ impl<const L: usize> Add for Dual<L> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Self { value: self.value + other.value, gradient: from_fn(|l| self.gradient[l] + other.gradient[l]) }
+        let mut gradient = self.gradient;
+        for l in 0..L {
+            gradient[l] += other.gradient[l];
+        }
+        Self { value: self.value + other.value, gradient }
     }
 }
 
@@ -50,7 +58,11 @@ impl<const L: usize> Sub for Dual<L> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Self { value: self.value - other.value, gradient: from_fn(|l| self.gradient[l] - other.gradient[l]) }
+        let mut gradient = self.gradient;
+        for l in 0..L {
+            gradient[l] -= other.gradient[l];
+        }
+        Self { value: self.value - other.value, gradient }
     }
 }
 
@@ -58,10 +70,11 @@ impl<const L: usize> Mul for Dual<L> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        // Leibniz.
-        let gradient =
-            self.chain(0.0, other.value) + Self { value: 0.0, gradient: other.gradient }.scale(self.value);
-        Self { value: self.value * other.value, ..gradient }
+        let mut gradient = [0.0; L];
+        for l in 0..L {
+            gradient[l] = other.value * self.gradient[l] + self.value * other.gradient[l];
+        }
+        Self { value: self.value * other.value, gradient }
     }
 }
 
@@ -74,11 +87,13 @@ impl<const L: usize> Neg for Dual<L> {
 }
 
 impl<const L: usize> Dual3<L> {
+    #[inline(always)]
     pub fn constant(value: &Vector3) -> Self {
-        Self(from_fn(|axis| Dual::constant(value[axis])))
+        Self([Dual::constant(value.x), Dual::constant(value.y), Dual::constant(value.z)])
     }
 
     /// The parameters `first`, `first + 1`, `first + 2`.
+    #[inline(always)]
     pub fn parameters(value: &Vector3, first: usize) -> Self {
         let mut vector = Self::constant(value);
         for axis in 0..3 {
@@ -87,13 +102,24 @@ impl<const L: usize> Dual3<L> {
         vector
     }
 
+    #[inline(always)]
     pub fn value(&self) -> Vector3 {
-        Vector3::from_fn(|axis, _| self.0[axis].value)
+        Vector3::new(self.0[0].value, self.0[1].value, self.0[2].value)
+    }
+
+    /// Another vector with this one's gradient, in the same order of the parameters.
+    #[inline(always)]
+    pub fn with_value(mut self, value: &Vector3) -> Self {
+        for (axis, part) in self.0.iter_mut().enumerate() {
+            part.value = value[axis];
+        }
+        self
     }
 
     /// One column of the derivative.
+    #[inline(always)]
     pub fn column(&self, lane: usize) -> Vector3 {
-        Vector3::from_fn(|axis, _| self.0[axis].gradient[lane])
+        Vector3::new(self.0[0].gradient[lane], self.0[1].gradient[lane], self.0[2].gradient[lane])
     }
 
     #[inline(always)]
@@ -110,22 +136,29 @@ impl<const L: usize> Dual3<L> {
 
     #[inline(always)]
     pub fn times(&self, factor: &Dual<L>) -> Self {
-        Self(from_fn(|axis| self.0[axis] * *factor))
+        let [x, y, z] = self.0;
+        Self([x * *factor, y * *factor, z * *factor])
     }
 
     #[inline(always)]
     pub fn scale(&self, factor: f64) -> Self {
-        Self(from_fn(|axis| self.0[axis].scale(factor)))
+        let [x, y, z] = &self.0;
+        Self([x.scale(factor), y.scale(factor), z.scale(factor)])
     }
 
     /// `A v` for a constant matrix.
     #[inline(always)]
     pub fn under(&self, matrix: &Matrix3) -> Self {
-        Self(from_fn(|row| {
-            self.0[0].scale(matrix[(row, 0)])
-                + self.0[1].scale(matrix[(row, 1)])
-                + self.0[2].scale(matrix[(row, 2)])
-        }))
+        let [x, y, z] = &self.0;
+        let mut out = [Dual::constant(0.0); 3];
+        for (row, sum) in out.iter_mut().enumerate() {
+            let (a, b, c) = (matrix[(row, 0)], matrix[(row, 1)], matrix[(row, 2)]);
+            sum.value = a * x.value + b * y.value + c * z.value;
+            for l in 0..L {
+                sum.gradient[l] = a * x.gradient[l] + b * y.gradient[l] + c * z.gradient[l];
+            }
+        }
+        Self(out)
     }
 }
 
@@ -133,7 +166,8 @@ impl<const L: usize> Add for Dual3<L> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Self(from_fn(|axis| self.0[axis] + other.0[axis]))
+        let ([a, b, c], [x, y, z]) = (self.0, other.0);
+        Self([a + x, b + y, c + z])
     }
 }
 
@@ -141,6 +175,7 @@ impl<const L: usize> Sub for Dual3<L> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Self(from_fn(|axis| self.0[axis] - other.0[axis]))
+        let ([a, b, c], [x, y, z]) = (self.0, other.0);
+        Self([a - x, b - y, c - z])
     }
 }

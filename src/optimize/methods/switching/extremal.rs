@@ -11,6 +11,7 @@
 //! and under a limit U of the norm of the torque `τ = −U e/√(|e|² + ε²)`. The added cost is not negative, so a smooth
 //! extremal is a feasible maneuver, and longer than the optimum by no more than `∫ Σ ε (1 − √(1 − v²)) dt`, to first order.
 
+use crate::numerics::three::written;
 use crate::{Matrix3, Vector3};
 
 /// What limits the torque.
@@ -63,6 +64,7 @@ pub(crate) struct Bias {
 }
 
 impl Bias {
+    #[inline(always)]
     pub fn at(&self, fraction: f64) -> Vector3 {
         self.constant + (2.0 * fraction - 1.0) * self.linear
     }
@@ -95,7 +97,8 @@ impl Extremal {
                     torque += v * axis;
                     running += cost * v;
                     minimum += epsilon - root;
-                    stiffness += (e2 / (root * root * root)) * (axis * axis.transpose());
+                    let weighted = (e2 / (root * root * root)) * axis;
+                    stiffness += written(|row, column| weighted[row] * axis[column]);
                 }
             }
             Law::Norm(limit) => {

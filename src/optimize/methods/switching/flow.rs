@@ -13,9 +13,11 @@
 //! η'  = R J⁻¹ δΠ ,      δΠ' = (S(Π) J⁻¹ − S(Ω)) δΠ − G δe ,      G = −∂τ/∂e
 //! δe' = −J⁻¹Rᵀ (δM + M×η) + (S(e) J⁻¹ − J⁻¹S(e)) δΠ + (J⁻¹S(Π) − S(Ω)) δe
 //! ```
+//!
+//! The factor of `δe` is minus the transpose of that of `δΠ` in `δΠ'`, and `−J⁻¹S(e)` the transpose of `S(e) J⁻¹`.
 
 use super::extremal::{Extremal, Response};
-use crate::lie::hat;
+use crate::numerics::three::{apply, apply_transposed, cross, crossed, product, written};
 use crate::{Matrix3, Vector3};
 
 /// Attitude, momentum and momentum costate at one instant, scaled.
@@ -45,13 +47,16 @@ impl<const L: usize> Lanes<L> {
     }
 
     /// Block 0, 1, 2 (`η`, `δΠ`, `δe`) of one parameter.
+    #[inline(always)]
     pub fn block(&self, block: usize, lane: usize) -> Vector3 {
-        Vector3::from_fn(|row, _| self.0[3 * block + row][lane])
+        let row = |row: usize| self.0[3 * block + row][lane];
+        Vector3::new(row(0), row(1), row(2))
     }
 
+    #[inline(always)]
     pub fn add(&mut self, lane: usize, rate: &[Vector3; 3], factor: f64) {
-        for (row, values) in self.0.iter_mut().enumerate() {
-            values[lane] += factor * rate[row / 3][row % 3];
+        for row in 0..9 {
+            self.0[row][lane] += factor * rate[row / 3][row % 3];
         }
     }
 
@@ -64,9 +69,9 @@ impl<const L: usize> Lanes<L> {
 
     #[inline(always)]
     fn add_scaled(&mut self, other: &Self, factor: f64) {
-        for (row, rate) in self.0.iter_mut().zip(&other.0) {
-            for (value, rate) in row.iter_mut().zip(rate) {
-                *value += factor * rate;
+        for row in 0..9 {
+            for lane in 0..L {
+                self.0[row][lane] += factor * other.0[row][lane];
             }
         }
     }
@@ -74,9 +79,20 @@ impl<const L: usize> Lanes<L> {
 
 impl Node {
     /// `self ⊖ other`, in the blocks of a disturbance.
+    #[inline(always)]
     pub fn minus(&self, other: &Self) -> [Vector3; 3] {
-        let turn = self.r * other.r.transpose();
+        let turn = product(&self.r, &other.r.transpose());
         [crate::lie::log(&turn), self.pi - other.pi, self.e - other.e]
+    }
+
+    /// After a change of the quaternion from this attitude, the momentum and its costate.
+    #[inline(always)]
+    fn displaced(&self, y: &[f64; 10]) -> Self {
+        Self {
+            r: product(&self.r, &turn(&[1.0 + y[0], y[1], y[2], y[3]])),
+            pi: self.pi + Vector3::new(y[4], y[5], y[6]),
+            e: self.e + Vector3::new(y[7], y[8], y[9]),
+        }
     }
 
     /// Disturbed.
@@ -92,11 +108,11 @@ impl Node {
 /// The linearised flow at one instant.
 struct Linear {
     x: Matrix3,
+    /// Of `δΠ` in `δΠ'`; its transpose is minus that of `δe` in `δe'`.
     a: Matrix3,
     g: Matrix3,
     y: Matrix3,
     c: Matrix3,
-    d: Matrix3,
 }
 
 impl Linear {
@@ -107,7 +123,7 @@ impl Linear {
         for row in 0..3 {
             for column in 0..3 {
                 let (x, a, g) = (self.x[(row, column)], self.a[(row, column)], self.g[(row, column)]);
-                let (y, c, d) = (self.y[(row, column)], self.c[(row, column)], self.d[(row, column)]);
+                let (y, c, d) = (self.y[(row, column)], self.c[(row, column)], -self.a[(column, row)]);
                 let (eta, pi, e) = (&v[column], &v[3 + column], &v[6 + column]);
                 for l in 0..L {
                     out.0[row][l] += x * pi[l];
@@ -126,38 +142,41 @@ impl Linear {
 
 impl Extremal {
     /// Time derivative of a node, `[Ω in reference axes, Π', e']`, under the torque `torque`.
+    #[inline(always)]
     pub fn rate(&self, m: &Vector3, node: &Node, torque: &Vector3) -> [Vector3; 3] {
         let (w, pi, e) = self.body_rate(m, node, torque);
-        [node.r * w, pi, e]
+        [apply(&node.r, &w), pi, e]
     }
 
     #[inline(always)]
     fn body_rate(&self, m: &Vector3, node: &Node, torque: &Vector3) -> (Vector3, Vector3, Vector3) {
-        let w = self.j_inverse * node.pi;
-        let m = node.r.tr_mul(m);
-        let e = node.e.cross(&w) - self.j_inverse * (m + node.e.cross(&node.pi));
-        (w, node.pi.cross(&w) + torque, e)
+        let w = apply(&self.j_inverse, &node.pi);
+        let m = apply_transposed(&node.r, m);
+        let e = cross(&node.e, &w) - apply(&self.j_inverse, &(m + cross(&node.e, &node.pi)));
+        (w, cross(&node.pi, &w) + torque, e)
     }
 
-    fn linear(&self, m: &Vector3, node: &Node, stiffness: &Matrix3) -> Linear {
-        let w = hat(&(self.j_inverse * node.pi));
-        let (pi, e) = (hat(&node.pi), hat(&node.e));
-        let x = node.r * self.j_inverse;
-        let lever = self.j_inverse * pi - w;
+    #[inline(always)]
+    fn linear(&self, m: &Vector3, node: &Node, w: &Vector3, stiffness: &Matrix3) -> Linear {
+        let x = product(&node.r, &self.j_inverse);
+        let (of_momentum, of_costate) =
+            (crossed(&node.pi, &self.j_inverse), crossed(&node.e, &self.j_inverse));
+        // −xᵀS(M): its rows are M × x of each column of x.
+        let y = crossed(m, &x);
         Linear {
             x,
-            a: pi * self.j_inverse - w,
+            a: of_momentum - crossed(w, &Matrix3::identity()),
             g: *stiffness,
-            y: -x.tr_mul(&hat(m)),
-            c: e * self.j_inverse - self.j_inverse * e,
-            d: lever,
+            y: written(|row, column| y[(column, row)]),
+            c: written(|row, column| of_costate[(row, column)] + of_costate[(column, row)]),
         }
     }
 
     /// The Hamiltonian; `minimum` is the least `e·τ + Σ c_j v_j` plus what smoothing adds.
+    #[inline(always)]
     pub fn hamiltonian(&self, m: &Vector3, node: &Node, minimum: f64) -> f64 {
-        let w = self.j_inverse * node.pi;
-        self.time_price + node.r.tr_mul(m).dot(&w) + node.e.dot(&node.pi.cross(&w)) + minimum
+        let w = apply(&self.j_inverse, &node.pi);
+        self.time_price + apply_transposed(&node.r, m).dot(&w) + node.e.dot(&cross(&node.pi, &w)) + minimum
     }
 }
 
@@ -311,40 +330,35 @@ pub(crate) fn advance<const S: usize, const L: usize>(
     let mut rates = [[0.0; 10]; S];
     let mut lane_rates = [Lanes::<L>::zero(); S];
     let (mut sum, mut lane_sum) = ([0.0; 10], Lanes::<L>::zero());
-    let at = |y: &[f64; 10]| Node {
-        r: from.r * turn(&[1.0 + y[0], y[1], y[2], y[3]]),
-        pi: from.pi + Vector3::new(y[4], y[5], y[6]),
-        e: from.e + Vector3::new(y[7], y[8], y[9]),
-    };
     for stage in 0..S {
         let (mut y, mut v) = ([0.0; 10], *lanes);
         for earlier in 0..stage {
             let factor = length * tableau.a[stage][earlier];
             if factor != 0.0 {
-                for (y, rate) in y.iter_mut().zip(&rates[earlier]) {
-                    *y += factor * rate;
+                for row in 0..10 {
+                    y[row] += factor * rates[earlier][row];
                 }
                 v.add_scaled(&lane_rates[earlier], factor);
             }
         }
-        let node = at(&y);
+        let node = from.displaced(&y);
         let response = respond(tableau.c[stage], &node.e);
         let (w, pi, e) = extremal.body_rate(m, &node, &response.torque);
         let (q0, q) = (1.0 + y[0], Vector3::new(y[1], y[2], y[3]));
-        let q_dot = 0.5 * (q0 * w + q.cross(&w));
+        let q_dot = 0.5 * (q0 * w + cross(&q, &w));
         rates[stage] = [-0.5 * q.dot(&w), q_dot.x, q_dot.y, q_dot.z, pi.x, pi.y, pi.z, e.x, e.y, e.z];
-        lane_rates[stage] = extremal.linear(m, &node, &response.stiffness).times(&v);
+        lane_rates[stage] = extremal.linear(m, &node, &w, &response.stiffness).times(&v);
         if let Some((lane, duration)) = stretched {
-            lane_rates[stage].add(lane, &[node.r * w, pi, e], 1.0 / duration);
+            lane_rates[stage].add(lane, &[apply(&node.r, &w), pi, e], 1.0 / duration);
         }
         let factor = length * tableau.b[stage];
         if factor != 0.0 {
-            for (sum, rate) in sum.iter_mut().zip(&rates[stage]) {
-                *sum += factor * rate;
+            for row in 0..10 {
+                sum[row] += factor * rates[stage][row];
             }
             lane_sum.add_scaled(&lane_rates[stage], factor);
         }
     }
     lanes.add_scaled(&lane_sum, 1.0);
-    at(&sum)
+    from.displaced(&sum)
 }

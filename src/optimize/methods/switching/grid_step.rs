@@ -13,6 +13,8 @@
 use super::dual::{Dual, Dual3};
 use super::extremal::Extremal;
 use crate::mechanics::drift_equation;
+use crate::numerics::three::apply;
+use crate::numerics::widest::widest;
 use crate::{Matrix3, Vector3, lie};
 
 /// Parameters of a step: `m`, `Π`, `e`, `h`.
@@ -62,7 +64,37 @@ fn turned<const L: usize>(c: &Dual3<L>, weight: &Dual<L>, v: &Dual3<L>, sign: f6
     *v + (once.scale(sign) + c.cross(&once)).times(weight)
 }
 
+/// The rotation of a step, and its matrix `E`.
+struct Solve<const L: usize> {
+    c: Dual3<L>,
+    /// `2/(1 + |c|²)`.
+    weight: Dual<L>,
+    /// `tr(F J_d)`.
+    trace: Dual<L>,
+    j_d: Matrix3,
+    /// `E⁻¹`, without derivatives.
+    inverse: Matrix3,
+}
+
+impl<const L: usize> Solve<L> {
+    /// `Fᵀv`.
+    #[inline(always)]
+    fn back(&self, v: &Dual3<L>) -> Dual3<L> {
+        turned(&self.c, &self.weight, v, -1.0)
+    }
+
+    /// `E⁻¹x`.
+    #[inline(always)]
+    fn solve(&self, x: &Dual3<L>) -> Dual3<L> {
+        let y = apply(&self.inverse, &x.value());
+        let fixed = Dual3::constant(&y);
+        let applied = fixed.times(&self.trace) - turned(&self.c, &self.weight, &fixed.under(&self.j_d), 1.0);
+        (*x - applied).under(&self.inverse).with_value(&y)
+    }
+}
+
 impl Extremal {
+    #[inline(always)]
     fn drifted<const L: usize>(&self, given: &In<L>) -> Option<Out<L>> {
         let In { m, pi, e, h, torque, running } = given;
         let half = torque.times(&h.scale(0.5));
@@ -74,13 +106,7 @@ impl Extremal {
         let residual = g + g.cross(&c_fixed) + c_fixed.times(&g.dot(&c_fixed));
         let slope = 2.0 * self.j - lie::hat(&g0) - Matrix3::identity() * g0.dot(&c0) - c0 * g0.transpose();
         let inverse = drift_equation::inverse3(&slope);
-        let mut c = c_fixed;
-        for lane in 0..L {
-            let change = inverse * residual.column(lane);
-            for axis in 0..3 {
-                c.0[axis].gradient[lane] = change[axis];
-            }
-        }
+        let c = residual.under(&inverse).with_value(&c0);
         let square = c.dot(&c);
         let weight = (Dual::constant(1.0) + square).recip().scale(2.0);
         let j_d = 0.5 * self.j.trace() * Matrix3::identity() - self.j;
@@ -89,31 +115,18 @@ impl Extremal {
         let c0 = c.value();
         let f = lie::cayley(&c0);
         let matrix = Matrix3::identity() * trace.value - f * j_d;
-        let matrix_inverse = drift_equation::inverse3(&matrix);
-        let solve = |x: &Dual3<L>| {
-            let y0 = matrix_inverse * x.value();
-            let y_fixed = Dual3::constant(&y0);
-            let applied = y_fixed.times(&trace) - turned(&c, &weight, &y_fixed.under(&j_d), 1.0);
-            let mut y = y_fixed;
-            for lane in 0..L {
-                let change = matrix_inverse * (x.column(lane) - applied.column(lane));
-                for axis in 0..3 {
-                    y.0[axis].gradient[lane] = change[axis];
-                }
-            }
-            y
-        };
-        let back = |v: &Dual3<L>| turned(&c, &weight, v, -1.0);
-        let drifted = back(&kicked);
-        let m_after = back(m);
-        let e_after = back(&(*e + solve(&(kicked.cross(e) - *m)).times(h)));
-        let xi = back(&solve(&(kicked + half)));
-        let pull = drifted.cross(&xi) + (back(torque) + *torque).scale(0.5);
+        let linear = Solve { c, weight, trace, j_d, inverse: drift_equation::inverse3(&matrix) };
+        let drifted = linear.back(&kicked);
+        let m_after = linear.back(m);
+        let e_after = linear.back(&(*e + linear.solve(&(kicked.cross(e) - *m)).times(h)));
+        let xi = linear.back(&linear.solve(&(kicked + half)));
+        let pull = drifted.cross(&xi) + (linear.back(torque) + *torque).scale(0.5);
         let hamiltonian = Dual::constant(self.time_price) + *running + m_after.dot(&xi) + e_after.dot(&pull);
         Some(Out { c, pi: drifted + half, e: e_after, hamiltonian })
     }
 
     /// The smoothed torque of a step, by Newton on `τ = law(½(e + e⁺(τ)))`, and `(1 + ½ G ∂e⁺/∂τ)⁻¹ G`.
+    #[inline(always)]
     fn implicit_torque(
         &self,
         m: &Vector3,
@@ -154,6 +167,14 @@ impl Extremal {
         h: f64,
         torque: Torque,
     ) -> Option<GridStep> {
+        widest(
+            #[inline(always)]
+            || self.taken(m, pi, e, h, torque),
+        )
+    }
+
+    #[inline(always)]
+    fn taken(&self, m: &Vector3, pi: &Vector3, e: &Vector3, h: f64, torque: Torque) -> Option<GridStep> {
         let mut given = In::<PARAMETERS> {
             m: Dual3::parameters(m, 0),
             pi: Dual3::parameters(pi, 3),
@@ -176,29 +197,20 @@ impl Extremal {
                 let law = self.smooth(&mean.value(), epsilon, &Vector3::zeros());
                 // ℓ = min(e·τ + ε…) − e·τ, and ∂ℓ = −e·∂τ because the law makes the sum least.
                 given.running.value = law.minimum - mean.value().dot(&law.torque);
-                for lane in 0..PARAMETERS {
-                    let change = -(gain * mean.column(lane));
-                    for axis in 0..3 {
-                        given.torque.0[axis].gradient[lane] = change[axis];
-                    }
-                    given.running.gradient[lane] = -mean.value().dot(&change);
-                }
+                given.torque = mean.under(&-gain).with_value(&value);
+                let fixed = Dual3::constant(&mean.value());
+                given.running.gradient = (-fixed.dot(&given.torque)).gradient;
             }
         }
         let out = self.drifted(&given)?;
         let c = out.c.value();
         let weight = 2.0 / (1.0 + c.norm_squared());
+        let turn = (out.c + Dual3::constant(&c).cross(&out.c)).scale(weight);
+        let rows = turn.0.iter().chain(&out.pi.0).chain(&out.e.0).chain([&out.hamiltonian]);
         let mut jacobian = [[0.0; PARAMETERS]; 10];
-        let columns: [[Vector3; 3]; PARAMETERS] = std::array::from_fn(|lane| {
-            let turn = weight * (out.c.column(lane) + c.cross(&out.c.column(lane)));
-            [turn, out.pi.column(lane), out.e.column(lane)]
-        });
-        for (row, values) in jacobian.iter_mut().take(9).enumerate() {
-            for (value, column) in values.iter_mut().zip(&columns) {
-                *value = column[row / 3][row % 3];
-            }
+        for (row, dual) in jacobian.iter_mut().zip(rows) {
+            *row = dual.gradient;
         }
-        jacobian[9] = out.hamiltonian.gradient;
         Some(GridStep {
             f: lie::cayley(&c),
             pi: out.pi.value(),

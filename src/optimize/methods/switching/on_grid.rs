@@ -10,6 +10,8 @@ use super::arcs::newton_step;
 use super::extremal::Extremal;
 use super::flow::{Lanes, Node};
 use super::grid_step::{GridStep, Torque};
+use crate::numerics::three::{apply, apply_transposed, cross, product};
+use crate::numerics::widest::widest;
 use crate::{Vector3, lie};
 use nalgebra::{DMatrix, DVector};
 
@@ -90,14 +92,14 @@ impl OnGrid {
         let mut gaps = 0.0;
         for (k, step) in self.steps.iter().enumerate() {
             let node = &self.nodes[k];
-            let m = node.r.tr_mul(&self.m);
+            let m = apply_transposed(&node.r, &self.m);
             let done = extremal.grid_step(&m, &node.pi, &node.e, self.step_length(step), step.torque)?;
             let slope = carried(&done, &self.m, node, step, &mut lanes);
             residual[6 + step.arc] += step.part * done.hamiltonian;
             for lane in 0..=unknowns {
                 jacobian[(6 + step.arc, lane)] += step.part * slope[lane];
             }
-            let reached = Node { r: node.r * done.f, pi: done.pi, e: done.e };
+            let reached = Node { r: product(&node.r, &done.f), pi: done.pi, e: done.e };
             let difference = reached.minus(&self.nodes[k + 1]);
             gaps += difference.iter().map(|part| part.norm_squared()).sum::<f64>();
             lanes.add(gap, &difference, 1.0);
@@ -140,9 +142,8 @@ impl OnGrid {
         for iteration in 0..MOST_ITERATIONS {
             let found = match 7 + self.lengths.len() {
                 ..=8 => self.sweep::<8>(extremal),
-                9..=14 => self.sweep::<14>(extremal),
-                15..=18 => self.sweep::<18>(extremal),
-                19..=32 => self.sweep::<32>(extremal),
+                9..=16 => self.sweep::<16>(extremal),
+                17..=32 => self.sweep::<32>(extremal),
                 _ => None,
             }?;
             if found.merit < CONVERGED && found.merit >= 0.1 * last {
@@ -187,31 +188,44 @@ fn carried<const L: usize>(
     step: &Step,
     lanes: &mut Lanes<L>,
 ) -> [f64; L] {
+    widest(
+        #[inline(always)]
+        || carried_on(done, m, node, step, lanes),
+    )
+}
+
+#[inline(always)]
+fn carried_on<const L: usize>(
+    done: &GridStep,
+    m: &Vector3,
+    node: &Node,
+    step: &Step,
+    lanes: &mut Lanes<L>,
+) -> [f64; L] {
     // Parameters of the step: δm = Rᵀ(δM + M×η), δΠ, δe, δh.
-    let moved = |lane: usize| {
-        let unit = if lane < 3 { Vector3::ith(lane, 1.0) } else { Vector3::zeros() };
-        node.r.tr_mul(&(unit + m.cross(&lanes.block(0, lane))))
-    };
-    let moved: [Vector3; L] = std::array::from_fn(moved);
     let mut given = [[0.0; L]; 10];
-    for (axis, row) in given.iter_mut().take(3).enumerate() {
-        *row = moved.map(|moved| moved[axis]);
+    for lane in 0..L {
+        let unit = if lane < 3 { Vector3::ith(lane, 1.0) } else { Vector3::zeros() };
+        let moved = apply_transposed(&node.r, &(unit + cross(m, &lanes.block(0, lane))));
+        for axis in 0..3 {
+            given[axis][lane] = moved[axis];
+        }
     }
     given[3..9].copy_from_slice(&lanes.0[3..9]);
     given[9][6 + step.arc] = step.part;
     let mut out = [[0.0; L]; 10];
-    for (row, slopes) in out.iter_mut().zip(&done.jacobian) {
-        for (slope, values) in slopes.iter().zip(&given) {
-            for (sum, value) in row.iter_mut().zip(values) {
-                *sum += slope * value;
+    for row in 0..10 {
+        for column in 0..10 {
+            let slope = done.jacobian[row][column];
+            for lane in 0..L {
+                out[row][lane] += slope * given[column][lane];
             }
         }
     }
-    let turns: [Vector3; L] =
-        std::array::from_fn(|lane| node.r * Vector3::new(out[0][lane], out[1][lane], out[2][lane]));
-    for (axis, row) in lanes.0.iter_mut().take(3).enumerate() {
-        for (value, turn) in row.iter_mut().zip(&turns) {
-            *value += turn[axis];
+    for lane in 0..L {
+        let turn = apply(&node.r, &Vector3::new(out[0][lane], out[1][lane], out[2][lane]));
+        for axis in 0..3 {
+            lanes.0[axis][lane] += turn[axis];
         }
     }
     lanes.0[3..9].copy_from_slice(&out[3..9]);

@@ -5,7 +5,9 @@
 //! that the whole Newton step is a 7×7 system: nothing grows along the maneuver but derivatives.
 
 use super::extremal::{Bias, Extremal, Response};
-use super::flow::{COOPER_VERNER, Course, Lanes, Node, RK4, advance};
+use super::flow::{COOPER_VERNER, Course, Lanes, Node, RK4, Tableau, advance};
+use crate::numerics::three::{apply, cross};
+use crate::numerics::widest::widest;
 use crate::{Vector3, lie};
 use nalgebra::{SMatrix, SVector};
 
@@ -52,37 +54,57 @@ impl Path {
 
 impl Smooth<'_> {
     fn sweep(&self, path: &Path) -> Option<Sweep> {
+        widest(
+            #[inline(always)]
+            || self.swept(path),
+        )
+    }
+
+    /// A part of an interval from its node.
+    #[inline(always)]
+    fn over<const S: usize, const L: usize>(
+        &self,
+        tableau: &Tableau<S>,
+        path: &Path,
+        interval: usize,
+        part: f64,
+        lanes: &mut Lanes<L>,
+        stretched: Option<(usize, f64)>,
+    ) -> Node {
+        let n = path.intervals() as f64;
+        advance(
+            &Course { extremal: self.extremal, m: &path.m },
+            tableau,
+            &path.nodes[interval],
+            part * path.duration / n,
+            lanes,
+            stretched,
+            #[inline(always)]
+            |c, e| {
+                let bias = self.bias.at((interval as f64 + part * c) / n);
+                self.extremal.smooth(e, self.epsilon, &bias)
+            },
+        )
+    }
+
+    /// An interval by the method of order 8. Kept out of line: few sweeps take it.
+    #[inline(never)]
+    fn accurately(&self, path: &Path, interval: usize, lanes: &mut Lanes<8>) -> Node {
+        self.over(&COOPER_VERNER, path, interval, 1.0, lanes, Some((TIME, path.duration)))
+    }
+
+    #[inline(always)]
+    fn swept(&self, path: &Path) -> Option<Sweep> {
         let n = path.intervals();
-        let length = path.duration / n as f64;
         let mut lanes = Lanes::<8>::of_costate();
         let mut stored = Vec::with_capacity(n + 1);
         stored.push(lanes);
         let mut gaps = 0.0;
         for k in 0..n {
-            let at = k as f64 / n as f64;
-            let law =
-                |c: f64, e: &Vector3| self.extremal.smooth(e, self.epsilon, &self.bias.at(at + c / n as f64));
-            let (from, stretched) = (&path.nodes[k], Some((TIME, path.duration)));
             let reached = if self.accurate {
-                advance(
-                    &Course { extremal: self.extremal, m: &path.m },
-                    &COOPER_VERNER,
-                    from,
-                    length,
-                    &mut lanes,
-                    stretched,
-                    law,
-                )
+                self.accurately(path, k, &mut lanes)
             } else {
-                advance(
-                    &Course { extremal: self.extremal, m: &path.m },
-                    &RK4,
-                    from,
-                    length,
-                    &mut lanes,
-                    stretched,
-                    law,
-                )
+                self.over(&RK4, path, k, 1.0, &mut lanes, Some((TIME, path.duration)))
             };
             let gap = reached.minus(&path.nodes[k + 1]);
             gaps += gap.iter().map(|part| part.norm_squared()).sum::<f64>();
@@ -101,24 +123,23 @@ impl Smooth<'_> {
         };
         let jacobian_of_log = lie::left_jacobian_inverse(&miss);
         let [w, pi_dot, e_dot] = extremal.rate(&path.m, &end, &response.torque);
-        let column = |lane: usize| {
+        let mut columns = [SVector::<f64, 7>::zeros(); 8];
+        for (lane, column) in columns.iter_mut().enumerate() {
             let (eta, pi, e) = (lanes.block(0, lane), lanes.block(1, lane), lanes.block(2, lane));
             let unit = if lane < 3 { Vector3::ith(lane, 1.0) } else { Vector3::zeros() };
             let h = match extremal.given_duration {
                 Some(_) => f64::from(u8::from(lane == TIME)),
-                None => pi_dot.dot(&e) - e_dot.dot(&pi) + w.dot(&(unit + path.m.cross(&eta))),
+                None => pi_dot.dot(&e) - e_dot.dot(&pi) + w.dot(&(unit + cross(&path.m, &eta))),
             };
-            let eta = jacobian_of_log * eta;
-            SVector::<f64, 7>::from([eta.x, eta.y, eta.z, pi.x, pi.y, pi.z, h])
-        };
+            let eta = apply(&jacobian_of_log, &eta);
+            *column = SVector::from([eta.x, eta.y, eta.z, pi.x, pi.y, pi.z, h]);
+        }
         let pi_miss = end.pi - target_pi;
         let residual = SVector::from([miss.x, miss.y, miss.z, pi_miss.x, pi_miss.y, pi_miss.z, last]);
         let merit = (residual.norm_squared() + gaps).sqrt();
-        let jacobian = SMatrix::<f64, 7, 7>::from_fn(|_, _| 0.0);
-        let mut sweep = Sweep { residual, jacobian, carried: column(GAP), merit, lanes: stored };
-        for lane in 0..7 {
-            sweep.jacobian.set_column(lane, &column(lane));
-        }
+        let [m_x, m_y, m_z, e_x, e_y, e_z, time, carried] = columns;
+        let jacobian = SMatrix::from_columns(&[m_x, m_y, m_z, e_x, e_y, e_z, time]);
+        let sweep = Sweep { residual, jacobian, carried, merit, lanes: stored };
         sweep.merit.is_finite().then_some(sweep)
     }
 
@@ -161,24 +182,10 @@ impl Smooth<'_> {
     /// The path on twice as many intervals.
     pub fn doubled(&self, path: &Path) -> Path {
         let n = path.intervals();
-        let length = 0.5 * path.duration / n as f64;
         let mut nodes = Vec::with_capacity(2 * n + 1);
         for k in 0..n {
             nodes.push(path.nodes[k]);
-            let at = k as f64 / n as f64;
-            let law = |c: f64, e: &Vector3| {
-                self.extremal.smooth(e, self.epsilon, &self.bias.at(at + 0.5 * c / n as f64))
-            };
-            let mut none = Lanes::<3>::zero();
-            nodes.push(advance(
-                &Course { extremal: self.extremal, m: &path.m },
-                &RK4,
-                &path.nodes[k],
-                length,
-                &mut none,
-                None,
-                law,
-            ));
+            nodes.push(self.over(&RK4, path, k, 0.5, &mut Lanes::<3>::zero(), None));
         }
         nodes.push(path.nodes[n]);
         Path { nodes, ..path.clone() }

@@ -1,0 +1,43 @@
+//! The widest vector registers of the machine.
+//!
+//! A program is compiled for every machine of its kind, whose registers hold two numbers; most hold four or eight. What is
+//! called through [`widest`] is compiled for each width, and the machine's own is taken when the program runs. Sums and
+//! products are not contracted and their order is that of the code: every width gives the same bits.
+
+/// Does `work` in the widest registers. What `work` calls is widened with it where it is marked `#[inline(always)]`.
+#[inline(always)]
+pub(crate) fn widest<R>(work: impl FnOnce() -> R) -> R {
+    #[cfg(feature = "wide")]
+    return pulp::Arch::new().dispatch(work);
+    #[cfg(not(feature = "wide"))]
+    work()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Products and sums over lanes, in which a contraction or another order would show.
+    #[inline(always)]
+    fn chaotic(start: &[f64; 16]) -> [f64; 16] {
+        let mut lanes = *start;
+        for step in 0..200 {
+            let total: f64 = lanes.iter().sum();
+            for lane in 0..16 {
+                lanes[lane] = 3.9 * lanes[lane] * (1.0 - lanes[lane]) + 1e-3 * total / (1.0 + step as f64);
+                lanes[lane] -= lanes[lane].floor();
+            }
+        }
+        lanes
+    }
+
+    #[test]
+    fn every_width_gives_the_same_bits() {
+        let start = std::array::from_fn(|lane| 0.3 + 0.04 * lane as f64);
+        let wide = widest(
+            #[inline(always)]
+            || chaotic(&start),
+        );
+        assert_eq!(wide.map(f64::to_bits), chaotic(&start).map(f64::to_bits));
+    }
+}
