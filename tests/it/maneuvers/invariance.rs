@@ -5,11 +5,14 @@ use crate::common::Random;
 use nalgebra::{DMatrix, DVector};
 use slewkit::maneuver::objective::Weights;
 use slewkit::maneuver::problem::{Path, Problem, Scheme, State};
+use slewkit::maneuver::settings::Settings;
 use slewkit::maneuver::solution::Solution;
 use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::mechanics::environment::{CentralGravity, PointMass, UniformGravity};
+use slewkit::plan::{Silent, Status, plan};
 use slewkit::{Matrix3, Vector3, lie};
+use std::f64::consts::PI;
 
 /// Sizes of the units of mass, length, time and cost.
 #[derive(Clone, Copy, Debug)]
@@ -184,5 +187,21 @@ fn the_reference_frame_does_not_matter() {
         // Inputs and costates are in body axes.
         assert_close("inputs", &turned.trajectory.input, &plain.trajectory.input, 1e-10);
         assert_close("costates", &turned.trajectory.costates, &plain.trajectory.costates, 1e-10);
+    }
+}
+
+/// Half a turn to one side and to the other end at one attitude, up to the last bits: rounding must not choose.
+#[test]
+fn half_a_turn_goes_round_as_it_is_given() {
+    let mut random = Random::new(964);
+    for case in 0..24 {
+        let start = State::at_rest(random.rotation());
+        let mut turn = Vector3::zeros();
+        turn[case % 3] = if case % 2 == 0 { PI } else { -PI };
+        let end = State::at_rest(lie::project_to_rotation(&(start.attitude * lie::exp(&turn))));
+        let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 1.1, 0.95)).unwrap(), mass: None };
+        let problem = Problem::attitude(body, start, end, 3.0).with_steps(40).with_path(Path::AsGiven(turn));
+        let plan = plan(&problem, &Settings::default(), None, &mut Silent).unwrap();
+        assert_eq!(plan.status, Status::Solved, "{case}: {:?}", plan.verification);
     }
 }
