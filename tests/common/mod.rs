@@ -3,8 +3,11 @@
 use serde_json::Value;
 use slewkit::{Matrix3, Vector3, lie};
 
+pub mod hostile;
+pub mod metamorphic;
 pub mod random_specs;
-pub use random_specs::random::Random;
+pub use random::Random;
+use random_specs::random;
 
 /// The reference file `tests/reference/<name>.json`.
 pub fn reference(name: &str) -> Value {

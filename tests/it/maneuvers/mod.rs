@@ -7,6 +7,7 @@ mod dense;
 mod free_duration;
 mod invariance;
 mod limits;
+mod metamorphic;
 mod minimum_fuel;
 mod minimum_time;
 mod order;
