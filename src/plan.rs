@@ -59,6 +59,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub use crate::optimize::memory::PeakMemory;
 pub use crate::optimize::search::{Control, Guess, Observer, PlanError, Progress, Silent};
 
 use crate::maneuver::solution::Rung;

@@ -1,10 +1,11 @@
 //! `slew check`: the spec alone, all errors at once.
 
-use super::{Console, Exit, Failure, Lines, ReportArgs, SpecArgs, Tone, spec_file, summary};
+use super::{Console, Exit, Failure, Lines, ReportArgs, SpecArgs, Tone, memory, spec_file, summary};
 use serde::Serialize;
 use slewkit::files::spec::{Diagnostic, Loaded, LoadedSimulation, Spec, escape};
 use slewkit::maneuver::{Motion, Objective};
 use slewkit::numerics::figures::{counted, significant};
+use slewkit::plan::PeakMemory;
 
 /// Arguments of `slew check`.
 #[derive(Debug, clap::Args)]
@@ -128,7 +129,7 @@ fn told(solid: &SolidReport, inertia: &[[f64; 3]; 3]) -> [String; 2] {
 }
 
 fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit, Failure> {
-    let Loaded { problem, warnings, .. } = loaded;
+    let Loaded { problem, settings, warnings, .. } = loaded;
     problem.check().map_err(super::plan::invalid)?;
     let (verdict, tone) = verdict(warnings);
     let moves = match problem.motion {
@@ -159,7 +160,10 @@ fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit,
     if !constraints.is_empty() {
         lines.line("constraints", escape(&listed(&constraints)));
     }
+    let memory = PeakMemory::of(problem, settings);
+    lines.line("memory", memory::told(memory));
     console.say(&lines.join("\n"));
+    memory::warn(problem, settings, console);
     args.report.print(&document! {
         status: "valid",
         exit_code: 0,
@@ -171,6 +175,8 @@ fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit,
         wheels: wheels,
         limits: &limits,
         constraints: &constraints,
+        memory_bytes: memory.likely,
+        memory_bytes_at_most: memory.most,
         diagnostics: warnings,
     })?;
     Ok(Exit::Solved)

@@ -27,7 +27,10 @@ pub fn watch() {
 /// Prepares for limits of the system, before anything else.
 pub fn prepare() {
     #[cfg(unix)]
-    unix::survive_file_limit();
+    {
+        unix::survive_file_limit();
+        unix::end_without_memory();
+    }
 }
 
 /// Whether Ctrl-C was pressed.
@@ -56,9 +59,12 @@ fn asked() {
 
 #[cfg(unix)]
 mod unix {
-    use signal_hook::consts::{SIGHUP, SIGTERM};
+    use super::Exit;
+    use signal_hook::consts::{SIGABRT, SIGHUP, SIGTERM};
     use signal_hook::iterator::Signals;
+    use slewkit::plan::Status;
     use std::sync::Arc;
+    use std::sync::atomic::{AtomicBool, Ordering};
 
     /// Linux and most others; the library lists no constant for it.
     const SIGXFSZ: i32 = 25;
@@ -76,6 +82,19 @@ mod unix {
     /// Has the system refuse what is written beyond the limit of file sizes, and not kill the program for it.
     pub fn survive_file_limit() {
         let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
+    }
+
+    /// Has an allocation that fails end the program with the code of a limit: the standard library tells of it, then aborts.
+    /// A panic within a panic aborts too, and is a bug.
+    pub fn end_without_memory() {
+        let no_panic = Arc::new(AtomicBool::new(true));
+        let code = i32::from(Exit::Plan(Status::LimitReached).code());
+        let _ = signal_hook::flag::register_conditional_shutdown(SIGABRT, code, Arc::clone(&no_panic));
+        let tell = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |panic| {
+            no_panic.store(false, Ordering::SeqCst);
+            tell(panic);
+        }));
     }
 
     /// Whether hangups are ignored, as under `nohup`; true where the system does not tell.

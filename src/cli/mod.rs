@@ -13,6 +13,7 @@ mod convert;
 mod export;
 mod failure;
 mod interrupt;
+mod memory;
 mod output;
 mod pictured;
 mod plan;
@@ -49,7 +50,7 @@ const EXIT_CODES: &str = "\
 Exit codes:
   0  solved and verified      4  proved infeasible        7  solved, verification failed
   1  internal error           5  not converged            8  file or stream
-  2  usage                    6  time limit               130  interrupted, best result kept
+  2  usage                    6  time or memory ended     130  interrupted, best result kept
   3  spec invalid             9  some cases of a batch failed; a simulation left the finite numbers
 
 `slew init > maneuver.toml` writes a spec to start from; `slew plan maneuver.toml -o plan.json` plans it.";

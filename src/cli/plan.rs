@@ -3,8 +3,8 @@
 use super::pictured::EULER;
 use super::spec_file::PlanOrAttitudes;
 use super::{
-    Console, Exit, Failure, Format, Message, OutputArgs, SpecArgs, export, interrupt, report, spec_file,
-    summary,
+    Console, Exit, Failure, Format, Message, OutputArgs, SpecArgs, export, interrupt, memory, report,
+    spec_file, summary,
 };
 use clap::ValueEnum;
 use slewkit::files::exchange::read_attitudes;
@@ -53,6 +53,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         spec_file::read(&args.spec.spec, &args.spec.reading, console)?;
     // Known before the work: a plan must not be lost for want of a name.
     export::check(&destination, &problem, &identity)?;
+    memory::check(&problem, &settings, console)?;
     let guess = args.guess.as_deref().map(|path| guess(path, &problem, console)).transpose()?;
 
     interrupt::watch();

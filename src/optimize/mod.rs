@@ -5,6 +5,7 @@ pub(crate) mod control_law;
 mod convex;
 #[cfg(feature = "sdp")]
 pub mod lower_bound;
+pub mod memory;
 pub(crate) mod methods;
 pub mod search;
 pub(crate) mod second_order;

@@ -1,6 +1,6 @@
 //! `slew check`, `verify`, `init` and `schema`: what is said of a file without planning.
 
-use super::binary::{Folder, SPEC};
+use super::binary::{Folder, Run, SPEC};
 use std::fs;
 
 #[test]
@@ -151,4 +151,43 @@ fn texts_to_start_from_work() {
     folder.slew(&["completions", "tcsh"]).ends(2);
     assert!(folder.slew(&["--help"]).ends(0).stdout.contains("Exit codes"));
     assert!(folder.slew(&["--version"]).ends(0).stdout.starts_with("slew 0."));
+}
+
+#[test]
+fn a_spec_tells_what_memory_its_plan_takes() {
+    let folder = Folder::new();
+    let rate = "constraint=[{ kind = \"rate_limit\", angular_velocity_limit_deg_s = 9 }]";
+    let free =
+        folder.slew(&["check", "spec.toml", "--format", "json"]).ends(0).tells("memory      about").json();
+    let limited = folder
+        .slew(&["check", "spec.toml", "--format", "json", "--set", rate])
+        .ends(0)
+        .tells(", up to ")
+        .json();
+    let bytes = |json: &serde_json::Value, key: &str| json[key].as_f64().unwrap();
+    assert_eq!(bytes(&free, "memory_bytes").to_bits(), bytes(&free, "memory_bytes_at_most").to_bits());
+    assert!(bytes(&limited, "memory_bytes") > bytes(&free, "memory_bytes"));
+    assert!(bytes(&limited, "memory_bytes_at_most") > bytes(&limited, "memory_bytes"));
+}
+
+/// Under a limit of 150 MB: a plan that takes more is refused before it begins, one that may take more is warned of, and
+/// what runs out of memory unforeseen ends with the code that the help promises.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_does_not_fit_into_memory_ends_with_6() {
+    let folder = Folder::new();
+    let within = |args: &str| {
+        let line = format!("ulimit -v 150000; exec {} {args}", env!("CARGO_BIN_EXE_slew"));
+        let mut command = std::process::Command::new("sh");
+        command.args(["-c", &line]).current_dir(folder.path("."));
+        Run::of(command.output().unwrap(), &[args])
+    };
+    within("plan spec.toml").ends(0);
+    let refused = within("plan spec.toml --format json --set maneuver.steps=1000000").ends(6);
+    assert_eq!(refused.tells("E0125").json()["status"], "limit_reached");
+    within("check spec.toml --set maneuver.steps=1000000").ends(0).tells("W0142").tells("`maneuver.steps`");
+    // The reader cannot know how long a file goes on.
+    let huge = format!("{{\"trajectory\": {{\"time_s\": [{}0]}}}}", "0,".repeat(20_000_000));
+    fs::write(folder.path("huge.json"), huge).unwrap();
+    within("verify huge.json").ends(6).tells("memory allocation of");
 }

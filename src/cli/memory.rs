@@ -1,0 +1,73 @@
+//! Whether a plan fits into the memory that the system gives.
+
+use super::{Console, Failure, Message};
+use slewkit::maneuver::{Problem, Settings};
+use slewkit::numerics::figures::significant;
+use slewkit::plan::{PeakMemory, Status};
+use std::fs;
+
+/// Refuses a plan that will likely not fit, and warns of one that may not.
+pub fn check(problem: &Problem, settings: &Settings, console: &mut Console) -> Result<(), Failure> {
+    let Some((reason, remedy, sure)) = concern(problem, settings, available()) else { return Ok(()) };
+    if sure {
+        return Err(Failure::Plan(Status::LimitReached, Message::new("E0125", reason, remedy)));
+    }
+    console.warn("W0142", &reason, &remedy);
+    Ok(())
+}
+
+/// The same as a warning, for a spec that is not planned here.
+pub fn warn(problem: &Problem, settings: &Settings, console: &mut Console) {
+    if let Some((reason, remedy, _)) = concern(problem, settings, available()) {
+        console.warn("W0142", &reason, &remedy);
+    }
+}
+
+/// What a plan takes, in words.
+pub fn told(PeakMemory { likely, most }: PeakMemory) -> String {
+    let up_to = if most > likely { format!(", up to {}", size(most)) } else { String::new() };
+    format!("about {}{up_to}, to plan it", size(likely))
+}
+
+/// Why a plan may not fit into what is available, what helps, and whether it is as good as sure.
+fn concern(problem: &Problem, settings: &Settings, available: Option<f64>) -> Option<(String, String, bool)> {
+    let (room, peak) = (available?, PeakMemory::of(problem, settings));
+    let sure = peak.likely > room;
+    if peak.most <= room {
+        return None;
+    }
+    let (takes, needed) = if sure { ("takes about", peak.likely) } else { ("may take", peak.most) };
+    let steps = problem.steps;
+    let reason =
+        format!("a plan on {steps} steps {takes} {} of memory, and {} are left", size(needed), size(room));
+    let fewer = PeakMemory::steps_within(problem, settings, room).filter(|fewer| *fewer < steps);
+    let fewer =
+        fewer.map_or("take fewer steps".into(), |fewer| format!("take {fewer} steps: `maneuver.steps`"));
+    let remedy =
+        if sure { format!("{fewer}; or give more memory") } else { "if it does, take fewer steps".into() };
+    Some((reason, remedy, sure))
+}
+
+/// Bytes for people.
+fn size(bytes: f64) -> String {
+    if bytes < 1e9 { format!("{:.0} MB", bytes / 1e6) } else { format!("{} GB", significant(bytes / 1e9, 2)) }
+}
+
+/// Bytes that this process may still take: of the machine, of its group, of its own limit. `None` where the system
+/// tells none of them; only Linux does.
+fn available() -> Option<f64> {
+    let read = |path: &str| fs::read_to_string(path).unwrap_or_default();
+    let machine = field(&read("/proc/meminfo"), "MemAvailable:").map(|kib| 1024.0 * kib);
+    let used = field(&read("/proc/self/status"), "VmSize:").map_or(0.0, |kib| 1024.0 * kib);
+    let own = field(&read("/proc/self/limits"), "Max address space").map(|limit| limit - used);
+    let number = |path: &str| read(path).trim().parse::<f64>().ok();
+    let group = number("/sys/fs/cgroup/memory.max").zip(number("/sys/fs/cgroup/memory.current"));
+    let group = group.map(|(limit, used)| limit - used);
+    [machine, own, group].into_iter().flatten().reduce(f64::min)
+}
+
+/// The first number after a name; `None` where a word stands there, such as "unlimited".
+fn field(text: &str, name: &str) -> Option<f64> {
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
+    line.split_whitespace().next()?.parse().ok()
+}
