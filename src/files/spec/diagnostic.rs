@@ -51,8 +51,8 @@ impl Diagnostic {
             column: 1,
             key: String::new(),
             text: String::new(),
-            reason,
-            remedy: remedy.into(),
+            reason: escape_lines(&reason),
+            remedy: escape_lines(remedy),
             excerpt: None,
         }
     }
@@ -158,6 +158,11 @@ pub fn escape(text: &str) -> String {
     out
 }
 
+/// The same, line by line: for words that may quote what was read.
+fn escape_lines(text: &str) -> String {
+    text.split('\n').map(escape).collect::<Vec<_>>().join("\n")
+}
+
 /// `text` escaped and cut to `limit` characters.
 pub(crate) fn cut(text: &str, limit: usize) -> String {
     let mut kept: String = text.chars().take(limit).collect();
@@ -242,8 +247,8 @@ impl Finding {
             column,
             key: escape(&self.spot.key),
             text: cut(source.slice(span), 60),
-            reason: self.reason,
-            remedy: self.remedy,
+            reason: escape_lines(&self.reason),
+            remedy: escape_lines(&self.remedy),
             // What is missing from the whole file has no place to point at.
             excerpt: (span != Span::default()).then(|| excerpt(source, line_of_text, span)),
         }
