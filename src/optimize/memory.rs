@@ -18,7 +18,7 @@ const NODE_WITH_POSITION: f64 = 650.0;
 /// Of each step in Newton's matrix and the derivatives: for each unknown of a stage, and for each row of a limit.
 const NEWTON: [f64; 2] = [1300.0, 900.0];
 /// The same in the cone program and its factors.
-const CONVEX: [f64; 2] = [4000.0, 2700.0];
+const CONVEX: [f64; 2] = [5000.0, 3000.0];
 /// Rows of a bound on a norm: the bound, and three components.
 const BALL: usize = 4;
 
