@@ -350,6 +350,16 @@ impl Actuation {
         Self { torque: free(&self.torque), force: self.force.as_ref().map(free), wheels: None }
     }
 
+    /// The same actuators as if inputs could jump, nothing were stored in wheels, and each input's own limit, where there
+    /// is one, stood for that of the norm.
+    pub(crate) fn of_jumping_inputs(&self) -> Self {
+        let jumping = |channel: &ActuatorSet| {
+            let norm = channel.limits.norm.filter(|_| channel.limits.size.is_none());
+            ActuatorSet { limits: Limits { rate: None, norm, ..channel.limits.clone() }, ..channel.clone() }
+        };
+        Self { torque: jumping(&self.torque), force: self.force.as_ref().map(jumping), wheels: None }
+    }
+
     /// Whether any input has a limit, or stores its momentum in a wheel.
     pub fn is_limited(&self) -> bool {
         self.wheels.is_some() || self.limits().next().is_some()

@@ -83,6 +83,11 @@ impl Blocks {
         Self { xx: Matrix3::zeros(), xr: Matrix3::zeros(), rx: Matrix3::zeros(), rr: Matrix3::zeros() }
     }
 
+    /// So many times the map.
+    pub(crate) fn scaled(&self, by: f64) -> Self {
+        Self { xx: self.xx * by, xr: self.xr * by, rx: self.rx * by, rr: self.rr * by }
+    }
+
     /// The same map with translations given in the reference frame, from one in body axes.
     fn rotate_translations(&self, attitude: &Matrix3) -> Self {
         let transposed = attitude.transpose();

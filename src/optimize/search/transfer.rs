@@ -28,7 +28,7 @@ pub(super) fn transfer(grids: [&Chain; 2], found: &Candidate) -> Candidate {
             smooth.at(low, share)
         })
         .collect();
-    let mut start = first_iterate::along(fine, &grids[1].rows, &poses);
+    let mut start = first_iterate::along(fine, &grids[1].rows, &poses, known.stretch());
     for (stage, state) in start.states.iter_mut().enumerate() {
         let (low, share) = between(stage);
         state.wheels = &states[low].wheels * (1.0 - share) + &states[low + 1].wheels * share;

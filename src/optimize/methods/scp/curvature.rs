@@ -44,7 +44,16 @@ pub(crate) struct Block {
 
 /// The second derivatives of all stages.
 pub(crate) fn blocks(at: &Evaluated, multipliers: &Multipliers) -> Result<Vec<Block>, StepError> {
-    (0..=at.model.steps).map(|stage| block(at, multipliers, stage)).collect()
+    let blocks = (0..=at.model.steps).map(|stage| block(at, multipliers, stage));
+    let mut blocks = blocks.collect::<Result<Vec<_>, _>>()?;
+    if let Some(duration) = at.model.duration {
+        let last = at.model.steps;
+        let states = [&at.iterate.states[0], &at.iterate.states[last]];
+        let bends = at.model.bends_of_ends(states, &multipliers.costates[0], &multipliers.terminal);
+        blocks[0].state[(duration, duration)] += bends[0] + at.model.time_price * at.iterate.stretch();
+        blocks[last].state[(duration, duration)] += bends[1];
+    }
+    Ok(blocks)
 }
 
 fn block(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Result<Block, StepError> {
@@ -53,7 +62,7 @@ fn block(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Result<Bloc
     let (state, inputs) = (&iterate.states[stage], &iterate.inputs[stage]);
     let next = iterate.inputs.get(stage + 1);
     let acts = |index: &usize| {
-        limits.rows[*index].what.is_curved()
+        limits.rows[*index].what.is_curved(model)
             && multipliers.rows[*index] > 0.0
             && !matches!(at.rows[*index], RowValue::Idle)
     };
@@ -136,7 +145,7 @@ fn closed_form(
     stage: usize,
 ) -> Result<Option<DMatrix<f64>>, StepError> {
     let model = at.model;
-    if model.wheels > 0 || model.inputs_turn() {
+    if model.wheels > 0 || model.inputs_turn() || model.duration.is_some() {
         return Ok(None);
     }
     let costate = &multipliers.costates[stage + 1];

@@ -8,17 +8,18 @@ use crate::lie::vee;
 use crate::mechanics::environment::Pose;
 use nalgebra::{DMatrix, DVector};
 
-/// The iterate that follows `poses` (one per node, scaled), as far as inputs within their limits allow:
-/// what they cannot give is left as defects of the momenta.
-pub(crate) fn along(model: &Model, rows: &LimitRows, poses: &[Pose]) -> Iterate {
+/// The iterate that follows `poses` (one per node, scaled) in `stretch` times the stated duration, as far as inputs within
+/// their limits allow: what they cannot give is left as defects of the momenta.
+pub(crate) fn along(model: &Model, rows: &LimitRows, poses: &[Pose], stretch: f64) -> Iterate {
     let j_d = &model.dynamics.j_d;
     let mut states: Vec<ChainState> = Vec::with_capacity(poses.len());
     let (axes, first) = model.channel(false);
     let axes = DMatrix::from_fn(3, model.m - first, |row, column| axes[column][row]);
     let to_wheels = axes.clone().pseudo_inverse(1e-12).unwrap_or_else(|_| axes.transpose());
-    let in_space = model.start.attitude * model.start.momentum;
+    let (start, target) = (model.start_in(stretch), model.target_in(stretch));
+    let in_space = start.attitude * start.momentum;
     for (stage, pose) in poses.iter().enumerate() {
-        let mut state = model.target.clone();
+        let mut state = target.clone();
         (state.position, state.attitude) = (pose.position, pose.attitude);
         if let Some(next) = poses.get(stage + 1) {
             // `h S(Π) = F J_d − J_d Fᵀ` gives Π from F without an equation to solve.
@@ -29,8 +30,8 @@ pub(crate) fn along(model: &Model, rows: &LimitRows, poses: &[Pose]) -> Iterate 
         }
         if model.wheels > 0 {
             let total = pose.attitude.tr_mul(&in_space);
-            let carried = total - state.momentum - model.wheel_momentum(&model.start.wheels);
-            state.wheels = &model.start.wheels + &to_wheels * DVector::from_column_slice(carried.as_slice());
+            let carried = total - state.momentum - model.wheel_momentum(&start.wheels);
+            state.wheels = &start.wheels + &to_wheels * DVector::from_column_slice(carried.as_slice());
             state.momentum = total;
         }
         states.push(state);
@@ -46,7 +47,8 @@ fn inputs(model: &Model, rows: &LimitRows, states: &[ChainState], stage: usize) 
         return zero;
     }
     let (end, slope) = if stage == 0 {
-        model.opening(&zero)
+        let opening = model.opening(states[0].stretch, &zero);
+        (opening.end, opening.by_inputs)
     } else {
         match model.step(stage - 1, &states[stage - 1], &zero) {
             Ok(step) => (step.end, step.b),
@@ -60,10 +62,14 @@ fn inputs(model: &Model, rows: &LimitRows, states: &[ChainState], stage: usize) 
     let threshold = 1e-10 * authority.amax();
     let Ok(inverse) = authority.pseudo_inverse(threshold) else { return zero };
     let mut inputs: Vec<f64> = (price * (inverse * lack)).iter().copied().collect();
+    let squared = states[stage].stretch * states[stage].stretch;
     for row in &rows.rows[rows.range(stage)] {
         match row.what {
-            What::InputSize { input, limit, .. } => inputs[input] = inputs[input].clamp(-limit, limit),
+            What::InputSize { input, limit, .. } => {
+                inputs[input] = inputs[input].clamp(-limit * squared, limit * squared)
+            }
             What::InputNorm { forces, limit } => {
+                let limit = limit * squared;
                 let (axes, first) = model.channel(forces);
                 let output: Vector3 =
                     axes.iter().zip(&inputs[first..]).map(|(axis, input)| axis * *input).sum();

@@ -1,6 +1,6 @@
 //! An iterate of SCP: states and inputs of all stages, and everything evaluated there.
 
-use super::model::{ChainState, Model, Step};
+use super::model::{ChainState, Model, Opening, Step};
 use super::rows::{LimitRows, Place, RowValue};
 use crate::optimize::step::StepError;
 use nalgebra::{DMatrix, DVector};
@@ -17,8 +17,8 @@ pub(crate) struct Evaluated<'a> {
     pub model: &'a Model,
     pub limits: &'a LimitRows,
     pub iterate: Iterate,
-    /// Derivative of `y_0` with respect to `u_0`, by the opening kick.
-    opening_slope: DMatrix<f64>,
+    /// The opening kick, and its derivatives.
+    pub opening: Opening,
     /// Defects: of the opening, then of every step.
     pub defects: Vec<DVector<f64>>,
     pub steps: Vec<Step>,
@@ -33,9 +33,9 @@ pub(crate) struct Evaluated<'a> {
 impl Iterate {
     /// The chain and all its rows at this iterate.
     pub fn evaluate<'a>(&self, model: &'a Model, limits: &'a LimitRows) -> Result<Evaluated<'a>, StepError> {
-        let (opened, opening_slope) = model.opening(&self.inputs[0]);
+        let opening = model.opening(self.stretch(), &self.inputs[0]);
         let mut defects = Vec::with_capacity(model.steps + 1);
-        defects.push(model.difference(&opened, &self.states[0]));
+        defects.push(model.difference(&opening.end, &self.states[0]));
         let mut steps = Vec::with_capacity(model.steps);
         for stage in 0..model.steps {
             let step = model.step(stage, &self.states[stage], &self.inputs[stage + 1])?;
@@ -64,7 +64,7 @@ impl Iterate {
             model,
             limits,
             iterate,
-            opening_slope,
+            opening,
             defects,
             steps,
             terminal,
@@ -74,10 +74,16 @@ impl Iterate {
         })
     }
 
-    /// `Σ κ ½ uᵀ W u`.
+    /// `Σ κ ½ uᵀ W u`, and what the time costs.
     pub fn cost(&self, model: &Model) -> f64 {
         let effort = |stage: usize| model.kick_weight(stage) * model.effort(&self.inputs[stage]);
-        (model.first_input()..=model.steps).map(effort).sum()
+        let effort: f64 = (model.first_input()..=model.steps).map(effort).sum();
+        effort + model.time_price * self.stretch()
+    }
+
+    /// Duration in the unit of time.
+    pub fn stretch(&self) -> f64 {
+        self.states[0].stretch
     }
 
     /// The iterate moved by a direction.
@@ -95,7 +101,7 @@ impl Iterate {
     /// The trajectory that these inputs make from the start, node after node.
     pub fn replayed(&self, model: &Model) -> Result<Self, StepError> {
         let mut states = Vec::with_capacity(model.steps + 1);
-        states.push(model.opening(&self.inputs[0]).0);
+        states.push(model.opening(self.stretch(), &self.inputs[0]).end);
         for stage in 0..model.steps {
             let step = model.step(stage, &states[stage], &self.inputs[stage + 1])?;
             states.push(step.end);
@@ -113,7 +119,7 @@ impl Evaluated<'_> {
 
     /// Derivative of the state of a stage with respect to its inputs, n×m.
     pub fn input_slope(&self, stage: usize) -> &DMatrix<f64> {
-        if stage == 0 { &self.opening_slope } else { &self.steps[stage - 1].b }
+        if stage == 0 { &self.opening.by_inputs } else { &self.steps[stage - 1].b }
     }
 
     /// `Σ |d|₁ + |e|₁`: what the equations of motion and the terminal conditions lack.

@@ -107,6 +107,13 @@ impl Kkt {
             entries.block(u, u, &curvature.inputs.as_ref().map_or_else(|| own.clone(), |rows| &own + rows));
             entries.block(z, z, &curvature.state);
         }
+        if let Some(duration) = model.duration {
+            // y_0 has the duration that it begins with: an equation that says nothing, whose multiplier stays.
+            let (l, z) = (layout.costate[0], layout.states[0] + duration);
+            let opened = at.opening.by_duration.iter().enumerate();
+            opened.for_each(|(i, slope)| entries.both(l + i, z, *slope));
+            entries.0.push((l + duration, l + duration, 1.0));
+        }
         entries.coupling(layout.terminal, layout.states[model.steps], &at.terminal_slope);
         for ((row, value), place) in limits.rows.iter().zip(&at.rows).zip(&layout.rows) {
             let (Some(place), RowValue::Half { state, inputs, next, .. }) = (*place, value) else { continue };

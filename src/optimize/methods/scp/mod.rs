@@ -151,6 +151,9 @@ fn saturated(
     multipliers: &Multipliers,
 ) -> Option<(Iterate, Multipliers)> {
     let (mut start, mut multipliers) = (start.clone(), multipliers.clone());
+    if model.duration.is_some() {
+        return Some((start, multipliers));
+    }
     let others = |what: &What| matches!(what, What::InputRate { .. } | What::InputNorm { .. });
     let diagonal = DMatrix::from_diagonal(&model.weight.diagonal()) == model.weight;
     if !diagonal || rows.rows.iter().any(|row| others(&row.what)) {
@@ -363,9 +366,9 @@ impl Scp<'_> {
     }
 }
 
-/// The largest rotation of a node in a move \[rad\].
+/// The largest rotation of a node in a move \[rad\], or change of the duration.
 fn longest(model: &Model, step: &Move) -> f64 {
-    step.states.iter().map(|z| z.rows(model.zeta(), 3).norm()).fold(0.0, f64::max)
+    step.states.iter().map(|z| model.length(z)).fold(0.0, f64::max)
 }
 
 #[cfg(test)]

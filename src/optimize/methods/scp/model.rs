@@ -9,17 +9,36 @@
 //! without defects is variational. Between kicks a Lie–Verlet state is half a step's kick ahead of the physical one.
 //!
 //! Tangent vectors are ordered as in the rest of the crate, the wheels' momenta appended.
+//!
+//! Where the duration is sought it is a state more: `s`, as a multiple of the stated one, which every step leaves as it is
+//! and which is free at the start. All other quantities are in the units that go with the duration itself, so that a step
+//! of a free body does not know it. What does are the ends, what acts on the body, and the limits:
+//!
+//! ```text
+//! Π_0 = s Π_start ,   Π_N = s Π_end ,   the same of wheels ;     torque of the environment s² M(R) ;
+//! |u| ≤ s² u_max ,    |Δu| ≤ s³ u̇_max h ,    |Ω| ≤ s Ω_max ,    |h_i| ≤ s h_max
+//! ```
+//!
+//! The last component of a tangent vector is the change of `ln s`. The cost is `w s`, and a little effort beside it, which
+//! decides where time leaves a choice.
 
 use crate::lie::{self, hat};
 use crate::maneuver::objective;
 use crate::maneuver::problem::{Motion, Problem};
-use crate::mechanics::actuators::{ActuatorSet, AxisFrame};
+use crate::mechanics::actuators::{ActuatorSet, AxisFrame, InputLimit, LimitKind};
 use crate::mechanics::environment::{Blocks, Pose, Wrench};
 use crate::numerics::compensated::Sum;
 use crate::optimize::step::{Costate, Dynamics, Point, StepError};
 use crate::optimize::terminal::TerminalCondition;
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, DVector, Matrix3xX, SVector};
+
+/// What the stated duration costs where the duration is sought: costs are of order ten.
+const TIME_PRICE: f64 = 100.0;
+/// Scaled effort of a turn by about a radian.
+const TYPICAL_EFFORT: f64 = 10.0;
+/// Change of `ln s` that counts as much as a turn by a radian.
+pub(crate) const STRETCHED: f64 = 0.5;
 
 /// A state of the chain, scaled. With wheels, `momentum` is the total one.
 #[derive(Clone, Debug)]
@@ -29,6 +48,8 @@ pub(crate) struct ChainState {
     pub attitude: Matrix3,
     pub momentum: Vector3,
     pub wheels: DVector<f64>,
+    /// Duration as a multiple of the stated one: 1 where it is not sought.
+    pub stretch: f64,
 }
 
 /// The chain.
@@ -39,11 +60,16 @@ pub(crate) struct Model {
     pub n: usize,
     /// Number of inputs.
     pub m: usize,
+    /// Where `ln s` stands in a tangent vector, if the duration is sought.
+    pub duration: Option<usize>,
+    /// What a unit of time costs.
+    pub time_price: f64,
     /// Number of wheels.
     pub wheels: usize,
     pub steps: usize,
     /// Mean step.
     pub h: f64,
+    /// Start and end in the stated duration.
     pub start: ChainState,
     pub target: ChainState,
     terminal: TerminalCondition,
@@ -71,6 +97,13 @@ pub(crate) struct Step {
     pub arc_slope: Matrix3xX<f64>,
 }
 
+/// The opening kick: `y_0`, and its derivatives with respect to `u_0`, n×m, and to `ln s`.
+pub(crate) struct Opening {
+    pub end: ChainState,
+    pub by_inputs: DMatrix<f64>,
+    pub by_duration: DVector<f64>,
+}
+
 /// The relative attitude `F` of a drift, and `ξ` of `δF = F S(ξ)` by the state before, 3×n.
 struct DriftArc {
     f: Matrix3,
@@ -80,6 +113,8 @@ struct DriftArc {
 /// A kick at one pose: `momenta += κ (value)`, with derivatives before the weight κ.
 struct Kick {
     wrench: Wrench,
+    /// What the environment has in it.
+    field: Wrench,
     gradient: Blocks,
     /// n×m.
     inputs: DMatrix<f64>,
@@ -116,6 +151,8 @@ impl Model {
         let mut model = Self {
             n: if moves { 12 } else { 6 + wheels },
             m,
+            duration: None,
+            time_price: 0.0,
             wheels,
             steps: dynamics.grid.steps(),
             h: dynamics.grid.mean_step(),
@@ -134,6 +171,40 @@ impl Model {
         model.start.wheels = DVector::from_column_slice(stored) / units.momentum();
         model.start.momentum += model.wheel_momentum(&model.start.wheels);
         model
+    }
+
+    /// The chain of a maneuver whose duration is sought. Its cost is the duration as a multiple of the stated one, with a
+    /// price, and `effort` times what the inputs cost, as a part of what they would cost at their limits throughout.
+    pub fn seeking(problem: &Problem, steps: usize, effort: f64) -> Self {
+        let mut model = Self::new(problem, steps);
+        model.duration = Some(model.n);
+        model.n += 1;
+        model.time_price = TIME_PRICE;
+        let mut limits = vec![f64::INFINITY; model.m];
+        for InputLimit { kind, of_force, bounds, .. } in problem.actuation.limits() {
+            let (axes, first) = model.channel(of_force);
+            for (index, axis) in axes.iter().enumerate() {
+                let bound = match kind {
+                    LimitKind::Size => bounds[index],
+                    LimitKind::Norm => bounds[0] / axis.norm(),
+                    LimitKind::Rate | LimitKind::WheelMomentum => f64::INFINITY,
+                };
+                limits[first + index] = limits[first + index].min(bound / model.input_unit[first + index]);
+            }
+        }
+        let most: f64 = (0..model.m).map(|i| 0.5 * model.weight[(i, i)] * limits[i] * limits[i]).sum();
+        model.weight *= effort * TIME_PRICE / if most.is_finite() { most } else { TYPICAL_EFFORT };
+        model
+    }
+
+    /// The start of a maneuver that takes `stretch` times the stated duration.
+    pub fn start_in(&self, stretch: f64) -> ChainState {
+        self.start.hastened(stretch)
+    }
+
+    /// Its end.
+    pub fn target_in(&self, stretch: f64) -> ChainState {
+        self.target.hastened(stretch)
     }
 
     /// Row of ζ in a tangent vector.
@@ -194,7 +265,7 @@ impl Model {
         } else if j < self.forces {
             (3..6).contains(&i)
         } else {
-            i >= self.pi()
+            (self.pi()..self.pi() + 3).contains(&i)
         }
     }
 
@@ -211,6 +282,12 @@ impl Model {
         let error = self.terminal.value::<12>(&state.point(), &costate);
         let mut error = DVector::from_column_slice(&error.as_slice()[12 - count..]);
         let mut slope = DMatrix::identity(count, self.n);
+        if let Some(duration) = self.duration {
+            let (momenta, stated) =
+                (self.momenta(&self.target_in(state.stretch)), self.momenta(&self.target));
+            error -= (&momenta - stated).rows(0, count);
+            slope.set_column(duration, &-momenta.rows(0, count));
+        }
         if self.wheels > 0 {
             let mut rows = error.rows_mut(3, 3);
             rows -= self.wheel_momentum(&state.wheels);
@@ -233,6 +310,9 @@ impl Model {
         if self.wheels > 0 {
             out.rows_mut(6, self.wheels).copy_from(&(&a.wheels - &b.wheels));
         }
+        if let Some(duration) = self.duration {
+            out[duration] = (a.stretch / b.stretch).ln();
+        }
         out
     }
 
@@ -249,11 +329,26 @@ impl Model {
         if self.wheels > 0 {
             out.wheels += z.rows(6, self.wheels);
         }
+        if let Some(duration) = self.duration {
+            out.stretch *= z[duration].exp();
+        }
         out
     }
 
-    /// The kick at a pose under `inputs`.
-    fn kick(&self, pose: &Pose, inputs: &[f64]) -> Kick {
+    /// The momenta of a state as a tangent vector.
+    fn momenta(&self, state: &ChainState) -> DVector<f64> {
+        let mut momenta = DVector::zeros(self.n);
+        if self.moves {
+            momenta.rows_mut(3, 3).copy_from(&state.linear_momentum);
+        }
+        momenta.rows_mut(self.pi(), 3).copy_from(&state.momentum);
+        momenta.rows_mut(6, self.wheels).copy_from(&state.wheels);
+        momenta
+    }
+
+    /// The kick at a state under `inputs`.
+    fn kick(&self, state: &ChainState, inputs: &[f64]) -> Kick {
+        let (pose, squared) = (state.pose(), state.stretch * state.stretch);
         let r = &pose.attitude;
         let mut columns = DMatrix::zeros(self.n, self.m);
         let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
@@ -276,8 +371,12 @@ impl Model {
         }
         // Wheels exchange their torque with the body: the total momentum gains nothing.
         let given = Wrench { force, moment: if self.wheels > 0 { Vector3::zeros() } else { torque } };
-        let (wrench, gradient) = self.dynamics.kick_of_inputs(pose, &given);
-        Kick { wrench, gradient, inputs: columns }
+        let in_stated_units = Wrench { force: given.force / squared, moment: given.moment / squared };
+        let (wrench, gradient) = self.dynamics.kick_of_inputs(&pose, &in_stated_units);
+        let wrench = Wrench { force: wrench.force * squared, moment: wrench.moment * squared };
+        let gradient = gradient.scaled(squared);
+        let field = Wrench { force: wrench.force - given.force, moment: wrench.moment - given.moment };
+        Kick { wrench, field, gradient, inputs: columns }
     }
 
     /// The costate of a stage as the shooting knows it: after a full kick, also at the end of a Lie–Verlet
@@ -293,7 +392,7 @@ impl Model {
             return costate.clone();
         }
         let mut rest = DMatrix::identity(self.n, self.n);
-        let kick = self.kick(&state.pose(), inputs);
+        let kick = self.kick(state, inputs);
         self.add_gradient(&mut rest, &kick.gradient, -self.kick_weight(stage));
         rest.tr_mul(costate)
     }
@@ -309,6 +408,16 @@ impl Model {
             out.wheels[wheel] -= inputs[self.forces + wheel] * weight;
         }
         out
+    }
+
+    /// The derivative of a kick of weight `weight` with respect to `ln s`.
+    fn by_duration(&self, kick: &Kick, weight: f64) -> DVector<f64> {
+        let mut slope = DVector::zeros(self.n);
+        slope.rows_mut(self.pi(), 3).copy_from(&(kick.field.moment * (2.0 * weight)));
+        if self.moves {
+            slope.rows_mut(3, 3).copy_from(&(kick.field.force * (2.0 * weight)));
+        }
+        slope
     }
 
     /// `G z` of a kick's gradient, added with `weight` to the rows of the momenta: `A ← (I + κ G) A`.
@@ -327,11 +436,32 @@ impl Model {
         rows += to_momentum * weight;
     }
 
-    /// The opening kick: `y_0` and its derivative with respect to `u_0`.
-    pub fn opening(&self, inputs: &[f64]) -> (ChainState, DMatrix<f64>) {
-        let weight = self.kick_weight(0);
-        let kick = self.kick(&self.start.pose(), inputs);
-        (self.kicked(&self.start, &kick, inputs, weight), kick.inputs * weight)
+    /// The opening kick of a maneuver that takes `stretch` times the stated duration.
+    pub fn opening(&self, stretch: f64, inputs: &[f64]) -> Opening {
+        let (start, weight) = (self.start_in(stretch), self.kick_weight(0));
+        let kick = self.kick(&start, inputs);
+        let mut by_duration = DVector::zeros(self.n);
+        if let Some(duration) = self.duration {
+            by_duration = self.momenta(&start) + self.by_duration(&kick, weight);
+            by_duration[duration] = 1.0;
+        }
+        let end = self.kicked(&start, &kick, inputs, weight);
+        Opening { end, by_inputs: kick.inputs * weight, by_duration }
+    }
+
+    /// Second derivatives with respect to `ln s` of `λ·y_0` after the opening kick, and of `η·e` of the terminal error.
+    pub fn bends_of_ends(
+        &self,
+        at: [&ChainState; 2],
+        costate: &DVector<f64>,
+        terminal: &DVector<f64>,
+    ) -> [f64; 2] {
+        let [first, last] = at;
+        let start = self.start_in(first.stretch);
+        let field = self.kick(&start, &vec![0.0; self.m]);
+        let opening = self.momenta(&start) + self.by_duration(&field, 2.0 * self.kick_weight(0));
+        let end = self.momenta(&self.target_in(last.stretch));
+        [opening.dot(costate), -end.rows(0, terminal.len()).dot(terminal)]
     }
 
     /// Step k: from `y_k` under `u_{k+1}` to `y_{k+1}`.
@@ -351,8 +481,12 @@ impl Model {
             (0..3).for_each(|axis| a[(axis, axis + 3)] = h);
         }
         let weight = self.kick_weight(stage + 1);
-        let kick = self.kick(&end.pose(), inputs);
+        let kick = self.kick(&end, inputs);
         self.add_gradient(&mut a, &kick.gradient, weight);
+        if let Some(duration) = self.duration {
+            let mut column = a.column_mut(duration);
+            column += self.by_duration(&kick, weight);
+        }
         end = self.kicked(&end, &kick, inputs, weight);
         let arc = lie::log(&drift.f);
         Ok(Step { end, a, b: kick.inputs * weight, arc_slope: lie::right_jacobian_inverse(&arc) * turn, arc })
@@ -367,7 +501,8 @@ impl Model {
             let drift = self.dynamics.drift::<12>(stage, &mut point)?;
             let e = self.dynamics.drift_matrix(&drift);
             by_momentum.copy_from(&self.dynamics.drift_block(&drift, &e));
-            return Ok((ChainState::of(&point, state.wheels.clone()), DriftArc { f: drift.f, turn }));
+            let end = ChainState { stretch: state.stretch, ..ChainState::of(&point, state.wheels.clone()) };
+            return Ok((end, DriftArc { f: drift.f, turn }));
         }
         let carried = self.wheel_momentum(&state.wheels);
         let drift = self.dynamics.gyrostat_drift(stage, &state.momentum, &carried)?;
@@ -386,7 +521,7 @@ impl Model {
         inputs: &[f64],
     ) -> (Vector3, Matrix3xX<f64>, Matrix3xX<f64>) {
         let (zeta, pi, lag) = (self.zeta(), self.pi(), self.lag(stage));
-        let kick = self.kick(&state.pose(), inputs);
+        let kick = self.kick(state, inputs);
         let physical = self.kicked(state, &kick, inputs, -lag);
         let momentum = physical.momentum - self.wheel_momentum(&physical.wheels);
         let mut by_state = Matrix3xX::zeros(self.n);
@@ -401,6 +536,9 @@ impl Model {
             let mut of_wheels = by_inputs.columns_mut(self.forces, self.wheels);
             of_wheels -= &self.wheel_axes * lag;
         }
+        if let Some(duration) = self.duration {
+            by_state.set_column(duration, &self.by_duration(&kick, -lag).fixed_rows::<3>(pi));
+        }
         let inverse = &self.dynamics.j_inverse;
         (inverse * momentum, inverse * by_state, inverse * by_inputs)
     }
@@ -408,9 +546,9 @@ impl Model {
     /// The physical state at stage k.
     pub fn physical(&self, stage: usize, state: &ChainState, inputs: &[f64]) -> ChainState {
         if stage == 0 {
-            return self.start.clone();
+            return self.start_in(state.stretch);
         }
-        let kick = self.kick(&state.pose(), inputs);
+        let kick = self.kick(state, inputs);
         self.kicked(state, &kick, inputs, -self.lag(stage))
     }
 
@@ -423,6 +561,12 @@ impl Model {
             force: force.unwrap_or_else(Vector3::zeros),
             moment: self.torque.frame().to_body(r, &self.torque.output(torques)),
         }
+    }
+
+    /// Length of a move of one state: its rotation \[rad\], or the change of the duration in the same measure.
+    pub fn length(&self, z: &DVector<f64>) -> f64 {
+        let turn = z.rows(self.zeta(), 3).norm();
+        self.duration.map_or(turn, |duration| turn.max(z[duration].abs() / STRETCHED))
     }
 
     /// `½ uᵀ W u`.
@@ -440,7 +584,14 @@ impl ChainState {
             attitude: point.attitude.value,
             momentum: point.momentum.value,
             wheels,
+            stretch: 1.0,
         }
+    }
+
+    /// A state in the stated duration, in the units of one that is `stretch` times as long.
+    fn hastened(&self, stretch: f64) -> Self {
+        let (linear_momentum, momentum) = (self.linear_momentum * stretch, self.momentum * stretch);
+        Self { linear_momentum, momentum, wheels: &self.wheels * stretch, stretch, ..self.clone() }
     }
 
     /// To the planner's point.

@@ -125,8 +125,7 @@ impl<'a> Newton<'a> {
         let Self { at, multipliers, residuals, .. } = self;
         let kkt = Kkt::of(at, multipliers, &self.active, self.proximal)?;
         let (states, inputs, change) = direction(at, kkt, residuals)?;
-        let turn = |z: &DVector<f64>| z.rows(at.model.zeta(), 3).norm();
-        let longest = states.iter().map(turn).fold(0.0, f64::max);
+        let longest = states.iter().map(|z| at.model.length(z)).fold(0.0, f64::max);
         let fraction = if longest > LONGEST_TURN { LONGEST_TURN / longest } else { 1.0 };
         Some((
             at.iterate.moved(at.model, &states, &inputs, fraction),
@@ -272,6 +271,10 @@ impl Residuals {
         };
         let mut inputs: Vec<_> = (0..=model.steps).map(by_inputs).collect();
         let mut states: Vec<_> = (0..=model.steps).map(by_state).collect();
+        if let Some(duration) = model.duration {
+            let opened = at.opening.by_duration.dot(&multipliers.costates[0]);
+            states[0][duration] += opened + model.time_price * at.iterate.stretch();
+        }
         for ((row, value), multiplier) in at.limits.rows.iter().zip(&at.rows).zip(&multipliers.rows) {
             let RowValue::Half { state, inputs: by_inputs, next, .. } = value else { continue };
             if *multiplier == 0.0 {

@@ -67,6 +67,36 @@ impl Chain {
         Self { model, rows }
     }
 
+    /// The chain of a maneuver whose duration is sought, with a share of the effort in its cost.
+    pub fn seeking(problem: &Problem, steps: usize, share: f64) -> Self {
+        let model = Model::seeking(problem, steps, share);
+        let rows = LimitRows::of(problem, &model);
+        Self { model, rows }
+    }
+
+    /// What this chain, which seeks the duration, has found, as a candidate of the maneuver that states that duration;
+    /// `stated` is the one stated so far \[s\]. Multipliers are the derivatives of the duration \[s\].
+    pub fn of_given_duration(&self, found: Attempt, stated: f64) -> Attempt {
+        let Attempt { mut candidate, .. } = found;
+        let stretch = candidate.grid.duration();
+        // The unit of cost goes with the duration as `T^{-3}`.
+        let unit = self.model.dynamics.units.cost / stretch.powi(3);
+        let scale = stated / (self.model.time_price * unit);
+        let size = self.model.duration.unwrap_or(self.model.n);
+        candidate.grid = candidate.grid.with_duration(1.0);
+        for costate in &mut candidate.costates {
+            *costate = costate.rows(0, size) * scale;
+        }
+        let (terminal, rows) = &mut candidate.multipliers;
+        *terminal *= scale;
+        for (row, multiplier) in self.rows.rows.iter().zip(rows) {
+            // A row in the limit of the stated duration, or in the one that goes with its own.
+            let grown = if row.what.is_ball() { 1.0 } else { stretch.powi(row.what.growth()) };
+            *multiplier *= grown * scale;
+        }
+        Attempt { candidate, ..found }
+    }
+
     /// The worst violation of all rows at a candidate; `None` where it cannot be evaluated.
     pub fn worst_violation(&self, candidate: &Candidate) -> Option<f64> {
         let evaluated = self.iterate(candidate).evaluate(&self.model, &self.rows).ok()?;
@@ -77,7 +107,7 @@ impl Chain {
     fn iterate(&self, candidate: &Candidate) -> Iterate {
         if candidate.inputs.is_empty() {
             let poses: Vec<Pose> = candidate.states.iter().map(Point::pose).collect();
-            return first_iterate::along(&self.model, &self.rows, &poses);
+            return first_iterate::along(&self.model, &self.rows, &poses, candidate.grid.duration());
         }
         iterate(candidate)
     }
@@ -85,7 +115,8 @@ impl Chain {
     /// A path with the momenta and inputs that it asks for, whatever the limits; without wheels.
     pub fn opened(&self, path: &Candidate) -> Candidate {
         let poses: Vec<Pose> = path.states.iter().map(Point::pose).collect();
-        let Iterate { states, inputs } = first_iterate::along(&self.model, &LimitRows::default(), &poses);
+        let Iterate { states, inputs } =
+            first_iterate::along(&self.model, &LimitRows::default(), &poses, 1.0);
         Candidate { states: states.iter().map(ChainState::point).collect(), inputs, ..path.clone() }
     }
 
@@ -131,7 +162,9 @@ impl Chain {
 /// States and inputs of a candidate that has both.
 pub(crate) fn iterate(candidate: &Candidate) -> Iterate {
     let wheels = |node: usize| candidate.wheels.get(node).cloned().unwrap_or_else(|| DVector::zeros(0));
-    let states = candidate.states.iter().enumerate().map(|(node, point)| ChainState::of(point, wheels(node)));
+    let stretch = candidate.grid.duration();
+    let state = |(node, point)| ChainState { stretch, ..ChainState::of(point, wheels(node)) };
+    let states = candidate.states.iter().enumerate().map(state);
     Iterate { states: states.collect(), inputs: candidate.inputs.clone() }
 }
 
@@ -145,6 +178,7 @@ pub(crate) fn multipliers(candidate: &Candidate) -> Multipliers {
 pub(crate) fn with_iterate(candidate: Candidate, iterate: Iterate, multipliers: Multipliers) -> Candidate {
     let wheels = iterate.states.iter().filter(|state| !state.wheels.is_empty());
     Candidate {
+        grid: candidate.grid.with_duration(iterate.stretch()),
         states: iterate.states.iter().map(ChainState::point).collect(),
         wheels: wheels.map(|state| state.wheels.clone()).collect(),
         inputs: iterate.inputs,

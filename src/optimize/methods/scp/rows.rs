@@ -2,6 +2,8 @@
 //!
 //! A row is a half space `c ≤ 0` or a ball `|v| ≤ 1` and knows its derivatives. What must hold between
 //! the nodes is a row of the arc of its own: on one step the body turns about one axis at one rate.
+//!
+//! Where the duration is sought limits grow with it, as `s`, `s²` or `s³` (`model`).
 
 use super::model::{ChainState, Model, Step};
 use crate::lie;
@@ -74,6 +76,26 @@ impl RowValue {
         Self::Half { c, state, inputs, next: None }
     }
 
+    /// The same with a limit that grows as `s^power`: `c ≤ s^power − 1`, or `|v| ≤ s^power`.
+    fn grown(self, model: &Model, duration: usize, stretch: f64, power: i32) -> Self {
+        let (limit, slope) = (stretch.powi(power), f64::from(power));
+        match self {
+            Self::Half { c, state, inputs, next } => {
+                let mut state = state.unwrap_or_else(|| DVector::zeros(model.n));
+                state[duration] -= slope * limit;
+                Self::Half { c: c + 1.0 - limit, state: Some(state), inputs, next }
+            }
+            Self::Ball { v, state, inputs } => {
+                let v = v / limit;
+                let mut state = state.map_or_else(|| Matrix3xX::zeros(model.n), |state| state / limit);
+                let mut column = state.column_mut(duration);
+                column -= v * slope;
+                Self::Ball { v, state: Some(state), inputs: inputs.map(|inputs| inputs / limit) }
+            }
+            Self::Idle => Self::Idle,
+        }
+    }
+
     /// The violation: positive where the row does not hold.
     pub fn violation(&self) -> f64 {
         match self {
@@ -133,9 +155,20 @@ impl What {
         }
     }
 
-    /// Whether it depends on the state, and so is not linear.
-    pub fn is_curved(&self) -> bool {
-        !matches!(self, Self::InputSize { .. } | Self::InputRate { .. } | Self::Wheel { .. })
+    /// Whether it depends on the state, and is not linear.
+    pub fn is_curved(&self, model: &Model) -> bool {
+        let linear = matches!(self, Self::InputSize { .. } | Self::InputRate { .. } | Self::Wheel { .. });
+        !linear || model.duration.is_some()
+    }
+
+    /// Power of the duration with which the limit grows.
+    pub fn growth(&self) -> i32 {
+        match self {
+            Self::Cone { .. } => 0,
+            Self::RateNorm { .. } | Self::RateAxis { .. } | Self::Wheel { .. } => 1,
+            Self::InputSize { .. } | Self::InputNorm { .. } => 2,
+            Self::InputRate { .. } => 3,
+        }
     }
 
     /// The input it bounds, if it bounds one.
@@ -155,7 +188,9 @@ impl What {
     pub fn depends(&self, model: &Model) -> (bool, bool) {
         let lag = model.lag(1) > 0.0;
         match self {
-            Self::InputSize { .. } | Self::InputNorm { .. } | Self::InputRate { .. } => (false, true),
+            Self::InputSize { .. } | Self::InputNorm { .. } | Self::InputRate { .. } => {
+                (model.duration.is_some(), true)
+            }
             Self::RateNorm { arc, .. } | Self::RateAxis { arc, .. } => (true, !arc && lag),
             Self::Cone { .. } => (true, false),
             Self::Wheel { .. } => (true, lag),
@@ -164,6 +199,15 @@ impl What {
 
     /// The row at a place of stage `stage`.
     pub fn at(&self, model: &Model, stage: usize, place: &Place) -> RowValue {
+        let row = self.of_stated(model, stage, place);
+        match model.duration.filter(|_| self.growth() > 0) {
+            Some(duration) => row.grown(model, duration, place.state.stretch, self.growth()),
+            None => row,
+        }
+    }
+
+    /// The row with the limit of the stated duration.
+    fn of_stated(&self, model: &Model, stage: usize, place: &Place) -> RowValue {
         let unit = |input: usize, value: f64| {
             let mut row = DVector::zeros(model.m);
             row[input] = value;

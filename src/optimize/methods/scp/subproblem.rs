@@ -10,13 +10,16 @@
 //!            rows: c + ∂c·δ ≤ σ_g ,           |v + ∂v·δ| ≤ 1 + σ_g
 //! ```
 //!
+//! and, where the duration `s` is sought, with `w s δ` in the cost, `δ` the change of its logarithm, bounded as rotations
+//! are, and with the slope of `y_0` by it.
+//!
 //! `D` is the size of all defects. The virtual control `−t d_k` has one scalar: with `t = 1`, nothing
 //! moved and the slacks at the violations, the subproblem is always feasible. `P_k` is the convex part
 //! of the Lagrangian's second derivatives. The duals of the equations are `−λ_k`, those of the rows `ν`.
 
 use super::curvature::Multipliers;
 use super::iterate::Evaluated;
-use super::model::Model;
+use super::model::{Model, STRETCHED};
 use super::rows::{LimitRows, RowValue};
 use crate::optimize::convex::cone::{Answer, Cone, ConeError, ConeSettings, ConeSolver, Program, Reason};
 use crate::optimize::convex::sparse::{Sparse, SparseParts};
@@ -231,6 +234,9 @@ impl<'a> Subproblem<'a> {
             let slope = &model.weight * inputs * model.kick_weight(stage);
             linear[layout.inputs(stage)..][..layout.m].copy_from_slice(slope.as_slice());
         }
+        if let Some(duration) = model.duration {
+            linear[layout.state(0) + duration] = model.time_price * at.iterate.stretch();
+        }
         linear[layout.left] = weights.defect * at.infeasibility();
         for (slot, weight) in layout.slack.iter().zip(&weights.violation) {
             if let Some(slot) = slot {
@@ -240,7 +246,7 @@ impl<'a> Subproblem<'a> {
         let mut writer = Writer { places: vec![0; self.rows.rows.len()], ..Writer::default() };
         self.write_chain(layout, at, &mut writer);
         let equations = writer.bound.len();
-        self.write_half_spaces(layout, at, &mut writer);
+        self.write_half_spaces(layout, at, weights.radius, &mut writer);
         let inequalities = writer.bound.len() - equations;
         self.write_balls(layout, at, weights.radius, &mut writer);
         let Writer { entries, bound, places } = writer;
@@ -271,6 +277,8 @@ impl<'a> Subproblem<'a> {
                 }
                 if stage > 0 {
                     writer.put_all(row, layout.state(stage - 1), at.steps[stage - 1].a.row(i).iter(), -1.0);
+                } else if let Some(duration) = model.duration {
+                    writer.put(row, layout.state(0) + duration, -at.opening.by_duration[i]);
                 }
             }
         }
@@ -281,7 +289,7 @@ impl<'a> Subproblem<'a> {
         }
     }
 
-    fn write_half_spaces(&self, layout: &ProgramLayout, at: &Evaluated, writer: &mut Writer) {
+    fn write_half_spaces(&self, layout: &ProgramLayout, at: &Evaluated, radius: f64, writer: &mut Writer) {
         let zeros = (DVector::zeros(layout.n), DVector::zeros(layout.m));
         for (index, (row, value)) in self.rows.rows.iter().zip(&at.rows).enumerate() {
             if row.what.is_ball() {
@@ -319,6 +327,10 @@ impl<'a> Subproblem<'a> {
         for slack in layout.slack.iter().flatten() {
             let place = writer.row(0.0);
             writer.slack(place, Some(*slack));
+        }
+        for (duration, sign) in self.model.duration.into_iter().flat_map(|at| [(at, 1.0), (at, -1.0)]) {
+            let place = writer.row(radius * STRETCHED);
+            writer.put(place, layout.state(0) + duration, sign);
         }
     }
 
@@ -365,6 +377,9 @@ impl Move {
             .zip(violations.iter().zip(&self.slacks))
             .map(|(weight, (before, after))| weight * (before - after))
             .sum();
-        at.cost - moved - bend + weights.defect * (1.0 - self.left) * at.infeasibility() + relief
+        let time = model.duration.map_or(0.0, |duration| {
+            model.time_price * at.iterate.stretch() * (1.0 + self.states[0][duration])
+        });
+        at.cost - moved - time - bend + weights.defect * (1.0 - self.left) * at.infeasibility() + relief
     }
 }

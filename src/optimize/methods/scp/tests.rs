@@ -85,12 +85,15 @@ fn problems() -> Vec<Problem> {
     all.into_iter().map(limited).collect()
 }
 
-/// Their chains on steps of equal length, and on steps of which the longest is five times the shortest.
+/// Their chains on steps of equal length, on steps of which the longest is five times the shortest, and those that seek
+/// the duration.
 fn chains() -> impl Iterator<Item = (Problem, Model)> {
     problems().into_iter().flat_map(|problem| {
         let grid = graded(problem.scheme, problem.steps);
         let models = [Model::new(&problem, problem.steps), Model::of(&problem, Dynamics::on(&problem, grid))];
-        models.map(|model| (problem.clone(), model))
+        let seeking = problem.environment.frame_rate() == Vector3::zeros();
+        let seeking = seeking.then(|| Model::seeking(&problem, problem.steps, 1e-2));
+        models.into_iter().chain(seeking).map(move |model| (problem.clone(), model))
     })
 }
 
@@ -112,7 +115,7 @@ fn shifted(inputs: &[f64], index: usize, by: f64) -> Vec<f64> {
 
 /// A state of the chain some way along: a few steps from the start under random inputs.
 fn somewhere(random: &mut Random, model: &Model) -> Node {
-    let mut state = model.opening(&random_inputs(random, model.m)).0;
+    let mut state = model.opening(stretch(model), &random_inputs(random, model.m)).end;
     for stage in 0..3 {
         state = model.step(stage, &state, &random_inputs(random, model.m)).unwrap().end;
     }
@@ -145,6 +148,37 @@ fn the_matrices_of_a_step_are_its_derivatives() {
             }
         }
     }
+}
+
+/// Another duration than the stated one, where it is sought.
+fn stretch(model: &Model) -> f64 {
+    if model.duration.is_some() { 1.3 } else { 1.0 }
+}
+
+#[test]
+fn the_derivatives_of_the_opening_kick_are_those_of_the_state_after_it() {
+    let mut random = Random(4);
+    let mut sought = 0;
+    for (problem, model) in chains() {
+        let inputs = random_inputs(&mut random, model.m);
+        let opening = model.opening(stretch(&model), &inputs);
+        let slope = |at: &dyn Fn(f64) -> Node| {
+            let change = |by: f64| model.difference(&at(by), &opening.end);
+            (change(STEP) - change(-STEP)) / (2.0 * STEP)
+        };
+        for column in 0..model.m {
+            let by_input = slope(&|by| model.opening(stretch(&model), &shifted(&inputs, column, by)).end);
+            let wrong = (by_input - opening.by_inputs.column(column)).amax();
+            assert!(wrong < CLOSE, "{:?} input {column}: {wrong:.1e}", problem.environment);
+        }
+        if model.duration.is_some() {
+            let by_duration = slope(&|by| model.opening(stretch(&model) * by.exp(), &inputs).end);
+            let wrong = (by_duration - &opening.by_duration).amax();
+            assert!(wrong < CLOSE, "{:?} duration: {wrong:.1e}", problem.environment);
+            sought += 1;
+        }
+    }
+    assert!(sought > 4);
 }
 
 #[test]
@@ -202,7 +236,7 @@ fn wheels_keep_the_total_momentum_in_space() {
     let mut random = Random(8);
     let problem = wheeled(&mut random);
     let model = Model::new(&problem, 200);
-    let mut state = model.opening(&random_inputs(&mut random, 4)).0;
+    let mut state = model.opening(1.0, &random_inputs(&mut random, 4)).end;
     let before = state.attitude * state.momentum;
     for stage in 0..200 {
         state = model.step(stage, &state, &random_inputs(&mut random, 4)).unwrap().end;
@@ -247,7 +281,7 @@ fn straight(model: &Model) -> Vec<Pose> {
 fn converge(problem: &Problem, options: &ScpOptions) -> (Model, Convex) {
     let model = Model::new(problem, problem.steps);
     let rows = LimitRows::of(problem, &model);
-    let start = first_iterate::along(&model, &rows, &straight(&model));
+    let start = first_iterate::along(&model, &rows, &straight(&model), 1.0);
     let convex = run(&model, &rows, start, None, options, &Watch::NONE).unwrap();
     (model, convex)
 }
