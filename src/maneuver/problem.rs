@@ -283,9 +283,18 @@ impl Problem {
     /// The same maneuver with the duration that a plan of it has found, where that was sought and inputs do not switch:
     /// the grid of the plan is then the maneuver's own.
     pub fn with_found_duration(&self, time: &[f64]) -> Self {
-        let sought = self.objective.seeks_duration() && !self.objective.switches();
+        let sought = self.objective.seeks_duration() && !self.switches();
         let found = time.last().copied().filter(|_| sought);
         Self { duration: found.unwrap_or(self.duration), ..self.clone() }
+    }
+
+    /// Whether inputs switch, and are held over steps of unequal lengths: those of fuel, and those of minimum time where
+    /// nothing but limits of the torques shapes the plan.
+    pub fn switches(&self) -> bool {
+        let limits = self.actuation.torque.limits();
+        let jumping = limits.rate.is_none() && !(limits.size.is_some() && limits.norm.is_some());
+        let shaped = !jumping || self.actuation.wheels.is_some() || !self.constraints.is_empty();
+        self.objective.switches() && !(self.objective == Objective::Time && shaped)
     }
 
     /// Whether anything limits inputs, rates or pointing.
@@ -331,7 +340,7 @@ impl Problem {
 
     /// Rows of inputs of a plan: one for each node that has inputs, or one for each step where they switch.
     pub fn input_rows(&self) -> usize {
-        if self.objective.switches() { self.steps } else { self.scheme.input_rows(self.steps) }
+        if self.switches() { self.steps } else { self.scheme.input_rows(self.steps) }
     }
 
     /// The time grid \[s\]: steps of equal length. A plan whose inputs switch has a grid of its own.

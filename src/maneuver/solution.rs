@@ -317,6 +317,8 @@ pub struct Solution {
     pub infeasible: Option<Proof>,
     /// What stays violated where the search came nearest, and what would help; where no plan was found.
     pub shortfall: Option<String>,
+    /// The shortest duration \[s\] that was found, a local minimum, where no plan was for the one asked for.
+    pub shortest: Option<f64>,
     /// A longer duration \[s\] for which a plan was found, where none was for the one asked for.
     pub longer: Option<f64>,
     /// Tolerance asked for, scaled.
@@ -356,6 +358,7 @@ impl Solution {
             rivals: Vec::new(),
             infeasible: None,
             shortfall: None,
+            shortest: None,
             longer: None,
             tolerance,
             solve_time: 0.0,

@@ -100,7 +100,7 @@ impl<'a> Subject<'a> {
 
     /// A line of values of the inputs, one a row: with corners where the plan holds them over its steps.
     fn input_line(&self, name: impl Into<String>, style: usize, values: Vec<f64>) -> Curve {
-        if !self.problem.objective.switches() {
+        if !self.problem.switches() {
             return line(name, style, self.input_times(), values.into_iter());
         }
         let time: Vec<f64> = self.trajectory().time.windows(2).flatten().copied().collect();

@@ -2,8 +2,8 @@
 
 use crate::files::spec::escape;
 use crate::maneuver::{
-    ActiveConstraint, Method, Motion, Outcome, Path, Problem, Rung, RungReport, Scheme, SecondOrder, Sense,
-    Settings, Solution, Structure, Switching, TerminalError, Trajectory,
+    ActiveConstraint, Method, Motion, Objective, Outcome, Path, Problem, Rung, RungReport, Scheme,
+    SecondOrder, Sense, Settings, Solution, Structure, Switching, TerminalError, Trajectory,
 };
 use crate::numerics::figures::{counted, error, short, significant, time};
 use crate::plan::{Plan, Status};
@@ -162,7 +162,7 @@ fn method(problem: &Problem, solution: &Solution) -> String {
             }
             None => "SCP".into(),
         },
-        Method::Shooting | Method::Auto if problem.objective.switches() => {
+        Method::Shooting | Method::Auto if problem.switches() => {
             "shooting: smoothed extremals, then switching times".into()
         }
         Method::Shooting | Method::Auto => {
@@ -185,6 +185,10 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
         vec![line("path", &format!("{}, turned {:.1} deg", way(solution.sense), solution.turned_deg))];
     match &solution.switching {
         Some(switching) => lines.extend(switched(problem, solution, switching)),
+        None if problem.objective == Objective::Time => {
+            let duration = significant(solution.duration(problem), 9);
+            lines.line("duration", format!("{duration} s, locally minimal on the grid"));
+        }
         None if problem.objective.seeks_duration() => {
             let duration = significant(solution.duration(problem), 9);
             lines.line("duration", format!("{duration} s, where a second is worth its price"));
@@ -210,8 +214,8 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
         None => "not decided".into(),
     };
     let first = error(optimality.stationarity);
-    let second =
-        if solution.switching.is_some() { String::new() } else { format!("   second order: {second}") };
+    let timed = solution.switching.is_some() || problem.objective == Objective::Time;
+    let second = if timed { String::new() } else { format!("   second order: {second}") };
     lines.line("optimality", format!("stationarity {first}{second}"));
     for rival in &solution.rivals {
         let points = match rival.conjugate_points {
@@ -227,6 +231,10 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
         if solution.switching.is_some() {
             let unit = if problem.objective.fuel().is_some() { "" } else { " s" };
             lines.line("rival", format!("{}{unit}", significant(rival.cost, 9)));
+            continue;
+        }
+        if problem.objective == Objective::Time {
+            lines.line("rival", format!("{path}, {} s", significant(rival.cost, 6)));
             continue;
         }
         lines.line("rival", format!("{path}, cost {}{points}", significant(rival.cost, 6)));

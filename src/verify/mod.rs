@@ -263,7 +263,7 @@ pub fn verify_until(
     } = judged;
     found.at_most("finite", rows::not_finite(trajectory) as f64, 0.0);
     found.at_most("discrete terminal", found.discrete().largest(), tolerance);
-    if problem.objective.switches() && !problem.objective.seeks_duration() {
+    if problem.switches() && !problem.objective.seeks_duration() {
         let last = trajectory.time.last().copied().unwrap_or(f64::NAN);
         found.at_most("duration", (last / problem.duration - 1.0).abs(), RECORDED);
     }

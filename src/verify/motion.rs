@@ -150,7 +150,7 @@ impl<'a> Inputs<'a> {
 
     /// The row that belongs to a node, if it has one: Lie–Euler has none at the start, held inputs none at the end.
     pub(super) fn row_at(&self, node: usize) -> Option<usize> {
-        if self.problem.objective.switches() {
+        if self.problem.switches() {
             return Some(node).filter(|node| *node < self.problem.steps);
         }
         node.checked_sub(self.problem.scheme.first_input())
@@ -158,7 +158,7 @@ impl<'a> Inputs<'a> {
 
     /// Outputs at both ends of step k. Lie–Euler has no `u_0`; `u_1` stands for it.
     pub(crate) fn ends(&self, k: usize) -> (Output, Output) {
-        if self.problem.objective.switches() {
+        if self.problem.switches() {
             return (self.row(k), self.row(k));
         }
         let first = self.problem.scheme.first_input();
@@ -168,7 +168,7 @@ impl<'a> Inputs<'a> {
     /// The rows whose mean the plan holds over step k: `u_{k+1}` alone, or `u_k` and `u_{k+1}` for Verlet; or that of
     /// the step.
     pub(super) fn held_rows(&self, k: usize) -> (usize, usize) {
-        if self.problem.objective.switches() {
+        if self.problem.switches() {
             return (k, k);
         }
         (k, k + 1 - self.problem.scheme.first_input())

@@ -74,7 +74,7 @@ pub(super) fn fit(problem: &Problem, trajectory: &Trajectory) -> Result<(), Witn
 /// The grid of a plan: equal steps over the duration of the problem, or steps as the times give them where that is sought.
 /// The rows must fit.
 pub(super) fn grid(problem: &Problem, trajectory: &Trajectory) -> Result<Grid, WitnessError> {
-    if !problem.objective.switches() {
+    if !problem.switches() {
         return Ok(problem.grid());
     }
     let lengths: Vec<f64> = trajectory.time.windows(2).map(|pair| pair[1] - pair[0]).collect();

@@ -57,7 +57,7 @@ impl Record<'_> {
 
     /// The other row of step `k`: that of its end for Lie–Verlet; the same for Lie–Euler, and where a row is a step's.
     fn later_row(&self, k: usize) -> usize {
-        if self.problem.objective.switches() { k } else { k + 1 - self.problem.scheme.first_input() }
+        if self.problem.switches() { k } else { k + 1 - self.problem.scheme.first_input() }
     }
 
     /// The torque that the plan holds over step `k`, body axes [N·m]: the mean of the two rows at its ends for

@@ -44,7 +44,7 @@ impl PlanFile<'_> {
         let own = held.and_then(|held| held.read("the plan's spec", &[]).ok());
         let own = own.map(|own| (self.tolerance, own.settings.tolerance));
         // Where inputs switch the plan has its duration, and steps of which the mean is told.
-        let switches = problem.objective.switches();
+        let switches = problem.switches();
         let last = trajectory.time.last().copied().unwrap_or(f64::NAN);
         let duration = if switches { last } else { problem.duration };
         let step = if switches { duration / problem.steps as f64 } else { problem.step() };

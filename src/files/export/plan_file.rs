@@ -99,6 +99,9 @@ pub struct PlanFile<'a> {
     /// What stays violated where the search came nearest, and what would help; where no plan was found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortfall: Option<String>,
+    /// The shortest duration that was found, a local minimum, seconds; where no plan was for the one asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shortest_found_s: Option<f64>,
     /// A longer duration for which a plan was found, seconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub longer_s: Option<f64>,
@@ -174,6 +177,7 @@ impl<'a> PlanFile<'a> {
             obstruction: solution.infeasible.as_ref().map(|proof| proof.reason.clone()),
             shortest_duration_s: solution.infeasible.as_ref().and_then(|proof| proof.duration_lower_bound),
             shortfall: solution.shortfall.clone(),
+            shortest_found_s: solution.shortest,
             longer_s: solution.longer,
             spec: SpecDocument::new(&problem.clone().with_steps(steps), settings).ok(),
             costates_0: solution.costates_0(problem).to_vec(),

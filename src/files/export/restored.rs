@@ -42,6 +42,7 @@ impl PlanFile<'_> {
             rivals: self.rivals.clone(),
             infeasible: self.obstruction.as_ref().map(proof),
             shortfall: self.shortfall.clone(),
+            shortest: self.shortest_found_s,
             longer: self.longer_s,
             switching: self.switching.clone(),
             tolerance: self.tolerance,

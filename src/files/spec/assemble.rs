@@ -114,7 +114,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
     if (switches || sought)
         && let Some(solver) = &solver
     {
-        maneuver::refuse_solver(solver);
+        maneuver::refuse_solver(solver, &problem);
     }
     if let (Method::Shooting, Some(solver)) = (settings.method, &solver) {
         constraint::refuse_shooting(&problem, solver);

@@ -127,8 +127,8 @@ impl Problem {
             }
         }
         let sets = [Some(&self.actuation.torque), self.actuation.force.as_ref()];
-        if !self.objective.switches() && sets.into_iter().flatten().any(|set| set.limits().one_sided) {
-            let reason = "thrusters push to one side only: they are planned for minimum time and fuel";
+        if !self.switches() && sets.into_iter().flatten().any(|set| set.limits().one_sided) {
+            let reason = "thrusters push to one side only: they are planned for minimum time and fuel, and within limits of the torques alone";
             return Err(ProblemError::Unsuited { what: "thruster", reason });
         }
         Ok(())
@@ -173,14 +173,14 @@ impl Problem {
                 "minimum time and fuel are planned for a body that nothing acts on but its torques",
             ),
             (
-                self.actuation.wheels.is_some(),
+                fuel && self.actuation.wheels.is_some(),
                 "wheel",
-                "minimum time and fuel are not planned with reaction wheels",
+                "minimum fuel is not planned with reaction wheels",
             ),
             (
-                !self.constraints.is_empty(),
+                fuel && !self.constraints.is_empty(),
                 "constraint",
-                "minimum time and fuel are not planned under constraints",
+                "minimum fuel is not planned under constraints",
             ),
             (
                 torque.frame() != AxisFrame::Body,
@@ -188,14 +188,9 @@ impl Problem {
                 "minimum time and fuel are planned for torques along body axes",
             ),
             (
-                limits.rate.is_some(),
+                fuel && limits.rate.is_some(),
                 "torque_rate_limit_n_m_per_s",
-                "inputs of minimum time and fuel jump between their limits: how fast they change cannot be limited",
-            ),
-            (
-                limits.size.is_some() && limits.norm.is_some(),
-                "torque_norm_limit_n_m",
-                "minimum time takes limits of each input or of the norm of the torque, not both",
+                "inputs of minimum fuel jump between their limits: how fast they change cannot be limited",
             ),
             (
                 limits.size.as_ref().map_or(limits.norm.is_none(), unlimited),

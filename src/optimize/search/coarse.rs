@@ -1,5 +1,6 @@
 //! The coarse grid of a search.
 
+use crate::lie;
 use crate::maneuver::problem::Problem;
 
 /// How coarse a grid may be.
@@ -17,7 +18,7 @@ pub(super) const SHOOTING_FREE: CoarseRule = CoarseRule { fewest: 32, angle: 0.3
 /// In a field the grids agree less: what is found on a coarse one may not be there on a finer.
 pub(super) const SHOOTING_IN_FIELD: CoarseRule = CoarseRule { worth: 4.0, ..SHOOTING_FREE };
 /// For SCP: enough for the angle per step and for cones between the nodes.
-pub(super) const SCP: CoarseRule = CoarseRule { fewest: 24, angle: 0.3, worth: 1.5 };
+const SCP: CoarseRule = CoarseRule { fewest: 24, angle: 0.3, worth: 1.5 };
 
 /// Steps of the grid to search on, for a way that turns by `angle` \[rad\]: enough for its fastest moment, or the
 /// requested grid where that is hardly finer.
@@ -28,4 +29,10 @@ pub(super) fn coarse_steps(problem: &Problem, angle: f64, rule: &CoarseRule) -> 
     // Even, so that grids of 3/2 as many steps exist.
     let coarse = (needed as usize).max(rule.fewest).next_multiple_of(2);
     if rule.worth * coarse as f64 <= problem.steps as f64 { coarse } else { problem.steps }
+}
+
+/// Steps of the coarse grid of SCP.
+pub(super) fn chain_steps(problem: &Problem) -> usize {
+    let angle = lie::minus(&problem.end.attitude, &problem.start.attitude).norm();
+    coarse_steps(problem, angle, &SCP)
 }

@@ -4,11 +4,12 @@
 //! meets every limit it is the answer. Otherwise each relaxed path, and its detours around the cones it
 //! crosses, seeds a convex iteration on a coarse grid; the cheapest is carried to the requested grid.
 
-use super::coarse::{SCP, coarse_steps};
+use super::coarse::chain_steps;
 use super::detour::detours;
 use super::ladder::{Ask, Search};
 use super::paths;
-use super::transfer::transfer;
+use super::shortest::{SHARE, Shortest};
+use super::transfer::{Interpolant, transfer};
 use super::way::Follower;
 use crate::Vector3;
 use crate::lie;
@@ -31,10 +32,8 @@ const LEAP: usize = 4;
 const CLEAR_VIOLATION: f64 = 0.05;
 /// Costs of one plan on two grids differ by less, relative.
 const NEAR: f64 = 0.05;
-/// Durations tried, as multiples of the one asked for.
-const STRETCHES: [f64; 5] = [1.1, 1.25, 1.5, 2.0, 3.0];
-/// Halvings of the last gap.
-const HALVINGS: usize = 3;
+/// Durations tried for advice, as multiples of the shortest one found: next to it a plan without a guess is hard to find.
+const STRETCHES: [f64; 8] = [1.0, 1.01, 1.03, 1.1, 1.25, 1.5, 2.0, 3.0];
 
 /// What may carry a solution to a finer grid.
 #[derive(Clone, Copy)]
@@ -49,6 +48,9 @@ impl<const N: usize> Search<'_, '_, N> {
     pub(super) fn scp(&mut self) {
         let missed = self.failure.take();
         self.scp_from_seeds();
+        if self.may_be_too_short() {
+            self.scp_from_the_shortest();
+        }
         if self.ask.shooting && self.found.is_empty() && !self.problem.is_constrained() {
             self.failure = missed;
         }
@@ -58,13 +60,13 @@ impl<const N: usize> Search<'_, '_, N> {
     fn scp_from_seeds(&mut self) {
         let problem = self.problem;
         if let Some(trajectory) = self.ask.along {
-            let fine = Chain::new(problem, problem.steps);
+            let fine = self.chain(problem.steps);
             let seed = along("given path", trajectory, &fine.model.dynamics);
             self.descend(&fine, seed);
             return self.carry(&fine);
         }
         let relaxed = relaxed(problem);
-        let coarse = Chain::new(problem, chain_steps(problem));
+        let coarse = self.chain(chain_steps(problem));
         let mut seeds = self.relaxed_paths(&relaxed, &coarse);
         if self.context.settings.method == Method::Auto
             && let Some(answer) = self.unlimited(&relaxed, &seeds)
@@ -93,6 +95,23 @@ impl<const N: usize> Search<'_, '_, N> {
             }
         }
         self.carry(&coarse);
+    }
+
+    /// The chain of the maneuver on `steps` steps, with the duration that it states or the one that is sought.
+    pub(super) fn chain(&self, steps: usize) -> Chain {
+        match self.ask.share {
+            None => Chain::new(self.problem, steps),
+            Some(share) => Chain::seeking(self.problem, steps, share),
+        }
+    }
+
+    /// The extremals of the maneuver without limits, as paths on a coarse grid.
+    pub(super) fn unlimited_paths(&self, coarse: &Chain) -> Vec<Candidate> {
+        let seeds = self.relaxed_paths(&relaxed(self.problem), coarse);
+        if seeds.is_empty() {
+            return vec![straight(&coarse.model)];
+        }
+        seeds.into_iter().map(|(_, seed)| seed).collect()
     }
 
     /// Whether SCP finds a plan on the coarse grid.
@@ -164,7 +183,7 @@ impl<const N: usize> Search<'_, '_, N> {
     }
 
     /// One convex iteration from a seed.
-    fn descend(&mut self, chain: &Chain, seed: Candidate) {
+    pub(super) fn descend(&mut self, chain: &Chain, seed: Candidate) {
         let options = self.options(chain);
         let attempt = self.attempt(Rung::Scp, &ConvexIteration { chain, options: &options }, seed);
         self.keep(attempt);
@@ -180,13 +199,13 @@ impl<const N: usize> Search<'_, '_, N> {
     }
 
     /// Carries the cheapest to the requested grid.
-    fn carry(&mut self, coarse: &Chain) {
+    pub(super) fn carry(&mut self, coarse: &Chain) {
         self.found.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         if coarse.model.steps == self.problem.steps {
             return;
         }
         let found = std::mem::take(&mut self.found);
-        let fine = Chain::new(self.problem, self.problem.steps);
+        let fine = self.chain(self.problem.steps);
         for (index, cheapest) in found.iter().enumerate() {
             if self.stopped() {
                 return;
@@ -212,7 +231,7 @@ impl<const N: usize> Search<'_, '_, N> {
         let mut last: Option<(Chain, Attempt)> = None;
         for steps in between {
             let (chain, found) = last.as_ref().map_or((coarse, found), |(chain, found)| (chain, found));
-            let next = Chain::new(self.problem, steps);
+            let next = self.chain(steps);
             let refined = self.refine(chain, &next, found, roads)?;
             last = Some((next, refined));
             roads.newton = true;
@@ -260,40 +279,63 @@ impl<const N: usize> Search<'_, '_, N> {
         }
     }
 
-    /// A longer duration \[s\] for which a plan exists on a coarse grid, within an eighth of the gap to one for
-    /// which none was found; in four digits. That is advice, not proof: the search is local.
+    /// Whether nothing was found, the search was not cut short, and the duration can be sought.
+    fn may_be_too_short(&self) -> bool {
+        let cut_short =
+            self.failure.as_ref().is_some_and(|failure| failure.outcome == Outcome::IterationLimit);
+        let searched = self.found.is_empty() && self.answer.is_none() && !cut_short && !self.stopped();
+        let autonomous = self.problem.environment.frame_rate() == Vector3::zeros();
+        searched && autonomous && self.ask.advise && self.problem.is_constrained()
+    }
+
+    /// SCP from the plan of the shortest duration that it finds: a plan that is quicker than the maneuver asks for is on a
+    /// way that the seeds have missed.
+    fn scp_from_the_shortest(&mut self) {
+        let ask = self.ask_of_trial(Some(SHARE));
+        let mut search = Search::<N>::new(self.problem, self.context, ask);
+        let Some(Shortest { duration, attempt, .. }) = search.shortest(Vec::new()) else { return };
+        self.shortest = Some(duration);
+        if duration > self.problem.duration {
+            return;
+        }
+        let coarse = self.chain(chain_steps(self.problem));
+        let nodes = Interpolant::of(attempt.candidate.states.iter().map(Point::pose).collect());
+        let ratio = attempt.candidate.steps() as f64 / coarse.model.steps as f64;
+        let pose = |node: usize| {
+            let at = node as f64 * ratio;
+            let low = (at.floor() as usize).min(attempt.candidate.steps() - 1);
+            nodes.at(low, at - low as f64)
+        };
+        let grid = &coarse.model.dynamics.grid;
+        let missed = self.failure.take();
+        self.descend(&coarse, path("shortest", grid, (0..=grid.steps()).map(pose)));
+        self.carry(&coarse);
+        self.failure = missed.or(self.failure.take());
+    }
+
+    /// What is asked of a search whose answer is not that of this maneuver.
+    fn ask_of_trial(&self, share: Option<f64>) -> Ask<'static> {
+        let last = ScpOptions::default().within(self.context.settings.max_iterations);
+        Ask { shooting: false, convex: true, guess: None, along: None, last, advise: false, share }
+    }
+
+    /// A longer duration \[s\], in four digits, for which a plan is found on a coarse grid without a guess: the shortest one
+    /// found, or not much longer. That is advice, not proof: the search is local.
     pub(super) fn longer(&self) -> Option<f64> {
-        let solvable = |stretch: f64| {
-            let mut problem = self.problem.clone();
-            problem.duration *= stretch;
-            if problem.check().is_err() {
-                return false;
-            }
-            let last = ScpOptions::default().within(self.context.settings.max_iterations);
-            let ask = Ask { shooting: false, convex: true, guess: None, along: None, last, advise: false };
+        let found = |duration: &f64| {
+            let problem = self.problem.clone().with_duration(*duration);
             // What was tried for advice is no rung of this maneuver's ladder.
             let noted = self.context.ladder.borrow().len();
-            let solvable = Search::<N>::new(&problem, self.context, ask).finds_any();
+            let found = problem.check().is_ok()
+                && Search::<N>::new(&problem, self.context, self.ask_of_trial(None)).finds_any();
             self.context.ladder.borrow_mut().truncate(noted);
-            solvable
+            found
         };
-        let mut below = 1.0;
-        for stretch in STRETCHES {
-            if self.stopped() {
-                return None;
-            }
-            if solvable(stretch) {
-                let mut above = stretch;
-                for _ in 0..HALVINGS {
-                    let middle = 0.5 * (below + above);
-                    if solvable(middle) { above = middle } else { below = middle }
-                }
-                // A search is no better than four digits.
-                return Some(rounded_up(self.problem.duration * above));
-            }
-            below = stretch;
-        }
-        None
+        let from = self.shortest.unwrap_or(0.0).max(self.problem.duration);
+        let durations = STRETCHES.into_iter().map(|stretch| rounded_up(stretch * from));
+        durations
+            .filter(|duration| *duration > self.problem.duration)
+            .find(|longer| !self.stopped() && found(longer))
     }
 }
 
@@ -313,12 +355,6 @@ fn grids_between(coarse: usize, fine: usize) -> Vec<usize> {
         parts.map(|parts| fine.div_ceil(parts)).take_while(|steps| *steps >= 2 * coarse).collect();
     grids.reverse();
     grids
-}
-
-/// Steps of the coarse grid of SCP.
-fn chain_steps(problem: &Problem) -> usize {
-    let angle = lie::minus(&problem.end.attitude, &problem.start.attitude).norm();
-    coarse_steps(problem, angle, &SCP)
 }
 
 /// The path of a recorded trajectory.

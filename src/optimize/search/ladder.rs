@@ -14,6 +14,7 @@ use crate::maneuver::problem::{Path, Problem};
 use crate::maneuver::settings::Method as Road;
 use crate::maneuver::solution::{ConvexWork, Optimality, Outcome, Rival, Rung, Sense, Solution, Trajectory};
 use crate::numerics::factor::effective;
+use crate::numerics::figures::{short, significant};
 use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Attempt, Method, Run, Watch};
@@ -47,12 +48,14 @@ pub(super) struct Ask<'a> {
     pub last: ScpOptions,
     /// Whether a maneuver for which no plan is found is told the duration for which there is one.
     pub advise: bool,
+    /// Where SCP seeks the duration, the share of the effort in its cost (`shortest`).
+    pub share: Option<f64>,
 }
 
 impl Ask<'_> {
     /// What is asked of the same maneuver without limits.
     pub fn of_relaxed(&self) -> Self {
-        Self { shooting: true, convex: false, guess: None, along: None, ..self.clone() }
+        Self { shooting: true, convex: false, guess: None, along: None, share: None, ..self.clone() }
     }
 }
 
@@ -89,6 +92,8 @@ pub(super) struct Search<'a, 'c, const N: usize> {
     pub answer: Option<Solution>,
     /// What is lacking, in words, where no plan was found.
     pub shortfall: Option<String>,
+    /// The shortest duration that was found \[s\], where none was for the one asked for.
+    pub shortest: Option<f64>,
 }
 
 /// A step of the ladder: a rung, or several that belong together.
@@ -131,6 +136,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
             work: ConvexWork::default(),
             answer: None,
             shortfall: None,
+            shortest: None,
         }
     }
 
@@ -429,6 +435,11 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         solution
     }
 
+    /// What is told of another plan, with the cost that it has in the unit of the file.
+    pub fn rival_of_cost(&self, rival: &Attempt, cost: f64) -> Rival {
+        Rival { cost, ..self.rival(rival) }
+    }
+
     fn rival(&self, rival: &Attempt) -> Rival {
         let candidate = &rival.candidate;
         let Way { sense, turned_deg, .. } = self.way(candidate);
@@ -487,12 +498,16 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
             Some(chain) if attempt.converged() => {
                 solution.active = recorded.active;
                 solution.convex = Some(ConvexWork { subproblems: provenance.subproblems, ..self.work });
+                // The second order is that of the effort.
+                let effort = self.ask.share.is_none();
                 solution.optimality = self.context.within(|budget| {
                     let (iterate, multipliers) = (iterate(candidate), multipliers(candidate));
                     let watch = Watch { deadline: None, ..budget.watch };
                     Optimality {
                         stationarity: attempt.stationarity,
-                        conjugate_points: descents(&chain.model, &chain.rows, &iterate, &multipliers, &watch),
+                        conjugate_points: effort
+                            .then(|| descents(&chain.model, &chain.rows, &iterate, &multipliers, &watch))
+                            .flatten(),
                         rank: chain.model.terminal_count(),
                         condition: f64::NAN,
                     }
@@ -511,9 +526,18 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
             && let Some(violated) = &mut solution.shortfall
         {
             solution.longer = self.longer();
-            match solution.longer {
-                Some(duration) => violated.push_str(&format!("; a plan of {duration} s was found")),
-                None => violated.push_str("; none was found for up to three times the duration either"),
+            solution.shortest = self.shortest;
+            match (self.shortest, solution.longer) {
+                (Some(shortest), _) => {
+                    let (asked, shortest) = (short(self.problem.duration), significant(shortest, 6));
+                    violated.push_str(&format!(
+                        "; no plan of {asked} s was found, the shortest duration found is {shortest} s (locally minimal)"
+                    ));
+                }
+                (None, Some(duration)) => violated.push_str(&format!("; a plan of {duration} s was found")),
+                (None, None) => {
+                    violated.push_str("; none was found for up to three times the duration either");
+                }
             }
         }
     }
@@ -543,6 +567,13 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         let stationarity = solution.optimality.stationarity.max(confirmed.optimality.stationarity);
         let optimality = Optimality { stationarity, ..confirmed.optimality };
         Solution { optimality, solve_time: confirmed.solve_time, ..solution }
+    }
+}
+
+impl<const N: usize> Search<'_, '_, N> {
+    /// A solution that counts as converged only where it goes the way that was asked for, and ends where it should.
+    pub fn held_to_all(&self, solution: Solution) -> Solution {
+        held_to(self.context.settings.tolerance, self.held_to_its_way(solution))
     }
 }
 

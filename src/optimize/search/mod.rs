@@ -13,6 +13,7 @@ mod ladder;
 pub(crate) mod paths;
 mod record;
 mod saturated;
+mod shortest;
 mod starts;
 mod switching;
 mod transfer;
@@ -22,6 +23,7 @@ pub use context::{Control, Observer, Progress, Silent};
 pub use guess::Guess;
 
 use crate::maneuver::infeasible;
+use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Motion, Problem, ProblemError};
 use crate::maneuver::settings::{Method, Settings, SettingsError};
 use crate::maneuver::solution::{Outcome, Solution, Trajectory};
@@ -108,9 +110,25 @@ fn check_for_switching(settings: &Settings, guess: Option<&Guess>) -> Result<(),
     Ok(())
 }
 
+/// Whether settings and guess are such that the shortest duration can be sought by SCP.
+fn check_for_shortest(
+    problem: &Problem,
+    settings: &Settings,
+    guess: Option<&Guess>,
+) -> Result<(), PlanError> {
+    if settings.method == Method::Shooting {
+        let reason = "constraints, limits of how fast torques change and reaction wheels; use method = \"scp\" or \"auto\"";
+        return Err(PlanError::NotForShooting { reason });
+    }
+    if guess.is_some() {
+        return Err(PlanError::Unsuited { reason: "it takes no guess: leave it out" });
+    }
+    check_for_scp(problem)
+}
+
 /// Whether the effort is what is minimised.
 fn check_for_effort(problem: &Problem) -> Result<(), PlanError> {
-    if problem.objective.switches() || problem.duration.is_nan() {
+    if problem.switches() || problem.objective.seeks_duration() {
         return Err(PlanError::Unsuited {
             reason: "only a maneuver of least effort in a given duration has costates to polish",
         });
@@ -144,7 +162,15 @@ pub fn polish(
     let context = Context::new(settings, observer);
     let guess = Guess::costates(guess);
     let last = ScpOptions::default();
-    let ask = Ask { shooting: true, convex: false, guess: Some(&guess), along: None, last, advise: false };
+    let ask = Ask {
+        shooting: true,
+        convex: false,
+        guess: Some(&guess),
+        along: None,
+        last,
+        advise: false,
+        share: None,
+    };
     Ok(match problem.motion {
         Motion::Attitude => Search::<6>::new(problem, &context, ask).polish(),
         Motion::RigidBody => Search::<12>::new(problem, &context, ask).polish(),
@@ -169,9 +195,13 @@ pub fn solve(
     observer: &mut dyn Observer,
 ) -> Result<Solution, PlanError> {
     check(problem, settings)?;
-    if problem.objective.switches() {
+    if problem.switches() {
         check_for_switching(settings, guess)?;
         return Ok(switching::solve(problem, &Context::new(settings, observer)));
+    }
+    if problem.objective == Objective::Time {
+        check_for_shortest(problem, settings, guess)?;
+        return Ok(shortest::solve(problem, &Context::new(settings, observer)));
     }
     if problem.duration.is_nan() {
         check_for_switching(settings, guess)?;
@@ -202,7 +232,11 @@ pub fn solve(
     // From here on the clock runs.
     let context = Context::new(settings, observer);
     let last = ScpOptions::default().within(settings.max_iterations);
-    Ok(searched(problem, &context, Ask { shooting, convex, guess, along: None, last, advise: true }))
+    Ok(searched(
+        problem,
+        &context,
+        Ask { shooting, convex, guess, along: None, last, advise: true, share: None },
+    ))
 }
 
 /// Solves a maneuver by SCP, limited or not, from its own seeds or along a trajectory on the
@@ -228,7 +262,7 @@ pub(crate) fn solve_convex(
     let context = Context::new(&settings, observer);
     let last = if polish { ScpOptions::default() } else { ScpOptions::unpolished() };
     let last = last.within(settings.max_iterations);
-    let ask = Ask { shooting: false, convex: true, guess: None, along, last, advise: false };
+    let ask = Ask { shooting: false, convex: true, guess: None, along, last, advise: false, share: None };
     Ok(searched(problem, &context, ask))
 }
 

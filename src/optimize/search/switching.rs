@@ -86,6 +86,7 @@ pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
         let arcs = arcs.map(|(arcs, _)| arcs.switches.len() + 1);
         let quickest = problem.objective.fuel().and_then(|_| too_short(problem, &found, context));
         solution.longer = quickest.and_then(|(_, longer)| longer);
+        solution.shortest = quickest.map(|(shortest, _)| shortest);
         solution.shortfall = Some(match (quickest, arcs) {
             (Some((shortest, _)), _) => {
                 let (asked, shortest) = (short(problem.duration), significant(shortest, 6));

@@ -151,6 +151,7 @@ fn plan(problem: &Problem) -> Plan {
         turned_deg: 150.0,
         iterations: 2,
         ladder: vec![rung],
+        shortest: Some(41.25),
         longer: Some(41.5),
         shortfall: None,
         convex: problem.is_constrained().then_some(ConvexWork {

@@ -11,4 +11,5 @@ mod metamorphic;
 mod minimum_fuel;
 mod minimum_time;
 mod order;
+mod shortest;
 mod support;
