@@ -25,17 +25,17 @@ use crate::mechanics::environment::Pose;
 use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
-use crate::optimize::methods::scp::road::{ActiveSetNewton, Chain, ConvexIteration, path};
+use crate::optimize::methods::scp::road::{Chain, ConvexIteration, path};
 use std::f64::consts::PI;
 
 /// Share of the effort in the cost while durations are compared, and how it is lowered for the one that is told.
 pub(super) const SHARE: f64 = 1e-2;
-const LAST_SHARES: [f64; 6] = [3e-3, 1e-3, 3e-4, 1e-4, 1e-5, 1e-6];
+const LAST_SHARES: [f64; 3] = [1e-3, 1e-4, 1e-6];
 /// How far the path of minimum time is bent to either side \[rad\]: a turn about one axis is often a saddle.
 const BENT: f64 = 0.5;
 /// Durations of one plan with two shares of the effort differ by less, relative.
 const NEAR: f64 = 0.01;
-/// Subproblems from one share to the next.
+/// Most subproblems from one share to the next.
 const FEW: usize = 12;
 
 /// The shortest duration that was found.
@@ -139,24 +139,16 @@ impl<const N: usize> Search<'_, '_, N> {
         Some(Shortest { duration, attempt, rivals: rivals.collect() })
     }
 
-    /// A plan on the requested grid with less and less effort in its cost, as far as that goes: by Newton, or by a few convex
-    /// subproblems where other limits begin to act.
+    /// A plan on the requested grid with less and less effort in its cost, as far as that goes. Other limits begin to act
+    /// from share to share: a convex subproblem finds them sooner than Newton does.
     fn sharpened(&self, mut found: Attempt) -> Attempt {
         let options = self.ask.last.clone().within(FEW);
         for share in LAST_SHARES {
             let chain = Chain::seeking(self.problem, self.problem.steps, share);
-            let near = |next: &Attempt| {
-                let [before, after] = [&found, next].map(|attempt| attempt.candidate.grid.duration());
-                next.converged() && (before - after).abs() <= NEAR * before
-            };
-            let newton = ActiveSetNewton { chain: &chain, options: &self.ask.last };
-            let mut next = self.tried(Rung::Polish, &newton, found.candidate.clone());
-            if !near(&next) && !self.stopped() {
-                let convex = ConvexIteration { chain: &chain, options: &options };
-                next = self.tried(Rung::Scp, &convex, found.candidate.clone());
-            }
-            let next = self.noted(Rung::Polish, next);
-            if !near(&next) {
+            let convex = ConvexIteration { chain: &chain, options: &options };
+            let next = self.attempt(Rung::Scp, &convex, found.candidate.clone());
+            let [before, after] = [&found, &next].map(|attempt| attempt.candidate.grid.duration());
+            if !(next.converged() && (before - after).abs() <= NEAR * before) {
                 break;
             }
             found = next;
