@@ -11,7 +11,7 @@ use slewkit::mechanics::environment::{CentralGravity, GravityGradient, SecondOrd
 use slewkit::mechanics::{ActuatorSet, AxisFrame, Body, Description, Inertia, Limits};
 use slewkit::plan::{Plan, Silent, Status, plan};
 use slewkit::{Matrix3, Vector3, lie};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// Relative difference that costs may have.
@@ -346,19 +346,16 @@ fn is_free_slew(problem: &Problem) -> bool {
     free && is_still(problem) && problem.actuation.stored_momentum() == Vector3::zeros()
 }
 
-/// Of slews from rest to rest the sense is that of the shortest rotation, or of its complement.
+/// Of slews from rest to rest the short way is that of the shortest rotation. The long way is the cheapest of its sense, and a
+/// long rotation that is given the nearest to it: not the same.
 fn way_by_rotation(planned: &Planned, _: &mut Random) -> Option<Related> {
     let mut problem = planned.problem.clone();
     let turn = lie::minus(&problem.end.attitude, &problem.start.attitude);
     let unclear = turn.norm() > PI - 1e-3 || turn.norm() < 1e-3;
-    if !is_free_slew(&problem) || unclear {
+    if problem.path != Path::Shortest || !is_free_slew(&problem) || unclear {
         return None;
     }
-    problem.path = match problem.path {
-        Path::Shortest => Path::AsGiven(turn),
-        Path::Long => Path::AsGiven(turn * (1.0 - TAU / turn.norm())),
-        Path::Best | Path::AsGiven(_) => return None,
-    };
+    problem.path = Path::AsGiven(turn);
     same(problem, 1.0)
 }
 
