@@ -1,4 +1,5 @@
-//! Things side by side: methods on one maneuver, integrators on one motion.
+//! Things side by side: methods or objectives on one maneuver, integrators on one motion.
 
 pub mod integrators;
 pub mod methods;
+pub mod objectives;

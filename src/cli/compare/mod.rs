@@ -1,7 +1,8 @@
-//! `slew compare`: the methods side by side on the maneuver of a spec, the integrators on a simulation.
+//! `slew compare`: the methods or the objectives side by side on the maneuver of a spec, the integrators on a simulation.
 
 mod bound;
 mod integrators;
+mod objectives;
 mod table;
 
 use super::plan::{Watcher, refusal};
@@ -13,7 +14,8 @@ use slewkit::studies::methods::compare;
 /// Arguments of `slew compare`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-A spec of a maneuver compares methods, a spec of a simulation integrators.
+A spec of a maneuver compares methods, a spec of a simulation integrators. Where a maneuver
+minimises time or fuel, or its duration is sought, its objectives are compared.
 
 The methods: shooting, where it applies; scp, sequential convex programming to its own
 convergence; scp + polish, the same ended by Newton, as `slew plan` does it. `solver.method`
@@ -22,6 +24,10 @@ of the spec is not used; a time limit holds for each solve.
 Exit codes: 0 when at least one method solved and those that did agree; 7 when their costs
 differ, or a witness rejects a plan; otherwise those of `slew plan`. A missing bound changes
 no exit code.
+
+The objectives (`--objectives`): plans of least time, fuel and effort, each measured by the
+others too. Weights and prices are those of the spec. Effort and fuel take the duration of the
+spec, or 1.5 times the shortest where it has none. Exit code 0 when at least one is solved.
 
 Integrators run with 16 … ¼ times the step of the spec, over its duration, a tenth and a
 hundredth of it. The table shows errors of energy, RᵀR and momenta, the work, and the work of
@@ -33,6 +39,7 @@ In JSON only the keys of times (`solve_time_s`, `time_s`, `time_ratio`) differ b
 Examples:
   slew compare maneuver.toml
   slew compare maneuver.toml --format json | jq .agreement
+  slew compare maneuver.toml --objectives
   slew compare maneuver.toml --bound --bound-steps 4
   slew compare dumbbells.toml --figures figures
   slew compare dumbbells.toml --integrators lie_verlet,rkf78 --step 0.4,0.2,0.1 --horizon 30,300")]
@@ -48,6 +55,9 @@ pub struct Args {
     /// Steps of the grid of the bound, by default 8; the time to solve grows fast with them
     #[arg(long, value_name = "STEPS", requires = "bound", value_parser = clap::value_parser!(u16).range(2..=60))]
     pub bound_steps: Option<u16>,
+    /// Compare the plans of least time, fuel and effort instead of the methods; torques need limits
+    #[arg(long, conflicts_with = "bound")]
+    pub objectives: bool,
     #[command(flatten)]
     pub study: integrators::StudyArgs,
 }
@@ -65,7 +75,18 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
             let reason = "--integrators, --step, --horizon, --error, --figures: for specs of simulations";
             Err(Failure::Usage(format!("{reason}; this one is of a maneuver")))
         }
-        Spec::Maneuver(loaded) => methods(args, *loaded, console),
+        Spec::Maneuver(loaded) => {
+            let objective = &loaded.problem.objective;
+            let other = args.objectives || objective.switches() || objective.seeks_duration();
+            if other && !args.bound {
+                objectives::run(args, &loaded, console)
+            } else {
+                methods(args, *loaded, console)
+            }
+        }
+        Spec::Simulation(_) if args.objectives => {
+            Err(Failure::Usage("--objectives: for specs of maneuvers; this one is of a simulation".into()))
+        }
         Spec::Simulation(_) if args.bound => {
             Err(Failure::Usage("--bound: for specs of maneuvers; this one is of a simulation".into()))
         }

@@ -75,6 +75,26 @@ fn compare_refuses_what_it_cannot_do_and_ends_as_a_plan_does() {
     assert!(folder.slew(&["compare", "--help"]).ends(0).stdout.contains("7 when their costs"));
 }
 
+#[test]
+fn compare_sets_least_time_fuel_and_effort_side_by_side() {
+    let folder = Folder::new();
+    let limits = ["--set", "actuators.torque_limit_n_m=0.6"];
+    let run = folder.slew(&[&["compare", "spec.toml", "--objectives"][..], &limits].concat()).ends(0);
+    run.tells("objectives compared").tells("time").tells("fuel").tells("effort");
+    let args = ["compare", "spec.toml", "--objectives", "-q", "--format", "json"];
+    let document = folder.slew(&[&args[..], &limits].concat()).ends(0).json();
+    assert_eq!((&document["compares"], &document["status"]), (&"objectives".into(), &"solved".into()));
+    let row = |row: usize, key: &str| document["objectives"][row][key].as_f64().unwrap();
+    assert!(row(0, "duration_s") < row(1, "duration_s"));
+    assert!(row(1, "fuel") < row(2, "fuel") && row(2, "effort") < row(1, "effort"));
+    // A maneuver of minimum time has no methods to compare.
+    let time = concat!(env!("CARGO_MANIFEST_DIR"), "/problems/minimum_time_cube_090.toml");
+    folder.slew(&["compare", time]).ends(0).tells("objectives compared").tells("1.5 times the shortest");
+    fs::write(folder.path("pair.toml"), DUMBBELLS).unwrap();
+    folder.slew(&["compare", "spec.toml", "--objectives", "--bound"]).ends(2).tells("--bound");
+    folder.slew(&["compare", "pair.toml", "--objectives"]).ends(2).tells("simulation");
+}
+
 #[cfg(not(feature = "sdp"))]
 #[test]
 fn a_bound_that_this_build_cannot_give_says_how_to_build_one_that_can() {

@@ -1,0 +1,71 @@
+//! The plans of least time, fuel and effort of one maneuver, in words and as a document.
+
+use super::{Args, GENERATOR};
+use crate::cli::plan::{Watcher, refusal};
+use crate::cli::{Console, Exit, Failure, Lines, Tone, headline, interrupt, line};
+use slewkit::draw::table;
+use slewkit::files::spec::{Loaded, escape};
+use slewkit::numerics::figures::{error, significant, time};
+use slewkit::plan::Status;
+use slewkit::studies::objectives::{ObjectiveRun, STRETCH, compare};
+
+/// Compares the objectives.
+pub fn run(args: &Args, loaded: &Loaded, console: &mut Console) -> Result<Exit, Failure> {
+    let Loaded { problem, settings, .. } = loaded;
+    interrupt::watch();
+    let runs = compare(problem, settings, &mut Watcher(console)).map_err(refusal)?;
+    let status = status(&runs);
+    let (verdict, tone) = match status {
+        Status::Solved => ("objectives compared", Tone::Good),
+        Status::Interrupted => ("interrupted", Tone::Note),
+        _ => ("no plan", Tone::Bad),
+    };
+    let mut lines = vec![headline(console, &problem.name, verdict, tone)];
+    lines.extend(table(&rows(&runs), &[0, 1]).iter().map(|row| line("", row)));
+    for run in &runs {
+        if let Some(reason) = &run.reason {
+            lines.line("", format!("{}: {}", run.minimises, escape(reason)));
+        }
+    }
+    if problem.duration.is_nan() {
+        lines.line("duration", format!("none given: effort and fuel have {STRETCH} times the shortest"));
+    }
+    console.say(&lines.join("\n"));
+    args.report.print(&document! {
+        format: 1,
+        generator: GENERATOR,
+        compares: "objectives",
+        status: status,
+        exit_code: status.exit_code(),
+        name: &problem.name,
+        objectives: &runs,
+    })?;
+    Ok(if status == Status::Solved { Exit::Solved } else { Exit::Plan(status) })
+}
+
+/// Solved where one is; otherwise how the first that could be planned ended.
+fn status(runs: &[ObjectiveRun]) -> Status {
+    let mut known = runs.iter().filter_map(|run| run.status);
+    let first = known.clone().next().unwrap_or(Status::NotConverged);
+    known.find(|status| matches!(status, Status::Solved | Status::Interrupted)).unwrap_or(first)
+}
+
+/// A header, and a row per objective.
+fn rows(runs: &[ObjectiveRun]) -> Vec<Vec<String>> {
+    let header = ["least", "", "duration / s", "effort", "fuel", "switches", "gap", "time"].map(String::from);
+    let row = |run: &ObjectiveRun| {
+        let number =
+            |value: Option<f64>| value.map_or_else(|| "–".to_string(), |value| significant(value, 8));
+        vec![
+            run.minimises.into(),
+            run.status.map_or("does not apply", Status::name).replace('_', " "),
+            number(run.duration_s),
+            number(run.effort),
+            number(run.fuel),
+            run.switches.map_or_else(|| "–".to_string(), |count| count.to_string()),
+            run.gap.map_or_else(|| "–".to_string(), error),
+            run.status.map_or_else(|| "–".to_string(), |_| time(run.solve_time_s)),
+        ]
+    };
+    std::iter::once(header.to_vec()).chain(runs.iter().map(row)).collect()
+}
