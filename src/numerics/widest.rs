@@ -23,9 +23,9 @@ mod tests {
         let mut lanes = *start;
         for step in 0..200 {
             let total: f64 = lanes.iter().sum();
-            for lane in 0..16 {
-                lanes[lane] = 3.9 * lanes[lane] * (1.0 - lanes[lane]) + 1e-3 * total / (1.0 + step as f64);
-                lanes[lane] -= lanes[lane].floor();
+            for lane in &mut lanes {
+                *lane = 3.9 * *lane * (1.0 - *lane) + 1e-3 * total / (1.0 + step as f64);
+                *lane -= lane.floor();
             }
         }
         lanes

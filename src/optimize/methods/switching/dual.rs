@@ -1,5 +1,10 @@
 //! Numbers with their derivatives with respect to L parameters, and the little linear algebra that one step of a grid takes.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "iterators are calls of their own, and narrow in widened code"
+)]
+
 use crate::{Matrix3, Vector3};
 use std::ops::{Add, Mul, Neg, Sub};
 

@@ -6,6 +6,11 @@
 //! arc. Where the duration is given, these means are equal and the lengths have it for their sum. Under a smoothed law all steps share one length. Every step starts from its own node, as in the smoothed
 //! problem, and the nodes go with the 6 + arcs unknowns.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "iterators are calls of their own, and narrow in widened code"
+)]
+
 use super::arcs::newton_step;
 use super::extremal::Extremal;
 use super::flow::{Lanes, Node};
