@@ -131,7 +131,7 @@ impl<const N: usize> Search<'_, '_, N> {
     fn relaxed_paths(&self, relaxed: &Problem, coarse: &Chain) -> Vec<(f64, Candidate)> {
         let asked = relaxed.clone().with_steps(coarse.model.steps);
         let mut search = Search::<N>::new(&asked, self.context, self.ask.of_relaxed());
-        search.climb();
+        search.climb_far();
         search.rank();
         let seed = |found: &Attempt, bvp: &BoundaryValueProblem<N>| {
             let extremal = paths::of_extremal(bvp, &found.candidate).ok()?;
@@ -149,8 +149,7 @@ impl<const N: usize> Search<'_, '_, N> {
     /// The shooting's solution of a problem without limits.
     fn shot(&self, relaxed: &Problem) -> Solution {
         let mut search = Search::<N>::new(relaxed, self.context, self.ask.of_relaxed());
-        search.climb();
-        search.conclude()
+        search.climb_far()
     }
 
     /// The relaxed solution, where it meets every limit as it is.

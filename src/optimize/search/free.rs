@@ -222,10 +222,11 @@ impl<const N: usize> Search<'_, '_, N> {
         let pool = std::mem::take(&mut self.pool);
         let pool = self.ranked(pool);
         let enough = pool.first().map_or(0.0, |best| best.cost * (1.0 + MARGIN));
-        let best = self.problem.path == Path::Best;
+        // Newton alone finds one extremal of a way round, descents find several.
+        let several = self.problem.path == Path::Best || self.descended;
         for extremal in pool {
             let near = extremal.cost <= enough || self.coarse.dynamics.grid.steps() == self.problem.steps;
-            let hopeful = best && near && self.found.len() < MOST_MINIMA;
+            let hopeful = several && near && self.found.len() < MOST_MINIMA;
             if !self.stopped() && (hopeful || self.found.is_empty()) {
                 let path = extremal.candidate.clone();
                 if !self.finish(extremal.candidate)

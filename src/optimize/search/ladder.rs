@@ -142,12 +142,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
 
     /// Climbs the ladder, and writes the solution with all that was tried.
     pub fn solve(mut self) -> Solution {
-        self.climb();
-        let mut solution = self.conclude();
-        if self.is_free() && !self.stopped() && !self.satisfies(&solution) {
-            self.look_further();
-            solution = self.conclude();
-        }
+        let solution = self.climb_far();
         let mut solution = self.held_to_its_way(solution);
         if solution.method == Road::Scp {
             if self.ask.shooting {
@@ -213,8 +208,19 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         Solution { ladder: self.context.ladder.take(), ..self.conclude() }
     }
 
+    /// Climbs the ladder, and without limits looks further where that leads to a saddle or another way round.
+    pub fn climb_far(&mut self) -> Solution {
+        self.climb();
+        let solution = self.conclude();
+        if self.is_free() && !self.stopped() && !self.satisfies(&solution) {
+            self.look_further();
+            return self.conclude();
+        }
+        solution
+    }
+
     /// Climbs the ladder.
-    pub fn climb(&mut self) {
+    fn climb(&mut self) {
         for Step { when, climb } in Self::LADDER {
             if when(self) {
                 climb(self);

@@ -73,7 +73,7 @@ impl<'a, const N: usize> Search<'a, '_, N> {
         let free = Problem { actuation, ..self.problem.clone() };
         let ask = Ask { guess: None, convex: false, ..self.ask.clone() };
         let mut search = Search::<N>::new(&free, self.context, ask);
-        search.climb();
+        search.climb_far();
         search.rank();
         let limitless = self.fine.relaxed(LIMITLESS);
         let demand =

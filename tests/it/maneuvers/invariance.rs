@@ -7,7 +7,7 @@ use slewkit::maneuver::objective::Weights;
 use slewkit::maneuver::problem::{Path, Problem, Scheme, State};
 use slewkit::maneuver::settings::Settings;
 use slewkit::maneuver::solution::Solution;
-use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
+use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::mechanics::environment::{CentralGravity, PointMass, UniformGravity};
 use slewkit::plan::{Silent, Status, plan};
@@ -203,5 +203,31 @@ fn half_a_turn_goes_round_as_it_is_given() {
         let problem = Problem::attitude(body, start, end, 3.0).with_steps(40).with_path(Path::AsGiven(turn));
         let plan = plan(&problem, &Settings::default(), None, &mut Silent).unwrap();
         assert_eq!(plan.status, Status::Solved, "{case}: {:?}", plan.verification);
+    }
+}
+
+/// The long way from rest to rest often begins at a saddle: what lies below it must be found within limits too, and no
+/// rival may be cheaper.
+#[test]
+fn limits_that_do_not_act_change_nothing_on_the_long_way() {
+    let inertia = Matrix3::new(2.644, -0.312, 0.0802, -0.312, 2.799, 0.793, 0.0802, 0.793, 2.046);
+    let start = lie::exp(&(Vector3::new(-0.471, 0.332, -1.702).normalize() * 2.637));
+    let y = |angle: f64| lie::exp(&Vector3::new(0.0, angle, 0.0));
+    let end = y(-0.2619) * lie::exp(&Vector3::new(-1.695, 0.0, 0.0)) * y(-2.3453);
+    let mut random = Random::new(2522);
+    let drawn = (0..7).map(|_| (random.rotation(), random.rotation()));
+    for (case, (start, end)) in std::iter::once((start, end)).chain(drawn).enumerate() {
+        let body = Body { inertia: Inertia::new(inertia).unwrap(), mass: None };
+        let [start, end] = [start, end].map(State::at_rest);
+        let free = Problem::attitude(body, start, end, 5.0).with_steps(108).with_path(Path::Long);
+        let known = solved(&free);
+        let peak = known.trajectory.input.iter().fold(0.0, |peak: f64, input| peak.max(input.abs()));
+        let limits = Limits { size: Some(vec![1.5 * peak; 3]), ..Limits::default() };
+        let torque = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
+        let limited = solved(&free.clone().with_actuation(Actuation::torques(torque)));
+        assert!((limited.cost / known.cost - 1.0).abs() < 1e-9, "{case}: {} {}", limited.cost, known.cost);
+        for rival in known.rivals.iter().filter(|rival| rival.sense == known.sense) {
+            assert!(rival.cost > known.cost, "{case}: {rival:?} {}", known.cost);
+        }
     }
 }
