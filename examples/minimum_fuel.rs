@@ -46,6 +46,7 @@ fn direction(random: &mut Random) -> Vector3 {
     }
 }
 
+/// Without a duration where no shortest one is found.
 fn case(random: &mut Random, thrusters: bool, moving: bool) -> Result<Problem, Box<dyn Error>> {
     let frame = lie::exp(&(direction(random) * random.within(0.0, PI)));
     let (a, b) = (random.within(1.0, 10.0), random.within(1.0, 10.0));
@@ -98,6 +99,10 @@ fn cost(plan: &Plan) -> Option<f64> {
 impl Tally {
     fn take(&mut self, index: usize, problem: &Problem) -> Result<(), Box<dyn Error>> {
         self.cases += 1;
+        if problem.duration.is_nan() {
+            println!("  case {index}: no shortest duration was found");
+            return Ok(());
+        }
         let began = Instant::now();
         let found = plan(problem, &Settings::default(), None, &mut Silent)?;
         self.whole_ms.push(began.elapsed().as_secs_f64() * 1e3);
