@@ -201,3 +201,22 @@ fn published_cases_are_solved_and_not_longer() {
         }
     }
 }
+
+/// About one axis the strong side accelerates and the weak one brakes: `T² = 2jθ (1/U + 1/u)`. Turning about other axes as
+/// well can only be quicker.
+#[test]
+fn thrusters_that_push_unequally_turn_a_body() {
+    let (strong, weak, angle) = (3.0, 0.15, 1.0);
+    let axes = CUBE.iter().flat_map(|axis| [Vector3::from(*axis), -Vector3::from(*axis)]).collect();
+    let limits = Limits { size: Some([strong, weak].repeat(3)), one_sided: true, ..Limits::default() };
+    let thrusters = ActuatorSet::new(axes, AxisFrame::Body).unwrap().with_limits(limits).unwrap();
+    let problem =
+        Problem::minimum_time(body([1.0, 1.5, 2.0]), at([0.0; 3], [0.0; 3]), at([0.0, 0.0, angle], [0.0; 3]))
+            .with_actuation(Actuation::torques(thrusters));
+    let about_its_axis = (2.0 * 2.0 * angle * (1.0 / strong + 1.0 / weak)).sqrt();
+    let shortest = duration(&problem);
+    assert!(
+        shortest < about_its_axis * (1.0 + 1e-9) && shortest > 0.3 * about_its_axis,
+        "{shortest} {about_its_axis}"
+    );
+}

@@ -12,6 +12,9 @@ use crate::{Matrix3, Vector3, lie};
 /// Parts of the limits that the largest input of a first path has where the duration is sought.
 const LEVELS: [f64; 3] = [0.7, 0.4, 0.9];
 
+/// The least that a level leaves to the motion, where the inputs work without any.
+const ABOVE_IDLE: f64 = 0.25;
+
 /// ε of a first path where the duration is given: so large that fuel hardly counts.
 const EASY: [f64; 3] = [4.0, 12.0, 1.5];
 
@@ -65,6 +68,8 @@ fn duration_at(extremal: &Extremal, inverse: &Matrix3, phi: &Vector3, level: f64
             .into_iter()
             .fold(0.0, f64::max)
     };
+    // Thrusters that push unequally work even where nothing is to turn.
+    let level = level.max(largest(extremal, inverse, &Vector3::zeros()) + ABOVE_IDLE);
     let (mut low, mut high) = (1e-6, 1e-3);
     while loads(high) > level {
         (low, high) = (high, 2.0 * high);
