@@ -187,7 +187,7 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
         Some(switching) => lines.extend(switched(problem, solution, switching)),
         None if problem.objective == Objective::Time => {
             let duration = significant(solution.duration(problem), 9);
-            lines.line("duration", format!("{duration} s, locally minimal on the grid"));
+            lines.line("duration", format!("{duration} s, minimal to first order on the grid"));
         }
         None if problem.objective.seeks_duration() => {
             let duration = significant(solution.duration(problem), 9);

@@ -7,8 +7,8 @@
 //! ```
 //!
 //! so that it shows what the best of one costs in the rest. Weights and prices are those of the maneuver's own objective
-//! where it has them, and 1 otherwise. Effort and fuel take the duration of the maneuver; where it seeks one, they take
-//! [`STRETCH`] times the shortest.
+//! where it has them, and 1 otherwise. Effort and fuel take the duration of the maneuver, or that which its price of time
+//! chooses; where it minimises time, [`STRETCH`] times the shortest.
 
 use crate::maneuver::objective::{Fuel, Objective, effort};
 use crate::maneuver::{Problem, Settings, Trajectory, Weights};
@@ -17,7 +17,7 @@ use crate::optimize::search::{Observer, PlanError};
 use crate::plan::{self, Plan, Status};
 use serde::Serialize;
 
-/// Where no duration is given, effort and fuel have this multiple of the shortest one.
+/// Beside minimum time, effort and fuel have this multiple of the shortest duration.
 pub const STRETCH: f64 = 1.5;
 
 /// A plan of least effort, fuel or time. Numbers are absent where there is no plan.
@@ -57,7 +57,14 @@ pub fn compare(
 ) -> Result<Vec<ObjectiveRun>, PlanError> {
     let measures = Measures::of(problem);
     let mut runs = Vec::new();
+    let found = |plan: &Plan| plan.solution.trajectory.time.last().copied().unwrap_or(f64::NAN);
     let mut duration = problem.duration;
+    if problem.objective.given_time_price().is_some()
+        && let Ok(chosen) = plan::plan(problem, settings, None, observer)
+        && chosen.status == Status::Solved
+    {
+        duration = found(&chosen);
+    }
     let objectives = [
         Objective::Time,
         Objective::Fuel(measures.fuel.clone()),
@@ -69,7 +76,7 @@ pub fn compare(
         let of_this =
             Problem { duration: if sought { f64::NAN } else { duration }, objective, ..problem.clone() };
         let run = if !sought && duration.is_nan() {
-            Err("no duration is given, and no shortest one is found".to_string())
+            Err("no duration is given, and none is found".to_string())
         } else {
             plan::plan(&of_this, settings, None, observer).map_err(|error| {
                 let reason = error.to_string();
@@ -78,12 +85,11 @@ pub fn compare(
             })
         };
         if let Ok(plan) = &run
+            && problem.objective == Objective::Time
             && sought
-            && duration.is_nan()
             && plan.status == Status::Solved
         {
-            duration =
-                rounded_up(STRETCH * plan.solution.trajectory.time.last().copied().unwrap_or(f64::NAN));
+            duration = rounded_up(STRETCH * found(plan));
         }
         runs.push(measures.row(of_this.objective.name(), run));
     }
@@ -204,6 +210,20 @@ mod tests {
         let plan = plan::plan(&problem, &Settings::default(), None, &mut Silent).unwrap();
         let runs = compare(&problem, &Settings::default(), &mut Silent).unwrap();
         assert!((runs[1].fuel.unwrap() / plan.solution.cost - 1.0).abs() < 1e-12, "{runs:?}");
+    }
+
+    #[test]
+    fn a_price_of_time_chooses_the_duration_of_all() {
+        let objective = Objective::Effort(Weights { time_price: Some(0.1), ..Weights::default() });
+        let priced = slew(f64::NAN).with_objective(objective);
+        let chosen = plan::plan(&priced, &Settings::default(), None, &mut Silent).unwrap().solution;
+        let runs = compare(&priced, &Settings::default(), &mut Silent).unwrap();
+        let duration = *chosen.trajectory.time.last().unwrap();
+        for run in &runs[1..] {
+            assert!((run.duration_s.unwrap() / duration - 1.0).abs() < 1e-13, "{run:?} {duration}");
+        }
+        let effort = chosen.cost - 0.1 * duration;
+        assert!((runs[2].effort.unwrap() / effort - 1.0).abs() < 1e-9, "{runs:?} {effort}");
     }
 
     #[test]

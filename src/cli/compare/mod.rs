@@ -27,7 +27,7 @@ no exit code.
 
 The objectives (`--objectives`): plans of least time, fuel and effort, each measured by the
 others too. Weights and prices are those of the spec. Effort and fuel take the duration of the
-spec, or 1.5 times the shortest where it has none. Exit code 0 when at least one is solved.
+spec or of its price of time, and 1.5 times the shortest beside minimum time. Exit code 0 when at least one is solved.
 
 Integrators run with 16 … ¼ times the step of the spec, over its duration, a tenth and a
 hundredth of it. The table shows errors of energy, RᵀR and momenta, the work, and the work of

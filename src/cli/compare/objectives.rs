@@ -5,6 +5,7 @@ use crate::cli::plan::{Watcher, refusal};
 use crate::cli::{Console, Exit, Failure, Lines, Tone, headline, interrupt, line};
 use slewkit::draw::table;
 use slewkit::files::spec::{Loaded, escape};
+use slewkit::maneuver::Objective;
 use slewkit::numerics::figures::{error, significant, time};
 use slewkit::plan::Status;
 use slewkit::studies::objectives::{ObjectiveRun, STRETCH, compare};
@@ -27,8 +28,10 @@ pub fn run(args: &Args, loaded: &Loaded, console: &mut Console) -> Result<Exit, 
             lines.line("", format!("{}: {}", run.minimises, escape(reason)));
         }
     }
-    if problem.duration.is_nan() {
+    if problem.objective == Objective::Time {
         lines.line("duration", format!("none given: effort and fuel have {STRETCH} times the shortest"));
+    } else if problem.duration.is_nan() {
+        lines.line("duration", "none given: effort and fuel have that which the price of time chooses");
     }
     console.say(&lines.join("\n"));
     args.report.print(&document! {

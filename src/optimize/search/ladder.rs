@@ -202,6 +202,11 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         solution
     }
 
+    /// A solution that counts as converged only where it goes the way that was asked for, and ends where it should.
+    pub fn held_to_all(&self, solution: Solution) -> Solution {
+        held_to(self.context.settings.tolerance, self.held_to_its_way(solution))
+    }
+
     /// Newton from the guess alone, on the requested grid, with no ladder behind it.
     pub fn polish(mut self) -> Solution {
         self.try_guess();
@@ -573,13 +578,6 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         let stationarity = solution.optimality.stationarity.max(confirmed.optimality.stationarity);
         let optimality = Optimality { stationarity, ..confirmed.optimality };
         Solution { optimality, solve_time: confirmed.solve_time, ..solution }
-    }
-}
-
-impl<const N: usize> Search<'_, '_, N> {
-    /// A solution that counts as converged only where it goes the way that was asked for, and ends where it should.
-    pub fn held_to_all(&self, solution: Solution) -> Solution {
-        held_to(self.context.settings.tolerance, self.held_to_its_way(solution))
     }
 }
 

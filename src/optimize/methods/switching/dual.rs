@@ -112,7 +112,7 @@ impl<const L: usize> Dual3<L> {
         Vector3::new(self.0[0].value, self.0[1].value, self.0[2].value)
     }
 
-    /// Another vector with this one's gradient, in the same order of the parameters.
+    /// This gradient with another value.
     #[inline(always)]
     pub fn with_value(mut self, value: &Vector3) -> Self {
         for (axis, part) in self.0.iter_mut().enumerate() {

@@ -64,8 +64,8 @@ fn turned<const L: usize>(c: &Dual3<L>, weight: &Dual<L>, v: &Dual3<L>, sign: f6
     *v + (once.scale(sign) + c.cross(&once)).times(weight)
 }
 
-/// The rotation of a step, and its matrix `E`.
-struct Solve<const L: usize> {
+/// What the drift of a step turns and solves by: its rotation `F` and its matrix `E`.
+struct Drift<const L: usize> {
     c: Dual3<L>,
     /// `2/(1 + |c|²)`.
     weight: Dual<L>,
@@ -76,7 +76,7 @@ struct Solve<const L: usize> {
     inverse: Matrix3,
 }
 
-impl<const L: usize> Solve<L> {
+impl<const L: usize> Drift<L> {
     /// `Fᵀv`.
     #[inline(always)]
     fn back(&self, v: &Dual3<L>) -> Dual3<L> {
@@ -115,12 +115,12 @@ impl Extremal {
         let c0 = c.value();
         let f = lie::cayley(&c0);
         let matrix = Matrix3::identity() * trace.value - f * j_d;
-        let linear = Solve { c, weight, trace, j_d, inverse: drift_equation::inverse3(&matrix) };
-        let drifted = linear.back(&kicked);
-        let m_after = linear.back(m);
-        let e_after = linear.back(&(*e + linear.solve(&(kicked.cross(e) - *m)).times(h)));
-        let xi = linear.back(&linear.solve(&(kicked + half)));
-        let pull = drifted.cross(&xi) + (linear.back(torque) + *torque).scale(0.5);
+        let drift = Drift { c, weight, trace, j_d, inverse: drift_equation::inverse3(&matrix) };
+        let drifted = drift.back(&kicked);
+        let m_after = drift.back(m);
+        let e_after = drift.back(&(*e + drift.solve(&(kicked.cross(e) - *m)).times(h)));
+        let xi = drift.back(&drift.solve(&(kicked + half)));
+        let pull = drifted.cross(&xi) + (drift.back(torque) + *torque).scale(0.5);
         let hamiltonian = Dual::constant(self.time_price) + *running + m_after.dot(&xi) + e_after.dot(&pull);
         Some(Out { c, pi: drifted + half, e: e_after, hamiltonian })
     }
@@ -173,6 +173,7 @@ impl Extremal {
         )
     }
 
+    /// [`grid_step`](Self::grid_step) in registers of one width.
     #[inline(always)]
     fn taken(&self, m: &Vector3, pi: &Vector3, e: &Vector3, h: f64, torque: Torque) -> Option<GridStep> {
         let mut given = In::<PARAMETERS> {

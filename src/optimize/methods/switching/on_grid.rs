@@ -99,7 +99,10 @@ impl OnGrid {
             let node = &self.nodes[k];
             let m = apply_transposed(&node.r, &self.m);
             let done = extremal.grid_step(&m, &node.pi, &node.e, self.step_length(step), step.torque)?;
-            let slope = carried(&done, &self.m, node, step, &mut lanes);
+            let slope = widest(
+                #[inline(always)]
+                || carried(&done, &self.m, node, step, &mut lanes),
+            );
             residual[6 + step.arc] += step.part * done.hamiltonian;
             for lane in 0..=unknowns {
                 jacobian[(6 + step.arc, lane)] += step.part * slope[lane];
@@ -186,21 +189,8 @@ impl OnGrid {
 }
 
 /// Carries the lanes over a step and gives those of its Hamiltonian.
-fn carried<const L: usize>(
-    done: &GridStep,
-    m: &Vector3,
-    node: &Node,
-    step: &Step,
-    lanes: &mut Lanes<L>,
-) -> [f64; L] {
-    widest(
-        #[inline(always)]
-        || carried_on(done, m, node, step, lanes),
-    )
-}
-
 #[inline(always)]
-fn carried_on<const L: usize>(
+fn carried<const L: usize>(
     done: &GridStep,
     m: &Vector3,
     node: &Node,
