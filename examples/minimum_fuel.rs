@@ -6,7 +6,7 @@
 //! The law: principal moments of a random triangle in [1, 10] about random axes; a rotation vector of uniform direction and
 //! an angle up to π; from rest to rest for even cases, for odd ones with rates up to 0.3 rad in the unit of time; limits
 //! from 1 to 5; a duration from 1.3 to 4 times the shortest that is found. `box`: three torques of both signs along the
-//! body axes; `thrusters`: eight of random canted directions, one in each octant.
+//! body axes; `thrusters`: eight of random canted directions, one in each octant; `norm`: one torque that points anywhere.
 
 use slewkit::maneuver::{Fuel, Objective, Problem, Settings, State, Structure, Thoroughness};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
@@ -23,15 +23,33 @@ use random::Random;
 /// A gap of this part of the cost, and costs that differ by it.
 const SMALL: f64 = 1e-4;
 
+/// What limits the torque, and is counted.
+#[derive(Clone, Copy, PartialEq)]
+enum Family {
+    Box,
+    Thrusters,
+    Norm,
+}
+
+impl Family {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Box => "box",
+            Self::Thrusters => "thrusters",
+            Self::Norm => "norm",
+        }
+    }
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let count: usize = std::env::args().nth(1).map_or(Ok(1000), |word| word.parse())?;
-    for family in ["box", "thrusters"] {
+    for family in [Family::Box, Family::Thrusters, Family::Norm] {
         let mut random = Random::new(2026);
         let mut tally = Tally::default();
         for index in 0..count {
-            tally.take(index, &case(&mut random, family == "thrusters", index % 2 == 1)?)?;
+            tally.take(index, &case(&mut random, family, index % 2 == 1)?)?;
         }
-        tally.report(family);
+        tally.report(family.name());
     }
     Ok(())
 }
@@ -47,7 +65,7 @@ fn direction(random: &mut Random) -> Vector3 {
 }
 
 /// Without a duration where no shortest one is found.
-fn case(random: &mut Random, thrusters: bool, moving: bool) -> Result<Problem, Box<dyn Error>> {
+fn case(random: &mut Random, family: Family, moving: bool) -> Result<Problem, Box<dyn Error>> {
     let frame = lie::exp(&(direction(random) * random.within(0.0, PI)));
     let (a, b) = (random.within(1.0, 10.0), random.within(1.0, 10.0));
     let c = random.within((a - b).abs().max(1.0), (a + b).min(10.0));
@@ -59,7 +77,7 @@ fn case(random: &mut Random, thrusters: bool, moving: bool) -> Result<Problem, B
         || if moving { direction(random) * (0.3 * random.unit() / unit) } else { Vector3::zeros() };
     let (start, end) =
         (State::attitude(Matrix3::identity(), rate()), State::attitude(lie::exp(&turn), rate()));
-    let axes: Vec<Vector3> = if thrusters {
+    let axes: Vec<Vector3> = if family == Family::Thrusters {
         let sign = |bit: bool| if bit { 1.0 } else { -1.0 };
         let octant = |k: u32| Vector3::new(sign(k & 1 > 0), sign(k & 2 > 0), sign(k & 4 > 0));
         let cant = |k: u32, random: &mut Random| {
@@ -69,8 +87,15 @@ fn case(random: &mut Random, thrusters: bool, moving: bool) -> Result<Problem, B
     } else {
         vec![Vector3::x(), Vector3::y(), Vector3::z()]
     };
-    let size = Some(axes.iter().map(|_| random.within(1.0, 5.0)).collect());
-    let limits = Limits { size, one_sided: thrusters, ..Limits::default() };
+    let mut limit = || random.within(1.0, 5.0);
+    let limits = match family {
+        Family::Norm => Limits { norm: Some(limit()), ..Limits::default() },
+        Family::Box | Family::Thrusters => Limits {
+            size: Some(axes.iter().map(|_| limit()).collect()),
+            one_sided: family == Family::Thrusters,
+            ..Limits::default()
+        },
+    };
     let torques = ActuatorSet::new(axes, AxisFrame::Body)?.with_limits(limits)?;
     let fastest = Problem::minimum_time(body, start, end).with_actuation(Actuation::torques(torques));
     let shortest = plan(&fastest, &Settings::default(), None, &mut Silent)?.solution.duration(&fastest);

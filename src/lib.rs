@@ -66,7 +66,7 @@
 //!
 //! # What this crate does not do
 //!
-//! No minimum fuel, no flexible bodies. No claim of a global minimum: no conjugate point means a local one. No ephemerides, no
+//! No flexible bodies. No claim of a global minimum: no conjugate point means a local one. No ephemerides, no
 //! estimation, no control in the loop.
 //!
 //! # Conventions, stated here and nowhere else

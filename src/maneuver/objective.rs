@@ -8,7 +8,7 @@
 //!
 //! with the weights κ of the kicks ([`Grid::kick`](super::grid::Grid::kick)) and one block of `W` for each set of
 //! actuators. Which inputs are optimal follows in `optimize/control_law`. Minimum time makes the duration `T` the cost,
-//! and fuel `∫ Σ c_j |u_j| dt`, with a price of time where the duration is sought: inputs are held over steps whose
+//! and fuel `∫ Σ c_j |u_j| dt`, or `c ∫ |τ| dt` where the norm of the torque is limited, with a price of time where the duration is sought: inputs are held over steps whose
 //! lengths are part of the answer (`optimize/methods/switching`).
 
 use crate::Matrix3;
@@ -23,14 +23,15 @@ pub enum Objective {
     Effort(Weights),
     /// The duration.
     Time,
-    /// The fuel `∫ Σ c_j |u_j| dt` of the torque inputs.
+    /// The fuel `∫ Σ c_j |u_j| dt` of the torque inputs, or `c ∫ |τ| dt` where the norm of the torque is limited.
     Fuel(Fuel),
 }
 
 /// What fuel costs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fuel {
-    /// `c_j`, one per torque input, positive, in 1/(N·m·s) up to the user's unit of cost; absent: 1 each.
+    /// `c_j`, one per torque input, positive, in 1/(N·m·s) up to the user's unit of cost; absent: 1 each. All equal where
+    /// the norm of the torque is limited.
     pub prices: Option<Vec<f64>>,
     /// What a second costs, where the duration is sought, in 1/s up to the user's unit of cost; absent: it is given.
     pub time_price: Option<f64>,
@@ -42,10 +43,19 @@ impl Fuel {
         self.prices.as_ref().map_or(1.0, |prices| prices.get(input).copied().unwrap_or(f64::NAN))
     }
 
-    /// What a second costs: the fuel of a row of torque inputs, and the price of time.
-    pub fn rate(&self, inputs: &[f64]) -> f64 {
-        let fuel: f64 = inputs.iter().enumerate().map(|(input, u)| self.price(input) * u.abs()).sum();
+    /// What a second costs: the fuel of a row of torque inputs of a set, and the price of time.
+    pub fn rate(&self, set: &ActuatorSet, inputs: &[f64]) -> f64 {
+        let fuel: f64 = if Self::is_of_norm(set) {
+            self.price(0) * set.output(inputs).norm()
+        } else {
+            inputs.iter().enumerate().map(|(input, u)| self.price(input) * u.abs()).sum()
+        };
         fuel + self.time_price.unwrap_or(0.0)
+    }
+
+    /// Whether fuel is counted by the norm of the torque: one motor that points anywhere has such a limit.
+    pub fn is_of_norm(set: &ActuatorSet) -> bool {
+        set.limits().size.is_none() && set.limits().norm.is_some()
     }
 }
 

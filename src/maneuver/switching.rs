@@ -37,7 +37,7 @@ pub struct Switching {
 pub enum Structure {
     /// Every input at one of its limits, on the side that the maximum principle asks for: an extremal.
     BangBang,
-    /// Every input at a limit or off, as the maximum principle asks for: an extremal of fuel.
+    /// Every input, or the norm of the torque, at a limit or off, as the maximum principle asks for: an extremal of fuel.
     BangOffBang,
     /// The same with a small gap: an arc that is singular has been cut into arcs at the limits, or off.
     TruncatedChattering,
@@ -70,6 +70,6 @@ pub struct SwitchingArc {
     pub start_s: f64,
     /// When it ends, seconds.
     pub end_s: f64,
-    /// The inputs, constant along it.
+    /// The inputs, constant along it; none where the torque has its full norm and turns.
     pub input: Vec<f64>,
 }

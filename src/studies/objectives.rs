@@ -143,7 +143,8 @@ impl<'a> Measures<'a> {
             "effort" => solution.cost,
             _ => integral(trajectory, |inputs| effort(&weight, inputs)),
         });
-        row.fuel = Some(integral(trajectory, |inputs| self.fuel.rate(inputs)));
+        row.fuel =
+            Some(integral(trajectory, |inputs| self.fuel.rate(&self.problem.actuation.torque, inputs)));
         row.switches = solution.switching.as_ref().map(|switching| switching.switches);
         row.gap = solution.switching.as_ref().map(|switching| switching.gap);
         row

@@ -310,7 +310,8 @@ pub fn cost(problem: &Problem, trajectory: &Trajectory) -> f64 {
         Objective::Time => trajectory.time.last().copied().unwrap_or(f64::NAN),
         Objective::Fuel(fuel) => {
             let rows = trajectory.input.chunks_exact(problem.actuation.count());
-            rows.zip(trajectory.time.windows(2)).map(|(row, ends)| (ends[1] - ends[0]) * fuel.rate(row)).sum()
+            let rate = |row: &[f64]| fuel.rate(&problem.actuation.torque, row);
+            rows.zip(trajectory.time.windows(2)).map(|(row, ends)| (ends[1] - ends[0]) * rate(row)).sum()
         }
     }
 }

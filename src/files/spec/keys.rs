@@ -301,8 +301,8 @@ tables! {
         "force_norm_limit_n": Limit(q::FORCE_NORM);
         /// Limit of how fast each force input changes: one for all, or one per axis. Default: none.
         "force_rate_limit_n_per_s": Limits(q::FORCE_RATE, None);
-        /// What a N·m of each torque input costs in a second, where fuel is minimised: one for all, or one per axis.
-        /// Default: 1.
+        /// What a N·m of each torque input costs in a second, where fuel is minimised: one for all, or one per axis; under
+        /// torque_norm_limit_n_m what a N·m of the whole torque costs. Default: 1.
         "fuel_price": Limits(q::PRICE, None);
         /// Reaction wheels, instead of torque axes; each input is the torque of one wheel on the body.
         "wheel": List(&WHEEL, MAX_WHEELS);
@@ -445,7 +445,7 @@ tables! {
 
     static MANEUVER[exclusive: &[&["steps", "step_s"]]] {
         /// What is minimised: effort, the integral of ½uᵀWu; or under limits of the inputs time, the duration, which is then
-        /// not given, or fuel, the integral of Σ price·|u|. Default: effort.
+        /// not given, or fuel, the integral of Σ price·|u|, or price·|torque| under torque_norm_limit_n_m. Default: effort.
         "minimize": Choice(&["effort", "time", "fuel"], &[]);
         /// Duration; of a maneuver of least effort or fuel, unless time has a price.
         "duration_s": Number(q::DURATION);

@@ -3,6 +3,7 @@
 use super::{Motion, Problem, ProblemError, Scheme, State};
 use crate::Matrix3;
 use crate::maneuver::constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError, conflict};
+use crate::maneuver::objective::Fuel;
 use crate::mechanics::actuators::{AxisFrame, Wheels};
 use std::collections::HashSet;
 
@@ -125,6 +126,12 @@ impl Problem {
             if let Some(price) = prices.copied().find(|price| !(*price > 0.0 && price.is_finite())) {
                 return Err(out_of_range("price", price, "must be positive and finite"));
             }
+            let mut others = fuel.prices.iter().flatten();
+            if Fuel::is_of_norm(&self.actuation.torque) && others.any(|price| *price != fuel.price(0)) {
+                let reason =
+                    "fuel is counted by the norm of the torque under a limit of that: it has one price";
+                return Err(ProblemError::Unsuited { what: "fuel_price", reason });
+            }
         }
         let sets = [Some(&self.actuation.torque), self.actuation.force.as_ref()];
         if !self.switches() && sets.into_iter().flatten().any(|set| set.limits().one_sided) {
@@ -198,9 +205,9 @@ impl Problem {
                 "minimum time and fuel need a limit of every torque: without one the best plan is an impulse",
             ),
             (
-                fuel && limits.norm.is_some(),
+                fuel && limits.norm.is_some() && limits.size.is_some(),
                 "torque_norm_limit_n_m",
-                "fuel is counted input by input: it takes limits of each, not of the norm of the torque",
+                "fuel is counted input by input under limits of each, or by the norm of the torque under a limit of that: not under both",
             ),
             (
                 !torque.reaches_every_direction(),

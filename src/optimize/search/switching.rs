@@ -248,13 +248,17 @@ fn on_grid(problem: &Problem, extremal: &Extremal, units: &Units, limit: &Limit)
         };
         switching.gap = certificate.gap * units.cost();
         switching.switches = arcs.switches.len();
-        if !exact {
+        if !exact && !extremal.axes().is_empty() {
             let inputs = certificate.singular().into_iter().map(|level| input_of(problem, level));
             switching.singular_inputs = inputs.collect();
             switching.singular_inputs.dedup();
         }
         for (_, start, end, signs) in arcs.arcs() {
-            let input = inputs(problem, &signs);
+            let input = match (extremal.axes(), extremal.on_arc(&signs).held()) {
+                (_, None) => Vec::new(),
+                ([], Some(_)) => vec![0.0; problem.actuation.count()],
+                (_, Some(_)) => inputs(problem, &signs),
+            };
             switching.arcs.push(SwitchingArc { start_s: start * second, end_s: end * second, input });
         }
     } else {
@@ -279,8 +283,9 @@ fn record(problem: &Problem, extremal: &Extremal, units: &Units, grid: &OnGrid) 
     let (mut m_e, mut quaternion) = ((grid.m, grid.nodes[0].e), None);
     let (mut sheet, mut clock) = ([1.0, 0.0, 0.0, 0.0], 0.0);
     let (mut within, mut cost) = (vec![0_usize; count], 0.0);
-    let rate = |row: &[f64]| problem.objective.fuel().map_or(1.0, |fuel| fuel.rate(row));
-    let j = extremal.j;
+    let set = &problem.actuation.torque;
+    let rate = |row: &[f64]| problem.objective.fuel().map_or(1.0, |fuel| fuel.rate(set, row));
+    let (j, turning) = (extremal.j, extremal.axes().is_empty());
     for index in 0..=kept.len() {
         let attitude = start * r;
         let next = continued(quaternion.as_ref(), lie::quaternion_from_rotation(&attitude));
@@ -294,7 +299,7 @@ fn record(problem: &Problem, extremal: &Extremal, units: &Units, grid: &OnGrid) 
         let Some(k) = kept.get(index).copied() else { break };
         let step = &grid.steps[k];
         let row = match (grid.signs.get(step.arc), step.torque) {
-            (Some(signs), _) => inputs(problem, signs),
+            (Some(signs), _) if !turning => inputs(problem, signs),
             (None, Torque::Smooth(epsilon)) if !extremal.axes().is_empty() => {
                 let mean = 0.5 * (grid.nodes[k].e + grid.nodes[k + 1].e);
                 let levels = extremal.inputs(&mean, epsilon);
@@ -303,7 +308,7 @@ fn record(problem: &Problem, extremal: &Extremal, units: &Units, grid: &OnGrid) 
                 }
                 inputs(problem, &levels)
             }
-            (None, _) => shared(problem, units, &grid.torques[k])?,
+            _ => shared(problem, units, &grid.torques[k])?,
         };
         let length = grid.step_length(step);
         cost += length * units.time * rate(&row);

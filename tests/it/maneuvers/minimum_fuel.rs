@@ -33,6 +33,12 @@ fn thrusters(axes: &[[f64; 3]], limit: f64) -> Actuation {
     Actuation::torques(ActuatorSet::new(axes, AxisFrame::Body).unwrap().with_limits(limits).unwrap())
 }
 
+/// A torque of limited norm that points anywhere.
+fn ball(limit: f64) -> Actuation {
+    let limits = Limits { norm: Some(limit), ..Limits::default() };
+    Actuation::torques(ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap())
+}
+
 /// Two burns of length `½ (T − √(T² − T_min²))` with `T_min = 2 √(jθ/U)`.
 #[test]
 fn a_turn_about_a_principal_axis_burns_as_the_closed_form_says() {
@@ -63,6 +69,56 @@ fn a_price_of_time_chooses_the_duration_of_the_closed_form() {
     let found = solved(&quarter_turn(objective, f64::NAN)).solution.switching.unwrap();
     assert!((found.continuous_duration_s / best - 1.0).abs() < 1e-13, "{found:?} {best}");
     assert!((found.continuous_cost / closed - 1.0).abs() < 1e-9, "{found:?} {closed}");
+}
+
+/// A sphere turns about one axis, whatever points the torque: two burns of `½ (T − √(T² − T_min²))` with
+/// `T_min = 2 √(jθ/U)`, and a price of time chooses `T` as above.
+#[test]
+fn a_torque_of_limited_norm_burns_as_the_closed_form_says() {
+    let (inertia, limit, price, angle) = (2.0_f64, 0.8, 2.5, 1.9);
+    let axis = Vector3::new(2.0, -1.0, 0.7).normalize();
+    let shortest = 2.0 * (inertia * angle / limit).sqrt();
+    let at_rest = |turn: Vector3| at(turn.into(), [0.0; 3]);
+    let problem = |objective: Fuel, duration: f64| {
+        let [start, end] = [Vector3::zeros(), angle * axis].map(at_rest);
+        Problem::minimum_fuel(body([inertia; 3]), start, end, duration)
+            .with_actuation(ball(limit))
+            .with_objective(Objective::Fuel(objective))
+    };
+    let burnt =
+        |duration: f64| price * limit * (duration - (duration * duration - shortest * shortest).sqrt());
+    let prices = Some(vec![price; 3]);
+    let duration = 1.3 * shortest;
+    let given = problem(Fuel { prices: prices.clone(), time_price: None }, duration);
+    let plan = solved(&given.with_steps(400));
+    let found = plan.solution.switching.unwrap();
+    assert_eq!((found.structure, found.switches), (Structure::BangOffBang, 2));
+    assert!((found.continuous_cost / burnt(duration) - 1.0).abs() < 1e-10, "{found:?}");
+    assert!((plan.solution.cost / burnt(duration) - 1.0).abs() < 1e-4);
+    // On the coast nothing; on a burn the torque turns, and arcs do not tell it.
+    assert!(found.arcs[0].input.is_empty() && found.arcs[1].input == [0.0; 3]);
+
+    let time_price = 0.9;
+    let k = 1.0 + time_price / (price * limit);
+    let best = shortest * k / (k * k - 1.0).sqrt();
+    let found = solved(&problem(Fuel { prices, time_price: Some(time_price) }, f64::NAN));
+    let found = found.solution.switching.unwrap();
+    assert!((found.continuous_duration_s / best - 1.0).abs() < 1e-10, "{found:?} {best}");
+    let closed = burnt(best) + time_price * best;
+    assert!((found.continuous_cost / closed - 1.0).abs() < 1e-10, "{found:?} {closed}");
+}
+
+/// Three torques whose cube lies in the ball can do no better than the ball, and the ball no better than the cube about it
+/// but for `Σ|τ_i| ≤ √3 |τ|`.
+#[test]
+fn a_ball_of_torques_burns_between_the_cubes_in_it_and_the_norms_of_those_about_it() {
+    let given = moving_slowly();
+    let norm = fuel(&given.clone().with_actuation(ball(1.0)));
+    let inscribed = fuel(&given.clone().with_actuation(torques(&CUBE, &[1.0 / 3.0_f64.sqrt(); 3])));
+    let around = fuel(&given.with_actuation(torques(&CUBE, &[1.0; 3])));
+    // |τ| ≤ Σ|τ_i| ≤ √3 |τ|.
+    assert!(norm <= inscribed * (1.0 + 1e-9), "{norm} {inscribed}");
+    assert!(around <= 3.0_f64.sqrt() * norm * (1.0 + 1e-9), "{around} {norm}");
 }
 
 #[test]
@@ -113,13 +169,15 @@ fn opposite_thrusters_are_a_torque_of_both_signs_and_more_time_burns_less() {
 
 #[test]
 fn costs_on_aligned_grids_converge_with_the_square_of_the_step() {
-    let cost = |steps: usize| solved(&moving_slowly().with_steps(steps)).solution;
-    let [coarse, middle, fine] = [100, 200, 400].map(cost);
-    let exact = fine.switching.unwrap().continuous_cost;
-    let order = ((coarse.cost - exact) / (middle.cost - exact)).log2();
-    assert!((order - 2.0).abs() < 0.15, "{order}");
-    let order = ((middle.cost - exact) / (fine.cost - exact)).log2();
-    assert!((order - 2.0).abs() < 0.15, "{order}");
+    for given in [moving_slowly(), moving_slowly().with_actuation(ball(1.0))] {
+        let cost = |steps: usize| solved(&given.clone().with_steps(steps)).solution;
+        let [coarse, middle, fine] = [100, 200, 400].map(cost);
+        let exact = fine.switching.unwrap().continuous_cost;
+        let order = ((coarse.cost - exact) / (middle.cost - exact)).log2();
+        assert!((order - 2.0).abs() < 0.15, "{order}");
+        let order = ((middle.cost - exact) / (fine.cost - exact)).log2();
+        assert!((order - 2.0).abs() < 0.15, "{order}");
+    }
 }
 
 #[test]
@@ -167,9 +225,12 @@ fn what_cannot_be_planned_with_least_fuel_is_refused() {
         plan(problem, &Settings::default(), None, &mut Silent).expect_err("refused").to_string()
     };
     let given = moving_slowly();
-    let norm = Limits { norm: Some(1.0), ..Limits::default() };
-    let ball = Actuation::torques(ActuatorSet::three_axes(AxisFrame::Body).with_limits(norm).unwrap());
-    assert!(refused(&given.clone().with_actuation(ball)).contains("input by input"));
+    let both = Limits { norm: Some(1.0), size: Some(vec![1.0; 3]), ..Limits::default() };
+    let both = Actuation::torques(ActuatorSet::three_axes(AxisFrame::Body).with_limits(both).unwrap());
+    assert!(refused(&given.clone().with_actuation(both)).contains("not under both"));
+    let unequal = Fuel { prices: Some(vec![1.0, 1.0, 2.0]), time_price: None };
+    let unequal = given.clone().with_actuation(ball(1.0)).with_objective(Objective::Fuel(unequal));
+    assert!(refused(&unequal).contains("one price"));
     // Three thrusters push to one side of a plane.
     let limits = Limits { size: Some(vec![1.0; 3]), one_sided: true, ..Limits::default() };
     let three = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();

@@ -227,8 +227,12 @@ fn every_shipped_problem_says_what_it_is_for_and_where_its_cost_comes_from() {
 }
 
 /// Warnings that a shipped problem means to have.
-const INTENDED: [(&str, &str); 3] =
-    [("flat_plate", "W0042"), ("minimum_fuel_120", "W0042"), ("minimum_time_norm", "W0042")];
+const INTENDED: [(&str, &str); 4] = [
+    ("flat_plate", "W0042"),
+    ("minimum_fuel_120", "W0042"),
+    ("minimum_fuel_norm", "W0042"),
+    ("minimum_time_norm", "W0042"),
+];
 
 #[test]
 fn shipped_problems_warn_of_nothing_but_what_they_mean() {

@@ -6,7 +6,7 @@
 //! nothing. Where fewer inputs switch than there are terminal conditions, the costates are not unique: the Newton step
 //! is then the shortest one.
 
-use super::extremal::{Extremal, Response};
+use super::extremal::{ArcLaw, Extremal};
 use super::flow::{COOPER_VERNER, Course, Lanes, Node, advance};
 use super::smooth::Path;
 use crate::numerics::widest::widest;
@@ -73,7 +73,7 @@ impl Arcs {
     /// What the maneuver costs.
     pub fn cost(&self, extremal: &Extremal) -> f64 {
         let arc = |(_, start, end, signs): &(Node, f64, f64, Vec<f64>)| {
-            (end - start) * (extremal.time_price + extremal.bang(signs).running)
+            (end - start) * (extremal.time_price + extremal.on_arc(signs).running())
         };
         self.arcs().iter().map(arc).sum()
     }
@@ -89,7 +89,7 @@ impl Arcs {
             let index = (part as usize).min(n - 1);
             between(&path.nodes[index], &path.nodes[index + 1], part - index as f64)
         };
-        let mut signs = vec![-1.0; extremal.axes().len()];
+        let mut signs = vec![-1.0; extremal.switching_count()];
         let mut switches = Vec::new();
         for (input, sign) in signs.iter_mut().enumerate() {
             let on = |node: usize| 0.5 + 0.5 * levels[node][input];
@@ -129,7 +129,7 @@ impl Arcs {
 
     /// The signs and crossings of the switching functions along a smoothed path.
     pub fn of_path(extremal: &Extremal, path: &Path) -> Self {
-        let inputs = extremal.axes().len();
+        let inputs = extremal.switching_count();
         let switching = |node: &Node| -> Vec<f64> {
             (0..inputs).map(|input| extremal.switching(input, &node.e)).collect()
         };
@@ -175,11 +175,10 @@ impl Arcs {
         let mut gaps = 0.0;
         let arcs = self.arcs();
         for (index, (from, start, end, signs)) in arcs.iter().enumerate() {
-            let bang = extremal.bang(signs);
-            let torque = bang.torque;
+            let law = extremal.on_arc(signs);
             let reached =
-                over_arc(extremal, &self.m, from, &bang, end - start, longest * self.duration, &mut lanes);
-            let rate = extremal.rate(&self.m, &reached, &torque);
+                over_arc(extremal, &self.m, from, &law, end - start, longest * self.duration, &mut lanes);
+            let rate = extremal.rate(&self.m, &reached, &law.at(&reached.e).torque);
             lanes.add(if index < count { 6 + index } else { time_lane }, &rate, 1.0);
             if index > 0 {
                 lanes.add(5 + index, &rate, -1.0);
@@ -189,7 +188,9 @@ impl Arcs {
                 jacobian[(6, time_lane)] = 1.0;
             } else if index == 0 {
                 let (w, pi) = (extremal.start_rate, from.pi);
-                residual[6] = extremal.hamiltonian(&self.m, from, from.e.dot(&torque) + bang.running);
+                // The derivative of `e·τ` is `τ`: a torque that turns with `e` makes it least.
+                let torque = law.at(&from.e).torque;
+                residual[6] = extremal.hamiltonian(&self.m, from, from.e.dot(&torque) + law.running());
                 let pi_dot = pi.cross(&w) + torque;
                 for axis in 0..3 {
                     jacobian[(6, axis)] = w[axis];
@@ -200,10 +201,10 @@ impl Arcs {
                 let difference = reached.minus(&switch.node);
                 gaps += difference.iter().map(|part| part.norm_squared()).sum::<f64>();
                 lanes.add(gap, &difference, 1.0);
-                let axis = extremal.axes()[switch.input];
+                let slope = extremal.switching_slope(switch.input, &switch.node.e);
                 residual[7 + index] = extremal.switching(switch.input, &switch.node.e);
                 for lane in 0..=unknowns {
-                    jacobian[(7 + index, lane)] = axis.dot(&lanes.block(2, lane));
+                    jacobian[(7 + index, lane)] = slope.dot(&lanes.block(2, lane));
                 }
                 updates.push(DMatrix::from_fn(9, unknowns + 1, |row, lane| lanes.0[row][lane]));
             } else {
@@ -343,7 +344,7 @@ fn over_arc<const L: usize>(
     extremal: &Extremal,
     m: &Vector3,
     from: &Node,
-    held: &Response,
+    law: &ArcLaw,
     length: f64,
     longest: f64,
     lanes: &mut Lanes<L>,
@@ -363,7 +364,7 @@ fn over_arc<const L: usize>(
                     lanes,
                     None,
                     #[inline(always)]
-                    |_, _| *held,
+                    |_, e| law.at(e),
                 );
             }
             node

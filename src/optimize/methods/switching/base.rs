@@ -21,6 +21,10 @@ const EASY: [f64; 3] = [4.0, 12.0, 1.5];
 /// ε at which branches are told apart.
 pub(super) const BRANCHING: f64 = 0.3;
 
+/// Under a limit of the norm the costate over ε that gives a torque is sought up to this size, and halved this often.
+const LARGEST_COSTATE: f64 = 32.0;
+const HALVINGS: usize = 30;
+
 /// Accelerations `a + b t/T` of angles that are cubic in time.
 fn cubic(phi: &Vector3, start: &Vector3, end: &Vector3, duration: f64) -> (Vector3, Vector3) {
     let t = duration;
@@ -51,9 +55,24 @@ fn costate(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3, epsilon: f6
                 |(axis, cost): (&Vector3, &f64)| (switching(axis.dot(&wanted)) - cost / epsilon) * axis;
             inverse * pairs.map(part).sum::<Vector3>()
         }
-        Law::Norm(limit) => {
-            let u = (torque - extremal.middle) / *limit;
-            -u / (1.0 - u.norm_squared()).max(1e-3).sqrt()
+        Law::Norm(_) => {
+            let wanted = torque.norm();
+            if wanted == 0.0 {
+                return Vector3::zeros();
+            }
+            let along = -torque / wanted;
+            let given = |size: f64| {
+                extremal.smooth(&(size * epsilon * along), epsilon, &Vector3::zeros()).torque.norm()
+            };
+            let (mut low, mut high) = (0.0, 1.0);
+            while given(high) < wanted && high < LARGEST_COSTATE {
+                (low, high) = (high, 2.0 * high);
+            }
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (low + high);
+                if given(middle) < wanted { low = middle } else { high = middle }
+            }
+            high * along
         }
     }
 }

@@ -40,14 +40,13 @@ pub(crate) struct Wrong {
 
 impl Certificate {
     pub fn of(extremal: &Extremal, arcs: &Arcs) -> Self {
-        let inputs = extremal.axes().len();
+        let inputs = extremal.switching_count();
         let mut open: Vec<Option<Wrong>> = vec![None; inputs];
         let mut wrong = Vec::new();
         let all = arcs.arcs();
         let last = all.len() - 1;
         for (index, (from, start, stop, signs)) in all.iter().enumerate() {
-            let held = extremal.bang(signs);
-            let torque = held.torque;
+            let law = extremal.on_arc(signs);
             let steps = ((stop - start) / (STEP * arcs.duration)).ceil().clamp(1.0, 1e3) as usize;
             let length = (stop - start) / steps as f64;
             let mut node = *from;
@@ -60,9 +59,10 @@ impl Certificate {
                     length,
                     &mut none,
                     None,
-                    |_, _| held,
+                    |_, e| law.at(e),
                 );
-                let rates = [&node, &next].map(|node| extremal.rate(&arcs.m, node, &torque)[2]);
+                let rates =
+                    [&node, &next].map(|node| extremal.rate(&arcs.m, node, &law.at(&node.e).torque)[2]);
                 for point in 0..POINTS {
                     let x = (point as f64 + 0.5) / POINTS as f64;
                     let e = hermite(x, length, [&node.e, &next.e], [&rates[0], &rates[1]]);

@@ -45,8 +45,11 @@ pub(crate) fn of_arcs(extremal: &Extremal, arcs: &Arcs, counts: &[usize]) -> OnG
         if *count == 0 {
             continue;
         }
-        let held = extremal.bang(&signs);
-        let torque = Torque::Given { torque: held.torque, running: held.running };
+        let law = extremal.on_arc(&signs);
+        let torque = match law.held() {
+            Some(held) => Torque::Given { torque: held.torque, running: held.running },
+            None => Torque::Turning(law),
+        };
         let part = 1.0 / *count as f64;
         let mut node = from;
         for _ in 0..*count {
@@ -59,7 +62,7 @@ pub(crate) fn of_arcs(extremal: &Extremal, arcs: &Arcs, counts: &[usize]) -> OnG
                 length,
                 &mut none,
                 None,
-                |_, _| held,
+                |_, e| law.at(e),
             );
             nodes.push(node);
             steps.push(Step { arc: lengths.len(), part, torque });
@@ -130,8 +133,8 @@ const LEAST_SMOOTHING: f64 = 1e-4;
 /// The discrete optimum of the smoothed problem on `steps` equal steps, and its ε: the smallest that is found.
 pub(crate) fn smooth_on_grid(extremal: &Extremal, smooth: &Smoothed, steps: usize) -> Option<(OnGrid, f64)> {
     let start = of_smooth(extremal, smooth, steps);
-    // The direction of a torque of given norm turns smoothly; inputs jump.
-    let jumps = matches!(extremal.law, Law::Inputs(_));
+    // The direction of a torque of given norm turns smoothly; inputs jump, and so does a norm that costs.
+    let jumps = matches!(extremal.law, Law::Inputs(_)) || extremal.counts_fuel();
     let wish = if jumps { smooth.epsilon.max(FOLLOWED / steps as f64) } else { smooth.epsilon };
     let at = |grid: &OnGrid, epsilon: f64| {
         let mut grid = grid.clone();

@@ -8,8 +8,10 @@
 //! min over v of  s v + ε (1 − √(1 − v²))  =  ε − √(s² + ε²) ,      v = −s/√(s² + ε²)
 //! ```
 //!
-//! and under a limit U of the norm of the torque `τ = −U e/√(|e|² + ε²)`. The added cost is not negative, so a smooth
-//! extremal is a feasible maneuver, and longer than the optimum by no more than `∫ Σ ε (1 − √(1 − v²)) dt`, to first order.
+//! and under a limit U of the norm of the torque `τ = −U e/√(|e|² + ε²)`. Where the norm costs `c|τ|`, its size is one more
+//! such input, `τ = −½U(1 + v) e/ρ` with `ρ = √(|e|² + ε²)` and `s = ½U(c − ρ)`: the torque is off where `|e| < c`, and on
+//! otherwise it turns with the costate. What is added to a cost of inputs is not negative, so a smooth extremal is a feasible
+//! maneuver, and dearer than the optimum by no more than `∫ Σ ε (1 − √(1 − v²)) dt`, to first order.
 
 use crate::numerics::three::written;
 use crate::{Matrix3, Vector3};
@@ -36,13 +38,49 @@ pub(crate) struct Response {
     pub running: f64,
 }
 
+/// The law on an arc between two switches.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ArcLaw {
+    /// What does not answer to the costate, without the Hamiltonian's part of the inputs.
+    held: Response,
+    /// Limit and price of the norm, where the torque has its full norm and turns with the costate.
+    turning: Option<(f64, f64)>,
+}
+
+impl ArcLaw {
+    /// At the costate `e`.
+    #[inline(always)]
+    pub fn at(&self, e: &Vector3) -> Response {
+        let Some((limit, cost)) = self.turning else { return self.held };
+        let size = e.norm();
+        let along = e / size;
+        Response {
+            torque: -limit * along,
+            stiffness: (limit / size) * (Matrix3::identity() - along * along.transpose()),
+            minimum: limit * (cost - size),
+            running: self.held.running,
+        }
+    }
+
+    /// Where the torque does not answer to the costate: what it is.
+    pub fn held(&self) -> Option<&Response> {
+        self.turning.is_none().then_some(&self.held)
+    }
+
+    /// `Σ c_j v_j`.
+    pub fn running(&self) -> f64 {
+        self.held.running
+    }
+}
+
 /// A maneuver of minimum time or fuel, scaled: from the identity.
 #[derive(Clone, Debug)]
 pub(crate) struct Extremal {
     pub j: Matrix3,
     pub j_inverse: Matrix3,
     pub law: Law,
-    /// `c_j`, one for each axis of [`Law::Inputs`]: 0 where only time counts.
+    /// `c_j`, one for each axis of [`Law::Inputs`]: 0 where only time counts. Of [`Law::Norm`] the price of the norm, where it
+    /// has one.
     pub costs: Vec<f64>,
     /// What a unit of time costs beside the inputs about the middle of their limits.
     pub time_price: f64,
@@ -102,28 +140,54 @@ impl Extremal {
                 }
             }
             Law::Norm(limit) => {
-                let s = e + epsilon * bias;
-                let root = (s.norm_squared() + e2).sqrt();
-                torque -= (limit / root) * s;
-                minimum += limit * (epsilon - root);
-                stiffness += (limit / root) * (Matrix3::identity() - s * s.transpose() / (root * root));
+                let e = e + epsilon * bias;
+                let rho = (e.norm_squared() + e2).sqrt();
+                let along = e * e.transpose() / (rho * rho);
+                let across = Matrix3::identity() - along;
+                match self.costs.first() {
+                    None => {
+                        torque -= (limit / rho) * e;
+                        minimum += limit * (epsilon - rho);
+                        stiffness += (limit / rho) * across;
+                    }
+                    Some(cost) => {
+                        let s = 0.5 * limit * (cost - rho);
+                        let root = (s * s + e2).sqrt();
+                        let size = 0.5 * limit * (1.0 - s / root);
+                        torque -= (size / rho) * e;
+                        running += cost * torque.norm();
+                        minimum += s + epsilon - root;
+                        let growth = 0.25 * limit * limit * e2 / (root * root * root);
+                        stiffness += growth * along + (size / rho) * across;
+                    }
+                }
             }
         }
         Response { torque, stiffness, minimum, running }
     }
 
-    /// Inputs at their limits, given by their signs: a response that does not answer to the costate, but for the
-    /// Hamiltonian's part of the inputs, which is left out.
-    pub fn bang(&self, signs: &[f64]) -> Response {
+    /// The law on an arc, on which every input keeps its sign.
+    pub fn on_arc(&self, signs: &[f64]) -> ArcLaw {
+        let turning = match self.law {
+            Law::Norm(limit) if signs.iter().all(|sign| *sign > 0.0) => {
+                Some((limit, self.costs.first().copied().unwrap_or(0.0)))
+            }
+            _ => None,
+        };
         let pairs = self.axes().iter().zip(signs);
         let torque = pairs.fold(self.middle, |sum, (axis, sign)| sum + *sign * axis);
-        let running = self.costs.iter().zip(signs).map(|(cost, sign)| cost * sign).sum();
-        Response { torque, stiffness: Matrix3::zeros(), minimum: f64::NAN, running }
+        let running = match turning {
+            Some((limit, cost)) => limit * cost,
+            None if self.axes().is_empty() => 0.0,
+            None => self.costs.iter().zip(signs).map(|(cost, sign)| cost * sign).sum(),
+        };
+        let held = Response { torque, stiffness: Matrix3::zeros(), minimum: f64::NAN, running };
+        ArcLaw { held, turning }
     }
 
-    /// The inputs of the smoothed law, each in `[−1, 1]`; none under a limit of the norm.
+    /// The inputs of the smoothed law, each in `[−1, 1]`; one where the norm costs, none where it is limited alone.
     pub fn inputs(&self, e: &Vector3, epsilon: f64) -> Vec<f64> {
-        let switching = (0..self.axes().len()).map(|input| self.switching(input, e));
+        let switching = (0..self.switching_count()).map(|input| self.switching(input, e));
         switching.map(|s| -s / (s * s + epsilon * epsilon).sqrt()).collect()
     }
 
@@ -137,9 +201,25 @@ impl Extremal {
         self.costs.iter().any(|cost| *cost != 0.0)
     }
 
+    /// Number of switching functions.
+    pub fn switching_count(&self) -> usize {
+        self.costs.len()
+    }
+
     /// The switching function of an input at the costate `e`.
     pub fn switching(&self, input: usize, e: &Vector3) -> f64 {
-        self.axes()[input].dot(e) + self.costs[input]
+        match &self.law {
+            Law::Inputs(axes) => axes[input].dot(e) + self.costs[input],
+            Law::Norm(limit) => 0.5 * limit * (self.costs[input] - e.norm()),
+        }
+    }
+
+    /// Its derivative with respect to the costate.
+    pub fn switching_slope(&self, input: usize, e: &Vector3) -> Vector3 {
+        match &self.law {
+            Law::Inputs(axes) => axes[input],
+            Law::Norm(limit) => -0.5 * limit / e.norm() * e,
+        }
     }
 
     /// The axes of the inputs; none under a limit of the norm.
@@ -156,7 +236,7 @@ impl Extremal {
     pub fn least(&self, e: &Vector3) -> f64 {
         let least = match &self.law {
             Law::Inputs(axes) => (0..axes.len()).map(|input| self.switching(input, e).abs()).sum(),
-            Law::Norm(limit) => limit * e.norm(),
+            Law::Norm(limit) => limit * (e.norm() - self.costs.first().unwrap_or(&0.0)).max(0.0),
         };
         e.dot(&self.middle) - least
     }

@@ -11,7 +11,7 @@
 //! smoothed law takes the mean of the costates at both ends, which makes the step implicit in the torque.
 
 use super::dual::{Dual, Dual3};
-use super::extremal::Extremal;
+use super::extremal::{ArcLaw, Extremal, Response};
 use crate::mechanics::drift_equation;
 use crate::numerics::three::apply;
 use crate::numerics::widest::widest;
@@ -25,6 +25,8 @@ const PARAMETERS: usize = 10;
 pub(crate) enum Torque {
     /// Held, and given, with what the inputs cost.
     Given { torque: Vector3, running: f64 },
+    /// Of full norm, turning with the costate.
+    Turning(ArcLaw),
     /// By the smoothed law at this ε.
     Smooth(f64),
 }
@@ -125,7 +127,17 @@ impl Extremal {
         Some(Out { c, pi: drifted + half, e: e_after, hamiltonian })
     }
 
-    /// The smoothed torque of a step, by Newton on `τ = law(½(e + e⁺(τ)))`, and `(1 + ½ G ∂e⁺/∂τ)⁻¹ G`.
+    /// A law that answers to the costate; none for a torque that is given.
+    #[inline(always)]
+    fn answer(&self, torque: &Torque, e: &Vector3) -> Option<Response> {
+        match torque {
+            Torque::Given { .. } => None,
+            Torque::Turning(law) => Some(law.at(e)),
+            Torque::Smooth(epsilon) => Some(self.smooth(e, *epsilon, &Vector3::zeros())),
+        }
+    }
+
+    /// The torque of a step by a law, by Newton on `τ = law(½(e + e⁺(τ)))`, and `(1 + ½ G ∂e⁺/∂τ)⁻¹ G`.
     #[inline(always)]
     fn implicit_torque(
         &self,
@@ -133,10 +145,9 @@ impl Extremal {
         pi: &Vector3,
         e: &Vector3,
         h: f64,
-        epsilon: f64,
+        by: &Torque,
     ) -> Option<(Vector3, Matrix3)> {
-        let none = Vector3::zeros();
-        let mut torque = self.smooth(e, epsilon, &none).torque;
+        let mut torque = self.answer(by, e)?.torque;
         for _ in 0..30 {
             let out = self.drifted::<3>(&In {
                 m: Dual3::constant(m),
@@ -146,7 +157,7 @@ impl Extremal {
                 torque: Dual3::parameters(&torque, 0),
                 running: Dual::constant(0.0),
             })?;
-            let law = self.smooth(&(0.5 * (e + out.e.value())), epsilon, &none);
+            let law = self.answer(by, &(0.5 * (e + out.e.value())))?;
             let answer = Matrix3::from_columns(&[out.e.column(0), out.e.column(1), out.e.column(2)]);
             let inverse = drift_equation::inverse3(&(Matrix3::identity() + 0.5 * law.stiffness * answer));
             let change = inverse * (law.torque - torque);
@@ -190,12 +201,12 @@ impl Extremal {
                 given.torque = Dual3::constant(&torque);
                 given.running.value = running;
             }
-            Torque::Smooth(epsilon) => {
-                let (value, gain) = self.implicit_torque(m, pi, e, h, epsilon)?;
+            Torque::Turning(_) | Torque::Smooth(_) => {
+                let (value, gain) = self.implicit_torque(m, pi, e, h, &torque)?;
                 given.torque = Dual3::constant(&value);
                 let out = self.drifted(&given)?;
                 let mean = (given.e + out.e).scale(0.5);
-                let law = self.smooth(&mean.value(), epsilon, &Vector3::zeros());
+                let law = self.answer(&torque, &mean.value())?;
                 // ℓ = min(e·τ + ε…) − e·τ, and ∂ℓ = −e·∂τ because the law makes the sum least.
                 given.running.value = law.minimum - mean.value().dot(&law.torque);
                 given.torque = mean.under(&-gain).with_value(&value);

@@ -5,7 +5,8 @@ use crate::maneuver::problem::Problem;
 use crate::{Matrix3, Vector3};
 
 /// Units of a maneuver of minimum time or fuel: `det J = 1` and `det B Bᵀ = 1`, so that durations are of the order of the
-/// square root of the angle; and half of what the dearest input costs at its limit, or 1 where only time counts.
+/// square root of the angle; and half of what the dearest input costs at its limit, all of what the norm does, or 1 where
+/// only time counts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Units {
     pub time: f64,
@@ -78,7 +79,10 @@ pub(crate) fn scaled(problem: &Problem) -> Option<(Extremal, Units)> {
             };
             (Law::Inputs(axes), unit)
         }
-        (None, Some(norm)) => (Law::Norm(1.0), norm),
+        (None, Some(norm)) => {
+            costs.extend(problem.objective.fuel().map(|fuel| fuel.price(0) * norm));
+            (Law::Norm(1.0), norm)
+        }
         (None, None) => return None,
     };
     let dearest = costs.iter().copied().fold(0.0, f64::max);
@@ -86,12 +90,14 @@ pub(crate) fn scaled(problem: &Problem) -> Option<(Extremal, Units)> {
     for cost in &mut costs {
         *cost /= rate;
     }
+    // What inputs cost in the middle of their limits; the norm of the torque has no middle.
+    let idle = if matches!(law, Law::Inputs(_)) { costs.iter().sum() } else { 0.0 };
     let time = (inertia / torque).sqrt();
     let extremal = Extremal {
         j: j / inertia,
         j_inverse: (j / inertia).try_inverse()?,
         law,
-        time_price: problem.objective.time_price() / rate + costs.iter().sum::<f64>(),
+        time_price: problem.objective.time_price() / rate + idle,
         given_duration: Some(problem.duration / time).filter(|_| !problem.objective.seeks_duration()),
         costs,
         middle,

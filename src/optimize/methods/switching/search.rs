@@ -14,13 +14,16 @@ const SMALL_GAP: f64 = 1e-4;
 const RIVAL: f64 = 1.015;
 const RIVAL_FUEL: f64 = 1.1;
 
-/// Most corrections of the sequence of switches.
+/// Most corrections of the sequence of switches; one after which the gap is the same, to this part, led back.
+const SAME_GAP: f64 = 1e-9;
 const MOST_CHANGES: usize = 8;
 
 /// How often a branch without arcs is followed to a smaller ε, and by what factor.
 const MOST_DESCENTS: usize = 3;
-/// The same where fuel counts: short pulses show late.
+/// The same where fuel counts: short pulses show late; and where that of the norm does, whose switching function can be
+/// near zero all along.
 const MOST_DESCENTS_FUEL: usize = 6;
+const MOST_DESCENTS_NORM: usize = 12;
 const SMALLER: f64 = 0.4;
 
 /// ε at which a branch with a singular arc ends.
@@ -101,12 +104,14 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, found: &mut Found) -> Limit {
     let dearer = if extremal.counts_fuel() { DEARER_FUEL } else { DEARER };
     let bounded = |arcs: &Arcs, at: &Smoothed| arcs.cost(extremal) <= at.cost(extremal) * (1.0 + dearer);
     let attempts = match &extremal.law {
+        Law::Norm(_) if extremal.counts_fuel() => MOST_DESCENTS_NORM,
         Law::Norm(_) => 0,
         Law::Inputs(_) if extremal.counts_fuel() => MOST_DESCENTS_FUEL,
         Law::Inputs(_) => MOST_DESCENTS,
     };
     for _ in 0..attempts {
-        if let Some((arcs, certificate)) = polish(extremal, &at, found) {
+        for first in readings(extremal) {
+            let Some((arcs, certificate)) = polish(extremal, first(extremal, &at), found) else { continue };
             if certificate.gap <= NO_GAP * arcs.cost(extremal) && bounded(&arcs, &at) {
                 return Limit { smooth: at, arcs: Some((arcs, certificate)) };
             }
@@ -149,25 +154,37 @@ fn turning(extremal: &Extremal, from: Smoothed, found: &mut Found) -> Smoothed {
     }
 }
 
-/// Arcs from the crossings of a smoothed path, corrected until every sign is right or no correction helps.
-fn polish(extremal: &Extremal, from: &Smoothed, found: &mut Found) -> Option<(Arcs, Certificate)> {
-    let mut arcs = if extremal.counts_fuel() {
-        Arcs::of_pulses(extremal, &from.path, from.epsilon)
-    } else {
-        Arcs::of_path(extremal, &from.path)
-    };
-    let mut best: Option<(Arcs, Certificate)> = None;
+/// How arcs are read from a smoothed path.
+type Reading = fn(&Extremal, &Smoothed) -> Arcs;
+
+/// By the crossings of the switching functions; where fuel counts by pulses too, of which some only graze zero, while
+/// others have hardly a gap between them.
+fn readings(extremal: &Extremal) -> &'static [Reading] {
+    const CROSSINGS: Reading = |extremal, from| Arcs::of_path(extremal, &from.path);
+    const PULSES: Reading = |extremal, from| Arcs::of_pulses(extremal, &from.path, from.epsilon);
+    match extremal.law {
+        Law::Norm(_) => &[CROSSINGS, PULSES],
+        Law::Inputs(_) if extremal.counts_fuel() => &[PULSES, CROSSINGS],
+        Law::Inputs(_) => &[CROSSINGS],
+    }
+}
+
+/// Arcs to their switching times, corrected until every sign is right or no correction helps.
+fn polish(extremal: &Extremal, mut arcs: Arcs, found: &mut Found) -> Option<(Arcs, Certificate)> {
+    let (mut best, mut last): (Option<(Arcs, Certificate)>, f64) = (None, f64::NAN);
     for _ in 0..=MOST_CHANGES {
         found.newtons += 1;
         let Some(solved) = arcs.clone().solve(extremal) else { break };
         let certificate = Certificate::of(extremal, &solved);
         let exact = certificate.gap <= NO_GAP * solved.cost(extremal);
+        let again = (certificate.gap - last).abs() <= SAME_GAP * last;
+        last = certificate.gap;
         let mended = certificate.mended(&solved);
         if best.as_ref().is_none_or(|(_, known)| certificate.gap < known.gap) {
             best = Some((solved, certificate));
         }
         match mended {
-            Some(next) if !exact && next.switches.len() <= MOST_SWITCHES => arcs = next,
+            Some(next) if !exact && !again && next.switches.len() <= MOST_SWITCHES => arcs = next,
             _ => break,
         }
     }

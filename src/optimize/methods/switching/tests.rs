@@ -41,6 +41,13 @@ fn laws() -> [Law; 3] {
     [cube(), Law::Inputs(canted.map(Vector3::from).to_vec()), Law::Norm(0.8)]
 }
 
+/// Of each law, and of a norm that costs.
+fn extremals() -> Vec<Extremal> {
+    let still = |law: Law| extremal(full_inertia(), law, Vector3::zeros(), [Vector3::zeros(); 2]);
+    let costs = Extremal { costs: vec![0.5], ..still(Law::Norm(0.8)) };
+    laws().map(still).into_iter().chain([costs]).collect()
+}
+
 fn node() -> Node {
     Node {
         r: lie::exp(&Vector3::new(0.3, -0.2, 0.5)),
@@ -77,7 +84,7 @@ fn rows_of_the_tableaux_sum_to_their_nodes() {
 fn the_flow_converges_at_its_orders() {
     let given = extremal(full_inertia(), cube(), Vector3::zeros(), [Vector3::zeros(); 2]);
     let m = Vector3::new(0.7, 0.2, -0.4);
-    let held = given.bang(&[1.0, -1.0, 1.0]);
+    let held = given.on_arc(&[1.0, -1.0, 1.0]).at(&Vector3::zeros());
     fn end<const S: usize>(
         given: &Extremal,
         tableau: &Tableau<S>,
@@ -108,8 +115,7 @@ fn the_flow_converges_at_its_orders() {
 
 #[test]
 fn lanes_of_the_flow_are_its_derivatives() {
-    for law in laws() {
-        let given = extremal(full_inertia(), law, Vector3::zeros(), [Vector3::zeros(); 2]);
+    for given in extremals() {
         let m = Vector3::new(0.7, 0.2, -0.4);
         let run = |m: &Vector3, from: &Node| {
             let mut lanes = Lanes::<6>::of_costate();
@@ -139,11 +145,13 @@ fn lanes_of_the_flow_are_its_derivatives() {
 
 #[test]
 fn steps_of_the_grid_have_their_derivatives_and_the_hamiltonian_is_that_by_the_length() {
-    for (law, torque) in laws().into_iter().flat_map(|law| {
+    for (given, torque) in extremals().into_iter().flat_map(|extremal| {
         let given = Torque::Given { torque: Vector3::new(0.6, -0.8, 0.3), running: 0.0 };
-        [(law.clone(), given), (law, Torque::Smooth(0.2))]
+        let on = Some(extremal.on_arc(&vec![1.0; extremal.switching_count()]));
+        let turning = on.filter(|law| law.held().is_none()).map(Torque::Turning);
+        let all = [given, Torque::Smooth(0.2)].into_iter().chain(turning);
+        all.map(|torque| (extremal.clone(), torque)).collect::<Vec<_>>()
     }) {
-        let given = extremal(full_inertia(), law, Vector3::zeros(), [Vector3::zeros(); 2]);
         let at = |x: &[f64; 10]| {
             let part = |row: usize| Vector3::new(x[row], x[row + 1], x[row + 2]);
             given.grid_step(&part(0), &part(3), &part(6), x[9], torque).unwrap()
@@ -173,6 +181,29 @@ fn steps_of_the_grid_have_their_derivatives_and_the_hamiltonian_is_that_by_the_l
             let m = Vector3::new(x[0], x[1], x[2]);
             let action = 1.0 + m.dot(&column(0)) + found.e.dot(&column(3));
             assert!((action - found.hamiltonian).abs() < 1e-14);
+        }
+    }
+}
+
+/// The least `e·τ + c|τ|` with what smoothing adds: its slope is the torque, and `c|τ|` is what is counted.
+#[test]
+fn a_norm_that_costs_is_counted_and_its_law_makes_the_sum_least() {
+    let given = extremals().pop().unwrap();
+    for epsilon in [1.0, 0.1, 1e-3] {
+        for e in [Vector3::new(-0.5, 0.35, 0.2), Vector3::new(0.1, 0.2, -0.1), Vector3::new(0.3, 0.4, 0.01)] {
+            let at = |e: &Vector3| given.smooth(e, epsilon, &Vector3::zeros());
+            let law = at(&e);
+            let h = 1e-4 * epsilon;
+            for axis in 0..3 {
+                let unit = Vector3::ith(axis, h);
+                let (up, down) = (at(&(e + unit)), at(&(e - unit)));
+                assert!(((up.minimum - down.minimum) / (2.0 * h) - law.torque[axis]).abs() < 1e-6);
+                let slope = (up.torque - down.torque) / (2.0 * h);
+                assert!((slope + law.stiffness.column(axis)).norm() < 1e-6 * (1.0 + law.stiffness.norm()));
+            }
+            assert!((law.running - 0.5 * law.torque.norm()).abs() < 1e-15 && law.torque.norm() <= 0.8);
+            // No torque does better without smoothing.
+            assert!(e.dot(&law.torque) + law.running >= given.least(&e) - 1e-15);
         }
     }
 }
