@@ -288,7 +288,7 @@ impl Planned {
 
     /// The page for a browser.
     fn page(&self, py: Python<'_>, euler: &str) -> PyResult<String> {
-        detached(py, || plan_page(&self.problem, &self.settings, &self.plan, euler))
+        detached(py, || plan_page(&self.problem, &self.settings, &self.plan, &self.identity, euler))
     }
 
     /// The summary that `slew plan` prints.

@@ -5,7 +5,6 @@ use clap::builder::PossibleValuesParser;
 use slewkit::batch::Results;
 use slewkit::files::export::{EULER_SEQUENCES, ExportError, PlanFile};
 use slewkit::files::spec::{Loaded, escape};
-use slewkit::maneuver::{Problem, Settings};
 use slewkit::plan::Plan;
 use slewkit::report::Cases;
 use std::io::{Cursor, Read};
@@ -84,19 +83,17 @@ pub fn comparison(path: &Path) -> Failure {
     refusal(path, "a comparison holds costs and errors, no trajectory", remedy)
 }
 
-/// The maneuver, the settings and the plan of the plan file that `input` is, read from `path`.
-pub fn read(
-    path: &Path,
-    input: impl Read,
-    console: &mut Console,
-) -> Result<(Problem, Settings, Plan), Failure> {
+/// The spec that the plan file `input`, read from `path`, holds, its maneuver on the grid of the plan, and the plan.
+pub fn read(path: &Path, input: impl Read, console: &mut Console) -> Result<(Loaded, Plan), Failure> {
     let unusable = |error| Failure::unusable(path, &error);
     let file = PlanFile::read(input).map_err(unusable)?;
     let held = file.spec.as_ref().ok_or_else(|| unusable(ExportError::NoSpec))?;
     let reading = Reading { set: Vec::new(), input: None };
-    let Loaded { problem, settings, .. } = spec_file::read_held(held, path, &reading, console)?;
+    let mut loaded = spec_file::read_held(held, path, &reading, console)?;
     // What is proved infeasible has no trajectory.
     let has_rows = !file.trajectory.0.time.is_empty();
-    let problem = if has_rows { file.on_grid(&problem).map_err(unusable)? } else { problem };
-    Ok((problem, settings, file.plan().map_err(unusable)?))
+    if has_rows {
+        loaded.problem = file.on_grid(&loaded.problem).map_err(unusable)?;
+    }
+    Ok((loaded, file.plan().map_err(unusable)?))
 }

@@ -71,7 +71,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
             .write(console, |_, output| format.write(&file, &problem, &identity, args.tick, output))?;
     }
     if let Some(target) = &page {
-        report::write(target, &plan_page(&problem, &settings, &plan, EULER), console)?;
+        report::write(target, &plan_page(&problem, &settings, &plan, &identity, EULER), console)?;
     }
     Ok(match plan.status {
         Status::Solved => Exit::Solved,

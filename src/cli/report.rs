@@ -3,6 +3,7 @@
 use super::pictured::{self, Drawing, Kind};
 use super::{Common, Console, Exit, Failure, console, summary};
 use slewkit::files::export::{SimulationFile, Target};
+use slewkit::files::spec::Loaded;
 use slewkit::report::{plan_page, results_page, simulation_page};
 use std::path::{Path, PathBuf};
 
@@ -58,8 +59,9 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let sequence = &args.drawing.euler;
     let text = match pictured::open(&args.plan)? {
         (Kind::Plan, input) => {
-            let (problem, settings, plan) = pictured::read(&args.plan, input, console)?;
-            plan_page(&problem, &settings, &plan, sequence)
+            let (Loaded { problem, settings, identity, .. }, plan) =
+                pictured::read(&args.plan, input, console)?;
+            plan_page(&problem, &settings, &plan, &identity, sequence)
         }
         (Kind::Simulation, input) => {
             let read = SimulationFile::read(input);

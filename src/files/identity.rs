@@ -36,6 +36,15 @@ impl Identity {
         self.body_frame.as_deref().unwrap_or(Self::BODY_FRAME)
     }
 
+    /// From which frame to which attitudes lead, where the spec names one of them.
+    pub fn frames(&self) -> Option<String> {
+        let named = self.body_frame.is_some() || self.reference_frame.is_some();
+        let of = |frame: &Option<String>, other: &str| frame.clone().unwrap_or(other.into());
+        let (from, to) =
+            (of(&self.body_frame, "body axes"), of(&self.reference_frame, "the reference frame"));
+        named.then(|| format!("from {from} to {to}"))
+    }
+
     /// The reference frame.
     pub fn reference_frame(&self) -> &str {
         self.reference_frame.as_deref().unwrap_or(Self::REFERENCE_FRAME)

@@ -22,7 +22,7 @@ pub(crate) fn identity(root: &Section, inputs: Option<usize>) -> Identity {
         }
     }
     if identity.inputs.is_empty() {
-        identity.inputs = wheels(root);
+        identity.inputs = ["wheel", "thruster"].into_iter().flat_map(|key| names_of(root, key)).collect();
     }
     identity
 }
@@ -69,14 +69,14 @@ fn spice_id(names: &Section) -> Option<i32> {
     Some(value as i32)
 }
 
-/// The names of the wheels, or their numbers where only some have one; empty where none has.
-fn wheels(root: &Section) -> Vec<String> {
-    let wheels = root.section("actuators").map_or(&[][..], |actuators| actuators.list("wheel"));
-    if !wheels.iter().any(|wheel| wheel.has("name")) {
+/// The names of wheels or thrusters, or their numbers where only some have one; empty where none has.
+fn names_of(root: &Section, key: &str) -> Vec<String> {
+    let all = root.section("actuators").map_or(&[][..], |actuators| actuators.list(key));
+    if !all.iter().any(|one| one.has("name")) {
         return Vec::new();
     }
-    let named = |(index, wheel): (usize, &Section)| {
-        wheel.word("name").map_or_else(|| format!("wheel {}", index + 1), str::to_string)
+    let named = |(index, one): (usize, &Section)| {
+        one.word("name").map_or_else(|| format!("{key} {}", index + 1), str::to_string)
     };
-    wheels.iter().enumerate().map(named).collect()
+    all.iter().enumerate().map(named).collect()
 }
