@@ -1,11 +1,11 @@
-//! `slew plot`: the pictures of a plan as SVG files.
+//! `slew plot`: the pictures of a plan, a simulation or the results of a batch as SVG files.
 
 use super::pictured::{self, Drawing, Kind};
 use super::{Common, Console, Exit, Failure, Message, summary};
 use slewkit::draw::{Picture, panel};
-use slewkit::files::export::{FileError, Target};
+use slewkit::files::export::{FileError, SimulationFile, Target};
 use slewkit::files::spec::escape;
-use slewkit::report::{CASE_KEYS, KEYS, Shown, Subject, pictures};
+use slewkit::report::{CASE_KEYS, KEYS, SIMULATION_KEYS, Shown, Subject, pictures, simulation_pictures};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `slew plot`.
@@ -15,13 +15,14 @@ A name that ends in .svg is one file: a panel of the pictures named by --charts 
 marked (a), (b), …, or the one picture alone. Any other name is a folder, which is made if it
 does not exist and gets one file a picture.
 
-The pictures, where the plan has them: sky, inputs, forces, rates, wheel_momentum, position,
-velocity, clearance, euler, quaternion, error, costates_attitude, costates_momentum,
+The pictures, where the plan has them: sky, inputs, forces, switching, rates, wheel_momentum,
+position, velocity, clearance, euler, quaternion, error, costates_attitude, costates_momentum,
 costates_position, costates_linear, hamiltonian, convergence.
 
-Of the results of a batch, JSON lines: cost (over one key), map (over two), distribution, miss.
+Of a simulation, JSON: sky of one body, rates, position, euler, quaternion, energy,
+angular_momentum, orthogonality. Of the results of a batch, JSON lines: cost (over one key), map (over two), distribution, miss.
 
-Times at which a limit acts are shaded; a curve that diverges is cut and says so, and one that
+Times at which a limit acts, or arcs, are shaded; a curve that diverges is cut and says so, and one that
 lies under another says under which. SVG becomes PDF or PNG by any converter, as in
 `rsvg-convert -f pdf figure.svg -o figure.pdf`.
 
@@ -29,14 +30,15 @@ Examples:
   slew plot plan.json -o figures
   slew plot plan.json -o figure.svg --charts sky,inputs,rates,clearance")]
 pub struct Args {
-    /// Plan file, as `slew plan SPEC -o PLAN.json` wrote it; `-` reads stdin
+    /// File that `slew plan SPEC -o FILE` or `slew simulate SPEC -o FILE` wrote, JSON, `-` reads stdin; or results of a
+    /// batch, JSON lines
     #[arg(value_name = "PLAN.json")]
     pub plan: PathBuf,
     /// An SVG file, or a folder for one file a picture
     #[arg(short, long, value_name = "DIR|FILE.svg")]
     pub output: PathBuf,
     /// Which pictures, in this order; by default all in a folder, the first four in a file
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::builder::PossibleValuesParser::new(KEYS.into_iter().chain(CASE_KEYS)), hide_possible_values = true)]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::builder::PossibleValuesParser::new(keys()), hide_possible_values = true)]
     pub charts: Vec<String>,
     #[command(flatten)]
     pub drawing: Drawing,
@@ -46,6 +48,17 @@ pub struct Args {
     /// No text but errors
     #[arg(short, long)]
     pub quiet: bool,
+}
+
+/// The names of all pictures, each once.
+fn keys() -> Vec<&'static str> {
+    let mut keys = Vec::new();
+    for key in KEYS.into_iter().chain(SIMULATION_KEYS).chain(CASE_KEYS) {
+        if !keys.contains(&key) {
+            keys.push(key);
+        }
+    }
+    keys
 }
 
 /// Pictures of a panel where none are named.
@@ -93,19 +106,19 @@ impl Args {
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let one_file = args.one_file()?;
     let target = one_file.then(|| args.target(&args.output)).transpose()?;
-    let (problem, _, plan) = match pictured::open(&args.plan)? {
+    let (loaded, plan) = match pictured::open(&args.plan)? {
         (Kind::Plan, input) => pictured::read(&args.plan, input, console)?,
         (Kind::Results, _) => {
             let shown = pictured::results(&args.plan)?.pictures();
             return draw(args, target, &shown, console);
         }
         (Kind::Comparison, _) => return Err(pictured::comparison(&args.plan)),
-        (Kind::Simulation, _) => {
-            let remedy = "`slew report FILE -o report.html` shows a simulation";
-            return Err(pictured::refusal(&args.plan, "a simulation, and `slew plot` draws plans", remedy));
+        (Kind::Simulation, input) => {
+            let file = SimulationFile::read(input).map_err(|error| Failure::unusable(&args.plan, &error))?;
+            return draw(args, target, &simulation_pictures(&file, &args.drawing.euler), console);
         }
     };
-    let shown = pictures(&Subject::new(&problem, &plan, &args.drawing.euler));
+    let shown = pictures(&Subject::new(&loaded.problem, &plan, &loaded.identity, &args.drawing.euler));
     draw(args, target, &shown, console)
 }
 

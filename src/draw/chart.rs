@@ -51,8 +51,10 @@ const RIGHT: f64 = 610.0;
 const TOP: f64 = 64.0;
 const BOTTOM: f64 = 418.0;
 
-/// Colours of shaded spans and of limits.
-const SHADE: &str = "#f4e7c4";
+/// Colours of shaded spans, one for each name, and of limits.
+const SHADES: [&str; 4] = ["#f4e7c4", "#d6e6f2", "#dfeed6", "#efdfee"];
+/// Edge of a shaded span.
+const EDGE: &str = "#b9b29c";
 const LIMIT: &str = "#a01818";
 
 impl Chart {
@@ -85,11 +87,10 @@ impl Chart {
         let bold = format!("font-size=\"16\" font-weight=\"bold\" fill=\"{INK}\"");
         svg.text((LEFT, 26.0), Anchor::Start, &bold, &self.title);
         svg.text((LEFT, 47.0), Anchor::Start, &format!("fill=\"{FAINT}\""), &self.subtitle);
-        let places = self.spans.iter().filter_map(|span| Some((x.place(span.from)?, x.place(span.to)?)));
-        for (from, to) in places {
-            let (from, to) = (from.clamp(LEFT, RIGHT), to.clamp(LEFT, RIGHT));
-            let corners = [(from, TOP), (to, TOP), (to, BOTTOM), (from, BOTTOM)];
-            svg.path(&corners, true, &format!("fill=\"{SHADE}\""));
+        let names = names(&self.spans);
+        for span in &self.spans {
+            let Some((from, to)) = x.place(span.from).zip(x.place(span.to)) else { continue };
+            shade(svg, (from.clamp(LEFT, RIGHT), to.clamp(LEFT, RIGHT)), &names, &span.label);
         }
         axes(svg, self, &x, &y);
         let frame =
@@ -112,7 +113,7 @@ impl Chart {
         svg.raw("</g>");
         svg.raw(&format!("<rect {frame} fill=\"none\" stroke=\"{INK}\" stroke-width=\"1\"/>"));
         let y = legend(svg, &curves);
-        shades(svg, &self.spans, y);
+        shades(svg, &names, y);
     }
 }
 
@@ -251,21 +252,51 @@ fn legend(svg: &mut Svg, curves: &[Curve]) -> f64 {
     y
 }
 
-/// What the shading means, below the legend: each name once.
-fn shades(svg: &mut Svg, spans: &[Span], mut y: f64) {
+/// The names of spans, each once, in the order of their colours.
+fn names(spans: &[Span]) -> Vec<&str> {
     let mut names: Vec<&str> = Vec::new();
-    for span in spans.iter().filter(|span| !span.label.is_empty()) {
-        if names.contains(&span.label.as_str()) || y > BOTTOM + 40.0 {
-            continue;
+    for span in spans {
+        if !names.contains(&span.label.as_str()) {
+            names.push(&span.label);
         }
-        names.push(&span.label);
+    }
+    names
+}
+
+/// The colour of the spans of a name.
+fn tint(names: &[&str], name: &str) -> &'static str {
+    SHADES[names.iter().position(|other| *other == name).unwrap_or(0) % SHADES.len()]
+}
+
+/// A span between two pixels; where colours differ in meaning, with its name if there is room.
+fn shade(svg: &mut Svg, (from, to): (f64, f64), names: &[&str], name: &str) {
+    /// Of a small letter \[px\].
+    const WIDTH: f64 = 6.5;
+    let corners = [(from, TOP), (to, TOP), (to, BOTTOM), (from, BOTTOM)];
+    svg.path(&corners, true, &format!("fill=\"{}\"", tint(names, name)));
+    for edge in [from, to] {
+        svg.line((edge, TOP), (edge, BOTTOM), &format!("stroke=\"{EDGE}\" stroke-width=\"0.6\""));
+    }
+    if names.len() > 1 && to - from > WIDTH * name.chars().count() as f64 {
+        let style = format!("font-size=\"11\" fill=\"{FAINT}\"");
+        svg.text((0.5 * (from + to), BOTTOM - 6.0), Anchor::Middle, &style, name);
+    }
+}
+
+/// What the shading means, below the legend: each name once.
+fn shades(svg: &mut Svg, names: &[&str], mut y: f64) {
+    for name in names.iter().filter(|name| !name.is_empty()) {
+        if y > BOTTOM + 40.0 {
+            return;
+        }
         let x = RIGHT + 18.0;
-        if names.len() == 1 {
-            let rect = format!("x=\"{x}\" y=\"{}\" width=\"28\" height=\"12\"", y - 10.0);
-            svg.raw(&format!("<rect {rect} fill=\"{SHADE}\"/>"));
-        }
+        let rect = format!("x=\"{x}\" y=\"{}\" width=\"28\" height=\"12\"", y - 10.0);
+        svg.raw(&format!(
+            "<rect {rect} fill=\"{}\" stroke=\"{EDGE}\" stroke-width=\"0.6\"/>",
+            tint(names, name)
+        ));
         let style = format!("font-size=\"11\" fill=\"{INK}\"");
-        svg.text((x + 36.0, y), Anchor::Start, &style, &shortened(&span.label, 27));
+        svg.text((x + 36.0, y), Anchor::Start, &style, &shortened(name, 27));
         y += 16.0;
     }
 }

@@ -1,6 +1,6 @@
 //! Inputs, rates, wheels, positions, clearance and costates over time, with limits and where they act.
 
-use super::{Shown, Subject, line};
+use super::{Shown, Subject, arcs, line};
 use crate::Vector3;
 use crate::draw::{Axis, Chart, Curve, Level, Picture, Span};
 use crate::maneuver::{Motion, Rule};
@@ -20,36 +20,30 @@ pub(super) fn shown(key: &'static str, chart: Chart, remark: impl Into<String>) 
     Shown { key, picture: Picture::Chart(chart), remark: remark.into() }
 }
 
-/// Everything but attitude and costates.
-pub(super) fn of_plan(subject: &Subject) -> Vec<Shown> {
-    let mut all = inputs(subject);
-    all.push(rates(subject));
+/// Rates, wheels, positions and clearance.
+pub(super) fn of_motion(subject: &Subject) -> Vec<Shown> {
+    let mut all = vec![rates(subject)];
     all.extend(wheels(subject));
     all.extend(translation(subject));
     all.extend(clearance(subject));
     all
 }
 
-fn inputs(subject: &Subject) -> Vec<Shown> {
+/// Torques, and forces where there are any.
+pub(super) fn inputs(subject: &Subject) -> Vec<Shown> {
     let (problem, trajectory) = (subject.problem, subject.trajectory());
     let (actuation, count) = (&problem.actuation, trajectory.input_count);
     let forces = actuation.force.as_ref().map_or(0, |set| set.count());
     let channel = |of_force: bool| {
         let range = if of_force { 0..forces } else { forces..count };
-        let what = match (of_force, actuation.wheels.is_some()) {
-            (true, _) => "force",
-            (false, true) => "wheel",
-            (false, false) => "torque",
-        };
         let several = range.len();
         let rows = |index: usize| (0..).step_by(count.max(1)).map(move |row| row + index);
         let mut curves: Vec<Curve> = range
             .clone()
             .enumerate()
             .map(|(style, index)| {
-                let name = if several > 1 { format!("{what} {}", style + 1) } else { what.into() };
                 let values = rows(index).map_while(|at| trajectory.input.get(at).copied());
-                subject.input_line(name, style, values.collect())
+                subject.input_line(subject.input_name(index), style, values.collect())
             })
             .collect();
         let limits: Vec<InputLimit> = actuation.limits().filter(|limit| limit.of_force == of_force).collect();
@@ -69,6 +63,9 @@ fn inputs(subject: &Subject) -> Vec<Shown> {
             .filter(|limit| limit.kind != LimitKind::WheelMomentum)
             .flat_map(|limit| active(subject, limit.name, "limit active"))
             .collect();
+        if chart.spans.is_empty() {
+            chart.spans = arcs::arcs(subject);
+        }
         let key = if of_force { "forces" } else { "inputs" };
         shown(key, chart, "")
     };
@@ -115,9 +112,11 @@ fn wheels(subject: &Subject) -> Option<Shown> {
     let trajectory = subject.trajectory();
     let wheels = subject.problem.actuation.wheels.as_ref()?;
     let count = wheels.momentum.len();
+    // The wheels are the last of the inputs.
+    let first = trajectory.input_count.saturating_sub(count);
     let curve = |wheel: usize| {
         let values = trajectory.wheel_momentum.iter().skip(wheel).step_by(count).copied();
-        line(format!("wheel {}", wheel + 1), wheel, &trajectory.time, values)
+        line(subject.input_name(first + wheel), wheel, &trajectory.time, values)
     };
     let curves = (0..count).map(curve).collect();
     let mut chart = Chart::new("Momentum of the wheels", time_axis(), Axis::linear("h, N·m·s"), curves);
@@ -133,7 +132,7 @@ fn translation(subject: &Subject) -> Vec<Shown> {
     let trajectory = subject.trajectory();
     let chart = |key, title, name, unit: &str, vectors: &[Vector3]| {
         let curves = components(&trajectory.time, vectors, name, 1.0, false);
-        shown(key, Chart::new(title, time_axis(), Axis::linear(unit), curves), "reference frame")
+        shown(key, Chart::new(title, time_axis(), Axis::linear(unit), curves), subject.reference_frame())
     };
     vec![
         chart("position", "Position", "", "position, m", &trajectory.position),

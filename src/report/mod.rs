@@ -7,6 +7,7 @@
 //!
 //! Long trajectories are thinned for the eye, with every peak kept ([`MOST_POINTS`]); files of data have all rows.
 
+mod arcs;
 mod attitude;
 mod body;
 mod cases_told;
@@ -19,23 +20,26 @@ mod results;
 mod simulation;
 mod sphere;
 pub mod summary;
+mod switching;
 mod words;
 
 pub use cases_told::told_of_cases;
 pub use page::plan_page;
 pub use results::{Cases, MOST_PICTURED, results_page};
-pub use simulation::simulation_page;
+pub use simulation::{simulation_page, simulation_pictures};
 
 use crate::draw::{Curve, Picture, Shape, thinned};
+use crate::files::identity::Identity;
 use crate::maneuver::{Problem, Trajectory};
 use crate::plan::Plan;
 use crate::verify::{Course, course};
 
 /// The names of all pictures that a plan may have, in their order.
-pub const KEYS: [&str; 17] = [
+pub const KEYS: [&str; 18] = [
     "sky",
     "inputs",
     "forces",
+    "switching",
     "rates",
     "wheel_momentum",
     "position",
@@ -52,6 +56,10 @@ pub const KEYS: [&str; 17] = [
     "convergence",
 ];
 
+/// The names of all pictures that a simulation may have, in their order.
+pub const SIMULATION_KEYS: [&str; 8] =
+    ["sky", "rates", "position", "euler", "quaternion", "energy", "angular_momentum", "orthogonality"];
+
 /// The names of all pictures that a file of results may have.
 pub const CASE_KEYS: [&str; 4] = ["cost", "map", "distribution", "miss"];
 
@@ -64,6 +72,8 @@ pub struct Subject<'a> {
     pub problem: &'a Problem,
     /// What was found.
     pub plan: &'a Plan,
+    /// What inputs and frames are called, and when the maneuver begins.
+    pub identity: &'a Identity,
     /// Sequence of the Euler angles, one of [`crate::files::export::EULER_SEQUENCES`].
     pub sequence: &'a str,
     course: Option<Course>,
@@ -82,14 +92,41 @@ pub struct Shown {
 
 impl<'a> Subject<'a> {
     /// The witnesses follow the plan once; where they cannot, what only they know is not shown.
-    pub fn new(problem: &'a Problem, plan: &'a Plan, sequence: &'a str) -> Self {
+    pub fn new(problem: &'a Problem, plan: &'a Plan, identity: &'a Identity, sequence: &'a str) -> Self {
         let trajectory = &plan.solution.trajectory;
         let course = if trajectory.time.is_empty() { None } else { course(problem, trajectory).ok() };
-        Self { problem, plan, sequence, course }
+        Self { problem, plan, identity, sequence, course }
     }
 
     fn trajectory(&self) -> &'a Trajectory {
         &self.plan.solution.trajectory
+    }
+
+    /// What the input of this number, forces first, is called: its name in the spec, or its number among its kind.
+    fn input_name(&self, index: usize) -> String {
+        if let Some(name) = self.identity.inputs.get(index) {
+            return name.clone();
+        }
+        let actuation = &self.problem.actuation;
+        let forces = actuation.force.as_ref().map_or(0, |set| set.count());
+        let (kind, number, several) = match index.checked_sub(forces) {
+            None => ("force", index, forces > 1),
+            Some(number) => {
+                let kind = match (&actuation.wheels, actuation.torque.limits().one_sided) {
+                    (Some(_), _) => "wheel",
+                    (None, true) => "thruster",
+                    (None, false) => "torque",
+                };
+                (kind, number, actuation.torque.count() > 1)
+            }
+        };
+        if several { format!("{kind} {}", number + 1) } else { kind.into() }
+    }
+
+    /// What the reference frame is called, as in "in the reference frame J2000".
+    fn reference_frame(&self) -> String {
+        let name = self.identity.reference_frame.as_ref();
+        name.map_or("reference frame".into(), |name| format!("reference frame {name}"))
     }
 
     /// The times of the rows of inputs: Lie–Euler has none at the first node.
@@ -113,7 +150,9 @@ pub fn pictures(subject: &Subject) -> Vec<Shown> {
     let mut shown = Vec::new();
     if !subject.trajectory().time.is_empty() {
         shown.push(sphere::sky(subject));
-        shown.extend(charts::of_plan(subject));
+        shown.extend(charts::inputs(subject));
+        shown.extend(switching::chart(subject));
+        shown.extend(charts::of_motion(subject));
         shown.extend(attitude::charts(subject));
         shown.extend(charts::costates(subject));
         shown.extend(hamiltonian::chart(subject));

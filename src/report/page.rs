@@ -7,8 +7,9 @@ use super::body::body;
 use super::document::document;
 use super::summary::{self, Tone};
 use super::words::{Table, proved, tables};
-use super::{CASE_KEYS, MOST_POINTS, Shown, Subject, pictures};
+use super::{CASE_KEYS, MOST_POINTS, Shown, Subject, hamiltonian, pictures};
 use crate::draw::{Map, Picture, escape};
+use crate::files::identity::Identity;
 use crate::maneuver::{Problem, Settings};
 use crate::plan::Plan;
 use serde_json::Value;
@@ -48,11 +49,12 @@ const GENERATOR: &str = concat!("slewkit ", env!("CARGO_PKG_VERSION"), ", `slew 
 const STYLE: &str = include_str!("page/style.css");
 
 /// The parts of the script, in the order in which they need each other.
-const SCRIPT: [&str; 5] = [
+const SCRIPT: [&str; 6] = [
     include_str!("page/base.js"),
     include_str!("page/chart.js"),
     include_str!("page/sky.js"),
     include_str!("page/body.js"),
+    include_str!("page/euler.js"),
     include_str!("page/start.js"),
 ];
 
@@ -63,7 +65,7 @@ const GROUPS: [(&str, &str, &[&str]); 7] = [
     (
         "limits",
         "Inputs, rates and momenta",
-        &["inputs", "forces", "rates", "wheel_momentum", "position", "velocity", "clearance"],
+        &["inputs", "forces", "switching", "rates", "wheel_momentum", "position", "velocity", "clearance"],
     ),
     ("attitude", "Attitude", &["euler", "quaternion", "error"]),
     (
@@ -82,6 +84,8 @@ pub(super) struct Content<'a> {
     /// Sentences about what is proved.
     pub proved: Vec<String>,
     pub shown: Vec<Shown>,
+    /// What a group of pictures, named by its section, lacks and why.
+    pub missing: Option<(&'static str, String)>,
     pub tables: Vec<Table>,
     /// The body in motion, or `null`.
     pub body: Value,
@@ -91,25 +95,49 @@ pub(super) struct Content<'a> {
 
 /// The page of a plan, with the words of its summary; `sequence` is that of the Euler angles, one of
 /// [`crate::files::export::EULER_SEQUENCES`].
-pub fn plan_page(problem: &Problem, settings: &Settings, plan: &Plan, sequence: &str) -> String {
-    let subject = &Subject::new(problem, plan, sequence);
+pub fn plan_page(
+    problem: &Problem,
+    settings: &Settings,
+    plan: &Plan,
+    identity: &Identity,
+    sequence: &str,
+) -> String {
+    let subject = &Subject::new(problem, plan, identity, sequence);
     let (verdict, tone) = summary::verdict(plan);
     let lines = summary::told(false, problem, settings, plan);
-    let summary = lines.iter().map(|line| summary::parts(line)).collect();
+    let mut summary: Vec<_> = lines.iter().map(|line| summary::parts(line)).collect();
+    summary.extend(named(identity));
     written(&Content {
         name: &problem.name,
         words: &Words { verdict: verdict.into(), tone, summary },
         proved: proved(subject),
         shown: pictures(subject),
+        missing: hamiltonian_missing(subject),
         tables: tables(subject),
         body: body(subject),
         nodes: subject.trajectory().time.len(),
     })
 }
 
+/// Why the page has no Hamiltonian, where it has a motion and none of it.
+fn hamiltonian_missing(subject: &Subject) -> Option<(&'static str, String)> {
+    let reason = hamiltonian::missing(subject).filter(|_| !subject.trajectory().time.is_empty())?;
+    Some(("costates", format!("No Hamiltonian: {reason}.")))
+}
+
+/// What the spec calls object and frames, and when time zero is.
+fn named(identity: &Identity) -> Vec<(String, String)> {
+    let told = [
+        ("object", identity.object.clone()),
+        ("epoch", identity.epoch.map(|epoch| epoch.to_string())),
+        ("attitudes", identity.frames()),
+    ];
+    told.into_iter().filter_map(|(label, text)| Some((label.to_string(), text?))).collect()
+}
+
 /// The text of a page.
 pub(super) fn written(content: &Content) -> String {
-    let Content { name, words, proved, shown, tables, body, nodes } = content;
+    let Content { name, words, proved, shown, missing, tables, body, nodes } = content;
     let name = if name.is_empty() { "Without a name" } else { name };
     let mut html = String::new();
     head(&mut html, name);
@@ -126,8 +154,14 @@ pub(super) fn written(content: &Content) -> String {
     section(&mut html, "summary", "Summary", |html| summary(html, words));
     for (id, heading, keys) in GROUPS {
         let shown: Vec<&Shown> = shown.iter().filter(|shown| keys.contains(&shown.key)).collect();
-        if !shown.is_empty() {
-            section(&mut html, id, heading, |html| figures(html, &shown));
+        let missing = missing.as_ref().filter(|(section, _)| *section == id);
+        if !shown.is_empty() || missing.is_some() {
+            section(&mut html, id, heading, |html| {
+                figures(html, &shown);
+                if let Some((_, reason)) = missing {
+                    let _ = writeln!(html, "<p class=\"remark\">{}</p>", escape(reason));
+                }
+            });
         }
     }
     for table in tables {

@@ -250,6 +250,7 @@ pub fn results_page(cases: &Cases) -> String {
         words: &Words { verdict, tone, summary },
         proved: Vec::new(),
         shown: cases.pictures(),
+        missing: None,
         tables: cases.tables(),
         body: Value::Null,
         nodes: 0,

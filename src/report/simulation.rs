@@ -4,6 +4,7 @@ use super::attitude::{euler_chart, quaternion_chart};
 use super::body::motion;
 use super::charts::{components, shown, time_axis};
 use super::page::{Content, Words, written};
+use super::sphere::axes_on_sphere;
 use super::summary::Tone;
 use super::{Shown, line};
 use crate::Vector3;
@@ -16,7 +17,7 @@ use serde_json::Value;
 /// [`crate::files::export::EULER_SEQUENCES`].
 pub fn simulation_page(file: &SimulationFile, sequence: &str) -> String {
     let rows = &file.trajectory;
-    let shown = pictures(file, sequence);
+    let shown = simulation_pictures(file, sequence);
     let cube: [Vector3; 8] = std::array::from_fn(|index| {
         Vector3::from_fn(|axis, _| if index >> axis & 1 == 0 { -0.8 } else { 0.8 })
     });
@@ -36,6 +37,7 @@ pub fn simulation_page(file: &SimulationFile, sequence: &str) -> String {
                 .into(),
         ],
         shown,
+        missing: None,
         tables: Vec::new(),
         body,
         nodes: rows.time_s.len(),
@@ -65,8 +67,9 @@ fn vectors(rows: &[[f64; 3]]) -> Vec<Vector3> {
     rows.iter().map(|row| Vector3::from(*row)).collect()
 }
 
-/// Motion of each body, then what all together keep.
-fn pictures(file: &SimulationFile, sequence: &str) -> Vec<Shown> {
+/// What there is to see of a simulation: the motion of each body, then what all together keep. `sequence` is that of the
+/// Euler angles, of one body alone.
+pub fn simulation_pictures(file: &SimulationFile, sequence: &str) -> Vec<Shown> {
     let rows = &file.trajectory;
     let time = &rows.time_s;
     if time.is_empty() {
@@ -86,7 +89,11 @@ fn pictures(file: &SimulationFile, sequence: &str) -> Vec<Shown> {
     let degrees = 1.0_f64.to_degrees();
     let rates = of_bodies("Ω ", degrees, |body| &body.angular_velocity_rad_s);
     let rates = Chart::new("Angular velocity", time_axis(), Axis::linear("Ω, deg/s"), rates);
-    let mut all = vec![shown("rates", rates, "inertial, in body axes")];
+    let mut all = Vec::new();
+    if let [body] = &rows.bodies[..] {
+        all.push(axes_on_sphere(&body.quaternion_wxyz));
+    }
+    all.push(shown("rates", rates, "inertial, in body axes"));
     if rows.bodies.iter().any(|body| !body.position_m.is_empty()) {
         let curves = of_bodies("", 1.0, |body| &body.position_m);
         let chart = Chart::new("Position", time_axis(), Axis::linear("position, m"), curves);

@@ -45,8 +45,7 @@ pub(super) fn cones<'a>(subject: &Subject<'a>) -> impl Iterator<Item = (&'a str,
 }
 
 /// The attitudes of some nodes, at most [`MOST_POINTS`], both ends included.
-fn attitudes(subject: &Subject) -> Vec<Matrix3> {
-    let quaternions = &subject.trajectory().quaternion;
+fn attitudes(quaternions: &[[f64; 4]]) -> Vec<Matrix3> {
     let stride = quaternions.len().div_ceil(MOST_POINTS).max(1);
     let last = quaternions.last().filter(|_| !(quaternions.len() - 1).is_multiple_of(stride));
     quaternions.iter().step_by(stride).chain(last).map(lie::rotation_from_quaternion).collect()
@@ -54,14 +53,8 @@ fn attitudes(subject: &Subject) -> Vec<Matrix3> {
 
 /// The map.
 pub(super) fn sky(subject: &Subject) -> Shown {
-    let attitudes = attitudes(subject);
     let frame_rate = subject.problem.environment.frame_rate();
-    let track = |(style, boresight): (usize, Boresight)| SkyTrack {
-        name: boresight.name,
-        style,
-        points: attitudes.iter().map(|attitude| attitude * boresight.vector).collect(),
-    };
-    let tracks: Vec<SkyTrack> = boresights(subject).into_iter().enumerate().map(track).collect();
+    let tracks = tracks(boresights(subject), &subject.trajectory().quaternion);
     let mut discs = Vec::new();
     let mut marks = Vec::new();
     let mut moving = false;
@@ -87,8 +80,7 @@ pub(super) fn sky(subject: &Subject) -> Shown {
     }
     let inertial = frame_rate == Vector3::zeros();
     let angles = if inertial { ["right ascension", "declination"] } else { ["longitude", "latitude"] };
-    let frame =
-        if inertial { "in the reference frame, inertial" } else { "in the reference frame, which turns" };
+    let kind = if inertial { "inertial" } else { "which turns" };
     let remark = match (discs.is_empty(), moving) {
         (true, _) => "the spec has no boresight: the body axes are shown".into(),
         (false, false) => String::new(),
@@ -96,13 +88,37 @@ pub(super) fn sky(subject: &Subject) -> Shown {
     };
     let sky = Sky {
         title: "Boresights on the sphere of directions".into(),
-        subtitle: frame.into(),
+        subtitle: format!("in the {}, {kind}", subject.reference_frame()),
         cones: discs,
         tracks,
         marks,
         angles: angles.map(String::from),
     };
     Shown { key: "sky", picture: Picture::Sky(sky), remark }
+}
+
+/// The ways of some directions of a body.
+fn tracks(boresights: impl IntoIterator<Item = Boresight>, quaternions: &[[f64; 4]]) -> Vec<SkyTrack> {
+    let attitudes = attitudes(quaternions);
+    let track = |(style, boresight): (usize, Boresight)| SkyTrack {
+        name: boresight.name,
+        style,
+        points: attitudes.iter().map(|attitude| attitude * boresight.vector).collect(),
+    };
+    boresights.into_iter().enumerate().map(track).collect()
+}
+
+/// The ways of the axes of a body that nothing is asked of.
+pub(super) fn axes_on_sphere(quaternions: &[[f64; 4]]) -> Shown {
+    let sky = Sky {
+        title: "Body axes on the sphere of directions".into(),
+        subtitle: "in the reference frame".into(),
+        cones: Vec::new(),
+        tracks: tracks(body_axes(), quaternions),
+        marks: Vec::new(),
+        angles: ["longitude", "latitude"].map(String::from),
+    };
+    Shown { key: "sky", picture: Picture::Sky(sky), remark: String::new() }
 }
 
 /// Whether a direction moves in the reference frame.

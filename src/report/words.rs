@@ -1,6 +1,8 @@
 //! What a report says: what is proved and what is not, the checks, the margins, the rivals.
 
 use super::Subject;
+use super::arcs;
+use crate::draw::Span;
 use crate::maneuver::{Outcome, Path, SecondOrder, Sense};
 use crate::numerics::figures::{error, significant};
 use crate::plan::Status;
@@ -93,15 +95,42 @@ fn minimum(subject: &Subject) -> &'static str {
 
 /// Checks, margins, rivals; those that the plan has.
 pub(super) fn tables(subject: &Subject) -> Vec<Table> {
-    let mut tables = vec![rivals(subject)];
+    let mut tables = vec![arcs_told(subject), rivals(subject)];
     if let Some(found) = &subject.plan.verification {
         if !found.margins.is_empty() {
-            tables.push(margins(found));
+            tables.push(margins(subject, found));
         }
         tables.push(checks(found));
     }
     tables.retain(|table| !table.rows.is_empty());
     tables
+}
+
+/// The arcs of the continuous extremal; no rows where there are none.
+fn arcs_told(subject: &Subject) -> Table {
+    let switching = subject.plan.solution.switching.as_ref();
+    let arcs = switching.map_or(&[][..], |switching| &switching.arcs);
+    let row = |(index, span): (usize, Span)| {
+        let named = |(input, value): (usize, &f64)| {
+            (*value != 0.0).then(|| format!("{} {}", subject.input_name(input), significant(*value, 4)))
+        };
+        let inputs: Vec<String> = arcs[index].input.iter().enumerate().filter_map(named).collect();
+        let inputs = match inputs.is_empty() {
+            true if span.label == "coast" => "all off".into(),
+            true => "full norm, turns".into(),
+            false => inputs.join(", "),
+        };
+        let number = |value: f64| significant(value, 8);
+        let length = significant(span.to - span.from, 5);
+        vec![(index + 1).to_string(), span.label, number(span.from), number(span.to), length, inputs]
+    };
+    let spans = if arcs.is_empty() { Vec::new() } else { arcs::arcs(subject) };
+    Table {
+        title: "Arcs",
+        head: vec!["arc", "", "from, s", "to, s", "length, s", "inputs, N·m"],
+        rows: spans.into_iter().enumerate().map(row).collect(),
+        remark: "Of the continuous extremal; the plan is the optimum of its own grid, and differs by the square of the step.",
+    }
 }
 
 fn rivals(subject: &Subject) -> Table {
@@ -139,7 +168,7 @@ fn rivals(subject: &Subject) -> Table {
     }
 }
 
-fn margins(found: &Verification) -> Table {
+fn margins(subject: &Subject, found: &Verification) -> Table {
     let row = |margin: &Margin| {
         let beyond = margin.continuous_margin.map_or(String::new(), |margin| significant(margin, 3));
         let verdict = if margin.holds() { "holds" } else { "violated" };
@@ -152,7 +181,7 @@ fn margins(found: &Verification) -> Table {
             beyond,
             margin.unit.clone(),
             significant(margin.time_s, 4),
-            margin.at.clone(),
+            named(subject, margin),
         ]
     };
     Table {
@@ -160,6 +189,18 @@ fn margins(found: &Verification) -> Table {
         head: vec!["limit or constraint", "", "margin", "continuous motion", "unit", "least at, s", "of"],
         rows: found.margins.iter().map(row).collect(),
         remark: "Negative: violated. The continuous motion differs by the error of the discretisation.",
+    }
+}
+
+/// Of what a margin is: an input by its name, where the spec gives it one.
+fn named(subject: &Subject, margin: &Margin) -> String {
+    let number =
+        ["wheel ", "input "].iter().find_map(|kind| margin.at.strip_prefix(kind)?.parse::<usize>().ok());
+    let limits = || subject.problem.actuation.limits();
+    let limit = limits().find(|limit| limit.name == margin.name);
+    match (number, limit) {
+        (Some(number), Some(limit)) => subject.input_name(limit.first + number - 1),
+        _ => margin.at.clone(),
     }
 }
 

@@ -37,6 +37,22 @@
       await frame();
       found.turns = image() !== images[2];
     }
+    // Angles of every sequence at one time, and the quaternion there.
+    const choice = document.querySelector("#fig-euler select");
+    if (choice) {
+      slider.value = 400;
+      slider.dispatchEvent(new Event("input", { bubbles: true }));
+      const values = (key) => [...document.querySelectorAll(`#fig-${key} .legend b`)].map((node) => node.textContent);
+      found.quaternion = values("quaternion");
+      found.euler = {};
+      for (const option of choice.options) {
+        choice.value = option.value;
+        choice.dispatchEvent(new Event("change", { bubbles: true }));
+        await frame();
+        const title = document.querySelector("#fig-euler b").textContent;
+        found.euler[title.slice(-3)] = values("euler");
+      }
+    }
     // Keys move the cursor of every chart over time and zoom into them.
     const plot = document.querySelector("#fig-rates .plot");
     if (plot) {

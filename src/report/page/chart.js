@@ -10,7 +10,7 @@ function chart(figureNode, picture) {
   // There is no half iteration, so no tick at one.
   const counts = picture.x.label.startsWith("iteration");
   const logarithmic = picture.y.log;
-  const curves = picture.curves.map((curve) => ({ ...curve, x: data.grids[curve.grid] }));
+  let curves = picture.curves.map((curve) => ({ ...curve, x: data.grids[curve.grid] }));
   const place = (value) => (logarithmic ? (value > 0 ? Math.log10(value) : null) : value);
   // Inputs of Lie–Euler begin a step later than the plan.
   const whole = overTime && data.body ? [data.body.time[0], data.body.time[data.body.time.length - 1]] : [Infinity, -Infinity];
@@ -29,7 +29,7 @@ function chart(figureNode, picture) {
     }
   };
   let [width, height, view, cursor] = [0, 0, null, null];
-  const values = legend(figureNode.querySelector(".legend"), curves, picture);
+  let values = legend(figureNode.querySelector(".legend"), curves, picture);
 
   // Abscissas and ordinates in sight, and the pixels they take.
   function lay() {
@@ -69,9 +69,17 @@ function chart(figureNode, picture) {
     const [left, right, top, bottom] = [view.left, width - EDGE.right, EDGE.top, height - EDGE.bottom];
     element("rect", { x: left, y: top, width: right - left, height: bottom - top }, element("clipPath", { id }, svg));
     const inside = element("g", { "clip-path": `url(#${id})` }, svg);
+    const names = spanNames(picture);
     for (const span of picture.spans) {
       const [a, b] = [view.x(span.from), view.x(span.to)];
-      element("rect", { x: a, y: top, width: Math.max(1, b - a), height: bottom - top, fill: "var(--shade)" }, inside);
+      const fill = shade(names, span.label);
+      element("rect", { x: a, y: top, width: Math.max(1, b - a), height: bottom - top, fill }, inside);
+      for (const x of [a, b]) element("line", { x1: x, x2: x, y1: top, y2: bottom, stroke: "var(--edge)", "stroke-width": 0.6 }, inside);
+      // Where colours differ in meaning a span says which it is, if it has the room.
+      const [from, to] = [Math.max(a, left), Math.min(b, right)];
+      if (names.length > 1 && to - from > 6.5 * span.label.length) {
+        element("text", { x: (from + to) / 2, y: bottom - 6, "text-anchor": "middle", class: "small" }, inside, span.label);
+      }
     }
     for (const tick of linearTicks(view.from, view.to, Math.max(2, (right - left) / 75), counts ? 1 : 0)) {
       const x = view.x(tick.value);
@@ -154,7 +162,18 @@ function chart(figureNode, picture) {
     clamp: (value) => Math.min(whole[1], Math.max(whole[0], value)),
   });
   drawn.push(picture.key);
+  // Other curves in the place of these, over the same stretch.
+  return (others) => {
+    curves = others;
+    figureNode.querySelector(".legend").replaceChildren();
+    values = legend(figureNode.querySelector(".legend"), curves, picture);
+    update(true);
+  };
 }
+
+// Names of shaded spans, each once, and the colours that stand for them.
+const spanNames = (picture) => [...new Set(picture.spans.map((span) => span.label))];
+const shade = (names, label) => `var(--s${names.indexOf(label) % 4})`;
 
 // Names with their lines, and a function that shows the values at a time.
 function legend(node, curves, picture) {
@@ -169,9 +188,10 @@ function legend(node, curves, picture) {
     entry.appendChild(document.createTextNode(" "));
     return html("b", entry);
   });
-  for (const label of new Set(picture.spans.map((span) => span.label))) {
+  const names = spanNames(picture);
+  for (const label of names) {
     const entry = html("span", node);
-    element("rect", { width: 28, height: 10, fill: "var(--shade)" }, element("svg", { viewBox: "0 0 28 10" }, entry));
+    element("rect", { width: 28, height: 10, fill: shade(names, label), stroke: "var(--edge)" }, element("svg", { viewBox: "0 0 28 10" }, entry));
     entry.appendChild(document.createTextNode(label));
   }
   const time = html("span", node);

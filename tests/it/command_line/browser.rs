@@ -3,6 +3,7 @@
 use super::binary::Folder;
 use super::report::HOSTILE;
 use serde_json::Value;
+use slewkit::{Matrix3, lie};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -14,7 +15,7 @@ const WATCH: &str = include_str!("../../browser/watch.js");
 const CHECK: &str = include_str!("../../browser/check.js");
 
 /// The page around the one under test, which hands the result on.
-const FRAME: &str = r#"<!DOCTYPE html><body style="margin:0"><script>
+const FRAME: &str = r#"<!DOCTYPE html><meta charset="utf-8"><body style="margin:0"><script>
 const frame = document.createElement("iframe");
 Object.assign(frame, { srcdoc: PAGE, width: WIDTH, height: 900, style: "border:0" });
 document.body.appendChild(frame);
@@ -70,6 +71,23 @@ fn figures(found: &Value) -> Vec<(String, i64)> {
     figures.map(|(key, curves)| (key.clone(), curves.as_i64().unwrap())).collect()
 }
 
+/// The angles of every sequence that the page offers, put together again, are its quaternion.
+fn angles_are_the_attitude(found: &Value) {
+    let number = |value: &Value| value.as_str().unwrap().replace('−', "-").parse::<f64>().unwrap();
+    let numbers = |value: &Value| value.as_array().unwrap().iter().map(number).collect::<Vec<f64>>();
+    let q = numbers(&found["quaternion"]);
+    let wanted = lie::rotation_from_quaternion(&[q[0], q[1], q[2], q[3]]);
+    let sequences = found["euler"].as_object().unwrap();
+    assert_eq!(sequences.len(), 12);
+    for (sequence, angles) in sequences {
+        let axes =
+            sequence.bytes().map(|axis| Matrix3::identity().column(usize::from(axis - b'x')).into_owned());
+        let turns = axes.zip(numbers(angles)).map(|(axis, angle)| lie::exp(&(angle.to_radians() * axis)));
+        let product = turns.fold(Matrix3::identity(), |product, turn| product * turn);
+        assert!((product - wanted).amax() < 2e-4, "{sequence} {angles}");
+    }
+}
+
 #[test]
 fn a_report_works_in_a_browser_at_any_width() {
     let Some(browser) = browser() else { return };
@@ -100,6 +118,7 @@ fn a_report_works_in_a_browser_at_any_width() {
         for what in ["turns", "shared", "zooms", "unzooms", "smuggled"] {
             assert_eq!(found[what], true, "{what} at {width} px");
         }
+        angles_are_the_attitude(&found);
         let values = found["values"].as_array().unwrap();
         assert!(
             values.iter().all(|value| value.as_str().is_some_and(|text| text.contains(char::is_numeric)))

@@ -199,6 +199,166 @@ fn curve(data: &serde_json::Value, key: &str) -> Vec<f64> {
     chart["curves"][0]["y"].as_array().unwrap().iter().map(|value| value.as_f64().unwrap()).collect()
 }
 
+/// The picture `key` of a page.
+fn picture<'a>(data: &'a serde_json::Value, key: &str) -> &'a serde_json::Value {
+    let all = data["charts"].as_array().unwrap();
+    all.iter().find(|chart| chart["key"] == key).unwrap_or_else(|| panic!("no {key}"))
+}
+
+/// Times and values of a curve.
+fn points(data: &serde_json::Value, curve: &serde_json::Value) -> Vec<(f64, f64)> {
+    let grid = &data["grids"][curve["grid"].as_u64().unwrap() as usize];
+    let numbers = |list: &serde_json::Value| -> Vec<f64> {
+        list.as_array().unwrap().iter().map(|value| value.as_f64().unwrap()).collect()
+    };
+    numbers(grid).into_iter().zip(numbers(&curve["y"])).collect()
+}
+
+fn problem(name: &str) -> String {
+    format!("{}/problems/{name}.toml", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The maximum principle, drawn: wherever its function is clear of the thresholds an input does what the function asks, and
+/// the functions cross them where the arcs of the continuous extremal meet.
+#[test]
+fn switching_functions_ask_for_the_inputs_that_the_plan_has() {
+    let folder = Folder::new();
+    for (name, kinds) in [
+        ("minimum_time_xte", &["bang"][..]),
+        ("minimum_fuel_120", &["bang", "coast"]),
+        ("minimum_fuel_thrusters", &["bang", "coast"]),
+    ] {
+        let (file, page) = (format!("{name}.json"), format!("{name}.html"));
+        folder.slew(&["plan", &problem(name), "-q", "-o", &file, "--report", &page]).ends(0);
+        let (data, plan) = (data(&folder.read(&page)), folder.json(&file));
+        let chart = picture(&data, "switching");
+        let levels: Vec<f64> = chart["levels"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|level| level["value"].as_f64().unwrap())
+            .collect();
+        let arcs = plan["switching"]["arcs"].as_array().unwrap();
+        let spans = chart["spans"].as_array().unwrap();
+        assert_eq!(spans.len(), arcs.len());
+        let mut found: Vec<&str> = spans.iter().map(|span| span["label"].as_str().unwrap()).collect();
+        found.sort_unstable();
+        found.dedup();
+        assert_eq!(found, kinds, "{name}");
+        let inputs = plan["trajectory"]["input"].as_array().unwrap();
+        let mut crossings = 0;
+        for (index, curve) in chart["curves"].as_array().unwrap().iter().enumerate() {
+            let points = points(&data, curve);
+            let largest = inputs.iter().map(|row| row[index].as_f64().unwrap().abs()).fold(0.0, f64::max);
+            for (step, row) in inputs.iter().enumerate() {
+                let (a, b) = (points[step].1, points[step + 1].1);
+                let clear = |level: &f64| (a - level) * (b - level) > 0.0 && (a - level).abs() > 0.02;
+                crossings += levels.iter().filter(|level| (a - **level) * (b - **level) < 0.0).count();
+                if !levels.iter().all(clear) {
+                    continue;
+                }
+                let wanted = match levels[..] {
+                    [0.0] => -largest * a.signum(),
+                    [off] => {
+                        if a < off {
+                            largest
+                        } else {
+                            0.0
+                        }
+                    }
+                    _ => {
+                        if a.abs() > 1.0 {
+                            -largest * a.signum()
+                        } else {
+                            0.0
+                        }
+                    }
+                };
+                let value = row[index].as_f64().unwrap();
+                assert!((value - wanted).abs() <= 1e-9 * largest, "{name} {index} {step}: {a} {value}");
+            }
+        }
+        let switches = plan["switching"]["switches"].as_u64().unwrap() as usize;
+        assert!(crossings.abs_diff(switches) <= 2 && crossings > 0, "{name}: {crossings} for {switches}");
+        assert!(folder.read(&page).contains("<h2>Arcs</h2>"));
+    }
+    // Under a limit of the norm: it burns where the norm of the costate is above the price.
+    folder
+        .slew(&["plan", &problem("minimum_fuel_norm"), "-q", "-o", "norm.json", "--report", "norm.html"])
+        .ends(0);
+    let data = self::data(&folder.read("norm.html"));
+    let chart = picture(&data, "switching");
+    let labels: Vec<&str> =
+        chart["spans"].as_array().unwrap().iter().map(|span| span["label"].as_str().unwrap()).collect();
+    assert_eq!(labels, ["bang", "coast", "bang"]);
+    let sizes = points(&data, &chart["curves"][0]);
+    for (step, row) in
+        folder.json("norm.json")["trajectory"]["torque_n_m"].as_array().unwrap().iter().enumerate()
+    {
+        let norm =
+            row.as_array().unwrap().iter().map(|part| part.as_f64().unwrap().powi(2)).sum::<f64>().sqrt();
+        let (low, high) = (sizes[step].1.min(sizes[step + 1].1), sizes[step].1.max(sizes[step + 1].1));
+        assert!(low < 1.005 || (norm - 1.0).abs() < 1e-9, "{step}: {low} {norm}");
+        assert!(high > 0.995 || norm < 1e-9, "{step}: {high} {norm}");
+    }
+    // A turn of a cube about an axis near the diagonal of a face: one input has no function to ask it, and stays within its
+    // limits all the way.
+    fs::write(folder.path("cube.toml"), CUBE).unwrap();
+    folder.slew(&["plan", "cube.toml", "-q", "--report", "cube.html"]).ends(0);
+    let data = self::data(&folder.read("cube.html"));
+    let chart = picture(&data, "switching");
+    let labels: Vec<&str> =
+        chart["spans"].as_array().unwrap().iter().map(|span| span["label"].as_str().unwrap()).collect();
+    assert_eq!(labels, ["singular"]);
+    let size = |index: usize| {
+        let points = points(&data, &chart["curves"][index]);
+        points.iter().map(|point| point.1.abs()).fold(0.0, f64::max)
+    };
+    assert!(size(2) < 0.01 * size(0) && size(1) > 0.1, "{} {} {}", size(0), size(1), size(2));
+}
+
+const CUBE: &str = r#"
+format = 1
+[body]
+inertia_kg_m2 = [1, 1, 1]
+[actuators]
+torque_limit_n_m = 1
+[start]
+attitude = { axis = [0, 0, 1], angle_deg = 0 }
+[end]
+attitude = { axis = [1, 1, 0.2], angle_deg = 60 }
+[maneuver]
+minimize = "time"
+steps = 100
+"#;
+
+#[test]
+fn charts_and_tables_use_the_names_of_the_spec() {
+    let folder = Folder::new();
+    folder.slew(&["plan", &problem("wheels_pyramid"), "-q", "-o", "plan.json", "--report", "a.html"]).ends(0);
+    let page = folder.read("a.html");
+    let data = data(&page);
+    for key in ["inputs", "wheel_momentum"] {
+        let curves = picture(&data, key)["curves"].as_array().unwrap();
+        let names: Vec<&str> = curves.iter().map(|curve| curve["name"].as_str().unwrap()).collect();
+        assert_eq!(names, ["+x", "+y", "-x", "-y"], "{key}");
+    }
+    assert!(page.contains("<td>+x</td>") || page.contains("<td>-x</td>"), "margins name the wheel");
+    // Names of thrusters, and of frames and object.
+    let text = fs::read_to_string(problem("minimum_fuel_thrusters")).unwrap();
+    let named = text.replacen("[[actuators.thruster]]", "[[actuators.thruster]]\nname = \"A <1>\"", 1);
+    let names = "epoch = \"2026-11-21T07:00:00 UTC\"\n[names]\nobject = \"PROBE\"\nreference_frame = \"J2000\"\n\n[body]";
+    fs::write(folder.path("named.toml"), named.replacen("[body]", names, 1)).unwrap();
+    folder.slew(&["plan", "named.toml", "-q", "-o", "named.json"]).ends(0);
+    folder.slew(&["report", "named.json", "-q", "-o", "named.html"]).ends(0);
+    let page = folder.read("named.html");
+    let data = self::data(&page);
+    let curves = picture(&data, "switching")["curves"].as_array().unwrap();
+    assert_eq!((&curves[0]["name"], &curves[7]["name"]), (&"A <1>".into(), &"thruster 8".into()));
+    assert!(page.contains("reference frame J2000") && page.contains("<dd>PROBE</dd>"));
+    assert!(page.contains("2026-11-21T07:00:00") && page.contains("from body axes to J2000"));
+}
+
 /// The Hamiltonian is the derivative of the least cost by the duration. From rest to rest a free body's cost goes as
 /// `T⁻³`, because its equations know no time of their own.
 #[test]
@@ -223,10 +383,53 @@ fn the_hamiltonian_is_that_of_the_theory() {
     assert!((order - 2.0).abs() < 0.2, "{order}");
 }
 
+/// In a turning frame, with wheels, with torques fixed in the reference frame: the Hamiltonian is the derivative of the least
+/// cost by the duration, taken by differences of plans.
+#[test]
+fn the_hamiltonian_is_the_price_of_time() {
+    let folder = Folder::new();
+    let wheels = fs::read_to_string(problem("wheels_pyramid")).unwrap();
+    let free = wheels
+        .replace("torque_limit_n_m = 0.2", "torque_limit_n_m = 20")
+        .replace("_n_m_s = 1.8", "_n_m_s = 90");
+    fs::write(folder.path("wheels.toml"), free.split("[expect]").next().unwrap()).unwrap();
+    for (spec, duration, bound) in [
+        (problem("orbit_flip"), std::f64::consts::FRAC_PI_2, 2e-2),
+        ("wheels.toml".into(), 60.0, 2e-3),
+        (problem("pendulum_horizontal_torques"), f64::NAN, 0.0),
+    ] {
+        let plan = |factor: f64, steps: usize| {
+            let (steps, length) =
+                (format!("maneuver.steps={steps}"), format!("maneuver.duration_s={}", factor * duration));
+            let set = ["plan", &spec, "-q", "--set", &steps, "--set", "solver.scheme=lie_verlet"];
+            let timed = ["--set", &length];
+            let timed = if duration.is_nan() { &[][..] } else { &timed[..] };
+            let out = ["-o", "plan.json", "--report", "a.html", "--force"];
+            folder.slew(&[&set[..], timed, &out].concat()).ends(0);
+            let values = curve(&data(&folder.read("a.html")), "hamiltonian");
+            let (low, high) =
+                values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+            (folder.json("plan.json")["cost"].as_f64().unwrap(), low, high)
+        };
+        let (coarse, fine) = (plan(1.0, 200), plan(1.0, 400));
+        let order = ((coarse.2 - coarse.1) / (fine.2 - fine.1)).log2();
+        assert!((order - 2.0).abs() < 0.2, "{spec}: {order} {coarse:?} {fine:?}");
+        if !duration.is_nan() {
+            let slope = (plan(1.001, 400).0 - plan(0.999, 400).0) / (0.002 * duration);
+            let middle = 0.5 * (fine.1 + fine.2);
+            assert!((middle - slope).abs() < bound * slope.abs(), "{spec}: {middle} {slope}");
+        }
+    }
+    // Where the duration is sought it vanishes, and where a limit of the wheels acts the page says why there is none.
+    folder.slew(&["plan", &problem("minimum_time_xte"), "-q", "--report", "time.html"]).ends(0);
+    assert!(curve(&data(&folder.read("time.html")), "hamiltonian").iter().all(|value| value.abs() < 1e-3));
+    folder.slew(&["plan", &problem("wheels_pyramid"), "-q", "--report", "wheels.html"]).ends(0);
+    assert!(folder.read("wheels.html").contains("No Hamiltonian: a limit of the wheels acts"));
+}
+
 #[test]
 fn a_simulation_has_a_report_and_a_comparison_says_what_to_run() {
     let folder = Folder::new();
-    let problem = |name: &str| format!("{}/problems/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     folder.slew(&["simulate", &problem("dzhanibekov"), "-q", "-o", "run.json"]).ends(0);
     folder.slew(&["report", "run.json", "-q", "-o", "run.html"]).ends(0).silent();
     let page = folder.read("run.html");
@@ -244,11 +447,16 @@ fn a_simulation_has_a_report_and_a_comparison_says_what_to_run() {
     folder.slew(&[&["simulate", &two, "-q", "-o", "two.json"][..], &set[..]].concat()).ends(0);
     folder.slew(&["report", "two.json", "-q", "-o", "two.html"]).ends(0).silent();
     assert!(folder.read("two.html").contains("<b>Position</b>"));
-    folder
-        .slew(&["plot", "run.json", "-o", "figures"])
-        .ends(8)
-        .tells("error[E0102]")
-        .tells("slew report FILE");
+    folder.slew(&["plot", "run.json", "-q", "-o", "figures"]).ends(0).silent();
+    let mut drawn: Vec<String> = fs::read_dir(folder.path("figures"))
+        .unwrap()
+        .map(|file| file.unwrap().file_name().into_string().unwrap())
+        .collect();
+    drawn.sort();
+    let wanted = ["angular_momentum", "energy", "euler", "orthogonality", "quaternion", "rates", "sky"];
+    assert_eq!(drawn, wanted.map(|key| format!("{key}.svg")));
+    folder.slew(&["plot", "two.json", "-q", "-o", "two.svg", "--charts", "position,energy"]).ends(0);
+    assert!(folder.read("two.svg").contains("(b)"));
 
     let compared = folder.slew(&["compare", "spec.toml", "-q", "--format", "json"]).ends(0);
     fs::write(folder.path("compared.json"), compared.stdout).unwrap();
