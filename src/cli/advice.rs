@@ -38,8 +38,11 @@ pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Pl
     let more_steps =
         || again(args, "maneuver.steps", (2 * solution.steps).min(Problem::MAX_STEPS), "more steps");
     let longer = || {
-        let duration = solution.longer.unwrap_or_else(|| rounded_up(1.5 * problem.duration));
-        again(args, "maneuver.duration_s", duration, "more time")
+        let stated = problem.duration_at_most.unwrap_or(problem.duration);
+        let duration = solution.longer.unwrap_or_else(|| rounded_up(1.5 * stated));
+        let bounded = problem.duration_at_most.is_some();
+        let key = if bounded { "maneuver.duration_at_most_s" } else { "maneuver.duration_s" };
+        again(args, key, duration, "more time")
     };
     let neighbour = || {
         "plan an easier neighbour (longer, or a smaller turn) with `-o neighbour.json`, then begin from it: \
@@ -62,12 +65,10 @@ pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Pl
         (Status::VerificationFailed, _) => vec![finer.unwrap_or_else(more_steps)],
         (_, Outcome::Stalled) if problem.switches() && solution.longer.is_some() => vec![longer()],
         // A duration that is sought cannot be set.
-        (_, Outcome::Stalled | Outcome::NotFinite)
-            if problem.switches() || problem.objective.seeks_duration() =>
-        {
+        (_, Outcome::Stalled | Outcome::NotFinite) if problem.switches() || problem.seeks_duration() => {
             vec![more_steps(), again(args, "solver.search", "thorough", "more starts")]
         }
-        (_, Outcome::StepTooLong) if problem.objective.seeks_duration() => vec![more_steps()],
+        (_, Outcome::StepTooLong) if problem.seeks_duration() => vec![more_steps()],
         (_, Outcome::StepTooLong) => vec![more_steps(), longer()],
         (_, Outcome::IterationLimit) => {
             let iterations = 2 * settings.max_iterations;

@@ -136,9 +136,11 @@ fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit,
         Motion::Attitude => "attitude",
         Motion::RigidBody => "position and attitude",
     };
-    let duration = if problem.objective.seeks_duration() {
+    let duration = if problem.seeks_duration() {
         let sought = if problem.objective == Objective::Time { "shortest" } else { "best" };
-        format!("{sought} duration, {} steps", problem.steps)
+        let longest = problem.duration_at_most;
+        let longest = longest.map(|longest| format!(" up to {} s", significant(longest, 4)));
+        format!("{sought} duration{}, {} steps", longest.unwrap_or_default(), problem.steps)
     } else {
         let (duration, step) = (significant(problem.duration, 4), significant(problem.step(), 3));
         format!("{duration} s in {} steps of {step} s", problem.steps)

@@ -76,8 +76,8 @@ impl Objective {
         matches!(self, Self::Time | Self::Fuel(_))
     }
 
-    /// Whether the duration is sought.
-    pub fn seeks_duration(&self) -> bool {
+    /// Whether time counts, so that the duration is sought.
+    pub(crate) fn counts_time(&self) -> bool {
         match self {
             Self::Effort(weights) => weights.time_price.is_some(),
             Self::Time => true,

@@ -114,6 +114,8 @@ pub struct Problem {
     pub end: State,
     /// Duration `T` \[s\]. Where it is sought it is not given, and NaN; the plan has it.
     pub duration: f64,
+    /// The longest duration \[s\] of a maneuver of least effort or fuel whose duration is sought: the best one up to it.
+    pub duration_at_most: Option<f64>,
     /// Number of steps `N`; the step is `h = T/N`.
     pub steps: usize,
     /// The discretisation.
@@ -222,6 +224,7 @@ impl Problem {
             start,
             end,
             duration,
+            duration_at_most: None,
             steps: 100,
             scheme: Scheme::LieVerlet,
             path: Path::Best,
@@ -283,7 +286,7 @@ impl Problem {
     /// The same maneuver with the duration that a plan of it has found, where that was sought and inputs do not switch:
     /// the grid of the plan is then the maneuver's own.
     pub fn with_found_duration(&self, time: &[f64]) -> Self {
-        let sought = self.objective.seeks_duration() && !self.switches();
+        let sought = self.seeks_duration() && !self.switches();
         let found = time.last().copied().filter(|_| sought);
         Self { duration: found.unwrap_or(self.duration), ..self.clone() }
     }
@@ -332,10 +335,22 @@ impl Problem {
         Self { objective: Objective::Fuel(Fuel::default()), ..Self::attitude(body, start, end, duration) }
     }
 
-    /// The same maneuver in another duration \[s\].
-    pub fn with_duration(mut self, duration: f64) -> Self {
-        self.duration = duration;
-        self
+    /// The same maneuver in another duration \[s\], with no bound of one that is sought.
+    pub fn with_duration(self, duration: f64) -> Self {
+        Self { duration, duration_at_most: None, ..self }
+    }
+
+    /// The same maneuver in the best duration up to `longest` \[s\].
+    ///
+    /// From rest to rest more time is never worse, and the plan takes all of it; where the body moves at an end it may
+    /// not.
+    pub fn with_duration_at_most(self, longest: f64) -> Self {
+        Self { duration: f64::NAN, duration_at_most: Some(longest), ..self }
+    }
+
+    /// Whether the duration is sought: time counts, or it has a bound alone.
+    pub fn seeks_duration(&self) -> bool {
+        self.objective.counts_time() || self.duration_at_most.is_some()
     }
 
     /// Rows of inputs of a plan: one for each node that has inputs, or one for each step where they switch.

@@ -367,7 +367,7 @@ impl Solution {
 
     /// Duration of the plan \[s\]: that of the maneuver, or the one found where it is sought; NaN where none is.
     pub fn duration(&self, problem: &Problem) -> f64 {
-        if problem.objective.seeks_duration() {
+        if problem.seeks_duration() {
             self.trajectory.time.last().copied().unwrap_or(f64::NAN)
         } else {
             problem.duration

@@ -15,6 +15,9 @@ const WIDTH: usize = 76;
 /// Characters before the text of a labelled line.
 const LABELLED: usize = 13;
 
+/// Durations that differ by this part are one.
+const SAME_DURATION: f64 = 1e-12;
+
 /// A labelled line of a summary.
 pub fn line(label: &str, text: &str) -> String {
     format!("  {label:<11} {text}")
@@ -189,10 +192,19 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
             let duration = significant(solution.duration(problem), 9);
             lines.line("duration", format!("{duration} s, minimal to first order on the grid"));
         }
-        None if problem.objective.seeks_duration() => {
+        None if problem.seeks_duration() => {
             let duration = significant(solution.duration(problem), 9);
-            lines.line("duration", format!("{duration} s, where a second is worth its price"));
-            lines.line("cost", format!("{} with the price of time", significant(solution.cost, 9)));
+            let priced = problem.objective.given_time_price().is_some();
+            let why = match problem.duration_at_most {
+                Some(longest) if solution.duration(problem) >= longest * (1.0 - SAME_DURATION) => {
+                    "the longest allowed"
+                }
+                Some(_) if !priced => "more time would cost more",
+                _ => "where a second is worth its price",
+            };
+            let with_time = if priced { " with the price of time" } else { unit };
+            lines.line("duration", format!("{duration} s, {why}"));
+            lines.line("cost", format!("{}{with_time}", significant(solution.cost, 9)));
         }
         None => lines.line("cost", format!("{}{unit}", significant(solution.cost, 6))),
     }
@@ -252,9 +264,14 @@ fn switched(problem: &Problem, solution: &Solution, switching: &Switching) -> Ve
         lines.line(problem.objective.name(), format!("{none}: the body is where it should be"));
         return lines;
     }
-    if problem.objective.seeks_duration() {
+    if problem.seeks_duration() {
         let (found, continuous) = (solution.duration(problem), switching.continuous_duration_s);
-        let told = format!("{} s on the grid, {} s in continuous time", figure(found), figure(continuous));
+        let all = problem.duration_at_most.is_some_and(|longest| found >= longest * (1.0 - SAME_DURATION));
+        let told = if all {
+            format!("{} s, the longest allowed", figure(found))
+        } else {
+            format!("{} s on the grid, {} s in continuous time", figure(found), figure(continuous))
+        };
         lines.line("duration", told);
     }
     if let Some(fuel) = fuel {

@@ -59,7 +59,8 @@ pub fn compare(
     let mut runs = Vec::new();
     let found = |plan: &Plan| plan.solution.trajectory.time.last().copied().unwrap_or(f64::NAN);
     let mut duration = problem.duration;
-    if problem.objective.given_time_price().is_some()
+    if problem.objective != Objective::Time
+        && problem.seeks_duration()
         && let Ok(chosen) = plan::plan(problem, settings, None, observer)
         && chosen.status == Status::Solved
     {
@@ -74,7 +75,7 @@ pub fn compare(
     for objective in objectives {
         let sought = objective == Objective::Time;
         let of_this =
-            Problem { duration: if sought { f64::NAN } else { duration }, objective, ..problem.clone() };
+            problem.clone().with_duration(if sought { f64::NAN } else { duration }).with_objective(objective);
         let run = if !sought && duration.is_nan() {
             Err("no duration is given, and none is found".to_string())
         } else {

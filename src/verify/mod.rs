@@ -234,7 +234,7 @@ pub fn verify_until(
     continuous_tolerance: Option<f64>,
     stop: &dyn Fn() -> bool,
 ) -> Verification {
-    if problem.objective.seeks_duration() && trajectory.time.len() == 1 {
+    if problem.seeks_duration() && trajectory.time.len() == 1 {
         return at_rest(problem, trajectory, tolerance);
     }
     let stopped = AtomicBool::new(false);
@@ -263,9 +263,13 @@ pub fn verify_until(
     } = judged;
     found.at_most("finite", rows::not_finite(trajectory) as f64, 0.0);
     found.at_most("discrete terminal", found.discrete().largest(), tolerance);
-    if problem.switches() && !problem.objective.seeks_duration() {
+    if problem.switches() && !problem.seeks_duration() {
         let last = trajectory.time.last().copied().unwrap_or(f64::NAN);
         found.at_most("duration", (last / problem.duration - 1.0).abs(), RECORDED);
+    }
+    if let Some(longest) = problem.duration_at_most {
+        let last = trajectory.time.last().copied().unwrap_or(f64::NAN);
+        found.at_most("longest duration", last / longest - 1.0, RECORDED);
     }
     found.at_most("recorded states", recorded, RECORDED.max(10.0 * tolerance));
     if let Some(drift) = momentum_drift {

@@ -77,7 +77,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         }
         Spec::Maneuver(loaded) => {
             let objective = &loaded.problem.objective;
-            let other = args.objectives || objective.switches() || objective.seeks_duration();
+            let other = args.objectives || objective.switches() || loaded.problem.seeks_duration();
             if other && !args.bound {
                 objectives::run(args, &loaded, console)
             } else {

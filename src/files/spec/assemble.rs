@@ -91,7 +91,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
         Some("fuel") => Objective::Fuel(Fuel { prices, time_price: section.number("time_price_per_s") }),
         _ => Weights { time_price: section.number("time_price_per_s"), ..weights.clone() }.into(),
     };
-    let (switches, sought) = (objective.switches(), objective.seeks_duration());
+    let (switches, sought) = (objective.switches(), duration.is_none());
     if switches && weights != Weights::default() {
         let reason = format!("weights of the effort have no say where {} is minimised", objective.name());
         section.error("E0029", "minimize", reason, "leave effort_weight out; or minimize = \"effort\"");
@@ -106,6 +106,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
         start: start_state,
         end: end_state,
         duration: duration.unwrap_or(f64::NAN),
+        duration_at_most: section.number("duration_at_most_s"),
         steps,
         scheme,
         path,

@@ -449,6 +449,8 @@ tables! {
         "minimize": Choice(&["effort", "time", "fuel"], &[]);
         /// Duration; of a maneuver of least effort or fuel, unless time has a price.
         "duration_s": Number(q::DURATION);
+        /// The longest duration of a maneuver of least effort or fuel, instead of duration_s: the best one up to it is sought.
+        "duration_at_most_s": Number(q::DURATION);
         /// What a second costs beside effort or fuel, instead of duration_s: the duration is then sought.
         "time_price_per_s": Number(q::PRICE);
         /// Number of steps. Default: the smallest from 100 on with at most 0.3 rad a step.

@@ -20,24 +20,30 @@ pub fn default_steps(angle: f64, rate: f64, duration: f64) -> f64 {
     ((1.5 * angle + rate * duration) / ANGLE_PER_STEP).ceil().max(DEFAULT_STEPS)
 }
 
-/// The duration: needed where effort is minimised, or fuel and time has no price; otherwise it is sought, and the inner
-/// `None` says so.
+/// The duration: needed where effort or fuel is minimised and time has neither price nor bound; otherwise it is sought,
+/// and the inner `None` says so.
 pub(crate) fn duration(section: &Section) -> Option<Option<f64>> {
     let minimize = section.word("minimize");
-    let priced = section.has("time_price_per_s");
-    if priced && minimize == Some("time") {
+    let (priced, bounded) = (section.has("time_price_per_s"), section.has("duration_at_most_s"));
+    if minimize == Some("time") {
         let reason = "where only time counts it has no price";
         let remedy = "leave time_price_per_s out; or minimize = \"effort\" or \"fuel\"";
-        return section.refuse("E0029", "time_price_per_s", reason, remedy);
-    }
-    if minimize != Some("time") && !priced {
+        if priced {
+            return section.refuse("E0029", "time_price_per_s", reason, remedy);
+        }
+        let reason = "the duration is what is minimised: it has no bound beside";
+        let remedy = "leave duration_at_most_s out; or minimize = \"effort\" or \"fuel\"";
+        if bounded {
+            return section.refuse("E0029", "duration_at_most_s", reason, remedy);
+        }
+    } else if !priced && !bounded {
         if !section.has("duration_s") {
             let reason = "[maneuver] needs `duration_s`";
             return section.refuse(
                 "E0021",
                 "duration_s",
                 reason,
-                "add duration_s = 60, or time_price_per_s = 1",
+                "add duration_s = 60, or duration_at_most_s = 60, or time_price_per_s = 1",
             );
         }
         return section.number("duration_s").map(Some);
@@ -45,11 +51,16 @@ pub(crate) fn duration(section: &Section) -> Option<Option<f64>> {
     if section.has("duration_s") {
         let (reason, remedy) = if priced {
             ("the duration is looked for where time has a price", "leave out one of the two")
+        } else if bounded {
+            ("the duration is looked for where it has a bound", "leave out one of the two")
         } else {
             let reason = "the duration is what `minimize = \"time\"` looks for";
             (reason, "leave duration_s out; or minimize = \"effort\" in that time")
         };
         return section.refuse("E0029", "duration_s", reason, remedy);
+    }
+    if bounded {
+        section.number("duration_at_most_s")?;
     }
     if section.has("step_s") {
         let reason = "steps of a given length need a given duration, and the duration is looked for";

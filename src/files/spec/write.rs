@@ -53,8 +53,8 @@ impl SpecDocument {
         };
         spec.table("maneuver", |maneuver| {
             maneuver.put("minimize", problem.objective.name());
-            maneuver
-                .some("duration_s", Some(problem.duration).filter(|_| !problem.objective.seeks_duration()));
+            maneuver.some("duration_s", Some(problem.duration).filter(|_| !problem.seeks_duration()));
+            maneuver.some("duration_at_most_s", problem.duration_at_most);
             maneuver.some("time_price_per_s", problem.objective.given_time_price());
             maneuver.put("steps", problem.steps);
             maneuver.put("path", path);

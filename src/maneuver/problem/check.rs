@@ -3,7 +3,7 @@
 use super::{Motion, Problem, ProblemError, Scheme, State};
 use crate::Matrix3;
 use crate::maneuver::constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError, conflict};
-use crate::maneuver::objective::Fuel;
+use crate::maneuver::objective::{Fuel, Objective};
 use crate::mechanics::actuators::{AxisFrame, Wheels};
 use std::collections::HashSet;
 
@@ -27,7 +27,7 @@ impl Problem {
     /// The first [`ProblemError`] met, never [`ProblemError::Violated`].
     pub fn check_numbers(&self) -> Result<(), ProblemError> {
         // What is sought may be known already, of a plan.
-        let sought = self.objective.seeks_duration() && self.duration.is_nan();
+        let sought = self.seeks_duration() && self.duration.is_nan();
         let usable = self.duration > 0.0 && self.duration.is_finite();
         if !sought && !usable {
             return Err(out_of_range("duration", self.duration, "must be positive and finite"));
@@ -110,7 +110,16 @@ impl Problem {
         {
             return Err(out_of_range("price of time", price, "must be positive and finite"));
         }
-        if self.objective.seeks_duration() && !self.objective.switches() {
+        if let Some(longest) = self.duration_at_most {
+            if !(longest > 0.0 && longest.is_finite()) {
+                return Err(out_of_range("longest duration", longest, "must be positive and finite"));
+            }
+            if self.objective == Objective::Time {
+                let reason = "the duration is what is minimised: it has no bound beside";
+                return Err(ProblemError::Unsuited { what: "duration_at_most_s", reason });
+            }
+        }
+        if self.seeks_duration() && !self.objective.switches() {
             self.check_free_duration()?;
         }
         if let Some(fuel) = self.objective.fuel() {
@@ -144,10 +153,8 @@ impl Problem {
     /// What the search for the duration of least effort and time takes: what depends on the step by its length alone.
     fn check_free_duration(&self) -> Result<(), ProblemError> {
         let limits = self.actuation.torque.limits();
-        let turning = self.environment.frame_rate().amax() != 0.0;
         let obstacles = [
             (self.motion != Motion::Attitude, "position_m", "the duration is sought for the attitude alone"),
-            (turning, "environment", "the duration is not sought in a frame that turns"),
             (self.actuation.wheels.is_some(), "wheel", "the duration is not sought with reaction wheels"),
             (!self.constraints.is_empty(), "constraint", "the duration is not sought under constraints"),
             (

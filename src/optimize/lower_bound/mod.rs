@@ -362,7 +362,7 @@ impl Setup {
         let foreign = [
             (problem.motion == Motion::RigidBody, "the body translates; only attitude maneuvers are covered"),
             (problem.switches(), "time or fuel is minimised; only effort is covered"),
-            (problem.objective.seeks_duration(), "the duration is sought; only given ones are covered"),
+            (problem.seeks_duration(), "the duration is sought; only given ones are covered"),
             (field, "a field acts on the body; only free bodies are covered"),
             (
                 problem.actuation.wheels.is_some(),

@@ -1,14 +1,14 @@
-//! Least effort where a second has a price and the duration is sought.
+//! Least effort where the duration is sought: a second has a price, or the duration a bound.
 //!
-//! For a given duration the cost is `J(T) = E(T) + w T` with the least effort `E`. Its derivative is exact on the grid: the
+//! For a given duration the cost is `J(T) = E(T) + w T` with the least effort `E` and the price `w`, or none. Its derivative is exact on the grid: the
 //! mean of the discrete Hamiltonians, which are the derivatives of the discrete action by the length of each step,
 //!
 //! ```text
-//! 𝓗_k = ½(ℓ_k + ℓ_{k+1}) + λ^ζ·ξ' + λ^Π·[(FᵀΠ̂)×ξ' + ½Fᵀτ_k + ½τ_{k+1} + h M_R(R_{k+1}) ξ'] ,   ℓ = ½uᵀWu
-//! Π̂  = Π_k + (h/2) τ_k ,   ξ' = Fᵀ E⁻¹ (Π̂ + (h/2) τ_k) ,   E = tr(F J_d) I − F J_d
+//! 𝓗_k = ½(ℓ_k + ℓ_{k+1}) + λ^ζ·ζ' + λ^Π·[(FᵀΠ̂)×ξ' + ½Fᵀτ_k + ½τ_{k+1} + h M_R(R_{k+1}) ζ'] ,   ℓ = ½uᵀWu
+//! Π̂  = Π_k + (h/2) τ_k ,   ξ' = Fᵀ E⁻¹ (Π̂ + (h/2) τ_k) ,   E = tr(F J_d) I − F J_d ,   ζ' = ξ' − R_{k+1}ᵀ ω
 //! ```
 //!
-//! with all torques in τ, λ the recorded costates (after the whole kick at the end of the step, half of which is the next
+//! with the rate ω of the reference frame, `R_{k+1} = exp(−h S(ω)) R_k F`, all torques in τ, λ the recorded costates (after the whole kick at the end of the step, half of which is the next
 //! step's: hence `h M_R` and not half of it), and `M_R` the derivative of the torques by the attitude. `E'` is about
 //! `−3E/T` from rest to rest, so the secant runs in the logarithms of `T` and `−E'`, where that is a straight line.
 
@@ -24,19 +24,30 @@ use crate::numerics::figures::short;
 use crate::{Matrix3, Vector3, lie};
 use std::time::Instant;
 
-/// Derivatives of the cost below this part of the price are zero.
+/// Derivatives of the cost below this part of the price, or of that at the longest duration, are zero.
 const STATIONARY: f64 = 1e-13;
 const MOST_ITERATIONS: usize = 60;
 /// Starts, as multiples of the duration of a turn about a fixed axis, and the longest way to either side.
 const STARTS: [f64; 3] = [1.0, 0.4, 2.5];
 const LONGEST_WAY: f64 = 64.0;
+/// Parts of the longest duration that are looked at.
+const PARTS: usize = 8;
 
 /// What is known of one duration.
+#[derive(Clone)]
 struct Known {
     duration: f64,
     solution: Solution,
     /// `J'(T)`.
     slope: f64,
+    /// Its size relative to the price; 0 where the cost need not be stationary.
+    stationarity: f64,
+}
+
+impl Known {
+    fn cost(&self, price: f64) -> f64 {
+        self.solution.cost + price * self.duration
+    }
 }
 
 /// Why the search for a duration ends at once.
@@ -88,38 +99,42 @@ pub(super) fn solve(
             }
         }
         let slope = price + effort_slope(problem, duration, &solution);
-        Ok(slope.is_finite().then_some(Known { duration, solution, slope }))
+        Ok(slope.is_finite().then_some(Known { duration, solution, slope, stationarity: 0.0 }))
     };
-    let first = about_a_fixed_axis(problem, price);
-    let mut stopped = None;
-    for start in STARTS {
-        let found = match stationary(start * first, price, &mut at) {
-            Ok(Some(found)) => found,
-            Ok(None) => continue,
-            Err(Halt::Refused(error)) => return Err(error),
-            // What the starts before have found stands.
-            Err(Halt::Stopped(solution)) => {
-                stopped = Some(solution);
-                break;
-            }
-        };
-        let cost = |known: &Known| known.solution.cost + price * known.duration;
-        if best.as_ref().is_none_or(|best| cost(&found) < cost(best)) {
+    let (first, longest) = (about_a_fixed_axis(problem, price), problem.duration_at_most);
+    let mut keep = |found: Known| {
+        if best.as_ref().is_none_or(|best| found.cost(price) < best.cost(price)) {
             best = Some(found);
         }
-    }
+    };
+    let searched = match longest {
+        Some(longest) => up_to(longest, price, simple(problem), &mut at, &mut keep),
+        None => STARTS.iter().try_for_each(|start| {
+            stationary(start * first, f64::INFINITY, price, &mut at)?.into_iter().for_each(&mut keep);
+            Ok(())
+        }),
+    };
+    let stopped = match searched {
+        Ok(()) => None,
+        Err(Halt::Refused(error)) => return Err(error),
+        // What was found before stands.
+        Err(Halt::Stopped(solution)) => Some(solution),
+    };
     let elapsed = began.elapsed().as_secs_f64();
-    let Some(Known { duration, solution, slope }) = best else {
+    let Some(Known { duration, solution, stationarity, .. }) = best else {
         if let Some(stopped) = stopped {
             return Ok(Solution { solve_time: elapsed, ..*stopped });
         }
         let unsolved =
             unsolved.map_or_else(|| Solution::unsolved(problem, settings.tolerance), |solution| *solution);
-        let shortfall = format!(
-            "no duration from {} s to {} s was found at which a second is worth its price",
-            short(first / LONGEST_WAY),
-            short(first * LONGEST_WAY)
-        );
+        let shortfall = match longest {
+            Some(longest) => format!("no plan of {} s or less was found", short(longest)),
+            None => format!(
+                "no duration from {} s to {} s was found at which a second is worth its price",
+                short(first / LONGEST_WAY),
+                short(first * LONGEST_WAY)
+            ),
+        };
         let (outcome, shortfall) = (Outcome::Stalled, Some(shortfall));
         return Ok(Solution { outcome, shortfall, solve_time: elapsed, ..unsolved });
     };
@@ -128,11 +143,12 @@ pub(super) fn solve(
     for rival in &mut solution.rivals {
         rival.cost += price * duration;
     }
-    solution.optimality.stationarity = solution.optimality.stationarity.max(slope.abs() / price);
+    solution.optimality.stationarity = solution.optimality.stationarity.max(stationarity);
     Ok(solution)
 }
 
 /// How long a turn about a fixed axis takes under unit weights: the root of `18 (Jφ)² / T⁴ = w`, for the rates as well.
+/// Infinite without a price.
 fn about_a_fixed_axis(problem: &Problem, price: f64) -> f64 {
     let j = problem.body.inertia.j();
     let turn = lie::log(&problem.start.attitude.tr_mul(&problem.end.attitude));
@@ -145,11 +161,56 @@ fn about_a_fixed_axis(problem: &Problem, price: f64) -> f64 {
     of_turn.max(of_rates)
 }
 
-/// A duration at which the slope goes from negative to positive, from `start` on: a minimum.
-fn stationary(start: f64, price: f64, at: &mut At<'_>) -> Result<Option<Known>, Halt> {
-    let Some((mut low, mut high)) = bracket(start, at)? else { return Ok(None) };
+/// Whether effort only falls with the duration: from rest to rest without any field `E ∝ T⁻³`.
+fn simple(problem: &Problem) -> bool {
+    let moving = problem.start.angular_velocity.norm() + problem.end.angular_velocity.norm() > 0.0;
+    let turning = problem.environment.frame_rate().amax() != 0.0;
+    !moving && !turning && problem.environment.is_free()
+}
+
+/// Minima up to the longest duration: where the slope changes its sign between neighbouring parts of it, and all of it. A
+/// body that coasts has many, one for each time that it comes by its target.
+fn up_to(
+    longest: f64,
+    price: f64,
+    simple: bool,
+    at: &mut At<'_>,
+    keep: &mut dyn FnMut(Known),
+) -> Result<(), Halt> {
+    let parts = if simple { 1 } else { PARTS };
+    let mut before: Option<Known> = None;
+    for part in 1..=parts {
+        let known = at(longest * part as f64 / parts as f64)?;
+        let found = match (&before, &known) {
+            (Some(low), Some(high)) if low.slope < 0.0 && high.slope > 0.0 => {
+                between(low.clone(), high.clone(), price, at)?
+            }
+            // Nothing shorter is known: from here on down.
+            (None, Some(high)) if high.slope > 0.0 => stationary(high.duration, longest, price, at)?,
+            (_, Some(all)) if part == parts && all.slope <= 0.0 => Some(all.clone()),
+            _ => None,
+        };
+        found.into_iter().for_each(&mut *keep);
+        before = known;
+    }
+    Ok(())
+}
+
+/// A minimum, looked for from `start` on, up to the longest duration.
+fn stationary(start: f64, longest: f64, price: f64, at: &mut At<'_>) -> Result<Option<Known>, Halt> {
+    match bracket(start, longest, at)? {
+        Some((low, high)) => between(low, high, price, at),
+        None => Ok(None),
+    }
+}
+
+/// A duration at which the slope goes from negative to positive: a minimum.
+fn between(mut low: Known, mut high: Known, price: f64, at: &mut At<'_>) -> Result<Option<Known>, Halt> {
+    // What slopes are compared with.
+    let scale = if price > 0.0 { price } else { low.slope.abs().max(high.slope.abs()) };
+    let relative = |known: Known| Known { stationarity: known.slope.abs() / scale, ..known };
     // Regula falsi that halves the weight of an end which stays (Illinois), in the logarithms.
-    let mut weights = [deviation(&low, price), deviation(&high, price)];
+    let mut weights = [deviation(&low, scale), deviation(&high, scale)];
     let mut last_moved = None;
     for _ in 0..MOST_ITERATIONS {
         let part = weights[0] / (weights[0] - weights[1]);
@@ -158,22 +219,22 @@ fn stationary(start: f64, price: f64, at: &mut At<'_>) -> Result<Option<Known>, 
             break;
         }
         let Some(next) = at(next)? else { return Ok(None) };
-        if next.slope.abs() <= STATIONARY * price {
-            return Ok(Some(next));
+        if next.slope.abs() <= STATIONARY * scale {
+            return Ok(Some(relative(next)));
         }
         let moved = usize::from(next.slope > 0.0);
         if last_moved == Some(moved) {
             weights[1 - moved] *= 0.5;
         }
-        (weights[moved], last_moved) = (deviation(&next, price), Some(moved));
+        (weights[moved], last_moved) = (deviation(&next, scale), Some(moved));
         *[&mut low, &mut high][moved] = next;
     }
-    Ok(Some(if low.slope.abs() < high.slope.abs() { low } else { high }))
+    Ok(Some(relative(if low.slope.abs() < high.slope.abs() { low } else { high })))
 }
 
 /// Two durations, at the shorter of which more time pays and at the longer less. Limits may leave no plan: then a duration
 /// counts as too short.
-fn bracket(start: f64, at: &mut At<'_>) -> Result<Option<(Known, Known)>, Halt> {
+fn bracket(start: f64, longest: f64, at: &mut At<'_>) -> Result<Option<(Known, Known)>, Halt> {
     let (mut low, mut high): (Option<Known>, Option<Known>) = (None, None);
     let (mut duration, mut too_short) = (start, None);
     for _ in 0..MOST_ITERATIONS {
@@ -184,7 +245,8 @@ fn bracket(start: f64, at: &mut At<'_>) -> Result<Option<(Known, Known)>, Halt> 
         }
         duration = match (&low, &high, too_short) {
             (Some(_), Some(_), _) => return Ok(low.zip(high)),
-            (_, None, _) => 2.0 * duration,
+            (_, None, _) if duration >= longest => break,
+            (_, None, _) => (2.0 * duration).min(longest),
             (None, Some(high), None) => 0.5 * high.duration,
             (None, Some(high), Some(short)) => (short * high.duration).sqrt(),
         };
@@ -195,10 +257,11 @@ fn bracket(start: f64, at: &mut At<'_>) -> Result<Option<(Known, Known)>, Halt> 
     Ok(None)
 }
 
-/// `ln(−E'/w)`: positive where more time pays. Where effort grows with the duration, a negative number.
-fn deviation(known: &Known, price: f64) -> f64 {
+/// `ln(−E'/w)` where the scale is the price `w`: positive where more time pays. Where effort grows with the duration, a
+/// negative number.
+fn deviation(known: &Known, scale: f64) -> f64 {
     const WRONG_SIDE: f64 = -2.0;
-    (-known.slope / price).ln_1p().max(WRONG_SIDE)
+    (-known.slope / scale).ln_1p().max(WRONG_SIDE)
 }
 
 /// What a node has to do with the steps beside it.
@@ -220,6 +283,8 @@ fn effort_slope(problem: &Problem, duration: f64, solution: &Solution) -> f64 {
     let steps = trajectory.time.len().saturating_sub(1);
     let body = &problem.body.inertia;
     let h = duration / steps as f64;
+    let frame_rate = problem.environment.frame_rate();
+    let frame_turn = lie::exp(&(h * frame_rate));
     let node = |k: usize| {
         let attitude = lie::rotation_from_quaternion(&trajectory.quaternion[k]);
         let pose = Pose { position: Vector3::zeros(), attitude };
@@ -240,13 +305,15 @@ fn effort_slope(problem: &Problem, duration: f64, solution: &Solution) -> f64 {
         let costate =
             |first: usize| Vector3::from_column_slice(&trajectory.costates[6 * (k + 1) + first..][..3]);
         let (zeta, pi) = (costate(0), costate(3));
-        let f = from.attitude.tr_mul(&to.attitude);
+        let f = from.attitude.tr_mul(&(frame_turn * to.attitude));
         let kicked = body.j() * trajectory.angular_velocity[k] + 0.5 * h * from.torque;
         let e = (f * body.j_d()).trace() * Matrix3::identity() - f * body.j_d();
         let xi = f.tr_mul(&drift_equation::solve3(&e, &(kicked + 0.5 * h * from.torque)));
         let torques = 0.5 * (f.tr_mul(&from.torque) + to.torque);
-        let pull = f.tr_mul(&kicked).cross(&xi) + torques + h * to.gradient * xi;
-        sum += 0.5 * (from.running + to.running) + zeta.dot(&xi) + pi.dot(&pull);
+        // The attitude relative to the frame, which turns away meanwhile.
+        let turn = xi - to.attitude.tr_mul(&frame_rate);
+        let pull = f.tr_mul(&kicked).cross(&xi) + torques + h * to.gradient * turn;
+        sum += 0.5 * (from.running + to.running) + zeta.dot(&turn) + pi.dot(&pull);
         from = to;
     }
     sum / steps as f64

@@ -128,7 +128,7 @@ fn check_for_shortest(
 
 /// Whether the effort is what is minimised.
 fn check_for_effort(problem: &Problem) -> Result<(), PlanError> {
-    if problem.switches() || problem.objective.seeks_duration() {
+    if problem.switches() || problem.seeks_duration() {
         return Err(PlanError::Unsuited {
             reason: "only a maneuver of least effort in a given duration has costates to polish",
         });

@@ -2,7 +2,7 @@
 
 use super::context::Context;
 use crate::lie::{self, continued};
-use crate::maneuver::objective::Objective;
+use crate::maneuver::objective::{Fuel, Objective};
 use crate::maneuver::problem::{Path, Problem};
 use crate::maneuver::settings::Method;
 use crate::maneuver::solution::{
@@ -36,7 +36,36 @@ const WITHIN: f64 = 0.9;
 const FOR: f64 = 1.0 / 12.0;
 
 /// Solves a maneuver of minimum time or fuel. It must have been checked.
+///
+/// Up to a longest duration the plan takes all of the time or, where a second has a price or the body moves at an end, the
+/// duration at which the Hamiltonian vanishes.
 pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
+    let (Some(longest), Some(fuel)) = (problem.duration_at_most, problem.objective.fuel()) else {
+        return solve_once(problem, context);
+    };
+    let price = fuel.time_price.unwrap_or(0.0);
+    let of = |time_price| Objective::Fuel(Fuel { time_price, ..fuel.clone() });
+    let mut all = solve_once(&problem.clone().with_duration(longest).with_objective(of(None)), context);
+    all.cost += price * longest;
+    for rival in &mut all.rivals {
+        rival.cost += price * longest;
+    }
+    if let Some(switching) = &mut all.switching {
+        switching.continuous_cost += price * longest;
+    }
+    let moving = problem.start.angular_velocity.norm() + problem.end.angular_velocity.norm() > 0.0;
+    if context.interrupt().is_some() || !(moving || price > 0.0) {
+        return all;
+    }
+    let sought = problem.clone().with_duration(f64::NAN).with_objective(of(Some(price)));
+    let sought = solve_once(&sought, context);
+    let is_plan = |solution: &Solution| solution.outcome == Outcome::Converged;
+    let within = sought.trajectory.time.last().is_some_and(|duration| *duration <= longest);
+    if is_plan(&sought) && within && !(is_plan(&all) && all.cost <= sought.cost) { sought } else { all }
+}
+
+/// In a given duration, or in the best one of all.
+fn solve_once(problem: &Problem, context: &Context) -> Solution {
     let tolerance = context.settings.tolerance;
     let mut solution = Solution { method: Method::Shooting, ..Solution::unsolved(problem, tolerance) };
     let Some((extremal, units)) = scaled(problem) else {
@@ -123,7 +152,7 @@ pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
 /// The shortest duration of a maneuver of given duration that no extremal of fuel was found for, where that is longer,
 /// and a duration for which one was found.
 fn too_short(problem: &Problem, found: &Found, context: &Context) -> Option<(f64, Option<f64>)> {
-    if found.branches > 0 || problem.objective.seeks_duration() {
+    if found.branches > 0 || problem.seeks_duration() {
         return None;
     }
     let ask = Ask { path: problem.path, thoroughness: context.settings.search };

@@ -132,7 +132,7 @@ pub fn compare(
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> Result<Comparison, PlanError> {
-    if problem.objective.switches() || problem.objective.seeks_duration() {
+    if problem.objective.switches() || problem.seeks_duration() {
         return Err(PlanError::Unsuited { reason: "methods are compared on maneuvers of least effort" });
     }
     let shooting_settings = Settings { method: Method::Shooting, ..settings.clone() };

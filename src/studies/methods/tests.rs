@@ -95,7 +95,7 @@ fn every_shipped_problem_is_solved_alike_by_all_methods() {
         }
         let problem = loaded.problem;
         // Methods are compared on maneuvers of given duration.
-        if problem.objective.switches() || problem.objective.seeks_duration() {
+        if problem.objective.switches() || problem.seeks_duration() {
             continue;
         }
         // Hundreds of nodes show nothing that a hundred do not, and a subproblem each takes its time.

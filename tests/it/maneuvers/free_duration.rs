@@ -2,7 +2,7 @@
 
 use super::minimum_time::{CUBE, at, body, solved, torques};
 use slewkit::maneuver::{Objective, Problem, Settings, State, Weights};
-use slewkit::mechanics::environment::UniformGravity;
+use slewkit::mechanics::environment::{Blocks, Environment, GravityGradient, Pose, UniformGravity, Wrench};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia};
 use slewkit::plan::{Plan, Silent, plan};
 use slewkit::verify::verify;
@@ -83,7 +83,7 @@ fn from_rest_to_rest_the_cost_is_four_thirds_of_the_price_of_the_duration() {
     }
 }
 
-/// With limits; by torques about axes of the reference frame; in a field. A parabola through the costs beside the best
+/// In a field whose frame turns; with limits; by torques about axes of the reference frame; in a field at rest. A parabola through the costs beside the best
 /// duration has its lowest point there.
 #[test]
 fn the_cost_is_least_at_the_duration_that_is_found() {
@@ -93,7 +93,9 @@ fn the_cost_is_least_at_the_duration_that_is_found() {
     let in_reference = ActuatorSet::new(axes, AxisFrame::Reference).unwrap();
     let gravity =
         UniformGravity::new(1.0, 0.5, Vector3::new(0.3, -0.2, -1.0), Vector3::new(0.1, 0.2, 0.4)).unwrap();
+    let turning_field = GravityGradient::new(0.2, &body([1.0, 1.5, 2.0]).inertia).unwrap();
     let problems = [
+        attitude.clone().with_environment(turning_field),
         attitude.clone().with_actuation(torques(&CUBE, &[0.3, 0.4, 0.5])),
         attitude.clone().with_actuation(Actuation::torques(in_reference)),
         attitude.with_environment(gravity),
@@ -115,6 +117,93 @@ fn the_cost_is_least_at_the_duration_that_is_found() {
     }
 }
 
+/// Nothing but a reference frame that turns.
+#[derive(Debug)]
+struct Turning(Vector3);
+
+impl Environment for Turning {
+    fn potential(&self, _: &Pose) -> f64 {
+        0.0
+    }
+    fn wrench(&self, _: &Pose) -> Wrench {
+        Wrench::zero()
+    }
+    fn gradient(&self, _: &Pose) -> Blocks {
+        Blocks::zero()
+    }
+    fn curvature(&self, _: &Pose, _: &Wrench) -> Blocks {
+        Blocks::zero()
+    }
+    fn frame_rate(&self) -> Vector3 {
+        self.0
+    }
+}
+
+/// A target that turns with its frame, and is met with its rate. By another program, as above: 3.15320718951 at
+/// 4.54367210804 s; local minima at 6.29 s and 9.11 s.
+#[test]
+fn a_target_that_turns_is_met_when_it_is_cheapest() {
+    let frame_rate = Vector3::new(0.0, 0.2, 0.1);
+    let [w, x, y, z] = [
+        0.573_576_436_351_046_2,
+        0.334_417_421_710_959_56,
+        0.668_834_843_421_919_1,
+        -0.334_417_421_710_959_56,
+    ];
+    let end = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, x, y, z));
+    let end = State::attitude(end, end.inverse() * frame_rate);
+    let problem =
+        Problem::attitude(body([1.0, 1.6, 2.3]), State::at_rest(Matrix3::identity()), end, f64::NAN)
+            .with_environment(Turning(frame_rate))
+            .with_objective(priced(0.5));
+    let plans = [100, 200, 400].map(|steps| solved(&problem.clone().with_steps(steps)));
+    for (figures, reference) in [
+        (plans.each_ref().map(|plan| plan.solution.cost), 3.153_207_189_512_530_7),
+        (plans.each_ref().map(duration), 4.543_672_108_039_847),
+    ] {
+        let order = ((figures[0] - reference) / (figures[1] - reference)).log2();
+        assert!((order - 2.0).abs() < 0.1, "order {order}");
+        let second = [0, 1].map(|k| (4.0 * figures[k + 1] - figures[k]) / 3.0);
+        let fourth = (16.0 * second[1] - second[0]) / 15.0;
+        assert!((fourth / reference - 1.0).abs() < 1e-10, "{fourth} {reference}");
+    }
+}
+
+/// From rest to rest all of the time is taken: `E ∝ T⁻³`. Where the body moves, the duration of least effort is taken if
+/// it is allowed, and no price is needed; with one the bound acts only below the duration that the price chooses.
+#[test]
+fn a_longest_duration_is_taken_or_is_longer_than_needed() {
+    let (still, there) = (at([0.0; 3], [0.0; 3]), at([0.7, -1.1, 0.9], [0.0; 3]));
+    let rest = Problem::attitude(body([1.0, 1.5, 2.0]), still, there, f64::NAN).with_steps(60);
+    let bounded = solved(&rest.clone().with_duration_at_most(5.0));
+    assert!((duration(&bounded) / 5.0 - 1.0).abs() < 1e-15);
+    let given = solved(&rest.clone().with_duration(5.0));
+    assert_eq!(bounded.solution.cost, given.solution.cost);
+
+    // It turns towards the target by itself: in the best duration it needs hardly any torque.
+    let coasting = [at([0.0; 3], [0.0, 0.0, 0.5]), at([0.0, 0.0, 1.5], [0.0, 0.0, 0.5])];
+    let problem = Problem::attitude(body([1.0, 1.5, 2.0]), coasting[0], coasting[1], f64::NAN).with_steps(60);
+    let found = solved(&problem.clone().with_duration_at_most(10.0));
+    // tan(hω/2) is what a step turns: the discrete coast takes 3 s but for h².
+    assert!((duration(&found) - 3.0).abs() < 1e-3 && found.solution.cost < 1e-20, "{}", duration(&found));
+
+    for (longest, acts) in [(2.0, true), (20.0, false)] {
+        let problem = rest.clone().with_objective(priced(0.5));
+        let free = solved(&problem);
+        let bounded = solved(&problem.clone().with_duration_at_most(longest));
+        let expected = if acts { longest } else { duration(&free) };
+        assert!((duration(&bounded) / expected - 1.0).abs() < 1e-10, "{}", duration(&bounded));
+        assert!(bounded.solution.cost >= free.solution.cost * (1.0 - 1e-12));
+    }
+
+    // A plan that takes longer is none.
+    let beyond =
+        problem.clone().with_duration_at_most(2.9).with_found_duration(&found.solution.trajectory.time);
+    let judged = verify(&beyond, &found.solution.trajectory, 1e-12, None);
+    let named: Vec<_> = judged.checks.iter().filter(|check| !check.passed).map(|check| &check.name).collect();
+    assert_eq!(named, ["longest duration"]);
+}
+
 #[test]
 fn another_duration_is_noticed_and_what_has_none_to_be_sought_is_refused() {
     let end = at([0.0, 0.3, 1.0], [0.0; 3]);
@@ -132,6 +221,11 @@ fn another_duration_is_noticed_and_what_has_none_to_be_sought_is_refused() {
     for price in [0.0, -1.0, f64::NAN] {
         assert!(refused(&problem.clone().with_objective(priced(price))).contains("price of time"));
     }
+    for longest in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(refused(&problem.clone().with_duration_at_most(longest)).contains("longest duration"));
+    }
+    let fastest = problem.clone().with_actuation(torques(&CUBE, &[1.0; 3])).with_objective(Objective::Time);
+    assert!(refused(&fastest.with_duration_at_most(10.0)).contains("no bound"));
     let euler = problem.with_objective(priced(1.0)).with_scheme(slewkit::maneuver::Scheme::LieEuler);
     assert!(refused(&euler).contains("Lie–Verlet"));
 }

@@ -121,6 +121,31 @@ fn a_ball_of_torques_burns_between_the_cubes_in_it_and_the_norms_of_those_about_
     assert!(around <= 3.0_f64.sqrt() * norm * (1.0 + 1e-9), "{around} {norm}");
 }
 
+/// From rest to rest fuel falls with the duration, so all of it is taken; with a price the duration of the closed form is,
+/// where it is allowed.
+#[test]
+fn a_longest_duration_is_taken_or_is_longer_than_needed() {
+    let (limit, price) = (0.8, 0.3);
+    let shortest = 2.0 * (3.0 * FRAC_PI_2 / limit).sqrt();
+    let k = 1.0 + price / limit;
+    let best = shortest * k / (k * k - 1.0).sqrt();
+    let bounded = |time_price: Option<f64>, longest: f64| {
+        let problem = quarter_turn(Fuel { prices: None, time_price }, f64::NAN);
+        solved(&problem.with_duration_at_most(longest)).solution
+    };
+    let found = bounded(None, 7.0);
+    assert!((found.trajectory.time.last().unwrap() / 7.0 - 1.0).abs() < 1e-14);
+    let given = solved(&quarter_turn(Fuel::default(), 7.0)).solution;
+    assert_eq!(found.cost, given.cost);
+    let found = bounded(Some(price), 2.0 * best).switching.unwrap();
+    assert!((found.continuous_duration_s / best - 1.0).abs() < 1e-12, "{found:?} {best}");
+    let longest = 0.5 * (shortest + best);
+    let found = bounded(Some(price), longest).switching.unwrap();
+    let closed = limit * (longest - (longest * longest - shortest * shortest).sqrt()) + price * longest;
+    assert!((found.continuous_duration_s / longest - 1.0).abs() < 1e-14);
+    assert!((found.continuous_cost / closed - 1.0).abs() < 1e-9, "{found:?} {closed}");
+}
+
 #[test]
 fn a_maneuver_burns_as_much_backwards() {
     let forward = moving_slowly();

@@ -98,7 +98,7 @@ pub(crate) fn scaled(problem: &Problem) -> Option<(Extremal, Units)> {
         j_inverse: (j / inertia).try_inverse()?,
         law,
         time_price: problem.objective.time_price() / rate + idle,
-        given_duration: Some(problem.duration / time).filter(|_| !problem.objective.seeks_duration()),
+        given_duration: Some(problem.duration / time).filter(|_| !problem.seeks_duration()),
         costs,
         middle,
         start_rate: time * problem.start.angular_velocity,
