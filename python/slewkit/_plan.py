@@ -252,15 +252,16 @@ class Plan:
         document: dict[str, Any] = json.loads(self._planned.text("json"))
         return document
 
-    def to_pandas(self) -> pandas.DataFrame:
+    def to_pandas(self, *, margins: bool = False) -> pandas.DataFrame:
         """One row a node with the columns of ``slew plan -o plan.csv``, by time in seconds. Inputs stand in the row of the node at
-        which they act, NaN where there are none."""
+        which they act, NaN where there are none. With ``margins`` also how far the plan stays from every limit and constraint,
+        and at which angle in degrees each boresight is from each direction."""
         import pandas
 
         # Later versions read every number to the bit by themselves, and warn of the argument.
         exactly: dict[str, Any] = {"float_precision": "round_trip"}
         late = tuple(int(part) for part in pandas.__version__.split(".")[:2]) >= (3, 1)
-        text = io.BytesIO(self._planned.text("csv"))
+        text = io.BytesIO(self._planned.text("csv", margins))
         table: pandas.DataFrame = pandas.read_csv(text, index_col="time_s", **({} if late else exactly))
         return table
 
@@ -270,14 +271,16 @@ class Plan:
         *,
         format: str | None = None,
         tick: float | None = None,
+        margins: bool = False,
         overwrite: bool = False,
     ) -> None:
         """Writes a file, whole or not at all, in the format that its ending means or that is named: those of
-        ``slew plan -o``, such as ``.json``, ``.csv``, ``.aem``, ``.npz``, ``.mat``. ``tick`` is that of ``.flight``, s.
+        ``slew plan -o``, such as ``.json``, ``.csv``, ``.aem``, ``.npz``, ``.mat``. ``tick`` is that of ``.flight``, s;
+        ``margins`` is that of :meth:`to_pandas`, for ``.csv``.
 
         Raises :class:`FileError` where it exists and ``overwrite`` is not given, :class:`SpecError` where the spec lacks
         what the format needs, such as an epoch."""
-        self._planned.save(os.fspath(path), format, tick, overwrite)
+        self._planned.save(os.fspath(path), format, tick, margins, overwrite)
 
     def report(self, path: str | os.PathLike[str] | None = None, *, euler: str = "zyx") -> str:
         """The plan as one HTML page, as ``slew report`` makes it; also written to ``path`` where one is given, over what is

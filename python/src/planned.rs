@@ -6,6 +6,7 @@ use crate::watch::Watch;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use slewkit::Vector3;
+use slewkit::files::exchange::Tables;
 use slewkit::files::exchange::read_attitudes;
 use slewkit::files::export::{ExportError, PlanFile, Target, TrajectoryDocument, read_guess};
 use slewkit::files::formats::Format;
@@ -255,32 +256,36 @@ impl Planned {
     }
 
     /// The plan as text in a format.
-    #[pyo3(signature = (format = "json"))]
-    fn text(&self, py: Python<'_>, format: &str) -> PyResult<Vec<u8>> {
+    #[pyo3(signature = (format = "json", margins = false))]
+    fn text(&self, py: Python<'_>, format: &str, margins: bool) -> PyResult<Vec<u8>> {
         let format = self.format(py, Some(format), "")?;
+        let tables = Tables { margins, ..Tables::default() };
         let mut text = Vec::new();
         let written =
-            detached(py, || format.write(&self.file(), &self.problem, &self.identity, None, &mut text))?;
+            detached(py, || format.write(&self.file(), &self.problem, &self.identity, tables, &mut text))?;
         written.map_err(|error| failure::export(py, &error, "plan"))?;
         Ok(text)
     }
 
     /// Writes the plan to a file, whole or not at all, in the format that is named or that its ending means.
-    #[pyo3(signature = (path, format = None, tick = None, overwrite = false))]
+    #[pyo3(signature = (path, format = None, tick = None, margins = false, overwrite = false))]
     fn save(
         &self,
         py: Python<'_>,
         path: PathBuf,
         format: Option<&str>,
         tick: Option<f64>,
+        margins: bool,
         overwrite: bool,
     ) -> PyResult<()> {
+        let tables = Tables { tick, margins };
         let ending = path.extension().map_or(String::new(), |ending| ending.to_string_lossy().into_owned());
         let format = self.format(py, format, &ending)?;
         let name = path.to_string_lossy().into_owned();
         let written = detached(py, || {
             Target::new(&path, overwrite).map_err(ExportError::from).and_then(|target| {
-                target.write(|output| format.write(&self.file(), &self.problem, &self.identity, tick, output))
+                target
+                    .write(|output| format.write(&self.file(), &self.problem, &self.identity, tables, output))
             })
         })?;
         written.map_err(|error| failure::export(py, &error, &name))

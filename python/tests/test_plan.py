@@ -103,7 +103,7 @@ def test_lie_euler_has_a_row_of_inputs_less(spec):
     assert len(plan.time) == 101 and len(plan.torque) == len(plan.input_time) == 100
     assert plan.input_time[0] == plan.time[1]
     table = plan.to_pandas()
-    assert np.isnan(table["input_1"].iloc[0]) and table["input_1"].iloc[1] == plan.input[0, 0]
+    assert np.isnan(table["input_1_n_m"].iloc[0]) and table["input_1_n_m"].iloc[1] == plan.input[0, 0]
 
 
 def test_minimum_time_has_arcs_and_switching_times(problems):

@@ -1,8 +1,9 @@
 //! Shards put together: byte for byte the file of a run without shards.
 
 use super::error::shown;
-use super::{BatchError, Header, Results, Shard};
+use super::{BatchError, CaseResult, Header, Results, Shard};
 use crate::files::export::{ExportError, Target};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Cases that a message names.
@@ -15,36 +16,96 @@ const NAMED: usize = 8;
 /// themselves.
 pub fn merge(shards: &[PathBuf], target: &Target) -> Result<u64, BatchError> {
     let mut files = in_order(shards)?;
-    let header = Header { shard: None, ..files[0].header().clone() };
-    let mut problem = None;
-    let written = target.write(|output| {
+    let header = whole(&files[0]);
+    written(target, |output, wrong| {
         serde_json::to_writer(&mut *output, &header)?;
         output.write_all(b"\n")?;
-        for case in 1..=header.cases {
-            let of = files.len() as u64;
-            let file = &mut files[((case - 1) % of) as usize];
-            let found = match file.next_result() {
-                Ok(Some((result, line))) if result.case == case => Ok(line),
-                Ok(Some((result, _))) => Err(astray(file.path(), result.case, case)),
-                Ok(None) => Err(unfinished(file, case)),
-                Err(error) => Err(error),
-            };
-            match found {
-                Ok(line) => output.write_all(&line)?,
-                Err(error) => {
-                    problem = Some(error);
-                    // Any error leaves the folder as it was; which, is told in its place.
-                    return Err(ExportError::Io(std::io::Error::other("the shards do not fit")));
-                }
-            }
-        }
+        every_result(&mut files, header.cases, wrong, &mut |_, line| Ok(output.write_all(line)?))
+    })?;
+    Ok(header.cases)
+}
+
+/// Writes them as Parquet, a row a case: the same results, for programs that analyse them.
+///
+/// # Errors
+/// As of [`merge`]; a build without the feature `parquet`.
+#[cfg(feature = "parquet")]
+pub fn merge_to_parquet(shards: &[PathBuf], target: &Target) -> Result<u64, BatchError> {
+    let mut files = in_order(shards)?;
+    let header = whole(&files[0]);
+    let mut columns = super::tabulated::Columns::new(&header);
+    let mut wrong = None;
+    let met = every_result(&mut files, header.cases, &mut wrong, &mut |result, _| {
+        columns.meet(result);
         Ok(())
     });
-    match (problem, written) {
-        (Some(problem), _) => Err(problem),
-        (None, Err(error)) => Err(error.into()),
-        (None, Ok(())) => Ok(header.cases),
+    if let Some(wrong) = wrong {
+        return Err(wrong);
     }
+    met?;
+    let mut files = in_order(shards)?;
+    written(target, |output, wrong| {
+        let mut table = columns.begin(&header, output)?;
+        every_result(&mut files, header.cases, wrong, &mut |result, _| table.add(result))?;
+        table.close()
+    })?;
+    Ok(header.cases)
+}
+
+/// This build has no Parquet.
+///
+/// # Errors
+/// It says so.
+#[cfg(not(feature = "parquet"))]
+pub fn merge_to_parquet(_: &[PathBuf], _: &Target) -> Result<u64, BatchError> {
+    let lacking = crate::files::exchange::Lacking::Parquet;
+    Err(BatchError::argument(lacking.code(), lacking.to_string(), lacking.remedy()))
+}
+
+/// The batch of which a file holds a part, or all.
+fn whole(file: &Results) -> Header {
+    Header { shard: None, ..file.header().clone() }
+}
+
+/// Writes a file. What is wrong with the results is told rather than that the writing came to no end.
+fn written(
+    target: &Target,
+    write: impl FnOnce(&mut dyn Write, &mut Option<BatchError>) -> Result<(), ExportError>,
+) -> Result<(), BatchError> {
+    let mut wrong = None;
+    let written = target.write(|output| write(output, &mut wrong));
+    match wrong {
+        Some(wrong) => Err(wrong),
+        None => Ok(written?),
+    }
+}
+
+/// Takes the results in the order of their cases, each with its line. An error of theirs goes to `wrong`: it is no error of
+/// what is being written, and any of those leaves the folder as it was.
+fn every_result(
+    files: &mut [Results],
+    cases: u64,
+    wrong: &mut Option<BatchError>,
+    take: &mut dyn FnMut(&CaseResult, &[u8]) -> Result<(), ExportError>,
+) -> Result<(), ExportError> {
+    let of = files.len() as u64;
+    for case in 1..=cases {
+        let file = &mut files[((case - 1) % of) as usize];
+        let found = match file.next_result() {
+            Ok(Some((result, line))) if result.case == case => Ok((result, line)),
+            Ok(Some((result, _))) => Err(astray(file.path(), result.case, case)),
+            Ok(None) => Err(unfinished(file, case)),
+            Err(error) => Err(error),
+        };
+        match found {
+            Ok((result, line)) => take(&result, &line)?,
+            Err(error) => {
+                *wrong = Some(error);
+                return Err(ExportError::Io(std::io::Error::other("the shards do not fit")));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The files by the number of their shard, each of them once.
@@ -54,12 +115,11 @@ fn in_order(paths: &[PathBuf]) -> Result<Vec<Results>, BatchError> {
     let Some(first) = files.first() else {
         return wrong("there is nothing to merge".into(), "name the files of all shards");
     };
-    let whole = |header: &Header| Header { shard: None, ..header.clone() };
     let shard = |file: &Results| file.header().shard.unwrap_or(Shard::ALL);
-    let (batch, of) = (whole(first.header()), shard(first).of());
+    let (batch, of) = (whole(first), shard(first).of());
     for file in &files {
         let (path, here) = (shown(file.path()), shown(files[0].path()));
-        if whole(file.header()) != batch {
+        if whole(file) != batch {
             return wrong(
                 format!("{path} and {here} hold results of different batches"),
                 "merge the shards of one batch",

@@ -46,13 +46,15 @@ mod results;
 mod run;
 mod shard;
 mod solve;
+#[cfg(feature = "parquet")]
+mod tabulated;
 mod tally;
 
 pub use case::{Case, Kind};
 pub use cases::{Axis, Batch, MAX_CASES, Stream};
 pub use error::BatchError;
 pub use journal::{Found, Journal};
-pub use merge::merge;
+pub use merge::{merge, merge_to_parquet};
 pub use options::{MAX_THREADS, Options};
 pub use result::{CaseError, CaseResult, Header, Verdict};
 pub use results::Results;

@@ -88,6 +88,9 @@ pub struct CaseResult {
     /// "minimum", "saddle" or "undecided".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second_order: Option<SecondOrder>,
+    /// Cost still to be gained, to first order, where inputs switch: what is known of such a plan instead of its second order.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gap: Option<f64>,
     /// What the witnesses say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub verified: Option<Verdict>,
@@ -217,6 +220,7 @@ impl CaseResult {
             turned_deg: finite(solution.turned_deg).filter(|_| known),
             terminal: finite(solution.terminal.largest()).map(|_| solution.terminal),
             second_order: known.then(|| solution.optimality.second_order()),
+            gap: solution.switching.as_ref().filter(|_| known).and_then(|switching| finite(switching.gap)),
             verified: plan.verification.as_ref().map(Verdict::from),
             obstruction: solution.infeasible.as_ref().map(|proof| proof.reason.clone()),
             shortest_duration_s: solution.infeasible.as_ref().and_then(|proof| proof.duration_lower_bound),

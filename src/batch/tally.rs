@@ -18,8 +18,12 @@ pub struct Tally {
     pub statuses: BTreeMap<String, (u64, Vec<u64>)>,
     /// How many specs were wrong, by the code of their first error, with the reason of the first.
     pub errors: BTreeMap<String, (u64, String)>,
-    /// Solved cases that are saddles, or whose second order is not decided.
+    /// Solved cases that are saddles, or whose second order is not decided, but for those whose inputs switch.
     pub not_minima: u64,
+    /// Solved cases whose inputs switch: extremals by the maximum principle, of which second order is not asked.
+    pub extremals: u64,
+    /// Of these the one with the most still to be gained, to first order.
+    pub widest_gap: Option<Worst>,
     /// Solved cases that go the long way round.
     pub long_way: u64,
     /// The solved cases of the highest cost, the highest first.
@@ -77,7 +81,8 @@ impl Tally {
             return;
         }
         let minimum = Some(crate::maneuver::SecondOrder::Minimum);
-        self.not_minima += u64::from(result.second_order != minimum);
+        self.not_minima += u64::from(result.gap.is_none() && result.second_order != minimum);
+        self.extremals += u64::from(result.gap.is_some());
         self.long_way += u64::from(result.sense == Some(crate::maneuver::Sense::Long));
         let worst = |value| Worst {
             value,
@@ -93,6 +98,10 @@ impl Tally {
                 self.costliest.insert(place, worst(cost));
                 self.costliest.truncate(KEPT);
             }
+        }
+        let wider = |gap: &f64| self.widest_gap.as_ref().is_none_or(|most| *gap > most.value);
+        if let Some(gap) = result.gap.filter(wider) {
+            self.widest_gap = Some(worst(gap));
         }
         let missed = result.verified.as_ref().and_then(|verdict| verdict.continuous_attitude_deg);
         if let Some(missed) =

@@ -4,6 +4,7 @@ use super::Console;
 use super::console;
 use serde::Serialize;
 use slewkit::batch::BatchError;
+use slewkit::files::exchange::Lacking;
 use slewkit::files::export::{ExportError, FileError, write_document};
 use slewkit::files::spec::{Diagnostics, escape};
 use slewkit::plan::Status;
@@ -180,7 +181,9 @@ impl From<ExportError> for Failure {
                 Self::File(Message::new("E0097", reason, "free some space, or give a file with `-o`"))
             }
             ExportError::Lacking(lacking) => {
-                Self::Problem(Message::new(lacking.code(), lacking.to_string(), lacking.remedy()))
+                let message = Message::new(lacking.code(), lacking.to_string(), lacking.remedy());
+                // No fault of the spec.
+                if lacking == Lacking::Parquet { Self::Output(message) } else { Self::Problem(message) }
             }
             other => Self::Internal(other.to_string()),
         }

@@ -10,6 +10,8 @@ use std::thread;
 use std::time::Duration;
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
+/// Whether results go where they stay, one after the other.
+static KEEPING: AtomicBool = AtomicBool::new(false);
 static WRITING: AtomicBool = AtomicBool::new(false);
 
 /// How long the work may go on in silence: a step of large polyhedra, or a subproblem, takes its time.
@@ -33,6 +35,12 @@ pub fn prepare() {
     }
 }
 
+/// As [`watch`], of work whose results are kept one by one as they are finished.
+pub fn watch_kept() {
+    KEEPING.store(true, Ordering::SeqCst);
+    watch();
+}
+
 /// Whether Ctrl-C was pressed.
 pub fn requested() -> bool {
     REQUESTED.load(Ordering::SeqCst)
@@ -51,7 +59,11 @@ fn asked() {
     // Where no thread can be started nobody is told, and the work stops all the same.
     let _ = thread::Builder::new().spawn(|| {
         thread::sleep(PATIENCE);
-        let text = "interrupted: waiting for the step under way; once more ends at once and keeps nothing";
+        let text = if KEEPING.load(Ordering::SeqCst) {
+            "interrupted: waiting for the cases under way; once more ends at once, what was finished is kept"
+        } else {
+            "interrupted: waiting for the step under way; once more ends at once and keeps nothing"
+        };
         // `eprintln!` panics when stderr is closed.
         let _ = writeln!(std::io::stderr().lock(), "{text}");
     });

@@ -57,6 +57,8 @@ pub enum Format {
     Npz,
     /// MATLAB, version 5
     Mat,
+    /// Parquet, one row a node with the columns of `csv`; needs a build with the feature `parquet`
+    Parquet,
     /// Table of waypoints for Basilisk
     Basilisk,
     /// Table for the simulator 42

@@ -29,9 +29,8 @@ pub struct Args {
     pub spec: SpecArgs,
     #[command(flatten)]
     pub output: OutputArgs,
-    /// Tick of `--format flight`; by default the step of the plan
-    #[arg(long, value_name = "SECONDS", value_parser = export::seconds)]
-    pub tick: Option<f64>,
+    #[command(flatten)]
+    pub tables: export::TableArgs,
     /// Begin from another plan: its costates, or its path where limits act; or from the path of an AEM or a table of
     /// attitudes. `-` reads stdin
     #[arg(long, value_name = "FILE")]
@@ -47,6 +46,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     inputs.extend(args.guess.as_deref());
     spec_file::one_stdin(&inputs)?;
     let destination = args.output.destination(Format::value_variants(), &inputs)?;
+    let tables = args.tables.checked(&destination)?;
     let page =
         args.report.as_deref().map(|path| report::target(path, args.output.force, &inputs)).transpose()?;
     let Loaded { problem, settings, identity, .. } =
@@ -67,8 +67,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         console.say(&summary::line("wrote", "nothing: there is no plan, and this format holds nothing else"));
     } else if let Some(format) = format {
         let file = PlanFile::new(&problem, &settings, &plan);
-        destination
-            .write(console, |_, output| format.write(&file, &problem, &identity, args.tick, output))?;
+        destination.write(console, |_, output| format.write(&file, &problem, &identity, tables, output))?;
     }
     if let Some(target) = &page {
         report::write(target, &plan_page(&problem, &settings, &plan, &identity, EULER), console)?;

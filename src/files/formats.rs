@@ -1,7 +1,7 @@
 //! The formats in which a plan is written, and the endings of file names that stand for them.
 
 use crate::files::epoch::Epoch;
-use crate::files::exchange::{self, AemVersion, Lacking, Record};
+use crate::files::exchange::{self, AemVersion, Lacking, Record, Tables};
 use crate::files::export::{ExportError, PlanFile, write_csv, write_jsonl};
 use crate::files::identity::Identity;
 use crate::maneuver::{Problem, Trajectory};
@@ -26,7 +26,7 @@ pub enum Format {
 
 impl Format {
     /// Every format. Of several with one ending it means the first.
-    pub const ALL: [Self; 16] = {
+    pub const ALL: [Self; 17] = {
         use exchange::Format as Other;
         [
             Self::Json,
@@ -42,6 +42,7 @@ impl Format {
             Self::Exchange(Other::Fk),
             Self::Exchange(Other::Npz),
             Self::Exchange(Other::Mat),
+            Self::Exchange(Other::Parquet),
             Self::Exchange(Other::Basilisk),
             Self::Exchange(Other::FortyTwo),
             Self::Exchange(Other::Flight),
@@ -65,6 +66,7 @@ impl Format {
             Self::Exchange(Other::Fk) => ("fk", &["tf"]),
             Self::Exchange(Other::Npz) => ("npz", &["npz"]),
             Self::Exchange(Other::Mat) => ("mat", &["mat"]),
+            Self::Exchange(Other::Parquet) => ("parquet", &["parquet"]),
             Self::Exchange(Other::Basilisk) => ("basilisk", &["csv"]),
             Self::Exchange(Other::FortyTwo) => ("42", &["42"]),
             Self::Exchange(Other::Flight) => ("flight", &["flight", "csv"]),
@@ -98,10 +100,22 @@ impl Format {
     /// The first thing that it does not say.
     pub fn check(self, problem: &Problem, identity: &Identity) -> Result<(), Lacking> {
         let Self::Exchange(format) = self else { return Ok(()) };
-        format.check(&record(problem, identity, &Trajectory::default(), None, Vec::new()))
+        format.check(&record(
+            problem,
+            identity,
+            &Trajectory::default(),
+            Vec::new(),
+            Tables::default(),
+            Vec::new(),
+        ))
     }
 
-    /// Writes the plan of `file`, a plan of `problem`. Tables of equal ticks have `tick` \[s\], or the step of the plan.
+    /// Whether it can tell margins of limits and constraints.
+    pub fn tells_margins(self) -> bool {
+        matches!(self, Self::Csv | Self::Exchange(exchange::Format::Parquet))
+    }
+
+    /// Writes the plan of `file`, a plan of `problem`.
     ///
     /// # Errors
     /// What the maneuver does not say, numbers that are not finite, or the stream.
@@ -110,17 +124,17 @@ impl Format {
         file: &PlanFile<'_>,
         problem: &Problem,
         identity: &Identity,
-        tick: Option<f64>,
+        tables: Tables,
         output: &mut dyn Write,
     ) -> Result<(), ExportError> {
         let trajectory = &*file.trajectory.0;
         match self {
             Self::Json => file.clone().with_identity(identity).write(output),
             Self::Jsonl => write_jsonl(trajectory, output),
-            Self::Csv => write_csv(trajectory, identity, output),
+            Self::Csv => write_csv(trajectory, problem, identity, tables.margins, output),
             Self::Exchange(format) => {
                 let notes = notes(file.verified.as_ref());
-                format.write(&record(problem, identity, trajectory, tick, notes), output)
+                format.write(&record(problem, identity, trajectory, switches(file), tables, notes), output)
             }
         }
     }
@@ -131,10 +145,20 @@ fn record<'a>(
     problem: &'a Problem,
     identity: &'a Identity,
     trajectory: &'a Trajectory,
-    tick: Option<f64>,
+    switches: Vec<usize>,
+    tables: Tables,
     notes: Vec<String>,
 ) -> Record<'a> {
-    Record { problem, identity: Cow::Borrowed(identity), trajectory, created: now(), tick, notes }
+    Record { problem, identity: Cow::Borrowed(identity), trajectory, switches, created: now(), tables, notes }
+}
+
+/// The nodes at which inputs of a plan switch, where it consists of arcs.
+fn switches(file: &PlanFile<'_>) -> Vec<usize> {
+    let trajectory = &*file.trajectory.0;
+    if file.switching.as_ref().is_none_or(|switching| switching.arcs.is_empty()) {
+        return Vec::new();
+    }
+    (1..trajectory.torque.len()).filter(|k| trajectory.inputs(k - 1) != trajectory.inputs(*k)).collect()
 }
 
 /// What to know about a plan, for comments.

@@ -110,6 +110,14 @@ impl Pointing {
         }
     }
 
+    /// How far a boresight at `angle` from a direction is from the cone that counts \[rad\]; negative: violated.
+    pub fn room(&self, angle: f64) -> f64 {
+        match self.side {
+            Side::KeepOut => angle - self.effective_half_angle(),
+            Side::KeepIn => self.effective_half_angle() - angle,
+        }
+    }
+
     /// Every pair of a boresight and a direction.
     pub fn pairs(&self) -> impl Iterator<Item = (&Vector3, &Direction)> {
         self.boresights.iter().flat_map(|b| self.directions.iter().map(move |w| (b, w)))

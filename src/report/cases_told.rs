@@ -3,7 +3,7 @@
 use super::summary::Lines;
 use crate::batch::{Tally, Worst};
 use crate::files::spec::escape;
-use crate::numerics::figures::{rounded, short, significant};
+use crate::numerics::figures::{error, rounded, short, significant};
 
 /// Counts and extremes of the results of a batch, line by line.
 pub fn told_of_cases(tally: &Tally) -> Vec<String> {
@@ -31,6 +31,15 @@ pub fn told_of_cases(tally: &Tally) -> Vec<String> {
             "optimality",
             format!("{} of the solved are not known to be local minima", tally.not_minima),
         );
+    }
+    if let Some(widest) = &tally.widest_gap {
+        let (all, gap) = (tally.extremals, error(widest.value));
+        let known = format!(
+            "{all} of the solved switch: extremals by the maximum principle; second order is not asked"
+        );
+        lines.line("optimality", known);
+        lines
+            .line("gap", format!("at most {gap} of cost to be gained, to first order, in {}", named(widest)));
     }
     if tally.long_way > 0 {
         lines.line("path", format!("{} of the solved go the long way round", tally.long_way));

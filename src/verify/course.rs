@@ -6,7 +6,7 @@ use super::discrete::Discrete;
 use super::motion::{Inputs, Phase, judgeable};
 use super::{PIECES, WitnessError, rows};
 use crate::lie;
-use crate::maneuver::constraint::{Arc, Pointing, Rule, Side};
+use crate::maneuver::constraint::{Arc, Pointing, Rule};
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::Trajectory;
 
@@ -76,8 +76,7 @@ pub fn course(problem: &Problem, trajectory: &Trajectory) -> Result<Course, Witn
                 cone.pairs().fold(f64::INFINITY, |least, (boresight, direction)| {
                     let target = direction.on_arc(time, length, &frame_rate);
                     let angle = arc.extreme(boresight, &target, cone.side).angle;
-                    let limit = cone.effective_half_angle();
-                    smaller(least, if cone.side == Side::KeepOut { angle - limit } else { limit - angle })
+                    smaller(least, cone.room(angle))
                 })
             };
             clearance.discrete.push(discrete.arc().map_or(f64::NAN, |arc| on(k as f64 * step, step, arc)));

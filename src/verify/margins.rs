@@ -7,8 +7,12 @@
 //! That is the discrete motion. Under the same held torque the continuous one is a little elsewhere, and has
 //! margins of its own ([`Margin::continuous_margin`]).
 
+mod at_nodes;
+
+pub use at_nodes::{ConeAngle, NodeMargins, cone_angles, margins_at_nodes};
+
 use crate::Vector3;
-use crate::maneuver::constraint::{Arc, Constraint, Rule, Side};
+use crate::maneuver::constraint::{Arc, Constraint, Rule};
 use crate::maneuver::problem::Problem;
 use crate::mechanics::actuators::{InputLimit, LimitKind};
 use crate::numerics::figures::short;
@@ -197,19 +201,14 @@ impl<'a> Meter<'a> {
         let travel = arc.turn.norm() + frame_rate.norm() * step;
         for Entry { what, smallest, .. } in &mut self.entries {
             let What::Rule(Rule::Pointing(pointing)) = what else { continue };
-            let limit = pointing.effective_half_angle();
-            let margin = |angle: f64| match pointing.side {
-                Side::KeepOut => angle - limit,
-                Side::KeepIn => limit - angle,
-            };
             for (index, (boresight, direction)) in pointing.pairs().enumerate() {
                 let target = direction.on_arc(time, step, &frame_rate);
                 // Too far away to come nearer than ever before: no extremum needed.
-                if margin(arc.angle(boresight, &target, 0.0)) - travel > smallest.scaled {
+                if pointing.room(arc.angle(boresight, &target, 0.0)) - travel > smallest.scaled {
                     continue;
                 }
                 let worst = arc.extreme(boresight, &target, pointing.side);
-                let scaled = margin(worst.angle);
+                let scaled = pointing.room(worst.angle);
                 let time = time + worst.part * step;
                 smallest.meet(Smallest { margin: scaled, scaled, time, index });
             }

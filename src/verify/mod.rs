@@ -37,7 +37,7 @@ mod window;
 pub use accuracy::{Accuracy, DEFAULT_ACCURACY_DEG};
 pub use attitudes::{AttitudeReport, judge_attitudes};
 pub use course::{Clearance, Course, course};
-pub use margins::{Margin, worst_violation};
+pub use margins::{ConeAngle, Margin, NodeMargins, cone_angles, margins_at_nodes, worst_violation};
 pub use motion::Phase;
 pub use rows::{cost, effort, margins, replay, swept};
 

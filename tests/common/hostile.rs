@@ -4,7 +4,7 @@
 
 use super::random::Random;
 use slewkit::batch::{Batch, BatchError};
-use slewkit::files::exchange::read_attitudes;
+use slewkit::files::exchange::{Tables, read_attitudes};
 use slewkit::files::export::{ExportError, PlanFile, read_guess};
 use slewkit::files::formats;
 use slewkit::files::spec::{self, Base, Diagnostics, Format, Loaded, Override, Severity, Spec};
@@ -247,7 +247,7 @@ impl Corpus {
         ] {
             let format = formats::Format::named(name).or(formats::Format::of_ending(name)).ok_or(name)?;
             let mut bytes = Vec::new();
-            format.write(&file, &problem, &identity, None, &mut bytes)?;
+            format.write(&file, &problem, &identity, Tables::default(), &mut bytes)?;
             let text = String::from_utf8(bytes)?;
             if reader == Reader::PlanFile {
                 // The spec that it holds is one in JSON.

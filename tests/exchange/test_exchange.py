@@ -1,6 +1,6 @@
-"""What `slew export` writes, read by other programs: NumPy, SciPy, SPICE, Orekit. Run by `.ci/run`:
+"""What `slew export` writes, read by other programs: NumPy, SciPy, pyarrow, SPICE, Orekit, ccsds-ndm. Run by `.ci/run`:
 
-    python tests/exchange/test_exchange.py SLEW
+    python tests/exchange/test_exchange.py SLEW [NAME OF A TEST ...]
 
 The truth is the plan file, which the Rust tests hold against everything else, and a body that has turned by 30 degrees
 about z, of which every program must say so in its own words.
@@ -33,27 +33,41 @@ spice_id = -125544
 inputs = ["roll", "pitch", "yaw"]
 [body]
 inertia_kg_m2 = [[120, 4, -3], [4, 100, 2], [-3, 2, 80]]
+"""
+GIVEN = """
 [maneuver]
 duration_s = 61.3
 steps = 250
 """
-# Ends in a body that has turned by 30 degrees about z, at rest; and a random one with rates at both ends.
-CASES = {
-    "thirty": """
-[start]
-attitude = { axis = [0, 0, 1], angle_deg = 0 }
-[end]
-attitude = { axis = [0, 0, 1], angle_deg = 30 }
-""",
-    "random": """
+SHORTEST = """
+[actuators]
+torque_axes_body = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+torque_limit_n_m = 2
+[maneuver]
+minimize = "time"
+steps = 120
+"""
+RANDOM = """
 [start]
 attitude = { euler_zyx_deg = [20.5, 61.2, -133.7] }
 angular_velocity_deg_s = [0.3, -0.1, 0.7]
 [end]
 attitude = { euler_zyx_deg = [-97.1, -12.9, 45.3] }
 angular_velocity_deg_s = [-0.2, 0.4, 0.1]
+"""
+# Ends in a body that has turned by 30 degrees about z, at rest; a random one with rates at both ends; and that one with
+# inputs that switch.
+CASES = {
+    "thirty": GIVEN + """
+[start]
+attitude = { axis = [0, 0, 1], angle_deg = 0 }
+[end]
+attitude = { axis = [0, 0, 1], angle_deg = 30 }
 """,
+    "random": GIVEN + RANDOM,
+    "switching": SHORTEST + RANDOM,
 }
+THIRTY = [math.cos(math.pi / 12), 0, 0, math.sin(math.pi / 12)]
 
 
 class Case:
@@ -69,7 +83,13 @@ class Case:
         self.time = np.array(trajectory["time_s"])
         self.wxyz = np.array(trajectory["quaternion_wxyz"])
         self.rate = np.array(trajectory["angular_velocity_rad_s"])
-        self.torque = np.array(trajectory["torque_n_m"])
+        torque = np.array(trajectory["torque_n_m"])
+        # Held over each step: a row each where inputs switch, else the mean of the rows at both ends.
+        self.held = torque if len(torque) < len(self.time) else 0.5 * (torque[1:] + torque[:-1])
+        # The nodes at which another row begins to be held.
+        jumps = np.any(torque[1:] != torque[:-1], axis=1) if name == "switching" else []
+        # The nodes at which smooth pieces of the motion begin and end.
+        self.ends = [0, *(int(k) + 1 for k in np.flatnonzero(jumps)), len(self.time) - 1]
         # SciPy: active, from body to reference components.
         self.rotation = Rotation.from_quat(self.wxyz, scalar_first=True)
 
@@ -97,17 +117,65 @@ def numpy_and_matlab(case):
         assert np.array_equal(arrays[key], expected), key
         found = matlab[key]
         assert np.array_equal(found.reshape(expected.shape, order="A"), expected), key
+    if case.name == "thirty":
+        close(arrays["quaternion_wxyz"][-1], THIRTY, 1e-12, "npz: 30 degrees")
+        close(matlab["quaternion_wxyz"][-1], THIRTY, 1e-12, "mat: 30 degrees")
     return "the same bits"
+
+
+def parquet(case):
+    """A build with the feature writes what CSV holds; another one says how to have it."""
+    run = subprocess.run([SLEW, "export", "plan.json", "-q", "--margins", "-o", "plan.parquet"],
+                         cwd=case.folder, capture_output=True, text=True)
+    if run.returncode == 2 and "E0144" in run.stderr:
+        return "SKIPPED: this build of slew has no Parquet"
+    assert run.returncode == 0, run.stderr
+    import pyarrow.parquet
+
+    table = pyarrow.parquet.read_table(case.folder / "plan.parquet")
+    assert table.num_rows == len(case.time)
+    trajectory = case.plan["trajectory"]
+
+    def same(heads, key):
+        found = np.stack([table[head].to_numpy() for head in heads], axis=1)
+        expected = np.array(trajectory[key]).reshape(-1, len(heads))
+        assert np.array_equal(found[~np.isnan(found[:, 0])], expected), key
+
+    same(["time_s"], "time_s")
+    same([f"quaternion_{axis}" for axis in "wxyz"], "quaternion_wxyz")
+    same([f"angular_velocity_{axis}_rad_s" for axis in "xyz"], "angular_velocity_rad_s")
+    same([f"torque_{axis}_n_m" for axis in "xyz"], "torque_n_m")
+    same([f"input_{name}_n_m" for name in ("roll", "pitch", "yaw")], "input")
+    limited = "margin_torque_limit_n_m" in table.column_names
+    assert limited == (case.name == "switching"), table.column_names
+    meta = table.schema.metadata
+    assert meta[b"name"] == b"Test slew" and meta[b"epoch"].startswith(b"2026-11-21T07:00:00.250"), meta
+    if case.name == "thirty":
+        close([table[f"quaternion_{axis}"][-1].as_py() for axis in "wxyz"], THIRTY, 1e-12, "30 degrees")
+        case.slew("sweep", "spec.toml", "--over", "maneuver.duration_s=50,60", "-q", "-o", "all.jsonl")
+        case.slew("merge", "all.jsonl", "-q", "-o", "all.parquet")
+        results = pyarrow.parquet.read_table(case.folder / "all.parquet").to_pylist()
+        lines = [json.loads(line) for line in (case.folder / "all.jsonl").read_text().splitlines()[1:]]
+        for row, line in zip(results, lines, strict=True):
+            assert row["cost"] == line["cost"] and row["case"] == line["case"]
+            assert row["maneuver.duration_s"] == line["set"]["maneuver.duration_s"]
+            assert row["verified_passed"] is True and row["status"] == "solved"
+    return "the same bits, by pyarrow"
 
 
 def tables(case):
     table = np.genfromtxt(case.export("plan.csv"), delimiter=",", names=True)
-    assert {"input_roll", "input_pitch", "input_yaw"} <= set(table.dtype.names), table.dtype.names
-    close(table["quaternion_w"], case.wxyz[:, 0], 0, "csv")
+    close(table["time_s"], case.time, 0, "csv times")
+    rates = np.stack([table[f"angular_velocity_{axis}_rad_s"] for axis in "xyz"], axis=1)
+    close(rates, case.rate, 0, "csv rates")
+    assert {"input_roll_n_m", "input_pitch_n_m", "input_yaw_n_m"} <= set(table.dtype.names), table.dtype.names
+    close(np.stack([table[f"quaternion_{axis}"] for axis in "wxyz"], axis=1), case.wxyz, 0, "csv")
     table = np.loadtxt(case.export("plan.42"))
+    close(table[:, 0], case.time, 0, "42 times")
     close(table[:, 1:5], case.wxyz[:, [1, 2, 3, 0]], 0, "42")
     close(table[:, 5:], case.rate, 0, "42 rates")
     table = np.genfromtxt(case.export("basilisk.csv", "--format", "basilisk"), delimiter=",", names=True)
+    close(table["time_s"], case.time, 0, "Basilisk times")
     sigma = np.stack([table[f"sigma_RN_{i}"] for i in (1, 2, 3)], axis=1)
     off = (Rotation.from_mrp(sigma).inv() * case.rotation).magnitude().max()
     assert off < 2e-15, off
@@ -117,13 +185,16 @@ def tables(case):
     lines = Path(case.export("plan.a")).read_text().splitlines()
     assert "ScenarioEpoch 21 Nov 2026 07:00:00.250" in lines
     rows = np.array([[float(word) for word in line.split()] for line in lines[-len(case.time) - 1 : -1]])
+    close(rows[:, 0], case.time, 0, "STK times")
     close(rows[:, 1:5], case.wxyz[:, [1, 2, 3, 0]], 0, "STK")
     close(rows[:, 5:], np.degrees(case.rate), 1e-15, "STK rates")
     return "columns as documented"
 
 
 def flight(case):
-    for more in ([], ["--tick", "0.1"]):
+    # Where inputs switch, neither steps nor the duration are whole numbers of anything.
+    others = [["--tick", repr(float(case.time[-1]) / 500)]] if len(case.ends) > 2 else [[], ["--tick", "0.1"]]
+    for more in others:
         data = Path(case.export("table.flight", *more)).read_bytes()
         body, last = data[: data.rindex(b"# crc32")], data[data.rindex(b"# crc32") :]
         assert int(last.split()[2], 16) == zlib.crc32(body)
@@ -137,9 +208,12 @@ def flight(case):
             if abs(ticks[at] - time) < 1e-9:
                 off = (Rotation.from_quat(wxyz[at], scalar_first=True).inv() * case.rotation[k]).magnitude()
                 assert off < bound + 1e-14, (off, bound)
+                if not more:
+                    close(rows[at, 6:9], case.rate[k], 0, "rates")
+        if case.name == "thirty":
+            close(wxyz[-1], THIRTY, 1e-12, "30 degrees")
         tick = ticks[1] - ticks[0]
-        held = 0.5 * (case.torque[1:] + case.torque[:-1])
-        impulse = (held * np.diff(case.time)[:, None]).sum(axis=0)
+        impulse = (case.held * np.diff(case.time)[:, None]).sum(axis=0)
         close((rows[:-1, 9:12] * tick).sum(axis=0), impulse, 1e-9 * np.abs(impulse).max() + 1e-12, "impulse")
     return "checksum, nodes, impulse"
 
@@ -182,7 +256,7 @@ def spice(case):
         close(matrix, case.rotation[-1].as_matrix(), 1e-6, "frame kernel")
         if case.name == "thirty":
             close(spiceypy.m2q(spiceypy.ckgpav(-125544000, 61.3e6, 0.0, "J2000")[0]),
-                  [math.cos(math.pi / 12), 0, 0, -math.sin(math.pi / 12)], 1e-12, "30 degrees")
+                  THIRTY * np.array([1, -1, -1, -1]), 1e-12, "30 degrees")
         comment = spiceypy.dafec(spiceypy.dafopr(kernels[0]), 20, 200)
         assert any("TESTSAT" in line for line in comment[1]), comment
     finally:
@@ -197,6 +271,8 @@ def basilisk(case):
         from Basilisk.utilities import RigidBodyKinematics, SimulationBaseClass, macros
     except ImportError:
         return "SKIPPED: no Basilisk (pip install bsk)"
+    if len(case.ends) > 2:
+        return "SKIPPED: the module is asked at equal steps, and these are not"
     tick = macros.sec2nano(case.plan["step_s"])
     simulation = SimulationBaseClass.SimBaseClass()
     simulation.CreateNewProcess("process").addTask(simulation.CreateNewTask("task", tick))
@@ -266,11 +342,15 @@ def orekit(case):
     for name, more in (("plan.aem", []), ("plan.xml", []), ("one.aem", ["--format", "aem1"])):
         path = case.export(name, *NO_EPHEMERIS, *more)
         message = ParserBuilder().buildAemParser().parseMessage(DataSource(path))
-        assert message.getSegments().size() == 1
-        rows = message.getSegments().get(0).getData().getAngularCoordinates()
-        assert rows.size() == len(case.time)
-        for k in range(rows.size()):
-            row = rows.get(k)
+        segments = [message.getSegments().get(index) for index in range(message.getSegments().size())]
+        pieces = [segment.getData().getAngularCoordinates() for segment in segments]
+        assert [(piece.size() - 1) for piece in pieces] == list(np.diff(case.ends)), name
+        for segment, (first, last) in zip(segments, zip(case.ends, case.ends[1:]), strict=True):
+            meta = segment.getMetadata()
+            for date, k in ((meta.getStartTime(), first), (meta.getStopTime(), last)):
+                assert abs(date.durationFrom(start) - case.time[k]) < 1e-12 * max(1.0, case.time[k])
+        nodes = [(k + first, piece.get(k)) for piece, first in zip(pieces, case.ends) for k in range(piece.size())]
+        for k, row in nodes:
             assert abs(row.getDate().durationFrom(start) - case.time[k]) < 1e-12 * max(1.0, case.time[k])
             # Orekit: the rotation that leads from reference to body components.
             rotation = row.getRotation()
@@ -283,16 +363,43 @@ def orekit(case):
         assert worst < 3e-15, (name, worst)
     message = ParserBuilder().buildApmParser().parseMessage(DataSource(case.export("plan.apm", *NO_EPHEMERIS)))
     data = message.getSegments().get(0).getData()
+    attitude = data.getQuaternionBlock().getQuaternion()
+    found = [attitude.getQ0(), attitude.getQ1(), attitude.getQ2(), attitude.getQ3()]
+    close(found, case.wxyz[0], 1e-15, "APM attitude, A to B")
     assert data.getManeuvers().size() == len(case.time) - 1
-    held = 0.5 * (case.torque[1:] + case.torque[:-1])
     for k in range(len(case.time) - 1):
         torque = data.getManeuver(k).getTorque()
-        close([torque.getX(), torque.getY(), torque.getZ()], held[k], 1e-15, "APM torque")
+        close([torque.getX(), torque.getY(), torque.getZ()], case.held[k], 1e-15, "APM torque")
     inertia = data.getInertiaBlock().getInertiaMatrix()
     expected = [[120, 4, -3], [4, 100, 2], [-3, 2, 80]]
     signs = [[abs(inertia.getEntry(i, j)) for j in range(3)] for i in range(3)]
     close(signs, np.abs(expected), 1e-12, "APM inertia")
     return f"AEM 1.0, 2.0, XML and APM, attitudes to {worst:.1e}"
+
+
+def ndm(case):
+    """The Rust reader ccsds-ndm, asked through a program of its own (tests/exchange/ndm); version 2 alone."""
+    reader = os.environ.get("READ_NDM")
+    if not reader:
+        return "SKIPPED: READ_NDM names no reader"
+    for name in ("plan.aem", "plan.xml"):
+        run = subprocess.run([reader, case.export(name)], capture_output=True, text=True)
+        assert run.returncode == 0, run.stderr
+        segments = json.loads(run.stdout)["body"]["segment"]
+        assert len(segments) == len(case.ends) - 1, name
+        for segment, first, last in zip(segments, case.ends, case.ends[1:]):
+            meta = segment["metadata"]
+            assert (meta["REF_FRAME_A"], meta["REF_FRAME_B"], meta["ANGVEL_FRAME"]) == ("ICRF", "SC_BODY_1", "SC_BODY_1")
+            rows = [state["quaternionAngVel"] for state in segment["data"]["attitudeState"]]
+            assert len(rows) == last - first + 1
+            assert (meta["START_TIME"], meta["STOP_TIME"]) == (rows[0]["EPOCH"], rows[-1]["EPOCH"])
+            for k, row in enumerate(rows, first):
+                xyzw = [row["quaternion"][key] for key in ("Q1", "Q2", "Q3", "QC")]
+                close(xyzw, case.wxyz[k, [1, 2, 3, 0]], 0, f"{name}: attitude {k}")
+                rate = [row["angVel"][f"ANGVEL_{axis}"] for axis in "XYZ"]
+                rate = [part["$value"] for part in rate]
+                close(rate, np.degrees(case.rate[k]), 1e-15, f"{name}: rate {k}")
+    return f"attitudes to the bit, {len(case.ends) - 1} block(s)"
 
 
 def schema(case):
@@ -322,6 +429,6 @@ if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
         for name in CASES:
             case = Case(name, folder)
-            for test in (numpy_and_matlab, tables, flight, spice, basilisk, orekit, schema, replay):
+            for test in (numpy_and_matlab, parquet, tables, flight, spice, basilisk, orekit, ndm, schema, replay):
                 if not wanted or test.__name__ in wanted:
                     print(f"{name:8} {test.__name__:18} {test(case)}", flush=True)

@@ -8,7 +8,7 @@ pub mod sweep;
 pub mod table;
 
 use super::{
-    Common, Console, Exit, Failure, Message, OutputArgs, Reading, SpecArgs, console, interrupt, plan,
+    Common, Console, Exit, Failure, Message, OutputArgs, Reading, SpecArgs, console, export, interrupt, plan,
 };
 use progress::Progress;
 use slewkit::batch::{
@@ -93,6 +93,12 @@ pub fn conduct(
     if let Some(number) = running.case {
         return one(batch, number, asked, running, console);
     }
+    if let Some(path) = running.output.as_deref().filter(|path| merge::is_parquet(path)) {
+        let shown = escape(&path.to_string_lossy());
+        let reason = format!("{shown}: results are appended as lines of JSON, which Parquet cannot be");
+        let remedy = "give -o FILE.jsonl, then `slew merge FILE.jsonl -o FILE.parquet`";
+        return Err(Failure::Output(Message::new("E0107", reason, remedy)));
+    }
     let options = running.options()?;
     let shard = running.shard.as_deref().map_or(Ok(Shard::ALL), Shard::parse)?;
     if let Some(folder) = &options.plans {
@@ -103,7 +109,11 @@ pub fn conduct(
     let mut sink = Sink::open(running, &header, &mut tally, console)?;
     let done = tally.cases;
 
-    interrupt::watch();
+    if running.output.is_some() || console::stdout_is_taken() {
+        interrupt::watch_kept();
+    } else {
+        interrupt::watch();
+    }
     let began = Instant::now();
     let counts = Cell::new((tally.cases, tally.failed()));
     let progress = Progress::new(shard.count(batch.count()), done, running.progress);
@@ -166,7 +176,10 @@ fn one(
     };
     let spec = case.spec.unwrap_or_else(|| asked.spec.into());
     let spec = SpecArgs { spec, reading: Reading { set, input: asked.reading.input } };
-    plan::run(&plan::Args { spec, output, tick: None, guess: None, report: None }, console)
+    plan::run(
+        &plan::Args { spec, output, tables: export::TableArgs::default(), guess: None, report: None },
+        console,
+    )
 }
 
 /// The spec that the cases change, with the overrides of the command line.

@@ -7,6 +7,7 @@
 use super::{Record, digits, six_of_inertia};
 use crate::files::export::ExportError;
 use std::io::Write;
+use std::ops::RangeInclusive;
 
 /// Versions of the message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,20 +49,32 @@ fn frames(record: &Record<'_>, output: &mut dyn Write) -> Written {
     Ok(())
 }
 
-/// An attitude ephemeris. One block: the whole plan is one smooth motion between its nodes.
+/// An attitude ephemeris: a block of metadata and data for each smooth piece of the motion, since nobody may interpolate from
+/// one block into the next. Neighbours share the node between them.
 pub(super) fn write_aem(record: &Record<'_>, version: AemVersion, output: &mut dyn Write) -> Written {
     let number = if version == AemVersion::One { "1.0" } else { "2.0" };
     header(record, &format!("CCSDS_AEM_VERS = {number}"), output)?;
+    record.pieces().try_for_each(|nodes| write_block(record, version, nodes, output))
+}
+
+/// One block of it.
+fn write_block(
+    record: &Record<'_>,
+    version: AemVersion,
+    nodes: RangeInclusive<usize>,
+    output: &mut dyn Write,
+) -> Written {
     let (epoch, time) = (record.epoch()?, &record.trajectory.time);
     let date = |k: usize| epoch.after(time[k]).calendar_text();
-    writeln!(output, "META_START")?;
+    let apart = if *nodes.start() > 0 { "\n" } else { "" };
+    writeln!(output, "{apart}META_START")?;
     object(record, output)?;
     frames(record, output)?;
     if version == AemVersion::One {
         writeln!(output, "ATTITUDE_DIR = A2B")?;
     }
     writeln!(output, "TIME_SYSTEM = {}", epoch.scale().name())?;
-    writeln!(output, "START_TIME = {}\nSTOP_TIME = {}", date(0), date(time.len() - 1))?;
+    writeln!(output, "START_TIME = {}\nSTOP_TIME = {}", date(*nodes.start()), date(*nodes.end()))?;
     match version {
         AemVersion::One => writeln!(output, "ATTITUDE_TYPE = QUATERNION/DERIVATIVE\nQUATERNION_TYPE = LAST")?,
         AemVersion::Two => {
@@ -70,7 +83,7 @@ pub(super) fn write_aem(record: &Record<'_>, version: AemVersion, output: &mut d
         }
     }
     writeln!(output, "INTERPOLATION_METHOD = HERMITE\nINTERPOLATION_DEGREE = 3\nMETA_STOP\n\nDATA_START")?;
-    for k in 0..time.len() {
+    for k in nodes {
         let [w, x, y, z] = record.trajectory.quaternion[k];
         let rate = record.rate(k);
         let of_rate = match version {

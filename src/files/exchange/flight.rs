@@ -34,7 +34,7 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
     let (start, duration) = (time[0], time[steps] - time[0]);
     let equal =
         time.windows(2).all(|pair| (pair[1] - pair[0] - duration / steps as f64).abs() < 1e-9 * duration);
-    let tick = match record.tick {
+    let tick = match record.tables.tick {
         Some(tick) => tick,
         None if equal => duration / steps as f64,
         None => return Err(Lacking::Tick.into()),
@@ -65,14 +65,13 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
     writeln!(text, "# between rows, cubic with rates: at most {by_cubic:.1e} rad")?;
     let of_nodes = if on_nodes { 0.0 } else { missed(&nodes, time).1 };
     writeln!(text, "# rows against the plan: at most {of_nodes:.1e} rad")?;
-    let names: Vec<String> =
-        record.input_names().iter().map(|name| format!("input_{}", name.replace(',', ";"))).collect();
+    let inputs = record.input_heads();
     writeln!(
         text,
         "tick,time_s,quaternion_w,quaternion_x,quaternion_y,quaternion_z,angular_velocity_x_rad_s,\
          angular_velocity_y_rad_s,angular_velocity_z_rad_s,torque_x_n_m,torque_y_n_m,torque_z_n_m{}{}",
-        if names.is_empty() { "" } else { "," },
-        names.join(",")
+        if inputs.is_empty() { "" } else { "," },
+        inputs.join(",")
     )?;
     let mut last = record.trajectory.quaternion[0];
     for (index, row) in rows.iter().enumerate() {

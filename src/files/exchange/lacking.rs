@@ -1,8 +1,8 @@
-//! What a maneuver leaves unsaid.
+//! What a maneuver leaves unsaid, or a program cannot write.
 
 use thiserror::Error;
 
-/// What a format needs and the maneuver does not say.
+/// What a format needs and the maneuver does not say, or the program does not have.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum Lacking {
     /// Calendar time.
@@ -25,6 +25,9 @@ pub enum Lacking {
     /// Equal ticks.
     #[error("the duration is no whole number of ticks, or the steps of the plan are not equal")]
     Tick,
+    /// The feature.
+    #[error("this program was built without Parquet")]
+    Parquet,
     /// Inputs.
     #[error("the torque of each step is needed, and there is none")]
     Inputs,
@@ -38,6 +41,7 @@ impl Lacking {
             Self::FrameName | Self::SpiceFrame => "E0141",
             Self::SpiceId => "E0142",
             Self::Inputs | Self::Tick => "E0143",
+            Self::Parquet => "E0144",
         }
     }
 
@@ -51,6 +55,9 @@ impl Lacking {
             Self::SpiceFrame => "write [names] reference_frame = \"J2000\"",
             Self::SpiceId => "write [names] spice_id = -125544, or give --set names.spice_id=-125544",
             Self::Tick => "give --tick SECONDS, of which the duration is a whole number, at most ten million",
+            Self::Parquet => {
+                "build it with `cargo install --path . --features parquet` in its sources, or write .csv or .npz"
+            }
             Self::Inputs => "give a plan that was solved",
         }
     }

@@ -10,7 +10,7 @@
 //! | SPICE CK | `q*`: its C-matrix leads from reference to body | scalar first | reference axes, rad/s |
 //! | 42 | `q` | scalar last | body axes, rad/s |
 //! | Basilisk | modified Rodrigues parameters of `q` | | reference axes, rad/s |
-//! | NumPy, MATLAB, flight table | `q` | scalar first | body axes, rad/s |
+//! | NumPy, MATLAB, Parquet, flight table | `q` | scalar first | body axes, rad/s |
 //!
 //! Rates are those of the body against the reference frame: where that frame turns, its own rate is taken off.
 //! Numbers have 17 significant digits, and read back to the same bits.
@@ -21,6 +21,8 @@ mod interpolation;
 mod lacking;
 mod matlab;
 mod numpy;
+#[cfg(feature = "parquet")]
+pub(crate) mod parquet;
 mod reading;
 mod record;
 mod simulators;
@@ -31,7 +33,7 @@ mod xml;
 pub use ccsds::AemVersion;
 pub use lacking::Lacking;
 pub use reading::{Attitudes, read_attitudes};
-pub use record::Record;
+pub use record::{Record, Tables};
 
 use super::export::{ExportError, TrajectoryError};
 use crate::maneuver::Problem;
@@ -58,6 +60,8 @@ pub enum Format {
     Npz,
     /// MATLAB, version 5.
     Mat,
+    /// Parquet, a column a number, as in CSV; with the feature `parquet`.
+    Parquet,
     /// Basilisk's waypoint reference.
     Basilisk,
     /// 42: time, quaternion, rate.
@@ -81,6 +85,9 @@ impl Format {
         let framed = ccsds || matches!(self, Self::Stk | Self::Ck);
         if framed && record.turns() && identity.reference_frame.is_none() {
             return Err(Lacking::FrameName);
+        }
+        if self == Self::Parquet && !cfg!(feature = "parquet") {
+            return Err(Lacking::Parquet);
         }
         if spice && identity.spice_id.is_none() {
             return Err(Lacking::SpiceId);
@@ -108,6 +115,10 @@ impl Format {
             Self::Fk => spice::write_fk(record, output),
             Self::Npz => numpy::write(record, output),
             Self::Mat => matlab::write(record, output),
+            #[cfg(feature = "parquet")]
+            Self::Parquet => parquet::write_trajectory(record, output),
+            #[cfg(not(feature = "parquet"))]
+            Self::Parquet => Err(Lacking::Parquet.into()),
             Self::Basilisk => simulators::write_basilisk(record, output),
             Self::FortyTwo => simulators::write_42(record, output),
             Self::Flight => flight::write(record, output),

@@ -1,11 +1,21 @@
 //! What all formats are written from.
 
 use crate::files::epoch::Epoch;
-use crate::files::export::ExportError;
+use crate::files::export::{ExportError, Names};
 use crate::files::identity::Identity;
 use crate::maneuver::{Problem, Trajectory};
 use crate::{Vector3, lie};
 use std::borrow::Cow;
+use std::ops::RangeInclusive;
+
+/// What tables hold beyond what they always do.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tables {
+    /// Tick of tables with equal ticks \[s\]; the step of the plan where there is none.
+    pub tick: Option<f64>,
+    /// Margins of limits and constraints at each node, and angles between boresights and directions, in CSV and Parquet.
+    pub margins: bool,
+}
 
 /// A trajectory with its maneuver, its names and its epoch.
 #[derive(Clone, Debug)]
@@ -16,10 +26,12 @@ pub struct Record<'a> {
     pub identity: Cow<'a, Identity>,
     /// Attitudes, rates and inputs.
     pub trajectory: &'a Trajectory,
+    /// Nodes between the first and the last, in their order, at which the motion is not smooth because inputs switch.
+    pub switches: Vec<usize>,
     /// When the file is written.
     pub created: Epoch,
-    /// Tick of tables with equal ticks \[s\]; the step of the plan where there is none.
-    pub tick: Option<f64>,
+    /// What tables hold.
+    pub tables: Tables,
     /// What to know about it, a line each, for comments.
     pub notes: Vec<String>,
 }
@@ -75,6 +87,13 @@ impl Record<'_> {
         ends.map(|(first, last)| 0.5 * (first + last)).collect()
     }
 
+    /// The smooth pieces of the motion: from node to node, both ends included.
+    pub(super) fn pieces(&self) -> impl Iterator<Item = RangeInclusive<usize>> {
+        let ends = self.switches.iter().copied().chain([self.nodes() - 1]);
+        let starts = [0].into_iter().chain(self.switches.iter().copied());
+        starts.zip(ends).map(|(start, end)| start..=end)
+    }
+
     /// Number of nodes.
     pub(super) fn nodes(&self) -> usize {
         self.trajectory.time.len()
@@ -86,13 +105,12 @@ impl Record<'_> {
         if self.nodes() < 2 { Err(super::empty()) } else { Ok(()) }
     }
 
-    /// What the inputs are called: names of the spec, else numbers.
-    pub(super) fn input_names(&self) -> Vec<String> {
-        let count = self.trajectory.input_count;
-        if self.identity.inputs.len() == count {
-            return self.identity.inputs.iter().map(|name| ascii(name)).collect();
-        }
-        (1..=count).map(|number| number.to_string()).collect()
+    /// What heads call the inputs, with their units.
+    pub(super) fn input_heads(&self) -> Vec<String> {
+        let names = Names::new(self.problem, &self.identity);
+        (0..self.trajectory.input_count)
+            .map(|input| ascii(&format!("input_{}", names.input(input))))
+            .collect()
     }
 }
 

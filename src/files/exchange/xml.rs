@@ -3,6 +3,7 @@
 use super::{Record, digits};
 use crate::files::export::ExportError;
 use std::io::{self, Write};
+use std::ops::RangeInclusive;
 
 /// A stream of elements.
 struct Xml<'o> {
@@ -27,11 +28,8 @@ const OPENING: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
     xsi:noNamespaceSchemaLocation=\"https://sanaregistry.org/r/ndmxml_unqualified/ndmxml-3.0.0-master-3.0.xsd\" \
     id=\"CCSDS_AEM_VERS\" version=\"2.0\">";
 
-/// An attitude ephemeris.
+/// An attitude ephemeris: a segment for each smooth piece of the motion.
 pub(super) fn write_aem(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
-    let (epoch, time, identity) = (record.epoch()?, &record.trajectory.time, &record.identity);
-    let date = |k: usize| epoch.after(time[k]).calendar_text();
-    let body_frame = identity.body_frame();
     let mut xml = Xml { output };
     xml.line(0, OPENING)?;
     xml.line(1, "<header>")?;
@@ -40,15 +38,30 @@ pub(super) fn write_aem(record: &Record<'_>, output: &mut dyn Write) -> Result<(
         xml.element(2, "COMMENT", note)?;
     }
     xml.element(2, "CREATION_DATE", &record.created.calendar_text())?;
-    xml.element(2, "ORIGINATOR", identity.originator.as_deref().unwrap_or("UNKNOWN"))?;
+    xml.element(2, "ORIGINATOR", record.identity.originator.as_deref().unwrap_or("UNKNOWN"))?;
     xml.line(1, "</header>")?;
-    xml.line(1, "<body>\n    <segment>\n      <metadata>")?;
+    xml.line(1, "<body>")?;
+    record.pieces().try_for_each(|nodes| write_segment(record, nodes, &mut xml))?;
+    xml.line(1, "</body>\n</aem>")?;
+    Ok(())
+}
+
+/// One segment of it.
+fn write_segment(
+    record: &Record<'_>,
+    nodes: RangeInclusive<usize>,
+    xml: &mut Xml<'_>,
+) -> Result<(), ExportError> {
+    let (epoch, time, identity) = (record.epoch()?, &record.trajectory.time, &record.identity);
+    let date = |k: usize| epoch.after(time[k]).calendar_text();
+    let body_frame = identity.body_frame();
+    xml.line(2, "<segment>\n      <metadata>")?;
     xml.element(4, "OBJECT_NAME", &record.object())?;
     xml.element(4, "OBJECT_ID", identity.object_id.as_deref().unwrap_or("UNKNOWN"))?;
     if let Some(center) = &identity.center {
         xml.element(4, "CENTER_NAME", center)?;
     }
-    let (start, stop) = (date(0), date(time.len() - 1));
+    let (start, stop) = (date(*nodes.start()), date(*nodes.end()));
     for (name, text) in [
         ("REF_FRAME_A", identity.reference_frame()),
         ("REF_FRAME_B", body_frame),
@@ -63,7 +76,8 @@ pub(super) fn write_aem(record: &Record<'_>, output: &mut dyn Write) -> Result<(
         xml.element(4, name, text)?;
     }
     xml.line(3, "</metadata>\n      <data>")?;
-    for (k, [w, x, y, z]) in record.trajectory.quaternion.iter().copied().enumerate() {
+    for k in nodes {
+        let [w, x, y, z] = record.trajectory.quaternion[k];
         let rate = record.rate(k).map(f64::to_degrees);
         xml.line(4, "<attitudeState>")?;
         xml.line(5, "<quaternionAngVel>")?;
@@ -82,6 +96,6 @@ pub(super) fn write_aem(record: &Record<'_>, output: &mut dyn Write) -> Result<(
         xml.line(5, "</quaternionAngVel>")?;
         xml.line(4, "</attitudeState>")?;
     }
-    xml.line(3, "</data>\n    </segment>\n  </body>\n</aem>")?;
+    xml.line(3, "</data>\n    </segment>")?;
     Ok(())
 }

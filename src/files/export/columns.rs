@@ -1,7 +1,9 @@
 //! The columns of a trajectory, once: the document, the rows, the table and the checks all work from this list.
 
 use crate::Vector3;
-use crate::maneuver::Trajectory;
+use crate::files::identity::Identity;
+use crate::maneuver::{Problem, Trajectory};
+use crate::mechanics::ActuatorSet;
 use serde::{Serialize, Serializer};
 
 /// Why a trajectory is not written, or not accepted.
@@ -102,17 +104,15 @@ pub(super) struct Column<'a> {
 }
 
 impl Column<'_> {
-    /// The names of its columns in a table; `inputs` names the inputs, or nothing does.
-    pub fn headers(&self, inputs: &[String]) -> Vec<String> {
-        if self.key == "input" && inputs.len() == self.width {
-            // A head is parted by commas, without quotes.
-            let plain = |name: &String| name.replace([',', '"', '\n', '\r'], "_");
-            return inputs.iter().map(|name| self.header.replace("{}", &plain(name))).collect();
-        }
-        let component = |index: usize| match self.values {
-            Values::Quaternions(_) => ["w", "x", "y", "z"][index].to_string(),
-            Values::Vectors(_) => ["x", "y", "z"][index].to_string(),
-            Values::Numbers(_) | Values::Flat(..) => (index + 1).to_string(),
+    /// The names of its columns in a table, where what they count is as `names` says.
+    pub fn headers(&self, names: &Names<'_>) -> Vec<String> {
+        let component = |index: usize| match (self.key, self.values) {
+            ("input", _) => names.input(index),
+            ("wheel_momentum_n_m_s", _) => names.wheel(index),
+            ("costates", _) => costate(self.width, index),
+            (_, Values::Quaternions(_)) => ["w", "x", "y", "z"][index].to_string(),
+            (_, Values::Vectors(_)) => ["x", "y", "z"][index].to_string(),
+            (_, Values::Numbers(_) | Values::Flat(..)) => (index + 1).to_string(),
         };
         (0..self.width).map(|index| self.header.replace("{}", &component(index))).collect()
     }
@@ -121,6 +121,52 @@ impl Column<'_> {
     pub fn is_flat(&self) -> bool {
         matches!(self.values, Values::Flat(..))
     }
+}
+
+/// What heads of tables call inputs and wheels.
+pub(crate) struct Names<'a> {
+    /// Names of the inputs; by their numbers where there is not one for each.
+    inputs: &'a [String],
+    /// How many of the inputs are forces, which come first.
+    forces: usize,
+}
+
+impl<'a> Names<'a> {
+    pub fn new(problem: &Problem, identity: &'a Identity) -> Self {
+        let actuation = &problem.actuation;
+        let named = identity.inputs.len() == actuation.count();
+        let forces = actuation.force.as_ref().map_or(0, ActuatorSet::count);
+        Self { inputs: if named { &identity.inputs } else { &[] }, forces }
+    }
+
+    /// Input `index` with its unit.
+    pub fn input(&self, index: usize) -> String {
+        let unit = if index < self.forces { "n" } else { "n_m" };
+        format!("{}_{unit}", self.bare(index, index))
+    }
+
+    /// The wheel behind torque input `index`.
+    fn wheel(&self, index: usize) -> String {
+        self.bare(index + self.forces, index)
+    }
+
+    fn bare(&self, input: usize, number: usize) -> String {
+        self.inputs.get(input).map_or_else(|| (number + 1).to_string(), |name| plain(name))
+    }
+}
+
+/// A name within a head, which is parted by commas, without quotes.
+pub(super) fn plain(name: &str) -> String {
+    name.replace([',', '"', '\n', '\r'], "_")
+}
+
+/// What the costate `index` of a row of `width` belongs to, with its unit: that of the cost, which weights and prices
+/// determine, for each unit of what it belongs to.
+fn costate(width: usize, index: usize) -> String {
+    const OF: [(&str, &str); 4] =
+        [("position", "m"), ("linear_momentum", "n_s"), ("attitude", "rad"), ("momentum", "n_m_s")];
+    let (of, unit) = OF[OF.len() - width / 3 + index / 3];
+    format!("{of}_{}_cost_per_{unit}", ["x", "y", "z"][index % 3])
 }
 
 /// The columns in the order of a document.

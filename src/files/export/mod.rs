@@ -13,16 +13,19 @@ mod restored;
 mod rows;
 mod simulation_file;
 mod trajectory;
+mod wide;
 
 pub use attitude::{EULER_SEQUENCES, EulerAngles, Notations, euler_angles};
 pub use columns::TrajectoryError;
-pub(crate) use columns::{check_finite, table};
+pub(crate) use columns::{Names, check_finite, table};
 pub use file::{FileError, Target, remove_temporaries};
 pub use judged::Judgement;
 pub use plan_file::{ConvexRecord, PlanFile, read_guess, write_document};
 pub use rows::{write_csv, write_jsonl};
 pub use simulation_file::{BodyRows, SimulationFile, SimulationRows};
 pub use trajectory::{TrajectoryDocument, check_trajectory};
+#[cfg(feature = "parquet")]
+pub(crate) use wide::wide_table;
 
 use crate::files::exchange::Lacking;
 use thiserror::Error;

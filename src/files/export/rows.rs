@@ -7,43 +7,56 @@
 
 use super::ExportError;
 use super::columns::{Column, Values, check_finite, columns, costate_width};
+use super::wide::wide_table;
 use crate::files::identity::Identity;
-use crate::maneuver::Trajectory;
+use crate::maneuver::{Problem, Trajectory};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::io::Write;
 
-/// One row of the table.
-struct Row<'a> {
-    columns: &'a [Column<'a>],
-    node: usize,
+/// The rows that numbers of inputs stand in.
+pub(super) struct Rows {
     nodes: usize,
-    /// The row of the input at the node: Lie–Euler has one fewer than nodes, none at the first, and held inputs none at the
-    /// last, where costates have as many rows as nodes.
-    input: Option<usize>,
+    inputs: usize,
+    /// Whether a row of inputs is that of the step which starts at its node.
+    held: bool,
 }
 
-impl<'a> Row<'a> {
-    fn all(trajectory: &Trajectory, columns: &'a [Column<'a>]) -> impl Iterator<Item = Self> {
+impl Rows {
+    pub fn of(trajectory: &Trajectory) -> Self {
         let (nodes, inputs) = (trajectory.time.len(), trajectory.torque.len());
         let held = inputs + 1 == nodes && trajectory.costates.len() == nodes * costate_width(trajectory);
-        let input = move |node: usize| {
-            if held { Some(node).filter(|node| *node < inputs) } else { (node + inputs).checked_sub(nodes) }
-        };
-        (0..nodes).map(move |node| Self { columns, node, nodes, input: input(node) })
+        Self { nodes, inputs, held }
     }
 
-    /// The numbers of a column, if it has any here.
-    fn numbers(&self, column: &Column<'a>) -> Option<&'a [f64]> {
-        let at_node = !column.of_input || column.values.len() == self.nodes;
-        column.values.row(if at_node { self.node } else { self.input? })
+    /// The row of the input at `node`: Lie–Euler has one fewer than nodes, none at the first, and held inputs none at the
+    /// last, where costates have as many rows as nodes.
+    pub fn input(&self, node: usize) -> Option<usize> {
+        if self.held {
+            Some(node).filter(|node| *node < self.inputs)
+        } else {
+            (node + self.inputs).checked_sub(self.nodes)
+        }
     }
+
+    /// The numbers of `column` at `node`, if it has any there.
+    pub fn numbers<'a>(&self, column: &Column<'a>, node: usize) -> Option<&'a [f64]> {
+        let at_node = !column.of_input || column.values.len() == self.nodes;
+        column.values.row(if at_node { node } else { self.input(node)? })
+    }
+}
+
+/// One row, as JSON.
+struct Row<'a> {
+    columns: &'a [Column<'a>],
+    rows: &'a Rows,
+    node: usize,
 }
 
 impl Serialize for Row<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut keys = serializer.serialize_map(None)?;
         for column in self.columns {
-            match (self.numbers(column), column.values) {
+            match (self.rows.numbers(column, self.node), column.values) {
                 (Some([number]), Values::Numbers(_)) => keys.serialize_entry(column.key, number)?,
                 (Some(numbers), _) => keys.serialize_entry(column.key, numbers)?,
                 (None, _) => {}
@@ -59,36 +72,37 @@ impl Serialize for Row<'_> {
 /// A number that is not finite, or the stream.
 pub fn write_jsonl(trajectory: &Trajectory, mut output: impl Write) -> Result<(), ExportError> {
     check_finite(trajectory)?;
-    for row in Row::all(trajectory, &columns(trajectory)) {
-        serde_json::to_writer(&mut output, &row)?;
+    let (columns, rows) = (columns(trajectory), Rows::of(trajectory));
+    for node in 0..trajectory.time.len() {
+        serde_json::to_writer(&mut output, &Row { columns: &columns, rows: &rows, node })?;
         output.write_all(b"\n")?;
     }
     Ok(output.flush()?)
 }
 
-/// Writes CSV: a header with units, then one line a node; decimal points, no quotes. Inputs are called as `identity`
-/// does, else by their numbers.
+/// Writes CSV: a head with units, then one line a node; decimal points, no quotes. Inputs are called as `identity`
+/// does, else by their numbers. With `margins` it tells how far the plan stays from every limit and constraint of `problem`
+/// at each node, and at which angle each boresight is from each direction.
 ///
 /// # Errors
 /// A number that is not finite, or the stream.
 pub fn write_csv(
     trajectory: &Trajectory,
+    problem: &Problem,
     identity: &Identity,
+    margins: bool,
     mut output: impl Write,
 ) -> Result<(), ExportError> {
     check_finite(trajectory)?;
-    // Inputs, as many as the maneuver has, come after the vectors.
-    let mut ordered = columns(trajectory);
-    ordered.sort_by_key(Column::is_flat);
-    let header: Vec<String> = ordered.iter().flat_map(|column| column.headers(&identity.inputs)).collect();
-    writeln!(output, "{}", header.join(","))?;
-    for row in Row::all(trajectory, &ordered) {
-        let cells = ordered.iter().flat_map(|column| (0..column.width).map(move |part| (column, part)));
-        for (index, (column, part)) in cells.enumerate() {
+    let table = wide_table(trajectory, problem, identity, margins);
+    let heads: Vec<&str> = table.iter().map(|column| &*column.head).collect();
+    writeln!(output, "{}", heads.join(","))?;
+    for node in 0..trajectory.time.len() {
+        for (index, column) in table.iter().enumerate() {
             let comma = if index > 0 { "," } else { "" };
-            match row.numbers(column) {
+            match (column.cell)(node) {
                 // The debug form of a float is the shortest that reads back to the same bits.
-                Some(numbers) => write!(output, "{comma}{:?}", numbers[part])?,
+                Some(number) => write!(output, "{comma}{number:?}")?,
                 None => write!(output, "{comma}")?,
             }
         }

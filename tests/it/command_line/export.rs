@@ -43,6 +43,47 @@ fn every_format_is_written_by_its_ending() {
 }
 
 #[test]
+fn margins_stand_in_tables_that_are_asked_for_them() {
+    let folder = planned();
+    folder.slew(&["export", "plan.json", "-o", "bare.csv"]).ends(0);
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "full.csv", "--margins"]).ends(0);
+    let head = |name: &str| folder.read(name).lines().next().unwrap().to_string();
+    let more = head("full.csv");
+    assert!(more.starts_with(&head("bare.csv")), "{more}");
+    assert!(!more.contains("margin"), "nothing is limited: {more}");
+    let limited = ["--set", "actuators.torque_limit_n_m=50"];
+    folder
+        .slew(&[&["plan", "spec.toml", "-q", "-o", "limited.csv", "--margins"], &limited[..]].concat())
+        .ends(0);
+    assert!(head("limited.csv").ends_with(",margin_torque_limit_n_m"), "{}", head("limited.csv"));
+    let before = folder.names();
+    for args in
+        [&["plan", "spec.toml", "-o", "a.json", "--margins"][..], &["export", "plan.json", "--margins"]]
+    {
+        folder.slew(args).ends(2).tells("E0107").tells("csv");
+    }
+    assert_eq!(folder.names(), before);
+}
+
+#[cfg(not(feature = "parquet"))]
+#[test]
+fn a_program_without_parquet_says_how_to_have_it() {
+    let folder = planned();
+    let before = folder.names();
+    let (plan, export) = (["plan", "spec.toml"], ["export", "plan.json"]);
+    for args in [plan, export] {
+        let run = folder.slew(&[&args[..], &["-o", "plan.parquet"]].concat()).ends(2).tells("E0144");
+        run.tells("--features parquet");
+    }
+    assert_eq!(folder.names(), before);
+    let sweep = ["sweep", "spec.toml", "--over", "maneuver.duration_s=20,30", "-q", "-o"];
+    folder.slew(&[&sweep[..], &["all.parquet"]].concat()).ends(2).tells("slew merge");
+    folder.slew(&[&sweep[..], &["all.jsonl"]].concat()).ends(0);
+    folder.slew(&["merge", "all.jsonl", "-o", "all.parquet"]).ends(2).tells("E0144");
+    assert!(!folder.path("all.parquet").exists());
+}
+
+#[test]
 fn what_a_format_needs_is_asked_for_before_any_work() {
     let folder = Folder::new();
     let before = folder.names();

@@ -3,7 +3,7 @@
 
 use super::{BASE, WHEELS, bad, good};
 use slewkit::files::epoch::Epoch;
-use slewkit::files::exchange::{AemVersion, Attitudes, Format, Lacking, Record, read_attitudes};
+use slewkit::files::exchange::{AemVersion, Attitudes, Format, Lacking, Record, Tables, read_attitudes};
 use slewkit::files::export::{ExportError, write_csv};
 use slewkit::files::identity::Identity;
 use slewkit::files::spec::{self, Loaded, SpecDocument};
@@ -47,15 +47,20 @@ fn written(
     tick: Option<f64>,
 ) -> Result<Vec<u8>, ExportError> {
     let mut bytes = Vec::new();
-    let record = Record {
+    let record = Record { tables: Tables { tick, margins: false }, ..record(loaded, trajectory) };
+    format.write(&record, &mut bytes).map(|()| bytes)
+}
+
+fn record<'a>(loaded: &'a Loaded, trajectory: &'a Trajectory) -> Record<'a> {
+    Record {
         problem: &loaded.problem,
         identity: Cow::Borrowed(&loaded.identity),
         trajectory,
+        switches: vec![],
         created: Epoch::of_unix(1_700_000_000),
-        tick,
+        tables: Tables::default(),
         notes: vec!["a note".into()],
-    };
-    format.write(&record, &mut bytes).map(|()| bytes)
+    }
 }
 
 fn text(format: Format, loaded: &Loaded, trajectory: &Trajectory) -> String {
@@ -143,7 +148,7 @@ fn what_is_written_reads_back() {
     let path = turning(Vector3::new(2.0, -1.0, 2.0) / 3.0, 0.7, 40, 0.3);
     let csv = {
         let mut bytes = Vec::new();
-        write_csv(&path, &Identity::default(), &mut bytes).unwrap();
+        write_csv(&path, &loaded.problem, &Identity::default(), false, &mut bytes).unwrap();
         String::from_utf8(bytes).unwrap()
     };
     let formats = [Format::Aem(AemVersion::Two), Format::Aem(AemVersion::One), Format::AemXml];
@@ -161,6 +166,112 @@ fn what_is_written_reads_back() {
     assert_eq!(found.epoch, loaded.identity.epoch);
     assert_eq!(found.reference_frame.as_deref(), Some("ICRF"));
     assert_eq!(found.evenly().len(), 41);
+}
+
+/// Neighbours share their node, and a reader takes it once.
+#[test]
+fn an_ephemeris_has_a_block_for_each_piece_between_switches() {
+    let loaded = loaded();
+    let path = turning(Vector3::new(2.0, -1.0, 2.0) / 3.0, 0.7, 40, 0.3);
+    let date = |k: usize| loaded.identity.epoch.unwrap().after(path.time[k]).calendar_text();
+    for format in [Format::Aem(AemVersion::Two), Format::Aem(AemVersion::One), Format::AemXml] {
+        let mut bytes = Vec::new();
+        let record = Record { switches: vec![1, 15], ..record(&loaded, &path) };
+        format.write(&record, &mut bytes).unwrap();
+        let text = String::from_utf8(bytes).unwrap();
+        let starts: Vec<&str> = (text.lines().filter(|line| line.contains("START_TIME")))
+            .map(|line| line.trim_matches(|c: char| !c.is_ascii_digit()))
+            .collect();
+        assert_eq!(starts, [date(0), date(1), date(15)], "{text}");
+        for (k, times) in [(0, 2), (1, 3 + 1), (15, 3 + 1), (40, 2)] {
+            // In the metadata of one block or of two, and in the rows of as many.
+            assert_eq!(text.matches(&date(k)).count(), times, "node {k}");
+        }
+        let found = read(&text);
+        assert_eq!((found.time.len(), found.quaternion), (41, path.quaternion.clone()));
+        // Not within a block.
+        let (head, rest) = text.rsplit_once(&date(20)).unwrap();
+        let twice = format!("{head}{}{rest}", date(19));
+        let refused = read_attitudes(twice.as_bytes(), "test").unwrap_err().to_string();
+        assert!(refused.contains("or at the same time"), "{refused}");
+    }
+}
+
+#[test]
+fn a_block_that_begins_elsewhere_than_the_one_above_ends_is_refused() {
+    let loaded = loaded();
+    let one = text(Format::Aem(AemVersion::Two), &loaded, &turning(Vector3::z(), 0.1, 3, 1.0));
+    let after = |first: &str, second: &str| {
+        let block = second[second.find("META_START").unwrap()..].to_string();
+        // The second block begins when the first ends.
+        let shifted = (0..4).rev().fold(block, |block, k| {
+            block.replace(&format!("07:00:0{k}.500"), &format!("07:00:0{}.500", k + 3))
+        });
+        format!("{first}\n{shifted}")
+    };
+    // It begins in the attitude at which the first began.
+    let both = after(&one, &one);
+    let refused = read_attitudes(both.as_bytes(), "test").unwrap_err().to_string();
+    assert!(refused.contains("the block above ends at the same time in another attitude"), "{refused}");
+    let row = |line: &str| line.starts_with("2026-11-21T07:00:03.500 ");
+    let line = both.lines().count() - both.lines().rev().position(row).unwrap();
+    assert!(refused.contains(&format!("test:{line}:1")), "{refused}");
+}
+
+/// The body turns about z at 10 deg/s, and x with it.
+#[test]
+fn tables_tell_margins_and_angles_where_they_are_asked_for() {
+    let text = format!(
+        "{BASE}\n[actuators]\ntorque_axes_body = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\ntorque_limit_n_m = 0.5\n{}",
+        r#"
+        [[constraint]]
+        kind = "keep_out"
+        name = "tracker, off the Sun"
+        boresight_body = [[1, 0, 0], [0, 0, 1]]
+        direction_inertial = { vector = [0, -1, 0] }
+        half_angle_deg = 20
+        margin_deg = 1
+        [[constraint]]
+        kind = "keep_in"
+        name = "antenna"
+        boresight_body = [1, 0, 0]
+        direction_inertial = { vector = [1, 0, 0] }
+        half_angle_deg = 170
+        [[constraint]]
+        kind = "rate_limit"
+        name = "rate"
+        angular_velocity_limit_deg_s = 12
+        "#
+    );
+    let loaded = good(&text, &["maneuver.steps=4", "names={ inputs = [\"a\", \"b\", \"c, d\"] }"]);
+    let mut path = turning(Vector3::z(), 10_f64.to_radians(), 4, 1.0);
+    path.input[5] = -0.125;
+    let table = |margins: bool| {
+        let mut bytes = Vec::new();
+        write_csv(&path, &loaded.problem, &loaded.identity, margins, &mut bytes).unwrap();
+        String::from_utf8(bytes).unwrap()
+    };
+    let (bare, full) = (table(false), table(true));
+    let head = "time_s,quaternion_w,quaternion_x,quaternion_y,quaternion_z,angular_velocity_x_rad_s,\
+        angular_velocity_y_rad_s,angular_velocity_z_rad_s,torque_x_n_m,torque_y_n_m,torque_z_n_m,\
+        input_a_n_m,input_b_n_m,input_c_ d_n_m,costate_attitude_x_cost_per_rad,costate_attitude_y_cost_per_rad,\
+        costate_attitude_z_cost_per_rad,costate_momentum_x_cost_per_n_m_s,costate_momentum_y_cost_per_n_m_s,\
+        costate_momentum_z_cost_per_n_m_s";
+    assert_eq!(bare.lines().next(), Some(head));
+    let more = ",margin_torque_limit_n_m,margin_tracker__off_the_Sun_deg,margin_antenna_deg,margin_rate_deg_s,\
+        angle_tracker__off_the_Sun_1_1_deg,angle_tracker__off_the_Sun_2_1_deg,angle_antenna_deg";
+    assert_eq!(full.lines().next(), Some(&*format!("{head}{more}")));
+    for (k, (bare, full)) in bare.lines().zip(full.lines()).skip(1).enumerate() {
+        let turned = 10.0 * k as f64;
+        let torque = if k == 1 { 0.375 } else { 0.5 };
+        // z stays at 90° from −y, x goes away from there.
+        let expected = [torque, 90.0 - 21.0, 170.0 - turned, 2.0, 90.0 + turned, 90.0, turned];
+        let found = numbers(full.strip_prefix(bare).unwrap());
+        assert_eq!(found.len(), expected.len());
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected} at {k}");
+        }
+    }
 }
 
 /// A1 to B1, body named first or second, version 1.0 with each direction and order: one attitude.

@@ -386,7 +386,7 @@ fn trajectory_that_is_not_finite_is_refused_in_every_format() {
         let file = PlanFile::new(&problem, &Settings::default(), &plan);
         for result in [
             file.write(std::io::sink()),
-            write_csv(&trajectory, &Identity::default(), std::io::sink()),
+            write_csv(&trajectory, &problem, &Identity::default(), false, std::io::sink()),
             write_jsonl(&trajectory, std::io::sink()),
         ] {
             let error = result.unwrap_err();
@@ -403,7 +403,7 @@ fn csv_reads_back_bit_for_bit_with_inputs_where_they_exist() {
     for problem in kinds() {
         let trajectory = trajectory(&problem);
         let mut text = Vec::new();
-        write_csv(&trajectory, &Identity::default(), &mut text).unwrap();
+        write_csv(&trajectory, &problem, &Identity::default(), false, &mut text).unwrap();
         let text = String::from_utf8(text).unwrap();
         let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
         let header = lines.next().unwrap();
@@ -426,8 +426,14 @@ fn csv_reads_back_bit_for_bit_with_inputs_where_they_exist() {
         same("angular_velocity_y_rad_s", 0, trajectory.angular_velocity.iter().map(|v| v.y).collect());
         same("torque_x_n_m", late, trajectory.torque.iter().map(|v| v.x).collect());
         let nth = |flat: &[f64], width: usize, at: usize| flat.chunks(width).map(|row| row[at]).collect();
-        same("input_2", late, nth(&trajectory.input, trajectory.input_count, 1));
-        same("costate_6", late, nth(&trajectory.costates, problem.dimension(), 5));
+        let unit = if problem.motion == Motion::RigidBody { "n" } else { "n_m" };
+        same(&format!("input_2_{unit}"), late, nth(&trajectory.input, trajectory.input_count, 1));
+        let sixth = if problem.motion == Motion::RigidBody {
+            "linear_momentum_z_cost_per_n_s"
+        } else {
+            "momentum_z_cost_per_n_m_s"
+        };
+        same(&format!("costate_{sixth}"), late, nth(&trajectory.costates, problem.dimension(), 5));
         let wheels = wheel_count(&problem);
         if wheels > 0 {
             same("wheel_momentum_3_n_m_s", 0, nth(&trajectory.wheel_momentum, wheels, 2));
@@ -470,13 +476,14 @@ fn json_lines_hold_one_node_each() {
 
 #[test]
 fn table_of_a_simulation_has_no_columns_of_inputs() {
-    let mut trajectory = trajectory(&problem(Motion::Attitude, Scheme::LieVerlet));
+    let problem = problem(Motion::Attitude, Scheme::LieVerlet);
+    let mut trajectory = trajectory(&problem);
     trajectory.torque.clear();
     trajectory.input.clear();
     trajectory.input_count = 0;
     trajectory.costates.clear();
     let mut text = Vec::new();
-    write_csv(&trajectory, &Identity::default(), &mut text).unwrap();
+    write_csv(&trajectory, &problem, &Identity::default(), false, &mut text).unwrap();
     let text = String::from_utf8(text).unwrap();
     assert_eq!(text.lines().count(), 6);
     assert!(text.lines().all(|line| line.split(',').count() == 8), "{text}");

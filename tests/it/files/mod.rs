@@ -5,6 +5,8 @@ mod exchange;
 mod export;
 mod meaning;
 mod mutations;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod random;
 mod reading;
 mod schema;

@@ -199,7 +199,7 @@ pub(super) fn date(piece: Piece<'_>, scale: Scale) -> Result<Epoch, Wrong> {
 }
 
 impl Block {
-    /// Takes the names over; all blocks of a file must agree.
+    /// Takes the names over; all blocks of a file must agree. The first row of a block may be the last of the one above.
     pub fn begin(&self, at: Piece<'_>, rows: &mut Rows) -> Result<(), Wrong> {
         let [reference, body] = self.names.clone();
         let before = rows.found.reference_frame.as_ref().zip(rows.found.body_frame.as_ref());
@@ -210,6 +210,7 @@ impl Block {
             );
         }
         (rows.found.reference_frame, rows.found.body_frame) = (Some(reference), Some(body));
+        rows.begins = true;
         Ok(())
     }
 

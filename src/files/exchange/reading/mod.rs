@@ -186,6 +186,8 @@ struct Rows {
     found: Attitudes,
     /// Where the last row stood.
     last: Option<usize>,
+    /// Whether the next row is the first of its block.
+    begins: bool,
 }
 
 impl Rows {
@@ -201,6 +203,10 @@ impl Rows {
         if (length - 1.0).abs() > UNIT_ROUNDING {
             let reason = format!("the quaternion has the length {length:.8}");
             return at.wrong(reason, "attitudes are unit quaternions, of length 1 to six digits");
+        }
+        let begins = std::mem::take(&mut self.begins);
+        if begins && self.found.time.last() == Some(&time) {
+            return self.shared(at, quaternion);
         }
         if let Some(before) = self.found.time.last().filter(|before| **before >= time) {
             let by = before - time;
@@ -223,6 +229,17 @@ impl Rows {
         self.found.rate.extend(rate);
         self.last = Some(at.at);
         Ok(())
+    }
+
+    /// The first row of a block at the time of the last one of the block above: the same attitude, and one row is enough.
+    fn shared(&self, at: Piece<'_>, quaternion: [f64; 4]) -> Result<(), Wrong> {
+        let before = self.found.quaternion.last().copied().unwrap_or_default();
+        let same = before.iter().zip(quaternion).map(|(a, b)| a * b).sum::<f64>();
+        let near = |(a, b): (&f64, f64)| (a - same.signum() * b).abs() <= UNIT_ROUNDING;
+        if before.iter().zip(quaternion).all(near) {
+            return Ok(());
+        }
+        at.wrong("the block above ends at the same time in another attitude", "a body turns without jumps")
     }
 
     fn finish(mut self) -> Result<Attitudes, Wrong> {

@@ -1,0 +1,118 @@
+//! Margins and angles at every node of a recorded trajectory, for tables.
+
+use super::Meter;
+use crate::maneuver::constraint::{Pointing, Rule, angle_between};
+use crate::maneuver::problem::Problem;
+use crate::maneuver::solution::Trajectory;
+use crate::{Matrix3, Vector3, lie};
+
+/// How far a trajectory stays from one limit or constraint at each node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NodeMargins {
+    /// The name that [`super::Margin`] has.
+    pub name: String,
+    /// Its unit there.
+    pub unit: &'static str,
+    /// `N + 1` distances, negative: violated. NaN where there is no input, or no rate of one.
+    pub values: Vec<f64>,
+}
+
+/// The angle between a boresight and a direction of a constraint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConeAngle {
+    /// Name of the constraint.
+    pub name: String,
+    /// Which boresight of the constraint, from 1.
+    pub boresight: usize,
+    /// Which direction, from 1.
+    pub direction: usize,
+    /// Whether the constraint has no other pair.
+    pub only: bool,
+    /// The angle at each node \[deg\], `N + 1` values.
+    pub degrees: Vec<f64>,
+}
+
+impl Meter<'_> {
+    /// An attitude, body → reference, at `time`.
+    fn attitude(&mut self, time: f64, attitude: &Matrix3) {
+        let frame_rate = self.frame_rate;
+        for entry in &mut self.entries {
+            let super::What::Rule(Rule::Pointing(pointing)) = entry.what else { continue };
+            for (index, angle) in angles(pointing, time, attitude, &frame_rate).enumerate() {
+                let scaled = pointing.room(angle);
+                entry.smallest.meet(super::Smallest { margin: scaled, scaled, time, index });
+            }
+        }
+    }
+}
+
+/// The angle of every pair \[rad\].
+fn angles(
+    pointing: &Pointing,
+    time: f64,
+    attitude: &Matrix3,
+    frame_rate: &Vector3,
+) -> impl Iterator<Item = f64> {
+    pointing
+        .pairs()
+        .map(move |(boresight, to)| angle_between(&(attitude * boresight), &to.at(time, frame_rate)))
+}
+
+/// How far `trajectory` stays from every limit and constraint of `problem` at its nodes; `inputs` says which row of inputs
+/// belongs to a node. Arcs between nodes are not looked at, as [`super::Margin`] does.
+pub fn margins_at_nodes(
+    problem: &Problem,
+    trajectory: &Trajectory,
+    inputs: impl Fn(usize) -> Option<usize>,
+) -> Vec<NodeMargins> {
+    let empty = Meter::new(problem);
+    let mut found: Vec<NodeMargins> = (empty.entries.iter())
+        .map(|entry| NodeMargins { name: entry.name.clone(), unit: entry.unit, values: Vec::new() })
+        .collect();
+    let wheels = problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len());
+    let row = |node: usize| inputs(node).map(|row| trajectory.inputs(row));
+    for (node, time) in trajectory.time.iter().copied().enumerate() {
+        let before = node.checked_sub(1);
+        let step = before.map_or(f64::NAN, |before| time - trajectory.time[before]);
+        let mut meter = Meter::every(step, problem);
+        if let Some(now) = row(node) {
+            meter.inputs(time, now, before.and_then(row));
+        }
+        if let Some(momenta) = trajectory.wheel_momentum.get(node * wheels..(node + 1) * wheels) {
+            meter.wheels(time, momenta);
+        }
+        meter.rate(time, &trajectory.angular_velocity[node]);
+        meter.attitude(time, &lie::rotation_from_quaternion(&trajectory.quaternion[node]));
+        for (column, margin) in found.iter_mut().zip(meter.margins()) {
+            column.values.push(margin.margin);
+        }
+    }
+    found
+}
+
+/// The angle of every boresight to every direction of the constraints of `problem` along `trajectory`.
+pub fn cone_angles(problem: &Problem, trajectory: &Trajectory) -> Vec<ConeAngle> {
+    let frame_rate = problem.environment.frame_rate();
+    let mut found = Vec::new();
+    for constraint in &problem.constraints {
+        let Rule::Pointing(pointing) = &constraint.rule else { continue };
+        let first = found.len();
+        let (boresights, directions) = (pointing.boresights.len(), pointing.directions.len());
+        found.extend((0..boresights * directions).map(|index| ConeAngle {
+            name: constraint.name.clone(),
+            boresight: index / directions + 1,
+            direction: index % directions + 1,
+            only: boresights * directions == 1,
+            degrees: Vec::with_capacity(trajectory.time.len()),
+        }));
+        for (time, quaternion) in trajectory.time.iter().zip(&trajectory.quaternion) {
+            let attitude = lie::rotation_from_quaternion(quaternion);
+            for (cone, angle) in
+                found[first..].iter_mut().zip(angles(pointing, *time, &attitude, &frame_rate))
+            {
+                cone.degrees.push(angle.to_degrees());
+            }
+        }
+    }
+    found
+}
