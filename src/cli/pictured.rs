@@ -1,10 +1,10 @@
 //! The file that is to be looked at, and how.
 
-use super::{Console, Failure, Message, Reading, spec_file};
+use super::{Console, Failure, Reading, spec_file};
 use clap::builder::PossibleValuesParser;
 use slewkit::batch::Results;
 use slewkit::files::export::{EULER_SEQUENCES, ExportError, PlanFile};
-use slewkit::files::spec::{Loaded, escape};
+use slewkit::files::spec::Loaded;
 use slewkit::plan::Plan;
 use slewkit::report::Cases;
 use std::io::{Cursor, Read};
@@ -68,19 +68,6 @@ pub fn results(path: &Path) -> Result<Cases, Failure> {
         cases.add(&result);
     }
     Ok(cases)
-}
-
-/// Why a file that is of something else is of no use, and what to run.
-pub fn refusal(path: &Path, reason: &str, remedy: &str) -> Failure {
-    let reason = format!("{}: {reason}", escape(&path.to_string_lossy()));
-    Failure::File(Message::new("E0102", reason, remedy))
-}
-
-/// A comparison has no trajectory to show.
-pub fn comparison(path: &Path) -> Failure {
-    let remedy = "show a plan of one method: `slew plan SPEC --set solver.method=scp -o plan.json`, then `slew report`; \
-                  `slew compare SPEC --figures DIR` draws integrators";
-    refusal(path, "a comparison holds costs and errors, no trajectory", remedy)
 }
 
 /// The spec that the plan file `input`, read from `path`, holds, its maneuver on the grid of the plan, and the plan.

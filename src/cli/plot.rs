@@ -1,11 +1,14 @@
-//! `slew plot`: the pictures of a plan, a simulation or the results of a batch as SVG files.
+//! `slew plot`: the pictures of a plan, a simulation, a comparison or the results of a batch as SVG files.
 
 use super::pictured::{self, Drawing, Kind};
 use super::{Common, Console, Exit, Failure, Message, summary};
 use slewkit::draw::{Picture, panel};
 use slewkit::files::export::{FileError, SimulationFile, Target};
 use slewkit::files::spec::escape;
-use slewkit::report::{CASE_KEYS, KEYS, SIMULATION_KEYS, Shown, Subject, pictures, simulation_pictures};
+use slewkit::report::{
+    CASE_KEYS, COMPARISON_KEYS, ComparisonFile, KEYS, SIMULATION_KEYS, Shown, Subject, comparison_pictures,
+    pictures, simulation_pictures,
+};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `slew plot`.
@@ -20,7 +23,9 @@ position, velocity, clearance, euler, quaternion, error, costates_attitude, cost
 costates_position, costates_linear, hamiltonian, convergence.
 
 Of a simulation, JSON: sky of one body, rates, position, euler, quaternion, energy,
-angular_momentum, orthogonality. Of the results of a batch, JSON lines: cost (over one key), map (over two), distribution, miss.
+angular_momentum, orthogonality. Of integrators compared, JSON: energy_over_step,
+orthogonality_over_step, momentum_over_step, time_over_step, evaluations_precision,
+work_precision. Of the results of a batch, JSON lines: cost (over one key), map (over two), distribution, miss.
 
 Times at which a limit acts, or arcs, are shaded; a curve that diverges is cut and says so, and one that
 lies under another says under which. SVG becomes PDF or PNG by any converter, as in
@@ -53,7 +58,7 @@ pub struct Args {
 /// The names of all pictures, each once.
 fn keys() -> Vec<&'static str> {
     let mut keys = Vec::new();
-    for key in KEYS.into_iter().chain(SIMULATION_KEYS).chain(CASE_KEYS) {
+    for key in KEYS.into_iter().chain(SIMULATION_KEYS).chain(CASE_KEYS).chain(COMPARISON_KEYS) {
         if !keys.contains(&key) {
             keys.push(key);
         }
@@ -112,7 +117,10 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
             let shown = pictured::results(&args.plan)?.pictures();
             return draw(args, target, &shown, console);
         }
-        (Kind::Comparison, _) => return Err(pictured::comparison(&args.plan)),
+        (Kind::Comparison, input) => {
+            let file = ComparisonFile::read(input).map_err(|error| Failure::unusable(&args.plan, &error))?;
+            return draw(args, target, &comparison_pictures(&file), console);
+        }
         (Kind::Simulation, input) => {
             let file = SimulationFile::read(input).map_err(|error| Failure::unusable(&args.plan, &error))?;
             return draw(args, target, &simulation_pictures(&file, &args.drawing.euler), console);

@@ -4,7 +4,7 @@ use super::pictured::{self, Drawing, Kind};
 use super::{Common, Console, Exit, Failure, console, summary};
 use slewkit::files::export::{SimulationFile, Target};
 use slewkit::files::spec::Loaded;
-use slewkit::report::{plan_page, results_page, simulation_page};
+use slewkit::report::{ComparisonFile, comparison_page, plan_page, results_page, simulation_page};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `slew report`.
@@ -15,7 +15,9 @@ what is proved, boresights and cones on the sphere, inputs, rates and wheels wit
 clearance, attitude, costates, convergence, rivals, checks, and the body in motion.
 
 It is made from the file alone. A plan without a trajectory, proved infeasible or not converged,
-has a report as well, and so has a simulation: motion, energy and momentum. Of the results of
+has a report as well, and so has a simulation: motion, energy and momentum; and what
+`slew compare SPEC --format json` printed: tables, and work and precision of integrators (with
+`slew compare SPEC --report` also the motions side by side). Of the results of
 `slew batch`, `slew sweep` and `slew monte-carlo`: the cost over one key or two, distributions,
 failed and costliest cases.
 
@@ -26,8 +28,8 @@ Examples:
   slew sweep maneuver.toml --over maneuver.duration_s=20:200:37 -o sweep.jsonl
   slew report sweep.jsonl -o sweep.html")]
 pub struct Args {
-    /// File that `slew plan SPEC -o FILE` or `slew simulate SPEC -o FILE` wrote, JSON, `-` reads stdin; or results of a
-    /// batch, JSON lines
+    /// File that `slew plan SPEC -o FILE` or `slew simulate SPEC -o FILE` wrote, JSON, `-` reads stdin; a comparison, JSON;
+    /// or results of a batch, JSON lines
     #[arg(value_name = "PLAN.json")]
     pub plan: PathBuf,
     /// The page; `-` is stdout
@@ -68,7 +70,10 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
             simulation_page(&read.map_err(|error| Failure::unusable(&args.plan, &error))?, sequence)
         }
         (Kind::Results, _) => results_page(&pictured::results(&args.plan)?),
-        (Kind::Comparison, _) => return Err(pictured::comparison(&args.plan)),
+        (Kind::Comparison, input) => {
+            let read = ComparisonFile::read(input);
+            comparison_page(&read.map_err(|error| Failure::unusable(&args.plan, &error))?)
+        }
     };
     match &target {
         Some(target) => write(target, &text, console)?,

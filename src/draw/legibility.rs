@@ -11,6 +11,9 @@ const DIVERGED: (f64, f64) = (1e6, 1e12);
 /// How far a diverged curve is followed, times what the rest of the chart reaches.
 const FOLLOWED: f64 = 10.0;
 
+/// A curve that ends above this part of the largest it reaches does not come back.
+const ESCAPED: f64 = 1e-3;
+
 /// Points nearer to each other than this are one to the eye \[px\].
 const APART: f64 = 0.7;
 
@@ -25,12 +28,23 @@ pub(super) fn cut(curves: &[Curve], scale: Scale) -> Vec<Curve> {
         finite.filter(|value| value.is_finite()).fold(0.0, f64::max)
     };
     let reaches: Vec<f64> = curves.iter().map(reach).collect();
+    // One that runs away itself is no measure for the others but by what it mostly is.
+    let standard = |(curve, reach): (&Curve, &f64)| match &curve.shape {
+        Shape::Line(points) | Shape::Marked(points) => {
+            let usual = share(points, 2);
+            let escapes = usual > 0.0 && *reach > threshold * usual && ends_at(points) > ESCAPED * reach;
+            if escapes { usual } else { *reach }
+        }
+        Shape::Band(_) => *reach,
+    };
+    let standards: Vec<f64> = curves.iter().zip(&reaches).map(standard).collect();
     let one = |(index, curve): (usize, &Curve)| {
         let mut curve = curve.clone();
         let (Shape::Line(points) | Shape::Marked(points)) = &mut curve.shape else { return curve };
-        let others = reaches.iter().enumerate().filter(|(other, _)| *other != index);
-        let others = others.map(|(_, reach)| *reach).fold(0.0, f64::max);
-        let usual = others.max(tenth(points));
+        let others = standards.iter().enumerate().filter(|(other, _)| *other != index);
+        let others = others.map(|(_, standard)| *standard).fold(0.0, f64::max);
+        // A tenth is small at rest, and never as small as what a diverging curve begins with is against its end.
+        let usual = others.max(share(points, 10));
         let grown = reaches[index] > threshold * usual && usual > 0.0;
         let began = points.iter().map(|point| point.1.abs()).find(|size| *size > 0.0).unwrap_or(0.0);
         let beyond = |point: &(f64, f64)| {
@@ -42,7 +56,7 @@ pub(super) fn cut(curves: &[Curve], scale: Scale) -> Vec<Curve> {
             points.truncate(last);
             let name = significant(x, 3);
             let told = if grown {
-                format!("cut at {name}: reaches {}", significant(reaches[index], 1))
+                format!("cut at {name}\nreaches {}", significant(reaches[index], 1))
             } else {
                 format!("not finite from {name} on")
             };
@@ -53,13 +67,17 @@ pub(super) fn cut(curves: &[Curve], scale: Scale) -> Vec<Curve> {
     curves.iter().enumerate().map(one).collect()
 }
 
-/// The size that a tenth of the values are below: small at rest, and never as small as what a diverging curve begins
-/// with is against its end.
-fn tenth(points: &[(f64, f64)]) -> f64 {
+/// The size of the last finite value.
+fn ends_at(points: &[(f64, f64)]) -> f64 {
+    points.iter().rev().map(|point| point.1.abs()).find(|size| size.is_finite()).unwrap_or(0.0)
+}
+
+/// The size that one of so many values is below.
+fn share(points: &[(f64, f64)], of: usize) -> f64 {
     let mut sizes: Vec<f64> =
         points.iter().map(|point| point.1.abs()).filter(|size| size.is_finite()).collect();
     sizes.sort_by(f64::total_cmp);
-    sizes.get(sizes.len() / 10).copied().unwrap_or(0.0)
+    sizes.get(sizes.len() / of).copied().unwrap_or(0.0)
 }
 
 /// Adds to the name of every curve that lies under one drawn later, the earlier in the list, under which.
@@ -113,6 +131,24 @@ mod tests {
         let largest = drawn[1].shape.points().iter().map(|point| point.1).fold(0.0, f64::max);
         assert!(largest <= 10.0, "{largest}");
         assert_eq!(drawn[2], chart.curves[2]);
+    }
+
+    #[test]
+    fn curves_that_diverge_together_are_all_cut_and_those_that_come_back_are_not() {
+        let away = |from: f64| move |x: f64| from * (if x < 50.0 { x.cos() } else { (x - 50.0).exp() });
+        let curves = vec![curve("a", away(1.0)), curve("b", away(-2.0)), curve("c", away(0.5))];
+        let chart = Chart::new("", Axis::linear("x"), Axis::linear("y"), curves);
+        for drawn in chart.legible_curves() {
+            assert!(drawn.name.contains("reaches"), "{}", drawn.name);
+            assert!(drawn.shape.points().iter().all(|point| point.1.abs() < 100.0));
+        }
+        // At rest for most of the time but for round-off, then a motion that ends at rest again.
+        let moves = |from: f64| {
+            move |x: f64| from * (1e-17 + if x > 80.0 { (x * 0.1).sin().powi(2) * (100.0 - x) } else { 0.0 })
+        };
+        let curves = vec![curve("a", moves(1.0)), curve("b", moves(2.0))];
+        let chart = Chart::new("", Axis::linear("x"), Axis::linear("y"), curves);
+        assert_eq!(chart.legible_curves(), chart.curves);
     }
 
     #[test]

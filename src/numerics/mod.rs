@@ -2,6 +2,7 @@
 //! figures for people.
 
 pub(crate) mod banded;
+pub(crate) mod clock;
 pub(crate) mod compensated;
 pub(crate) mod factor;
 pub mod figures;

@@ -35,7 +35,11 @@ pub(super) fn vector(vector: &Vector3) -> Value {
 /// A chart; abscissas that curves share stand in `grids` once.
 fn chart_document(key: &str, chart: &Chart, grids: &mut Vec<Vec<f64>>) -> Value {
     let curve = |curve: &Curve| {
-        let points = curve.shape.points();
+        let mut points = curve.shape.points();
+        // The script looks values up along the axis to the right, where work and steps may fall.
+        if matches!(curve.shape, Shape::Marked(_)) {
+            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        }
         let x: Vec<f64> = points.iter().map(|point| point.0).collect();
         let same = |grid: &Vec<f64>| {
             grid.len() == x.len() && grid.iter().zip(&x).all(|(a, b)| a.to_bits() == b.to_bits())

@@ -12,6 +12,7 @@ mod attitude;
 mod body;
 mod cases_told;
 mod charts;
+mod comparison;
 mod convergence;
 mod document;
 mod hamiltonian;
@@ -24,6 +25,7 @@ mod switching;
 mod words;
 
 pub use cases_told::told_of_cases;
+pub use comparison::{ComparisonFile, Motion, comparison_page, comparison_pictures};
 pub use page::plan_page;
 pub use results::{Cases, MOST_PICTURED, results_page};
 pub use simulation::{simulation_page, simulation_pictures};
@@ -59,6 +61,24 @@ pub const KEYS: [&str; 18] = [
 /// The names of all pictures that a simulation may have, in their order.
 pub const SIMULATION_KEYS: [&str; 8] =
     ["sky", "rates", "position", "euler", "quaternion", "energy", "angular_momentum", "orthogonality"];
+
+/// The names of all pictures that a comparison may have, in their order.
+pub const COMPARISON_KEYS: [&str; 14] = [
+    "inputs_1",
+    "inputs_2",
+    "inputs_3",
+    "turning",
+    "difference",
+    "energy_over_time",
+    "energy_error_over_time",
+    "orthogonality_over_time",
+    "energy_over_step",
+    "orthogonality_over_step",
+    "momentum_over_step",
+    "time_over_step",
+    "evaluations_precision",
+    "work_precision",
+];
 
 /// The names of all pictures that a file of results may have.
 pub const CASE_KEYS: [&str; 4] = ["cost", "map", "distribution", "miss"];

@@ -41,6 +41,9 @@ pub struct ObjectiveRun {
     pub gap: Option<f64>,
     /// Wall time of the solve, without verification \[s\]: differs between two runs.
     pub solve_time_s: f64,
+    /// The motion, where there is a plan; in no file.
+    #[serde(skip)]
+    pub trajectory: Option<Trajectory>,
 }
 
 /// Plans `problem` for least time, fuel and effort.
@@ -125,6 +128,7 @@ impl<'a> Measures<'a> {
             switches: None,
             gap: None,
             solve_time_s: 0.0,
+            trajectory: None,
         };
         let plan = match run {
             Ok(plan) => plan,
@@ -148,6 +152,7 @@ impl<'a> Measures<'a> {
             Some(integral(trajectory, |inputs| self.fuel.rate(&self.problem.actuation.torque, inputs)));
         row.switches = solution.switching.as_ref().map(|switching| switching.switches);
         row.gap = solution.switching.as_ref().map(|switching| switching.gap);
+        row.trajectory = Some(trajectory.clone());
         row
     }
 }

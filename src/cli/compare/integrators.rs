@@ -1,6 +1,6 @@
 //! Integrators side by side on the bodies of a simulation spec: tables, JSON and figures.
 
-use super::Args;
+use super::{Args, page};
 use crate::cli::{Console, Exit, Failure, Message, Tone, headline, interrupt, summary};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use slewkit::files::export::{FileError, Target};
@@ -33,8 +33,8 @@ pub struct StudyArgs {
     /// Draw figures: SVG files in the folder DIR, which is made if it does not exist
     #[arg(long, value_name = "DIR")]
     pub figures: Option<PathBuf>,
-    /// Replace figures that exist
-    #[arg(long, requires = "figures")]
+    /// Replace figures or a report that exist
+    #[arg(long, requires = "written")]
     pub force: bool,
 }
 
@@ -109,6 +109,7 @@ pub fn run(args: &Args, loaded: &LoadedSimulation, console: &mut Console) -> Res
     let study = args.study.study(loaded);
     study.check().map_err(|error| args.study.refusal(&error))?;
     let targets = args.study.targets(&args.spec.spec)?;
+    let page_target = args.target()?;
     interrupt::watch();
     let ran = study.run(&simulation.system, &simulation.start, &mut |progress| {
         let StudyProgress { kind, step, runs: (done, all) } = progress;
@@ -122,7 +123,7 @@ pub fn run(args: &Args, loaded: &LoadedSimulation, console: &mut Console) -> Res
     };
     console.say(&headline(console, &simulation.name, verdict, tone));
     console.say(&format!("\n{found}"));
-    args.report.print(&document! {
+    let document = document! {
         format: 1,
         generator: super::GENERATOR,
         compares: "integrators",
@@ -138,7 +139,8 @@ pub fn run(args: &Args, loaded: &LoadedSimulation, console: &mut Console) -> Res
         runs: &found.runs,
         equal_error: &found.equal_error,
         interrupted: found.interrupted,
-    })?;
+    };
+    args.report.print(&document)?;
     // What an interrupted comparison lacks would look like a finding.
     if !found.interrupted && !targets.is_empty() {
         let drawn = figures(&simulation.name, &study, &found, &outlines(loaded));
@@ -146,6 +148,9 @@ pub fn run(args: &Args, loaded: &LoadedSimulation, console: &mut Console) -> Res
             target.write(|output| Ok(output.write_all(figure.svg.as_bytes())?))?;
             summary::wrote(console, target);
         }
+    }
+    if !found.interrupted {
+        page(page_target.as_ref(), &document, (Vec::new(), &[]), found.histories.clone(), console)?;
     }
     Ok(exit)
 }

@@ -6,13 +6,19 @@ mod objectives;
 mod table;
 
 use super::plan::{Watcher, refusal};
-use super::{Console, Exit, Failure, ReportArgs, SpecArgs, interrupt, spec_file};
+use super::{Console, Exit, Failure, ReportArgs, SpecArgs, interrupt, report, spec_file};
+use serde::Serialize;
+use slewkit::files::export::Target;
 use slewkit::files::spec::{Loaded, Spec};
 use slewkit::plan::Status;
+use slewkit::report::{ComparisonFile, Motion, comparison_page};
+use slewkit::studies::integrators::History;
 use slewkit::studies::methods::compare;
+use std::path::PathBuf;
 
 /// Arguments of `slew compare`.
 #[derive(Debug, clap::Args)]
+#[command(group = clap::ArgGroup::new("written").args(["figures", "page"]).multiple(true))]
 #[command(after_help = "\
 A spec of a maneuver compares methods, a spec of a simulation integrators. Where a maneuver
 minimises time or fuel, or its duration is sought, its objectives are compared.
@@ -39,7 +45,7 @@ In JSON only the keys of times (`solve_time_s`, `time_s`, `time_ratio`) differ b
 Examples:
   slew compare maneuver.toml
   slew compare maneuver.toml --format json | jq .agreement
-  slew compare maneuver.toml --objectives
+  slew compare maneuver.toml --objectives --report objectives.html
   slew compare maneuver.toml --bound --bound-steps 4
   slew compare dumbbells.toml --figures figures
   slew compare dumbbells.toml --integrators lie_verlet,rkf78 --step 0.4,0.2,0.1 --horizon 30,300")]
@@ -58,8 +64,35 @@ pub struct Args {
     /// Compare the plans of least time, fuel and effort instead of the methods; torques need limits
     #[arg(long, conflicts_with = "bound")]
     pub objectives: bool,
+    /// Write the comparison as one page for a browser as well
+    #[arg(long = "report", value_name = "FILE.html")]
+    pub page: Option<PathBuf>,
     #[command(flatten)]
     pub study: integrators::StudyArgs,
+}
+
+impl Args {
+    /// The file of the page, checked before any work.
+    fn target(&self) -> Result<Option<Target>, Failure> {
+        let target = |page: &PathBuf| report::target(page, self.study.force, &[&self.spec.spec]);
+        self.page.as_ref().map(target).transpose()
+    }
+}
+
+/// Writes the page of a comparison, where one is asked for: its document, and what is in no document.
+fn page(
+    target: Option<&Target>,
+    document: &impl Serialize,
+    (motions, inputs): (Vec<Motion>, &[String]),
+    histories: Vec<History>,
+    console: &mut Console,
+) -> Result<(), Failure> {
+    let Some(target) = target else { return Ok(()) };
+    let internal = |error: &dyn std::fmt::Display| Failure::Internal(error.to_string());
+    let document = serde_json::to_value(document).map_err(|error| internal(&error))?;
+    let mut file = ComparisonFile::of(document).map_err(|error| internal(&error))?;
+    (file.motions, file.inputs, file.histories) = (motions, inputs.to_vec(), histories);
+    report::write(target, &comparison_page(&file), console)
 }
 
 /// What wrote a comparison.
@@ -95,7 +128,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
 }
 
 fn methods(args: &Args, loaded: Loaded, console: &mut Console) -> Result<Exit, Failure> {
-    let Loaded { problem, settings, .. } = loaded;
+    let Loaded { problem, settings, identity, .. } = loaded;
+    let target = args.target()?;
     interrupt::watch();
     let comparison = compare(&problem, &settings, &mut Watcher(console)).map_err(refusal)?;
     let bound = args
@@ -106,7 +140,7 @@ fn methods(args: &Args, loaded: Loaded, console: &mut Console) -> Result<Exit, F
     lines.extend(bound.iter().flat_map(|bound| bound.lines.clone()));
     console.say(&lines.join("\n"));
     let status = comparison.status();
-    args.report.print(&document! {
+    let document = document! {
         format: 1,
         generator: GENERATOR,
         compares: "methods",
@@ -121,7 +155,13 @@ fn methods(args: &Args, loaded: Loaded, console: &mut Console) -> Result<Exit, F
         methods: &comparison.methods,
         agreement: &comparison.agreement,
         bound if some: bound.as_ref().map(|bound| &bound.document),
-    })?;
+    };
+    args.report.print(&document)?;
+    let motions = comparison.methods.iter().filter_map(|run| {
+        let trajectory = run.trajectory.clone()?;
+        Some(Motion { name: table::name(run.method).into(), held: false, trajectory })
+    });
+    page(target.as_ref(), &document, (motions.collect(), &identity.inputs), Vec::new(), console)?;
     Ok(match status {
         Status::Solved => Exit::Solved,
         status => Exit::Plan(status),

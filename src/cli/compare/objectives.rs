@@ -1,6 +1,6 @@
 //! The plans of least time, fuel and effort of one maneuver, in words and as a document.
 
-use super::{Args, GENERATOR};
+use super::{Args, GENERATOR, page};
 use crate::cli::plan::{Watcher, refusal};
 use crate::cli::{Console, Exit, Failure, Lines, Tone, headline, interrupt, line};
 use slewkit::draw::table;
@@ -8,11 +8,13 @@ use slewkit::files::spec::{Loaded, escape};
 use slewkit::maneuver::Objective;
 use slewkit::numerics::figures::{error, significant, time};
 use slewkit::plan::Status;
+use slewkit::report::Motion;
 use slewkit::studies::objectives::{ObjectiveRun, STRETCH, compare};
 
 /// Compares the objectives.
 pub fn run(args: &Args, loaded: &Loaded, console: &mut Console) -> Result<Exit, Failure> {
-    let Loaded { problem, settings, .. } = loaded;
+    let Loaded { problem, settings, identity, .. } = loaded;
+    let target = args.target()?;
     interrupt::watch();
     let runs = compare(problem, settings, &mut Watcher(console)).map_err(refusal)?;
     let status = status(&runs);
@@ -34,7 +36,7 @@ pub fn run(args: &Args, loaded: &Loaded, console: &mut Console) -> Result<Exit, 
         lines.line("duration", "none given: effort and fuel have that which the price of time chooses");
     }
     console.say(&lines.join("\n"));
-    args.report.print(&document! {
+    let document = document! {
         format: 1,
         generator: GENERATOR,
         compares: "objectives",
@@ -42,7 +44,13 @@ pub fn run(args: &Args, loaded: &Loaded, console: &mut Console) -> Result<Exit, 
         exit_code: status.exit_code(),
         name: &problem.name,
         objectives: &runs,
-    })?;
+    };
+    args.report.print(&document)?;
+    let motions = runs.iter().filter_map(|run| {
+        let (name, trajectory) = (format!("least {}", run.minimises), run.trajectory.clone()?);
+        Some(Motion { name, held: run.switches.is_some(), trajectory })
+    });
+    page(target.as_ref(), &document, (motions.collect(), &identity.inputs), Vec::new(), console)?;
     Ok(if status == Status::Solved { Exit::Solved } else { Exit::Plan(status) })
 }
 

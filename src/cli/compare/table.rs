@@ -11,7 +11,8 @@ use slewkit::studies::methods::{
     ActiveNodes, Agreement, ByItself, Comparison, Contender, FromDuals, MethodRun, Standing, Verdict,
 };
 
-fn name(method: Contender) -> &'static str {
+/// What tables call a method.
+pub fn name(method: Contender) -> &'static str {
     match method {
         Contender::Shooting => "shooting",
         Contender::Scp => "scp",

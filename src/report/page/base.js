@@ -61,8 +61,14 @@ function linearTicks(low, high, count, least = 0) {
 function logarithmicTicks(low, high, count) {
   const every = Math.max(1, Math.ceil((high - low) / count));
   const ticks = [];
-  for (let decade = Math.ceil(low); decade <= high; decade++) {
-    if (decade % every === 0) ticks.push({ value: decade, text: "10", power: decade });
+  // A stretch of hardly two decades has ticks between them.
+  const digits = high - low < 2.2 ? [1, 2, 5] : [1];
+  for (let decade = Math.floor(low); decade <= high; decade++) {
+    if (decade % every !== 0) continue;
+    for (const digit of digits) {
+      const value = decade + Math.log10(digit);
+      if (value >= low && value <= high) ticks.push({ value, text: digit === 1 ? "10" : String(digit), power: decade });
+    }
   }
   return ticks;
 }

@@ -10,11 +10,19 @@ function chart(figureNode, picture) {
   // There is no half iteration, so no tick at one.
   const counts = picture.x.label.startsWith("iteration");
   const logarithmic = picture.y.log;
-  let curves = picture.curves.map((curve) => ({ ...curve, x: data.grids[curve.grid] }));
+  // On a logarithmic axis to the right abscissas are logarithms, and what has none is left out.
+  const ratios = picture.x.log;
+  const read = (curve) => {
+    const x = data.grids[curve.grid];
+    if (!ratios) return { ...curve, x };
+    const kept = x.map((_, k) => k).filter((k) => x[k] > 0);
+    return { ...curve, x: kept.map((k) => Math.log10(x[k])), y: kept.map((k) => curve.y[k]) };
+  };
+  let curves = picture.curves.map(read);
   const place = (value) => (logarithmic ? (value > 0 ? Math.log10(value) : null) : value);
   // Inputs of Lie–Euler begin a step later than the plan.
   const whole = overTime && data.body ? [data.body.time[0], data.body.time[data.body.time.length - 1]] : [Infinity, -Infinity];
-  for (const { x } of curves) {
+  for (const { x } of curves.filter(({ x }) => x.length)) {
     whole[0] = Math.min(whole[0], x[0]);
     whole[1] = Math.max(whole[1], x[x.length - 1]);
   }
@@ -81,7 +89,9 @@ function chart(figureNode, picture) {
         element("text", { x: (from + to) / 2, y: bottom - 6, "text-anchor": "middle", class: "small" }, inside, span.label);
       }
     }
-    for (const tick of linearTicks(view.from, view.to, Math.max(2, (right - left) / 75), counts ? 1 : 0)) {
+    const across = Math.max(2, (right - left) / 75);
+    const below = ratios ? logarithmicTicks(view.from, view.to, across) : linearTicks(view.from, view.to, across, counts ? 1 : 0);
+    for (const tick of below) {
       const x = view.x(tick.value);
       element("line", { x1: x, x2: x, y1: top, y2: bottom, stroke: "var(--grid)" }, svg);
       tickText(tick, { x, y: bottom + 17, "text-anchor": "middle" }, svg);
@@ -204,7 +214,7 @@ function legend(node, curves, picture) {
       const inside = at >= x[0] && at <= x[x.length - 1] && y[k] !== null && y[next] !== null;
       outputs[index].textContent = inside ? figure(y[k] + part * (y[next] - y[k])) : "–";
     });
-    time.textContent = at === null ? "" : `at ${figure(at)}${picture.x.label.startsWith("time") ? " s" : ""}`;
+    time.textContent = at === null ? "" : `at ${figure(picture.x.log ? 10 ** at : at)}${picture.x.label.startsWith("time") ? " s" : ""}`;
   };
 }
 

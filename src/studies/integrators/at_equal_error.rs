@@ -3,11 +3,12 @@
 //! Between two steps `log(work)` and `log(step)` are taken as linear in `log(error)`: exact where both follow
 //! powers of the step.
 
+use super::run::Name;
 use super::{IntegratorRun, Study};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// How well the work at an error level is known.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Bound {
     /// Interpolated between two steps.
@@ -19,14 +20,15 @@ pub enum Bound {
 }
 
 /// What a method needs for a mean energy error.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EqualError {
     /// The horizon \[s\].
     pub horizon_s: f64,
     /// The mean energy error `e_E`.
     pub energy_error: f64,
     /// Name of the method.
-    pub method: &'static str,
+    #[serde(deserialize_with = "super::run::name")]
+    pub method: Name,
     /// How the numbers below are to be read; for the step the other way round.
     pub bound: Bound,
     /// The step \[s\]; `None` where no step brings the method to the horizon.

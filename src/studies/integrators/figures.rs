@@ -7,7 +7,7 @@
 //! | `energy_over_step` | 3 (b): mean energy error |
 //! | `orthogonality_over_step` | 3 (c): mean orthogonality error |
 //! | `time_over_step` | 3 (d): CPU time |
-//! | `energy_error_over_time`, `orthogonality_over_time`, `momentum_over_step`, `work_precision` | – |
+//! | `energy_error_over_time`, `orthogonality_over_time`, `momentum_over_step`, `evaluations_precision`, `work_precision` | – |
 //!
 //! Two of its observations are not reproduced, by any initial data: the implicit midpoint rule keeps `RᵀR = I`,
 //! a quadratic invariant, to the tolerance of its iteration; and its energy error is near that of the
@@ -86,7 +86,7 @@ fn label(kind: Kind) -> String {
 }
 
 /// Names of the figures, in the order in which they are drawn.
-pub const FIGURES: [&str; 9] = [
+pub const FIGURES: [&str; 10] = [
     "trajectories",
     "energy_over_time",
     "energy_error_over_time",
@@ -95,29 +95,44 @@ pub const FIGURES: [&str; 9] = [
     "orthogonality_over_step",
     "momentum_over_step",
     "time_over_step",
+    "evaluations_precision",
     "work_precision",
 ];
 
 /// All figures, in the order of [`FIGURES`]. `outlines` has one per body, or fewer: the others are points.
 pub fn figures(title: &str, study: &Study, found: &WorkPrecision, outlines: &[Outline]) -> Vec<Figure> {
+    let trajectories = Drawn { title, study, found }.trajectories(outlines);
+    let charts = charts(title, study, found).into_iter().map(|(name, chart)| (name, chart.svg()));
+    let all = std::iter::once((FIGURES[0], trajectories)).chain(charts);
+    all.map(|(name, svg)| Figure { name, svg }).collect()
+}
+
+/// All but the trajectories; those over time only where `found` has histories.
+pub fn charts(title: &str, study: &Study, found: &WorkPrecision) -> Vec<(&'static str, Chart)> {
     let drawn = Drawn { title, study, found };
     let relative = "|E − E₀| / (T₀ + |U₀|)";
     let mean = |run: &IntegratorRun| Some(run.errors?.energy_error_mean);
     let orthogonality = |run: &IntegratorRun| Some(run.errors?.orthogonality_error_mean);
     let momentum = |run: &IntegratorRun| Some(run.errors?.angular_momentum_error_max);
-    let svg = [
-        drawn.trajectories(outlines),
-        drawn.energy_over_time().svg(),
-        drawn.over_time("Energy error", relative, |moment| moment.energy_error).svg(),
-        drawn.over_time("Orthogonality error", "‖I − RᵀR‖", |moment| moment.orthogonality).svg(),
-        drawn.over_step("Mean energy error", &format!("mean {relative}"), mean).svg(),
-        drawn.over_step("Mean orthogonality error", "mean ‖I − RᵀR‖", orthogonality).svg(),
-        drawn.over_step("Largest error of the angular momentum", "max |L − L₀| / Σ|Lᵢ|", momentum).svg(),
-        drawn.over_step("Time", "time, s", |run| run.errors.map(|_| run.time_s)).svg(),
-        drawn.work_precision().svg(),
+    let charts = [
+        drawn.energy_over_time(),
+        drawn.over_time("Energy error", relative, |moment| moment.energy_error),
+        drawn.over_time("Orthogonality error", "‖I − RᵀR‖", |moment| moment.orthogonality),
+        drawn.over_step("Mean energy error", &format!("mean {relative}"), mean),
+        drawn.over_step("Mean orthogonality error", "mean ‖I − RᵀR‖", orthogonality),
+        drawn.over_step("Largest error of the angular momentum", "max |L − L₀| / Σ|Lᵢ|", momentum),
+        drawn.over_step("CPU time", TIME, |run| run.errors.map(|_| run.time_s)),
+        drawn.work("Evaluations and precision", "evaluations of the potential", |run| {
+            run.force_evaluations as f64
+        }),
+        drawn.work("Work and precision", TIME, |run| run.time_s),
     ];
-    FIGURES.into_iter().zip(svg).map(|(name, svg)| Figure { name, svg }).collect()
+    let without_histories = if found.histories.is_empty() { 3 } else { 0 };
+    FIGURES.into_iter().skip(1).zip(charts).skip(without_histories).collect()
 }
+
+/// Label of an axis.
+const TIME: &str = "CPU time, least of several runs, s";
 
 struct Drawn<'a> {
     title: &'a str,
@@ -188,15 +203,15 @@ impl Drawn<'_> {
         }
     }
 
-    fn work_precision(&self) -> Chart {
+    fn work(&self, title: &str, unit: &str, work: impl Fn(&IntegratorRun) -> f64) -> Chart {
         let curve = |kind: &Kind| {
-            let point = |run: &IntegratorRun| Some((run.time_s, run.errors?.energy_error_mean));
+            let point = |run: &IntegratorRun| Some((work(run), run.errors?.energy_error_mean));
             self.curve(*kind, Shape::Marked(self.runs(*kind).filter_map(point).collect()))
         };
         Chart {
-            title: "Work and precision".into(),
+            title: title.into(),
             subtitle: format!("{}, over {} s", self.title, short(self.horizon())),
-            x: Axis::logarithmic("time, s"),
+            x: Axis::logarithmic(unit),
             y: Axis::logarithmic("mean |E − E₀| / (T₀ + |U₀|)"),
             curves: self.study.kinds.iter().map(curve).collect(),
             levels: Vec::new(),

@@ -27,7 +27,8 @@ mod tests;
 
 pub use at_equal_error::{Bound, EqualError};
 pub use history::{History, Moment, Path};
-pub use run::{Errors, IntegratorRun};
+pub use run::{Errors, IntegratorRun, Name};
+pub use table::{EQUAL, RUNS, equal_row, run_row};
 
 use crate::numerics::figures::short;
 use crate::propagate::integrator::{self, Kind, System, SystemError, SystemState};

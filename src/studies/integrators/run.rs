@@ -3,11 +3,11 @@
 use super::StudyError;
 use super::history::Recorder;
 use super::sample::{Sample, Scales};
+use crate::numerics::clock::thread_time;
 use crate::numerics::figures::short;
 use crate::propagate::integrator::{ErrorControl, Integrator, Kind, StepError, System, SystemState, Work};
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 use std::ops::ControlFlow;
-use std::time::Instant;
 
 /// States looked at to the longest horizon, about; evenly spaced.
 const SAMPLES: u64 = 200_000;
@@ -23,10 +23,11 @@ const LONG: f64 = 1.0;
 const MOST_REPEATS: u32 = 100;
 
 /// A method with a step, to a horizon.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct IntegratorRun {
     /// Name of the method.
-    pub method: &'static str,
+    #[serde(deserialize_with = "name")]
+    pub method: Name,
     /// The step \[s\].
     pub step_s: f64,
     /// The horizon \[s\].
@@ -40,16 +41,25 @@ pub struct IntegratorRun {
     pub force_evaluations: u64,
     /// Newton or fixed-point iterations, summed over the bodies where each has its own.
     pub iterations: u64,
-    /// Shortest wall-clock time of all repetitions \[s\]; with other work on the machine it is the less exact
-    /// the shorter it is.
+    /// Least CPU time of all repetitions, of the thread that steps \[s\]; wall time without the feature `cpu-time`. Where many
+    /// points attract each other on several threads it is the share of that one.
     pub time_s: f64,
     /// Why the method did not come to the horizon.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", default)]
     pub failure: Option<String>,
 }
 
+/// A name of [`Kind::NAMES`].
+pub type Name = &'static str;
+
+/// The name of a method that there is.
+pub(super) fn name<'de, D: Deserializer<'de>>(from: D) -> Result<&'static str, D::Error> {
+    let name = String::deserialize(from)?;
+    name.parse().map(Kind::name).map_err(serde::de::Error::custom)
+}
+
 /// Errors of what an exact motion keeps, over the states looked at: every step, or evenly spaced ones of long runs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// Largest `e_E`.
     pub energy_error_max: f64,
@@ -223,14 +233,14 @@ impl Setup<'_> {
         for &horizon in horizons {
             while done < horizon {
                 let chunk = (horizon - done).min(64 * CHUNK);
-                let began = Instant::now();
+                let began = thread_time();
                 for _ in 0..chunk {
                     // It came so far before: equal inputs, equal outputs.
                     if method.step(&[]).is_err() {
                         break;
                     }
                 }
-                spent += began.elapsed().as_secs_f64();
+                spent += (thread_time() - began).as_secs_f64();
                 done += chunk;
                 if go_on().is_break() {
                     return Ok(None);

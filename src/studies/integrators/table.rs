@@ -30,7 +30,7 @@ impl fmt::Display for WorkPrecision {
 }
 
 /// Columns of the runs to one horizon.
-const RUNS: &[&str] = &[
+pub const RUNS: &[&str] = &[
     "method",
     "step, s",
     "energy",
@@ -40,11 +40,11 @@ const RUNS: &[&str] = &[
     "angular",
     "evaluations",
     "iterations",
-    "time, s",
+    "CPU time, s",
 ];
 /// Columns of the work at equal error.
-const EQUAL: &[&str] =
-    &["horizon, s", "error", "method", "step, s", "evaluations", "ratio", "time, s", "ratio"];
+pub const EQUAL: &[&str] =
+    &["horizon, s", "error", "method", "step, s", "evaluations", "ratio", "CPU time, s", "ratio"];
 
 fn write(f: &mut fmt::Formatter<'_>, header: &[&str], rows: Vec<Vec<String>>, left: &[usize]) -> fmt::Result {
     let header = header.iter().map(|name| name.to_string()).collect();
@@ -52,7 +52,8 @@ fn write(f: &mut fmt::Formatter<'_>, header: &[&str], rows: Vec<Vec<String>>, le
     table(&rows, left).iter().try_for_each(|line| writeln!(f, "  {line}"))
 }
 
-fn run_row(run: &IntegratorRun) -> Vec<String> {
+/// Cells of a run; one that fails has the reason for its third and last.
+pub fn run_row(run: &IntegratorRun) -> Vec<String> {
     let mut row = vec![run.method.to_string(), short(run.step_s)];
     match &run.errors {
         Some(errors) => row.extend([
@@ -70,7 +71,8 @@ fn run_row(run: &IntegratorRun) -> Vec<String> {
     row
 }
 
-fn equal_row(row: &EqualError) -> Vec<String> {
+/// Cells of the work at an error.
+pub fn equal_row(row: &EqualError) -> Vec<String> {
     let sign = |bound: Option<Bound>| match bound {
         Some(Bound::AtMost) => "≤ ",
         Some(Bound::AtLeast) => "≥ ",

@@ -285,7 +285,7 @@ fn figures_are_wellformed_and_hold_every_method() {
     let outlines: Vec<_> =
         pair().iter().enumerate().map(|(i, d)| Outline::dumbbell(format!("<{i}> & \u{1}"), d)).collect();
     let figures = figures("two \"dumbbells\"", &study, &found, &outlines);
-    assert_eq!(figures.len(), 9);
+    assert_eq!(figures.len(), 10);
     for figure in &figures {
         assert!(!figure.svg.contains("NaN") && !figure.svg.contains("inf"), "{}", figure.name);
         let tags = figure.svg.matches('<').count();

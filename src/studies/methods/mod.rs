@@ -108,6 +108,9 @@ pub struct MethodRun {
     pub costates_0: Vec<f64>,
     /// Wall time of the solve, without verification \[s\]: differs between two runs.
     pub solve_time_s: f64,
+    /// The motion, where the method reached the end; in no file.
+    #[serde(skip)]
+    pub trajectory: Option<Trajectory>,
 }
 
 /// The methods side by side.
@@ -287,6 +290,7 @@ impl MethodRun {
             active: Vec::new(),
             costates_0: Vec::new(),
             solve_time_s: 0.0,
+            trajectory: None,
         }
     }
 
@@ -327,6 +331,7 @@ impl MethodRun {
             active: active.collect(),
             costates_0: solution.costates_0(problem).to_vec(),
             solve_time_s: solution.solve_time,
+            trajectory: reached.then(|| solution.trajectory.clone()),
         }
     }
 }

@@ -13,6 +13,7 @@ const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "g
 
 const WATCH: &str = include_str!("../../browser/watch.js");
 const CHECK: &str = include_str!("../../browser/check.js");
+const PAINT: &str = include_str!("../../browser/paint.js");
 
 /// The page around the one under test, which hands the result on.
 const FRAME: &str = r#"<!DOCTYPE html><meta charset="utf-8"><body style="margin:0"><script>
@@ -64,6 +65,46 @@ fn used(browser: &Path, folder: &Folder, name: &str, width: u32) -> Value {
     let found = found.unwrap_or_else(|| panic!("no result: {}", String::from_utf8_lossy(&output.stderr)));
     let plain = found.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
     serde_json::from_str(&plain).unwrap_or_else(|error| panic!("{error}: {plain}"))
+}
+
+/// When the page `name` of `folder` shows something, and when all of it \[ms\]; by the clock of the machine.
+fn painted(browser: &Path, folder: &Folder, name: &str) -> Option<(f64, f64)> {
+    let page = folder.read(name).replace("</body>", &format!("<script>{PAINT}</script></body>"));
+    fs::write(folder.path("painted.html"), page).unwrap();
+    let home = tempfile::tempdir().unwrap();
+    let output = Command::new(browser)
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run"])
+        .arg(format!("--user-data-dir={}", home.path().display()))
+        // A picture of the window makes frames; the console goes to stderr.
+        .args(["--enable-logging=stderr", "--timeout=10000", "--window-size=1280,900"])
+        .arg(format!("--screenshot={}", folder.path("painted.png").display()))
+        .arg(format!("file://{}", folder.path("painted.html").display()))
+        .stdin(Stdio::null())
+        .output()
+        .unwrap();
+    let told = String::from_utf8_lossy(&output.stderr);
+    let found = told.split("PAINT ").nth(1)?.split('}').next()?;
+    let found: Value = serde_json::from_str(&format!("{found}}}")).unwrap();
+    Some((found["first"].as_f64()?, found["drawn"].as_f64()?))
+}
+
+/// `cargo test --test it -- first_paint --nocapture` prints the figures.
+#[test]
+fn a_report_of_a_thousand_steps_has_its_first_paint_within_a_second() {
+    const RUNS: usize = 7;
+    let Some(browser) = browser() else { return };
+    let folder = Folder::new();
+    let steps = ["--set", "maneuver.steps=1000"];
+    folder.slew(&[&["plan", "spec.toml", "-q", "--report", "a.html"][..], &steps[..]].concat()).ends(0);
+    // What else the machine does only adds: the least of several counts.
+    let runs: Vec<(f64, f64)> = (0..RUNS).filter_map(|_| painted(&browser, &folder, "a.html")).collect();
+    let least = |of: fn(&(f64, f64)) -> f64| runs.iter().map(of).fold(f64::INFINITY, f64::min);
+    let (first, drawn) = (least(|run| run.0), least(|run| run.1));
+    let size = folder.read("a.html").len() as f64 / 1e6;
+    println!(
+        "a report of 1000 steps: {size:.2} MB, first paint {first:.0} ms, all drawn {drawn:.0} ms, least of {RUNS}"
+    );
+    assert!(first < 1000.0, "{runs:?}");
 }
 
 fn figures(found: &Value) -> Vec<(String, i64)> {
@@ -139,6 +180,14 @@ fn a_long_plan_and_one_that_failed_work_as_well() {
     let found = used(&browser, &folder, "long.html", 800);
     assert_eq!(found["wrong"], serde_json::json!([]));
     assert_eq!(found["images"], 3);
+    // Logarithmic axes to the right, and charts without a body.
+    let spec = concat!(env!("CARGO_MANIFEST_DIR"), "/problems/dumbbells.toml");
+    let study = ["--step", "0.1,0.05", "--horizon", "2", "--report", "compared.html"];
+    folder.slew(&[&["compare", spec, "-q"][..], &study].concat()).ends(0);
+    let found = used(&browser, &folder, "compared.html", 400);
+    assert_eq!(found["wrong"], serde_json::json!([]));
+    let figures = figures(&found);
+    assert!(figures.len() == 9 && figures.iter().all(|(_, curves)| *curves == 4), "{figures:?}");
     let impossible = ["--set", "actuators.torque_norm_limit_n_m=0.001"];
     folder
         .slew(&[&["plan", "spec.toml", "-q", "--report", "none.html"][..], &impossible[..]].concat())

@@ -178,7 +178,7 @@ fn compare_sets_integrators_side_by_side_and_draws_them() {
     }
     assert!(document["equal_error"].as_array().unwrap().len() >= 4 * horizons);
     let drawn: Vec<_> = fs::read_dir(folder.path("figures")).unwrap().collect();
-    assert_eq!(drawn.len(), 9);
+    assert_eq!(drawn.len(), 10);
     let picture = fs::read_to_string(folder.path("figures/trajectories.svg")).unwrap();
     assert!(picture.starts_with("<svg ") && picture.ends_with("</svg>\n") && picture.contains(">b</text>"));
     // Figures that exist stay, and nothing is run.

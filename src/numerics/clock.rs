@@ -1,0 +1,38 @@
+//! Time that work takes.
+
+use std::time::Duration;
+
+/// CPU time of this thread since some moment: what others do on the machine is not in it, and neither is the share of other
+/// threads. Where the system does not tell it, elapsed time.
+pub fn thread_time() -> Duration {
+    #[cfg(all(unix, feature = "cpu-time"))]
+    {
+        let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+        Duration::new(time.tv_sec.max(0) as u64, time.tv_nsec.clamp(0, 999_999_999) as u32)
+    }
+    #[cfg(not(all(unix, feature = "cpu-time")))]
+    {
+        use std::sync::OnceLock;
+        use std::time::Instant;
+        static BEGAN: OnceLock<Instant> = OnceLock::new();
+        BEGAN.get_or_init(Instant::now).elapsed()
+    }
+}
+
+#[cfg(all(test, unix, feature = "cpu-time"))]
+mod tests {
+    use super::*;
+    use std::time::Instant;
+
+    #[test]
+    fn sleep_takes_no_time_and_work_does() {
+        let (began, wall) = (thread_time(), Instant::now());
+        std::thread::sleep(Duration::from_millis(60));
+        assert!(thread_time() - began < Duration::from_millis(30));
+        let mut sum = 0.0_f64;
+        while thread_time() - began < Duration::from_millis(20) {
+            sum += std::hint::black_box(sum).sin();
+        }
+        assert!(wall.elapsed() >= Duration::from_millis(80));
+    }
+}
