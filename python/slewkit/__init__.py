@@ -20,10 +20,12 @@ velocities and forces in reference axes. Results are the same bits as those of t
 
 from ._commands import (
     Comparison,
+    IntegratorComparison,
     Progress,
     Verification,
     check,
     compare,
+    compare_integrators,
     plan,
     verify,
 )
@@ -53,6 +55,7 @@ __all__ = [
     "Diagnostic",
     "FileError",
     "Infeasible",
+    "IntegratorComparison",
     "InternalError",
     "Interrupted",
     "LimitReached",
@@ -71,6 +74,7 @@ __all__ = [
     "__version__",
     "check",
     "compare",
+    "compare_integrators",
     "load",
     "plan",
     "simulate",

@@ -99,7 +99,7 @@ class Verification:
 
     #: ``"solved"`` or ``"verification_failed"``.
     status: str
-    #: Steps of the plan.
+    #: Steps of the plan; of attitudes one less than rows.
     steps: int
     #: Errors, orders, margins and checks with the keys of a plan file. Numbers that are not finite are None.
     found: dict[str, Any]
@@ -118,8 +118,13 @@ class Verification:
 
     @property
     def margins(self) -> list[dict[str, Any]]:
-        """Every limit and constraint with its smallest margin."""
+        """Every limit and constraint with its smallest margin; none where attitudes alone were judged."""
         return list(self.found.get("margins", []))
+
+    @property
+    def violations(self) -> list[str]:
+        """Constraints that attitudes violate, in words; of a plan its margins tell."""
+        return list(self.found.get("violations", []))
 
 
 def verify(
@@ -133,9 +138,18 @@ def verify(
     """Has the independent witnesses judge a plan, a plan file, or the dictionary of one, by its own spec or another, as
     ``slew verify`` does. Costates and multipliers are not judged.
 
+    The path may also be that of an AEM or a table of attitudes, with the ``spec`` that they must fulfil: ends, duration, cones
+    and rates are judged then, and ``found`` has ``checks``, ``violations`` in words and ``peak_torque_n_m``.
+
     A plan that fails is an answer; with ``strict`` it raises :class:`VerificationFailed`. One whose arrays do not fit the
     maneuver raises it in any case.
     """
+    if isinstance(plan, (str, os.PathLike)):
+        bytes, name = content(plan)
+        if not _slewkit.is_plan(bytes):
+            if spec is None:
+                raise ValueError("attitudes do not say what they must achieve: give the spec")
+            return _judged(_slewkit.verify_attitudes(bytes, name, maneuver_of(spec, overrides)), None, strict)
     try:
         judged = plan if isinstance(plan, Plan) else load(plan)
     except FileError as error:
@@ -146,17 +160,21 @@ def verify(
         spec = judged.spec
     maneuver = None if spec is None else maneuver_of(spec, overrides)
     text, raised = _slewkit.verify(judged._planned, maneuver, _told(progress))
-    document = json.loads(text)
     if raised is not None:
         raise raised
+    return _judged(text, judged, strict)
+
+
+def _judged(text: str, judged: Plan | None, strict: bool) -> Verification:
+    document = json.loads(text)
     if document["status"] == "interrupted":
         raise OF_STATUS["interrupted"]("", f"{document['name']}: interrupted")
     found = Verification(
         document["status"], document["steps"], document["verified"], document["differences"]
     )
     if strict and not found.passed:
-        failed = ", ".join(check["name"] for check in found.checks if not check["passed"])
-        disagrees = VerificationFailed("", f"{document['name']}: verification failed: {failed}")
+        failed = [check["name"] for check in found.checks if not check["passed"]] + found.violations
+        disagrees = VerificationFailed("", f"{document['name']}: verification failed: {', '.join(failed)}")
         disagrees.plan = judged
         raise disagrees
     return found
@@ -187,6 +205,52 @@ def compare(
         raise raised
     document = json.loads(text)
     return Comparison(document["status"], document["methods"], document["agreement"])
+
+
+@dataclass(frozen=True)
+class IntegratorComparison:
+    """Integrators side by side on one motion: what each needs for the same error."""
+
+    #: Energy that errors are relative to, J.
+    energy_scale_j: float
+    #: Mean energy errors at which work is compared.
+    levels: list[float]
+    #: A row per integrator, step and horizon, with the keys of ``slew compare --format json``.
+    runs: list[dict[str, Any]]
+    #: A row per horizon, level and integrator: work at the same error.
+    equal_error: list[dict[str, Any]]
+    #: The tables that ``slew compare`` prints.
+    table: str
+
+    def __str__(self) -> str:
+        return self.table
+
+
+def compare_integrators(
+    spec: Mapping[str, Any] | str | os.PathLike[str],
+    *,
+    integrators: Sequence[str] = (),
+    steps: Sequence[float] = (),
+    horizons: Sequence[float] = (),
+    errors: Sequence[float] = (),
+    overrides: Mapping[str, Any] | None = None,
+    progress: ProgressFunction | None = None,
+) -> IntegratorComparison:
+    """Work and precision of integrators on the motion of a simulation spec, as ``slew compare`` shows them.
+
+    ``integrators`` are names, the first of which the others are compared with; ``steps`` in seconds, longest first;
+    ``horizons`` in seconds, shortest first, whole numbers of every step; ``errors`` are the mean energy errors at which work is
+    compared, largest first. What is not given is chosen from the spec. Raises ValueError where these do not make a
+    comparison, :class:`Interrupted` where ``progress`` stops it."""
+    lists = [[float(number) for number in given] for given in (steps, horizons, errors)]
+    text, raised = _slewkit.compare_integrators(spec, overrides, list(integrators), *lists, _told(progress))
+    if raised is not None:
+        raise raised
+    document = json.loads(text)
+    if document["status"] == "interrupted":
+        raise OF_STATUS["interrupted"]("", f"{document['name']}: interrupted")
+    keys = ("energy_scale_j", "levels", "runs", "equal_error", "table")
+    return IntegratorComparison(*(document[key] for key in keys))
 
 
 def _told(progress: ProgressFunction | None) -> Callable[..., bool | None] | None:

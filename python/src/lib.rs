@@ -25,7 +25,7 @@ mod _slewkit {
     #[pymodule_export]
     use crate::simulated::{simulate, simulation_report};
     #[pymodule_export]
-    use crate::studied::{compare, verify};
+    use crate::studied::{compare, compare_integrators, is_plan, verify, verify_attitudes};
     #[pymodule_export]
     use crate::text::to_toml;
 

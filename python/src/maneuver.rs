@@ -10,6 +10,9 @@ use std::path::{Path, PathBuf};
 /// What messages call a spec that is a dictionary.
 const DICTIONARY: &str = "dict";
 
+/// What a maneuver is called that a dictionary does not name.
+const UNNAMED: &str = "maneuver";
+
 /// Keys set from outside, with their values.
 pub type Overrides<'py> = Option<Bound<'py, PyMapping>>;
 
@@ -58,7 +61,11 @@ impl Maneuver {
             Origin::Text(text) => spec::from_str(text, DICTIONARY, Format::Toml, &overrides),
             Origin::File(path) => spec::read(path, &overrides),
         };
-        let loaded = loaded.map_err(|found| failure::spec(py, &found))?;
+        let mut loaded = loaded.map_err(|found| failure::spec(py, &found))?;
+        // A maneuver without a name is called as its file is, and a dictionary is no file.
+        if matches!(origin, Origin::Text(_)) && loaded.problem.name == DICTIONARY {
+            loaded.problem.name = UNNAMED.into();
+        }
         loaded.problem.check().map_err(|error| failure::problem(py, &error))?;
         Ok(Self { loaded, origin, overrides })
     }

@@ -1,14 +1,21 @@
 //! Plans before the witnesses, and methods side by side.
 
 use crate::failure::{self, detached};
-use crate::maneuver::Maneuver;
+use crate::maneuver::{self, Maneuver, Overrides, load};
 use crate::planned::Planned;
 use crate::watch::Watch;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use serde_json::json;
-use slewkit::files::export::ExportError;
+use slewkit::files::exchange::read_attitudes;
+use slewkit::files::export::{ExportError, PlanFile};
+use slewkit::files::spec::{Loaded, Spec};
+use slewkit::propagate::integrator::Kind;
+use slewkit::studies::integrators::{Asked, Study, StudyError, StudyProgress};
 use slewkit::studies::methods;
+use slewkit::verify::{DEFAULT_ACCURACY_DEG, judge_attitudes};
 use std::cell::RefCell;
+use std::ops::ControlFlow;
 use std::time::Instant;
 
 /// Has the witnesses judge a plan against its own maneuver, or another. Gives what they found as JSON, and what was raised
@@ -57,6 +64,91 @@ pub fn verify(
         "steps": judged.problem.steps,
         "verified": verification,
         "differences": judged.differences,
+    });
+    Ok((document.to_string(), watch.raised()))
+}
+
+/// Whether bytes are those of a plan file, and not of a message or a table of attitudes.
+#[pyfunction]
+pub fn is_plan(bytes: &[u8]) -> bool {
+    PlanFile::begins(bytes)
+}
+
+/// Has attitudes and rates judged against a maneuver: the bytes of an AEM or a table, and the name of their file. Gives what
+/// was found as JSON.
+#[pyfunction]
+pub fn verify_attitudes(
+    py: Python<'_>,
+    bytes: Vec<u8>,
+    name: &str,
+    maneuver: &Bound<'_, Maneuver>,
+) -> PyResult<String> {
+    let Loaded { problem, settings, .. } = &maneuver.get().loaded;
+    let found = read_attitudes(&bytes[..], name).map_err(|found| failure::spec(py, &found))?;
+    let tolerance = settings.continuous_tolerance.unwrap_or(DEFAULT_ACCURACY_DEG.to_radians());
+    let judged =
+        detached(py, || judge_attitudes(problem, &found.time, &found.quaternion, &found.rate, tolerance))?;
+    let document = json!({
+        "status": if judged.passed() { "solved" } else { "verification_failed" },
+        "name": problem.name,
+        "steps": found.time.len() - 1,
+        "verified": {
+            "checks": judged.checks,
+            "violations": judged.violations,
+            "peak_torque_n_m": judged.peak_torque_n_m,
+        },
+        "differences": [],
+    });
+    Ok(document.to_string())
+}
+
+/// Integrators side by side on the motion of a simulation spec. Gives the study as JSON with its table as text, and what was
+/// raised meanwhile.
+#[pyfunction]
+#[pyo3(signature = (spec, overrides = None, integrators = vec![], steps = vec![], horizons = vec![], levels = vec![], progress = None))]
+#[expect(clippy::too_many_arguments, reason = "keywords of Python")]
+pub fn compare_integrators(
+    py: Python<'_>,
+    spec: &Bound<'_, PyAny>,
+    overrides: Overrides<'_>,
+    integrators: Vec<String>,
+    steps: Vec<f64>,
+    horizons: Vec<f64>,
+    levels: Vec<f64>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(String, Option<PyErr>)> {
+    let simulation = match load(spec, &maneuver::overrides(&overrides)?)? {
+        Ok(Spec::Simulation(loaded)) => loaded.simulation,
+        Ok(Spec::Maneuver(_)) => {
+            let reason = "this is a maneuver: integrators are compared on a simulation, methods of planning by compare()";
+            return Err(PyValueError::new_err(reason));
+        }
+        Err(found) => return Err(failure::spec(py, &found)),
+    };
+    let kinds = integrators.iter().map(|name| name.parse::<Kind>());
+    let kinds = kinds.collect::<Result<_, _>>().map_err(|error| PyValueError::new_err(error.to_string()))?;
+    let study = Study::of(&simulation, &Asked { kinds, steps, horizons, levels });
+    let refused = |error: StudyError| PyValueError::new_err(error.to_string());
+    study.check().map_err(refused)?;
+    let (mut watch, began) = (Watch::new(progress), Instant::now());
+    let (found, watch) = detached(py, || {
+        let found = study.run(&simulation.system, &simulation.start, &mut |progress| {
+            let StudyProgress { kind, step, .. } = progress;
+            let steps = (simulation.duration / step).round() as u64;
+            let stop = watch.stops("integrators", kind.name(), steps, began.elapsed().as_secs_f64());
+            if stop { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        (found, watch)
+    })?;
+    let found = found.map_err(refused)?;
+    let document = json!({
+        "status": if found.interrupted { "interrupted" } else { "solved" },
+        "name": simulation.name,
+        "energy_scale_j": found.energy_scale_j,
+        "levels": found.levels,
+        "runs": found.runs,
+        "equal_error": found.equal_error,
+        "table": found.to_string(),
     });
     Ok((document.to_string(), watch.raised()))
 }

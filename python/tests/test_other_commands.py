@@ -36,6 +36,44 @@ def test_a_plan_before_another_spec(spec):
     assert slewkit.verify(plan, spec).passed
 
 
+@pytest.mark.parametrize("ending", ["aem", "csv"])
+def test_attitudes_alone_are_judged_by_a_spec(spec, slew, tmp_path, ending):
+    spec = {**spec, "epoch": "2026-11-21T07:00:00 UTC", "solver": {"continuous_tolerance_deg": 0.5}}
+    file = tmp_path / f"plan.{ending}"
+    slewkit.plan(spec).save(file)
+    found = slewkit.verify(file, spec)
+    (tmp_path / "spec.toml").write_text(slewkit.Problem(spec).to_toml())
+    of_program = json.loads(slew("verify", file, "--spec", tmp_path / "spec.toml", "--format", "json", "-q").stdout)
+    assert found.passed and found.checks == of_program["checks"] and found.violations == []
+    assert found.margins == [] and found.steps + 1 == of_program["rows"]
+    elsewhere = {"end.attitude": {"axis": [0, 0, 1], "angle_deg": 5}}
+    assert not slewkit.verify(file, spec, overrides=elsewhere).passed
+    with pytest.raises(slewkit.VerificationFailed, match="attitude at the end"):
+        slewkit.verify(file, spec, overrides=elsewhere, strict=True)
+    with pytest.raises(ValueError, match="give the spec"):
+        slewkit.verify(file)
+    file.write_text(file.read_text().replace("0.", "x.", 1))
+    with pytest.raises(slewkit.SlewError, match="E0151|is no|not"):
+        slewkit.verify(file, spec)
+
+
+def test_integrators_side_by_side(problems, slew):
+    asked = ["--integrators", "lie_verlet,explicit_midpoint", "--step", "0.2,0.1", "--horizon", "2,10"]
+    of_program = json.loads(slew("compare", problems / "dzhanibekov.toml", *asked, "--format", "json", "-q").stdout)
+    found = slewkit.compare_integrators(
+        problems / "dzhanibekov.toml", integrators=["lie_verlet", "explicit_midpoint"], steps=[0.2, 0.1], horizons=[2, 10]
+    )
+    key = lambda run: {name: value for name, value in run.items() if "time" not in name and "seconds" not in name}
+    assert [key(run) for run in found.runs] == [key(run) for run in of_program["runs"]]
+    assert found.levels == of_program["levels"] and "explicit_midpoint" in str(found)
+    with pytest.raises(slewkit.Interrupted):
+        slewkit.compare_integrators(problems / "dzhanibekov.toml", progress=lambda told: False)
+    with pytest.raises(ValueError, match="order"):
+        slewkit.compare_integrators(problems / "dzhanibekov.toml", steps=[0.1, 0.2])
+    with pytest.raises(ValueError, match="maneuver"):
+        slewkit.compare_integrators(problems / "xte_20s.toml")
+
+
 def test_methods_side_by_side(spec, slew, tmp_path):
     found = slewkit.compare(spec)
     assert found.status == "solved" and [method["method"] for method in found.methods] == ["shooting", "scp", "scp_polish"]

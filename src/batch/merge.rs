@@ -80,13 +80,16 @@ fn written(
     }
 }
 
+/// What takes a result with its line.
+type Take<'t> = dyn FnMut(&CaseResult, &[u8]) -> Result<(), ExportError> + 't;
+
 /// Takes the results in the order of their cases, each with its line. An error of theirs goes to `wrong`: it is no error of
 /// what is being written, and any of those leaves the folder as it was.
 fn every_result(
     files: &mut [Results],
     cases: u64,
     wrong: &mut Option<BatchError>,
-    take: &mut dyn FnMut(&CaseResult, &[u8]) -> Result<(), ExportError>,
+    take: &mut Take<'_>,
 ) -> Result<(), ExportError> {
     let of = files.len() as u64;
     for case in 1..=cases {

@@ -155,10 +155,15 @@ fn record<'a>(
 /// The nodes at which inputs of a plan switch, where it consists of arcs.
 fn switches(file: &PlanFile<'_>) -> Vec<usize> {
     let trajectory = &*file.trajectory.0;
-    if file.switching.as_ref().is_none_or(|switching| switching.arcs.is_empty()) {
-        return Vec::new();
-    }
-    (1..trajectory.torque.len()).filter(|k| trajectory.inputs(k - 1) != trajectory.inputs(*k)).collect()
+    let arcs = file.switching.as_ref().map_or(&[][..], |switching| &switching.arcs);
+    // A torque of full norm that turns is another one on every step: it switches where it is turned on and off.
+    let turns = arcs.iter().any(|arc| arc.input.is_empty());
+    let is_off = |k: usize| trajectory.inputs(k).iter().all(|input| *input == 0.0);
+    let switches = |k: &usize| {
+        if turns { is_off(k - 1) != is_off(*k) } else { trajectory.inputs(k - 1) != trajectory.inputs(*k) }
+    };
+    let nodes = if arcs.is_empty() { 0 } else { trajectory.torque.len() };
+    (1..nodes).filter(switches).collect()
 }
 
 /// What to know about a plan, for comments.

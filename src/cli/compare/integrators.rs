@@ -9,7 +9,7 @@ use slewkit::mechanics::full_body::Attractor;
 use slewkit::plan::Status;
 use slewkit::propagate::integrator::Kind;
 use slewkit::studies::integrators::figures::{FIGURES, Outline, figures};
-use slewkit::studies::integrators::{Study, StudyError, StudyProgress};
+use slewkit::studies::integrators::{Asked, Study, StudyError, StudyProgress};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
@@ -71,42 +71,21 @@ impl StudyArgs {
         Failure::Problem(Message::new("E0124", error.to_string(), remedy))
     }
 
-    /// The study of a spec, with what is asked for instead.
-    fn study(&self, loaded: &LoadedSimulation) -> Study {
-        let simulation = &loaded.simulation;
-        let mut study = Study::survey(simulation.step(), simulation.duration);
-        study.settings = simulation.settings;
-        if !Study::SURVEY.contains(&simulation.kind) {
-            study.kinds.push(simulation.kind);
+    /// What is asked for.
+    fn asked(&self) -> Asked {
+        Asked {
+            kinds: self.integrators.clone(),
+            steps: self.step.clone(),
+            horizons: self.horizon.clone(),
+            levels: self.error.clone(),
         }
-        let replace = |list: &mut Vec<f64>, asked: &Vec<f64>| {
-            if !asked.is_empty() {
-                list.clone_from(asked);
-            }
-        };
-        replace(&mut study.steps, &self.step);
-        replace(&mut study.horizons, &self.horizon);
-        replace(&mut study.levels, &self.error);
-        if !self.integrators.is_empty() {
-            study.kinds.clear();
-            for kind in &self.integrators {
-                if !study.kinds.contains(kind) {
-                    study.kinds.push(*kind);
-                }
-            }
-        }
-        // The step of the spec, or that in the middle of those asked for.
-        if !self.step.is_empty() {
-            study.shown_step = self.step[self.step.len() / 2];
-        }
-        study
     }
 }
 
 /// Runs the comparison, tells it, writes the figures.
 pub fn run(args: &Args, loaded: &LoadedSimulation, console: &mut Console) -> Result<Exit, Failure> {
     let simulation = &loaded.simulation;
-    let study = args.study.study(loaded);
+    let study = Study::of(simulation, &args.study.asked());
     study.check().map_err(|error| args.study.refusal(&error))?;
     let targets = args.study.targets(&args.spec.spec)?;
     let page_target = args.target()?;

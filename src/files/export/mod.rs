@@ -21,11 +21,12 @@ pub(crate) use columns::{Names, check_finite, table};
 pub use file::{FileError, Target, remove_temporaries};
 pub use judged::Judgement;
 pub use plan_file::{ConvexRecord, PlanFile, read_guess, write_document};
-pub use rows::{write_csv, write_jsonl};
+pub use rows::write_jsonl;
 pub use simulation_file::{BodyRows, SimulationFile, SimulationRows};
 pub use trajectory::{TrajectoryDocument, check_trajectory};
 #[cfg(feature = "parquet")]
 pub(crate) use wide::wide_table;
+pub use wide::write_csv;
 
 use crate::files::exchange::Lacking;
 use thiserror::Error;

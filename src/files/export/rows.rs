@@ -1,4 +1,4 @@
-//! The trajectory as a table: CSV, or one JSON object a line.
+//! The rows of a trajectory, and the trajectory as JSON, one object a line.
 //!
 //! One row per node, `N + 1` in all. Inputs, torques, forces and costates stand in the row of the node
 //! at which the input acts, the costate beside the input that it determines (`u = −W⁻¹ Bᵀ λ`). Lie–Euler
@@ -7,9 +7,7 @@
 
 use super::ExportError;
 use super::columns::{Column, Values, check_finite, columns, costate_width};
-use super::wide::wide_table;
-use crate::files::identity::Identity;
-use crate::maneuver::{Problem, Trajectory};
+use crate::maneuver::Trajectory;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::io::Write;
 
@@ -76,37 +74,6 @@ pub fn write_jsonl(trajectory: &Trajectory, mut output: impl Write) -> Result<()
     for node in 0..trajectory.time.len() {
         serde_json::to_writer(&mut output, &Row { columns: &columns, rows: &rows, node })?;
         output.write_all(b"\n")?;
-    }
-    Ok(output.flush()?)
-}
-
-/// Writes CSV: a head with units, then one line a node; decimal points, no quotes. Inputs are called as `identity`
-/// does, else by their numbers. With `margins` it tells how far the plan stays from every limit and constraint of `problem`
-/// at each node, and at which angle each boresight is from each direction.
-///
-/// # Errors
-/// A number that is not finite, or the stream.
-pub fn write_csv(
-    trajectory: &Trajectory,
-    problem: &Problem,
-    identity: &Identity,
-    margins: bool,
-    mut output: impl Write,
-) -> Result<(), ExportError> {
-    check_finite(trajectory)?;
-    let table = wide_table(trajectory, problem, identity, margins);
-    let heads: Vec<&str> = table.iter().map(|column| &*column.head).collect();
-    writeln!(output, "{}", heads.join(","))?;
-    for node in 0..trajectory.time.len() {
-        for (index, column) in table.iter().enumerate() {
-            let comma = if index > 0 { "," } else { "" };
-            match (column.cell)(node) {
-                // The debug form of a float is the shortest that reads back to the same bits.
-                Some(number) => write!(output, "{comma}{number:?}")?,
-                None => write!(output, "{comma}")?,
-            }
-        }
-        writeln!(output)?;
     }
     Ok(output.flush()?)
 }

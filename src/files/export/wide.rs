@@ -1,10 +1,12 @@
 //! The trajectory as one wide table, a column a number, each with its name and unit: what CSV and Parquet hold.
 
-use super::columns::{Column, Names, columns, plain};
+use super::ExportError;
+use super::columns::{Column, Names, check_finite, columns, plain};
 use super::rows::Rows;
 use crate::files::identity::Identity;
 use crate::maneuver::{Problem, Trajectory};
 use crate::verify::{cone_angles, margins_at_nodes};
+use std::io::Write;
 
 /// A column: its head, and its number at a node, if it has one there.
 pub(crate) struct WideColumn<'a> {
@@ -35,6 +37,37 @@ pub(crate) fn wide_table<'a>(
         table.extend(of_limits(trajectory, problem));
     }
     table
+}
+
+/// Writes CSV: a head with units, then one line a node; decimal points, no quotes. Inputs are called as `identity`
+/// does, else by their numbers. With `margins` it tells how far the plan stays from every limit and constraint of `problem`
+/// at each node, and at which angle each boresight is from each direction.
+///
+/// # Errors
+/// A number that is not finite, or the stream.
+pub fn write_csv(
+    trajectory: &Trajectory,
+    problem: &Problem,
+    identity: &Identity,
+    margins: bool,
+    mut output: impl Write,
+) -> Result<(), ExportError> {
+    check_finite(trajectory)?;
+    let table = wide_table(trajectory, problem, identity, margins);
+    let heads: Vec<&str> = table.iter().map(|column| &*column.head).collect();
+    writeln!(output, "{}", heads.join(","))?;
+    for node in 0..trajectory.time.len() {
+        for (index, column) in table.iter().enumerate() {
+            let comma = if index > 0 { "," } else { "" };
+            match (column.cell)(node) {
+                // The debug form of a float is the shortest that reads back to the same bits.
+                Some(number) => write!(output, "{comma}{number:?}")?,
+                None => write!(output, "{comma}")?,
+            }
+        }
+        writeln!(output)?;
+    }
+    Ok(output.flush()?)
 }
 
 /// Margins of limits and constraints, then angles between boresights and directions \[deg\].

@@ -32,6 +32,7 @@ pub use table::{EQUAL, RUNS, equal_row, run_row};
 
 use crate::numerics::figures::short;
 use crate::propagate::integrator::{self, Kind, System, SystemError, SystemState};
+use crate::propagate::simulate::Simulation;
 use history::Recorder;
 use run::Measured;
 use serde::Serialize;
@@ -57,6 +58,19 @@ pub struct Study {
     /// Times a run is repeated to find its shortest time: short ones are more often, those of more than a second
     /// are not.
     pub repeats: u32,
+}
+
+/// What is asked of a study; empty lists leave what a survey has.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Asked {
+    /// [`Study::kinds`].
+    pub kinds: Vec<Kind>,
+    /// [`Study::steps`] \[s\].
+    pub steps: Vec<f64>,
+    /// [`Study::horizons`] \[s\].
+    pub horizons: Vec<f64>,
+    /// [`Study::levels`].
+    pub levels: Vec<f64>,
 }
 
 /// Why a study cannot be made.
@@ -183,6 +197,37 @@ impl Study {
             settings: integrator::ErrorControl::default(),
             repeats: 3,
         }
+    }
+
+    /// The survey of a motion at its own step over its own duration, with its own integrator too, and what is asked for
+    /// instead.
+    pub fn of(simulation: &Simulation, asked: &Asked) -> Self {
+        let mut study = Self::survey(simulation.step(), simulation.duration);
+        study.settings = simulation.settings;
+        if !Self::SURVEY.contains(&simulation.kind) {
+            study.kinds.push(simulation.kind);
+        }
+        let lists = [
+            (&mut study.steps, &asked.steps),
+            (&mut study.horizons, &asked.horizons),
+            (&mut study.levels, &asked.levels),
+        ];
+        for (list, asked) in lists.into_iter().filter(|(_, asked)| !asked.is_empty()) {
+            list.clone_from(asked);
+        }
+        if !asked.kinds.is_empty() {
+            study.kinds.clear();
+            for kind in &asked.kinds {
+                if !study.kinds.contains(kind) {
+                    study.kinds.push(*kind);
+                }
+            }
+        }
+        // The step of the spec, or that in the middle of those asked for.
+        if !asked.steps.is_empty() {
+            study.shown_step = asked.steps[asked.steps.len() / 2];
+        }
+        study
     }
 
     /// Steps of `step` to `horizon`.

@@ -55,3 +55,19 @@ fn random_draws_have_their_distribution_and_hostile_names_are_text() {
     fs::write(folder.path("bad.jsonl"), text.replacen("\"case\":3", "\"case\":-3", 1)).unwrap();
     folder.slew(&["report", "bad.jsonl", "-o", "bad.html"]).ends(8).tells("error[E0114]").tells("line 4");
 }
+
+#[test]
+fn of_plans_whose_inputs_switch_a_batch_says_what_is_known() {
+    let folder = Folder::new();
+    let spec = concat!(env!("CARGO_MANIFEST_DIR"), "/problems/minimum_time_xte.toml");
+    let over = ["sweep", spec, "--over", "maneuver.steps=40,60", "-o", "all.jsonl"];
+    let run = folder.slew(&over).ends(0).tells("2 of the solved switch: extremals by the maximum principle");
+    assert!(!run.stderr.contains("not known to be local minima"), "{}", run.stderr);
+    let text = folder.read("all.jsonl");
+    assert_eq!(text.matches("\"gap\":").count(), 2, "{text}");
+    // One of a smooth plan has none.
+    folder
+        .slew(&["sweep", "spec.toml", "-q", "--over", "maneuver.duration_s=20,30", "-o", "smooth.jsonl"])
+        .ends(0);
+    assert!(!folder.read("smooth.jsonl").contains("gap"));
+}

@@ -43,6 +43,22 @@ fn every_format_is_written_by_its_ending() {
 }
 
 #[test]
+fn an_ephemeris_has_as_many_blocks_as_the_plan_has_arcs() {
+    let folder = Folder::new();
+    for name in ["minimum_time_xte", "minimum_fuel_norm"] {
+        let spec = format!("{}/problems/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let plan = format!("{name}.json");
+        let json =
+            folder.slew(&[&["plan", &spec, "-q", "--format", "json"], &SET[..2]].concat()).ends(0).json();
+        fs::write(folder.path(&plan), json.to_string()).unwrap();
+        let aem = folder.slew(&["export", &plan, "--format", "aem"]).ends(0);
+        let blocks = aem.stdout.matches("META_START").count();
+        let arcs = json["switching"]["arcs"].as_array().unwrap().len();
+        assert!(blocks == arcs && arcs > 1, "{name}: {blocks} blocks, {arcs} arcs");
+    }
+}
+
+#[test]
 fn margins_stand_in_tables_that_are_asked_for_them() {
     let folder = planned();
     folder.slew(&["export", "plan.json", "-o", "bare.csv"]).ends(0);

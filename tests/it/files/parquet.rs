@@ -85,7 +85,7 @@ fn results_of_a_batch_are_a_row_a_case() {
         shards.push(path);
     }
     all.sort_by_key(|result| result.case);
-    let target = Target::new(&folder.path().join("all.parquet"), false).unwrap();
+    let target = Target::new(folder.path().join("all.parquet"), false).unwrap();
     assert_eq!(merge_to_parquet(&shards, &target).unwrap(), 3);
     let (heads, rows) = rows(target.path());
     assert_eq!(rows.len(), 3);
@@ -106,7 +106,7 @@ fn results_of_a_batch_are_a_row_a_case() {
     let code = all[2].error.as_ref().map(|error| text(&error.code)).unwrap();
     assert_eq!(column("error_code"), [Field::Null, Field::Null, code]);
     // What a shard lacks is told as by `merge`, and nothing is written.
-    let lacking = Target::new(&folder.path().join("part.parquet"), false).unwrap();
+    let lacking = Target::new(folder.path().join("part.parquet"), false).unwrap();
     let refused = merge_to_parquet(&shards[..1], &lacking).unwrap_err().to_string();
     assert!(refused.contains("missing: shard 2/2") && !lacking.path().exists(), "{refused}");
 }
