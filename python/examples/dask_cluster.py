@@ -38,8 +38,12 @@ def solve(cases: list[int]) -> list[tuple[int, str, float]]:
 
 def run(count: int, workers: int, kill: bool) -> tuple[list, float]:
     with LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
-        batches = [list(range(first, min(first + 50, count))) for first in range(0, count, 50)]
+        # So many that a worker which is done early finds more, and so few that handing them out costs nothing.
+        size = max(10, count // (16 * workers))
+        batches = [list(range(first, min(first + size, count))) for first in range(0, count, size)]
         pids = list(client.run(os.getpid).values())
+        # What every worker loads, once.
+        client.run(solve, [0])
         began, results = time.perf_counter(), []
         # A batch whose worker dies goes to another: Dask's own doing, as a plan depends on nothing but its spec.
         for done in as_completed(client.map(solve, batches), with_results=True):

@@ -242,8 +242,10 @@ def compare_integrators(
     ``horizons`` in seconds, shortest first, whole numbers of every step; ``errors`` are the mean energy errors at which work is
     compared, largest first. What is not given is chosen from the spec. Raises ValueError where these do not make a
     comparison, :class:`Interrupted` where ``progress`` stops it."""
-    lists = [[float(number) for number in given] for given in (steps, horizons, errors)]
-    text, raised = _slewkit.compare_integrators(spec, overrides, list(integrators), *lists, _told(progress))
+    floats = [[float(number) for number in given] for given in (steps, horizons, errors)]
+    text, raised = _slewkit.compare_integrators(
+        spec, overrides, list(integrators), floats[0], floats[1], floats[2], _told(progress)
+    )
     if raised is not None:
         raise raised
     document = json.loads(text)

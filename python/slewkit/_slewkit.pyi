@@ -10,13 +10,16 @@ __all__ = [
     "Planned",
     "__version__",
     "compare",
+    "compare_integrators",
     "diagnose",
+    "is_plan",
     "plan",
     "read_plan",
     "simulate",
     "simulation_report",
     "to_toml",
     "verify",
+    "verify_attitudes",
     "write_page",
 ]
 
@@ -107,10 +110,10 @@ def verify_attitudes(bytes: bytes, name: str, maneuver: Maneuver) -> str: ...
 def compare_integrators(
     spec: _Spec,
     overrides: _Overrides = None,
-    integrators: list[str] = [],
-    steps: list[float] = [],
-    horizons: list[float] = [],
-    levels: list[float] = [],
+    integrators: list[str] = ...,
+    steps: list[float] = ...,
+    horizons: list[float] = ...,
+    levels: list[float] = ...,
     progress: _Progress = None,
 ) -> tuple[str, BaseException | None]: ...
 def compare(maneuver: Maneuver, progress: _Progress = None) -> tuple[str, BaseException | None]: ...

@@ -52,8 +52,8 @@ def test_attitudes_alone_are_judged_by_a_spec(spec, slew, tmp_path, ending):
         slewkit.verify(file, spec, overrides=elsewhere, strict=True)
     with pytest.raises(ValueError, match="give the spec"):
         slewkit.verify(file)
-    file.write_text(file.read_text().replace("0.", "x.", 1))
-    with pytest.raises(slewkit.SlewError, match="E0151|is no|not"):
+    file.write_text(file.read_text()[:-40])
+    with pytest.raises(slewkit.FileError, match="E0151.*(cells|numbers)"):
         slewkit.verify(file, spec)
 
 

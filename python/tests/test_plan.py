@@ -98,6 +98,20 @@ def test_arrays_are_made_once_and_are_the_callers(spec):
     assert plan.to_dict() == before
 
 
+def test_a_maneuver_of_a_dictionary_has_a_name(spec, problems):
+    named = slewkit.Problem(spec).name
+    spec.pop("name")
+    assert (named, slewkit.Problem(spec).name) == ("a slew", "maneuver")
+    assert slewkit.Problem(slewkit.Problem(spec).to_dict()).name == "maneuver"
+
+
+def test_tables_have_margins_where_they_are_asked_for(spec):
+    plan = slewkit.plan(spec, overrides={"actuators.torque_limit_n_m": 5})
+    bare, full = plan.to_pandas(), plan.to_pandas(margins=True)
+    assert [name for name in full.columns if name not in bare.columns] == ["margin_torque_limit_n_m"]
+    assert np.allclose(full["margin_torque_limit_n_m"], 5 - np.abs(plan.input).max(axis=1), atol=1e-14)
+
+
 def test_lie_euler_has_a_row_of_inputs_less(spec):
     plan = slewkit.plan(spec, overrides={"solver.scheme": "lie_euler"})
     assert len(plan.time) == 101 and len(plan.torque) == len(plan.input_time) == 100
