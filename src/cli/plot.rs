@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 /// Arguments of `slew plot`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-A name that ends in .svg is one file: a panel of the pictures named by --charts in two columns,
-marked (a), (b), …, or the one picture alone. Any other name is a folder, which is made if it
+A name that ends in .svg, .png or .pdf is one file: a panel of the pictures named by --charts in
+two columns, marked (a), (b), …, or the one picture alone. Any other name is a folder, which is made if it
 does not exist and gets one file a picture.
 
 The pictures, where the plan has them: sky, inputs, forces, switching, rates, wheel_momentum,
@@ -28,8 +28,8 @@ orthogonality_over_step, momentum_over_step, time_over_step, evaluations_precisi
 work_precision. Of the results of a batch, JSON lines: cost (over one key), map (over two), distribution, miss.
 
 Times at which a limit acts, or arcs, are shaded; a curve that diverges is cut and says so, and one that
-lies under another says under which. SVG becomes PDF or PNG by any converter, as in
-`rsvg-convert -f pdf figure.svg -o figure.pdf`.
+lies under another says under which. PNG and PDF need the cargo feature `paper`; without it SVG
+becomes PDF or PNG by any converter, as in `rsvg-convert -f pdf figure.svg -o figure.pdf`.
 
 Examples:
   slew plot plan.json -o figures
@@ -39,7 +39,7 @@ pub struct Args {
     /// batch, JSON lines
     #[arg(value_name = "PLAN.json")]
     pub plan: PathBuf,
-    /// An SVG file, or a folder for one file a picture
+    /// An SVG, PNG or PDF file, or a folder for one SVG file a picture
     #[arg(short, long, value_name = "DIR|FILE.svg")]
     pub output: PathBuf,
     /// Which pictures, in this order; by default all in a folder, the first four in a file
@@ -53,6 +53,44 @@ pub struct Args {
     /// No text but errors
     #[arg(short, long)]
     pub quiet: bool,
+}
+
+/// What one file of pictures is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    Svg,
+    Png,
+    Pdf,
+}
+
+impl Format {
+    /// The bytes of a file.
+    #[cfg(feature = "paper")]
+    fn bytes(self, svg: String) -> Result<Vec<u8>, Failure> {
+        use slewkit::draw::paper::{PaperError, pdf, png};
+        /// Pixels of a PNG for each of the SVG: 192 an inch.
+        const SCALE: f32 = 2.0;
+        let made = match self {
+            Self::Svg => Ok(svg.into_bytes()),
+            Self::Png => png(&svg, SCALE),
+            Self::Pdf => pdf(&svg),
+        };
+        made.map_err(|error| {
+            let remedy = match error {
+                PaperError::NoFont => {
+                    "install one (Debian: `apt-get install fonts-dejavu-core`), or write a .svg"
+                }
+                PaperError::Unreadable(_) => "write a .svg",
+            };
+            Failure::File(Message::new("E0108", error.to_string(), remedy))
+        })
+    }
+
+    /// The bytes of a file: of SVG, others have been refused.
+    #[cfg(not(feature = "paper"))]
+    fn bytes(self, svg: String) -> Result<Vec<u8>, Failure> {
+        Ok(svg.into_bytes())
+    }
 }
 
 /// The names of all pictures, each once.
@@ -75,17 +113,30 @@ impl Args {
         Common { quiet: self.quiet, json: false }
     }
 
-    /// Whether all go into one file.
-    fn one_file(&self) -> Result<bool, Failure> {
-        match self.output.extension().and_then(|ending| ending.to_str()) {
-            None => Ok(false),
-            Some(ending) if ending.eq_ignore_ascii_case("svg") => Ok(true),
-            Some(_) if self.output.is_dir() => Ok(false),
-            Some(ending) => Err(Failure::Usage(format!(
-                "-o: pictures are written as .svg, or into a folder, whose name has no ending; not as .{}",
-                escape(ending)
-            ))),
+    /// The format of the one file into which all go; none for a folder.
+    fn one_file(&self) -> Result<Option<Format>, Failure> {
+        let ending = self.output.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+        let format = match ending.as_deref() {
+            None => return Ok(None),
+            Some("svg") => Format::Svg,
+            Some("png") => Format::Png,
+            Some("pdf") => Format::Pdf,
+            Some(_) if self.output.is_dir() => return Ok(None),
+            Some(ending) => {
+                return Err(Failure::Usage(format!(
+                    "-o: pictures are written as .svg, .png or .pdf, or into a folder, whose name has no ending; not as .{}",
+                    escape(ending)
+                )));
+            }
+        };
+        if format != Format::Svg && cfg!(not(feature = "paper")) {
+            return Err(Failure::Usage(
+                "-o: PNG and PDF need converters, which this `slew` was built without: write a .svg and convert it, as in \
+                 `rsvg-convert figure.svg -o figure.png`, or build with `cargo install slewkit --features paper`"
+                    .into(),
+            ));
         }
+        Ok(Some(format))
     }
 
     fn target(&self, path: impl Into<PathBuf>) -> Result<Target, Failure> {
@@ -110,7 +161,7 @@ impl Args {
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let one_file = args.one_file()?;
-    let target = one_file.then(|| args.target(&args.output)).transpose()?;
+    let target = one_file.map(|format| Ok::<_, Failure>((args.target(&args.output)?, format))).transpose()?;
     let (loaded, plan) = match pictured::open(&args.plan)? {
         (Kind::Plan, input) => pictured::read(&args.plan, input, console)?,
         (Kind::Results, _) => {
@@ -133,7 +184,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
 /// Writes the pictures that are asked for.
 fn draw(
     args: &Args,
-    target: Option<Target>,
+    target: Option<(Target, Format)>,
     shown: &[Shown],
     console: &mut Console,
 ) -> Result<Exit, Failure> {
@@ -143,12 +194,12 @@ fn draw(
         return Err(Failure::File(Message::new("E0108", reason, remedy)));
     }
     let chosen = args.chosen(shown)?;
-    if let Some(target) = target {
+    if let Some((target, format)) = target {
         let chosen: Vec<&Picture> = match chosen.is_empty() {
             true => shown.iter().take(PANEL).map(|shown| &shown.picture).collect(),
             false => chosen.iter().map(|shown| &shown.picture).collect(),
         };
-        write(&target, &panel(&chosen), console)?;
+        write(&target, &format.bytes(panel(&chosen))?, console)?;
     } else {
         let chosen = if chosen.is_empty() { shown.iter().collect() } else { chosen };
         folder(&args.output)?;
@@ -156,7 +207,7 @@ fn draw(
         // All names are checked before the first file is written.
         let targets = chosen.iter().map(file).collect::<Result<Vec<_>, _>>()?;
         for (shown, target) in chosen.iter().zip(&targets) {
-            write(target, &shown.picture.svg(), console)?;
+            write(target, shown.picture.svg().as_bytes(), console)?;
         }
     }
     Ok(Exit::Solved)
@@ -170,8 +221,8 @@ fn folder(path: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-fn write(target: &Target, text: &str, console: &mut Console) -> Result<(), Failure> {
-    target.write(|output| Ok(output.write_all(text.as_bytes())?))?;
+fn write(target: &Target, bytes: &[u8], console: &mut Console) -> Result<(), Failure> {
+    target.write(|output| Ok(output.write_all(bytes)?))?;
     summary::wrote(console, target);
     Ok(())
 }

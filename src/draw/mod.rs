@@ -2,7 +2,7 @@
 //!
 //! No measurement of text, no style sheet, no script: a file opens in every browser and vector editor
 //! and prints as it looks. Colours are those of Okabe and Ito, told apart also by colour-blind readers; curves
-//! differ in mark and dash as well.
+//! differ in mark and dash as well. With the feature `paper` SVG becomes PNG and PDF.
 
 mod axis;
 mod chart;
@@ -10,6 +10,8 @@ mod curve;
 mod legibility;
 mod map;
 mod panel;
+#[cfg(feature = "paper")]
+pub mod paper;
 mod scene;
 mod sky;
 mod svg;

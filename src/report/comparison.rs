@@ -11,9 +11,9 @@ use super::{COMPARISON_KEYS, Shown, line};
 use crate::draw::{Axis, Chart, Curve};
 use crate::files::export::ExportError;
 use crate::lie;
-use crate::maneuver::Trajectory;
+use crate::maneuver::{TerminalError, Trajectory};
 use crate::numerics::figures::{error, short, significant, time};
-use crate::propagate::integrator::Kind;
+use crate::propagate::integrator::{ErrorControl, Kind};
 use crate::studies::integrators::figures::charts;
 use crate::studies::integrators::{
     EQUAL, EqualError, History, IntegratorRun, Path, RUNS, Study, WorkPrecision, equal_row, run_row,
@@ -81,7 +81,7 @@ struct MethodRow {
     status: String,
     reason: Option<String>,
     cost: Option<f64>,
-    terminal: Option<crate::maneuver::TerminalError>,
+    terminal: Option<TerminalError>,
     stationarity: Option<f64>,
     conjugate_points: Option<usize>,
     turned_deg: Option<f64>,
@@ -160,7 +160,6 @@ pub fn comparison_pictures(file: &ComparisonFile) -> Vec<Shown> {
         all.extend(difference(file));
     }
     if let Some((study, found)) = study(file) {
-        // What is over time has no place in a chart without a time of its own.
         let charts = charts(&file.name, &study, &found);
         all.extend(charts.into_iter().map(|(key, chart)| shown(key, chart, "")));
     }
@@ -240,7 +239,7 @@ fn study(file: &ComparisonFile) -> Option<(Study, WorkPrecision)> {
         horizons: horizons_s.clone(),
         levels: levels.clone(),
         shown_step,
-        settings: crate::propagate::integrator::ErrorControl::default(),
+        settings: ErrorControl::default(),
         repeats: 1,
     };
     let found = WorkPrecision {

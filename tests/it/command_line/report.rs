@@ -168,7 +168,7 @@ fn wrong_inputs_and_outputs_are_told() {
     folder.slew(&["report", "absent.json", "-o", "a.html"]).ends(8).tells("cannot read absent.json");
     folder.slew(&["report", "plan.json", "-o", "a.txt"]).ends(2).tells("must end in .html");
     folder.slew(&["plan", "spec.toml", "--report", "a.json"]).ends(2).tells("must end in .html");
-    folder.slew(&["plot", "plan.json", "-o", "a.png"]).ends(2).tells("written as .svg");
+    folder.slew(&["plot", "plan.json", "-o", "a.jpg"]).ends(2).tells("written as .svg, .png or .pdf");
     folder
         .slew(&["plot", "plan.json", "-o", "a.svg", "--charts", "forces"])
         .ends(2)
@@ -191,6 +191,42 @@ fn wrong_inputs_and_outputs_are_told() {
     fs::write(folder.path("spec.html"), SPEC).unwrap();
     let run = folder.slew(&["plan", "spec.html", "-q", "--report", "spec.html", "--force"]).ends(8);
     run.tells("error[E0100]");
+}
+
+#[test]
+#[cfg(not(feature = "paper"))]
+fn png_and_pdf_are_refused_where_nothing_makes_them() {
+    let folder = Folder::new();
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "plan.json"]).ends(0);
+    for name in ["a.png", "a.PDF"] {
+        folder
+            .slew(&["plot", "plan.json", "-o", name])
+            .ends(2)
+            .tells("--features paper")
+            .tells("rsvg-convert");
+    }
+    assert_eq!(folder.names(), ["plan.json", "spec.toml"]);
+}
+
+/// `cargo test --features paper --test it -- png_and_pdf`.
+#[test]
+#[cfg(feature = "paper")]
+fn png_and_pdf_show_the_picture_with_its_letters() {
+    let folder = Folder::new();
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "plan.json"]).ends(0);
+    for name in ["a.png", "a.pdf"] {
+        folder.slew(&["plot", "plan.json", "-q", "-o", name, "--charts", "rates,euler"]).ends(0).silent();
+    }
+    let png = fs::read(folder.path("a.png")).unwrap();
+    let number = |at: usize| u32::from_be_bytes(png[at..at + 4].try_into().unwrap());
+    assert_eq!((&png[1..4], number(16), number(20)), (&b"PNG"[..], 3200, 960));
+    // Curves without letters would be half of it.
+    assert!(png.len() > 60_000, "{}", png.len());
+    let pdf = fs::read(folder.path("a.pdf")).unwrap();
+    let text = String::from_utf8_lossy(&pdf);
+    assert!(text.starts_with("%PDF-") && text.contains("/Font"), "text stays text");
+    // 1600 and 480 px at 96 an inch are 1200 and 360 points: letters of 13 px are 9.75 points high.
+    assert!(text.contains("/MediaBox [0 0 1200 360]"), "absolute size");
 }
 
 /// The ordinates of the one curve of a picture.

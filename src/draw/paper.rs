@@ -1,0 +1,63 @@
+//! Pictures as PNG and PDF, from the SVG that charts write: by `resvg` and `svg2pdf`, which only this file names.
+//!
+//! Letters are those of a font of the system, of the first family there is among those that the SVG asks for; sizes are
+//! absolute: 13 px are 9.75 points in a PDF, and in a PNG as many pixels as its scale says.
+
+use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::usvg::{Options, Tree};
+use svg2pdf::{ConversionOptions, PageOptions};
+use thiserror::Error;
+
+/// Why a picture cannot be made.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum PaperError {
+    /// Without a font there would be no labels, and nobody would be told.
+    #[error("the system has no fonts")]
+    NoFont,
+    /// The picture is too large, or not SVG.
+    #[error("{0}")]
+    Unreadable(String),
+}
+
+/// Families that look alike, those of the SVG first.
+const FAMILIES: [&str; 6] =
+    ["Helvetica", "Arial", "DejaVu Sans", "Liberation Sans", "Noto Sans", "Open Sans"];
+
+/// A pixel of SVG is so much of an inch.
+const PIXELS_PER_INCH: f32 = 96.0;
+
+/// The picture as the bytes of a PNG file, `scale` pixels for each of the SVG.
+///
+/// # Errors
+/// [`PaperError`].
+pub fn png(svg: &str, scale: f32) -> Result<Vec<u8>, PaperError> {
+    let tree = tree(svg)?;
+    let unreadable = |reason: String| PaperError::Unreadable(reason);
+    let size = tree.size().to_int_size().scale_by(scale);
+    let pixels = size.and_then(|size| Pixmap::new(size.width(), size.height()));
+    let mut pixels = pixels.ok_or_else(|| unreadable("the picture is too large".into()))?;
+    resvg::render(&tree, Transform::from_scale(scale, scale), &mut pixels.as_mut());
+    pixels.encode_png().map_err(|error| unreadable(error.to_string()))
+}
+
+/// The picture as the bytes of a PDF file of one page, with its text as text.
+///
+/// # Errors
+/// [`PaperError`].
+pub fn pdf(svg: &str) -> Result<Vec<u8>, PaperError> {
+    let page = PageOptions { dpi: PIXELS_PER_INCH };
+    let made = svg2pdf::to_pdf(&tree(svg)?, ConversionOptions::default(), page);
+    made.map_err(|error| PaperError::Unreadable(error.to_string()))
+}
+
+fn tree(svg: &str) -> Result<Tree, PaperError> {
+    let mut options = Options::default();
+    let fonts = options.fontdb_mut();
+    fonts.load_system_fonts();
+    let has =
+        |name: &&&str| fonts.faces().any(|face| face.families.iter().any(|(family, _)| family == **name));
+    let first = || fonts.faces().next().and_then(|face| Some(face.families.first()?.0.clone()));
+    let family = FAMILIES.iter().find(has).map(|name| name.to_string()).or_else(first);
+    fonts.set_sans_serif_family(family.ok_or(PaperError::NoFont)?);
+    Tree::from_str(svg, &options).map_err(|error| PaperError::Unreadable(error.to_string()))
+}
