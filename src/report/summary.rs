@@ -174,7 +174,9 @@ fn method(problem: &Problem, solution: &Solution) -> String {
             format!("shooting: Newton on {} costates{limits}", problem.dimension())
         }
     };
-    format!("{how}, {} {scheme} steps of {} s", solution.steps, significant(solution.step, 3))
+    let step = Some(solution.step).filter(|step| !step.is_nan());
+    let step = step.map(|step| format!(" of {} s", significant(step, 3))).unwrap_or_default();
+    format!("{how}, {} {scheme} steps{step}", solution.steps)
 }
 
 /// What a converged solve found.

@@ -20,6 +20,7 @@ use crate::optimize::methods::switching::grid_step::Torque;
 use crate::optimize::methods::switching::on_grid::OnGrid;
 use crate::optimize::methods::switching::scaled::{Units, input_of, inputs, scaled, shared};
 use crate::optimize::methods::switching::search::{Found, Limit, search};
+use crate::optimize::methods::switching::smooth::Smoothed;
 use crate::{Matrix3, Vector3};
 
 /// Attitudes this near, and rates in the unit of time, are the same.
@@ -97,7 +98,7 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
     let mut chosen = None;
     for limit in &found.limits {
         context.enter(Rung::Aligned, limit.name(), problem.steps);
-        let plan = on_grid(problem, &extremal, &units, limit);
+        let plan = cheapest(problem, &extremal, &units, limit);
         let outcome = if plan.is_some() { Outcome::Converged } else { Outcome::Stalled };
         let iterations = plan.as_ref().map_or(0, |plan| plan.iterations);
         let residuals = plan.iter().map(|plan| plan.residual).collect();
@@ -247,17 +248,38 @@ struct Planned {
     sheet: [f64; 4],
 }
 
-fn on_grid(problem: &Problem, extremal: &Extremal, units: &Units, limit: &Limit) -> Option<Planned> {
-    let steps = problem.steps;
-    let arcs = limit.arcs.as_ref();
-    let aligned = arcs.and_then(|(arcs, _)| arcs_on_grid(extremal, arcs, steps));
-    let (grid, smoothing) = match aligned {
-        Some(grid) => (grid, None),
-        // Where arcs vanish on the grid, the smoothed extremal that they came from has steps of its own.
-        None => {
-            smooth_on_grid(extremal, &limit.smooth, steps).map(|(grid, epsilon)| (grid, Some(epsilon)))?
-        }
+/// The discrete optimum of the best arcs that have room on the grid; where these are not exact or nearly so, or there are
+/// none, that of the smoothed law if it is cheaper.
+fn cheapest(problem: &Problem, extremal: &Extremal, units: &Units, limit: &Limit) -> Option<Planned> {
+    let aligned = |limit: &Limit| {
+        let (arcs, _) = limit.arcs.as_ref()?;
+        let grid = arcs_on_grid(extremal, arcs, problem.steps)?;
+        planned(problem, extremal, units, limit, grid, None)
     };
+    if let Some(plan) = aligned(limit) {
+        return Some(plan);
+    }
+    let looser = limit.loosened().find_map(|limit| aligned(&limit));
+    let smooth = || {
+        let least = limit.smooth.epsilon;
+        let from = |smooth: &Smoothed| smooth_on_grid(extremal, smooth, least, problem.steps);
+        let (grid, epsilon) = from(&limit.smooth).or_else(|| from(&limit.branch))?;
+        planned(problem, extremal, units, limit, grid, Some(epsilon))
+    };
+    let cheaper = |a: &Planned, b: &Planned| a.cost.total_cmp(&b.cost);
+    looser.into_iter().chain(smooth()).min_by(cheaper)
+}
+
+/// What a limit is on its grid; with ε where the inputs are smoothed there.
+fn planned(
+    problem: &Problem,
+    extremal: &Extremal,
+    units: &Units,
+    limit: &Limit,
+    grid: OnGrid,
+    smoothing: Option<f64>,
+) -> Option<Planned> {
+    let arcs = limit.arcs.as_ref();
     let mut recorded = record(problem, extremal, units, &grid)?;
     let second = units.time;
     if problem.objective.fuel().is_none() {

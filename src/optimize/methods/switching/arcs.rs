@@ -35,6 +35,9 @@ const MOST_ITERATIONS: usize = 16;
 const IDLE: f64 = 0.02;
 const SHORTEST_PULSE: f64 = 1e-4;
 
+/// A pulse that Newton has made shorter than this part of the duration is none.
+const NO_PULSE: f64 = 1e-9;
+
 /// Fewest switches that determine all costates.
 const DETERMINED: usize = 5;
 
@@ -228,8 +231,24 @@ impl Arcs {
         merit.is_finite().then_some(Equations { residual: residual + carried, jacobian, merit, updates })
     }
 
-    /// Newton; `None` where it does not converge or the switches vanish.
-    pub fn solve(mut self, extremal: &Extremal) -> Option<Self> {
+    /// Newton, and again without the pulses that have vanished; `None` where it does not converge or the switches vanish.
+    pub fn solve(self, extremal: &Extremal) -> Option<Self> {
+        let mut found = self.solved(extremal)?;
+        while let Some((a, b)) = found.vanished() {
+            found.switches.remove(b);
+            found.switches.remove(a);
+            found = found.solved(extremal)?;
+        }
+        Some(found)
+    }
+
+    /// Two switches of one input with no time between them.
+    fn vanished(&self) -> Option<(usize, usize)> {
+        let no_time = NO_PULSE * self.duration;
+        self.pairs().find(|(a, b)| self.switches[*b].time - self.switches[*a].time < no_time)
+    }
+
+    fn solved(mut self, extremal: &Extremal) -> Option<Self> {
         let mut longest = COARSE;
         for _ in 0..MOST_ITERATIONS {
             let count = self.switches.len();

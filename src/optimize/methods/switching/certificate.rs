@@ -33,6 +33,9 @@ pub(crate) struct Wrong {
     pub input: usize,
     pub from: (f64, Node),
     pub to: (f64, Node),
+    /// Where it is most wrong, and by how much.
+    pub peak: (f64, Node),
+    pub largest: f64,
     pub at_start: bool,
     pub at_end: bool,
     pub gap: f64,
@@ -76,12 +79,17 @@ impl Certificate {
                                 input,
                                 from: (time - half, here),
                                 to: (time, here),
+                                peak: (time, here),
+                                largest: 0.0,
                                 at_start: index == 0 && step == 0 && point == 0,
                                 at_end: false,
                                 gap: 0.0,
                             });
                             run.gap += 4.0 * half * s;
                             run.to = (time + half, here);
+                            if s > run.largest {
+                                (run.peak, run.largest) = ((time, here), s);
+                            }
                             run.at_end = index == last && step + 1 == steps && point + 1 == POINTS;
                         } else if let Some(run) = open[input].take() {
                             wrong.push(run);
@@ -110,18 +118,24 @@ impl Certificate {
         inputs
     }
 
-    /// The arcs with the worst of the wrong signs put right.
-    pub fn mended(&self, arcs: &Arcs) -> Option<Arcs> {
-        let worst = self.wrong.iter().max_by(|a, b| a.gap.total_cmp(&b.gap))?;
+    /// The arcs with one of the wrong signs put right, the worst at rank 0, on this part of its time about where it is most
+    /// wrong: how long an input should have the other sign is not how long it has the wrong one.
+    pub fn mended(&self, arcs: &Arcs, rank: usize, part: f64) -> Option<Arcs> {
+        let mut wrong: Vec<&Wrong> = self.wrong.iter().collect();
+        wrong.sort_by(|a, b| b.gap.total_cmp(&a.gap));
+        let worst = wrong.get(rank)?;
         let mut mended = arcs.clone();
         let switch = |(time, node): (f64, Node)| Switch { input: worst.input, time, node };
-        if worst.at_start {
+        let half = 0.5 * part * (worst.to.0 - worst.from.0);
+        let near = |time: f64, end: (f64, Node)| if part < 1.0 { (time, worst.peak.1) } else { end };
+        let (from, to) = (worst.peak.0 - half, worst.peak.0 + half);
+        if worst.at_start && (part >= 1.0 || from <= worst.from.0) {
             mended.signs[worst.input] *= -1.0;
         } else {
-            mended.switches.push(switch(worst.from));
+            mended.switches.push(switch(near(from.max(worst.from.0), worst.from)));
         }
-        if !worst.at_end {
-            mended.switches.push(switch(worst.to));
+        if !(worst.at_end && (part >= 1.0 || to >= worst.to.0)) {
+            mended.switches.push(switch(near(to.min(worst.to.0), worst.to)));
         }
         mended.switches.sort_by(|a, b| a.time.total_cmp(&b.time));
         Some(mended)

@@ -130,8 +130,14 @@ const FOLLOWED: f64 = 0.3;
 /// ε that is tried after none at all.
 const LEAST_SMOOTHING: f64 = 1e-4;
 
-/// The discrete optimum of the smoothed problem on `steps` equal steps, and its ε: the smallest that is found.
-pub(crate) fn smooth_on_grid(extremal: &Extremal, smooth: &Smoothed, steps: usize) -> Option<(OnGrid, f64)> {
+/// The discrete optimum of the smoothed problem on `steps` equal steps, and its ε: the smallest that is found, not below
+/// `least`.
+pub(crate) fn smooth_on_grid(
+    extremal: &Extremal,
+    smooth: &Smoothed,
+    least: f64,
+    steps: usize,
+) -> Option<(OnGrid, f64)> {
     let start = of_smooth(extremal, smooth, steps);
     // The direction of a torque of given norm turns smoothly; inputs jump, and so does a norm that costs.
     let jumps = matches!(extremal.law, Law::Inputs(_)) || extremal.counts_fuel();
@@ -152,8 +158,8 @@ pub(crate) fn smooth_on_grid(extremal: &Extremal, smooth: &Smoothed, steps: usiz
         found = at(&start, epsilon);
     }
     let mut found = found?;
-    while epsilon > smooth.epsilon {
-        let next = (0.4 * epsilon).max(smooth.epsilon);
+    while epsilon > least {
+        let next = (0.4 * epsilon).max(least);
         let Some(better) = at(&found, next) else { break };
         (found, epsilon) = (better, next);
     }

@@ -15,8 +15,15 @@ const RIVAL: f64 = 1.015;
 const RIVAL_FUEL: f64 = 1.1;
 
 /// Most corrections of the sequence of switches; one after which the gap is the same, to this part, led back.
-const SAME_GAP: f64 = 1e-9;
 const MOST_CHANGES: usize = 8;
+const SAME_GAP: f64 = 1e-9;
+
+/// Further corrections of arcs with a gap that is not small: so many of the worst signs, on these parts of their time, in so
+/// many Newtons; each must leave less of the gap than this.
+const WORST: usize = 3;
+const PARTS: [f64; 3] = [1.0, 0.2, 0.04];
+const MOST_REFINEMENTS: usize = 40;
+const LESS: f64 = 0.98;
 
 /// How often a branch without arcs is followed to a smaller ε, and by what factor.
 const MOST_DESCENTS: usize = 3;
@@ -42,13 +49,27 @@ const DEARER_FUEL: f64 = 0.05;
 /// What a branch becomes.
 #[derive(Clone, Debug)]
 pub(crate) struct Limit {
-    /// The smoothed extremal at the smallest ε.
+    /// The smoothed extremal that it comes from, and the same at the smallest ε.
+    pub branch: Smoothed,
     pub smooth: Smoothed,
     /// Arcs at the limits, where there are any; the certificate tells whether they are exact.
     pub arcs: Option<(Arcs, Certificate)>,
+    /// Arcs with fewer switches and larger gaps, the last the best: for grids on which those have no room, or none are good
+    /// enough and what is smoothed is dearer.
+    pub looser: Vec<(Arcs, Certificate)>,
 }
 
 impl Limit {
+    fn of_arcs(branch: &Smoothed, smooth: Smoothed, arcs: (Arcs, Certificate)) -> Self {
+        Self { branch: branch.clone(), smooth, arcs: Some(arcs), looser: Vec::new() }
+    }
+
+    /// The same with arcs of larger gaps, the best first.
+    pub fn loosened(&self) -> impl Iterator<Item = Self> {
+        let with = |arcs: &(Arcs, Certificate)| Self { arcs: Some(arcs.clone()), ..self.clone() };
+        self.looser.iter().rev().map(with)
+    }
+
     pub fn duration(&self) -> f64 {
         self.arcs.as_ref().map_or(self.smooth.path.duration, |(arcs, _)| arcs.duration)
     }
@@ -113,7 +134,7 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, found: &mut Found) -> Limit {
         for first in readings(extremal) {
             let Some((arcs, certificate)) = polish(extremal, first(extremal, &at), found) else { continue };
             if certificate.gap <= NO_GAP * arcs.cost(extremal) && bounded(&arcs, &at) {
-                return Limit { smooth: at, arcs: Some((arcs, certificate)) };
+                return Limit::of_arcs(rival, at, (arcs, certificate));
             }
             if best.as_ref().is_none_or(|(_, known)| certificate.gap < known.gap) {
                 best = Some((arcs, certificate));
@@ -127,17 +148,21 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, found: &mut Found) -> Limit {
             }
         }
     }
-    if let Some((arcs, certificate)) = best
-        && certificate.gap <= SMALL_GAP * arcs.cost(extremal)
-        && bounded(&arcs, &at)
-    {
-        return Limit { smooth: at, arcs: Some((arcs, certificate)) };
+    let small =
+        |(arcs, certificate): &(Arcs, Certificate)| certificate.gap <= SMALL_GAP * arcs.cost(extremal);
+    let mut looser = Vec::new();
+    if let Some(best) = best {
+        let refined = if small(&best) { vec![best] } else { refined(extremal, best, found) };
+        looser.extend(refined.into_iter().filter(|(arcs, _)| bounded(arcs, &at)));
+    }
+    if let Some(arcs) = looser.pop_if(|best| small(best)) {
+        return Limit { looser, ..Limit::of_arcs(rival, at, arcs) };
     }
     let smooth = match descend(extremal, &at, LAST, &Bias::default(), &mut found.sweeps) {
         Ok(end) | Err(end) => end,
     };
     let smooth = if attempts == 0 { turning(extremal, smooth, found) } else { smooth };
-    Limit { smooth, arcs: None }
+    Limit { branch: rival.clone(), smooth, arcs: None, looser }
 }
 
 /// Under a limit of the norm the law is smooth where the costate does not vanish: the extremal without smoothing, where
@@ -171,15 +196,14 @@ fn readings(extremal: &Extremal) -> &'static [Reading] {
 
 /// Arcs to their switching times, corrected until every sign is right or no correction helps.
 fn polish(extremal: &Extremal, mut arcs: Arcs, found: &mut Found) -> Option<(Arcs, Certificate)> {
-    let (mut best, mut last): (Option<(Arcs, Certificate)>, f64) = (None, f64::NAN);
+    let mut best: Option<(Arcs, Certificate)> = None;
+    let mut last = f64::NAN;
     for _ in 0..=MOST_CHANGES {
-        found.newtons += 1;
-        let Some(solved) = arcs.clone().solve(extremal) else { break };
-        let certificate = Certificate::of(extremal, &solved);
+        let Some((solved, certificate)) = certified(extremal, arcs, found) else { break };
         let exact = certificate.gap <= NO_GAP * solved.cost(extremal);
         let again = (certificate.gap - last).abs() <= SAME_GAP * last;
         last = certificate.gap;
-        let mended = certificate.mended(&solved);
+        let mended = certificate.mended(&solved, 0, 1.0);
         if best.as_ref().is_none_or(|(_, known)| certificate.gap < known.gap) {
             best = Some((solved, certificate));
         }
@@ -189,4 +213,34 @@ fn polish(extremal: &Extremal, mut arcs: Arcs, found: &mut Found) -> Option<(Arc
         }
     }
     best
+}
+
+fn certified(extremal: &Extremal, arcs: Arcs, found: &mut Found) -> Option<(Arcs, Certificate)> {
+    found.newtons += 1;
+    let arcs = arcs.solve(extremal)?;
+    let certificate = Certificate::of(extremal, &arcs);
+    Some((arcs, certificate))
+}
+
+/// Arcs corrected further, each time by what makes their gap smaller: the worst of the wrong signs, or the next ones, for all
+/// of their time or a part of it. All of them, the best last.
+fn refined(extremal: &Extremal, first: (Arcs, Certificate), found: &mut Found) -> Vec<(Arcs, Certificate)> {
+    let (mut path, mut newtons) = (vec![first], 0);
+    while let Some((arcs, certificate)) = path.last()
+        && certificate.gap > NO_GAP * arcs.cost(extremal)
+    {
+        let all = (0..WORST).flat_map(|rank| PARTS.map(|part| (rank, part)));
+        let corrections = all
+            .filter_map(|(rank, part)| certificate.mended(arcs, rank, part))
+            .filter(|next| next.switches.len() <= MOST_SWITCHES);
+        let better = corrections.take(MOST_REFINEMENTS - newtons).find_map(|next| {
+            newtons += 1;
+            certified(extremal, next, found).filter(|(_, next)| next.gap < LESS * certificate.gap)
+        });
+        match better {
+            Some(better) => path.push(better),
+            None => break,
+        }
+    }
+    path
 }

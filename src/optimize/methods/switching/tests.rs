@@ -257,9 +257,9 @@ fn a_certificate_finds_what_is_wrong_and_mends_it() {
     without.signs[0] = -without.signs[0];
     let found = Certificate::of(&given, &without);
     assert!(found.gap > 0.1, "{}", found.gap);
-    assert!(found.mended(&without).is_some_and(
-        |mended| mended.switches.len() != without.switches.len() || mended.signs != without.signs
-    ));
+    assert!(found.mended(&without, 0, 1.0).is_some_and(|mended| mended.switches.len()
+        != without.switches.len()
+        || mended.signs != without.signs));
 }
 
 #[test]
