@@ -21,7 +21,7 @@ const SAME_GAP: f64 = 1e-9;
 /// Further corrections of arcs with a gap that is not small: so many of the worst signs, on these parts of their time, in so
 /// many Newtons; each must leave less of the gap than this.
 const WORST: usize = 3;
-const PARTS: [f64; 3] = [1.0, 0.2, 0.04];
+const PARTS: [f64; 4] = [1.0, 0.2, 0.04, 0.008];
 const MOST_REFINEMENTS: usize = 40;
 const LESS: f64 = 0.98;
 
