@@ -15,6 +15,9 @@ const WIDTH: usize = 76;
 /// Characters before the text of a labelled line.
 const LABELLED: usize = 13;
 
+/// A gap of this part of the cost is that of a singular arc which is cut into enough arcs.
+const SMALL_GAP: f64 = 1e-4;
+
 /// Durations that differ by this part are one.
 const SAME_DURATION: f64 = 1e-12;
 
@@ -295,7 +298,10 @@ fn switched(problem: &Problem, solution: &Solution, switching: &Switching) -> Ve
         Structure::BangBang | Structure::BangOffBang | Structure::TruncatedChattering | Structure::Rest => {
             let lengths = switching.arcs.iter().map(|arc| arc.end_s - arc.start_s);
             let shortest = lengths.fold(f64::INFINITY, f64::min).max(0.0);
-            let chatters = if switching.structure == Structure::TruncatedChattering {
+            let small = switching.gap <= SMALL_GAP * switching.continuous_cost;
+            let chatters = if switching.structure == Structure::TruncatedChattering && !small {
+                "; not every sign is right".into()
+            } else if switching.structure == Structure::TruncatedChattering {
                 format!("; a singular arc of {which}, cut into arcs")
             } else {
                 String::new()

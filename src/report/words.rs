@@ -3,7 +3,7 @@
 use super::Subject;
 use super::arcs;
 use crate::draw::Span;
-use crate::maneuver::{Outcome, Path, SecondOrder, Sense};
+use crate::maneuver::{Outcome, Path, SecondOrder, Sense, Structure, Switching};
 use crate::numerics::figures::{error, significant};
 use crate::plan::Status;
 use crate::verify::{Margin, Verification};
@@ -40,8 +40,30 @@ pub(super) fn proved(subject: &Subject) -> Vec<String> {
     if let Some(found) = &subject.plan.verification {
         told.extend(witnessed(found));
     }
+    told.extend(solution.switching.as_ref().and_then(extremal));
     told.push(minimum(subject).into());
     told
+}
+
+/// What the certificate of arcs says.
+fn extremal(switching: &Switching) -> Option<String> {
+    let gap = error(100.0 * switching.gap / switching.continuous_cost);
+    match switching.structure {
+        Structure::Rest => None,
+        Structure::BangBang | Structure::BangOffBang => Some(
+            "The continuous extremal meets the maximum principle: every input is all along on the side that its switching \
+             function asks for."
+                .into(),
+        ),
+        Structure::TruncatedChattering | Structure::Singular => Some(format!(
+            "The continuous extremal meets the maximum principle but on singular arcs, which are cut into pulses or smoothed: \
+             {gap} % of the cost could still be gained, to first order."
+        )),
+        Structure::Norm => Some(format!(
+            "The torque of the continuous extremal goes as the maximum principle asks: {gap} % of the cost could still be \
+             gained, to first order."
+        )),
+    }
 }
 
 fn witnessed(found: &Verification) -> Vec<String> {

@@ -1,5 +1,6 @@
-//! Things side by side: methods or objectives on one maneuver, integrators on one motion.
+//! Things side by side: methods, objectives or ways to switching times on one maneuver, integrators on one motion.
 
 pub mod integrators;
 pub mod methods;
 pub mod objectives;
+pub mod ways;

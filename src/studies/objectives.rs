@@ -6,6 +6,7 @@
 //! effort  ∫ ½ uᵀWu dt ,    fuel  ∫ Σ c_j |u_j| dt ,    time  T
 //! ```
 //!
+//! (under a limit of the norm of the torque fuel is `c ∫ |τ| dt`)
 //! so that it shows what the best of one costs in the rest. Weights and prices are those of the maneuver's own objective
 //! where it has them, and 1 otherwise. Effort and fuel take the duration of the maneuver, or that which its price of time
 //! chooses; where it minimises time, [`STRETCH`] times the shortest.
@@ -33,7 +34,7 @@ pub struct ObjectiveRun {
     pub duration_s: Option<f64>,
     /// `∫ ½ uᵀWu dt` of the inputs \[N²·m²·s\], up to the weights.
     pub effort: Option<f64>,
-    /// `∫ Σ c_j |u_j| dt` of the torque inputs \[N·m·s\], up to the prices.
+    /// `∫ Σ c_j |u_j| dt` of the torque inputs, or `c ∫ |τ| dt` under a limit of the norm \[N·m·s\], up to the prices.
     pub fuel: Option<f64>,
     /// How many times an input switches, of plans that switch.
     pub switches: Option<usize>,

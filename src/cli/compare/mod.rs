@@ -21,7 +21,8 @@ use std::path::PathBuf;
 #[command(group = clap::ArgGroup::new("written").args(["figures", "page"]).multiple(true))]
 #[command(after_help = "\
 A spec of a maneuver compares methods, a spec of a simulation integrators. Where a maneuver
-minimises time or fuel, or its duration is sought, its objectives are compared.
+minimises time or fuel, or its duration is sought, its objectives are compared, and the ways to a plan
+that switches.
 
 The methods: shooting, where it applies; scp, sequential convex programming to its own
 convergence; scp + polish, the same ended by Newton, as `slew plan` does it. `solver.method`
@@ -30,6 +31,9 @@ of the spec is not used; a time limit holds for each solve.
 Exit codes: 0 when at least one method solved and those that did agree; 7 when their costs
 differ, or a witness rejects a plan; otherwise those of `slew plan`. A missing bound changes
 no exit code.
+
+Where inputs switch (minimum time or fuel): the smoothed law, switching times, and for minimum time the
+convex road, on the same number of steps; then the objectives.
 
 The objectives (`--objectives`): plans of least time, fuel and effort, each measured by the
 others too. Weights and prices are those of the spec. Effort and fuel take the duration of the

@@ -101,6 +101,7 @@ fn key(unit: &str) -> &'static str {
         "N" => "n",
         "N/s" => "n_per_s",
         "deg/s" => "deg_s",
-        _ => "deg",
+        "deg" => "deg",
+        _ => "si",
     }
 }

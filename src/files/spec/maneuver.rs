@@ -31,7 +31,7 @@ pub(crate) fn duration(section: &Section) -> Option<Option<f64>> {
         if priced {
             return section.refuse("E0029", "time_price_per_s", reason, remedy);
         }
-        let reason = "the duration is what is minimised: it has no bound beside";
+        let reason = "the duration is what is minimised: it takes no bound";
         let remedy = "leave duration_at_most_s out; or minimize = \"effort\" or \"fuel\"";
         if bounded {
             return section.refuse("E0029", "duration_at_most_s", reason, remedy);

@@ -115,7 +115,7 @@ impl Problem {
                 return Err(out_of_range("longest duration", longest, "must be positive and finite"));
             }
             if self.objective == Objective::Time {
-                let reason = "the duration is what is minimised: it has no bound beside";
+                let reason = "the duration is what is minimised: it takes no bound";
                 return Err(ProblemError::Unsuited { what: "duration_at_most_s", reason });
             }
         }

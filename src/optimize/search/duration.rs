@@ -20,7 +20,7 @@ use crate::maneuver::solution::{Outcome, Solution};
 use crate::mechanics::actuators::AxisFrame;
 use crate::mechanics::drift_equation;
 use crate::mechanics::environment::Pose;
-use crate::numerics::figures::short;
+use crate::numerics::figures::{short, significant};
 use crate::{Matrix3, Vector3, lie};
 use std::time::Instant;
 
@@ -80,6 +80,7 @@ pub(super) fn solve(
     let price = problem.objective.time_price();
     let mut best: Option<Known> = None;
     let mut unsolved: Option<Box<Solution>> = None;
+    let mut shortest = f64::INFINITY;
     let mut at = |duration: f64| -> Result<Option<Known>, Halt> {
         let remaining = settings.time_limit.map(|limit| limit.saturating_sub(began.elapsed()));
         // The shooting alone: what it cannot do within the limits is too short, and SCP would search for long.
@@ -98,6 +99,7 @@ pub(super) fn solve(
                 return Ok(None);
             }
         }
+        shortest = shortest.min(duration);
         let slope = price + effort_slope(problem, duration, &solution);
         Ok(slope.is_finite().then_some(Known { duration, solution, slope, stationarity: 0.0 }))
     };
@@ -128,6 +130,11 @@ pub(super) fn solve(
         let unsolved =
             unsolved.map_or_else(|| Solution::unsolved(problem, settings.tolerance), |solution| *solution);
         let shortfall = match longest {
+            // Less time pays at all of them.
+            _ if shortest.is_finite() => format!(
+                "no duration was found at which a second is worth its price; the shortest that has a plan is {} s: ask for it by duration_s, or lower the price",
+                significant(shortest, 6)
+            ),
             Some(longest) => format!("no plan of {} s or less was found", short(longest)),
             None => format!(
                 "no duration from {} s to {} s was found at which a second is worth its price",

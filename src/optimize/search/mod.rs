@@ -239,6 +239,20 @@ pub fn solve(
     ))
 }
 
+/// Solves a maneuver whose inputs switch by the smoothed law alone: no switching times.
+///
+/// # Errors
+/// [`PlanError`] when problem or settings cannot be used.
+pub(crate) fn solve_smoothed(
+    problem: &Problem,
+    settings: &Settings,
+    observer: &mut dyn Observer,
+) -> Result<Solution, PlanError> {
+    check(problem, settings)?;
+    check_for_switching(settings, None)?;
+    Ok(switching::solve_smoothed(problem, &Context::new(settings, observer)))
+}
+
 /// Solves a maneuver by SCP, limited or not, from its own seeds or along a trajectory on the
 /// same grid.
 ///

@@ -41,12 +41,22 @@ const FOR: f64 = 1.0 / 12.0;
 /// Up to a longest duration the plan takes all of the time or, where a second has a price or the body moves at an end, the
 /// duration at which the Hamiltonian vanishes.
 pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
+    solve_by(problem, context, true)
+}
+
+/// The same by the smoothed law alone, to compare.
+pub(super) fn solve_smoothed(problem: &Problem, context: &Context) -> Solution {
+    solve_by(problem, context, false)
+}
+
+/// With arcs at the limits, or without.
+fn solve_by(problem: &Problem, context: &Context, arcs: bool) -> Solution {
     let (Some(longest), Some(fuel)) = (problem.duration_at_most, problem.objective.fuel()) else {
-        return solve_once(problem, context);
+        return solve_once(problem, context, arcs);
     };
     let price = fuel.time_price.unwrap_or(0.0);
     let of = |time_price| Objective::Fuel(Fuel { time_price, ..fuel.clone() });
-    let mut all = solve_once(&problem.clone().with_duration(longest).with_objective(of(None)), context);
+    let mut all = solve_once(&problem.clone().with_duration(longest).with_objective(of(None)), context, arcs);
     all.cost += price * longest;
     for rival in &mut all.rivals {
         rival.cost += price * longest;
@@ -58,15 +68,17 @@ pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
     if context.interrupt().is_some() || !(moving || price > 0.0) {
         return all;
     }
-    let sought = problem.clone().with_duration(f64::NAN).with_objective(of(Some(price)));
-    let sought = solve_once(&sought, context);
+    let sought = problem.clone().with_duration_at_most(longest).with_objective(of(Some(price)));
+    let sought = solve_once(&sought, context, arcs);
     let is_plan = |solution: &Solution| solution.outcome == Outcome::Converged;
-    let within = sought.trajectory.time.last().is_some_and(|duration| *duration <= longest);
-    if is_plan(&sought) && within && !(is_plan(&all) && all.cost <= sought.cost) { sought } else { all }
+    let stopped = matches!(sought.outcome, Outcome::Interrupted | Outcome::TimeLimit);
+    let cheaper = is_plan(&sought) && !(is_plan(&all) && all.cost <= sought.cost);
+    let chosen = if cheaper || stopped && !is_plan(&all) { sought } else { all };
+    Solution { solve_time: context.began.elapsed().as_secs_f64(), ..chosen }
 }
 
 /// In a given duration, or in the best one of all.
-fn solve_once(problem: &Problem, context: &Context) -> Solution {
+fn solve_once(problem: &Problem, context: &Context, arcs: bool) -> Solution {
     let tolerance = context.settings.tolerance;
     let mut solution = Solution { method: Method::Shooting, ..Solution::unsolved(problem, tolerance) };
     let Some((extremal, units)) = scaled(problem) else {
@@ -82,7 +94,7 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
             Some(_) => {}
         }
     }
-    let ask = Ask { path: problem.path, thoroughness: context.settings.search };
+    let ask = Ask { path: problem.path, thoroughness: context.settings.search, arcs };
     context.enter(Rung::Smoothed, "best", 0);
     let found = search(&extremal, &ask, &|| context.interrupt().is_some());
     let report = |outcome, iterations| Report { outcome, iterations, residuals: Vec::new() };
@@ -96,7 +108,10 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
         return ended(solution, outcome, context);
     }
     let mut chosen = None;
-    for limit in &found.limits {
+    // A bound of what is sought; what is given has none.
+    let longest = problem.duration_at_most.filter(|_| extremal.given_duration.is_none());
+    let allowed = |limit: &&Limit| longest.is_none_or(|longest| limit.duration() * units.time <= longest);
+    for limit in found.limits.iter().filter(allowed) {
         context.enter(Rung::Aligned, limit.name(), problem.steps);
         let plan = cheapest(problem, &extremal, &units, limit);
         let outcome = if plan.is_some() { Outcome::Converged } else { Outcome::Stalled };
@@ -156,7 +171,7 @@ fn too_short(problem: &Problem, found: &Found, context: &Context) -> Option<(f64
     if found.branches > 0 || problem.seeks_duration() {
         return None;
     }
-    let ask = Ask { path: problem.path, thoroughness: context.settings.search };
+    let ask = Ask { path: problem.path, thoroughness: context.settings.search, arcs: true };
     let search = |problem: &Problem| {
         let (extremal, units) = scaled(problem)?;
         let found = search(&extremal, &ask, &|| context.interrupt().is_some());
@@ -248,8 +263,8 @@ struct Planned {
     sheet: [f64; 4],
 }
 
-/// The discrete optimum of the best arcs that have room on the grid; where these are not exact or nearly so, or there are
-/// none, that of the smoothed law if it is cheaper.
+/// The discrete optimum of the best arcs where they have room on the grid; otherwise that of the next looser ones, or of the
+/// smoothed law if it is cheaper.
 fn cheapest(problem: &Problem, extremal: &Extremal, units: &Units, limit: &Limit) -> Option<Planned> {
     let aligned = |limit: &Limit| {
         let (arcs, _) = limit.arcs.as_ref()?;
@@ -264,7 +279,9 @@ fn cheapest(problem: &Problem, extremal: &Extremal, units: &Units, limit: &Limit
         let least = limit.smooth.epsilon;
         let from = |smooth: &Smoothed| smooth_on_grid(extremal, smooth, least, problem.steps);
         let (grid, epsilon) = from(&limit.smooth).or_else(|| from(&limit.branch))?;
-        planned(problem, extremal, units, limit, grid, Some(epsilon))
+        // Of the arcs that it takes the place of it is none.
+        let limit = Limit { arcs: None, ..limit.clone() };
+        planned(problem, extremal, units, &limit, grid, Some(epsilon))
     };
     let cheaper = |a: &Planned, b: &Planned| a.cost.total_cmp(&b.cost);
     looser.into_iter().chain(smooth()).min_by(cheaper)
@@ -316,7 +333,7 @@ fn planned(
         // A sum of terms that are not negative but for round-off.
         let gap = limit.smooth.gap(extremal) * units.cost();
         switching.gap = if gap < 0.0 { 0.0 } else { gap };
-        let norm = matches!(extremal.law, Law::Norm(_));
+        let norm = matches!(extremal.law, Law::Norm(_)) && !extremal.counts_fuel();
         switching.structure = if norm { Structure::Norm } else { Structure::Singular };
     }
     Some(recorded)

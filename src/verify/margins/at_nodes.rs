@@ -59,7 +59,8 @@ fn angles(
 }
 
 /// How far `trajectory` stays from every limit and constraint of `problem` at its nodes; `inputs` says which row of inputs
-/// belongs to a node. Arcs between nodes are not looked at, as [`super::Margin`] does.
+/// belongs to a node. Values are in the unit that each has beside them. Unlike [`super::Margin`], arcs between nodes are not looked
+/// at.
 pub fn margins_at_nodes(
     problem: &Problem,
     trajectory: &Trajectory,

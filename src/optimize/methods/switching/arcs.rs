@@ -35,7 +35,7 @@ const MOST_ITERATIONS: usize = 16;
 const IDLE: f64 = 0.02;
 const SHORTEST_PULSE: f64 = 1e-4;
 
-/// A pulse that Newton has made shorter than this part of the duration is none.
+/// A pulse that Newton has made shorter than this part of the duration is no pulse.
 const NO_PULSE: f64 = 1e-9;
 
 /// Fewest switches that determine all costates.

@@ -16,6 +16,8 @@ use std::f64::consts::TAU;
 pub(crate) struct Ask {
     pub path: Way,
     pub thoroughness: Thoroughness,
+    /// Whether arcs at the limits are looked for, or smoothed extremals are the answer.
+    pub arcs: bool,
 }
 
 /// Beyond this angle the other way round is a rival \[rad\].

@@ -106,7 +106,8 @@ impl Certificate {
             }
         }
         wrong.extend(open.into_iter().flatten());
-        let gap = wrong.iter().map(|run| run.gap).sum();
+        // A sum of nothing would be −0.
+        let gap = wrong.iter().fold(0.0, |sum, run| sum + run.gap);
         Self { gap, wrong }
     }
 

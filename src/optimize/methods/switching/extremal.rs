@@ -11,7 +11,7 @@
 //! and under a limit U of the norm of the torque `τ = −U e/√(|e|² + ε²)`. Where the norm costs `c|τ|`, its size is one more
 //! such input, `τ = −½U(1 + v) e/ρ` with `ρ = √(|e|² + ε²)` and `s = ½U(c − ρ)`: the torque is off where `|e| < c`, and on
 //! otherwise it turns with the costate. What is added to a cost of inputs is not negative, so a smooth extremal is a feasible
-//! maneuver, and dearer than the optimum by no more than `∫ Σ ε (1 − √(1 − v²)) dt`, to first order.
+//! maneuver, and dearer than the optimum by no more than `∫ Σ ε (1 − √(1 − v²)) dt`, to first order; of the norm up to terms of ε².
 
 use crate::numerics::three::written;
 use crate::{Matrix3, Vector3};
@@ -34,14 +34,14 @@ pub(crate) struct Response {
     pub stiffness: Matrix3,
     /// `e·τ + Σ c_j v_j` and what smoothing adds.
     pub minimum: f64,
-    /// `Σ c_j v_j`.
+    /// `Σ c_j v_j`, or `c|τ|`.
     pub running: f64,
 }
 
 /// The law on an arc between two switches.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ArcLaw {
-    /// What does not answer to the costate, without the Hamiltonian's part of the inputs.
+    /// Held torque and running cost; its `minimum` is not known.
     held: Response,
     /// Limit and price of the norm, where the torque has its full norm and turns with the costate.
     turning: Option<(f64, f64)>,
@@ -67,7 +67,7 @@ impl ArcLaw {
         self.turning.is_none().then_some(&self.held)
     }
 
-    /// `Σ c_j v_j`.
+    /// `Σ c_j v_j`, or `c|τ|`.
     pub fn running(&self) -> f64 {
         self.held.running
     }

@@ -54,7 +54,7 @@ pub(crate) struct Limit {
     pub smooth: Smoothed,
     /// Arcs at the limits, where there are any; the certificate tells whether they are exact.
     pub arcs: Option<(Arcs, Certificate)>,
-    /// Arcs with fewer switches and larger gaps, the last the best: for grids on which those have no room, or none are good
+    /// Arcs of larger gaps, as a rule with fewer switches, the last the best: for grids on which those have no room, or none are good
     /// enough and what is smoothed is dearer.
     pub looser: Vec<(Arcs, Certificate)>,
 }
@@ -111,7 +111,7 @@ pub(crate) fn search(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool) ->
         if stop() {
             break;
         }
-        let limit = end_game(extremal, rival, &mut found);
+        let limit = end_game(extremal, rival, ask, stop, &mut found);
         found.limits.push(limit);
     }
     found.limits.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
@@ -119,18 +119,28 @@ pub(crate) fn search(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool) ->
 }
 
 /// A branch to its limit: as arcs, at once or from a smaller ε, or as a smoothed extremal.
-fn end_game(extremal: &Extremal, rival: &Smoothed, found: &mut Found) -> Limit {
+fn end_game(
+    extremal: &Extremal,
+    rival: &Smoothed,
+    ask: &Ask,
+    stop: &dyn Fn() -> bool,
+    found: &mut Found,
+) -> Limit {
     let mut at = rival.clone();
     let mut best: Option<(Arcs, Certificate)> = None;
     let dearer = if extremal.counts_fuel() { DEARER_FUEL } else { DEARER };
     let bounded = |arcs: &Arcs, at: &Smoothed| arcs.cost(extremal) <= at.cost(extremal) * (1.0 + dearer);
     let attempts = match &extremal.law {
+        _ if !ask.arcs => 0,
         Law::Norm(_) if extremal.counts_fuel() => MOST_DESCENTS_NORM,
         Law::Norm(_) => 0,
         Law::Inputs(_) if extremal.counts_fuel() => MOST_DESCENTS_FUEL,
         Law::Inputs(_) => MOST_DESCENTS,
     };
     for _ in 0..attempts {
+        if stop() {
+            break;
+        }
         for first in readings(extremal) {
             let Some((arcs, certificate)) = polish(extremal, first(extremal, &at), found) else { continue };
             if certificate.gap <= NO_GAP * arcs.cost(extremal) && bounded(&arcs, &at) {
@@ -152,7 +162,7 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, found: &mut Found) -> Limit {
         |(arcs, certificate): &(Arcs, Certificate)| certificate.gap <= SMALL_GAP * arcs.cost(extremal);
     let mut looser = Vec::new();
     if let Some(best) = best {
-        let refined = if small(&best) { vec![best] } else { refined(extremal, best, found) };
+        let refined = if small(&best) { vec![best] } else { refined(extremal, best, stop, found) };
         looser.extend(refined.into_iter().filter(|(arcs, _)| bounded(arcs, &at)));
     }
     if let Some(arcs) = looser.pop_if(|best| small(best)) {
@@ -161,7 +171,8 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, found: &mut Found) -> Limit {
     let smooth = match descend(extremal, &at, LAST, &Bias::default(), &mut found.sweeps) {
         Ok(end) | Err(end) => end,
     };
-    let smooth = if attempts == 0 { turning(extremal, smooth, found) } else { smooth };
+    let turns = matches!(extremal.law, Law::Norm(_)) && !extremal.counts_fuel();
+    let smooth = if turns { turning(extremal, smooth, found) } else { smooth };
     Limit { branch: rival.clone(), smooth, arcs: None, looser }
 }
 
@@ -224,10 +235,16 @@ fn certified(extremal: &Extremal, arcs: Arcs, found: &mut Found) -> Option<(Arcs
 
 /// Arcs corrected further, each time by what makes their gap smaller: the worst of the wrong signs, or the next ones, for all
 /// of their time or a part of it. All of them, the best last.
-fn refined(extremal: &Extremal, first: (Arcs, Certificate), found: &mut Found) -> Vec<(Arcs, Certificate)> {
+fn refined(
+    extremal: &Extremal,
+    first: (Arcs, Certificate),
+    stop: &dyn Fn() -> bool,
+    found: &mut Found,
+) -> Vec<(Arcs, Certificate)> {
     let (mut path, mut newtons) = (vec![first], 0);
     while let Some((arcs, certificate)) = path.last()
         && certificate.gap > NO_GAP * arcs.cost(extremal)
+        && !stop()
     {
         let all = (0..WORST).flat_map(|rank| PARTS.map(|part| (rank, part)));
         let corrections = all

@@ -57,7 +57,7 @@ fn node() -> Node {
 }
 
 fn best() -> Ask {
-    Ask { path: Path::Best, thoroughness: Thoroughness::Default }
+    Ask { path: Path::Best, thoroughness: Thoroughness::Default, arcs: true }
 }
 
 /// The shortest maneuver of arcs that the search finds.
