@@ -41,12 +41,12 @@
 //!       Body, Environment, Actuation, State × 2         Solution, Verification, Status
 //! ```
 //!
-//! [`files::spec`] reads a file into a [`maneuver::problem::Problem`] in SI units and [`maneuver::settings::Settings`]; a caller
-//! may build both directly. [`plan::plan`] solves ([`optimize::search::solve`] gives a [`maneuver::solution::Solution`]
-//! with its [`maneuver::solution::Outcome`]) and has [`verify::verify`] judge the result; [`plan::Status`] says
-//! what became of it. [`files::export`] writes and reads files. A field of the caller's own implements
-//! [`mechanics::environment::Environment`]. How a solver stopped is a value; only what cannot be computed at all is
-//! an error.
+//! [`files::spec`] reads a file into a [`maneuver::problem::Problem`] in SI units and
+//! [`maneuver::settings::Settings`]; a caller may build both directly. [`plan::plan`] solves
+//! ([`optimize::search::solve`] gives a [`maneuver::solution::Solution`] with its [`maneuver::solution::Outcome`])
+//! and has [`verify::verify`] judge the result; [`plan::Status`] says what became of it. [`files::export`] writes and
+//! reads files. A field of the caller's own implements [`mechanics::environment::Environment`]. How a solver stopped
+//! is a value; only what cannot be computed at all is an error.
 //!
 //! ```text
 //! spec file ──▶ spec::Spec ──▶ simulate::Simulation ──▶ rows
@@ -54,15 +54,16 @@
 //!            integrator::{System, SystemState, Kind}, full_body::Potential
 //! ```
 //!
-//! [`propagate::simulate`] propagates bodies without optimisation, one or many, by any [`propagate::integrator`], under an environment
-//! or their mutual gravity ([`mechanics::full_body`]). [`files::spec::load`] tells the two kinds of spec apart.
+//! [`propagate::simulate`] propagates bodies without optimisation, one or many, by any [`propagate::integrator`],
+//! under an environment or their mutual gravity ([`mechanics::full_body`]). [`files::spec::load`] tells the two kinds
+//! of spec apart.
 //!
 //! # Features
 //!
 //! With default features off the crate solves and verifies. `files` adds the reading and writing of files
-//! (`slewkit::files`), `cli` the program `slew`, `threads` the sum of mutual gravity over several threads, `argmin` the
-//! driver of that name for Newton iterations, `cpu-time` the clock of comparisons, `sdp` global lower bounds (`optimize::lower_bound`). None of them changes
-//! a result by a bit.
+//! (`slewkit::files`), `cli` the program `slew`, `threads` the sum of mutual gravity over several threads, `argmin`
+//! the driver of that name for Newton iterations, `cpu-time` the clock of comparisons, `sdp` global lower bounds
+//! (`optimize::lower_bound`). None of them changes a result by a bit.
 //!
 //! # What this crate does not do
 //!

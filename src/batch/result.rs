@@ -88,7 +88,8 @@ pub struct CaseResult {
     /// "minimum", "saddle" or "undecided".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second_order: Option<SecondOrder>,
-    /// Cost still to be gained, to first order, where inputs switch: what is known of such a plan instead of its second order.
+    /// Cost still to be gained, to first order, where inputs switch: what is known of such a plan instead of its
+    /// second order.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<f64>,
     /// What the witnesses say.

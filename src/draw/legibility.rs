@@ -20,7 +20,8 @@ const APART: f64 = 0.7;
 /// Where a point is in the drawing, if it has a place there.
 type Place = Option<(f64, f64)>;
 
-/// The curves of a chart with an axis upwards of that scale, those cut off that leave it for good or are no longer finite; their names say so.
+/// The curves of a chart with an axis upwards of that scale, those cut off that leave it for good or are no longer
+/// finite; their names say so.
 pub(super) fn cut(curves: &[Curve], scale: Scale) -> Vec<Curve> {
     let threshold = if scale == Scale::Logarithmic { DIVERGED.1 } else { DIVERGED.0 };
     let reach = |curve: &Curve| -> f64 {

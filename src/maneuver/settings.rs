@@ -75,8 +75,8 @@ pub struct Settings {
     /// Tolerance of the scaled discrete terminal error: radians, and momenta over `J_mean/T`. Default 1e-12; round-off
     /// allows about 4e-15. Loosen it where a hundred thousand steps add up more round-off than that.
     pub tolerance: f64,
-    /// Limit on the continuous terminal attitude error \[rad\], beyond which a plan is not called solved. Default: a quarter of the
-    /// angle that the body turns, but between 5° and 45°.
+    /// Limit on the continuous terminal attitude error \[rad\], beyond which a plan is not called solved. Default: a
+    /// quarter of the angle that the body turns, but between 5° and 45°.
     pub continuous_tolerance: Option<f64>,
     /// Wall-clock limit of the whole plan. Default: none. The best iterate is kept.
     pub time_limit: Option<Duration>,

@@ -34,10 +34,11 @@ pub enum Outcome {
 
 /// The discrete trajectory, SI units, frames as in the crate's conventions.
 ///
-/// Poses, rates and times have `N + 1` rows. Inputs, torques, forces and costates have `N` rows for
-/// Lie–Euler (`u_1 … u_N`, `λ_0 … λ_{N−1}`) and `N + 1` for Lie–Verlet (`u_0 … u_N`,
-/// `λ_{−1} … λ_{N−1}`). Where time or fuel is minimised inputs and torques are held over steps that need not be equal: row k,
-/// of N, belongs to the step from node k to node k + 1, and costates have `N + 1` rows. On SO(3) the vectors of positions, velocities and forces are empty.
+/// Poses, rates and times have `N + 1` rows. Inputs, torques, forces and costates have `N` rows for Lie–Euler (`u_1 …
+/// u_N`, `λ_0 … λ_{N−1}`) and `N + 1` for Lie–Verlet (`u_0 … u_N`, `λ_{−1} … λ_{N−1}`). Where time or fuel is
+/// minimised inputs and torques are held over steps that need not be equal: row k, of N, belongs to the step from
+/// node k to node k + 1, and costates have `N + 1` rows. On SO(3) the vectors of positions, velocities and forces are
+/// empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trajectory {
     /// Times \[s\].

@@ -1,8 +1,9 @@
 //! What a solve will hold in memory, told before it begins.
 //!
-//! A plan holds the states, costates and inputs of all its nodes at once, and the witnesses as much again. Where limits
-//! or constraints act, Newton on the active set also holds its band matrix, and the convex iteration its cone program with
-//! the factors: so much for each unknown and for each row of a stage. The coefficients are measured (`cargo run --release --example memory`), chosen so that no plan there takes more.
+//! A plan holds the states, costates and inputs of all its nodes at once, and the witnesses as much again. Where
+//! limits or constraints act, Newton on the active set also holds its band matrix, and the convex iteration its cone
+//! program with the factors: so much for each unknown and for each row of a stage. The coefficients are measured
+//! (`cargo run --release --example memory`), chosen so that no plan there takes more.
 
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::{Method, Settings};

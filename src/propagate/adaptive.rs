@@ -8,9 +8,9 @@ use differential_equations::traits::State;
 /// Shortest part that is tried after one has left the finite numbers, over the whole length.
 const LEAST: f64 = 1e-12;
 
-/// What `change` integrates to from `start` over `length`, in at most `most` parts; `None` when the solver gives up. A
-/// part that leaves the finite numbers is tried again, a tenth as long, down to [`LEAST`]. Notes the length of the `part` that the solver would take next, and counts those
-/// `rejected`.
+/// What `change` integrates to from `start` over `length`, in at most `most` parts; `None` when the solver gives up.
+/// A part that leaves the finite numbers is tried again, a tenth as long, down to [`LEAST`]. Notes the length of the
+/// `part` that the solver would take next, and counts those `rejected`.
 pub(crate) fn integrate<Y, M>(
     solver: &mut M,
     change: &impl ODE<f64, Y>,

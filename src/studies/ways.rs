@@ -5,8 +5,8 @@
 //! - **convex**: SCP with the duration as an unknown, on equal steps with inputs at the nodes. It is the road of maneuvers with
 //!   constraints, and taken here with one that never acts. Minimum time alone has it.
 //!
-//! The three discretise differently, so that durations agree but for the square of the step, where they find the same extremal:
-//! each is a local minimum of its own search.
+//! The three discretise differently, so that durations agree but for the square of the step, where they find the same
+//! extremal: each is a local minimum of its own search.
 
 use crate::maneuver::{Constraint, Method, Objective, Problem, Rule, Settings};
 use crate::optimize::search::{self, Observer, PlanError};

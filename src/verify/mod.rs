@@ -204,9 +204,9 @@ pub enum WitnessError {
 
 /// Judges a plan for `problem` by all witnesses.
 ///
-/// `tolerance` limits the scaled terminal error of the discrete witness, `continuous_tolerance` \[rad\]
-/// the attitude error of the continuous one, and how far it may violate a cone. Whatever the numbers in `trajectory`, this returns: what
-/// cannot be computed is NaN in a failed check, with the reason in [`Verification::failure`].
+/// `tolerance` limits the scaled terminal error of the discrete witness, `continuous_tolerance` \[rad\] the attitude
+/// error of the continuous one, and how far it may violate a cone. Whatever the numbers in `trajectory`, this
+/// returns: what cannot be computed is NaN in a failed check, with the reason in [`Verification::failure`].
 ///
 /// The checks, by name: `finite`, `discrete terminal`, `recorded states`, `total momentum` where wheels alone
 /// turn the body, `constraints` where there are any

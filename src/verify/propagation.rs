@@ -1,7 +1,7 @@
 //! Propagation by the witnesses' own equations, reaction wheels included.
 //!
-//! A second road to what [`crate::propagate::simulate::Simulation`] computes, in inertial axes and with the implicit equation in its
-//! exponential form; and the only one for a body with wheels.
+//! A second road to what [`crate::propagate::simulate::Simulation`] computes, in inertial axes and with the implicit
+//! equation in its exponential form; and the only one for a body with wheels.
 
 use super::motion::{Phase, judgeable};
 use super::{Continuous, Discrete, WitnessError};

@@ -300,7 +300,8 @@ pub fn margins(problem: &Problem, inputs: &[f64]) -> Result<Vec<Margin>, Witness
     Ok(meter.margins())
 }
 
-/// The cost of a plan: the effort of its inputs, their fuel, or its duration where that alone is minimised. Rows and problem must fit.
+/// The cost of a plan: the effort of its inputs, their fuel, or its duration where that alone is minimised. Rows and
+/// problem must fit.
 pub fn cost(problem: &Problem, trajectory: &Trajectory) -> f64 {
     match &problem.objective {
         Objective::Effort(weights) => {

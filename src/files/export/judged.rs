@@ -20,8 +20,8 @@ pub struct Judgement {
 const RECORDED: f64 = 1e-9;
 
 impl PlanFile<'_> {
-    /// Has the witnesses judge the plan: whether it fulfils `problem`, to the tolerances of `settings`, on its own grid. They
-    /// stop when `stop` says so, which is asked every few steps.
+    /// Has the witnesses judge the plan: whether it fulfils `problem`, to the tolerances of `settings`, on its own
+    /// grid. They stop when `stop` says so, which is asked every few steps.
     ///
     /// # Errors
     /// Arrays that do not fit the maneuver.

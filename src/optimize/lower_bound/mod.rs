@@ -122,8 +122,8 @@ pub enum SolverEnd {
 /// A proved lower bound of the discrete cost.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LowerBound {
-    /// No maneuver that is covered costs less; unit of [`crate::maneuver::solution::Solution::cost`]. Infinite when it is proved
-    /// that none exists.
+    /// No maneuver that is covered costs less; unit of [`crate::maneuver::solution::Solution::cost`]. Infinite when
+    /// it is proved that none exists.
     pub cost: f64,
     /// What the solver's dual vector claimed before it was corrected by its residuals.
     pub claimed: f64,

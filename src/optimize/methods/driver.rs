@@ -1,4 +1,5 @@
-//! What drives every iteration, Newton and SCP: `argmin`, here and nowhere else, or a plain loop without the feature `argmin`.
+//! What drives every iteration, Newton and SCP: `argmin`, here and nowhere else, or a plain loop without the feature
+//! `argmin`.
 //!
 //! Both give the same bits and the same report. argmin costs less than a microsecond per iteration.
 

@@ -1,16 +1,18 @@
 //! Least effort where the duration is sought: a second has a price, or the duration a bound.
 //!
-//! For a given duration the cost is `J(T) = E(T) + w T` with the least effort `E` and the price `w`, or none. Its derivative is exact on the grid: the
-//! mean of the discrete Hamiltonians, which are the derivatives of the discrete action by the length of each step,
+//! For a given duration the cost is `J(T) = E(T) + w T` with the least effort `E` and the price `w`, or none. Its
+//! derivative is exact on the grid: the mean of the discrete Hamiltonians, which are the derivatives of the discrete
+//! action by the length of each step,
 //!
 //! ```text
 //! 𝓗_k = ½(ℓ_k + ℓ_{k+1}) + λ^ζ·ζ' + λ^Π·[(FᵀΠ̂)×ξ' + ½Fᵀτ_k + ½τ_{k+1} + h M_R(R_{k+1}) ζ'] ,   ℓ = ½uᵀWu
 //! Π̂  = Π_k + (h/2) τ_k ,   ξ' = Fᵀ E⁻¹ (Π̂ + (h/2) τ_k) ,   E = tr(F J_d) I − F J_d ,   ζ' = ξ' − R_{k+1}ᵀ ω
 //! ```
 //!
-//! with the rate ω of the reference frame, `R_{k+1} = exp(−h S(ω)) R_k F`, all torques in τ, λ the recorded costates (after the whole kick at the end of the step, half of which is the next
-//! step's: hence `h M_R` and not half of it), and `M_R` the derivative of the torques by the attitude. `E'` is about
-//! `−3E/T` from rest to rest, so the secant runs in the logarithms of `T` and `−E'`, where that is a straight line.
+//! with the rate ω of the reference frame, `R_{k+1} = exp(−h S(ω)) R_k F`, all torques in τ, λ the recorded costates
+//! (after the whole kick at the end of the step, half of which is the next step's: hence `h M_R` and not half of it),
+//! and `M_R` the derivative of the torques by the attitude. `E'` is about `−3E/T` from rest to rest, so the secant
+//! runs in the logarithms of `T` and `−E'`, where that is a straight line.
 
 use super::{Observer, PlanError};
 use crate::maneuver::objective::{Objective, effort};

@@ -5,9 +5,9 @@
 //! until the duration does not feel it: with a share ε the optimum is longer by `O(ε²)` where inputs are free on arcs, and
 //! by nothing where each is at a limit but for as many as the terminal conditions ask for.
 //!
-//! Seeds are the paths of least effort without limits, that of minimum time under torque limits alone, straight and bent, and
-//! their detours around the cones they cross. What is found is a local minimum; how far the shortest of them is the shortest of all
-//! nobody knows.
+//! Seeds are the paths of least effort without limits, that of minimum time under torque limits alone, straight and
+//! bent, and their detours around the cones they cross. What is found is a local minimum; how far the shortest of
+//! them is the shortest of all nobody knows.
 
 use super::coarse::chain_steps;
 use super::context::Context;

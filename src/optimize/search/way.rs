@@ -48,8 +48,8 @@ impl Follower {
     }
 
     /// The way so far. The path is short if it ends on the sheet that the motion without inputs reaches by the
-    /// shortest rotation to the target; both start equal. Half a turn away rounding chooses which rotation that is: it is the
-    /// same for all paths, whatever the last bits of their own ends.
+    /// shortest rotation to the target; both start equal. Half a turn away rounding chooses which rotation that is:
+    /// it is the same for all paths, whatever the last bits of their own ends.
     pub fn way<const N: usize>(&self, bvp: &BoundaryValueProblem<N>) -> Result<Way, StepError> {
         let ballistic = Self::of(bvp, &SVector::zeros())?;
         let from = &ballistic.end;

@@ -41,8 +41,8 @@ pub struct IntegratorRun {
     pub force_evaluations: u64,
     /// Newton or fixed-point iterations, summed over the bodies where each has its own.
     pub iterations: u64,
-    /// Least CPU time of all repetitions, of the thread that steps \[s\]; wall time without the feature `cpu-time`. Where many
-    /// points attract each other on several threads it is the share of that one.
+    /// Least CPU time of all repetitions, of the thread that steps \[s\]; wall time without the feature `cpu-time`.
+    /// Where many points attract each other on several threads it is the share of that one.
     pub time_s: f64,
     /// Why the method did not come to the horizon.
     #[serde(skip_serializing_if = "Option::is_none", default)]

@@ -58,9 +58,9 @@ fn angles(
         .map(move |(boresight, to)| angle_between(&(attitude * boresight), &to.at(time, frame_rate)))
 }
 
-/// How far `trajectory` stays from every limit and constraint of `problem` at its nodes; `inputs` says which row of inputs
-/// belongs to a node. Values are in the unit that each has beside them. Unlike [`super::Margin`], arcs between nodes are not looked
-/// at.
+/// How far `trajectory` stays from every limit and constraint of `problem` at its nodes; `inputs` says which row of
+/// inputs belongs to a node. Values are in the unit that each has beside them. Unlike [`super::Margin`], arcs between
+/// nodes are not looked at.
 pub fn margins_at_nodes(
     problem: &Problem,
     trajectory: &Trajectory,

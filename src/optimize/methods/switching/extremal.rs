@@ -8,10 +8,11 @@
 //! min over v of  s v + ε (1 − √(1 − v²))  =  ε − √(s² + ε²) ,      v = −s/√(s² + ε²)
 //! ```
 //!
-//! and under a limit U of the norm of the torque `τ = −U e/√(|e|² + ε²)`. Where the norm costs `c|τ|`, its size is one more
-//! such input, `τ = −½U(1 + v) e/ρ` with `ρ = √(|e|² + ε²)` and `s = ½U(c − ρ)`: the torque is off where `|e| < c`, and on
-//! otherwise it turns with the costate. What is added to a cost of inputs is not negative, so a smooth extremal is a feasible
-//! maneuver, and dearer than the optimum by no more than `∫ Σ ε (1 − √(1 − v²)) dt`, to first order; of the norm up to terms of ε².
+//! and under a limit U of the norm of the torque `τ = −U e/√(|e|² + ε²)`. Where the norm costs `c|τ|`, its size is
+//! one more such input, `τ = −½U(1 + v) e/ρ` with `ρ = √(|e|² + ε²)` and `s = ½U(c − ρ)`: the torque is off where
+//! `|e| < c`, and on otherwise it turns with the costate. What is added to a cost of inputs is not negative, so a
+//! smooth extremal is a feasible maneuver, and dearer than the optimum by no more than `∫ Σ ε (1 − √(1 − v²)) dt`, to
+//! first order; of the norm up to terms of ε².
 
 use crate::numerics::three::written;
 use crate::{Matrix3, Vector3};
@@ -79,8 +80,8 @@ pub(crate) struct Extremal {
     pub j: Matrix3,
     pub j_inverse: Matrix3,
     pub law: Law,
-    /// `c_j`, one for each axis of [`Law::Inputs`]: 0 where only time counts. Of [`Law::Norm`] the price of the norm, where it
-    /// has one.
+    /// `c_j`, one for each axis of [`Law::Inputs`]: 0 where only time counts. Of [`Law::Norm`] the price of the norm,
+    /// where it has one.
     pub costs: Vec<f64>,
     /// What a unit of time costs beside the inputs about the middle of their limits.
     pub time_price: f64,

@@ -6,9 +6,9 @@
 //! 𝓗  = p + ℓ + m⁺·ξ' + e⁺·[(FᵀΠ̃)×ξ' + ½Fᵀτ + ½τ] ,   ξ' = FᵀE⁻¹(Π̃ + (h/2) τ)
 //! ```
 //!
-//! `𝓗` is the derivative of the discrete action with respect to the length of the step, `p` the price of time, and `ℓ` what the inputs and
-//! smoothing cost. The
-//! smoothed law takes the mean of the costates at both ends, which makes the step implicit in the torque.
+//! `𝓗` is the derivative of the discrete action with respect to the length of the step, `p` the price of time, and
+//! `ℓ` what the inputs and smoothing cost. The smoothed law takes the mean of the costates at both ends, which makes
+//! the step implicit in the torque.
 
 use super::dual::{Dual, Dual3};
 use super::extremal::{ArcLaw, Extremal, Response};

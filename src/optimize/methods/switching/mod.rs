@@ -1,4 +1,4 @@
-//! Minimum time: extremals whose inputs switch from one limit to the other.
+//! Minimum time and fuel: extremals whose inputs switch from one limit to the other, or off and on.
 //!
 //! The answer is found in four layers, each of which takes away a way to fail:
 //!
@@ -7,7 +7,7 @@
 //! 2. **Branches** ([`base`], [`branches`]). From a polynomial path for either way round, through the isotropic body, with the
 //!    law tipped to one side and to the other where branches part.
 //! 3. **Switching times** ([`arcs`], [`certificate`]). Newton on costates, duration and switching times; a certificate tells
-//!    where an input has the wrong sign, and how much time that could cost.
+//!    where an input has the wrong sign, and how much that could cost; what is wrong is put right, by short pulses too.
 //! 4. **The grid** ([`grid_step`], [`on_grid`], [`discretize`]). The discrete optimum of Lie–Verlet on steps that end where
 //!    the inputs switch.
 //!

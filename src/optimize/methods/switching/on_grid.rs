@@ -1,10 +1,11 @@
 //! The discrete optimum of minimum time or fuel: arcs whose steps end where the inputs switch.
 //!
-//! Arc a has `N_a` equal steps of its own length `d_a/N_a`, so that inputs are held at their limits over every step. Unknown
-//! are the costates before the first step and the lengths `d_a`; the equations are the six terminal conditions and, for
-//! every arc, that the mean of its discrete Hamiltonians vanishes: the discrete action is stationary in the length of the
-//! arc. Where the duration is given, these means are equal and the lengths have it for their sum. Under a smoothed law all steps share one length. Every step starts from its own node, as in the smoothed
-//! problem, and the nodes go with the 6 + arcs unknowns.
+//! Arc a has `N_a` equal steps of its own length `d_a/N_a`, so that inputs are held at their limits over every step.
+//! Unknown are the costates before the first step and the lengths `d_a`; the equations are the six terminal
+//! conditions and, for every arc, that the mean of its discrete Hamiltonians vanishes: the discrete action is
+//! stationary in the length of the arc. Where the duration is given, these means are equal and the lengths have it
+//! for their sum. Under a smoothed law all steps share one length. Every step starts from its own node, as in the
+//! smoothed problem, and the nodes go with the 6 + arcs unknowns.
 
 #![expect(
     clippy::needless_range_loop,

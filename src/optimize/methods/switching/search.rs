@@ -54,8 +54,8 @@ pub(crate) struct Limit {
     pub smooth: Smoothed,
     /// Arcs at the limits, where there are any; the certificate tells whether they are exact.
     pub arcs: Option<(Arcs, Certificate)>,
-    /// Arcs of larger gaps, as a rule with fewer switches, the last the best: for grids on which those have no room, or none are good
-    /// enough and what is smoothed is dearer.
+    /// Arcs of larger gaps, as a rule with fewer switches, the last the best: for grids on which those have no room,
+    /// or none are good enough and what is smoothed is dearer.
     pub looser: Vec<(Arcs, Certificate)>,
 }
 
@@ -233,8 +233,8 @@ fn certified(extremal: &Extremal, arcs: Arcs, found: &mut Found) -> Option<(Arcs
     Some((arcs, certificate))
 }
 
-/// Arcs corrected further, each time by what makes their gap smaller: the worst of the wrong signs, or the next ones, for all
-/// of their time or a part of it. All of them, the best last.
+/// Arcs corrected further, each time by what makes their gap smaller: the worst of the wrong signs, or the next ones,
+/// for all of their time or a part of it. All of them, the best last.
 fn refined(
     extremal: &Extremal,
     first: (Arcs, Certificate),
