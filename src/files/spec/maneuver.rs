@@ -59,8 +59,11 @@ pub(crate) fn duration(section: &Section) -> Option<Option<f64>> {
         };
         return section.refuse("E0029", "duration_s", reason, remedy);
     }
-    if bounded {
-        section.number("duration_at_most_s")?;
+    // A number that is wrong is told, and not that a duration is missing.
+    for (given, key) in [(bounded, "duration_at_most_s"), (priced, "time_price_per_s")] {
+        if given {
+            section.number(key)?;
+        }
     }
     if section.has("step_s") {
         let reason = "steps of a given length need a given duration, and the duration is looked for";
