@@ -2,6 +2,15 @@
 
 use std::time::Duration;
 
+/// Whether the system tells the CPU time of a thread, and what [`thread_time`] is therefore.
+const TOLD: bool = cfg!(all(unix, feature = "cpu-time"));
+
+/// What [`thread_time`] measures, for labels.
+pub const THREAD_TIME: &str = if TOLD { "CPU time" } else { "wall time" };
+
+/// The same as the head of a column.
+pub const THREAD_TIME_S: &str = if TOLD { "CPU time, s" } else { "wall time, s" };
+
 /// CPU time of this thread since some moment: what others do on the machine is not in it, and neither is the share of other
 /// threads. Where the system does not tell it, elapsed time.
 pub fn thread_time() -> Duration {

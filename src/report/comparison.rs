@@ -7,11 +7,12 @@ use super::charts::{components, shown, time_axis};
 use super::page::{Content, Words, written};
 use super::summary::Tone;
 use super::words::Table;
-use super::{COMPARISON_KEYS, Shown, line};
+use super::{INPUT_KEYS, Shown, line};
 use crate::draw::{Axis, Chart, Curve};
 use crate::files::export::ExportError;
 use crate::lie;
 use crate::maneuver::{TerminalError, Trajectory};
+use crate::numerics::clock::THREAD_TIME;
 use crate::numerics::figures::{error, short, significant, time};
 use crate::propagate::integrator::{ErrorControl, Kind};
 use crate::studies::integrators::figures::charts;
@@ -152,7 +153,7 @@ pub fn comparison_page(file: &ComparisonFile) -> String {
 /// What there is to see of a comparison.
 pub fn comparison_pictures(file: &ComparisonFile) -> Vec<Shown> {
     let mut all = Vec::new();
-    for (key, motion) in COMPARISON_KEYS.into_iter().zip(file.motions.iter().take(3)) {
+    for (key, motion) in INPUT_KEYS.into_iter().zip(&file.motions) {
         all.push(inputs(key, motion, &file.inputs));
     }
     if !file.motions.is_empty() {
@@ -300,7 +301,7 @@ fn words(file: &ComparisonFile) -> Words {
                 "energy",
                 format!("errors are parts of T₀ + |U₀| = {} J", short(*energy_scale_j)),
             ));
-            summary.push(label("time", "CPU time of one thread, the least of several runs".into()));
+            summary.push(label("time", format!("{THREAD_TIME} of one thread, the least of several runs")));
             "integrators"
         }
     };

@@ -34,6 +34,7 @@ use crate::draw::{Curve, Picture, Shape, thinned};
 use crate::files::identity::Identity;
 use crate::maneuver::{Problem, Trajectory};
 use crate::plan::Plan;
+use crate::studies::integrators::figures::FIGURES;
 use crate::verify::{Course, course};
 
 /// The names of all pictures that a plan may have, in their order.
@@ -62,23 +63,35 @@ pub const KEYS: [&str; 18] = [
 pub const SIMULATION_KEYS: [&str; 8] =
     ["sky", "rates", "position", "euler", "quaternion", "energy", "angular_momentum", "orthogonality"];
 
-/// The names of all pictures that a comparison may have, in their order.
-pub const COMPARISON_KEYS: [&str; 14] = [
-    "inputs_1",
-    "inputs_2",
-    "inputs_3",
-    "turning",
-    "difference",
-    "energy_over_time",
-    "energy_error_over_time",
-    "orthogonality_over_time",
-    "energy_over_step",
-    "orthogonality_over_step",
-    "momentum_over_step",
-    "time_over_step",
-    "evaluations_precision",
-    "work_precision",
-];
+/// The names of the pictures of inputs, one for each of those compared.
+const INPUT_KEYS: [&str; 3] = ["inputs_1", "inputs_2", "inputs_3"];
+
+/// The names of all pictures that a comparison may have, in their order: of motions, and the figures of integrators but
+/// their trajectories.
+pub const COMPARISON_KEYS: [&str; 14] = {
+    let mut keys = [
+        INPUT_KEYS[0],
+        INPUT_KEYS[1],
+        INPUT_KEYS[2],
+        "turning",
+        "difference",
+        "",
+        "",
+        "",
+        "",
+        "",
+        "",
+        "",
+        "",
+        "",
+    ];
+    let mut figure = 1;
+    while figure < FIGURES.len() {
+        keys[4 + figure] = FIGURES[figure];
+        figure += 1;
+    }
+    keys
+};
 
 /// The names of all pictures that a file of results may have.
 pub const CASE_KEYS: [&str; 4] = ["cost", "map", "distribution", "miss"];

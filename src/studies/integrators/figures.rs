@@ -16,6 +16,7 @@
 use super::{History, IntegratorRun, Path, Study, WorkPrecision};
 use crate::draw::{Axis, Chart, Curve, Item, Scale, Scene, Shape};
 use crate::mechanics::environment::Pose;
+use crate::numerics::clock::THREAD_TIME;
 use crate::numerics::figures::short;
 use crate::propagate::integrator::Kind;
 use crate::{Matrix3, Vector3};
@@ -114,6 +115,7 @@ pub fn charts(title: &str, study: &Study, found: &WorkPrecision) -> Vec<(&'stati
     let mean = |run: &IntegratorRun| Some(run.errors?.energy_error_mean);
     let orthogonality = |run: &IntegratorRun| Some(run.errors?.orthogonality_error_mean);
     let momentum = |run: &IntegratorRun| Some(run.errors?.angular_momentum_error_max);
+    let least = format!("{THREAD_TIME}, least of several runs, s");
     let charts = [
         drawn.energy_over_time(),
         drawn.over_time("Energy error", relative, |moment| moment.energy_error),
@@ -121,18 +123,15 @@ pub fn charts(title: &str, study: &Study, found: &WorkPrecision) -> Vec<(&'stati
         drawn.over_step("Mean energy error", &format!("mean {relative}"), mean),
         drawn.over_step("Mean orthogonality error", "mean ‖I − RᵀR‖", orthogonality),
         drawn.over_step("Largest error of the angular momentum", "max |L − L₀| / Σ|Lᵢ|", momentum),
-        drawn.over_step("CPU time", TIME, |run| run.errors.map(|_| run.time_s)),
+        drawn.over_step(THREAD_TIME, &least, |run| run.errors.map(|_| run.time_s)),
         drawn.work("Evaluations and precision", "evaluations of the potential", |run| {
             run.force_evaluations as f64
         }),
-        drawn.work("Work and precision", TIME, |run| run.time_s),
+        drawn.work("Work and precision", &least, |run| run.time_s),
     ];
     let without_histories = if found.histories.is_empty() { 3 } else { 0 };
     FIGURES.into_iter().skip(1).zip(charts).skip(without_histories).collect()
 }
-
-/// Label of an axis.
-const TIME: &str = "CPU time, least of several runs, s";
 
 struct Drawn<'a> {
     title: &'a str,
@@ -222,7 +221,11 @@ impl Drawn<'_> {
     fn trajectories(&self, outlines: &[Outline]) -> String {
         let path = &self.found.path;
         let moves = path.moves.iter().any(|moves| *moves);
-        let (items, names, shown) = if moves { orbits(path, outlines) } else { tips(path) };
+        let (items, names, shown) = match path.poses.first().filter(|poses| !poses.is_empty()) {
+            None => Default::default(),
+            Some(_) if moves => orbits(path, outlines),
+            Some(_) => tips(path),
+        };
         let step = self.study.steps.last().copied().unwrap_or(0.0);
         let span = short((shown as u64 * path.stride) as f64 * step);
         let (title, unit) = if moves {
@@ -230,7 +233,7 @@ impl Drawn<'_> {
         } else {
             ("Tips of the body axes in the reference frame", "unit sphere")
         };
-        let method = self.study.kinds[0].name();
+        let method = self.study.kinds.first().map_or("no method", |kind| kind.name());
         let subtitle =
             format!("{}, over {span} s, {method} at its shortest step, {} s", self.title, short(step));
         Scene { title: title.into(), subtitle, unit: unit.into(), names, items }.svg()

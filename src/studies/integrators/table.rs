@@ -2,6 +2,7 @@
 
 use super::{Bound, EqualError, IntegratorRun, WorkPrecision};
 use crate::draw::table;
+use crate::numerics::clock::THREAD_TIME_S;
 use crate::numerics::figures::{scientific, short};
 use std::fmt;
 
@@ -40,11 +41,11 @@ pub const RUNS: &[&str] = &[
     "angular",
     "evaluations",
     "iterations",
-    "CPU time, s",
+    THREAD_TIME_S,
 ];
 /// Columns of the work at equal error.
 pub const EQUAL: &[&str] =
-    &["horizon, s", "error", "method", "step, s", "evaluations", "ratio", "CPU time, s", "ratio"];
+    &["horizon, s", "error", "method", "step, s", "evaluations", "ratio", THREAD_TIME_S, "ratio"];
 
 fn write(f: &mut fmt::Formatter<'_>, header: &[&str], rows: Vec<Vec<String>>, left: &[usize]) -> fmt::Result {
     let header = header.iter().map(|name| name.to_string()).collect();
