@@ -8,8 +8,8 @@
 //!
 //! with the weights κ of the kicks ([`Grid::kick`](super::grid::Grid::kick)) and one block of `W` for each set of
 //! actuators. Which inputs are optimal follows in `optimize/control_law`. Minimum time makes the duration `T` the cost,
-//! and fuel `∫ Σ c_j |u_j| dt`, or `c ∫ |τ| dt` where the norm of the torque is limited, with a price of time where the duration is sought: inputs are held over steps whose
-//! lengths are part of the answer (`optimize/methods/switching`).
+//! and fuel `∫ Σ c_j |u_j| dt`, or `c ∫ |τ| dt` where the norm of the torque is limited, with a price of time where the
+//! duration is sought: inputs are held over steps whose lengths are part of the answer (`optimize/methods/switching`).
 
 use crate::Matrix3;
 use crate::mechanics::actuators::{Actuation, ActuatorSet};

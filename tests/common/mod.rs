@@ -6,8 +6,10 @@ use slewkit::{Matrix3, Vector3, lie};
 pub mod hostile;
 pub mod metamorphic;
 pub mod random_specs;
+mod turning;
 pub use random::Random;
 use random_specs::random;
+pub use turning::Turning;
 
 /// The reference file `tests/reference/<name>.json`.
 pub fn reference(name: &str) -> Value {

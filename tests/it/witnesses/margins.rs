@@ -1,6 +1,6 @@
 //! Margins against dense sampling, closed forms and independent arithmetic.
 
-use crate::common::Random;
+use crate::common::{Random, Turning};
 use slewkit::maneuver::constraint::{
     Arc, Constraint, Direction, Pointing, Rule, Side, Target, angle_between,
 };
@@ -8,7 +8,6 @@ use slewkit::maneuver::problem::{Problem, Scheme, State};
 use slewkit::maneuver::solution::Trajectory;
 use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
 use slewkit::mechanics::body::{Body, Inertia};
-use slewkit::mechanics::environment::{Blocks, Environment, Pose, Wrench};
 use slewkit::verify::{Margin, margins, replay, verify, worst_violation};
 use slewkit::{Matrix3, Vector3, lie};
 use std::f64::consts::PI;
@@ -123,28 +122,6 @@ fn extremum_on_an_arc_at_rest_without_numbers_or_too_fast() {
 
 fn full_inertia() -> Matrix3 {
     Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1)
-}
-
-/// Nothing but a frame that turns.
-#[derive(Debug)]
-struct Turning(Vector3);
-
-impl Environment for Turning {
-    fn potential(&self, _: &Pose) -> f64 {
-        0.0
-    }
-    fn wrench(&self, _: &Pose) -> Wrench {
-        Wrench::zero()
-    }
-    fn gradient(&self, _: &Pose) -> Blocks {
-        Blocks::zero()
-    }
-    fn curvature(&self, _: &Pose, _: &Wrench) -> Blocks {
-        Blocks::zero()
-    }
-    fn frame_rate(&self) -> Vector3 {
-        self.0
-    }
 }
 
 fn tumbling(scheme: Scheme) -> Problem {
