@@ -128,7 +128,7 @@ pub(crate) fn polished_only(
     watch: &Watch,
 ) -> Option<Convex> {
     let (start, multipliers) = saturated(model, rows, start, multipliers)?;
-    let polished = polish(model, rows, &start, &multipliers, options, watch)?;
+    let polished = polish(model, rows, &start, &multipliers, options, false, watch)?;
     Some(Convex {
         outcome: Outcome::Converged,
         iterate: polished.iterate.clone(),
@@ -272,7 +272,7 @@ impl Iteration for Scp<'_> {
             let multipliers = self.multipliers.as_ref().filter(|_| settled);
             self.polished = multipliers.and_then(|found| polish::as_it_is(&self.at, found));
         } else if (near && self.options.polish_early) || settled {
-            self.try_polish();
+            self.try_polish(settled);
         }
         if settled || self.polished.is_some() {
             return Some(Outcome::Converged);
@@ -337,9 +337,10 @@ impl Scp<'_> {
         step.left * self.at.largest_defect()
     }
 
-    fn try_polish(&mut self) {
+    fn try_polish(&mut self, settled: bool) {
         let (at, Some(multipliers)) = (&self.at, &self.multipliers) else { return };
-        let polished = polish(at.model, at.limits, &at.iterate, multipliers, self.options, self.watch);
+        let (options, watch) = (self.options, self.watch);
+        let polished = polish(at.model, at.limits, &at.iterate, multipliers, options, settled, watch);
         // Newton may run to a costlier stationary point; the convex iteration knows better.
         let slack = 0.02 * at.cost.abs() + self.weights.defect * at.infeasibility();
         self.polished = polished.filter(|polished| polished.cost <= at.cost + slack);

@@ -17,7 +17,10 @@
 //! c + C δz − δ (ν⁺ − ν) = 0 ,     a row acts where ν + c/δ > 0
 //! ```
 //!
-//! with `δ` as large as the residual: it vanishes with it, so that the end is as exact and as fast.
+//! with `δ` as large as the residual: it vanishes with it, so that the end is as exact and as fast. Multipliers are shares
+//! of a step, and on the finest grids a fixed bound on `δ` is nothing beside `1/ν`: there rows of how fast inputs change,
+//! of which thousands follow each other, contradict each other by a few at the ends of their arcs. From an iterate to which
+//! the convex iteration has settled, `δ` may therefore be as large as `1/ν` too.
 
 use super::ScpOptions;
 use super::curvature::Multipliers;
@@ -34,8 +37,10 @@ use nalgebra::DVector;
 
 /// Steps that turn a node by more than this \[rad\] are shortened.
 const LONGEST_TURN: f64 = 0.4;
-/// Largest proximal term, and the least share of it that the next one is: the set of rows must keep up.
+/// Largest proximal term; the same times the largest multiplier; and the least share of a term that the next one is: the
+/// set of rows must keep up.
 const WIDEST: f64 = 1e-3;
+const WIDEST_BY_MULTIPLIER: f64 = 10.0;
 const SLOWLY: f64 = 0.3;
 /// Iterations without progress after which the plain and the stabilised method give up.
 const IDLE: [usize; 2] = [12, 25];
@@ -55,16 +60,41 @@ pub(crate) struct Polished {
     pub iterations: usize,
 }
 
-/// Polishes an iterate; `None` where Newton does not settle.
+/// How Newton's method is stabilised.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Stabilised {
+    Not,
+    /// By a proximal term of at most [`WIDEST`].
+    Narrowly,
+    /// By one of at most [`WIDEST_BY_MULTIPLIER`] over the largest multiplier.
+    Widely,
+}
+
+impl Stabilised {
+    /// The largest proximal term.
+    fn widest(self, multipliers: &Multipliers) -> f64 {
+        match self {
+            Self::Not => PROXIMAL,
+            Self::Narrowly => WIDEST,
+            Self::Widely => {
+                (WIDEST_BY_MULTIPLIER / largest_multiplier(multipliers)).clamp(WIDEST, 1.0 / PROXIMAL)
+            }
+        }
+    }
+}
+
+/// Polishes an iterate, one to which the convex iteration has `settled` with more patience; `None` where Newton does not
+/// settle.
 pub(crate) fn polish(
     model: &Model,
     rows: &LimitRows,
     iterate: &Iterate,
     multipliers: &Multipliers,
     options: &ScpOptions,
+    settled: bool,
     watch: &Watch,
 ) -> Option<Polished> {
-    let newton = |stabilised| {
+    let newton = |stabilised: Stabilised| {
         if watch.stopped() {
             return None;
         }
@@ -76,7 +106,9 @@ pub(crate) fn polish(
         let best = Some(newton.best).filter(|_| ended.contains(&report.outcome));
         best.filter(|best| best.residual <= options.polish_tolerance)
     };
-    newton(false).or_else(|| newton(true))
+    newton(Stabilised::Not)
+        .or_else(|| newton(Stabilised::Narrowly))
+        .or_else(|| settled.then(|| newton(Stabilised::Widely)).flatten())
 }
 
 /// Newton's method, plain or stabilised.
@@ -89,7 +121,7 @@ struct Newton<'a> {
     size: f64,
     best: Polished,
     tolerance: f64,
-    stabilised: bool,
+    stabilised: Stabilised,
     proximal: f64,
     iterations: usize,
     /// Iterations without progress.
@@ -97,13 +129,15 @@ struct Newton<'a> {
 }
 
 impl<'a> Newton<'a> {
-    fn new(at: Evaluated<'a>, mut multipliers: Multipliers, tolerance: f64, stabilised: bool) -> Self {
-        let active = if stabilised { likely(&at, &multipliers) } else { active(&at, &multipliers) };
+    fn new(at: Evaluated<'a>, mut multipliers: Multipliers, tolerance: f64, stabilised: Stabilised) -> Self {
+        let plain = stabilised == Stabilised::Not;
+        let active = if plain { active(&at, &multipliers) } else { likely(&at, &multipliers) };
         multipliers.drop_idle(&active);
         let residuals = Residuals::of(&at, &multipliers);
         let size = residuals.largest(&at, &multipliers, &active);
         let best = polished(&at, &multipliers, size, 0);
-        let proximal = if stabilised { size.max(SLOWLY * WIDEST).clamp(PROXIMAL, WIDEST) } else { PROXIMAL };
+        let widest = stabilised.widest(&multipliers);
+        let proximal = next_proximal(size, widest, widest);
         let (iterations, idle) = (0, 0);
         Self {
             at,
@@ -136,7 +170,8 @@ impl<'a> Newton<'a> {
     /// Looks at the conditions where a step led to, and keeps the best point.
     fn judge(&mut self) {
         let rho = largest_multiplier(&self.multipliers).max(1e-3);
-        let rho = if self.stabilised { 1.0 / self.proximal } else { rho };
+        let plain = self.stabilised == Stabilised::Not;
+        let rho = if plain { rho } else { 1.0 / self.proximal };
         self.active = acting(&self.at, &self.multipliers, rho);
         self.multipliers.drop_idle(&self.active);
         self.residuals = Residuals::of(&self.at, &self.multipliers);
@@ -146,9 +181,7 @@ impl<'a> Newton<'a> {
         if self.size < self.best.residual {
             self.best = polished(&self.at, &self.multipliers, self.size, self.iterations);
         }
-        if self.stabilised {
-            self.proximal = self.size.max(SLOWLY * self.proximal).clamp(PROXIMAL, WIDEST);
-        }
+        self.proximal = next_proximal(self.size, self.proximal, self.stabilised.widest(&self.multipliers));
     }
 }
 
@@ -160,10 +193,11 @@ impl Iteration for Newton<'_> {
     /// Whether no further step is worth its price: all digits are there, or none come any more.
     fn converged(&self) -> bool {
         let floor = self.best.residual <= self.tolerance;
-        let lost = !self.stabilised && self.size > LOST * self.best.residual;
+        let plain = self.stabilised == Stabilised::Not;
+        let lost = plain && self.size > LOST * self.best.residual;
         (floor && self.idle >= 1)
             || self.size <= 1e-3 * self.tolerance
-            || self.idle >= IDLE[usize::from(self.stabilised)]
+            || self.idle >= IDLE[usize::from(!plain)]
             || lost
     }
 
@@ -180,6 +214,11 @@ impl Iteration for Newton<'_> {
     }
 }
 
+/// The proximal term that follows one: as large as the residual, within bounds.
+fn next_proximal(residual: f64, last: f64, widest: f64) -> f64 {
+    (residual * (widest / WIDEST)).max(SLOWLY * last).clamp(PROXIMAL, widest)
+}
+
 fn polished(at: &Evaluated, multipliers: &Multipliers, residual: f64, iterations: usize) -> Polished {
     let (iterate, multipliers) = (at.iterate.clone(), multipliers.clone());
     Polished { iterate, multipliers, cost: at.cost, residual, iterations }
@@ -189,7 +228,7 @@ fn polished(at: &Evaluated, multipliers: &Multipliers, residual: f64, iterations
 /// point's round-off are cut to zero.
 pub(super) fn as_it_is(at: &Evaluated, multipliers: &Multipliers) -> Option<Polished> {
     let at = at.iterate.evaluate(at.model, at.limits).ok()?.smooth();
-    Some(Newton::new(at, multipliers.clone(), 0.0, false).best)
+    Some(Newton::new(at, multipliers.clone(), 0.0, Stabilised::Not).best)
 }
 
 impl Multipliers {

@@ -340,3 +340,38 @@ fn without_limits_the_multipliers_are_the_costates_of_the_shooting() {
         assert!(difference.amax() < 1e-11, "row {row}: {:.1e}", difference.amax());
     }
 }
+
+/// Where rows of how fast inputs change follow each other, and their arcs are taken for longer than they are, the rows
+/// contradict each other.
+#[test]
+fn rows_that_contradict_each_other_are_sorted_out() {
+    let mut problem = reference_slew(Some(0.75)).with_steps(250);
+    let mut limits = problem.actuation.torque.limits().clone();
+    limits.rate = limits.size.as_ref().map(|sizes| sizes.iter().map(|size| 3.0 * size / 2.0).collect());
+    problem.actuation.torque = problem.actuation.torque.with_limits(limits).unwrap();
+    let (model, convex) = converge(&problem, &ScpOptions::default());
+    let solved = convex.polished.expect("polished");
+    let rows = LimitRows::of(&problem, &model);
+    let acts: Vec<bool> = solved.multipliers.rows.iter().map(|multiplier| *multiplier > 0.0).collect();
+    let largest = solved.multipliers.rows.iter().fold(0.0f64, |largest, value| largest.max(*value));
+    let by_stage = rows.range(problem.steps / 2).len();
+    for longer in [1, 3] {
+        let mut multipliers = solved.multipliers.clone();
+        for (row, limit) in rows.rows.iter().enumerate() {
+            let beside = |offset: usize| {
+                let before = row.checked_sub(offset * by_stage).is_some_and(|before| acts[before]);
+                before || acts.get(row + offset * by_stage) == Some(&true)
+            };
+            let is_rate = matches!(limit.what, What::InputRate { .. });
+            if is_rate && !acts[row] && (1..=longer).any(beside) {
+                multipliers.rows[row] = 0.05 * largest;
+            }
+        }
+        let options = ScpOptions::default();
+        let polished =
+            |settled| polish(&model, &rows, &solved.iterate, &multipliers, &options, settled, &Watch::NONE);
+        assert!(polished(false).is_none(), "{longer} rows say nothing of the wide proximal term");
+        let found = polished(true).expect("sorted out");
+        assert!(found.residual < 1e-12 && (found.cost - solved.cost).abs() < 1e-12 * solved.cost);
+    }
+}

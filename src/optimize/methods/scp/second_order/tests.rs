@@ -273,8 +273,15 @@ fn descents_are_those_of_the_cost_along_curves_that_keep_what_acts() {
                         let rows = LimitRows::of(&problem, &model);
                         let mut multipliers = unlimited.multipliers.clone();
                         multipliers.rows = vec![0.0; rows.rows.len()];
-                        let polished =
-                            polish(&model, &rows, &unlimited.iterate, &multipliers, &options, &Watch::NONE)?;
+                        let polished = polish(
+                            &model,
+                            &rows,
+                            &unlimited.iterate,
+                            &multipliers,
+                            &options,
+                            false,
+                            &Watch::NONE,
+                        )?;
                         Some((problem, polished))
                     })
                 })
