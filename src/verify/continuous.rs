@@ -28,11 +28,10 @@ use nalgebra::SVector;
 /// Error allowed per unit of scaled time, relative to the speed of each change.
 const TOLERANCE: f64 = 1e-14;
 
-/// Internal steps within one step of the plan; a fraction of a turn takes one.
-const MAX_STEPS: usize = 100_000;
-
-/// Series within one step of the plan.
-const MOST_PARTS: u32 = 1 << 17;
+/// Internal steps, or series, within one step of the plan. A fraction of a turn takes one, and no step of a plan turns by
+/// half a turn: what takes more is no plan, and is not worth the wait.
+const MAX_STEPS: usize = 4096;
+const MOST_PARTS: u32 = 4096;
 
 /// Tangent and embedding: `[δq (4), δΠ (3)]`, and `[δx (3), δγ (3)]` where the body moves.
 const ATTITUDE: usize = 7;

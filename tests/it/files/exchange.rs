@@ -501,6 +501,7 @@ fn wrong_files_are_told_with_their_line() {
         ("1,0.8,0,0,0.6", "1,0.8,0,0,", 4, "is no number"),
         ("1,0.8,0,0,0.6", "-1,0.8,0,0,0.6", 4, "before the one above"),
         ("1,0.8,0,0,0.6", "1,0.8,0,0,0.7", 4, "has the length"),
+        ("1,0.8,0,0,0.6", "1e308,0.8,0,0,0.6", 4, "more than 30 000 years away"),
         ("1,0.8,0,0,0.6\n2,0,0,0,1\n", "", 3, "1 rows of attitudes, two are needed"),
         ("quaternion_z", "quaternion_z,angular_velocity_x_rad_s", 2, "no column `angular_velocity_y_rad_s`"),
         ("time_s,quaternion_w,quaternion_x,quaternion_y,quaternion_z\n", "", 2, "is there twice"),

@@ -19,6 +19,9 @@ const MAX_BYTES: u64 = 1 << 28;
 /// How far the length of a quaternion may be from 1 by rounding: six digits were printed.
 const UNIT_ROUNDING: f64 = 2e-6;
 
+/// The latest time that a row may have, and less its sign the earliest \[s\].
+const LATEST: f64 = 1e12;
+
 /// Attitudes at moments.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Attitudes {
@@ -203,6 +206,10 @@ impl Rows {
         if (length - 1.0).abs() > UNIT_ROUNDING {
             let reason = format!("the quaternion has the length {length:.8}");
             return at.wrong(reason, "attitudes are unit quaternions, of length 1 to six digits");
+        }
+        if time.abs() > LATEST {
+            let reason = format!("the time {time:e} s is more than 30 000 years away");
+            return at.wrong(reason, "give times in seconds from near the first row");
         }
         let begins = std::mem::take(&mut self.begins);
         if begins && self.found.time.last() == Some(&time) {
