@@ -85,12 +85,10 @@ impl Arcs {
     /// centroid of what the smoothed law spends, so that one whose switching function only grazes zero is not lost.
     pub fn of_pulses(extremal: &Extremal, path: &Path, epsilon: f64) -> Self {
         let n = path.intervals();
-        let interval = path.duration / n as f64;
         let levels: Vec<Vec<f64>> = path.nodes.iter().map(|node| extremal.inputs(&node.e, epsilon)).collect();
         let at = |time: f64| {
-            let part = (time / interval).clamp(0.0, n as f64);
-            let index = (part as usize).min(n - 1);
-            between(&path.nodes[index], &path.nodes[index + 1], part - index as f64)
+            let (index, share) = path.interval_at(time / path.duration);
+            between(&path.nodes[index], &path.nodes[index + 1], share)
         };
         let mut signs = vec![-1.0; extremal.switching_count()];
         let mut switches = Vec::new();
@@ -101,9 +99,12 @@ impl Arcs {
                 let first = node;
                 let (mut area, mut moment) = (0.0, 0.0);
                 while node <= n && on(node) > IDLE {
-                    let part = on(node) * interval * if node == 0 || node == n { 0.5 } else { 1.0 };
+                    // Of the trapezoidal rule.
+                    let [before, after] =
+                        [node.saturating_sub(1), (node + 1).min(n)].map(|other| path.parts[other]);
+                    let part = on(node) * 0.5 * (after - before) * path.duration;
                     area += part;
-                    moment += part * node as f64 * interval;
+                    moment += part * path.parts[node] * path.duration;
                     node += 1;
                 }
                 if area > SHORTEST_PULSE * path.duration {
@@ -137,14 +138,14 @@ impl Arcs {
             (0..inputs).map(|input| extremal.switching(input, &node.e)).collect()
         };
         let values: Vec<Vec<f64>> = path.nodes.iter().map(switching).collect();
-        let interval = path.duration / path.intervals() as f64;
         let mut switches = Vec::new();
         for k in 0..path.intervals() {
             for (input, (a, b)) in values[k].iter().zip(&values[k + 1]).enumerate() {
                 if (*a < 0.0) != (*b < 0.0) {
                     let part = a / (a - b);
                     let node = between(&path.nodes[k], &path.nodes[k + 1], part);
-                    switches.push(Switch { input, time: (k as f64 + part) * interval, node });
+                    let at = path.parts[k] + part * (path.parts[k + 1] - path.parts[k]);
+                    switches.push(Switch { input, time: at * path.duration, node });
                 }
             }
         }

@@ -138,7 +138,7 @@ fn guess(extremal: &Extremal, phi: &Vector3, try_index: usize) -> Option<Smoothe
     for node in &mut nodes {
         node.e *= epsilon;
     }
-    Some(Smoothed { path: Path { m: epsilon * m, duration, nodes }, epsilon })
+    Some(Smoothed { path: Path::equal(epsilon * m, duration, nodes), epsilon })
 }
 
 fn relaxed(extremal: &Extremal, from: &Smoothed, sweeps: &mut usize) -> Option<Smoothed> {

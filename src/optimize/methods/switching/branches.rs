@@ -50,7 +50,7 @@ fn biases(thoroughness: Thoroughness) -> Vec<Bias> {
 }
 
 /// Constant biases along each axis, and mixed ones.
-fn directions() -> impl Iterator<Item = Bias> {
+pub(super) fn directions() -> impl Iterator<Item = Bias> {
     let constant = (0..6).map(|k| Bias {
         constant: Vector3::ith(k / 2, if k % 2 == 0 { 2.0 } else { -2.0 }),
         linear: Vector3::zeros(),

@@ -170,14 +170,12 @@ pub(crate) fn smooth_on_grid(
 pub(crate) fn of_smooth(extremal: &Extremal, smooth: &Smoothed, steps: usize) -> OnGrid {
     let path = &smooth.path;
     let part = 1.0 / steps as f64;
-    let intervals = path.intervals();
     let bias = Bias::default();
     // From the nearest node before, so that nothing is integrated far.
     let node = |k: usize| -> Node {
-        let at = k as f64 / steps as f64 * intervals as f64;
-        let index = (at as usize).min(intervals - 1);
+        let (index, share) = path.interval_at(k as f64 / steps as f64);
         let mut none = Lanes::<3>::zero();
-        let length = (at - index as f64) * path.duration / intervals as f64;
+        let length = share * (path.parts[index + 1] - path.parts[index]) * path.duration;
         let law = |_: f64, e: &Vector3| extremal.smooth(e, smooth.epsilon, &bias.constant);
         advance(
             &Course { extremal, m: &path.m },

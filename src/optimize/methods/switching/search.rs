@@ -1,10 +1,10 @@
 //! From branches to the answer: each rival branch is brought to its limit, and the shortest is taken.
 
 use super::arcs::{Arcs, MOST_SWITCHES};
-use super::branches::{Ask, branches};
+use super::branches::{Ask, branches, directions};
 use super::certificate::Certificate;
 use super::extremal::{Bias, Extremal, Law};
-use super::smooth::{Smooth, Smoothed, descend};
+use super::smooth::{Smooth, Smoothed, descend, settle};
 
 /// A gap below this part of the cost is none, and one below that can stay.
 pub(crate) const NO_GAP: f64 = 1e-7;
@@ -33,8 +33,12 @@ const MOST_DESCENTS_FUEL: usize = 6;
 const MOST_DESCENTS_NORM: usize = 12;
 const SMALLER: f64 = 0.4;
 
-/// ε at which a branch with a singular arc ends.
+/// ε at which a branch with a singular arc ends on equal intervals, and that to which it is then carried.
 const LAST: f64 = 5e-4;
+const SMALLEST: f64 = 2e-5;
+
+/// Iterations after a bias is taken away.
+const TIPPED_ITERATIONS: usize = 20;
 
 /// Intervals, residual and iterations of an extremal under a limit of the norm.
 const TURNING: usize = 256;
@@ -169,11 +173,31 @@ fn end_game(
         return Limit { looser, ..Limit::of_arcs(rival, at, arcs) };
     }
     let smooth = match descend(extremal, &at, LAST, &Bias::default(), &mut found.sweeps) {
-        Ok(end) | Err(end) => end,
+        Ok(end) => end,
+        Err(end) => tipped(extremal, rival, stop, found).unwrap_or(end),
     };
-    let turns = matches!(extremal.law, Law::Norm(_)) && !extremal.counts_fuel();
-    let smooth = if turns { turning(extremal, smooth, found) } else { smooth };
+    let smooth = match &extremal.law {
+        Law::Norm(_) if extremal.counts_fuel() => smooth,
+        Law::Norm(_) => turning(extremal, smooth, found),
+        Law::Inputs(_) => settle(extremal, smooth, SMALLEST, &mut found.sweeps),
+    };
     Limit { branch: rival.clone(), smooth, arcs: None, looser }
+}
+
+/// The best extremal at the last ε that biases lead to, for a branch that ends before.
+fn tipped(
+    extremal: &Extremal,
+    rival: &Smoothed,
+    stop: &dyn Fn() -> bool,
+    found: &mut Found,
+) -> Option<Smoothed> {
+    let reached = directions().take_while(|_| !stop()).filter_map(|bias| {
+        let reached = descend(extremal, rival, LAST, &bias, &mut found.sweeps).ok()?;
+        let unbiased = Smooth { extremal, epsilon: LAST, bias: Bias::default(), accurate: false };
+        let path = unbiased.solve(reached.path, 0.1 * LAST, TIPPED_ITERATIONS, &mut found.sweeps)?;
+        Some(Smoothed { path, epsilon: LAST })
+    });
+    reached.min_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)))
 }
 
 /// Under a limit of the norm the law is smooth where the costate does not vanish: the extremal without smoothing, where

@@ -18,13 +18,15 @@ const GAP: usize = 7;
 const COSTATE_STEP: f64 = 1.0;
 const TIME_STEP: f64 = 0.4;
 
-/// A path on equal intervals: nodes and the parameters.
+/// A path: nodes and the parameters.
 #[derive(Clone, Debug)]
 pub(crate) struct Path {
     /// `M`, reference axes.
     pub m: Vector3,
     pub duration: f64,
     pub nodes: Vec<Node>,
+    /// The part of the duration at which each node is, from 0 to 1.
+    pub parts: Vec<f64>,
 }
 
 /// What one sweep found.
@@ -47,8 +49,23 @@ pub(crate) struct Smooth<'a> {
 }
 
 impl Path {
+    /// On equal intervals.
+    pub fn equal(m: Vector3, duration: f64, nodes: Vec<Node>) -> Self {
+        let intervals = nodes.len() - 1;
+        let parts = (0..=intervals).map(|node| node as f64 / intervals as f64).collect();
+        Self { m, duration, nodes, parts }
+    }
+
     pub fn intervals(&self) -> usize {
         self.nodes.len() - 1
+    }
+
+    /// The interval in which a part of the duration is, and how far into it, from 0 to 1.
+    pub fn interval_at(&self, part: f64) -> (usize, f64) {
+        let last = self.intervals() - 1;
+        let index = self.parts.partition_point(|begin| *begin <= part).saturating_sub(1).min(last);
+        let [from, to] = [self.parts[index], self.parts[index + 1]];
+        (index, ((part - from) / (to - from)).clamp(0.0, 1.0))
     }
 }
 
@@ -60,37 +77,51 @@ impl Smooth<'_> {
         )
     }
 
-    /// A part of an interval from its node.
+    /// From a node over a stretch, given by the parts of the duration where it begins and ends.
     #[inline(always)]
     fn over<const S: usize, const L: usize>(
         &self,
         tableau: &Tableau<S>,
         path: &Path,
-        interval: usize,
-        part: f64,
+        node: &Node,
+        [from, to]: [f64; 2],
         lanes: &mut Lanes<L>,
         stretched: Option<(usize, f64)>,
     ) -> Node {
-        let n = path.intervals() as f64;
         advance(
             &Course { extremal: self.extremal, m: &path.m },
             tableau,
-            &path.nodes[interval],
-            part * path.duration / n,
+            node,
+            (to - from) * path.duration,
             lanes,
             stretched,
             #[inline(always)]
             |c, e| {
-                let bias = self.bias.at((interval as f64 + part * c) / n);
+                let bias = self.bias.at(from + c * (to - from));
                 self.extremal.smooth(e, self.epsilon, &bias)
             },
         )
     }
 
+    /// An interval by the method of order 4.
+    #[inline(always)]
+    fn along<const L: usize>(
+        &self,
+        path: &Path,
+        interval: usize,
+        lanes: &mut Lanes<L>,
+        stretched: Option<(usize, f64)>,
+    ) -> Node {
+        let stretch = [path.parts[interval], path.parts[interval + 1]];
+        self.over(&RK4, path, &path.nodes[interval], stretch, lanes, stretched)
+    }
+
     /// An interval by the method of order 8. Kept out of line: few sweeps take it.
     #[inline(never)]
     fn accurately(&self, path: &Path, interval: usize, lanes: &mut Lanes<8>) -> Node {
-        self.over(&COOPER_VERNER, path, interval, 1.0, lanes, Some((TIME, path.duration)))
+        let stretch = [path.parts[interval], path.parts[interval + 1]];
+        let stretched = Some((TIME, path.duration));
+        self.over(&COOPER_VERNER, path, &path.nodes[interval], stretch, lanes, stretched)
     }
 
     #[inline(always)]
@@ -104,7 +135,7 @@ impl Smooth<'_> {
             let reached = if self.accurate {
                 self.accurately(path, k, &mut lanes)
             } else {
-                self.over(&RK4, path, k, 1.0, &mut lanes, Some((TIME, path.duration)))
+                self.along(path, k, &mut lanes, Some((TIME, path.duration)))
             };
             let gap = reached.minus(&path.nodes[k + 1]);
             gaps += gap.iter().map(|part| part.norm_squared()).sum::<f64>();
@@ -181,14 +212,51 @@ impl Smooth<'_> {
 
     /// The path on twice as many intervals.
     pub fn doubled(&self, path: &Path) -> Path {
-        let n = path.intervals();
-        let mut nodes = Vec::with_capacity(2 * n + 1);
-        for k in 0..n {
-            nodes.push(path.nodes[k]);
-            nodes.push(self.over(&RK4, path, k, 0.5, &mut Lanes::<3>::zero(), None));
+        self.divided(path, |_, _, depth| depth == 0)
+    }
+
+    /// The same where there are not many.
+    fn halved(&self, path: &Path) -> Option<Path> {
+        (2 * path.intervals() <= MOST_EQUAL).then(|| self.doubled(path))
+    }
+
+    /// Equal intervals that would do.
+    fn wanted(&self) -> usize {
+        (0.2 / self.epsilon) as usize
+    }
+
+    /// The path on more intervals, where it has too few: not enough in all, or one on which an input changes by more than
+    /// [`ROUGH`] of its range.
+    fn finer(&self, path: &Path) -> Option<Path> {
+        let few = path.intervals() < ENOUGH.min(self.wanted());
+        let levels = |node: &Node| self.extremal.inputs(&node.e, self.epsilon);
+        let finer = self.divided(path, |from, to, depth| {
+            let changes = levels(from).into_iter().zip(levels(to)).map(|(from, to)| (to - from).abs());
+            few && depth == 0 || depth < DEEPEST && changes.fold(0.0, f64::max) > 2.0 * ROUGH
+        });
+        (finer.intervals() > path.intervals() && finer.intervals() <= MOST_INTERVALS).then_some(finer)
+    }
+
+    /// The path with each interval divided in halves as often as `divide` says, of the nodes at its ends and how often it
+    /// has been divided.
+    fn divided(&self, path: &Path, divide: impl Fn(&Node, &Node, usize) -> bool) -> Path {
+        let (mut nodes, mut parts) = (vec![path.nodes[0]], vec![0.0]);
+        for k in 0..path.intervals() {
+            // Pieces still to be looked at, the first one last.
+            let mut ahead = vec![(path.nodes[k + 1], path.parts[k + 1], 0)];
+            while let Some((to, end, depth)) = ahead.pop() {
+                let (from, begin) = (nodes[nodes.len() - 1], parts[parts.len() - 1]);
+                if divide(&from, &to, depth) {
+                    let half = 0.5 * (begin + end);
+                    let middle = self.over(&RK4, path, &from, [begin, half], &mut Lanes::<3>::zero(), None);
+                    ahead.extend([(to, end, depth + 1), (middle, half, depth + 1)]);
+                } else {
+                    nodes.push(to);
+                    parts.push(end);
+                }
+            }
         }
-        nodes.push(path.nodes[n]);
-        Path { nodes, ..path.clone() }
+        Path { nodes, parts, ..path.clone() }
     }
 }
 
@@ -201,12 +269,23 @@ fn moved(path: &Path, sweep: &Sweep, step: &SVector<f64, 7>, factor: f64) -> Pat
         m: path.m + factor * step.fixed_rows::<3>(0),
         duration: path.duration + factor * step[TIME],
         nodes: nodes.map(|(node, lanes)| node.plus(&lanes.times(&change), factor)).collect(),
+        parts: path.parts.clone(),
     }
 }
 
-/// Intervals of a path at the start of a continuation, and at most.
+/// Intervals of a path at the start of a continuation, those that are enough where no input changes fast, and at most: equal
+/// ones, and others.
 pub(crate) const INTERVALS: usize = 32;
-pub(crate) const MOST_INTERVALS: usize = 600;
+const ENOUGH: usize = 64;
+const MOST_EQUAL: usize = 600;
+const MOST_INTERVALS: usize = 3000;
+
+/// What an input may change by on one interval, as a part of its range, and how often one is halved for it at once.
+const ROUGH: f64 = 0.3;
+const DEEPEST: usize = 8;
+
+/// The residual of an extremal that is carried further.
+const SETTLED: f64 = 1e-8;
 
 /// A path and the ε that it is an extremal for.
 #[derive(Clone, Debug)]
@@ -233,12 +312,34 @@ impl Smoothed {
 
     /// Over the duration, by the trapezoidal rule.
     fn integral(&self, extremal: &Extremal, integrand: impl Fn(&Node, &Response) -> f64) -> f64 {
-        let n = self.path.intervals();
         let none = Vector3::zeros();
         let of = |node: &Node| integrand(node, &extremal.smooth(&node.e, self.epsilon, &none));
-        let nodes = self.path.nodes.iter().enumerate();
-        let sum: f64 = nodes.map(|(k, node)| of(node) * if k == 0 || k == n { 0.5 } else { 1.0 }).sum();
-        sum * self.path.duration / n as f64
+        let values: Vec<f64> = self.path.nodes.iter().map(of).collect();
+        let pairs = values.windows(2).zip(self.path.parts.windows(2));
+        let sum: f64 = pairs.map(|(value, part)| 0.5 * (value[0] + value[1]) * (part[1] - part[0])).sum();
+        sum * self.path.duration
+    }
+}
+
+/// An extremal to all its digits, at `target` or as near to it as it comes: on intervals that follow every change of the
+/// inputs.
+pub(crate) fn settle(extremal: &Extremal, from: Smoothed, target: f64, sweeps: &mut usize) -> Smoothed {
+    let mut at = from;
+    let mut epsilon = at.epsilon;
+    loop {
+        let smooth = Smooth { extremal, epsilon, bias: Bias::default(), accurate: false };
+        let mut next = smooth.solve(at.path.clone(), SETTLED, 12, sweeps);
+        while let Some(path) = &next
+            && let Some(finer) = smooth.finer(path)
+        {
+            next = smooth.solve(finer, SETTLED, 12, sweeps);
+        }
+        let Some(path) = next else { return at };
+        at = Smoothed { path, epsilon };
+        if epsilon <= target {
+            return at;
+        }
+        epsilon = (0.2 * epsilon).max(target);
     }
 }
 
@@ -257,11 +358,13 @@ pub(crate) fn descend(
         let smooth = Smooth { extremal, epsilon, bias: *bias, accurate: false };
         let tolerance = (0.1 * epsilon).clamp(1e-4, 1e-2);
         let mut next = smooth.solve(at.path.clone(), tolerance, 12, sweeps);
+        // On the way coarse intervals do. Pulses of fuel, some of which only show where their switching functions graze
+        // zero, are read from equal ones.
         while let Some(path) = &next
-            && (path.intervals() as f64) < 0.2 / epsilon
-            && 2 * path.intervals() <= MOST_INTERVALS
+            && path.intervals() < smooth.wanted()
+            && let Some(finer) = if extremal.counts_fuel() { smooth.halved(path) } else { smooth.finer(path) }
         {
-            next = smooth.solve(smooth.doubled(path), tolerance, 12, sweeps);
+            next = smooth.solve(finer, tolerance, 12, sweeps);
         }
         if let Some(path) = next {
             at = Smoothed { path, epsilon };
