@@ -174,10 +174,12 @@ fn end_game(
     }
     let smooth = match descend(extremal, &at, LAST, &Bias::default(), &mut found.sweeps) {
         Ok(end) => end,
+        Err(end) if extremal.counts_fuel() => end,
         Err(end) => tipped(extremal, rival, stop, found).unwrap_or(end),
     };
     let smooth = match &extremal.law {
-        Law::Norm(_) if extremal.counts_fuel() => smooth,
+        // Short pulses come nearer than a smoothed law, however little it is smoothed.
+        _ if extremal.counts_fuel() => smooth,
         Law::Norm(_) => turning(extremal, smooth, found),
         Law::Inputs(_) => settle(extremal, smooth, SMALLEST, &mut found.sweeps),
     };
