@@ -63,7 +63,7 @@ pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Pl
     match (plan.status, solution.outcome) {
         (Status::Solved, _) => finer.into_iter().collect(),
         (Status::VerificationFailed, _) => vec![finer.unwrap_or_else(more_steps)],
-        (_, Outcome::Stalled) if problem.switches() && solution.longer.is_some() => vec![longer()],
+        (_, Outcome::Stalled) if problem.objective.switches() && solution.longer.is_some() => vec![longer()],
         // A duration that is sought cannot be set.
         (_, Outcome::Stalled | Outcome::NotFinite) if problem.switches() || problem.seeks_duration() => {
             vec![more_steps(), again(args, "solver.search", "thorough", "more starts")]

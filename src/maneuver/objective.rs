@@ -8,8 +8,9 @@
 //!
 //! with the weights κ of the kicks ([`Grid::kick`](super::grid::Grid::kick)) and one block of `W` for each set of
 //! actuators. Which inputs are optimal follows in `optimize/control_law`. Minimum time makes the duration `T` the cost,
-//! and fuel `∫ Σ c_j |u_j| dt`, or `c ∫ |τ| dt` where the norm of the torque is limited, with a price of time where the
-//! duration is sought: inputs are held over steps whose lengths are part of the answer (`optimize/methods/switching`).
+//! and fuel `∫ Σ c_j |u_j| dt`, or `c ∫ |τ| dt` where the norm of the torque alone is limited, with a price of time where the
+//! duration is sought: inputs are held over steps whose lengths are part of the answer (`optimize/methods/switching`), or stand
+//! at the nodes of equal steps where more than limits of the torques shapes them, `Σ κ_k Σ c_j |u_j,k|`.
 
 use crate::Matrix3;
 use crate::mechanics::actuators::{Actuation, ActuatorSet};
@@ -23,7 +24,7 @@ pub enum Objective {
     Effort(Weights),
     /// The duration.
     Time,
-    /// The fuel `∫ Σ c_j |u_j| dt` of the torque inputs, or `c ∫ |τ| dt` where the norm of the torque is limited.
+    /// The fuel `∫ Σ c_j |u_j| dt` of the torque inputs, or `c ∫ |τ| dt` where the norm of the torque alone is limited.
     Fuel(Fuel),
 }
 

@@ -291,13 +291,19 @@ impl Problem {
         Self { duration: found.unwrap_or(self.duration), ..self.clone() }
     }
 
-    /// Whether inputs switch, and are held over steps of unequal lengths: those of fuel, and those of minimum time where
-    /// nothing but limits of the torques shapes the plan.
+    /// Whether inputs switch, and are held over steps of unequal lengths: those of minimum time and fuel where nothing but
+    /// limits of the torques shapes the plan.
     pub fn switches(&self) -> bool {
+        self.objective.switches() && !self.is_shaped()
+    }
+
+    /// Whether more than limits of the torques shapes a plan of minimum time or fuel: its inputs then stand at the nodes of
+    /// equal steps, as those of effort do.
+    pub fn is_shaped(&self) -> bool {
         let limits = self.actuation.torque.limits();
         let jumping = limits.rate.is_none() && !(limits.size.is_some() && limits.norm.is_some());
         let shaped = !jumping || self.actuation.wheels.is_some() || !self.constraints.is_empty();
-        self.objective.switches() && !(self.objective == Objective::Time && shaped)
+        self.objective.switches() && shaped
     }
 
     /// Whether anything limits inputs, rates or pointing.

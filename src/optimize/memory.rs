@@ -5,6 +5,7 @@
 //! program with the factors: so much for each unknown and for each row of a stage. The coefficients are measured
 //! (`cargo run --release --example memory`), chosen so that no plan there takes more.
 
+use crate::maneuver::objective::Fuel;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::{Method, Settings};
 use crate::maneuver::{Motion, Rule};
@@ -75,7 +76,14 @@ fn rows(problem: &Problem) -> usize {
         Rule::RateAxes(_) => 12,
         Rule::Pointing(pointing) => 2 * pointing.pairs().count(),
     });
-    of_limits.chain(of_constraints).sum()
+    // What has a kink in the cost, once for each side of it.
+    let torque = &problem.actuation.torque;
+    let of_kinks = match problem.objective.fuel() {
+        Some(_) if Fuel::is_of_norm(torque) => BALL,
+        Some(_) => 2 * torque.count(),
+        None => 0,
+    };
+    of_limits.chain(of_constraints).sum::<usize>() + of_kinks
 }
 
 #[cfg(test)]

@@ -47,9 +47,9 @@ pub(super) fn missing(subject: &Subject) -> Option<&'static str> {
     if subject.trajectory().costates.is_empty() {
         return Some("the plan has no costates");
     }
-    if problem.objective == Objective::Time && !problem.switches() {
+    if problem.is_shaped() {
         return Some(
-            "the costates of a shortest plan within cones, rates or wheels belong to a cost that is in part effort",
+            "the costates of least time or fuel within cones, rates or wheels belong to a cost that is in part effort",
         );
     }
     let names = problem.actuation.limits().map(|limit| limit.name);

@@ -201,15 +201,25 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
             let duration = significant(solution.duration(problem), 9);
             let priced = problem.objective.given_time_price().is_some();
             let why = match problem.duration_at_most {
+                _ if solution.shortest.is_some() => {
+                    "the shortest found: less time would cost less, and has no plan"
+                }
                 Some(longest) if solution.duration(problem) >= longest * (1.0 - SAME_DURATION) => {
                     "the longest allowed"
                 }
                 Some(_) if !priced => "more time would cost more",
                 _ => "where a second is worth its price",
             };
+            let fuel = problem.objective.fuel().is_some();
+            let unit = if fuel { "" } else { unit };
             let with_time = if priced { " with the price of time" } else { unit };
             lines.line("duration", format!("{duration} s, {why}"));
-            lines.line("cost", format!("{}{with_time}", significant(solution.cost, 9)));
+            let cost = significant(solution.cost, 9);
+            lines.line(if fuel { "fuel" } else { "cost" }, format!("{cost}{with_time}"));
+        }
+        None if problem.objective.fuel().is_some() => {
+            let fuel = significant(solution.cost, 9);
+            lines.line("fuel", format!("{fuel}, minimal to first order on the grid"));
         }
         None => lines.line("cost", format!("{}{unit}", significant(solution.cost, 6))),
     }
@@ -231,7 +241,7 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
         None => "not decided".into(),
     };
     let first = error(optimality.stationarity);
-    let timed = solution.switching.is_some() || problem.objective == Objective::Time;
+    let timed = solution.switching.is_some() || problem.is_shaped();
     let second = if timed { String::new() } else { format!("   second order: {second}") };
     lines.line("optimality", format!("stationarity {first}{second}"));
     for rival in &solution.rivals {

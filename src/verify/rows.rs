@@ -310,8 +310,11 @@ pub fn cost(problem: &Problem, trajectory: &Trajectory) -> f64 {
         }
         Objective::Time => trajectory.time.last().copied().unwrap_or(f64::NAN),
         Objective::Fuel(fuel) => {
-            let rows = trajectory.input.chunks_exact(problem.actuation.count());
             let rate = |row: &[f64]| fuel.rate(&problem.actuation.torque, row);
+            if problem.is_shaped() {
+                return at_nodes(problem, &trajectory.input, rate);
+            }
+            let rows = trajectory.input.chunks_exact(problem.actuation.count());
             rows.zip(trajectory.time.windows(2)).map(|(row, ends)| (ends[1] - ends[0]) * rate(row)).sum()
         }
     }
@@ -323,13 +326,18 @@ pub fn effort(problem: &Problem, inputs: &[f64]) -> f64 {
     let weights = problem.objective.weights();
     let (torque, force) = (weights.torque(&problem.actuation), weights.force(&problem.actuation));
     let forces = force.as_ref().map_or(0, |force| force.set.count());
-    let last = (inputs.len() / problem.actuation.count()).saturating_sub(1);
     let price = |inputs: &Weighted, row: &[f64]| objective::effort(&inputs.weight, row);
+    at_nodes(problem, inputs, |row| {
+        price(&torque, &row[forces..]) + force.as_ref().map_or(0.0, |force| price(force, &row[..forces]))
+    })
+}
+
+/// `Σ h rate(u)` over the nodes of equal steps, for Lie–Verlet with half of both end rows.
+fn at_nodes(problem: &Problem, inputs: &[f64], rate: impl Fn(&[f64]) -> f64) -> f64 {
+    let last = (inputs.len() / problem.actuation.count()).saturating_sub(1);
     let rows = inputs.chunks_exact(problem.actuation.count()).enumerate().map(|(index, row)| {
         let end = problem.grid().has_half_kicks() && (index == 0 || index == last);
-        let priced =
-            price(&torque, &row[forces..]) + force.as_ref().map_or(0.0, |force| price(force, &row[..forces]));
-        if end { 0.5 * priced } else { priced }
+        if end { 0.5 * rate(row) } else { rate(row) }
     });
     problem.step() * rows.sum::<f64>()
 }

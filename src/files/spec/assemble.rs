@@ -277,7 +277,6 @@ fn refuse(error: &ProblemError, problem: &Problem, maneuver: &Section, ends: [&B
                 "torque_limit_n_m" => "add torque_limit_n_m to [actuators]: one number, or one per axis",
                 "torque_axes_body" => "add inputs until every direction is reached, or minimise effort",
                 "fuel_price" => "give fuel_price as one number",
-                "torque_norm_limit_n_m" => "take one of torque_limit_n_m and torque_norm_limit_n_m away",
                 "thruster" => "write minimize = \"fuel\", or describe the inputs by torque axes",
                 _ => remedy,
             };

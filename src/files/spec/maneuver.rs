@@ -2,7 +2,7 @@
 
 use super::keys::StepsOf;
 use super::{Angle, Section, grid, short, show};
-use crate::maneuver::{Method, Objective, Problem, Scheme, Settings, Thoroughness};
+use crate::maneuver::{Method, Problem, Scheme, Settings, Thoroughness};
 use std::time::Duration;
 
 /// Angle per step that the default number of steps allows \[rad\]: two or three Newton iterations.
@@ -83,9 +83,8 @@ pub(crate) fn steps_of_sought_duration(section: &Section, angle: f64) -> Option<
 
 /// Refuses settings of the solver that a maneuver cannot have whose inputs switch, or whose duration is sought.
 pub(crate) fn refuse_solver(section: &Section, problem: &Problem) {
-    // What shapes a plan of minimum time beyond limits of the torques is planned by SCP.
-    let shaped = problem.objective == Objective::Time && !problem.switches();
-    if section.word("method") == Some("scp") && !shaped {
+    // What shapes a plan of minimum time or fuel beyond limits of the torques is planned by SCP.
+    if section.word("method") == Some("scp") && !problem.is_shaped() {
         let reason = "what has no given duration, or switches, is planned by shooting";
         section.error("E0029", "method", reason, "write method = \"auto\", or leave it out");
     }

@@ -143,8 +143,8 @@ impl Problem {
             }
         }
         let sets = [Some(&self.actuation.torque), self.actuation.force.as_ref()];
-        if !self.switches() && sets.into_iter().flatten().any(|set| set.limits().one_sided) {
-            let reason = "thrusters push to one side only: they are planned for minimum time and fuel, and within limits of the torques alone";
+        if !self.objective.switches() && sets.into_iter().flatten().any(|set| set.limits().one_sided) {
+            let reason = "thrusters push to one side only: they are planned for minimum time and fuel";
             return Err(ProblemError::Unsuited { what: "thruster", reason });
         }
         Ok(())
@@ -174,7 +174,6 @@ impl Problem {
         let (torque, limits) = (&self.actuation.torque, self.actuation.torque.limits());
         let unlimited = |size: &Vec<f64>| size.iter().any(|size| !size.is_finite());
         let free = self.environment.is_free() && self.environment.frame_rate().amax() == 0.0;
-        let fuel = self.objective.fuel().is_some();
         let obstacles = [
             (
                 self.motion != Motion::Attitude,
@@ -187,34 +186,14 @@ impl Problem {
                 "minimum time and fuel are planned for a body that nothing acts on but its torques",
             ),
             (
-                fuel && self.actuation.wheels.is_some(),
-                "wheel",
-                "minimum fuel is not planned with reaction wheels",
-            ),
-            (
-                fuel && !self.constraints.is_empty(),
-                "constraint",
-                "minimum fuel is not planned under constraints",
-            ),
-            (
                 torque.frame() != AxisFrame::Body,
                 "torque_axes_reference",
                 "minimum time and fuel are planned for torques along body axes",
             ),
             (
-                fuel && limits.rate.is_some(),
-                "torque_rate_limit_n_m_per_s",
-                "inputs of minimum fuel jump between their limits: how fast they change cannot be limited",
-            ),
-            (
                 limits.size.as_ref().map_or(limits.norm.is_none(), unlimited),
                 "torque_limit_n_m",
                 "minimum time and fuel need a limit of every torque: without one the best plan is an impulse",
-            ),
-            (
-                fuel && limits.norm.is_some() && limits.size.is_some(),
-                "torque_norm_limit_n_m",
-                "fuel is counted input by input under limits of each, or by the norm of the torque under a limit of that: not under both",
             ),
             (
                 !torque.reaches_every_direction(),

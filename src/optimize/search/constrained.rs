@@ -4,24 +4,25 @@
 //! meets every limit it is the answer. Otherwise each relaxed path, and its detours around the cones it
 //! crosses, seeds a convex iteration on a coarse grid; the cheapest is carried to the requested grid.
 
+use super::cheapest::{Cheapest, SHARE};
 use super::coarse::chain_steps;
 use super::detour::detours;
 use super::ladder::{Ask, Search};
 use super::paths;
-use super::shortest::{SHARE, Shortest};
 use super::transfer::{Interpolant, transfer};
 use super::way::Follower;
 use crate::Vector3;
 use crate::lie;
+use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Path, Problem};
 use crate::maneuver::settings::Method;
 use crate::maneuver::solution::{Outcome, Rung, Sense, Solution, Trajectory};
 use crate::mechanics::environment::Pose;
 use crate::numerics::figures::rounded_up;
-use crate::optimize::candidate::Candidate;
+use crate::optimize::candidate::{Candidate, Provenance};
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
-use crate::optimize::methods::scp::model::Model;
+use crate::optimize::methods::scp::model::{Goal, Model};
 use crate::optimize::methods::scp::road::{ActiveSetNewton, Chain, ConvexIteration, path};
 use crate::optimize::step::{Dynamics, Point};
 use crate::optimize::sweep::BoundaryValueProblem;
@@ -99,9 +100,17 @@ impl<const N: usize> Search<'_, '_, N> {
 
     /// The chain of the maneuver on `steps` steps, with the duration that it states or the one that is sought.
     pub(super) fn chain(&self, steps: usize) -> Chain {
-        match self.ask.share {
+        match &self.ask.goal {
             None => Chain::new(self.problem, steps),
-            Some(share) => Chain::seeking(self.problem, steps, share),
+            Some(goal) => Chain::with_goal(self.problem, steps, goal),
+        }
+    }
+
+    /// The same chain where the duration is the one that is stated: its rows are those of the chain that seeks it.
+    pub(super) fn chain_of_given_duration(&self, steps: usize) -> Chain {
+        match self.ask.goal.as_ref().and_then(Goal::in_given_duration) {
+            None => Chain::new(self.problem, steps),
+            Some(goal) => Chain::with_goal(self.problem, steps, &goal),
         }
     }
 
@@ -112,6 +121,31 @@ impl<const N: usize> Search<'_, '_, N> {
             return vec![straight(&coarse.model)];
         }
         seeds.into_iter().map(|(_, seed)| seed).collect()
+    }
+
+    /// Plans of least effort within all limits along paths on the coarse grid, cheapest first: states and inputs to begin
+    /// from.
+    pub(super) fn effort_paths(&self, paths: &[Candidate]) -> Vec<Candidate> {
+        let mut search = Search::<N>::new(self.problem, self.context, self.ask_of_trial(None));
+        let coarse = search.chain(chain_steps(self.problem));
+        for path in paths {
+            for seed in detours(self.problem, &coarse.model.dynamics.frame_rate(), path.clone()) {
+                if !search.stopped() {
+                    search.descend(&coarse, seed);
+                }
+            }
+        }
+        search.found.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        let of_effort = |Attempt { candidate, .. }: Attempt| Candidate {
+            costates: Vec::new(),
+            multipliers: Default::default(),
+            provenance: Provenance {
+                start: format!("least effort, {}", candidate.provenance.start),
+                ..candidate.provenance
+            },
+            ..candidate
+        };
+        search.found.into_iter().map(of_effort).collect()
     }
 
     /// Whether SCP finds a plan on the coarse grid.
@@ -279,7 +313,7 @@ impl<const N: usize> Search<'_, '_, N> {
     }
 
     /// Whether nothing was found, the search was not cut short, and the duration can be sought.
-    fn may_be_too_short(&self) -> bool {
+    pub(super) fn may_be_too_short(&self) -> bool {
         let cut_short =
             self.failure.as_ref().is_some_and(|failure| failure.outcome == Outcome::IterationLimit);
         let searched = self.found.is_empty() && self.answer.is_none() && !cut_short && !self.stopped();
@@ -289,10 +323,11 @@ impl<const N: usize> Search<'_, '_, N> {
 
     /// SCP from the plan of the shortest duration that it finds: a plan that is quicker than the maneuver asks for is on a
     /// way that the seeds have missed.
-    fn scp_from_the_shortest(&mut self) {
-        let ask = self.ask_of_trial(Some(SHARE));
+    pub(super) fn scp_from_the_shortest(&mut self) {
+        let ask = self.ask_of_trial(Some(Goal { objective: Objective::Time, share: SHARE }));
         let mut search = Search::<N>::new(self.problem, self.context, ask);
-        let Some(Shortest { duration, attempt, .. }) = search.shortest(Vec::new()) else { return };
+        let paths = search.unlimited_paths(&search.chain(chain_steps(self.problem)));
+        let Some(Cheapest { duration, attempt, .. }) = search.cheapest(paths) else { return };
         self.shortest = Some(duration);
         if duration > self.problem.duration {
             return;
@@ -313,9 +348,8 @@ impl<const N: usize> Search<'_, '_, N> {
     }
 
     /// What is asked of a search whose answer is not that of this maneuver.
-    fn ask_of_trial(&self, share: Option<f64>) -> Ask<'static> {
-        let last = ScpOptions::default().within(self.context.settings.max_iterations);
-        Ask { shooting: false, convex: true, guess: None, along: None, last, advise: false, share }
+    fn ask_of_trial(&self, goal: Option<Goal>) -> Ask<'static> {
+        Ask::of_goal(goal, self.context.settings)
     }
 
     /// A longer duration \[s\], in four digits, for which a plan is found on a coarse grid without a guess: the shortest one

@@ -18,8 +18,8 @@ use crate::numerics::figures::{short, significant};
 use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Attempt, Method, Run, Watch};
-use crate::optimize::methods::scp::model::Model;
-use crate::optimize::methods::scp::road::{Chain, body_rates, iterate, multipliers};
+use crate::optimize::methods::scp::model::{Goal, Model};
+use crate::optimize::methods::scp::road::{body_rates, iterate, multipliers};
 use crate::optimize::methods::scp::{ScpOptions, second_order::descents};
 use crate::optimize::methods::shooting::Shooting;
 use crate::optimize::methods::shooting::newton::outcome_of;
@@ -48,14 +48,14 @@ pub(super) struct Ask<'a> {
     pub last: ScpOptions,
     /// Whether a maneuver for which no plan is found is told the duration for which there is one.
     pub advise: bool,
-    /// Where SCP seeks the duration, the share of the effort in its cost (`shortest`).
-    pub share: Option<f64>,
+    /// What SCP minimises in place of the effort (`cheapest`).
+    pub goal: Option<Goal>,
 }
 
 impl Ask<'_> {
     /// What is asked of the same maneuver without limits.
     pub fn of_relaxed(&self) -> Self {
-        Self { shooting: true, convex: false, guess: None, along: None, share: None, ..self.clone() }
+        Self { shooting: true, convex: false, guess: None, along: None, goal: None, ..self.clone() }
     }
 }
 
@@ -477,7 +477,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
             return;
         }
         let scp = provenance.method == Road::Scp;
-        let chain = scp.then(|| Chain::new(self.problem, candidate.steps()));
+        let chain = scp.then(|| self.chain_of_given_duration(candidate.steps()));
         let recorded = match &chain {
             Some(chain) => record::chain(self.problem, &self.fine, chain, candidate),
             // The best iterate is worth a moment more.
@@ -510,7 +510,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
                 solution.active = recorded.active;
                 solution.convex = Some(ConvexWork { subproblems: provenance.subproblems, ..self.work });
                 // The second order is that of the effort.
-                let effort = self.ask.share.is_none();
+                let effort = self.ask.goal.is_none();
                 solution.optimality = self.context.within(|budget| {
                     let (iterate, multipliers) = (iterate(candidate), multipliers(candidate));
                     let watch = Watch { deadline: None, ..budget.watch };
@@ -529,7 +529,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
     }
 
     /// Adds to an unsolved maneuver the duration for which a plan was found.
-    fn advise(&self, solution: &mut Solution) {
+    pub(super) fn advise(&self, solution: &mut Solution) {
         // A search that was cut short says nothing about the maneuver.
         let searched = !matches!(solution.outcome, Outcome::Converged | Outcome::IterationLimit);
         if searched

@@ -1,5 +1,6 @@
 //! The search: every sense and winding, each up the ladder, what it finds compared.
 
+mod cheapest;
 mod coarse;
 mod constrained;
 mod context;
@@ -13,7 +14,6 @@ mod ladder;
 pub(crate) mod paths;
 mod record;
 mod saturated;
-mod shortest;
 mod starts;
 mod switching;
 mod transfer;
@@ -23,7 +23,6 @@ pub use context::{Control, Observer, Progress, Silent};
 pub use guess::Guess;
 
 use crate::maneuver::infeasible;
-use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Motion, Problem, ProblemError};
 use crate::maneuver::settings::{Method, Settings, SettingsError};
 use crate::maneuver::solution::{Outcome, Solution, Trajectory};
@@ -110,12 +109,8 @@ fn check_for_switching(settings: &Settings, guess: Option<&Guess>) -> Result<(),
     Ok(())
 }
 
-/// Whether settings and guess are such that the shortest duration can be sought by SCP.
-fn check_for_shortest(
-    problem: &Problem,
-    settings: &Settings,
-    guess: Option<&Guess>,
-) -> Result<(), PlanError> {
+/// Whether settings and guess are such that least time or fuel can be sought by SCP.
+fn check_for_shaped(problem: &Problem, settings: &Settings, guess: Option<&Guess>) -> Result<(), PlanError> {
     if settings.method == Method::Shooting {
         let reason = "constraints, limits of how fast torques change and reaction wheels; use method = \"scp\" or \"auto\"";
         return Err(PlanError::NotForShooting { reason });
@@ -169,7 +164,7 @@ pub fn polish(
         along: None,
         last,
         advise: false,
-        share: None,
+        goal: None,
     };
     Ok(match problem.motion {
         Motion::Attitude => Search::<6>::new(problem, &context, ask).polish(),
@@ -199,9 +194,9 @@ pub fn solve(
         check_for_switching(settings, guess)?;
         return Ok(switching::solve(problem, &Context::new(settings, observer)));
     }
-    if problem.objective == Objective::Time {
-        check_for_shortest(problem, settings, guess)?;
-        return Ok(shortest::solve(problem, &Context::new(settings, observer)));
+    if problem.is_shaped() {
+        check_for_shaped(problem, settings, guess)?;
+        return Ok(cheapest::solve(problem, &Context::new(settings, observer)));
     }
     if problem.duration.is_nan() {
         check_for_switching(settings, guess)?;
@@ -235,7 +230,7 @@ pub fn solve(
     Ok(searched(
         problem,
         &context,
-        Ask { shooting, convex, guess, along: None, last, advise: true, share: None },
+        Ask { shooting, convex, guess, along: None, last, advise: true, goal: None },
     ))
 }
 
@@ -276,7 +271,7 @@ pub(crate) fn solve_convex(
     let context = Context::new(&settings, observer);
     let last = if polish { ScpOptions::default() } else { ScpOptions::unpolished() };
     let last = last.within(settings.max_iterations);
-    let ask = Ask { shooting: false, convex: true, guess: None, along, last, advise: false, share: None };
+    let ask = Ask { shooting: false, convex: true, guess: None, along, last, advise: false, goal: None };
     Ok(searched(problem, &context, ask))
 }
 

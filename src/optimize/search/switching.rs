@@ -51,12 +51,25 @@ pub(super) fn solve_smoothed(problem: &Problem, context: &Context) -> Solution {
 
 /// With arcs at the limits, or without.
 fn solve_by(problem: &Problem, context: &Context, arcs: bool) -> Solution {
-    let (Some(longest), Some(fuel)) = (problem.duration_at_most, problem.objective.fuel()) else {
-        return solve_once(problem, context, arcs);
-    };
+    let once = |problem: &Problem| solve_once(problem, context, arcs);
+    match (problem.duration_at_most, problem.objective.fuel()) {
+        (Some(longest), Some(fuel)) => up_to(longest, problem, fuel, context, &once),
+        _ => once(problem),
+    }
+}
+
+/// Least fuel up to a longest duration: all of it or, where a second has a price or the body moves at an end, the duration
+/// sought, whichever is cheaper. `once` solves for a given duration, or for one that is sought.
+pub(super) fn up_to(
+    longest: f64,
+    problem: &Problem,
+    fuel: &Fuel,
+    context: &Context,
+    once: &dyn Fn(&Problem) -> Solution,
+) -> Solution {
     let price = fuel.time_price.unwrap_or(0.0);
     let of = |time_price| Objective::Fuel(Fuel { time_price, ..fuel.clone() });
-    let mut all = solve_once(&problem.clone().with_duration(longest).with_objective(of(None)), context, arcs);
+    let mut all = once(&problem.clone().with_duration(longest).with_objective(of(None)));
     all.cost += price * longest;
     for rival in &mut all.rivals {
         rival.cost += price * longest;
@@ -69,7 +82,7 @@ fn solve_by(problem: &Problem, context: &Context, arcs: bool) -> Solution {
         return all;
     }
     let sought = problem.clone().with_duration_at_most(longest).with_objective(of(Some(price)));
-    let sought = solve_once(&sought, context, arcs);
+    let sought = once(&sought);
     let is_plan = |solution: &Solution| solution.outcome == Outcome::Converged;
     let stopped = matches!(sought.outcome, Outcome::Interrupted | Outcome::TimeLimit);
     // The grid's own duration too: it is off the continuous one by the square of the step.

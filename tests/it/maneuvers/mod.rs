@@ -5,6 +5,7 @@ mod bounds;
 mod costs;
 mod dense;
 mod free_duration;
+mod fuel_within;
 mod invariance;
 mod limits;
 mod metamorphic;

@@ -8,7 +8,7 @@ use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use slewkit::plan::{Guess, PlanError, Silent, Status, plan};
 use slewkit::{Matrix3, Vector3, lie};
 
-fn turn(axis: [f64; 3], degrees: f64) -> State {
+pub(super) fn turn(axis: [f64; 3], degrees: f64) -> State {
     State::at_rest(lie::exp(&(Vector3::from(axis).normalize() * degrees.to_radians())))
 }
 
@@ -18,12 +18,18 @@ fn slew(moments: [f64; 3], end: State) -> Problem {
         .with_actuation(torques(&CUBE, &[1.0; 3]))
 }
 
-fn limited(problem: Problem, limits: Limits) -> Problem {
+pub(super) fn limited(problem: Problem, limits: Limits) -> Problem {
     let torque = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
     problem.with_actuation(Actuation::torques(torque))
 }
 
-fn cone(problem: Problem, side: Side, boresight: [f64; 3], direction: [f64; 3], degrees: f64) -> Problem {
+pub(super) fn cone(
+    problem: Problem,
+    side: Side,
+    boresight: [f64; 3],
+    direction: [f64; 3],
+    degrees: f64,
+) -> Problem {
     let direction = Direction { vector: Vector3::from(direction).normalize(), turns_with_frame: false };
     let (boresights, half_angle) = (vec![boresight.into()], degrees.to_radians());
     let rule =
@@ -32,11 +38,11 @@ fn cone(problem: Problem, side: Side, boresight: [f64; 3], direction: [f64; 3], 
     problem.with_constraint(Constraint { name, rule })
 }
 
-fn rate(problem: Problem, rule: Rule) -> Problem {
+pub(super) fn rate(problem: Problem, rule: Rule) -> Problem {
     problem.with_constraint(Constraint { name: "rate".into(), rule })
 }
 
-fn wheeled(mut problem: Problem, momentum: [f64; 3], momentum_limit: [f64; 3]) -> Problem {
+pub(super) fn wheeled(mut problem: Problem, momentum: [f64; 3], momentum_limit: [f64; 3]) -> Problem {
     let (momentum, momentum_limit) = (momentum.to_vec(), momentum_limit.to_vec());
     problem.actuation.wheels = Some(Wheels { momentum, momentum_limit });
     problem

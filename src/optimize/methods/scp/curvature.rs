@@ -62,8 +62,9 @@ fn block(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Result<Bloc
     let (state, inputs) = (&iterate.states[stage], &iterate.inputs[stage]);
     let next = iterate.inputs.get(stage + 1);
     let acts = |index: &usize| {
+        let multiplier = multipliers.rows[*index];
         limits.rows[*index].what.is_curved(model)
-            && multipliers.rows[*index] > 0.0
+            && (multiplier > 0.0 || limits.rows[*index].what.is_kink() && multiplier < 0.0)
             && !matches!(at.rows[*index], RowValue::Idle)
     };
     let acting: Vec<usize> = limits.range(stage).filter(acts).collect();
@@ -80,7 +81,11 @@ fn block(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Result<Bloc
         let mut gradient = DVector::zeros(n + m);
         for index in &acting {
             let value = limits.rows[*index].what.at(model, stage, &place).smooth();
-            let RowValue::Half { state, inputs, .. } = value else { continue };
+            let (state, inputs) = match value {
+                RowValue::Half { state, inputs, .. } => (state, inputs),
+                RowValue::Kink { state, inputs, .. } => (state, Some(inputs)),
+                RowValue::Ball { .. } | RowValue::Idle => continue,
+            };
             for (slope, first) in [(state, 0), (inputs, n)] {
                 let Some(slope) = slope else { continue };
                 let mut part = gradient.rows_mut(first, slope.len());

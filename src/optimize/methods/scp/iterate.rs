@@ -74,11 +74,20 @@ impl Iterate {
         })
     }
 
-    /// `Σ κ ½ uᵀ W u`, and what the time costs.
+    /// `Σ κ ½ uᵀ W u`, and what fuel and time cost.
     pub fn cost(&self, model: &Model) -> f64 {
         let effort = |stage: usize| model.kick_weight(stage) * model.effort(&self.inputs[stage]);
         let effort: f64 = (model.first_input()..=model.steps).map(effort).sum();
-        effort + model.time_price * self.stretch()
+        effort + self.price(model)
+    }
+
+    /// What fuel and time cost.
+    pub fn price(&self, model: &Model) -> f64 {
+        let fuel = |stage: usize| {
+            model.kick_weight(stage) * model.fuel_rate(&self.inputs[stage]) / self.states[stage].stretch
+        };
+        let fuel: f64 = (model.first_input()..=model.steps).map(fuel).sum();
+        fuel + model.time_price * self.stretch()
     }
 
     /// Duration in the unit of time.

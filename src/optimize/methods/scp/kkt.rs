@@ -11,12 +11,15 @@
 use super::curvature::{Multipliers, blocks};
 use super::iterate::Evaluated;
 use super::model::Model;
-use super::rows::{LimitRows, RowValue};
-use nalgebra::DMatrix;
+use super::rows::{LimitRows, size};
+use nalgebra::{DMatrix, DVector};
 
 /// Proximal term on the multipliers: keeps the matrix regular where rows repeat each other, or a symmetry
 /// makes a terminal condition follow from the others, and vanishes from the solution.
 pub(super) const PROXIMAL: f64 = 1e-11;
+
+/// Least length of what is burnt, as a part of its limit, whose change of direction is told from a change of length.
+pub(super) const BURNT: f64 = 1e-6;
 
 /// The matrix, and where its unknowns stand.
 pub(super) struct Kkt {
@@ -82,6 +85,41 @@ impl Entries {
     }
 }
 
+impl Entries {
+    /// The curvature of the length of what is burnt in more than one direction, `(p I − ν νᵀ/p)/|v|`, where it burns.
+    fn bend(&mut self, at: &Evaluated, multipliers: &Multipliers, layout: &KktLayout) {
+        let burning = |row: &usize| layout.rows[*row].is_none();
+        let bent = at
+            .limits
+            .kinks
+            .iter()
+            .filter(|kink| kink.rows.len() > 1 && kink.rows.clone().all(|row| burning(&row)));
+        for kink in bent {
+            let v: Vec<f64> = kink.rows.clone().map(|row| at.rows[row].kinked()).collect();
+            let along = DVector::from_column_slice(&multipliers.rows[kink.rows.clone()]) / kink.price;
+            let count = v.len();
+            let across = DMatrix::identity(count, count) - &along * along.transpose();
+            let across = across * (kink.price / size(&v).max(BURNT));
+            let stage = at.limits.rows[kink.rows.start].stage;
+            let columns = [(0, layout.states[stage], at.model.n), (1, layout.inputs[stage], at.model.m)];
+            let slopes = columns.map(|(part, first, columns)| {
+                let mut matrix = DMatrix::zeros(count, columns);
+                for (index, row) in kink.rows.clone().enumerate() {
+                    if let Some(slope) = at.rows[row].slopes()[part] {
+                        matrix.set_row(index, &slope.transpose());
+                    }
+                }
+                (first, matrix)
+            });
+            for (row, left) in &slopes {
+                for (column, right) in &slopes {
+                    self.block(*row, *column, &left.tr_mul(&(&across * right)));
+                }
+            }
+        }
+    }
+}
+
 impl Kkt {
     /// The matrix at an iterate with smooth rows, with `proximal` in the place of `ε` for rows; `None` where a step
     /// of the dynamics cannot be differentiated.
@@ -116,18 +154,20 @@ impl Kkt {
         }
         entries.coupling(layout.terminal, layout.states[model.steps], &at.terminal_slope);
         for ((row, value), place) in limits.rows.iter().zip(&at.rows).zip(&layout.rows) {
-            let (Some(place), RowValue::Half { state, inputs, next, .. }) = (*place, value) else { continue };
+            let Some(place) = *place else { continue };
+            let [state, inputs, next] = value.slopes();
             let parts = [
                 (state, layout.states[row.stage]),
                 (inputs, layout.inputs[row.stage]),
                 (next, layout.inputs[(row.stage + 1).min(model.steps)]),
             ];
             for (slope, at) in parts {
-                for (offset, value) in slope.iter().flat_map(|slope| slope.iter().enumerate()) {
+                for (offset, value) in slope.into_iter().flat_map(|slope| slope.iter().enumerate()) {
                     entries.both(place, at + offset, *value);
                 }
             }
         }
+        entries.bend(at, multipliers, &layout);
         entries.0.extend(layout.rows.iter().flatten().map(|place| (*place, *place, -proximal)));
         let terminal = (0..model.terminal_count()).map(|row| layout.terminal + row);
         entries.0.extend(terminal.map(|place| (place, place, -PROXIMAL)));

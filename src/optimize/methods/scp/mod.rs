@@ -151,7 +151,7 @@ fn saturated(
     multipliers: &Multipliers,
 ) -> Option<(Iterate, Multipliers)> {
     let (mut start, mut multipliers) = (start.clone(), multipliers.clone());
-    if model.duration.is_some() {
+    if model.duration.is_some() || !rows.kinks.is_empty() {
         return Some((start, multipliers));
     }
     let others = |what: &What| matches!(what, What::InputRate { .. } | What::InputNorm { .. });
@@ -320,7 +320,7 @@ impl Scp<'_> {
         let largest = costates.fold(step.multipliers.terminal.amax(), f64::max);
         let mut sums = vec![0.0; self.weights.violation.len()];
         for (row, multiplier) in self.at.limits.rows.iter().zip(&step.multipliers.rows) {
-            sums[row.group] += multiplier;
+            sums[row.group] += multiplier.abs();
         }
         for ((weight, sum), slack) in self.weights.violation.iter_mut().zip(sums).zip(&step.slacks) {
             // A slack in use has its full price as multiplier: a higher price may remove it.

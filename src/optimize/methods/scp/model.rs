@@ -19,11 +19,16 @@
 //! |u| ≤ s² u_max ,    |Δu| ≤ s³ u̇_max h ,    |Ω| ≤ s Ω_max ,    |h_i| ≤ s h_max
 //! ```
 //!
-//! The last component of a tangent vector is the change of `ln s`. The cost is `w s`, and a little effort beside it, which
-//! decides where time leaves a choice.
+//! The last component of a tangent vector is the change of `ln s`. The cost is `w s`, or that of fuel as well,
+//!
+//! ```text
+//! Σ κ_k Σ_j c_j |u_j| / s + w s ,     with c |B u| in the place of the inner sum under a limit of the norm,
+//! ```
+//!
+//! and a little effort beside it, which decides where these leave a choice.
 
 use crate::lie::{self, hat};
-use crate::maneuver::objective;
+use crate::maneuver::objective::{self, Fuel, Objective};
 use crate::maneuver::problem::{Motion, Problem};
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame, InputLimit, LimitKind};
 use crate::mechanics::environment::{Blocks, Pose, Wrench};
@@ -33,12 +38,41 @@ use crate::optimize::terminal::TerminalCondition;
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, DVector, Matrix3xX, SVector};
 
-/// What the stated duration costs where the duration is sought: costs are of order ten.
+/// What the stated duration costs where time is all that counts: costs are of order ten.
 const TIME_PRICE: f64 = 100.0;
+/// What a unit of impulse of the dearest input costs where fuel counts: a turn by about a radian takes a few units.
+const FUEL_PRICE: f64 = 10.0;
 /// Scaled effort of a turn by about a radian.
 const TYPICAL_EFFORT: f64 = 10.0;
 /// Change of `ln s` that counts as much as a turn by a radian.
 pub(crate) const STRETCHED: f64 = 0.5;
+
+/// What a chain minimises in place of the effort.
+#[derive(Clone, Debug)]
+pub(crate) struct Goal {
+    /// Time or fuel. The duration is sought where time counts.
+    pub objective: Objective,
+    /// Share of the effort beside it.
+    pub share: f64,
+}
+
+impl Goal {
+    /// The same for the duration that a plan has; none where time alone counts.
+    pub fn in_given_duration(&self) -> Option<Self> {
+        let fuel = self.objective.fuel()?;
+        let objective = Objective::Fuel(Fuel { time_price: None, ..fuel.clone() });
+        Some(Self { objective, ..self.clone() })
+    }
+}
+
+/// What fuel costs in a chain.
+#[derive(Clone, Debug)]
+pub(crate) enum FuelPrice {
+    /// `c_j |u_j|`, one price per input.
+    Inputs(Vec<f64>),
+    /// `c |B u|` of the torques.
+    Norm(f64),
+}
 
 /// A state of the chain, scaled. With wheels, `momentum` is the total one.
 #[derive(Clone, Debug)]
@@ -64,6 +98,10 @@ pub(crate) struct Model {
     pub duration: Option<usize>,
     /// What a unit of time costs.
     pub time_price: f64,
+    /// What fuel costs, where it does.
+    pub fuel: Option<FuelPrice>,
+    /// The user's unit of cost where that is not the effort: a cost of the chain is this times the user's.
+    pub cost_scale: f64,
     /// Number of wheels.
     pub wheels: usize,
     pub steps: usize,
@@ -153,6 +191,8 @@ impl Model {
             m,
             duration: None,
             time_price: 0.0,
+            fuel: None,
+            cost_scale: 1.0,
             wheels,
             steps: dynamics.grid.steps(),
             h: dynamics.grid.mean_step(),
@@ -173,28 +213,57 @@ impl Model {
         model
     }
 
-    /// The chain of a maneuver whose duration is sought. Its cost is the duration as a multiple of the stated one, with a
-    /// price, and `effort` times what the inputs cost, as a part of what they would cost at their limits throughout.
-    pub fn seeking(problem: &Problem, steps: usize, effort: f64) -> Self {
+    /// The chain of a maneuver of least time or fuel. Its cost is what these cost, scaled, and a share of what the inputs
+    /// cost, as a part of what they would cost at their limits throughout.
+    pub fn with_goal(problem: &Problem, steps: usize, goal: &Goal) -> Self {
         let mut model = Self::new(problem, steps);
-        model.duration = Some(model.n);
-        model.n += 1;
-        model.time_price = TIME_PRICE;
-        let mut limits = vec![f64::INFINITY; model.m];
+        let (stated, time_price) = (model.dynamics.units.time, goal.objective.time_price());
+        let prices = goal.objective.fuel().map(|fuel| model.fuel_prices(fuel));
+        let dearest = prices.iter().flatten().copied().fold(0.0, f64::max);
+        model.cost_scale = TIME_PRICE / (TIME_PRICE / FUEL_PRICE * dearest + time_price * stated);
+        model.time_price = model.cost_scale * time_price * stated;
+        if goal.objective.counts_time() {
+            model.duration = Some(model.n);
+            model.n += 1;
+        }
+        model.fuel = prices.map(|prices| {
+            let scaled = prices.iter().map(|price| price * model.cost_scale);
+            if Fuel::is_of_norm(&model.torque) {
+                FuelPrice::Norm(scaled.fold(0.0, f64::max))
+            } else {
+                FuelPrice::Inputs(scaled.collect())
+            }
+        });
+        let limits = model.input_bounds(problem);
+        let most: f64 = (0..model.m).map(|i| 0.5 * model.weight[(i, i)] * limits[i] * limits[i]).sum();
+        model.weight *= goal.share * TIME_PRICE / if most.is_finite() { most } else { TYPICAL_EFFORT };
+        model
+    }
+
+    /// What a unit of each input costs over the stated duration, in the user's unit; forces cost nothing.
+    fn fuel_prices(&self, fuel: &Fuel) -> Vec<f64> {
+        let of_input = |input: usize| match input.checked_sub(self.forces) {
+            Some(torque) => fuel.price(torque) * self.input_unit[input] * self.dynamics.units.time,
+            None => 0.0,
+        };
+        (0..self.m).map(of_input).collect()
+    }
+
+    /// How large each input can be, scaled; infinite where nothing limits it.
+    pub fn input_bounds(&self, problem: &Problem) -> Vec<f64> {
+        let mut limits = vec![f64::INFINITY; self.m];
         for InputLimit { kind, of_force, bounds, .. } in problem.actuation.limits() {
-            let (axes, first) = model.channel(of_force);
+            let (axes, first) = self.channel(of_force);
             for (index, axis) in axes.iter().enumerate() {
                 let bound = match kind {
                     LimitKind::Size => bounds[index],
                     LimitKind::Norm => bounds[0] / axis.norm(),
                     LimitKind::Rate | LimitKind::WheelMomentum => f64::INFINITY,
                 };
-                limits[first + index] = limits[first + index].min(bound / model.input_unit[first + index]);
+                limits[first + index] = limits[first + index].min(bound / self.input_unit[first + index]);
             }
         }
-        let most: f64 = (0..model.m).map(|i| 0.5 * model.weight[(i, i)] * limits[i] * limits[i]).sum();
-        model.weight *= effort * TIME_PRICE / if most.is_finite() { most } else { TYPICAL_EFFORT };
-        model
+        limits
     }
 
     /// The start of a maneuver that takes `stretch` times the stated duration.
@@ -567,6 +636,17 @@ impl Model {
     pub fn length(&self, z: &DVector<f64>) -> f64 {
         let turn = z.rows(self.zeta(), 3).norm();
         self.duration.map_or(turn, |duration| turn.max(z[duration].abs() / STRETCHED))
+    }
+
+    /// What fuel costs in a unit of time under `inputs`.
+    pub fn fuel_rate(&self, inputs: &[f64]) -> f64 {
+        match &self.fuel {
+            None => 0.0,
+            Some(FuelPrice::Inputs(prices)) => {
+                prices.iter().zip(inputs).map(|(price, u)| price * u.abs()).sum()
+            }
+            Some(FuelPrice::Norm(price)) => price * self.torque.output(&inputs[self.forces..]).norm(),
+        }
     }
 
     /// `½ uᵀ W u`.

@@ -21,13 +21,16 @@
 //! of a step, and on the finest grids a fixed bound on `δ` is nothing beside `1/ν`: there rows of how fast inputs change,
 //! of which thousands follow each other, contradict each other by a few at the ends of their arcs. From an iterate to which
 //! the convex iteration has settled, `δ` may therefore be as large as `1/ν` too.
+//!
+//! A kink `p |v|` of the cost (`rows`) is met in the same way: it holds `v = 0` where `|ν + ρ v| ≤ p`, with ν as unknown, and
+//! elsewhere its slope is known, `ν = p v/|v|`.
 
 use super::ScpOptions;
 use super::curvature::Multipliers;
 use super::iterate::{Evaluated, Iterate};
-use super::kkt::{Kkt, PROXIMAL};
+use super::kkt::{BURNT, Kkt, PROXIMAL};
 use super::model::Model;
-use super::rows::{LimitRows, RowValue};
+use super::rows::{LimitRows, RowValue, size};
 use crate::maneuver::solution::Outcome;
 use crate::numerics::banded::Banded;
 use crate::optimize::methods::driver::{Iteration, run};
@@ -131,8 +134,10 @@ struct Newton<'a> {
 impl<'a> Newton<'a> {
     fn new(at: Evaluated<'a>, mut multipliers: Multipliers, tolerance: f64, stabilised: Stabilised) -> Self {
         let plain = stabilised == Stabilised::Not;
-        let active = if plain { active(&at, &multipliers) } else { likely(&at, &multipliers) };
-        multipliers.drop_idle(&active);
+        let mut active = if plain { active(&at, &multipliers) } else { likely(&at, &multipliers) };
+        multipliers.drop_idle(&at, &active);
+        let rho = largest_multiplier(&multipliers).max(1e-3);
+        multipliers.settle_kinks(&at, &mut active, rho);
         let residuals = Residuals::of(&at, &multipliers);
         let size = residuals.largest(&at, &multipliers, &active);
         let best = polished(&at, &multipliers, size, 0);
@@ -173,7 +178,8 @@ impl<'a> Newton<'a> {
         let plain = self.stabilised == Stabilised::Not;
         let rho = if plain { rho } else { 1.0 / self.proximal };
         self.active = acting(&self.at, &self.multipliers, rho);
-        self.multipliers.drop_idle(&self.active);
+        self.multipliers.drop_idle(&self.at, &self.active);
+        self.multipliers.settle_kinks(&self.at, &mut self.active, rho);
         self.residuals = Residuals::of(&self.at, &self.multipliers);
         self.size = self.residuals.largest(&self.at, &self.multipliers, &self.active);
         let better = self.size < 0.5 * self.best.residual;
@@ -233,9 +239,35 @@ pub(super) fn as_it_is(at: &Evaluated, multipliers: &Multipliers) -> Option<Poli
 
 impl Multipliers {
     /// Zero for rows that do not act.
-    fn drop_idle(&mut self, active: &[bool]) {
-        let idle = self.rows.iter_mut().zip(active).filter(|(_, active)| !**active);
-        idle.for_each(|(multiplier, _)| *multiplier = 0.0);
+    fn drop_idle(&mut self, at: &Evaluated, active: &[bool]) {
+        for ((multiplier, active), row) in self.rows.iter_mut().zip(active).zip(&at.limits.rows) {
+            if !active && !row.what.is_kink() {
+                *multiplier = 0.0;
+            }
+        }
+    }
+
+    /// Tells which kinks hold what is burnt at 0, and gives the others the slope that they have.
+    fn settle_kinks(&mut self, at: &Evaluated, active: &mut [bool], rho: f64) {
+        for kink in &at.limits.kinks {
+            let v: Vec<f64> = kink.rows.clone().map(|row| at.rows[row].kinked()).collect();
+            let slope = &mut self.rows[kink.rows.clone()];
+            let pull: Vec<f64> = slope.iter().zip(&v).map(|(slope, v)| slope + rho * v).collect();
+            let holds = kink.holds(&pull);
+            active[kink.rows.clone()].fill(holds);
+            if holds {
+                continue;
+            }
+            let along = if kink.one_sided {
+                &[1.0][..]
+            } else if size(&v) > BURNT {
+                &v
+            } else {
+                &pull
+            };
+            let length = size(along);
+            slope.iter_mut().zip(along).for_each(|(slope, part)| *slope = kink.price * part / length);
+        }
     }
 
     fn moved(mut self, change: &Self, fraction: f64) -> Self {
@@ -315,7 +347,7 @@ impl Residuals {
             states[0][duration] += opened + model.time_price * at.iterate.stretch();
         }
         for ((row, value), multiplier) in at.limits.rows.iter().zip(&at.rows).zip(&multipliers.rows) {
-            let RowValue::Half { state, inputs: by_inputs, next, .. } = value else { continue };
+            let [state, by_inputs, next] = value.slopes();
             if *multiplier == 0.0 {
                 continue;
             }
@@ -345,6 +377,22 @@ impl Residuals {
             let RowValue::Half { c, .. } = value else { continue };
             largest = largest.max(if *active { c.abs() } else { *c }).max(-multiplier / self.scale);
         }
+        for kink in &at.limits.kinks {
+            let v = kink.rows.clone().map(|row| at.rows[row].kinked());
+            let slope = &multipliers.rows[kink.rows.clone()];
+            let lacking: Vec<f64> = if active[kink.rows.start] {
+                let beyond = if kink.holds(slope) { 0.0 } else { size(slope) - kink.price };
+                largest = largest.max(beyond / self.scale);
+                v.collect()
+            } else {
+                // What is burnt against its slope, or beside it.
+                let along: Vec<f64> = slope.iter().map(|part| part / size(slope)).collect();
+                let v: Vec<f64> = v.collect();
+                let forward = v.iter().zip(&along).map(|(v, part)| v * part).sum::<f64>().max(0.0);
+                v.iter().zip(&along).map(|(v, part)| v - forward * part).collect()
+            };
+            largest = largest.max(size(&lacking));
+        }
         largest
     }
 }
@@ -367,8 +415,9 @@ fn direction(
     }
     put(layout.terminal, &at.terminal);
     for (place, value) in layout.rows.iter().zip(&at.rows) {
-        if let (Some(place), RowValue::Half { c, .. }) = (place, value) {
-            right[*place] = -c;
+        let lacking = if let RowValue::Half { c, .. } = value { *c } else { value.kinked() };
+        if let Some(place) = place {
+            right[*place] = -lacking;
         }
     }
     let half = entries

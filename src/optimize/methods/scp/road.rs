@@ -3,7 +3,7 @@
 
 use super::curvature::Multipliers;
 use super::iterate::Iterate;
-use super::model::{ChainState, Model};
+use super::model::{ChainState, Goal, Model};
 use super::rows::LimitRows;
 use super::{Convex, ScpOptions, first_iterate, polished_only, run};
 use crate::maneuver::grid::Grid;
@@ -67,21 +67,26 @@ impl Chain {
         Self { model, rows }
     }
 
-    /// The chain of a maneuver whose duration is sought, with a share of the effort in its cost.
-    pub fn seeking(problem: &Problem, steps: usize, share: f64) -> Self {
-        let model = Model::seeking(problem, steps, share);
+    /// The chain of a maneuver of least time or fuel.
+    pub fn with_goal(problem: &Problem, steps: usize, goal: &Goal) -> Self {
+        let model = Model::with_goal(problem, steps, goal);
         let rows = LimitRows::of(problem, &model);
         Self { model, rows }
     }
 
-    /// What this chain, which seeks the duration, has found, as a candidate of the maneuver that states that duration;
-    /// `stated` is the one stated so far \[s\]. Multipliers are the derivatives of the duration \[s\].
-    pub fn of_given_duration(&self, found: Attempt, stated: f64) -> Attempt {
+    /// What fuel and time cost along a candidate, in the user's unit.
+    pub fn price(&self, candidate: &Candidate) -> f64 {
+        iterate(candidate).price(&self.model) / self.model.cost_scale
+    }
+
+    /// What this chain, which has a goal, has found, as a candidate of the maneuver that states the duration found.
+    /// Multipliers are derivatives of the user's cost.
+    pub fn of_given_duration(&self, found: Attempt) -> Attempt {
         let Attempt { mut candidate, .. } = found;
         let stretch = candidate.grid.duration();
         // The unit of cost goes with the duration as `T^{-3}`.
         let unit = self.model.dynamics.units.cost / stretch.powi(3);
-        let scale = stated / (self.model.time_price * unit);
+        let scale = 1.0 / (self.model.cost_scale * unit);
         let size = self.model.duration.unwrap_or(self.model.n);
         candidate.grid = candidate.grid.with_duration(1.0);
         for costate in &mut candidate.costates {

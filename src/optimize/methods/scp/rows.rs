@@ -4,8 +4,17 @@
 //! the nodes is a row of the arc of its own: on one step the body turns about one axis at one rate.
 //!
 //! Where the duration is sought limits grow with it, as `s`, `s²` or `s³` (`model`).
+//!
+//! What has a kink in the cost is a row as well: `p |v|`, with `v` an input or what the torque inputs give, as a part of
+//! its limit. Its multiplier is a slope of the cost,
+//!
+//! ```text
+//! p |v| = max ν·v  over  |ν| ≤ p ;      v = 0 where |ν| < p ,      ν = p v/|v| elsewhere ,
+//! ```
+//!
+//! and an input that pushes to one side only costs `p v` for `v ≥ 0`, with `ν ≤ p`: any slope holds it at 0.
 
-use super::model::{ChainState, Model, Step};
+use super::model::{ChainState, FuelPrice, Model, Step};
 use crate::lie;
 use crate::maneuver::constraint::{Direction, Rule, Side};
 use crate::maneuver::problem::Problem;
@@ -31,6 +40,10 @@ pub(crate) enum What {
     Cone { arc: bool, boresight: Vector3, direction: Direction, sign: f64, half_angle: f64 },
     /// `sign h_i ≤ limit` of a wheel's momentum.
     Wheel { wheel: usize, sign: f64, limit: f64 },
+    /// An input as a part of its limit, which has a kink at 0.
+    Burn { input: usize, limit: f64 },
+    /// The same of a component of the torque.
+    BurnOfNorm { component: usize, limit: f64 },
 }
 
 /// A row at its stage.
@@ -57,6 +70,34 @@ pub(crate) struct Group {
 pub(crate) struct LimitRows {
     pub groups: Vec<Group>,
     pub rows: Vec<LimitRow>,
+    /// Kinks of the cost, in the order of their rows.
+    pub kinks: Vec<Kink>,
+}
+
+/// A kink of the cost: `price |v|`, or `price v` where `v ≥ 0`.
+#[derive(Clone, Debug)]
+pub(crate) struct Kink {
+    /// Rows of the components of v.
+    pub rows: Range<usize>,
+    pub price: f64,
+    pub one_sided: bool,
+}
+
+impl Kink {
+    /// What it costs.
+    pub fn cost(&self, v: &[f64]) -> f64 {
+        self.price * if self.one_sided { v[0] } else { size(v) }
+    }
+
+    /// Whether v stays at 0 under a slope.
+    pub fn holds(&self, slope: &[f64]) -> bool {
+        if self.one_sided { slope[0] <= self.price } else { size(slope) <= self.price }
+    }
+}
+
+/// The length of a vector.
+pub(crate) fn size(v: &[f64]) -> f64 {
+    v.iter().map(|part| part * part).sum::<f64>().sqrt()
 }
 
 /// A row at an iterate. `next` is the derivative with respect to the inputs of the stage after.
@@ -66,6 +107,8 @@ pub(crate) enum RowValue {
     Half { c: f64, state: Option<DVector<f64>>, inputs: Option<DVector<f64>>, next: Option<DVector<f64>> },
     /// `|v| ≤ 1`, 3×n and 3×m derivatives.
     Ball { v: Vector3, state: Option<Matrix3xX<f64>>, inputs: Option<Matrix3xX<f64>> },
+    /// `v`, or a component of it, where the cost has a kink.
+    Kink { v: f64, state: Option<DVector<f64>>, inputs: DVector<f64> },
     /// The arc has no extremum of its own: its ends bound it.
     Idle,
 }
@@ -92,7 +135,7 @@ impl RowValue {
                 column -= v * slope;
                 Self::Ball { v, state: Some(state), inputs: inputs.map(|inputs| inputs / limit) }
             }
-            Self::Idle => Self::Idle,
+            Self::Kink { .. } | Self::Idle => self,
         }
     }
 
@@ -101,8 +144,22 @@ impl RowValue {
         match self {
             Self::Half { c, .. } => *c,
             Self::Ball { v, .. } => v.norm() - 1.0,
-            Self::Idle => -1.0,
+            Self::Kink { .. } | Self::Idle => -1.0,
         }
+    }
+
+    /// Derivatives with respect to the state, the inputs, and those of the stage after, of a row that is smooth.
+    pub fn slopes(&self) -> [Option<&DVector<f64>>; 3] {
+        match self {
+            Self::Half { state, inputs, next, .. } => [state.as_ref(), inputs.as_ref(), next.as_ref()],
+            Self::Kink { state, inputs, .. } => [state.as_ref(), Some(inputs), None],
+            Self::Ball { .. } | Self::Idle => [None; 3],
+        }
+    }
+
+    /// `v` of a kink.
+    pub fn kinked(&self) -> f64 {
+        if let Self::Kink { v, .. } = self { *v } else { 0.0 }
     }
 
     /// The row as `c ≤ 0` with a smooth `c`: a ball as `(|v|² − 1)/2`.
@@ -157,14 +214,21 @@ impl What {
 
     /// Whether it depends on the state, and is not linear.
     pub fn is_curved(&self, model: &Model) -> bool {
-        let linear = matches!(self, Self::InputSize { .. } | Self::InputRate { .. } | Self::Wheel { .. });
+        let linear = matches!(
+            self,
+            Self::InputSize { .. }
+                | Self::InputRate { .. }
+                | Self::Wheel { .. }
+                | Self::Burn { .. }
+                | Self::BurnOfNorm { .. }
+        );
         !linear || model.duration.is_some()
     }
 
     /// Power of the duration with which the limit grows.
     pub fn growth(&self) -> i32 {
         match self {
-            Self::Cone { .. } => 0,
+            Self::Cone { .. } | Self::Burn { .. } | Self::BurnOfNorm { .. } => 0,
             Self::RateNorm { .. } | Self::RateAxis { .. } | Self::Wheel { .. } => 1,
             Self::InputSize { .. } | Self::InputNorm { .. } => 2,
             Self::InputRate { .. } => 3,
@@ -174,7 +238,9 @@ impl What {
     /// The input it bounds, if it bounds one.
     pub fn input(&self) -> Option<usize> {
         match self {
-            Self::InputSize { input, .. } | Self::InputRate { input, .. } => Some(*input),
+            Self::InputSize { input, .. } | Self::InputRate { input, .. } | Self::Burn { input, .. } => {
+                Some(*input)
+            }
             _ => None,
         }
     }
@@ -184,13 +250,20 @@ impl What {
         matches!(self, Self::InputNorm { .. } | Self::RateNorm { .. })
     }
 
+    /// Whether it is a kink of the cost.
+    pub fn is_kink(&self) -> bool {
+        matches!(self, Self::Burn { .. } | Self::BurnOfNorm { .. })
+    }
+
     /// Whether it depends on (state, inputs of its stage).
     pub fn depends(&self, model: &Model) -> (bool, bool) {
         let lag = model.lag(1) > 0.0;
         match self {
-            Self::InputSize { .. } | Self::InputNorm { .. } | Self::InputRate { .. } => {
-                (model.duration.is_some(), true)
-            }
+            Self::InputSize { .. }
+            | Self::InputNorm { .. }
+            | Self::InputRate { .. }
+            | Self::Burn { .. }
+            | Self::BurnOfNorm { .. } => (model.duration.is_some(), true),
             Self::RateNorm { arc, .. } | Self::RateAxis { arc, .. } => (true, !arc && lag),
             Self::Cone { .. } => (true, false),
             Self::Wheel { .. } => (true, lag),
@@ -280,8 +353,33 @@ impl What {
                 let inputs = if lag > 0.0 { unit(model.forces + wheel, sign * lag / limit) } else { None };
                 RowValue::half(sign * momentum / limit - 1.0, Some(state), inputs)
             }
+            Self::Burn { input, limit } => {
+                let mut slope = DVector::zeros(model.m);
+                slope[*input] = 1.0 / limit;
+                burnt(model, place, slope)
+            }
+            Self::BurnOfNorm { component, limit } => {
+                let (axes, first) = model.channel(false);
+                let mut slope = DVector::zeros(model.m);
+                for (index, axis) in axes.iter().enumerate() {
+                    slope[first + index] = axis[*component] / limit;
+                }
+                burnt(model, place, slope)
+            }
         }
     }
+}
+
+/// `v = slope·u / s`: what is burnt at a stage, in a unit that does not go with the duration.
+fn burnt(model: &Model, place: &Place, slope: DVector<f64>) -> RowValue {
+    let inputs = slope / place.state.stretch;
+    let v: f64 = inputs.iter().zip(place.inputs).map(|(slope, u)| slope * u).sum();
+    let state = model.duration.map(|duration| {
+        let mut state = DVector::zeros(model.n);
+        state[duration] = -v;
+        state
+    });
+    RowValue::Kink { v, state, inputs }
 }
 
 /// Angular velocity at the node, or on the arc, with its derivatives.
@@ -379,8 +477,47 @@ impl LimitRows {
                 }
             }
         }
+        rows.burns(problem, model);
         rows.rows.sort_by_key(|row| row.stage);
+        rows.find_kinks(problem, model);
         rows
+    }
+
+    /// Rows of what has a kink in the cost: inputs that cost fuel or push to one side only, or the torque.
+    fn burns(&mut self, problem: &Problem, model: &Model) {
+        let one_sided = problem.actuation.torque.limits().one_sided;
+        if model.fuel.is_none() && !one_sided {
+            return;
+        }
+        let group = self.group(problem.actuation.limit_name(LimitKind::Size, false), true);
+        let bounds = model.input_bounds(problem);
+        let whats: Vec<What> = match (&model.fuel, problem.actuation.torque.limits().norm) {
+            (Some(FuelPrice::Norm(_)), Some(norm)) => {
+                let limit = norm / model.dynamics.units.torque();
+                (0..3).map(|component| What::BurnOfNorm { component, limit }).collect()
+            }
+            _ => (model.forces..model.m).map(|input| What::Burn { input, limit: bounds[input] }).collect(),
+        };
+        for stage in model.first_input()..=model.steps {
+            self.rows.extend(whats.iter().map(|what| LimitRow { group, stage, what: what.clone() }));
+        }
+    }
+
+    /// The kinks that their rows make.
+    fn find_kinks(&mut self, problem: &Problem, model: &Model) {
+        let one_sided = problem.actuation.torque.limits().one_sided;
+        for (index, row) in self.rows.iter().enumerate() {
+            let (count, rate) = match (&row.what, &model.fuel) {
+                (What::Burn { input, limit }, Some(FuelPrice::Inputs(prices))) => (1, prices[*input] * limit),
+                (What::Burn { .. }, _) => (1, 0.0),
+                (What::BurnOfNorm { component: 0, limit }, Some(FuelPrice::Norm(price))) => {
+                    (3, price * limit)
+                }
+                _ => continue,
+            };
+            let price = model.kick_weight(row.stage) * rate;
+            self.kinks.push(Kink { rows: index..index + count, price, one_sided });
+        }
     }
 
     fn group(&mut self, name: &str, hard: bool) -> usize {
@@ -393,11 +530,13 @@ impl LimitRows {
         let mut limits: Vec<_> = problem.actuation.limits().collect();
         limits.retain(|limit| !limit.of_force || model.forces > 0);
         limits.sort_by_key(|limit| limit.first);
-        for InputLimit { kind, name, of_force: forces, bounds, .. } in limits {
+        for InputLimit { kind, name, of_force: forces, set, bounds, .. } in limits {
             let group = self.group(name, kind != LimitKind::WheelMomentum);
             let (_, offset) = model.channel(forces);
             let (unit, momentum) = (model.input_unit[offset], model.dynamics.units.momentum());
-            let signs = if kind == LimitKind::Norm { &[1.0][..] } else { &[1.0, -1.0] };
+            // What pushes to one side only is held at 0 by the kink of its cost.
+            let one_sided = kind == LimitKind::Size && set.limits().one_sided;
+            let signs = if one_sided || kind == LimitKind::Norm { &[1.0][..] } else { &[1.0, -1.0] };
             let stages = match kind {
                 LimitKind::Size | LimitKind::Norm => model.first_input()..=model.steps,
                 LimitKind::Rate => model.first_input()..=model.steps - 1,

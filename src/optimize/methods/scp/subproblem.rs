@@ -11,7 +11,8 @@
 //! ```
 //!
 //! and, where the duration `s` is sought, with `w s δ` in the cost, `δ` the change of its logarithm, bounded as rotations
-//! are, and with the slope of `y_0` by it.
+//! are, and with the slope of `y_0` by it. A kink `p |v|` of the cost is `p τ` with a variable `τ ≥ |v + ∂v·δ|`; what pushes
+//! to one side costs `p ∂v·δ` under `v + ∂v·δ ≥ 0`.
 //!
 //! `D` is the size of all defects. The virtual control `−t d_k` has one scalar: with `t = 1`, nothing
 //! moved and the slacks at the violations, the subproblem is always feasible. `P_k` is the convex part
@@ -20,7 +21,7 @@
 use super::curvature::Multipliers;
 use super::iterate::Evaluated;
 use super::model::{Model, STRETCHED};
-use super::rows::{LimitRows, RowValue};
+use super::rows::{Kink, LimitRows, RowValue};
 use crate::optimize::convex::cone::{Answer, Cone, ConeError, ConeSettings, ConeSolver, Program, Reason};
 use crate::optimize::convex::sparse::{Sparse, SparseParts};
 use nalgebra::{DMatrix, DVector};
@@ -80,6 +81,8 @@ struct ProgramLayout {
     m: usize,
     left: usize,
     slack: Vec<Option<usize>>,
+    /// What bounds |v| of each kink from above; none where that is one-sided.
+    kink: Vec<Option<usize>>,
     count: usize,
 }
 
@@ -88,17 +91,15 @@ impl ProgramLayout {
         let (n, m) = (model.n, model.m);
         let left = (model.steps + 1) * (n + m);
         let mut count = left + 1;
-        let slack = rows
-            .groups
-            .iter()
-            .map(|group| {
-                (!group.hard).then(|| {
-                    count += 1;
-                    count - 1
-                })
+        let mut taken = |wanted: bool| {
+            wanted.then(|| {
+                count += 1;
+                count - 1
             })
-            .collect();
-        Self { n, m, left, slack, count }
+        };
+        let slack = rows.groups.iter().map(|group| taken(!group.hard)).collect();
+        let kink = rows.kinks.iter().map(|kink| taken(!kink.one_sided)).collect();
+        Self { n, m, left, slack, kink, count }
     }
 
     fn state(&self, stage: usize) -> usize {
@@ -189,6 +190,16 @@ impl<'a> Subproblem<'a> {
             },
             predicted: 0.0,
         };
+        for kink in &self.rows.kinks {
+            let first = places[kink.rows.start];
+            for (component, row) in kink.rows.clone().enumerate() {
+                best.multipliers.rows[row] = match (kink.one_sided, kink.rows.len()) {
+                    (true, _) => kink.price - optimum.z[first],
+                    (false, 1) => optimum.z[first] - optimum.z[first + 1],
+                    (false, _) => -optimum.z[first + component],
+                };
+            }
+        }
         best.predicted = best.promised(at, curvature, weights);
         Ok(best)
     }
@@ -243,6 +254,16 @@ impl<'a> Subproblem<'a> {
                 linear[*slot] = *weight;
             }
         }
+        for (kink, bound) in self.rows.kinks.iter().zip(&layout.kink) {
+            match bound {
+                Some(bound) => linear[*bound] = kink.price,
+                None => {
+                    for (column, slope) in kink_slopes(layout, self.rows, at, kink.rows.start) {
+                        linear[column] += kink.price * slope;
+                    }
+                }
+            }
+        }
         let mut writer = Writer { places: vec![0; self.rows.rows.len()], ..Writer::default() };
         self.write_chain(layout, at, &mut writer);
         let equations = writer.bound.len();
@@ -292,7 +313,7 @@ impl<'a> Subproblem<'a> {
     fn write_half_spaces(&self, layout: &ProgramLayout, at: &Evaluated, radius: f64, writer: &mut Writer) {
         let zeros = (DVector::zeros(layout.n), DVector::zeros(layout.m));
         for (index, (row, value)) in self.rows.rows.iter().zip(&at.rows).enumerate() {
-            if row.what.is_ball() {
+            if row.what.is_ball() || row.what.is_kink() {
                 continue;
             }
             let (c, state, inputs, next) = match value {
@@ -319,6 +340,22 @@ impl<'a> Subproblem<'a> {
                 }
             }
             writer.slack(place, layout.slack[row.group]);
+        }
+        for (kink, bound) in self.rows.kinks.iter().zip(&layout.kink).filter(|(kink, _)| kink.rows.len() == 1)
+        {
+            let row = kink.rows.start;
+            let v = at.rows[row].kinked();
+            let signs = if kink.one_sided { &[-1.0][..] } else { &[1.0, -1.0] };
+            for (index, sign) in signs.iter().enumerate() {
+                let place = writer.row(-sign * v);
+                if index == 0 {
+                    writer.places[row] = place;
+                }
+                for (column, slope) in kink_slopes(layout, self.rows, at, row) {
+                    writer.put(place, column, sign * slope);
+                }
+                writer.slack(place, *bound);
+            }
         }
         let place = writer.row(0.0);
         writer.slack(place, Some(layout.left));
@@ -349,6 +386,18 @@ impl<'a> Subproblem<'a> {
                 }
             }
         }
+        for (kink, bound) in self.rows.kinks.iter().zip(&layout.kink).filter(|(kink, _)| kink.rows.len() > 1)
+        {
+            let top = writer.row(0.0);
+            writer.slack(top, *bound);
+            for row in kink.rows.clone() {
+                let place = writer.row(at.rows[row].kinked());
+                writer.places[row] = place;
+                for (column, slope) in kink_slopes(layout, self.rows, at, row) {
+                    writer.put(place, column, -slope);
+                }
+            }
+        }
         for stage in 0..=self.model.steps {
             writer.row(radius);
             for i in 0..3 {
@@ -357,6 +406,29 @@ impl<'a> Subproblem<'a> {
             }
         }
     }
+}
+
+/// Derivatives of a kink's row: columns and values.
+fn kink_slopes<'a>(
+    layout: &ProgramLayout,
+    rows: &LimitRows,
+    at: &'a Evaluated,
+    row: usize,
+) -> impl Iterator<Item = (usize, f64)> + 'a {
+    let stage = rows.rows[row].stage;
+    let only = rows.rows[row].what.input();
+    let (by_state, by_inputs) = (layout.state(stage), layout.inputs(stage));
+    let (state, inputs) = match &at.rows[row] {
+        RowValue::Kink { state, inputs, .. } => (state.as_ref(), Some(inputs)),
+        _ => (None, None),
+    };
+    let duration = at.model.duration;
+    let of_state = state.zip(duration).map(move |(slope, at)| (by_state + at, slope[at]));
+    let of_inputs = inputs.into_iter().flat_map(move |slope| {
+        let all = slope.iter().enumerate().filter(move |(input, _)| only.is_none_or(|only| only == *input));
+        all.map(move |(input, value)| (by_inputs + input, *value))
+    });
+    of_state.into_iter().chain(of_inputs)
 }
 
 impl Move {
@@ -380,6 +452,20 @@ impl Move {
         let time = model.duration.map_or(0.0, |duration| {
             model.time_price * at.iterate.stretch() * (1.0 + self.states[0][duration])
         });
-        at.cost - moved - time - bend + weights.defect * (1.0 - self.left) * at.infeasibility() + relief
+        let burnt: f64 = at.limits.kinks.iter().map(|kink| kink.cost(&self.kinked(at, kink))).sum();
+        at.cost - moved - time - burnt - bend
+            + weights.defect * (1.0 - self.left) * at.infeasibility()
+            + relief
+    }
+
+    /// `v + ∂v·δ` of a kink.
+    fn kinked(&self, at: &Evaluated, kink: &Kink) -> Vec<f64> {
+        let moved = |row: usize| {
+            let RowValue::Kink { v, state, inputs } = &at.rows[row] else { return 0.0 };
+            let stage = at.limits.rows[row].stage;
+            let by_state = state.as_ref().map_or(0.0, |slope| slope.dot(&self.states[stage]));
+            v + by_state + inputs.dot(&self.inputs[stage])
+        };
+        kink.rows.clone().map(moved).collect()
     }
 }

@@ -1,10 +1,10 @@
 //! SCP against finite differences, reference costs and the shooting.
 
-use super::model::ChainState as Node;
+use super::model::{ChainState as Node, Goal};
 use super::rows::{LimitRow, Place, RowValue, What};
 use super::*;
 use crate::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
-use crate::maneuver::objective::{Objective, Weights};
+use crate::maneuver::objective::{Fuel, Objective, Weights};
 use crate::maneuver::problem::{Problem, Scheme, State};
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use crate::mechanics::body::Body;
@@ -92,7 +92,13 @@ fn chains() -> impl Iterator<Item = (Problem, Model)> {
         let grid = graded(problem.scheme, problem.steps);
         let models = [Model::new(&problem, problem.steps), Model::of(&problem, Dynamics::on(&problem, grid))];
         let seeking = problem.environment.frame_rate() == Vector3::zeros();
-        let seeking = seeking.then(|| Model::seeking(&problem, problem.steps, 1e-2));
+        let fuel = Fuel { prices: None, time_price: Some(0.1) };
+        let goals = [Objective::Time, Objective::Fuel(fuel)].map(|objective| Goal { objective, share: 1e-2 });
+        let seeking: Vec<Model> = goals
+            .iter()
+            .filter(|_| seeking)
+            .map(|goal| Model::with_goal(&problem, problem.steps, goal))
+            .collect();
         models.into_iter().chain(seeking).map(move |model| (problem.clone(), model))
     })
 }
@@ -195,16 +201,24 @@ fn the_derivatives_of_every_row_are_those_of_its_value() {
             let place = Place { state: &moved, inputs, next, step: Some(&step) };
             row.what.at(&model, row.stage, &place).smooth()
         };
-        let size = |value: &RowValue| if let RowValue::Half { c, .. } = value { *c } else { f64::NAN };
+        let size = |value: &RowValue| match value {
+            RowValue::Half { c, .. } => *c,
+            RowValue::Kink { v, .. } => *v,
+            RowValue::Ball { .. } | RowValue::Idle => f64::NAN,
+        };
         let zero = DVector::zeros(model.n);
         for row in rows.rows.iter().filter(|row| row.stage == 4) {
-            let RowValue::Half { state: by_state, inputs: by_inputs, next: by_next, .. } =
-                value(row, &zero, &inputs, &next)
-            else {
-                met[2] += 1;
+            let there = value(row, &zero, &inputs, &next);
+            if matches!(there, RowValue::Idle) {
                 continue;
+            }
+            let [by_state, by_inputs, by_next] = there.slopes().map(|slope| slope.cloned());
+            let kind = match row.what {
+                What::Cone { arc: true, .. } => 1,
+                What::Burn { .. } => 2,
+                _ => 0,
             };
-            met[usize::from(matches!(row.what, What::Cone { arc: true, .. }))] += 1;
+            met[kind] += 1;
             let compare = |slope: Option<DVector<f64>>, at: &dyn Fn(usize, f64) -> RowValue, count: usize| {
                 let slope = slope.unwrap_or_else(|| DVector::zeros(count));
                 for column in 0..count {
@@ -228,7 +242,7 @@ fn the_derivatives_of_every_row_are_those_of_its_value() {
         }
     }
     // Rows of arcs with an extremum inside must have been among them.
-    assert!(met[0] > 200 && met[1] > 3, "{met:?}");
+    assert!(met[0] > 200 && met[1] > 3 && met[2] > 10, "{met:?}");
 }
 
 #[test]

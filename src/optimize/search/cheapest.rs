@@ -1,0 +1,250 @@
+//! The shortest duration or the least fuel within limits and constraints: SCP with the duration as an unknown where it is
+//! sought, and with the kinks of fuel in the cost (`methods/scp/model`, `methods/scp/rows`).
+//!
+//! Time and fuel alone leave choices: where one input is at its limit throughout, others may do this or that. A little
+//! effort in the cost decides them, and keeps every subproblem and Newton matrix regular. On the requested grid its share
+//! is lowered until the cost does not feel it: with a share ε the optimum is dearer by `O(ε²)` where inputs are free on arcs,
+//! and by nothing where each is at a limit, or off, but for as many as the terminal conditions ask for.
+//!
+//! Seeds are the paths of least effort without limits, that of minimum time or fuel under torque limits alone, straight and
+//! bent, and their detours around the cones they cross; of fuel also what is of least effort within all limits. What is found
+//! is a local minimum; how far the cheapest of them is the cheapest of all nobody knows.
+
+use super::coarse::chain_steps;
+use super::context::Context;
+use super::detour::detours;
+use super::ladder::{Ask, Search};
+use super::switching;
+use crate::Vector3;
+use crate::lie;
+use crate::maneuver::objective::Objective;
+use crate::maneuver::problem::Problem;
+use crate::maneuver::settings::{Method, Settings};
+use crate::maneuver::solution::{Outcome, Rung, Solution, Trajectory};
+use crate::mechanics::actuators::LimitKind;
+use crate::mechanics::environment::Pose;
+use crate::optimize::candidate::Candidate;
+use crate::optimize::methods::method::Attempt;
+use crate::optimize::methods::scp::ScpOptions;
+use crate::optimize::methods::scp::model::Goal;
+use crate::optimize::methods::scp::road::{Chain, ConvexIteration, path};
+use std::f64::consts::PI;
+
+/// Share of the effort in the cost while plans are compared, and how it is lowered for the one that is told.
+pub(super) const SHARE: f64 = 1e-2;
+const LAST_SHARES: [f64; 5] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-6];
+/// Shares with which the requested grid is reached, the next where the one before finds nothing there.
+const FIRST_SHARES: [f64; 3] = [SHARE, 1e-1, 1.0];
+/// How far the path of minimum time or fuel is bent to either side \[rad\]: a turn about one axis is often a saddle.
+const BENT: f64 = 0.5;
+/// Costs of one plan with two shares of the effort differ by less, relative: by the larger share, from the one to the other.
+const NEAR: [f64; 2] = [0.01, 0.1];
+/// Most subproblems from one share to the next.
+const FEW: usize = 12;
+
+/// The cheapest plan that was found.
+pub(super) struct Cheapest {
+    /// Its duration \[s\].
+    pub duration: f64,
+    /// Its cost in the unit of the user.
+    pub cost: f64,
+    /// The plan, as the chain of that duration takes it.
+    pub attempt: Attempt,
+    /// Dearer ones, each a local minimum, on a coarse grid, with their costs.
+    pub rivals: Vec<(Attempt, f64)>,
+}
+
+/// Solves a maneuver of minimum time or fuel that more than torque limits shapes.
+pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
+    let once = |problem: &Problem| solve_once(problem, context);
+    match (problem.duration_at_most, problem.objective.fuel()) {
+        (Some(longest), Some(fuel)) => switching::up_to(longest, problem, fuel, context, &once),
+        _ => once(problem),
+    }
+}
+
+/// In a given duration, or in the best one of all.
+fn solve_once(problem: &Problem, context: &Context) -> Solution {
+    let bare = Problem {
+        constraints: Vec::new(),
+        actuation: problem.actuation.of_jumping_inputs(),
+        ..problem.clone()
+    };
+    let quick = switching::solve(&bare, context);
+    *context.ladder.borrow_mut() = quick.ladder.clone();
+    if quick.trajectory.time.len() == 1 {
+        // The body is where it should be.
+        let stored = problem.actuation.wheels.iter().flat_map(|wheels| wheels.momentum.clone()).collect();
+        let trajectory = Trajectory { wheel_momentum: stored, ..quick.trajectory };
+        return Solution { trajectory, ..quick };
+    }
+    let sought = problem.duration.is_nan();
+    let stated = quick.trajectory.time.last().copied().filter(|_| sought);
+    let duration = stated.unwrap_or_else(|| if sought { about(problem) } else { problem.duration });
+    let stated = Problem { objective: Objective::default(), ..problem.clone().with_duration(duration) };
+    let unsolved = Solution::unsolved(problem, context.settings.tolerance);
+    // Checked as what it is: effort takes less than time and fuel.
+    let mut solution = match (problem.clone().with_duration(duration).check(), context.interrupt()) {
+        (_, Some(stopped)) => Solution { outcome: stopped, ..unsolved },
+        (Err(error), _) => Solution { shortfall: Some(error.to_string()), ..unsolved },
+        (Ok(()), None) => of_stated(&stated, &problem.objective, context, &quick.trajectory),
+    };
+    solution.ladder = context.ladder.take();
+    solution.solve_time = context.began.elapsed().as_secs_f64();
+    solution
+}
+
+/// The solution of a maneuver of minimum time or fuel, with the duration of `stated` as the unit of time.
+fn of_stated(stated: &Problem, objective: &Objective, context: &Context, quick: &Trajectory) -> Solution {
+    let goal = Goal { objective: objective.clone(), share: SHARE };
+    let advise = !objective.counts_time();
+    let ask = Ask { advise, ..Ask::of_goal(Some(goal), context.settings) };
+    let mut search = Search::<6>::new(stated, context, ask);
+    let coarse = search.chain(chain_steps(stated));
+    let mut paths = bent(resampled(&coarse, objective.name(), quick));
+    let unlimited = search.unlimited_paths(&coarse);
+    if objective.fuel().is_some() {
+        paths.extend(search.effort_paths(&unlimited));
+    }
+    paths.extend(unlimited);
+    let Some(Cheapest { duration, cost, attempt, rivals }) = search.cheapest(paths) else {
+        // The nearest miss may have a duration of its own, which is none of a plan.
+        let missed = search.failure.as_ref();
+        let mut unsolved = Solution {
+            method: Method::Scp,
+            outcome: context.interrupt().or(missed.map(|missed| missed.outcome)).unwrap_or(Outcome::Stalled),
+            shortfall: missed.and_then(|missed| missed.shortfall.clone()),
+            ..Solution::unsolved(stated, context.settings.tolerance)
+        };
+        if advise {
+            search.advise(&mut unsolved);
+        }
+        return unsolved;
+    };
+    let planned = stated.clone().with_duration(duration);
+    let written = Search::<6>::new(&planned, context, search.ask.clone());
+    let mut solution = Solution::unsolved(&planned, context.settings.tolerance);
+    written.write(&mut solution, &attempt);
+    // A duration to the last bit.
+    solution.cost = if *objective == Objective::Time { duration } else { cost };
+    solution.rivals = rivals.iter().map(|(rival, cost)| written.rival_of_cost(rival, *cost)).collect();
+    written.held_to_all(solution)
+}
+
+impl Ask<'_> {
+    /// SCP alone, for a goal or the effort, from its own seeds.
+    pub(super) fn of_goal(goal: Option<Goal>, settings: &Settings) -> Self {
+        let last = ScpOptions::default().within(settings.max_iterations);
+        Self { shooting: false, convex: true, guess: None, along: None, last, advise: false, goal }
+    }
+}
+
+impl<const N: usize> Search<'_, '_, N> {
+    /// The cheapest of the local minima that SCP finds along `paths`, which are on its coarse grid.
+    pub(super) fn cheapest(&mut self, paths: Vec<Candidate>) -> Option<Cheapest> {
+        let coarse = self.chain(chain_steps(self.problem));
+        for path in paths {
+            for seed in detours(self.problem, &coarse.model.dynamics.frame_rate(), path) {
+                if !self.stopped() {
+                    self.descend(&coarse, seed);
+                }
+            }
+        }
+        self.carry_with_effort(&coarse);
+        if self.may_be_too_short() {
+            self.scp_from_the_shortest();
+        }
+        let stated = self.problem.duration;
+        let mut found = std::mem::take(&mut self.found).into_iter();
+        let first = found.next().filter(|first| first.candidate.steps() == self.problem.steps)?;
+        let first = self.sharpened(first);
+        let duration = stated * first.candidate.grid.duration();
+        let chain = self.chain(self.problem.steps);
+        let cost = chain.price(&first.candidate);
+        let attempt = chain.of_given_duration(first);
+        let rivals = found.filter(|rival| rival.candidate.steps() == coarse.model.steps).map(|rival| {
+            let cost = coarse.price(&rival.candidate);
+            (rival, cost)
+        });
+        Some(Cheapest { duration, cost, attempt, rivals: rivals.collect() })
+    }
+
+    /// Carries the cheapest to the requested grid, with as much effort in the cost as that takes: along arcs on which a
+    /// constraint acts rows of neighbouring nodes nearly repeat each other.
+    fn carry_with_effort(&mut self, coarse: &Chain) {
+        let found = self.found.clone();
+        for share in FIRST_SHARES {
+            if let Some(goal) = &mut self.ask.goal {
+                goal.share = share;
+            }
+            self.found = found.clone();
+            self.carry(coarse);
+            if !self.found.is_empty() || self.stopped() {
+                return;
+            }
+        }
+    }
+
+    /// A plan on the requested grid with less and less effort in its cost, as far as that goes. Other limits begin to act
+    /// from share to share: a convex subproblem finds them sooner than Newton does.
+    fn sharpened(&self, mut found: Attempt) -> Attempt {
+        let options = self.ask.last.clone().within(FEW);
+        let Some(goal) = &self.ask.goal else { return found };
+        let mut last = goal.share;
+        for share in LAST_SHARES.into_iter().filter(|share| *share < goal.share) {
+            let chain = Chain::with_goal(self.problem, self.problem.steps, &Goal { share, ..goal.clone() });
+            let convex = ConvexIteration { chain: &chain, options: &options };
+            let next = self.attempt(Rung::Scp, &convex, found.candidate.clone());
+            let [before, after] = [&found, &next].map(|attempt| chain.price(&attempt.candidate));
+            let near = last.clamp(NEAR[0], NEAR[1]);
+            if !(next.converged() && (before - after).abs() <= near * before) {
+                break;
+            }
+            (found, last) = (next, share);
+        }
+        found
+    }
+}
+
+/// The path of a plan without constraints on the grid of a chain; none where there is no plan.
+fn resampled(chain: &Chain, objective: &str, quick: &Trajectory) -> Vec<Candidate> {
+    let Some(duration) = quick.time.last() else { return Vec::new() };
+    let grid = &chain.model.dynamics.grid;
+    let pose = |node: usize| {
+        let time = duration * grid.time(node);
+        let after = quick.time.partition_point(|at| *at <= time).clamp(1, quick.time.len() - 1);
+        let [from, to] = [after - 1, after].map(|row| lie::rotation_from_quaternion(&quick.quaternion[row]));
+        let part = (time - quick.time[after - 1]) / (quick.time[after] - quick.time[after - 1]);
+        let turn = lie::minus(&to, &from) * part.clamp(0.0, 1.0);
+        Pose { position: chain.model.start.position, attitude: from * lie::exp(&turn) }
+    };
+    vec![path(&format!("minimum {objective}"), grid, (0..=grid.steps()).map(pose))]
+}
+
+/// Paths, and the same bent to either side about each reference axis.
+fn bent(paths: Vec<Candidate>) -> Vec<Candidate> {
+    let sides = [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().flat_map(|axis| [axis, -axis]);
+    let bends: Vec<Vector3> = sides.map(|side| side * BENT).collect();
+    let bend = |straight: &Candidate, turn: &Vector3| {
+        let poses = straight.states.iter().enumerate().map(|(node, point)| {
+            let part = (PI * node as f64 / straight.steps() as f64).sin();
+            Pose { attitude: lie::exp(&(turn * part)) * point.attitude.value, ..point.pose() }
+        });
+        let name = format!("{}, bent", straight.provenance.start);
+        path(&name, &straight.grid, poses)
+    };
+    let turned =
+        paths.iter().flat_map(|path| bends.iter().map(move |turn| bend(path, turn))).collect::<Vec<_>>();
+    paths.into_iter().chain(turned).collect()
+}
+
+/// About how long a turn about a fixed axis takes \[s\].
+fn about(problem: &Problem) -> f64 {
+    let limits =
+        problem.actuation.limits().filter(|limit| matches!(limit.kind, LimitKind::Size | LimitKind::Norm));
+    let bound = limits.flat_map(|limit| limit.bounds.iter().copied()).fold(f64::INFINITY, f64::min);
+    let inertia = problem.body.inertia.j().norm();
+    let turn = lie::minus(&problem.end.attitude, &problem.start.attitude).norm().max(0.1);
+    let rates = (problem.end.angular_velocity - problem.start.angular_velocity).norm();
+    2.0 * (turn * inertia / bound).sqrt() + rates * inertia / bound
+}
