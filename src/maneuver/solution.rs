@@ -318,7 +318,8 @@ pub struct Solution {
     pub infeasible: Option<Proof>,
     /// What stays violated where the search came nearest, and what would help; where no plan was found.
     pub shortfall: Option<String>,
-    /// The shortest duration \[s\] that was found, a local minimum, where no plan was for the one asked for.
+    /// The shortest duration \[s\] that was found, a local minimum, where no plan was for the one asked for. Of a plan whose
+    /// duration was sought: less time would cost less, but no plan that takes less was found.
     pub shortest: Option<f64>,
     /// A longer duration \[s\] for which a plan was found, where none was for the one asked for.
     pub longer: Option<f64>,

@@ -22,13 +22,15 @@ use crate::maneuver::solution::{Outcome, Solution};
 use crate::mechanics::actuators::AxisFrame;
 use crate::mechanics::drift_equation;
 use crate::mechanics::environment::Pose;
-use crate::numerics::figures::{short, significant};
+use crate::numerics::figures::short;
 use crate::{Matrix3, Vector3, lie};
 use std::time::Instant;
 
 /// Derivatives of the cost below this part of the price, or of that at the longest duration, are zero.
 const STATIONARY: f64 = 1e-13;
 const MOST_ITERATIONS: usize = 60;
+/// A duration that has a plan is the shortest where one shorter by this part has none.
+const EDGE: f64 = 1e-4;
 /// Starts, as multiples of the duration of a turn about a fixed axis, and the longest way to either side.
 const STARTS: [f64; 3] = [1.0, 0.4, 2.5];
 const LONGEST_WAY: f64 = 64.0;
@@ -82,7 +84,7 @@ pub(super) fn solve(
     let price = problem.objective.time_price();
     let mut best: Option<Known> = None;
     let mut unsolved: Option<Box<Solution>> = None;
-    let mut shortest = f64::INFINITY;
+    let mut shortest: Option<Known> = None;
     let mut at = |duration: f64| -> Result<Option<Known>, Halt> {
         let remaining = settings.time_limit.map(|limit| limit.saturating_sub(began.elapsed()));
         // The shooting alone: what it cannot do within the limits is too short, and SCP would search for long.
@@ -101,9 +103,12 @@ pub(super) fn solve(
                 return Ok(None);
             }
         }
-        shortest = shortest.min(duration);
         let slope = price + effort_slope(problem, duration, &solution);
-        Ok(slope.is_finite().then_some(Known { duration, solution, slope, stationarity: 0.0 }))
+        let known = Known { duration, solution, slope, stationarity: 0.0 };
+        if shortest.as_ref().is_none_or(|shortest| duration < shortest.duration) {
+            shortest = Some(known.clone());
+        }
+        Ok(slope.is_finite().then_some(known))
     };
     let (first, longest) = (about_a_fixed_axis(problem, price), problem.duration_at_most);
     let mut keep = |found: Known| {
@@ -125,18 +130,19 @@ pub(super) fn solve(
         Err(Halt::Stopped(solution)) => Some(solution),
     };
     let elapsed = began.elapsed().as_secs_f64();
-    let Some(Known { duration, solution, stationarity, .. }) = best else {
+    // Where less time pays at all that have a plan, the shortest is the best: the limits leave nothing shorter.
+    let at_the_edge = |shortest: Known| {
+        let solution = Solution { shortest: Some(shortest.duration), ..shortest.solution };
+        Known { solution, ..shortest }
+    };
+    let edge = shortest.filter(|shortest| stopped.is_none() && shortest.slope > 0.0).map(at_the_edge);
+    let Some(Known { duration, solution, stationarity, .. }) = best.or(edge) else {
         if let Some(stopped) = stopped {
             return Ok(Solution { solve_time: elapsed, ..*stopped });
         }
         let unsolved =
             unsolved.map_or_else(|| Solution::unsolved(problem, settings.tolerance), |solution| *solution);
         let shortfall = match longest {
-            // Less time pays at all of them.
-            _ if shortest.is_finite() => format!(
-                "no duration was found at which a second is worth its price; the shortest that has a plan is {} s: ask for it by duration_s, or lower the price",
-                significant(shortest, 6)
-            ),
             Some(longest) => format!("no plan of {} s or less was found", short(longest)),
             None => format!(
                 "no duration from {} s to {} s was found at which a second is worth its price",
@@ -242,7 +248,7 @@ fn between(mut low: Known, mut high: Known, price: f64, at: &mut At<'_>) -> Resu
 }
 
 /// Two durations, at the shorter of which more time pays and at the longer less. Limits may leave no plan: then a duration
-/// counts as too short.
+/// counts as too short, and where less time pays down to the shortest that has one there are no such two.
 fn bracket(start: f64, longest: f64, at: &mut At<'_>) -> Result<Option<(Known, Known)>, Halt> {
     let (mut low, mut high): (Option<Known>, Option<Known>) = (None, None);
     let (mut duration, mut too_short) = (start, None);
@@ -257,6 +263,7 @@ fn bracket(start: f64, longest: f64, at: &mut At<'_>) -> Result<Option<(Known, K
             (_, None, _) if duration >= longest => break,
             (_, None, _) => (2.0 * duration).min(longest),
             (None, Some(high), None) => 0.5 * high.duration,
+            (None, Some(high), Some(short)) if high.duration <= short * (1.0 + EDGE) => break,
             (None, Some(high), Some(short)) => (short * high.duration).sqrt(),
         };
         if !(start / LONGEST_WAY..=start * LONGEST_WAY).contains(&duration) {
