@@ -100,6 +100,15 @@ impl Objective {
         }
     }
 
+    /// The same effort or fuel with another price of time, or none.
+    pub(crate) fn with_time_price(&self, time_price: Option<f64>) -> Self {
+        match self {
+            Self::Effort(weights) => Self::Effort(Weights { time_price, ..weights.clone() }),
+            Self::Time => Self::Time,
+            Self::Fuel(fuel) => Self::Fuel(Fuel { time_price, ..fuel.clone() }),
+        }
+    }
+
     /// What a second costs: 1 where only time does.
     pub fn time_price(&self) -> f64 {
         if *self == Self::Time { 1.0 } else { self.given_time_price().unwrap_or(0.0) }

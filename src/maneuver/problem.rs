@@ -300,10 +300,14 @@ impl Problem {
     /// Whether more than limits of the torques shapes a plan of minimum time or fuel: its inputs then stand at the nodes of
     /// equal steps, as those of effort do.
     pub fn is_shaped(&self) -> bool {
+        self.objective.switches() && self.has_shaping_limits()
+    }
+
+    /// Whether it has more than limits of each torque, or of the norm of the torque: what the shooting does not take.
+    pub(crate) fn has_shaping_limits(&self) -> bool {
         let limits = self.actuation.torque.limits();
         let jumping = limits.rate.is_none() && !(limits.size.is_some() && limits.norm.is_some());
-        let shaped = !jumping || self.actuation.wheels.is_some() || !self.constraints.is_empty();
-        self.objective.switches() && shaped
+        !jumping || self.actuation.wheels.is_some() || !self.constraints.is_empty()
     }
 
     /// Whether anything limits inputs, rates or pointing.

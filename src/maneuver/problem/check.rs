@@ -150,17 +150,15 @@ impl Problem {
         Ok(())
     }
 
-    /// What the search for the duration of least effort and time takes: what depends on the step by its length alone.
+    /// What the search for the duration of least effort and time takes.
     fn check_free_duration(&self) -> Result<(), ProblemError> {
-        let limits = self.actuation.torque.limits();
+        let turning = self.environment.frame_rate().amax() != 0.0;
         let obstacles = [
             (self.motion != Motion::Attitude, "position_m", "the duration is sought for the attitude alone"),
-            (self.actuation.wheels.is_some(), "wheel", "the duration is not sought with reaction wheels"),
-            (!self.constraints.is_empty(), "constraint", "the duration is not sought under constraints"),
             (
-                limits.rate.is_some() || (limits.size.is_some() && limits.norm.is_some()),
-                "torque_rate_limit_n_m_per_s",
-                "the duration is sought under limits of each input or of the norm of the torque alone",
+                turning && self.has_shaping_limits(),
+                "environment",
+                "in a frame that turns the duration is sought under limits of each input or of the norm of the torque alone",
             ),
             (self.scheme != Scheme::LieVerlet, "scheme", "the duration is sought by Lie–Verlet"),
         ];

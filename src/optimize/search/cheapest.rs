@@ -13,6 +13,7 @@
 use super::coarse::chain_steps;
 use super::context::Context;
 use super::detour::detours;
+use super::duration;
 use super::ladder::{Ask, Search};
 use super::switching;
 use crate::Vector3;
@@ -54,13 +55,37 @@ pub(super) struct Cheapest {
     pub rivals: Vec<(Attempt, f64)>,
 }
 
-/// Solves a maneuver of minimum time or fuel that more than torque limits shapes.
+/// Solves a maneuver of minimum time or fuel that more than torque limits shapes, or of least effort with a duration that is
+/// sought.
 pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
-    let once = |problem: &Problem| solve_once(problem, context);
-    match (problem.duration_at_most, problem.objective.fuel()) {
-        (Some(longest), Some(fuel)) => switching::up_to(longest, problem, fuel, context, &once),
-        _ => once(problem),
+    let once = |problem: &Problem| match &problem.objective {
+        Objective::Effort(_) if problem.duration.is_nan() => effort_sought(problem, context),
+        Objective::Effort(_) => {
+            let ask = Ask { advise: true, ..Ask::of_goal(None, context.settings) };
+            super::searched(problem, context, ask)
+        }
+        Objective::Time | Objective::Fuel(_) => solve_once(problem, context),
+    };
+    match problem.duration_at_most {
+        Some(longest) => switching::up_to(longest, problem, context, &once),
+        None => once(problem),
     }
+}
+
+/// Least effort in the best duration. The search for it is a local one, from that of a turn about a fixed axis without limits.
+fn effort_sought(problem: &Problem, context: &Context) -> Solution {
+    let longest = problem.duration_at_most.unwrap_or(f64::INFINITY);
+    let free = duration::about_a_fixed_axis(problem, problem.objective.time_price());
+    let stated = problem.clone().with_duration(free.min(longest));
+    let stated = stated.with_objective(problem.objective.with_time_price(None));
+    let unsolved = Solution::unsolved(problem, context.settings.tolerance);
+    let mut solution = match stated.check() {
+        Err(error) => Solution { shortfall: Some(error.to_string()), ..unsolved },
+        Ok(()) => of_stated(&stated, &problem.objective, context, &Trajectory::default()),
+    };
+    solution.ladder = context.ladder.take();
+    solution.solve_time = context.began.elapsed().as_secs_f64();
+    solution
 }
 
 /// In a given duration, or in the best one of all.
@@ -179,7 +204,8 @@ impl<const N: usize> Search<'_, '_, N> {
             }
             self.found = found.clone();
             self.carry(coarse);
-            if !self.found.is_empty() || self.stopped() {
+            let of_effort = self.ask.goal.as_ref().is_some_and(|goal| !goal.objective.switches());
+            if !self.found.is_empty() || of_effort || self.stopped() {
                 return;
             }
         }
@@ -189,7 +215,9 @@ impl<const N: usize> Search<'_, '_, N> {
     /// from share to share: a convex subproblem finds them sooner than Newton does.
     fn sharpened(&self, mut found: Attempt) -> Attempt {
         let options = self.ask.last.clone().within(FEW);
-        let Some(goal) = &self.ask.goal else { return found };
+        let Some(goal) = self.ask.goal.as_ref().filter(|goal| goal.objective.switches()) else {
+            return found;
+        };
         let mut last = goal.share;
         for share in LAST_SHARES.into_iter().filter(|share| *share < goal.share) {
             let chain = Chain::with_goal(self.problem, self.problem.steps, &Goal { share, ..goal.clone() });

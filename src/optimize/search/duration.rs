@@ -164,7 +164,7 @@ pub(super) fn solve(
 
 /// How long a turn about a fixed axis takes under unit weights: the root of `18 (Jφ)² / T⁴ = w`, for the rates as well.
 /// Infinite without a price.
-fn about_a_fixed_axis(problem: &Problem, price: f64) -> f64 {
+pub(super) fn about_a_fixed_axis(problem: &Problem, price: f64) -> f64 {
     let j = problem.body.inertia.j();
     let turn = lie::log(&problem.start.attitude.tr_mul(&problem.end.attitude));
     let weighted = problem.objective.weights().torque(&problem.actuation);

@@ -509,8 +509,8 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
             Some(chain) if attempt.converged() => {
                 solution.active = recorded.active;
                 solution.convex = Some(ConvexWork { subproblems: provenance.subproblems, ..self.work });
-                // The second order is that of the effort.
-                let effort = self.ask.goal.is_none();
+                // The second order is that of the effort, in the duration found.
+                let effort = self.ask.goal.as_ref().is_none_or(|goal| !goal.objective.switches());
                 solution.optimality = self.context.within(|budget| {
                     let (iterate, multipliers) = (iterate(candidate), multipliers(candidate));
                     let watch = Watch { deadline: None, ..budget.watch };

@@ -2,7 +2,7 @@
 
 use super::context::Context;
 use crate::lie::{self, continued};
-use crate::maneuver::objective::{Fuel, Objective};
+use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Path, Problem};
 use crate::maneuver::settings::Method;
 use crate::maneuver::solution::{
@@ -52,23 +52,22 @@ pub(super) fn solve_smoothed(problem: &Problem, context: &Context) -> Solution {
 /// With arcs at the limits, or without.
 fn solve_by(problem: &Problem, context: &Context, arcs: bool) -> Solution {
     let once = |problem: &Problem| solve_once(problem, context, arcs);
-    match (problem.duration_at_most, problem.objective.fuel()) {
-        (Some(longest), Some(fuel)) => up_to(longest, problem, fuel, context, &once),
-        _ => once(problem),
+    match problem.duration_at_most {
+        Some(longest) => up_to(longest, problem, context, &once),
+        None => once(problem),
     }
 }
 
-/// Least fuel up to a longest duration: all of it or, where a second has a price or the body moves at an end, the duration
-/// sought, whichever is cheaper. `once` solves for a given duration, or for one that is sought.
+/// Least effort or fuel up to a longest duration: all of it or, where a second has a price or the body moves at an end, the
+/// duration sought, whichever is cheaper. `once` solves for a given duration, or for one that is sought.
 pub(super) fn up_to(
     longest: f64,
     problem: &Problem,
-    fuel: &Fuel,
     context: &Context,
     once: &dyn Fn(&Problem) -> Solution,
 ) -> Solution {
-    let price = fuel.time_price.unwrap_or(0.0);
-    let of = |time_price| Objective::Fuel(Fuel { time_price, ..fuel.clone() });
+    let price = problem.objective.given_time_price().unwrap_or(0.0);
+    let of = |time_price| problem.objective.with_time_price(time_price);
     let mut all = once(&problem.clone().with_duration(longest).with_objective(of(None)));
     all.cost += price * longest;
     for rival in &mut all.rivals {

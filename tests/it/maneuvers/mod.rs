@@ -4,6 +4,7 @@ mod best;
 mod bounds;
 mod costs;
 mod dense;
+mod duration_within;
 mod free_duration;
 mod fuel_within;
 mod invariance;

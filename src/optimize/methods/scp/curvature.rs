@@ -52,8 +52,25 @@ pub(crate) fn blocks(at: &Evaluated, multipliers: &Multipliers) -> Result<Vec<Bl
         let bends = at.model.bends_of_ends(states, &multipliers.costates[0], &multipliers.terminal);
         blocks[0].state[(duration, duration)] += bends[0] + at.model.time_price * at.iterate.stretch();
         blocks[last].state[(duration, duration)] += bends[1];
+        if at.model.effort_power != 0 {
+            for (stage, block) in blocks.iter_mut().enumerate() {
+                bend_of_effort(at, duration, stage, block);
+            }
+        }
     }
     Ok(blocks)
+}
+
+/// Second derivatives of `κ ½ uᵀWu s^p` by `ln s`, and by it and the inputs.
+fn bend_of_effort(at: &Evaluated, duration: usize, stage: usize, block: &mut Block) {
+    let (model, iterate) = (at.model, &at.iterate);
+    let power = f64::from(model.effort_power);
+    block.state[(duration, duration)] += power * power * iterate.effort(model, stage);
+    let weight = power * model.effort_weight(stage, iterate.states[stage].stretch);
+    let slope = &model.weight * DVector::from_column_slice(&iterate.inputs[stage]) * weight;
+    let mixed = block.mixed.get_or_insert_with(|| DMatrix::zeros(model.n, model.m));
+    let mut row = mixed.row_mut(duration);
+    row += slope.transpose();
 }
 
 fn block(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Result<Block, StepError> {

@@ -76,9 +76,14 @@ impl Iterate {
 
     /// `Σ κ ½ uᵀ W u`, and what fuel and time cost.
     pub fn cost(&self, model: &Model) -> f64 {
-        let effort = |stage: usize| model.kick_weight(stage) * model.effort(&self.inputs[stage]);
+        let effort = |stage: usize| self.effort(model, stage);
         let effort: f64 = (model.first_input()..=model.steps).map(effort).sum();
         effort + self.price(model)
+    }
+
+    /// What the inputs of a stage cost as effort.
+    pub fn effort(&self, model: &Model, stage: usize) -> f64 {
+        model.effort_weight(stage, self.states[stage].stretch) * model.effort(&self.inputs[stage])
     }
 
     /// What fuel and time cost.

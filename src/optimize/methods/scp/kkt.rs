@@ -141,7 +141,7 @@ impl Kkt {
             if let Some(mixed) = &curvature.mixed {
                 entries.coupling(z, u, mixed);
             }
-            let own = model.input_weight(stage);
+            let own = model.input_weight(stage, at.iterate.states[stage].stretch);
             entries.block(u, u, &curvature.inputs.as_ref().map_or_else(|| own.clone(), |rows| &own + rows));
             entries.block(z, z, &curvature.state);
         }

@@ -25,7 +25,8 @@
 //! Σ κ_k Σ_j c_j |u_j| / s + w s ,     with c |B u| in the place of the inner sum under a limit of the norm,
 //! ```
 //!
-//! and a little effort beside it, which decides where these leave a choice.
+//! and a little effort beside it, which decides where these leave a choice. Where effort itself is the cost it goes in these
+//! units as `Σ κ_k ½ u_kᵀ W u_k / s³`.
 
 use crate::lie::{self, hat};
 use crate::maneuver::objective::{self, Fuel, Objective};
@@ -50,9 +51,9 @@ pub(crate) const STRETCHED: f64 = 0.5;
 /// What a chain minimises in place of the effort.
 #[derive(Clone, Debug)]
 pub(crate) struct Goal {
-    /// Time or fuel. The duration is sought where time counts.
+    /// Time or fuel, or effort with a price of time. The duration is sought where time counts.
     pub objective: Objective,
-    /// Share of the effort beside it.
+    /// Share of the effort beside time or fuel.
     pub share: f64,
 }
 
@@ -113,6 +114,8 @@ pub(crate) struct Model {
     terminal: TerminalCondition,
     /// `W`, m×m, scaled.
     pub weight: DMatrix<f64>,
+    /// Power of the duration with which the effort goes: 0 where that is a share beside another cost.
+    pub effort_power: i32,
     /// Units of the inputs [N or N·m].
     pub input_unit: Vec<f64>,
     /// Number of force inputs, which come first.
@@ -200,6 +203,7 @@ impl Model {
             target: ChainState::of(&dynamics.point(&problem.end), DVector::zeros(wheels)),
             terminal: TerminalCondition::State(dynamics.point(&problem.end)),
             weight,
+            effort_power: 0,
             input_unit,
             forces,
             force: force.cloned(),
@@ -213,19 +217,25 @@ impl Model {
         model
     }
 
-    /// The chain of a maneuver of least time or fuel. Its cost is what these cost, scaled, and a share of what the inputs
+    /// The chain of a maneuver with a goal. Of least time or fuel its cost is what these cost, scaled, and a share of what the inputs
     /// cost, as a part of what they would cost at their limits throughout.
     pub fn with_goal(problem: &Problem, steps: usize, goal: &Goal) -> Self {
         let mut model = Self::new(problem, steps);
         let (stated, time_price) = (model.dynamics.units.time, goal.objective.time_price());
-        let prices = goal.objective.fuel().map(|fuel| model.fuel_prices(fuel));
-        let dearest = prices.iter().flatten().copied().fold(0.0, f64::max);
-        model.cost_scale = TIME_PRICE / (TIME_PRICE / FUEL_PRICE * dearest + time_price * stated);
-        model.time_price = model.cost_scale * time_price * stated;
         if goal.objective.counts_time() {
             model.duration = Some(model.n);
             model.n += 1;
         }
+        if let Objective::Effort(_) = goal.objective {
+            model.cost_scale = 1.0 / model.dynamics.units.cost;
+            model.time_price = model.cost_scale * time_price * stated;
+            model.effort_power = -3;
+            return model;
+        }
+        let prices = goal.objective.fuel().map(|fuel| model.fuel_prices(fuel));
+        let dearest = prices.iter().flatten().copied().fold(0.0, f64::max);
+        model.cost_scale = TIME_PRICE / (TIME_PRICE / FUEL_PRICE * dearest + time_price * stated);
+        model.time_price = model.cost_scale * time_price * stated;
         model.fuel = prices.map(|prices| {
             let scaled = prices.iter().map(|price| price * model.cost_scale);
             if Fuel::is_of_norm(&model.torque) {
@@ -296,9 +306,14 @@ impl Model {
         self.dynamics.grid.kick(stage)
     }
 
+    /// What a stage's effort is multiplied by in a maneuver that takes `stretch` times the stated duration.
+    pub fn effort_weight(&self, stage: usize, stretch: f64) -> f64 {
+        self.kick_weight(stage) * stretch.powi(self.effort_power)
+    }
+
     /// `κ_k W`, the curvature of the cost of a stage's inputs. Lie–Euler has no `u_0`: any weight keeps it where it is.
-    pub fn input_weight(&self, stage: usize) -> DMatrix<f64> {
-        let weight = self.kick_weight(stage);
+    pub fn input_weight(&self, stage: usize, stretch: f64) -> DMatrix<f64> {
+        let weight = self.effort_weight(stage, stretch);
         if weight > 0.0 { &self.weight * weight } else { DMatrix::identity(self.m, self.m) }
     }
 

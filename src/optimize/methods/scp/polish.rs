@@ -331,7 +331,8 @@ impl Residuals {
             }
             let u = DVector::from_column_slice(&at.iterate.inputs[stage]);
             let costate = &multipliers.costates[stage];
-            &model.weight * u * model.kick_weight(stage) + at.input_slope(stage).tr_mul(costate)
+            let weight = model.effort_weight(stage, at.iterate.states[stage].stretch);
+            &model.weight * u * weight + at.input_slope(stage).tr_mul(costate)
         };
         let by_state = |stage: usize| {
             let carried = match at.steps.get(stage) {
@@ -345,6 +346,9 @@ impl Residuals {
         if let Some(duration) = model.duration {
             let opened = at.opening.by_duration.dot(&multipliers.costates[0]);
             states[0][duration] += opened + model.time_price * at.iterate.stretch();
+            for (stage, state) in states.iter_mut().enumerate() {
+                state[duration] += f64::from(model.effort_power) * at.iterate.effort(model, stage);
+            }
         }
         for ((row, value), multiplier) in at.limits.rows.iter().zip(&at.rows).zip(&multipliers.rows) {
             let [state, by_inputs, next] = value.slopes();

@@ -74,9 +74,11 @@ impl Chain {
         Self { model, rows }
     }
 
-    /// What fuel and time cost along a candidate, in the user's unit.
+    /// The cost of a candidate in the user's unit, without the effort where that is a share beside another.
     pub fn price(&self, candidate: &Candidate) -> f64 {
-        iterate(candidate).price(&self.model) / self.model.cost_scale
+        let (iterate, model) = (iterate(candidate), &self.model);
+        let cost = if model.effort_power == 0 { iterate.price(model) } else { iterate.cost(model) };
+        cost / model.cost_scale
     }
 
     /// What this chain, which has a goal, has found, as a candidate of the maneuver that states the duration found.

@@ -240,13 +240,18 @@ impl<'a> Subproblem<'a> {
         };
         for (stage, curvature) in curvature.iter().enumerate() {
             upper(layout.state(stage), curvature);
-            upper(layout.inputs(stage), &model.input_weight(stage));
+            let stretch = at.iterate.states[stage].stretch;
+            upper(layout.inputs(stage), &model.input_weight(stage, stretch));
             let inputs = DVector::from_column_slice(&at.iterate.inputs[stage]);
-            let slope = &model.weight * inputs * model.kick_weight(stage);
+            let slope = &model.weight * inputs * model.effort_weight(stage, stretch);
             linear[layout.inputs(stage)..][..layout.m].copy_from_slice(slope.as_slice());
+            if let Some(duration) = model.duration {
+                linear[layout.state(stage) + duration] =
+                    f64::from(model.effort_power) * at.iterate.effort(model, stage);
+            }
         }
         if let Some(duration) = model.duration {
-            linear[layout.state(0) + duration] = model.time_price * at.iterate.stretch();
+            linear[layout.state(0) + duration] += model.time_price * at.iterate.stretch();
         }
         linear[layout.left] = weights.defect * at.infeasibility();
         for (slot, weight) in layout.slack.iter().zip(&weights.violation) {
@@ -438,7 +443,10 @@ impl Move {
         let moved = |stage: usize| {
             let inputs = at.iterate.inputs[stage].iter().zip(self.inputs[stage].iter());
             let u: Vec<f64> = inputs.map(|(u, du)| u + du).collect();
-            model.kick_weight(stage) * model.effort(&u)
+            let stretched = model.duration.map_or(0.0, |duration| {
+                f64::from(model.effort_power) * at.iterate.effort(model, stage) * self.states[stage][duration]
+            });
+            model.effort_weight(stage, at.iterate.states[stage].stretch) * model.effort(&u) + stretched
         };
         let moved: f64 = (model.first_input()..=model.steps).map(moved).sum();
         let bend: f64 = self.states.iter().zip(curvature).map(|(z, p)| 0.5 * z.dot(&(p * z))).sum();
