@@ -85,7 +85,7 @@ pub struct CaseResult {
     /// Discrete terminal error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub terminal: Option<TerminalError>,
-    /// "minimum", "saddle" or "undecided".
+    /// "minimum", "saddle", "undecided" or "not_tested".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second_order: Option<SecondOrder>,
     /// Cost still to be gained, to first order, where inputs switch: what is known of such a plan instead of its

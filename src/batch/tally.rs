@@ -4,6 +4,7 @@
 //! alone, but for the first of a kind and the worst.
 
 use super::CaseResult;
+use crate::maneuver::SecondOrder;
 use std::collections::BTreeMap;
 
 /// Worst cases that are kept, and first ones of a kind of failure.
@@ -20,6 +21,8 @@ pub struct Tally {
     pub errors: BTreeMap<String, (u64, String)>,
     /// Solved cases that are saddles, or whose second order is not decided, but for those whose inputs switch.
     pub not_minima: u64,
+    /// Solved cases that were not to be tested to second order.
+    pub untested: u64,
     /// Solved cases whose inputs switch: extremals by the maximum principle, of which second order is not asked.
     pub extremals: u64,
     /// Of these the one with the most still to be gained, to first order.
@@ -80,8 +83,12 @@ impl Tally {
         if !result.is_solved() {
             return;
         }
-        let minimum = Some(crate::maneuver::SecondOrder::Minimum);
-        self.not_minima += u64::from(result.gap.is_none() && result.second_order != minimum);
+        match result.second_order {
+            _ if result.gap.is_some() => {}
+            Some(SecondOrder::Minimum) => {}
+            Some(SecondOrder::NotTested) => self.untested += 1,
+            _ => self.not_minima += 1,
+        }
         self.extremals += u64::from(result.gap.is_some());
         self.long_way += u64::from(result.sense == Some(crate::maneuver::Sense::Long));
         let worst = |value| Worst {

@@ -82,6 +82,12 @@ pub struct Settings {
     pub time_limit: Option<Duration>,
     /// Iteration limit of one Newton run, and of the subproblems of one run of SCP. Default 60.
     pub max_iterations: usize,
+    /// Whether the extremal and its rivals are tested to second order, and the recorded conditions of first order with
+    /// them. Default: yes. Without, an extremal counts whatever it is, a saddle too, and [`Optimality::tested`] is false:
+    /// for many maneuvers of a kind that is known, as of rest to rest by the shortest way.
+    ///
+    /// [`Optimality::tested`]: crate::maneuver::Optimality::tested
+    pub test_second_order: bool,
 }
 
 impl Default for Settings {
@@ -93,6 +99,7 @@ impl Default for Settings {
             continuous_tolerance: None,
             time_limit: None,
             max_iterations: 60,
+            test_second_order: true,
         }
     }
 }

@@ -112,6 +112,12 @@ impl TerminalError {
 /// First- and second-order optimality of the extremal, in scaled units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Optimality {
+    /// Whether it was tested. Where that was not asked for ([`Settings::test_second_order`]), conjugate points are not counted,
+    /// and of the shooting the other numbers are unknown too: NaN, and 0 for the rank.
+    ///
+    /// [`Settings::test_second_order`]: crate::maneuver::Settings::test_second_order
+    #[serde(default = "yes", skip_serializing_if = "is_yes")]
+    pub tested: bool,
     /// Largest residual of the discrete stationarity conditions; with constraints, of all the conditions
     /// of Karush, Kuhn and Tucker.
     pub stationarity: f64,
@@ -125,13 +131,27 @@ pub struct Optimality {
     pub condition: f64,
 }
 
+fn yes() -> bool {
+    true
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
+fn is_yes(tested: &bool) -> bool {
+    *tested
+}
+
 impl Optimality {
+    /// Of what was not tested.
+    pub(crate) const UNTESTED: Self =
+        Self { tested: false, stationarity: f64::NAN, conjugate_points: None, rank: 0, condition: f64::NAN };
+
     /// What the count says of the extremal.
     pub fn second_order(&self) -> SecondOrder {
         match self.conjugate_points {
             Some(0) => SecondOrder::Minimum,
             Some(_) => SecondOrder::Saddle,
-            None => SecondOrder::Undecided,
+            None if self.tested => SecondOrder::Undecided,
+            None => SecondOrder::NotTested,
         }
     }
 }
@@ -146,6 +166,8 @@ pub enum SecondOrder {
     Saddle,
     /// Not decided.
     Undecided,
+    /// Not tested, because it was not asked for.
+    NotTested,
 }
 
 /// What SCP took.
@@ -348,7 +370,7 @@ impl Solution {
                 position_relative: translation,
                 linear_momentum_relative: translation,
             },
-            optimality: Optimality { stationarity: nan, conjugate_points: None, rank: 0, condition: nan },
+            optimality: Optimality { tested: true, ..Optimality::UNTESTED },
             sense: Sense::Short,
             start: String::new(),
             turned_deg: nan,

@@ -32,6 +32,10 @@ pub fn told_of_cases(tally: &Tally) -> Vec<String> {
             format!("{} of the solved are not known to be local minima", tally.not_minima),
         );
     }
+    if tally.untested > 0 {
+        let untested = format!("{} of the solved were not tested to second order, as asked", tally.untested);
+        lines.line("optimality", untested);
+    }
     if let Some(widest) = &tally.widest_gap {
         let (all, gap) = (tally.extremals, error(widest.value));
         let known = format!(

@@ -238,12 +238,17 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
                 if given { "kept because the rotation is given" } else { "and nothing cheaper was found" };
             format!("{}: a saddle, {why}", counted(count, "conjugate point"))
         }
-        None => "not decided".into(),
+        None if optimality.tested => "not decided".into(),
+        None => "not tested, as asked".into(),
     };
-    let first = error(optimality.stationarity);
     let timed = solution.switching.is_some() || problem.is_shaped();
-    let second = if timed { String::new() } else { format!("   second order: {second}") };
-    lines.line("optimality", format!("stationarity {first}{second}"));
+    let first = match optimality.stationarity {
+        // The shooting tests both in one sweep.
+        unknown if unknown.is_nan() && !optimality.tested => None,
+        known => Some(format!("stationarity {}", error(known))),
+    };
+    let second = (!timed).then(|| format!("second order: {second}"));
+    lines.line("optimality", first.into_iter().chain(second).collect::<Vec<_>>().join("   "));
     for rival in &solution.rivals {
         let points = match rival.conjugate_points {
             Some(0) => ", a local minimum".into(),

@@ -112,6 +112,7 @@ fn minimum(subject: &Subject) -> &'static str {
             "It is a saddle, not a minimum: the cost decreases in some direction, and nothing cheaper was found there."
         }
         SecondOrder::Undecided => "Whether it is a local minimum is not decided.",
+        SecondOrder::NotTested => "Whether it is a local minimum was not tested: the spec says so.",
     }
 }
 

@@ -479,6 +479,9 @@ tables! {
         "time_limit_s": Number(q::DURATION);
         /// Iteration limit of one Newton run, and of the subproblems of one convex run. Default: 60.
         "max_iterations": Count(1, 1_000_000);
+        /// Whether the extremal and its rivals are tested to second order; skipped: what is found may be a saddle, and
+        /// the plan says that it was not tested. Default: tested.
+        "second_order": Choice(&["tested", "skipped"], &[]);
     }
 
     static ENVIRONMENT[selector: Some("kind")] {

@@ -148,6 +148,7 @@ pub(crate) fn solver(section: Option<&Section>) -> (Scheme, Settings) {
     if let Some(count) = section.count("max_iterations") {
         settings.max_iterations = count;
     }
+    settings.test_second_order = section.word("second_order") != Some("skipped");
     let scheme =
         if section.word("scheme") == Some("lie_euler") { Scheme::LieEuler } else { Scheme::LieVerlet };
     (scheme, settings)

@@ -67,6 +67,7 @@ impl SpecDocument {
             solver.some("continuous_tolerance_rad", settings.continuous_tolerance);
             solver.some("time_limit_s", settings.time_limit.map(|limit| limit.as_secs_f64()));
             solver.put("max_iterations", settings.max_iterations);
+            solver.some("second_order", (!settings.test_second_order).then_some("skipped"));
         });
         actuators(&mut spec, problem, moves)?;
         environment(&mut spec, problem)?;

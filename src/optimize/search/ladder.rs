@@ -159,9 +159,10 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
     }
 
     /// Whether a solution goes the way that was asked for, and no cheaper one is near it. A rotation that is given
-    /// is taken as written: that may be a saddle.
+    /// is taken as written: that may be a saddle. So may be what is not to be tested.
     fn satisfies(&self, solution: &Solution) -> bool {
-        let minimal = solution.optimality.conjugate_points == Some(0);
+        let untested = !self.context.settings.test_second_order;
+        let minimal = untested || solution.optimality.conjugate_points == Some(0);
         let given = matches!(self.problem.path, Path::AsGiven(_));
         solution.outcome == Outcome::Converged && (minimal || given) && self.goes_as_asked(solution)
     }
@@ -455,6 +456,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         let candidate = &rival.candidate;
         let Way { sense, turned_deg, .. } = self.way(candidate);
         let conjugate_points = match candidate.provenance.method {
+            _ if !self.context.settings.test_second_order => None,
             Road::Scp => None,
             _ => second_order::conjugate_points(&self.coarse, &candidate.costate::<N>()),
         };
@@ -504,19 +506,25 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         match &chain {
             None => {
                 solution.active = recorded.active;
-                solution.optimality = second_order::optimality(&self.fine, &candidate.costate());
+                solution.optimality = if self.context.settings.test_second_order {
+                    second_order::optimality(&self.fine, &candidate.costate())
+                } else {
+                    Optimality::UNTESTED
+                };
             }
             Some(chain) if attempt.converged() => {
                 solution.active = recorded.active;
                 solution.convex = Some(ConvexWork { subproblems: provenance.subproblems, ..self.work });
                 // The second order is that of the effort, in the duration found.
                 let effort = self.ask.goal.as_ref().is_none_or(|goal| !goal.objective.switches());
+                let tested = self.context.settings.test_second_order;
                 solution.optimality = self.context.within(|budget| {
                     let (iterate, multipliers) = (iterate(candidate), multipliers(candidate));
                     let watch = Watch { deadline: None, ..budget.watch };
                     Optimality {
+                        tested,
                         stationarity: attempt.stationarity,
-                        conjugate_points: effort
+                        conjugate_points: (effort && tested)
                             .then(|| descents(&chain.model, &chain.rows, &iterate, &multipliers, &watch))
                             .flatten(),
                         rank: chain.model.terminal_count(),

@@ -168,7 +168,7 @@ fn solve_once(problem: &Problem, context: &Context, arcs: bool) -> Solution {
     solution.iterations = plan.iterations;
     solution.terminal = plan.terminal;
     solution.optimality =
-        Optimality { stationarity: plan.residual, conjugate_points: None, rank: 6, condition: f64::NAN };
+        Optimality { tested: true, stationarity: plan.residual, rank: 6, ..Optimality::UNTESTED };
     solution.sense = plan.sense;
     solution.turned_deg = plan.turned_deg;
     solution.start = plan.start;
@@ -252,7 +252,13 @@ fn at_rest(problem: &Problem, solution: Solution, steps: usize) -> Solution {
         step,
         cost: 0.0,
         terminal: TerminalError::default(),
-        optimality: Optimality { stationarity: 0.0, conjugate_points: None, rank: 6, condition: 1.0 },
+        optimality: Optimality {
+            tested: true,
+            stationarity: 0.0,
+            conjugate_points: None,
+            rank: 6,
+            condition: 1.0,
+        },
         turned_deg: 0.0,
         start: "rest".into(),
         trajectory,

@@ -28,6 +28,7 @@ pub(crate) fn optimality<const N: usize>(
     let psi = swept.ok().map(|(_, psi)| psi);
     let (rank, condition) = psi.as_ref().map_or((0, f64::INFINITY), rank_and_condition);
     Optimality {
+        tested: true,
         stationarity: stationarity.close(),
         conjugate_points: match &psi {
             Some(psi) if !limited && rank == N => counter.close(psi),

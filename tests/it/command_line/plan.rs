@@ -24,6 +24,19 @@ fn plan_tells_people_on_stderr_and_writes_the_file() {
 }
 
 #[test]
+fn a_test_that_was_skipped_is_told_in_summary_and_file() {
+    let folder = Folder::new();
+    let skip = "solver.second_order=skipped";
+    let run = folder.slew(&["plan", "spec.toml", "--set", skip, "-o", "plan.json"]).ends(0);
+    run.tells("second order: not tested, as asked");
+    let plan = folder.json("plan.json");
+    assert_eq!((&plan["second_order"], &plan["optimality"]["tested"]), (&"not_tested".into(), &false.into()));
+    assert_eq!(plan["spec"]["solver"]["second_order"], "skipped");
+    let back = PlanFile::read(fs::File::open(folder.path("plan.json")).unwrap()).unwrap();
+    assert!(!back.optimality.tested);
+}
+
+#[test]
 fn quiet_plan_with_format_prints_data_alone() {
     let folder = Folder::new();
     let json = folder.slew(&["plan", "spec.toml", "-q", "--format", "json"]).ends(0).silent();

@@ -173,6 +173,7 @@ fn every_key_of_an_orbit_spec_arrives() {
     assert!(!problem.environment.is_free());
     assert_eq!((settings.method, settings.tolerance, settings.max_iterations), (Method::Shooting, 1e-10, 30));
     assert_eq!(settings.search, slewkit::maneuver::Thoroughness::Thorough);
+    assert!(!settings.test_second_order);
     assert_eq!(settings.continuous_tolerance, Some(0.5_f64.to_radians()));
     assert_eq!(settings.time_limit.unwrap().as_secs_f64(), 2.5);
     assert_eq!((expect.source.as_deref(), expect.status.as_str()), (Some("nowhere"), "solved"));

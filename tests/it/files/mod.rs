@@ -69,6 +69,7 @@ tolerance = 1e-10
 continuous_tolerance_deg = 0.5
 time_limit_s = 2.5
 max_iterations = 30
+second_order = "skipped"
 [expect]
 source = "nowhere"
 status = "solved"

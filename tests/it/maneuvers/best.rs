@@ -44,6 +44,27 @@ fn boxes_that_turn_about_a_principal_axis_come_to_a_minimum_and_mirror_images_to
     assert!(bent > 0, "no box had a saddle to leave");
 }
 
+/// Without the test of second order the same extremal is found, a saddle as well; of the test nothing is claimed.
+#[test]
+fn what_is_not_tested_is_the_same_extremal_and_says_so() {
+    let untested = Settings { test_second_order: false, ..Settings::default() };
+    let moments = Vector3::new(1.0, 2.0, 3.0);
+    let straight = Vector3::y() * PI;
+    for (rotation, path) in
+        [(Vector3::new(0.4, -0.8, 0.3), Path::Shortest), (straight, Path::AsGiven(straight))]
+    {
+        let problem = turn(&moments, &rotation).with_path(path);
+        let tested = answer(&problem);
+        let bare = solve(&problem, &untested, None, &mut Silent).unwrap();
+        assert_eq!(bare.outcome, Outcome::Converged);
+        assert_eq!((bare.cost, &bare.trajectory), (tested.cost, &tested.trajectory));
+        assert_ne!(tested.optimality.second_order(), SecondOrder::NotTested);
+        assert_eq!(bare.optimality.second_order(), SecondOrder::NotTested);
+        assert!(bare.optimality.stationarity.is_nan() && bare.optimality.conjugate_points.is_none());
+        assert!(bare.rivals.iter().all(|rival| rival.conjugate_points.is_none()));
+    }
+}
+
 #[test]
 fn a_rotation_that_is_given_is_taken_in_its_class_or_not_called_solved() {
     let mut random = Random::new(21);
