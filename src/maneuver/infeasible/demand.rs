@@ -66,8 +66,11 @@ struct Case<'a> {
 }
 
 pub(super) fn proof(problem: &Problem) -> Option<Proof> {
-    let case = Case::new(problem);
     let means = means(problem);
+    if problem.constraints.is_empty() && means.torque_is_unlimited() {
+        return None;
+    }
+    let case = Case::new(problem);
     let worst = case.worst(&means, problem.duration)?;
     Some(case.explain(&means, worst))
 }
@@ -80,9 +83,8 @@ impl<'a> Case<'a> {
 
     /// The demand that is missed most, and what the means allow of it.
     fn worst(&self, means: &Means, duration: f64) -> Option<(&Demand, f64)> {
-        let unlimited = [means.torque + means.field, means.slope, means.storage];
         let no_rate = self.demands.iter().all(|demand| demand.fastest == f64::INFINITY);
-        if no_rate && unlimited.iter().all(|limit| *limit == f64::INFINITY) {
+        if no_rate && means.torque_is_unlimited() {
             return None;
         }
         let steps = self.problem.steps;

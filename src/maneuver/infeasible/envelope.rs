@@ -47,6 +47,13 @@ pub(super) struct Means {
     pub storage: f64,
 }
 
+impl Means {
+    /// Whether nothing limits how the momentum of the body changes.
+    pub fn torque_is_unlimited(&self) -> bool {
+        [self.torque + self.field, self.slope, self.storage].iter().all(|limit| *limit == f64::INFINITY)
+    }
+}
+
 /// The body, and how it moves at both ends.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Motion {
