@@ -41,13 +41,22 @@ const fn series(offset: usize) -> [f64; TERMS] {
     terms
 }
 
+/// Terms that do below `t² = FEW_BELOW`: the first one left out is below 1e-17 of the sum.
+const FEW: usize = 6;
+const FEW_BELOW: f64 = 0.05;
+
+/// A bound on what Newton leaves of an error e, `cond(J) e²`, relative to f: well below round-off.
+const LEFT: f64 = 1e-17;
+/// Angle per step \[rad\] below which the bound is one.
+const BOUNDED: f64 = 0.3;
+
 const A: [f64; TERMS] = series(1);
 const B: [f64; TERMS] = series(2);
 
 /// A polynomial and its derivative at `x`.
 fn horner(terms: &[f64; TERMS], x: f64) -> (f64, f64) {
     let (mut value, mut slope) = (0.0, 0.0);
-    for term in terms.iter().rev() {
+    for term in terms[..if x < FEW_BELOW { FEW } else { TERMS }].iter().rev() {
         slope = slope * x + value;
         value = value * x + term;
     }
@@ -60,12 +69,15 @@ pub(crate) struct Implicit {
     j: Matrix3,
     j_inverse: Matrix3,
     mean: f64,
+    /// A bound on its condition.
+    condition: f64,
 }
 
 impl Implicit {
     pub(crate) fn new(inertia: &Inertia) -> Self {
         let mean = inertia.mean();
-        Self { j: inertia.j() / mean, j_inverse: inertia.j_inverse() * mean, mean }
+        let condition = 9.0 * inertia.j().amax() * inertia.j_inverse().amax();
+        Self { j: inertia.j() / mean, j_inverse: inertia.j_inverse() * mean, mean, condition }
     }
 
     /// The rotation vector `f` of a step with `g = hΠ` and wheels of `spin = hμ`; `None` where there is no
@@ -106,11 +118,12 @@ impl Implicit {
             // earlier than at 4 ulps of f, with a residual that is as small.
             let size = g.amax().max(spin.norm() * f.norm());
             let stagnates = change >= 0.5 * last && residual.amax() <= 64.0 * f64::EPSILON * size;
-            if change <= 4.0 * f64::EPSILON * f.norm() || stagnates {
-                return (f.norm() < FRAC_PI_2).then_some(f);
+            let norm = f.norm();
+            let predicted = !spins && norm < BOUNDED && self.condition * change * change <= LEFT * norm;
+            if change <= 4.0 * f64::EPSILON * norm || predicted || stagnates {
+                return (norm < FRAC_PI_2).then_some(f);
             }
             // Beyond the physical root the series and the equation lose their meaning.
-            let norm = f.norm();
             if norm > 1.6 {
                 f *= 1.6 / norm;
             }

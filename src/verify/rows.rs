@@ -261,6 +261,11 @@ pub fn replay(problem: &Problem, inputs: &[f64]) -> Result<Trajectory, WitnessEr
     let rows = Inputs::checked(problem, inputs)?;
     let count = problem.actuation.count();
     let mut found = Trajectory { input: inputs.to_vec(), input_count: count, ..Trajectory::default() };
+    let (nodes, outputs) = (problem.steps + 1, problem.input_rows());
+    found.time.reserve_exact(nodes);
+    found.quaternion.reserve_exact(nodes);
+    found.angular_velocity.reserve_exact(nodes);
+    found.torque.reserve_exact(outputs);
     let mut quaternion = lie::quaternion_from_rotation(&problem.start.attitude);
     walk(&plant, &rows, None, |node| {
         let phase = node.body.phase();
