@@ -15,6 +15,7 @@ pub fn cayley(f: &Vector3) -> Matrix3 {
 ///
 /// A step adds this increment to the attitude; forming `cay(f)` first and subtracting `I` would keep
 /// only the absolute accuracy.
+#[inline]
 pub fn cayley_minus_identity(f: &Vector3) -> Matrix3 {
     let a = 2.0 / (1.0 + f.norm_squared());
     skew_polynomial(a, a, f)

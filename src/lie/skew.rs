@@ -18,6 +18,7 @@ pub(super) fn twice_vee(m: &Matrix3) -> Vector3 {
 }
 
 /// `a S(f) + b S(f)²`, without forming `S(f)² = f fᵀ − |f|² I` by subtraction.
+#[inline]
 pub(crate) fn skew_polynomial(a: f64, b: f64, f: &Vector3) -> Matrix3 {
     let (x, y, z) = (f.x, f.y, f.z);
     let (bxy, bxz, byz) = (b * x * y, b * x * z, b * y * z);

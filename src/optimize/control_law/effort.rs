@@ -7,7 +7,6 @@
 use super::{Hamiltonian, Response};
 use crate::maneuver::objective::Weighted;
 use crate::{Matrix3, Vector3};
-use nalgebra::DVector;
 
 /// The law of least effort: `A = B W⁻¹Bᵀ`, 3×3, in the axes of the set.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,8 +20,8 @@ impl Effort {
 }
 
 /// The optimal inputs `u = −W⁻¹Bᵀ q` without limits.
-pub(super) fn unlimited(inputs: &Weighted, costate: &Vector3) -> DVector<f64> {
-    -(&inputs.gain * costate)
+pub(super) fn unlimited(inputs: &Weighted, costate: &Vector3) -> impl Iterator<Item = f64> {
+    inputs.gain.row_iter().map(|row| -(row[0] * costate.x + row[1] * costate.y + row[2] * costate.z))
 }
 
 impl Hamiltonian for Effort {
@@ -35,7 +34,7 @@ impl Hamiltonian for Effort {
         self.0
     }
 
-    fn inputs(&self, inputs: &Weighted, costate: &Vector3) -> DVector<f64> {
-        unlimited(inputs, costate)
+    fn push_inputs(&self, inputs: &Weighted, costate: &Vector3, row: &mut Vec<f64>) {
+        row.extend(unlimited(inputs, costate));
     }
 }

@@ -19,7 +19,6 @@ mod saturated;
 use crate::maneuver::objective::Weighted;
 use crate::{Matrix3, Vector3};
 use effort::Effort;
-use nalgebra::DVector;
 pub(crate) use saturated::obstacle;
 use saturated::{Ball, Clipped};
 use std::ops::Deref;
@@ -68,8 +67,8 @@ pub(crate) trait Hamiltonian {
         0.0
     }
 
-    /// The inputs themselves, in SI units; `inputs` are those of the law.
-    fn inputs(&self, inputs: &Weighted, costate: &Vector3) -> DVector<f64>;
+    /// Appends the inputs themselves, in SI units, to `row`; `inputs` are those of the law.
+    fn push_inputs(&self, inputs: &Weighted, costate: &Vector3, row: &mut Vec<f64>);
 }
 
 impl ControlLaw {

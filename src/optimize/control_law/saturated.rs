@@ -14,7 +14,6 @@ use super::{Hamiltonian, Response};
 use crate::maneuver::objective::Weighted;
 use crate::maneuver::problem::Problem;
 use crate::{Matrix3, Vector3};
-use nalgebra::DVector;
 
 /// Inputs that are clipped one by one.
 #[derive(Clone, Debug, PartialEq)]
@@ -125,12 +124,9 @@ impl Hamiltonian for Clipped {
         self.0.iter().map(residual).fold(0.0, larger)
     }
 
-    fn inputs(&self, inputs: &Weighted, costate: &Vector3) -> DVector<f64> {
-        let mut clipped = unlimited(inputs, costate);
-        for (input, limit) in clipped.iter_mut().zip(inputs.set.limits().size.iter().flatten()) {
-            *input = input.clamp(-limit, *limit);
-        }
-        clipped
+    fn push_inputs(&self, inputs: &Weighted, costate: &Vector3, row: &mut Vec<f64>) {
+        let limits = inputs.set.limits().size.iter().flatten();
+        row.extend(unlimited(inputs, costate).zip(limits).map(|(input, limit)| input.clamp(-limit, *limit)));
     }
 }
 
@@ -243,11 +239,12 @@ impl Hamiltonian for Ball {
         (at - stepped * (self.limit / stepped.norm()).min(1.0)).amax()
     }
 
-    fn inputs(&self, inputs: &Weighted, costate: &Vector3) -> DVector<f64> {
+    fn push_inputs(&self, inputs: &Weighted, costate: &Vector3, row: &mut Vec<f64>) {
         // B u = −A q' for the costate q' = (I + νA)⁻¹ q, and u = −W⁻¹Bᵀ q' is the cheapest such u.
         let at = self.at(costate);
         let damping = self.authority.map(|a| if a > 0.0 { 1.0 / (1.0 + at.multiplier * a) } else { 0.0 });
-        unlimited(inputs, &(self.axes * self.axes.tr_mul(costate).component_mul(&damping)))
+        let damped = self.axes * self.axes.tr_mul(costate).component_mul(&damping);
+        row.extend(unlimited(inputs, &damped));
     }
 }
 

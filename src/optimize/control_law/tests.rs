@@ -5,7 +5,7 @@ use super::*;
 use crate::maneuver::objective::effort;
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame, Limits};
 use crate::testing::Random;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 /// Between one and six inputs, so that the authority has every rank, and their weight.
 fn random_channel(random: &mut Random, norm: bool) -> (ActuatorSet, DMatrix<f64>) {
@@ -44,7 +44,9 @@ fn inputs_are_allowed_and_no_allowed_ones_are_better() {
         let weighted = Weighted::new(&channel, Some(&weight)).unwrap();
         let law = ControlLaw::of(&weighted);
         let costate = random.vector3() * 3.0f64.powf(random.uniform() * 3.0);
-        let inputs = law.inputs(&weighted, &costate);
+        let mut inputs = Vec::new();
+        law.push_inputs(&weighted, &costate, &mut inputs);
+        let inputs = DVector::from_vec(inputs);
         // Axes that nearly coincide cost the norm some of its digits, by the condition of their authority.
         assert!(is_allowed(&channel, &inputs, 1e-12), "{channel:?}");
         let best = hamiltonian(&weighted, &costate, &inputs);
@@ -83,7 +85,9 @@ fn multipliers_balance_the_gradient_at_the_limits_and_vanish_elsewhere() {
         let weighted = Weighted::new(&channel, Some(&weight)).unwrap();
         let law = ControlLaw::of(&weighted);
         let costate = random.vector3() * 3.0f64.powf(random.uniform() * 3.0);
-        let inputs = law.inputs(&weighted, &costate);
+        let mut inputs = Vec::new();
+        law.push_inputs(&weighted, &costate, &mut inputs);
+        let inputs = DVector::from_vec(inputs);
         let b_t_q = DVector::from_iterator(channel.count(), channel.axes().iter().map(|b| b.dot(&costate)));
         let gradient = &weight * &inputs + b_t_q;
         let multipliers = law.multipliers(&costate);

@@ -3,7 +3,7 @@
 //! Every rung improves candidates, most of them on a coarse grid; what it finds is carried to the requested
 //! grid. Cheap rungs that nearly always work come first.
 
-use super::coarse::{SHOOTING_FREE, SHOOTING_IN_FIELD, coarse_steps};
+use super::coarse::{FEW_STEPS, SHOOTING_FREE, SHOOTING_IN_FIELD, SHOOTING_ONE_WAY, coarse_steps};
 use super::context::Context;
 use super::guess::Guess;
 use super::way::{Follower, Way};
@@ -23,7 +23,7 @@ use crate::optimize::methods::scp::road::{body_rates, iterate, multipliers};
 use crate::optimize::methods::scp::{ScpOptions, second_order::descents};
 use crate::optimize::methods::shooting::Shooting;
 use crate::optimize::methods::shooting::newton::outcome_of;
-use crate::optimize::methods::shooting::refine::CoarseToFine;
+use crate::optimize::methods::shooting::refine::{CoarseToFine, polish};
 use crate::optimize::second_order;
 use crate::optimize::sweep::BoundaryValueProblem;
 use nalgebra::SVector;
@@ -118,13 +118,15 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
     pub fn new(problem: &'a Problem, context: &'a Context<'c>, ask: Ask<'a>) -> Self {
         let turns = wanted_turns(problem);
         let most = turns.iter().copied().max_by_key(|turns| turns.abs()).unwrap_or(0);
+        let fine = BoundaryValueProblem::new(problem, problem.steps);
+        let coarse = fine.on_steps(search_grid(problem, most));
         Self {
             problem,
             context,
             ask,
             turns,
-            fine: BoundaryValueProblem::new(problem, problem.steps).heard_by(context),
-            coarse: BoundaryValueProblem::new(problem, search_grid(problem, most)).heard_by(context),
+            fine: fine.heard_by(context),
+            coarse: coarse.heard_by(context),
             pool: Vec::new(),
             rivals: Vec::new(),
             lost: Vec::new(),
@@ -284,7 +286,8 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
 
     /// Newton shooting on the coarse grid from one start. Whether it led to an extremal, new or known.
     pub fn shoot(&mut self, rung: Rung, start: Candidate) -> bool {
-        let attempt = self.attempt(rung, &Shooting::on_coarse_grid(&self.coarse, true), start);
+        let polish = polish(self.problem, self.coarse.dynamics.grid.steps());
+        let attempt = self.attempt(rung, &Shooting::on_coarse_grid(&self.coarse, true, polish), start);
         if !attempt.converged() {
             return false;
         }
@@ -641,6 +644,10 @@ fn search_grid(problem: &Problem, turns: i32) -> usize {
     }
     let short = lie::minus(&problem.end.attitude, &problem.start.attitude);
     let angle = (short.norm() + TAU * f64::from(turns)).abs().max(PI);
-    let rule = if problem.environment.is_free() { SHOOTING_FREE } else { SHOOTING_IN_FIELD };
+    let rule = match problem.path {
+        _ if !problem.environment.is_free() => SHOOTING_IN_FIELD,
+        Path::Shortest | Path::Long | Path::AsGiven(_) if problem.steps < FEW_STEPS => SHOOTING_ONE_WAY,
+        _ => SHOOTING_FREE,
+    };
     coarse_steps(problem, angle, &rule)
 }

@@ -3,7 +3,6 @@
 
 use super::way::{Follower, Way};
 use crate::Vector3;
-use crate::lie::{self, continued};
 use crate::maneuver::grid::Grid;
 use crate::maneuver::objective::Weighted;
 use crate::maneuver::problem::{Motion, Problem};
@@ -144,9 +143,9 @@ impl<'a> Optimal<'a> {
             self.active.time_s.push(trajectory.time.last().copied().unwrap_or(0.0));
             self.active.multiplier.push(multiplier);
         }
-        let inputs = self.law.inputs(&self.inputs, costate);
-        trajectory.input.extend(inputs.iter());
-        self.inputs.set.output(inputs.as_slice())
+        let before = trajectory.input.len();
+        self.law.push_inputs(&self.inputs, costate, &mut trajectory.input);
+        self.inputs.set.output(&trajectory.input[before..])
     }
 }
 
@@ -180,12 +179,11 @@ impl<'a, const N: usize> Recorder<'a, N> {
     fn state(&mut self, node: usize, point: &Point) {
         let (trajectory, units) = (&mut self.trajectory, &self.dynamics.units);
         trajectory.time.push(self.grid.time(node));
-        let attitude = &point.attitude.value;
-        let quaternion = continued(trajectory.quaternion.last(), lie::quaternion_from_rotation(attitude));
-        trajectory.quaternion.push(quaternion);
         let rate = self.dynamics.j_inverse * point.momentum.value;
         trajectory.angular_velocity.push(rate / units.time);
-        self.follower.node(attitude, rate, self.dynamics.grid.step(node.saturating_sub(1)));
+        let before = self.dynamics.grid.step(node.saturating_sub(1));
+        self.follower.node(&point.attitude.value, rate, before);
+        trajectory.quaternion.push(self.follower.lifted());
         if self.problem.motion == Motion::RigidBody {
             trajectory.position.push(point.position.value * units.length);
             trajectory.velocity.push(point.linear_momentum.value * (units.length / units.time));

@@ -37,8 +37,7 @@ impl Follower {
 
     /// The next node: its attitude and its angular velocity (body axes, scaled), `h` after the one before.
     pub fn node(&mut self, attitude: &Matrix3, rate: Vector3, h: f64) {
-        self.quaternion = Some(continued(self.quaternion.as_ref(), lie::quaternion_from_rotation(attitude)));
-        self.end = *attitude;
+        self.attitude(attitude);
         if let Some(before) = self.rate {
             let half = 0.5 * h;
             self.turned += half * (rate.norm() + before.norm());
@@ -47,11 +46,17 @@ impl Follower {
         self.rate = Some(rate);
     }
 
+    /// The attitude of the next node alone.
+    fn attitude(&mut self, attitude: &Matrix3) {
+        self.quaternion = Some(continued(self.quaternion.as_ref(), lie::quaternion_from_rotation(attitude)));
+        self.end = *attitude;
+    }
+
     /// The way so far. The path is short if it ends on the sheet that the motion without inputs reaches by the
     /// shortest rotation to the target; both start equal. Half a turn away rounding chooses which rotation that is:
     /// it is the same for all paths, whatever the last bits of their own ends.
     pub fn way<const N: usize>(&self, bvp: &BoundaryValueProblem<N>) -> Result<Way, StepError> {
-        let ballistic = Self::of(bvp, &SVector::zeros())?;
+        let ballistic = Self::ballistic(bvp)?;
         let from = &ballistic.end;
         let rest = lie::minus(&bvp.terminal.target().attitude.value, from);
         // Short steps along the shortest rotation carry the ballistic sheet to the end of the path.
@@ -72,6 +77,13 @@ impl Follower {
         self.way(bvp).unwrap_or(Way { sense: Sense::Short, turned_deg, rotation })
     }
 
+    /// The sheet that the motion without inputs ends on.
+    fn ballistic<const N: usize>(bvp: &BoundaryValueProblem<N>) -> Result<Self, StepError> {
+        let mut follower = Self::new();
+        bvp.coast(|attitude| follower.attitude(attitude))?;
+        Ok(follower)
+    }
+
     /// The path of the extremal from `costate`.
     pub fn of<const N: usize>(
         bvp: &BoundaryValueProblem<N>,
@@ -87,7 +99,8 @@ impl Follower {
         Ok(follower)
     }
 
-    fn lifted(&self) -> [f64; 4] {
+    /// The quaternion of the last node, continuous along the path.
+    pub fn lifted(&self) -> [f64; 4] {
         self.quaternion.unwrap_or([1.0, 0.0, 0.0, 0.0])
     }
 }

@@ -199,6 +199,14 @@ impl<const N: usize> Sensitivity<N> {
     }
 }
 
+/// `exp S(−h_k n) − I` where the reference frame turns: one for all steps, or one for each.
+fn frame_turns(environment: &dyn Environment, units: &Units, grid: &Grid) -> Vec<Matrix3> {
+    let rate = environment.frame_rate();
+    let turn = |step: usize| lie::exp_minus_identity(&(rate * (-grid.step(step) * units.time)));
+    let turning = if rate.amax() > 0.0 { grid.different_steps() } else { 0 };
+    (0..turning).map(turn).collect()
+}
+
 fn stack<const N: usize>(blocks: [&Rows<N>; 4]) -> SMatrix<f64, N, N> {
     SMatrix::from_fn(|row, column| {
         let block = if N == 6 { row / 3 + 2 } else { row / 3 };
@@ -221,9 +229,6 @@ impl Dynamics {
         let rotation = units.cost / units.momentum() / units.torque();
         let translation = units.cost / units.linear_momentum() / units.force();
         let zero = Authority { matrix: Matrix3::zeros(), frame: AxisFrame::Reference };
-        let frame_rate = problem.environment.frame_rate();
-        let turn = |step: usize| lie::exp_minus_identity(&(frame_rate * (-grid.step(step) * units.time)));
-        let turning = if frame_rate.amax() > 0.0 { grid.different_steps() } else { 0 };
         let environment = (!problem.environment.is_free()).then(|| problem.environment.clone());
         Self {
             units,
@@ -231,7 +236,7 @@ impl Dynamics {
             j_d: inertia.j_d() / units.inertia,
             j_inverse: inertia.j_inverse() * units.inertia,
             environment,
-            frame_turns: (0..turning).map(turn).collect(),
+            frame_turns: frame_turns(problem.environment.as_ref(), &units, &grid),
             grid,
             torque: Authority { matrix: torque.authority * rotation, frame: torque.set.frame() },
             force: force.as_ref().map_or(zero, |force| Authority {
@@ -246,6 +251,12 @@ impl Dynamics {
             }
             .boxed(),
         }
+    }
+
+    /// The same maneuver on another grid.
+    pub(crate) fn on_grid(&self, grid: Grid) -> Self {
+        let turns = self.environment.as_ref().map(|field| frame_turns(field.as_ref(), &self.units, &grid));
+        Self { frame_turns: turns.unwrap_or_default(), grid, ..self.clone() }
     }
 
     /// Whether any input has a limit.
@@ -304,6 +315,11 @@ impl Dynamics {
             self.bare_kick::<6>(&mut point, weight, &input);
         }
         Ok(point)
+    }
+
+    /// Whether a body that moves like `point` keeps its attitude without inputs: free, and without spin.
+    pub(crate) fn stands(&self, point: &Point) -> bool {
+        self.environment.is_none() && point.momentum.value == Vector3::zeros()
     }
 
     /// Angular velocity of the reference frame, in its axes, scaled.

@@ -9,15 +9,15 @@
 //! it and half a kick closes it; the discrete optimum then has `u_0 = −W⁻¹Bᵀλ_{−1}` by the same formula
 //! and is of second order. Nothing is allocated.
 
-use crate::Vector3;
 use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::Problem;
-use crate::mechanics::environment::Pose;
+use crate::mechanics::environment::{Pose, Wrench};
 use crate::numerics::compensated::Sum;
 use crate::optimize::step::drift::Drift;
 use crate::optimize::step::kick::Kick;
 use crate::optimize::step::{Costate, Dynamics, Point, Sensitivity, StepError};
 use crate::optimize::terminal::TerminalCondition;
+use crate::{Matrix3, Vector3};
 use nalgebra::{SMatrix, SVector};
 use std::fmt;
 
@@ -77,7 +77,7 @@ pub(crate) struct Node {
 }
 
 /// A step of a sweep with derivatives, as given to an observer.
-pub(crate) struct Step<const N: usize> {
+pub(crate) struct Step<'a, const N: usize> {
     /// Index of the node that it leads to, 1 … N.
     pub index: usize,
     /// Weight of its full kick.
@@ -90,7 +90,7 @@ pub(crate) struct Step<const N: usize> {
     pub before: Costate,
     pub after: Costate,
     /// Derivatives after the full kick.
-    pub columns: Sensitivity<N>,
+    pub columns: &'a Sensitivity<N>,
 }
 
 impl<const N: usize> fmt::Debug for BoundaryValueProblem<'_, N> {
@@ -117,6 +117,15 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         let start = dynamics.point(&problem.start);
         let terminal = TerminalCondition::State(dynamics.point(&problem.end));
         Self { dynamics, start, terminal, listener: None }
+    }
+
+    /// The same on `steps` steps of equal length, which go through to their end.
+    pub(crate) fn on_steps(&self, steps: usize) -> BoundaryValueProblem<'static, N> {
+        let dynamics = &self.dynamics;
+        let dynamics =
+            dynamics.on_grid(Grid::uniform(dynamics.grid.scheme(), dynamics.grid.duration(), steps));
+        let (start, terminal) = (self.start, self.terminal);
+        BoundaryValueProblem { dynamics, start, terminal, listener: None }
     }
 
     /// The same, whose sweeps end with [`StepError::Stopped`] when `listener` asks for it.
@@ -242,13 +251,16 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
                 dynamics.linear_drift(&drift, &e, &costate).advance(columns);
                 let linear = dynamics.linear_kick::<N>(&pose, &costate);
                 kick.apply::<N>(&mut kicked, &mut costate, h, h);
-                let mut full = *columns;
-                linear.apply(&mut full, h, h);
-                watch(&Step { index, weight: h, pose, drift, kick, before, after: costate, columns: full });
+                let watched =
+                    |columns| Step { index, weight: h, pose, drift, kick, before, after: costate, columns };
                 if last {
+                    let mut full = *columns;
+                    linear.apply(&mut full, h, h);
+                    watch(&watched(&full));
                     linear.apply(columns, 0.5 * h, 0.5 * h);
                 } else {
-                    *columns = full;
+                    linear.apply(columns, h, h);
+                    watch(&watched(columns));
                 }
             } else {
                 kick.apply::<N>(&mut kicked, &mut costate, h, h);
@@ -273,6 +285,26 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         } else {
             Err(StepError::NotFinite)
         }
+    }
+
+    /// The attitudes of the motion without inputs, node after node; the first alone where the body keeps it.
+    pub(crate) fn coast(&self, mut observe: impl FnMut(&Matrix3)) -> Result<(), StepError> {
+        let Self { dynamics, start, .. } = self;
+        let (mut point, none) = (*start, Wrench::zero());
+        observe(&point.attitude.value);
+        if dynamics.stands(&point) {
+            return Ok(());
+        }
+        dynamics.bare_kick::<N>(&mut point, dynamics.grid.kick(0), &none);
+        for step in 0..dynamics.grid.steps() {
+            if step % PATIENCE == PATIENCE - 1 && self.is_stopped() {
+                return Err(StepError::Stopped);
+            }
+            dynamics.drift::<N>(step, &mut point)?;
+            observe(&point.attitude.value);
+            dynamics.bare_kick::<N>(&mut point, dynamics.grid.full_kick(step + 1), &none);
+        }
+        Ok(())
     }
 
     /// Kept out of the loop of a sweep, whose registers it would take.

@@ -14,8 +14,6 @@ use newton::{Newton, outcome_of};
 
 /// Residual at which an intermediate grid counts as solved.
 const GRID_TOLERANCE: f64 = 1e-6;
-/// Residual to which it is polished where that is cheap: extrapolation passes on what is left.
-const GRID_POLISH: f64 = 1e-13;
 
 /// Newton on the first costate of a candidate; it leaves an extremal, or the nearest miss.
 pub(crate) struct Shooting<'a, const N: usize> {
@@ -35,10 +33,10 @@ impl<'a, const N: usize> Shooting<'a, N> {
         Self { bvp, tolerance, polish: None, derive: false, factor: None }
     }
 
-    /// On a grid that is not the requested one, as well as extrapolation deserves.
-    pub fn on_coarse_grid(bvp: &'a BoundaryValueProblem<'a, N>, derive: bool) -> Self {
+    /// On a grid that is not the requested one, to the residual `polish` where that is cheap.
+    pub fn on_coarse_grid(bvp: &'a BoundaryValueProblem<'a, N>, derive: bool, polish: f64) -> Self {
         // The grids of the first-order scheme extrapolate too badly to deserve a polish.
-        let polish = (bvp.dynamics.grid.has_half_kicks()).then_some(GRID_POLISH);
+        let polish = (bvp.dynamics.grid.has_half_kicks()).then_some(polish);
         Self { polish, derive, ..Self::new(bvp, GRID_TOLERANCE) }
     }
 

@@ -19,6 +19,9 @@ use nalgebra::{SMatrix, SVector};
 const PREDICTED: f64 = 1e-7;
 /// The coarse grids, in units of half the coarsest: errors fall as the product of all `h^p`.
 const GRIDS: [usize; 5] = [2, 3, 4, 6, 8];
+/// Bounds of the residual to which a coarse grid is polished: what its extremals may differ by and be told apart, and
+/// round-off.
+const GRID_POLISH: [f64; 2] = [1e-13, 1e-9];
 /// A coarse grid is worth solving while it has this many times fewer steps than the requested one.
 const WORTH: usize = 3;
 
@@ -30,26 +33,38 @@ pub(crate) struct CoarseToFine<'a, const N: usize> {
     pub tolerance: f64,
 }
 
+/// Steps of the coarse grids of a problem, from the coarsest on.
+fn coarse_grids(problem: &Problem, coarsest: usize) -> impl Iterator<Item = usize> {
+    // First-order errors fall too slowly for the later grids to pay.
+    let useful = if problem.scheme == Scheme::LieEuler { 2 } else { GRIDS.len() };
+    let finer = GRIDS[1..useful].iter().map(move |multiple| multiple * (coarsest / 2));
+    let most = problem.steps / WORTH;
+    [coarsest].into_iter().chain(finer.take_while(move |steps| *steps <= most))
+}
+
+/// Residual to which the coarse grids of a problem are polished: extrapolation passes on what is left, and misses by some
+/// hundred times the product of all `h^p` by itself.
+pub(crate) fn polish(problem: &Problem, coarsest: usize) -> f64 {
+    let order = problem.scheme.order() as i32;
+    let missed: f64 = coarse_grids(problem, coarsest).map(|steps| (steps as f64).powi(-order)).product();
+    missed.clamp(GRID_POLISH[0], GRID_POLISH[1])
+}
+
 impl<const N: usize> Method for CoarseToFine<'_, N> {
     fn improve(&self, coarse: Candidate, budget: &Budget) -> Attempt {
         let Self { problem, fine, tolerance } = *self;
-        let half = coarse.steps() / 2;
+        let coarsest = coarse.steps();
+        let polish = polish(problem, coarsest);
         let mut grids = vec![coarse];
         let mut runs = Vec::new();
-        // First-order errors fall too slowly for the later grids to pay.
-        let useful = if problem.scheme == Scheme::LieEuler { 2 } else { GRIDS.len() };
-        for multiple in &GRIDS[1..useful] {
-            let steps = multiple * half;
-            if WORTH * steps > problem.steps {
-                break;
-            }
-            let bvp = BoundaryValueProblem::<N>::new(problem, steps);
+        for steps in coarse_grids(problem, coarsest).skip(1) {
+            let bvp = fine.on_steps(steps);
             let (predicted, factor) = extrapolate(&grids, &bvp.dynamics.grid);
             // Two sensitivities extrapolate well enough for all finer grids.
             let derive = grids.len() < 2;
             let corrected = if derive { None } else { correct(&bvp, &predicted, &factor) };
             let attempt = corrected.unwrap_or_else(|| {
-                Shooting::on_coarse_grid(&bvp, derive).with_factor(factor).improve(predicted, budget)
+                Shooting::on_coarse_grid(&bvp, derive, polish).with_factor(factor).improve(predicted, budget)
             });
             let converged = attempt.converged();
             runs.extend(attempt.runs);

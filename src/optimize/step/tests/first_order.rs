@@ -37,7 +37,9 @@ fn inputs<const N: usize>(problem: &Problem, node: &Node, units: &SVector<f64, N
 }
 
 fn optimal(inputs: &Weighted, costate: &Vector3) -> DVector<f64> {
-    ControlLaw::of(inputs).inputs(inputs, costate)
+    let mut row = Vec::new();
+    ControlLaw::of(inputs).push_inputs(inputs, costate, &mut row);
+    DVector::from_vec(row)
 }
 
 /// The part of a gradient that the limits of the channel do not balance.
