@@ -257,6 +257,32 @@ fn check_sensitivity<const N: usize>(problem: &Problem, grid: Grid, random: &mut
     compared
 }
 
+/// Claim: the motion without inputs has the attitudes of the sweep from no costate, in every field, frame and scheme; and
+/// a free body at rest has but one.
+#[test]
+fn a_coast_is_the_sweep_without_costates() {
+    fn largest_difference<const N: usize>(problem: &Problem) -> f64 {
+        let bvp = BoundaryValueProblem::<N>::new(problem, problem.steps);
+        let (mut swept, mut coasted) = (Vec::new(), Vec::new());
+        bvp.sweep_observed(&SVector::zeros(), |node| swept.push(node.point.attitude.value)).unwrap();
+        bvp.coast(|attitude| coasted.push(*attitude)).unwrap();
+        let nodes = if bvp.dynamics.stands(&bvp.start) { 1 } else { problem.steps + 1 };
+        assert_eq!(coasted.len(), nodes, "{problem:?}");
+        coasted.resize(problem.steps + 1, coasted[0]);
+        swept.iter().zip(&coasted).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max)
+    }
+    for problem in zoo() {
+        let attitude = attitude_only(problem.clone());
+        let mut resting = attitude.clone();
+        resting.start.angular_velocity = Vector3::zeros();
+        let found = [&attitude, &resting].map(|problem| largest_difference::<6>(problem));
+        assert!(found.iter().all(|found| *found < 1e-14), "{found:?}: {attitude:?}");
+        if problem.motion == Motion::RigidBody {
+            assert!(largest_difference::<12>(&problem) < 1e-14, "{problem:?}");
+        }
+    }
+}
+
 #[test]
 fn sensitivity_is_the_derivative_of_the_sweep() {
     let mut random = Random(11);
