@@ -644,9 +644,12 @@ fn search_grid(problem: &Problem, turns: i32) -> usize {
     }
     let short = lie::minus(&problem.end.attitude, &problem.start.attitude);
     let angle = (short.norm() + TAU * f64::from(turns)).abs().max(PI);
+    let ends = [&problem.start, &problem.end];
+    let rests = ends.iter().all(|end| end.angular_velocity == Vector3::zeros());
     let rule = match problem.path {
         _ if !problem.environment.is_free() => SHOOTING_IN_FIELD,
-        Path::Shortest | Path::Long | Path::AsGiven(_) if problem.steps < FEW_STEPS => SHOOTING_ONE_WAY,
+        Path::Best => SHOOTING_FREE,
+        _ if problem.steps < FEW_STEPS && rests => SHOOTING_ONE_WAY,
         _ => SHOOTING_FREE,
     };
     coarse_steps(problem, angle, &rule)

@@ -275,7 +275,7 @@ fn a_coast_is_the_sweep_without_costates() {
         let attitude = attitude_only(problem.clone());
         let mut resting = attitude.clone();
         resting.start.angular_velocity = Vector3::zeros();
-        let found = [&attitude, &resting].map(|problem| largest_difference::<6>(problem));
+        let found = [&attitude, &resting].map(largest_difference::<6>);
         assert!(found.iter().all(|found| *found < 1e-14), "{found:?}: {attitude:?}");
         if problem.motion == Motion::RigidBody {
             assert!(largest_difference::<12>(&problem) < 1e-14, "{problem:?}");
