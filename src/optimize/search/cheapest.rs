@@ -147,7 +147,8 @@ fn of_stated(stated: &Problem, objective: &Objective, context: &Context, quick: 
         return unsolved;
     };
     let planned = stated.clone().with_duration(duration);
-    let written = Search::<6>::new(&planned, context, search.ask.clone());
+    let mut written = Search::<6>::new(&planned, context, search.ask.clone());
+    written.work = search.work;
     let mut solution = Solution::unsolved(&planned, context.settings.tolerance);
     written.write(&mut solution, &attempt);
     // A duration to the last bit.
@@ -213,9 +214,9 @@ impl<const N: usize> Search<'_, '_, N> {
 
     /// A plan on the requested grid with less and less effort in its cost, as far as that goes. Other limits begin to act
     /// from share to share: a convex subproblem finds them sooner than Newton does.
-    fn sharpened(&self, mut found: Attempt) -> Attempt {
+    fn sharpened(&mut self, mut found: Attempt) -> Attempt {
         let options = self.ask.last.clone().within(FEW);
-        let Some(goal) = self.ask.goal.as_ref().filter(|goal| goal.objective.switches()) else {
+        let Some(goal) = self.ask.goal.clone().filter(|goal| goal.objective.switches()) else {
             return found;
         };
         let mut last = goal.share;
@@ -223,6 +224,7 @@ impl<const N: usize> Search<'_, '_, N> {
             let chain = Chain::with_goal(self.problem, self.problem.steps, &Goal { share, ..goal.clone() });
             let convex = ConvexIteration { chain: &chain, options: &options };
             let next = self.attempt(Rung::Scp, &convex, found.candidate.clone());
+            self.add_work(&next);
             let [before, after] = [&found, &next].map(|attempt| chain.price(&attempt.candidate));
             let near = last.clamp(NEAR[0], NEAR[1]);
             if !(next.converged() && (before - after).abs() <= near * before) {
