@@ -215,11 +215,6 @@ impl Smooth<'_> {
         self.divided(path, |_, _, depth| depth == 0)
     }
 
-    /// The same where there are not many.
-    fn halved(&self, path: &Path) -> Option<Path> {
-        (2 * path.intervals() <= MOST_EQUAL).then(|| self.doubled(path))
-    }
-
     /// Equal intervals that would do.
     fn wanted(&self) -> usize {
         (0.2 / self.epsilon) as usize
@@ -362,7 +357,11 @@ pub(crate) fn descend(
         // zero, are read from equal ones.
         while let Some(path) = &next
             && path.intervals() < smooth.wanted()
-            && let Some(finer) = if extremal.counts_fuel() { smooth.halved(path) } else { smooth.finer(path) }
+            && let Some(finer) = if extremal.counts_fuel() {
+                (2 * path.intervals() <= MOST_EQUAL).then(|| smooth.doubled(path))
+            } else {
+                smooth.finer(path)
+            }
         {
             next = smooth.solve(finer, tolerance, 12, sweeps);
         }
