@@ -181,6 +181,8 @@ pub struct ConvexWork {
     pub cone_iterations: u32,
     /// Wall time inside the cone solver, all seeds \[s\].
     pub cone_seconds: f64,
+    /// Share of the effort that stands in the cost beside time or fuel, and for which the plan is stationary; 0 otherwise.
+    pub effort_share: f64,
 }
 
 /// Where a constraint is active, and how hard.

@@ -195,7 +195,7 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
         Some(switching) => lines.extend(switched(problem, solution, switching)),
         None if problem.objective == Objective::Time => {
             let duration = significant(solution.duration(problem), 9);
-            lines.line("duration", format!("{duration} s, minimal to first order on the grid"));
+            lines.line("duration", format!("{duration} s, {}", minimal(solution)));
         }
         None if problem.seeks_duration() => {
             let duration = significant(solution.duration(problem), 9);
@@ -219,7 +219,7 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
         }
         None if problem.objective.fuel().is_some() => {
             let fuel = significant(solution.cost, 9);
-            lines.line("fuel", format!("{fuel}, minimal to first order on the grid"));
+            lines.line("fuel", format!("{fuel}, {}", minimal(solution)));
         }
         None => lines.line("cost", format!("{}{unit}", significant(solution.cost, 6))),
     }
@@ -350,6 +350,19 @@ fn way(sense: Sense) -> &'static str {
 
 /// How many residuals are shown before and after an ellipsis.
 const SHOWN: (usize, usize) = (3, 4);
+
+/// What is said of a plan of time or fuel on the convex road, whose second order is not tested.
+fn minimal(solution: &Solution) -> String {
+    // Below this what a share of the effort adds to the cost is out of sight.
+    const SEEN: f64 = 1e-6;
+    let minimal = "minimal to first order on the grid";
+    match solution.convex.map_or(0.0, |work| work.effort_share) {
+        share if share > SEEN => {
+            format!("{minimal} with {share} of the effort in the cost: a little less is possible")
+        }
+        _ => minimal.into(),
+    }
+}
 
 /// Iterations of the winning start over all grids, and the residuals of those on the requested grid.
 fn iterations(solution: &Solution) -> Vec<String> {

@@ -37,6 +37,7 @@ impl PlanFile<'_> {
                 all_subproblems: work.all_subproblems,
                 cone_iterations: work.cone_iterations,
                 cone_seconds: 0.0,
+                effort_share: work.effort_share,
             }),
             active: self.active.clone(),
             rivals: self.rivals.clone(),

@@ -21,7 +21,7 @@ use crate::lie;
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::{Method, Settings};
-use crate::maneuver::solution::{Outcome, Rung, Solution, Trajectory};
+use crate::maneuver::solution::{ConvexWork, Outcome, Rung, Solution, Trajectory};
 use crate::mechanics::actuators::LimitKind;
 use crate::mechanics::environment::Pose;
 use crate::optimize::candidate::Candidate;
@@ -51,6 +51,8 @@ pub(super) struct Cheapest {
     pub cost: f64,
     /// The plan, as the chain of that duration takes it.
     pub attempt: Attempt,
+    /// The share of the effort in its cost.
+    pub share: f64,
     /// Dearer ones, each a local minimum, on a coarse grid, with their costs.
     pub rivals: Vec<(Attempt, f64)>,
 }
@@ -132,7 +134,7 @@ fn of_stated(stated: &Problem, objective: &Objective, context: &Context, quick: 
         paths.extend(search.effort_paths(&unlimited));
     }
     paths.extend(unlimited);
-    let Some(Cheapest { duration, cost, attempt, rivals }) = search.cheapest(paths) else {
+    let Some(Cheapest { duration, cost, attempt, share, rivals }) = search.cheapest(paths) else {
         // The nearest miss may have a duration of its own, which is none of a plan.
         let missed = search.failure.as_ref();
         let mut unsolved = Solution {
@@ -148,7 +150,7 @@ fn of_stated(stated: &Problem, objective: &Objective, context: &Context, quick: 
     };
     let planned = stated.clone().with_duration(duration);
     let mut written = Search::<6>::new(&planned, context, search.ask.clone());
-    written.work = search.work;
+    written.work = ConvexWork { effort_share: share, ..search.work };
     let mut solution = Solution::unsolved(&planned, context.settings.tolerance);
     written.write(&mut solution, &attempt);
     // A duration to the last bit.
@@ -183,7 +185,7 @@ impl<const N: usize> Search<'_, '_, N> {
         let stated = self.problem.duration;
         let mut found = std::mem::take(&mut self.found).into_iter();
         let first = found.next().filter(|first| first.candidate.steps() == self.problem.steps)?;
-        let first = self.sharpened(first);
+        let (first, share) = self.sharpened(first);
         let duration = stated * first.candidate.grid.duration();
         let chain = self.chain(self.problem.steps);
         let cost = chain.price(&first.candidate);
@@ -192,7 +194,7 @@ impl<const N: usize> Search<'_, '_, N> {
             let cost = coarse.price(&rival.candidate);
             (rival, cost)
         });
-        Some(Cheapest { duration, cost, attempt, rivals: rivals.collect() })
+        Some(Cheapest { duration, cost, attempt, share, rivals: rivals.collect() })
     }
 
     /// Carries the cheapest to the requested grid, with as much effort in the cost as that takes: along arcs on which a
@@ -212,12 +214,12 @@ impl<const N: usize> Search<'_, '_, N> {
         }
     }
 
-    /// A plan on the requested grid with less and less effort in its cost, as far as that goes. Other limits begin to act
-    /// from share to share: a convex subproblem finds them sooner than Newton does.
-    fn sharpened(&mut self, mut found: Attempt) -> Attempt {
+    /// A plan on the requested grid with less and less effort in its cost, as far as that goes, and its share. Other limits
+    /// begin to act from share to share: a convex subproblem finds them sooner than Newton does.
+    fn sharpened(&mut self, mut found: Attempt) -> (Attempt, f64) {
         let options = self.ask.last.clone().within(FEW);
         let Some(goal) = self.ask.goal.clone().filter(|goal| goal.objective.switches()) else {
-            return found;
+            return (found, 0.0);
         };
         let mut last = goal.share;
         for share in LAST_SHARES.into_iter().filter(|share| *share < goal.share) {
@@ -232,7 +234,7 @@ impl<const N: usize> Search<'_, '_, N> {
             }
             (found, last) = (next, share);
         }
-        found
+        (found, last)
     }
 }
 

@@ -159,6 +159,7 @@ impl Chain {
             subproblems,
             all_subproblems: subproblems,
             cone_iterations: convex.cone_iterations,
+            effort_share: 0.0,
             cone_seconds: convex.cone_seconds,
         };
         let candidate = with_iterate(candidate, iterate, multipliers);
