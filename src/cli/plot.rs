@@ -6,8 +6,8 @@ use slewkit::draw::{Picture, panel};
 use slewkit::files::export::{FileError, SimulationFile, Target};
 use slewkit::files::spec::escape;
 use slewkit::report::{
-    CASE_KEYS, COMPARISON_KEYS, ComparisonFile, KEYS, SIMULATION_KEYS, Shown, Subject, comparison_pictures,
-    pictures, simulation_pictures,
+    CASE_KEYS, COMPARISON_KEYS, ComparisonFile, INTEGRATOR_KEYS, KEYS, SIMULATION_KEYS, Shown, Subject,
+    comparison_pictures, pictures, simulation_pictures,
 };
 use std::path::{Path, PathBuf};
 
@@ -96,7 +96,8 @@ impl Format {
 /// The names of all pictures, each once.
 fn keys() -> Vec<&'static str> {
     let mut keys = Vec::new();
-    for key in KEYS.into_iter().chain(SIMULATION_KEYS).chain(CASE_KEYS).chain(COMPARISON_KEYS) {
+    let compared = COMPARISON_KEYS.into_iter().chain(INTEGRATOR_KEYS.iter().copied());
+    for key in KEYS.into_iter().chain(SIMULATION_KEYS).chain(CASE_KEYS).chain(compared) {
         if !keys.contains(&key) {
             keys.push(key);
         }

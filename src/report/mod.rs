@@ -66,32 +66,11 @@ pub const SIMULATION_KEYS: [&str; 8] =
 /// The names of the pictures of inputs, one for each of those compared.
 const INPUT_KEYS: [&str; 3] = ["inputs_1", "inputs_2", "inputs_3"];
 
-/// The names of all pictures that a comparison may have, in their order: of motions, and the figures of integrators but
-/// their trajectories.
-pub const COMPARISON_KEYS: [&str; 14] = {
-    let mut keys = [
-        INPUT_KEYS[0],
-        INPUT_KEYS[1],
-        INPUT_KEYS[2],
-        "turning",
-        "difference",
-        "",
-        "",
-        "",
-        "",
-        "",
-        "",
-        "",
-        "",
-        "",
-    ];
-    let mut figure = 1;
-    while figure < FIGURES.len() {
-        keys[4 + figure] = FIGURES[figure];
-        figure += 1;
-    }
-    keys
-};
+/// The names of all pictures that a comparison of motions may have, in their order.
+pub const COMPARISON_KEYS: [&str; 5] = [INPUT_KEYS[0], INPUT_KEYS[1], INPUT_KEYS[2], "turning", "difference"];
+
+/// The names of all pictures that a comparison of integrators may have: its figures but the trajectories.
+pub const INTEGRATOR_KEYS: &[&str] = FIGURES.as_slice().split_at(1).1;
 
 /// The names of all pictures that a file of results may have.
 pub const CASE_KEYS: [&str; 4] = ["cost", "map", "distribution", "miss"];

@@ -7,7 +7,9 @@ use super::body::body;
 use super::document::document;
 use super::summary::{self, Tone};
 use super::words::{Table, proved, tables};
-use super::{CASE_KEYS, COMPARISON_KEYS, MOST_POINTS, Shown, Subject, hamiltonian, pictures};
+use super::{
+    CASE_KEYS, COMPARISON_KEYS, INTEGRATOR_KEYS, MOST_POINTS, Shown, Subject, hamiltonian, pictures,
+};
 use crate::draw::{Map, Picture, escape};
 use crate::files::identity::Identity;
 use crate::maneuver::{Problem, Settings};
@@ -59,9 +61,10 @@ const SCRIPT: [&str; 6] = [
 ];
 
 /// Headings of the groups of pictures, and the pictures in each.
-const GROUPS: [(&str, &str, &[&str]); 8] = [
+const GROUPS: [(&str, &str, &[&str]); 9] = [
     ("cases", "Over the cases", &CASE_KEYS),
     ("compared", "Side by side", &COMPARISON_KEYS),
+    ("integrators", "Side by side", INTEGRATOR_KEYS),
     ("directions", "Where the boresights go", &["sky"]),
     (
         "limits",
