@@ -26,6 +26,8 @@ struct Tally {
     exact: usize,
     chattering: usize,
     singular: usize,
+    /// Of plans with singular arcs [s].
+    gaps: Vec<f64>,
     solve_ms: Vec<f64>,
     whole_ms: Vec<f64>,
 }
@@ -78,6 +80,9 @@ fn case(index: usize, line: &str, inertia: [f64; 3], tally: &mut Tally) -> Resul
         Structure::TruncatedChattering => tally.chattering += 1,
         _ => tally.singular += 1,
     }
+    if switching.structure != Structure::BangBang {
+        tally.gaps.push(switching.gap);
+    }
     if let Some(published) = cells.get(14).and_then(|cell| cell.parse::<f64>().ok()) {
         tally.published += 1;
         let excess = switching.continuous_duration_s - published;
@@ -104,9 +109,20 @@ fn report(name: &str, tally: Tally) {
         share(tally.chattering),
         share(tally.singular)
     );
-    for (what, mut times) in [("solve", tally.solve_ms), ("with witnesses", tally.whole_ms)] {
-        times.sort_by(f64::total_cmp);
-        let at = |part: f64| times.get((part * times.len() as f64) as usize).copied().unwrap_or(f64::NAN);
-        println!("  {what}: median {:.1} ms, 90 % {:.1} ms, 99 % {:.1} ms", at(0.5), at(0.9), at(0.99));
+    let [median, most, nearly_all, worst] = parts(tally.gaps);
+    println!(
+        "  gap of what is not bang-bang, to first order: median {median:.1e}, 90 % {most:.1e}, 99 % {nearly_all:.1e}, largest {worst:.1e} s"
+    );
+    for (what, times) in [("solve", tally.solve_ms), ("with witnesses", tally.whole_ms)] {
+        let [median, most, nearly_all, _] = parts(times);
+        println!("  {what}: median {median:.1} ms, 90 % {most:.1} ms, 99 % {nearly_all:.1} ms");
     }
+}
+
+/// The median, what nine tenths and 99 % are below, and the largest; NaN of nothing.
+fn parts(mut values: Vec<f64>) -> [f64; 4] {
+    values.sort_by(f64::total_cmp);
+    let last = values.len().saturating_sub(1);
+    let at = |part: f64| values.get(((part * values.len() as f64) as usize).min(last)).copied();
+    [0.5, 0.9, 0.99, 1.0].map(|part| at(part).unwrap_or(f64::NAN))
 }
