@@ -3,10 +3,10 @@
 
 use super::minimum_fuel::{ball, thrusters};
 use super::minimum_time::{CUBE, at, body, solved, torques};
-use super::shortest::{cone, limited, rate, turn, wheeled};
-use slewkit::maneuver::{Fuel, Method, Objective, Problem, Rule, Settings, Side};
+use super::shortest::{cone, limited, rate, takes_no_guess_and_no_shooting, turn, wheeled};
+use slewkit::maneuver::{Fuel, Objective, Problem, Rule, Settings, Side};
 use slewkit::mechanics::Limits;
-use slewkit::plan::{Guess, PlanError, Silent, Status, plan};
+use slewkit::plan::{Silent, Status, plan};
 use slewkit::{Matrix3, Vector3};
 
 const MOMENTS: [f64; 3] = [1.0, 2.0, 3.0];
@@ -93,8 +93,12 @@ fn fuel_is_that_of_another_program_on_the_same_grid() {
 #[test]
 fn fuel_along_limits_of_the_rates_is_found_but_for_a_share_of_the_effort() {
     let problem = burn(MOMENTS, [1.0, 2.0, 3.0], 120.0, 7.0);
-    let along = fuel(&rate(problem, Rule::RateAxes(Vector3::new(0.12, 0.2, 0.4)))) / 2.639200269 - 1.0;
-    assert!((-1e-6..5e-4).contains(&along), "{along:.1e}");
+    let found = solved(&rate(problem, Rule::RateAxes(Vector3::new(0.12, 0.2, 0.4)))).solution;
+    let along = found.cost / 2.639200269 - 1.0;
+    assert!((-1e-6..2e-4).contains(&along), "{along:.1e}");
+    // The plan says so where it is not as near as the others.
+    let share = found.convex.expect("planned by SCP").effort_share;
+    assert!(along < 1e-6 || share > 1e-4, "{along:.1e} with a share of {share}");
 }
 
 /// About one axis the wheel, or the rate, has no more than `L`: what is given is taken again, `2 L`, whatever the time.
@@ -159,12 +163,7 @@ fn too_short_a_duration_is_answered_by_the_shortest_found() {
 #[test]
 fn it_is_planned_by_scp_from_its_own_seeds() {
     let (_, problem, _) = cases().swap_remove(0);
-    let shooting = Settings { method: Method::Shooting, ..Settings::default() };
-    let refused = plan(&problem, &shooting, None, &mut Silent).unwrap_err();
-    assert!(matches!(refused, PlanError::NotForShooting { .. }), "{refused}");
-    let guess = Guess::costates(&[0.0; 6]);
-    let refused = plan(&problem, &Settings::default(), Some(&guess), &mut Silent).unwrap_err();
-    assert!(matches!(refused, PlanError::Unsuited { .. }), "{refused}");
+    takes_no_guess_and_no_shooting(&problem);
     let resting = Problem { end: problem.start, ..problem };
     assert_eq!(solved(&resting).solution.cost, 0.0);
 }

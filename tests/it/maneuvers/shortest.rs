@@ -18,6 +18,16 @@ fn slew(moments: [f64; 3], end: State) -> Problem {
         .with_actuation(torques(&CUBE, &[1.0; 3]))
 }
 
+/// A maneuver that SCP plans from seeds of its own refuses to be shot, and costates as a guess.
+pub(super) fn takes_no_guess_and_no_shooting(problem: &Problem) {
+    let shooting = Settings { method: Method::Shooting, ..Settings::default() };
+    let refused = plan(problem, &shooting, None, &mut Silent).unwrap_err();
+    assert!(matches!(refused, PlanError::NotForShooting { .. }), "{refused}");
+    let guess = Guess::costates(&[0.0; 6]);
+    let refused = plan(problem, &Settings::default(), Some(&guess), &mut Silent).unwrap_err();
+    assert!(matches!(refused, PlanError::Unsuited { .. }), "{refused}");
+}
+
 pub(super) fn limited(problem: Problem, limits: Limits) -> Problem {
     let torque = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
     problem.with_actuation(Actuation::torques(torque))
@@ -185,12 +195,7 @@ fn too_short_a_duration_is_answered_by_the_shortest_found() {
 #[test]
 fn the_shortest_is_sought_by_scp_from_its_own_seeds() {
     let (_, problem, _) = cases().swap_remove(0);
-    let shooting = Settings { method: Method::Shooting, ..Settings::default() };
-    let refused = plan(&problem, &shooting, None, &mut Silent).unwrap_err();
-    assert!(matches!(refused, PlanError::NotForShooting { .. }), "{refused}");
-    let guess = Guess::costates(&[0.0; 6]);
-    let refused = plan(&problem, &Settings::default(), Some(&guess), &mut Silent).unwrap_err();
-    assert!(matches!(refused, PlanError::Unsuited { .. }), "{refused}");
+    takes_no_guess_and_no_shooting(&problem);
     let limit = Settings { time_limit: Some(std::time::Duration::from_millis(1)), ..Settings::default() };
     let stopped = plan(&problem, &limit, None, &mut Silent).unwrap();
     assert_eq!(stopped.status, Status::LimitReached);
