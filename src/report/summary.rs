@@ -242,11 +242,9 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
         None => "not tested, as asked".into(),
     };
     let timed = solution.switching.is_some() || problem.is_shaped();
-    let first = match optimality.stationarity {
-        // The shooting tests both in one sweep.
-        unknown if unknown.is_nan() && !optimality.tested => None,
-        known => Some(format!("stationarity {}", error(known))),
-    };
+    // The shooting tests both in one sweep, which may not have been asked for, or have been stopped.
+    let known = Some(optimality.stationarity).filter(|stationarity| !stationarity.is_nan());
+    let first = known.map(|stationarity| format!("stationarity {}", error(stationarity)));
     let second = (!timed).then(|| format!("second order: {second}"));
     lines.line("optimality", first.into_iter().chain(second).collect::<Vec<_>>().join("   "));
     for rival in &solution.rivals {
