@@ -61,6 +61,8 @@ fn asked() {
         thread::sleep(PATIENCE);
         let text = if KEEPING.load(Ordering::SeqCst) {
             "interrupted: waiting for the cases under way; once more ends at once, what was finished is kept"
+        } else if WRITING.load(Ordering::SeqCst) {
+            "interrupted: writing what was found; once more ends at once and keeps nothing"
         } else {
             "interrupted: waiting for the step under way; once more ends at once and keeps nothing"
         };
