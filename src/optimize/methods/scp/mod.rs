@@ -3,7 +3,8 @@
 //! Around an iterate the chain of stages ([`model`]) and all limits ([`rows`]) are linear in tangent
 //! vectors, the cost is quadratic: a cone program ([`subproblem`]), with a trust region on the rotation
 //! of each node, a virtual control and slacks that keep it feasible. Its solution moves the iterate by
-//! the group's exponential. Near a solution, Newton on the optimality conditions takes over
+//! the group's exponential. A move that gives less than it promises, since the dynamics bend along it, is corrected to second
+//! order: solved once more with the defects that it ended with. Near a solution, Newton on the optimality conditions takes over
 //! ([`polish`]): a converged point is a variational trajectory to round-off, and its multipliers are
 //! costates.
 
@@ -35,6 +36,8 @@ const RADIUS: (f64, f64, f64) = (0.7, 2.0, 1e-7);
 /// Share of the promised decrease that makes a move acceptable, and that makes the radius grow.
 const ACCEPT: f64 = 0.05;
 const GOOD: f64 = 0.7;
+/// Below this share a move is tried once more, with the defects that it ends with made up for.
+const CORRECTED: f64 = 0.5;
 
 /// Slacks and defects above this, scaled, count as violated.
 const VIOLATED: f64 = 1e-6;
@@ -228,7 +231,7 @@ impl Iteration for Scp<'_> {
     fn advance(&mut self) -> Option<Outcome> {
         let curvature = self.curvature();
         self.subproblem.seconds_left = self.watch.seconds_left();
-        let step = match self.subproblem.solve(&self.at, &curvature, &self.weights) {
+        let step = match self.subproblem.solve(&self.at, &curvature, &self.weights, None) {
             Ok(step) => step,
             Err(Failure::Time) => return Some(Outcome::TimeLimit),
             Err(Failure::Numerical) => {
@@ -238,22 +241,26 @@ impl Iteration for Scp<'_> {
                 return self.motionless();
             }
         };
-        let model = self.at.model;
-        let length = longest(model, &step);
-        let candidate = self.at.iterate.moved(model, &step.states, &step.inputs, 1.0);
-        let candidate = candidate.evaluate(model, self.at.limits);
-        let before = self.merit(&self.at);
-        let actual = candidate.as_ref().map_or(f64::NEG_INFINITY, |candidate| before - self.merit(candidate));
-        // Below the cone solver's accuracy no ratio means anything: such moves are taken.
-        let noise = self.options.cone_tolerance * (1.0 + self.at.cost.abs());
-        let ratio = (actual + noise) / (step.predicted.max(0.0) + noise);
+        let mut tried = self.tried(step);
+        if tried.ratio < CORRECTED
+            && let Some(first) = &tried.candidate
+            && let Ok(corrected) = self.subproblem.solve(&self.at, &curvature, &self.weights, Some(first))
+        {
+            let predicted = tried.step.predicted;
+            let corrected = self.tried(Move { predicted, ..corrected });
+            if corrected.ratio > tried.ratio {
+                tried = corrected;
+            }
+        }
+        let Tried { step, candidate, ratio } = tried;
+        let length = longest(self.at.model, &step);
         let bounded = length >= 0.99 * self.weights.radius;
         let accepted = ratio >= ACCEPT;
         let lacking = step.slacks.iter().fold(self.lacking(&step), |worst, slack| worst.max(*slack));
         let feasible = lacking <= VIOLATED;
         let dearest = self.reprice(&step);
         if accepted {
-            if let Ok(candidate) = candidate {
+            if let Some(candidate) = candidate {
                 self.at = candidate;
             }
             self.multipliers = Some(step.multipliers.clone());
@@ -285,7 +292,27 @@ impl Iteration for Scp<'_> {
     }
 }
 
-impl Scp<'_> {
+/// A move, where it leads, and how much of what it promises comes true.
+struct Tried<'a> {
+    step: Move,
+    /// None where it cannot be evaluated.
+    candidate: Option<Evaluated<'a>>,
+    ratio: f64,
+}
+
+impl<'a> Scp<'a> {
+    fn tried(&self, step: Move) -> Tried<'a> {
+        let (model, limits) = (self.at.model, self.at.limits);
+        let candidate = self.at.iterate.moved(model, &step.states, &step.inputs, 1.0);
+        let candidate = candidate.evaluate(model, limits).ok();
+        let before = self.merit(&self.at);
+        let actual = candidate.as_ref().map_or(f64::NEG_INFINITY, |candidate| before - self.merit(candidate));
+        // Below the cone solver's accuracy no ratio means anything: such moves are taken.
+        let noise = self.options.cone_tolerance * (1.0 + self.at.cost.abs());
+        let ratio = (actual + noise) / (step.predicted.max(0.0) + noise);
+        Tried { step, candidate, ratio }
+    }
+
     /// Stalled, where the trust region lets nothing move.
     fn motionless(&self) -> Option<Outcome> {
         (self.weights.radius < RADIUS.2).then_some(Outcome::Stalled)

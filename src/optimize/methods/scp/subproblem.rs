@@ -158,15 +158,17 @@ impl<'a> Subproblem<'a> {
         }
     }
 
-    /// The best move from an iterate. `curvature` holds a positive semidefinite matrix per stage.
+    /// The best move from an iterate. `curvature` holds a positive semidefinite matrix per stage. With `after`, where a move
+    /// has led, the one that also makes up for the defects there: what the equations of motion lack beyond first order.
     pub fn solve(
         &mut self,
         at: &Evaluated,
         curvature: &[DMatrix<f64>],
         weights: &Weights,
+        after: Option<&Evaluated>,
     ) -> Result<Move, Failure> {
         let layout = ProgramLayout::of(self.model, self.rows);
-        let (program, places) = self.program(&layout, at, curvature, weights);
+        let (program, places) = self.program(&layout, at, curvature, weights, after);
         let answer = self.answer(program).map_err(|_| Failure::Numerical)?;
         let Some(optimum) = answer.step() else {
             let late = matches!(answer, Answer::Failed { reason: Reason::Time, .. });
@@ -230,6 +232,7 @@ impl<'a> Subproblem<'a> {
         at: &Evaluated,
         curvature: &[DMatrix<f64>],
         weights: &Weights,
+        after: Option<&Evaluated>,
     ) -> (Program, Vec<usize>) {
         let model = self.model;
         let mut linear = vec![0.0; layout.count];
@@ -270,7 +273,7 @@ impl<'a> Subproblem<'a> {
             }
         }
         let mut writer = Writer { places: vec![0; self.rows.rows.len()], ..Writer::default() };
-        self.write_chain(layout, at, &mut writer);
+        self.write_chain(layout, at, after, &mut writer);
         let equations = writer.bound.len();
         self.write_half_spaces(layout, at, weights.radius, &mut writer);
         let inequalities = writer.bound.len() - equations;
@@ -289,13 +292,19 @@ impl<'a> Subproblem<'a> {
     }
 
     /// Opening, steps, terminal conditions: `n (N + 1)` rows, then those of the end.
-    fn write_chain(&self, layout: &ProgramLayout, at: &Evaluated, writer: &mut Writer) {
+    fn write_chain(
+        &self,
+        layout: &ProgramLayout,
+        at: &Evaluated,
+        after: Option<&Evaluated>,
+        writer: &mut Writer,
+    ) {
         let model = self.model;
         for stage in 0..=model.steps {
             let defect = &at.defects[stage];
             let inputs = at.input_slope(stage);
             for i in 0..layout.n {
-                let row = writer.row(defect[i]);
+                let row = writer.row(defect[i] + after.map_or(0.0, |after| after.defects[stage][i]));
                 writer.put(row, layout.state(stage) + i, 1.0);
                 writer.put(row, layout.left, defect[i]);
                 for j in (0..layout.m).filter(|j| model.reaches(i, *j)) {
@@ -308,8 +317,8 @@ impl<'a> Subproblem<'a> {
                 }
             }
         }
-        for (error, slope) in at.terminal.iter().zip(at.terminal_slope.row_iter()) {
-            let row = writer.row(-error);
+        for (i, (error, slope)) in at.terminal.iter().zip(at.terminal_slope.row_iter()).enumerate() {
+            let row = writer.row(-error - after.map_or(0.0, |after| after.terminal[i]));
             writer.put_all(row, layout.state(model.steps), slope.iter(), 1.0);
             writer.put(row, layout.left, -error);
         }
