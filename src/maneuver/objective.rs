@@ -8,9 +8,10 @@
 //!
 //! with the weights κ of the kicks ([`Grid::kick`](super::grid::Grid::kick)) and one block of `W` for each set of
 //! actuators. Which inputs are optimal follows in `optimize/control_law`. Minimum time makes the duration `T` the cost,
-//! and fuel `∫ Σ c_j |u_j| dt`, or `c ∫ |τ| dt` where the norm of the torque alone is limited, with a price of time where the
-//! duration is sought: inputs are held over steps whose lengths are part of the answer (`optimize/methods/switching`), or stand
-//! at the nodes of equal steps where more than limits of the torques shapes them, `Σ κ_k Σ c_j |u_j,k|`.
+//! and fuel `∫ Σ c_j |u_j| dt`, of torques and forces, or `c ∫ |τ| dt` where the norm of the torque alone is limited (of the force
+//! likewise), with a price of time where the duration is sought: inputs are held over steps whose lengths are part of the
+//! answer (`optimize/methods/switching`), or stand at the nodes of equal steps where more than limits of the torques shapes
+//! them, `Σ κ_k Σ c_j |u_j,k|`.
 
 use crate::Matrix3;
 use crate::mechanics::actuators::{Actuation, ActuatorSet};
@@ -24,7 +25,8 @@ pub enum Objective {
     Effort(Weights),
     /// The duration.
     Time,
-    /// The fuel `∫ Σ c_j |u_j| dt` of the torque inputs, or `c ∫ |τ| dt` where the norm of the torque alone is limited.
+    /// The fuel `∫ Σ c_j |u_j| dt` of the inputs; `c ∫ |τ| dt` where the norm of the torque alone is limited, and `c ∫ |f| dt`
+    /// where that of the force is.
     Fuel(Fuel),
 }
 
@@ -34,6 +36,8 @@ pub struct Fuel {
     /// `c_j`, one per torque input, positive, in 1/(N·m·s) up to the user's unit of cost; absent: 1 each. All equal where
     /// the norm of the torque is limited.
     pub prices: Option<Vec<f64>>,
+    /// The same of the force inputs, in 1/(N·s) up to the user's unit of cost.
+    pub force_prices: Option<Vec<f64>>,
     /// What a second costs, where the duration is sought, in 1/s up to the user's unit of cost; absent: it is given.
     pub time_price: Option<f64>,
 }
@@ -41,20 +45,30 @@ pub struct Fuel {
 impl Fuel {
     /// Price of a torque input.
     pub fn price(&self, input: usize) -> f64 {
-        self.prices.as_ref().map_or(1.0, |prices| prices.get(input).copied().unwrap_or(f64::NAN))
+        price_of(self.prices.as_ref(), input)
     }
 
-    /// What a second costs: the fuel of a row of torque inputs of a set, and the price of time.
-    pub fn rate(&self, set: &ActuatorSet, inputs: &[f64]) -> f64 {
-        let fuel: f64 = if Self::is_of_norm(set) {
-            self.price(0) * set.output(inputs).norm()
-        } else {
-            inputs.iter().enumerate().map(|(input, u)| self.price(input) * u.abs()).sum()
+    /// Price of a force input.
+    pub fn force_price(&self, input: usize) -> f64 {
+        price_of(self.force_prices.as_ref(), input)
+    }
+
+    /// What a second costs: the fuel of a row of inputs, those of forces first, and the price of time.
+    pub fn rate(&self, actuation: &Actuation, inputs: &[f64]) -> f64 {
+        let (forces, torques) = inputs.split_at(inputs.len().saturating_sub(actuation.torque.count()));
+        let of_set = |set: &ActuatorSet, inputs: &[f64], price: &dyn Fn(usize) -> f64| -> f64 {
+            if Self::is_of_norm(set) {
+                return price(0) * set.output(inputs).norm();
+            }
+            inputs.iter().enumerate().map(|(input, u)| price(input) * u.abs()).sum()
         };
-        fuel + self.time_price.unwrap_or(0.0)
+        let of_torques = of_set(&actuation.torque, torques, &|input| self.price(input));
+        let force = actuation.force.as_ref().filter(|_| !forces.is_empty());
+        let of_forces = force.map_or(0.0, |set| of_set(set, forces, &|input| self.force_price(input)));
+        of_torques + of_forces + self.time_price.unwrap_or(0.0)
     }
 
-    /// Whether fuel is counted by the norm of the torque: one motor that points anywhere has such a limit.
+    /// Whether fuel is counted by the norm of the torque or force: one motor that points anywhere has such a limit.
     pub fn is_of_norm(set: &ActuatorSet) -> bool {
         set.limits().size.is_none() && set.limits().norm.is_some()
     }
@@ -62,6 +76,11 @@ impl Fuel {
 
 /// Every input of weight 1.
 static ONES: Weights = Weights { torque: None, force: None, time_price: None };
+
+/// Price of an input: 1 where none are given.
+fn price_of(prices: Option<&Vec<f64>>, input: usize) -> f64 {
+    prices.map_or(1.0, |prices| prices.get(input).copied().unwrap_or(f64::NAN))
+}
 
 impl Objective {
     /// The weights by which inputs that can stand for each other share a torque: those of the effort, otherwise 1.

@@ -298,9 +298,15 @@ impl Problem {
     }
 
     /// Whether more than limits of the torques shapes a plan of minimum time or fuel: its inputs then stand at the nodes of
-    /// equal steps, as those of effort do.
+    /// equal steps, as those of effort do. Forces do so too, and what acts on the body.
     pub fn is_shaped(&self) -> bool {
-        self.objective.switches() && self.has_shaping_limits()
+        self.objective.switches() && (self.has_shaping_limits() || !self.is_free_turn())
+    }
+
+    /// Whether the attitude alone is planned, of a body that nothing acts on but its torques.
+    pub(crate) fn is_free_turn(&self) -> bool {
+        let still = self.environment.frame_rate().amax() == 0.0;
+        self.motion == Motion::Attitude && still && self.environment.is_free()
     }
 
     /// Whether it has more than limits of each torque, or of the norm of the torque: what the shooting does not take.

@@ -9,7 +9,7 @@ use crate::maneuver::objective::Fuel;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::{Method, Settings};
 use crate::maneuver::{Motion, Rule};
-use crate::mechanics::actuators::LimitKind;
+use crate::mechanics::actuators::{ActuatorSet, LimitKind};
 use crate::optimize::control_law;
 
 /// The program itself, its threads and small grids \[bytes\].
@@ -77,13 +77,10 @@ fn rows(problem: &Problem) -> usize {
         Rule::Pointing(pointing) => 2 * pointing.pairs().count(),
     });
     // What has a kink in the cost, once for each side of it.
-    let torque = &problem.actuation.torque;
-    let of_kinks = match problem.objective.fuel() {
-        Some(_) if Fuel::is_of_norm(torque) => BALL,
-        Some(_) => 2 * torque.count(),
-        None => 0,
-    };
-    of_limits.chain(of_constraints).sum::<usize>() + of_kinks
+    let of_kinks = |set: &ActuatorSet| if Fuel::is_of_norm(set) { BALL } else { 2 * set.count() };
+    let burning = [Some(&problem.actuation.torque), problem.actuation.force.as_ref()];
+    let burning = burning.into_iter().flatten().filter(|_| problem.objective.fuel().is_some());
+    of_limits.chain(of_constraints).chain(burning.map(of_kinks)).sum()
 }
 
 #[cfg(test)]

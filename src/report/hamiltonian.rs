@@ -49,7 +49,7 @@ pub(super) fn missing(subject: &Subject) -> Option<&'static str> {
     }
     if problem.is_shaped() {
         return Some(
-            "the costates of least time or fuel within cones, rates or wheels belong to a cost that is in part effort",
+            "the costates of least time or fuel on equal steps belong to a cost that is in part effort",
         );
     }
     let names = problem.actuation.limits().map(|limit| limit.name);
@@ -122,7 +122,7 @@ fn running_cost(subject: &Subject, inputs: &[f64]) -> f64 {
     let actuation = &subject.problem.actuation;
     let weights = match &subject.problem.objective {
         Objective::Time => return 1.0,
-        Objective::Fuel(fuel) => return fuel.rate(&actuation.torque, inputs),
+        Objective::Fuel(fuel) => return fuel.rate(actuation, inputs),
         Objective::Effort(weights) => weights,
     };
     let force = weights.force(actuation);

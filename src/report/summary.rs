@@ -356,6 +356,7 @@ fn minimal(solution: &Solution) -> String {
     let minimal = "minimal to first order on the grid";
     match solution.convex.map_or(0.0, |work| work.effort_share) {
         share if share > SEEN => {
+            let share = significant(share, 2);
             format!("{minimal} with {share} of the effort in the cost: a little less is possible")
         }
         _ => minimal.into(),

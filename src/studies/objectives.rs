@@ -34,7 +34,7 @@ pub struct ObjectiveRun {
     pub duration_s: Option<f64>,
     /// `∫ ½ uᵀWu dt` of the inputs \[N²·m²·s\], up to the weights.
     pub effort: Option<f64>,
-    /// `∫ Σ c_j |u_j| dt` of the torque inputs, or `c ∫ |τ| dt` under a limit of the norm \[N·m·s\], up to the prices.
+    /// `∫ Σ c_j |u_j| dt` of the inputs, or `c ∫ |τ| dt` under a limit of the norm \[N·m·s\], up to the prices.
     pub fuel: Option<f64>,
     /// How many times an input switches, of plans that switch.
     pub switches: Option<usize>,
@@ -114,8 +114,8 @@ struct Measures<'a> {
 impl<'a> Measures<'a> {
     fn of(problem: &'a Problem) -> Self {
         let weights = Weights { time_price: None, ..problem.objective.weights().clone() };
-        let prices = problem.objective.fuel().and_then(|fuel| fuel.prices.clone());
-        Self { problem, weights, fuel: Fuel { prices, time_price: None } }
+        let fuel = problem.objective.fuel().cloned().unwrap_or_default();
+        Self { problem, weights, fuel: Fuel { time_price: None, ..fuel } }
     }
 
     fn row(&self, minimises: &'static str, run: Result<Plan, String>) -> ObjectiveRun {
@@ -142,19 +142,25 @@ impl<'a> Measures<'a> {
             return row;
         }
         let trajectory = &solution.trajectory;
-        let weight = self.weights.torque(&self.problem.actuation).weight;
         row.duration_s = trajectory.time.last().copied();
-        // The effort of forces is in the cost alone.
         row.effort = Some(match minimises {
             "effort" => solution.cost,
-            _ => integral(trajectory, |inputs| effort(&weight, inputs)),
+            _ => integral(trajectory, |inputs| self.effort(inputs)),
         });
-        row.fuel =
-            Some(integral(trajectory, |inputs| self.fuel.rate(&self.problem.actuation.torque, inputs)));
+        row.fuel = Some(integral(trajectory, |inputs| self.fuel.rate(&self.problem.actuation, inputs)));
         row.switches = solution.switching.as_ref().map(|switching| switching.switches);
         row.gap = solution.switching.as_ref().map(|switching| switching.gap);
         row.trajectory = Some(trajectory.clone());
         row
+    }
+
+    /// `½ uᵀWu` of a row of inputs, those of forces first.
+    fn effort(&self, inputs: &[f64]) -> f64 {
+        let actuation = &self.problem.actuation;
+        let torque = self.weights.torque(actuation);
+        let (forces, torques) = inputs.split_at(inputs.len() - torque.set.count());
+        let force = self.weights.force(actuation).filter(|_| !forces.is_empty());
+        effort(&torque.weight, torques) + force.map_or(0.0, |force| effort(&force.weight, forces))
     }
 }
 
@@ -213,7 +219,7 @@ mod tests {
             let sum = integral(&plan.solution.trajectory, |inputs| effort(&weight, inputs));
             assert!((sum / plan.solution.cost - 1.0).abs() < 1e-13, "{scheme:?} {sum}");
         }
-        let objective = Objective::Fuel(Fuel { prices: Some(vec![1.0, 2.0, 0.5]), time_price: None });
+        let objective = Objective::Fuel(Fuel { prices: Some(vec![1.0, 2.0, 0.5]), ..Fuel::default() });
         let problem = slew(5.0).with_objective(objective);
         let plan = plan::plan(&problem, &Settings::default(), None, &mut Silent).unwrap();
         let runs = compare(&problem, &Settings::default(), &mut Silent).unwrap();

@@ -315,7 +315,7 @@ pub fn cost(problem: &Problem, trajectory: &Trajectory) -> f64 {
         }
         Objective::Time => trajectory.time.last().copied().unwrap_or(f64::NAN),
         Objective::Fuel(fuel) => {
-            let rate = |row: &[f64]| fuel.rate(&problem.actuation.torque, row);
+            let rate = |row: &[f64]| fuel.rate(&problem.actuation, row);
             if problem.is_shaped() {
                 return at_nodes(problem, &trajectory.input, rate);
             }

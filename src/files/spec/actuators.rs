@@ -9,11 +9,12 @@ use crate::maneuver::{Motion, Weighted, Weights};
 use crate::mechanics::{Actuation, ActuatorSet, ActuatorSetError, AxisFrame};
 use nalgebra::DMatrix;
 
-/// The actuators, their effort weights, and what fuel costs with each torque input; absent: 1.
+/// The actuators, their effort weights, and what fuel costs with each torque and each force input; absent: 1.
 pub(crate) struct Actuated {
     pub actuation: Actuation,
     pub weights: Weights,
     pub prices: Option<Vec<f64>>,
+    pub force_prices: Option<Vec<f64>>,
 }
 
 /// The actuators and what their inputs cost, with the defaults that go with the motion.
@@ -21,22 +22,26 @@ pub(crate) fn actuated(section: Option<&Section>, motion: Motion) -> Option<Actu
     if let Some(section) = section.filter(|section| section.has("thruster")) {
         return thrusters::thrusters(section, motion);
     }
-    let found = actuation(section, motion);
-    let prices = match section.filter(|section| section.has("fuel_price")) {
-        Some(section) => Some(prices(section, found.as_ref()?.0.torque.count())?),
-        None => None,
+    let (actuation, weights) = actuation(section, motion)?;
+    let forces = actuation.force.as_ref().map_or(0, ActuatorSet::count);
+    let torques = actuation.torque.count();
+    let priced = |key: &str, inputs: &str, count: usize| match section.filter(|section| section.has(key)) {
+        Some(section) => prices(section, key, inputs, count).map(Some),
+        None => Some(None),
     };
-    found.map(|(actuation, weights)| Actuated { actuation, weights, prices })
+    let prices = priced("fuel_price", "torque", torques)?;
+    let force_prices = priced("force_fuel_price", "force", forces)?;
+    Some(Actuated { actuation, weights, prices, force_prices })
 }
 
-/// One price for each torque input.
-fn prices(section: &Section, count: usize) -> Option<Vec<f64>> {
-    match section.limits("fuel_price")? {
+/// One price for each input of a kind.
+fn prices(section: &Section, key: &str, inputs: &str, count: usize) -> Option<Vec<f64>> {
+    match section.limits(key)? {
         Limits::All(price) => Some(vec![price; count]),
         Limits::Each(prices) if prices.len() == count => Some(prices),
         Limits::Each(prices) => {
-            let reason = format!("`fuel_price` is for {} torque inputs, there are {count}", prices.len());
-            section.refuse("E0026", "fuel_price", reason, "give one price per input, or one for all")
+            let reason = format!("`{key}` is for {} {inputs} inputs, there are {count}", prices.len());
+            section.refuse("E0026", key, reason, "give one price per input, or one for all")
         }
     }
 }
@@ -55,7 +60,7 @@ fn actuation(section: Option<&Section>, motion: Motion) -> Option<(Actuation, We
     }
     let torque = channel(section, &torque_names, "effort_weight");
     let torque = limited(torque, section, &TORQUE_LIMITS);
-    let force_keys = ["force_axes_reference", "force_axes_body", "force_effort_weight"];
+    let force_keys = ["force_axes_reference", "force_axes_body", "force_effort_weight", "force_fuel_price"];
     if motion == Motion::Attitude {
         if let Some(key) = force_keys.into_iter().chain(FORCE_LIMITS).find(|key| section.has(key)) {
             let reason = format!("`{key}` is given, but the maneuver moves the attitude only");
@@ -67,7 +72,10 @@ fn actuation(section: Option<&Section>, motion: Motion) -> Option<(Actuation, We
     }
     let none = force_names.iter().any(|(name, _)| section.vectors(name).is_some_and(|axes| axes.is_empty()));
     if none {
-        let orphan = ["force_effort_weight"].into_iter().chain(FORCE_LIMITS).find(|key| section.has(key));
+        let orphan = ["force_effort_weight", "force_fuel_price"]
+            .into_iter()
+            .chain(FORCE_LIMITS)
+            .find(|key| section.has(key));
         if let Some(key) = orphan {
             let reason = format!("`{key}` is given, but the list of force axes is empty");
             section.error("E0026", key, reason, "remove one of the two");

@@ -84,11 +84,13 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
 
     let body = Body { inertia: inertia?, mass: mass.filter(|_| motion == Motion::RigidBody) };
     let name = root.word("name").unwrap_or(default_name).to_string();
-    let actuators::Actuated { actuation, weights, prices } = actuated?;
+    let actuators::Actuated { actuation, weights, prices, force_prices } = actuated?;
     let weights = weights.simplified();
     let objective = match section.word("minimize") {
         Some("time") => Objective::Time,
-        Some("fuel") => Objective::Fuel(Fuel { prices, time_price: section.number("time_price_per_s") }),
+        Some("fuel") => {
+            Objective::Fuel(Fuel { prices, force_prices, time_price: section.number("time_price_per_s") })
+        }
         _ => Weights { time_price: section.number("time_price_per_s"), ..weights.clone() }.into(),
     };
     let (switches, sought) = (objective.switches(), duration.is_none());
@@ -275,8 +277,11 @@ fn refuse(error: &ProblemError, problem: &Problem, maneuver: &Section, ends: [&B
             let remedy = "take it away, or minimise effort in a given `duration_s`";
             let remedy = match *what {
                 "torque_limit_n_m" => "add torque_limit_n_m to [actuators]: one number, or one per axis",
+                "environment" => "give `duration_s`, and minimise fuel or effort",
+                "force_limit_n" => "add force_limit_n to [actuators]: one number, or one per axis",
                 "torque_axes_body" => "add inputs until every direction is reached, or minimise effort",
                 "fuel_price" => "give fuel_price as one number",
+                "force_fuel_price" => "give force_fuel_price as one number",
                 "thruster" => "write minimize = \"fuel\", or describe the inputs by torque axes",
                 _ => remedy,
             };

@@ -304,6 +304,9 @@ tables! {
         /// What a N·m of each torque input costs in a second, where fuel is minimised: one for all, or one per axis; under
         /// torque_norm_limit_n_m what a N·m of the whole torque costs. Default: 1.
         "fuel_price": Limits(q::PRICE, None);
+        /// What a newton of each force input costs in a second, where fuel is minimised: one for all, or one per axis; under
+        /// force_norm_limit_n what a newton of the whole force costs. Default: 1.
+        "force_fuel_price": Limits(q::PRICE, None);
         /// Reaction wheels, instead of torque axes; each input is the torque of one wheel on the body.
         "wheel": List(&WHEEL, MAX_WHEELS);
         /// Thrusters, instead of torque axes; each input is the torque of one thruster, never negative. For minimum time

@@ -253,7 +253,8 @@ fn actuators(spec: &mut Writing, problem: &Problem, moves: bool) -> Result<(), U
         return thrusters(spec, problem);
     }
     spec.table("actuators", |table| {
-        table.some("fuel_price", problem.objective.fuel().and_then(|fuel| fuel.prices.clone()));
+        let fuel = problem.objective.fuel();
+        table.some("fuel_price", fuel.and_then(|fuel| fuel.prices.clone()));
         let axes = match torque.set.frame() {
             AxisFrame::Body => "torque_axes_body",
             AxisFrame::Reference => "torque_axes_reference",
@@ -266,6 +267,7 @@ fn actuators(spec: &mut Writing, problem: &Problem, moves: bool) -> Result<(), U
                 AxisFrame::Reference => "force_axes_reference",
             };
             let limits = ["force_limit_n", "force_norm_limit_n", "force_rate_limit_n_per_s"];
+            table.some("force_fuel_price", fuel.and_then(|fuel| fuel.force_prices.clone()));
             channel(table, force, [axes, "force_effort_weight"], limits);
         } else if moves {
             table.put("force_axes_reference", Vec::<Value>::new());

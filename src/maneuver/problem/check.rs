@@ -4,7 +4,7 @@ use super::{Motion, Problem, ProblemError, Scheme, State};
 use crate::Matrix3;
 use crate::maneuver::constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError, conflict};
 use crate::maneuver::objective::{Fuel, Objective};
-use crate::mechanics::actuators::{AxisFrame, Wheels};
+use crate::mechanics::actuators::{ActuatorSet, AxisFrame, Wheels};
 use std::collections::HashSet;
 
 impl Problem {
@@ -123,29 +123,40 @@ impl Problem {
             self.check_free_duration()?;
         }
         if let Some(fuel) = self.objective.fuel() {
-            let count = self.actuation.torque.count();
-            if fuel.prices.as_ref().is_some_and(|prices| prices.len() != count) {
-                return Err(out_of_range(
-                    "number of torque inputs",
-                    count as f64,
-                    "must be that of the prices of fuel",
-                ));
-            }
-            let prices = fuel.prices.iter().flatten();
-            if let Some(price) = prices.copied().find(|price| !(*price > 0.0 && price.is_finite())) {
-                return Err(out_of_range("price", price, "must be positive and finite"));
-            }
-            let mut others = fuel.prices.iter().flatten();
-            if Fuel::is_of_norm(&self.actuation.torque) && others.any(|price| *price != fuel.price(0)) {
-                let reason =
-                    "fuel is counted by the norm of the torque under a limit of that: it has one price";
-                return Err(ProblemError::Unsuited { what: "fuel_price", reason });
-            }
+            self.check_fuel_prices(fuel)?;
         }
         let sets = [Some(&self.actuation.torque), self.actuation.force.as_ref()];
         if !self.objective.switches() && sets.into_iter().flatten().any(|set| set.limits().one_sided) {
             let reason = "thrusters push to one side only: they are planned for minimum time and fuel";
             return Err(ProblemError::Unsuited { what: "thruster", reason });
+        }
+        Ok(())
+    }
+
+    /// One price for each input, the same for all where fuel is counted by the norm of what they give.
+    fn check_fuel_prices(&self, fuel: &Fuel) -> Result<(), ProblemError> {
+        let (torque, force) = (&self.actuation.torque, self.actuation.force.as_ref());
+        let of_norm = [
+            "fuel is counted by the norm of the torque under a limit of that: it has one price",
+            "fuel is counted by the norm of the force under a limit of that: it has one price",
+        ];
+        let sets = [
+            (Some(torque), &fuel.prices, "number of torque inputs", "fuel_price", of_norm[0]),
+            (force, &fuel.force_prices, "number of force inputs", "force_fuel_price", of_norm[1]),
+        ];
+        for (set, prices, number, key, one_price) in sets {
+            let Some(prices) = prices else { continue };
+            let count = set.map_or(0, ActuatorSet::count);
+            if prices.len() != count {
+                return Err(out_of_range(number, count as f64, "must be that of the prices of fuel"));
+            }
+            if let Some(price) = prices.iter().copied().find(|price| !(*price > 0.0 && price.is_finite())) {
+                return Err(out_of_range("price", price, "must be positive and finite"));
+            }
+            let differ = prices.iter().any(|price| *price != prices[0]);
+            if differ && set.is_some_and(Fuel::is_of_norm) {
+                return Err(ProblemError::Unsuited { what: key, reason: one_price });
+            }
         }
         Ok(())
     }
@@ -166,22 +177,28 @@ impl Problem {
         met.map_or(Ok(()), |(_, what, reason)| Err(ProblemError::Unsuited { what, reason }))
     }
 
-    /// What the search for maneuvers of minimum time and fuel takes: a free body, torques along body axes that reach
-    /// every direction, and one kind of limit.
+    /// What the search for maneuvers of minimum time and fuel takes: torques along body axes that reach every direction, a
+    /// limit of every input, and where the duration is sought a frame that does not turn and no field to move through.
     fn check_switching(&self) -> Result<(), ProblemError> {
-        let (torque, limits) = (&self.actuation.torque, self.actuation.torque.limits());
-        let unlimited = |size: &Vec<f64>| size.iter().any(|size| !size.is_finite());
-        let free = self.environment.is_free() && self.environment.frame_rate().amax() == 0.0;
+        let torque = &self.actuation.torque;
+        let moves = self.motion == Motion::RigidBody;
+        let force = self.actuation.force.as_ref().filter(|_| moves);
+        let unlimited = |set: &ActuatorSet| {
+            let limits = set.limits();
+            let infinite = |size: &Vec<f64>| size.iter().any(|size| !size.is_finite());
+            limits.size.as_ref().map_or(limits.norm.is_none(), infinite)
+        };
+        let turning = self.environment.frame_rate().amax() != 0.0;
         let obstacles = [
             (
-                self.motion != Motion::Attitude,
-                "position_m",
-                "minimum time and fuel are planned for the attitude alone",
+                self.seeks_duration() && turning,
+                "environment",
+                "in a frame that turns neither the shortest duration nor the one of least fuel is sought",
             ),
             (
-                !free,
+                self.seeks_duration() && moves && !self.environment.is_free(),
                 "environment",
-                "minimum time and fuel are planned for a body that nothing acts on but its torques",
+                "in a field that the body moves through neither the shortest duration nor the one of least fuel is sought",
             ),
             (
                 torque.frame() != AxisFrame::Body,
@@ -189,9 +206,14 @@ impl Problem {
                 "minimum time and fuel are planned for torques along body axes",
             ),
             (
-                limits.size.as_ref().map_or(limits.norm.is_none(), unlimited),
+                unlimited(torque),
                 "torque_limit_n_m",
                 "minimum time and fuel need a limit of every torque: without one the best plan is an impulse",
+            ),
+            (
+                force.is_some_and(unlimited),
+                "force_limit_n",
+                "minimum time and fuel need a limit of every force: without one the best plan is an impulse",
             ),
             (
                 !torque.reaches_every_direction(),

@@ -361,7 +361,7 @@ impl Setup {
         let field = !problem.environment.is_free() || problem.environment.frame_rate() != Vector3::zeros();
         let foreign = [
             (problem.motion == Motion::RigidBody, "the body translates; only attitude maneuvers are covered"),
-            (problem.switches(), "time or fuel is minimised; only effort is covered"),
+            (problem.objective.switches(), "time or fuel is minimised; only effort is covered"),
             (problem.seeks_duration(), "the duration is sought; only given ones are covered"),
             (field, "a field acts on the body; only free bodies are covered"),
             (

@@ -1,5 +1,6 @@
-//! The shortest duration or the least fuel within limits and constraints: SCP with the duration as an unknown where it is
-//! sought, and with the kinks of fuel in the cost (`methods/scp/model`, `methods/scp/rows`).
+//! The shortest duration or the least fuel within limits and constraints, and the least fuel of forces and in fields: SCP with
+//! the duration as an unknown where it is sought, and with the kinks of fuel in the cost (`methods/scp/model`,
+//! `methods/scp/rows`).
 //!
 //! Time and fuel alone leave choices: where one input is at its limit throughout, others may do this or that. A little
 //! effort in the cost decides them, and keeps every subproblem and Newton matrix regular. On the requested grid its share
@@ -11,6 +12,7 @@
 //! is a local minimum; how far the cheapest of them is the cheapest of all nobody knows.
 
 use super::coarse::chain_steps;
+use super::constrained::straight;
 use super::context::Context;
 use super::detour::detours;
 use super::duration;
@@ -19,7 +21,7 @@ use super::switching;
 use crate::Vector3;
 use crate::lie;
 use crate::maneuver::objective::Objective;
-use crate::maneuver::problem::Problem;
+use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::settings::{Method, Settings};
 use crate::maneuver::solution::{ConvexWork, Outcome, Rung, Solution, Trajectory};
 use crate::mechanics::actuators::LimitKind;
@@ -31,15 +33,19 @@ use crate::optimize::methods::scp::model::Goal;
 use crate::optimize::methods::scp::road::{Chain, ConvexIteration, path};
 use std::f64::consts::PI;
 
-/// Share of the effort in the cost while plans are compared, and how it is lowered for the one that is told.
+/// Share of the effort in the cost while plans are compared, and the least one for the plan that is told.
 pub(super) const SHARE: f64 = 1e-2;
-const LAST_SHARES: [f64; 5] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-6];
+const LAST_SHARE: f64 = 1e-6;
+/// How a share is lowered: by the first factor where that goes, or else by the square root of what failed, down to the last.
+const LOWERED: (f64, f64) = (0.1, 0.5);
 /// Shares with which the requested grid is reached, the next where the one before finds nothing there.
 const FIRST_SHARES: [f64; 3] = [SHARE, 1e-1, 1.0];
 /// How far the path of minimum time or fuel is bent to either side \[rad\]: a turn about one axis is often a saddle.
 const BENT: f64 = 0.5;
 /// Costs of one plan with two shares of the effort differ by less, relative: by the larger share, from the one to the other.
 const NEAR: [f64; 2] = [0.01, 0.1];
+/// Accuracy of the subproblems: multipliers tell which inputs are off, the less clearly the smaller the share.
+const SHARP: f64 = 1e-9;
 /// Most subproblems from one share to the next.
 const FEW: usize = 12;
 
@@ -92,12 +98,14 @@ fn effort_sought(problem: &Problem, context: &Context) -> Solution {
 
 /// In a given duration, or in the best one of all.
 fn solve_once(problem: &Problem, context: &Context) -> Solution {
+    let unsolved = Solution::unsolved(problem, context.settings.tolerance);
     let bare = Problem {
         constraints: Vec::new(),
         actuation: problem.actuation.of_jumping_inputs(),
         ..problem.clone()
     };
-    let quick = switching::solve(&bare, context);
+    // Only a free body that turns has a plan of inputs that switch.
+    let quick = if problem.is_free_turn() { switching::solve(&bare, context) } else { unsolved.clone() };
     *context.ladder.borrow_mut() = quick.ladder.clone();
     if quick.trajectory.time.len() == 1 {
         // The body is where it should be.
@@ -109,7 +117,6 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
     let stated = quick.trajectory.time.last().copied().filter(|_| sought);
     let duration = stated.unwrap_or_else(|| if sought { about(problem) } else { problem.duration });
     let stated = Problem { objective: Objective::default(), ..problem.clone().with_duration(duration) };
-    let unsolved = Solution::unsolved(problem, context.settings.tolerance);
     // Checked as what it is: effort takes less than time and fuel.
     let mut solution = match (problem.clone().with_duration(duration).check(), context.interrupt()) {
         (_, Some(stopped)) => Solution { outcome: stopped, ..unsolved },
@@ -123,12 +130,29 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
 
 /// The solution of a maneuver of minimum time or fuel, with the duration of `stated` as the unit of time.
 fn of_stated(stated: &Problem, objective: &Objective, context: &Context, quick: &Trajectory) -> Solution {
+    match stated.motion {
+        Motion::Attitude => of_dimension::<6>(stated, objective, context, quick),
+        Motion::RigidBody => of_dimension::<12>(stated, objective, context, quick),
+    }
+}
+
+/// The same in the tangent dimension of the motion.
+fn of_dimension<const N: usize>(
+    stated: &Problem,
+    objective: &Objective,
+    context: &Context,
+    quick: &Trajectory,
+) -> Solution {
     let goal = Goal { objective: objective.clone(), share: SHARE };
     let advise = !objective.counts_time();
     let ask = Ask { advise, ..Ask::of_goal(Some(goal), context.settings) };
-    let mut search = Search::<6>::new(stated, context, ask);
+    let mut search = Search::<N>::new(stated, context, ask);
     let coarse = search.chain(chain_steps(stated));
     let mut paths = bent(resampled(&coarse, objective.name(), quick));
+    if paths.is_empty() {
+        // Without a plan of inputs that switch.
+        paths.push(straight(&coarse.model));
+    }
     let unlimited = search.unlimited_paths(&coarse);
     if objective.fuel().is_some() {
         paths.extend(search.effort_paths(&unlimited));
@@ -149,7 +173,7 @@ fn of_stated(stated: &Problem, objective: &Objective, context: &Context, quick: 
         return unsolved;
     };
     let planned = stated.clone().with_duration(duration);
-    let mut written = Search::<6>::new(&planned, context, search.ask.clone());
+    let mut written = Search::<N>::new(&planned, context, search.ask.clone());
     written.work = ConvexWork { effort_share: share, ..search.work };
     let mut solution = Solution::unsolved(&planned, context.settings.tolerance);
     written.write(&mut solution, &attempt);
@@ -170,14 +194,7 @@ impl Ask<'_> {
 impl<const N: usize> Search<'_, '_, N> {
     /// The cheapest of the local minima that SCP finds along `paths`, which are on its coarse grid.
     pub(super) fn cheapest(&mut self, paths: Vec<Candidate>) -> Option<Cheapest> {
-        let coarse = self.chain(chain_steps(self.problem));
-        for path in paths {
-            for seed in detours(self.problem, &coarse.model.dynamics.frame_rate(), path) {
-                if !self.stopped() {
-                    self.descend(&coarse, seed);
-                }
-            }
-        }
+        let coarse = self.coarse_minima(paths);
         self.carry_with_effort(&coarse);
         if self.may_be_too_short() {
             self.scp_from_the_shortest();
@@ -190,49 +207,87 @@ impl<const N: usize> Search<'_, '_, N> {
         let chain = self.chain(self.problem.steps);
         let cost = chain.price(&first.candidate);
         let attempt = chain.of_given_duration(first);
-        let rivals = found.filter(|rival| rival.candidate.steps() == coarse.model.steps).map(|rival| {
-            let cost = coarse.price(&rival.candidate);
-            (rival, cost)
-        });
-        Some(Cheapest { duration, cost, attempt, share, rivals: rivals.collect() })
+        let price = |rival: Attempt| {
+            let own =
+                [&chain, &coarse].into_iter().find(|chain| chain.model.steps == rival.candidate.steps())?;
+            let cost = own.price(&rival.candidate);
+            Some((rival, cost))
+        };
+        Some(Cheapest { duration, cost, attempt, share, rivals: found.filter_map(price).collect() })
+    }
+
+    /// The local minima that SCP finds along paths on its coarse grid, with as much effort in the cost as that takes, and
+    /// that grid's chain: where forces turn with the body, or a field changes with its place, costs of fuel alone bend less
+    /// than the dynamics do.
+    fn coarse_minima(&mut self, paths: Vec<Candidate>) -> Chain {
+        let first = self.chain(chain_steps(self.problem));
+        let frame_rate = first.model.dynamics.frame_rate();
+        let seeds: Vec<Candidate> =
+            paths.into_iter().flat_map(|path| detours(self.problem, &frame_rate, path)).collect();
+        let mut coarse = first;
+        for share in self.shares() {
+            if let Some(goal) = &mut self.ask.goal {
+                goal.share = share;
+            }
+            coarse = self.chain(coarse.model.steps);
+            for seed in &seeds {
+                if !self.stopped() {
+                    self.descend(&coarse, seed.clone());
+                }
+            }
+            if !self.found.is_empty() || self.stopped() {
+                break;
+            }
+        }
+        coarse
+    }
+
+    /// Shares to try one after the other, from the one that there is; of effort alone that one.
+    fn shares(&self) -> Vec<f64> {
+        let goal = self.ask.goal.as_ref();
+        let least = goal.map_or(SHARE, |goal| goal.share);
+        let several = goal.is_some_and(|goal| goal.objective.switches());
+        let from_least = FIRST_SHARES.into_iter().filter(|share| *share >= least);
+        from_least.take(if several { FIRST_SHARES.len() } else { 1 }).collect()
     }
 
     /// Carries the cheapest to the requested grid, with as much effort in the cost as that takes: along arcs on which a
     /// constraint acts rows of neighbouring nodes nearly repeat each other.
     fn carry_with_effort(&mut self, coarse: &Chain) {
         let found = self.found.clone();
-        for share in FIRST_SHARES {
+        for share in self.shares() {
             if let Some(goal) = &mut self.ask.goal {
                 goal.share = share;
             }
             self.found = found.clone();
             self.carry(coarse);
-            let of_effort = self.ask.goal.as_ref().is_some_and(|goal| !goal.objective.switches());
-            if !self.found.is_empty() || of_effort || self.stopped() {
+            if !self.found.is_empty() || self.stopped() {
                 return;
             }
         }
     }
 
     /// A plan on the requested grid with less and less effort in its cost, as far as that goes, and its share. Other limits
-    /// begin to act from share to share: a convex subproblem finds them sooner than Newton does.
+    /// begin to act from share to share: a convex subproblem finds them sooner than Newton does, and the sooner the fewer.
     fn sharpened(&mut self, mut found: Attempt) -> (Attempt, f64) {
-        let options = self.ask.last.clone().within(FEW);
+        let options = ScpOptions { cone_tolerance: SHARP, ..self.ask.last.clone().within(FEW) };
         let Some(goal) = self.ask.goal.clone().filter(|goal| goal.objective.switches()) else {
             return (found, 0.0);
         };
-        let mut last = goal.share;
-        for share in LAST_SHARES.into_iter().filter(|share| *share < goal.share) {
+        let (mut last, mut factor) = (goal.share, LOWERED.0);
+        while last > LAST_SHARE && factor <= LOWERED.1 && !self.stopped() {
+            let share = (last * factor).max(LAST_SHARE);
             let chain = Chain::with_goal(self.problem, self.problem.steps, &Goal { share, ..goal.clone() });
             let convex = ConvexIteration { chain: &chain, options: &options };
             let next = self.attempt(Rung::Scp, &convex, found.candidate.clone());
             self.add_work(&next);
             let [before, after] = [&found, &next].map(|attempt| chain.price(&attempt.candidate));
             let near = last.clamp(NEAR[0], NEAR[1]);
-            if !(next.converged() && (before - after).abs() <= near * before) {
-                break;
+            if next.converged() && (before - after).abs() <= near * before {
+                (found, last, factor) = (next, share, (factor * factor).max(LOWERED.0));
+            } else {
+                factor = factor.sqrt();
             }
-            (found, last) = (next, share);
         }
         (found, last)
     }
@@ -270,13 +325,22 @@ fn bent(paths: Vec<Candidate>) -> Vec<Candidate> {
     paths.into_iter().chain(turned).collect()
 }
 
-/// About how long a turn about a fixed axis takes \[s\].
+/// About how long a turn about a fixed axis takes, or a flight along a line where that is longer \[s\].
 fn about(problem: &Problem) -> f64 {
-    let limits =
-        problem.actuation.limits().filter(|limit| matches!(limit.kind, LimitKind::Size | LimitKind::Norm));
-    let bound = limits.flat_map(|limit| limit.bounds.iter().copied()).fold(f64::INFINITY, f64::min);
-    let inertia = problem.body.inertia.j().norm();
-    let turn = lie::minus(&problem.end.attitude, &problem.start.attitude).norm().max(0.1);
-    let rates = (problem.end.angular_velocity - problem.start.angular_velocity).norm();
-    2.0 * (turn * inertia / bound).sqrt() + rates * inertia / bound
+    let weakest = |of_force: bool| {
+        let sized = |kind: LimitKind| matches!(kind, LimitKind::Size | LimitKind::Norm);
+        let limits = problem.actuation.limits();
+        let limits = limits.filter(|limit| limit.of_force == of_force && sized(limit.kind));
+        limits.flat_map(|limit| limit.bounds.iter().copied()).fold(f64::INFINITY, f64::min)
+    };
+    let lasting = |way: f64, speeds: f64, inertia: f64, bound: f64| {
+        2.0 * (way * inertia / bound).sqrt() + speeds * inertia / bound
+    };
+    let (start, end) = (&problem.start, &problem.end);
+    let turn = lie::minus(&end.attitude, &start.attitude).norm().max(0.1);
+    let rates = (end.angular_velocity - start.angular_velocity).norm();
+    let turning = lasting(turn, rates, problem.body.inertia.j().norm(), weakest(false));
+    let (way, speeds) = ((end.position - start.position).norm(), (end.velocity - start.velocity).norm());
+    let mass = problem.body.mass.filter(|_| problem.motion == Motion::RigidBody);
+    turning.max(mass.map_or(0.0, |mass| lasting(way, speeds, mass, weakest(true))))
 }

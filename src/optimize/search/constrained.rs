@@ -7,7 +7,7 @@
 use super::cheapest::{Cheapest, SHARE};
 use super::coarse::chain_steps;
 use super::detour::detours;
-use super::ladder::{Ask, Search};
+use super::ladder::{Ask, Search, same};
 use super::paths;
 use super::transfer::{Interpolant, transfer};
 use super::way::Follower;
@@ -33,6 +33,9 @@ const LEAP: usize = 4;
 const CLEAR_VIOLATION: f64 = 0.05;
 /// Costs of one plan on two grids differ by less, relative.
 const NEAR: f64 = 0.05;
+/// How far the coarse costs of two plans may lie apart, relative, for both to be carried to the fine grid, and how many are.
+const CLOSE: f64 = 0.02;
+const CARRIED: usize = 3;
 /// Durations tried for advice, as multiples of the shortest one found: next to it a plan without a guess is hard to find.
 const STRETCHES: [f64; 8] = [1.0, 1.01, 1.03, 1.1, 1.25, 1.5, 2.0, 3.0];
 
@@ -239,19 +242,29 @@ impl<const N: usize> Search<'_, '_, N> {
         }
         let found = std::mem::take(&mut self.found);
         let fine = self.chain(self.problem.steps);
+        let (mut carried, mut rivals) = (Vec::<Attempt>::new(), Vec::new());
         for (index, cheapest) in found.iter().enumerate() {
-            if self.stopped() {
-                return;
+            // On the fine grid the order of costs may be another.
+            let close = |first: &Attempt| {
+                carried.len() < CARRIED && cheapest.cost <= first.cost + CLOSE * first.cost.abs()
+            };
+            if self.stopped() || !carried.first().is_none_or(close) {
+                rivals.extend_from_slice(&found[index..]);
+                break;
             }
-            let winner = self
+            let attempt = self
                 .refine(coarse, &fine, cheapest, Roads { newton: true, convex: false })
                 .or_else(|| self.refine_by_and_by(coarse, &fine, cheapest));
-            if let Some(winner) = winner {
-                self.found.push(winner);
-                let rivals = found.into_iter().enumerate().filter(|(other, _)| *other != index);
-                self.found.extend(rivals.map(|(_, rival)| rival));
-                return;
+            match attempt {
+                Some(attempt) if carried.iter().any(|other| same::<N>(other, &attempt)) => {}
+                Some(attempt) => carried.push(attempt),
+                None => rivals.push(cheapest.clone()),
             }
+        }
+        if !carried.is_empty() {
+            carried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            self.found = carried;
+            self.found.extend(rivals);
         }
     }
 
@@ -400,7 +413,7 @@ fn along(start: &str, trajectory: &Trajectory, dynamics: &Dynamics) -> Candidate
 }
 
 /// The cubic along the shortest rotation.
-fn straight(model: &Model) -> Candidate {
+pub(super) fn straight(model: &Model) -> Candidate {
     let relative = lie::minus(&model.target.attitude, &model.start.attitude);
     let pose = |stage: usize| {
         let t = stage as f64 * model.h;

@@ -608,7 +608,7 @@ fn held_to(tolerance: f64, mut solution: Solution) -> Solution {
 }
 
 /// Whether two attempts ended at the same plan.
-fn same<const N: usize>(a: &Attempt, b: &Attempt) -> bool {
+pub(super) fn same<const N: usize>(a: &Attempt, b: &Attempt) -> bool {
     if b.candidate.provenance.method == Road::Scp {
         return (a.cost - b.cost).abs() <= SAME_COST * b.cost.abs().max(1e-12);
     }

@@ -112,7 +112,7 @@ fn check_for_switching(settings: &Settings, guess: Option<&Guess>) -> Result<(),
 /// Whether settings and guess are such that least time or fuel can be sought by SCP.
 fn check_for_shaped(problem: &Problem, settings: &Settings, guess: Option<&Guess>) -> Result<(), PlanError> {
     if settings.method == Method::Shooting {
-        let reason = "constraints, limits of how fast torques change and reaction wheels; use method = \"scp\" or \"auto\"";
+        let reason = "its time or fuel is minimised on equal steps";
         return Err(PlanError::NotForShooting { reason });
     }
     if guess.is_some() {

@@ -371,8 +371,7 @@ fn record(problem: &Problem, extremal: &Extremal, units: &Units, grid: &OnGrid) 
     let (mut m_e, mut quaternion) = ((grid.m, grid.nodes[0].e), None);
     let (mut sheet, mut clock) = ([1.0, 0.0, 0.0, 0.0], 0.0);
     let (mut within, mut cost) = (vec![0_usize; count], 0.0);
-    let set = &problem.actuation.torque;
-    let rate = |row: &[f64]| problem.objective.fuel().map_or(1.0, |fuel| fuel.rate(set, row));
+    let rate = |row: &[f64]| problem.objective.fuel().map_or(1.0, |fuel| fuel.rate(&problem.actuation, row));
     let (j, turning) = (extremal.j, extremal.axes().is_empty());
     for index in 0..=kept.len() {
         let attitude = start * r;

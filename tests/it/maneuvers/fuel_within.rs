@@ -129,7 +129,7 @@ fn what_limits_more_burns_more_and_what_does_not_act_as_much() {
 #[test]
 fn a_price_goes_through_to_the_cost() {
     let (_, problem, reference) = cases().swap_remove(4);
-    let dear = Fuel { prices: Some(vec![3.0; 3]), time_price: None };
+    let dear = Fuel { prices: Some(vec![3.0; 3]), ..Fuel::default() };
     let cost = fuel(&problem.with_objective(Objective::Fuel(dear)));
     assert!((cost / (3.0 * reference) - 1.0).abs() < 1e-6, "{cost}");
 }

@@ -65,7 +65,7 @@ fn a_price_of_time_chooses_the_duration_of_the_closed_form() {
     let k = 1.0 + price / limit;
     let best = shortest * k / (k * k - 1.0).sqrt();
     let closed = limit * (best - (best * best - shortest * shortest).sqrt()) + price * best;
-    let objective = Fuel { prices: None, time_price: Some(price) };
+    let objective = Fuel { time_price: Some(price), ..Fuel::default() };
     let found = solved(&quarter_turn(objective, f64::NAN)).solution.switching.unwrap();
     assert!((found.continuous_duration_s / best - 1.0).abs() < 1e-13, "{found:?} {best}");
     assert!((found.continuous_cost / closed - 1.0).abs() < 1e-9, "{found:?} {closed}");
@@ -89,7 +89,7 @@ fn a_torque_of_limited_norm_burns_as_the_closed_form_says() {
         |duration: f64| price * limit * (duration - (duration * duration - shortest * shortest).sqrt());
     let prices = Some(vec![price; 3]);
     let duration = 1.3 * shortest;
-    let given = problem(Fuel { prices: prices.clone(), time_price: None }, duration);
+    let given = problem(Fuel { prices: prices.clone(), ..Fuel::default() }, duration);
     let plan = solved(&given.with_steps(400));
     let found = plan.solution.switching.unwrap();
     assert_eq!((found.structure, found.switches), (Structure::BangOffBang, 2));
@@ -101,7 +101,7 @@ fn a_torque_of_limited_norm_burns_as_the_closed_form_says() {
     let time_price = 0.9;
     let k = 1.0 + time_price / (price * limit);
     let best = shortest * k / (k * k - 1.0).sqrt();
-    let found = solved(&problem(Fuel { prices, time_price: Some(time_price) }, f64::NAN));
+    let found = solved(&problem(Fuel { prices, time_price: Some(time_price), ..Fuel::default() }, f64::NAN));
     let found = found.solution.switching.unwrap();
     assert!((found.continuous_duration_s / best - 1.0).abs() < 1e-10, "{found:?} {best}");
     let closed = burnt(best) + time_price * best;
@@ -130,7 +130,7 @@ fn a_longest_duration_is_taken_or_is_longer_than_needed() {
     let k = 1.0 + price / limit;
     let best = shortest * k / (k * k - 1.0).sqrt();
     let bounded = |time_price: Option<f64>, longest: f64| {
-        let problem = quarter_turn(Fuel { prices: None, time_price }, f64::NAN);
+        let problem = quarter_turn(Fuel { time_price, ..Fuel::default() }, f64::NAN);
         solved(&problem.with_duration_at_most(longest)).solution
     };
     let found = bounded(None, 7.0);
@@ -200,7 +200,7 @@ fn fuel_goes_with_inertia_over_duration_and_with_its_price() {
     let unit = 7.0;
     let slower = |state: &State| State { angular_velocity: state.angular_velocity / unit, ..*state };
     let limits = [1.0, 1.2, 0.8].map(|limit| 40.0 * limit / (unit * unit));
-    let priced = Fuel { prices: Some(vec![2.5; 3]), time_price: None };
+    let priced = Fuel { prices: Some(vec![2.5; 3]), ..Fuel::default() };
     let scaled = Problem {
         body: body([40.0, 80.0, 120.0]),
         start: slower(&given.start),
@@ -288,7 +288,7 @@ fn what_cannot_be_planned_with_least_fuel_is_refused() {
         plan(problem, &Settings::default(), None, &mut Silent).expect_err("refused").to_string()
     };
     let given = moving_slowly();
-    let unequal = Fuel { prices: Some(vec![1.0, 1.0, 2.0]), time_price: None };
+    let unequal = Fuel { prices: Some(vec![1.0, 1.0, 2.0]), ..Fuel::default() };
     let unequal = given.clone().with_actuation(ball(1.0)).with_objective(Objective::Fuel(unequal));
     assert!(refused(&unequal).contains("one price"));
     // Three thrusters push to one side of a plane.
@@ -298,7 +298,7 @@ fn what_cannot_be_planned_with_least_fuel_is_refused() {
         refused(&given.clone().with_actuation(Actuation::torques(three.clone()))).contains("every direction")
     );
     let prices = |prices: Vec<f64>| {
-        let objective = Fuel { prices: Some(prices), time_price: None };
+        let objective = Fuel { prices: Some(prices), ..Fuel::default() };
         refused(&given.clone().with_objective(Objective::Fuel(objective)))
     };
     assert!(prices(vec![1.0; 2]).contains("prices"));

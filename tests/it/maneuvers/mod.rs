@@ -6,6 +6,7 @@ mod costs;
 mod dense;
 mod duration_within;
 mod free_duration;
+mod fuel_of_forces;
 mod fuel_within;
 mod invariance;
 mod limits;

@@ -25,7 +25,7 @@ const NO_LEVER: f64 = 1e-9;
 /// The torque channel of the thrusters, and the price of each.
 pub(super) fn thrusters(section: &Section, motion: Motion) -> Option<Actuated> {
     let others = ["wheel", "torque_axes_body", "torque_axes_reference", "effort_weight", "fuel_price"];
-    let forces = ["force_axes_reference", "force_axes_body", "force_effort_weight"];
+    let forces = ["force_axes_reference", "force_axes_body", "force_effort_weight", "force_fuel_price"];
     let others = others.into_iter().chain(TORQUE_LIMITS).chain(forces).chain(FORCE_LIMITS);
     let mut good = true;
     for key in others.filter(|key| section.has(key)) {
@@ -60,7 +60,8 @@ pub(super) fn thrusters(section: &Section, motion: Motion) -> Option<Actuated> {
         }
     };
     let prices = Some(thrusters.iter().map(|thruster| thruster.price).collect());
-    good.then_some(Actuated { actuation: Actuation::torques(torque), weights: Weights::default(), prices })
+    let actuation = Actuation::torques(torque);
+    good.then_some(Actuated { actuation, weights: Weights::default(), prices, force_prices: None })
 }
 
 fn read(section: &Section, index: usize) -> Option<Thruster> {

@@ -63,14 +63,13 @@ fn inputs(model: &Model, rows: &LimitRows, states: &[ChainState], stage: usize) 
     let Ok(inverse) = authority.pseudo_inverse(threshold) else { return zero };
     let mut inputs: Vec<f64> = (price * (inverse * lack)).iter().copied().collect();
     let squared = states[stage].stretch * states[stage].stretch;
-    let one_sided = rows.kinks.first().is_some_and(|kink| kink.one_sided);
     for row in &rows.rows[rows.range(stage)] {
         match row.what {
             What::InputSize { input, limit, .. } => {
                 inputs[input] = inputs[input].clamp(-limit * squared, limit * squared)
             }
             // What has a kink and no other side.
-            What::Burn { input, .. } if one_sided => inputs[input] = inputs[input].max(0.0),
+            What::Burn { input, one_sided: true, .. } => inputs[input] = inputs[input].max(0.0),
             What::InputNorm { forces, limit } => {
                 let limit = limit * squared;
                 let (axes, first) = model.channel(forces);

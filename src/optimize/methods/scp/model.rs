@@ -22,7 +22,7 @@
 //! The last component of a tangent vector is the change of `ln s`. The cost is `w s`, or that of fuel as well,
 //!
 //! ```text
-//! Σ κ_k Σ_j c_j |u_j| / s + w s ,     with c |B u| in the place of the inner sum under a limit of the norm,
+//! Σ κ_k Σ_j c_j |u_j| / s + w s ,     with c |B u| in the place of the terms of a set under a limit of its norm,
 //! ```
 //!
 //! and a little effort beside it, which decides where these leave a choice. Where effort itself is the cost it goes in these
@@ -68,11 +68,18 @@ impl Goal {
 
 /// What fuel costs in a chain.
 #[derive(Clone, Debug)]
-pub(crate) enum FuelPrice {
-    /// `c_j |u_j|`, one price per input.
-    Inputs(Vec<f64>),
-    /// `c |B u|` of the torques.
-    Norm(f64),
+pub(crate) struct FuelPrice {
+    /// Of each input; of a set that is counted by its norm each has the price of that.
+    pub inputs: Vec<f64>,
+    /// Whether it is `c |B u|` instead of `Σ c_j |u_j|`: of the torques, and of the forces.
+    pub of_norm: [bool; 2],
+}
+
+impl FuelPrice {
+    /// Whether forces or torques are counted by their norm.
+    pub fn is_of_norm(&self, forces: bool) -> bool {
+        self.of_norm[usize::from(forces)]
+    }
 }
 
 /// A state of the chain, scaled. With wheels, `momentum` is the total one.
@@ -236,13 +243,9 @@ impl Model {
         let dearest = prices.iter().flatten().copied().fold(0.0, f64::max);
         model.cost_scale = TIME_PRICE / (TIME_PRICE / FUEL_PRICE * dearest + time_price * stated);
         model.time_price = model.cost_scale * time_price * stated;
-        model.fuel = prices.map(|prices| {
-            let scaled = prices.iter().map(|price| price * model.cost_scale);
-            if Fuel::is_of_norm(&model.torque) {
-                FuelPrice::Norm(scaled.fold(0.0, f64::max))
-            } else {
-                FuelPrice::Inputs(scaled.collect())
-            }
+        model.fuel = prices.map(|prices| FuelPrice {
+            inputs: prices.iter().map(|price| price * model.cost_scale).collect(),
+            of_norm: [Fuel::is_of_norm(&model.torque), model.force.as_ref().is_some_and(Fuel::is_of_norm)],
         });
         let limits = model.input_bounds(problem);
         let most: f64 = (0..model.m).map(|i| 0.5 * model.weight[(i, i)] * limits[i] * limits[i]).sum();
@@ -250,13 +253,13 @@ impl Model {
         model
     }
 
-    /// What a unit of each input costs over the stated duration, in the user's unit; forces cost nothing.
+    /// What a unit of each input costs over the stated duration, in the user's unit.
     fn fuel_prices(&self, fuel: &Fuel) -> Vec<f64> {
-        let of_input = |input: usize| match input.checked_sub(self.forces) {
-            Some(torque) => fuel.price(torque) * self.input_unit[input] * self.dynamics.units.time,
-            None => 0.0,
+        let price = |input: usize| match input.checked_sub(self.forces) {
+            Some(torque) => fuel.price(torque),
+            None => fuel.force_price(input),
         };
-        (0..self.m).map(of_input).collect()
+        (0..self.m).map(|input| price(input) * self.input_unit[input] * self.dynamics.units.time).collect()
     }
 
     /// How large each input can be, scaled; infinite where nothing limits it.
@@ -655,13 +658,18 @@ impl Model {
 
     /// What fuel costs in a unit of time under `inputs`.
     pub fn fuel_rate(&self, inputs: &[f64]) -> f64 {
-        match &self.fuel {
-            None => 0.0,
-            Some(FuelPrice::Inputs(prices)) => {
-                prices.iter().zip(inputs).map(|(price, u)| price * u.abs()).sum()
+        let Some(fuel) = &self.fuel else { return 0.0 };
+        let (forces, torques) = inputs.split_at(self.forces);
+        let (of_forces, of_torques) = fuel.inputs.split_at(self.forces);
+        let burnt = |set: &ActuatorSet, of_norm: bool, prices: &[f64], inputs: &[f64]| -> f64 {
+            if of_norm {
+                return prices[0] * set.output(inputs).norm();
             }
-            Some(FuelPrice::Norm(price)) => price * self.torque.output(&inputs[self.forces..]).norm(),
-        }
+            prices.iter().zip(inputs).map(|(price, u)| price * u.abs()).sum()
+        };
+        let force = self.force.as_ref();
+        force.map_or(0.0, |set| burnt(set, fuel.is_of_norm(true), of_forces, forces))
+            + burnt(&self.torque, fuel.is_of_norm(false), of_torques, torques)
     }
 
     /// `½ uᵀ W u`.

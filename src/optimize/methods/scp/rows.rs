@@ -14,7 +14,7 @@
 //!
 //! and an input that pushes to one side only costs `p v` for `v ≥ 0`, with `ν ≤ p`: any slope holds it at 0.
 
-use super::model::{ChainState, FuelPrice, Model, Step};
+use super::model::{ChainState, Model, Step};
 use crate::lie;
 use crate::maneuver::constraint::{Direction, Rule, Side};
 use crate::maneuver::problem::Problem;
@@ -40,10 +40,10 @@ pub(crate) enum What {
     Cone { arc: bool, boresight: Vector3, direction: Direction, sign: f64, half_angle: f64 },
     /// `sign h_i ≤ limit` of a wheel's momentum.
     Wheel { wheel: usize, sign: f64, limit: f64 },
-    /// An input as a part of its limit, which has a kink at 0.
-    Burn { input: usize, limit: f64 },
-    /// The same of a component of the torque.
-    BurnOfNorm { component: usize, limit: f64 },
+    /// An input as a part of its limit, which has a kink at 0 and may have no other side.
+    Burn { input: usize, limit: f64, one_sided: bool },
+    /// The same of a component of the force or the torque.
+    BurnOfNorm { forces: bool, component: usize, limit: f64 },
 }
 
 /// A row at its stage.
@@ -353,13 +353,13 @@ impl What {
                 let inputs = if lag > 0.0 { unit(model.forces + wheel, sign * lag / limit) } else { None };
                 RowValue::half(sign * momentum / limit - 1.0, Some(state), inputs)
             }
-            Self::Burn { input, limit } => {
+            Self::Burn { input, limit, .. } => {
                 let mut slope = DVector::zeros(model.m);
                 slope[*input] = 1.0 / limit;
                 burnt(model, place, slope)
             }
-            Self::BurnOfNorm { component, limit } => {
-                let (axes, first) = model.channel(false);
+            Self::BurnOfNorm { forces, component, limit } => {
+                let (axes, first) = model.channel(*forces);
                 let mut slope = DVector::zeros(model.m);
                 for (index, axis) in axes.iter().enumerate() {
                     slope[first + index] = axis[*component] / limit;
@@ -479,39 +479,41 @@ impl LimitRows {
         }
         rows.burns(problem, model);
         rows.rows.sort_by_key(|row| row.stage);
-        rows.find_kinks(problem, model);
+        rows.find_kinks(model);
         rows
     }
 
-    /// Rows of what has a kink in the cost: inputs that cost fuel or push to one side only, or the torque.
+    /// Rows of what has a kink in the cost: inputs that cost fuel or push to one side only, or what they give together.
     fn burns(&mut self, problem: &Problem, model: &Model) {
-        let one_sided = problem.actuation.torque.limits().one_sided;
-        if model.fuel.is_none() && !one_sided {
-            return;
-        }
-        let group = self.group(problem.actuation.limit_name(LimitKind::Size, false), true);
         let bounds = model.input_bounds(problem);
-        let whats: Vec<What> = match (&model.fuel, problem.actuation.torque.limits().norm) {
-            (Some(FuelPrice::Norm(_)), Some(norm)) => {
-                let limit = norm / model.dynamics.units.torque();
-                (0..3).map(|component| What::BurnOfNorm { component, limit }).collect()
+        let sets = [(true, problem.actuation.force.as_ref(), 0..model.forces)];
+        let sets = sets.into_iter().chain([(false, Some(&problem.actuation.torque), model.forces..model.m)]);
+        for (forces, set, inputs) in sets {
+            let Some(set) = set.filter(|_| !inputs.is_empty()) else { continue };
+            let one_sided = set.limits().one_sided;
+            let whats: Vec<What> = match (&model.fuel, set.limits().norm) {
+                (None, _) if !one_sided => continue,
+                (Some(fuel), Some(norm)) if fuel.is_of_norm(forces) => {
+                    let limit = norm / model.input_unit[inputs.start];
+                    (0..3).map(|component| What::BurnOfNorm { forces, component, limit }).collect()
+                }
+                _ => inputs.map(|input| What::Burn { input, limit: bounds[input], one_sided }).collect(),
+            };
+            let group = self.group(problem.actuation.limit_name(LimitKind::Size, forces), true);
+            for stage in model.first_input()..=model.steps {
+                self.rows.extend(whats.iter().map(|what| LimitRow { group, stage, what: what.clone() }));
             }
-            _ => (model.forces..model.m).map(|input| What::Burn { input, limit: bounds[input] }).collect(),
-        };
-        for stage in model.first_input()..=model.steps {
-            self.rows.extend(whats.iter().map(|what| LimitRow { group, stage, what: what.clone() }));
         }
     }
 
     /// The kinks that their rows make.
-    fn find_kinks(&mut self, problem: &Problem, model: &Model) {
-        let one_sided = problem.actuation.torque.limits().one_sided;
+    fn find_kinks(&mut self, model: &Model) {
+        let price = |input: usize| model.fuel.as_ref().map_or(0.0, |fuel| fuel.inputs[input]);
         for (index, row) in self.rows.iter().enumerate() {
-            let (count, rate) = match (&row.what, &model.fuel) {
-                (What::Burn { input, limit }, Some(FuelPrice::Inputs(prices))) => (1, prices[*input] * limit),
-                (What::Burn { .. }, _) => (1, 0.0),
-                (What::BurnOfNorm { component: 0, limit }, Some(FuelPrice::Norm(price))) => {
-                    (3, price * limit)
+            let (count, rate, one_sided) = match row.what {
+                What::Burn { input, limit, one_sided } => (1, price(input) * limit, one_sided),
+                What::BurnOfNorm { forces, component: 0, limit } => {
+                    (3, price(model.channel(forces).1) * limit, false)
                 }
                 _ => continue,
             };

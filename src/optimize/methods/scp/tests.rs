@@ -92,7 +92,7 @@ fn chains() -> impl Iterator<Item = (Problem, Model)> {
         let grid = graded(problem.scheme, problem.steps);
         let models = [Model::new(&problem, problem.steps), Model::of(&problem, Dynamics::on(&problem, grid))];
         let seeking = problem.environment.frame_rate() == Vector3::zeros();
-        let fuel = Fuel { prices: None, time_price: Some(0.1) };
+        let fuel = Fuel { time_price: Some(0.1), ..Fuel::default() };
         let goals = [Objective::Time, Objective::Fuel(fuel)].map(|objective| Goal { objective, share: 1e-2 });
         let seeking: Vec<Model> = goals
             .iter()

@@ -1,0 +1,152 @@
+//! Minimum fuel and time where forces move the body, and in fields: closed forms on the grid, another program on the same
+//! grid, laws.
+
+use super::minimum_time::{body, solved};
+use slewkit::maneuver::{Fuel, Objective, Problem, ProblemError, Settings, State};
+use slewkit::mechanics::{
+    ActuatorSet, AxisFrame, GravityGradient, Limits, SecondOrderGravity, UniformGravity,
+};
+use slewkit::plan::{Silent, Status, plan};
+use slewkit::{Matrix3, Vector3, lie};
+
+const MASS: f64 = 4.0;
+const STEPS: usize = 40;
+
+fn each(limit: f64) -> Limits {
+    Limits { size: Some(vec![limit; 3]), ..Limits::default() }
+}
+
+/// From rest to rest by a turn and a shift, with torques of at most 2 N·m along body axes and forces under `limits`.
+fn flight(turn: [f64; 3], shift: [f64; 3], limits: Limits, frame: AxisFrame) -> Problem {
+    let mut body = body([2.0, 1.6, 1.1]);
+    body.mass = Some(MASS);
+    let end = State { position: Vector3::from(shift), ..State::at_rest(lie::exp(&Vector3::from(turn))) };
+    let mut problem = Problem::rigid_body(body, State::at_rest(Matrix3::identity()), end, 3.0);
+    problem.actuation.torque = problem.actuation.torque.with_limits(each(2.0)).unwrap();
+    problem.actuation.force = Some(ActuatorSet::three_axes(frame).with_limits(limits).unwrap());
+    problem.with_steps(STEPS).with_objective(Objective::Fuel(Fuel::default()))
+}
+
+/// The least `Σ κ |f|` of a shift from rest to rest along a line, in closed form: the earlier a push and the later its
+/// counterpart, the farther it carries, and the kicks of both ends have half the weight.
+fn pushes(shift: f64, duration: f64, limit: f64) -> f64 {
+    let h = duration / STEPS as f64;
+    let (mut left, mut fuel) = (MASS * shift.abs(), 0.0);
+    for node in 0..STEPS / 2 {
+        let reach = duration - 2.0 * h * node as f64;
+        let most = limit * if node == 0 { 0.5 * h } else { h };
+        let push = most.min(left / reach);
+        (left, fuel) = (left - push * reach, fuel + 2.0 * push);
+    }
+    assert!(left < 1e-12, "no plan");
+    fuel
+}
+
+fn near(found: f64, wanted: f64, tolerance: f64) {
+    assert!((found / wanted - 1.0).abs() <= tolerance, "{found:.10}, wanted {wanted:.10}");
+}
+
+#[test]
+fn a_shift_costs_what_the_earliest_and_latest_pushes_do() {
+    let shift = [0.9, -0.4, 0.2];
+    let each_axis: f64 = shift.iter().map(|along| pushes(*along, 3.0, 2.5)).sum();
+    let found = solved(&flight([0.0; 3], shift, each(2.5), AxisFrame::Reference));
+    near(found.solution.cost, each_axis, 1e-8);
+    // One force that points anywhere.
+    let length = Vector3::from(shift).norm();
+    let whole = Limits { norm: Some(2.5), ..Limits::default() };
+    let found = solved(&flight([0.0; 3], shift, whole, AxisFrame::Reference));
+    near(found.solution.cost, pushes(length, 3.0, 2.5), 1e-8);
+}
+
+#[test]
+fn prices_weigh_forces_against_torques_and_neither_feels_the_other() {
+    let (turn, shift) = ([0.5, -0.7, 0.3], [0.9, -0.4, 0.2]);
+    let still = solved(&flight(turn, [0.0; 3], each(2.5), AxisFrame::Reference)).solution.cost;
+    let prices = [2.0, 1.0, 0.5];
+    let fuel = Fuel { force_prices: Some(prices.to_vec()), ..Fuel::default() };
+    let priced = flight(turn, shift, each(2.5), AxisFrame::Reference).with_objective(Objective::Fuel(fuel));
+    let of_axes = shift.iter().zip(prices).map(|(along, price)| price * pushes(*along, 3.0, 2.5));
+    near(solved(&priced).solution.cost, still + of_axes.sum::<f64>(), 1e-6);
+}
+
+#[test]
+fn the_shortest_flight_pushes_all_the_way() {
+    // Half of the way each way, at full force: T = 2 √(m d / f), on an even number of steps to the last digit.
+    let flight = flight([0.2, 0.1, -0.3], [0.9, -0.4, 0.2], each(2.5), AxisFrame::Reference);
+    let found = solved(&flight.with_objective(Objective::Time).with_duration(f64::NAN));
+    near(found.solution.cost, 2.0 * (MASS * 0.9 / 2.5_f64).sqrt(), 1e-8);
+}
+
+#[test]
+fn more_time_never_costs_more_fuel_and_a_price_of_time_finds_its_trade() {
+    let flight = flight([0.5, -0.7, 0.3], [0.9, -0.4, 0.2], each(2.5), AxisFrame::Body);
+    let costs = [2.8, 3.5, 5.0].map(|duration| solved(&flight.clone().with_duration(duration)).solution.cost);
+    assert!(costs.windows(2).all(|pair| pair[1] < pair[0]), "{costs:?}");
+    let price = 1.5;
+    let objective = Objective::Fuel(Fuel { time_price: Some(price), ..Fuel::default() });
+    let traded = solved(&flight.clone().with_objective(objective).with_duration(f64::NAN));
+    let duration = traded.solution.duration(&flight);
+    // In the duration found nothing is cheaper, and neither is a little more or less of it.
+    for factor in [0.97, 1.0, 1.03] {
+        let stated = solved(&flight.clone().with_duration(duration * factor)).solution.cost;
+        let whole = stated + price * duration * factor;
+        assert!(
+            traded.solution.cost <= whole * (1.0 + 1e-6),
+            "{factor}: {whole}, found {}",
+            traded.solution.cost
+        );
+    }
+}
+
+#[test]
+fn in_a_field_that_pulls_hardly_the_fuel_is_that_of_a_free_body() {
+    // Of a body on equal steps: with a limit of how fast torques change that never acts.
+    let free = {
+        let mut problem = flight([0.5, -0.7, 0.3], [0.0; 3], each(2.5), AxisFrame::Reference);
+        problem.motion = slewkit::maneuver::Motion::Attitude;
+        problem.body.mass = None;
+        problem.actuation.force = None;
+        problem
+    };
+    let mut slow = free.clone();
+    let limits = Limits { rate: Some(vec![1e6; 3]), ..each(2.0) };
+    slow.actuation.torque = slow.actuation.torque.with_limits(limits).unwrap();
+    let wanted = solved(&slow).solution.cost;
+    let pull = UniformGravity::new(1e-9, 9.81, Vector3::z(), Vector3::new(0.0, 0.1, 0.3)).unwrap();
+    near(solved(&free.clone().with_environment(pull)).solution.cost, wanted, 1e-6);
+    let orbit = GravityGradient::new(1e-7, &free.body.inertia).unwrap();
+    near(solved(&free.clone().with_environment(orbit)).solution.cost, wanted, 1e-6);
+}
+
+#[test]
+fn a_duration_is_not_sought_where_the_frame_turns_or_the_field_changes_on_the_way() {
+    let free = flight([0.5, -0.7, 0.3], [0.9, -0.4, 0.2], each(2.5), AxisFrame::Reference);
+    let sought = free.clone().with_objective(Objective::Time).with_duration(f64::NAN);
+    let refused = |problem: &Problem, words: &str| {
+        let error = problem.check().expect_err("accepted");
+        assert!(
+            matches!(error, ProblemError::Unsuited { .. }) && error.to_string().contains(words),
+            "{error}"
+        );
+    };
+    let orbit = GravityGradient::new(1e-3, &free.body.inertia).unwrap();
+    refused(&sought.clone().with_environment(orbit), "a frame that turns");
+    let pull = SecondOrderGravity::new(1.0, MASS, &free.body.inertia).unwrap();
+    refused(&sought.with_environment(pull), "a field that the body moves through");
+    let mut unlimited = free.clone();
+    unlimited.actuation.force = Some(ActuatorSet::three_axes(AxisFrame::Reference));
+    refused(&unlimited, "a limit of every force");
+    let two = Fuel { force_prices: Some(vec![1.0; 2]), ..Fuel::default() };
+    let error = free.with_objective(Objective::Fuel(two)).check().expect_err("accepted").to_string();
+    assert!(error.contains("number of force inputs"), "{error}");
+}
+
+#[test]
+fn what_cannot_be_reached_in_time_is_told_with_the_shortest_duration() {
+    let hasty =
+        flight([0.2, 0.1, -0.3], [0.9, -0.4, 0.2], each(2.5), AxisFrame::Reference).with_duration(2.2);
+    let found = plan(&hasty, &Settings::default(), None, &mut Silent).unwrap();
+    assert_eq!(found.status, Status::NotConverged);
+    near(found.solution.shortest.expect("told"), 2.0 * (MASS * 0.9 / 2.5_f64).sqrt(), 1e-4);
+}
