@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut words = std::env::args().skip(1);
     let count: usize = words.next().map_or(Ok(100), |word| word.parse())?;
     let only = words.next();
-    let families: [(&str, fn(&mut Random) -> Drawn); 5] = [
+    let families: [(&str, Family); 5] = [
         ("flight", |random| flight(random, AxisFrame::Reference)),
         ("thrust", |random| flight(random, AxisFrame::Body)),
         ("gravity gradient", on_orbit),
@@ -62,6 +62,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 type Drawn = Result<Problem, Box<dyn Error>>;
+type Family = fn(&mut Random) -> Drawn;
 
 fn direction(random: &mut Random) -> Vector3 {
     // Uniform in the ball.
