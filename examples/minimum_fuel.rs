@@ -1,12 +1,14 @@
 //! Random maneuvers of least fuel: how many are solved and verified, how large their gaps are, how often the default search
 //! finds what the thorough one finds, and how long it takes.
 //!
-//! `cargo run --release --example minimum_fuel [-- COUNT]`
+//! `cargo run --release --example minimum_fuel [-- COUNT [FAMILY]]`
 //!
 //! The law: principal moments of a random triangle in [1, 10] about random axes; a rotation vector of uniform direction and
 //! an angle up to π; from rest to rest for even cases, for odd ones with rates up to 0.3 rad in the unit of time; limits
 //! from 1 to 5; a duration from 1.3 to 4 times the shortest that is found. `box`: three torques of both signs along the
 //! body axes; `thrusters`: eight of random canted directions, one in each octant; `norm`: one torque that points anywhere.
+//! `box-pulses` and `thruster-pulses`: the same inputs off or at a limit, with a shortest pulse from 1 to 10 % of the duration,
+//! uniform in its logarithm; how much dearer they are than the same maneuvers without it.
 
 use slewkit::maneuver::{Fuel, Objective, Problem, Settings, State, Structure, Thoroughness};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
@@ -23,28 +25,53 @@ use random::Random;
 /// A gap of this part of the cost, and costs that differ by it.
 const SMALL: f64 = 1e-4;
 
+/// Maneuvers with a shortest pulse that are searched thoroughly too.
+const COMPARED: usize = 20;
+
 /// What limits the torque, and is counted.
 #[derive(Clone, Copy, PartialEq)]
 enum Family {
     Box,
     Thrusters,
     Norm,
+    BoxPulses,
+    ThrusterPulses,
 }
 
 impl Family {
+    const ALL: [Self; 5] = [Self::Box, Self::Thrusters, Self::Norm, Self::BoxPulses, Self::ThrusterPulses];
+
+    fn has_thrusters(self) -> bool {
+        matches!(self, Self::Thrusters | Self::ThrusterPulses)
+    }
+
+    fn pulses(self) -> bool {
+        matches!(self, Self::BoxPulses | Self::ThrusterPulses)
+    }
+
     fn name(self) -> &'static str {
         match self {
             Self::Box => "box",
             Self::Thrusters => "thrusters",
             Self::Norm => "norm",
+            Self::BoxPulses => "box-pulses",
+            Self::ThrusterPulses => "thruster-pulses",
         }
     }
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
     let count: usize = std::env::args().nth(1).map_or(Ok(1000), |word| word.parse())?;
-    for family in [Family::Box, Family::Thrusters, Family::Norm] {
+    let only = std::env::args().nth(2);
+    for family in Family::ALL {
+        if only.as_ref().is_some_and(|only| only != family.name()) {
+            continue;
+        }
         let mut random = Random::new(2026);
+        if family.pulses() {
+            pulses(&mut random, family, count)?;
+            continue;
+        }
         let mut tally = Tally::default();
         for index in 0..count {
             tally.take(index, &case(&mut random, family, index % 2 == 1)?)?;
@@ -77,7 +104,7 @@ fn case(random: &mut Random, family: Family, moving: bool) -> Result<Problem, Bo
         || if moving { direction(random) * (0.3 * random.unit() / unit) } else { Vector3::zeros() };
     let (start, end) =
         (State::attitude(Matrix3::identity(), rate()), State::attitude(lie::exp(&turn), rate()));
-    let axes: Vec<Vector3> = if family == Family::Thrusters {
+    let axes: Vec<Vector3> = if family.has_thrusters() {
         let sign = |bit: bool| if bit { 1.0 } else { -1.0 };
         let octant = |k: u32| Vector3::new(sign(k & 1 > 0), sign(k & 2 > 0), sign(k & 4 > 0));
         let cant = |k: u32, random: &mut Random| {
@@ -90,9 +117,9 @@ fn case(random: &mut Random, family: Family, moving: bool) -> Result<Problem, Bo
     let mut limit = || random.within(1.0, 5.0);
     let limits = match family {
         Family::Norm => Limits { norm: Some(limit()), ..Limits::default() },
-        Family::Box | Family::Thrusters => Limits {
+        _ => Limits {
             size: Some(axes.iter().map(|_| limit()).collect()),
-            one_sided: family == Family::Thrusters,
+            one_sided: family.has_thrusters(),
             ..Limits::default()
         },
     };
@@ -101,6 +128,67 @@ fn case(random: &mut Random, family: Family, moving: bool) -> Result<Problem, Bo
     let shortest = plan(&fastest, &Settings::default(), None, &mut Silent)?.solution.duration(&fastest);
     let duration = shortest * random.within(1.3, 4.0);
     Ok(fastest.with_objective(Objective::Fuel(Fuel::default())).with_duration(duration))
+}
+
+/// The maneuver with a shortest pulse \[s\].
+fn pulsed(problem: &Problem, shortest: f64) -> Result<Problem, Box<dyn Error>> {
+    let torque = problem.actuation.torque.clone();
+    let limits = Limits { shortest_pulse: Some(shortest), ..torque.limits().clone() };
+    Ok(problem.clone().with_actuation(Actuation::torques(torque.with_limits(limits)?)))
+}
+
+/// How many maneuvers with a shortest pulse are solved and verified, how much dearer they are, and how long it takes.
+fn pulses(random: &mut Random, family: Family, count: usize) -> Result<(), Box<dyn Error>> {
+    let (mut solved, mut matched, mut above, mut dearer) = (0, 0, Vec::new(), Vec::new());
+    let (mut solve_ms, mut pulses) = (Vec::new(), Vec::new());
+    for index in 0..count {
+        let problem = case(random, family, index % 2 == 1)?;
+        let part = 0.01 * 10.0_f64.powf(random.within(0.0, 1.0));
+        if problem.duration.is_nan() {
+            println!("  case {index}: no shortest duration was found");
+            continue;
+        }
+        let problem = pulsed(&problem, part * problem.duration)?;
+        let found = plan(&problem, &Settings::default(), None, &mut Silent)?;
+        let thorough = Settings { search: Thoroughness::Thorough, ..Settings::default() };
+        let best = if index < COMPARED { cost(&plan(&problem, &thorough, None, &mut Silent)?) } else { None };
+        let switching = found.solution.switching.as_ref();
+        match switching.and_then(|switching| switching.pulses.as_ref()).zip(cost(&found)) {
+            Some((told, cost)) => {
+                solved += 1;
+                dearer.push(100.0 * (cost / told.cost_without - 1.0));
+                pulses.push(told.count as f64);
+                if let Some(best) = best {
+                    let excess = cost / best - 1.0;
+                    matched += usize::from(excess <= SMALL);
+                    above.push(100.0 * excess);
+                }
+            }
+            None => {
+                println!("  case {index}: {}, {:?}", found.status.name(), found.solution.shortfall);
+            }
+        }
+        solve_ms.push(found.solution.solve_time * 1e3);
+    }
+    let share = 100.0 * f64::from(solved) / count.max(1) as f64;
+    println!("{}: {solved} of {count} solved and verified ({share:.1} %)", family.name());
+    println!(
+        "  the thorough search, of the first {}, finds nothing better by 1e-4 in {matched}",
+        above.len()
+    );
+    for (what, figures) in [
+        ("% above the thorough search", &mut above),
+        ("% dearer than without a shortest pulse", &mut dearer),
+        ("pulses", &mut pulses),
+        ("ms", &mut solve_ms),
+    ] {
+        figures.sort_by(f64::total_cmp);
+        let last = figures.len().saturating_sub(1);
+        let at = |part: f64| figures.get((part * last as f64) as usize).copied().unwrap_or(f64::NAN);
+        let [middle, most, all] = [0.5, 0.9, 1.0].map(at);
+        println!("  {what}: median {middle:.2}, 90 % {most:.2}, at most {all:.2}");
+    }
+    Ok(())
 }
 
 #[derive(Default)]

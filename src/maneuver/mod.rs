@@ -19,4 +19,4 @@ pub use solution::{
     ActiveConstraint, ConvexWork, Optimality, Outcome, Rival, Rung, RungReport, SecondOrder, Sense, Solution,
     TerminalError, Trajectory,
 };
-pub use switching::{Structure, Switching, SwitchingArc};
+pub use switching::{Pulses, Structure, Switching, SwitchingArc};

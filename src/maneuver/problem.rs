@@ -364,6 +364,11 @@ impl Problem {
         Self { duration: f64::NAN, duration_at_most: Some(longest), ..self }
     }
 
+    /// The shortest pulse \[s\] where inputs are off or at a limit alone.
+    pub fn shortest_pulse(&self) -> Option<f64> {
+        self.actuation.torque.limits().shortest_pulse
+    }
+
     /// Whether the duration is sought: time counts, or it has a bound alone.
     pub fn seeks_duration(&self) -> bool {
         self.objective.counts_time() || self.duration_at_most.is_some()

@@ -223,6 +223,8 @@ pub enum Rung {
     Smoothed,
     /// Newton on switching times, from a smoothed extremal.
     Switches,
+    /// The best times of pulses of a shortest length.
+    Pulses,
     /// The discrete optimum on a grid that is aligned with the arcs.
     Aligned,
     /// No rung, and not in the ladder: the witnesses judge what was found.
@@ -244,6 +246,7 @@ impl Rung {
             Self::Polish => "polish",
             Self::Smoothed => "smoothed",
             Self::Switches => "switches",
+            Self::Pulses => "pulses",
             Self::Aligned => "aligned",
             Self::Witnesses => "witnesses",
         }

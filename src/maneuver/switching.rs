@@ -17,7 +17,8 @@ pub struct Switching {
     /// Cost of the continuous extremal.
     pub continuous_cost: f64,
     /// Cost still to be gained, to first order: `∫ Σ_j (|s_j| + s_j v_j) dt` with the switching functions s and the inputs
-    /// v of the continuous extremal. 0 where every input is on the right side all the time.
+    /// v of the continuous extremal. 0 where every input is on the right side all the time. Of pulses what they cost above
+    /// the best plan found without a shortest pulse: that bounds what better pulses could gain.
     pub gap: f64,
     /// Of a turn about the fixed axis under the same limits, from rest to rest, seconds; where time is minimised.
     pub eigenaxis_s: Option<f64>,
@@ -29,6 +30,20 @@ pub struct Switching {
     pub smoothing: Option<f64>,
     /// Arcs of the continuous extremal, none where the inputs are smoothed.
     pub arcs: Vec<SwitchingArc>,
+    /// What a shortest pulse took, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub pulses: Option<Pulses>,
+}
+
+/// Pulses, and what their shortest length costs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pulses {
+    /// How many there are, of all inputs.
+    pub count: usize,
+    /// The shortest of them on the grid of the plan, seconds.
+    pub shortest_s: f64,
+    /// Continuous cost of the best plan found without a shortest pulse.
+    pub cost_without: f64,
 }
 
 /// How the inputs of a plan of minimum time or fuel go.
@@ -46,6 +61,8 @@ pub enum Structure {
     Singular,
     /// The norm of the torque is limited and its direction turns smoothly.
     Norm,
+    /// Every input off or at a limit, in pulses of a shortest length: a local minimum of fuel under that condition.
+    Pulses,
     /// The body is where it should be.
     Rest,
 }
@@ -59,6 +76,7 @@ impl Structure {
             Self::TruncatedChattering => "truncated_chattering",
             Self::Singular => "singular",
             Self::Norm => "norm",
+            Self::Pulses => "pulses",
             Self::Rest => "rest",
         }
     }

@@ -70,6 +70,8 @@ pub struct Limits {
     pub norm: Option<f64>,
     /// `|du_i/dt| ≤` this, one per input [N·m/s or N/s].
     pub rate: Option<Vec<f64>>,
+    /// Inputs are off or at their limit of size, and each time for at least so long \[s\]: pulses.
+    pub shortest_pulse: Option<f64>,
 }
 
 impl Limits {
@@ -311,7 +313,7 @@ impl Actuation {
         let momenta = momenta.filter(|limits| limits.iter().any(|limit| limit.is_finite()));
         sets.into_iter().filter_map(|(set, first, of_force)| Some((set?, first, of_force))).flat_map(
             move |(set, first, of_force)| {
-                let Limits { size, norm, rate, one_sided: _ } = &set.limits;
+                let Limits { size, norm, rate, one_sided: _, shortest_pulse: _ } = &set.limits;
                 let given = [
                     (LimitKind::Size, size.as_deref()),
                     (LimitKind::Norm, norm.as_ref().map(slice::from_ref)),

@@ -8,7 +8,10 @@ pub(crate) mod factor;
 pub mod figures;
 pub(crate) mod matrix_inertia;
 pub(crate) mod parallel;
-#[cfg(feature = "files")]
+#[cfg_attr(
+    not(feature = "files"),
+    expect(dead_code, reason = "normal numbers are for dispersions, which files have")
+)]
 pub(crate) mod random;
 pub(crate) mod three;
 pub(crate) mod widest;

@@ -2,7 +2,7 @@
 
 use crate::files::spec::escape;
 use crate::maneuver::{
-    ActiveConstraint, Method, Motion, Objective, Outcome, Path, Problem, Rung, RungReport, Scheme,
+    ActiveConstraint, Method, Motion, Objective, Outcome, Path, Problem, Pulses, Rung, RungReport, Scheme,
     SecondOrder, Sense, Settings, Solution, Structure, Switching, TerminalError, Trajectory,
 };
 use crate::numerics::figures::{counted, error, short, significant, time};
@@ -308,7 +308,11 @@ fn switched(problem: &Problem, solution: &Solution, switching: &Switching) -> Ve
     let arcs = match switching.structure {
         Structure::Norm => "the torque has its full norm all the time, and turns".into(),
         Structure::Singular => format!("singular: {which} within the limits; all inputs smoothed"),
-        Structure::BangBang | Structure::BangOffBang | Structure::TruncatedChattering | Structure::Rest => {
+        Structure::BangBang
+        | Structure::BangOffBang
+        | Structure::TruncatedChattering
+        | Structure::Pulses
+        | Structure::Rest => {
             let lengths = switching.arcs.iter().map(|arc| arc.end_s - arc.start_s);
             let shortest = lengths.fold(f64::INFINITY, f64::min).max(0.0);
             let small = switching.gap <= SMALL_GAP * switching.continuous_cost;
@@ -330,6 +334,10 @@ fn switched(problem: &Problem, solution: &Solution, switching: &Switching) -> Ve
         }
     };
     lines.line("arcs", arcs);
+    if let Some(pulses) = &switching.pulses {
+        lines.line("pulses", pulsed(problem, switching, pulses));
+        return lines;
+    }
     let unit = if fuel.is_some() { "" } else { " s" };
     lines.line("gap", format!("{}{unit} to be gained at most, to first order", error(switching.gap)));
     if let Some(eigenaxis) = switching.eigenaxis_s {
@@ -337,6 +345,21 @@ fn switched(problem: &Problem, solution: &Solution, switching: &Switching) -> Ve
         lines.line("eigenaxis", format!("{} s, {more:.1} % longer", significant(eigenaxis, 6)));
     }
     lines
+}
+
+/// How many pulses, how long they are, and what that costs.
+fn pulsed(problem: &Problem, switching: &Switching, pulses: &Pulses) -> String {
+    let (without, cost) = (pulses.cost_without, switching.continuous_cost);
+    let asked = problem.shortest_pulse().map_or(String::new(), |asked| {
+        format!(
+            "shortest pulse {} s: fuel {:.2} % above {}, the plan without it; ",
+            short(asked),
+            100.0 * (cost / without - 1.0),
+            significant(without, 9)
+        )
+    });
+    let shortest = significant(pulses.shortest_s, 6);
+    format!("{asked}{}, the shortest {shortest} s", counted(pulses.count, "pulse"))
 }
 
 fn way(sense: Sense) -> &'static str {

@@ -61,6 +61,10 @@ pub(super) fn chart(subject: &Subject) -> Option<Shown> {
             ("limit × |λΠ|, s/s", vec![(0.0, "")], "the torque has its full norm, against λΠ")
         }
     };
+    let remark = match problem.shortest_pulse() {
+        Some(_) => "a pulse longer than it must be begins and ends at the level",
+        None => remark,
+    };
     let mut chart = Chart::new("Switching functions", time_axis(), Axis::linear(label), curves);
     let level = |(value, label): (f64, &str)| Level { value, label: label.into() };
     chart.levels = levels.into_iter().map(level).collect();

@@ -59,6 +59,10 @@ fn extremal(switching: &Switching) -> Option<String> {
             "The continuous extremal meets the maximum principle but on singular arcs, which are cut into pulses or smoothed: \
              {gap} % of the cost could still be gained, to first order."
         )),
+        Structure::Pulses => Some(format!(
+            "Every input is off or at a limit, in pulses that last at least as long as asked: with the same pulses at other times \
+             no less fuel is burnt nearby, and without a shortest pulse {gap} % less."
+        )),
         Structure::Norm => Some(format!(
             "The torque of the continuous extremal goes as the maximum principle asks: {gap} % of the cost could still be \
              gained, to first order."

@@ -57,8 +57,12 @@ pub fn compare(
         return Err(PlanError::Unsuited { reason: "ways are compared on maneuvers whose inputs switch" });
     }
     let began = Instant::now();
-    let smoothed = search::solve_smoothed(problem, settings, observer)?;
-    let smoothed = plan::judged(problem, settings, smoothed, began, observer);
+    let smoothed = if problem.shortest_pulse().is_some() {
+        Err("a smoothed law has no pulses".to_string())
+    } else {
+        let smoothed = search::solve_smoothed(problem, settings, observer)?;
+        Ok(plan::judged(problem, settings, smoothed, began, observer))
+    };
     let arcs = plan::plan(problem, settings, None, observer)?;
     let convex = match on_the_convex_road(problem, &arcs) {
         Ok(shaped) => {
@@ -68,7 +72,7 @@ pub fn compare(
         Err(reason) => Err(reason.into()),
     };
     Ok(vec![
-        WayRun::of("smoothed", Ok(smoothed)),
+        WayRun::of("smoothed", smoothed),
         WayRun::of("switching_times", Ok(arcs)),
         WayRun::of("convex", convex),
     ])

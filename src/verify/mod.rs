@@ -26,6 +26,7 @@ mod margins;
 mod motion;
 mod order;
 pub mod propagation;
+mod pulses;
 mod rows;
 mod series;
 mod symplectic;
@@ -211,7 +212,8 @@ pub enum WitnessError {
 /// The checks, by name: `finite`, `discrete terminal`, `recorded states`, `total momentum` where wheels alone
 /// turn the body, `constraints` where there are any
 /// (the worst scaled violation at and between the nodes, against [`Margin::ROUND_OFF`]), `way round` where the problem
-/// asks for one (1 where the path goes the other way), `order`
+/// asks for one (1 where the path goes the other way), `inputs off or at a limit` and `shortest pulse` where there is a shortest
+/// pulse (the part of it by which one is shorter), `order`
 /// (`round-off` when the witnesses agree to round-off), `symplectic witness` where that one can judge,
 /// `continuous terminal`, and `continuous pointing` where a tolerance is given and there are cones. Without a
 /// tolerance the continuous motion may miss the end by a quarter of the angle that the body turns, or 5° where that is
@@ -270,6 +272,18 @@ pub fn verify_until(
     if let Some(longest) = problem.duration_at_most {
         let last = trajectory.time.last().copied().unwrap_or(f64::NAN);
         found.at_most("longest duration", last / longest - 1.0, RECORDED);
+    }
+    if let Some(asked) = problem.shortest_pulse()
+        && problem.switches()
+    {
+        let pulses = match rows::fit(problem, trajectory) {
+            Ok(()) => pulses::found(problem, trajectory),
+            Err(_) => pulses::UNKNOWN,
+        };
+        found.at_most("inputs off or at a limit", pulses.between, pulses::AT_LIMIT);
+        // No pulse at all is none that is too short.
+        let missing = if pulses.shortest == f64::INFINITY { 0.0 } else { 1.0 - pulses.shortest / asked };
+        found.at_most("shortest pulse", missing, pulses::ROUND_OFF);
     }
     found.at_most("recorded states", recorded, RECORDED.max(10.0 * tolerance));
     if let Some(drift) = momentum_drift {

@@ -151,6 +151,7 @@ impl View {
             norm: limits.norm.map(|norm| norm * size),
             rate: scaled(&limits.rate, size / self.time),
             one_sided: limits.one_sided,
+            shortest_pulse: limits.shortest_pulse.map(|pulse| pulse * self.time),
         };
         ActuatorSet::new(set.axes().iter().map(turned).collect(), set.frame()).ok()?.with_limits(limits).ok()
     }
@@ -403,7 +404,7 @@ fn wider_limits(planned: &Planned, random: &mut Random) -> Option<Related> {
         let each = |values: &Option<Vec<f64>>| values.as_ref().map(|v| v.iter().map(|v| v * wider).collect());
         let (size, rate) = (each(&limits.size), each(&limits.rate));
         let norm = limits.norm.map(|norm| norm * wider);
-        set.clone().with_limits(Limits { size, rate, norm, one_sided: limits.one_sided }).ok()
+        set.clone().with_limits(Limits { size, rate, norm, ..limits.clone() }).ok()
     };
     problem.actuation.torque = widen(&problem.actuation.torque)?;
     problem.actuation.force = match &problem.actuation.force {

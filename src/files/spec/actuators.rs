@@ -19,6 +19,22 @@ pub(crate) struct Actuated {
 
 /// The actuators and what their inputs cost, with the defaults that go with the motion.
 pub(crate) fn actuated(section: Option<&Section>, motion: Motion) -> Option<Actuated> {
+    let shortest_pulse = match section.filter(|section| section.has(SHORTEST_PULSE)) {
+        Some(section) => Some(section.number(SHORTEST_PULSE)?),
+        None => None,
+    };
+    let found = of_any_length(section, motion)?;
+    let torque = &found.actuation.torque;
+    let limits = crate::mechanics::actuators::Limits { shortest_pulse, ..torque.limits().clone() };
+    let torque = torque.clone().with_limits(limits).ok()?;
+    Some(Actuated { actuation: Actuation { torque, ..found.actuation }, ..found })
+}
+
+/// The shortest pulse of the torque inputs.
+pub(super) const SHORTEST_PULSE: &str = "shortest_pulse_s";
+
+/// The same whatever the shortest pulse.
+fn of_any_length(section: Option<&Section>, motion: Motion) -> Option<Actuated> {
     if let Some(section) = section.filter(|section| section.has("thruster")) {
         return thrusters::thrusters(section, motion);
     }
@@ -136,7 +152,7 @@ fn limited(channel: Option<Channel>, section: &Section, [size, norm, rate]: &[&s
         size: size_limits?,
         norm,
         rate: rate_limits?,
-        one_sided: false,
+        ..Default::default()
     };
     channel
         .with_limits(limits)

@@ -127,12 +127,12 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
         // All of them at once.
         Err(ProblemError::Violated { .. }) => {
             for error in problem.violations() {
-                refuse(&error, &problem, section, [&start, &end]);
+                refuse(&error, &problem, root, section, [&start, &end]);
             }
             return None;
         }
         Err(error) => {
-            refuse(&error, &problem, section, [&start, &end]);
+            refuse(&error, &problem, root, section, [&start, &end]);
             return None;
         }
     }
@@ -243,7 +243,13 @@ fn warn_quaternion_order(start: &Rotation, end: &Rotation, report: &Report) {
 }
 
 /// What [`Problem::check`] found, with its place in the spec.
-fn refuse(error: &ProblemError, problem: &Problem, maneuver: &Section, ends: [&Boundary<'_>; 2]) {
+fn refuse(
+    error: &ProblemError,
+    problem: &Problem,
+    root: &Section,
+    maneuver: &Section,
+    ends: [&Boundary<'_>; 2],
+) {
     let at = |name: &str| ends[usize::from(name == "end")];
     match error {
         ProblemError::StepTooLong { end, angle, limit, steps } => {
@@ -273,6 +279,27 @@ fn refuse(error: &ProblemError, problem: &Problem, maneuver: &Section, ends: [&B
         }
         // Told at the key itself.
         ProblemError::Unsuited { what: "scheme", .. } => {}
+        ProblemError::Unsuited { what: actuators::SHORTEST_PULSE, reason } => {
+            let remedy = "leave it out, or write minimize = \"fuel\" with a `duration_s` and limits of the inputs alone";
+            if let Some(section) = root.section("actuators") {
+                section.error("E0029", actuators::SHORTEST_PULSE, (*reason).to_string(), remedy);
+            }
+        }
+        ProblemError::Value { what: "shortest pulse", value, reason } => {
+            let reason = format!(
+                "the shortest pulse is {} s: it {reason}, of {} s",
+                short(*value),
+                short(problem.duration)
+            );
+            if let Some(section) = root.section("actuators") {
+                section.error(
+                    "E0031",
+                    actuators::SHORTEST_PULSE,
+                    reason,
+                    "shorten it, or lengthen `duration_s`",
+                );
+            }
+        }
         ProblemError::Unsuited { what, reason } => {
             let remedy = "take it away, or minimise effort in a given `duration_s`";
             let remedy = match *what {

@@ -301,6 +301,9 @@ tables! {
         "force_norm_limit_n": Limit(q::FORCE_NORM);
         /// Limit of how fast each force input changes: one for all, or one per axis. Default: none.
         "force_rate_limit_n_per_s": Limits(q::FORCE_RATE, None);
+        /// Shortest pulse: each torque input is off or at its limit, and on for at least so long each time. For minimum fuel in a
+        /// given duration. Default: inputs take any value within their limits.
+        "shortest_pulse_s": Number(q::DURATION);
         /// What a N·m of each torque input costs in a second, where fuel is minimised: one for all, or one per axis; under
         /// torque_norm_limit_n_m what a N·m of the whole torque costs. Default: 1.
         "fuel_price": Limits(q::PRICE, None);

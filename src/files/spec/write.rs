@@ -255,6 +255,7 @@ fn actuators(spec: &mut Writing, problem: &Problem, moves: bool) -> Result<(), U
     spec.table("actuators", |table| {
         let fuel = problem.objective.fuel();
         table.some("fuel_price", fuel.and_then(|fuel| fuel.prices.clone()));
+        table.some("shortest_pulse_s", problem.shortest_pulse());
         let axes = match torque.set.frame() {
             AxisFrame::Body => "torque_axes_body",
             AxisFrame::Reference => "torque_axes_reference",
@@ -294,6 +295,9 @@ fn thrusters(spec: &mut Writing, problem: &Problem) -> Result<(), Unwritable> {
     };
     if torque.axes().iter().any(|axis| (axis.norm() - 1.0).abs() > 1e-12) {
         return Err(Unwritable("thrusters whose axes are not of length 1"));
+    }
+    if let Some(shortest) = limits.shortest_pulse {
+        spec.table("actuators", |table| table.put("shortest_pulse_s", shortest));
     }
     for (index, (axis, limit)) in torque.axes().iter().zip(size).enumerate() {
         spec.table("actuators", |table| {

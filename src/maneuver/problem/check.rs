@@ -51,6 +51,7 @@ impl Problem {
         if self.objective.switches() {
             self.check_switching()?;
         }
+        self.check_pulses()?;
         self.ends().into_iter().try_for_each(|(end, state, _)| self.check_state(end, state))
     }
 
@@ -224,6 +225,41 @@ impl Problem {
         ];
         let met = obstacles.into_iter().find(|(met, ..)| *met);
         met.map_or(Ok(()), |(_, what, reason)| Err(ProblemError::Unsuited { what, reason }))
+    }
+
+    /// What the search for pulses takes: fuel, a given duration, and no limits but those of the inputs.
+    fn check_pulses(&self) -> Result<(), ProblemError> {
+        let limits = self.actuation.torque.limits();
+        let of_forces = self.actuation.force.as_ref().and_then(|force| force.limits().shortest_pulse);
+        let Some(shortest) = limits.shortest_pulse.or(of_forces) else { return Ok(()) };
+        if !(shortest > 0.0 && shortest.is_finite()) {
+            return Err(out_of_range("shortest pulse", shortest, "must be positive and finite"));
+        }
+        let obstacles = [
+            (
+                of_forces.is_some() || self.motion != Motion::Attitude,
+                "pulses are planned for torques and the attitude alone",
+            ),
+            (self.objective.fuel().is_none(), "pulses are planned for minimum fuel alone"),
+            (
+                self.actuation.wheels.is_some(),
+                "wheels do not pulse: they give any torque within their limits",
+            ),
+            (
+                limits.size.is_none() || limits.norm.is_some(),
+                "pulses are of inputs with limits of their own, not under a limit of the norm",
+            ),
+            (limits.rate.is_some(), "pulses jump: they go with no limit of how fast inputs change"),
+            (!self.constraints.is_empty(), "pulses are planned without cones and limits of the rates"),
+            (self.seeks_duration(), "pulses are planned for a given duration, which is not sought"),
+        ];
+        if let Some((_, reason)) = obstacles.into_iter().find(|(met, _)| *met) {
+            return Err(ProblemError::Unsuited { what: "shortest_pulse_s", reason });
+        }
+        if shortest > self.duration {
+            return Err(out_of_range("shortest pulse", shortest, "must not be longer than the maneuver"));
+        }
+        Ok(())
     }
 
     fn check_constraints(&self) -> Result<(), ProblemError> {

@@ -1,5 +1,7 @@
 //! Minimum time and fuel: the search for the best extremal, and the discrete optimum on the grid of the plan.
 
+mod pulses;
+
 use super::context::Context;
 use crate::lie::{self, continued};
 use crate::maneuver::objective::Objective;
@@ -12,6 +14,7 @@ use crate::maneuver::switching::{Structure, Switching, SwitchingArc};
 use crate::mechanics::drift_equation;
 use crate::numerics::figures::{rounded_up, short, significant};
 use crate::optimize::methods::driver::Report;
+use crate::optimize::methods::switching::arcs::Arcs;
 use crate::optimize::methods::switching::branches::Ask;
 use crate::optimize::methods::switching::discretize::{LEAST_STEPS, NO_LENGTH, arcs_on_grid, smooth_on_grid};
 use crate::optimize::methods::switching::eigenaxis;
@@ -121,6 +124,9 @@ fn solve_once(problem: &Problem, context: &Context, arcs: bool) -> Solution {
     if let Some(outcome) = context.interrupt() {
         return ended(solution, outcome, context);
     }
+    if let Some(shortest) = problem.shortest_pulse() {
+        return pulses::solve(problem, (&extremal, &units), &found, shortest, context, solution);
+    }
     let mut chosen = None;
     // A bound of what is sought; what is given has none.
     let longest = problem.duration_at_most.filter(|_| extremal.given_duration.is_none());
@@ -143,25 +149,23 @@ fn solve_once(problem: &Problem, context: &Context, arcs: bool) -> Solution {
     let Some(plan) = chosen else {
         let arcs = found.limits.iter().find_map(|limit| limit.arcs.as_ref());
         let arcs = arcs.map(|(arcs, _)| arcs.switches.len() + 1);
-        let quickest = problem.objective.fuel().and_then(|_| too_short(problem, &found, context));
-        solution.longer = quickest.and_then(|(_, longer)| longer);
-        solution.shortest = quickest.map(|(shortest, _)| shortest);
-        solution.shortfall = Some(match (quickest, arcs) {
-            (Some((shortest, _)), _) => {
-                let (asked, shortest) = (short(problem.duration), significant(shortest, 6));
-                format!(
-                    "no plan of {asked} s was found; the shortest duration found is {shortest} s (locally minimal)"
-                )
-            }
-            (_, Some(arcs)) if arcs * LEAST_STEPS > problem.steps => {
-                format!("{arcs} arcs need at least {} steps", arcs * LEAST_STEPS)
-            }
-            _ if found.branches == 0 => "no smoothed extremal was found".into(),
-            _ => format!("no discrete optimum was found on {} steps", problem.steps),
-        });
+        if !shortest_told(problem, &found, context, &mut solution) {
+            solution.shortfall = Some(match arcs {
+                Some(arcs) if arcs * LEAST_STEPS > problem.steps => {
+                    format!("{arcs} arcs need at least {} steps", arcs * LEAST_STEPS)
+                }
+                _ if found.branches == 0 => "no smoothed extremal was found".into(),
+                _ => format!("no discrete optimum was found on {} steps", problem.steps),
+            });
+        }
         return ended(solution, Outcome::Stalled, context);
     };
     solution.rivals = rivals(&extremal, &found.limits, &plan, &units);
+    finished(solution, plan, context)
+}
+
+/// The solution that a plan on its grid is.
+fn finished(mut solution: Solution, plan: Planned, context: &Context) -> Solution {
     solution.steps = plan.trajectory.time.len() - 1;
     solution.step = plan.duration / solution.steps as f64;
     solution.cost = plan.cost;
@@ -175,8 +179,21 @@ fn solve_once(problem: &Problem, context: &Context, arcs: bool) -> Solution {
     solution.trajectory = plan.trajectory;
     solution.switching = Some(plan.switching);
     let outcome =
-        if solution.terminal.largest() <= tolerance { Outcome::Converged } else { Outcome::Stalled };
+        if solution.terminal.largest() <= solution.tolerance { Outcome::Converged } else { Outcome::Stalled };
     ended(solution, outcome, context)
+}
+
+/// Tells the shortest duration, where that of a maneuver of fuel is too short.
+fn shortest_told(problem: &Problem, found: &Found, context: &Context, solution: &mut Solution) -> bool {
+    let quickest = problem.objective.fuel().and_then(|_| too_short(problem, found, context));
+    let Some((shortest, longer)) = quickest else { return false };
+    (solution.shortest, solution.longer) = (Some(shortest), longer);
+    let (asked, shortest) = (short(problem.duration), significant(shortest, 6));
+    let told = format!(
+        "no plan of {asked} s was found; the shortest duration found is {shortest} s (locally minimal)"
+    );
+    solution.shortfall = Some(told);
+    true
 }
 
 /// The shortest duration of a maneuver of given duration that no extremal of fuel was found for, where that is longer,
@@ -245,6 +262,7 @@ fn at_rest(problem: &Problem, solution: Solution, steps: usize) -> Solution {
         singular_inputs: Vec::new(),
         smoothing: None,
         arcs: Vec::new(),
+        pulses: None,
     };
     Solution {
         outcome: Outcome::Converged,
@@ -341,14 +359,7 @@ fn planned(
             switching.singular_inputs = inputs.collect();
             switching.singular_inputs.dedup();
         }
-        for (_, start, end, signs) in arcs.arcs() {
-            let input = match (extremal.axes(), extremal.on_arc(&signs).held()) {
-                (_, None) => Vec::new(),
-                ([], Some(_)) => vec![0.0; problem.actuation.count()],
-                (_, Some(_)) => inputs(problem, &signs),
-            };
-            switching.arcs.push(SwitchingArc { start_s: start * second, end_s: end * second, input });
-        }
+        switching.arcs = told(problem, extremal, units, arcs);
     } else {
         // A sum of terms that are not negative but for round-off.
         let gap = limit.smooth.gap(extremal) * units.cost();
@@ -357,6 +368,19 @@ fn planned(
         switching.structure = if norm { Structure::Norm } else { Structure::Singular };
     }
     Some(recorded)
+}
+
+/// Arcs with the inputs of the maneuver, in seconds.
+fn told(problem: &Problem, extremal: &Extremal, units: &Units, arcs: &Arcs) -> Vec<SwitchingArc> {
+    let arc = |(_, start, end, signs): (_, f64, f64, Vec<f64>)| {
+        let input = match (extremal.axes(), extremal.on_arc(&signs).held()) {
+            (_, None) => Vec::new(),
+            ([], Some(_)) => vec![0.0; problem.actuation.count()],
+            (_, Some(_)) => inputs(problem, &signs),
+        };
+        SwitchingArc { start_s: start * units.time, end_s: end * units.time, input }
+    };
+    arcs.arcs().into_iter().map(arc).collect()
 }
 
 /// Replays a plan from the start and records every node.
@@ -436,6 +460,7 @@ fn record(problem: &Problem, extremal: &Extremal, units: &Units, grid: &OnGrid) 
         singular_inputs,
         smoothing: None,
         arcs: Vec::new(),
+        pulses: None,
     };
     let duration = *trajectory.time.last()?;
     Some(Planned {

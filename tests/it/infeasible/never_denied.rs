@@ -16,14 +16,14 @@ fn tighten(mut problem: Problem, inputs: &[f64], random: &mut Random) -> Option<
         rate: Some(largest(&|i| {
             rows.windows(2).map(|pair| (pair[1][i] - pair[0][i]) / problem.step()).collect()
         })),
-        one_sided: false,
+        ..Limits::default()
     };
     let keep = |random: &mut Random| random.uniform() > 0.0;
     let limits = Limits {
         size: all.size.filter(|_| keep(random)),
         norm: all.norm.filter(|_| keep(random)),
         rate: all.rate.filter(|_| keep(random)),
-        one_sided: false,
+        ..Limits::default()
     };
     problem.actuation.torque = channel.with_limits(limits).unwrap();
     // Limits that everything holds, then those that the margins leave.
@@ -103,7 +103,7 @@ fn weakened(problem: &Problem, factor: f64) -> Problem {
         size: smaller(&limits.size),
         norm: limits.norm.map(|l| factor * l),
         rate: smaller(&limits.rate),
-        one_sided: false,
+        ..Limits::default()
     };
     weak.actuation.torque = channel.with_limits(limits).unwrap();
     let [start, end] = [problem.start.angular_velocity, problem.end.angular_velocity];

@@ -14,5 +14,6 @@ mod metamorphic;
 mod minimum_fuel;
 mod minimum_time;
 mod order;
+mod pulses;
 mod shortest;
 mod support;

@@ -173,7 +173,7 @@ fn input_margins_are_those_of_the_rows() {
             size: Some(vec![3.0, 1.9, 2.0, 2.5]),
             norm: Some(2.6),
             rate: Some(vec![1.5, 2.0, 1.2, 9.0]),
-            one_sided: false,
+            ..Limits::default()
         };
         let channel = ActuatorSet::new(axes, AxisFrame::Body).unwrap();
         let channel = channel.with_limits(limits.clone()).unwrap();

@@ -186,6 +186,11 @@ impl Extremal {
         ArcLaw { held, turning }
     }
 
+    /// The law under a torque that is held whatever the costate.
+    pub fn holding(torque: &Vector3) -> Response {
+        Response { torque: *torque, stiffness: Matrix3::zeros(), minimum: f64::NAN, running: f64::NAN }
+    }
+
     /// The inputs of the smoothed law, each in `[−1, 1]`; one where the norm costs, none where it is limited alone.
     pub fn inputs(&self, e: &Vector3, epsilon: f64) -> Vec<f64> {
         let switching = (0..self.switching_count()).map(|input| self.switching(input, e));

@@ -28,6 +28,7 @@ pub(crate) mod extremal;
 pub(crate) mod flow;
 pub(crate) mod grid_step;
 pub(crate) mod on_grid;
+pub(crate) mod pulses;
 pub(crate) mod scaled;
 pub(crate) mod search;
 pub(crate) mod smooth;

@@ -56,12 +56,17 @@ pub(crate) struct Step {
     pub torque: Torque,
 }
 
-struct Sweep {
-    residual: DVector<f64>,
-    jacobian: DMatrix<f64>,
+/// What one sweep over the grid finds.
+pub(super) struct Sweep {
+    /// Terminal conditions, and the mean Hamiltonians of the arcs, with what the gaps carry to them.
+    pub residual: DVector<f64>,
+    pub jacobian: DMatrix<f64>,
+    /// Square of the gaps between steps and nodes.
+    pub gaps: f64,
     merit: f64,
-    updates: Vec<DMatrix<f64>>,
-    torques: Vec<Vector3>,
+    /// How the nodes answer to a step of the unknowns, and to 1.
+    pub updates: Vec<DMatrix<f64>>,
+    pub torques: Vec<Vector3>,
 }
 
 impl OnGrid {
@@ -142,19 +147,26 @@ impl OnGrid {
         let merit = (residual.norm_squared() + gaps).sqrt();
         let carried = jacobian.column(unknowns).clone_owned();
         let jacobian = jacobian.remove_column(unknowns);
-        merit.is_finite().then_some(Sweep { residual: residual + carried, jacobian, merit, updates, torques })
+        let residual = residual + carried;
+        merit.is_finite().then_some(Sweep { residual, jacobian, gaps, merit, updates, torques })
+    }
+
+    /// One sweep with lanes enough; `None` for more arcs than there are lanes.
+    pub(super) fn swept(&self, extremal: &Extremal) -> Option<Sweep> {
+        match 7 + self.lengths.len() {
+            ..=8 => self.sweep::<8>(extremal),
+            9..=16 => self.sweep::<16>(extremal),
+            17..=32 => self.sweep::<32>(extremal),
+            33..=64 => self.sweep::<64>(extremal),
+            _ => None,
+        }
     }
 
     /// Newton to round-off; `None` where it does not get there. An arc may come out with no length, or a negative one.
     pub fn solve(mut self, extremal: &Extremal) -> Option<Self> {
         let mut last = f64::INFINITY;
         for iteration in 0..MOST_ITERATIONS {
-            let found = match 7 + self.lengths.len() {
-                ..=8 => self.sweep::<8>(extremal),
-                9..=16 => self.sweep::<16>(extremal),
-                17..=32 => self.sweep::<32>(extremal),
-                _ => None,
-            }?;
+            let found = self.swept(extremal)?;
             if found.merit < CONVERGED && found.merit >= 0.1 * last {
                 self.torques = found.torques;
                 self.residual = found.merit;
@@ -173,19 +185,24 @@ impl OnGrid {
                     factor = factor.min(0.5 * length / (-step[6 + arc]).max(1e-300));
                 }
             }
-            let mut change = step.clone().insert_row(step.len(), 1.0);
-            change[step.len()] = 1.0;
-            self.m += factor * step.fixed_rows::<3>(0);
-            for (arc, length) in self.lengths.iter_mut().enumerate() {
-                *length += factor * step[6 + arc];
-            }
-            for (node, update) in self.nodes.iter_mut().zip(&found.updates) {
-                let moved = update * &change;
-                let block = |row: usize| Vector3::new(moved[row], moved[row + 1], moved[row + 2]);
-                *node = node.plus(&[block(0), block(3), block(6)], factor);
-            }
+            self.take(&step, &found.updates, factor);
         }
         None
+    }
+
+    /// A part of a step of costates and lengths, and the nodes with it.
+    pub(super) fn take(&mut self, step: &DVector<f64>, updates: &[DMatrix<f64>], factor: f64) {
+        let mut change = step.clone().insert_row(step.len(), 1.0);
+        change[step.len()] = 1.0;
+        self.m += factor * step.fixed_rows::<3>(0);
+        for (arc, length) in self.lengths.iter_mut().enumerate() {
+            *length += factor * step[6 + arc];
+        }
+        for (node, update) in self.nodes.iter_mut().zip(updates) {
+            let moved = update * &change;
+            let block = |row: usize| Vector3::new(moved[row], moved[row + 1], moved[row + 2]);
+            *node = node.plus(&[block(0), block(3), block(6)], factor);
+        }
     }
 }
 

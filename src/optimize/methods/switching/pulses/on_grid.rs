@@ -1,0 +1,214 @@
+//! The discrete optimum of pulses: that of their grid, with the bounds that act on their times.
+//!
+//! With the lengths of the arcs `d = d_0 + D y`, free `y`, it meets the terminal conditions and `Dᵀ𝓗 = 0`, where `𝓗` are the means of the
+//! discrete Hamiltonians of the arcs: the discrete action is stationary in every time that no bound holds.
+
+use super::super::arcs::Arcs;
+use super::super::discretize::{LEAST_STEPS, NO_LENGTH, of_arcs, shares};
+use super::super::extremal::Extremal;
+use super::super::on_grid::OnGrid;
+use super::motion::Motion;
+use super::optimum::Best;
+use super::schedule::{Ask, Schedule};
+use super::ties::{KEPT, Settled, Ties, settled};
+use nalgebra::{DMatrix, DVector};
+
+/// An arc shorter than this part of the duration has one step, beside those of the others.
+const COMMON: f64 = 1e-6;
+
+/// How often pulses are held at another bound, exchanged or joined, in all.
+const MOST_CHANGES: usize = 12;
+
+/// Residual at which Newton ends if it falls no further.
+const CONVERGED: f64 = 2e-13;
+
+const MOST_ITERATIONS: usize = 30;
+
+/// Lengths stay this near to those of the equations of motion, as a part of the duration.
+const NEARBY: f64 = 0.05;
+
+/// An arc longer than this part of the duration is no more than halved in an iteration.
+const SHORT: f64 = 0.01;
+
+/// Singular values below this part of the largest belong to costates that are not determined.
+const UNDETERMINED: f64 = 1e-10;
+
+/// Pulses as arcs of the equations of motion, and on their grid.
+#[derive(Clone, Debug)]
+pub(crate) struct Placed {
+    pub schedule: Schedule,
+    pub arcs: Arcs,
+    pub grid: OnGrid,
+}
+
+/// Why pulses have no place on a grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Unplaced {
+    /// The arcs need so many steps.
+    Steps(usize),
+    /// No discrete optimum was found.
+    NoOptimum,
+}
+
+/// The discrete optimum on so many steps.
+pub(crate) fn placed(extremal: &Extremal, best: &Best, ask: &Ask, steps: usize) -> Result<Placed, Unplaced> {
+    let none = Unplaced::NoOptimum;
+    let Settled { schedule, costates, bounds, mut acting } = settled(extremal, best, ask).ok_or(none)?;
+    let continuous = Motion::fine(extremal, &schedule, &costates).arcs();
+    let mut arcs = continuous.clone();
+    let times = schedule.times();
+    let inside = |time: &usize| times[*time] > 0.0 && times[*time] < schedule.duration;
+    // The times of the switches, in their order.
+    let mut order: Vec<usize> = (0..times.len()).filter(inside).collect();
+    order.sort_by(|a, b| times[*a].total_cmp(&times[*b]));
+    let lengths: Vec<f64> = arcs.arcs().iter().map(|(_, start, end, _)| end - start).collect();
+    let common: Vec<bool> = lengths.iter().map(|length| *length < COMMON * schedule.duration).collect();
+    let (mut exchanged, mut joined) = (vec![false; lengths.len()], vec![false; lengths.len()]);
+    for _ in 0..MOST_CHANGES {
+        let mut ties = Ties::of(&schedule, &bounds, &acting);
+        for arc in (1..order.len()).filter(|arc| joined[*arc]) {
+            ties.join(order[arc - 1], order[arc]);
+        }
+        let is_proper = |arc: &usize| !common[*arc] && !joined[*arc];
+        let proper: Vec<f64> = (0..lengths.len()).filter(is_proper).map(|arc| lengths[arc]).collect();
+        if proper.len() * LEAST_STEPS > steps {
+            return Err(Unplaced::Steps(proper.len() * LEAST_STEPS));
+        }
+        let mut of_proper = shares(&proper, steps).into_iter();
+        let counts: Vec<usize> = (0..lengths.len())
+            .filter_map(|arc| match (joined[arc], common[arc]) {
+                (true, _) => Some(0),
+                (false, true) => Some(1),
+                (false, false) => of_proper.next(),
+            })
+            .collect();
+        let kept: Vec<usize> = (0..lengths.len()).filter(|arc| counts[*arc] > 0).collect();
+        let matrix = ties.matrix();
+        // Rows of D: the end of an arc less its start; the ends of the maneuver stand still.
+        let of_length = DMatrix::from_fn(kept.len(), matrix.ncols(), |row, free| {
+            let arc = kept[row];
+            let end = order.get(arc).map_or(0.0, |time| matrix[(*time, free)]);
+            let start = arc.checked_sub(1).map_or(0.0, |before| matrix[(order[before], free)]);
+            end - start
+        });
+        let snapped = ties.snapped(&times);
+        for (switch, time) in arcs.switches.iter_mut().zip(&order) {
+            switch.time = snapped[*time];
+        }
+        let first = of_arcs(extremal, &arcs, &counts);
+        let solved = stationary(first.clone(), extremal, &of_length, true);
+        let solved = solved.or_else(|| stationary(first, extremal, &of_length, false));
+        let grid = solved.ok_or(none)?;
+        let least = -NO_LENGTH * schedule.duration;
+        if let Some(negative) = grid.lengths.iter().position(|length| *length < least) {
+            let arc = kept[negative];
+            if arc == 0 || arc == order.len() {
+                // Beyond an end: it is held there.
+                let outside = if arc == 0 { (None, Some(order[0])) } else { (Some(order[arc - 1]), None) };
+                let held = bounds.iter().position(|bound| (bound.a, bound.b) == outside).ok_or(none)?;
+                (acting[held], joined[arc]) = (true, true);
+            } else if exchanged[arc] {
+                joined[arc] = true;
+            } else {
+                exchanged[arc] = true;
+                order.swap(arc - 1, arc);
+                let (before, after) = (arcs.switches[arc - 1].input, arcs.switches[arc].input);
+                (arcs.switches[arc - 1].input, arcs.switches[arc].input) = (after, before);
+            }
+            continue;
+        }
+        // The times of the grid, those at the ends as they are.
+        let mut found = times.clone();
+        let mut clock = 0.0;
+        let mut index = 0;
+        for (arc, time) in order.iter().enumerate() {
+            if counts[arc] > 0 {
+                clock += grid.lengths[index];
+                index += 1;
+            }
+            found[*time] = clock;
+        }
+        let at = |time: Option<usize>| time.map_or(0.0, |time| found[time]);
+        let violated = bounds.iter().zip(&acting).position(|(bound, acts)| {
+            !acts && at(bound.b) - at(bound.a) - bound.least < -KEPT * schedule.duration
+        });
+        match violated {
+            Some(violated) => acting[violated] = true,
+            None => return Ok(Placed { schedule, arcs: continuous, grid }),
+        }
+    }
+    Err(none)
+}
+
+/// Newton on costates and free times, to round-off. Where it does not get there, on the times alone, that they meet the end, with the
+/// costates that come nearest to making the Lagrangian stationary.
+fn stationary(
+    mut grid: OnGrid,
+    extremal: &Extremal,
+    of_length: &DMatrix<f64>,
+    together: bool,
+) -> Option<OnGrid> {
+    let arcs = grid.lengths.len();
+    let free = of_length.ncols();
+    // Of every arc its own Hamiltonian.
+    let each = Extremal { given_duration: None, ..extremal.clone() };
+    let first = grid.lengths.clone();
+    let mut last = f64::INFINITY;
+    for iteration in 0..MOST_ITERATIONS {
+        let found = grid.swept(&each)?;
+        let (ends, means) = (found.residual.rows(0, 6), found.residual.rows(6, arcs));
+        let mut residual = DVector::zeros(6 + free);
+        residual.rows_mut(0, 6).copy_from(&ends);
+        residual.rows_mut(6, free).copy_from(&of_length.tr_mul(&means));
+        let size = |residual: &DVector<f64>| (residual.norm_squared() + found.gaps).sqrt();
+        let whole = size(&residual);
+        let merit = if together { whole } else { size(&residual.rows(0, 6).into_owned()) };
+        if merit < CONVERGED && merit >= 0.1 * last {
+            grid.torques = found.torques;
+            (grid.residual, grid.iterations) = (whole, iteration);
+            let near = grid
+                .lengths
+                .iter()
+                .zip(&first)
+                .all(|(length, first)| (length - first).abs() < NEARBY * grid.duration());
+            return near.then_some(grid);
+        }
+        last = merit;
+        let jacobian = &found.jacobian;
+        let of_ends = jacobian.view((0, 6), (6, arcs)) * of_length;
+        let of_costates = of_length.tr_mul(&jacobian.view((6, 0), (arcs, 6)));
+        let of_lengths = of_length.tr_mul(&(jacobian.view((6, 6), (arcs, arcs)) * of_length));
+        let (costates, lengths) = if together {
+            let mut reduced = DMatrix::zeros(6 + free, 6 + free);
+            reduced.view_mut((0, 0), (6, 6)).copy_from(&jacobian.view((0, 0), (6, 6)));
+            reduced.view_mut((0, 6), (6, free)).copy_from(&of_ends);
+            reduced.view_mut((6, 0), (free, 6)).copy_from(&of_costates);
+            reduced.view_mut((6, 6), (free, free)).copy_from(&of_lengths);
+            let step = shortest(reduced, &-residual)?;
+            (step.rows(0, 6).into_owned(), step.rows(6, free).into_owned())
+        } else {
+            let lengths = shortest(of_ends, &-residual.rows(0, 6))?;
+            let left = residual.rows(6, free) + of_lengths * &lengths;
+            (shortest(of_costates, &-left)?, lengths)
+        };
+        let mut step = DVector::zeros(6 + arcs);
+        step.rows_mut(0, 6).copy_from(&costates);
+        step.rows_mut(6, arcs).copy_from(&(of_length * lengths));
+        let duration = grid.duration();
+        let mut factor = 1.0_f64;
+        for (arc, length) in grid.lengths.iter().enumerate() {
+            if *length > SHORT * duration {
+                factor = factor.min(0.5 * length / (-step[6 + arc]).max(1e-300));
+            }
+        }
+        grid.take(&step, &found.updates, factor);
+    }
+    None
+}
+
+/// The shortest solution of equations that may not determine one.
+fn shortest(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+    let svd = matrix.svd(true, true);
+    let least = UNDETERMINED * svd.singular_values.max();
+    svd.solve(right, least).ok()
+}

@@ -1,0 +1,211 @@
+//! The best times of given pulses: least fuel under the terminal conditions and the bounds of the times.
+//!
+//! Sequential quadratic programming that stays on the terminal conditions. A step minimises the quadratic model of the Lagrangian along
+//! them, whose curvature is that of the exact second derivative with its negative part turned over; Gauss and Newton bring
+//! what it misses back, within the bounds.
+
+use super::super::extremal::Extremal;
+use super::motion::{Miss, Motion, gradient};
+use super::quadratic::{Bound, Quadratic};
+use super::schedule::{Ask, Schedule};
+use nalgebra::{DMatrix, DVector};
+
+/// The end is met, scaled.
+const MET: f64 = 1e-11;
+
+/// Weight of the terminal conditions against the size of a step that brings a motion back to them.
+const STIFF: f64 = 1e8;
+
+/// Longest change of a time in one step, as a part of the duration; the shortest below which nothing is gained any more.
+const TRUST: f64 = 0.2;
+const NO_TRUST: f64 = 1e-8;
+
+/// Iterations of Gauss and Newton: from a first guess, and after a step.
+const FIRST_ITERATIONS: usize = 30;
+const ITERATIONS: usize = 6;
+
+/// An iteration leaves less than this part of the miss, or is one of few that do not.
+const LESS: f64 = 0.9;
+const SLOW: usize = 6;
+
+/// Steps of least fuel.
+const MOST_STEPS: usize = 40;
+
+/// Fuel that is still to be gained, as a part of it, when the best times are found.
+const GAINED: f64 = 1e-10;
+
+/// Part of the predicted gain that a step must bring, and at which the next may be longer.
+const ENOUGH: f64 = 0.05;
+const GOOD: f64 = 0.5;
+
+/// Singular values below this part of the largest are none.
+const NO_RANK: f64 = 1e-9;
+
+/// Curvature below this part of the largest is none.
+const FLAT: f64 = 1e-6;
+
+/// Pulses at their best times.
+#[derive(Clone, Debug)]
+pub(crate) struct Best {
+    pub schedule: Schedule,
+    /// `M` and `e` at the start.
+    pub costates: [f64; 6],
+    pub cost: f64,
+}
+
+/// The bounds of a step from given times, none longer than `trust`.
+fn bounds_of_step(bounds: &[Bound], times: &DVector<f64>, trust: f64) -> Vec<Bound> {
+    let at = |time: Option<usize>| time.map_or(0.0, |time| times[time]);
+    let kept = bounds.iter().map(|bound| Bound {
+        // A bound that round-off violates is met.
+        least: (bound.least - at(bound.b) + at(bound.a)).min(0.0),
+        ..*bound
+    });
+    let limits = (0..times.len()).flat_map(|time| {
+        let (later, sooner) = ((None, Some(time)), (Some(time), None));
+        [later, sooner].map(|(a, b)| Bound { a, b, least: -trust })
+    });
+    kept.chain(limits).collect()
+}
+
+/// Brings the motion to the terminal conditions; `None` where it does not get there in so many iterations.
+fn met(extremal: &Extremal, first: &Schedule, ask: &Ask, iterations: usize) -> Option<Schedule> {
+    let bounds = first.bounds(ask);
+    let mut schedule = first.clone();
+    let mut trust = TRUST * schedule.duration;
+    let mut miss = Motion::of(extremal, &schedule, &[0.0; 6]).miss()?;
+    let mut slow = 0;
+    for _ in 0..iterations {
+        let size = miss.residual.norm();
+        if size < MET {
+            return Some(schedule);
+        }
+        let times = schedule.times();
+        let Miss { residual, jacobian } = &miss;
+        let residual = DVector::from_column_slice(residual.as_slice());
+        let mut hessian = STIFF * jacobian.tr_mul(jacobian);
+        for time in 0..times.len() {
+            hessian[(time, time)] += 1.0;
+        }
+        let gradient = STIFF * jacobian.tr_mul(&residual);
+        let limits = bounds_of_step(&bounds, &times, trust);
+        let program = Quadratic { hessian: &hessian, gradient: &gradient, equations: None, bounds: &limits };
+        let step = program.solve()?;
+        let next = schedule.at(&(times + &step.p));
+        let after = Motion::of(extremal, &next, &[0.0; 6]).miss();
+        match after {
+            Some(after) if after.residual.norm() < size => {
+                let left = after.residual.norm() / size;
+                slow = if left < LESS { 0 } else { slow + 1 };
+                (schedule, miss) = (next, after);
+            }
+            _ => {
+                trust = 0.3 * step.p.amax();
+                slow += 1;
+            }
+        }
+        if slow > SLOW || trust < NO_TRUST * schedule.duration {
+            return None;
+        }
+    }
+    None
+}
+
+/// Orthonormal rows of a matrix that span its rows, and the right side of `A p = b` in them.
+fn independent(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<(DMatrix<f64>, DVector<f64>)> {
+    let svd = matrix.clone().svd(true, true);
+    let (u, v_t) = (svd.u?, svd.v_t?);
+    let least = NO_RANK * svd.singular_values.max();
+    let kept: Vec<usize> =
+        (0..svd.singular_values.len()).filter(|k| svd.singular_values[*k] > least).collect();
+    let rows = v_t.select_rows(&kept);
+    let along = u.tr_mul(right);
+    let values = kept.iter().map(|k| along[*k] / svd.singular_values[*k]).collect();
+    Some((rows, DVector::from_vec(values)))
+}
+
+/// The least-squares solution of `A x = b`.
+fn least_squares(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+    let svd = matrix.clone().svd(true, true);
+    let least = NO_RANK * svd.singular_values.max();
+    svd.solve(right, least).ok()
+}
+
+/// A positive definite matrix that agrees with `hessian` along the equations where that is positive.
+fn convex(hessian: &DMatrix<f64>, rows: &DMatrix<f64>) -> DMatrix<f64> {
+    let count = hessian.nrows();
+    let along = DMatrix::identity(count, count) - rows.tr_mul(rows);
+    let projected = &along * (hessian + hessian.transpose()) * &along * 0.5;
+    let eigen = projected.symmetric_eigen();
+    let floor = FLAT * eigen.eigenvalues.amax().max(FLAT);
+    let mut weighted = eigen.eigenvectors.clone();
+    for (index, value) in eigen.eigenvalues.iter().enumerate() {
+        let value = value.abs().max(floor);
+        weighted.column_mut(index).scale_mut(value);
+    }
+    weighted * eigen.eigenvectors.transpose()
+}
+
+/// The best times near those of a schedule; `None` where the terminal conditions are not met near it.
+pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &Ask) -> Option<Best> {
+    let mut schedule = met(extremal, first, ask, FIRST_ITERATIONS)?;
+    let gradient = gradient(extremal, &schedule);
+    let bounds = schedule.bounds(ask);
+    let mut trust = TRUST * schedule.duration;
+    let mut costates = None;
+    for _ in 0..MOST_STEPS {
+        let cost = schedule.cost(extremal);
+        let own = match costates {
+            Some(own) => own,
+            None => {
+                let motion = Motion::of(extremal, &schedule, &[0.0; 6]);
+                let linear = motion.curvature()?.of_costates;
+                array(&least_squares(&linear, &-&gradient)?)
+            }
+        };
+        let motion = Motion::of(extremal, &schedule, &own);
+        let (miss, curvature) = (motion.miss()?, motion.curvature()?);
+        let residual = DVector::from_column_slice(miss.residual.as_slice());
+        let (rows, right) = independent(&miss.jacobian, &-residual)?;
+        let hessian = convex(&curvature.hessian, &rows);
+        let times = schedule.times();
+        let limits = bounds_of_step(&bounds, &times, trust);
+        let program = Quadratic {
+            hessian: &hessian,
+            gradient: &gradient,
+            equations: Some((&rows, &right)),
+            bounds: &limits,
+        };
+        let Some(step) = program.solve() else {
+            return Some(Best { schedule, costates: own, cost });
+        };
+        let mut pull = &hessian * &step.p + &gradient;
+        for (bound, multiplier) in limits.iter().zip(&step.multipliers) {
+            bound.add_to(&mut pull, -multiplier);
+        }
+        let next_costates = least_squares(&curvature.of_costates, &-pull).map(|found| array(&found));
+        costates = next_costates.or(Some(own));
+        let predicted = -(gradient.dot(&step.p) + 0.5 * step.p.dot(&(&hessian * &step.p)));
+        if predicted < GAINED * cost {
+            return Some(Best { schedule, costates: costates.unwrap_or(own), cost });
+        }
+        let trial = met(extremal, &schedule.at(&(times + &step.p)), ask, ITERATIONS);
+        let gained = trial.as_ref().map_or(f64::NEG_INFINITY, |trial| cost - trial.cost(extremal));
+        if gained > GOOD * predicted {
+            trust = (2.0 * trust).min(TRUST * schedule.duration);
+        }
+        match trial {
+            Some(trial) if gained > ENOUGH * predicted => schedule = trial,
+            _ => trust = 0.3 * step.p.amax().min(trust),
+        }
+        if trust < NO_TRUST * schedule.duration {
+            break;
+        }
+    }
+    let cost = schedule.cost(extremal);
+    Some(Best { schedule, costates: costates.unwrap_or([0.0; 6]), cost })
+}
+
+fn array(values: &DVector<f64>) -> [f64; 6] {
+    std::array::from_fn(|index| values[index])
+}

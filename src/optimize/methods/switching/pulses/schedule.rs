@@ -1,0 +1,176 @@
+//! Pulses of inputs that are off or at a limit, and what their times must keep to.
+//!
+//! Of every input the times rise, `0 ≤ on_1 < off_1 ≤ on_2 < … ≤ T`, and a pulse lasts at least so long: bounds of differences of
+//! times, whatever the other inputs do. An input of both signs is two levels of the extremal that take turns.
+
+use super::super::arcs::Arcs;
+use super::super::extremal::Extremal;
+use super::quadratic::Bound;
+use nalgebra::DVector;
+
+/// What pulses are asked to be.
+#[derive(Clone, Debug)]
+pub(crate) struct Ask {
+    /// The shortest pulse, scaled.
+    pub shortest: f64,
+    /// Which input of the maneuver a level of the extremal belongs to.
+    pub input_of: Vec<usize>,
+    /// Whether many more schedules are tried.
+    pub thorough: bool,
+}
+
+/// One level of the extremal is on from one time to another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pulse {
+    pub level: usize,
+    pub on: f64,
+    pub off: f64,
+}
+
+impl Pulse {
+    pub fn length(&self) -> f64 {
+        self.off - self.on
+    }
+
+    pub fn middle(&self) -> f64 {
+        0.5 * (self.on + self.off)
+    }
+
+    /// Of another length about the same middle.
+    pub fn with_length(self, length: f64) -> Self {
+        Self { on: self.middle() - 0.5 * length, off: self.middle() + 0.5 * length, ..self }
+    }
+}
+
+/// Pulses in the order of their inputs, and of time for each.
+#[derive(Clone, Debug)]
+pub(crate) struct Schedule {
+    pub pulses: Vec<Pulse>,
+    pub duration: f64,
+}
+
+impl Schedule {
+    /// Pulses that keep to what is asked: sorted, joined where they overlap, made as long as they must be, moved apart. `None`
+    /// where the pulses of an input need more than all of the time.
+    pub fn kept(mut pulses: Vec<Pulse>, duration: f64, ask: &Ask) -> Option<Self> {
+        pulses.sort_by(|a, b| {
+            let key = |pulse: &Pulse| ask.input_of[pulse.level];
+            key(a).cmp(&key(b)).then(a.middle().total_cmp(&b.middle()))
+        });
+        let mut joined: Vec<Pulse> = Vec::with_capacity(pulses.len());
+        for pulse in pulses {
+            let pulse = pulse.with_length(pulse.length().max(ask.shortest));
+            match joined.last_mut() {
+                Some(last) if last.level == pulse.level && pulse.on < last.off => {
+                    let length = last.length() + pulse.length();
+                    let middle = 0.5 * (last.on + pulse.off);
+                    (last.on, last.off) = (middle - 0.5 * length, middle + 0.5 * length);
+                }
+                _ => joined.push(pulse),
+            }
+        }
+        for group in joined.chunk_by_mut(|a, b| ask.input_of[a.level] == ask.input_of[b.level]) {
+            let total: f64 = group.iter().map(Pulse::length).sum();
+            // Shortened alike where all of them do not fit, as far as that goes.
+            let least = group.len() as f64 * ask.shortest;
+            if least > duration {
+                return None;
+            }
+            if total > duration {
+                let part = (duration - least) / (total - least);
+                for pulse in &mut *group {
+                    *pulse = pulse.with_length(ask.shortest + part * (pulse.length() - ask.shortest));
+                }
+            }
+            let mut from = 0.0_f64;
+            for pulse in &mut *group {
+                let later = (from - pulse.on).max(0.0);
+                (pulse.on, pulse.off) = (pulse.on + later, pulse.off + later);
+                from = pulse.off;
+            }
+            let mut to = duration;
+            for pulse in group.iter_mut().rev() {
+                let sooner = (pulse.off - to).max(0.0);
+                (pulse.on, pulse.off) = (pulse.on - sooner, pulse.off - sooner);
+                to = pulse.on;
+            }
+            if let Some(first) = group.first_mut() {
+                first.on = first.on.max(0.0);
+            }
+        }
+        Some(Self { pulses: joined, duration })
+    }
+
+    /// What its inputs cost.
+    pub fn cost(&self, extremal: &Extremal) -> f64 {
+        self.pulses.iter().map(|pulse| 2.0 * extremal.costs[pulse.level] * pulse.length()).sum()
+    }
+
+    /// Times in the order of the pulses, on before off.
+    pub fn times(&self) -> DVector<f64> {
+        let times: Vec<f64> = self.pulses.iter().flat_map(|pulse| [pulse.on, pulse.off]).collect();
+        DVector::from_vec(times)
+    }
+
+    /// The same pulses at other times.
+    pub fn at(&self, times: &DVector<f64>) -> Self {
+        let mut next = self.clone();
+        for (index, pulse) in next.pulses.iter_mut().enumerate() {
+            (pulse.on, pulse.off) = (times[2 * index], times[2 * index + 1]);
+        }
+        next
+    }
+
+    /// The bounds of the times: between neighbours, and of the first and last of an input.
+    pub(super) fn bounds(&self, ask: &Ask) -> Vec<Bound> {
+        let mut bounds = Vec::with_capacity(4 * self.pulses.len());
+        for index in 0..self.pulses.len() {
+            let (on, off) = (2 * index, 2 * index + 1);
+            let same = |other: &Pulse| ask.input_of[other.level] == ask.input_of[self.pulses[index].level];
+            let follows = index > 0 && same(&self.pulses[index - 1]);
+            let a = follows.then(|| on - 1);
+            bounds.push(Bound { a, b: Some(on), least: 0.0 });
+            bounds.push(Bound { a: Some(on), b: Some(off), least: ask.shortest });
+            if !self.pulses.get(index + 1).is_some_and(same) {
+                bounds.push(Bound { a: Some(off), b: None, least: -self.duration });
+            }
+        }
+        bounds
+    }
+
+    /// The same with pulses of one level that touch joined.
+    pub fn joined(mut self, touching: f64) -> Self {
+        let mut index = 1;
+        while index < self.pulses.len() {
+            let (before, after) = (self.pulses[index - 1], self.pulses[index]);
+            if before.level == after.level && after.on - before.off <= touching {
+                self.pulses[index - 1].off = after.off;
+                self.pulses.remove(index);
+            } else {
+                index += 1;
+            }
+        }
+        self
+    }
+
+    /// The pulses of arcs at the limits.
+    pub fn of_arcs(arcs: &Arcs) -> Vec<Pulse> {
+        let mut pulses = Vec::new();
+        for (level, first) in arcs.signs.iter().enumerate() {
+            let mut on = (*first > 0.0).then_some(0.0);
+            for switch in arcs.switches.iter().filter(|switch| switch.input == level) {
+                on = match on {
+                    Some(on) => {
+                        pulses.push(Pulse { level, on, off: switch.time });
+                        None
+                    }
+                    None => Some(switch.time),
+                };
+            }
+            if let Some(on) = on {
+                pulses.push(Pulse { level, on, off: arcs.duration });
+            }
+        }
+        pulses
+    }
+}

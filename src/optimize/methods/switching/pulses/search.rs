@@ -1,0 +1,334 @@
+//! Which pulses: schedules to start from, and what is taken away, joined or added to burn less.
+//!
+//! The best times of given pulses are found to a local minimum; which pulses there are is a choice among very many. They come from the
+//! extremals without a shortest pulse, of which short pulses are dropped, made longer or joined; from the turn about the fixed axis,
+//! a burn of the cheapest inputs at either end; and from some of these with times moved at random and pairs of pulses added, more of
+//! them where no schedule meets the end. The best of them are then changed by one pulse at a time, as long as that burns less.
+
+use super::super::arcs::Arcs;
+use super::super::certificate::Certificate;
+use super::super::extremal::Extremal;
+use super::super::search::Limit;
+use super::motion::Motion;
+use super::optimum::{Best, best_times};
+use super::schedule::{Ask, Pulse, Schedule};
+use crate::numerics::random::Stream;
+use crate::{Matrix3, Vector3, lie};
+
+/// Pulses of one input with a gap below this many of the shortest are joined, and those below this part of it dropped.
+const JOINED: [f64; 3] = [0.0, 1.0, 4.0];
+const DROPPED: [f64; 4] = [0.5, 0.0, 0.9, 0.2];
+
+/// Extremals that schedules are made of.
+const MOST_EXTREMALS: usize = 4;
+
+/// Schedules whose best times are looked for.
+const MOST_STARTS: usize = 24;
+
+/// Schedules that are changed by a pulse at a time, and changes that are tried in all.
+const CHANGED: usize = 3;
+const MOST_CHANGES: usize = 60;
+
+/// Random schedules, and how many are tried at most where none has met the end; how far their times are moved, as a part of the
+/// duration.
+const RANDOM: usize = 12;
+const MOST_RANDOM: usize = 40;
+const MOVED: f64 = 0.2;
+
+/// How many times as much a thorough search tries.
+const THOROUGH: usize = 4;
+
+/// Costs that differ by this part are those of two schedules, and a change must bring so much.
+const DISTINCT: f64 = 1e-7;
+const GAINED: f64 = 1e-6;
+
+/// Most pulses.
+const MOST_PULSES: usize = 24;
+
+/// Pulses of so many levels at most are combined for a burn.
+const MOST_COMBINED: usize = 12;
+
+/// What was found, the best first, and how many schedules were tried.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Found {
+    pub best: Vec<Best>,
+    pub tried: usize,
+}
+
+impl Found {
+    fn try_out(&mut self, extremal: &Extremal, schedule: &Schedule, ask: &Ask) -> Option<Best> {
+        if schedule.pulses.is_empty() || schedule.pulses.len() > MOST_PULSES {
+            return None;
+        }
+        self.tried += 1;
+        let best = best_times(extremal, schedule, ask)?;
+        let touching = DISTINCT * schedule.duration;
+        let joined = best.schedule.clone().joined(touching);
+        if joined.pulses.len() < best.schedule.pulses.len() {
+            // What touches is one pulse, which may well be shorter than two.
+            return best_times(extremal, &joined, ask).or(Some(best));
+        }
+        Some(best)
+    }
+
+    fn keep(&mut self, best: Best) {
+        let same = |known: &Best| {
+            (known.cost / best.cost - 1.0).abs() < DISTINCT
+                && known.schedule.pulses.len() == best.schedule.pulses.len()
+        };
+        if !self.best.iter().any(same) {
+            self.best.push(best);
+            self.best.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        }
+    }
+}
+
+/// Pulses of least fuel near the extremals of the same maneuver without a shortest pulse.
+pub(crate) fn search(extremal: &Extremal, limits: &[Limit], ask: &Ask, stop: &dyn Fn() -> bool) -> Found {
+    let mut found = Found::default();
+    let starts = starts(extremal, limits, ask);
+    let times = if ask.thorough { THOROUGH } else { 1 };
+    for schedule in starts.iter().take(times * MOST_STARTS) {
+        if stop() {
+            return found;
+        }
+        if let Some(best) = found.try_out(extremal, schedule, ask) {
+            found.keep(best);
+        }
+    }
+    at_random(extremal, &starts, ask, stop, &mut found);
+    changed(extremal, ask, stop, &mut found);
+    found
+}
+
+/// Schedules to start from, no two alike.
+fn starts(extremal: &Extremal, limits: &[Limit], ask: &Ask) -> Vec<Schedule> {
+    let Some(duration) = extremal.given_duration else { return Vec::new() };
+    let mut sources: Vec<Vec<Pulse>> = Vec::new();
+    for limit in limits.iter().take(MOST_EXTREMALS) {
+        sources.extend(limit.arcs.iter().map(|(arcs, _)| Schedule::of_arcs(arcs)));
+    }
+    for limit in limits.iter().take(MOST_EXTREMALS).filter(|limit| limit.arcs.is_none()) {
+        sources.extend(limit.looser.last().map(|(arcs, _)| Schedule::of_arcs(arcs)));
+        let smooth = Arcs::of_pulses(extremal, &limit.smooth.path, limit.smooth.epsilon);
+        sources.push(Schedule::of_arcs(&smooth));
+    }
+    let mut starts: Vec<Schedule> = Vec::new();
+    let mut add = |pulses: Vec<Pulse>| {
+        if let Some(schedule) = Schedule::kept(pulses, duration, ask)
+            && !starts.iter().any(|known| alike(known, &schedule))
+        {
+            starts.push(schedule);
+        }
+    };
+    for (index, joined) in JOINED.iter().enumerate() {
+        for dropped in &DROPPED {
+            for source in &sources {
+                add(quantised(source, joined * ask.shortest, dropped * ask.shortest));
+            }
+        }
+        if index == 0 {
+            for turn in about_the_axis(extremal, duration, ask) {
+                add(turn);
+            }
+        }
+    }
+    starts
+}
+
+/// Whether two schedules have the same pulses at nearly the same times.
+fn alike(a: &Schedule, b: &Schedule) -> bool {
+    let near = |(a, b): (&Pulse, &Pulse)| {
+        a.level == b.level
+            && (a.middle() - b.middle()).abs() + (a.length() - b.length()).abs() < 1e-3 * (1.0 + a.length())
+    };
+    a.pulses.len() == b.pulses.len() && a.pulses.iter().zip(&b.pulses).all(near)
+}
+
+/// Pulses with a gap below `joined` between them made one of the same area and centroid, and then those shorter than `dropped` left out.
+fn quantised(pulses: &[Pulse], joined: f64, dropped: f64) -> Vec<Pulse> {
+    let mut kept: Vec<Pulse> = Vec::with_capacity(pulses.len());
+    // The end of the last pulse as it was.
+    let mut last_off = f64::NEG_INFINITY;
+    for pulse in pulses {
+        match kept.last_mut() {
+            Some(last) if last.level == pulse.level && pulse.on - last_off < joined => {
+                let length = last.length() + pulse.length();
+                let moment = last.length() * last.middle() + pulse.length() * pulse.middle();
+                *last = Pulse { on: moment / length, off: moment / length, ..*last }.with_length(length);
+            }
+            _ => kept.push(*pulse),
+        }
+        last_off = pulse.off;
+    }
+    kept.retain(|pulse| pulse.length() >= dropped);
+    kept
+}
+
+/// Burns about the axis of the rotation by the cheapest levels, one to turn and one to stop, for either way round.
+fn about_the_axis(extremal: &Extremal, duration: f64, ask: &Ask) -> Vec<Vec<Pulse>> {
+    let phi = lie::log(&extremal.end_attitude);
+    let angle = phi.norm();
+    let mut turns = Vec::new();
+    if angle < 1e-9 {
+        return turns;
+    }
+    let axis = phi / angle;
+    for (axis, angle) in [(axis, angle), (-axis, std::f64::consts::TAU - angle)] {
+        let push = extremal.j * axis;
+        if let (Some(turn), Some(stop)) = (cheapest(extremal, &push), cheapest(extremal, &-push)) {
+            turns.push(two_burns(&turn, &stop, angle, duration, ask));
+        }
+    }
+    turns
+}
+
+/// The levels that together push along `push`, at least cost, and for how long each is on a unit of time.
+fn cheapest(extremal: &Extremal, push: &Vector3) -> Option<Vec<(usize, f64)>> {
+    let axes = extremal.axes();
+    let count = axes.len().min(MOST_COMBINED);
+    let mut best: Option<(f64, Vec<(usize, f64)>)> = None;
+    for a in 0..count {
+        for b in 0..a {
+            for c in 0..b {
+                let matrix = 2.0 * Matrix3::from_columns(&[axes[a], axes[b], axes[c]]);
+                let Some(shares) = matrix.lu().solve(push) else { continue };
+                if !shares.iter().all(|share| *share > -1e-9 * shares.amax() && share.is_finite()) {
+                    continue;
+                }
+                let levels = [a, b, c];
+                let cost: f64 =
+                    levels.iter().zip(&shares).map(|(level, share)| extremal.costs[*level] * share).sum();
+                if best.as_ref().is_none_or(|(known, _)| cost < *known) {
+                    let used = levels.into_iter().zip(shares.iter().copied());
+                    let used = used.filter(|(_, share)| *share > 1e-6 * shares.amax()).collect();
+                    best = Some((cost, used));
+                }
+            }
+        }
+    }
+    best.map(|(_, used)| used)
+}
+
+/// A burn at the start and one at the end of the maneuver that turn by an angle.
+fn two_burns(
+    turn: &[(usize, f64)],
+    stop: &[(usize, f64)],
+    angle: f64,
+    duration: f64,
+    ask: &Ask,
+) -> Vec<Pulse> {
+    // Each burn gives or takes the rate of the coast between them.
+    let rate = angle / (duration - ask.shortest).max(0.5 * duration);
+    let pulses = |burn: &[(usize, f64)], at: f64| -> Vec<Pulse> {
+        let of = |(level, share): &(usize, f64)| {
+            let length = (share * rate).min(0.5 * duration).max(ask.shortest);
+            Pulse { level: *level, on: at, off: at }.with_length(length)
+        };
+        burn.iter().map(of).collect()
+    };
+    let mut all = pulses(turn, 0.0);
+    all.extend(pulses(stop, duration));
+    all
+}
+
+/// Schedules with times moved at random and pairs of pulses added: a few, and more until one meets the end.
+fn at_random(
+    extremal: &Extremal,
+    starts: &[Schedule],
+    ask: &Ask,
+    stop: &dyn Fn() -> bool,
+    found: &mut Found,
+) {
+    let Some(duration) = extremal.given_duration else { return };
+    let mut random = Stream::new(0, 0, 0);
+    let few = if ask.thorough { MOST_RANDOM } else { RANDOM };
+    for index in 0..MOST_RANDOM {
+        if stop() || (index >= few && !found.best.is_empty()) || starts.is_empty() {
+            return;
+        }
+        let mut pulses = starts[index % starts.len()].pulses.clone();
+        for pulse in &mut pulses {
+            let (later, longer) = (random.unit() - 0.5, random.unit());
+            let moved = 2.0 * MOVED * duration * later;
+            *pulse = Pulse { on: pulse.on + moved, off: pulse.off + moved, ..*pulse };
+            *pulse = pulse.with_length(pulse.length() * (0.5 + longer));
+        }
+        let levels = extremal.switching_count();
+        for _ in 0..2 * (1 + index / starts.len()) {
+            let level = ((random.unit() * levels as f64) as usize).min(levels - 1);
+            let at = random.unit() * duration;
+            pulses.push(Pulse { level, on: at, off: at }.with_length(ask.shortest));
+        }
+        if let Some(schedule) = Schedule::kept(pulses, duration, ask)
+            && let Some(best) = found.try_out(extremal, &schedule, ask)
+        {
+            found.keep(best);
+        }
+    }
+}
+
+/// Changes the best schedules by one pulse at a time as long as that burns less.
+fn changed(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool, found: &mut Found) {
+    let times = if ask.thorough { THOROUGH } else { 1 };
+    let first: Vec<Best> = found.best.iter().take(times * CHANGED).cloned().collect();
+    let mut changes = 0;
+    for start in first {
+        let mut best = start;
+        'better: while changes < times * MOST_CHANGES && !stop() {
+            for next in neighbours(extremal, &best, ask) {
+                if changes >= times * MOST_CHANGES || stop() {
+                    break 'better;
+                }
+                changes += 1;
+                if let Some(next) = found.try_out(extremal, &next, ask)
+                    && next.cost < best.cost * (1.0 - GAINED)
+                {
+                    found.keep(next.clone());
+                    best = next;
+                    continue 'better;
+                }
+            }
+            break;
+        }
+    }
+}
+
+/// Schedules with one pulse less, two joined, or one more where the maximum principle would have one.
+fn neighbours(extremal: &Extremal, best: &Best, ask: &Ask) -> Vec<Schedule> {
+    let Schedule { pulses, duration } = &best.schedule;
+    let mut all = Vec::new();
+    let shortest = |pulse: &Pulse| pulse.length() < ask.shortest + DISTINCT * duration;
+    // Those that would be shorter first.
+    let mut order: Vec<usize> = (0..pulses.len()).collect();
+    order.sort_by(|a, b| pulses[*a].length().total_cmp(&pulses[*b].length()));
+    for index in order.iter().filter(|index| shortest(&pulses[**index])) {
+        let mut fewer = pulses.clone();
+        fewer.remove(*index);
+        all.push(fewer);
+    }
+    for index in 1..pulses.len() {
+        let (before, after) = (pulses[index - 1], pulses[index]);
+        if before.level == after.level {
+            let mut fewer = pulses.clone();
+            let length = before.length() + after.length();
+            let middle = (before.length() * before.middle() + after.length() * after.middle()) / length;
+            fewer[index - 1] = Pulse { on: middle, off: middle, ..before }.with_length(length);
+            fewer.remove(index);
+            all.push(fewer);
+        }
+    }
+    let arcs = Motion::of(extremal, &best.schedule, &best.costates).arcs();
+    let mut wrong = Certificate::of(extremal, &arcs).wrong;
+    wrong.sort_by(|a, b| b.gap.total_cmp(&a.gap));
+    for wrong in &wrong {
+        let at = wrong.peak.0;
+        let on = |pulse: &Pulse| pulse.level == wrong.input && pulse.on <= at && at <= pulse.off;
+        if !pulses.iter().any(on) {
+            let mut more = pulses.clone();
+            more.push(Pulse { level: wrong.input, on: at, off: at }.with_length(ask.shortest));
+            all.push(more);
+        }
+    }
+    all.into_iter().filter_map(|pulses| Schedule::kept(pulses, *duration, ask)).collect()
+}

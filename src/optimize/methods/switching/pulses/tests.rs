@@ -1,0 +1,191 @@
+//! Derivatives of the motion under pulses against finite differences, quadratic programs against their conditions, and ties.
+
+use super::motion::{Motion, gradient};
+use super::on_grid::placed;
+use super::optimum::best_times;
+use super::quadratic::{Bound, Quadratic};
+use super::schedule::{Ask, Pulse, Schedule};
+use super::ties::Ties;
+use crate::numerics::random::Stream;
+use crate::optimize::methods::switching::extremal::{Extremal, Law};
+use crate::{Matrix3, Vector3, lie};
+use nalgebra::{DMatrix, DVector};
+
+const DURATION: f64 = 5.0;
+
+/// Three torques of both signs, which cost, about a full inertia.
+fn extremal() -> Extremal {
+    let j = Matrix3::new(1.1, 0.1, -0.05, 0.1, 0.9, 0.08, -0.05, 0.08, 1.3);
+    let axes: Vec<Vector3> = [Vector3::x(), 1.2 * Vector3::y(), 0.8 * Vector3::z()]
+        .into_iter()
+        .flat_map(|axis| [0.5 * axis, -0.5 * axis])
+        .collect();
+    Extremal {
+        j,
+        j_inverse: j.try_inverse().unwrap(),
+        costs: vec![0.5; axes.len()],
+        law: Law::Inputs(axes),
+        time_price: 0.0,
+        given_duration: Some(DURATION),
+        middle: Vector3::zeros(),
+        start_rate: Vector3::new(0.05, -0.1, 0.02),
+        end_rate: Vector3::new(-0.02, 0.03, 0.06),
+        end_attitude: lie::exp(&Vector3::new(0.9, -0.5, 0.7)),
+    }
+}
+
+fn ask() -> Ask {
+    Ask { shortest: 0.2, input_of: vec![0, 0, 1, 1, 2, 2], thorough: false }
+}
+
+fn schedule() -> Schedule {
+    let pulse = |level: usize, on: f64, off: f64| Pulse { level, on, off };
+    let pulses = vec![
+        // No arc is a whole number of integration steps long, whose number would change with it.
+        pulse(0, 0.11, 0.52),
+        pulse(1, 3.93, 4.45),
+        pulse(3, 0.33, 0.74),
+        pulse(2, 4.27, 4.91),
+        pulse(4, 0.63, 1.45),
+        pulse(5, 4.04, 4.68),
+    ];
+    Schedule { pulses, duration: DURATION }
+}
+
+/// Central differences of a vector of the times.
+fn differences(times: &DVector<f64>, of: impl Fn(&DVector<f64>) -> DVector<f64>) -> DMatrix<f64> {
+    const STEP: f64 = 2e-5;
+    let columns: Vec<DVector<f64>> = (0..times.len())
+        .map(|time| {
+            let moved = |step: f64| {
+                let mut times = times.clone();
+                times[time] += step;
+                of(&times)
+            };
+            (moved(STEP) - moved(-STEP)) / (2.0 * STEP)
+        })
+        .collect();
+    DMatrix::from_columns(&columns)
+}
+
+#[test]
+fn the_end_answers_to_the_times_as_finite_differences_say() {
+    let (extremal, schedule) = (extremal(), schedule());
+    let end = |times: &DVector<f64>| {
+        let miss = Motion::of(&extremal, &schedule.at(times), &[0.0; 6]).miss().unwrap();
+        DVector::from_column_slice(miss.residual.as_slice())
+    };
+    let found = Motion::of(&extremal, &schedule, &[0.0; 6]).miss().unwrap().jacobian;
+    let apart = (&found - differences(&schedule.times(), end)).amax();
+    // The error of the differences is a third derivative times 4e-10 / 6.
+    assert!(apart < 1e-8, "{apart:e}");
+}
+
+#[test]
+fn the_lagrangian_answers_to_the_times_as_finite_differences_say() {
+    let (extremal, schedule) = (extremal(), schedule());
+    let costates = [0.3, -0.7, 0.4, -0.9, 0.5, 0.8];
+    let cost = gradient(&extremal, &schedule);
+    let slope = |times: &DVector<f64>| {
+        let schedule = schedule.at(times);
+        let curvature = Motion::of(&extremal, &schedule, &costates).curvature().unwrap();
+        &cost + curvature.of_costates * DVector::from_column_slice(&costates)
+    };
+    let motion = Motion::of(&extremal, &schedule, &costates);
+    let curvature = motion.curvature().unwrap();
+    let apart = (&curvature.hessian - differences(&schedule.times(), slope)).amax();
+    assert!(apart < 1e-8, "{apart:e}");
+    // Along the terminal conditions the costates have no say: both derivatives have one null space.
+    let jacobian = motion.miss().unwrap().jacobian;
+    let svd = jacobian.svd(true, true);
+    let rows = svd.v_t.unwrap();
+    let count = rows.ncols();
+    let along = DMatrix::identity(count, count) - rows.tr_mul(&rows);
+    assert!((along.clone() * &curvature.of_costates).amax() < 1e-10);
+    // And there the second derivative is symmetric, whatever the costates.
+    let reduced = &along * &curvature.hessian * &along;
+    assert!((&reduced - reduced.transpose()).amax() < 1e-10 * (1.0 + reduced.amax()));
+}
+
+#[test]
+fn quadratic_programs_meet_the_conditions_of_karush_kuhn_and_tucker() {
+    let mut random = Stream::new(5, 0, 0);
+    for case in 0..40 {
+        let n = 4 + case % 7;
+        let mut number = || 2.0 * random.unit() - 1.0;
+        let root = DMatrix::from_fn(n, n, |_, _| number());
+        let hessian = root.tr_mul(&root) + 1e-3 * DMatrix::identity(n, n);
+        let gradient = DVector::from_fn(n, |_, _| 3.0 * number());
+        let equations = DMatrix::from_fn(2, n, |_, _| number());
+        // The origin is within all bounds, and meets the equations.
+        let right = DVector::zeros(2);
+        let mut bounds: Vec<Bound> =
+            (1..n).map(|b| Bound { a: Some(b - 1), b: Some(b), least: -0.3 * number().abs() }).collect();
+        bounds.extend((0..n).map(|b| Bound { a: None, b: Some(b), least: -0.5 }));
+        bounds.extend((0..n).map(|a| Bound { a: Some(a), b: None, least: -0.5 }));
+        let program = Quadratic {
+            hessian: &hessian,
+            gradient: &gradient,
+            equations: Some((&equations, &right)),
+            bounds: &bounds,
+        };
+        let found = program.solve().unwrap_or_else(|| panic!("case {case}"));
+        assert!((&equations * &found.p).amax() < 1e-9, "case {case}");
+        let mut pull = &hessian * &found.p + &gradient;
+        for (bound, multiplier) in bounds.iter().zip(&found.multipliers) {
+            bound.add_to(&mut pull, -multiplier);
+            let at = |time: Option<usize>| time.map_or(0.0, |time| found.p[time]);
+            let slack = at(bound.b) - at(bound.a) - bound.least;
+            assert!(slack > -1e-9 && *multiplier > -1e-9, "case {case}: {slack} {multiplier}");
+            assert!(slack * multiplier < 1e-7, "case {case}: {slack} {multiplier}");
+        }
+        // What is left is a combination of the equations.
+        let svd = equations.transpose().svd(true, true);
+        let shares = svd.solve(&pull, 1e-12).unwrap();
+        assert!((pull - equations.tr_mul(&shares)).amax() < 1e-7, "case {case}");
+    }
+}
+
+#[test]
+fn a_program_without_room_has_no_solution() {
+    let (hessian, gradient) = (DMatrix::identity(2, 2), DVector::zeros(2));
+    let bounds = [Bound { a: None, b: Some(0), least: 1.0 }, Bound { a: Some(0), b: None, least: 0.5 }];
+    let program = Quadratic { hessian: &hessian, gradient: &gradient, equations: None, bounds: &bounds };
+    assert!(program.solve().is_none());
+}
+
+#[test]
+fn times_hang_on_the_bounds_that_act() {
+    let schedule = schedule();
+    let bounds = schedule.bounds(&ask());
+    // The first pulse starts with the maneuver and lasts as long as it must; the second ends with it.
+    let of = |a: Option<usize>, b: Option<usize>| move |bound: &Bound| bound.a == a && bound.b == b;
+    let first = of(None, Some(0));
+    let short = of(Some(0), Some(1));
+    let last = of(Some(3), None);
+    let acting: Vec<bool> = bounds.iter().map(|bound| first(bound) || short(bound) || last(bound)).collect();
+    let mut ties = Ties::of(&schedule, &bounds, &acting);
+    assert_eq!(ties.matrix().ncols(), 9);
+    ties.join(4, 8);
+    assert_eq!(ties.matrix().ncols(), 8);
+    let times = ties.snapped(&schedule.times());
+    assert_eq!((times[0], times[1], times[3]), (0.0, 0.2, DURATION));
+    assert_eq!(times[4], times[8]);
+    assert_eq!(times[2], 3.93);
+}
+
+#[test]
+fn best_times_meet_the_end_and_their_grid_is_stationary() {
+    let (extremal, ask) = (extremal(), ask());
+    let first = Schedule::kept(schedule().pulses, DURATION, &ask).unwrap();
+    let best = best_times(&extremal, &first, &ask).expect("a schedule that meets the end");
+    assert!(best.cost < first.cost(&extremal) * 2.0);
+    let miss = Motion::of(&extremal, &best.schedule, &best.costates).miss().unwrap();
+    assert!(miss.residual.norm() < 1e-9);
+    let placed = placed(&extremal, &best, &ask, 200).expect("a grid");
+    assert!(placed.grid.residual < 1e-12, "{}", placed.grid.residual);
+    assert!((placed.grid.duration() / DURATION - 1.0).abs() < 1e-14);
+    for pulse in &placed.schedule.pulses {
+        assert!(pulse.length() >= ask.shortest - 1e-13);
+    }
+}

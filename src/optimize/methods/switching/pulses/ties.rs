@@ -1,0 +1,178 @@
+//! Times that stand at their bounds: each hangs on another time, or on an end of the maneuver.
+
+use super::super::extremal::Extremal;
+use super::motion::{Motion, gradient};
+use super::optimum::Best;
+use super::quadratic::Bound;
+use super::schedule::{Ask, Schedule};
+use nalgebra::{DMatrix, DVector};
+
+/// A bound this near, as a part of the duration, is met exactly; the same for another attempt.
+const NEAR: [f64; 3] = [1e-6, 1e-8, 1e-10];
+
+/// Residual at which the end is met, and at which it is where it falls no further.
+const MET: f64 = 1e-14;
+const NEARLY: f64 = 1e-11;
+
+/// Newton stays this near to where it began, as a part of the duration.
+const NEARBY: f64 = 0.02;
+
+/// A bound that is violated by less than this part of the duration is kept.
+pub(super) const KEPT: f64 = 1e-13;
+
+const MOST_ITERATIONS: usize = 12;
+
+/// Singular values below this part of the largest are none.
+const NO_RANK: f64 = 1e-9;
+
+/// What a time is: a free number, if any, and what is added to it.
+#[derive(Clone, Copy, Debug)]
+struct Hung {
+    free: Option<usize>,
+    offset: f64,
+}
+
+/// How times follow from those that are free, `t = t_0 + G y`.
+#[derive(Clone, Debug)]
+pub(super) struct Ties {
+    hung: Vec<Hung>,
+    free: usize,
+}
+
+impl Ties {
+    /// Those of the bounds that act; one of them for each of `bounds`.
+    pub fn of(schedule: &Schedule, bounds: &[Bound], acting: &[bool]) -> Self {
+        let mut ties =
+            Self { hung: vec![Hung { free: None, offset: 0.0 }; 2 * schedule.pulses.len()], free: 0 };
+        for (bound, acts) in bounds.iter().zip(acting) {
+            match (bound.a, bound.b) {
+                (a, Some(b)) if *acts => {
+                    let from = a.map_or(Hung { free: None, offset: 0.0 }, |a| ties.hung[a]);
+                    ties.hung[b] = Hung { offset: from.offset + bound.least, ..from };
+                }
+                (_, Some(b)) => {
+                    ties.hung[b] = Hung { free: Some(ties.free), offset: 0.0 };
+                    ties.free += 1;
+                }
+                (Some(a), None) if *acts => ties.fix(ties.hung[a], -bound.least),
+                _ => {}
+            }
+        }
+        ties
+    }
+
+    /// Makes a time stand still.
+    fn fix(&mut self, which: Hung, at: f64) {
+        let Some(free) = which.free else { return };
+        for hung in &mut self.hung {
+            if hung.free == Some(free) {
+                *hung = Hung { free: None, offset: at - which.offset + hung.offset };
+            }
+        }
+    }
+
+    /// Makes two times one.
+    pub fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.hung[a], self.hung[b]);
+        match (a.free, b.free) {
+            (None, Some(_)) => self.fix(b, a.offset),
+            (Some(_), None) => self.fix(a, b.offset),
+            (Some(of_a), Some(of_b)) if of_a != of_b => {
+                for hung in &mut self.hung {
+                    if hung.free == Some(of_b) {
+                        *hung = Hung { free: Some(of_a), offset: a.offset - b.offset + hung.offset };
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// `G`.
+    pub fn matrix(&self) -> DMatrix<f64> {
+        // Numbers that were fixed later have no time.
+        let mut used: Vec<usize> = self.hung.iter().filter_map(|hung| hung.free).collect();
+        used.sort_unstable();
+        used.dedup();
+        DMatrix::from_fn(self.hung.len(), used.len(), |time, column| {
+            if self.hung[time].free == Some(used[column]) { 1.0 } else { 0.0 }
+        })
+    }
+
+    /// Times that hang as they should, near the given ones.
+    pub fn snapped(&self, times: &DVector<f64>) -> DVector<f64> {
+        let mut first = vec![None; self.free];
+        DVector::from_fn(times.len(), |time, _| {
+            let Hung { free, offset } = self.hung[time];
+            free.map_or(offset, |free| *first[free].get_or_insert(times[time] - offset) + offset)
+        })
+    }
+}
+
+/// A schedule whose times stand exactly at the bounds that act, with its bounds and which of them do.
+#[derive(Clone, Debug)]
+pub(super) struct Settled {
+    pub schedule: Schedule,
+    pub costates: [f64; 6],
+    pub bounds: Vec<Bound>,
+    pub acting: Vec<bool>,
+}
+
+/// Puts the times at the bounds that they are near to, and brings the others to where the end is met and the Lagrangian is stationary;
+/// where Newton finds no such times near by, to where the end is met alone.
+pub(super) fn settled(extremal: &Extremal, best: &Best, ask: &Ask) -> Option<Settled> {
+    let bounds = best.schedule.bounds(ask);
+    let times = best.schedule.times();
+    let at = |time: Option<usize>, times: &DVector<f64>| time.map_or(0.0, |time| times[time]);
+    let slack = |bound: &Bound, times: &DVector<f64>| at(bound.b, times) - at(bound.a, times) - bound.least;
+    let attempts = [true, false].into_iter().flat_map(|stationary| NEAR.map(|near| (stationary, near)));
+    attempts.into_iter().find_map(|(stationary, near)| {
+        let acting: Vec<bool> =
+            bounds.iter().map(|bound| slack(bound, &times) < near * best.schedule.duration).collect();
+        let ties = Ties::of(&best.schedule, &bounds, &acting);
+        let (schedule, costates) = newton(extremal, best, &ties, stationary)?;
+        let times = schedule.times();
+        let kept = bounds.iter().all(|bound| slack(bound, &times) >= -KEPT * best.schedule.duration);
+        kept.then(|| Settled { schedule, costates, bounds: bounds.clone(), acting })
+    })
+}
+
+/// Newton on costates and free times, or on the times alone.
+fn newton(extremal: &Extremal, best: &Best, ties: &Ties, stationary: bool) -> Option<(Schedule, [f64; 6])> {
+    let (matrix, first) = (ties.matrix(), ties.snapped(&best.schedule.times()));
+    let free = matrix.ncols();
+    let cost = gradient(extremal, &best.schedule);
+    let (mut times, mut costates) = (first.clone(), DVector::from_column_slice(&best.costates));
+    let mut last = f64::INFINITY;
+    for _ in 0..MOST_ITERATIONS {
+        let schedule = best.schedule.at(&times);
+        let own = std::array::from_fn(|index| costates[index]);
+        let motion = Motion::fine(extremal, &schedule, &own);
+        let miss = motion.miss()?;
+        let count = if stationary { 6 } else { 0 };
+        let mut residual = DVector::zeros(6 + if stationary { free } else { 0 });
+        let mut jacobian = DMatrix::zeros(residual.len(), count + free);
+        residual.rows_mut(0, 6).copy_from(&miss.residual);
+        jacobian.view_mut((0, count), (6, free)).copy_from(&(&miss.jacobian * &matrix));
+        if stationary {
+            let curvature = motion.curvature()?;
+            let pull = &cost + &curvature.of_costates * &costates;
+            residual.rows_mut(6, free).copy_from(&matrix.tr_mul(&pull));
+            jacobian.view_mut((6, 0), (free, 6)).copy_from(&matrix.tr_mul(&curvature.of_costates));
+            let of_times = matrix.tr_mul(&(&curvature.hessian * &matrix));
+            jacobian.view_mut((6, 6), (free, free)).copy_from(&of_times);
+        }
+        let size = residual.norm();
+        if size < MET || size < NEARLY && size >= 0.5 * last {
+            let moved = (&times - &first).amax();
+            return (moved < NEARBY * schedule.duration).then_some((schedule, own));
+        }
+        last = size;
+        let svd = jacobian.svd(true, true);
+        let least = NO_RANK * svd.singular_values.max();
+        let step = svd.solve(&-residual, least).ok()?;
+        costates += step.rows(0, count).resize_vertically(6, 0.0);
+        times += &matrix * step.rows(count, free);
+    }
+    None
+}

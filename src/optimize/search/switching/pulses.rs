@@ -1,0 +1,149 @@
+//! Minimum fuel by pulses: inputs that are off or at a limit, and on for a shortest time at least.
+//!
+//! The same maneuver without a shortest pulse is solved first: its extremals are what pulses are made of, and what their cost is told
+//! against.
+
+use super::{Planned, ended, finished, follows, record, shortest_told, told};
+use crate::maneuver::problem::Problem;
+use crate::maneuver::settings::Thoroughness;
+use crate::maneuver::solution::{Outcome, Rival, Rung, Solution, Trajectory};
+use crate::maneuver::switching::{Pulses, Structure};
+use crate::numerics::figures::short;
+use crate::optimize::methods::driver::Report;
+use crate::optimize::methods::switching::extremal::Extremal;
+use crate::optimize::methods::switching::pulses::on_grid::{Placed, Unplaced, placed};
+use crate::optimize::methods::switching::pulses::schedule::Ask;
+use crate::optimize::methods::switching::pulses::search;
+use crate::optimize::methods::switching::scaled::{Units, input_of};
+use crate::optimize::methods::switching::search::Found;
+use crate::optimize::search::context::Context;
+
+/// Costs that differ by this part are those of two schedules.
+const DISTINCT: f64 = 1e-6;
+
+/// The best pulses that have a place on the grid and go the way that is asked for.
+pub(super) fn solve(
+    problem: &Problem,
+    (extremal, units): (&Extremal, &Units),
+    without: &Found,
+    shortest: f64,
+    context: &Context,
+    mut solution: Solution,
+) -> Solution {
+    if without.branches == 0 {
+        if !shortest_told(problem, without, context, &mut solution) {
+            solution.shortfall = Some("no smoothed extremal was found".into());
+        }
+        return ended(solution, Outcome::Stalled, context);
+    }
+    let levels = 0..extremal.switching_count();
+    let ask = Ask {
+        shortest: shortest / units.time,
+        input_of: levels.map(|level| input_of(problem, level)).collect(),
+        thorough: context.settings.search == Thoroughness::Thorough,
+    };
+    context.enter(Rung::Pulses, "all", 0);
+    let found = search::search(extremal, &without.limits, &ask, &|| context.interrupt().is_some());
+    let outcome = if found.best.is_empty() { Outcome::Stalled } else { Outcome::Converged };
+    context.note(Rung::Pulses, "all", 0, Report { outcome, iterations: found.tried, residuals: Vec::new() });
+    if let Some(outcome) = context.interrupt() {
+        return ended(solution, outcome, context);
+    }
+    let least = without.limits.first().map_or(f64::NAN, |limit| limit.cost(extremal) * units.cost());
+    let (mut chosen, mut needed) = (None, None);
+    for (index, best) in found.best.iter().enumerate() {
+        context.enter(Rung::Aligned, "pulses", problem.steps);
+        let on_grid = placed(extremal, best, &ask, problem.steps);
+        let outcome = if on_grid.is_ok() { Outcome::Converged } else { Outcome::Stalled };
+        let iterations = on_grid.as_ref().map_or(0, |placed| placed.grid.iterations);
+        let residuals = on_grid.iter().map(|placed| placed.grid.residual).collect();
+        context.note(Rung::Aligned, "pulses", problem.steps, Report { outcome, iterations, residuals });
+        match on_grid {
+            Ok(placed) => {
+                let plan = planned(problem, extremal, units, &placed, least);
+                if let Some(plan) = plan.filter(|plan| follows(problem, plan)) {
+                    chosen = Some((index, plan));
+                    break;
+                }
+            }
+            Err(Unplaced::Steps(steps)) => needed = Some(steps),
+            Err(Unplaced::NoOptimum) => {}
+        }
+    }
+    let Some((index, plan)) = chosen else {
+        solution.shortfall = Some(match needed {
+            Some(steps) => format!("the pulses found need at least {steps} steps"),
+            None if found.best.is_empty() => {
+                let pulse = short(shortest);
+                format!(
+                    "no pulses of at least {pulse} s were found that meet the end; without a shortest pulse there is a plan"
+                )
+            }
+            None => format!("no discrete optimum of the pulses was found on {} steps", problem.steps),
+        });
+        return ended(solution, Outcome::Stalled, context);
+    };
+    let mut last = plan.switching.continuous_cost;
+    for best in found.best.iter().skip(index + 1) {
+        let cost = best.cost * units.cost();
+        if cost > last * (1.0 + DISTINCT) {
+            let start = "pulses".into();
+            let turned_deg = f64::NAN;
+            solution.rivals.push(Rival {
+                start,
+                sense: plan.sense,
+                cost,
+                conjugate_points: None,
+                turned_deg,
+            });
+            last = cost;
+        }
+    }
+    finished(solution, plan, context)
+}
+
+/// Pulses on their grid as a plan; `least` is what fuel costs without a shortest pulse.
+fn planned(
+    problem: &Problem,
+    extremal: &Extremal,
+    units: &Units,
+    placed: &Placed,
+    least: f64,
+) -> Option<Planned> {
+    let Placed { schedule, arcs, grid } = placed;
+    let mut plan = record(problem, extremal, units, grid)?;
+    plan.start = "pulses".into();
+    let switching = &mut plan.switching;
+    switching.structure = Structure::Pulses;
+    switching.continuous_duration_s = arcs.duration * units.time;
+    switching.continuous_cost = schedule.cost(extremal) * units.cost();
+    switching.gap = (switching.continuous_cost - least).max(0.0);
+    switching.switches = arcs.switches.len();
+    switching.arcs = told(problem, extremal, units, arcs);
+    let shortest_s = shortest(&plan.trajectory);
+    switching.pulses = Some(Pulses { count: schedule.pulses.len(), shortest_s, cost_without: least });
+    Some(plan)
+}
+
+/// The shortest time for which an input of a recorded plan is on without a change \[s\].
+fn shortest(trajectory: &Trajectory) -> f64 {
+    let rows = trajectory.torque.len();
+    let mut shortest = f64::INFINITY;
+    for input in 0..trajectory.input_count {
+        let at = |row: usize| trajectory.inputs(row)[input];
+        let mut first = 0;
+        while first < rows {
+            let mut last = first;
+            // Exactly: on a pulse all rows hold one number.
+            #[expect(clippy::float_cmp, reason = "rows of one pulse are copies of one number")]
+            while last + 1 < rows && at(last + 1) == at(first) {
+                last += 1;
+            }
+            if at(first) != 0.0 {
+                shortest = shortest.min(trajectory.time[last + 1] - trajectory.time[first]);
+            }
+            first = last + 1;
+        }
+    }
+    shortest
+}

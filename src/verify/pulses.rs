@@ -1,0 +1,79 @@
+//! Whether the inputs of a plan are pulses: off or at a limit, and on for a shortest time at least.
+//!
+//! Read from the recorded rows and times alone.
+
+use crate::maneuver::problem::Problem;
+use crate::maneuver::solution::Trajectory;
+
+/// An input this near to a limit or to none, relative to the limit, is there.
+pub(super) const AT_LIMIT: f64 = 1e-12;
+
+/// A pulse may be so much shorter than asked, relative to that: the times of its ends are sums of steps.
+pub(super) const ROUND_OFF: f64 = 1e-9;
+
+/// How far the inputs of a plan are from pulses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Found {
+    /// Largest distance of an input from 0 and from its limits, over the limit; NaN if any is.
+    pub between: f64,
+    /// The shortest pulse \[s\]; infinite where no input is ever on.
+    pub shortest: f64,
+}
+
+/// Of rows that do not fit the problem.
+pub(super) const UNKNOWN: Found = Found { between: f64::NAN, shortest: f64::NAN };
+
+/// Where a value stands: −1, 0 or 1 in units of its limit, and how far it is from there.
+fn side(part: f64) -> (i8, f64) {
+    let off_by = [-1.0, 0.0, 1.0].map(|level: f64| (part - level).abs());
+    match off_by {
+        [below, off, _] if below < off => (-1, below),
+        [_, off, above] if above < off => (1, above),
+        [_, off, _] => (0, off),
+    }
+}
+
+/// Smaller of the two; NaN if either is.
+fn smaller(a: f64, b: f64) -> f64 {
+    if b < a || b.is_nan() { b } else { a }
+}
+
+/// Larger of the two; NaN if either is.
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a || b.is_nan() { b } else { a }
+}
+
+/// What the rows say; they must fit the problem.
+pub(super) fn found(problem: &Problem, trajectory: &Trajectory) -> Found {
+    let mut found = Found { between: 0.0, shortest: f64::INFINITY };
+    let torque = &problem.actuation.torque;
+    let Some(sizes) = &torque.limits().size else {
+        return UNKNOWN;
+    };
+    for (input, size) in sizes.iter().enumerate() {
+        // Since when the input is where it is.
+        let mut since: Option<(i8, f64)> = None;
+        for (row, ends) in trajectory.time.windows(2).enumerate() {
+            let (level, off_by) = side(trajectory.inputs(row)[input] / size);
+            let one_sided = torque.limits().one_sided && level < 0;
+            let off_by = if one_sided { 1.0 } else { off_by };
+            found.between = larger(found.between, off_by);
+            match since {
+                Some((known, _)) if known == level => {}
+                Some((known, from)) => {
+                    if known != 0 {
+                        found.shortest = smaller(found.shortest, ends[0] - from);
+                    }
+                    since = Some((level, ends[0]));
+                }
+                None => since = Some((level, ends[0])),
+            }
+        }
+        if let (Some((level, from)), Some(end)) = (since, trajectory.time.last())
+            && level != 0
+        {
+            found.shortest = smaller(found.shortest, end - from);
+        }
+    }
+    found
+}
