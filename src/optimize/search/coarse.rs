@@ -2,6 +2,8 @@
 
 use crate::lie;
 use crate::maneuver::problem::Problem;
+use crate::optimize::sweep::BoundaryValueProblem;
+use std::f64::consts::PI;
 
 /// How coarse a grid may be.
 pub(super) struct CoarseRule {
@@ -23,6 +25,8 @@ pub(super) const SHOOTING_ONE_WAY: CoarseRule = CoarseRule { fewest: 16, ..SHOOT
 pub(super) const FEW_STEPS: usize = 400;
 /// In a field the grids agree less: what is found on a coarse one may not be there on a finer.
 pub(super) const SHOOTING_IN_FIELD: CoarseRule = CoarseRule { worth: 4.0, ..SHOOTING_FREE };
+/// Where inputs about an axis are missing or dear a body turns far and fast instead, and takes sharp bends.
+pub(super) const SHOOTING_UNEVEN: CoarseRule = CoarseRule { fewest: 64, ..SHOOTING_FREE };
 /// For SCP: enough for the angle per step and for cones between the nodes.
 const SCP: CoarseRule = CoarseRule { fewest: 24, angle: 0.3, worth: 1.5 };
 
@@ -41,4 +45,10 @@ pub(super) fn coarse_steps(problem: &Problem, angle: f64, rule: &CoarseRule) -> 
 pub(super) fn chain_steps(problem: &Problem) -> usize {
     let angle = lie::minus(&problem.end.attitude, &problem.start.attitude).norm();
     coarse_steps(problem, angle, &SCP)
+}
+
+/// Steps of the grid that descents with widened authority begin on, where the search goes on on the grid of `coarse`.
+pub(super) fn rough_grid<const N: usize>(problem: &Problem, coarse: &BoundaryValueProblem<N>) -> usize {
+    let rough = coarse_steps(problem, PI, &SHOOTING_FREE);
+    rough.min(coarse.dynamics.grid.steps())
 }

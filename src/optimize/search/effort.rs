@@ -11,11 +11,14 @@ use crate::optimize::sweep::BoundaryValueProblem;
 const SLOW: f64 = 1e-3;
 /// A body that turns by more without inputs must find the best way to slow down \[rad\].
 const FAST: f64 = 3.0;
-/// Weights that differ by more make narrow valleys.
-const STIFF: f64 = 100.0;
-/// Random paths: as a rule, and in a thorough search.
+/// Random paths: as a rule, where inputs about an axis are missing or dear, and in a thorough search.
 const RANDOM: usize = 24;
+const RANDOM_UNEVEN: usize = 72;
 const RANDOM_THOROUGH: usize = 160;
+/// Hops from minimum to minimum without a new one that counts: where inputs about an axis are missing or dear, and in a
+/// thorough search.
+const HOPS: usize = 48;
+const HOPS_THOROUGH: usize = 96;
 
 /// Which families of paths a search starts from.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -29,6 +32,8 @@ pub(super) struct Starts {
     /// Humps of bent paths \[rad\].
     bent: Vec<f64>,
     random: usize,
+    /// Hops from minimum to minimum that may lead to none that counts before the search ends.
+    pub hops: usize,
 }
 
 impl Starts {
@@ -40,7 +45,7 @@ impl Starts {
     ) -> Self {
         let dynamics = &bvp.dynamics;
         let few = !dynamics.has_all_axes();
-        let stiff = dynamics.weight_condition() > STIFF;
+        let stiff = dynamics.is_stiff();
         let coupled = problem.motion == Motion::RigidBody && dynamics.is_coupled();
         let simple = problem.environment.is_free() && !few && !stiff && !coupled;
         let turned =
@@ -50,17 +55,11 @@ impl Starts {
             let given = if let Path::AsGiven(rotation) = problem.path { Some(rotation) } else { None };
             return Self { given, smooth: turns.clone(), coasting: turns, ..Self::default() };
         }
-        let all = Self {
-            smooth: vec![0, -1, 1, -2],
-            coasting: vec![0, -1, 1],
-            slowed: true,
-            bent: vec![2.0, 1.0],
-            random: RANDOM,
-            given: None,
-        };
+        let (hops, random) = if few || stiff { (HOPS, RANDOM_UNEVEN) } else { (0, RANDOM) };
+        let all = Self { hops, random, ..Self::all() };
         match thoroughness {
-            Thoroughness::Quick => Self { slowed: false, bent: Vec::new(), random: 0, ..all },
-            Thoroughness::Thorough => Self { random: RANDOM_THOROUGH, ..all },
+            Thoroughness::Quick => Self { slowed: false, bent: Vec::new(), random: 0, hops: 0, ..all },
+            Thoroughness::Thorough => Self { random: RANDOM_THOROUGH, hops: HOPS_THOROUGH, ..all },
             Thoroughness::Default if simple && turned <= SLOW => {
                 Self { smooth: vec![0, -1], ..Self::default() }
             }
@@ -68,6 +67,19 @@ impl Starts {
                 Self { slowed: false, bent: Vec::new(), random: 0, ..all }
             }
             Thoroughness::Default => all,
+        }
+    }
+
+    /// All families.
+    pub fn all() -> Self {
+        Self {
+            smooth: vec![0, -1, 1, -2],
+            coasting: vec![0, -1, 1],
+            slowed: true,
+            bent: vec![2.0, 1.0],
+            random: RANDOM,
+            given: None,
+            hops: 0,
         }
     }
 

@@ -3,18 +3,20 @@
 //! All extremals are looked for on a coarse grid. Costs there are wrong by some percent at high rates and then rank
 //! wrongly: every one that may be the cheapest is carried to the requested grid, and compared there.
 
+use super::coarse::rough_grid;
 use super::effort::Starts;
 use super::ladder::Search;
 use super::{paths, starts};
 use crate::lie;
 use crate::maneuver::problem::Path;
-use crate::maneuver::settings::Thoroughness;
-use crate::maneuver::solution::Rung;
+use crate::maneuver::settings::{Method, Thoroughness};
+use crate::maneuver::solution::{Outcome, Rung, Solution};
 use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::descent::Descent;
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::lifted::LiftedNewton;
 use crate::optimize::methods::method::Attempt;
+use crate::optimize::methods::scp::road::path;
 use crate::optimize::methods::shooting::newton::outcome_of;
 use crate::optimize::step::{Dynamics, Point};
 use crate::optimize::sweep::BoundaryValueProblem;
@@ -37,10 +39,28 @@ const ASTRAY: f64 = 1.0;
 const MOST_MINIMA: usize = 6;
 /// Starts without a lower minimum after which a search that is half done ends, unless it is to be thorough.
 const IDLE: usize = 20;
+/// Costs of a minimum and of its extremal on one grid differ by less, relative.
+const SAME_BRANCH: f64 = 1e-4;
+/// The same where the last of a widened authority is taken away.
+const NARROW: f64 = 0.02;
+/// Most minima that authority is taken away from, counted level by level.
+const MOST_BRANCHES: usize = 100;
+/// Saddles that are left, one after the other.
+const MOST_SADDLES: usize = 3;
+/// So many of the lowest minima are hopped from in turn, by so much \[rad\], and so many times the hops in vain at most.
+const HOP_FROM: usize = 4;
+const HOPS_BY: [f64; 2] = [0.4, 1.0];
+const MOST_HOPS: usize = 10;
 /// Most paths that the lifted Newton is tried on directly.
 const MOST_LIFTED: usize = 2;
 /// Authority about the axes without inputs, from the first descent to the last, relative to that of the others.
 const WIDENED: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
+/// What is added to uneven authority, from the first descent to the last, in the same unit.
+const EVENED: [f64; 4] = [1e-1, 1e-2, 1e-3, 0.0];
+/// How much dearer than the cheapest on the coarse grid a minimum on a rougher one may be.
+const ROUGH_MARGIN: f64 = 0.5;
+/// Levels through which a path goes on the requested grid.
+const LAST_LEVELS: [usize; 2] = [2, WIDENED.len() - 1];
 /// Most steps of a descent or a lifted Newton on the requested grid: they keep the matrices of every step.
 const MOST_STEPS: usize = 20_000;
 
@@ -56,29 +76,37 @@ impl<const N: usize> Search<'_, '_, N> {
     }
 
     /// What is left to try where the requested grid shows a saddle, the wrong way round or nothing at all.
-    pub(super) fn look_further(&mut self) {
-        let saddle = self.found.first().filter(|_| !matches!(self.problem.path, Path::AsGiven(_)));
-        if let Some(saddle) = saddle.map(|saddle| saddle.candidate.clone()) {
-            self.leave(&saddle);
+    pub(super) fn look_further(&mut self, mut solution: Solution) -> Solution {
+        for _ in 0..MOST_SADDLES {
+            let saddle = self.found.first().filter(|_| !matches!(self.problem.path, Path::AsGiven(_)));
+            let Some(saddle) = saddle.map(|saddle| saddle.candidate.clone()) else { break };
+            if self.stopped() || self.satisfies(&solution) || !self.leave(&saddle) {
+                break;
+            }
+            solution = self.conclude();
         }
-        if !self.descended {
+        if !self.satisfies(&solution) && !self.descended && !self.stopped() {
             self.descents();
             self.carry_extremals();
+            solution = self.conclude();
         }
+        solution
     }
 
-    /// Leaves a saddle of the requested grid for a minimum.
-    fn leave(&mut self, saddle: &Candidate) {
-        let fine = self.fine.clone();
-        if self.problem.steps > MOST_STEPS || !fine.dynamics.has_all_axes() {
-            return;
+    /// Leaves a saddle of the requested grid for a minimum. Whether it led to another extremal.
+    fn leave(&mut self, saddle: &Candidate) -> bool {
+        if self.problem.steps > MOST_STEPS {
+            return false;
         }
-        if let Ok(path) = paths::of_extremal(&fine, saddle) {
-            let minimum = self.descended(&fine, &fine.dynamics, path, FINE_TOLERANCE);
-            if minimum.converged() {
-                self.shoot_fine(Rung::Descent, minimum.candidate);
-            }
+        let known = self.found.len();
+        let path = match saddle.provenance.method {
+            Method::Scp => Ok(paths::of_states(&self.fine, saddle)),
+            _ => paths::of_extremal(&self.fine, saddle),
+        };
+        if let Ok(path) = path {
+            self.descend_on_requested_grid(path);
         }
+        self.found.len() > known
     }
 
     /// Whether an extremal on the coarse grid goes the way that was asked for.
@@ -99,7 +127,7 @@ impl<const N: usize> Search<'_, '_, N> {
                 Ok(starts) => {
                     for start in starts {
                         if !self.stopped() {
-                            self.shoot(Rung::Newton, start);
+                            let _ = self.shoot(Rung::Newton, start);
                         }
                     }
                 }
@@ -119,65 +147,100 @@ impl<const N: usize> Search<'_, '_, N> {
     fn descents(&mut self) {
         self.descended = true;
         let coarse = self.coarse.clone();
-        let wide = self.descends_on(&coarse.dynamics, 0);
-        let mut minima: Vec<Attempt> = Vec::new();
         let starts = Starts::of(self.problem, &coarse, self.context.settings.search);
-        if self.pool.is_empty() || self.problem.path != Path::Best || !coarse.dynamics.has_all_axes() {
+        let authority = Authority::of(&coarse.dynamics);
+        if self.pool.is_empty() || self.problem.path != Path::Best || authority == Authority::Missing {
             self.lift(&coarse, starts.paths(&coarse));
         }
-        let known: Vec<Candidate> =
-            self.pool.iter().filter_map(|found| paths::of_extremal(&coarse, &found.candidate).ok()).collect();
-        let all: Vec<Candidate> = known.into_iter().chain(starts.paths(&coarse)).collect();
-        let (most, patient) = (all.len(), self.context.settings.search == Thoroughness::Thorough);
-        let (mut best, mut idle) = (f64::INFINITY, 0);
-        for (done, start) in all.into_iter().enumerate() {
-            if self.stopped() || (!patient && idle >= IDLE && 2 * done >= most) {
-                break;
+        let mut minima = Minima::default();
+        if authority == Authority::Even {
+            minima = self.minima(&coarse, &starts, 0);
+        } else {
+            let rough = self.fine.on_steps(rough_grid(self.problem, &coarse)).heard_by(self.context);
+            let last = authority.levels().len() - 1;
+            let wide = authority == Authority::Missing || starts.hops > 0;
+            let levels = [(0, wide), (last, authority == Authority::Uneven)];
+            let mut open = Vec::new();
+            for (level, _) in levels.into_iter().filter(|(_, wanted)| *wanted) {
+                let minima = self.minima(&rough, &starts, level).0;
+                open.extend(minima.into_iter().map(|minimum| (level, minimum)));
             }
-            let minimum = self.descended(&coarse, &wide, start, DESCENT_TOLERANCE);
-            idle += 1;
-            if minimum.converged() && minimum.cost < best * (1.0 - SAME_MINIMUM) {
-                (best, idle) = (minimum.cost, 0);
-            }
-            let known =
-                |other: &&mut Attempt| (other.cost - minimum.cost).abs() <= SAME_MINIMUM * minimum.cost;
-            match minima.iter_mut().find(known) {
-                _ if !minimum.converged() => {}
-                Some(known) if !is_better(&minimum, known) => {}
-                Some(known) => *known = minimum,
-                None => minima.push(minimum),
-            }
+            self.narrow(&coarse, open, &mut minima);
         }
-        minima.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        let best = self.problem.path == Path::Best && coarse.dynamics.has_all_axes();
-        let margin = if best { MARGIN } else { f64::INFINITY };
-        let enough = minima.first().map_or(f64::INFINITY, |best| best.cost * (1.0 + margin));
-        let minima = minima.into_iter().take_while(|minimum| minimum.cost <= enough).take(MOST_MINIMA);
-        for minimum in minima.collect::<Vec<_>>() {
+        let margin = if self.problem.path == Path::Best { MARGIN } else { f64::INFINITY };
+        let enough = minima.0.first().map_or(f64::INFINITY, |best| best.cost * (1.0 + margin));
+        for minimum in minima.0.into_iter().take_while(|minimum| minimum.cost <= enough).take(MOST_MINIMA) {
             if !self.stopped() {
                 self.arrive(&coarse, minimum);
             }
         }
     }
 
+    /// What descents from all starts end at, with the authority of a level.
+    fn minima(&self, coarse: &BoundaryValueProblem<N>, starts: &Starts, level: usize) -> Minima {
+        let wide = self.descends_on(&coarse.dynamics, level);
+        let mut minima = Minima::default();
+        let known = self.pool.iter().filter_map(|found| {
+            let path = paths::of_extremal(&self.coarse, &found.candidate).ok()?;
+            Some(if path.steps() == coarse.dynamics.grid.steps() {
+                path
+            } else {
+                paths::on_grid(coarse, &path)
+            })
+        });
+        let all: Vec<Candidate> = known.chain(starts.paths(coarse)).collect();
+        let most = all.len();
+        let patient = self.context.settings.search == Thoroughness::Thorough || starts.hops > 0;
+        let mut idle = 0;
+        for (done, start) in all.into_iter().enumerate() {
+            if self.stopped() || (!patient && idle >= IDLE && 2 * done >= most) {
+                break;
+            }
+            let place = minima.add(self.descended(coarse, &wide, start, DESCENT_TOLERANCE));
+            idle = if place == Some(0) { 0 } else { idle + 1 };
+        }
+        self.hop(coarse, &wide, &mut minima, starts.hops);
+        minima
+    }
+
+    /// Hops from the lowest minima to others near them: bent at random, and descended again. Where minima are many the
+    /// lowest lie side by side, and are met sooner from one another than from afar.
+    fn hop(&self, coarse: &BoundaryValueProblem<N>, wide: &Dynamics, minima: &mut Minima, patience: usize) {
+        let mut bends = paths::Bends::new();
+        let (mut idle, mut hops) = (0, 0);
+        while idle < patience && hops < MOST_HOPS * patience && !self.stopped() {
+            let Some(from) = minima.0.get(hops % HOP_FROM.min(minima.0.len().max(1))) else { return };
+            let by = HOPS_BY[hops / HOP_FROM % HOPS_BY.len()];
+            let start = paths::bent_at_random(coarse, &from.candidate, &mut bends, by);
+            let place = minima.add(self.descended(coarse, wide, start, DESCENT_TOLERANCE));
+            idle = if place.is_some_and(|place| place < HOP_FROM) { 0 } else { idle + 1 };
+            hops += 1;
+        }
+    }
+
     /// Extremals that the lifted Newton finds from the first of the paths, saddles among them.
     fn lift(&mut self, coarse: &BoundaryValueProblem<N>, paths: Vec<Candidate>) {
         let (start, target) = (&coarse.start, coarse.terminal.target());
-        let dynamics = self.descends_on(&coarse.dynamics, 0);
+        let level = if coarse.dynamics.has_all_axes() { usize::MAX } else { 0 };
+        let dynamics = self.descends_on(&coarse.dynamics, level);
         let descent = Descent { dynamics: &dynamics, start, target, translates: N == 12, tolerance: 0.0 };
         for path in paths.into_iter().take(MOST_LIFTED) {
             if self.stopped() {
                 return;
             }
             if let Some(nodes) = descent.lifted(path) {
-                self.lift_nodes(coarse, nodes);
+                let _ = self.lift_nodes(coarse, nodes);
             }
         }
     }
 
-    /// The dynamics on which a descent works: with a little authority about the axes without inputs.
+    /// The dynamics on which a descent works at a level.
     fn descends_on(&self, dynamics: &Dynamics, level: usize) -> Dynamics {
-        if dynamics.has_all_axes() { dynamics.clone() } else { dynamics.widened(WIDENED[level]) }
+        let levels = Authority::of(dynamics).levels();
+        match levels[level.min(levels.len() - 1)] {
+            0.0 => dynamics.clone(),
+            more => dynamics.widened(more),
+        }
     }
 
     /// A descent from a path, on dynamics that may have more authority than those of `bvp`.
@@ -193,28 +256,83 @@ impl<const N: usize> Search<'_, '_, N> {
         self.attempt(Rung::Descent, &descent, start)
     }
 
-    /// From a minimum on the coarse grid to an extremal there: by the shooting, which an unstable body may forbid, else
+    /// From a minimum on the coarse grid to its extremal there: by the shooting, which an unstable body may forbid, else
     /// by the lifted Newton.
-    fn arrive(&mut self, coarse: &BoundaryValueProblem<N>, mut minimum: Attempt) {
-        if !coarse.dynamics.has_all_axes() {
-            self.lift_nodes(coarse, minimum.candidate.clone());
-            for level in 1..WIDENED.len() {
-                let narrower = self.descends_on(&coarse.dynamics, level);
-                minimum = self.descended(coarse, &narrower, minimum.candidate, DESCENT_TOLERANCE);
-            }
-        } else if self.shoot(Rung::Descent, minimum.candidate.clone()) {
-            return;
-        }
-        if !self.lift_nodes(coarse, minimum.candidate.clone()) {
-            self.lost.push(minimum.candidate);
+    fn arrive(&mut self, coarse: &BoundaryValueProblem<N>, minimum: Attempt) {
+        let near = |cost: f64| (cost - minimum.cost).abs() <= SAME_BRANCH * minimum.cost;
+        let (path, rung) = (&minimum.candidate, Rung::Descent);
+        if !self.shoot(rung, path.clone()).is_some_and(near)
+            && !self.lift_nodes(coarse, path.clone()).is_some_and(near)
+        {
+            self.lost.push(minimum);
         }
     }
 
-    /// The lifted Newton from states and costates of all nodes, then the shooting.
-    fn lift_nodes(&mut self, coarse: &BoundaryValueProblem<N>, nodes: Candidate) -> bool {
+    /// Follows minima of a widened authority to the true one, always the lowest first: authority that is taken away only
+    /// makes a branch dearer, so none that is dearer than what was found needs to be followed. Those of a rougher grid are
+    /// carried to the coarse one first. With some authority about every axis `ended` takes what this ends at.
+    fn narrow(
+        &mut self,
+        coarse: &BoundaryValueProblem<N>,
+        mut open: Vec<(usize, Attempt)>,
+        ended: &mut Minima,
+    ) {
+        let authority = Authority::of(&coarse.dynamics);
+        let last = authority.levels().len() - 1;
+        for _ in 0..MOST_BRANCHES {
+            let lowest = open.iter().enumerate().min_by(|(_, (_, a)), (_, (_, b))| a.cost.total_cmp(&b.cost));
+            let Some(lowest) = lowest.map(|(index, _)| index) else { return };
+            if self.stopped() {
+                return;
+            }
+            let (level, minimum) = open.swap_remove(lowest);
+            let rough = minimum.candidate.steps() != coarse.dynamics.grid.steps();
+            let margin = if rough { ROUGH_MARGIN } else { MARGIN };
+            let found =
+                self.pool.iter().chain(&ended.0).map(|found| found.cost).fold(f64::INFINITY, f64::min);
+            if self.problem.path == Path::Best && minimum.cost > found * (1.0 + margin) {
+                continue;
+            }
+            // With little left to take away the true extremal is within Newton's reach.
+            let near = |cost: f64| (cost - minimum.cost).abs() <= NARROW * cost;
+            if authority == Authority::Missing
+                && !rough
+                && level > 0
+                && self.lift_nodes(coarse, minimum.candidate.clone()).is_some_and(near)
+            {
+                continue;
+            }
+            if level == last && !rough {
+                if authority == Authority::Missing {
+                    self.lost.push(minimum);
+                } else {
+                    ended.add(minimum);
+                }
+                continue;
+            }
+            let (level, start) = if rough {
+                (level, paths::on_grid(coarse, &minimum.candidate))
+            } else {
+                (level + 1, minimum.candidate)
+            };
+            let next =
+                self.descended(coarse, &self.descends_on(&coarse.dynamics, level), start, DESCENT_TOLERANCE);
+            let same = |(at, other): &(usize, Attempt)| {
+                *at == level
+                    && other.candidate.steps() == next.candidate.steps()
+                    && (other.cost - next.cost).abs() <= SAME_MINIMUM * next.cost
+            };
+            if !open.iter().any(same) && next.cost.is_finite() {
+                open.push((level, next));
+            }
+        }
+    }
+
+    /// The lifted Newton from states and costates of all nodes, then the shooting. The cost of the extremal.
+    fn lift_nodes(&mut self, coarse: &BoundaryValueProblem<N>, nodes: Candidate) -> Option<f64> {
         let newton = LiftedNewton { bvp: coarse, tolerance: LIFTED_TOLERANCE };
         let lifted = self.attempt(Rung::Lifted, &newton, nodes);
-        lifted.converged() && self.shoot(Rung::Lifted, lifted.candidate)
+        if lifted.converged() { self.shoot(Rung::Lifted, lifted.candidate) } else { None }
     }
 
     /// Carries the extremals that may be the best to the requested grid; the others stay rivals.
@@ -228,43 +346,125 @@ impl<const N: usize> Search<'_, '_, N> {
             let near = extremal.cost <= enough || self.coarse.dynamics.grid.steps() == self.problem.steps;
             let hopeful = several && near && self.found.len() < MOST_MINIMA;
             if !self.stopped() && (hopeful || self.found.is_empty()) {
-                let path = extremal.candidate.clone();
-                if !self.finish(extremal.candidate)
-                    && let Ok(path) = paths::of_extremal(&self.coarse, &path)
+                let Attempt { candidate, cost, .. } = extremal.clone();
+                // Across grids costs differ by some percent; farther away is another branch.
+                let near = |found: f64| (found - cost).abs() <= MARGIN * cost;
+                if !self.finish(candidate).is_some_and(near)
+                    && let Ok(candidate) = paths::of_extremal(&self.coarse, &extremal.candidate)
                 {
-                    self.lost.push(path);
+                    self.lost.push(Attempt { candidate, ..extremal });
                 }
             } else {
                 self.rivals.push(extremal);
             }
         }
-        if self.found.is_empty() {
-            self.on_requested_grid();
-        }
+        self.on_requested_grid();
     }
 
-    /// The paths that were lost on the way to the requested grid, descended there.
+    /// The paths that were lost on the way to the requested grid, descended there where they may still be the best.
     fn on_requested_grid(&mut self) {
+        let mut lost = std::mem::take(&mut self.lost);
         if self.problem.steps > MOST_STEPS {
             return;
         }
-        let fine = self.fine.clone();
-        for path in std::mem::take(&mut self.lost) {
-            if self.stopped() || !self.found.is_empty() {
+        lost.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        for Attempt { candidate, cost, .. } in lost {
+            let found = self.found.iter().map(|found| found.cost).fold(f64::INFINITY, f64::min);
+            let beaten = cost > found * (1.0 + MARGIN) || self.problem.path != Path::Best;
+            if self.stopped() || (beaten && found.is_finite()) {
                 return;
             }
-            let start = paths::on_grid(&fine, &path);
-            let wide = self.descends_on(&fine.dynamics, WIDENED.len() - 1);
-            let minimum = self.descended(&fine, &wide, start, FINE_TOLERANCE);
-            if self.shoot_fine(Rung::Descent, minimum.candidate.clone()) {
-                continue;
-            }
-            let newton = LiftedNewton { bvp: &fine, tolerance: LIFTED_TOLERANCE };
-            let lifted = self.attempt(Rung::Lifted, &newton, minimum.candidate);
-            if lifted.converged() {
-                self.shoot_fine(Rung::Lifted, lifted.candidate);
-            }
+            self.descend_on_requested_grid(paths::on_grid(&self.fine, &candidate));
         }
+    }
+
+    /// From a path on the requested grid to a minimum there, and to its extremal.
+    fn descend_on_requested_grid(&mut self, path: Candidate) {
+        let fine = self.fine.clone();
+        let all = fine.dynamics.has_all_axes();
+        let levels = if all { &[usize::MAX][..] } else { &LAST_LEVELS };
+        let mut minimum = Attempt::failed(path, Outcome::Stalled);
+        for level in levels {
+            let wide = self.descends_on(&fine.dynamics, *level);
+            minimum = self.descended(&fine, &wide, minimum.candidate, FINE_TOLERANCE);
+        }
+        let within = if all { SAME_BRANCH } else { NARROW };
+        let near = |cost: f64| (cost - minimum.cost).abs() <= within * minimum.cost;
+        if all && self.shoot_fine(Rung::Descent, minimum.candidate.clone()).is_some_and(near) {
+            return;
+        }
+        let newton = LiftedNewton { bvp: &fine, tolerance: LIFTED_TOLERANCE };
+        let lifted = self.attempt(Rung::Lifted, &newton, minimum.candidate);
+        if lifted.converged() && !self.shoot_fine(Rung::Lifted, lifted.candidate.clone()).is_some_and(near) {
+            self.replay(&lifted.candidate);
+        }
+    }
+
+    /// An extremal of the requested grid that the shooting cannot follow from its start, where round-off of the costates
+    /// grows along the way: as a plan of SCP, which holds the states of all nodes.
+    fn replay(&mut self, nodes: &Candidate) {
+        if self.ask.convex && !self.stopped() {
+            let chain = self.chain(self.problem.steps);
+            let name = &nodes.provenance.start;
+            self.descend(
+                &chain,
+                path(name, &chain.model.dynamics.grid, nodes.states.iter().map(Point::pose)),
+            );
+        }
+    }
+}
+
+/// How the inputs reach the axes.
+#[derive(Clone, Copy, PartialEq)]
+enum Authority {
+    Even,
+    /// About some much less than about others.
+    Uneven,
+    /// About some not at all.
+    Missing,
+}
+
+impl Authority {
+    fn of(dynamics: &Dynamics) -> Self {
+        if !dynamics.has_all_axes() {
+            Self::Missing
+        } else if dynamics.is_stiff() {
+            Self::Uneven
+        } else {
+            Self::Even
+        }
+    }
+
+    /// What is added to it, from the first descent to the last.
+    fn levels(self) -> &'static [f64] {
+        match self {
+            Self::Even => &[0.0],
+            Self::Uneven => &EVENED,
+            Self::Missing => &WIDENED,
+        }
+    }
+}
+
+/// Minima of different costs, cheapest first.
+#[derive(Default)]
+struct Minima(Vec<Attempt>);
+
+impl Minima {
+    /// Adds what a descent has ended at. Its place, where it is a minimum that was not known.
+    fn add(&mut self, minimum: Attempt) -> Option<usize> {
+        if !minimum.converged() {
+            return None;
+        }
+        let same = |other: &&mut Attempt| (other.cost - minimum.cost).abs() <= SAME_MINIMUM * minimum.cost;
+        if let Some(known) = self.0.iter_mut().find(same) {
+            if is_better(&minimum, known) {
+                *known = minimum;
+            }
+            return None;
+        }
+        let place = self.0.partition_point(|other| other.cost < minimum.cost);
+        self.0.insert(place, minimum);
+        Some(place)
     }
 }
 

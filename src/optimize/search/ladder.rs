@@ -3,7 +3,9 @@
 //! Every rung improves candidates, most of them on a coarse grid; what it finds is carried to the requested
 //! grid. Cheap rungs that nearly always work come first.
 
-use super::coarse::{FEW_STEPS, SHOOTING_FREE, SHOOTING_IN_FIELD, SHOOTING_ONE_WAY, coarse_steps};
+use super::coarse::{
+    FEW_STEPS, SHOOTING_FREE, SHOOTING_IN_FIELD, SHOOTING_ONE_WAY, SHOOTING_UNEVEN, coarse_steps,
+};
 use super::context::Context;
 use super::guess::Guess;
 use super::way::{Follower, Way};
@@ -74,8 +76,8 @@ pub(super) struct Search<'a, 'c, const N: usize> {
     pub pool: Vec<Attempt>,
     /// Extremals of the coarse grid that are too dear for the requested one.
     pub rivals: Vec<Attempt>,
-    /// Paths that no extremal of the requested grid was found near.
-    pub lost: Vec<Candidate>,
+    /// Minima, or extremals as paths, that no extremal of the requested grid was found near.
+    pub lost: Vec<Attempt>,
     /// Whether descents have been tried.
     pub descended: bool,
     /// What converged.
@@ -119,7 +121,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         let turns = wanted_turns(problem);
         let most = turns.iter().copied().max_by_key(|turns| turns.abs()).unwrap_or(0);
         let fine = BoundaryValueProblem::new(problem, problem.steps);
-        let coarse = fine.on_steps(search_grid(problem, most));
+        let coarse = fine.on_steps(search_grid(problem, most, fine.dynamics.is_even()));
         Self {
             problem,
             context,
@@ -162,7 +164,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
 
     /// Whether a solution goes the way that was asked for, and no cheaper one is near it. A rotation that is given
     /// is taken as written: that may be a saddle. So may be what is not to be tested.
-    fn satisfies(&self, solution: &Solution) -> bool {
+    pub fn satisfies(&self, solution: &Solution) -> bool {
         let untested = !self.context.settings.test_second_order;
         let minimal = untested || solution.optimality.conjugate_points == Some(0);
         let given = matches!(self.problem.path, Path::AsGiven(_));
@@ -221,8 +223,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         self.climb();
         let solution = self.conclude();
         if self.is_free() && !self.stopped() && !self.satisfies(&solution) {
-            self.look_further();
-            return self.conclude();
+            return self.look_further(solution);
         }
         solution
     }
@@ -284,14 +285,14 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         attempt
     }
 
-    /// Newton shooting on the coarse grid from one start. Whether it led to an extremal, new or known.
-    pub fn shoot(&mut self, rung: Rung, start: Candidate) -> bool {
+    /// Newton shooting on the coarse grid from one start. The cost of the extremal that it led to, new or known.
+    pub fn shoot(&mut self, rung: Rung, start: Candidate) -> Option<f64> {
         let polish = polish(self.problem, self.coarse.dynamics.grid.steps());
         let attempt = self.attempt(rung, &Shooting::on_coarse_grid(&self.coarse, true, polish), start);
         if !attempt.converged() {
-            return false;
+            return None;
         }
-        let coarse = &attempt.candidate;
+        let (cost, coarse) = (attempt.cost, &attempt.candidate);
         self.arrived.push(coarse.provenance.start.clone());
         let costate = coarse.costate::<N>();
         // Under a symmetry costates of one extremal differ by what has no effect: leave that out.
@@ -301,22 +302,24 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
             self.met.push(effective);
             self.pool.push(attempt);
         }
-        true
+        Some(cost)
     }
 
-    /// Newton shooting on the requested grid.
-    pub fn shoot_fine(&mut self, rung: Rung, start: Candidate) -> bool {
+    /// Newton shooting on the requested grid. The cost of the extremal that it led to.
+    pub fn shoot_fine(&mut self, rung: Rung, start: Candidate) -> Option<f64> {
         let shooting = Shooting::new(&self.fine, self.context.settings.tolerance);
         let attempt = self.attempt(rung, &shooting, start.on_grid(&self.fine.dynamics.grid));
-        self.keep(attempt)
+        let cost = attempt.cost;
+        self.keep(attempt).then_some(cost)
     }
 
-    /// Carries a coarse extremal to the requested grid.
-    pub fn finish(&mut self, coarse: Candidate) -> bool {
+    /// Carries a coarse extremal to the requested grid. The cost of the extremal that this led to.
+    pub fn finish(&mut self, coarse: Candidate) -> Option<f64> {
         let (problem, tolerance) = (self.problem, self.context.settings.tolerance);
         let refinement = CoarseToFine { problem, fine: &self.fine, tolerance };
         let attempt = self.attempt(Rung::CoarseToFine, &refinement, coarse);
-        self.keep(attempt)
+        let cost = attempt.cost;
+        self.keep(attempt).then_some(cost)
     }
 
     /// Keeps what converged, once, or else the nearest miss. Whether it converged.
@@ -355,7 +358,8 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         let steps = self.problem.steps;
         match starts::given(self.problem, &self.fine, costates) {
             Ok(costate) => {
-                self.shoot_fine(Rung::Guess, Candidate::of_costate(start, &self.fine.dynamics.grid, &costate))
+                let guess = Candidate::of_costate(start, &self.fine.dynamics.grid, &costate);
+                self.shoot_fine(Rung::Guess, guess).is_some()
             }
             Err(outcome) => {
                 self.context.note(Rung::Guess, start, steps, Report::failed(outcome));
@@ -431,9 +435,11 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
     /// The best of what was found, or the nearest miss, with its rivals.
     fn chosen(&mut self) -> Solution {
         let unsolved = Solution::unsolved(self.problem, self.context.settings.tolerance);
-        // SCP has ranked what it found: its winner is on the requested grid, its rivals are not.
-        let scp = |found: &Attempt| found.candidate.provenance.method == Road::Scp;
-        if !self.found.iter().any(scp) {
+        // SCP has ranked what it found from its own seeds: its winner is on the requested grid, its rivals are not.
+        let ranked = |found: &Attempt| found.candidate.provenance.method == Road::Scp;
+        let elsewhere = |found: &Attempt| found.candidate.steps() != self.problem.steps;
+        let own = !self.is_free() || self.found.iter().any(elsewhere);
+        if !(own && self.found.iter().any(ranked)) {
             self.rank();
         }
         let rivals = self.found.iter().skip(1).chain(&self.rivals).map(|rival| self.rival(rival));
@@ -637,7 +643,7 @@ fn turns_as_given(problem: &Problem, rotation: &Vector3) -> i32 {
 }
 
 /// The grid on which the shooting searches.
-fn search_grid(problem: &Problem, turns: i32) -> usize {
+fn search_grid(problem: &Problem, turns: i32, even: bool) -> usize {
     // Where inputs meet their limits, costates on two grids have no expansion in the step.
     if problem.actuation.is_limited() {
         return problem.steps;
@@ -648,6 +654,7 @@ fn search_grid(problem: &Problem, turns: i32) -> usize {
     let rests = ends.iter().all(|end| end.angular_velocity == Vector3::zeros());
     let rule = match problem.path {
         _ if !problem.environment.is_free() => SHOOTING_IN_FIELD,
+        Path::Best if !even => SHOOTING_UNEVEN,
         Path::Best => SHOOTING_FREE,
         _ if problem.steps < FEW_STEPS && rests => SHOOTING_ONE_WAY,
         _ => SHOOTING_FREE,

@@ -56,6 +56,12 @@ pub(super) fn of_extremal<const N: usize>(
     Ok(candidate(bvp, extremal.provenance.start.clone(), poses.into_iter()))
 }
 
+/// The path of a candidate that has its states, on the grid of `bvp`.
+pub(super) fn of_states<const N: usize>(bvp: &BoundaryValueProblem<N>, states: &Candidate) -> Candidate {
+    let name = states.provenance.start.clone();
+    candidate(bvp, name, states.states.iter().map(Point::pose))
+}
+
 /// The rotation vector of `turns` more turns than the shortest rotation from start to target.
 pub(crate) fn rotation<const N: usize>(bvp: &BoundaryValueProblem<N>, turns: i32) -> Vector3 {
     wound(&lie::minus(&bvp.terminal.target().attitude.value, &bvp.start.attitude.value), turns)
@@ -144,25 +150,63 @@ pub(super) fn random<'a, const N: usize>(
     bvp: &'a BoundaryValueProblem<'a, N>,
     count: usize,
 ) -> impl Iterator<Item = Candidate> + 'a {
-    let mut state = 0x5EED_u64;
-    let mut uniform = move || {
-        // A linear congruential step, its high bits: starts need to be spread, not random.
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / 2.0f64.powi(53)
-    };
-    let mut normal = move || {
-        let (radius, angle) = ((-2.0 * (1.0 - uniform()).ln()).sqrt(), TAU * uniform());
-        SPREAD * radius * angle.cos()
-    };
+    let mut bends = Bends::new();
     (0..count).map(move |index| {
-        let modes: [Vector3; 3] = std::array::from_fn(|_| Vector3::from_fn(|_, _| normal()));
+        let bend = bends.draw(SPREAD);
         let turns = -((index % 2) as i32);
         let name = format!("{}, random path {}", name_of(turns), index + 1);
-        smooth(bvp, name, &rotation(bvp, turns), |t| {
-            let mode = |m: usize| modes[m] * (PI * (m + 1) as f64 * t).sin();
-            (mode(0) + mode(1) + mode(2)) * (PI * t).sin()
-        })
+        smooth(bvp, name, &rotation(bvp, turns), |t| bend.at(t))
     })
+}
+
+/// A path bent at random by about `by` \[rad\], its ends as they are.
+pub(super) fn bent_at_random<const N: usize>(
+    bvp: &BoundaryValueProblem<N>,
+    path: &Candidate,
+    bends: &mut Bends,
+    by: f64,
+) -> Candidate {
+    let grid = &bvp.dynamics.grid;
+    let bend = bends.draw(by);
+    let poses = path.states.iter().enumerate().map(|(node, point)| {
+        let Pose { position, attitude } = point.pose();
+        Pose { position, attitude: attitude * lie::exp(&bend.at(grid.after(node))) }
+    });
+    candidate(bvp, path.provenance.start.clone(), poses)
+}
+
+/// A stream of bends: linear congruential steps, their high bits. Starts need to be spread, not random.
+pub(super) struct Bends(u64);
+
+/// `Σ b_m sin πt sin mπt`, m = 1 … 3.
+struct Bend([Vector3; 3]);
+
+impl Bends {
+    /// The stream from its fixed seed.
+    pub fn new() -> Self {
+        Self(0x5EED)
+    }
+
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / 2.0f64.powi(53)
+    }
+
+    /// The next, of normal `b_m` with the deviation `by` \[rad\].
+    fn draw(&mut self, by: f64) -> Bend {
+        let mut normal = || {
+            let (radius, angle) = ((-2.0 * (1.0 - self.uniform()).ln()).sqrt(), TAU * self.uniform());
+            by * radius * angle.cos()
+        };
+        Bend(std::array::from_fn(|_| Vector3::from_fn(|_, _| normal())))
+    }
+}
+
+impl Bend {
+    fn at(&self, t: f64) -> Vector3 {
+        let mode = |m: usize| self.0[m] * (PI * (m + 1) as f64 * t).sin();
+        (mode(0) + mode(1) + mode(2)) * (PI * t).sin()
+    }
 }
 
 /// The motion without inputs from the start and, backward, from the target, blended; with the given turns.

@@ -49,7 +49,7 @@ impl<'a, const N: usize> Search<'a, '_, N> {
                 break;
             }
             let hopeless = *demand > HOPELESS * least;
-            if self.shoot_fine(Rung::Saturated, free.clone()) || hopeless || self.stopped() {
+            if self.shoot_fine(Rung::Saturated, free.clone()).is_some() || hopeless || self.stopped() {
                 continue;
             }
             let grid = self.later_grid();
@@ -105,7 +105,7 @@ impl<'a, const N: usize> Search<'a, '_, N> {
                 Attempt::of(start, report)
             }
         };
-        attempt.converged() && self.shoot_fine(Rung::Lifted, attempt.candidate)
+        attempt.converged() && self.shoot_fine(Rung::Lifted, attempt.candidate).is_some()
     }
 
     /// Continuation in the limits from wider ones; how far it went.
@@ -116,7 +116,7 @@ impl<'a, const N: usize> Search<'a, '_, N> {
         self.context.note(Rung::Limits, name, steps, report.clone());
         let mut candidate = start.clone().with_costate(&reached.costate);
         candidate.provenance.iterations += report.iterations;
-        if reached.factor <= 1.0 && !self.shoot_fine(Rung::Limits, candidate) {
+        if reached.factor <= 1.0 && self.shoot_fine(Rung::Limits, candidate).is_none() {
             // The coarser grid has an extremal where Newton on the requested one found none.
             return from;
         }

@@ -7,6 +7,9 @@ use crate::optimize::control_law::ControlLaw;
 use crate::{Matrix3, Vector3};
 use nalgebra::SMatrix;
 
+/// Authorities about two axes that differ by more make narrow valleys.
+const STIFF: f64 = 100.0;
+
 impl Dynamics {
     /// Actuator wrench at the optimal inputs for the costate `(λ^γ, λ^Π)`, and their effort, scaled.
     ///
@@ -169,6 +172,16 @@ impl Dynamics {
     /// Whether there are inputs about every axis, and along every axis where the body translates.
     pub(crate) fn has_all_axes(&self) -> bool {
         self.weight_condition() < 1e9
+    }
+
+    /// Whether inputs about one axis cost so much more than about another that the cost has narrow valleys.
+    pub(crate) fn is_stiff(&self) -> bool {
+        self.weight_condition() > STIFF
+    }
+
+    /// Whether inputs reach every axis, and about equally well.
+    pub(crate) fn is_even(&self) -> bool {
+        self.has_all_axes() && !self.is_stiff()
     }
 
     /// The largest ratio of the principal authorities of one kind of input.
