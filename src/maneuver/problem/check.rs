@@ -240,6 +240,7 @@ impl Problem {
                 of_forces.is_some() || self.motion != Motion::Attitude,
                 "pulses are planned for torques and the attitude alone",
             ),
+            (!self.is_free_turn(), "pulses are planned for a body that nothing acts on but its torques"),
             (self.objective.fuel().is_none(), "pulses are planned for minimum fuel alone"),
             (
                 self.actuation.wheels.is_some(),

@@ -7,6 +7,7 @@
 use super::cheapest::{Cheapest, SHARE};
 use super::coarse::chain_steps;
 use super::detour::detours;
+use super::effort::Starts;
 use super::ladder::{Ask, Search, same};
 use super::paths;
 use super::transfer::{Interpolant, transfer};
@@ -15,7 +16,7 @@ use crate::Vector3;
 use crate::lie;
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Path, Problem};
-use crate::maneuver::settings::Method;
+use crate::maneuver::settings::{Method, Thoroughness};
 use crate::maneuver::solution::{Outcome, Rung, Sense, Solution, Trajectory};
 use crate::mechanics::environment::Pose;
 use crate::numerics::figures::rounded_up;
@@ -98,7 +99,26 @@ impl<const N: usize> Search<'_, '_, N> {
                 self.descend(&coarse, seed);
             }
         }
+        if self.context.settings.search == Thoroughness::Thorough {
+            self.scp_from_paths(&relaxed, &coarse);
+        }
         self.carry(&coarse);
+    }
+
+    /// SCP from the paths that descents of the relaxed maneuver start from, bent and random ones among them: optima within
+    /// limits need not lie near any extremal without them.
+    fn scp_from_paths(&mut self, relaxed: &Problem, coarse: &Chain) {
+        let grid = &coarse.model.dynamics.grid;
+        let bvp = BoundaryValueProblem::<N>::new(relaxed, coarse.model.steps);
+        for start in Starts::all().paths(&bvp) {
+            let seed = path(&start.provenance.start, grid, start.states.iter().map(Point::pose));
+            for seed in detours(self.problem, &coarse.model.dynamics.frame_rate(), seed) {
+                if self.stopped() {
+                    return;
+                }
+                self.descend(coarse, seed);
+            }
+        }
     }
 
     /// The chain of the maneuver on `steps` steps, with the duration that it states or the one that is sought.
