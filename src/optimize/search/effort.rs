@@ -11,9 +11,10 @@ use crate::optimize::sweep::BoundaryValueProblem;
 const SLOW: f64 = 1e-3;
 /// A body that turns by more without inputs must find the best way to slow down \[rad\].
 const FAST: f64 = 3.0;
-/// Random paths: as a rule, where inputs about an axis are missing or dear, and in a thorough search.
+/// Random paths: as a rule, where inputs about an axis are missing, where they are dear, and in a thorough search.
 const RANDOM: usize = 24;
-const RANDOM_UNEVEN: usize = 72;
+const RANDOM_FEW_INPUTS: usize = 72;
+const RANDOM_STIFF: usize = 144;
 const RANDOM_THOROUGH: usize = 160;
 /// Hops from minimum to minimum without a new one that counts: where inputs about an axis are missing or dear, and in a
 /// thorough search.
@@ -55,7 +56,11 @@ impl Starts {
             let given = if let Path::AsGiven(rotation) = problem.path { Some(rotation) } else { None };
             return Self { given, smooth: turns.clone(), coasting: turns, ..Self::default() };
         }
-        let (hops, random) = if few || stiff { (HOPS, RANDOM_UNEVEN) } else { (0, RANDOM) };
+        let (hops, random) = match (few, stiff) {
+            (true, _) => (HOPS, RANDOM_FEW_INPUTS),
+            (false, true) => (HOPS, RANDOM_STIFF),
+            (false, false) => (0, RANDOM),
+        };
         let all = Self { hops, random, ..Self::all() };
         match thoroughness {
             Thoroughness::Quick => Self { slowed: false, bent: Vec::new(), random: 0, hops: 0, ..all },

@@ -303,7 +303,8 @@ impl<const N: usize> Search<'_, '_, N> {
                 continue;
             }
             if level == last && !rough {
-                if authority == Authority::Missing {
+                // A valley too long for one descent is followed further on the requested grid.
+                if authority == Authority::Missing || !minimum.converged() {
                     self.lost.push(minimum);
                 } else {
                     ended.add(minimum);
