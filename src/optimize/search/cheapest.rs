@@ -12,11 +12,11 @@
 //! is a local minimum; how far the cheapest of them is the cheapest of all nobody knows.
 
 use super::coarse::chain_steps;
-use super::constrained::straight;
 use super::context::Context;
 use super::detour::detours;
 use super::duration;
 use super::ladder::{Ask, Search};
+use super::paths::shortest_way;
 use super::switching;
 use crate::Vector3;
 use crate::lie;
@@ -151,7 +151,7 @@ fn of_dimension<const N: usize>(
     let mut paths = bent(resampled(&coarse, objective.name(), quick));
     if paths.is_empty() {
         // Without a plan of inputs that switch.
-        paths.push(straight(&coarse.model));
+        paths.push(shortest_way(&coarse.model));
     }
     let unlimited = search.unlimited_paths(&coarse);
     if objective.fuel().is_some() {

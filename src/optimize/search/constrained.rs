@@ -23,7 +23,7 @@ use crate::numerics::figures::rounded_up;
 use crate::optimize::candidate::{Candidate, Provenance};
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
-use crate::optimize::methods::scp::model::{Goal, Model};
+use crate::optimize::methods::scp::model::Goal;
 use crate::optimize::methods::scp::road::{ActiveSetNewton, Chain, ConvexIteration, path};
 use crate::optimize::step::{Dynamics, Point};
 use crate::optimize::sweep::BoundaryValueProblem;
@@ -80,7 +80,7 @@ impl<const N: usize> Search<'_, '_, N> {
             return;
         }
         if seeds.is_empty() {
-            seeds.push((0.0, straight(&coarse.model)));
+            seeds.push((0.0, paths::shortest_way(&coarse.model)));
         }
         if let Some(guess) = self.ask.guess
             && let Some(seed) = guess.seed(&coarse.model)
@@ -141,7 +141,7 @@ impl<const N: usize> Search<'_, '_, N> {
     pub(super) fn unlimited_paths(&self, coarse: &Chain) -> Vec<Candidate> {
         let seeds = self.relaxed_paths(&relaxed(self.problem), coarse);
         if seeds.is_empty() {
-            return vec![straight(&coarse.model)];
+            return vec![paths::shortest_way(&coarse.model)];
         }
         seeds.into_iter().map(|(_, seed)| seed).collect()
     }
@@ -430,18 +430,4 @@ fn along(start: &str, trajectory: &Trajectory, dynamics: &Dynamics) -> Candidate
         attitude: lie::project_to_rotation(&lie::rotation_from_quaternion(quaternion)),
     };
     path(start, &dynamics.grid, trajectory.quaternion.iter().enumerate().map(pose))
-}
-
-/// The cubic along the shortest rotation.
-pub(super) fn straight(model: &Model) -> Candidate {
-    let relative = lie::minus(&model.target.attitude, &model.start.attitude);
-    let pose = |stage: usize| {
-        let t = stage as f64 * model.h;
-        let along = 3.0 * t * t - 2.0 * t * t * t;
-        Pose {
-            position: model.start.position + (model.target.position - model.start.position) * along,
-            attitude: model.start.attitude * lie::exp(&(relative * along)),
-        }
-    };
-    path("straight", &model.dynamics.grid, (0..=model.steps).map(pose))
 }

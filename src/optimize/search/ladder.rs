@@ -556,6 +556,12 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
             solution.longer = self.longer();
             solution.shortest = self.shortest;
             match (self.shortest, solution.longer) {
+                (Some(shortest), _) if shortest < self.problem.duration => {
+                    let (asked, shortest) = (short(self.problem.duration), significant(shortest, 6));
+                    violated.push_str(&format!(
+                        "; no plan of {asked} s was found, though there is one of {shortest} s"
+                    ));
+                }
                 (Some(shortest), _) => {
                     let (asked, shortest) = (short(self.problem.duration), significant(shortest, 6));
                     violated.push_str(&format!(

@@ -18,6 +18,8 @@ use crate::maneuver::settings::Method;
 use crate::mechanics::environment::Pose;
 use crate::numerics::compensated::Sum;
 use crate::optimize::candidate::Candidate;
+use crate::optimize::methods::scp::model::Model;
+use crate::optimize::methods::scp::road::path;
 use crate::optimize::step::{Point, StepError};
 use crate::optimize::sweep::BoundaryValueProblem;
 use nalgebra::SVector;
@@ -330,4 +332,18 @@ pub(super) fn on_grid<const N: usize>(bvp: &BoundaryValueProblem<N>, path: &Cand
         .collect();
     let moved = candidate(bvp, path.provenance.start.clone(), poses.into_iter());
     Candidate { provenance: path.provenance.clone(), ..moved }
+}
+
+/// The cubic along the shortest rotation.
+pub(super) fn shortest_way(model: &Model) -> Candidate {
+    let relative = lie::minus(&model.target.attitude, &model.start.attitude);
+    let pose = |stage: usize| {
+        let t = stage as f64 * model.h;
+        let along = 3.0 * t * t - 2.0 * t * t * t;
+        Pose {
+            position: model.start.position + (model.target.position - model.start.position) * along,
+            attitude: model.start.attitude * lie::exp(&(relative * along)),
+        }
+    };
+    path("straight", &model.dynamics.grid, (0..=model.steps).map(pose))
 }

@@ -26,13 +26,14 @@ fn duration(problem: &Problem) -> f64 {
 }
 
 /// Costs by another program on the same grid: Lie–Verlet steps in quaternions, states, Cayley vectors, inputs and the duration
-/// in one sparse program, cones at 25 places of each arc; CasADi 3.8.2 and IPOPT without relaxed bounds, to 1e-10.
+/// in one sparse program, cones at 25 places of each arc; CasADi 3.8.2 and IPOPT without relaxed bounds, to 1e-10, around the
+/// cone the lowest of eight starts.
 #[test]
 fn costs_are_those_of_another_program_on_the_same_grid() {
     let oblique = || slew([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], 120.0);
     let cases = [
         ("rate", priced(rate(oblique(), Rule::RateNorm(0.3)), 0.3), 2.868656875),
-        ("keep out", priced(sun(slew([1.0, 2.0, 2.9], [0.0, 0.0, 1.0], 120.0)), 0.2), 2.038283888),
+        ("keep out", priced(sun(slew([1.0, 2.0, 2.9], [0.0, 0.0, 1.0], 120.0)), 0.2), 2.038268502),
         ("wheels", priced(wheeled(oblique(), [0.3, -0.2, 0.1], [0.8, 0.9, 1.2]), 0.5), 3.595694040),
     ];
     for (name, problem, reference) in cases {

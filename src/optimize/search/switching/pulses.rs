@@ -20,6 +20,8 @@ use crate::optimize::search::context::Context;
 
 /// Costs that differ by this part are those of two schedules.
 const DISTINCT: f64 = 1e-6;
+/// How many dearer schedules are told.
+const RIVALS: usize = 4;
 
 /// The best pulses that have a place on the grid and go the way that is asked for.
 pub(super) fn solve(
@@ -86,7 +88,7 @@ pub(super) fn solve(
     let mut last = plan.switching.continuous_cost;
     for best in found.best.iter().skip(index + 1) {
         let cost = best.cost * units.cost();
-        if cost > last * (1.0 + DISTINCT) {
+        if cost > last * (1.0 + DISTINCT) && solution.rivals.len() < RIVALS {
             let start = "pulses".into();
             let turned_deg = f64::NAN;
             solution.rivals.push(Rival {
