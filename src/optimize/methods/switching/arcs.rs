@@ -360,7 +360,7 @@ pub(super) fn between(a: &Node, b: &Node, part: f64) -> Node {
 }
 
 /// Integrates one arc in steps of at most `longest`.
-fn over_arc<const L: usize>(
+pub(super) fn over_arc<const L: usize>(
     extremal: &Extremal,
     m: &Vector3,
     from: &Node,

@@ -187,8 +187,10 @@ impl Extremal {
     }
 
     /// The law under a torque that is held whatever the costate.
-    pub fn holding(torque: &Vector3) -> Response {
-        Response { torque: *torque, stiffness: Matrix3::zeros(), minimum: f64::NAN, running: f64::NAN }
+    pub fn holding(torque: &Vector3) -> ArcLaw {
+        let held =
+            Response { torque: *torque, stiffness: Matrix3::zeros(), minimum: f64::NAN, running: f64::NAN };
+        ArcLaw { held, turning: None }
     }
 
     /// The inputs of the smoothed law, each in `[−1, 1]`; one where the norm costs, none where it is limited alone.

@@ -11,11 +11,10 @@
 //! Costates are linear in `ℓ = (M, e_0)` where the torque is held. The Lagrangian of the fuel and of the terminal conditions has
 //! the derivative `∓2 s_j(t_j)` with respect to a time on or off.
 
-use super::super::arcs::{Arcs, Switch};
+use super::super::arcs::{Arcs, Switch, over_arc};
 use super::super::extremal::Extremal;
-use super::super::flow::{COOPER_VERNER, Course, Lanes, Node, advance};
+use super::super::flow::{Lanes, Node};
 use super::schedule::Schedule;
-use crate::numerics::widest::widest;
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector6};
 
@@ -93,14 +92,21 @@ impl<'a> Motion<'a> {
         let (mut node, mut now) = (first, 0.0);
         let mut events = Vec::with_capacity(order.len());
         let longest = longest * schedule.duration;
+        // Pulses that touch leave nothing between them.
+        let over = |from: &Node, torque: &Vector3, length: f64, flow: &mut Lanes<LANES>| {
+            if length <= 0.0 {
+                return *from;
+            }
+            over_arc(extremal, &m, from, &Extremal::holding(torque), length, longest, flow)
+        };
         for time in order {
             let at = times[time];
-            node = held(extremal, &m, &node, &torque, at - now, longest, &mut flow);
+            node = over(&node, &torque, at - now, &mut flow);
             now = at;
             events.push(Event { time, at, node, flow });
             torque += jump(extremal, schedule, time);
         }
-        let end = held(extremal, &m, &node, &torque, schedule.duration - now, longest, &mut flow);
+        let end = over(&node, &torque, schedule.duration - now, &mut flow);
         Self { extremal, schedule, m, first, events, end, end_flow: flow }
     }
 
@@ -201,41 +207,4 @@ pub(super) fn gradient(extremal: &Extremal, schedule: &Schedule) -> DVector<f64>
 fn jump(extremal: &Extremal, schedule: &Schedule, time: usize) -> Vector3 {
     let full = 2.0 * extremal.axes()[schedule.pulses[time / 2].level];
     if time.is_multiple_of(2) { full } else { -full }
-}
-
-/// The flow over one arc.
-fn held(
-    extremal: &Extremal,
-    m: &Vector3,
-    from: &Node,
-    torque: &Vector3,
-    length: f64,
-    longest: f64,
-    lanes: &mut Lanes<LANES>,
-) -> Node {
-    if length <= 0.0 {
-        return *from;
-    }
-    let steps = (length / longest).ceil().clamp(1.0, 1e3) as usize;
-    let (course, step) = (Course { extremal, m }, length / steps as f64);
-    let response = Extremal::holding(torque);
-    widest(
-        #[inline(always)]
-        || {
-            let mut node = *from;
-            for _ in 0..steps {
-                node = advance(
-                    &course,
-                    &COOPER_VERNER,
-                    &node,
-                    step,
-                    lanes,
-                    None,
-                    #[inline(always)]
-                    |_, _| response,
-                );
-            }
-            node
-        },
-    )
 }
