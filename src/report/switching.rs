@@ -61,12 +61,11 @@ pub(super) fn chart(subject: &Subject) -> Option<Shown> {
             ("limit × |λΠ|, s/s", vec![(0.0, "")], "the torque has its full norm, against λΠ")
         }
     };
-    let remark = match problem.shortest_pulse() {
-        Some(_) => "a pulse longer than it must be begins and ends at the level",
-        None => remark,
-    };
+    let pulses = problem.shortest_pulse().is_some();
+    let remark = if pulses { "a pulse longer than it must be begins and ends at the level" } else { remark };
     let mut chart = Chart::new("Switching functions", time_axis(), Axis::linear(label), curves);
-    let level = |(value, label): (f64, &str)| Level { value, label: label.into() };
+    // A pulse that is as short as it may be is on below the level too, and none stands everywhere beyond it.
+    let level = |(value, label): (f64, &str)| Level { value, label: if pulses { "" } else { label }.into() };
     chart.levels = levels.into_iter().map(level).collect();
     chart.spans = arcs(subject);
     Some(shown("switching", chart, remark))

@@ -242,7 +242,9 @@ impl Iteration for Scp<'_> {
             }
         };
         let mut tried = self.tried(step);
+        self.subproblem.seconds_left = self.watch.seconds_left();
         if tried.ratio < CORRECTED
+            && (self.watch.interrupt)().is_none()
             && let Some(first) = &tried.candidate
             && let Ok(corrected) = self.subproblem.solve(&self.at, &curvature, &self.weights, Some(first))
         {
