@@ -200,8 +200,7 @@ fn dumbbell(random: &mut Random) -> Problem {
     let end = state(rate, random, b);
     // A turn by one radian costs as much as a shift by one radius of the orbit.
     let price = DMatrix::identity(3, 3) / (inertia.mean() * inertia.mean());
-    let actuation =
-        Actuation { torque: about(AxisFrame::Body), force: Some(about(AxisFrame::Reference)), wheels: None };
+    let actuation = Actuation::torques_and_forces(about(AxisFrame::Body), about(AxisFrame::Reference));
     let problem = Problem::rigid_body(Body { inertia, mass: Some(mass) }, start, end, 1.0);
     problem.with_environment(field).with_actuation(actuation).with_objective(Weights::of_torques(price))
 }
@@ -224,8 +223,7 @@ fn body_fixed_thrust(random: &mut Random) -> Problem {
     let to = random.direction() * random.within(1.0, 3.0);
     let end = state(random, to);
     let body = Body { inertia, mass: Some(1.0) };
-    let actuation =
-        Actuation { torque: about(AxisFrame::Body), force: Some(about(AxisFrame::Body)), wheels: None };
+    let actuation = Actuation::torques_and_forces(about(AxisFrame::Body), about(AxisFrame::Body));
     Problem::rigid_body(body, start, end, 1.0).with_actuation(actuation).with_objective(weights)
 }
 
@@ -292,7 +290,7 @@ fn wheels(random: &mut Random) -> Problem {
     let momentum = random.within_cube(0.3 * most).iter().copied().collect();
     let wheels = Wheels { momentum, momentum_limit: vec![most; 3] };
     let torque = about(AxisFrame::Body);
-    problem.with_actuation(Actuation { torque, force: None, wheels: Some(wheels) })
+    problem.with_actuation(Actuation { wheels: Some(wheels), ..Actuation::torques(torque) })
 }
 
 /// What a case came to.

@@ -7,7 +7,8 @@
 //! to π, from rest to rest. Every maneuver has a plan by its making: each torque and force is limited to 1 to 3 times the most that
 //! the plan of least effort without limits asks of it, which is therefore feasible: its fuel and its duration are not to be
 //! less than the least. Least time is sought where the spec may ask for it: not on an orbit.
-//! `flight`: forces along reference axes, a shift by up to 3 m; `thrust`: the same along body axes; `gravity gradient`: a turn
+//! `flight`: forces along reference axes, a shift by up to 3 m; `thrust`: the same along body axes; `thrusters`: the same by
+//! twelve of them, whose couples of 1 m turn the body, and each of which does its share of the plan of least effort; `gravity gradient`: a turn
 //! on a circular orbit, up to a quarter of it; `orbit`: a transfer in central gravity up to a tenth off a circle, up to a
 //! quarter of it; `pendulum`: a turn by up to 1 rad about a pivot within 0.3 m of the mass center, in up to a swing.
 
@@ -30,9 +31,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut words = std::env::args().skip(1);
     let count: usize = words.next().map_or(Ok(100), |word| word.parse())?;
     let only = words.next();
-    let families: [(&str, Family); 5] = [
+    let families: [(&str, Family); 6] = [
         ("flight", |random| flight(random, AxisFrame::Reference)),
         ("thrust", |random| flight(random, AxisFrame::Body)),
+        ("thrusters", |random| flight(random, AxisFrame::Body)),
         ("gravity gradient", on_orbit),
         ("orbit", transfer),
         ("pendulum", pendulum),
@@ -44,7 +46,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut random = Random::new(2026);
         let (mut fuel, mut time, mut undrawn) = (Tally::default(), Tally::default(), 0);
         for index in 0..count {
-            let Some((problem, burnt)) = limited(family(&mut random)?, &mut random)? else {
+            let by_thrusters = name == "thrusters";
+            let Some((problem, burnt)) = limited(family(&mut random)?, by_thrusters, &mut random)? else {
                 undrawn += 1;
                 continue;
             };
@@ -137,28 +140,69 @@ fn pendulum(random: &mut Random) -> Drawn {
     Ok(Problem::attitude(body, start, end, swing * random.within(0.2, 1.0)).with_environment(field))
 }
 
+/// Half the distance of the two thrusters that push along one axis the same way \[m\].
+const ARM: f64 = 0.5;
+
+/// What twelve thrusters do that give a force and a torque, body axes: for each axis two that push along it and two against it,
+/// beside each other along the next axis.
+fn shared(force: &Vector3, torque: &Vector3) -> Vec<f64> {
+    let of_axis = |axis: usize| {
+        // About the third axis those at the one side turn one way, those at the other side the other way.
+        let (push, couple) = (0.5 * force[axis], 0.5 * torque[(axis + 2) % 3] / ARM);
+        [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]
+            .map(|(way, beside)| (way * push).max(0.0) + (-way * beside * couple).max(0.0))
+    };
+    (0..3).flat_map(of_axis).collect()
+}
+
+fn thrusters(limits: Limits) -> Result<Actuation, Box<dyn Error>> {
+    let ways = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
+    let all = (0..3).flat_map(|axis| ways.map(|(way, beside)| (axis, way, beside * ARM)));
+    let positions = all
+        .clone()
+        .map(|(axis, way, beside)| Vector3::ith((axis + 1) % 3, beside) - Vector3::ith(axis, 0.6 * way));
+    let directions = all.clone().map(|(axis, way, _)| Vector3::ith(axis, way));
+    Ok(Actuation::of_thrusters(positions.collect(), directions.collect(), limits)?)
+}
+
 /// A maneuver of least fuel under limits that its plan of least effort keeps, and the fuel of that plan.
-fn limited(problem: Problem, random: &mut Random) -> Result<Option<(Problem, f64)>, Box<dyn Error>> {
+fn limited(
+    problem: Problem,
+    by_thrusters: bool,
+    random: &mut Random,
+) -> Result<Option<(Problem, f64)>, Box<dyn Error>> {
     let problem = problem.with_steps(50);
     let effort = plan(&problem, &Settings::default(), None, &mut Silent)?;
     if effort.status != Status::Solved {
         return Ok(None);
     }
     let trajectory = &effort.solution.trajectory;
-    let rows: Vec<&[f64]> = (0..trajectory.torque.len()).map(|row| trajectory.inputs(row)).collect();
+    let given = |row: usize| {
+        let inputs = trajectory.inputs(row);
+        if by_thrusters {
+            shared(&Vector3::from_column_slice(&inputs[..3]), &Vector3::from_column_slice(&inputs[3..]))
+        } else {
+            inputs.to_vec()
+        }
+    };
+    let rows: Vec<Vec<f64>> = (0..trajectory.torque.len()).map(given).collect();
     let forces = problem.actuation.force.as_ref().map_or(0, ActuatorSet::count);
-    let mut limits = |first: usize| {
+    let mut limits = |first: usize, count: usize| {
         let most = |input: usize| rows.iter().map(|row| row[input].abs()).fold(0.0, f64::max);
         let size =
-            (first..first + 3).map(|input| most(input).max(1e-3 * most(first)) * random.within(1.0, 3.0));
-        Limits { size: Some(size.collect()), ..Limits::default() }
+            (first..first + count).map(|input| most(input).max(1e-3 * most(first)) * random.within(1.0, 3.0));
+        Limits { size: Some(size.collect()), one_sided: by_thrusters, ..Limits::default() }
     };
     let mut actuation: Actuation = problem.actuation.clone();
-    actuation.force = match actuation.force {
-        Some(force) => Some(force.with_limits(limits(0))?),
-        None => None,
-    };
-    actuation.torque = actuation.torque.with_limits(limits(forces))?;
+    if by_thrusters {
+        actuation = thrusters(limits(0, 12))?;
+    } else {
+        actuation.force = match actuation.force {
+            Some(force) => Some(force.with_limits(limits(0, 3))?),
+            None => None,
+        };
+        actuation.torque = actuation.torque.with_limits(limits(forces, 3))?;
+    }
     let fuel = Fuel::default();
     let h = problem.step();
     let last = rows.len() - 1;

@@ -81,7 +81,7 @@ fn full_actuation(frame: AxisFrame) -> (Actuation, Weights) {
     let of_forces = DMatrix::from_fn(4, 4, |i, j| if i == j { 1.0 + 0.3 * i as f64 } else { 0.1 });
     let force = ActuatorSet::new(axes, other).unwrap();
     let weights = Weights { torque: Some(weight(&w)), force: Some(of_forces), time_price: None };
-    (Actuation { torque: channel(&b, frame), force: Some(force), wheels: None }, weights)
+    (Actuation::torques_and_forces(channel(&b, frame), force), weights)
 }
 
 /// A maneuver of a body with [`full_inertia`] and mass 1.3 between random states that are not at rest.

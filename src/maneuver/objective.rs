@@ -55,7 +55,9 @@ impl Fuel {
 
     /// What a second costs: the fuel of a row of inputs, those of forces first, and the price of time.
     pub fn rate(&self, actuation: &Actuation, inputs: &[f64]) -> f64 {
-        let (forces, torques) = inputs.split_at(inputs.len().saturating_sub(actuation.torque.count()));
+        let (forces, torques) = actuation.split(inputs);
+        // What thrusters burn for their force turns the body too.
+        let torques = if actuation.thrusters.is_some() { &[] } else { torques };
         let of_set = |set: &ActuatorSet, inputs: &[f64], price: &dyn Fn(usize) -> f64| -> f64 {
             if Self::is_of_norm(set) {
                 return price(0) * set.output(inputs).norm();

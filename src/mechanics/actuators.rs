@@ -1,7 +1,8 @@
 //! Actuators: the input matrix `B`, its frame and the limits of the inputs, for torques and for forces.
 
+use crate::numerics::cone;
 use crate::{Matrix3, Vector3};
-use nalgebra::SMatrix;
+use nalgebra::{DMatrix, SMatrix};
 use std::slice;
 use thiserror::Error;
 
@@ -96,6 +97,12 @@ pub enum ActuatorSetError {
         /// Which axis, from 1.
         index: usize,
     },
+    /// Thrusters do not each have a position that is finite.
+    #[error("{count} positions of thrusters: each needs one, and finite numbers")]
+    Position {
+        /// How many were given.
+        count: usize,
+    },
     /// A limit is not positive and finite, or not one per input.
     #[error("{what}: {count} inputs need as many limits, each positive and finite")]
     Limit {
@@ -182,6 +189,11 @@ impl ActuatorSet {
         self.axes.iter().zip(inputs).map(|(axis, input)| axis * *input).sum()
     }
 
+    /// The same with `factor` times the output of each input.
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
+        Self { axes: self.axes.iter().map(|axis| axis * factor).collect(), ..self.clone() }
+    }
+
     /// Rank of `B`, from 1 to 3, and for rank 2 the unit vector about which (along which, for forces) no input
     /// acts, else for rank 1 the one about which all act.
     pub fn rank(&self) -> (usize, Option<Vector3>) {
@@ -211,14 +223,19 @@ impl ActuatorSet {
         if self.rank().0 < 3 || !self.limits.one_sided {
             return self.rank().0 == 3;
         }
-        // A plane that all are on one side of can be tilted until it holds two of them.
-        let units: Vec<Vector3> = self.axes.iter().map(|axis| axis / axis.amax()).collect();
-        let beyond = |normal: &Vector3| units.iter().any(|axis| axis.dot(normal) > RANK_TOLERANCE);
-        let pairs =
-            units.iter().enumerate().flat_map(|(index, a)| units[..index].iter().map(move |b| (a, b)));
-        let mut normals = pairs.map(|(a, b)| a.cross(b)).filter(|normal| normal.norm() > RANK_TOLERANCE);
-        normals.all(|normal| beyond(&normal) && beyond(&-normal))
+        let units =
+            DMatrix::from_fn(3, self.count(), |row, input| self.axes[input][row] / self.axes[input].amax());
+        cone::is_whole_space(&units)
     }
+}
+
+/// Thrusters that push and turn the body at once: input j, in N, is the force of thruster j. It acts along axis j of the
+/// forces, `d_j`, and axis j of the torques, in m, is its moment `p_j × d_j`, zero where it pushes through the mass center.
+/// One row of inputs drives both sets, which are fixed to the body and have the same limits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Thrusters {
+    /// Where each sits, `p_j`, from the mass center, body axes \[m\].
+    pub positions: Vec<Vector3>,
 }
 
 /// Reaction wheels that drive the torque inputs: input i is the torque that wheel i exerts on the body
@@ -286,17 +303,73 @@ pub struct Actuation {
     pub force: Option<ActuatorSet>,
     /// The wheels behind the torque inputs, where they are wheels.
     pub wheels: Option<Wheels>,
+    /// The thrusters behind forces and torques, where each gives both.
+    pub thrusters: Option<Thrusters>,
 }
 
 impl Actuation {
     /// Torque inputs alone.
     pub fn torques(torque: ActuatorSet) -> Self {
-        Self { torque, force: None, wheels: None }
+        Self { torque, force: None, wheels: None, thrusters: None }
+    }
+
+    /// Torque inputs and force inputs, each of its own.
+    pub fn torques_and_forces(torque: ActuatorSet, force: ActuatorSet) -> Self {
+        Self { force: Some(force), ..Self::torques(torque) }
+    }
+
+    /// Thrusters at `positions`, from the mass center \[m\], that push the body along `directions`, of length 1, both in body
+    /// axes; an input is a force \[N\]. Least time and fuel take them, with `limits.one_sided`.
+    ///
+    /// # Errors
+    /// An [`ActuatorSetError`] where there are not as many positions as directions, or these or the limits are unusable.
+    pub fn of_thrusters(
+        positions: Vec<Vector3>,
+        directions: Vec<Vector3>,
+        limits: Limits,
+    ) -> Result<Self, ActuatorSetError> {
+        let count = positions.len();
+        let force = ActuatorSet::new(directions, AxisFrame::Body)?.with_limits(limits)?;
+        if count != force.count() || positions.iter().flatten().any(|value| !value.is_finite()) {
+            return Err(ActuatorSetError::Position { count });
+        }
+        let arms = positions.iter().zip(&force.axes).map(|(position, direction)| position.cross(direction));
+        let torque = ActuatorSet { axes: arms.collect(), ..force.clone() };
+        Ok(Self { torque, force: Some(force), wheels: None, thrusters: Some(Thrusters { positions }) })
     }
 
     /// Number of inputs, forces first.
     pub fn count(&self) -> usize {
-        self.force.as_ref().map_or(0, ActuatorSet::count) + self.torque.count()
+        self.first_torque() + self.torque.count()
+    }
+
+    /// Which input the first one of the torques is: forces come first, but thrusters are both.
+    pub fn first_torque(&self) -> usize {
+        let forces = self.force.as_ref().filter(|_| self.thrusters.is_none());
+        forces.map_or(0, ActuatorSet::count)
+    }
+
+    /// The force inputs and the torque inputs of a row, which are the same ones of thrusters that give both.
+    pub fn split<'a>(&self, inputs: &'a [f64]) -> (&'a [f64], &'a [f64]) {
+        if self.thrusters.is_some() {
+            return (inputs, inputs);
+        }
+        inputs.split_at(inputs.len().saturating_sub(self.torque.count()))
+    }
+
+    /// Whether the inputs within their limits have a torque in every direction and, where `moves`, a force and a torque in
+    /// every direction at once.
+    pub fn reaches_every_direction(&self, moves: bool) -> bool {
+        let (Some(force), Some(_), true) = (&self.force, &self.thrusters, moves) else {
+            return self.torque.reaches_every_direction();
+        };
+        // Arms in the unit of the longest.
+        let longest = self.torque.axes.iter().map(Vector3::amax).fold(0.0, f64::max);
+        let wrenches = DMatrix::from_fn(6, self.count(), |row, input| match row {
+            0..3 => force.axes[input][row],
+            _ => self.torque.axes[input][row - 3] / longest,
+        });
+        longest > 0.0 && cone::is_whole_space(&wrenches)
     }
 
     /// Momentum `Σ a_i h_i` that the wheels store at the start, axes of the torque inputs [N·m·s]; zero
@@ -305,10 +378,10 @@ impl Actuation {
         self.wheels.as_ref().map_or_else(Vector3::zeros, |wheels| self.torque.output(&wheels.momentum))
     }
 
-    /// All limits: those of the torques, of the wheels, then of the forces.
+    /// All limits: those of the torques, of the wheels, then of the forces. Those of thrusters are of forces.
     pub fn limits(&self) -> impl Iterator<Item = InputLimit<'_>> {
-        let forces = self.force.as_ref().map_or(0, ActuatorSet::count);
-        let sets = [(Some(&self.torque), forces, false), (self.force.as_ref(), 0, true)];
+        let torque = Some(&self.torque).filter(|_| self.thrusters.is_none());
+        let sets = [(torque, self.first_torque(), false), (self.force.as_ref(), 0, true)];
         let momenta = self.wheels.as_ref().map(|wheels| &wheels.momentum_limit[..]);
         let momenta = momenta.filter(|limits| limits.iter().any(|limit| limit.is_finite()));
         sets.into_iter().filter_map(|(set, first, of_force)| Some((set?, first, of_force))).flat_map(
@@ -349,7 +422,8 @@ impl Actuation {
     /// The same actuators without limits, and as if no wheel stored what they give.
     pub(crate) fn without_limits(&self) -> Self {
         let free = |channel: &ActuatorSet| ActuatorSet { limits: Limits::default(), ..channel.clone() };
-        Self { torque: free(&self.torque), force: self.force.as_ref().map(free), wheels: None }
+        // Of thrusters what a force and a torque that do not know of each other would do.
+        Self { force: self.force.as_ref().map(free), ..Self::torques(free(&self.torque)) }
     }
 
     /// The same actuators as if inputs could jump, nothing were stored in wheels, and each input's own limit, where there
@@ -359,7 +433,8 @@ impl Actuation {
             let norm = channel.limits.norm.filter(|_| channel.limits.size.is_none());
             ActuatorSet { limits: Limits { rate: None, norm, ..channel.limits.clone() }, ..channel.clone() }
         };
-        Self { torque: jumping(&self.torque), force: self.force.as_ref().map(jumping), wheels: None }
+        let force = self.force.as_ref().map(jumping);
+        Self { torque: jumping(&self.torque), force, wheels: None, thrusters: self.thrusters.clone() }
     }
 
     /// Whether any input has a limit, or stores its momentum in a wheel.

@@ -8,7 +8,7 @@ pub mod full_body;
 pub mod number;
 
 pub use actuators::{
-    Actuation, ActuatorSet, ActuatorSetError, AxisFrame, InputLimit, LimitKind, Limits, Wheels,
+    Actuation, ActuatorSet, ActuatorSetError, AxisFrame, InputLimit, LimitKind, Limits, Thrusters, Wheels,
 };
 pub use body::{Body, Inertia, InertiaError};
 pub use environment::{

@@ -17,7 +17,7 @@ pub(crate) struct Output {
 impl Output {
     pub(crate) fn of(problem: &Problem, inputs: &[f64]) -> Self {
         let force = problem.actuation.force.as_ref();
-        let (force_inputs, torque_inputs) = inputs.split_at(force.map_or(0, ActuatorSet::count));
+        let (force_inputs, torque_inputs) = problem.actuation.split(inputs);
         Self {
             force: force.map_or_else(Vector3::zeros, |set| set.output(force_inputs)),
             torque: problem.actuation.torque.output(torque_inputs),

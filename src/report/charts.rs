@@ -55,7 +55,11 @@ pub(super) fn inputs(subject: &Subject) -> Vec<Shown> {
         let bounds = limits.iter().filter(|limit| matches!(limit.kind, LimitKind::Size | LimitKind::Norm));
         let bounds: Vec<(&str, &[f64])> = bounds.map(|limit| (limit.name, limit.bounds)).collect();
         let (title, unit) = if of_force { ("Forces", "N") } else { ("Torques", "N·m") };
-        let title = if actuation.wheels.is_some() && !of_force { "Torques of the wheels" } else { title };
+        let title = match (&actuation.wheels, &actuation.thrusters) {
+            (Some(_), _) if !of_force => "Torques of the wheels",
+            (_, Some(_)) => "Thrusters",
+            _ => title,
+        };
         let mut chart = Chart::new(title, time_axis(), Axis::linear(format!("input, {unit}")), curves);
         within(&mut chart, &bounds, unit);
         chart.spans = limits
@@ -69,8 +73,8 @@ pub(super) fn inputs(subject: &Subject) -> Vec<Shown> {
         let key = if of_force { "forces" } else { "inputs" };
         shown(key, chart, "")
     };
-    let torques = std::iter::once(channel(false));
-    torques.chain((forces > 0).then(|| channel(true))).collect()
+    let torques = (forces < count).then(|| channel(false));
+    torques.into_iter().chain((forces > 0).then(|| channel(true))).collect()
 }
 
 /// Curves of three components and, if asked, of their norm.

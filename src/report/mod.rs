@@ -120,7 +120,7 @@ impl<'a> Subject<'a> {
             return name.clone();
         }
         let actuation = &self.problem.actuation;
-        let forces = actuation.force.as_ref().map_or(0, |set| set.count());
+        let forces = actuation.first_torque();
         let (kind, number, several) = match index.checked_sub(forces) {
             None => ("force", index, forces > 1),
             Some(number) => {

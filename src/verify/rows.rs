@@ -330,10 +330,10 @@ pub fn cost(problem: &Problem, trajectory: &Trajectory) -> f64 {
 pub fn effort(problem: &Problem, inputs: &[f64]) -> f64 {
     let weights = problem.objective.weights();
     let (torque, force) = (weights.torque(&problem.actuation), weights.force(&problem.actuation));
-    let forces = force.as_ref().map_or(0, |force| force.set.count());
     let price = |inputs: &Weighted, row: &[f64]| objective::effort(&inputs.weight, row);
     at_nodes(problem, inputs, |row| {
-        price(&torque, &row[forces..]) + force.as_ref().map_or(0.0, |force| price(force, &row[..forces]))
+        let (forces, torques) = problem.actuation.split(row);
+        price(&torque, torques) + force.as_ref().map_or(0.0, |force| price(force, forces))
     })
 }
 

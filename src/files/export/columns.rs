@@ -127,7 +127,7 @@ impl Column<'_> {
 pub(crate) struct Names<'a> {
     /// Names of the inputs; by their numbers where there is not one for each.
     inputs: &'a [String],
-    /// How many of the inputs are forces, which come first.
+    /// How many of the inputs are in newtons, which come first.
     forces: usize,
 }
 

@@ -24,10 +24,17 @@ pub(crate) fn actuated(section: Option<&Section>, motion: Motion) -> Option<Actu
         None => None,
     };
     let found = of_any_length(section, motion)?;
-    let torque = &found.actuation.torque;
-    let limits = crate::mechanics::actuators::Limits { shortest_pulse, ..torque.limits().clone() };
-    let torque = torque.clone().with_limits(limits).ok()?;
-    Some(Actuated { actuation: Actuation { torque, ..found.actuation }, ..found })
+    let pulsing = |set: ActuatorSet| {
+        let limits = crate::mechanics::actuators::Limits { shortest_pulse, ..set.limits().clone() };
+        set.with_limits(limits).ok()
+    };
+    let Actuation { torque, force, wheels, thrusters } = found.actuation;
+    // Thrusters that push and turn are one set with two kinds of axes.
+    let force = match force {
+        Some(force) if thrusters.is_some() => Some(pulsing(force)?),
+        force => force,
+    };
+    Some(Actuated { actuation: Actuation { torque: pulsing(torque)?, force, wheels, thrusters }, ..found })
 }
 
 /// The shortest pulse of the torque inputs.
@@ -69,7 +76,7 @@ fn actuation(section: Option<&Section>, motion: Motion) -> Option<(Actuation, We
     let Some(section) = section else {
         let force = (motion == Motion::RigidBody).then(|| ActuatorSet::three_axes(AxisFrame::Reference));
         let torque = ActuatorSet::three_axes(AxisFrame::Body);
-        return Some((Actuation { torque, force, wheels: None }, Weights::default()));
+        return Some((Actuation { force, ..Actuation::torques(torque) }, Weights::default()));
     };
     if section.has("wheel") {
         return wheels::wheels(section, motion);
@@ -103,7 +110,7 @@ fn actuation(section: Option<&Section>, motion: Motion) -> Option<(Actuation, We
     let force = limited(force, section, &FORCE_LIMITS);
     let ((torque, torque_weight), (force, force_weight)) = (torque?, force?);
     let weights = Weights { torque: torque_weight, force: force_weight, time_price: None };
-    Some((Actuation { torque, force: Some(force), wheels: None }, weights))
+    Some((Actuation::torques_and_forces(torque, force), weights))
 }
 
 /// Keys of the limits of size, norm and rate of change.
@@ -207,6 +214,7 @@ fn channel(section: &Section, names: &[(&str, AxisFrame); 2], weight_name: &str)
                 ActuatorSetError::Axis { .. } => ("E0054", "leave the axis out, or give it a direction"),
                 ActuatorSetError::Count { .. } => ("E0034", "use fewer axes"),
                 ActuatorSetError::Limit { .. } => ("E0061", "leave the limit out where there is none"),
+                ActuatorSetError::Position { .. } => ("E0061", "give every thruster a position"),
             };
             return section.refuse(code, name, error.to_string(), remedy);
         }

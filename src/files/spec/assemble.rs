@@ -307,6 +307,7 @@ fn refuse(
                 "environment" => "give `duration_s`, and minimise fuel or effort",
                 "force_limit_n" => "add force_limit_n to [actuators]: one number, or one per axis",
                 "torque_axes_body" => "add inputs until every direction is reached, or minimise effort",
+                "force_direction_body" => "add thrusters until they push and turn every way",
                 "fuel_price" => "give fuel_price as one number",
                 "force_fuel_price" => "give force_fuel_price as one number",
                 "thruster" => "write minimize = \"fuel\", or describe the inputs by torque axes",

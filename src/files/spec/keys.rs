@@ -312,8 +312,8 @@ tables! {
         "force_fuel_price": Limits(q::PRICE, None);
         /// Reaction wheels, instead of torque axes; each input is the torque of one wheel on the body.
         "wheel": List(&WHEEL, MAX_WHEELS);
-        /// Thrusters, instead of torque axes; each input is the torque of one thruster, never negative. For minimum time
-        /// and fuel.
+        /// Thrusters, instead of torque axes; each input is the torque of one thruster, never negative, or, where positions are
+        /// given, its force, which pushes and turns the body. For minimum time and fuel.
         "thruster": List(&THRUSTER, MAX_WHEELS);
     }
 
@@ -326,7 +326,7 @@ tables! {
         "force_direction_body": Vector(q::COMPONENT);
         /// Its largest force.
         "force_limit_n": Limit(q::FORCE);
-        /// Instead of position, direction and force: the axis of its torque, body axes, any length.
+        /// Instead of position, direction and force, where the body does not move: the axis of its torque, body axes, any length.
         "torque_axis_body": Vector(q::COMPONENT);
         /// Its largest torque.
         "torque_limit_n_m": Limit(q::TORQUE);

@@ -9,7 +9,7 @@ use super::keys::{Kind, ROOT, Table};
 use super::{Diagnostics, Format, Loaded, Override, Spec, Wanted, interpret};
 use crate::files::identity::Identity;
 use crate::maneuver::{Constraint, Motion, Path, Problem, Rule, Settings, Side, State, Weighted};
-use crate::mechanics::{AxisFrame, Description, Wheels};
+use crate::mechanics::{AxisFrame, Description, Thrusters, Wheels};
 use crate::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize, Serializer};
 use serde_json::{Map, Value};
@@ -246,6 +246,9 @@ fn actuators(spec: &mut Writing, problem: &Problem, moves: bool) -> Result<(), U
     if force.is_some() && !moves {
         return Err(Unwritable("forces in a maneuver of the attitude alone"));
     }
+    if let Some(thrusters) = &problem.actuation.thrusters {
+        return pushing_thrusters(spec, problem, thrusters);
+    }
     if let Some(wheels) = &problem.actuation.wheels {
         return self::wheels(spec, &torque, wheels);
     }
@@ -305,6 +308,31 @@ fn thrusters(spec: &mut Writing, problem: &Problem) -> Result<(), Unwritable> {
                 thruster.put("torque_axis_body", row(axis));
                 thruster.put("torque_limit_n_m", *limit);
                 thruster.some("fuel_price", problem.objective.fuel().map(|fuel| fuel.price(index)));
+            });
+        });
+    }
+    Ok(())
+}
+
+/// Thrusters of a body that moves.
+fn pushing_thrusters(spec: &mut Writing, problem: &Problem, thrusters: &Thrusters) -> Result<(), Unwritable> {
+    let force = problem.actuation.force.as_ref().filter(|force| force.limits().one_sided);
+    let limits = force.map(|force| (force, force.limits()));
+    let Some((force, limits)) = limits.filter(|(_, limits)| limits.norm.is_none() && limits.rate.is_none())
+    else {
+        return Err(Unwritable("thrusters that push to both sides, or with a limit of their norm or rate"));
+    };
+    if force.axes().iter().any(|axis| (axis.norm() - 1.0).abs() > 1e-12) {
+        return Err(Unwritable("thrusters whose directions are not of length 1"));
+    }
+    let given = thrusters.positions.iter().zip(force.axes()).zip(limits.size.iter().flatten());
+    for (index, ((position, direction), limit)) in given.enumerate() {
+        spec.table("actuators", |table| {
+            table.item("thruster", |thruster| {
+                thruster.put("position_m", row(position));
+                thruster.put("force_direction_body", row(direction));
+                thruster.put("force_limit_n", *limit);
+                thruster.some("fuel_price", problem.objective.fuel().map(|fuel| fuel.force_price(index)));
             });
         });
     }

@@ -56,7 +56,9 @@ fn upright(direction: &Vector3) -> Vector3 {
 }
 
 fn unit_axes(channel: &ActuatorSet) -> Vec<Vector3> {
-    channel.axes().iter().map(|axis| axis / axis.amax()).map(|axis| axis.normalize()).collect()
+    // A thruster through the mass center turns about none.
+    let axes = channel.axes().iter().filter(|axis| axis.amax() > 0.0);
+    axes.map(|axis| axis / axis.amax()).map(|axis| axis.normalize()).collect()
 }
 
 /// Whether two values of an angular momentum differ by more than round-off.

@@ -256,7 +256,7 @@ mod tests {
         let mut problem = Problem::attitude(body, start, start, 2.0 * step).with_steps(2);
         problem.scheme = Scheme::LieEuler;
         if *stored != Vector3::zeros() {
-            problem.actuation = Actuation { torque, force: None, wheels: Some(wheels) };
+            problem.actuation = Actuation { wheels: Some(wheels), ..Actuation::torques(torque) };
         }
         let plan = replay(&problem, &[0.0; 6]).ok()?;
         let momentum = |node: usize| moments.component_mul(&plan.angular_velocity[node]);

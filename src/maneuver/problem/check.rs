@@ -4,7 +4,7 @@ use super::{Motion, Problem, ProblemError, Scheme, State};
 use crate::Matrix3;
 use crate::maneuver::constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError, conflict};
 use crate::maneuver::objective::{Fuel, Objective};
-use crate::mechanics::actuators::{ActuatorSet, AxisFrame, Wheels};
+use crate::mechanics::actuators::{ActuatorSet, AxisFrame, Thrusters, Wheels};
 use std::collections::HashSet;
 
 impl Problem {
@@ -44,6 +44,7 @@ impl Problem {
             }
         }
         self.check_wheels()?;
+        self.check_thrusters()?;
         let weights = self.objective.weights();
         weights.check(&self.actuation).map_err(|(inputs, error)| ProblemError::Weight { inputs, error })?;
         self.check_constraints()?;
@@ -127,7 +128,10 @@ impl Problem {
             self.check_fuel_prices(fuel)?;
         }
         let sets = [Some(&self.actuation.torque), self.actuation.force.as_ref()];
-        if !self.objective.switches() && sets.into_iter().flatten().any(|set| set.limits().one_sided) {
+        let thrusters = self.actuation.thrusters.is_some();
+        if !self.objective.switches()
+            && (thrusters || sets.into_iter().flatten().any(|set| set.limits().one_sided))
+        {
             let reason = "thrusters push to one side only: they are planned for minimum time and fuel";
             return Err(ProblemError::Unsuited { what: "thruster", reason });
         }
@@ -217,9 +221,14 @@ impl Problem {
                 "minimum time and fuel need a limit of every force: without one the best plan is an impulse",
             ),
             (
-                !torque.reaches_every_direction(),
-                "torque_axes_body",
-                "minimum time and fuel are planned for torques that reach every direction",
+                !self.actuation.reaches_every_direction(moves),
+                if self.actuation.thrusters.is_some() { "force_direction_body" } else { "torque_axes_body" },
+                match &self.actuation.thrusters {
+                    None => "minimum time and fuel are planned for torques that reach every direction",
+                    Some(_) => {
+                        "minimum time and fuel are planned for thrusters that together push and turn in every direction"
+                    }
+                },
             ),
             (self.scheme != Scheme::LieVerlet, "scheme", "minimum time and fuel are planned by Lie–Verlet"),
         ];
@@ -278,6 +287,28 @@ impl Problem {
             }
         }
         Ok(())
+    }
+
+    /// Thrusters that push and turn: the sets as [`Actuation::of_thrusters`](crate::mechanics::Actuation::of_thrusters) makes
+    /// them, of a body that moves.
+    fn check_thrusters(&self) -> Result<(), ProblemError> {
+        let Some(Thrusters { positions }) = &self.actuation.thrusters else { return Ok(()) };
+        let torque = &self.actuation.torque;
+        let alike = self.actuation.force.as_ref().is_some_and(|force| {
+            let arms = positions.iter().zip(force.axes()).map(|(position, axis)| position.cross(axis));
+            let frames = [force.frame(), torque.frame()];
+            force.limits() == torque.limits()
+                && frames == [AxisFrame::Body; 2]
+                && [force.count(), torque.count()] == [positions.len(); 2]
+                && arms.zip(torque.axes()).all(|(arm, axis)| arm == *axis)
+        });
+        let obstacles = [
+            (self.motion == Motion::Attitude, "thrusters that push as well are for a body that moves"),
+            (self.actuation.wheels.is_some(), "thrusters that push and turn do not go with wheels"),
+            (!alike, "the axes and limits of thrusters that push and turn do not agree"),
+        ];
+        let met = obstacles.into_iter().find(|(met, _)| *met);
+        met.map_or(Ok(()), |(_, reason)| Err(ProblemError::Unsuited { what: "thruster", reason }))
     }
 
     fn check_wheels(&self) -> Result<(), ProblemError> {
@@ -367,7 +398,7 @@ mod tests {
         let torque = ActuatorSet::new(axes, AxisFrame::Body).unwrap();
         let mut wheels = Wheels { momentum: vec![0.0; count], momentum_limit: vec![2.0; count] };
         change(&mut wheels);
-        slew().with_actuation(Actuation { torque, force: None, wheels: Some(wheels) }).check()
+        slew().with_actuation(Actuation { wheels: Some(wheels), ..Actuation::torques(torque) }).check()
     }
 
     #[track_caller]
@@ -437,7 +468,7 @@ mod tests {
         refused(wheeled(&AXES, |wheels| wheels.momentum[1] = f64::INFINITY), told);
         let wheels = Some(Wheels { momentum: vec![0.0; 3], momentum_limit: vec![1.0; 3] });
         let torque = ActuatorSet::three_axes(AxisFrame::Reference);
-        let problem = slew().with_actuation(Actuation { torque, force: None, wheels });
+        let problem = slew().with_actuation(Actuation { wheels, ..Actuation::torques(torque) });
         refused(
             problem.check(),
             "the axes of reaction wheels are fixed in the body, not in the reference frame",

@@ -24,7 +24,7 @@ use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::settings::{Method, Settings};
 use crate::maneuver::solution::{ConvexWork, Outcome, Rung, Solution, Trajectory};
-use crate::mechanics::actuators::LimitKind;
+use crate::mechanics::actuators::{ActuatorSet, Limits};
 use crate::mechanics::environment::Pose;
 use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::method::Attempt;
@@ -327,11 +327,11 @@ fn bent(paths: Vec<Candidate>) -> Vec<Candidate> {
 
 /// About how long a turn about a fixed axis takes, or a flight along a line where that is longer \[s\].
 fn about(problem: &Problem) -> f64 {
-    let weakest = |of_force: bool| {
-        let sized = |kind: LimitKind| matches!(kind, LimitKind::Size | LimitKind::Norm);
-        let limits = problem.actuation.limits();
-        let limits = limits.filter(|limit| limit.of_force == of_force && sized(limit.kind));
-        limits.flat_map(|limit| limit.bounds.iter().copied()).fold(f64::INFINITY, f64::min)
+    let weakest = |set: &ActuatorSet| {
+        let Limits { size, norm, .. } = set.limits();
+        let outputs = set.axes().iter().zip(size.iter().flatten()).map(|(axis, bound)| axis.norm() * bound);
+        // A thruster through the mass center turns nothing.
+        outputs.chain(*norm).filter(|bound| *bound > 0.0).fold(f64::INFINITY, f64::min)
     };
     let lasting = |way: f64, speeds: f64, inertia: f64, bound: f64| {
         2.0 * (way * inertia / bound).sqrt() + speeds * inertia / bound
@@ -339,8 +339,9 @@ fn about(problem: &Problem) -> f64 {
     let (start, end) = (&problem.start, &problem.end);
     let turn = lie::minus(&end.attitude, &start.attitude).norm().max(0.1);
     let rates = (end.angular_velocity - start.angular_velocity).norm();
-    let turning = lasting(turn, rates, problem.body.inertia.j().norm(), weakest(false));
+    let turning = lasting(turn, rates, problem.body.inertia.j().norm(), weakest(&problem.actuation.torque));
     let (way, speeds) = ((end.position - start.position).norm(), (end.velocity - start.velocity).norm());
     let mass = problem.body.mass.filter(|_| problem.motion == Motion::RigidBody);
-    turning.max(mass.map_or(0.0, |mass| lasting(way, speeds, mass, weakest(true))))
+    let flying = mass.zip(problem.actuation.force.as_ref());
+    turning.max(flying.map_or(0.0, |(mass, force)| lasting(way, speeds, mass, weakest(force))))
 }

@@ -157,8 +157,7 @@ fn zoo() -> Vec<Problem> {
             let (start, end) = (state(), state());
             let body = Body { inertia: inertia.clone(), mass: Some(1.3) };
             let other = if frame == AxisFrame::Body { AxisFrame::Reference } else { AxisFrame::Body };
-            let actuation =
-                Actuation { torque: channel(&b, frame), force: Some(channel(&w, other)), wheels: None };
+            let actuation = Actuation::torques_and_forces(channel(&b, frame), channel(&w, other));
             let weights =
                 Weights { torque: Some(weight(&w)), force: Some(weight(&b.tr_mul(&b))), time_price: None };
             let base = Problem::rigid_body(body, start, end, 1.7)

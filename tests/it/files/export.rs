@@ -70,7 +70,7 @@ fn with_wheels(problem: Problem) -> Problem {
     let torque = torque.with_limits(Limits { size, ..Limits::default() }).unwrap();
     let momentum_limit = vec![1.0, 2.0, f64::INFINITY, 4.0];
     let wheels = Wheels { momentum: vec![0.1, 0.0, -0.5, 4.0], momentum_limit };
-    problem.with_actuation(Actuation { torque, force: None, wheels: Some(wheels) })
+    problem.with_actuation(Actuation { wheels: Some(wheels), ..Actuation::torques(torque) })
 }
 
 fn wheel_count(problem: &Problem) -> usize {

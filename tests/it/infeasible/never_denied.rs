@@ -146,7 +146,7 @@ fn a_maneuver_that_exists_is_never_denied() {
                 let momentum =
                     (0..4).map(|_| if case % 2 == 0 { 0.0 } else { unit * random.uniform() }).collect();
                 let wheels = Some(Wheels { momentum, momentum_limit: vec![f64::INFINITY; 4] });
-                problem.actuation = Actuation { torque, force: None, wheels };
+                problem.actuation = Actuation { wheels, ..Actuation::torques(torque) };
             }
             1 => {
                 let field = UniformGravity::new(1.0, size, random.direction(), 0.3 * random.direction());

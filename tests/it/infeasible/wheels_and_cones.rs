@@ -8,7 +8,7 @@ fn three_wheels(momentum: [f64; 3], limit: f64, torque: f64) -> Actuation {
     let limits = Limits { size: Some(vec![torque; 3]), ..Limits::default() };
     let channel = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
     let wheels = Wheels { momentum: momentum.to_vec(), momentum_limit: vec![limit; 3] };
-    Actuation { torque: channel, force: None, wheels: Some(wheels) }
+    Actuation { wheels: Some(wheels), ..Actuation::torques(channel) }
 }
 
 /// Turned by 90° about x, the momentum that the z wheel holds must be held by the y wheel, and the body has
@@ -28,7 +28,7 @@ fn momentum_that_the_wheels_cannot_hold_in_the_end_is_named() {
     // Two wheels, and momentum about the third axis at the end.
     let channel = ActuatorSet::new(vec![Vector3::x(), Vector3::z()], AxisFrame::Body).unwrap();
     let wheels = Wheels { momentum: vec![0.0, 4.0], momentum_limit: vec![f64::INFINITY; 2] };
-    problem.actuation = Actuation { torque: channel, force: None, wheels: Some(wheels) };
+    problem.actuation = Actuation { wheels: Some(wheels), ..Actuation::torques(channel) };
     let found = denied(&problem);
     assert!(found.reason.contains("no wheel turns about it"), "{found}");
 }

@@ -9,15 +9,15 @@ use slewkit::mechanics::{
 use slewkit::plan::{Silent, Status, plan};
 use slewkit::{Matrix3, Vector3, lie};
 
-const MASS: f64 = 4.0;
+pub(super) const MASS: f64 = 4.0;
 const STEPS: usize = 40;
 
-fn each(limit: f64) -> Limits {
+pub(super) fn each(limit: f64) -> Limits {
     Limits { size: Some(vec![limit; 3]), ..Limits::default() }
 }
 
 /// From rest to rest by a turn and a shift, with torques of at most 2 N·m along body axes and forces under `limits`.
-fn flight(turn: [f64; 3], shift: [f64; 3], limits: Limits, frame: AxisFrame) -> Problem {
+pub(super) fn flight(turn: [f64; 3], shift: [f64; 3], limits: Limits, frame: AxisFrame) -> Problem {
     let mut body = body([2.0, 1.6, 1.1]);
     body.mass = Some(MASS);
     let end = State { position: Vector3::from(shift), ..State::at_rest(lie::exp(&Vector3::from(turn))) };
@@ -29,7 +29,7 @@ fn flight(turn: [f64; 3], shift: [f64; 3], limits: Limits, frame: AxisFrame) -> 
 
 /// The least `Σ κ |f|` of a shift from rest to rest along a line, in closed form: the earlier a push and the later its
 /// counterpart, the farther it carries, and the kicks of both ends have half the weight.
-fn pushes(shift: f64, duration: f64, limit: f64) -> f64 {
+pub(super) fn pushes(shift: f64, duration: f64, limit: f64) -> f64 {
     let h = duration / STEPS as f64;
     let (mut left, mut fuel) = (MASS * shift.abs(), 0.0);
     for node in 0..STEPS / 2 {
@@ -42,7 +42,7 @@ fn pushes(shift: f64, duration: f64, limit: f64) -> f64 {
     fuel
 }
 
-fn near(found: f64, wanted: f64, tolerance: f64) {
+pub(super) fn near(found: f64, wanted: f64, tolerance: f64) {
     assert!((found / wanted - 1.0).abs() <= tolerance, "{found:.10}, wanted {wanted:.10}");
 }
 

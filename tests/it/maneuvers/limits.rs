@@ -207,7 +207,7 @@ fn every_frame_scheme_and_kind_of_limit_plans_and_verifies() {
             for norm in [false, true] {
                 let torque = ActuatorSet::new(axes.clone(), frame).unwrap();
                 let force = ActuatorSet::new(axes.clone(), other).unwrap();
-                let actuation = Actuation { torque, force: Some(force), wheels: None };
+                let actuation = Actuation::torques_and_forces(torque, force);
                 let free = Problem::rigid_body(body.clone(), start, end, 2.0)
                     .with_actuation(actuation)
                     .with_objective(Weights {

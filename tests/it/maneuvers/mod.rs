@@ -15,5 +15,6 @@ mod minimum_fuel;
 mod minimum_time;
 mod order;
 mod pulses;
+mod pushing_thrusters;
 mod shortest;
 mod support;

@@ -212,7 +212,7 @@ fn maneuver(frame: AxisFrame, moves: bool) -> Problem {
         attitude: lie::exp(&Vector3::new(0.3, -0.2, 0.5)),
         angular_velocity: Vector3::new(0.2, -0.4, 0.6),
     };
-    let actuation = Actuation { torque: channel(), force: moves.then(channel), wheels: None };
+    let actuation = Actuation { force: moves.then(channel), ..Actuation::torques(channel()) };
     let mut problem = if moves {
         Problem::rigid_body(body, start, start, 1.5).with_environment(
             SecondOrderGravity::new(1.0, 2.0, &Inertia::diagonal(Vector3::new(0.02, 0.03, 0.04)).unwrap())

@@ -25,7 +25,7 @@ fn pyramid(momentum: [f64; 4]) -> Actuation {
         [[c, 0.0, s], [0.0, c, s], [-c, 0.0, s], [0.0, -c, s]].map(|axis| Vector3::from_row_slice(&axis));
     let torque = ActuatorSet::new(axes.to_vec(), AxisFrame::Body).unwrap();
     let wheels = Wheels { momentum: momentum.to_vec(), momentum_limit: vec![f64::INFINITY; 4] };
-    Actuation { torque, force: None, wheels: Some(wheels) }
+    Actuation { wheels: Some(wheels), ..Actuation::torques(torque) }
 }
 
 fn problem(j: Matrix3, rate: Vector3, actuation: Actuation) -> Problem {
@@ -211,7 +211,7 @@ fn one_axis_from_rest_is_the_plain_body() {
     let mut with = problem(j, Vector3::zeros(), pyramid([0.0; 4]));
     let torque = ActuatorSet::new(vec![Vector3::y()], AxisFrame::Body).unwrap();
     let wheels = Wheels { momentum: vec![0.0], momentum_limit: vec![10.0] };
-    with.actuation = Actuation { torque, force: None, wheels: Some(wheels) };
+    with.actuation = Actuation { wheels: Some(wheels), ..Actuation::torques(torque) };
     let row = final_row(&with, Propagator::Verner98, 10, Some(&[0.8]));
     let expected = with.start.attitude * lie::exp(&Vector3::new(0.0, 0.5 * (0.8 / 2.0) * 4.0, 0.0));
     assert!(attitude_error(&row, &expected) < 1e-14);

@@ -91,7 +91,7 @@ pub(super) fn wheels(section: &Section, motion: Motion) -> Option<(Actuation, We
         momentum: column(|wheel| wheel.momentum),
         momentum_limit: column(|wheel| wheel.momentum_limit),
     };
-    let actuation = Actuation { torque, force: None, wheels: Some(wheels) };
+    let actuation = Actuation { wheels: Some(wheels), ..Actuation::torques(torque) };
     good.then_some((actuation, Weights::of_torques(weight)))
 }
 

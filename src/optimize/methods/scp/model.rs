@@ -128,7 +128,10 @@ pub(crate) struct Model {
     /// Number of force inputs, which come first.
     pub forces: usize,
     force: Option<ActuatorSet>,
+    /// Of thrusters the same inputs in the unit of force.
     torque: ActuatorSet,
+    /// The first of the torque inputs.
+    first_torque: usize,
     /// Axes of the wheels, those of the torque inputs; none without wheels.
     wheel_axes: Matrix3xX<f64>,
     moves: bool,
@@ -180,10 +183,13 @@ impl Model {
         let moves = problem.motion == Motion::RigidBody;
         let weights = problem.objective.weights();
         let force = weights.force(&problem.actuation).filter(|_| moves).map(|force| (force, units.force()));
-        let sets = force.into_iter().chain([(weights.torque(&problem.actuation), units.torque())]);
+        let both = moves && problem.actuation.thrusters.is_some();
+        let torque = Some((weights.torque(&problem.actuation), units.torque())).filter(|_| !both);
+        let sets = force.into_iter().chain(torque);
         let force = problem.actuation.force.as_ref().filter(|_| moves);
         let forces = force.map_or(0, ActuatorSet::count);
-        let m = forces + problem.actuation.torque.count();
+        let first_torque = if both { 0 } else { forces };
+        let m = first_torque + problem.actuation.torque.count();
         let mut input_unit = Vec::with_capacity(m);
         let mut weight = DMatrix::zeros(m, m);
         let scale = units.time / units.cost;
@@ -195,7 +201,8 @@ impl Model {
         }
         let stored = problem.actuation.wheels.as_ref().map_or(&[][..], |wheels| &wheels.momentum);
         let wheels = stored.len();
-        let torque = problem.actuation.torque.clone();
+        let torque = &problem.actuation.torque;
+        let torque = if both { torque.scaled(units.force() / units.torque()) } else { torque.clone() };
         let mut model = Self {
             n: if moves { 12 } else { 6 + wheels },
             m,
@@ -216,6 +223,7 @@ impl Model {
             force: force.cloned(),
             wheel_axes: Matrix3xX::from_columns(torque.axes()).columns(0, wheels).into_owned(),
             torque,
+            first_torque,
             moves,
             dynamics,
         };
@@ -335,7 +343,7 @@ impl Model {
         if forces {
             (self.force.as_ref().map_or(&[], ActuatorSet::axes), 0)
         } else {
-            (self.torque.axes(), self.forces)
+            (self.torque.axes(), self.first_torque)
         }
     }
 
@@ -349,10 +357,9 @@ impl Model {
     pub fn reaches(&self, i: usize, j: usize) -> bool {
         if self.wheels > 0 {
             i == 6 + j
-        } else if j < self.forces {
-            (3..6).contains(&i)
         } else {
-            (self.pi()..self.pi() + 3).contains(&i)
+            let (pushes, turns) = (j < self.forces, j >= self.first_torque);
+            pushes && (3..6).contains(&i) || turns && (self.pi()..self.pi() + 3).contains(&i)
         }
     }
 
@@ -440,7 +447,7 @@ impl Model {
         let mut columns = DMatrix::zeros(self.n, self.m);
         let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
         for (index, axis) in self.torque.axes().iter().enumerate() {
-            let input = self.forces + index;
+            let input = self.first_torque + index;
             let axis = self.torque.frame().to_body(r, axis);
             torque += axis * inputs[input];
             if self.wheels > 0 {
@@ -641,7 +648,7 @@ impl Model {
 
     /// Actuator force (reference frame) and torque (body axes) at a state, scaled.
     pub fn output(&self, state: &ChainState, inputs: &[f64]) -> Wrench {
-        let (forces, torques) = inputs.split_at(self.forces);
+        let (forces, torques) = (&inputs[..self.forces], &inputs[self.first_torque..]);
         let r = &state.attitude;
         let force = self.force.as_ref().map(|set| set.frame().to_reference(r, &set.output(forces)));
         Wrench {

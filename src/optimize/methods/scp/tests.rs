@@ -32,6 +32,18 @@ fn wheeled(random: &mut Random) -> Problem {
     problem
 }
 
+/// By thrusters, one of them through the mass center.
+fn pushed(random: &mut Random) -> Problem {
+    let mut problem = moving_ends(random, AxisFrame::Body);
+    let mut draw = || Vector3::from_fn(|_, _| random.uniform());
+    let directions: Vec<Vector3> = (0..8).map(|_| draw().normalize()).collect();
+    let mut positions: Vec<Vector3> = (0..8).map(|_| draw()).collect();
+    positions[3] = 0.4 * directions[3];
+    problem.actuation = Actuation::of_thrusters(positions, directions, Limits::default()).unwrap();
+    problem.objective = Objective::default();
+    problem
+}
+
 fn limited_channel(channel: &ActuatorSet) -> ActuatorSet {
     let count = channel.count();
     let limits = Limits {
@@ -78,6 +90,7 @@ fn problems() -> Vec<Problem> {
         moving_ends(&mut random, AxisFrame::Reference),
         wheeled(&mut random),
         wheeled(&mut random).with_environment(gradient),
+        pushed(&mut random),
     ];
     let euler: Vec<Problem> =
         all.iter().map(|problem| problem.clone().with_scheme(Scheme::LieEuler)).collect();
