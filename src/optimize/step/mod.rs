@@ -259,6 +259,11 @@ impl Dynamics {
         Self { frame_turns: turns.unwrap_or_default(), grid, ..self.clone() }
     }
 
+    /// Whether nothing but the inputs acts on the body.
+    pub(crate) fn is_free(&self) -> bool {
+        self.environment.is_none()
+    }
+
     /// Whether any input has a limit.
     pub(crate) fn is_limited(&self) -> bool {
         self.laws.is_some()

@@ -4,16 +4,25 @@
 //! L = Σ κ ½uᵀWu + Σ λ_k·(step_k − y_{k+1}) + η·e + Σ ν c
 //! ```
 //!
-//! A step's part is the planner's own `H_k`. The parts of the rows, of the wheels and of inputs whose axes
-//! turn are central differences of exact gradients, taken along the group: a Newton matrix with nine
-//! correct digits costs no accuracy, since that comes from the residual, and one procedure serves them
-//! all.
+//! A step's part is the planner's own `H_k`, and that of inputs whose axes turn: where a drift ends turned by `ζ' = T z`, they
+//! give
+//!
+//! ```text
+//! κ (λ^Π·Rᵀτ + λ^γ·R f) ,    gradient  g = κ (λ^Π × Rᵀτ + f × Rᵀλ^γ) ,    its own  M = κ (S(λ^Π) S(Rᵀτ) + S(f) S(Rᵀλ^γ))
+//! ```
+//!
+//! so that `H` is that of a costate with `λ^ζ + g`, and `Tᵀ M T`. The parts of the rows, of wheels, and of a field where the
+//! duration is sought, are central differences of exact gradients, taken along the group: a Newton matrix with nine correct
+//! digits costs no accuracy, since that comes from the residual, and one procedure serves them all.
 
 use super::iterate::Evaluated;
-use super::model::{ChainState, Model};
+use super::model::{ChainState, Model, costate_blocks};
 use super::rows::{Place, RowValue};
+use crate::lie::hat;
 use crate::optimize::step::StepError;
-use nalgebra::{DMatrix, DVector, SVector};
+use crate::{Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3xX, SMatrix, SVector};
+use std::ops::Range;
 
 /// Step of the differences: states and inputs are of order one.
 const STEP: f64 = 1e-5;
@@ -90,11 +99,12 @@ fn block(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Result<Bloc
         let step = model.step(stage, &model.moved(state, z), next)?;
         Ok(step.a.tr_mul(&multipliers.costates[stage + 1]))
     };
+    let on_arc = acting.iter().any(|index| limits.rows[*index].what.is_of_arc());
     let of_rows = |z: &DVector<f64>, inputs: &[f64]| -> Result<DVector<f64>, StepError> {
         let moved = model.moved(state, z);
-        let step = next.map(|next| model.step(stage, &moved, next)).transpose()?;
+        let arc = if on_arc { Some(model.arc(stage, &moved)?) } else { None };
         let next = next.map_or(inputs, |next| next);
-        let place = Place { state: &moved, inputs, next, step: step.as_ref() };
+        let place = Place { state: &moved, inputs, next, arc: arc.as_ref() };
         let mut gradient = DVector::zeros(n + m);
         for index in &acting {
             let value = limits.rows[*index].what.at(model, stage, &place).smooth();
@@ -127,17 +137,18 @@ fn block(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Result<Bloc
     if let Some(next) = next {
         match closed_form(at, multipliers, stage)? {
             Some(known) => block.state = known,
-            None => spread += differences(n, n, |column, by| of_step(&along(column, by), next))?,
+            None => spread += differences(n, 0..n, |column, by| of_step(&along(column, by), next))?,
         }
-        if model.inputs_turn() {
-            let turned = differences(n, m, |column, by| of_step(&zero, &shifted(next, column, by)))?;
-            block.next = Some(turned / (2.0 * STEP));
-        }
+        block.next = by_turning_inputs(at, multipliers, stage);
     }
     if !acting.is_empty() {
-        let by_state = differences(n + m, n, |column, by| of_rows(&along(column, by), inputs))?;
-        spread += by_state.rows(0, n);
-        let by_inputs = differences(n + m, m, |column, by| of_rows(&zero, &shifted(inputs, column, by)))?;
+        let of_inputs = acting.iter().all(|index| limits.rows[*index].what.is_of_inputs());
+        let columns = if of_inputs { model.duration.map_or(0..0, |duration| duration..n) } else { 0..n };
+        let (first, count) = (columns.start, columns.len());
+        let by_state = differences(n + m, columns, |column, by| of_rows(&along(column, by), inputs))?;
+        let mut part = spread.columns_mut(first, count);
+        part += by_state.rows(0, n);
+        let by_inputs = differences(n + m, 0..m, |column, by| of_rows(&zero, &shifted(inputs, column, by)))?;
         let by_inputs = by_inputs / (2.0 * STEP);
         block.mixed = Some(by_inputs.rows(0, n).into_owned());
         block.inputs = Some(by_inputs.rows(n, m).into_owned());
@@ -146,37 +157,47 @@ fn block(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Result<Bloc
     Ok(block)
 }
 
-/// What a gradient of `rows` components gains from a step back to a step ahead along each of `columns` unknowns.
+/// What a gradient of `rows` components gains from a step back to a step ahead along each of the unknowns `columns`.
 fn differences(
     rows: usize,
-    columns: usize,
+    columns: Range<usize>,
     gradient: impl Fn(usize, f64) -> Result<DVector<f64>, StepError>,
 ) -> Result<DMatrix<f64>, StepError> {
-    let mut out = DMatrix::zeros(rows, columns);
-    for column in 0..columns {
-        out.set_column(column, &(gradient(column, STEP)? - gradient(column, -STEP)?));
+    let mut out = DMatrix::zeros(rows, columns.len());
+    for (place, column) in columns.enumerate() {
+        out.set_column(place, &(gradient(column, STEP)? - gradient(column, -STEP)?));
     }
     Ok(out)
 }
 
-/// The step's part by the planner's own `H_k`, where that applies: no wheels, and inputs whose axes stand
-/// still in the coordinates of the momenta.
+/// The step's part in closed form, where that applies: without wheels, and where the duration is sought without a field, which
+/// alone knows it.
 fn closed_form(
     at: &Evaluated,
     multipliers: &Multipliers,
     stage: usize,
 ) -> Result<Option<DMatrix<f64>>, StepError> {
     let model = at.model;
-    if model.wheels > 0 || model.inputs_turn() || model.duration.is_some() {
+    if model.wheels > 0 || model.duration.is_some() && !model.is_free() {
         return Ok(None);
     }
-    let costate = &multipliers.costates[stage + 1];
+    let (zeta, arrived) = (model.zeta(), Arrived::of(at, multipliers, stage));
+    let (slope, bend) = arrived.of_turning_inputs(&at.iterate.inputs[stage + 1]);
+    let mut costate = multipliers.costates[stage + 1].clone();
+    let mut part = costate.rows_mut(zeta, 3);
+    part += slope;
     let state = &at.iterate.states[stage];
-    if model.n == 12 {
-        of_step::<12>(model, stage, state, costate).map(Some)
+    let mut found = DMatrix::zeros(model.n, model.n);
+    if zeta == 6 {
+        found.view_mut((0, 0), (12, 12)).copy_from(&of_step::<12>(model, stage, state, &costate)?);
     } else {
-        of_step::<6>(model, stage, state, costate).map(Some)
+        found.view_mut((0, 0), (6, 6)).copy_from(&of_step::<6>(model, stage, state, &costate)?);
     }
+    if bend != Matrix3::zeros() {
+        let turn = at.steps[stage].a.rows(zeta, 3);
+        found += turn.tr_mul(&(bend * turn));
+    }
+    Ok(Some(found))
 }
 
 fn of_step<const N: usize>(
@@ -184,11 +205,67 @@ fn of_step<const N: usize>(
     stage: usize,
     state: &ChainState,
     costate: &DVector<f64>,
-) -> Result<DMatrix<f64>, StepError> {
-    let costate = SVector::<f64, N>::from_column_slice(costate.as_slice());
+) -> Result<SMatrix<f64, N, N>, StepError> {
+    let costate = SVector::<f64, N>::from_column_slice(&costate.as_slice()[..N]);
     let weight = model.kick_weight(stage + 1);
-    let step = model.dynamics.transition_by(stage, &state.point(), &costate, weight)?;
-    Ok(DMatrix::from_column_slice(N, N, step.linear.h.as_slice()))
+    Ok(model.unforced.transition_by(stage, &state.point(), &costate, weight)?.linear.h)
+}
+
+/// The step's part by state and inputs: of inputs whose axes turn.
+fn by_turning_inputs(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Option<DMatrix<f64>> {
+    let model = at.model;
+    let arrived = Arrived::of(at, multipliers, stage);
+    let mut slopes = Matrix3xX::zeros(model.m);
+    for (axes, first, forces) in [true, false].into_iter().filter_map(|forces| arrived.turning(forces)) {
+        for (index, axis) in axes.iter().enumerate() {
+            slopes.set_column(first + index, &arrived.slope(axis, forces));
+        }
+    }
+    let turn = at.steps[stage].a.rows(model.zeta(), 3);
+    (slopes.amax() > 0.0).then(|| turn.tr_mul(&slopes))
+}
+
+/// Where a drift ends, with the costate after the kick there.
+struct Arrived<'a> {
+    model: &'a Model,
+    attitude: Matrix3,
+    /// `κ λ^Π`, and `κ Rᵀλ^γ`.
+    pi: Vector3,
+    gamma: Vector3,
+}
+
+impl<'a> Arrived<'a> {
+    fn of(at: &Evaluated<'a>, multipliers: &Multipliers, stage: usize) -> Self {
+        let (model, attitude) = (at.model, at.steps[stage].end.attitude);
+        let costate = costate_blocks(model, &multipliers.costates[stage + 1]);
+        let weight = model.kick_weight(stage + 1);
+        Self { model, attitude, pi: costate.pi * weight, gamma: attitude.tr_mul(&costate.gamma) * weight }
+    }
+
+    /// Forces or torques whose axes turn: these, where they begin among all inputs, and which of the two they are.
+    fn turning(&self, forces: bool) -> Option<(&'a [Vector3], usize, bool)> {
+        self.model.turning(forces).map(|(axes, first)| (axes, first, forces))
+    }
+
+    /// The gradient of what a force `f`, body axes, or a torque, reference axes, gives.
+    fn slope(&self, given: &Vector3, forces: bool) -> Vector3 {
+        if forces { given.cross(&self.gamma) } else { self.pi.cross(&self.attitude.tr_mul(given)) }
+    }
+
+    /// `g` and `M`.
+    fn of_turning_inputs(&self, inputs: &[f64]) -> (Vector3, Matrix3) {
+        let (mut slope, mut bend) = (Vector3::zeros(), Matrix3::zeros());
+        for (axes, first, forces) in [true, false].into_iter().filter_map(|forces| self.turning(forces)) {
+            let given: Vector3 = axes.iter().zip(&inputs[first..]).map(|(axis, input)| axis * *input).sum();
+            slope += self.slope(&given, forces);
+            bend += if forces {
+                hat(&given) * hat(&self.gamma)
+            } else {
+                hat(&self.pi) * hat(&self.attitude.tr_mul(&given))
+            };
+        }
+        (slope, bend)
+    }
 }
 
 /// The nearest positive semidefinite matrix to the symmetric part; zero where it cannot be found.

@@ -50,7 +50,7 @@ impl Iterate {
                 state: &self.states[row.stage],
                 inputs,
                 next: self.inputs.get(row.stage + 1).unwrap_or(inputs),
-                step: steps.get(row.stage),
+                arc: steps.get(row.stage).map(|step| &step.arc),
             };
             row.what.at(model, row.stage, &place)
         };

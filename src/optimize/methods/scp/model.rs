@@ -98,6 +98,8 @@ pub(crate) struct ChainState {
 #[derive(Clone, Debug)]
 pub(crate) struct Model {
     pub dynamics: Dynamics,
+    /// The same without inputs.
+    pub unforced: Dynamics,
     /// Tangent dimension of a state.
     pub n: usize,
     /// Number of inputs.
@@ -142,10 +144,15 @@ pub(crate) struct Step {
     pub end: ChainState,
     pub a: DMatrix<f64>,
     pub b: DMatrix<f64>,
-    /// Rotation vector of the step's arc, `log F`.
-    pub arc: Vector3,
+    pub arc: Arc,
+}
+
+/// How the body turns on a step.
+pub(crate) struct Arc {
+    /// Rotation vector, `log F`.
+    pub turn: Vector3,
     /// Its derivative with respect to the state before, 3×n.
-    pub arc_slope: Matrix3xX<f64>,
+    pub slope: Matrix3xX<f64>,
 }
 
 /// The opening kick: `y_0`, and its derivatives with respect to `u_0`, n×m, and to `ln s`.
@@ -225,6 +232,7 @@ impl Model {
             torque,
             first_torque,
             moves,
+            unforced: dynamics.without_inputs(),
             dynamics,
         };
         model.start.wheels = DVector::from_column_slice(stored) / units.momentum();
@@ -347,10 +355,20 @@ impl Model {
         }
     }
 
-    /// Whether the inputs' axes turn against the coordinates of the momenta, or act through wheels.
-    pub fn inputs_turn(&self) -> bool {
-        self.torque.frame() == AxisFrame::Reference
-            || self.force.as_ref().is_some_and(|set| set.frame() == AxisFrame::Body)
+    /// The axes of the force inputs or of the torque inputs, and where these begin among all, if they turn against the
+    /// coordinates of their momenta.
+    pub fn turning(&self, forces: bool) -> Option<(&[Vector3], usize)> {
+        let turns = if forces {
+            self.force.as_ref().is_some_and(|set| set.frame() == AxisFrame::Body)
+        } else {
+            self.torque.frame() == AxisFrame::Reference
+        };
+        turns.then(|| self.channel(forces))
+    }
+
+    /// Whether nothing but the inputs acts on the body.
+    pub fn is_free(&self) -> bool {
+        self.dynamics.is_free()
     }
 
     /// Whether input j acts on component i of a state at once.
@@ -582,8 +600,13 @@ impl Model {
             column += self.by_duration(&kick, weight);
         }
         end = self.kicked(&end, &kick, inputs, weight);
-        let arc = lie::log(&drift.f);
-        Ok(Step { end, a, b: kick.inputs * weight, arc_slope: lie::right_jacobian_inverse(&arc) * turn, arc })
+        Ok(Step { end, a, b: kick.inputs * weight, arc: Arc::of(&drift.f, turn) })
+    }
+
+    /// The arc of step k alone.
+    pub fn arc(&self, stage: usize, state: &ChainState) -> Result<Arc, StepError> {
+        let (_, drift) = self.drift(stage, state)?;
+        Ok(Arc::of(&drift.f, drift.turn))
     }
 
     /// The drift of step k: the state between drift and kick, and how the relative attitude turns.
@@ -682,6 +705,14 @@ impl Model {
     /// `½ uᵀ W u`.
     pub fn effort(&self, inputs: &[f64]) -> f64 {
         objective::effort(&self.weight, inputs)
+    }
+}
+
+impl Arc {
+    /// Of a relative attitude, and how that turns.
+    fn of(f: &Matrix3, turn: Matrix3xX<f64>) -> Self {
+        let arc = lie::log(f);
+        Self { turn: arc, slope: lie::right_jacobian_inverse(&arc) * turn }
     }
 }
 

@@ -14,7 +14,7 @@
 //!
 //! and an input that pushes to one side only costs `p v` for `v ≥ 0`, with `ν ≤ p`: any slope holds it at 0.
 
-use super::model::{ChainState, Model, Step};
+use super::model::{Arc, ChainState, Model};
 use crate::lie;
 use crate::maneuver::constraint::{Direction, Rule, Side};
 use crate::maneuver::problem::Problem;
@@ -179,8 +179,8 @@ pub(crate) struct Place<'a> {
     pub state: &'a ChainState,
     pub inputs: &'a [f64],
     pub next: &'a [f64],
-    /// The step that begins here; none at the last node, whose rows ask for none.
-    pub step: Option<&'a Step>,
+    /// The arc that begins here; none at the last node, whose rows ask for none.
+    pub arc: Option<&'a Arc>,
 }
 
 impl What {
@@ -243,6 +243,21 @@ impl What {
             }
             _ => None,
         }
+    }
+
+    /// Whether it is one of an arc.
+    pub fn is_of_arc(&self) -> bool {
+        matches!(
+            self,
+            Self::RateNorm { arc: true, .. }
+                | Self::RateAxis { arc: true, .. }
+                | Self::Cone { arc: true, .. }
+        )
+    }
+
+    /// Whether it knows of the state nothing but the duration.
+    pub fn is_of_inputs(&self) -> bool {
+        self.input().is_some() || matches!(self, Self::InputNorm { .. } | Self::BurnOfNorm { .. })
     }
 
     /// Whether it is a ball.
@@ -317,14 +332,14 @@ impl What {
             }
             Self::Cone { arc, boresight, direction, sign, half_angle } => {
                 let (frame_rate, grid) = (model.dynamics.frame_rate(), &model.dynamics.grid);
-                let step = place.step.filter(|_| *arc);
-                let turns = step.filter(|_| direction.turns_with_frame);
+                let along = place.arc.filter(|_| *arc);
+                let turns = along.filter(|_| direction.turns_with_frame);
                 let pointing = BoresightArc {
                     attitude: place.state.attitude,
                     boresight: *boresight,
                     direction: direction.at(grid.after(stage), &frame_rate),
                     turn: turns.map_or_else(Vector3::zeros, |_| frame_rate * grid.step(stage)),
-                    arc: step.map_or_else(Vector3::zeros, |step| step.arc),
+                    arc: along.map_or_else(Vector3::zeros, |arc| arc.turn),
                     sign: *sign,
                 };
                 let fraction = if *arc { pointing.extremum() } else { Some(0.0) };
@@ -334,12 +349,12 @@ impl What {
                 let scale = 1.0 / half_angle.sin();
                 let mut state = DVector::zeros(model.n);
                 let mut by_zeta = state.rows_mut(model.zeta(), 3);
-                match step {
-                    Some(Step { arc, arc_slope, .. }) => {
-                        let arrived = lie::exp(&(arc * -fraction));
+                match along {
+                    Some(Arc { turn, slope: of_turn }) => {
+                        let arrived = lie::exp(&(turn * -fraction));
                         by_zeta.copy_from(&(arrived.tr_mul(&slope) * scale));
-                        let along = lie::right_jacobian(&(arc * fraction)) * fraction;
-                        state += arc_slope.tr_mul(&along.tr_mul(&slope)) * scale;
+                        let along = lie::right_jacobian(&(turn * fraction)) * fraction;
+                        state += of_turn.tr_mul(&along.tr_mul(&slope)) * scale;
                     }
                     None => by_zeta.copy_from(&(slope * scale)),
                 }
@@ -389,9 +404,9 @@ fn rate(
     place: &Place,
     arc: bool,
 ) -> (Vector3, Matrix3xX<f64>, Option<Matrix3xX<f64>>) {
-    if let Some(step) = place.step.filter(|_| arc) {
+    if let Some(arc) = place.arc.filter(|_| arc) {
         let h = model.dynamics.grid.step(stage);
-        return (step.arc / h, &step.arc_slope / h, None);
+        return (arc.turn / h, &arc.slope / h, None);
     }
     let (rate, state, inputs) = model.rate(stage, place.state, place.inputs);
     (rate, state, (model.lag(stage) > 0.0).then_some(inputs))

@@ -1,5 +1,7 @@
 //! SCP against finite differences, reference costs and the shooting.
 
+use super::curvature::{Multipliers, blocks};
+use super::iterate::Iterate;
 use super::model::{ChainState as Node, Goal};
 use super::rows::{LimitRow, Place, RowValue, What};
 use super::*;
@@ -151,14 +153,14 @@ fn the_matrices_of_a_step_are_its_derivatives() {
             let step = model.step(stage, &state, &inputs).unwrap();
             let slope = |plus: model::Step, minus: model::Step| {
                 let ends = model.difference(&plus.end, &step.end) - model.difference(&minus.end, &step.end);
-                (ends / (2.0 * STEP), (plus.arc - minus.arc) / (2.0 * STEP))
+                (ends / (2.0 * STEP), (plus.arc.turn - minus.arc.turn) / (2.0 * STEP))
             };
             for column in 0..model.n {
                 let at =
                     |by: f64| model.step(stage, &model.moved(&state, &unit(model.n, column, by)), &inputs);
                 let (end, arc) = slope(at(STEP).unwrap(), at(-STEP).unwrap());
                 assert!((end - step.a.column(column)).amax() < CLOSE, "{:?} A {column}", problem.environment);
-                assert!((arc - step.arc_slope.column(column)).amax() < CLOSE, "arc {column}");
+                assert!((arc - step.arc.slope.column(column)).amax() < CLOSE, "arc {column}");
             }
             for column in 0..model.m {
                 let at = |by: f64| model.step(stage, &state, &shifted(&inputs, column, by)).unwrap();
@@ -167,6 +169,50 @@ fn the_matrices_of_a_step_are_its_derivatives() {
             }
         }
     }
+}
+
+#[test]
+fn the_curvature_of_a_step_is_the_derivative_of_what_carries_costates_back() {
+    let mut random = Random(6);
+    let mut turned = 0;
+    for (problem, model) in chains() {
+        let rows = LimitRows::default();
+        let inputs: Vec<_> = (0..=model.steps).map(|_| random_inputs(&mut random, model.m)).collect();
+        let mut states = vec![model.opening(stretch(&model), &inputs[0]).end];
+        for stage in 0..model.steps {
+            let end = model.step(stage, &states[stage], &inputs[stage + 1]).unwrap().end;
+            states.push(end);
+        }
+        let at = Iterate { states, inputs }.evaluate(&model, &rows).unwrap();
+        let costates = (0..=model.steps).map(|_| DVector::from_fn(model.n, |_, _| random.uniform()));
+        let costates: Vec<DVector<f64>> = costates.collect();
+        let terminal = DVector::zeros(model.terminal_count());
+        let multipliers = Multipliers { costates, terminal, rows: Vec::new() };
+        let blocks = blocks(&at, &multipliers).unwrap();
+        for stage in [2, model.steps - 1] {
+            let (state, next) = (&at.iterate.states[stage], &at.iterate.inputs[stage + 1]);
+            let carried = |z: &DVector<f64>, next: &[f64]| {
+                let step = model.step(stage, &model.moved(state, z), next).unwrap();
+                step.a.tr_mul(&multipliers.costates[stage + 1])
+            };
+            let none = DVector::zeros(model.n);
+            for column in 0..model.n {
+                let along = |by: f64| carried(&unit(model.n, column, by), next);
+                let slope = (along(STEP) - along(-STEP)) / (2.0 * STEP);
+                let wrong = (slope - blocks[stage].state.column(column)).amax();
+                assert!(wrong < CLOSE, "{:?} state {column}: {wrong:.1e}", problem.environment);
+            }
+            let zero = DMatrix::zeros(model.n, model.m);
+            let by_inputs = blocks[stage].next.as_ref().unwrap_or(&zero);
+            turned += usize::from(by_inputs.amax() > 0.0);
+            for column in 0..model.m {
+                let along = |by: f64| carried(&none, &shifted(next, column, by));
+                let slope = (along(STEP) - along(-STEP)) / (2.0 * STEP);
+                assert!((slope - by_inputs.column(column)).amax() < CLOSE, "input {column}");
+            }
+        }
+    }
+    assert!(turned > 20, "{turned}");
 }
 
 /// Another duration than the stated one, where it is sought.
@@ -211,7 +257,7 @@ fn the_derivatives_of_every_row_are_those_of_its_value() {
         let value = |row: &LimitRow, z: &DVector<f64>, inputs: &[f64], next: &[f64]| {
             let moved = model.moved(&state, z);
             let step = model.step(row.stage, &moved, next).unwrap();
-            let place = Place { state: &moved, inputs, next, step: Some(&step) };
+            let place = Place { state: &moved, inputs, next, arc: Some(&step.arc) };
             row.what.at(&model, row.stage, &place).smooth()
         };
         let size = |value: &RowValue| match value {
