@@ -1,5 +1,7 @@
 //! Gaussian elimination with partial pivoting in a band: the linear systems of chains of stages.
 
+use super::widest::widest;
+
 /// A square band matrix, to be factored in place once.
 pub(crate) struct Banded {
     size: usize,
@@ -7,12 +9,14 @@ pub(crate) struct Banded {
     half: usize,
     /// Row i holds columns `i − half … i + 2 half`: room for the fill that pivoting brings.
     rows: Vec<f64>,
+    /// Past the last column of each row that is not zero: most rows end far before the band does.
+    ends: Vec<usize>,
 }
 
 impl Banded {
     /// A zero matrix with `half` diagonals on both sides.
     pub fn new(size: usize, half: usize) -> Self {
-        Self { size, half, rows: vec![0.0; size * (3 * half + 1)] }
+        Self { size, half, rows: vec![0.0; size * (3 * half + 1)], ends: (1..=size).collect() }
     }
 
     fn width(&self) -> usize {
@@ -24,10 +28,19 @@ impl Banded {
         debug_assert!(row.abs_diff(column) <= self.half);
         let width = self.width();
         self.rows[row * width + column + self.half - row] += value;
+        self.ends[row] = self.ends[row].max(column + 1);
     }
 
     /// Solves `A x = b` over `b`; `false` where the matrix is singular to working precision.
     pub fn solve(mut self, b: &mut [f64]) -> bool {
+        widest(
+            #[inline(always)]
+            || self.eliminate(b),
+        )
+    }
+
+    #[inline(always)]
+    fn eliminate(&mut self, b: &mut [f64]) -> bool {
         let (size, half, width) = (self.size, self.half, self.width());
         let largest = self.rows.iter().fold(0.0f64, |largest, value| largest.max(value.abs()));
         let negligible = largest * f64::EPSILON * 1e-4;
@@ -46,15 +59,16 @@ impl Banded {
             if !usable {
                 return false;
             }
-            let last = (k + 2 * half).min(size - 1);
-            let count = last - k + 1;
             if pivot != k {
+                let count = self.ends[k].max(self.ends[pivot]) - k;
                 let (upper, lower) = self.rows.split_at_mut(pivot * width);
                 let first = &mut upper[k * width + half..][..count];
                 let second = &mut lower[k + half - pivot..][..count];
                 first.swap_with_slice(second);
                 b.swap(k, pivot);
+                self.ends.swap(k, pivot);
             }
+            let count = self.ends[k] - k;
             let (done, rest) = self.rows.split_at_mut((k + 1) * width);
             let source = &done[k * width + half..][..count];
             let inverse = 1.0 / source[0];
@@ -66,12 +80,12 @@ impl Banded {
                         *target -= factor * source;
                     }
                     b[row] -= factor * b[k];
+                    self.ends[row] = self.ends[row].max(self.ends[k]);
                 }
             }
         }
         for k in (0..size).rev() {
-            let last = (k + 2 * half).min(size - 1);
-            let row = &self.rows[k * width + half..][..last - k + 1];
+            let row = &self.rows[k * width + half..][..self.ends[k] - k];
             let mut sum = b[k];
             for (value, x) in row[1..].iter().zip(&b[k + 1..]) {
                 sum -= value * x;
