@@ -298,7 +298,7 @@ impl Planned {
 
     /// The summary that `slew plan` prints.
     fn summary(&self) -> String {
-        summary::plan(false, &self.problem, &self.settings, &self.plan).join("\n")
+        summary::plan(false, &self.problem, &self.settings, &self.plan, &self.identity).join("\n")
     }
 }
 

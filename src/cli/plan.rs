@@ -60,7 +60,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let plan = plan::plan(&problem, &settings, guess.as_ref(), &mut Watcher(console)).map_err(refusal)?;
 
     let problem = problem.with_found_duration(&plan.solution.trajectory.time);
-    console.say(&summary::plan(console, &args.spec, &problem, &settings, &plan));
+    console.say(&summary::plan(console, &args.spec, &problem, &settings, &plan, &identity));
     interrupt::writing();
     let format = destination.format().map(|format| format.of_data().unwrap_or(formats::Format::Json));
     if plan.solution.outcome != Outcome::Converged && matches!(format, Some(formats::Format::Exchange(_))) {

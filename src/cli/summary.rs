@@ -3,6 +3,7 @@
 use super::advice::advice;
 use super::{Console, SpecArgs, Tone};
 use slewkit::files::export::Target;
+use slewkit::files::identity::Identity;
 use slewkit::files::spec::escape;
 use slewkit::maneuver::{Problem, Settings};
 use slewkit::plan::Plan;
@@ -27,8 +28,9 @@ pub fn plan(
     problem: &Problem,
     settings: &Settings,
     plan: &Plan,
+    identity: &Identity,
 ) -> String {
-    let mut lines = summary::plan(console.colour, problem, settings, plan);
+    let mut lines = summary::plan(console.colour, problem, settings, plan, identity);
     lines.extend(advice(args, problem, settings, plan).iter().map(|text| line("try", text)));
     lines.join("\n")
 }

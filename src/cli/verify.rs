@@ -41,7 +41,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     };
     let plan = PlanFile::read(input).map_err(unusable)?;
     // What the plan must achieve stands in the spec that is given, else in its own.
-    let Loaded { problem, settings, .. } = match (given, &plan.spec) {
+    let Loaded { problem, settings, identity, .. } = match (given, &plan.spec) {
         (Some(given), _) => given,
         (None, Some(held)) => spec_file::read_held(held, &args.plan, &args.reading, console)?,
         (None, None) => return Err(unusable(ExportError::NoSpec)),
@@ -58,7 +58,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     };
     let mut lines = vec![summary::headline(console, &problem.name, verdict, tone)];
     // Which limits act the witnesses see by themselves.
-    let judged = summary::Judged { problem: &problem, trajectory: &plan.trajectory.0, active: None };
+    let trajectory = &plan.trajectory.0;
+    let judged = summary::Judged { problem: &problem, identity: &identity, trajectory, active: None };
     lines.extend(summary::verified(console, &judged, &verification));
     for difference in &differences {
         let Difference { key, first, second } = difference;

@@ -45,6 +45,11 @@ impl Identity {
         named.then(|| format!("from {from} to {to}"))
     }
 
+    /// What the input of this number, forces first, is called, where it has a name.
+    pub fn input(&self, index: usize) -> Option<&str> {
+        self.inputs.get(index).map(String::as_str)
+    }
+
     /// The reference frame.
     pub fn reference_frame(&self) -> &str {
         self.reference_frame.as_deref().unwrap_or(Self::REFERENCE_FRAME)

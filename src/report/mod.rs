@@ -116,8 +116,8 @@ impl<'a> Subject<'a> {
 
     /// What the input of this number, forces first, is called: its name in the spec, or its number among its kind.
     fn input_name(&self, index: usize) -> String {
-        if let Some(name) = self.identity.inputs.get(index) {
-            return name.clone();
+        if let Some(name) = self.identity.input(index) {
+            return name.into();
         }
         let actuation = &self.problem.actuation;
         let forces = actuation.first_torque();

@@ -1,5 +1,6 @@
 //! What is told of a plan in words: the summary of `slew plan` and `slew verify`, line by line.
 
+use crate::files::identity::Identity;
 use crate::files::spec::escape;
 use crate::maneuver::{
     ActiveConstraint, Method, Motion, Objective, Outcome, Path, Problem, Pulses, Rung, RungReport, Scheme,
@@ -81,10 +82,16 @@ pub fn headline(colour: bool, name: &str, verdict: &str, tone: Tone) -> String {
 }
 
 /// The summary of a plan, solved or not: headline and lines.
-pub fn plan(colour: bool, problem: &Problem, settings: &Settings, plan: &Plan) -> Vec<String> {
+pub fn plan(
+    colour: bool,
+    problem: &Problem,
+    settings: &Settings,
+    plan: &Plan,
+    identity: &Identity,
+) -> Vec<String> {
     let (verdict, tone) = verdict(plan);
     let mut lines = vec![headline(colour, &problem.name, verdict, tone)];
-    lines.extend(told(colour, problem, settings, plan));
+    lines.extend(told(colour, problem, settings, plan, identity));
     lines
 }
 
@@ -108,7 +115,13 @@ pub fn verdict(plan: &Plan) -> (&'static str, Tone) {
 }
 
 /// The lines of a summary below its headline, but for what to try next.
-pub fn told(colour: bool, problem: &Problem, settings: &Settings, plan: &Plan) -> Vec<String> {
+pub fn told(
+    colour: bool,
+    problem: &Problem,
+    settings: &Settings,
+    plan: &Plan,
+    identity: &Identity,
+) -> Vec<String> {
     let solution = &plan.solution;
     let mut lines = Vec::new();
     // What is proved infeasible was not searched for.
@@ -116,7 +129,7 @@ pub fn told(colour: bool, problem: &Problem, settings: &Settings, plan: &Plan) -
         lines.line("method", method(problem, solution));
     }
     if solution.outcome == Outcome::Converged {
-        lines.extend(found(problem, solution));
+        lines.extend(found(problem, solution, identity));
     } else {
         lines.line("stopped", stopped(solution));
         if let Some(proof) = &solution.infeasible {
@@ -128,7 +141,8 @@ pub fn told(colour: bool, problem: &Problem, settings: &Settings, plan: &Plan) -
         }
     }
     if let Some(verification) = &plan.verification {
-        let judged = Judged { problem, trajectory: &solution.trajectory, active: Some(&solution.active) };
+        let (trajectory, active) = (&solution.trajectory, Some(&solution.active[..]));
+        let judged = Judged { problem, identity, trajectory, active };
         lines.extend(verified(colour, &judged, verification));
     }
     if let Some(verification) = plan.verification.as_ref().filter(|_| solution.outcome == Outcome::Converged)
@@ -183,7 +197,7 @@ fn method(problem: &Problem, solution: &Solution) -> String {
 }
 
 /// What a converged solve found.
-fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
+fn found(problem: &Problem, solution: &Solution, identity: &Identity) -> Vec<String> {
     let unit = match problem.motion {
         Motion::Attitude => "  N²·m²·s",
         // Forces and torques add up in the unit that the user's weights give them.
@@ -192,7 +206,7 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
     let mut lines =
         vec![line("path", &format!("{}, turned {:.1} deg", way(solution.sense), solution.turned_deg))];
     match &solution.switching {
-        Some(switching) => lines.extend(switched(problem, solution, switching)),
+        Some(switching) => lines.extend(switched(problem, solution, switching, identity)),
         None if problem.objective == Objective::Time => {
             let duration = significant(solution.duration(problem), 9);
             lines.line("duration", format!("{duration} s, {}", minimal(solution)));
@@ -273,7 +287,12 @@ fn found(problem: &Problem, solution: &Solution) -> Vec<String> {
 }
 
 /// Duration or fuel, arcs and certificate of a plan whose inputs switch.
-fn switched(problem: &Problem, solution: &Solution, switching: &Switching) -> Vec<String> {
+fn switched(
+    problem: &Problem,
+    solution: &Solution,
+    switching: &Switching,
+    identity: &Identity,
+) -> Vec<String> {
     let figure = |value: f64| significant(value, 9);
     let mut lines = Vec::new();
     let fuel = problem.objective.fuel();
@@ -299,11 +318,14 @@ fn switched(problem: &Problem, solution: &Solution, switching: &Switching) -> Ve
             format!("{}{with_time} on the grid, {} in continuous time", figure(found), figure(continuous));
         lines.line("fuel", told);
     }
-    let inputs: Vec<String> = switching.singular_inputs.iter().map(|input| (input + 1).to_string()).collect();
+    let inputs = &switching.singular_inputs;
+    let named: Vec<String> = inputs.iter().filter_map(|input| identity.input(*input)).map(escape).collect();
+    let numbers: Vec<String> = inputs.iter().map(|input| (input + 1).to_string()).collect();
     let which = match inputs.len() {
         0 => "an input".into(),
-        1 => format!("input {}", inputs[0]),
-        _ => format!("inputs {}", inputs.join(", ")),
+        count if named.len() == count => named.join(", "),
+        1 => format!("input {}", numbers[0]),
+        _ => format!("inputs {}", numbers.join(", ")),
     };
     let arcs = match switching.structure {
         Structure::Norm => "the torque has its full norm all the time, and turns".into(),
@@ -447,6 +469,8 @@ fn terminal(terminal: &TerminalError) -> String {
 pub struct Judged<'a> {
     /// The maneuver.
     pub problem: &'a Problem,
+    /// What its inputs are called.
+    pub identity: &'a Identity,
     /// The plan.
     pub trajectory: &'a Trajectory,
     /// What the solver says acts, where it may speak.
@@ -548,7 +572,9 @@ fn margin(colour: bool, judged: &Judged, margin: &Margin) -> String {
     let value = if margin.scaled.abs() <= Margin::ROUND_OFF { 0.0 } else { margin.margin };
     let steps = margin.time_s / judged.problem.step();
     let between = if (steps - steps.round()).abs() > 1e-6 { ", between nodes" } else { "" };
-    let at = if margin.at.is_empty() { String::new() } else { format!(", {}", escape(&margin.at)) };
+    let name = margin.input(judged.problem).and_then(|input| judged.identity.input(input));
+    let at = name.unwrap_or(&margin.at);
+    let at = if at.is_empty() { String::new() } else { format!(", {}", escape(at)) };
     let (value, time) = (significant(value, 3), significant(margin.time_s, 4));
     // Where the limit acts the continuous motion oversteps it by the error of the discretisation.
     let noticed = -Margin::ROUND_OFF.to_degrees();

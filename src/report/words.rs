@@ -221,14 +221,7 @@ fn margins(subject: &Subject, found: &Verification) -> Table {
 
 /// Of what a margin is: an input by its name, where the spec gives it one.
 fn named(subject: &Subject, margin: &Margin) -> String {
-    let number =
-        ["wheel ", "input "].iter().find_map(|kind| margin.at.strip_prefix(kind)?.parse::<usize>().ok());
-    let limits = || subject.problem.actuation.limits();
-    let limit = limits().find(|limit| limit.name == margin.name);
-    match (number, limit) {
-        (Some(number), Some(limit)) => subject.input_name(limit.first + number - 1),
-        _ => margin.at.clone(),
-    }
+    margin.input(subject.problem).map_or_else(|| margin.at.clone(), |input| subject.input_name(input))
 }
 
 fn checks(found: &Verification) -> Table {

@@ -47,6 +47,14 @@ impl Margin {
         self.scaled >= -Self::ROUND_OFF
     }
 
+    /// The number of the input that it is of, forces first, where it is of one.
+    pub fn input(&self, problem: &Problem) -> Option<usize> {
+        let number = ["wheel ", "input "].iter().find_map(|kind| self.at.strip_prefix(kind))?;
+        let index = number.parse::<usize>().ok()?.checked_sub(1)?;
+        let limit = problem.actuation.limits().find(|limit| limit.name == self.name)?;
+        limit.first.checked_add(index)
+    }
+
     /// What a limit may be missed by, scaled, and still counts as held.
     pub const ROUND_OFF: f64 = 1e-9;
 }

@@ -364,15 +364,18 @@ fn a_plan_that_is_not_found_names_what_could_do() {
 #[test]
 fn wheels_show_in_summary_and_tables() {
     let folder = Folder::new();
-    let wheels = "actuators.wheel=[{ axis_body = [1, 0, 0], momentum_limit_n_m_s = 5, momentum_n_m_s = 0.5 }, { axis_body = [0, 1, 0] }, { axis_body = [0, 0, 1] }]";
+    let wheels = "actuators.wheel=[{ name = \"roll\", axis_body = [1, 0, 0], momentum_limit_n_m_s = 5, momentum_n_m_s = 0.5 }, { axis_body = [0, 1, 0] }, { axis_body = [0, 0, 1] }]";
     let plan = |more: &[&str]| folder.slew(&[&["plan", "spec.toml", "--set", wheels], more].concat());
     let run = plan(&["-o", "plan.json"]).ends(0).tells("peak wheel momentum ");
-    run.tells("wheel momentum limit  margin ");
+    let named = |line: &str| line.contains("wheel momentum limit  margin ") && line.ends_with(", roll");
+    assert!(run.stderr.lines().any(named), "{}", run.stderr);
+    let told = folder.slew(&["verify", "plan.json"]).ends(0);
+    assert!(told.stderr.lines().any(named), "{}", told.stderr);
     let json = folder.json("plan.json");
     assert_eq!(json["trajectory"]["wheel_momentum_n_m_s"][0], serde_json::json!([0.5, 0.0, 0.0]));
     assert_eq!(json["trajectory"]["wheel_momentum_n_m_s"].as_array().unwrap().len(), 101);
     let table = plan(&["-q", "--format", "csv"]).ends(0);
-    assert!(table.stdout.lines().next().unwrap().contains("wheel_momentum_3_n_m_s"));
+    assert!(table.stdout.lines().next().unwrap().contains("wheel_momentum_wheel 3_n_m_s"));
     folder.slew(&["verify", "plan.json", "--spec", "spec.toml", "--set", wheels]).ends(0);
     let run = folder.slew(&["verify", "plan.json", "--spec", "spec.toml"]);
     run.ends(7).tells("E0103").tells("wheel_momentum_n_m_s");
