@@ -88,9 +88,10 @@ impl<const N: usize> Search<'_, '_, N> {
         {
             self.descend(&coarse, seed);
         }
+        // Without what its wheels store a body moves otherwise: those costs bound nothing, and the best plan may lie near none
+        // of those paths.
+        let bounds = problem.actuation.stored_momentum() == Vector3::zeros();
         for (cost, seed) in seeds {
-            // Without what its wheels store a body moves otherwise: that cost bounds nothing.
-            let bounds = problem.actuation.stored_momentum() == Vector3::zeros();
             let hopeless = bounds && self.found.iter().any(|found| found.cost < cost);
             if hopeless || self.stopped() {
                 continue;
@@ -99,18 +100,20 @@ impl<const N: usize> Search<'_, '_, N> {
                 self.descend(&coarse, seed);
             }
         }
-        if self.context.settings.search == Thoroughness::Thorough {
-            self.scp_from_paths(&relaxed, &coarse);
+        match self.context.settings.search {
+            Thoroughness::Thorough => self.scp_from_paths(Starts::all(), &relaxed, &coarse),
+            Thoroughness::Default if !bounds => self.scp_from_paths(Starts::bent_ways(), &relaxed, &coarse),
+            Thoroughness::Default | Thoroughness::Quick => {}
         }
         self.carry(&coarse);
     }
 
     /// SCP from the paths that descents of the relaxed maneuver start from, bent and random ones among them: optima within
     /// limits need not lie near any extremal without them.
-    fn scp_from_paths(&mut self, relaxed: &Problem, coarse: &Chain) {
+    fn scp_from_paths(&mut self, starts: Starts, relaxed: &Problem, coarse: &Chain) {
         let grid = &coarse.model.dynamics.grid;
         let bvp = BoundaryValueProblem::<N>::new(relaxed, coarse.model.steps);
-        for start in Starts::all().paths(&bvp) {
+        for start in starts.paths(&bvp) {
             let seed = path(&start.provenance.start, grid, start.states.iter().map(Point::pose));
             for seed in detours(self.problem, &coarse.model.dynamics.frame_rate(), seed) {
                 if self.stopped() {

@@ -32,6 +32,8 @@ pub(super) struct Starts {
     slowed: bool,
     /// Humps of bent paths \[rad\].
     bent: Vec<f64>,
+    /// Whether they are bent off the short way alone.
+    short_only: bool,
     random: usize,
     /// Hops from minimum to minimum that may lead to none that counts before the search ends.
     pub hops: usize,
@@ -82,10 +84,16 @@ impl Starts {
             coasting: vec![0, -1, 1],
             slowed: true,
             bent: vec![2.0, 1.0],
+            short_only: false,
             random: RANDOM,
             given: None,
             hops: 0,
         }
+    }
+
+    /// Paths bent off the short way alone.
+    pub fn bent_ways() -> Self {
+        Self { bent: vec![1.0], short_only: true, ..Self::default() }
     }
 
     /// The paths: likely ones first, then the others of all families in turn, since a search may end before the last.
@@ -95,7 +103,7 @@ impl Starts {
         out.extend(paths::smooth_ways(bvp, &self.smooth));
         out.extend(paths::coasting(bvp, &self.coasting).unwrap_or_default());
         let slowed = if self.slowed { paths::slowed(bvp) } else { Vec::new() };
-        let bent = self.bent.iter().flat_map(|by| paths::bent(bvp, *by)).collect();
+        let bent = self.bent.iter().flat_map(|by| paths::bent(bvp, *by, self.short_only)).collect();
         let random = paths::random(bvp, self.random).collect();
         out.extend(in_turn([slowed, bent, random]));
         out
