@@ -100,6 +100,20 @@ fn more_time_never_costs_more_fuel_and_a_price_of_time_finds_its_trade() {
 }
 
 #[test]
+fn moves_along_a_bend_are_corrected_and_few() {
+    // A pendulum's field bends the dynamics along a move, and the merit function sees it: what a move takes away of the
+    // duration the defects that it ends with give back. Uncorrected, moves shrink, and the way takes ten times as many.
+    let field = UniformGravity::new(MASS, 9.81, Vector3::z(), Vector3::new(0.02, 0.1, 0.1)).unwrap();
+    let start = State::at_rest(lie::exp(&Vector3::new(0.3, 0.2, 0.1)));
+    let end = State::at_rest(start.attitude * lie::exp(&Vector3::new(0.9, 0.1, 0.2)));
+    let mut pendulum = Problem::attitude(body([2.0, 1.6, 1.1]), start, end, f64::NAN).with_environment(field);
+    pendulum.actuation.torque = pendulum.actuation.torque.with_limits(each(7.5)).unwrap();
+    let found = solved(&pendulum.with_steps(24).with_objective(Objective::Time));
+    let subproblems = found.solution.convex.expect("planned by SCP").all_subproblems;
+    assert!(subproblems <= 30, "{subproblems} subproblems");
+}
+
+#[test]
 fn in_a_field_that_pulls_hardly_the_fuel_is_that_of_a_free_body() {
     // Of a body on equal steps: with a limit of how fast torques change that never acts.
     let free = {
