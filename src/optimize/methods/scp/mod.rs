@@ -18,6 +18,7 @@ pub(crate) mod road;
 pub(crate) mod rows;
 pub(crate) mod second_order;
 mod subproblem;
+mod within;
 
 use crate::maneuver::solution::Outcome;
 use crate::optimize::methods::driver::{self, Iteration};
@@ -27,7 +28,7 @@ use curvature::{blocks, convexified};
 use iterate::{Evaluated, Iterate};
 use model::Model;
 use nalgebra::{DMatrix, DVector};
-use polish::{Polished, polish};
+use polish::{FreeRamps, Polished, Told, polish};
 use rows::{LimitRows, What};
 use subproblem::{Failure, Move, Subproblem, Weights};
 
@@ -43,6 +44,10 @@ const CORRECTED: f64 = 0.5;
 const VIOLATED: f64 = 1e-6;
 /// Highest price of a unit of defect or violation; costs are of order ten.
 const DEAREST: f64 = 1e5;
+/// Rounds after which Newton from the inputs that costates ask for gives up.
+const ROUNDS: usize = 12;
+/// Residuals of two rounds that differ by less, relative, are those of a round that repeats itself.
+const SAME_ROUND: f64 = 1e-6;
 /// A promised decrease below this share of what the violation costs is none.
 const FUTILE: f64 = 1e-2;
 
@@ -130,8 +135,12 @@ pub(crate) fn polished_only(
     options: &ScpOptions,
     watch: &Watch,
 ) -> Option<Convex> {
-    let (start, multipliers) = saturated(model, rows, start, multipliers)?;
-    let polished = polish(model, rows, &start, &multipliers, options, false, watch)?;
+    let changes = rows.rows.iter().any(|row| matches!(row.what, What::InputRate { .. }));
+    let polished = match within::optimal_inputs(model, rows, start, multipliers) {
+        Some(first) if changes => in_rounds(model, rows, first, options, watch),
+        Some((start, known)) => polish(model, rows, &start, &known, options, Told::Roughly, watch),
+        None => polish(model, rows, start, multipliers, options, Told::Roughly, watch),
+    }?;
     Some(Convex {
         outcome: Outcome::Converged,
         iterate: polished.iterate.clone(),
@@ -145,42 +154,31 @@ pub(crate) fn polished_only(
     })
 }
 
-/// Inputs that are optimal for the costates within their sizes, `u = clamp(−(κW)⁻¹Bᵀλ)`, and multipliers of these
-/// limits; where the weight is diagonal and nothing else limits the inputs of a stage.
-fn saturated(
+/// Newton from the inputs that the costates ask for within their limits, again and again: a step from there brings the costates
+/// nearer, and with them the rows that act. The sets of rows of how fast inputs change that Newton itself comes to contradict each
+/// other as soon as a ramp is a row too long.
+fn in_rounds(
     model: &Model,
     rows: &LimitRows,
-    start: &Iterate,
-    multipliers: &Multipliers,
-) -> Option<(Iterate, Multipliers)> {
-    let (mut start, mut multipliers) = (start.clone(), multipliers.clone());
-    if model.duration.is_some() || !rows.kinks.is_empty() {
-        return Some((start, multipliers));
-    }
-    let others = |what: &What| matches!(what, What::InputRate { .. } | What::InputNorm { .. });
-    let diagonal = DMatrix::from_diagonal(&model.weight.diagonal()) == model.weight;
-    if !diagonal || rows.rows.iter().any(|row| others(&row.what)) {
-        return Some((start, multipliers));
-    }
-    let evaluated = start.evaluate(model, rows).ok()?;
-    for stage in model.first_input()..=model.steps {
-        let pull = evaluated.input_slope(stage).tr_mul(&multipliers.costates[stage]);
-        let weight = model.kick_weight(stage);
-        for (index, input) in start.inputs[stage].iter_mut().enumerate() {
-            *input = -pull[index] / (weight * model.weight[(index, index)]);
+    first: (Iterate, Multipliers),
+    options: &ScpOptions,
+    watch: &Watch,
+) -> Option<Polished> {
+    let (mut start, mut last) = (first, f64::INFINITY);
+    for _ in 0..ROUNDS {
+        let polished = polish(model, rows, &start.0, &start.1, options, Told::Exactly, watch);
+        if polished.is_some() || watch.stopped() {
+            return polished;
         }
-    }
-    for (row, multiplier) in rows.rows.iter().zip(&mut multipliers.rows) {
-        let What::InputSize { input, sign, limit } = row.what else { continue };
-        let value = &mut start.inputs[row.stage][input];
-        let over = sign * *value - limit;
-        *multiplier = 0.0;
-        if over > 0.0 {
-            *value = sign * limit;
-            *multiplier = over * model.kick_weight(row.stage) * model.weight[(input, input)] * limit;
+        let free = FreeRamps::of(model, rows, &start, options)?;
+        if (free.residual() / last - 1.0).abs() < SAME_ROUND {
+            return free.decided(watch);
         }
+        last = free.residual();
+        let (iterate, multipliers) = free.step()?;
+        start = within::optimal_inputs(model, rows, &iterate, &multipliers)?;
     }
-    Some((start, multipliers))
+    None
 }
 
 /// The iteration.
@@ -369,7 +367,8 @@ impl<'a> Scp<'a> {
     fn try_polish(&mut self, settled: bool) {
         let (at, Some(multipliers)) = (&self.at, &self.multipliers) else { return };
         let (options, watch) = (self.options, self.watch);
-        let polished = polish(at.model, at.limits, &at.iterate, multipliers, options, settled, watch);
+        let told = if settled { Told::Settled } else { Told::Roughly };
+        let polished = polish(at.model, at.limits, &at.iterate, multipliers, options, told, watch);
         // Newton may run to a costlier stationary point; the convex iteration knows better.
         let slack = 0.02 * at.cost.abs() + self.weights.defect * at.infeasibility();
         self.polished = polished.filter(|polished| polished.cost <= at.cost + slack);

@@ -260,6 +260,11 @@ impl What {
         self.input().is_some() || matches!(self, Self::InputNorm { .. } | Self::BurnOfNorm { .. })
     }
 
+    /// Whether it bounds the size of one input, or how fast that changes.
+    pub fn is_of_one_input(&self) -> bool {
+        matches!(self, Self::InputSize { .. } | Self::InputRate { .. })
+    }
+
     /// Whether it is a ball.
     pub fn is_ball(&self) -> bool {
         matches!(self, Self::InputNorm { .. } | Self::RateNorm { .. })

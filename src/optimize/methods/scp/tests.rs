@@ -442,9 +442,9 @@ fn rows_that_contradict_each_other_are_sorted_out() {
         }
         let options = ScpOptions::default();
         let polished =
-            |settled| polish(&model, &rows, &solved.iterate, &multipliers, &options, settled, &Watch::NONE);
-        assert!(polished(false).is_none(), "{longer} rows say nothing of the wide proximal term");
-        let found = polished(true).expect("sorted out");
+            |told| polish(&model, &rows, &solved.iterate, &multipliers, &options, told, &Watch::NONE);
+        assert!(polished(Told::Roughly).is_none(), "{longer} rows say nothing of the wide proximal term");
+        let found = polished(Told::Settled).expect("sorted out");
         assert!(found.residual < 1e-12 && (found.cost - solved.cost).abs() < 1e-12 * solved.cost);
     }
 }

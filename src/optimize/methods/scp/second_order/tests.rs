@@ -12,7 +12,7 @@ use crate::mechanics::environment::UniformGravity;
 use crate::optimize::methods::method::Watch;
 use crate::optimize::methods::scp::iterate::Iterate;
 use crate::optimize::methods::scp::model::Model;
-use crate::optimize::methods::scp::polish::polish;
+use crate::optimize::methods::scp::polish::{Told, polish};
 use crate::optimize::methods::scp::rows::{LimitRows, RowValue};
 use crate::optimize::methods::scp::{ScpOptions, first_iterate, run};
 use crate::optimize::search::{Silent, solve, solve_convex};
@@ -279,7 +279,7 @@ fn descents_are_those_of_the_cost_along_curves_that_keep_what_acts() {
                             &unlimited.iterate,
                             &multipliers,
                             &options,
-                            false,
+                            Told::Roughly,
                             &Watch::NONE,
                         )?;
                         Some((problem, polished))
