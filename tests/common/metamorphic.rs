@@ -297,8 +297,8 @@ fn backwards(planned: &Planned, _: &mut Random) -> Option<Related> {
         // About one axis in body and space: the same vector at both ends.
         Path::AsGiven(turn) => Path::AsGiven(-turn),
         Path::Best => Path::Best,
-        // The senses of moving ends are counted from a drift that differs.
-        path if is_still(problem) => *path,
+        // Senses are counted from the motion without inputs, which is another one backwards where ends move or a field acts.
+        path if is_free_slew(problem) => *path,
         _ => return None,
     };
     for Constraint { rule, .. } in &mut reversed.constraints {
