@@ -131,12 +131,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 fn start(slew: &Path, folder: &Path, args: &[&str]) -> std::io::Result<Child> {
     let mut command = Command::new(slew);
     command.args(args).current_dir(folder).stdin(Stdio::null());
-    command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn()
+    command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn()
 }
 
-/// Reads all that a process prints; its CPU time at the first of it.
+/// Reads all that a process says, which it does on stderr; its CPU time at the first of it.
 fn watched(child: &mut Child) -> JoinHandle<Option<f64>> {
-    let (id, output) = (child.id(), child.stdout.take());
+    let (id, output) = (child.id(), child.stderr.take());
     thread::spawn(move || {
         let mut output = output?;
         let first = output.read(&mut [0]).ok().filter(|count| *count > 0).and_then(|_| cpu_seconds(id));

@@ -7,6 +7,7 @@ use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
+use tempfile::NamedTempFile;
 use thiserror::Error;
 
 /// Why an output file is refused or failed. Nothing is left half-written.
@@ -188,8 +189,8 @@ impl Target {
             builder.permissions(fs::Permissions::from_mode(0o666));
         }
         sweep(&self.folder);
-        let mut temporary = builder.tempfile_in(&self.folder).map_err(create)?;
-        let _listed = Listed::new(temporary.path());
+        let (_listed, mut temporary) =
+            Listed::new(&TEMPORARY, || builder.tempfile_in(&self.folder)).map_err(create)?;
         let mut buffer = BufWriter::new(temporary.as_file_mut());
         content(&mut buffer).map_err(|error| match error {
             ExportError::Io(reason) => write(reason).into(),
@@ -244,30 +245,51 @@ fn sweep(folder: &Path) {
     }
 }
 
-/// The temporary files of this process.
-static TEMPORARY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+/// Paths of files.
+type List = Mutex<Vec<PathBuf>>;
 
-/// Removes the temporary files of all outputs that are being written: for a program that ends without unwinding.
+/// The temporary files of this process.
+static TEMPORARY: List = Mutex::new(Vec::new());
+
+/// Removes the temporary files of all outputs that are being written, and lets none be made any more: for a program that ends
+/// now, without unwinding.
 pub fn remove_temporaries() {
-    for path in TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner).iter() {
+    remove_all(&TEMPORARY);
+}
+
+fn remove_all(list: &List) {
+    let listed = list.lock().unwrap_or_else(PoisonError::into_inner);
+    for path in listed.iter() {
         // One that is gone is what was wanted.
         let _ = fs::remove_file(path);
     }
+    // Never unlocked: until the program has ended another thread may come to write.
+    std::mem::forget(listed);
 }
 
 /// A path that is in the list for as long as this lives.
-struct Listed(PathBuf);
+struct Listed<'a> {
+    path: PathBuf,
+    list: &'a List,
+}
 
-impl Listed {
-    fn new(path: &Path) -> Self {
-        TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner).push(path.into());
-        Self(path.into())
+impl<'a> Listed<'a> {
+    /// Makes a file, and lists it before anybody can ask what there is.
+    fn new(
+        list: &'a List,
+        make: impl FnOnce() -> std::io::Result<NamedTempFile>,
+    ) -> std::io::Result<(Self, NamedTempFile)> {
+        let mut listed = list.lock().unwrap_or_else(PoisonError::into_inner);
+        let file = make()?;
+        let path = file.path().to_path_buf();
+        listed.push(path.clone());
+        Ok((Self { path, list }, file))
     }
 }
 
-impl Drop for Listed {
+impl Drop for Listed<'_> {
     fn drop(&mut self) {
-        TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner).retain(|path| *path != self.0);
+        self.list.lock().unwrap_or_else(PoisonError::into_inner).retain(|path| *path != self.path);
     }
 }
 
@@ -298,4 +320,27 @@ fn unusable_name(path: &Path) -> Option<&'static str> {
 
 fn shown(path: &Path) -> String {
     escape(&path.to_string_lossy())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_temporary_file_is_removed_however_early_the_program_ends_and_none_is_made_after() {
+        let folder = tempfile::tempdir().unwrap();
+        let list = List::default();
+        let (listed, file) = Listed::new(&list, || {
+            let file = tempfile::Builder::new().tempfile_in(folder.path());
+            // Who ends the program now waits until the file is listed.
+            assert!(list.try_lock().is_err());
+            file
+        })
+        .unwrap();
+        remove_all(&list);
+        assert!(!file.path().exists());
+        // Another thread that comes to write would wait here for the end.
+        assert!(list.try_lock().is_err());
+        std::mem::forget(listed);
+    }
 }
