@@ -123,6 +123,9 @@ impl<const N: usize> Search<'_, '_, N> {
         for fraction in [1.0, 0.3] {
             let steps = self.coarse.dynamics.grid.steps();
             let turns: Vec<i32> = self.turns.iter().copied().filter(|turns| !self.arrived(*turns)).collect();
+            if turns.is_empty() {
+                return;
+            }
             match starts::ballistic(&self.coarse, &turns, fraction) {
                 Ok(starts) => {
                     for start in starts {

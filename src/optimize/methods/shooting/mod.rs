@@ -8,8 +8,9 @@ use super::method::{Attempt, Budget, Method};
 use crate::maneuver::solution::Outcome;
 use crate::numerics::factor::Factor;
 use crate::optimize::candidate::Candidate;
-use crate::optimize::sweep::BoundaryValueProblem;
-use nalgebra::DMatrix;
+use crate::optimize::step::StepError;
+use crate::optimize::sweep::{BoundaryValueProblem, End};
+use nalgebra::{DMatrix, SVector};
 use newton::{Newton, outcome_of};
 
 /// Residual at which an intermediate grid counts as solved.
@@ -25,12 +26,14 @@ pub(crate) struct Shooting<'a, const N: usize> {
     derive: bool,
     /// A factor of `Ψ₁₂` from elsewhere.
     factor: Option<Factor<N>>,
+    /// Where the sweep of the candidate ends, if that is known.
+    end: Option<End<N>>,
 }
 
 impl<'a, const N: usize> Shooting<'a, N> {
     /// To the tolerance.
     pub fn new(bvp: &'a BoundaryValueProblem<'a, N>, tolerance: f64) -> Self {
-        Self { bvp, tolerance, polish: None, derive: false, factor: None }
+        Self { bvp, tolerance, polish: None, derive: false, factor: None, end: None }
     }
 
     /// On a grid that is not the requested one, to the residual `polish` where that is cheap.
@@ -44,11 +47,26 @@ impl<'a, const N: usize> Shooting<'a, N> {
     pub fn with_factor(self, factor: Factor<N>) -> Self {
         Self { factor: Some(factor), ..self }
     }
+
+    /// The same from a candidate whose sweep has been made.
+    pub fn swept(self, end: Option<End<N>>) -> Self {
+        Self { end, ..self }
+    }
+
+    /// The iteration at its start. Without a factor its first step takes `Ψ₁₂`: where the last takes it as well, one sweep
+    /// gives both.
+    fn begun(&self, costate: SVector<f64, N>) -> Result<Newton<'a, N>, StepError> {
+        match (self.end, &self.factor) {
+            (Some(end), factor) => Ok(Newton::at(self.bvp, self.tolerance, costate, end, factor.clone())),
+            (None, None) if self.derive => Newton::derived(self.bvp, self.tolerance, costate),
+            (None, factor) => Newton::new(self.bvp, self.tolerance, costate, factor.clone()),
+        }
+    }
 }
 
 impl<const N: usize> Method for Shooting<'_, N> {
     fn improve(&self, candidate: Candidate, budget: &Budget) -> Attempt {
-        let newton = match Newton::new(self.bvp, self.tolerance, candidate.costate(), self.factor.clone()) {
+        let newton = match self.begun(candidate.costate()) {
             Ok(newton) => newton,
             Err(error) => return Attempt::failed(candidate, outcome_of(error)),
         };
@@ -59,8 +77,8 @@ impl<const N: usize> Method for Shooting<'_, N> {
         let (newton, mut report) = run(newton, budget.iterations, budget.watch.interrupt);
         let mut candidate = candidate.with_costate(&newton.costate);
         if self.derive && report.outcome == Outcome::Converged {
-            match self.bvp.sweep_linearized(&newton.costate) {
-                Ok((_, psi)) => {
+            match newton.sensitivity() {
+                Ok(psi) => {
                     candidate.sensitivity = Some(DMatrix::from_column_slice(N, N, psi.as_slice()));
                 }
                 Err(error) => report.outcome = outcome_of(error),

@@ -65,9 +65,42 @@ impl<'a, const N: usize> Newton<'a, N> {
             Err(StepError::Stopped) if bvp.is_kept_after_stop() => bvp.undisturbed().sweep(&costate)?,
             swept => swept?,
         };
+        Ok(Self::at(bvp, tolerance, costate, end, factor))
+    }
+
+    /// Starts at `costate`, with the `Ψ₁₂` that belongs to it.
+    pub fn derived(
+        bvp: &'a BoundaryValueProblem<'a, N>,
+        tolerance: f64,
+        costate: SVector<f64, N>,
+    ) -> Result<Self, StepError> {
+        let (end, psi) = match bvp.sweep_linearized(&costate) {
+            Err(StepError::Stopped) => return Self::new(bvp, tolerance, costate, None),
+            swept => swept?,
+        };
+        let factor = Some(Factor::new(&psi));
+        Ok(Self { psi: Some(psi), ..Self::at(bvp, tolerance, costate, end, factor) })
+    }
+
+    /// Starts at `costate`, whose sweep is known to end at `end`.
+    pub fn at(
+        bvp: &'a BoundaryValueProblem<'a, N>,
+        tolerance: f64,
+        costate: SVector<f64, N>,
+        end: End<N>,
+        factor: Option<Factor<N>>,
+    ) -> Self {
         let (tolerance, enough) = (ACCEPT * tolerance, POLISH * tolerance);
         let recent = [f64::INFINITY; PATIENCE];
-        Ok(Self { bvp, tolerance, enough, costate, end, factor, psi: None, recent })
+        Self { bvp, tolerance, enough, costate, end, factor, psi: None, recent }
+    }
+
+    /// `Ψ₁₂` of the present iterate.
+    pub fn sensitivity(&self) -> Result<SMatrix<f64, N, N>, StepError> {
+        match &self.psi {
+            Some(psi) => Ok(*psi),
+            None => self.bvp.sweep_linearized(&self.costate).map(|(_, psi)| psi),
+        }
     }
 
     /// The same, polished to `enough` as long as every step with the factor at hand gains a digit.

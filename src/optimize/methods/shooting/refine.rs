@@ -12,7 +12,7 @@ use crate::numerics::factor::Factor;
 use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Attempt, Budget, Method};
-use crate::optimize::sweep::BoundaryValueProblem;
+use crate::optimize::sweep::{BoundaryValueProblem, End};
 use nalgebra::{SMatrix, SVector};
 
 /// Residual from which one chord step with an extrapolated factor reaches the polish unseen.
@@ -62,10 +62,14 @@ impl<const N: usize> Method for CoarseToFine<'_, N> {
             let (predicted, factor) = extrapolate(&grids, &bvp.dynamics.grid);
             // Two sensitivities extrapolate well enough for all finer grids.
             let derive = grids.len() < 2;
-            let corrected = if derive { None } else { correct(&bvp, &predicted, &factor) };
-            let attempt = corrected.unwrap_or_else(|| {
-                Shooting::on_coarse_grid(&bvp, derive, polish).with_factor(factor).improve(predicted, budget)
-            });
+            let swept = if derive { None } else { bvp.sweep(&predicted.costate()).ok() };
+            let attempt = match swept {
+                Some(end) if end.error.amax() <= PREDICTED => corrected(predicted, &end, &factor),
+                _ => {
+                    let shooting = Shooting::on_coarse_grid(&bvp, derive, polish);
+                    shooting.with_factor(factor).swept(swept).improve(predicted, budget)
+                }
+            };
             let converged = attempt.converged();
             runs.extend(attempt.runs);
             if !converged {
@@ -85,22 +89,11 @@ impl<const N: usize> Method for CoarseToFine<'_, N> {
     }
 }
 
-/// One chord step on a grid that coarser ones have predicted: the next residual is round-off and not
-/// looked at. `None` where the prediction is not that good.
-fn correct<const N: usize>(
-    bvp: &BoundaryValueProblem<N>,
-    predicted: &Candidate,
-    factor: &Factor<N>,
-) -> Option<Attempt> {
-    let costate = predicted.costate();
-    let end = bvp.sweep(&costate).ok()?;
-    let residual = end.error.amax();
-    if residual > PREDICTED {
-        return None;
-    }
-    let corrected = predicted.clone().with_costate(&(costate - factor.solve(&end.error)));
-    let report = Report { outcome: Outcome::Converged, iterations: 1, residuals: vec![residual] };
-    Some(Attempt::of(corrected, report))
+/// One chord step from where the sweep of a prediction ends: the next residual is round-off and not looked at.
+fn corrected<const N: usize>(predicted: Candidate, end: &End<N>, factor: &Factor<N>) -> Attempt {
+    let costate = predicted.costate() - factor.solve(&end.error);
+    let (outcome, residuals) = (Outcome::Converged, vec![end.error.amax()]);
+    Attempt::of(predicted.with_costate(&costate), Report { outcome, iterations: 1, residuals })
 }
 
 /// The extremal and the factor of `Ψ₁₂` that coarser grids predict on `steps` steps.
