@@ -210,6 +210,7 @@ impl<const N: usize, const D: usize> Iteration for Descending<'_, N, D> {
 
     fn advance(&mut self) -> Option<Outcome> {
         self.path.differentiate(self.setting);
+        self.backward.renew();
         let failed = self.backward.sweep(self.setting, &self.path, Shift(0.0)).err();
         if failed.is_some() {
             let least = if self.shift > 0.0 { (self.shift / RAISE).max(LEAST_SHIFT) } else { FIRST_SHIFT };

@@ -32,11 +32,15 @@ pub(super) struct Shift(pub f64);
 struct Stage<const D: usize> {
     a11: Block<D>,
     a12: Block<D>,
-    a21: Block<D>,
+    /// What the kick's gradient adds; none where nothing acts on a pose.
+    a21: Option<Block<D>>,
     a22: Block<D>,
+    /// Not shifted.
     h11: Block<D>,
     h12: Block<D>,
     h22: Block<D>,
+    /// Length of the step.
+    length: f64,
 }
 
 /// A symmetric matrix in blocks.
@@ -50,7 +54,6 @@ struct Symmetric<const D: usize> {
 /// `δτ = K z + κ`, and the next state.
 #[derive(Clone, Copy, Debug)]
 struct Gain<const D: usize> {
-    stage: Stage<D>,
     of_configuration: Block<D>,
     of_momentum: Block<D>,
     offset: Half<D>,
@@ -60,6 +63,8 @@ struct Gain<const D: usize> {
 
 /// The sweep back, as far as it came.
 pub(super) struct Backward<const D: usize> {
+    /// The stages of the path that is swept, as far as they were needed: a shift leaves them as they are.
+    stages: Vec<Option<Stage<D>>>,
     gains: Vec<Option<Gain<D>>>,
     /// `δτ` at the first kick.
     opening: Half<D>,
@@ -69,7 +74,17 @@ pub(super) struct Backward<const D: usize> {
 
 impl<const D: usize> Backward<D> {
     pub fn new(steps: usize) -> Self {
-        Self { gains: vec![None; steps], opening: Half::zeros(), failed: Block::zeros() }
+        Self {
+            stages: vec![None; steps],
+            gains: vec![None; steps],
+            opening: Half::zeros(),
+            failed: Block::zeros(),
+        }
+    }
+
+    /// The next sweep is along another path.
+    pub fn renew(&mut self) {
+        self.stages.fill(None);
     }
 
     /// Sweeps back; the node whose pivot is not positive, where there is one.
@@ -80,79 +95,88 @@ impl<const D: usize> Backward<D> {
         shift: Shift,
     ) -> Result<(), usize> {
         let Setting { dynamics, first, inverse, .. } = setting;
+        let Self { stages, gains, opening, failed } = self;
         let grid = &dynamics.grid;
         let steps = grid.steps();
         let metric = metric::<D>(dynamics, &inverse.traces()) * shift.0;
         let weight = |node: usize| inverse.weight::<D>(&path.poses[node].attitude);
+        let shifted = |stage: &Stage<D>| stage.h11 + metric * stage.length;
         // Stage N−1.
-        let last = Stage::of(setting, path, steps - 1, &metric);
+        let last = Stage::at(stages, setting, path, steps - 1);
         let h = grid.kick(steps);
         let l = -(last.a12.try_inverse().ok_or(steps - 1)? * last.a11);
-        let k = -(last.a21 + last.a22 * l) / h;
+        let k = -(last.a21.unwrap_or_else(Block::zeros) + last.a22 * l) / h;
         let cross = last.h12 * l;
-        let end = last.h11
+        let end = shifted(last)
             + cross
             + cross.transpose()
             + l.tr_mul(&(last.h22 * l))
             + k.tr_mul(&(weight(steps) * k)) * h;
         // Stage N−2.
-        let stage = Stage::of(setting, path, steps - 2, &metric);
+        let stage = Stage::at(stages, setting, path, steps - 2);
+        let Stage { a11, a12, a21, a22, h12, h22, .. } = stage;
         let h = grid.kick(steps - 1);
-        let k1 = (l * stage.a11 - stage.a21) / h;
-        let k2 = (l * stage.a12 - stage.a22) / h;
+        let k1 = (l * a11 - a21.unwrap_or_else(Block::zeros)) / h;
+        let k2 = (l * a12 - a22) / h;
         let w = weight(steps - 1) * h;
-        let (end1, end2, wk2) = (end * stage.a11, end * stage.a12, w * k2);
+        let (end1, end2, wk2) = (end * a11, end * a12, w * k2);
         let mut p = Symmetric {
-            p11: stage.h11 + stage.a11.tr_mul(&end1) + k1.tr_mul(&(w * k1)),
-            p12: stage.h12 + stage.a11.tr_mul(&end2) + k1.tr_mul(&wk2),
-            p22: stage.h22 + stage.a12.tr_mul(&end2) + k2.tr_mul(&wk2),
+            p11: shifted(stage) + a11.tr_mul(&end1) + k1.tr_mul(&(w * k1)),
+            p12: h12 + a11.tr_mul(&end2) + k1.tr_mul(&wk2),
+            p22: h22 + a12.tr_mul(&end2) + k2.tr_mul(&wk2),
         };
         let g = &path.gradient[steps - 1];
-        let mut q = (path.gradient[steps - 2] + stage.a11.tr_mul(g), stage.a12.tr_mul(g));
-        let gain = Gain { stage, of_configuration: k1, of_momentum: k2, offset: Half::zeros(), h };
-        self.gains[steps - 2] = Some(gain);
+        let mut q = (path.gradient[steps - 2] + a11.tr_mul(g), a12.tr_mul(g));
+        gains[steps - 2] = Some(Gain { of_configuration: k1, of_momentum: k2, offset: Half::zeros(), h });
         for index in (*first..steps - 2).rev() {
-            let stage = Stage::of(setting, path, index, &metric);
+            let stage = Stage::at(stages, setting, path, index);
+            let Stage { a11, a12, a21, a22, h12, h22, .. } = stage;
             let h = grid.kick(index + 1);
-            let inverse = self.pivot(&weight(index + 1), &(p.p22 * h), index + 1)?;
-            let Stage { a11, a12, a21, a22, .. } = &stage;
+            let inverse = pivot(&weight(index + 1), &(p.p22 * h)).map_err(|u| {
+                *failed = u;
+                index + 1
+            })?;
             // PA, by rows of configurations and of momenta.
-            let pa11 = p.p11 * a11 + p.p12 * a21;
-            let pa12 = p.p11 * a12 + p.p12 * a22;
-            let pa21 = p.p12.tr_mul(a11) + p.p22 * a21;
-            let pa22 = p.p12.tr_mul(a12) + p.p22 * a22;
-            let (k1, k2) = (-(inverse * pa21), -(inverse * pa22));
+            let mut pa11 = product(&p.p11, a11);
+            let pa12 = product(&p.p11, a12) + product(&p.p12, a22);
+            let p21 = p.p12.transpose();
+            let mut pa21 = product(&p21, a11);
+            let pa22 = product(&p21, a12) + product(&p.p22, a22);
+            if let Some(a21) = a21 {
+                pa11 += product(&p.p12, a21);
+                pa21 += product(&p.p22, a21);
+            }
+            let (k1, k2) = (-product(&inverse, &pa21), -product(&inverse, &pa22));
             let offset = -(inverse * q.1);
             let hk2 = k2 * h;
-            let next = Symmetric {
-                p11: stage.h11 + a11.tr_mul(&pa11) + a21.tr_mul(&pa21) + pa21.tr_mul(&k1) * h,
-                p12: stage.h12 + a11.tr_mul(&pa12) + a21.tr_mul(&pa22) + pa21.tr_mul(&hk2),
-                p22: stage.h22 + a12.tr_mul(&pa12) + a22.tr_mul(&pa22) + pa22.tr_mul(&hk2),
+            let (a11_t, a12_t, a22_t) = (a11.transpose(), a12.transpose(), a22.transpose());
+            let pa21_t = pa21.transpose();
+            let mut next = Symmetric {
+                p11: shifted(stage) + product(&a11_t, &pa11),
+                p12: h12 + product(&a11_t, &pa12),
+                p22: h22 + product(&a12_t, &pa12) + product(&a22_t, &pa22),
             };
             let moved = (q.0 + p.p12 * offset * h, q.1 + p.p22 * offset * h);
-            q = (
-                path.gradient[index] + a11.tr_mul(&moved.0) + a21.tr_mul(&moved.1),
-                a12.tr_mul(&moved.0) + a22.tr_mul(&moved.1),
-            );
+            q = (path.gradient[index] + a11_t * moved.0, a12_t * moved.0 + a22_t * moved.1);
+            if let Some(a21) = a21 {
+                let a21_t = a21.transpose();
+                next.p11 += product(&a21_t, &pa21);
+                next.p12 += product(&a21_t, &pa22);
+                q.0 += a21_t * moved.1;
+            }
+            next.p11 += product(&pa21_t, &k1) * h;
+            next.p12 += product(&pa21_t, &hk2);
+            next.p22 += product(&pa22.transpose(), &hk2);
             p = Symmetric { p11: symmetric(&next.p11), p12: next.p12, p22: symmetric(&next.p22) };
-            self.gains[index] = Some(Gain { stage, of_configuration: k1, of_momentum: k2, offset, h });
+            gains[index] = Some(Gain { of_configuration: k1, of_momentum: k2, offset, h });
         }
         let h = grid.kick(*first);
-        let inverse = self.pivot(&weight(*first), &(p.p22 * h), *first)?;
-        self.opening = -(inverse * q.1) * h;
+        let inverse = pivot(&weight(*first), &(p.p22 * h)).map_err(|u| {
+            *failed = u;
+            *first
+        })?;
+        *opening = -(inverse * q.1) * h;
         Ok(())
-    }
-
-    /// The inverse of `U = Ŵ + h EᵀPE`, where that is positive definite.
-    fn pivot(&mut self, weight: &Block<D>, curvature: &Block<D>, node: usize) -> Result<Block<D>, usize> {
-        let u = weight + curvature;
-        match inverse_of_positive(&u, FLAT * weight.trace()) {
-            Some(inverse) => Ok(inverse),
-            None => {
-                self.failed = u;
-                Err(node)
-            }
-        }
     }
 
     /// The direction that the sweep found.
@@ -189,18 +213,30 @@ impl<const D: usize> Backward<D> {
         let (mut configuration, mut momentum) = (configuration, momentum);
         for (index, gain) in self.gains.iter().enumerate().skip(from) {
             direction.zeta[index] = configuration;
-            let Some(Gain { stage, of_configuration, of_momentum, offset, h }) = gain else { break };
+            let Some((gain, stage)) = gain.as_ref().zip(self.stages[index].as_ref()) else { break };
+            let Gain { of_configuration, of_momentum, offset, h } = gain;
             let input = of_configuration * configuration + of_momentum * momentum + offset * offsets;
             let next = stage.a11 * configuration + stage.a12 * momentum;
-            momentum = stage.a21 * configuration + stage.a22 * momentum + input * *h;
+            let carried = stage.a22 * momentum;
+            momentum = stage.a21.map_or(carried, |a21| a21 * configuration + carried) + input * *h;
             configuration = next;
         }
     }
 }
 
 impl<const D: usize> Stage<D> {
-    /// Stage `index` of a path, its Hessian shifted.
-    fn of<const N: usize>(setting: &Setting<N, D>, path: &Path<D>, index: usize, metric: &Block<D>) -> Self {
+    /// Stage `index` of a path, kept from then on.
+    fn at<'s, const N: usize>(
+        stages: &'s mut [Option<Self>],
+        setting: &Setting<N, D>,
+        path: &Path<D>,
+        index: usize,
+    ) -> &'s Self {
+        stages[index].get_or_insert_with(|| Self::of(setting, path, index))
+    }
+
+    /// Stage `index` of a path.
+    fn of<const N: usize>(setting: &Setting<N, D>, path: &Path<D>, index: usize) -> Self {
         let dynamics = setting.dynamics;
         let weight = dynamics.grid.kick(index + 1);
         let (drift, after) = (&path.drifts[index], &path.between[index]);
@@ -212,14 +248,14 @@ impl<const D: usize> Stage<D> {
         let zero = nalgebra::Matrix3::zeros();
         let h12 = diagonal::<D>(&zero, &linear.h12) * 0.5;
         let h22 = symmetric(&diagonal::<D>(&zero, &linear.h22));
-        let h11 = metric * drift.h;
-        let mut stage = Self { a11, a12, a21: Block::zeros(), a22, h11, h12, h22 };
+        let (a21, h11, length) = (None, Block::zeros(), drift.h);
+        let mut stage = Self { a11, a12, a21, a22, h11, h12, h22, length };
         let node = index + 1;
         let dual: Costate = path.dual(node);
         let kick = dynamics.linear_kick::<N>(&path.poses[node], &dual);
         if let Some((pq, qq)) = &kick.field {
             let pq = block::<D>(pq) * weight;
-            stage.a21 = pq * a11;
+            stage.a21 = Some(pq * a11);
             stage.a22 += pq * a12;
             let qq = symmetric(&block::<D>(qq)) * weight;
             let (qq1, qq2) = (qq * a11, qq * a12);
@@ -251,6 +287,26 @@ pub(super) fn diagonal<const D: usize>(
 
 fn symmetric<const D: usize>(matrix: &Block<D>) -> Block<D> {
     (matrix + matrix.transpose()) * 0.5
+}
+
+/// The inverse of `U = Ŵ + h EᵀPE` where that is positive definite, else U itself.
+fn pivot<const D: usize>(weight: &Block<D>, curvature: &Block<D>) -> Result<Block<D>, Block<D>> {
+    let u = weight + curvature;
+    inverse_of_positive(&u, FLAT * weight.trace()).ok_or(u)
+}
+
+/// `A B`, written out: that of nalgebra is a call.
+#[inline(always)]
+fn product<const D: usize>(a: &Block<D>, b: &Block<D>) -> Block<D> {
+    let mut product = Block::zeros();
+    for (out, factors) in product.data.0.iter_mut().zip(&b.data.0) {
+        for (column, factor) in a.data.0.iter().zip(factors) {
+            for (out, value) in out.iter_mut().zip(column) {
+                *out += value * factor;
+            }
+        }
+    }
+    product
 }
 
 /// The inverse of a symmetric matrix whose pivots are positive. A pivot within `flat` of zero counts as `flat`.
