@@ -27,6 +27,20 @@ pub(super) struct Arc {
     pub charts: Vec<Chart>,
     /// `h Σ b_i exp S(ξ_i) M_i`, as of the last look at the equations.
     pub impulse: Vector3,
+    /// What the quadrature points add to the Jacobian.
+    hessians: Vec<Hessian>,
+}
+
+/// Second derivatives at a quadrature point, times its weight.
+#[derive(Clone, Copy, Debug)]
+struct Hessian {
+    vv: Matrix3,
+    v_xi: Matrix3,
+    xi_xi: Matrix3,
+    /// Of `J_r(ξ_s) exp S(ξ) M`, in the last row alone.
+    carried: Matrix3,
+    /// By slope and by value of a column, in the row of the Jacobian that is written.
+    of_row: [Matrix3; 2],
 }
 
 /// What a step starts with.
@@ -41,10 +55,13 @@ pub(super) struct Start {
 
 impl Arc {
     pub fn new(scheme: &Scheme) -> Self {
+        let zero = Matrix3::zeros();
+        let hessian = Hessian { vv: zero, v_xi: zero, xi_xi: zero, carried: zero, of_row: [zero; 2] };
         Self {
             xi: vec![Vector3::zeros(); scheme.degree],
             charts: vec![Chart::at(Vector3::zeros()); scheme.points.len()],
             impulse: Vector3::zeros(),
+            hessians: vec![hessian; scheme.points.len()],
         }
     }
 
@@ -116,24 +133,19 @@ impl Arc {
                     *out -= g;
                 }
             }
-            let Some((matrix, offset)) = &mut jacobian else { continue };
-            let xi_xi = (kinetic.xi_xi + chart.transposed_directional(&moment)) * weight;
-            let (vv, v_xi) = (kinetic.vv * weight, kinetic.v_xi * weight);
+            if jacobian.is_none() {
+                continue;
+            }
             // δ(exp S(ξ) M) = −exp S(ξ) S(M) J_r δξ
             let turn = hat(&moment) * chart.j_r;
-            let carried = end.j_r * (turn + chart.turn() * turn) * weight;
-            for nu in 0..s {
-                let (slope, value) = (slopes[nu], values[nu]);
-                let (by_slope, by_value) =
-                    (vv * slope + v_xi.transpose() * value, v_xi * slope + xi_xi * value);
-                for mu in 0..s {
-                    let mut block = by_slope * slopes[mu] + by_value * values[mu];
-                    if nu == s - 1 {
-                        block += carried * values[mu];
-                    }
-                    matrix.add(*offset + 3 * nu, *offset + 3 * mu, &block);
-                }
-            }
+            let hessian = &mut self.hessians[i];
+            hessian.vv = kinetic.vv * weight;
+            hessian.v_xi = kinetic.v_xi * weight;
+            hessian.xi_xi = (kinetic.xi_xi + chart.transposed_directional(&moment)) * weight;
+            hessian.carried = end.j_r * (turn + chart.turn() * turn) * weight;
+        }
+        if let Some((matrix, offset)) = &mut jacobian {
+            self.add_hessians(scheme, matrix, *offset);
         }
         let carried = momentum + self.impulse;
         for (out, value) in out[3 * (s - 1)..].iter_mut().zip(&(end.j_r * carried)) {
@@ -142,6 +154,31 @@ impl Arc {
         if let Some((matrix, offset)) = jacobian {
             let last = offset + 3 * (s - 1);
             matrix.add(last, last, &-end.directional(&carried));
+        }
+    }
+
+    /// Adds to the Jacobian what the quadrature points contribute, block by block.
+    fn add_hessians(&mut self, scheme: &Scheme, matrix: &mut Dense, offset: usize) {
+        let (s, Scheme { slopes, values, .. }) = (scheme.degree, scheme);
+        for nu in 0..s {
+            for (i, hessian) in self.hessians.iter_mut().enumerate() {
+                let (Hessian { vv, v_xi, xi_xi, .. }, slope, value) =
+                    (*hessian, slopes[i][nu], values[i][nu]);
+                hessian.of_row = [vv * slope + v_xi.transpose() * value, v_xi * slope + xi_xi * value];
+            }
+            for mu in 0..s {
+                let (row, column) = (offset + 3 * nu, offset + 3 * mu);
+                let mut sum = matrix.block(row, column);
+                for (i, hessian) in self.hessians.iter().enumerate() {
+                    let [by_slope, by_value] = &hessian.of_row;
+                    let mut block = by_slope * slopes[i][mu] + by_value * values[i][mu];
+                    if nu == s - 1 {
+                        block += hessian.carried * values[i][mu];
+                    }
+                    sum += block;
+                }
+                matrix.put(row, column, &sum);
+            }
         }
     }
 }

@@ -26,6 +26,21 @@ impl Dense {
         }
     }
 
+    /// The 3×3 block with its corner at (`row`, `column`).
+    pub fn block(&self, row: usize, column: usize) -> crate::Matrix3 {
+        let row = |i: usize| &self.rows[(row + i) * self.size + column..][..3];
+        let [a, b, c] = [row(0), row(1), row(2)];
+        crate::Matrix3::new(a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2])
+    }
+
+    /// Puts a 3×3 block there.
+    pub fn put(&mut self, row: usize, column: usize, block: &crate::Matrix3) {
+        for i in 0..3 {
+            let start = (row + i) * self.size + column;
+            self.rows[start..start + 3].copy_from_slice(&[block[(i, 0)], block[(i, 1)], block[(i, 2)]]);
+        }
+    }
+
     /// Overwrites `b` by the solution of `A x = b`, and `A` by rubble. A singular matrix leaves numbers that
     /// are not finite.
     pub fn solve(&mut self, b: &mut [f64]) {
