@@ -15,9 +15,8 @@
 use super::motion::angular_velocity;
 use crate::{Matrix3, Vector3};
 
-/// Powers that the steps of most plans need, and most powers; a stretch that needs more is divided.
-const FEW: usize = 9;
-const MANY: usize = 24;
+/// Most powers; a stretch that needs more is divided.
+const MOST: usize = 24;
 
 /// A term below this part of the whole change is nothing beside the rounding of the others.
 const NEGLIGIBLE: f64 = f64::EPSILON / 16.0;
@@ -38,33 +37,24 @@ pub(super) struct Stretch {
 
 /// `q − 1` (scalar first) and the change of `Π` over a stretch from `q = 1`; `None` where the powers do not suffice.
 pub(super) fn change(j: &Matrix3, j_inverse: &Matrix3, stretch: &Stretch) -> Option<([f64; 4], Vector3)> {
-    powers::<FEW>(j, j_inverse, stretch).or_else(|| powers::<MANY>(j, j_inverse, stretch))
-}
-
-/// The same in `K` powers at most.
-fn powers<const K: usize>(
-    j: &Matrix3,
-    j_inverse: &Matrix3,
-    stretch: &Stretch,
-) -> Option<([f64; 4], Vector3)> {
     let Stretch { length: h, momentum, stored, torque, speeds } = stretch;
     let zero = Vector3::zeros();
     // Powers of Π + μ, of Ω, and of the scalar and the vector part of q.
-    let (mut total, mut rate) = ([zero; K], [zero; K]);
-    let (mut w, mut v) = ([0.0; K], [zero; K]);
-    let mut momenta = [zero; K];
+    let (mut total, mut rate) = ([zero; MOST], [zero; MOST]);
+    let (mut w, mut v) = ([0.0; MOST], [zero; MOST]);
+    let mut momenta = [zero; MOST];
     total[0] = momentum + stored.unwrap_or(zero);
     rate[0] = angular_velocity(j, j_inverse, momentum);
     w[0] = 1.0;
     let enough = speeds.map(|speed| NEGLIGIBLE * h * speed);
     let mut negligible = false;
-    for k in 0..K - 1 {
+    for k in 0..MOST - 1 {
         let (mut moment, mut scalar, mut vector) = (zero, 0.0, zero);
-        for i in 0..=k {
-            let omega = &rate[k - i];
-            moment += total[i].cross(omega);
-            scalar -= v[i].dot(omega);
-            vector += w[i] * omega + v[i].cross(omega);
+        let back = rate[..=k].iter().rev();
+        for (((total, w), v), omega) in total[..=k].iter().zip(&w[..=k]).zip(&v[..=k]).zip(back) {
+            moment += total.cross(omega);
+            scalar -= v.dot(omega);
+            vector += *w * omega + v.cross(omega);
         }
         let part = h / (k + 1) as f64;
         let push = torque.get(k).copied().unwrap_or(zero);
