@@ -51,7 +51,7 @@ use crate::{Vector3, lie};
 use continuous::Continuous;
 use discrete::Discrete;
 use margins::Meter;
-use motion::{Inputs, Scale, judgeable};
+use motion::{InOrder, Inputs, Scale, judgeable};
 use order::Stage;
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::AtomicBool;
@@ -624,9 +624,10 @@ fn held_end(plant: &Plant, inputs: &Inputs, start: &Phase, watch: &Watch) -> Res
         meter.rate(0.0, &problem.start.angular_velocity);
     }
     marks.pass(0, &body);
+    let mut outputs = InOrder::new(inputs);
     for k in 0..problem.steps {
         watch.step(k)?;
-        let held = inputs.held(k);
+        let held = outputs.held(k);
         let Some(meter) = &mut meter else {
             body.advance(inputs.grid.after(k), inputs.grid.step(k), &held, &held)?;
             marks.pass(k + 1, &body);
@@ -655,9 +656,10 @@ fn continuous_end(
 ) -> Result<Phase, WitnessError> {
     let problem = plant.problem;
     let mut body = Continuous::new(plant, start);
+    let mut outputs = InOrder::new(inputs);
     for k in 0..problem.steps {
         watch.step(k)?;
-        let (from, to) = inputs.ends(k);
+        let (from, to) = outputs.ends(k);
         body.advance(inputs.grid.after(k), inputs.grid.step(k), &from, &to)?;
     }
     Ok(body.phase(problem.duration))

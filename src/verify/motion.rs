@@ -158,11 +158,17 @@ impl<'a> Inputs<'a> {
 
     /// Outputs at both ends of step k. Lie–Euler has no `u_0`; `u_1` stands for it.
     pub(crate) fn ends(&self, k: usize) -> (Output, Output) {
+        let (from, to) = self.end_rows(k);
+        (self.row(from), self.row(to))
+    }
+
+    /// The rows of these.
+    fn end_rows(&self, k: usize) -> (usize, usize) {
         if self.problem.switches() {
-            return (self.row(k), self.row(k));
+            return (k, k);
         }
         let first = self.problem.scheme.first_input();
-        (self.row(k.saturating_sub(first)), self.row(k + 1 - first))
+        (k.saturating_sub(first), k + 1 - first)
     }
 
     /// The rows whose mean the plan holds over step k: `u_{k+1}` alone, or `u_k` and `u_{k+1}` for Verlet; or that of
@@ -177,6 +183,38 @@ impl<'a> Inputs<'a> {
     /// The output that the plan holds over step k: `B u_{k+1}`, or `½ B (u_k + u_{k+1})` for Verlet.
     pub(crate) fn held(&self, k: usize) -> Output {
         let (from, to) = self.held_rows(k);
+        Output::between(&self.row(from), &self.row(to), 0.5)
+    }
+}
+
+/// The inputs step after step. Neighbouring steps share a row, so the last one is kept.
+pub(super) struct InOrder<'a> {
+    inputs: &'a Inputs<'a>,
+    last: Option<(usize, Output)>,
+}
+
+impl<'a> InOrder<'a> {
+    pub(super) fn new(inputs: &'a Inputs<'a>) -> Self {
+        Self { inputs, last: None }
+    }
+
+    /// As [`Inputs::row`].
+    pub(super) fn row(&mut self, index: usize) -> Output {
+        match self.last {
+            Some((last, output)) if last == index => output,
+            _ => self.last.insert((index, self.inputs.row(index))).1,
+        }
+    }
+
+    /// As [`Inputs::ends`].
+    pub(super) fn ends(&mut self, k: usize) -> (Output, Output) {
+        let (from, to) = self.inputs.end_rows(k);
+        (self.row(from), self.row(to))
+    }
+
+    /// As [`Inputs::held`].
+    pub(super) fn held(&mut self, k: usize) -> Output {
+        let (from, to) = self.inputs.held_rows(k);
         Output::between(&self.row(from), &self.row(to), 0.5)
     }
 }

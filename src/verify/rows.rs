@@ -3,7 +3,7 @@
 use super::WitnessError;
 use super::discrete::Discrete;
 use super::margins::{Margin, Meter};
-use super::motion::{Inputs, Phase, Scale, judgeable};
+use super::motion::{InOrder, Inputs, Phase, Scale, judgeable};
 use super::watch::Watch;
 use super::wheels::Wheels;
 use crate::maneuver::grid::{Grid, GridError};
@@ -94,6 +94,8 @@ pub(super) struct Reached<'a> {
     /// Momenta of the wheels.
     wheels: &'a [f64],
     index: usize,
+    /// What the actuators give by the row of inputs of this node, if it has one.
+    output: Option<Output>,
 }
 
 impl Reached<'_> {
@@ -133,17 +135,19 @@ pub(super) fn walk(
     let start = Phase::of(problem, &problem.start);
     let mut body = Discrete::new(plant, &start, problem.scheme, inputs.grid.step(0));
     let mut wheels = Wheels::new(inputs);
+    let mut outputs = InOrder::new(inputs);
     for index in 0..=problem.steps {
         if let Some(watch) = watch {
             watch.step(index)?;
         }
         if index > 0 {
-            let (from, to) = inputs.ends(index - 1);
+            let (from, to) = outputs.ends(index - 1);
             body.set_step(inputs.grid.step(index - 1));
             body.advance(&from, &to)?;
             wheels.advance(inputs, index - 1);
         }
-        visit(Reached { inputs, body: &body, wheels: wheels.momenta(), index });
+        let output = inputs.row_at(index).map(|row| outputs.row(row));
+        visit(Reached { inputs, body: &body, wheels: wheels.momenta(), index, output });
     }
     Ok(body.phase())
 }
@@ -185,8 +189,7 @@ pub(super) fn compare(
         for (found, momentum) in node.wheels.iter().zip(row_of(trajectory, node.index, node.wheels.len())) {
             recorded = larger(recorded, (found - momentum).abs() * scale.time / scale.inertia);
         }
-        if let Some(row) = node.row() {
-            let output: Output = inputs.row(row);
+        if let Some((row, output)) = node.row().zip(node.output) {
             peak_torque = larger(peak_torque, output.torque.norm());
             let acting = plant.actuators(&phase.attitude, &output);
             recorded = larger(recorded, (trajectory.torque[row] - acting.moment).norm() / torque_unit);
@@ -278,8 +281,8 @@ pub fn replay(problem: &Problem, inputs: &[f64]) -> Result<Trajectory, WitnessEr
             found.velocity.push(phase.velocity(problem));
         }
         found.wheel_momentum.extend(node.wheels);
-        if let Some(row) = node.row() {
-            let acting = plant.actuators(&phase.attitude, &rows.row(row));
+        if let Some(output) = &node.output {
+            let acting = plant.actuators(&phase.attitude, output);
             found.torque.push(acting.moment);
             if plant.moves {
                 found.force.push(acting.force);
