@@ -53,14 +53,32 @@ const BOUNDED: f64 = 0.3;
 const A: [f64; TERMS] = series(1);
 const B: [f64; TERMS] = series(2);
 
-/// A polynomial and its derivative at `x`.
+/// A series and its derivative at `x`, in as many terms as it takes there.
+#[inline(always)]
 fn horner(terms: &[f64; TERMS], x: f64) -> (f64, f64) {
+    match terms.first_chunk::<FEW>() {
+        Some(few) if x < FEW_BELOW => polynomial(few, x),
+        _ => polynomial(terms, x),
+    }
+}
+
+/// A polynomial and its derivative at `x`. The number of terms is fixed, so that no loop is left of it.
+#[inline(always)]
+fn polynomial<const K: usize>(terms: &[f64; K], x: f64) -> (f64, f64) {
     let (mut value, mut slope) = (0.0, 0.0);
-    for term in terms[..if x < FEW_BELOW { FEW } else { TERMS }].iter().rev() {
+    for term in terms.iter().rev() {
         slope = slope * x + value;
         value = value * x + term;
     }
     (value, slope)
+}
+
+/// `matrix⁻¹ right` by Cramer's rule. A singular matrix gives numbers that are not finite.
+#[inline(always)]
+fn cramer(matrix: &Matrix3, right: &Vector3) -> Vector3 {
+    let [a, b, c] = [0, 1, 2].map(|column| Vector3::from(matrix.column(column)));
+    let (across, along) = (b.cross(&c), right.cross(&a));
+    Vector3::new(right.dot(&across), -along.dot(&c), along.dot(&b)) / a.dot(&across)
 }
 
 /// The equation for one body, in units of its mean principal moment.
@@ -102,8 +120,13 @@ impl Implicit {
             let x = f.norm_squared();
             let ((a, da), (b, db)) = (horner(&A, x), horner(&B, x));
             let mut residual = g - (a * jf + b * fjf);
-            let mut slope =
-                a * self.j + 2.0 * (da * jf + db * fjf) * f.transpose() + b * (hat(&f) * self.j - hat(&jf));
+            // By columns: S(f) J has f × J_i, S(Jf) has Jf × e_i.
+            let bend = 2.0 * (da * jf + db * fjf);
+            let column = |i: usize| {
+                let column = Vector3::from(self.j.column(i));
+                a * column + bend * f[i] + b * (f.cross(&column) - jf.cross(&Vector3::ith(i, 1.0)))
+            };
+            let mut slope = Matrix3::from_columns(&[0, 1, 2].map(column));
             if spins {
                 let (k, dk) = (b / a, (db * a - b * da) / (a * a));
                 let (across, along) = (f.cross(&spin), f.dot(&spin));
@@ -111,8 +134,11 @@ impl Implicit {
                 slope += k * k * (along * Matrix3::identity() + f * spin.transpose()) - k * hat(&spin)
                     + (2.0 * dk * across + 4.0 * k * dk * along * f) * f.transpose();
             }
-            let step = slope.try_inverse()? * residual;
+            let step = cramer(&slope, &residual);
             let change = step.norm();
+            if !change.is_finite() {
+                return None;
+            }
             f += step;
             // At round-off the change no longer shrinks; an ill-conditioned inertia stops there
             // earlier than at 4 ulps of f, with a residual that is as small.
