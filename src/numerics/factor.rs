@@ -171,8 +171,10 @@ pub(crate) fn effective<const N: usize>(
 /// Sizes of the columns; one that is nothing but the round-off of the others is not blown up to a
 /// direction of its own.
 fn column_sizes<const N: usize>(matrix: &SMatrix<f64, N, N>) -> [f64; N] {
-    let largest = matrix.amax();
-    std::array::from_fn(|column| column_size(matrix.column(column).amax(), largest))
+    let size = |column: &[f64; N]| column.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
+    let sizes = matrix.data.0.each_ref().map(size);
+    let largest = sizes.iter().fold(0.0, |largest: f64, size| largest.max(*size));
+    sizes.map(|size| column_size(size, largest))
 }
 
 fn column_size(size: f64, largest: f64) -> f64 {

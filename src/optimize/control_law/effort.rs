@@ -35,6 +35,6 @@ impl Hamiltonian for Effort {
     }
 
     fn push_inputs(&self, inputs: &Weighted, costate: &Vector3, row: &mut Vec<f64>) {
-        row.extend(unlimited(inputs, costate));
+        unlimited(inputs, costate).for_each(|input| row.push(input));
     }
 }
