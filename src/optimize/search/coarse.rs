@@ -18,9 +18,9 @@ pub(super) struct CoarseRule {
 /// For the shooting, of a free body.
 pub(super) const SHOOTING_FREE: CoarseRule = CoarseRule { fewest: 32, angle: 0.35, worth: 2.0 };
 /// The same from rest to rest on few steps where one way is asked for, and the ballistic start alone is tried at first:
-/// what the search takes is then felt. On many it is not, and what extrapolation from coarser grids misses would cost a
-/// sweep more. With rates so coarse a grid leads to another extremal in one of a hundred.
-pub(super) const SHOOTING_ONE_WAY: CoarseRule = CoarseRule { fewest: 16, ..SHOOTING_FREE };
+/// what the search takes is then felt, and the angle is known. On many it is not felt, and what extrapolation from coarser
+/// grids misses would cost a sweep more. With rates so coarse a grid leads to another extremal in one of a hundred.
+pub(super) const SHOOTING_ONE_WAY: CoarseRule = CoarseRule { fewest: 8, ..SHOOTING_FREE };
 /// Steps that are few.
 pub(super) const FEW_STEPS: usize = 400;
 /// In a field the grids agree less: what is found on a coarse one may not be there on a finer.

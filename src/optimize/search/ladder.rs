@@ -12,7 +12,7 @@ use super::way::{Follower, Way};
 use super::{record, starts};
 use crate::Vector3;
 use crate::lie;
-use crate::maneuver::problem::{Path, Problem};
+use crate::maneuver::problem::{Motion, Path, Problem};
 use crate::maneuver::settings::Method as Road;
 use crate::maneuver::solution::{ConvexWork, Optimality, Outcome, Rival, Rung, Sense, Solution, Trajectory};
 use crate::numerics::factor::effective;
@@ -655,15 +655,20 @@ fn search_grid(problem: &Problem, turns: i32, even: bool) -> usize {
         return problem.steps;
     }
     let short = lie::minus(&problem.end.attitude, &problem.start.attitude);
-    let angle = (short.norm() + TAU * f64::from(turns)).abs().max(PI);
+    let angle = (short.norm() + TAU * f64::from(turns)).abs();
     let ends = [&problem.start, &problem.end];
     let rests = ends.iter().all(|end| end.angular_velocity == Vector3::zeros());
     let rule = match problem.path {
         _ if !problem.environment.is_free() => SHOOTING_IN_FIELD,
         Path::Best if !even => SHOOTING_UNEVEN,
         Path::Best => SHOOTING_FREE,
-        _ if problem.steps < FEW_STEPS && rests => SHOOTING_ONE_WAY,
+        // A body that only turns, and about all axes alike, turns by hardly more than the angle of its one way.
+        _ if problem.steps < FEW_STEPS && rests && even && problem.motion == Motion::Attitude => {
+            return coarse_steps(problem, angle, &SHOOTING_ONE_WAY);
+        }
         _ => SHOOTING_FREE,
     };
+    // Other extremals may turn by half a turn and more.
+    let angle = angle.max(PI);
     coarse_steps(problem, angle, &rule)
 }

@@ -45,6 +45,31 @@ fn boxes_that_turn_about_a_principal_axis_come_to_a_minimum_and_mirror_images_to
     assert!(bent > 0, "no box had a saddle to leave");
 }
 
+/// One way alone is begun on very few steps; the best way is found by descents on many.
+#[test]
+fn one_way_begun_on_few_steps_is_the_best_way_where_that_goes_so() {
+    let mut random = Random::new(21);
+    let mut same = 0;
+    for _ in 0..40 {
+        let moments = random_box(&mut random);
+        let axis = Vector3::from_fn(|_, _| random.within(-1.0, 1.0)).normalize();
+        let problem = turn(&moments, &(axis * random.within(0.01, 2.5))).with_steps(100);
+        let (best, one) = (answer(&problem), answer(&problem.with_path(Path::Shortest)));
+        assert_eq!((one.outcome, one.sense), (Outcome::Converged, Sense::Short));
+        if best.sense == Sense::Short {
+            same += 1;
+            assert!(
+                (one.cost - best.cost).abs() <= 1e-9 * best.cost,
+                "{moments}: {} {}",
+                one.cost,
+                best.cost
+            );
+            assert!(one.ladder.iter().any(|rung| rung.steps < 16), "{:?}", one.ladder);
+        }
+    }
+    assert!(same > 30, "{same}");
+}
+
 /// Without the test of second order the same extremal is found, a saddle as well; of the test nothing is claimed.
 #[test]
 fn what_is_not_tested_is_the_same_extremal_and_says_so() {

@@ -22,6 +22,11 @@ const GRIDS: [usize; 5] = [2, 3, 4, 6, 8];
 /// Bounds of the residual to which a coarse grid is polished: what its extremals may differ by and be told apart, and
 /// round-off.
 const GRID_POLISH: [f64; 2] = [1e-13, 1e-9];
+/// Sensitivities are derived until what their extrapolation misses, the product of all their `h^p`, is below this: a chord
+/// step on the requested grid then gains more digits than the prediction lacks.
+const TELLING: f64 = 1e-5;
+/// How many times the product of all `h^p` the extrapolation of the extremals misses, at least.
+const MISSED: f64 = 100.0;
 /// A coarse grid is worth solving while it has this many times fewer steps than the requested one.
 const WORTH: usize = 3;
 
@@ -42,12 +47,17 @@ fn coarse_grids(problem: &Problem, coarsest: usize) -> impl Iterator<Item = usiz
     [coarsest].into_iter().chain(finer.take_while(move |steps| *steps <= most))
 }
 
-/// Residual to which the coarse grids of a problem are polished: extrapolation passes on what is left, and misses by some
-/// hundred times the product of all `h^p` by itself.
+/// Residual to which the coarse grids of a problem are polished: extrapolation passes on what is left, and misses more by
+/// itself.
 pub(crate) fn polish(problem: &Problem, coarsest: usize) -> f64 {
-    let order = problem.scheme.order() as i32;
-    let missed: f64 = coarse_grids(problem, coarsest).map(|steps| (steps as f64).powi(-order)).product();
+    let missed = MISSED * product(problem, coarse_grids(problem, coarsest));
     missed.clamp(GRID_POLISH[0], GRID_POLISH[1])
+}
+
+/// The product of `h^p` over some grids.
+fn product(problem: &Problem, steps: impl Iterator<Item = usize>) -> f64 {
+    let order = problem.scheme.order() as i32;
+    steps.map(|steps| (steps as f64).powi(-order)).product()
 }
 
 impl<const N: usize> Method for CoarseToFine<'_, N> {
@@ -60,8 +70,8 @@ impl<const N: usize> Method for CoarseToFine<'_, N> {
         for steps in coarse_grids(problem, coarsest).skip(1) {
             let bvp = fine.on_steps(steps);
             let (predicted, factor) = extrapolate(&grids, &bvp.dynamics.grid);
-            // Two sensitivities extrapolate well enough for all finer grids.
-            let derive = grids.len() < 2;
+            let derived = grids.iter().filter(|grid| grid.sensitivity.is_some()).map(Candidate::steps);
+            let derive = grids.len() < 2 || product(problem, derived) > TELLING;
             let swept = if derive { None } else { bvp.sweep(&predicted.costate()).ok() };
             let attempt = match swept {
                 Some(end) if end.error.amax() <= PREDICTED => corrected(predicted, &end, &factor),
