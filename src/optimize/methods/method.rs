@@ -3,6 +3,8 @@
 use super::driver::{Interrupt, Report};
 use crate::maneuver::solution::{ConvexWork, Outcome, Rung};
 use crate::optimize::candidate::Candidate;
+use crate::optimize::sweep::Node;
+use nalgebra::DVector;
 use std::time::Instant;
 
 /// A way to improve a candidate.
@@ -59,8 +61,21 @@ pub(crate) struct Attempt {
     pub runs: Vec<Run>,
     /// What convex subproblems it took.
     pub work: ConvexWork,
+    /// What the sweep of its first costate showed, where that was kept.
+    pub swept: Option<Swept>,
     /// What is lacking, in words, where it did not converge.
     pub shortfall: Option<String>,
+}
+
+/// What the sweep of a costate showed.
+#[derive(Clone, Debug)]
+pub(crate) struct Swept {
+    /// All nodes.
+    pub nodes: Vec<Node>,
+    /// The error of the terminal condition, scaled.
+    pub error: DVector<f64>,
+    /// Cost, scaled.
+    pub cost: f64,
 }
 
 /// One run of an attempt.
@@ -80,7 +95,7 @@ impl Attempt {
         let runs = vec![Run { rung: None, steps: candidate.steps(), report }];
         let (cost, residual, stationarity) = (f64::INFINITY, f64::INFINITY, f64::NAN);
         let work = ConvexWork::default();
-        Self { candidate, outcome, cost, residual, stationarity, runs, work, shortfall: None }
+        Self { candidate, outcome, cost, residual, stationarity, runs, work, swept: None, shortfall: None }
     }
 
     /// A run that could not begin.

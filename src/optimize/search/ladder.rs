@@ -489,13 +489,14 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         }
         let scp = provenance.method == Road::Scp;
         let chain = scp.then(|| self.chain_of_given_duration(candidate.steps()));
+        let extremal = |fine: &BoundaryValueProblem<N>| {
+            record::extremal(self.problem, fine, &candidate.costate(), attempt.swept.as_ref())
+        };
         let recorded = match &chain {
             Some(chain) => record::chain(self.problem, &self.fine, chain, candidate),
             // The best iterate is worth a moment more.
-            None if self.stopped() && self.fine.is_kept_after_stop() => {
-                record::extremal(self.problem, &self.fine.undisturbed(), &candidate.costate())
-            }
-            None => record::extremal(self.problem, &self.fine, &candidate.costate()),
+            None if self.stopped() && self.fine.is_kept_after_stop() => extremal(&self.fine.undisturbed()),
+            None => extremal(&self.fine),
         };
         let recorded = match recorded {
             Ok(recorded) => recorded,

@@ -10,6 +10,7 @@ use crate::maneuver::solution::{ActiveConstraint, TerminalError, Trajectory};
 use crate::mechanics::actuators::LimitKind;
 use crate::optimize::candidate::Candidate;
 use crate::optimize::control_law::ControlLaw;
+use crate::optimize::methods::method::Swept;
 use crate::optimize::methods::scp::model::costate_blocks;
 use crate::optimize::methods::scp::road::{Chain, iterate};
 use crate::optimize::step::{Costate, Dynamics, Point, StepError};
@@ -26,11 +27,12 @@ pub(crate) struct Recorded {
     pub active: Vec<ActiveConstraint>,
 }
 
-/// Sweeps an extremal once more and records every node.
+/// Records every node of an extremal, which is swept once more where its nodes were not kept.
 pub(crate) fn extremal<const N: usize>(
     problem: &Problem,
     bvp: &BoundaryValueProblem<N>,
     costate: &SVector<f64, N>,
+    swept: Option<&Swept>,
 ) -> Result<Recorded, StepError> {
     let mut recorder = Recorder::<N>::new(problem, &bvp.dynamics);
     let unit = bvp.dynamics.units.cost / bvp.dynamics.units.time;
@@ -38,13 +40,23 @@ pub(crate) fn extremal<const N: usize>(
     let force = weights.force(&problem.actuation);
     let mut force = force.map(|force| Optimal::of(problem, force, true, unit));
     let mut torque = Optimal::of(problem, weights.torque(&problem.actuation), false, unit);
-    let end = bvp.sweep_observed(costate, |node| recorder.sweep_node(&node, force.as_mut(), &mut torque))?;
+    let mut record = |node: &Node| recorder.sweep_node(node, force.as_mut(), &mut torque);
+    let (error, cost) = match swept {
+        Some(Swept { nodes, error, cost }) => {
+            nodes.iter().for_each(record);
+            (terminal_error(error.as_slice()), *cost)
+        }
+        None => {
+            let end = bvp.sweep_observed(costate, |node| record(&node))?;
+            (terminal_error(end.error.as_slice()), end.cost)
+        }
+    };
     let way = recorder.follower.way_or_short(bvp);
     let active = force.into_iter().chain([torque]).map(|set| set.active);
     Ok(Recorded {
         trajectory: recorder.trajectory,
-        cost: end.cost,
-        terminal: terminal_error(end.error.as_slice()),
+        cost,
+        terminal: error,
         way,
         active: active.filter(|active| !active.time_s.is_empty()).collect(),
     })
@@ -193,7 +205,7 @@ impl<'a, const N: usize> Recorder<'a, N> {
     /// A costate; returns it in SI units.
     fn costate(&mut self, costate: &Costate) -> SVector<f64, N> {
         let costate = costate.to_vector::<N>().component_mul(&self.dynamics.units.costate());
-        self.trajectory.costates.extend(costate.iter());
+        self.trajectory.costates.extend_from_slice(costate.as_slice());
         costate
     }
 

@@ -163,7 +163,7 @@ impl Chain {
             cone_seconds: convex.cone_seconds,
         };
         let candidate = with_iterate(candidate, iterate, multipliers);
-        Attempt { candidate, outcome, cost, residual, stationarity, runs, work, shortfall }
+        Attempt { candidate, outcome, cost, residual, stationarity, runs, work, swept: None, shortfall }
     }
 }
 

@@ -13,6 +13,9 @@ use crate::optimize::sweep::{BoundaryValueProblem, End};
 use nalgebra::{DMatrix, SVector};
 use newton::{Newton, outcome_of};
 
+/// Most steps whose nodes are kept: half a kilobyte each.
+const MOST_KEPT: usize = 4096;
+
 /// Residual at which an intermediate grid counts as solved.
 const GRID_TOLERANCE: f64 = 1e-6;
 
@@ -28,19 +31,26 @@ pub(crate) struct Shooting<'a, const N: usize> {
     factor: Option<Factor<N>>,
     /// Where the sweep of the candidate ends, if that is known.
     end: Option<End<N>>,
+    /// Whether the nodes of the last sweep are kept, to be recorded.
+    keep: bool,
 }
 
 impl<'a, const N: usize> Shooting<'a, N> {
-    /// To the tolerance.
+    /// To the tolerance, on the requested grid.
     pub fn new(bvp: &'a BoundaryValueProblem<'a, N>, tolerance: f64) -> Self {
-        Self { bvp, tolerance, polish: None, derive: false, factor: None, end: None }
+        let keep = bvp.dynamics.grid.steps() <= MOST_KEPT;
+        Self { keep, ..Self::to(bvp, tolerance) }
+    }
+
+    fn to(bvp: &'a BoundaryValueProblem<'a, N>, tolerance: f64) -> Self {
+        Self { bvp, tolerance, polish: None, derive: false, factor: None, end: None, keep: false }
     }
 
     /// On a grid that is not the requested one, to the residual `polish` where that is cheap.
     pub fn on_coarse_grid(bvp: &'a BoundaryValueProblem<'a, N>, derive: bool, polish: f64) -> Self {
         // The grids of the first-order scheme extrapolate too badly to deserve a polish.
         let polish = (bvp.dynamics.grid.has_half_kicks()).then_some(polish);
-        Self { polish, derive, ..Self::new(bvp, GRID_TOLERANCE) }
+        Self { polish, derive, ..Self::to(bvp, GRID_TOLERANCE) }
     }
 
     /// With a factor from elsewhere for the first steps.
@@ -70,6 +80,7 @@ impl<const N: usize> Method for Shooting<'_, N> {
             Ok(newton) => newton,
             Err(error) => return Attempt::failed(candidate, outcome_of(error)),
         };
+        let newton = if self.keep { newton.keeping() } else { newton };
         let newton = match self.polish {
             Some(enough) => newton.polished_to(enough),
             None => newton,
@@ -85,6 +96,49 @@ impl<const N: usize> Method for Shooting<'_, N> {
             }
         }
         let (cost, residual) = (newton.end.cost, newton.end.residual());
-        Attempt { cost, residual, ..Attempt::of(candidate, report) }
+        Attempt { cost, residual, swept: newton.swept(), ..Attempt::of(candidate, report) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::maneuver::problem::{Problem, State};
+    use crate::mechanics::body::Body;
+    use crate::optimize::methods::method::Watch;
+    use crate::optimize::sweep::Node;
+    use crate::testing::{Random, full_inertia};
+    use crate::{Matrix3, lie};
+
+    /// Claim: the nodes that are kept are those of the iterate that is left, from near starts as from far ones, where trials
+    /// fail and steps are damped.
+    #[test]
+    fn kept_nodes_are_those_of_the_last_iterate() {
+        let mut random = Random(5);
+        let (mut converged, mut without) = (0, 0);
+        for case in 0..40 {
+            let body = Body { inertia: full_inertia(), mass: None };
+            let (start, turn) = (State::at_rest(Matrix3::identity()), random.vector3());
+            let problem = Problem::attitude(body, start, State::at_rest(lie::exp(&turn)), 1.0).with_steps(30);
+            let bvp = BoundaryValueProblem::<6>::new(&problem, 30);
+            let size = if case % 2 == 0 { 1.0 } else { 60.0 };
+            let far = SVector::<f64, 6>::from_fn(|_, _| size * random.uniform());
+            let candidate = Candidate::of_costate("far", &bvp.dynamics.grid, &far);
+            let budget = Budget { iterations: 1 + case / 2, watch: Watch::NONE };
+            let attempt = Shooting::new(&bvp, 1e-12).improve(candidate, &budget);
+            converged += usize::from(attempt.converged());
+            let Some(swept) = attempt.swept else {
+                without += 1;
+                continue;
+            };
+            let mut nodes: Vec<Node> = Vec::new();
+            let end = bvp.sweep_observed(&attempt.candidate.costate::<6>(), |node| nodes.push(node)).unwrap();
+            assert_eq!((swept.error.as_slice(), swept.cost), (end.error.as_slice(), end.cost));
+            assert_eq!(swept.nodes.len(), 31);
+            for (kept, node) in swept.nodes.iter().zip(&nodes) {
+                assert_eq!((kept.index, kept.point, kept.costate), (node.index, node.point, node.costate));
+            }
+        }
+        assert!(converged > 10 && without < 25, "{converged} converged, {without} without nodes");
     }
 }

@@ -13,8 +13,9 @@ use crate::lie;
 use crate::maneuver::solution::Outcome;
 use crate::numerics::factor::Factor;
 use crate::optimize::methods::driver::Iteration;
+use crate::optimize::methods::method::Swept;
 use crate::optimize::step::StepError;
-use crate::optimize::sweep::{BoundaryValueProblem, End};
+use crate::optimize::sweep::{BoundaryValueProblem, End, Node};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 /// Sufficient decrease of the line search.
@@ -50,6 +51,8 @@ pub(crate) struct Newton<'a, const N: usize> {
     psi: Option<SMatrix<f64, N, N>>,
     /// The last errors, oldest first.
     recent: [f64; PATIENCE],
+    /// The nodes of the present iterate and of the last trial, where they are kept.
+    nodes: Option<[Vec<Node>; 2]>,
 }
 
 impl<'a, const N: usize> Newton<'a, N> {
@@ -66,6 +69,12 @@ impl<'a, const N: usize> Newton<'a, N> {
             swept => swept?,
         };
         Ok(Self::at(bvp, tolerance, costate, end, factor))
+    }
+
+    /// The same, which keeps the nodes of its iterates but the first: that is seldom the last.
+    pub fn keeping(self) -> Self {
+        let nodes = Vec::with_capacity(self.bvp.dynamics.grid.steps() + 1);
+        Self { nodes: Some([Vec::new(), nodes]), ..self }
     }
 
     /// Starts at `costate`, with the `Ψ₁₂` that belongs to it.
@@ -92,7 +101,15 @@ impl<'a, const N: usize> Newton<'a, N> {
     ) -> Self {
         let (tolerance, enough) = (ACCEPT * tolerance, POLISH * tolerance);
         let recent = [f64::INFINITY; PATIENCE];
-        Self { bvp, tolerance, enough, costate, end, factor, psi: None, recent }
+        Self { bvp, tolerance, enough, costate, end, factor, psi: None, recent, nodes: None }
+    }
+
+    /// What the sweep of the present iterate showed, where that was kept.
+    pub fn swept(self) -> Option<Swept> {
+        let [nodes, _] = self.nodes?;
+        let complete = nodes.len() == self.bvp.dynamics.grid.steps() + 1;
+        let error = DVector::from_column_slice(self.end.error.as_slice());
+        complete.then_some(Swept { nodes, error, cost: self.end.cost })
     }
 
     /// `Ψ₁₂` of the present iterate.
@@ -119,7 +136,8 @@ impl<'a, const N: usize> Newton<'a, N> {
     fn try_step(&mut self, trial: SVector<f64, N>, fraction: f64) -> bool {
         let norm = self.end.error.norm();
         // A sweep that fails is a step too long, like an error that does not fall.
-        let Ok(end) = self.bvp.sweep(&trial) else { return false };
+        let nodes = self.nodes.as_mut().map(|[_, nodes]| nodes);
+        let Ok(end) = swept(self.bvp, &trial, nodes) else { return false };
         if end.error.norm() > (1.0 - 2.0 * ARMIJO * fraction) * norm {
             return false;
         }
@@ -133,6 +151,9 @@ impl<'a, const N: usize> Newton<'a, N> {
             self.factor = None;
         }
         (self.costate, self.end, self.psi) = (costate, end, None);
+        if let Some([nodes, trial]) = &mut self.nodes {
+            std::mem::swap(nodes, trial);
+        }
     }
 
     /// Line search along the direction of the present factor.
@@ -180,6 +201,10 @@ impl<'a, const N: usize> Newton<'a, N> {
             }
         }
         let Some((trial, end)) = best else { return false };
+        // The last of several trials need not be the best.
+        if let Some([_, nodes]) = &mut self.nodes {
+            nodes.clear();
+        }
         self.accept(trial, end);
         true
     }
@@ -219,6 +244,17 @@ impl<const N: usize> Iteration for Newton<'_, N> {
         let done = self.converged() || (converged && !polishing);
         done.then_some(Outcome::Converged)
     }
+}
+
+/// A sweep, with all its nodes where they are kept.
+fn swept<const N: usize>(
+    bvp: &BoundaryValueProblem<N>,
+    costate: &SVector<f64, N>,
+    nodes: Option<&mut Vec<Node>>,
+) -> Result<End<N>, StepError> {
+    let Some(nodes) = nodes else { return bvp.sweep(costate) };
+    nodes.clear();
+    bvp.sweep_observed(costate, |node| nodes.push(node))
 }
 
 /// The outcome that a broken sweep stands for.
