@@ -13,6 +13,7 @@ use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::Problem;
 use crate::mechanics::environment::{Pose, Wrench};
 use crate::numerics::compensated::Sum;
+use crate::numerics::widest::widest;
 use crate::optimize::step::drift::Drift;
 use crate::optimize::step::kick::Kick;
 use crate::optimize::step::{Costate, Dynamics, Point, Sensitivity, StepError};
@@ -146,7 +147,16 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
 
     /// Sweeps from `λ_{−1}`.
     pub fn sweep(&self, costate: &SVector<f64, N>) -> Result<End<N>, StepError> {
-        self.run::<false>(costate, &mut Sensitivity::zero(), |_| {}, |_| {})
+        self.run_wide::<false>(costate, &mut Sensitivity::zero(), |_| {})
+    }
+
+    /// Sweeps from `λ_{−1}` and adds every node to `nodes`.
+    pub(crate) fn sweep_into(
+        &self,
+        costate: &SVector<f64, N>,
+        nodes: &mut Vec<Node>,
+    ) -> Result<End<N>, StepError> {
+        self.run_wide::<false>(costate, &mut Sensitivity::zero(), |node| nodes.push(node))
     }
 
     /// Sweeps from `λ_{−1}` and shows every node to `observe`.
@@ -164,7 +174,9 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         &self,
         costate: &SVector<f64, N>,
     ) -> Result<(End<N>, SMatrix<f64, N, N>), StepError> {
-        self.sweep_conjugate(costate, |_| {})
+        let mut columns = Sensitivity::of_costate();
+        let end = self.run_wide::<true>(costate, &mut columns, |_| {})?;
+        self.with_slope(end, &columns)
     }
 
     /// As [`BoundaryValueProblem::sweep_linearized`]; `watch` sees every step.
@@ -175,7 +187,16 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
     ) -> Result<(End<N>, SMatrix<f64, N, N>), StepError> {
         let mut columns = Sensitivity::of_costate();
         let end = self.run::<true>(costate, &mut columns, |_| {}, watch)?;
-        let psi = self.terminal.slope(&columns);
+        self.with_slope(end, &columns)
+    }
+
+    /// An end with the derivative of its error.
+    fn with_slope(
+        &self,
+        end: End<N>,
+        columns: &Sensitivity<N>,
+    ) -> Result<(End<N>, SMatrix<f64, N, N>), StepError> {
+        let psi = self.terminal.slope(columns);
         if !psi.iter().all(|value| value.is_finite()) {
             return Err(StepError::NotFinite);
         }
@@ -199,9 +220,27 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         }
     }
 
+    /// The sweep in the widest registers, where it is of the usual kind. Whoever looks at the columns between two steps
+    /// would wait for them.
+    #[inline(always)]
+    fn run_wide<const DERIVE: bool>(
+        &self,
+        costate: &SVector<f64, N>,
+        columns: &mut Sensitivity<N>,
+        observe: impl FnMut(Node),
+    ) -> Result<End<N>, StepError> {
+        if self.dynamics.is_limited() || !self.dynamics.grid.is_uniform() {
+            return self.run::<DERIVE>(costate, columns, observe, |_| {});
+        }
+        widest(
+            #[inline(always)]
+            || self.run_of::<DERIVE, false, true>(costate, columns, observe, |_| {}),
+        )
+    }
+
     /// The sweep of limited inputs or of others, on steps of one length or of their own; every variant compiles to
     /// its own loop.
-    #[inline]
+    #[inline(always)]
     fn run_of<const DERIVE: bool, const LIMITED: bool, const UNIFORM: bool>(
         &self,
         costate: &SVector<f64, N>,

@@ -254,7 +254,7 @@ fn swept<const N: usize>(
 ) -> Result<End<N>, StepError> {
     let Some(nodes) = nodes else { return bvp.sweep(costate) };
     nodes.clear();
-    bvp.sweep_observed(costate, |node| nodes.push(node))
+    bvp.sweep_into(costate, nodes)
 }
 
 /// The outcome that a broken sweep stands for.
