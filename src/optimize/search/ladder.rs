@@ -8,8 +8,9 @@ use super::coarse::{
 };
 use super::context::Context;
 use super::guess::Guess;
+use super::record::{self, Recorded};
+use super::starts;
 use super::way::{Follower, Way};
-use super::{record, starts};
 use crate::Vector3;
 use crate::lie;
 use crate::maneuver::problem::{Motion, Path, Problem};
@@ -17,6 +18,7 @@ use crate::maneuver::settings::Method as Road;
 use crate::maneuver::solution::{ConvexWork, Optimality, Outcome, Rival, Rung, Sense, Solution, Trajectory};
 use crate::numerics::factor::effective;
 use crate::numerics::figures::{short, significant};
+use crate::numerics::parallel;
 use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Attempt, Method, Run, Watch};
@@ -27,12 +29,15 @@ use crate::optimize::methods::shooting::Shooting;
 use crate::optimize::methods::shooting::newton::outcome_of;
 use crate::optimize::methods::shooting::refine::{CoarseToFine, polish};
 use crate::optimize::second_order;
+use crate::optimize::step::StepError;
 use crate::optimize::sweep::BoundaryValueProblem;
 use nalgebra::SVector;
 use std::f64::consts::{PI, TAU};
 
 /// Two extremals whose costates differ by less, relative, are one.
 const SAME: f64 = 1e-6;
+/// Steps from which a second thread takes less time than waking it.
+const WORTH_A_THREAD: usize = 400;
 /// Costs of one optimum of SCP differ by less, relative.
 const SAME_COST: f64 = 1e-9;
 
@@ -489,14 +494,9 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         }
         let scp = provenance.method == Road::Scp;
         let chain = scp.then(|| self.chain_of_given_duration(candidate.steps()));
-        let extremal = |fine: &BoundaryValueProblem<N>| {
-            record::extremal(self.problem, fine, &candidate.costate(), attempt.swept.as_ref())
-        };
-        let recorded = match &chain {
-            Some(chain) => record::chain(self.problem, &self.fine, chain, candidate),
-            // The best iterate is worth a moment more.
-            None if self.stopped() && self.fine.is_kept_after_stop() => extremal(&self.fine.undisturbed()),
-            None => extremal(&self.fine),
+        let (recorded, optimality) = match &chain {
+            Some(chain) => (record::chain(self.problem, &self.fine, chain, candidate), None),
+            None => self.recorded(attempt),
         };
         let recorded = match recorded {
             Ok(recorded) => recorded,
@@ -516,10 +516,12 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         match &chain {
             None => {
                 solution.active = recorded.active;
-                solution.optimality = if self.context.settings.test_second_order {
-                    second_order::optimality(&self.fine, &candidate.costate())
-                } else {
-                    Optimality::UNTESTED
+                solution.optimality = match optimality {
+                    Some(optimality) => optimality,
+                    None if self.context.settings.test_second_order => {
+                        second_order::optimality(&self.fine, &candidate.costate())
+                    }
+                    None => Optimality::UNTESTED,
                 };
             }
             Some(chain) if attempt.converged() => {
@@ -544,6 +546,31 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
             }
             Some(_) => {}
         }
+    }
+
+    /// Records an extremal, and where that pays tests its second order meanwhile.
+    fn recorded(&self, attempt: &Attempt) -> (Result<Recorded, StepError>, Option<Optimality>) {
+        let (problem, fine, stopped) = (self.problem, &self.fine, self.stopped());
+        let (costate, swept) = (attempt.candidate.costate(), attempt.swept.as_ref());
+        if stopped || !fine.is_kept_after_stop() {
+            // The best iterate is worth a moment more.
+            let undisturbed = (stopped && fine.is_kept_after_stop()).then(|| fine.undisturbed());
+            return (record::extremal(problem, undisturbed.as_ref().unwrap_or(fine), &costate, swept), None);
+        }
+        let pays = problem.steps >= WORTH_A_THREAD && parallel::threads() > 1;
+        if !pays || !self.context.settings.test_second_order {
+            return (record::extremal(problem, fine, &costate, swept), None);
+        }
+        let (dynamics, start, terminal) = fine.parts();
+        let record = || {
+            let fine = BoundaryValueProblem::<N>::of_parts(dynamics, start, terminal);
+            record::extremal(problem, &fine, &costate, swept)
+        };
+        let test = || second_order::optimality(fine, &costate);
+        let (optimality, recorded) = parallel::both(test, record, || {
+            self.stopped();
+        });
+        (recorded, Some(optimality))
     }
 
     /// Adds to an unsolved maneuver the duration for which a plan was found.

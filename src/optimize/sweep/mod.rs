@@ -141,8 +141,18 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
 
     /// The same, whose sweeps go through to their end.
     pub(crate) fn undisturbed(&self) -> BoundaryValueProblem<'static, N> {
-        let (dynamics, start, terminal) = (self.dynamics.clone(), self.start, self.terminal);
-        BoundaryValueProblem { dynamics, start, terminal, listener: None }
+        let (dynamics, start, terminal) = self.parts();
+        BoundaryValueProblem::of_parts(dynamics, start, terminal)
+    }
+
+    /// What makes it but for the listener, who stays on its thread.
+    pub(crate) fn parts(&self) -> (&Dynamics, Point, TerminalCondition) {
+        (&self.dynamics, self.start, self.terminal)
+    }
+
+    /// From these.
+    pub(crate) fn of_parts(dynamics: &Dynamics, start: Point, terminal: TerminalCondition) -> Self {
+        Self { dynamics: dynamics.clone(), start, terminal, listener: None }
     }
 
     /// Sweeps from `λ_{−1}`.
