@@ -76,10 +76,14 @@ fn what_is_not_tested_is_the_same_extremal_and_says_so() {
     let untested = Settings { test_second_order: false, ..Settings::default() };
     let moments = Vector3::new(1.0, 2.0, 3.0);
     let straight = Vector3::y() * PI;
-    for (rotation, path) in
-        [(Vector3::new(0.4, -0.8, 0.3), Path::Shortest), (straight, Path::AsGiven(straight))]
-    {
-        let problem = turn(&moments, &rotation).with_path(path);
+    let oblique = Vector3::new(0.4, -0.8, 0.3);
+    // On many steps the test runs while the trajectory is recorded.
+    for (rotation, path, steps) in [
+        (oblique, Path::Shortest, 60),
+        (oblique, Path::Shortest, 500),
+        (straight, Path::AsGiven(straight), 60),
+    ] {
+        let problem = turn(&moments, &rotation).with_path(path).with_steps(steps);
         let tested = answer(&problem);
         let bare = solve(&problem, &untested, None, &mut Silent).unwrap();
         assert_eq!(bare.outcome, Outcome::Converged);
