@@ -156,6 +156,7 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
     }
 
     /// Sweeps from `λ_{−1}`.
+    #[inline(never)]
     pub fn sweep(&self, costate: &SVector<f64, N>) -> Result<End<N>, StepError> {
         self.run_wide::<false>(costate, &mut Sensitivity::zero(), |_| {})
     }
@@ -244,14 +245,26 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         }
         widest(
             #[inline(always)]
-            || self.run_of::<DERIVE, false, true>(costate, columns, observe, |_| {}),
+            || self.steps_of::<DERIVE, false, true>(costate, columns, observe, |_| {}),
         )
     }
 
     /// The sweep of limited inputs or of others, on steps of one length or of their own; every variant compiles to
     /// its own loop.
-    #[inline(always)]
+    #[inline]
     fn run_of<const DERIVE: bool, const LIMITED: bool, const UNIFORM: bool>(
+        &self,
+        costate: &SVector<f64, N>,
+        columns: &mut Sensitivity<N>,
+        observe: impl FnMut(Node),
+        watch: impl FnMut(&Step<N>),
+    ) -> Result<End<N>, StepError> {
+        self.steps_of::<DERIVE, LIMITED, UNIFORM>(costate, columns, observe, watch)
+    }
+
+    /// The same in the registers of whoever calls it.
+    #[inline(always)]
+    fn steps_of<const DERIVE: bool, const LIMITED: bool, const UNIFORM: bool>(
         &self,
         costate: &SVector<f64, N>,
         columns: &mut Sensitivity<N>,
