@@ -327,21 +327,39 @@ fn bent(paths: Vec<Candidate>) -> Vec<Candidate> {
 
 /// About how long a turn about a fixed axis takes, or a flight along a line where that is longer \[s\].
 fn about(problem: &Problem) -> f64 {
-    let weakest = |set: &ActuatorSet| {
-        let Limits { size, norm, .. } = set.limits();
-        let outputs = set.axes().iter().zip(size.iter().flatten()).map(|(axis, bound)| axis.norm() * bound);
-        // A thruster through the mass center turns nothing.
-        outputs.chain(*norm).filter(|bound| *bound > 0.0).fold(f64::INFINITY, f64::min)
+    let lasting = |way: &Vector3, least: f64, speeds: &Vector3, inertia: f64, set: &ActuatorSet| {
+        let way_there = 2.0 * (way.norm().max(least) * inertia / given(set, way)).sqrt();
+        way_there + speeds.norm() * inertia / given(set, speeds)
     };
-    let lasting = |way: f64, speeds: f64, inertia: f64, bound: f64| {
-        2.0 * (way * inertia / bound).sqrt() + speeds * inertia / bound
-    };
-    let (start, end) = (&problem.start, &problem.end);
-    let turn = lie::minus(&end.attitude, &start.attitude).norm().max(0.1);
-    let rates = (end.angular_velocity - start.angular_velocity).norm();
-    let turning = lasting(turn, rates, problem.body.inertia.j().norm(), weakest(&problem.actuation.torque));
-    let (way, speeds) = ((end.position - start.position).norm(), (end.velocity - start.velocity).norm());
+    let (start, end, torque) = (&problem.start, &problem.end, &problem.actuation.torque);
+    let of_body = |vector: &Vector3| torque.frame().of_body(&start.attitude, vector);
+    let turn = of_body(&lie::minus(&end.attitude, &start.attitude));
+    let rates = of_body(&(end.angular_velocity - start.angular_velocity));
+    let turning = lasting(&turn, 0.1, &rates, problem.body.inertia.j().norm(), torque);
     let mass = problem.body.mass.filter(|_| problem.motion == Motion::RigidBody);
-    let flying = mass.zip(problem.actuation.force.as_ref());
-    turning.max(flying.map_or(0.0, |(mass, force)| lasting(way, speeds, mass, weakest(force))))
+    let flying = mass.zip(problem.actuation.force.as_ref()).map_or(0.0, |(mass, force)| {
+        let of_reference = |vector: &Vector3| force.frame().of_reference(&start.attitude, vector);
+        let way = of_reference(&(end.position - start.position));
+        lasting(&way, 0.0, &of_reference(&(end.velocity - start.velocity)), mass, force)
+    });
+    turning.max(flying)
+}
+
+/// About what a set gives along and against a direction: that of its weakest input or, where all that helps is much more, a part
+/// of that.
+fn given(set: &ActuatorSet, direction: &Vector3) -> f64 {
+    let Limits { size, norm, one_sided, .. } = set.limits();
+    let inputs = || set.axes().iter().zip(size.iter().flatten());
+    // A thruster through the mass center turns nothing.
+    let each = inputs().map(|(axis, bound)| axis.norm() * bound).chain(*norm);
+    let weakest = each.filter(|bound| *bound > 0.0).fold(f64::INFINITY, f64::min);
+    let along = |direction: &Vector3| -> f64 {
+        let helps = |axis: &Vector3| {
+            if *one_sided { axis.dot(direction).max(0.0) } else { axis.dot(direction).abs() }
+        };
+        inputs().map(|(axis, bound)| helps(axis) * bound).sum()
+    };
+    let unit = direction.try_normalize(0.0).unwrap_or_else(Vector3::zeros);
+    let together = along(&unit).min(along(&-unit)) / 3.0_f64.sqrt();
+    weakest.max(together.min(norm.unwrap_or(f64::INFINITY)))
 }

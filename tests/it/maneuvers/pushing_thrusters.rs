@@ -95,6 +95,23 @@ fn a_push_while_the_body_turns_goes_where_it_points() {
     }
 }
 
+/// The first guess of the duration is not that of the weakest.
+#[test]
+fn a_weak_thruster_among_strong_ones_does_not_lead_the_search_astray() {
+    let strong = by_thrusters([0.3, 0.2, -0.1], [0.5, -0.3, 0.4], 2.0);
+    let strong = strong.with_objective(Objective::Time).with_duration(f64::NAN);
+    let twelve = &strong.actuation;
+    let (positions, directions) = (
+        twelve.thrusters.as_ref().unwrap().positions.clone(),
+        twelve.force.as_ref().unwrap().axes().to_vec(),
+    );
+    let mut limits = one_sided(2.0, 12);
+    limits.size.as_mut().unwrap()[0] = 0.02;
+    let weak = strong.clone().with_actuation(Actuation::of_thrusters(positions, directions, limits).unwrap());
+    let [strong, weak] = [strong, weak].map(|problem| solved(&problem).solution.cost);
+    assert!(strong < weak && weak < 2.0 * strong, "{strong} s, {weak} s");
+}
+
 #[test]
 fn what_cannot_push_and_turn_every_way_is_refused() {
     let refused = |problem: Problem, words: &str| {
