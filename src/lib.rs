@@ -61,8 +61,8 @@
 //! # Features
 //!
 //! With default features off the crate solves and verifies. `files` adds the reading and writing of files
-//! (`slewkit::files`), `cli` the program `slew`, `threads` the sum of mutual gravity over several threads, `argmin`
-//! the driver of that name for Newton iterations, `cpu-time` the clock of comparisons, `sdp` global lower bounds
+//! (`slewkit::files`), `cli` the program `slew`, `threads` the sum of mutual gravity over several threads
+//! and the tests of a plan on two, `argmin` the driver of that name for Newton iterations, `cpu-time` the clock of comparisons, `sdp` global lower bounds
 //! (`optimize::lower_bound`). None of them changes a result by a bit.
 //!
 //! # What this crate does not do

@@ -34,7 +34,7 @@ pub enum Objective {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fuel {
     /// `c_j`, one per torque input, positive, in 1/(N·m·s) up to the user's unit of cost; absent: 1 each. All equal where
-    /// the norm of the torque is limited.
+    /// the norm of the torque is limited. None of thrusters that push and turn: these have prices of forces.
     pub prices: Option<Vec<f64>>,
     /// The same of the force inputs, in 1/(N·s) up to the user's unit of cost.
     pub force_prices: Option<Vec<f64>>,
@@ -55,9 +55,7 @@ impl Fuel {
 
     /// What a second costs: the fuel of a row of inputs, those of forces first, and the price of time.
     pub fn rate(&self, actuation: &Actuation, inputs: &[f64]) -> f64 {
-        let (forces, torques) = actuation.split(inputs);
-        // What thrusters burn for their force turns the body too.
-        let torques = if actuation.thrusters.is_some() { &[] } else { torques };
+        let (forces, torques) = actuation.split_costs(inputs);
         let of_set = |set: &ActuatorSet, inputs: &[f64], price: &dyn Fn(usize) -> f64| -> f64 {
             if Self::is_of_norm(set) {
                 return price(0) * set.output(inputs).norm();
@@ -286,8 +284,11 @@ impl<'a> Weighted<'a> {
     }
 }
 
-/// Running cost `½ uᵀWu` of inputs under the weight `W`, m×m; in the unit of the weight, or scaled.
+/// Running cost `½ uᵀWu` of inputs under the weight `W`, m×m; in the unit of the weight, or scaled. None where there are none.
 pub fn effort(weight: &DMatrix<f64>, inputs: &[f64]) -> f64 {
+    if inputs.is_empty() {
+        return 0.0;
+    }
     let u = DVector::from_column_slice(inputs);
     0.5 * u.dot(&(weight * &u))
 }

@@ -357,6 +357,12 @@ impl Actuation {
         inputs.split_at(inputs.len().saturating_sub(self.torque.count()))
     }
 
+    /// The same for what inputs cost: those of thrusters that give both count once, as forces.
+    pub fn split_costs<'a>(&self, inputs: &'a [f64]) -> (&'a [f64], &'a [f64]) {
+        let (forces, torques) = self.split(inputs);
+        (forces, if self.thrusters.is_some() { &[] } else { torques })
+    }
+
     /// Whether the inputs within their limits have a torque in every direction and, where `moves`, a force and a torque in
     /// every direction at once.
     pub fn reaches_every_direction(&self, moves: bool) -> bool {

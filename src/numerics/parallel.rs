@@ -39,7 +39,7 @@ pub(crate) fn fill<T: Sync, R: Send>(
 }
 
 /// Both results; the work `there` on another thread, while the calling thread does that `here` and then calls
-/// `meanwhile` now and then until all is done. Without threads `here` comes first.
+/// `meanwhile` now and then until all is done. Without threads, and on one of rayon's own, `here` comes first.
 pub(crate) fn both<A, B: Send>(
     here: impl FnOnce() -> A,
     there: impl FnOnce() -> B + Send,
@@ -47,6 +47,10 @@ pub(crate) fn both<A, B: Send>(
 ) -> (A, B) {
     #[cfg(feature = "threads")]
     {
+        if rayon::current_thread_index().is_some() {
+            // The work would wait on this very thread, which waits for it.
+            return (here(), there());
+        }
         use std::sync::mpsc::{RecvTimeoutError, channel};
         const NOW_AND_THEN: std::time::Duration = std::time::Duration::from_millis(20);
         let mut found = None;
@@ -69,5 +73,17 @@ pub(crate) fn both<A, B: Send>(
     {
         let _ = meanwhile;
         (here(), there())
+    }
+}
+
+#[cfg(all(test, feature = "threads"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_works_within_a_pool_of_one_thread() {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        assert_eq!(pool.install(|| both(|| 1, || 2, || {})), (1, 2));
+        assert_eq!(both(|| 1, || 2, || {}), (1, 2));
     }
 }

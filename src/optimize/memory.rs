@@ -78,7 +78,8 @@ fn rows(problem: &Problem) -> usize {
     });
     // What has a kink in the cost, once for each side of it.
     let of_kinks = |set: &ActuatorSet| if Fuel::is_of_norm(set) { BALL } else { 2 * set.count() };
-    let burning = [Some(&problem.actuation.torque), problem.actuation.force.as_ref()];
+    let torque = Some(&problem.actuation.torque).filter(|_| problem.actuation.thrusters.is_none());
+    let burning = [torque, problem.actuation.force.as_ref()];
     let burning = burning.into_iter().flatten().filter(|_| problem.objective.fuel().is_some());
     of_limits.chain(of_constraints).chain(burning.map(of_kinks)).sum()
 }

@@ -126,7 +126,7 @@ fn running_cost(subject: &Subject, inputs: &[f64]) -> f64 {
         Objective::Effort(weights) => weights,
     };
     let force = weights.force(actuation);
-    let (forces, torques) = actuation.split(inputs);
+    let (forces, torques) = actuation.split_costs(inputs);
     let of_forces = force.map_or(0.0, |force| effort(&force.weight, forces));
     let of_time = weights.time_price.unwrap_or(0.0);
     of_time + of_forces + effort(&weights.torque(actuation).weight, torques)

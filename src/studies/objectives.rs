@@ -158,7 +158,7 @@ impl<'a> Measures<'a> {
     fn effort(&self, inputs: &[f64]) -> f64 {
         let actuation = &self.problem.actuation;
         let torque = self.weights.torque(actuation);
-        let (forces, torques) = actuation.split(inputs);
+        let (forces, torques) = actuation.split_costs(inputs);
         let force = self.weights.force(actuation).filter(|_| !forces.is_empty());
         effort(&torque.weight, torques) + force.map_or(0.0, |force| effort(&force.weight, forces))
     }

@@ -335,7 +335,7 @@ pub fn effort(problem: &Problem, inputs: &[f64]) -> f64 {
     let (torque, force) = (weights.torque(&problem.actuation), weights.force(&problem.actuation));
     let price = |inputs: &Weighted, row: &[f64]| objective::effort(&inputs.weight, row);
     at_nodes(problem, inputs, |row| {
-        let (forces, torques) = problem.actuation.split(row);
+        let (forces, torques) = problem.actuation.split_costs(row);
         price(&torque, torques) + force.as_ref().map_or(0.0, |force| price(force, forces))
     })
 }

@@ -252,7 +252,7 @@ type List = Mutex<Vec<PathBuf>>;
 static TEMPORARY: List = Mutex::new(Vec::new());
 
 /// Removes the temporary files of all outputs that are being written, and lets none be made any more: for a program that ends
-/// now, without unwinding.
+/// now, without unwinding: a second call, or an output after it, waits for ever.
 pub fn remove_temporaries() {
     remove_all(&TEMPORARY);
 }

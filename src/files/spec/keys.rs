@@ -312,8 +312,8 @@ tables! {
         "force_fuel_price": Limits(q::PRICE, None);
         /// Reaction wheels, instead of torque axes; each input is the torque of one wheel on the body.
         "wheel": List(&WHEEL, MAX_WHEELS);
-        /// Thrusters, instead of torque axes; each input is the torque of one thruster, never negative, or, where positions are
-        /// given, its force, which pushes and turns the body. For minimum time and fuel.
+        /// Thrusters, instead of torque axes; each input is the torque of one thruster, never negative, or, where [start] and [end]
+        /// have positions, its force, which pushes and turns the body. For minimum time and fuel.
         "thruster": List(&THRUSTER, MAX_WHEELS);
     }
 

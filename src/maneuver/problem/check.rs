@@ -141,6 +141,10 @@ impl Problem {
     /// One price for each input, the same for all where fuel is counted by the norm of what they give.
     fn check_fuel_prices(&self, fuel: &Fuel) -> Result<(), ProblemError> {
         let (torque, force) = (&self.actuation.torque, self.actuation.force.as_ref());
+        if fuel.prices.is_some() && self.actuation.thrusters.is_some() {
+            let reason = "the prices of thrusters that push and turn are those of forces";
+            return Err(ProblemError::Unsuited { what: "fuel_price", reason });
+        }
         let of_norm = [
             "fuel is counted by the norm of the torque under a limit of that: it has one price",
             "fuel is counted by the norm of the force under a limit of that: it has one price",
@@ -302,7 +306,14 @@ impl Problem {
                 && [force.count(), torque.count()] == [positions.len(); 2]
                 && arms.zip(torque.axes()).all(|(arm, axis)| arm == *axis)
         });
+        let limits = torque.limits();
+        let each =
+            limits.one_sided && limits.size.is_some() && limits.norm.is_none() && limits.rate.is_none();
         let obstacles = [
+            (
+                !each,
+                "thrusters that push and turn push to one side only, up to a limit each, and have no other limits",
+            ),
             (self.motion == Motion::Attitude, "thrusters that push as well are for a body that moves"),
             (self.actuation.wheels.is_some(), "thrusters that push and turn do not go with wheels"),
             (!alike, "the axes and limits of thrusters that push and turn do not agree"),

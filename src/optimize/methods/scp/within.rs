@@ -52,6 +52,9 @@ pub(super) fn optimal_inputs(
         let pull = evaluated.input_slope(stage).tr_mul(&multipliers.costates[stage]);
         courses.iter_mut().zip(pull.iter()).for_each(|(course, pull)| course.slope.push(*pull));
     }
+    if courses.iter().flat_map(|course| &course.slope).any(|slope| !slope.is_finite()) {
+        return None;
+    }
     for row in &rows.rows {
         match row.what {
             What::InputSize { input, limit, .. } => courses[input].size = limit,
