@@ -208,40 +208,43 @@ impl Input {
 }
 
 impl Input {
-    /// What holds a course within its limits. Along stages that follow each other as fast as they may forces are summed up from the
-    /// end where the size is free; what is left at the other is what holds the size there.
+    /// What holds a course within its limits. Forwards each force of a change is as free as the stages before it leave it: what holds
+    /// a size may be any that pushes inwards. Backwards it is the one that leaves least to hold the size with.
     fn forces(&self, inputs: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let last = self.changes.len();
         let (mut size, mut change) = (vec![0.0; last + 1], vec![0.0; last]);
         let pull = |stage: usize| self.weight[stage] * inputs[stage] + self.slope[stage];
         let held = |stage: usize| inputs[stage].abs() >= self.size * (1.0 - ROUND_OFF);
-        let fast = |stage: usize| {
-            let step = (inputs[stage + 1] - inputs[stage]).abs();
-            step >= self.changes[stage] * (1.0 - ROUND_OFF)
-        };
-        let mut first = 0;
-        while first < last {
-            let mut end = first;
-            while end < last && fast(end) && (end == first || !held(end)) {
-                end += 1;
+        let mut free = Vec::with_capacity(last);
+        let (mut low, mut high) = (0.0, 0.0);
+        for stage in 0..last {
+            (low, high) = (low + pull(stage), high + pull(stage));
+            match held(stage) {
+                true if inputs[stage] > 0.0 => high = f64::INFINITY,
+                true => low = f64::NEG_INFINITY,
+                false => {}
             }
-            let mut sum = 0.0;
-            if held(first) && !held(end) {
-                for stage in (first..end).rev() {
-                    sum -= pull(stage + 1);
-                    change[stage] = sum;
-                }
-            } else {
-                for (stage, force) in (first..end).zip(&mut change[first..end]) {
-                    sum += pull(stage);
-                    *force = sum;
-                }
-            }
-            first = end.max(first + 1);
+            let step = inputs[stage + 1] - inputs[stage];
+            let (least, most) = match step.abs() >= self.changes[stage] * (1.0 - ROUND_OFF) {
+                true if step > 0.0 => (0.0, f64::INFINITY),
+                true => (f64::NEG_INFINITY, 0.0),
+                false => (0.0, 0.0),
+            };
+            (low, high) = (low.max(least).min(most), high.max(least).min(most));
+            free.push((low, high));
         }
-        for stage in (0..=last).filter(|stage| held(*stage)) {
-            let before = if stage > 0 { change[stage - 1] } else { 0.0 };
-            size[stage] = change.get(stage).copied().unwrap_or(0.0) - before - pull(stage);
+        let mut after = 0.0;
+        for stage in (0..=last).rev() {
+            let mut before = 0.0;
+            if stage > 0 {
+                let (low, high) = free[stage - 1];
+                before = (after - pull(stage)).max(low).min(high);
+                change[stage - 1] = before;
+            }
+            if held(stage) {
+                size[stage] = after - before - pull(stage);
+            }
+            after = before;
         }
         (size, change)
     }
@@ -293,7 +296,13 @@ mod tests {
                 .collect();
             let slope = weight.iter().zip(&asked).map(|(weight, asked)| weight * asked).collect();
             let size = if case % 3 == 0 { f64::INFINITY } else { 0.7 };
-            let changes = (1..count).map(|_| (1.0 + 0.3 * random.uniform()) * 8.0 / count as f64).collect();
+            // From one limit of the size to the other in a whole number of stages, or in none.
+            let whole = 2.0 * size / (1 + case % 8) as f64;
+            let changes = (1..count).map(|_| match case % 3 {
+                1 => whole,
+                _ => (1.0 + 0.3 * random.uniform()) * 8.0 / count as f64,
+            });
+            let changes = changes.collect();
             check(&Input { weight, slope, size, changes }, &format!("case {case}"));
         }
     }
