@@ -58,6 +58,8 @@ impl<const N: usize> Nodes<N> {
 pub(crate) struct LiftedNewton<'a, const N: usize> {
     pub bvp: &'a BoundaryValueProblem<'a, N>,
     pub tolerance: f64,
+    /// How often it may take the iterations that the settings allow.
+    pub patience: usize,
 }
 
 impl<const N: usize> Method for LiftedNewton<'_, N> {
@@ -70,7 +72,7 @@ impl<const N: usize> Method for LiftedNewton<'_, N> {
             Ok(lifted) => lifted,
             Err(error) => return Attempt::failed(candidate, outcome_of(error)),
         };
-        let (lifted, report) = run(lifted, budget.iterations, budget.watch.interrupt);
+        let (lifted, report) = run(lifted, self.patience * budget.iterations, budget.watch.interrupt);
         Attempt::of(lifted.nodes.into_candidate(candidate), report)
     }
 }

@@ -53,10 +53,14 @@ impl Starts {
         let simple = problem.environment.is_free() && !few && !stiff && !coupled;
         let turned =
             problem.start.angular_velocity.norm().max(problem.end.angular_velocity.norm()) * problem.duration;
-        if problem.path != Path::Best {
-            let turns = super::ladder::wanted_turns(problem);
-            let given = if let Path::AsGiven(rotation) = problem.path { Some(rotation) } else { None };
-            return Self { given, smooth: turns.clone(), coasting: turns, ..Self::default() };
+        let given = if let Path::AsGiven(rotation) = problem.path { Some(rotation) } else { None };
+        let turns = super::ladder::wanted_turns(problem);
+        let plain = Self { given, smooth: turns.clone(), coasting: turns, ..Self::default() };
+        let simple_slew = simple && turned <= SLOW && thoroughness == Thoroughness::Default;
+        if given.is_some()
+            || problem.path != Path::Best && (simple_slew || thoroughness == Thoroughness::Quick)
+        {
+            return plain;
         }
         let (hops, random) = match (few, stiff) {
             (true, _) => (HOPS, RANDOM_FEW_INPUTS),
@@ -75,6 +79,11 @@ impl Starts {
             }
             Thoroughness::Default => all,
         }
+    }
+
+    /// Whether there are more than those of the ways round.
+    pub fn is_wide(&self) -> bool {
+        self.slowed || !self.bent.is_empty() || self.random > 0 || self.smooth.len() > 2
     }
 
     /// All families.

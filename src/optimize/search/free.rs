@@ -6,11 +6,13 @@
 use super::coarse::rough_grid;
 use super::effort::Starts;
 use super::ladder::Search;
+use super::way::Follower;
 use super::{paths, starts};
+use crate::Vector3;
 use crate::lie;
 use crate::maneuver::problem::Path;
 use crate::maneuver::settings::{Method, Thoroughness};
-use crate::maneuver::solution::{Outcome, Rung, Solution};
+use crate::maneuver::solution::{Outcome, Rung, Sense, Solution};
 use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::descent::Descent;
 use crate::optimize::methods::driver::Report;
@@ -59,17 +61,21 @@ const WIDENED: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 const EVENED: [f64; 4] = [1e-1, 1e-2, 1e-3, 0.0];
 /// How much dearer than the cheapest on the coarse grid a minimum on a rougher one may be.
 const ROUGH_MARGIN: f64 = 0.5;
+/// How often the lifted Newton may take its iterations there: the valley from the last authority to none is long.
+const PATIENCE: usize = 4;
 /// Levels through which a path goes on the requested grid.
-const LAST_LEVELS: [usize; 2] = [2, WIDENED.len() - 1];
+const LAST_LEVELS: [usize; 3] = [2, 3, WIDENED.len() - 1];
 /// Most steps of a descent or a lifted Newton on the requested grid: they keep the matrices of every step.
 const MOST_STEPS: usize = 20_000;
 
 impl<const N: usize> Search<'_, '_, N> {
-    /// The extremals without limits: those that Newton meets from the ballistic starts, and for the best way the
-    /// minima that descents end at.
+    /// The extremals without limits: those that Newton meets from the ballistic starts, and the minima that descents end at. The
+    /// shorter and the longer way of a body that rests at both ends, and can do all, are each what Newton meets.
     pub(super) fn extremals(&mut self) {
         self.ballistic();
-        if self.problem.path == Path::Best || !self.is_as_asked() {
+        let sense = self.asked_for_a_sense().is_some();
+        let wide = || Starts::of(self.problem, &self.coarse, self.context.settings.search).is_wide();
+        if self.problem.path == Path::Best || !self.is_as_asked() || sense && wide() {
             self.descents();
         }
         self.carry_extremals();
@@ -118,6 +124,30 @@ impl<const N: usize> Search<'_, '_, N> {
         }
     }
 
+    /// The sense that is asked for, where any path of it will do.
+    fn asked_for_a_sense(&self) -> Option<Sense> {
+        match self.problem.path {
+            Path::Shortest => Some(Sense::Short),
+            Path::Long => Some(Sense::Long),
+            Path::Best | Path::AsGiven(_) => None,
+        }
+    }
+
+    /// Whether a path is of that sense.
+    fn is_of_the_sense(&self, path: &Candidate) -> bool {
+        self.asked_for_a_sense().is_none_or(|asked| {
+            let mut follower = Follower::new();
+            path.states.iter().for_each(|node| follower.node(&node.attitude.value, Vector3::zeros(), 0.0));
+            follower.way_or_short(&self.coarse).sense == asked
+        })
+    }
+
+    /// The lowest cost of some attempts that go as asked.
+    fn lowest<'x>(&self, attempts: impl Iterator<Item = &'x Attempt>) -> f64 {
+        let right = attempts.filter(|attempt| self.astray(attempt) < ASTRAY);
+        right.map(|attempt| attempt.cost).fold(f64::INFINITY, f64::min)
+    }
+
     /// Newton shooting from the ballistic starts.
     fn ballistic(&mut self) {
         for fraction in [1.0, 0.3] {
@@ -152,7 +182,8 @@ impl<const N: usize> Search<'_, '_, N> {
         let coarse = self.coarse.clone();
         let starts = Starts::of(self.problem, &coarse, self.context.settings.search);
         let authority = Authority::of(&coarse.dynamics);
-        if self.pool.is_empty() || self.problem.path != Path::Best || authority == Authority::Missing {
+        let given = matches!(self.problem.path, Path::AsGiven(_));
+        if given || !self.is_as_asked() || authority == Authority::Missing {
             self.lift(&coarse, starts.paths(&coarse));
         }
         let mut minima = Minima::default();
@@ -170,7 +201,8 @@ impl<const N: usize> Search<'_, '_, N> {
             }
             self.narrow(&coarse, open, &mut minima);
         }
-        let margin = if self.problem.path == Path::Best { MARGIN } else { f64::INFINITY };
+        minima.0.retain(|minimum| self.is_of_the_sense(&minimum.candidate));
+        let margin = if given { f64::INFINITY } else { MARGIN };
         let enough = minima.0.first().map_or(f64::INFINITY, |best| best.cost * (1.0 + margin));
         for minimum in minima.0.into_iter().take_while(|minimum| minimum.cost <= enough).take(MOST_MINIMA) {
             if !self.stopped() {
@@ -191,7 +223,8 @@ impl<const N: usize> Search<'_, '_, N> {
                 paths::on_grid(coarse, &path)
             })
         });
-        let all: Vec<Candidate> = known.chain(starts.paths(coarse)).collect();
+        let all = known.chain(starts.paths(coarse)).filter(|path| self.is_of_the_sense(path));
+        let all: Vec<Candidate> = all.collect();
         let most = all.len();
         let patient = self.context.settings.search == Thoroughness::Thorough || starts.hops > 0;
         let mut idle = 0;
@@ -282,6 +315,7 @@ impl<const N: usize> Search<'_, '_, N> {
     ) {
         let authority = Authority::of(&coarse.dynamics);
         let last = authority.levels().len() - 1;
+        let given = matches!(self.problem.path, Path::AsGiven(_));
         for _ in 0..MOST_BRANCHES {
             let lowest = open.iter().enumerate().min_by(|(_, (_, a)), (_, (_, b))| a.cost.total_cmp(&b.cost));
             let Some(lowest) = lowest.map(|(index, _)| index) else { return };
@@ -292,8 +326,8 @@ impl<const N: usize> Search<'_, '_, N> {
             let rough = minimum.candidate.steps() != coarse.dynamics.grid.steps();
             let margin = if rough { ROUGH_MARGIN } else { MARGIN };
             let found =
-                self.pool.iter().chain(&ended.0).map(|found| found.cost).fold(f64::INFINITY, f64::min);
-            if self.problem.path == Path::Best && minimum.cost > found * (1.0 + margin) {
+                ended.0.first().map_or(f64::INFINITY, |best| best.cost).min(self.lowest(self.pool.iter()));
+            if !given && minimum.cost > found * (1.0 + margin) {
                 continue;
             }
             // With little left to take away the true extremal is within Newton's reach.
@@ -334,7 +368,7 @@ impl<const N: usize> Search<'_, '_, N> {
 
     /// The lifted Newton from states and costates of all nodes, then the shooting. The cost of the extremal.
     fn lift_nodes(&mut self, coarse: &BoundaryValueProblem<N>, nodes: Candidate) -> Option<f64> {
-        let newton = LiftedNewton { bvp: coarse, tolerance: LIFTED_TOLERANCE };
+        let newton = LiftedNewton { bvp: coarse, tolerance: LIFTED_TOLERANCE, patience: 1 };
         let lifted = self.attempt(Rung::Lifted, &newton, nodes);
         if lifted.converged() { self.shoot(Rung::Lifted, lifted.candidate) } else { None }
     }
@@ -373,8 +407,8 @@ impl<const N: usize> Search<'_, '_, N> {
         }
         lost.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         for Attempt { candidate, cost, .. } in lost {
-            let found = self.found.iter().map(|found| found.cost).fold(f64::INFINITY, f64::min);
-            let beaten = cost > found * (1.0 + MARGIN) || self.problem.path != Path::Best;
+            let found = self.lowest(self.found.iter());
+            let beaten = cost > found * (1.0 + MARGIN) || matches!(self.problem.path, Path::AsGiven(_));
             if self.stopped() || (beaten && found.is_finite()) {
                 return;
             }
@@ -397,7 +431,7 @@ impl<const N: usize> Search<'_, '_, N> {
         if all && self.shoot_fine(Rung::Descent, minimum.candidate.clone()).is_some_and(near) {
             return;
         }
-        let newton = LiftedNewton { bvp: &fine, tolerance: LIFTED_TOLERANCE };
+        let newton = LiftedNewton { bvp: &fine, tolerance: LIFTED_TOLERANCE, patience: PATIENCE };
         let lifted = self.attempt(Rung::Lifted, &newton, minimum.candidate);
         if lifted.converged() && !self.shoot_fine(Rung::Lifted, lifted.candidate.clone()).is_some_and(near) {
             self.replay(&lifted.candidate);

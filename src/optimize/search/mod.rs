@@ -22,14 +22,17 @@ mod way;
 pub use context::{Control, Observer, Progress, Silent};
 pub use guess::Guess;
 
+use crate::Vector3;
 use crate::maneuver::infeasible;
-use crate::maneuver::problem::{Motion, Problem, ProblemError};
+use crate::maneuver::problem::{Motion, Path, Problem, ProblemError};
 use crate::maneuver::settings::{Method, Settings, SettingsError};
 use crate::maneuver::solution::{Outcome, Solution, Trajectory};
+use crate::mechanics::Description;
 use crate::optimize::control_law;
 use crate::optimize::methods::scp::ScpOptions;
 use context::Context;
 use ladder::{Ask, Search};
+use std::f64::consts::PI;
 use thiserror::Error;
 
 /// Why a plan was not attempted.
@@ -281,8 +284,19 @@ fn searched(problem: &Problem, context: &Context, ask: Ask) -> Solution {
         let unsolved = Solution::unsolved(problem, context.settings.tolerance);
         return Solution { outcome: Outcome::Infeasible, infeasible: Some(proof), ..unsolved };
     }
+    let shortest = Problem { path: Path::Shortest, ..problem.clone() };
+    let problem = if turns_the_shortest_way(problem) { &shortest } else { problem };
     match problem.motion {
         Motion::Attitude => Search::<6>::new(problem, context, ask).solve(),
         Motion::RigidBody => Search::<12>::new(problem, context, ask).solve(),
     }
+}
+
+/// Whether the rotation that is given is that of the shortest way between two states at rest. Then a lower plan of that sense is
+/// what is asked for, and not the nearest to the rotation, which may be a saddle.
+fn turns_the_shortest_way(problem: &Problem) -> bool {
+    let still = [&problem.start, &problem.end].map(|state| state.angular_velocity == Vector3::zeros());
+    let free = matches!(problem.environment.describe(), Description::Free);
+    let turn = if let Path::AsGiven(rotation) = problem.path { rotation.norm() } else { f64::INFINITY };
+    free && still == [true; 2] && turn < PI
 }

@@ -96,7 +96,7 @@ impl<'a, const N: usize> Search<'a, '_, N> {
         let start = free.clone().on_grid(&grid.dynamics.grid);
         let attempt = match continuation::nodes_of(&grid.relaxed(LIMITLESS), &free.costate()) {
             Ok(nodes) => {
-                let newton = LiftedNewton { bvp: grid, tolerance: LIFTED_TOLERANCE };
+                let newton = LiftedNewton { bvp: grid, tolerance: LIFTED_TOLERANCE, patience: 1 };
                 self.attempt(Rung::Lifted, &newton, nodes.into_candidate(start))
             }
             Err(error) => {

@@ -1,0 +1,142 @@
+//! A long Monte Carlo run, undisturbed and again killed at random times and gone on with: the same bytes, and the memory of it.
+//!
+//! `cargo build --release && cargo run --release --example killed_runs [-- CASES [KILLS [SEED]]]`, 20,000 cases and three kills by
+//! default, on Linux. Attitude slews of 50 steps with uncertain inertia, end and duration; SIGKILL leaves the process no say. Ends
+//! with 1 where the results differ.
+
+#[path = "../tests/common/random.rs"]
+mod random;
+
+use random::Random;
+use std::fs::{self, File};
+use std::io::{BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+use std::{env, thread};
+
+const SPEC: &str = r#"
+format = 1
+[body]
+inertia_kg_m2 = [[120, 4, -3], [4, 100, 2], [-3, 2, 80]]
+[start]
+attitude = { axis = [0, 0, 1], angle_deg = 0 }
+[end]
+attitude = { rotation_vector_deg = [80, -25, 40] }
+[maneuver]
+duration_s = 60
+steps = 50
+[dispersion]
+seed = 7
+cases = CASES
+[[dispersion.vary]]
+key = "body.inertia_kg_m2"
+kind = "normal"
+covariance = [[4, 1, 0], [1, 9, 0], [0, 0, 1]]
+[[dispersion.vary]]
+key = "end.attitude.rotation_vector_deg"
+kind = "normal"
+sigma = [5, 5, 5]
+[[dispersion.vary]]
+key = "maneuver.duration_s"
+kind = "uniform"
+half_width_relative = 0.1
+"#;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let numbers: Vec<u64> = env::args().skip(1).map(|text| text.parse()).collect::<Result<_, _>>()?;
+    let number = |at: usize, default: u64| numbers.get(at).copied().unwrap_or(default);
+    let (cases, kills, mut random) = (number(0, 20_000), number(1, 3), Random::new(number(2, 1)));
+    let slew = beside_this("slew")?;
+    let folder = env::temp_dir().join(format!("slew-killed-{}", std::process::id()));
+    fs::create_dir_all(&folder)?;
+    fs::write(folder.join("spec.toml"), SPEC.replace("CASES", &cases.to_string()))?;
+
+    let began = Instant::now();
+    let mut whole = start(&slew, &folder, "whole.jsonl")?;
+    let peak = watched(&mut whole, None)?.ok_or("the run failed")?;
+    let took = began.elapsed();
+    let size = fs::metadata(folder.join("whole.jsonl"))?.len();
+    println!(
+        "{cases} cases in {:.0} s, {:.0} a second, a file of {} MB, peak memory {peak} MB",
+        took.as_secs_f64(),
+        cases as f64 / took.as_secs_f64(),
+        size / 1_000_000
+    );
+
+    let mut killed = 0;
+    let mut most = 0;
+    loop {
+        let mut run = start(&slew, &folder, "killed.jsonl")?;
+        // Somewhere in the part of the time that is left to this kill.
+        let share = (killed < kills).then(|| took.mul_f64(random.unit() / kills as f64));
+        if let Some(peak) = watched(&mut run, share)? {
+            most = most.max(peak);
+            break;
+        }
+        killed += 1;
+        println!("killed with {} MB written", fs::metadata(folder.join("killed.jsonl"))?.len() / 1_000_000);
+    }
+    let same = same_bytes(&folder.join("whole.jsonl"), &folder.join("killed.jsonl"))?;
+    println!(
+        "killed {killed} times, peak memory of the last run {most} MB: {}",
+        if same { "the same bytes" } else { "DIFFERENT" }
+    );
+    fs::remove_dir_all(&folder)?;
+    if same && killed == kills { Ok(()) } else { Err("see above".into()) }
+}
+
+fn start(slew: &Path, folder: &Path, output: &str) -> std::io::Result<Child> {
+    let mut command = Command::new(slew);
+    command.args(["monte-carlo", "-q", "spec.toml", "-o", output]).current_dir(folder);
+    command.stdin(Stdio::null()).stdout(Stdio::null()).spawn()
+}
+
+/// Waits for the end, or kills after some time. Peak memory \[MB\], `None` where it was killed.
+fn watched(run: &mut Child, patience: Option<Duration>) -> Result<Option<u64>, Box<dyn std::error::Error>> {
+    let (began, mut peak) = (Instant::now(), 0);
+    loop {
+        if let Some(status) = run.try_wait()? {
+            let ended = status.success().then_some(Some(peak));
+            return ended.ok_or_else(|| format!("the run ended with {status}").into());
+        }
+        peak = memory(run.id()).unwrap_or(0).max(peak);
+        if patience.is_some_and(|patience| began.elapsed() > patience) {
+            run.kill()?;
+            run.wait()?;
+            return Ok(None);
+        }
+        thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// Peak memory of a process that runs \[MB\].
+fn memory(process: u32) -> Option<u64> {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(peak.trim().trim_end_matches("kB").trim().parse::<u64>().ok()? / 1000)
+}
+
+fn same_bytes(a: &Path, b: &Path) -> std::io::Result<bool> {
+    let [mut a, mut b] = [BufReader::new(File::open(a)?), BufReader::new(File::open(b)?)];
+    let (mut left, mut right) = (vec![0; 1 << 20], Vec::with_capacity(1 << 20));
+    loop {
+        let count = a.read(&mut left)?;
+        right.clear();
+        b.by_ref().take(count.max(1) as u64).read_to_end(&mut right)?;
+        if left[..count] != right[..] {
+            return Ok(false);
+        }
+        if count == 0 {
+            return Ok(true);
+        }
+    }
+}
+
+/// The binary that was built with this example.
+fn beside_this(name: &str) -> Result<PathBuf, Box<dyn std::error::Error>> {
+    let built = env::current_exe()?.parent().and_then(Path::parent).map(|folder| folder.join(name));
+    built
+        .filter(|path| path.exists())
+        .ok_or_else(|| "no binary beside this example: `cargo build --release`".into())
+}
