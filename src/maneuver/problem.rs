@@ -64,7 +64,7 @@ pub enum Motion {
 pub enum Path {
     /// Solve every sense and winding, keep the lowest cost.
     Best,
-    /// The rotation sense of the shorter way, counted from the ballistic end point.
+    /// The rotation sense of the shorter way, counted from the ballistic end point; of this sense the lowest cost.
     Shortest,
     /// The other sense.
     Long,

@@ -67,10 +67,12 @@ impl Starts {
             (false, true) => (HOPS, RANDOM_STIFF),
             (false, false) => (0, RANDOM),
         };
-        let all = Self { hops, random, ..Self::all() };
+        // Half of them go the other way round, and are not followed where one is asked for.
+        let senses = if problem.path == Path::Best { 1 } else { 2 };
+        let all = Self { hops, random: senses * random, ..Self::all() };
         match thoroughness {
             Thoroughness::Quick => Self { slowed: false, bent: Vec::new(), random: 0, hops: 0, ..all },
-            Thoroughness::Thorough => Self { random: RANDOM_THOROUGH, hops: HOPS_THOROUGH, ..all },
+            Thoroughness::Thorough => Self { random: senses * RANDOM_THOROUGH, hops: HOPS_THOROUGH, ..all },
             Thoroughness::Default if simple && turned <= SLOW => {
                 Self { smooth: vec![0, -1], ..Self::default() }
             }

@@ -41,6 +41,9 @@ const WORTH_A_THREAD: usize = 400;
 /// Costs of one optimum of SCP differ by less, relative.
 const SAME_COST: f64 = 1e-9;
 
+/// An extremal of one grid that ends so near its target on another \[rad\] goes the same way there.
+const NEAR: f64 = 0.2;
+
 /// What a search may do, and what it begins from.
 #[derive(Clone)]
 pub(super) struct Ask<'a> {
@@ -373,7 +376,16 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         }
     }
 
-    /// How a candidate goes round, as far as its own grid tells.
+    /// The grid that an extremal is told on: the coarse one, unless its costates lead elsewhere there.
+    fn told_on(&self, candidate: &Candidate) -> &BoundaryValueProblem<'a, N> {
+        let is_fine = candidate.steps() == self.fine.dynamics.grid.steps();
+        let near = || {
+            Follower::of(&self.coarse, &candidate.costate()).is_ok_and(|path| path.miss(&self.coarse) < NEAR)
+        };
+        if is_fine && !near() { &self.fine } else { &self.coarse }
+    }
+
+    /// How a candidate goes round.
     fn way(&self, candidate: &Candidate) -> Way {
         let way = match candidate.provenance.method {
             Road::Scp => {
@@ -384,7 +396,10 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
                 }
                 Ok(path.way_or_short(&self.fine))
             }
-            _ => Follower::of(&self.coarse, &candidate.costate()).map(|path| path.way_or_short(&self.coarse)),
+            _ => {
+                let bvp = self.told_on(candidate);
+                Follower::of(bvp, &candidate.costate()).map(|path| path.way_or_short(bvp))
+            }
         };
         let (turned_deg, rotation) = (f64::NAN, Vector3::repeat(f64::NAN));
         way.unwrap_or(Way { sense: Sense::Short, turned_deg, rotation })
@@ -472,7 +487,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         let conjugate_points = match candidate.provenance.method {
             _ if !self.context.settings.test_second_order => None,
             Road::Scp => None,
-            _ => second_order::conjugate_points(&self.coarse, &candidate.costate::<N>()),
+            _ => second_order::conjugate_points(self.told_on(candidate), &candidate.costate::<N>()),
         };
         let (start, cost) = (candidate.provenance.start.clone(), rival.cost * self.fine.dynamics.units.cost);
         Rival { start, sense, cost, conjugate_points, turned_deg }

@@ -99,6 +99,11 @@ impl Follower {
         Ok(follower)
     }
 
+    /// How far from its target the path ends \[rad\].
+    pub fn miss<const N: usize>(&self, bvp: &BoundaryValueProblem<N>) -> f64 {
+        lie::minus(&bvp.terminal.target().attitude.value, &self.end).norm()
+    }
+
     /// The quaternion of the last node, continuous along the path.
     pub fn lifted(&self) -> [f64; 4] {
         self.quaternion.unwrap_or([1.0, 0.0, 0.0, 0.0])
