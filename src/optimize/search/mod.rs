@@ -295,11 +295,12 @@ fn searched(problem: &Problem, context: &Context, ask: Ask) -> Solution {
 /// Rotations that are nearer to half a turn than this go either way round by their last bits \[rad\].
 const HALF_TURN: f64 = 1e-3;
 
-/// Whether the rotation that is given is that of the shortest way between two states at rest. Then a lower plan of that sense is
-/// what is asked for, and not the nearest to the rotation, which may be a saddle.
+/// Whether the rotation that is given is that of the shortest way between two states at rest, and cannot be followed as it is
+/// written, since torques about some axis are missing: then all that it tells is the sense.
 fn turns_the_shortest_way(problem: &Problem) -> bool {
     let still = [&problem.start, &problem.end].map(|state| state.angular_velocity == Vector3::zeros());
     let free = matches!(problem.environment.describe(), Description::Free);
     let turn = if let Path::AsGiven(rotation) = problem.path { rotation.norm() } else { f64::INFINITY };
-    free && still == [true; 2] && turn < PI - HALF_TURN
+    let missing = problem.actuation.torque.rank().0 < 3;
+    free && missing && still == [true; 2] && turn < PI - HALF_TURN
 }
