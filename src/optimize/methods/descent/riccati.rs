@@ -17,6 +17,7 @@
 
 use super::path::{Direction, Path, Setting, block};
 use super::{Block, Half};
+use crate::numerics::widest::widest;
 use crate::optimize::step::{Costate, Dynamics};
 use nalgebra::SymmetricEigen;
 
@@ -87,8 +88,21 @@ impl<const D: usize> Backward<D> {
         self.stages.fill(None);
     }
 
-    /// Sweeps back; the node whose pivot is not positive, where there is one.
+    /// Sweeps back in the widest registers; the node whose pivot is not positive, where there is one.
     pub fn sweep<const N: usize>(
+        &mut self,
+        setting: &Setting<N, D>,
+        path: &Path<D>,
+        shift: Shift,
+    ) -> Result<(), usize> {
+        widest(
+            #[inline(always)]
+            || self.sweep_in(setting, path, shift),
+        )
+    }
+
+    #[inline(always)]
+    fn sweep_in<const N: usize>(
         &mut self,
         setting: &Setting<N, D>,
         path: &Path<D>,
@@ -226,6 +240,7 @@ impl<const D: usize> Backward<D> {
 
 impl<const D: usize> Stage<D> {
     /// Stage `index` of a path, kept from then on.
+    #[inline(always)]
     fn at<'s, const N: usize>(
         stages: &'s mut [Option<Self>],
         setting: &Setting<N, D>,
@@ -236,6 +251,7 @@ impl<const D: usize> Stage<D> {
     }
 
     /// Stage `index` of a path.
+    #[inline(always)]
     fn of<const N: usize>(setting: &Setting<N, D>, path: &Path<D>, index: usize) -> Self {
         let dynamics = setting.dynamics;
         let weight = dynamics.grid.kick(index + 1);
@@ -274,6 +290,7 @@ fn metric<const D: usize>(dynamics: &Dynamics, traces: &(f64, f64)) -> Block<D> 
 }
 
 /// A block of a translation and a rotation that do not mix.
+#[inline(always)]
 pub(super) fn diagonal<const D: usize>(
     translation: &nalgebra::Matrix3<f64>,
     rotation: &nalgebra::Matrix3<f64>,
@@ -285,11 +302,13 @@ pub(super) fn diagonal<const D: usize>(
     })
 }
 
+#[inline(always)]
 fn symmetric<const D: usize>(matrix: &Block<D>) -> Block<D> {
     (matrix + matrix.transpose()) * 0.5
 }
 
 /// The inverse of `U = Ŵ + h EᵀPE` where that is positive definite, else U itself.
+#[inline(always)]
 fn pivot<const D: usize>(weight: &Block<D>, curvature: &Block<D>) -> Result<Block<D>, Block<D>> {
     let u = weight + curvature;
     inverse_of_positive(&u, FLAT * weight.trace()).ok_or(u)
@@ -310,6 +329,7 @@ fn product<const D: usize>(a: &Block<D>, b: &Block<D>) -> Block<D> {
 }
 
 /// The inverse of a symmetric matrix whose pivots are positive. A pivot within `flat` of zero counts as `flat`.
+#[inline(always)]
 fn inverse_of_positive<const D: usize>(matrix: &Block<D>, flat: f64) -> Option<Block<D>> {
     let mut lower = Block::<D>::zeros();
     for column in 0..D {
