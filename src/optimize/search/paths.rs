@@ -218,6 +218,9 @@ pub(super) fn coasting<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     turns: &[i32],
 ) -> Result<Vec<Candidate>, StepError> {
+    if turns.is_empty() {
+        return Ok(Vec::new());
+    }
     let coast = |from: BoundaryValueProblem<N>| {
         let mut poses = Vec::new();
         from.sweep_observed(&SVector::zeros(), |node| poses.push(node.point.pose()))?;
