@@ -232,7 +232,7 @@ impl<const N: usize> Search<'_, '_, N> {
             if self.stopped() || (!patient && idle >= IDLE && 2 * done >= most) {
                 break;
             }
-            let place = minima.add(self.descended(coarse, &wide, start, DESCENT_TOLERANCE));
+            let place = minima.add(self.descended(coarse, &wide, start, DESCENT_TOLERANCE, &minima.0));
             idle = if place == Some(0) { 0 } else { idle + 1 };
         }
         self.hop(coarse, &wide, &mut minima, starts.hops);
@@ -248,7 +248,7 @@ impl<const N: usize> Search<'_, '_, N> {
             let Some(from) = minima.0.get(hops % HOP_FROM.min(minima.0.len().max(1))) else { return };
             let by = HOPS_BY[hops / HOP_FROM % HOPS_BY.len()];
             let start = paths::bent_at_random(coarse, &from.candidate, &mut bends, by);
-            let place = minima.add(self.descended(coarse, wide, start, DESCENT_TOLERANCE));
+            let place = minima.add(self.descended(coarse, wide, start, DESCENT_TOLERANCE, &minima.0));
             idle = if place.is_some_and(|place| place < HOP_FROM) { 0 } else { idle + 1 };
             hops += 1;
         }
@@ -259,7 +259,8 @@ impl<const N: usize> Search<'_, '_, N> {
         let (start, target) = (&coarse.start, coarse.terminal.target());
         let level = if coarse.dynamics.has_all_axes() { usize::MAX } else { 0 };
         let dynamics = self.descends_on(&coarse.dynamics, level);
-        let descent = Descent { dynamics: &dynamics, start, target, translates: N == 12, tolerance: 0.0 };
+        let (tolerance, known) = (0.0, &[][..]);
+        let descent = Descent { dynamics: &dynamics, start, target, translates: N == 12, tolerance, known };
         for path in paths.into_iter().take(MOST_LIFTED) {
             if self.stopped() {
                 return;
@@ -279,16 +280,19 @@ impl<const N: usize> Search<'_, '_, N> {
         }
     }
 
-    /// A descent from a path, on dynamics that may have more authority than those of `bvp`.
+    /// A descent from a path, on dynamics that may have more authority than those of `bvp`; it ends where it runs into
+    /// one of the `known` minima of the same dynamics.
     fn descended(
         &self,
         bvp: &BoundaryValueProblem<N>,
         dynamics: &Dynamics,
         start: Candidate,
         tolerance: f64,
+        known: &[Attempt],
     ) -> Attempt {
         let (start_point, target) = (&bvp.start, bvp.terminal.target());
-        let descent = Descent { dynamics, start: start_point, target, translates: N == 12, tolerance };
+        let translates = N == 12;
+        let descent = Descent { dynamics, start: start_point, target, translates, tolerance, known };
         self.attempt(Rung::Descent, &descent, start)
     }
 
@@ -353,8 +357,8 @@ impl<const N: usize> Search<'_, '_, N> {
             } else {
                 (level + 1, minimum.candidate)
             };
-            let next =
-                self.descended(coarse, &self.descends_on(&coarse.dynamics, level), start, DESCENT_TOLERANCE);
+            let wide = self.descends_on(&coarse.dynamics, level);
+            let next = self.descended(coarse, &wide, start, DESCENT_TOLERANCE, &[]);
             let same = |(at, other): &(usize, Attempt)| {
                 *at == level
                     && other.candidate.steps() == next.candidate.steps()
@@ -424,7 +428,7 @@ impl<const N: usize> Search<'_, '_, N> {
         let mut minimum = Attempt::failed(path, Outcome::Stalled);
         for level in levels {
             let wide = self.descends_on(&fine.dynamics, *level);
-            minimum = self.descended(&fine, &wide, minimum.candidate, FINE_TOLERANCE);
+            minimum = self.descended(&fine, &wide, minimum.candidate, FINE_TOLERANCE, &[]);
         }
         let within = if all { SAME_BRANCH } else { NARROW };
         let near = |cost: f64| (cost - minimum.cost).abs() <= within * minimum.cost;

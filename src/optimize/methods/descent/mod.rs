@@ -23,6 +23,7 @@ use crate::optimize::step::{Costate, Dynamics, Point};
 use nalgebra::{DVector, SMatrix, SVector};
 use path::{Direction, Path, Setting};
 use riccati::{Backward, Shift};
+use std::f64::consts::SQRT_2;
 
 /// Rows of configurations, or of momenta: ζ and δΠ, with δx and δγ before them where the body translates.
 type Half<const D: usize> = SVector<f64, D>;
@@ -48,6 +49,11 @@ const RAISE: f64 = 5.0;
 const NEARLY_STATIONARY: f64 = 1e-4;
 /// Lengths tried along a direction of negative curvature \[rad, or unit lengths\].
 const ESCAPES: [f64; 9] = [1.0, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4];
+/// A Newton step that is expected to end within this of the cost of a known minimum, relative, ...
+const SAME_COST: f64 = 1e-4;
+/// ... and ends within this of each of its nodes \[rad, or unit lengths\], leads to no other: two minima as close differ
+/// in cost by the cube of that.
+const SAME_PLACE: f64 = 3e-3;
 /// Costs below this count as nothing: the unit is that of a turn by one radian.
 const NO_COST: f64 = 1e-20;
 /// Iterations of a descent cost a fraction of others, and narrow valleys take many: so many for each that is granted.
@@ -65,6 +71,8 @@ pub(crate) struct Descent<'a> {
     pub translates: bool,
     /// Decrease of the cost that the model still promises at the end, relative.
     pub tolerance: f64,
+    /// Minima that descents on the same dynamics have ended at: one that runs into them ends there.
+    pub known: &'a [Attempt],
 }
 
 impl Method for Descent<'_> {
@@ -84,9 +92,14 @@ impl Descent<'_> {
         let enough = self.dynamics.grid.steps() >= FEWEST_STEPS;
         let started = self.path::<N, D>(&candidate).filter(|_| enough);
         let Some((setting, path)) = started else { return Attempt::failed(candidate, Outcome::StepTooLong) };
-        let descending = Descending::new(&setting, path, self.tolerance);
+        let descending = Descending::new(&setting, path, self.tolerance, self.known);
         let (descending, report) = run(descending, PATIENCE * budget.iterations, budget.watch.interrupt);
-        let (cost, residual) = (descending.path.cost, descending.residual());
+        let residual = descending.residual();
+        if let Some(known) = descending.met {
+            let candidate = Candidate { provenance: candidate.provenance, ..known.candidate.clone() };
+            return Attempt { cost: known.cost, residual, ..Attempt::of(candidate, report) };
+        }
+        let cost = descending.path.cost;
         let candidate = descending.path.into_candidate(&setting, candidate);
         Attempt { cost, residual, ..Attempt::of(candidate, report) }
     }
@@ -126,10 +139,13 @@ struct Descending<'a, const N: usize, const D: usize> {
     promised: f64,
     /// Whether the path is a minimum.
     minimal: bool,
+    known: &'a [Attempt],
+    /// The known minimum that it runs into.
+    met: Option<&'a Attempt>,
 }
 
 impl<'a, const N: usize, const D: usize> Descending<'a, N, D> {
-    fn new(setting: &'a Setting<'a, N, D>, path: Path<D>, tolerance: f64) -> Self {
+    fn new(setting: &'a Setting<'a, N, D>, path: Path<D>, tolerance: f64, known: &'a [Attempt]) -> Self {
         let steps = setting.dynamics.grid.steps();
         Self {
             setting,
@@ -142,7 +158,29 @@ impl<'a, const N: usize, const D: usize> Descending<'a, N, D> {
             // The whole cost, before anything is known.
             promised: 1.0,
             minimal: false,
+            known,
+            met: None,
         }
+    }
+
+    /// The known minimum that the undamped step leads to, where it does.
+    fn runs_into(&mut self) -> Option<&'a Attempt> {
+        // A step along which the cost is a parabola lowers it by half of what its slope promises.
+        let expected = self.path.cost * (1.0 - 0.5 * self.promised);
+        let known = self.known;
+        let near = |known: &&Attempt| (known.cost - expected).abs() <= SAME_COST * known.cost;
+        let mut near = known.iter().filter(near).peekable();
+        near.peek()?;
+        self.trial.moved(&self.path, &self.direction, 1.0);
+        near.find(|known| {
+            let nodes = self.trial.poses.iter().zip(&known.candidate.states);
+            nodes.into_iter().all(|(pose, state)| {
+                let shift = (pose.position - state.position.value).norm();
+                // By the chord: |R − R'| = 2√2 sin(θ/2).
+                let chord = (pose.attitude - state.attitude.value).norm() / SQRT_2;
+                shift <= SAME_PLACE && chord <= SAME_PLACE
+            })
+        })
     }
 
     /// The cost that a relative decrease is measured by.
@@ -230,6 +268,12 @@ impl<const N: usize, const D: usize> Iteration for Descending<'_, N, D> {
                 self.search(f64::INFINITY, 0);
                 self.minimal = true;
                 return Some(Outcome::Converged);
+            }
+            None => {
+                self.met = self.runs_into();
+                if self.met.is_some() {
+                    return Some(Outcome::Converged);
+                }
             }
             Some(stage) if self.promised < NEARLY_STATIONARY => {
                 // The sweep up to the failing stage holds the gains that the direction needs.

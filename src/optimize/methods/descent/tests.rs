@@ -105,7 +105,8 @@ fn descended<const N: usize, const D: usize>(problem: &Problem, random: &mut Ran
     let poses = bent(&bvp, random, 0.5);
     let mut candidate = Candidate::empty(Road::Shooting, "bent", bvp.dynamics.grid.clone());
     candidate.states = poses.iter().map(|pose| point(pose, Vector3::zeros(), Vector3::zeros())).collect();
-    let descent = Descent { dynamics: &bvp.dynamics, start, target, translates: D == 6, tolerance: 1e-14 };
+    let (dynamics, tolerance) = (&bvp.dynamics, 1e-14);
+    let descent = Descent { dynamics, start, target, translates: D == 6, tolerance, known: &[] };
     let budget = Budget { iterations: 200, watch: Watch::NONE };
     let attempt = descent.improve(candidate, &budget);
     let residuals = &attempt.runs[0].report.residuals;
@@ -154,5 +155,46 @@ fn a_descent_ends_at_an_extremal_that_is_a_minimum_and_its_direction_is_that_of_
     for problem in maneuvers(&mut random) {
         descended::<12, 6>(&problem, &mut random);
         descended::<6, 3>(&attitude_only(problem), &mut random);
+    }
+}
+
+/// A descent that runs into a known minimum returns it after fewer iterations; one of the same cost with a node elsewhere
+/// does not stop it.
+fn meets<const N: usize, const D: usize>(problem: &Problem, random: &mut Random) {
+    let bvp = BoundaryValueProblem::<N>::new(problem, STEPS);
+    let (start, target) = (&bvp.start, bvp.terminal.target());
+    let starting = |poses: Vec<Pose>| {
+        let mut candidate = Candidate::empty(Road::Shooting, "bent", bvp.dynamics.grid.clone());
+        candidate.states = poses.iter().map(|pose| point(pose, Vector3::zeros(), Vector3::zeros())).collect();
+        candidate
+    };
+    let descended = |from: &Candidate, known: &[Attempt]| {
+        let dynamics = &bvp.dynamics;
+        let descent = Descent { dynamics, start, target, translates: D == 6, tolerance: 1e-14, known };
+        let attempt = descent.improve(from.clone(), &Budget { iterations: 200, watch: Watch::NONE });
+        assert!(attempt.converged(), "{:?}", attempt.outcome);
+        attempt
+    };
+    let poses = |attempt: &Attempt| attempt.candidate.states.iter().map(Point::pose).collect::<Vec<_>>();
+    let minimum = descended(&starting(bent(&bvp, random, 0.3)), &[]);
+    let from =
+        starting(poses(&minimum).iter().map(|pose| moved(pose, &Half::<D>::repeat(0.02), 1.0)).collect());
+    let iterations = |attempt: &Attempt| attempt.runs[0].report.iterations;
+    let (alone, met) = (descended(&from, &[]), descended(&from, std::slice::from_ref(&minimum)));
+    assert!((alone.cost - minimum.cost).abs() < 1e-12 * minimum.cost, "{} {}", alone.cost, minimum.cost);
+    assert!(iterations(&met) < iterations(&alone), "{} {}", iterations(&met), iterations(&alone));
+    assert_eq!((met.cost.to_bits(), poses(&met)), (minimum.cost.to_bits(), poses(&minimum)));
+    let mut decoy = minimum.clone();
+    let state = &mut decoy.candidate.states[STEPS / 2];
+    *state = point(&moved(&state.pose(), &Half::<D>::repeat(0.01), 1.0), Vector3::zeros(), Vector3::zeros());
+    assert_eq!(poses(&descended(&from, &[decoy])), poses(&alone));
+}
+
+#[test]
+fn a_descent_ends_where_it_runs_into_a_known_minimum() {
+    let mut random = Random(13);
+    for problem in maneuvers(&mut random) {
+        meets::<12, 6>(&problem, &mut random);
+        meets::<6, 3>(&attitude_only(problem), &mut random);
     }
 }

@@ -14,7 +14,7 @@ use serde_json::Value;
 fn solved<const N: usize>(bvp: &BoundaryValueProblem<N>) -> (Nodes<N>, Report) {
     let path = paths::smooth(bvp, "short".into(), &paths::rotation(bvp, 0), paths::straight);
     let (dynamics, start, target) = (&bvp.dynamics, &bvp.start, bvp.terminal.target());
-    let inverse = Descent { dynamics, start, target, translates: N == 12, tolerance: 0.0 };
+    let inverse = Descent { dynamics, start, target, translates: N == 12, tolerance: 0.0, known: &[] };
     let lifted = Lifted::new(bvp, 1e-12, Nodes::of(&inverse.lifted(path).unwrap())).unwrap();
     let (lifted, report) = run(lifted, 30, &|| None);
     assert_eq!(report.outcome, Outcome::Converged, "{:?}", report.residuals);
