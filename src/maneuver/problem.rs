@@ -64,7 +64,7 @@ pub enum Motion {
 pub enum Path {
     /// Solve every sense and winding, keep the lowest cost.
     Best,
-    /// The rotation sense of the shorter way, counted from the ballistic end point; of this sense the lowest cost.
+    /// The rotation sense of the shorter way, counted from the ballistic end point; of this sense the lowest cost that is found.
     Shortest,
     /// The other sense.
     Long,

@@ -61,7 +61,7 @@ const WIDENED: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 const EVENED: [f64; 4] = [1e-1, 1e-2, 1e-3, 0.0];
 /// How much dearer than the cheapest on the coarse grid a minimum on a rougher one may be.
 const ROUGH_MARGIN: f64 = 0.5;
-/// How often the lifted Newton may take its iterations there: the valley from the last authority to none is long.
+/// How often the lifted Newton may take its iterations on the requested grid: the valley from the last authority to none is long.
 const PATIENCE: usize = 4;
 /// Levels through which a path goes on the requested grid.
 const LAST_LEVELS: [usize; 3] = [2, 3, WIDENED.len() - 1];
@@ -70,7 +70,8 @@ const MOST_STEPS: usize = 20_000;
 
 impl<const N: usize> Search<'_, '_, N> {
     /// The extremals without limits: those that Newton meets from the ballistic starts, and the minima that descents end at. The
-    /// shorter and the longer way of a body that rests at both ends, and can do all, are each what Newton meets.
+    /// shorter and the longer way of a body that rests at both ends, and can do all, are each what Newton meets, unless the search is
+    /// to be thorough.
     pub(super) fn extremals(&mut self) {
         self.ballistic();
         let sense = self.asked_for_a_sense().is_some();
@@ -138,7 +139,8 @@ impl<const N: usize> Search<'_, '_, N> {
         self.asked_for_a_sense().is_none_or(|asked| {
             let mut follower = Follower::new();
             path.states.iter().for_each(|node| follower.node(&node.attitude.value, Vector3::zeros(), 0.0));
-            follower.way_or_short(&self.coarse).sense == asked
+            // Where the motion without inputs cannot be followed there is nothing to tell the senses by.
+            follower.way(&self.coarse).map_or(true, |way| way.sense == asked)
         })
     }
 
@@ -183,7 +185,8 @@ impl<const N: usize> Search<'_, '_, N> {
         let starts = Starts::of(self.problem, &coarse, self.context.settings.search);
         let authority = Authority::of(&coarse.dynamics);
         let given = matches!(self.problem.path, Path::AsGiven(_));
-        if given || !self.is_as_asked() || authority == Authority::Missing {
+        let nothing = self.lowest(self.pool.iter()).is_infinite();
+        if given || nothing || authority == Authority::Missing {
             self.lift(&coarse, starts.paths(&coarse));
         }
         let mut minima = Minima::default();
@@ -201,7 +204,6 @@ impl<const N: usize> Search<'_, '_, N> {
             }
             self.narrow(&coarse, open, &mut minima);
         }
-        minima.0.retain(|minimum| self.is_of_the_sense(&minimum.candidate));
         let margin = if given { f64::INFINITY } else { MARGIN };
         let enough = minima.0.first().map_or(f64::INFINITY, |best| best.cost * (1.0 + margin));
         for minimum in minima.0.into_iter().take_while(|minimum| minimum.cost <= enough).take(MOST_MINIMA) {
@@ -232,7 +234,8 @@ impl<const N: usize> Search<'_, '_, N> {
             if self.stopped() || (!patient && idle >= IDLE && 2 * done >= most) {
                 break;
             }
-            let place = minima.add(self.descended(coarse, &wide, start, DESCENT_TOLERANCE, &minima.0));
+            let minimum = self.descended(coarse, &wide, start, DESCENT_TOLERANCE, &minima.0);
+            let place = self.is_of_the_sense(&minimum.candidate).then(|| minima.add(minimum)).flatten();
             idle = if place == Some(0) { 0 } else { idle + 1 };
         }
         self.hop(coarse, &wide, &mut minima, starts.hops);
@@ -248,7 +251,8 @@ impl<const N: usize> Search<'_, '_, N> {
             let Some(from) = minima.0.get(hops % HOP_FROM.min(minima.0.len().max(1))) else { return };
             let by = HOPS_BY[hops / HOP_FROM % HOPS_BY.len()];
             let start = paths::bent_at_random(coarse, &from.candidate, &mut bends, by);
-            let place = minima.add(self.descended(coarse, wide, start, DESCENT_TOLERANCE, &minima.0));
+            let minimum = self.descended(coarse, wide, start, DESCENT_TOLERANCE, &minima.0);
+            let place = self.is_of_the_sense(&minimum.candidate).then(|| minima.add(minimum)).flatten();
             idle = if place.is_some_and(|place| place < HOP_FROM) { 0 } else { idle + 1 };
             hops += 1;
         }
@@ -364,7 +368,7 @@ impl<const N: usize> Search<'_, '_, N> {
                     && other.candidate.steps() == next.candidate.steps()
                     && (other.cost - next.cost).abs() <= SAME_MINIMUM * next.cost
             };
-            if !open.iter().any(same) && next.cost.is_finite() {
+            if !open.iter().any(same) && next.cost.is_finite() && self.is_of_the_sense(&next.candidate) {
                 open.push((level, next));
             }
         }

@@ -378,7 +378,8 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
 
     /// The grid that an extremal is told on: the coarse one, unless its costates lead elsewhere there.
     fn told_on(&self, candidate: &Candidate) -> &BoundaryValueProblem<'a, N> {
-        let is_fine = candidate.steps() == self.fine.dynamics.grid.steps();
+        let [coarse, fine] = [&self.coarse, &self.fine].map(|bvp| bvp.dynamics.grid.steps());
+        let is_fine = candidate.steps() == fine && fine != coarse;
         let near = || {
             Follower::of(&self.coarse, &candidate.costate()).is_ok_and(|path| path.miss(&self.coarse) < NEAR)
         };

@@ -284,8 +284,8 @@ fn searched(problem: &Problem, context: &Context, ask: Ask) -> Solution {
         let unsolved = Solution::unsolved(problem, context.settings.tolerance);
         return Solution { outcome: Outcome::Infeasible, infeasible: Some(proof), ..unsolved };
     }
-    let shortest = Problem { path: Path::Shortest, ..problem.clone() };
-    let problem = if turns_the_shortest_way(problem) { &shortest } else { problem };
+    let shortest = turns_the_shortest_way(problem).then(|| problem.clone().with_path(Path::Shortest));
+    let problem = shortest.as_ref().unwrap_or(problem);
     match problem.motion {
         Motion::Attitude => Search::<6>::new(problem, context, ask).solve(),
         Motion::RigidBody => Search::<12>::new(problem, context, ask).solve(),
@@ -298,9 +298,9 @@ const HALF_TURN: f64 = 1e-3;
 /// Whether the rotation that is given is that of the shortest way between two states at rest, and cannot be followed as it is
 /// written, since torques about some axis are missing: then all that it tells is the sense.
 fn turns_the_shortest_way(problem: &Problem) -> bool {
+    let Path::AsGiven(rotation) = problem.path else { return false };
     let still = [&problem.start, &problem.end].map(|state| state.angular_velocity == Vector3::zeros());
     let free = matches!(problem.environment.describe(), Description::Free);
-    let turn = if let Path::AsGiven(rotation) = problem.path { rotation.norm() } else { f64::INFINITY };
     let missing = problem.actuation.torque.rank().0 < 3;
-    free && missing && still == [true; 2] && turn < PI - HALF_TURN
+    free && missing && still == [true; 2] && rotation.norm() < PI - HALF_TURN
 }
