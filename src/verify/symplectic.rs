@@ -26,8 +26,8 @@ const LARGEST_TURN: f64 = 0.2;
 const MOST_PARTS: f64 = 1e4;
 const MOST_STEPS: f64 = 4e6;
 
-/// The degree whose error over a radian in steps of this turn is round-off, and the turn up to which it is: over bodies
-/// from a needle to a disc at most 6e-3 t⁶, 1e-4 t⁸ and 2e-6 t¹⁰.
+/// The degree whose error over a radian in steps of this turn is round-off, and the turn up to which it is, for free
+/// bodies from a needle to a disc.
 const DEGREES: [(usize, f64); 4] = [(3, 5e-3), (4, 4e-2), (5, 0.1), (6, LARGEST_TURN)];
 
 /// The lowest degree that does for steps of this turn.
@@ -159,8 +159,8 @@ mod tests {
         (momentum, attitude)
     }
 
-    /// At the largest turn of a degree its error cannot be told from rounding. Four times that turn shows it, and by the
-    /// order it is 4^2s times as large there.
+    /// At the largest turn of a degree its error cannot be told from rounding. Four times that turn, or twice the
+    /// largest of all, shows it, and the order 2s tells how much smaller it is there.
     #[test]
     fn the_error_of_each_degree_is_round_off_where_it_is_taken() {
         let mut random = Random(19);
