@@ -1,47 +1,106 @@
-//! Products of three rows, written out.
+//! Products of three rows, written out, for one [`Number`] and for several.
 //!
 //! The products of nalgebra are calls of their own where the compiler does not inline them. In the innermost loops they
 //! then take longer than what they compute, and stay narrow under [`widest`](super::widest::widest).
 
-use crate::{Matrix3, Vector3};
+use super::eight::Number;
+
+/// A vector of numbers of any kind.
+pub(crate) type Vector<T> = nalgebra::Vector3<T>;
+/// A matrix of them.
+pub(crate) type Matrix<T> = nalgebra::Matrix3<T>;
 
 /// `A v`.
 #[inline(always)]
-pub(crate) fn apply(a: &Matrix3, v: &Vector3) -> Vector3 {
+pub(crate) fn apply<T: Number>(a: &Matrix<T>, v: &Vector<T>) -> Vector<T> {
     let row = |i: usize| a[(i, 0)] * v.x + a[(i, 1)] * v.y + a[(i, 2)] * v.z;
-    Vector3::new(row(0), row(1), row(2))
+    Vector::new(row(0), row(1), row(2))
 }
 
 /// `Aᵀ v`.
 #[inline(always)]
-pub(crate) fn apply_transposed(a: &Matrix3, v: &Vector3) -> Vector3 {
+pub(crate) fn apply_transposed<T: Number>(a: &Matrix<T>, v: &Vector<T>) -> Vector<T> {
     let column = |i: usize| a[(0, i)] * v.x + a[(1, i)] * v.y + a[(2, i)] * v.z;
-    Vector3::new(column(0), column(1), column(2))
+    Vector::new(column(0), column(1), column(2))
 }
 
 /// `A B`.
 #[inline(always)]
-pub(crate) fn product(a: &Matrix3, b: &Matrix3) -> Matrix3 {
-    let at = |i: usize, j: usize| a[(i, 0)] * b[(0, j)] + a[(i, 1)] * b[(1, j)] + a[(i, 2)] * b[(2, j)];
-    written(at)
+pub(crate) fn product<T: Number>(a: &Matrix<T>, b: &Matrix<T>) -> Matrix<T> {
+    written(|i, j| a[(i, 0)] * b[(0, j)] + a[(i, 1)] * b[(1, j)] + a[(i, 2)] * b[(2, j)])
+}
+
+/// `A Bᵀ`.
+#[inline(always)]
+pub(crate) fn product_transposed<T: Number>(a: &Matrix<T>, b: &Matrix<T>) -> Matrix<T> {
+    written(|i, j| a[(i, 0)] * b[(j, 0)] + a[(i, 1)] * b[(j, 1)] + a[(i, 2)] * b[(j, 2)])
+}
+
+/// `v·w`.
+#[inline(always)]
+pub(crate) fn dot<T: Number>(v: &Vector<T>, w: &Vector<T>) -> T {
+    v.x * w.x + v.y * w.y + v.z * w.z
+}
+
+/// `v + w`.
+#[inline(always)]
+pub(crate) fn sum<T: Number>(v: &Vector<T>, w: &Vector<T>) -> Vector<T> {
+    Vector::new(v.x + w.x, v.y + w.y, v.z + w.z)
+}
+
+/// `v − w`.
+#[inline(always)]
+pub(crate) fn difference<T: Number>(v: &Vector<T>, w: &Vector<T>) -> Vector<T> {
+    Vector::new(v.x - w.x, v.y - w.y, v.z - w.z)
+}
+
+/// `a v`.
+#[inline(always)]
+pub(crate) fn scaled<T: Number>(a: T, v: &Vector<T>) -> Vector<T> {
+    Vector::new(a * v.x, a * v.y, a * v.z)
 }
 
 /// `v×w`.
 #[inline(always)]
-pub(crate) fn cross(v: &Vector3, w: &Vector3) -> Vector3 {
-    Vector3::new(v.y * w.z - v.z * w.y, v.z * w.x - v.x * w.z, v.x * w.y - v.y * w.x)
+pub(crate) fn cross<T: Number>(v: &Vector<T>, w: &Vector<T>) -> Vector<T> {
+    Vector::new(v.y * w.z - v.z * w.y, v.z * w.x - v.x * w.z, v.x * w.y - v.y * w.x)
 }
 
 /// `S(v) A`.
 #[inline(always)]
-pub(crate) fn crossed(v: &Vector3, a: &Matrix3) -> Matrix3 {
-    let of = |j: usize| cross(v, &Vector3::new(a[(0, j)], a[(1, j)], a[(2, j)]));
+pub(crate) fn crossed<T: Number>(v: &Vector<T>, a: &Matrix<T>) -> Matrix<T> {
+    let of = |j: usize| cross(v, &Vector::new(a[(0, j)], a[(1, j)], a[(2, j)]));
     let columns = [of(0), of(1), of(2)];
     written(|i, j| columns[j][i])
 }
 
 /// The matrix of these entries.
 #[inline(always)]
-pub(crate) fn written(at: impl Fn(usize, usize) -> f64) -> Matrix3 {
-    Matrix3::new(at(0, 0), at(0, 1), at(0, 2), at(1, 0), at(1, 1), at(1, 2), at(2, 0), at(2, 1), at(2, 2))
+pub(crate) fn written<T: Number>(at: impl Fn(usize, usize) -> T) -> Matrix<T> {
+    Matrix::new(at(0, 0), at(0, 1), at(0, 2), at(1, 0), at(1, 1), at(1, 2), at(2, 0), at(2, 1), at(2, 2))
+}
+
+/// The vector of these entries.
+#[inline(always)]
+pub(crate) fn entries<T: Number>(at: impl Fn(usize) -> T) -> Vector<T> {
+    Vector::new(at(0), at(1), at(2))
+}
+
+/// `S(v)`.
+#[inline(always)]
+pub(crate) fn skew<T: Number>(v: &Vector<T>) -> Matrix<T> {
+    let none = T::of(0.0);
+    Matrix::new(none, -v.z, v.y, v.z, none, -v.x, -v.y, v.x, none)
+}
+
+/// A vector in every lane.
+#[inline(always)]
+pub(crate) fn splat<T: Number>(v: &Vector<f64>) -> Vector<T> {
+    Vector::new(T::of(v.x), T::of(v.y), T::of(v.z))
+}
+
+/// A matrix in every lane.
+#[inline(always)]
+pub(crate) fn splat_matrix<T: Number>(a: &Matrix<f64>) -> Matrix<T> {
+    written(|i, j| T::of(a[(i, j)]))
 }

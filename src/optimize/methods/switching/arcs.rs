@@ -370,7 +370,7 @@ pub(super) fn over_arc<const L: usize>(
     lanes: &mut Lanes<L>,
 ) -> Node {
     let steps = (length.abs() / longest).ceil().clamp(1.0, 1e3) as usize;
-    let (course, step) = (Course { extremal, m }, length / steps as f64);
+    let (course, step) = (Course::of(extremal, m), length / steps as f64);
     widest(
         #[inline(always)]
         || {
@@ -382,7 +382,6 @@ pub(super) fn over_arc<const L: usize>(
                     &node,
                     step,
                     lanes,
-                    None,
                     #[inline(always)]
                     |_, e| law.at(e),
                 );

@@ -56,12 +56,11 @@ impl Certificate {
             for step in 0..steps {
                 let mut none = Lanes::<3>::zero();
                 let next = advance(
-                    &Course { extremal, m: &arcs.m },
+                    &Course::of(extremal, &arcs.m),
                     &COOPER_VERNER,
                     &node,
                     length,
                     &mut none,
-                    None,
                     |_, e| law.at(e),
                 );
                 let rates =

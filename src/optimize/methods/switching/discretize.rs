@@ -55,15 +55,10 @@ pub(crate) fn of_arcs(extremal: &Extremal, arcs: &Arcs, counts: &[usize]) -> OnG
         for _ in 0..*count {
             let mut none = Lanes::<3>::zero();
             let length = (end - start) * part;
-            node = advance(
-                &Course { extremal, m: &arcs.m },
-                &COOPER_VERNER,
-                &node,
-                length,
-                &mut none,
-                None,
-                |_, e| law.at(e),
-            );
+            node =
+                advance(&Course::of(extremal, &arcs.m), &COOPER_VERNER, &node, length, &mut none, |_, e| {
+                    law.at(e)
+                });
             nodes.push(node);
             steps.push(Step { arc: lengths.len(), part, torque });
         }
@@ -177,15 +172,7 @@ pub(crate) fn of_smooth(extremal: &Extremal, smooth: &Smoothed, steps: usize) ->
         let mut none = Lanes::<3>::zero();
         let length = share * (path.parts[index + 1] - path.parts[index]) * path.duration;
         let law = |_: f64, e: &Vector3| extremal.smooth(e, smooth.epsilon, &bias.constant);
-        advance(
-            &Course { extremal, m: &path.m },
-            &COOPER_VERNER,
-            &path.nodes[index],
-            length,
-            &mut none,
-            None,
-            law,
-        )
+        advance(&Course::of(extremal, &path.m), &COOPER_VERNER, &path.nodes[index], length, &mut none, law)
     };
     let nodes = (0..=steps).map(node).collect();
     let step = Step { arc: 0, part, torque: Torque::Smooth(smooth.epsilon) };

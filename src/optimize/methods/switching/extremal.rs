@@ -14,7 +14,8 @@
 //! smooth extremal is a feasible maneuver, and dearer than the optimum by no more than `∫ Σ ε (1 − √(1 − v²)) dt`, to
 //! first order; of the norm up to terms of ε².
 
-use crate::numerics::three::written;
+use crate::numerics::eight::Number;
+use crate::numerics::three::{Matrix, Vector, dot, scaled, splat, sum, written};
 use crate::{Matrix3, Vector3};
 
 /// What limits the torque.
@@ -28,15 +29,15 @@ pub(crate) enum Law {
 
 /// The least Hamiltonian over the torque.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Response {
+pub(crate) struct Response<T: Number = f64> {
     /// The torque that makes it least.
-    pub torque: Vector3,
+    pub torque: Vector<T>,
     /// `G = −∂τ/∂e`.
-    pub stiffness: Matrix3,
+    pub stiffness: Matrix<T>,
     /// `e·τ + Σ c_j v_j` and what smoothing adds.
-    pub minimum: f64,
+    pub minimum: T,
     /// `Σ c_j v_j`, or `c|τ|`.
-    pub running: f64,
+    pub running: T,
 }
 
 /// The law on an arc between two switches.
@@ -104,8 +105,9 @@ pub(crate) struct Bias {
 
 impl Bias {
     #[inline(always)]
-    pub fn at(&self, fraction: f64) -> Vector3 {
-        self.constant + (2.0 * fraction - 1.0) * self.linear
+    pub fn at<T: Number>(&self, fraction: T) -> Vector<T> {
+        let along = T::of(2.0) * fraction - T::of(1.0);
+        sum(&splat(&self.constant), &scaled(along, &splat(&self.linear)))
     }
 }
 
@@ -123,43 +125,56 @@ impl Extremal {
 
     /// The smoothed law at the costate `e`, moved by `ε` times `bias`.
     #[inline(always)]
-    pub fn smooth(&self, e: &Vector3, epsilon: f64, bias: &Vector3) -> Response {
+    pub fn smooth<T: Number>(&self, e: &Vector<T>, epsilon: f64, bias: &Vector<T>) -> Response<T> {
+        let epsilon = T::of(epsilon);
         let e2 = epsilon * epsilon;
-        let (mut torque, mut stiffness) = (self.middle, Matrix3::zeros());
-        let (mut minimum, mut running) = (e.dot(&self.middle), 0.0);
+        let (none, one) = (T::of(0.0), T::of(1.0));
+        let mut torque = splat(&self.middle);
+        let mut stiffness = written(|_, _| none);
+        let (mut minimum, mut running) = (dot(e, &torque), none);
         match &self.law {
             Law::Inputs(axes) => {
                 for (axis, cost) in axes.iter().zip(&self.costs) {
-                    let s = axis.dot(e) + cost + epsilon * axis.dot(bias);
+                    let (axis, cost) = (splat(axis), T::of(*cost));
+                    let s = dot(&axis, e) + cost + epsilon * dot(&axis, bias);
                     let root = (s * s + e2).sqrt();
                     let v = -s / root;
-                    torque += v * axis;
-                    running += cost * v;
-                    minimum += epsilon - root;
-                    let weighted = (e2 / (root * root * root)) * axis;
-                    stiffness += written(|row, column| weighted[row] * axis[column]);
+                    torque = sum(&torque, &scaled(v, &axis));
+                    running = running + cost * v;
+                    minimum = minimum + (epsilon - root);
+                    let weighted = scaled(e2 / (root * root * root), &axis);
+                    stiffness =
+                        written(|row, column| stiffness[(row, column)] + weighted[row] * axis[column]);
                 }
             }
             Law::Norm(limit) => {
-                let e = e + epsilon * bias;
-                let rho = (e.norm_squared() + e2).sqrt();
-                let along = e * e.transpose() / (rho * rho);
-                let across = Matrix3::identity() - along;
+                let limit = T::of(*limit);
+                let e = sum(e, &scaled(epsilon, bias));
+                let rho2 = dot(&e, &e) + e2;
+                let rho = rho2.sqrt();
+                let along = written(|row, column| e[row] * e[column] / rho2);
+                let across =
+                    written(|row, column| (if row == column { one } else { none }) - along[(row, column)]);
                 match self.costs.first() {
                     None => {
-                        torque -= (limit / rho) * e;
-                        minimum += limit * (epsilon - rho);
-                        stiffness += (limit / rho) * across;
+                        let size = limit / rho;
+                        torque = sum(&torque, &scaled(-size, &e));
+                        minimum = minimum + limit * (epsilon - rho);
+                        stiffness = written(|row, column| size * across[(row, column)]);
                     }
                     Some(cost) => {
-                        let s = 0.5 * limit * (cost - rho);
+                        let cost = T::of(*cost);
+                        let half = T::of(0.5) * limit;
+                        let s = half * (cost - rho);
                         let root = (s * s + e2).sqrt();
-                        let size = 0.5 * limit * (1.0 - s / root);
-                        torque -= (size / rho) * e;
-                        running += cost * torque.norm();
-                        minimum += s + epsilon - root;
-                        let growth = 0.25 * limit * limit * e2 / (root * root * root);
-                        stiffness += growth * along + (size / rho) * across;
+                        let size = half * (one - s / root);
+                        torque = sum(&torque, &scaled(-(size / rho), &e));
+                        running = running + cost * dot(&torque, &torque).sqrt();
+                        minimum = minimum + (s + epsilon - root);
+                        let growth = half * half * e2 / (root * root * root);
+                        stiffness = written(|row, column| {
+                            growth * along[(row, column)] + size / rho * across[(row, column)]
+                        });
                     }
                 }
             }

@@ -17,15 +17,19 @@
 //! The factor of `δe` is minus the transpose of that of `δΠ` in `δΠ'`, and `−J⁻¹S(e)` the transpose of `S(e) J⁻¹`.
 
 use super::extremal::{Extremal, Response};
-use crate::numerics::three::{apply, apply_transposed, cross, crossed, product, written};
+use crate::numerics::eight::{Eight, Number};
+use crate::numerics::three::{
+    Matrix, Vector, apply, apply_transposed, cross, crossed, difference, dot, entries, product,
+    product_transposed, scaled, skew, splat, splat_matrix, sum, written,
+};
 use crate::{Matrix3, Vector3};
 
-/// Attitude, momentum and momentum costate at one instant, scaled.
+/// Attitude, momentum and momentum costate at one instant, scaled; or eight of them.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Node {
-    pub r: Matrix3,
-    pub pi: Vector3,
-    pub e: Vector3,
+pub(crate) struct Node<T: Number = f64> {
+    pub r: Matrix<T>,
+    pub pi: Vector<T>,
+    pub e: Vector<T>,
 }
 
 /// Derivatives of a node with respect to L parameters: rows `η`, `δΠ`, `δe`. The first three parameters are `M`.
@@ -60,6 +64,18 @@ impl<const L: usize> Lanes<L> {
         }
     }
 
+    /// The same, for lanes that are then read as rows.
+    #[inline(always)]
+    pub fn with(&self, lane: usize, rate: &[Vector3; 3], units: &Units<L>) -> Self {
+        let mut sum = *self;
+        for row in 0..9 {
+            for l in 0..L {
+                sum.0[row][l] += rate[row / 3][row % 3] * units.0[lane][l];
+            }
+        }
+        sum
+    }
+
     /// The disturbance that a change of the parameters makes.
     pub fn times(&self, change: &[f64]) -> [Vector3; 3] {
         let row =
@@ -67,76 +83,167 @@ impl<const L: usize> Lanes<L> {
         std::array::from_fn(|block| Vector3::from_fn(|axis, _| row(3 * block + axis)))
     }
 
+    /// With a multiple of others.
     #[inline(always)]
-    fn add_scaled(&mut self, other: &Self, factor: f64) {
+    fn plus(&self, other: &Self, factor: f64) -> Self {
+        let mut sum = *self;
         for row in 0..9 {
             for lane in 0..L {
-                self.0[row][lane] += factor * other.0[row][lane];
+                sum.0[row][lane] += factor * other.0[row][lane];
             }
         }
+        sum
     }
 }
 
-impl Node {
-    /// `self ⊖ other`, in the blocks of a disturbance.
+/// The rows of the identity: one in a lane, zero in the others.
+///
+/// What is added to a single lane is added as a product with such a row: a store to one lane, from which the whole row is then
+/// loaded, costs more. The compiler must not know where the zeros are, or it takes the rows apart.
+pub(crate) struct Units<const L: usize>([[f64; L]; L]);
+
+impl<const L: usize> Units<L> {
+    pub fn new() -> Self {
+        let mut rows = [[0.0; L]; L];
+        for (lane, row) in rows.iter_mut().enumerate() {
+            row[lane] = 1.0;
+        }
+        Self(std::hint::black_box(rows))
+    }
+}
+
+/// The sum of rows times their factors.
+#[inline(always)]
+fn combined<const K: usize, const L: usize>(terms: [(f64, &[f64; L]); K]) -> [f64; L] {
+    let (factor, row) = terms[0];
+    let mut sum = *row;
+    for l in 0..L {
+        sum[l] *= factor;
+    }
+    for (factor, row) in &terms[1..] {
+        for l in 0..L {
+            sum[l] += factor * row[l];
+        }
+    }
+    sum
+}
+
+impl<T: Number> Node<T> {
+    /// `self ⊖ other`, in the blocks of a disturbance; of the attitude `2 tan(θ/2)` along the axis.
     #[inline(always)]
-    pub fn minus(&self, other: &Self) -> [Vector3; 3] {
-        let turn = product(&self.r, &other.r.transpose());
-        [crate::lie::log(&turn), self.pi - other.pi, self.e - other.e]
+    pub fn minus(&self, other: &Self) -> [Vector<T>; 3] {
+        let turn = product_transposed(&self.r, &other.r);
+        let factor = T::of(2.0) / (T::of(1.0) + (turn[(0, 0)] + turn[(1, 1)] + turn[(2, 2)]));
+        let part = |i: usize, j: usize| factor * (turn[(i, j)] - turn[(j, i)]);
+        let turned = Vector::new(part(2, 1), part(0, 2), part(1, 0));
+        [turned, difference(&self.pi, &other.pi), difference(&self.e, &other.e)]
+    }
+
+    /// Disturbed: `minus` of what it was gives the disturbance.
+    #[inline(always)]
+    pub fn plus(&self, change: &[Vector<T>; 3], factor: T) -> Self {
+        let [half, pi, e] =
+            [scaled(T::of(0.5) * factor, &change[0]), scaled(factor, &change[1]), scaled(factor, &change[2])];
+        Self {
+            r: product(&turn(&[T::of(1.0), half.x, half.y, half.z]), &self.r),
+            pi: sum(&self.pi, &pi),
+            e: sum(&self.e, &e),
+        }
     }
 
     /// After a change of the quaternion from this attitude, the momentum and its costate.
     #[inline(always)]
-    fn displaced(&self, y: &[f64; 10]) -> Self {
+    fn displaced(&self, y: &[T; 10]) -> Self {
         Self {
-            r: product(&self.r, &turn(&[1.0 + y[0], y[1], y[2], y[3]])),
-            pi: self.pi + Vector3::new(y[4], y[5], y[6]),
-            e: self.e + Vector3::new(y[7], y[8], y[9]),
+            r: product(&self.r, &turn(&[T::of(1.0) + y[0], y[1], y[2], y[3]])),
+            pi: sum(&self.pi, &Vector::new(y[4], y[5], y[6])),
+            e: sum(&self.e, &Vector::new(y[7], y[8], y[9])),
         }
     }
+}
 
-    /// Disturbed.
-    pub fn plus(&self, change: &[Vector3; 3], factor: f64) -> Self {
+impl Node<Eight> {
+    /// Eight nodes side by side.
+    #[inline(always)]
+    pub fn of<'a>(node: impl Fn(usize) -> &'a Node) -> Self {
         Self {
-            r: crate::lie::exp(&(factor * change[0])) * self.r,
-            pi: self.pi + factor * change[1],
-            e: self.e + factor * change[2],
+            r: written(|i, j| Eight::from_fn(|lane| node(lane).r[(i, j)])),
+            pi: entries(|i| Eight::from_fn(|lane| node(lane).pi[i])),
+            e: entries(|i| Eight::from_fn(|lane| node(lane).e[i])),
         }
     }
 }
 
 /// The linearised flow at one instant.
-struct Linear {
-    x: Matrix3,
+#[derive(Clone, Copy)]
+struct Linear<T: Number> {
+    x: Matrix<T>,
     /// Of `δΠ` in `δΠ'`; its transpose is minus that of `δe` in `δe'`.
-    a: Matrix3,
-    g: Matrix3,
-    y: Matrix3,
-    c: Matrix3,
+    a: Matrix<T>,
+    g: Matrix<T>,
+    y: Matrix<T>,
+    c: Matrix<T>,
 }
 
-impl Linear {
+impl<T: Number> Stage<T> {
+    /// Rates of the lanes of one case, which `case` takes out of each number. To the lane `stretched` that of the node is
+    /// added, times a factor.
     #[inline(always)]
-    fn times<const L: usize>(&self, lanes: &Lanes<L>) -> Lanes<L> {
-        let v = &lanes.0;
-        let mut out = Lanes::zero();
-        for row in 0..3 {
-            for column in 0..3 {
-                let (x, a, g) = (self.x[(row, column)], self.a[(row, column)], self.g[(row, column)]);
-                let (y, c, d) = (self.y[(row, column)], self.c[(row, column)], -self.a[(column, row)]);
-                let (eta, pi, e) = (&v[column], &v[3 + column], &v[6 + column]);
-                for l in 0..L {
-                    out.0[row][l] += x * pi[l];
-                    out.0[3 + row][l] += a * pi[l] - g * e[l];
-                    out.0[6 + row][l] += y * eta[l] + c * pi[l] + d * e[l];
-                }
-            }
-            // δe' has −J⁻¹Rᵀ δM, and x = R J⁻¹.
-            for axis in 0..3 {
-                out.0[6 + row][axis] -= self.x[(axis, row)];
-            }
-        }
-        out
+    fn times<const L: usize>(
+        &self,
+        lanes: &Lanes<L>,
+        stretched: Option<(usize, f64)>,
+        units: &Units<L>,
+        case: impl Fn(&T) -> f64 + Copy,
+    ) -> Lanes<L> {
+        let (lane, per) = stretched.unwrap_or((0, 0.0));
+        let own = |block: usize, row: usize| (per * case(&self.rate[block][row]), &units.0[lane]);
+        let eta = |row| self.eta(row, lanes, own(0, row), case);
+        let pi = |row| self.pi(row, lanes, own(1, row), case);
+        let e = |row| self.e(row, lanes, own(2, row), units, case);
+        Lanes([eta(0), eta(1), eta(2), pi(0), pi(1), pi(2), e(0), e(1), e(2)])
+    }
+
+    #[inline(always)]
+    fn eta<const L: usize>(
+        &self,
+        row: usize,
+        lanes: &Lanes<L>,
+        own: (f64, &[f64; L]),
+        case: impl Fn(&T) -> f64,
+    ) -> [f64; L] {
+        let x = |column: usize| (case(&self.linear.x[(row, column)]), &lanes.0[3 + column]);
+        combined([x(0), x(1), x(2), own])
+    }
+
+    #[inline(always)]
+    fn pi<const L: usize>(
+        &self,
+        row: usize,
+        lanes: &Lanes<L>,
+        own: (f64, &[f64; L]),
+        case: impl Fn(&T) -> f64,
+    ) -> [f64; L] {
+        let a = |column: usize| (case(&self.linear.a[(row, column)]), &lanes.0[3 + column]);
+        let g = |column: usize| (-case(&self.linear.g[(row, column)]), &lanes.0[6 + column]);
+        combined([a(0), a(1), a(2), g(0), g(1), g(2), own])
+    }
+
+    #[inline(always)]
+    fn e<const L: usize>(
+        &self,
+        row: usize,
+        lanes: &Lanes<L>,
+        own: (f64, &[f64; L]),
+        units: &Units<L>,
+        case: impl Fn(&T) -> f64,
+    ) -> [f64; L] {
+        let y = |column: usize| (case(&self.linear.y[(row, column)]), &lanes.0[column]);
+        let c = |column: usize| (case(&self.linear.c[(row, column)]), &lanes.0[3 + column]);
+        let d = |column: usize| (-case(&self.linear.a[(column, row)]), &lanes.0[6 + column]);
+        // −J⁻¹Rᵀ δM, where x = R J⁻¹.
+        let m = |column: usize| (-case(&self.linear.x[(column, row)]), &units.0[column]);
+        combined([y(0), y(1), y(2), c(0), c(1), c(2), d(0), d(1), d(2), m(0), m(1), m(2), own])
     }
 }
 
@@ -144,32 +251,8 @@ impl Extremal {
     /// Time derivative of a node, `[Ω in reference axes, Π', e']`, under the torque `torque`.
     #[inline(always)]
     pub fn rate(&self, m: &Vector3, node: &Node, torque: &Vector3) -> [Vector3; 3] {
-        let (w, pi, e) = self.body_rate(m, node, torque);
+        let (w, pi, e) = Course::of(self, m).body_rate(node, torque);
         [apply(&node.r, &w), pi, e]
-    }
-
-    #[inline(always)]
-    fn body_rate(&self, m: &Vector3, node: &Node, torque: &Vector3) -> (Vector3, Vector3, Vector3) {
-        let w = apply(&self.j_inverse, &node.pi);
-        let m = apply_transposed(&node.r, m);
-        let e = cross(&node.e, &w) - apply(&self.j_inverse, &(m + cross(&node.e, &node.pi)));
-        (w, cross(&node.pi, &w) + torque, e)
-    }
-
-    #[inline(always)]
-    fn linear(&self, m: &Vector3, node: &Node, w: &Vector3, stiffness: &Matrix3) -> Linear {
-        let x = product(&node.r, &self.j_inverse);
-        let (of_momentum, of_costate) =
-            (crossed(&node.pi, &self.j_inverse), crossed(&node.e, &self.j_inverse));
-        // −xᵀS(M): its rows are M × x of each column of x.
-        let y = crossed(m, &x);
-        Linear {
-            x,
-            a: of_momentum - crossed(w, &Matrix3::identity()),
-            g: *stiffness,
-            y: written(|row, column| y[(column, row)]),
-            c: written(|row, column| of_costate[(row, column)] + of_costate[(column, row)]),
-        }
     }
 
     /// The Hamiltonian; `minimum` is the least `e·τ + Σ c_j v_j` plus what smoothing adds.
@@ -291,31 +374,194 @@ pub(crate) const COOPER_VERNER: Tableau<11> = {
 
 /// The rotation of a quaternion that need not have norm 1.
 #[inline(always)]
-fn turn(p: &[f64; 4]) -> Matrix3 {
+fn turn<T: Number>(p: &[T; 4]) -> Matrix<T> {
     let [w, x, y, z] = *p;
-    let f = 2.0 / (w * w + x * x + y * y + z * z);
-    Matrix3::new(
-        1.0 - f * (y * y + z * z),
+    let one = T::of(1.0);
+    let f = T::of(2.0) / (w * w + x * x + y * y + z * z);
+    Matrix::new(
+        one - f * (y * y + z * z),
         f * (x * y - w * z),
         f * (x * z + w * y),
         f * (x * y + w * z),
-        1.0 - f * (x * x + z * z),
+        one - f * (x * x + z * z),
         f * (y * z - w * x),
         f * (x * z - w * y),
         f * (y * z + w * x),
-        1.0 - f * (x * x + y * y),
+        one - f * (x * x + y * y),
     )
 }
 
-/// An extremal on its way: the maneuver, and the attitude costate `M` in reference axes.
+/// An extremal on its way: the inverse inertia, and the attitude costate `M` in reference axes.
 #[derive(Clone, Copy)]
-pub(crate) struct Course<'a> {
-    pub extremal: &'a Extremal,
-    pub m: &'a Vector3,
+pub(crate) struct Course<T: Number = f64> {
+    j_inverse: Matrix<T>,
+    m: Vector<T>,
 }
 
-/// One step of the flow over `length`, and of its lanes. `respond` gives the torque at a fraction of the step and a
-/// costate. To the lane `stretched` the rate of change over the duration is added, for a duration that is a parameter.
+impl<T: Number> Course<T> {
+    #[inline(always)]
+    pub fn of(extremal: &Extremal, m: &Vector3) -> Self {
+        Self { j_inverse: splat_matrix(&extremal.j_inverse), m: splat(m) }
+    }
+
+    /// Time derivatives of a node, `[Ω, Π', e']`.
+    #[inline(always)]
+    fn body_rate(&self, node: &Node<T>, torque: &Vector<T>) -> (Vector<T>, Vector<T>, Vector<T>) {
+        let w = apply(&self.j_inverse, &node.pi);
+        let m = apply_transposed(&node.r, &self.m);
+        let of_momentum = apply(&self.j_inverse, &sum(&m, &cross(&node.e, &node.pi)));
+        let e = difference(&cross(&node.e, &w), &of_momentum);
+        (w, sum(&cross(&node.pi, &w), torque), e)
+    }
+
+    #[inline(always)]
+    fn linear(&self, node: &Node<T>, w: &Vector<T>, stiffness: &Matrix<T>) -> Linear<T> {
+        let x = product(&node.r, &self.j_inverse);
+        let (of_momentum, of_costate) =
+            (crossed(&node.pi, &self.j_inverse), crossed(&node.e, &self.j_inverse));
+        let of_rate = skew(w);
+        // −xᵀS(M): its rows are M × x of each column of x.
+        let y = crossed(&self.m, &x);
+        Linear {
+            x,
+            a: written(|row, column| of_momentum[(row, column)] - of_rate[(row, column)]),
+            g: *stiffness,
+            y: written(|row, column| y[(column, row)]),
+            c: written(|row, column| of_costate[(row, column)] + of_costate[(column, row)]),
+        }
+    }
+
+    /// One step of the flow over `length`, and into `stages` what its lanes need. `respond` gives the torque at a fraction of
+    /// the step and a costate.
+    #[inline(always)]
+    pub fn step<const S: usize>(
+        &self,
+        tableau: &Tableau<S>,
+        from: &Node<T>,
+        length: T,
+        respond: impl Fn(f64, &Vector<T>) -> Response<T>,
+        stages: &mut Stages<T, S>,
+    ) -> Node<T> {
+        let none = T::of(0.0);
+        let mut rates = [[none; 10]; S];
+        let mut total = [none; 10];
+        for stage in 0..S {
+            let mut y = [none; 10];
+            for earlier in 0..stage {
+                if tableau.a[stage][earlier] != 0.0 {
+                    let factor = length * T::of(tableau.a[stage][earlier]);
+                    for row in 0..10 {
+                        y[row] = y[row] + factor * rates[earlier][row];
+                    }
+                }
+            }
+            let node = from.displaced(&y);
+            let response = respond(tableau.c[stage], &node.e);
+            let (w, pi, e) = self.body_rate(&node, &response.torque);
+            let (half, q0, q) = (T::of(0.5), T::of(1.0) + y[0], Vector::new(y[1], y[2], y[3]));
+            let q_dot = scaled(half, &sum(&scaled(q0, &w), &cross(&q, &w)));
+            let q0_dot = -half * dot(&q, &w);
+            rates[stage] = [q0_dot, q_dot.x, q_dot.y, q_dot.z, pi.x, pi.y, pi.z, e.x, e.y, e.z];
+            if tableau.b[stage] != 0.0 {
+                let factor = length * T::of(tableau.b[stage]);
+                for row in 0..10 {
+                    total[row] = total[row] + factor * rates[stage][row];
+                }
+            }
+            stages.0[stage] = Stage {
+                linear: self.linear(&node, &w, &response.stiffness),
+                rate: [apply(&node.r, &w), pi, e],
+            };
+        }
+        from.displaced(&total)
+    }
+}
+
+/// What lanes need of one stage.
+#[derive(Clone, Copy)]
+struct Stage<T: Number> {
+    linear: Linear<T>,
+    rate: [Vector<T>; 3],
+}
+
+/// What lanes need of one step.
+pub(crate) struct Stages<T: Number, const S: usize>([Stage<T>; S]);
+
+impl<T: Number, const S: usize> Stages<T, S> {
+    /// To be filled by [`Course::step`].
+    #[inline(always)]
+    pub fn empty() -> Self {
+        let (matrix, vector) = (splat_matrix(&Matrix3::zeros()), splat(&Vector3::zeros()));
+        let linear = Linear { x: matrix, a: matrix, g: matrix, y: matrix, c: matrix };
+        Self([Stage { linear, rate: [vector; 3] }; S])
+    }
+
+    /// Carries lanes over the step of the case that `case` takes out of each number. To the lane `stretched` the rate of
+    /// change over the duration is added, for a duration that is a parameter.
+    #[inline(always)]
+    pub fn carry<const L: usize>(
+        &self,
+        tableau: &Tableau<S>,
+        length: f64,
+        lanes: &Lanes<L>,
+        stretched: Option<(usize, f64)>,
+        units: &Units<L>,
+        case: impl Fn(&T) -> f64 + Copy,
+    ) -> Lanes<L> {
+        let stretched = stretched.map(|(lane, duration)| (lane, 1.0 / duration));
+        let mut rates = [Lanes::<L>::zero(); S];
+        let mut end = *lanes;
+        for stage in 0..S {
+            let mut v = *lanes;
+            for earlier in 0..stage {
+                if tableau.a[stage][earlier] != 0.0 {
+                    v = v.plus(&rates[earlier], length * tableau.a[stage][earlier]);
+                }
+            }
+            rates[stage] = self.0[stage].times(&v, stretched, units, case);
+            if tableau.b[stage] != 0.0 {
+                end = end.plus(&rates[stage], length * tableau.b[stage]);
+            }
+        }
+        end
+    }
+}
+
+impl<T: Number> Stages<T, 4> {
+    /// The same for [`RK4`], in which a stage needs the one before alone.
+    #[inline(always)]
+    pub fn carry_on<const L: usize>(
+        &self,
+        length: f64,
+        lanes: &Lanes<L>,
+        stretched: Option<(usize, f64)>,
+        units: &Units<L>,
+        case: impl Fn(&T) -> f64 + Copy,
+    ) -> Lanes<L> {
+        let stretched = stretched.map(|(lane, duration)| (lane, 1.0 / duration));
+        let [first, second, third, fourth] = &self.0;
+        let rate = first.times(lanes, stretched, units, case);
+        let mut end = lanes.plus(&rate, RK4.b[0] * length);
+        let rate = second.times(&lanes.plus(&rate, RK4.a[1][0] * length), stretched, units, case);
+        end = end.plus(&rate, RK4.b[1] * length);
+        let rate = third.times(&lanes.plus(&rate, RK4.a[2][1] * length), stretched, units, case);
+        end = end.plus(&rate, RK4.b[2] * length);
+        let rate = fourth.times(&lanes.plus(&rate, RK4.a[3][2] * length), stretched, units, case);
+        end.plus(&rate, RK4.b[3] * length)
+    }
+}
+
+/// Of one case, which `case` takes out of each number.
+#[inline(always)]
+pub(crate) fn taken<T: Number>(blocks: &[Vector<T>; 3], case: impl Fn(&T) -> f64) -> [Vector3; 3] {
+    let mut taken = [Vector3::zeros(); 3];
+    for (block, taken) in blocks.iter().zip(&mut taken) {
+        *taken = Vector3::new(case(&block.x), case(&block.y), case(&block.z));
+    }
+    taken
+}
+
+/// One step of the flow, and of its lanes.
 #[inline(always)]
 pub(crate) fn advance<const S: usize, const L: usize>(
     course: &Course,
@@ -323,42 +569,10 @@ pub(crate) fn advance<const S: usize, const L: usize>(
     from: &Node,
     length: f64,
     lanes: &mut Lanes<L>,
-    stretched: Option<(usize, f64)>,
     respond: impl Fn(f64, &Vector3) -> Response,
 ) -> Node {
-    let Course { extremal, m } = *course;
-    let mut rates = [[0.0; 10]; S];
-    let mut lane_rates = [Lanes::<L>::zero(); S];
-    let (mut sum, mut lane_sum) = ([0.0; 10], Lanes::<L>::zero());
-    for stage in 0..S {
-        let (mut y, mut v) = ([0.0; 10], *lanes);
-        for earlier in 0..stage {
-            let factor = length * tableau.a[stage][earlier];
-            if factor != 0.0 {
-                for row in 0..10 {
-                    y[row] += factor * rates[earlier][row];
-                }
-                v.add_scaled(&lane_rates[earlier], factor);
-            }
-        }
-        let node = from.displaced(&y);
-        let response = respond(tableau.c[stage], &node.e);
-        let (w, pi, e) = extremal.body_rate(m, &node, &response.torque);
-        let (q0, q) = (1.0 + y[0], Vector3::new(y[1], y[2], y[3]));
-        let q_dot = 0.5 * (q0 * w + cross(&q, &w));
-        rates[stage] = [-0.5 * q.dot(&w), q_dot.x, q_dot.y, q_dot.z, pi.x, pi.y, pi.z, e.x, e.y, e.z];
-        lane_rates[stage] = extremal.linear(m, &node, &w, &response.stiffness).times(&v);
-        if let Some((lane, duration)) = stretched {
-            lane_rates[stage].add(lane, &[apply(&node.r, &w), pi, e], 1.0 / duration);
-        }
-        let factor = length * tableau.b[stage];
-        if factor != 0.0 {
-            for row in 0..10 {
-                sum[row] += factor * rates[stage][row];
-            }
-            lane_sum.add_scaled(&lane_rates[stage], factor);
-        }
-    }
-    lanes.add_scaled(&lane_sum, 1.0);
-    from.displaced(&sum)
+    let (mut stages, units) = (Stages::empty(), Units::new());
+    let end = course.step(tableau, from, length, respond, &mut stages);
+    *lanes = stages.carry(tableau, length, lanes, None, &units, |number| *number);
+    end
 }

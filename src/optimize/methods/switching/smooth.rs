@@ -5,8 +5,9 @@
 //! that the whole Newton step is a 7×7 system: nothing grows along the maneuver but derivatives.
 
 use super::extremal::{Bias, Extremal, Response};
-use super::flow::{COOPER_VERNER, Course, Lanes, Node, RK4, Tableau, advance};
-use crate::numerics::three::{apply, cross};
+use super::flow::{COOPER_VERNER, Course, Lanes, Node, RK4, Stages, Units, taken};
+use crate::numerics::eight::{Eight, Number};
+use crate::numerics::three::{Vector, apply, cross};
 use crate::numerics::widest::widest;
 use crate::{Vector3, lie};
 use nalgebra::{SMatrix, SVector};
@@ -36,7 +37,6 @@ struct Sweep {
     /// The last gap carried to the end.
     carried: SVector<f64, 7>,
     merit: f64,
-    lanes: Vec<Lanes<8>>,
 }
 
 /// The smoothed problem at one ε.
@@ -70,78 +70,83 @@ impl Path {
 }
 
 impl Smooth<'_> {
-    fn sweep(&self, path: &Path) -> Option<Sweep> {
+    /// Into `lanes` the derivatives of the nodes.
+    fn sweep(&self, path: &Path, lanes: &mut Vec<Lanes<8>>) -> Option<Sweep> {
         widest(
             #[inline(always)]
-            || self.swept(path),
+            || self.swept(path, lanes),
         )
     }
 
-    /// From a node over a stretch, given by the parts of the duration where it begins and ends.
+    /// The law at a fraction of a stretch, given by the parts of the duration where it begins and ends.
     #[inline(always)]
-    fn over<const S: usize, const L: usize>(
-        &self,
-        tableau: &Tableau<S>,
-        path: &Path,
-        node: &Node,
-        [from, to]: [f64; 2],
-        lanes: &mut Lanes<L>,
-        stretched: Option<(usize, f64)>,
-    ) -> Node {
-        advance(
-            &Course { extremal: self.extremal, m: &path.m },
-            tableau,
-            node,
-            (to - from) * path.duration,
-            lanes,
-            stretched,
-            #[inline(always)]
-            |c, e| {
-                let bias = self.bias.at(from + c * (to - from));
-                self.extremal.smooth(e, self.epsilon, &bias)
-            },
-        )
+    fn law<T: Number>(&self, [from, to]: [T; 2]) -> impl Fn(f64, &Vector<T>) -> Response<T> {
+        #[inline(always)]
+        move |fraction, e| {
+            let bias = self.bias.at(from + T::of(fraction) * (to - from));
+            self.extremal.smooth(e, self.epsilon, &bias)
+        }
     }
 
-    /// An interval by the method of order 4.
-    #[inline(always)]
-    fn along<const L: usize>(
-        &self,
-        path: &Path,
-        interval: usize,
-        lanes: &mut Lanes<L>,
-        stretched: Option<(usize, f64)>,
-    ) -> Node {
-        let stretch = [path.parts[interval], path.parts[interval + 1]];
-        self.over(&RK4, path, &path.nodes[interval], stretch, lanes, stretched)
-    }
-
-    /// An interval by the method of order 8. Kept out of line: few sweeps take it.
+    /// Each interval from its own node by the method of order 8: the lanes of all nodes, and the sum of the squares of the
+    /// gaps. Kept out of line: few sweeps take it.
     #[inline(never)]
-    fn accurately(&self, path: &Path, interval: usize, lanes: &mut Lanes<8>) -> Node {
-        let stretch = [path.parts[interval], path.parts[interval + 1]];
-        let stretched = Some((TIME, path.duration));
-        self.over(&COOPER_VERNER, path, &path.nodes[interval], stretch, lanes, stretched)
-    }
-
-    #[inline(always)]
-    fn swept(&self, path: &Path) -> Option<Sweep> {
-        let n = path.intervals();
-        let mut lanes = Lanes::<8>::of_costate();
-        let mut stored = Vec::with_capacity(n + 1);
-        stored.push(lanes);
+    fn accurately(&self, path: &Path, lanes: &mut [Lanes<8>]) -> f64 {
+        let course = Course::of(self.extremal, &path.m);
+        let (mut stages, units) = (Stages::empty(), Units::new());
         let mut gaps = 0.0;
-        for k in 0..n {
-            let reached = if self.accurate {
-                self.accurately(path, k, &mut lanes)
-            } else {
-                self.along(path, k, &mut lanes, Some((TIME, path.duration)))
-            };
+        for k in 0..path.intervals() {
+            let stretch = [path.parts[k], path.parts[k + 1]];
+            let length = (stretch[1] - stretch[0]) * path.duration;
+            let reached = course.step(&COOPER_VERNER, &path.nodes[k], length, self.law(stretch), &mut stages);
             let gap = reached.minus(&path.nodes[k + 1]);
             gaps += gap.iter().map(|part| part.norm_squared()).sum::<f64>();
-            lanes.add(GAP, &gap, 1.0);
-            stored.push(lanes);
+            let stretched = Some((TIME, path.duration));
+            lanes[k + 1] =
+                stages.carry(&COOPER_VERNER, length, &lanes[k], stretched, &units, |number| *number);
+            lanes[k + 1].add(GAP, &gap, 1.0);
         }
+        gaps
+    }
+
+    /// The same by the method of order 4, eight intervals at once.
+    #[inline(always)]
+    fn eight_by_eight(&self, path: &Path, lanes: &mut [Lanes<8>]) -> f64 {
+        let n = path.intervals();
+        let course = Course::of(self.extremal, &path.m);
+        let duration = Eight::of(path.duration);
+        let (mut stages, units) = (Stages::empty(), Units::new());
+        let mut gaps = 0.0;
+        for first in (0..n).step_by(Eight::LANES) {
+            // Where fewer than eight are left, the last one stands for those that are missing.
+            let interval = |lane: usize| (first + lane).min(n - 1);
+            let from = Node::of(|lane| &path.nodes[interval(lane)]);
+            let to = Node::of(|lane| &path.nodes[interval(lane) + 1]);
+            let stretch = [0, 1].map(|end| Eight::from_fn(|lane| path.parts[interval(lane) + end]));
+            let length = (stretch[1] - stretch[0]) * duration;
+            let reached = course.step(&RK4, &from, length, self.law(stretch), &mut stages);
+            let gap = reached.minus(&to);
+            for lane in 0..Eight::LANES.min(n - first) {
+                let k = first + lane;
+                let gap = taken(&gap, |number| number.0[lane]);
+                gaps += gap.iter().map(|part| part.norm_squared()).sum::<f64>();
+                let stretched = Some((TIME, path.duration));
+                let carried =
+                    stages.carry_on(length.0[lane], &lanes[k], stretched, &units, |number| number.0[lane]);
+                lanes[k + 1] = carried.with(GAP, &gap, &units);
+            }
+        }
+        gaps
+    }
+
+    #[inline(always)]
+    fn swept(&self, path: &Path, stored: &mut Vec<Lanes<8>>) -> Option<Sweep> {
+        let n = path.intervals();
+        stored.resize(n + 1, Lanes::zero());
+        stored[0] = Lanes::of_costate();
+        let gaps =
+            if self.accurate { self.accurately(path, stored) } else { self.eight_by_eight(path, stored) };
+        let lanes = &stored[n];
         let end = path.nodes[n];
         let extremal = self.extremal;
         let response = extremal.smooth(&end.e, self.epsilon, &self.bias.at(1.0));
@@ -170,14 +175,15 @@ impl Smooth<'_> {
         let merit = (residual.norm_squared() + gaps).sqrt();
         let [m_x, m_y, m_z, e_x, e_y, e_z, time, carried] = columns;
         let jacobian = SMatrix::from_columns(&[m_x, m_y, m_z, e_x, e_y, e_z, time]);
-        let sweep = Sweep { residual, jacobian, carried, merit, lanes: stored };
+        let sweep = Sweep { residual, jacobian, carried, merit };
         sweep.merit.is_finite().then_some(sweep)
     }
 
     /// Newton until the merit is below `tolerance`; `None` where it does not get there. Counts sweeps.
     pub fn solve(&self, mut path: Path, tolerance: f64, most: usize, sweeps: &mut usize) -> Option<Path> {
         *sweeps += 1;
-        let mut sweep = self.sweep(&path)?;
+        let (mut lanes, mut trial_lanes) = (Vec::new(), Vec::new());
+        let mut sweep = self.sweep(&path, &mut lanes)?;
         for _ in 0..most {
             if sweep.merit <= tolerance {
                 return Some(path);
@@ -193,12 +199,13 @@ impl Smooth<'_> {
             factor = factor.min(1.0);
             let mut accepted = false;
             for _ in 0..6 {
-                let trial = moved(&path, &sweep, &step, factor);
+                let trial = moved(&path, &lanes, &step, factor);
                 *sweeps += 1;
-                if let Some(next) = self.sweep(&trial)
+                if let Some(next) = self.sweep(&trial, &mut trial_lanes)
                     && next.merit < (1.0 - 0.1 * factor) * sweep.merit
                 {
                     (path, sweep, accepted) = (trial, next, true);
+                    std::mem::swap(&mut lanes, &mut trial_lanes);
                     break;
                 }
                 factor *= 0.4;
@@ -235,6 +242,7 @@ impl Smooth<'_> {
     /// The path with each interval divided in halves as often as `divide` says, of the nodes at its ends and how often it
     /// has been divided.
     fn divided(&self, path: &Path, divide: impl Fn(&Node, &Node, usize) -> bool) -> Path {
+        let (course, mut stages) = (Course::of(self.extremal, &path.m), Stages::empty());
         let (mut nodes, mut parts) = (vec![path.nodes[0]], vec![0.0]);
         for k in 0..path.intervals() {
             // Pieces still to be looked at, the first one last.
@@ -243,7 +251,8 @@ impl Smooth<'_> {
                 let (from, begin) = (nodes[nodes.len() - 1], parts[parts.len() - 1]);
                 if divide(&from, &to, depth) {
                     let half = 0.5 * (begin + end);
-                    let middle = self.over(&RK4, path, &from, [begin, half], &mut Lanes::<3>::zero(), None);
+                    let length = (half - begin) * path.duration;
+                    let middle = course.step(&RK4, &from, length, self.law([begin, half]), &mut stages);
                     ahead.extend([(to, end, depth + 1), (middle, half, depth + 1)]);
                 } else {
                     nodes.push(to);
@@ -255,11 +264,11 @@ impl Smooth<'_> {
     }
 }
 
-fn moved(path: &Path, sweep: &Sweep, step: &SVector<f64, 7>, factor: f64) -> Path {
+fn moved(path: &Path, lanes: &[Lanes<8>], step: &SVector<f64, 7>, factor: f64) -> Path {
     let mut change = [0.0; 8];
     change[..7].copy_from_slice(step.as_slice());
     change[GAP] = 1.0;
-    let nodes = path.nodes.iter().zip(&sweep.lanes);
+    let nodes = path.nodes.iter().zip(lanes);
     Path {
         m: path.m + factor * step.fixed_rows::<3>(0),
         duration: path.duration + factor * step[TIME],

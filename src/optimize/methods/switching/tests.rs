@@ -94,15 +94,7 @@ fn the_flow_converges_at_its_orders() {
     ) -> Node {
         (0..steps).fold(node(), |node, _| {
             let mut none = Lanes::<3>::zero();
-            advance(
-                &Course { extremal: given, m },
-                tableau,
-                &node,
-                2.0 / steps as f64,
-                &mut none,
-                None,
-                |_, _| *held,
-            )
+            advance(&Course::of(given, m), tableau, &node, 2.0 / steps as f64, &mut none, |_, _| *held)
         })
     }
     let exact = end(&given, &COOPER_VERNER, &m, &held, 200);
@@ -120,7 +112,7 @@ fn lanes_of_the_flow_are_its_derivatives() {
         let run = |m: &Vector3, from: &Node| {
             let mut lanes = Lanes::<6>::of_costate();
             let respond = |_: f64, e: &Vector3| given.smooth(e, 0.3, &Vector3::zeros());
-            let end = advance(&Course { extremal: &given, m }, &RK4, from, 0.2, &mut lanes, None, respond);
+            let end = advance(&Course::of(&given, m), &RK4, from, 0.2, &mut lanes, respond);
             (end, lanes)
         };
         let (_, lanes) = run(&m, &node());
