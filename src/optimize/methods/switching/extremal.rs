@@ -138,11 +138,13 @@ impl Extremal {
                     let (axis, cost) = (splat(axis), T::of(*cost));
                     let s = dot(&axis, e) + cost + epsilon * dot(&axis, bias);
                     let root = (s * s + e2).sqrt();
-                    let v = -s / root;
+                    // One division instead of two: they and the root take longest here.
+                    let inverse = one / root;
+                    let v = -s * inverse;
                     torque = sum(&torque, &scaled(v, &axis));
                     running = running + cost * v;
                     minimum = minimum + (epsilon - root);
-                    let weighted = scaled(e2 / (root * root * root), &axis);
+                    let weighted = scaled(e2 * inverse * inverse * inverse, &axis);
                     stiffness =
                         written(|row, column| stiffness[(row, column)] + weighted[row] * axis[column]);
                 }

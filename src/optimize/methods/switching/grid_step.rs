@@ -10,6 +10,11 @@
 //! `ℓ` what the inputs and smoothing cost. The smoothed law takes the mean of the costates at both ends, which makes
 //! the step implicit in the torque.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "iterators are calls of their own, and narrow in widened code"
+)]
+
 use super::dual::{Dual, Dual3};
 use super::extremal::{ArcLaw, Extremal, Response};
 use crate::mechanics::drift_equation;
@@ -19,6 +24,8 @@ use crate::{Matrix3, Vector3, lie};
 
 /// Parameters of a step: `m`, `Π`, `e`, `h`.
 const PARAMETERS: usize = 10;
+/// The same and the torque, where it answers to them.
+const WITH_TORQUE: usize = PARAMETERS + 3;
 
 /// How the torque of a step comes about.
 #[derive(Clone, Copy, Debug)]
@@ -187,7 +194,47 @@ impl Extremal {
     /// [`grid_step`](Self::grid_step) in registers of one width.
     #[inline(always)]
     fn taken(&self, m: &Vector3, pi: &Vector3, e: &Vector3, h: f64, torque: Torque) -> Option<GridStep> {
-        let mut given = In::<PARAMETERS> {
+        match torque {
+            Torque::Given { torque, running } => {
+                let mut given = In::<PARAMETERS>::at(m, pi, e, h);
+                given.torque = Dual3::constant(&torque);
+                given.running.value = running;
+                Some(self.drifted(&given)?.step(&torque, |row| row.gradient))
+            }
+            Torque::Turning(_) | Torque::Smooth(_) => {
+                let (value, gain) = self.implicit_torque(m, pi, e, h, &torque)?;
+                let mut given = In::<WITH_TORQUE>::at(m, pi, e, h);
+                given.torque = Dual3::parameters(&value, PARAMETERS);
+                let mut out = self.drifted(&given)?;
+                let mean = (given.e + out.e).scale(0.5);
+                let law = self.answer(&torque, &mean.value())?;
+                // ℓ = min(e·τ + ε…) − e·τ, and ∂ℓ = −e·∂τ because the law makes the sum least.
+                out.hamiltonian.value += law.minimum - mean.value().dot(&law.torque);
+                for axis in 0..3 {
+                    out.hamiltonian.gradient[PARAMETERS + axis] -= mean.0[axis].value;
+                }
+                let answer = mean.under(&-gain);
+                let chained = |row: &Dual<WITH_TORQUE>| {
+                    let mut sum = [0.0; PARAMETERS];
+                    for p in 0..PARAMETERS {
+                        sum[p] = row.gradient[p];
+                        for axis in 0..3 {
+                            sum[p] += row.gradient[PARAMETERS + axis] * answer.0[axis].gradient[p];
+                        }
+                    }
+                    sum
+                };
+                Some(out.step(&value, chained))
+            }
+        }
+    }
+}
+
+impl<const L: usize> In<L> {
+    /// At these parameters; no torque yet.
+    #[inline(always)]
+    fn at(m: &Vector3, pi: &Vector3, e: &Vector3, h: f64) -> Self {
+        let mut given = Self {
             m: Dual3::parameters(m, 0),
             pi: Dual3::parameters(pi, 3),
             e: Dual3::parameters(e, 6),
@@ -196,40 +243,29 @@ impl Extremal {
             running: Dual::constant(0.0),
         };
         given.h.gradient[9] = 1.0;
-        match torque {
-            Torque::Given { torque, running } => {
-                given.torque = Dual3::constant(&torque);
-                given.running.value = running;
-            }
-            Torque::Turning(_) | Torque::Smooth(_) => {
-                let (value, gain) = self.implicit_torque(m, pi, e, h, &torque)?;
-                given.torque = Dual3::constant(&value);
-                let out = self.drifted(&given)?;
-                let mean = (given.e + out.e).scale(0.5);
-                let law = self.answer(&torque, &mean.value())?;
-                // ℓ = min(e·τ + ε…) − e·τ, and ∂ℓ = −e·∂τ because the law makes the sum least.
-                given.running.value = law.minimum - mean.value().dot(&law.torque);
-                given.torque = mean.under(&-gain).with_value(&value);
-                let fixed = Dual3::constant(&mean.value());
-                given.running.gradient = (-fixed.dot(&given.torque)).gradient;
-            }
-        }
-        let out = self.drifted(&given)?;
-        let c = out.c.value();
+        given
+    }
+}
+
+impl<const L: usize> Out<L> {
+    /// The step, under the torque `torque`; `slopes` gives the derivatives of a row with respect to the parameters.
+    #[inline(always)]
+    fn step(&self, torque: &Vector3, slopes: impl Fn(&Dual<L>) -> [f64; PARAMETERS]) -> GridStep {
+        let c = self.c.value();
         let weight = 2.0 / (1.0 + c.norm_squared());
-        let turn = (out.c + Dual3::constant(&c).cross(&out.c)).scale(weight);
-        let rows = turn.0.iter().chain(&out.pi.0).chain(&out.e.0).chain([&out.hamiltonian]);
+        let turn = (self.c + Dual3::constant(&c).cross(&self.c)).scale(weight);
+        let rows = turn.0.iter().chain(&self.pi.0).chain(&self.e.0).chain([&self.hamiltonian]);
         let mut jacobian = [[0.0; PARAMETERS]; 10];
         for (row, dual) in jacobian.iter_mut().zip(rows) {
-            *row = dual.gradient;
+            *row = slopes(dual);
         }
-        Some(GridStep {
+        GridStep {
             f: lie::cayley(&c),
-            pi: out.pi.value(),
-            e: out.e.value(),
-            hamiltonian: out.hamiltonian.value,
-            torque: given.torque.value(),
+            pi: self.pi.value(),
+            e: self.e.value(),
+            hamiltonian: self.hamiltonian.value,
+            torque: *torque,
             jacobian,
-        })
+        }
     }
 }
