@@ -16,6 +16,11 @@
 //!
 //! The factor of `δe` is minus the transpose of that of `δΠ` in `δΠ'`, and `−J⁻¹S(e)` the transpose of `S(e) J⁻¹`.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "iterators are calls of their own, and narrow in widened code"
+)]
+
 use super::extremal::{Extremal, Response};
 use crate::numerics::eight::{Eight, Number};
 use crate::numerics::three::{
