@@ -5,11 +5,12 @@ use super::branches::Ask;
 use super::certificate::Certificate;
 use super::discretize::of_arcs;
 use super::extremal::{Extremal, Law};
-use super::flow::{COOPER_VERNER, Course, Lanes, Node, RK4, Tableau, advance};
+use super::flow::{COOPER_VERNER, Course, Lanes, Node, RK4, Stages, Tableau, Units, advance};
 use super::grid_step::Torque;
 use super::search::search;
 use crate::maneuver::problem::Path;
 use crate::maneuver::settings::Thoroughness;
+use crate::numerics::eight::{Eight, Number};
 use crate::{Matrix3, Vector3, lie};
 use std::f64::consts::PI;
 
@@ -103,6 +104,59 @@ fn the_flow_converges_at_its_orders() {
     let eighth = [4, 8].map(|steps| miss(end(&given, &COOPER_VERNER, &m, &held, steps)));
     assert!(((fourth[0] / fourth[1]).log2() - 4.0).abs() < 0.3, "{fourth:?}");
     assert!((eighth[0] / eighth[1]).log2() > 7.4, "{eighth:?}");
+}
+
+#[test]
+fn eight_steps_at_once_are_eight_steps() {
+    for given in extremals() {
+        let m = Vector3::new(0.7, 0.2, -0.4);
+        let nodes: Vec<Node> = (0..8)
+            .map(|k| node().plus(&[Vector3::x(), Vector3::y(), Vector3::z()], 0.1 * f64::from(k)))
+            .collect();
+        let lengths = Eight::from_fn(|lane| 0.1 + 0.02 * lane as f64);
+        let (mut stages, mut alone, units) = (Stages::empty(), Stages::empty(), Units::<8>::new());
+        let bias = Vector3::new(0.3, -0.2, 0.1);
+        let wide_bias = nalgebra::Vector3::new(Eight::of(0.3), Eight::of(-0.2), Eight::of(0.1));
+        let ends = Course::of(&given, &m).step(
+            &RK4,
+            &Node::of(|lane| &nodes[lane]),
+            lengths,
+            |_, e| given.smooth(e, 0.3, &wide_bias),
+            &mut stages,
+        );
+        for lane in 0..8 {
+            let length = lengths.0[lane];
+            let law = |_: f64, e: &Vector3| given.smooth(e, 0.3, &bias);
+            let end = Course::of(&given, &m).step(&RK4, &nodes[lane], length, law, &mut alone);
+            let of = |value: &Eight| value.0[lane].to_bits();
+            assert_eq!(ends.r.map(|value| of(&value)), end.r.map(f64::to_bits));
+            assert_eq!(ends.pi.map(|value| of(&value)), end.pi.map(f64::to_bits));
+            assert_eq!(ends.e.map(|value| of(&value)), end.e.map(f64::to_bits));
+            // The lanes too, by the method written for RK4 and by that for any tableau.
+            let from = Lanes::<8>::of_costate().with(7, &[Vector3::x(); 3], &units);
+            let stretched = Some((6, 2.0));
+            let carried = stages.carry_on(length, &from, stretched, &units, |value| value.0[lane]);
+            let expected = alone.carry(&RK4, length, &from, stretched, &units, |value| *value);
+            for (row, expected) in carried.0.iter().zip(&expected.0) {
+                for (value, expected) in row.iter().zip(expected) {
+                    assert!((value - expected).abs() < 1e-14, "{value} {expected}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn nodes_differ_by_what_disturbs_one_into_the_other() {
+    let change = [Vector3::new(0.9, -1.3, 0.4), Vector3::new(0.1, 0.2, 0.3), Vector3::new(-0.3, 0.2, 0.1)];
+    let disturbed = node().plus(&change, 0.7);
+    for (found, change) in disturbed.minus(&node()).iter().zip(&change) {
+        assert!((found - 0.7 * change).norm() < 1e-14);
+    }
+    // To first order, the rotation vector in reference axes.
+    let little = [1e-5 * change[0], Vector3::zeros(), Vector3::zeros()];
+    let turned = lie::log(&(node().plus(&little, 1.0).r * node().r.transpose()));
+    assert!((turned - little[0]).norm() < 1e-14);
 }
 
 #[test]
