@@ -1,6 +1,8 @@
 //! `slew export`: a plan file in the formats of other programs.
 
-use super::{Console, Destination, Exit, Failure, Format, Message, OutputArgs, Reading, spec_file};
+use super::{
+    Console, Destination, Exit, Failure, Format, Message, OutputArgs, Reading, interrupt, spec_file,
+};
 use clap::ValueEnum;
 use slewkit::files::exchange::Tables;
 use slewkit::files::export::{ExportError, PlanFile};
@@ -59,6 +61,7 @@ impl TableArgs {
 
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
+    interrupt::end_at_once();
     let destination = args.output.destination(Format::value_variants(), &[&args.plan])?;
     let unusable = |error: ExportError| Failure::unusable(&args.plan, &error);
     let tables = args.tables.checked(&destination)?;

@@ -51,6 +51,12 @@ pub fn writing() {
     WRITING.store(true, Ordering::SeqCst);
 }
 
+/// Takes Ctrl-C over for work that is all writing: it ends at once, and leaves nothing half-written.
+pub fn end_at_once() {
+    writing();
+    watch();
+}
+
 fn asked() {
     if REQUESTED.swap(true, Ordering::SeqCst) || WRITING.load(Ordering::SeqCst) {
         remove_temporaries();

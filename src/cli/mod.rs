@@ -32,6 +32,7 @@ pub(crate) use output::{Destination, Format, OutputArgs};
 pub(crate) use summary::{Lines, headline, line};
 
 use clap::{CommandFactory, Parser, Subcommand};
+use slewkit::files::spec::escape_lines;
 use std::io::{self, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
@@ -199,7 +200,14 @@ pub fn main() -> ExitCode {
 
 /// Help and version to stdout with 0, usage errors to stderr with 2.
 fn tell(said: &clap::Error) -> ExitCode {
-    let told = said.print().and_then(|()| io::stdout().flush());
+    let words = said.to_string();
+    let shown = escape_lines(&words);
+    // What was typed is quoted as it is, and no terminal is to obey it.
+    let told = if said.use_stderr() && shown != words {
+        write!(io::stderr().lock(), "{shown}")
+    } else {
+        said.print().and_then(|()| io::stdout().flush())
+    };
     match told {
         // A reader that has gone is no error.
         Err(error) if !said.use_stderr() && error.kind() != io::ErrorKind::BrokenPipe => Exit::File.into(),

@@ -1,7 +1,7 @@
 //! `slew plot`: the pictures of a plan, a simulation, a comparison or the results of a batch as SVG files.
 
 use super::pictured::{self, Drawing, Kind};
-use super::{Common, Console, Exit, Failure, Message, summary};
+use super::{Common, Console, Exit, Failure, Message, interrupt, summary};
 use slewkit::draw::{Picture, panel};
 use slewkit::files::export::{FileError, SimulationFile, Target};
 use slewkit::files::spec::escape;
@@ -161,6 +161,7 @@ impl Args {
 
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
+    interrupt::end_at_once();
     let one_file = args.one_file()?;
     let target = one_file.map(|format| Ok::<_, Failure>((args.target(&args.output)?, format))).transpose()?;
     let (loaded, plan) = match pictured::open(&args.plan)? {

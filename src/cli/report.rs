@@ -1,7 +1,7 @@
 //! `slew report`: a plan or a simulation as one page for a browser.
 
 use super::pictured::{self, Drawing, Kind};
-use super::{Common, Console, Exit, Failure, console, summary};
+use super::{Common, Console, Exit, Failure, console, interrupt, summary};
 use slewkit::files::export::{SimulationFile, Target};
 use slewkit::files::spec::Loaded;
 use slewkit::report::{ComparisonFile, comparison_page, plan_page, results_page, simulation_page};
@@ -54,6 +54,7 @@ impl Args {
 
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
+    interrupt::end_at_once();
     let target = match args.output.as_os_str() == "-" {
         true => None,
         false => Some(target(&args.output, args.force, &[&args.plan])?),

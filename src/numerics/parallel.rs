@@ -6,11 +6,16 @@ pub(crate) fn threads() -> usize {
     use std::sync::OnceLock;
     static THREADS: OnceLock<usize> = OnceLock::new();
     *THREADS.get_or_init(|| {
-        // Asking rayon itself panics where its threads cannot be started. A program that holds this library may have
-        // started them before.
+        use std::error::Error;
         let more = std::thread::available_parallelism().map_or(1, |threads| threads.get()) > 1;
-        let granted = || std::thread::Builder::new().spawn(|| {}).is_ok_and(|thread| thread.join().is_ok());
-        if more && granted() { rayon::current_num_threads() } else { 1 }
+        // Asking rayon itself panics where not all of its threads can be started: they are started here. A program that
+        // holds this library may have done it before, and that alone is an error without a source.
+        let started = || {
+            rayon::ThreadPoolBuilder::new()
+                .build_global()
+                .map_or_else(|error| error.source().is_none(), |()| true)
+        };
+        if more && started() { rayon::current_num_threads() } else { 1 }
     })
 }
 

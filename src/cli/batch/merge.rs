@@ -1,6 +1,6 @@
 //! `slew merge`: shards put together.
 
-use crate::cli::{Common, Console, Exit, Failure, summary};
+use crate::cli::{Common, Console, Exit, Failure, interrupt, summary};
 use slewkit::batch::{merge, merge_to_parquet};
 use slewkit::files::export::Target;
 use slewkit::numerics::figures::counted;
@@ -41,6 +41,7 @@ impl Args {
 
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
+    interrupt::end_at_once();
     let target = Target::new(&args.output, args.force)?;
     args.shards.iter().try_for_each(|shard| target.distinct_from(shard))?;
     let cases = if is_parquet(&args.output) {

@@ -199,6 +199,12 @@ impl Motion {
         if inputs.iter().copied().flatten().any(|value| !value.is_finite()) {
             return Err(Failure::Usage("--inputs: every input must be finite".into()));
         }
+        if problem.seeks_duration() {
+            let reason =
+                "the duration is sought: nothing says how long the motion is to be followed".to_string();
+            let remedy = "give `maneuver.duration_s`, with minimize = \"effort\" and no price of time; `--set KEY=VALUE` does";
+            return Err(Failure::Problem(Message::new("E0121", reason, remedy)));
+        }
         let (steps, stride) = (args.steps.unwrap_or(problem.steps as u64), args.stride.unwrap_or(1));
         if problem.actuation.wheels.is_none() {
             let mut simulation = Simulation::of(problem, inputs).map_err(refusal)?;

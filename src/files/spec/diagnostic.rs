@@ -159,7 +159,7 @@ pub fn escape(text: &str) -> String {
 }
 
 /// The same, line by line: for words that may quote what was read.
-fn escape_lines(text: &str) -> String {
+pub fn escape_lines(text: &str) -> String {
     text.split('\n').map(escape).collect::<Vec<_>>().join("\n")
 }
 

@@ -56,7 +56,7 @@ mod values;
 mod write;
 
 pub use base::Base;
-pub use diagnostic::{Diagnostic, Diagnostics, Severity, escape};
+pub use diagnostic::{Diagnostic, Diagnostics, Severity, escape, escape_lines};
 pub(crate) use diagnostic::{Finding, Spot, cut};
 pub use difference::Difference;
 pub use dispersion::{Dispersion, Distribution, Nominal, Varied};

@@ -277,6 +277,20 @@ fn a_simulation_that_is_no_longer_finite_keeps_the_rows_before() {
     }
 }
 
+#[test]
+fn a_sought_duration_says_nothing_of_how_long_to_follow() {
+    let folder = folder();
+    for name in ["shortest_wheels", "minimum_time_xte", "free_duration_xte"] {
+        let spec = format!("{}/problems/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let run = folder.slew(&["simulate", &spec, "--steps", "20", "--format", "csv"]).ends(3);
+        assert!(run.tells("E0121").tells("maneuver.duration_s").stdout.is_empty());
+        // What the message says to do does it.
+        let given = ["--set", "maneuver.minimize=effort", "--set", "maneuver.duration_s=60"];
+        let free = name.starts_with("free");
+        folder.slew(&[&["simulate", &spec, "--steps", "20"][..], &given].concat()).ends(3 * i32::from(free));
+    }
+}
+
 /// Ctrl-C, or whatever asks a process to end: the rows so far stay, and the state reached is the last of them.
 #[cfg(target_os = "linux")]
 #[test]

@@ -78,6 +78,73 @@ fn a_full_disk_is_told() {
     assert_eq!(folder.names(), ["spec.toml"]);
 }
 
+/// What asks a process to end is taken over by the commands that only write, too, so that they sweep up behind them.
+#[cfg(target_os = "linux")]
+#[test]
+fn commands_that_only_write_sweep_up_when_they_are_ended() {
+    let folder = Folder::new();
+    let commands: [&[&str]; 3] = [
+        &["export", "-", "-o", "table.csv"],
+        &["report", "-", "-o", "page.html"],
+        &["plot", "-", "-o", "p.svg"],
+    ];
+    for args in commands.into_iter().filter(|_| !super::binary::is_ignored("-TERM")) {
+        // The plan does not come: there is time to be ended in.
+        let mut command = folder.command(args);
+        let mut child =
+            command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let unfinished = child.stdin.take();
+        let began = std::time::Instant::now();
+        while !super::binary::catches(child.id(), "-TERM") {
+            assert!(began.elapsed().as_secs() < 60, "{args:?}: SIGTERM is not taken over");
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        let kill = Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap();
+        assert!(kill.success());
+        Run::of(child.wait_with_output().unwrap(), args).ends(130);
+        drop(unfinished);
+        assert_eq!(folder.names(), ["spec.toml"]);
+    }
+}
+
+/// A user who may start a few threads, but not all that there are processors for.
+#[cfg(target_os = "linux")]
+#[test]
+fn too_few_threads_are_enough() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = Folder::new();
+    fs::set_permissions(folder.path(""), fs::Permissions::from_mode(0o777)).unwrap();
+    let line = "ulimit -u \"$1\"; exec \"$0\" plan spec.toml -q --format json --set maneuver.steps=2000";
+    let run = |threads: &str| {
+        // The limit does not hold for root.
+        let user = ["--reuid", "64990", "--regid", "64990", "--clear-groups", "bash", "-c", line];
+        let slew = env!("CARGO_BIN_EXE_slew");
+        let output =
+            Command::new("setpriv").args(user).args([slew, threads]).current_dir(folder.path("")).output();
+        output.ok().map(|output| Run::of(output, &[threads]))
+    };
+    // Whoever is not root cannot become somebody else; nor can everybody read what was built.
+    if run("unlimited").is_none_or(|run| run.code != 0) {
+        eprintln!("skipped: no other user to be");
+        return;
+    }
+    for threads in ["1", "2", "3", "4", "5", "6"] {
+        let run = run(threads).unwrap().ends(0);
+        assert_eq!(run.json()["status"], "solved", "{threads} threads");
+    }
+}
+
+#[test]
+fn no_terminal_obeys_what_was_typed() {
+    let folder = Folder::new();
+    for typed in ["b\u{202e}ad", "b\u{1b}[2Jad"] {
+        for args in [&["plan", "spec.toml", "--format", typed][..], &["plan", &format!("--{typed}")]] {
+            let run = folder.slew(args).ends(2).tells("ad");
+            assert!(!run.stderr.contains(['\u{202e}', '\u{1b}']), "{:?}", run.stderr);
+        }
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn links_stay_links_and_protected_files_stay() {
