@@ -137,9 +137,7 @@ impl Target {
                 let reason = "a folder, device or pipe has that name";
                 return Err(FileError::Name { path: shown, reason });
             }
-            if !force {
-                return Err(FileError::Exists { path: shown });
-            }
+            // What no `--force` helps against comes first, so that nobody is asked for it in vain.
             if metadata.is_symlink() {
                 path = fs::canonicalize(&path).map_err(|_| FileError::Name {
                     path: shown.clone(),
@@ -149,6 +147,9 @@ impl Target {
             }
             if fs::metadata(&path).is_ok_and(|metadata| metadata.permissions().readonly()) {
                 return Err(FileError::Protected { path: shown });
+            }
+            if !force {
+                return Err(FileError::Exists { path: shown });
             }
         }
         Ok(Self { path, folder, force })

@@ -392,3 +392,31 @@ fn warnings_are_told_and_do_not_stop_the_plan() {
     let json = run(&["check", "spec.toml", "--format", "json"]).ends(0).tells("valid, 1 warning").json();
     assert_eq!(json["diagnostics"][0]["code"], "W0058");
 }
+
+/// Steps that are far too long for a body that falls over: every road ends in words, and no answer has a cost that is none.
+#[test]
+fn steps_that_are_far_too_long_end_in_words() {
+    let folder = Folder::new();
+    let spec = concat!(env!("CARGO_MANIFEST_DIR"), "/problems/unstable_pendulum_long.toml");
+    let roads: [&[&str]; 4] = [
+        &["plan"],
+        &["plan", "--set", "solver.method=scp"],
+        &["plan", "--set", "actuators.torque_rate_limit_n_m_per_s=1"],
+        &["compare"],
+    ];
+    for steps in ["2", "10", "12"] {
+        for road in roads {
+            let steps = format!("maneuver.steps={steps}");
+            let args = [road, &[spec, "--format", "json", "--set", &steps]].concat();
+            let run = folder.slew(&args);
+            assert!(
+                [0, 4, 5, 6, 7].contains(&run.code) && !run.stderr.contains("panicked"),
+                "{args:?}: {}",
+                run.stderr
+            );
+            // A number that is not finite is null in JSON; the trajectory may have stopped before its end.
+            let json = run.json();
+            assert!(run.code != 0 || road[0] == "compare" || json["cost"].is_f64(), "{args:?}");
+        }
+    }
+}

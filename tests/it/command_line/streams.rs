@@ -157,7 +157,10 @@ fn links_stay_links_and_protected_files_stay() {
     assert!(fs::symlink_metadata(folder.path("latest.json")).unwrap().is_symlink());
     assert_eq!(folder.json("archive/old.json")["status"], "solved");
     symlink("nowhere.json", folder.path("dangling.json")).unwrap();
-    folder.slew(&["plan", "spec.toml", "-o", "dangling.json", "--force"]).ends(8).tells("E0099");
+    // With --force or without.
+    for force in [&["--force"][..], &[]] {
+        folder.slew(&[&["plan", "spec.toml", "-o", "dangling.json"], force].concat()).ends(8).tells("E0099");
+    }
 
     fs::write(folder.path("kept.json"), "kept").unwrap();
     let mut permissions = fs::metadata(folder.path("kept.json")).unwrap().permissions();
@@ -168,6 +171,7 @@ fn links_stay_links_and_protected_files_stay() {
         .ends(8)
         .tells("E0096")
         .tells("protected");
+    folder.slew(&["plan", "spec.toml", "-o", "kept.json"]).ends(8).tells("E0096");
     assert_eq!(folder.read("kept.json"), "kept");
 }
 
