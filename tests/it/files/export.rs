@@ -729,5 +729,8 @@ fn devices_and_rights_are_respected() {
     Target::new(&path, true).unwrap().write(|output| Ok(output.write_all(b"x")?)).unwrap();
     assert_eq!(mode("ours") & 0o777, 0o640, "a replaced file keeps its rights");
     std::os::unix::fs::symlink(folder.path().join("nowhere"), folder.path().join("dangling")).unwrap();
-    assert_eq!(Target::new(folder.path().join("dangling"), false).unwrap_err().code(), "E0098");
+    // A name that is taken, and that nothing can be written to, by force or without.
+    for force in [false, true] {
+        assert_eq!(Target::new(folder.path().join("dangling"), force).unwrap_err().code(), "E0099");
+    }
 }
