@@ -3,11 +3,15 @@
 //!
 //! `cargo run --release --example minimum_time [-- COUNT [FILE]]`; a FILE has the columns of `examples/minimum_time/*.csv` and is
 //! taken with the inertia diag(1, 2, 3) if its name starts with "asymmetric", with the identity otherwise.
+//!
+//! `cargo run --release --example minimum_time -- plain [EVERY]`: the cases that people try first, from rest to rest about
+//! the axes of boxes by 60 to 180°, with limits alike and not. The default answer beside the best of a thorough search in these
+//! axes of the body and in others, which are the same maneuver.
 
-use slewkit::maneuver::{Problem, Settings, State, Structure};
+use slewkit::maneuver::{Problem, Settings, State, Structure, Thoroughness};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
 use slewkit::plan::{Silent, Status, plan};
-use slewkit::{Vector3, lie};
+use slewkit::{Matrix3, Vector3, lie};
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -33,7 +37,10 @@ struct Tally {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut words = std::env::args().skip(1);
+    let mut words = std::env::args().skip(1).peekable();
+    if words.next_if(|word| word == "plain").is_some() {
+        return plain(words.next().map_or(Ok(1), |word| word.parse())?);
+    }
     let count = words.next().map_or(Ok(usize::MAX), |word| word.parse())?;
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/minimum_time");
     let shipped = ["rest.csv", "moving_ends.csv", "asymmetric.csv"].map(|name| folder.join(name));
@@ -117,6 +124,77 @@ fn report(name: &str, tally: Tally) {
         let [median, most, nearly_all, _] = parts(times);
         println!("  {what}: median {median:.1} ms, 90 % {most:.1} ms, 99 % {nearly_all:.1} ms");
     }
+}
+
+/// Boxes, limits, axes and angles that people try first, all of them with each other; every so many.
+fn plain(every: usize) -> Result<(), Box<dyn Error>> {
+    const BODIES: [[f64; 3]; 5] =
+        [[1.0, 1.0, 1.0], [1.0, 2.0, 2.5], [5.0, 5.0, 2.0], [120.0, 100.0, 80.0], [1.0, 1.6, 2.3]];
+    const LIMITS: [[f64; 3]; 5] =
+        [[1.0, 1.0, 1.0], [1.0, 0.5, 2.0], [1.0, 2.0, 4.0], [0.5, 0.5, 1.0], [1.0, 1.0, 3.0]];
+    const AXES: [[f64; 3]; 5] =
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 0.0], [1.0, 1.0, 1.0]];
+    const DEGREES: [f64; 4] = [60.0, 90.0, 120.0, 180.0];
+    let other = lie::exp(&Vector3::new(0.3, -0.5, 0.7));
+    let of = |at: usize, axes: &Matrix3| -> Result<Problem, Box<dyn Error>> {
+        let (inertia, at) = (BODIES[at % 5], at / 5);
+        let (limits, at) = (LIMITS[at % 5], at / 5);
+        let (axis, degrees) = (Vector3::from(AXES[at % 5]).normalize(), DEGREES[at / 5]);
+        let turned = |attitude: Matrix3| State::at_rest(axes * attitude * axes.transpose());
+        let inertia = axes * Matrix3::from_diagonal(&inertia.into()) * axes.transpose();
+        let body = Body { inertia: Inertia::new(0.5 * (inertia + inertia.transpose()))?, mass: None };
+        let limits = Limits { size: Some(limits.to_vec()), ..Limits::default() };
+        let inputs = (0..3).map(|input| axes.column(input).into_owned()).collect();
+        let torques = ActuatorSet::new(inputs, AxisFrame::Body)?.with_limits(limits)?;
+        let end = turned(lie::exp(&(axis * degrees.to_radians())));
+        let problem = Problem::minimum_time(body, State::at_rest(Matrix3::identity()), end);
+        Ok(problem.with_actuation(Actuation::torques(torques)))
+    };
+    let thorough = Settings { search: Thoroughness::Thorough, ..Settings::default() };
+    let mut excesses = Vec::new();
+    let (mut solve_ms, mut unsolved, mut slower) = (Vec::new(), 0, 0);
+    for at in (0..500).step_by(every) {
+        let (problem, same) = (of(at, &Matrix3::identity())?, of(at, &other)?);
+        let duration = |problem: &Problem, settings: &Settings| -> Result<_, Box<dyn Error>> {
+            let plan = plan(problem, settings, None, &mut Silent)?;
+            let solved = plan.status == Status::Solved;
+            Ok((solved.then_some(plan.solution.switching).flatten(), plan.solution.solve_time))
+        };
+        let (found, seconds) = duration(&problem, &Settings::default())?;
+        solve_ms.push(seconds * 1e3);
+        let Some(found) = found else {
+            println!("  case {at}: not solved");
+            unsolved += 1;
+            continue;
+        };
+        let time = found.continuous_duration_s;
+        let others = [
+            duration(&problem, &thorough)?.0,
+            duration(&same, &thorough)?.0,
+            duration(&same, &Settings::default())?.0,
+        ];
+        let best = others.iter().flatten().map(|other| other.continuous_duration_s).fold(time, f64::min);
+        slower += usize::from(found.eigenaxis_s.is_some_and(|eigenaxis| time > eigenaxis * (1.0 + 1e-9)));
+        let excess = time / best - 1.0;
+        if excess > 1e-3 {
+            println!("  case {at}: {time:.6} s, known {best:.6} s, {:.2} % longer", 100.0 * excess);
+        }
+        excesses.push(excess);
+    }
+    let above = |part: f64| excesses.iter().filter(|excess| **excess > part).count();
+    println!(
+        "plain: {} cases, {unsolved} not solved, slower than about a fixed axis {slower}; longer than the best known by more than \
+         1e-4, 1e-3, 1 %, 3 %: {}, {}, {}, {}, at most {:.2} %",
+        solve_ms.len(),
+        above(1e-4),
+        above(1e-3),
+        above(1e-2),
+        above(3e-2),
+        100.0 * excesses.iter().copied().fold(0.0, f64::max)
+    );
+    let [median, most, nearly_all, _] = parts(solve_ms);
+    println!("  solve: median {median:.1} ms, 90 % {most:.1} ms, 99 % {nearly_all:.1} ms");
+    Ok(())
 }
 
 /// The median, what nine tenths and 99 % are below, and the largest; NaN of nothing.

@@ -4,7 +4,7 @@
 //! library may change between releases. It guards against mistakes, not against malice.
 
 /// A running hash.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Fingerprint(u64);
 
 impl Fingerprint {

@@ -1,10 +1,12 @@
 //! One case from its spec to its result: the way of `slew plan`, with nothing from any other case.
 
-use super::{Batch, BatchError, Case, CaseResult, Options};
+use super::{Batch, BatchError, Case, CaseResult, Options, Shard};
 use crate::files::export::{PlanFile, Target};
 use crate::files::spec::Loaded;
 use crate::plan::{Control, Observer, Plan, PlanError, Progress, Status, plan};
+use std::collections::HashSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
 
 /// Stops a plan where a caller asks for it.
 struct Stoppable<'a>(&'a dyn Fn() -> bool);
@@ -60,6 +62,32 @@ fn solved(
             .write(|output| PlanFile::new(problem, settings, &plan).with_identity(identity).write(output))?;
     }
     Ok(Some(CaseResult::planned(case, problem, &plan, options.times)))
+}
+
+impl Batch {
+    /// Refuses a folder that has a file of the name that the plan file of a case will have.
+    ///
+    /// # Errors
+    /// [`FileError::Exists`].
+    pub fn check_plans(&self, folder: &Path, shard: Shard) -> Result<(), BatchError> {
+        let names: HashSet<_> = std::fs::read_dir(folder)
+            .into_iter()
+            .flatten()
+            .flatten()
+            .map(|entry| entry.file_name())
+            .collect();
+        // As a rule the folder is empty.
+        if names.is_empty() {
+            return Ok(());
+        }
+        for place in 0..shard.count(self.count()) {
+            let name = plan_name(shard.case(place), self.count());
+            if names.contains(std::ffi::OsStr::new(&name)) {
+                Target::new(folder.join(name), false)?;
+            }
+        }
+        Ok(())
+    }
 }
 
 /// The name of the plan file of a case: numbers of one length, so that names sort as the cases do.

@@ -45,6 +45,16 @@ pub enum Notation {
     Json,
 }
 
+impl Notation {
+    /// As `--input` takes it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Toml => "toml",
+            Self::Json => "json",
+        }
+    }
+}
+
 /// Output of a command that makes a report.
 #[derive(Debug, clap::Args)]
 pub struct ReportArgs {

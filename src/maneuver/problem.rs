@@ -303,6 +303,23 @@ impl Problem {
         self.objective.switches() && (self.has_shaping_limits() || !self.is_free_turn())
     }
 
+    /// Whether a duration of least effort is sought with the length of the steps as an unknown of the convex iteration: where
+    /// the shooting does not know the derivative by it.
+    pub(crate) fn stretches_steps(&self) -> bool {
+        let sought = self.duration.is_nan() && !self.objective.switches();
+        sought && (self.has_shaping_limits() || self.motion == Motion::RigidBody)
+    }
+
+    /// Whether more time is never worse: from rest to rest where nothing acts on the body, it can wait.
+    pub(crate) fn can_wait(&self) -> bool {
+        let rests = |state: &State| {
+            state.angular_velocity.norm() == 0.0
+                && (self.motion == Motion::Attitude || state.velocity.norm() == 0.0)
+        };
+        let still = self.environment.frame_rate().amax() == 0.0;
+        still && self.environment.is_free() && rests(&self.start) && rests(&self.end)
+    }
+
     /// Whether the attitude alone is planned, of a body that nothing acts on but its torques.
     pub(crate) fn is_free_turn(&self) -> bool {
         let still = self.environment.frame_rate().amax() == 0.0;

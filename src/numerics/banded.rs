@@ -31,20 +31,24 @@ impl Banded {
         self.ends[row] = self.ends[row].max(column + 1);
     }
 
-    /// Solves `A x = b` over `b`; `false` where the matrix is singular to working precision.
-    pub fn solve(mut self, b: &mut [f64]) -> bool {
+    /// Solves `A x = b` over `b`; `false` where the matrix is singular to working precision, and where `stopped` says so, who is
+    /// asked at every row that is eliminated.
+    pub fn solve(mut self, b: &mut [f64], stopped: &dyn Fn(usize) -> bool) -> bool {
         widest(
             #[inline(always)]
-            || self.eliminate(b),
+            || self.eliminate(b, stopped),
         )
     }
 
     #[inline(always)]
-    fn eliminate(&mut self, b: &mut [f64]) -> bool {
+    fn eliminate(&mut self, b: &mut [f64], stopped: &dyn Fn(usize) -> bool) -> bool {
         let (size, half, width) = (self.size, self.half, self.width());
         let largest = self.rows.iter().fold(0.0f64, |largest, value| largest.max(value.abs()));
         let negligible = largest * f64::EPSILON * 1e-4;
         for k in 0..size {
+            if stopped(k) {
+                return false;
+            }
             let below = (k + half).min(size - 1);
             // The element (row, k) stands at column k + half − row of its row.
             let mut pivot = k;
@@ -118,7 +122,7 @@ mod tests {
             }
             let x = DVector::from_fn(size, |_, _| random.uniform());
             let mut b = &full * &x;
-            assert!(band.solve(b.as_mut_slice()));
+            assert!(band.solve(b.as_mut_slice(), &|_| false));
             let condition = full.svd(false, false).singular_values;
             let bound = 1e-13 * condition.max() / condition.min();
             assert!((b - x).amax() <= bound, "size {size}, half band {half}");
@@ -131,6 +135,6 @@ mod tests {
         for (row, column, value) in [(0, 0, 1.0), (0, 1, 1.0), (1, 0, 1.0), (1, 1, 1.0), (2, 2, 1.0)] {
             band.add(row, column, value);
         }
-        assert!(!band.solve(&mut [1.0, 2.0, 3.0]));
+        assert!(!band.solve(&mut [1.0, 2.0, 3.0], &|_| false));
     }
 }

@@ -59,8 +59,11 @@ pub fn about(value: f64) -> String {
     to_one_side(value, f64::round)
 }
 
-/// The number of four significant digits at or above a positive `value`.
+/// The number of four significant digits at or above a positive `value`; 0 of 0.
 pub fn rounded_up(value: f64) -> f64 {
+    if value == 0.0 {
+        return 0.0;
+    }
     // Not by a product with a power of ten, which is seldom exact: by the text that a spec would hold.
     let unit = 10_f64.powi(value.log10().floor() as i32 - 3);
     let text = format!("{:.3e}", (value / unit).ceil() * unit);
@@ -185,6 +188,7 @@ mod tests {
         assert_eq!(decimals(0.25, 4), "0.25");
         assert_eq!(scientific(4.123e-4, 2), "4.12e-04");
         assert_eq!(rounded_up(12.340_1), 12.35);
+        assert_eq!(rounded_up(0.0), 0.0);
     }
 
     #[test]

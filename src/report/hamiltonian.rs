@@ -44,6 +44,9 @@ pub(super) fn chart(subject: &Subject) -> Option<Shown> {
 /// Why there is no Hamiltonian to draw, where there is none.
 pub(super) fn missing(subject: &Subject) -> Option<&'static str> {
     let problem = subject.problem;
+    if subject.trajectory().time.len() < 2 {
+        return Some("the plan has no steps: the body is where it should be");
+    }
     if subject.trajectory().costates.is_empty() {
         return Some("the plan has no costates");
     }

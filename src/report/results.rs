@@ -5,7 +5,7 @@ use super::page::{Content, Words, written};
 use super::summary::{Tone, parts};
 use super::words::Table;
 use super::{MOST_POINTS, Shown};
-use crate::batch::{CaseResult, Header, Tally};
+use crate::batch::{CaseResult, Header, Shard, Tally};
 use crate::draw::{Axis, Chart, Curve, Map, Picture, Shape, Span, thinned};
 use crate::numerics::figures::{short, significant};
 use serde_json::Value;
@@ -240,9 +240,20 @@ fn distribution(key: &'static str, title: &str, label: &str, values: &[f64]) -> 
 /// The page of a file of results.
 pub fn results_page(cases: &Cases) -> String {
     let tally = cases.tally();
+    let shard = cases.header.shard.unwrap_or(Shard::ALL);
+    let (there, asked) = (tally.cases, shard.count(cases.header.cases));
     let (verdict, tone) = match tally.failed() {
-        0 => (format!("all {} cases solved and verified", tally.cases), Tone::Good),
-        _ => (format!("{} of {} cases solved and verified", tally.solved(), tally.cases), Tone::Note),
+        _ if there < asked => {
+            let solved = tally.solved();
+            (format!("{there} of {asked} cases done, {solved} of them solved and verified"), Tone::Note)
+        }
+        0 => (format!("all {asked} cases solved and verified"), Tone::Good),
+        _ => (format!("{} of {asked} cases solved and verified", tally.solved()), Tone::Note),
+    };
+    let verdict = if shard == Shard::ALL {
+        verdict
+    } else {
+        format!("shard {shard} of {} cases: {verdict}", cases.header.cases)
     };
     let summary = told_of_cases(tally).iter().map(|line| parts(line)).collect();
     written(&Content {

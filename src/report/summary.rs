@@ -364,7 +364,12 @@ fn switched(
     lines.line("gap", format!("{}{unit} to be gained at most, to first order", error(switching.gap)));
     if let Some(eigenaxis) = switching.eigenaxis_s {
         let more = 100.0 * (eigenaxis / switching.continuous_duration_s - 1.0);
-        lines.line("eigenaxis", format!("{} s, {more:.1} % longer", significant(eigenaxis, 6)));
+        let told = match more {
+            more if more.abs() < 0.05 => "as long".into(),
+            more if more > 0.0 => format!("{more:.1} % longer"),
+            more => format!("{:.1} % shorter: the plan is a local minimum", -more),
+        };
+        lines.line("eigenaxis", format!("{} s, {told}", significant(eigenaxis, 6)));
     }
     lines
 }
@@ -500,17 +505,20 @@ pub fn verified(colour: bool, judged: &Judged, verification: &Verification) -> V
         let text = format!("{:<width$}  {}", name(margin), self::margin(colour, judged, margin));
         lines.line("", &text);
     }
-    let method = ran(verification, "continuous, held torque").map_or("", |ran| &ran.method);
     let missed = verification.continuous_attitude_rad;
-    let mut continuous = format!(
-        "continuous witness, {method}, torque held over each step: attitude {} rad ({} deg)",
-        error(missed),
-        significant(missed.to_degrees(), 2)
-    );
-    if let Some(position) = verification.continuous_position_m {
-        continuous.push_str(&format!(", position {} m", error(position)));
+    // A plan of no time has no motion to follow.
+    if let Some(ran) = ran(verification, "continuous, held torque") {
+        let mut continuous = format!(
+            "continuous witness, {}, torque held over each step: attitude {} rad ({} deg)",
+            ran.method,
+            error(missed),
+            significant(missed.to_degrees(), 2)
+        );
+        if let Some(position) = verification.continuous_position_m {
+            continuous.push_str(&format!(", position {} m", error(position)));
+        }
+        lines.line("verified", &continuous);
     }
-    lines.line("verified", &continuous);
     if let Some(symplectic) = ran(verification, "symplectic") {
         let text = match verification.symplectic_to_continuous {
             Some(apart) => format!("{}, {} from the continuous one", symplectic.method, error(apart)),

@@ -176,7 +176,8 @@ fn integral(trajectory: &Trajectory, rate: impl Fn(&[f64]) -> f64) -> f64 {
         row if row == steps => 0.5 * length(steps - 1),
         row => 0.5 * (length(row - 1) + length(row)),
     };
-    (0..rows).map(|row| weight(row) * rate(trajectory.inputs(row))).sum()
+    // The sum of nothing is −0.
+    0.0 + (0..rows).map(|row| weight(row) * rate(trajectory.inputs(row))).sum::<f64>()
 }
 
 #[cfg(test)]

@@ -23,6 +23,9 @@ pub(super) struct Table {
     path: PathBuf,
     /// Keys by column.
     columns: Vec<String>,
+    /// How many cases it has, and its hash before and after all that was read.
+    count: u64,
+    hashes: [Fingerprint; 2],
 }
 
 impl Table {
@@ -47,7 +50,7 @@ impl Table {
         if !findings.is_empty() {
             return Err(Diagnostics(findings).into());
         }
-        let table = Self { path: path.into(), columns };
+        let mut table = Self { path: path.into(), columns, count: 0, hashes: [begun; 2] };
         check_distinct(&table.columns, &rows.origin(&head, &head.cells[0]).file)?;
         let (mut count, mut names) = (0, HashSet::new());
         while let Some(row) = rows.next()? {
@@ -78,7 +81,9 @@ impl Table {
             let reason = "there are no cases: the table is nothing but its head".into();
             return Err(rows.refuse(Some(&head), "E0116", reason, "write a row for each case"));
         }
-        Ok((table, count, rows.fingerprint()))
+        (table.count, table.hashes[1]) = (count, rows.fingerprint());
+        let hash = table.hashes[1];
+        Ok((table, count, hash))
     }
 
     /// The keys that it sets.
@@ -86,16 +91,31 @@ impl Table {
         self.columns.iter().filter(|column| *column != NAME).cloned().collect()
     }
 
-    /// Its cases, read from the file anew.
+    /// Its cases, read from the file anew. Of one that has changed since it was opened the last case is an error.
     pub fn cases(&self) -> Result<impl Iterator<Item = Result<Case, BatchError>> + Send, BatchError> {
-        let mut rows = Rows::open(&self.path, Fingerprint::of_program())?;
+        let mut rows = Rows::open(&self.path, self.hashes[0])?;
         rows.next()?;
         let mut number = 0;
         Ok(std::iter::from_fn(move || {
-            let row = rows.next().transpose()?;
+            if number == self.count {
+                return None;
+            }
             number += 1;
-            Some(row.and_then(|row| self.case(number, &row, &rows)))
+            Some(self.read(number, &mut rows))
         }))
+    }
+
+    /// The next case of a reading.
+    fn read(&self, number: u64, rows: &mut Rows) -> Result<Case, BatchError> {
+        let Some(row) = rows.next()? else { return Err(changed(rows)) };
+        let case = self.case(number, &row, rows)?;
+        if number == self.count {
+            let more = rows.next()?.is_some();
+            if more || rows.fingerprint() != self.hashes[1] {
+                return Err(changed(rows));
+            }
+        }
+        Ok(case)
     }
 
     fn case(&self, number: u64, row: &Row, rows: &Rows) -> Result<Case, BatchError> {
@@ -121,4 +141,9 @@ impl Table {
         }
         Ok(case)
     }
+}
+
+fn changed(rows: &Rows) -> BatchError {
+    let reason = "the table has changed while its cases were planned: results of both are in one file".into();
+    rows.refuse(None, "E0112", reason, "run it once more with --force, and leave the table as it is")
 }

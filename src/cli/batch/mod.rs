@@ -14,7 +14,7 @@ use progress::Progress;
 use slewkit::batch::{
     Batch, BatchError, CaseResult, Ended, Journal, MAX_THREADS, Options, Shard, Tally, run,
 };
-use slewkit::files::export::FileError;
+use slewkit::files::export::{FileError, distinct};
 use slewkit::files::spec::{Base, escape};
 use std::cell::Cell;
 use std::io::{self, Write};
@@ -80,6 +80,8 @@ pub struct Asked<'a> {
     pub command: String,
     /// The spec or the folder.
     pub spec: &'a Path,
+    /// The table of cases.
+    pub cases: Option<&'a Path>,
     pub reading: &'a Reading,
 }
 
@@ -101,6 +103,10 @@ pub fn conduct(
     }
     let options = running.options()?;
     let shard = running.shard.as_deref().map_or(Ok(Shard::ALL), Shard::parse)?;
+    let outputs = || running.output.iter().chain(&options.plans);
+    for input in std::iter::once(asked.spec).chain(asked.cases) {
+        outputs().try_for_each(|output| distinct(output, input))?;
+    }
     if let Some(folder) = &options.plans {
         make(folder)?;
     }
@@ -108,6 +114,10 @@ pub fn conduct(
     let mut tally = Tally::default();
     let mut sink = Sink::open(running, &header, &mut tally, console)?;
     let done = tally.cases;
+    // Of a run that goes on they are its own, and one that a kill left is replaced.
+    if let Some(folder) = options.plans.as_ref().filter(|_| done == 0 && !running.force) {
+        batch.check_plans(folder, shard)?;
+    }
 
     if running.output.is_some() || console::stdout_is_taken() {
         interrupt::watch_kept();

@@ -56,5 +56,5 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let SpecArgs { spec, reading } = &args.spec;
     let batch = Batch::of_dispersion(base(spec, reading)?)?;
     let command = format!("slew monte-carlo {}", word(&spec.to_string_lossy()));
-    conduct(&batch, &Asked { command, spec, reading }, &args.running, console)
+    conduct(&batch, &Asked { command, spec, cases: None, reading }, &args.running, console)
 }

@@ -79,7 +79,12 @@ fn again(facts: &Facts<'_>) -> Option<String> {
     let failed = failures.filter_map(|(_, (_, first))| first.first().copied()).min();
     let costliest = facts.tally.costliest.first().map(|worst| worst.case);
     let case = failed.or(costliest)?;
-    let Asked { command, reading, .. } = facts.asked;
+    let Asked { command, reading, spec, .. } = facts.asked;
+    if spec.as_os_str() == "-" {
+        // What has been read from stdin cannot be read once more.
+        return None;
+    }
     let set: String = reading.set.iter().map(|set| format!(" --set {}", word(set))).collect();
-    Some(line("again", &format!("{command}{set} --case {case} -o plan.json")))
+    let input = reading.input.map_or(String::new(), |notation| format!(" --input {}", notation.name()));
+    Some(line("again", &format!("{command}{input}{set} --case {case} -o plan.json")))
 }

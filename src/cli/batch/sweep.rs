@@ -37,5 +37,5 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let batch = Batch::of_grid(base(spec, reading)?, axes)?;
     let over: String = args.over.iter().map(|text| format!(" --over {}", word(text))).collect();
     let command = format!("slew sweep {}{over}", word(&spec.to_string_lossy()));
-    conduct(&batch, &Asked { command, spec, reading }, &args.running, console)
+    conduct(&batch, &Asked { command, spec, cases: None, reading }, &args.running, console)
 }

@@ -68,5 +68,5 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
             return Err(Failure::Usage(reason));
         }
     };
-    conduct(&batch, &Asked { command, spec, reading }, &args.running, console)
+    conduct(&batch, &Asked { command, spec, cases: args.cases.as_deref(), reading }, &args.running, console)
 }

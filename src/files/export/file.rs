@@ -100,6 +100,17 @@ impl FileError {
     }
 }
 
+/// Refuses an output, a file or a folder, that is the input `input`, also under another name of the same path.
+///
+/// # Errors
+/// [`FileError::IsInput`].
+pub fn distinct(output: &Path, input: &Path) -> Result<(), FileError> {
+    match (fs::canonicalize(output), fs::canonicalize(input)) {
+        (Ok(found), Ok(input)) if found == input => Err(FileError::IsInput { path: shown(output) }),
+        _ => Ok(()),
+    }
+}
+
 /// An output file, checked before the work begins and written at its end.
 #[derive(Clone, Debug)]
 pub struct Target {
@@ -165,10 +176,7 @@ impl Target {
     /// # Errors
     /// [`FileError::IsInput`].
     pub fn distinct_from(&self, input: &Path) -> Result<(), FileError> {
-        match (fs::canonicalize(&self.path), fs::canonicalize(input)) {
-            (Ok(output), Ok(input)) if output == input => Err(FileError::IsInput { path: shown(&self.path) }),
-            _ => Ok(()),
-        }
+        distinct(&self.path, input)
     }
 
     /// Writes the file: a temporary one in the same folder, flushed to the disk, then renamed.

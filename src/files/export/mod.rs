@@ -18,7 +18,7 @@ mod wide;
 pub use attitude::{EULER_SEQUENCES, EulerAngles, Notations, euler_angles};
 pub use columns::TrajectoryError;
 pub(crate) use columns::{Names, check_finite, table};
-pub use file::{FileError, Target, remove_temporaries};
+pub use file::{FileError, Target, distinct, remove_temporaries};
 pub use judged::Judgement;
 pub use plan_file::{ConvexRecord, PlanFile, read_guess, write_document};
 pub use rows::write_jsonl;

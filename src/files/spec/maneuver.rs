@@ -83,8 +83,7 @@ pub(crate) fn steps_of_sought_duration(section: &Section, angle: f64) -> Option<
 
 /// Refuses settings of the solver that a maneuver cannot have whose inputs switch, or whose duration is sought.
 pub(crate) fn refuse_solver(section: &Section, problem: &Problem) {
-    // What shapes a plan beyond limits of the torques is planned by SCP.
-    if section.word("method") == Some("scp") && !problem.has_shaping_limits() {
+    if section.word("method") == Some("scp") && !problem.is_shaped() && !problem.stretches_steps() {
         let reason = "what has no given duration, or switches, is planned by shooting";
         section.error("E0029", "method", reason, "write method = \"auto\", or leave it out");
     }

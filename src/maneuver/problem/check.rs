@@ -2,6 +2,7 @@
 
 use super::{Motion, Problem, ProblemError, Scheme, State};
 use crate::Matrix3;
+use crate::Vector3;
 use crate::maneuver::constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError, conflict};
 use crate::maneuver::objective::{Fuel, Objective};
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame, Thrusters, Wheels};
@@ -62,8 +63,8 @@ impl Problem {
     /// the planner proves so much. The boundary states and the constraints themselves must be in order.
     pub(crate) fn violations(&self) -> impl Iterator<Item = ProblemError> {
         let frame_rate = self.environment.frame_rate();
-        let contradicting =
-            conflict(&self.constraints, &(frame_rate * self.duration)).map(|found| found.names);
+        let turned = if frame_rate == Vector3::zeros() { frame_rate } else { frame_rate * self.duration };
+        let contradicting = conflict(&self.constraints, &turned).map(|found| found.names);
         let considered = move |constraint: &&Constraint| {
             contradicting.is_none_or(|names| !names.contains(&constraint.name.as_str()))
         };
@@ -76,9 +77,11 @@ impl Problem {
         })
     }
 
-    /// Name, state and time of both ends.
+    /// Name, state and time of both ends. In a frame that does not turn the time does not matter, and may be sought.
     fn ends(&self) -> [(&'static str, &State, f64); 2] {
-        [("start", &self.start, 0.0), ("end", &self.end, self.duration)]
+        let still = self.environment.frame_rate() == Vector3::zeros();
+        let ended = if still && self.duration.is_nan() { 0.0 } else { self.duration };
+        [("start", &self.start, 0.0), ("end", &self.end, ended)]
     }
 
     fn check_state(&self, end: &'static str, state: &State) -> Result<(), ProblemError> {
@@ -172,22 +175,15 @@ impl Problem {
 
     /// What the search for the duration of least effort and time takes.
     fn check_free_duration(&self) -> Result<(), ProblemError> {
-        let turning = self.environment.frame_rate().amax() != 0.0;
-        let obstacles = [
-            (self.motion != Motion::Attitude, "position_m", "the duration is sought for the attitude alone"),
-            (
-                turning && self.has_shaping_limits(),
-                "environment",
-                "in a frame that turns the duration is sought under limits of each input or of the norm of the torque alone",
-            ),
-            (self.scheme != Scheme::LieVerlet, "scheme", "the duration is sought by Lie–Verlet"),
-        ];
-        let met = obstacles.into_iter().find(|(met, ..)| *met);
-        met.map_or(Ok(()), |(_, what, reason)| Err(ProblemError::Unsuited { what, reason }))
+        if self.scheme != Scheme::LieVerlet {
+            let reason = "the duration is sought by Lie–Verlet";
+            return Err(ProblemError::Unsuited { what: "scheme", reason });
+        }
+        Ok(())
     }
 
-    /// What the search for maneuvers of minimum time and fuel takes: torques along body axes that reach every direction, a
-    /// limit of every input, and where the duration is sought a frame that does not turn and no field to move through.
+    /// What the search for maneuvers of minimum time and fuel takes: torques along body axes that reach every direction, and
+    /// a limit of every input.
     fn check_switching(&self) -> Result<(), ProblemError> {
         let torque = &self.actuation.torque;
         let moves = self.motion == Motion::RigidBody;
@@ -197,18 +193,7 @@ impl Problem {
             let infinite = |size: &Vec<f64>| size.iter().any(|size| !size.is_finite());
             limits.size.as_ref().map_or(limits.norm.is_none(), infinite)
         };
-        let turning = self.environment.frame_rate().amax() != 0.0;
         let obstacles = [
-            (
-                self.seeks_duration() && turning,
-                "environment",
-                "in a frame that turns neither the shortest duration nor the one of least fuel is sought",
-            ),
-            (
-                self.seeks_duration() && moves && !self.environment.is_free(),
-                "environment",
-                "in a field that the body moves through neither the shortest duration nor the one of least fuel is sought",
-            ),
             (
                 torque.frame() != AxisFrame::Body,
                 "torque_axes_reference",

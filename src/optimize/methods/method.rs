@@ -22,6 +22,9 @@ pub(crate) struct Budget<'a> {
     pub watch: Watch<'a>,
 }
 
+/// Stages between two looks at who may stop the work.
+const POLLED: usize = 256;
+
 /// Who may end the work early, and when it ends by itself.
 #[derive(Clone, Copy)]
 pub(crate) struct Watch<'a> {
@@ -31,7 +34,6 @@ pub(crate) struct Watch<'a> {
 
 impl Watch<'_> {
     /// Nobody, and never.
-    #[cfg(test)]
     pub const NONE: Watch<'static> = Watch { interrupt: &|| None, deadline: None };
 
     /// What is left of the time \[s\], more than nothing.
@@ -43,6 +45,11 @@ impl Watch<'_> {
 
     pub fn stopped(&self) -> bool {
         (self.interrupt)().is_some()
+    }
+
+    /// The same of a loop over stages, which looks at a few of them only.
+    pub fn stopped_at(&self, stage: usize) -> bool {
+        stage.is_multiple_of(POLLED) && self.stopped()
     }
 }
 

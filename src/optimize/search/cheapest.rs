@@ -20,12 +20,12 @@ use super::paths::shortest_way;
 use super::switching;
 use crate::Vector3;
 use crate::lie;
-use crate::maneuver::objective::Objective;
-use crate::maneuver::problem::{Motion, Problem};
+use crate::maneuver::objective::{Fuel, Objective};
+use crate::maneuver::problem::{Motion, Problem, State};
 use crate::maneuver::settings::{Method, Settings};
 use crate::maneuver::solution::{ConvexWork, Outcome, Rung, Solution, Trajectory};
 use crate::mechanics::actuators::{ActuatorSet, Limits};
-use crate::mechanics::environment::Pose;
+use crate::mechanics::environment::{Free, Pose};
 use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
@@ -46,6 +46,8 @@ const BENT: f64 = 0.5;
 const NEAR: [f64; 2] = [0.01, 0.1];
 /// Accuracy of the subproblems: multipliers tell which inputs are off, the less clearly the smaller the share.
 const SHARP: f64 = 1e-9;
+/// Costs that differ by less than this part are those of one plan.
+const SAME_COST: f64 = 1e-6;
 /// Most subproblems from one share to the next.
 const FEW: usize = 12;
 
@@ -104,17 +106,21 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
         actuation: problem.actuation.of_jumping_inputs(),
         ..problem.clone()
     };
-    // Only a free body that turns has a plan of inputs that switch.
-    let quick = if problem.is_free_turn() { switching::solve(&bare, context) } else { unsolved.clone() };
-    *context.ladder.borrow_mut() = quick.ladder.clone();
-    if quick.trajectory.time.len() == 1 {
+    // Only a free body that turns has a plan of inputs that switch; in a frame that turns and in a field that is a path to begin from.
+    let free = problem.is_free_turn();
+    let quick = match problem.motion {
+        Motion::Attitude => switching::solve(&without_field(bare), context),
+        Motion::RigidBody => unsolved.clone(),
+    };
+    *context.ladder.borrow_mut() = if free { quick.ladder.clone() } else { Vec::new() };
+    if free && quick.trajectory.time.len() == 1 {
         // The body is where it should be.
         let stored = problem.actuation.wheels.iter().flat_map(|wheels| wheels.momentum.clone()).collect();
         let trajectory = Trajectory { wheel_momentum: stored, ..quick.trajectory };
         return Solution { trajectory, ..quick };
     }
     let sought = problem.duration.is_nan();
-    let stated = quick.trajectory.time.last().copied().filter(|_| sought);
+    let stated = quick.trajectory.time.last().copied().filter(|_| sought && free);
     let duration = stated.unwrap_or_else(|| if sought { about(problem) } else { problem.duration });
     let stated = Problem { objective: Objective::default(), ..problem.clone().with_duration(duration) };
     // Checked as what it is: effort takes less than time and fuel.
@@ -123,9 +129,43 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
         (Err(error), _) => Solution { shortfall: Some(error.to_string()), ..unsolved },
         (Ok(()), None) => of_stated(&stated, &problem.objective, context, &quick.trajectory),
     };
+    if sought && let Some(cheaper) = by_its_duration(problem, context, &solution) {
+        solution = cheaper;
+    }
     solution.ladder = context.ladder.take();
     solution.solve_time = context.began.elapsed().as_secs_f64();
     solution
+}
+
+/// The same maneuver of least fuel once more along what is cheaper in the duration that was found, where anything is: a search that
+/// is local in the duration too misses more.
+fn by_its_duration(problem: &Problem, context: &Context, found: &Solution) -> Option<Solution> {
+    let converged = |solution: &Solution| solution.outcome == Outcome::Converged;
+    let fuel = problem.objective.fuel().filter(|_| converged(found))?;
+    let duration = *found.trajectory.time.last()?;
+    let objective = Objective::Fuel(Fuel { time_price: None, ..fuel.clone() });
+    let noted = context.ladder.borrow().clone();
+    let given = solve_once(&problem.clone().with_objective(objective).with_duration(duration), context);
+    *context.ladder.borrow_mut() = noted;
+    let price = problem.objective.time_price();
+    let dearer = found.cost * (1.0 - SAME_COST);
+    if !converged(&given) || given.cost + price * duration >= dearer {
+        return None;
+    }
+    let stated = Problem { objective: Objective::default(), ..problem.clone().with_duration(duration) };
+    let again = of_stated(&stated, &problem.objective, context, &given.trajectory);
+    (converged(&again) && again.cost < dearer).then_some(again)
+}
+
+/// The attitude alone of a body that nothing acts on, at the rates that it has in the reference frame.
+fn without_field(problem: Problem) -> Problem {
+    let rate = problem.environment.frame_rate();
+    let relative = |state: &State| State {
+        angular_velocity: state.angular_velocity - state.attitude.tr_mul(&rate),
+        ..*state
+    };
+    let (start, end) = (relative(&problem.start), relative(&problem.end));
+    Problem { start, end, ..problem }.with_environment(Free)
 }
 
 /// The solution of a maneuver of minimum time or fuel, with the duration of `stated` as the unit of time.
@@ -206,7 +246,7 @@ impl<const N: usize> Search<'_, '_, N> {
         let duration = stated * first.candidate.grid.duration();
         let chain = self.chain(self.problem.steps);
         let cost = chain.price(&first.candidate);
-        let attempt = chain.of_given_duration(first);
+        let attempt = chain.of_given_duration(first, &self.problem.clone().with_duration(duration));
         let price = |rival: Attempt| {
             let own =
                 [&chain, &coarse].into_iter().find(|chain| chain.model.steps == rival.candidate.steps())?;
@@ -302,8 +342,13 @@ fn resampled(chain: &Chain, objective: &str, quick: &Trajectory) -> Vec<Candidat
         let after = quick.time.partition_point(|at| *at <= time).clamp(1, quick.time.len() - 1);
         let [from, to] = [after - 1, after].map(|row| lie::rotation_from_quaternion(&quick.quaternion[row]));
         let part = (time - quick.time[after - 1]) / (quick.time[after] - quick.time[after - 1]);
-        let turn = lie::minus(&to, &from) * part.clamp(0.0, 1.0);
-        Pose { position: chain.model.start.position, attitude: from * lie::exp(&turn) }
+        let part = part.clamp(0.0, 1.0);
+        let turn = lie::minus(&to, &from) * part;
+        let position = match &quick.position[..] {
+            [] => chain.model.start.position,
+            places => places[after - 1].lerp(&places[after], part) / chain.model.dynamics.units.length,
+        };
+        Pose { position, attitude: from * lie::exp(&turn) }
     };
     vec![path(&format!("minimum {objective}"), grid, (0..=grid.steps()).map(pose))]
 }

@@ -92,7 +92,8 @@ impl<const N: usize> Search<'_, '_, N> {
         // of those paths.
         let bounds = problem.actuation.stored_momentum() == Vector3::zeros();
         for (cost, seed) in seeds {
-            let hopeless = bounds && self.found.iter().any(|found| found.cost < cost);
+            let cheaper = |found: &Attempt| found.cost < cost && self.goes_round_as_asked(&found.candidate);
+            let hopeless = bounds && self.found.iter().any(cheaper);
             if hopeless || self.stopped() {
                 continue;
             }
@@ -100,11 +101,22 @@ impl<const N: usize> Search<'_, '_, N> {
                 self.descend(&coarse, seed);
             }
         }
+        // From rest to rest with torques about all axes the extremals without limits, and their detours, are enough as a rule.
+        let asked = self.found.iter().any(|found| self.goes_round_as_asked(&found.candidate));
+        let simple = bounds && asked && problem.can_wait() && self.fine.dynamics.has_all_axes();
         match self.context.settings.search {
             Thoroughness::Thorough => self.scp_from_paths(Starts::all(), &relaxed, &coarse),
-            Thoroughness::Default if !bounds => self.scp_from_paths(Starts::bent_ways(), &relaxed, &coarse),
+            Thoroughness::Default if !simple => {
+                self.scp_from_paths(Starts::bent_ways(asked), &relaxed, &coarse)
+            }
             Thoroughness::Default | Thoroughness::Quick => {}
         }
+        // What goes the other way round is told where nothing goes as asked.
+        let mut found = std::mem::take(&mut self.found);
+        if found.iter().any(|found| self.goes_round_as_asked(&found.candidate)) {
+            found.retain(|found| self.goes_round_as_asked(&found.candidate));
+        }
+        self.found = found;
         self.carry(&coarse);
     }
 
@@ -174,17 +186,21 @@ impl<const N: usize> Search<'_, '_, N> {
         search.found.into_iter().map(of_effort).collect()
     }
 
-    /// Whether SCP finds a plan on the coarse grid.
+    /// Whether SCP finds a plan on the coarse grid that goes round as asked.
     fn finds_any(mut self) -> bool {
         let coarse = Chain::new(self.problem, chain_steps(self.problem));
         for (_, seed) in self.relaxed_paths(&relaxed(self.problem), &coarse) {
             for seed in detours(self.problem, &coarse.model.dynamics.frame_rate(), seed) {
-                if self.found.is_empty() && !self.stopped() {
-                    self.descend(&coarse, seed);
+                if self.stopped() {
+                    return false;
+                }
+                self.descend(&coarse, seed);
+                if self.found.last().is_some_and(|found| self.goes_round_as_asked(&found.candidate)) {
+                    return true;
                 }
             }
         }
-        !self.found.is_empty()
+        false
     }
 
     /// The extremals of the relaxed maneuver, with their scaled costs, cheapest first: limits only make them costlier.
@@ -206,9 +222,12 @@ impl<const N: usize> Search<'_, '_, N> {
         seeds
     }
 
-    /// The shooting's solution of a problem without limits.
+    /// The solution of the problem without limits: the shooting's, or where torques about an axis are missing and that may
+    /// arrive nowhere, SCP's.
     fn shot(&self, relaxed: &Problem) -> Solution {
-        let mut search = Search::<N>::new(relaxed, self.context, self.ask.of_relaxed());
+        let convex = self.problem.is_constrained() && !self.fine.dynamics.has_all_axes();
+        let ask = Ask { convex, last: ScpOptions::default(), ..self.ask.of_relaxed() };
+        let mut search = Search::<N>::new(relaxed, self.context, ask);
         search.climb_far()
     }
 
@@ -216,9 +235,11 @@ impl<const N: usize> Search<'_, '_, N> {
     fn unlimited(&self, relaxed: &Problem, seeds: &[(f64, Candidate)]) -> Option<Solution> {
         let problem = self.problem;
         let (_, seed) = seeds.first().filter(|_| problem.actuation.wheels.is_none())?;
-        // A clear violation on the coarse grid spares the fine solve.
+        // A clear violation on the coarse grid spares the fine solve, where there is but one best path.
         let coarse = Chain::new(problem, seed.steps());
-        if coarse.worst_violation(&coarse.opened(seed))? > CLEAR_VIOLATION {
+        if self.fine.dynamics.has_all_axes()
+            && coarse.worst_violation(&coarse.opened(seed))? > CLEAR_VIOLATION
+        {
             return None;
         }
         let solution = self.shot(relaxed);
@@ -334,18 +355,19 @@ impl<const N: usize> Search<'_, '_, N> {
         None
     }
 
-    /// Whether a path goes the way round that the problem asks for.
+    /// Whether a guess goes the way round that the problem asks for; one may well lead to the rotation that is given.
     fn as_asked(&self, seed: &Candidate) -> bool {
+        matches!(self.problem.path, Path::AsGiven(_)) || self.goes_round_as_asked(seed)
+    }
+
+    /// Whether a path goes the way round that the problem asks for.
+    fn goes_round_as_asked(&self, path: &Candidate) -> bool {
         let sense = || {
-            let mut path = Follower::new();
-            seed.states.iter().for_each(|point| path.node(&point.attitude.value, Vector3::zeros(), 0.0));
-            path.way(&self.fine).map_or(Sense::Short, |way| way.sense)
+            let mut follower = Follower::new();
+            path.states.iter().for_each(|point| follower.node(&point.attitude.value, Vector3::zeros(), 0.0));
+            follower.way(&self.fine).map_or(Sense::Short, |way| way.sense)
         };
-        match self.problem.path {
-            Path::Best | Path::AsGiven(_) => true,
-            Path::Shortest => sense() == Sense::Short,
-            Path::Long => sense() == Sense::Long,
-        }
+        self.asked_sense().is_none_or(|asked| asked == sense())
     }
 
     /// Whether nothing was found, the search was not cut short, and the duration can be sought.
@@ -353,8 +375,7 @@ impl<const N: usize> Search<'_, '_, N> {
         let cut_short =
             self.failure.as_ref().is_some_and(|failure| failure.outcome == Outcome::IterationLimit);
         let searched = self.found.is_empty() && self.answer.is_none() && !cut_short && !self.stopped();
-        let autonomous = self.problem.environment.frame_rate() == Vector3::zeros();
-        searched && autonomous && self.ask.advise && self.problem.is_constrained()
+        searched && self.ask.advise && self.problem.is_constrained()
     }
 
     /// SCP from the plan of the shortest duration that it finds: a plan that is quicker than the maneuver asks for is on a

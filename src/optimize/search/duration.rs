@@ -16,7 +16,7 @@
 
 use super::{Observer, PlanError};
 use crate::maneuver::objective::{Objective, effort};
-use crate::maneuver::problem::Problem;
+use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::settings::{Method, Settings};
 use crate::maneuver::solution::{Outcome, Solution};
 use crate::mechanics::actuators::AxisFrame;
@@ -117,7 +117,7 @@ pub(super) fn solve(
         }
     };
     let searched = match longest {
-        Some(longest) => up_to(longest, price, simple(problem), &mut at, &mut keep),
+        Some(longest) => up_to(longest, price, problem.can_wait(), &mut at, &mut keep),
         None => STARTS.iter().try_for_each(|start| {
             stationary(start * first, f64::INFINITY, price, &mut at)?.into_iter().for_each(&mut keep);
             Ok(())
@@ -162,25 +162,26 @@ pub(super) fn solve(
     Ok(solution)
 }
 
-/// How long a turn about a fixed axis takes under unit weights: the root of `18 (Jφ)² / T⁴ = w`, for the rates as well.
-/// Infinite without a price.
+/// How long a turn about a fixed axis takes under unit weights: the root of `18 (Jφ)² / T⁴ = w`, for the rates as well; or a
+/// flight along a line, where that is longer. Infinite without a price.
 pub(super) fn about_a_fixed_axis(problem: &Problem, price: f64) -> f64 {
+    let lasting = |impulse: f64, change: f64, authority: &Matrix3| {
+        let authority = authority.norm() / 3.0_f64.sqrt();
+        let of_way = (18.0 * impulse * impulse / (authority * price)).powf(0.25);
+        of_way.max(change / (2.0 * authority * price).sqrt())
+    };
+    let (start, end, weights) = (&problem.start, &problem.end, problem.objective.weights());
     let j = problem.body.inertia.j();
-    let turn = lie::log(&problem.start.attitude.tr_mul(&problem.end.attitude));
-    let weighted = problem.objective.weights().torque(&problem.actuation);
-    let authority = weighted.authority.norm() / 3.0_f64.sqrt();
+    let turn = lie::log(&start.attitude.tr_mul(&end.attitude));
     let momentum = (j * turn).norm().max(1e-3 * j.norm());
-    let rates = (j * (problem.start.angular_velocity - problem.end.angular_velocity)).norm();
-    let of_turn = (18.0 * momentum * momentum / (authority * price)).powf(0.25);
-    let of_rates = rates / (2.0 * authority * price).sqrt();
-    of_turn.max(of_rates)
-}
-
-/// Whether effort only falls with the duration: from rest to rest without any field `E ∝ T⁻³`.
-fn simple(problem: &Problem) -> bool {
-    let moving = problem.start.angular_velocity.norm() + problem.end.angular_velocity.norm() > 0.0;
-    let turning = problem.environment.frame_rate().amax() != 0.0;
-    !moving && !turning && problem.environment.is_free()
+    let rates = (j * (start.angular_velocity - end.angular_velocity)).norm();
+    let turning = lasting(momentum, rates, &weights.torque(&problem.actuation).authority);
+    let mass = problem.body.mass.filter(|_| problem.motion == Motion::RigidBody);
+    let flying = mass.zip(weights.force(&problem.actuation)).map_or(0.0, |(mass, force)| {
+        let (way, speed) = (end.position - start.position, end.velocity - start.velocity);
+        lasting(mass * way.norm(), mass * speed.norm(), &force.authority)
+    });
+    turning.max(flying)
 }
 
 /// Minima up to the longest duration: where the slope changes its sign between neighbouring parts of it, and all of it. A
@@ -188,11 +189,12 @@ fn simple(problem: &Problem) -> bool {
 fn up_to(
     longest: f64,
     price: f64,
-    simple: bool,
+    can_wait: bool,
     at: &mut At<'_>,
     keep: &mut dyn FnMut(Known),
 ) -> Result<(), Halt> {
-    let parts = if simple { 1 } else { PARTS };
+    // Effort only falls with the duration where the body can wait: from rest to rest `E ∝ T⁻³`.
+    let parts = if can_wait { 1 } else { PARTS };
     let mut before: Option<Known> = None;
     for part in 1..=parts {
         let known = at(longest * part as f64 / parts as f64)?;

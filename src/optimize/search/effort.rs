@@ -102,9 +102,9 @@ impl Starts {
         }
     }
 
-    /// Paths bent off the short way alone.
-    pub fn bent_ways() -> Self {
-        Self { bent: vec![1.0], short_only: true, ..Self::default() }
+    /// Paths bent off the short way, alone or beside the long one.
+    pub fn bent_ways(short_only: bool) -> Self {
+        Self { bent: vec![1.0], short_only, ..Self::default() }
     }
 
     /// The paths: likely ones first, then the others of all families in turn, since a search may end before the last.

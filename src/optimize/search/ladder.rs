@@ -184,7 +184,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
     }
 
     /// The sense that was asked for.
-    fn asked_sense(&self) -> Option<Sense> {
+    pub(super) fn asked_sense(&self) -> Option<Sense> {
         match self.problem.path {
             Path::Best => None,
             Path::Shortest => Some(Sense::Short),

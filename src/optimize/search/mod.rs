@@ -197,7 +197,7 @@ pub fn solve(
         check_for_switching(settings, guess)?;
         return Ok(switching::solve(problem, &Context::new(settings, observer)));
     }
-    if problem.is_shaped() || problem.duration.is_nan() && problem.has_shaping_limits() {
+    if problem.is_shaped() || problem.stretches_steps() {
         check_for_shaped(problem, settings, guess)?;
         return Ok(cheapest::solve(problem, &Context::new(settings, observer)));
     }

@@ -48,6 +48,11 @@ impl<'a, const N: usize> Search<'a, '_, N> {
             if self.stopped() || beaten {
                 break;
             }
+            if *demand <= 1.0 && found.converged() && free.steps() == self.problem.steps {
+                // No limit acts on it: it is an extremal within them as it is.
+                self.keep(found.clone());
+                continue;
+            }
             let hopeless = *demand > HOPELESS * least;
             if self.shoot_fine(Rung::Saturated, free.clone()).is_some() || hopeless || self.stopped() {
                 continue;

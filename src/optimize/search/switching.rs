@@ -39,6 +39,9 @@ const STRETCHES: [f64; 3] = [1.02, 1.1, 1.5];
 const WITHIN: f64 = 0.9;
 const FOR: f64 = 1.0 / 12.0;
 
+/// Arcs shorter than this part of the duration are none.
+const NO_ARC: f64 = 1e-10;
+
 /// Solves a maneuver of minimum time or fuel. It must have been checked.
 ///
 /// Up to a longest duration the plan takes all of the time or, where a second has a price or the body moves at an end, the
@@ -61,7 +64,7 @@ fn solve_by(problem: &Problem, context: &Context, arcs: bool) -> Solution {
     }
 }
 
-/// Least effort or fuel up to a longest duration: all of it or, where a second has a price or the body moves at an end, the
+/// Least effort or fuel up to a longest duration: all of it or, where a second has a price or the body cannot wait, the
 /// duration sought, whichever is cheaper. `once` solves for a given duration, or for one that is sought.
 pub(super) fn up_to(
     longest: f64,
@@ -79,8 +82,7 @@ pub(super) fn up_to(
     if let Some(switching) = &mut all.switching {
         switching.continuous_cost += price * longest;
     }
-    let moving = problem.start.angular_velocity.norm() + problem.end.angular_velocity.norm() > 0.0;
-    if context.interrupt().is_some() || !(moving || price > 0.0) {
+    if context.interrupt().is_some() || problem.can_wait() && price == 0.0 {
         return all;
     }
     let sought = problem.clone().with_duration_at_most(longest).with_objective(of(Some(price)));
@@ -370,8 +372,10 @@ fn planned(
     Some(recorded)
 }
 
-/// Arcs with the inputs of the maneuver, in seconds.
+/// Arcs with the inputs of the maneuver, in seconds. Inputs that switch together do so at one time: what round-off leaves
+/// between them is no arc.
 fn told(problem: &Problem, extremal: &Extremal, units: &Units, arcs: &Arcs) -> Vec<SwitchingArc> {
+    let least = NO_ARC * arcs.duration * units.time;
     let arc = |(_, start, end, signs): (_, f64, f64, Vec<f64>)| {
         let input = match (extremal.axes(), extremal.on_arc(&signs).held()) {
             (_, None) => Vec::new(),
@@ -380,7 +384,12 @@ fn told(problem: &Problem, extremal: &Extremal, units: &Units, arcs: &Arcs) -> V
         };
         SwitchingArc { start_s: start * units.time, end_s: end * units.time, input }
     };
-    arcs.arcs().into_iter().map(arc).collect()
+    let mut told: Vec<SwitchingArc> = arcs.arcs().into_iter().map(arc).collect();
+    told.retain(|arc| arc.end_s - arc.start_s > least);
+    for index in 1..told.len() {
+        told[index].start_s = told[index - 1].end_s;
+    }
+    told
 }
 
 /// Replays a plan from the start and records every node.

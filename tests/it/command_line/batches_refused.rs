@@ -146,3 +146,74 @@ fn a_full_disk_keeps_what_is_finished() {
     folder.slew(&["sweep", "spec.toml", "--over", over, "-q", "-o", "all.jsonl"]).ends(0);
     assert_eq!(folder.read("all.jsonl"), folder.read("whole.jsonl"));
 }
+
+#[test]
+fn no_output_is_an_input_and_no_plan_file_is_replaced_unasked() {
+    let folder = Folder::new();
+    let table = "maneuver.duration_s\n10\n12\n";
+    fs::write(folder.path("cases.csv"), table).unwrap();
+    let spec = folder.read("spec.toml");
+    let batch =
+        |more: &[&str]| folder.slew(&[&["batch", "spec.toml", "--cases", "cases.csv", "-q"], more].concat());
+    batch(&["-o", "cases.csv", "--force"]).ends(8).tells("E0100").tells("is also an input");
+    let over = ["--over", "maneuver.duration_s=10,12"];
+    folder
+        .slew(&[&["sweep", "spec.toml", "-o", "spec.toml", "--force"], &over[..]].concat())
+        .ends(8)
+        .tells("E0100");
+    assert_eq!((folder.read("cases.csv"), folder.read("spec.toml")), (table.into(), spec.clone()));
+    // A folder of specs is no folder of their plans, and a file there is not the batch's own.
+    fs::create_dir(folder.path("specs")).unwrap();
+    fs::write(folder.path("specs/case-1.toml"), &spec).unwrap();
+    folder.slew(&["batch", "specs", "--plans", "specs", "-q"]).ends(8).tells("E0100");
+    fs::create_dir(folder.path("plans")).unwrap();
+    fs::write(folder.path("plans/case-2.json"), "mine").unwrap();
+    batch(&["--plans", "plans"]).ends(8).tells("E0098").tells("case-2.json");
+    assert_eq!(folder.read("plans/case-2.json"), "mine");
+    batch(&["--plans", "plans", "--force"]).ends(0);
+    assert!(folder.read("plans/case-2.json").contains("\"status\": \"solved\""));
+    // A run that goes on replaces what a kill has left.
+    batch(&["-o", "all.jsonl", "--plans", "more"]).ends(0);
+    let half: Vec<String> =
+        folder.read("all.jsonl").lines().take(2).map(|line| format!("{line}\n")).collect();
+    fs::write(folder.path("all.jsonl"), half.concat()).unwrap();
+    batch(&["-o", "all.jsonl", "--plans", "more"]).ends(0);
+}
+
+/// The table of a run that is under way is changed as soon as that has its first result.
+#[test]
+fn a_table_that_changes_meanwhile_is_told() {
+    let folder = Folder::new();
+    let rows = |duration: u32, count: usize| {
+        format!("maneuver.duration_s\n{}", format!("{duration}\n").repeat(count))
+    };
+    // More than a buffer of the reader.
+    for (count, after) in [(4000, 4000), (4000, 3000), (4000, 5000)] {
+        fs::write(folder.path("cases.csv"), rows(60, count)).unwrap();
+        let mut run = std::process::Command::new(env!("CARGO_BIN_EXE_slew"));
+        run.args(["batch", "spec.toml", "--cases", "cases.csv", "-o", "all.jsonl", "--force", "-q"]);
+        run.args(["--set", "maneuver.steps=8"]).current_dir(folder.path("."));
+        let run = run.stderr(std::process::Stdio::piped()).spawn().unwrap();
+        while fs::read_to_string(folder.path("all.jsonl")).map_or(0, |text| text.lines().count()) < 2 {
+            std::thread::sleep(std::time::Duration::from_millis(2));
+        }
+        fs::write(folder.path("cases.csv"), rows(90, after)).unwrap();
+        let output = run.wait_with_output().unwrap();
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(3), "{told}");
+        assert!(told.contains("the table has changed while its cases were planned"), "{told}");
+        fs::remove_file(folder.path("all.jsonl")).unwrap();
+    }
+}
+
+#[test]
+fn the_command_that_plans_a_case_again_does_so() {
+    let folder = Folder::new();
+    fs::rename(folder.path("spec.toml"), folder.path("spec.txt")).unwrap();
+    let sweep = ["sweep", "spec.txt", "--input", "toml", "--over", "maneuver.duration_s=10,12"];
+    folder
+        .slew(&sweep)
+        .ends(0)
+        .tells("slew sweep spec.txt --over maneuver.duration_s=10,12 --input toml --case 1");
+    folder.slew(&[&sweep[..], &["--case", "1", "-o", "plan.json"]].concat()).ends(0);
+}

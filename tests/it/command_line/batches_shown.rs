@@ -52,6 +52,13 @@ fn random_draws_have_their_distribution_and_hostile_names_are_text() {
     let text = folder.read("all.jsonl");
     fs::write(folder.path("part.jsonl"), &text[..text.len() / 2]).unwrap();
     folder.slew(&["report", "part.jsonl", "-o", "part.html"]).ends(0);
+    let there = text[..text.len() / 2].matches('\n').count() - 1;
+    let told = format!("{there} of 40 cases done, {there} of them solved and verified");
+    assert!(folder.read("part.html").contains(&told), "{told}");
+    let shard = ["--cases", "cases.csv", "--shard", "2/3", "-o", "shard.jsonl"];
+    folder.slew(&[&["batch", "spec.toml", "-q"], &shard[..]].concat()).ends(0);
+    folder.slew(&["report", "shard.jsonl", "-o", "shard.html"]).ends(0);
+    assert!(folder.read("shard.html").contains("shard 2/3 of 40 cases: all 13 cases solved and verified"));
     fs::write(folder.path("bad.jsonl"), text.replacen("\"case\":3", "\"case\":-3", 1)).unwrap();
     folder.slew(&["report", "bad.jsonl", "-o", "bad.html"]).ends(8).tells("error[E0114]").tells("line 4");
 }

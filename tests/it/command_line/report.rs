@@ -613,3 +613,19 @@ fn a_simulation_has_a_report_and_pictures() {
     folder.slew(&["report", "cut.json", "-o", "a.html"]).ends(8).tells("error[E0102]");
     assert!(!folder.names().contains(&"a.html".to_string()));
 }
+
+#[test]
+fn a_plan_of_no_time_is_shown_as_what_it_is() {
+    let folder = Folder::new();
+    let spec = "format = 1\n[body]\ninertia_kg_m2 = [1, 2, 3]\n[actuators]\ntorque_limit_n_m = 1\n[start]\nattitude = { axis = [0, 0, 1], angle_deg = 30 }\n[end]\nattitude = { axis = [0, 0, 1], angle_deg = 30 }\n[maneuver]\nminimize = \"time\"\n";
+    fs::write(folder.path("none.toml"), spec).unwrap();
+    folder
+        .slew(&["plan", "none.toml", "-o", "none.json", "--report", "none.html"])
+        .ends(0)
+        .tells("0 s: the body is");
+    assert!(folder.read("none.html").contains("solved and verified"));
+    folder.slew(&["report", "none.json", "-o", "again.html"]).ends(0);
+    folder.slew(&["plot", "none.json", "-o", "figures"]).ends(0);
+    let compared = folder.slew(&["compare", "none.toml"]);
+    assert!(!compared.stderr.contains("panicked"), "{}", compared.stderr);
+}

@@ -2,7 +2,9 @@
 //! grid, laws.
 
 use super::minimum_time::{body, solved};
-use slewkit::maneuver::{Fuel, Objective, Problem, ProblemError, Settings, State};
+use slewkit::maneuver::{
+    Constraint, Fuel, Method, Objective, Problem, ProblemError, Rule, Settings, State, Weights,
+};
 use slewkit::mechanics::{
     ActuatorSet, AxisFrame, GravityGradient, Limits, SecondOrderGravity, UniformGravity,
 };
@@ -133,24 +135,103 @@ fn in_a_field_that_pulls_hardly_the_fuel_is_that_of_a_free_body() {
     near(solved(&free.clone().with_environment(orbit)).solution.cost, wanted, 1e-6);
 }
 
-#[test]
-fn a_duration_is_not_sought_where_the_frame_turns_or_the_field_changes_on_the_way() {
-    let free = flight([0.5, -0.7, 0.3], [0.9, -0.4, 0.2], each(2.5), AxisFrame::Reference);
-    let sought = free.clone().with_objective(Objective::Time).with_duration(f64::NAN);
-    let refused = |problem: &Problem, words: &str| {
-        let error = problem.check().expect_err("accepted");
-        assert!(
-            matches!(error, ProblemError::Unsuited { .. }) && error.to_string().contains(words),
-            "{error}"
-        );
+/// A body at rest in the frame of an orbit that yaws by a quarter of a turn, under torques of at most 0.3 N·m.
+fn on_an_orbit(rate: f64) -> Problem {
+    let body = body([2.0, 1.6, 1.1]);
+    let orbit = GravityGradient::new(rate, &body.inertia).unwrap();
+    let still = |attitude: Matrix3| State {
+        angular_velocity: attitude.tr_mul(&(rate * Vector3::y())),
+        ..State::at_rest(attitude)
     };
-    let orbit = GravityGradient::new(1e-3, &free.body.inertia).unwrap();
-    refused(&sought.clone().with_environment(orbit), "a frame that turns");
-    let pull = SecondOrderGravity::new(1.0, MASS, &free.body.inertia).unwrap();
-    refused(&sought.with_environment(pull), "a field that the body moves through");
+    let end = still(lie::exp(&Vector3::new(0.1, 0.0, 1.5)));
+    let mut problem = Problem::attitude(body, still(Matrix3::identity()), end, 5.0).with_environment(orbit);
+    problem.actuation.torque = problem.actuation.torque.with_limits(each(0.3)).unwrap();
+    problem.with_steps(STEPS)
+}
+
+/// Least effort with a price of time.
+fn effort(price: f64) -> Objective {
+    Objective::Effort(Weights { time_price: Some(price), ..Weights::default() })
+}
+
+/// What a maneuver costs in a duration that is sought is at most what it costs in durations beside it, and what it costs in
+/// that one.
+fn is_cheapest_in_its_duration(sought: &Problem, price: f64) {
+    let found = solved(sought);
+    let duration = *found.solution.trajectory.time.last().unwrap();
+    let of_given = |duration: f64| {
+        let objective = match &sought.objective {
+            Objective::Fuel(fuel) => Objective::Fuel(Fuel { time_price: None, ..fuel.clone() }),
+            _ => Objective::default(),
+        };
+        let given = sought.clone().with_objective(objective).with_duration(duration);
+        solved(&given).solution.cost + price * duration
+    };
+    near(found.solution.cost, of_given(duration), 1e-7);
+    for beside in [0.97, 1.03] {
+        assert!(of_given(beside * duration) > found.solution.cost * (1.0 + 1e-6), "{beside}");
+    }
+}
+
+#[test]
+fn a_duration_is_sought_in_a_frame_that_turns() {
+    let fuel = |price| Objective::Fuel(Fuel { time_price: Some(price), ..Fuel::default() });
+    let turn = on_an_orbit(0.2).with_duration(f64::NAN);
+    is_cheapest_in_its_duration(&turn.clone().with_objective(fuel(0.05)), 0.05);
+    // The shortest one leaves nothing shorter, and a little more than it has a plan.
+    let quickest = solved(&turn.clone().with_objective(Objective::Time)).solution.cost;
+    let given = |duration: f64| {
+        let given = turn.clone().with_objective(Objective::Fuel(Fuel::default())).with_duration(duration);
+        plan(&given, &Settings::default(), None, &mut Silent).unwrap().status
+    };
+    assert_eq!(given(1.001 * quickest), Status::Solved);
+    assert_eq!(given(0.99 * quickest), Status::NotConverged);
+    // Where the frame hardly turns it is that of a free body.
+    let slow = solved(&on_an_orbit(1e-7).with_duration(f64::NAN).with_objective(Objective::Time));
+    let mut free = on_an_orbit(0.0).with_duration(f64::NAN).with_objective(Objective::Time);
+    // The same equal steps for both.
+    let limits = Limits { rate: Some(vec![1e6; 3]), ..each(0.3) };
+    free.actuation.torque = free.actuation.torque.with_limits(limits).unwrap();
+    near(slow.solution.cost, solved(&free).solution.cost, 1e-6);
+}
+
+#[test]
+fn a_duration_of_least_effort_is_the_same_by_both_roads_in_a_frame_that_turns() {
+    // The secant of its derivative, and the length of the steps as an unknown, which a limit of the rate brings.
+    let mut effort = on_an_orbit(0.2).with_objective(effort(2e-3)).with_duration(f64::NAN);
+    let secant = solved(&effort).solution;
+    effort.constraints = vec![Constraint { name: "never".into(), rule: Rule::RateNorm(50.0) }];
+    let unknown = solved(&effort).solution;
+    assert_eq!((secant.method, unknown.method), (Method::Shooting, Method::Scp));
+    near(unknown.cost, secant.cost, 1e-10);
+}
+
+#[test]
+fn a_duration_is_sought_where_a_body_moves_through_a_field() {
+    // Fast at both ends: the unit of length goes with the duration.
+    let mut flight = flight([0.5, -0.7, 0.3], [1.2, 0.4, -0.2], each(2.5), AxisFrame::Reference);
+    flight.start.position = Vector3::new(1.0, 0.2, 0.1);
+    flight.start.velocity = Vector3::new(0.1, 0.8, -0.2);
+    flight.end.velocity = Vector3::new(-0.3, 0.6, 0.1);
+    let pull = SecondOrderGravity::new(0.8, MASS, &flight.body.inertia).unwrap();
+    let flight = flight.with_environment(pull).with_duration(f64::NAN);
+    let fuel = Fuel { time_price: Some(2.0), ..Fuel::default() };
+    is_cheapest_in_its_duration(&flight.clone().with_objective(Objective::Fuel(fuel)), 2.0);
+    let mut unlimited = flight.clone().with_objective(effort(1.0));
+    unlimited.actuation.force = Some(ActuatorSet::three_axes(AxisFrame::Reference));
+    unlimited.actuation.torque = ActuatorSet::three_axes(AxisFrame::Body);
+    is_cheapest_in_its_duration(&unlimited, 1.0);
+    solved(&flight.with_objective(Objective::Time));
+}
+
+#[test]
+fn forces_need_limits_and_a_price_each() {
+    let free = flight([0.5, -0.7, 0.3], [0.9, -0.4, 0.2], each(2.5), AxisFrame::Reference);
     let mut unlimited = free.clone();
     unlimited.actuation.force = Some(ActuatorSet::three_axes(AxisFrame::Reference));
-    refused(&unlimited, "a limit of every force");
+    let error = unlimited.check().expect_err("accepted");
+    assert!(matches!(error, ProblemError::Unsuited { .. }), "{error}");
+    assert!(error.to_string().contains("a limit of every force"), "{error}");
     let two = Fuel { force_prices: Some(vec![1.0; 2]), ..Fuel::default() };
     let error = free.with_objective(Objective::Fuel(two)).check().expect_err("accepted").to_string();
     assert!(error.contains("number of force inputs"), "{error}");

@@ -5,7 +5,7 @@ use slewkit::maneuver::{Fuel, Objective, Outcome, Problem, Settings, State, Stru
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
 use slewkit::plan::{Silent, Status, plan};
 use slewkit::verify::verify;
-use slewkit::{Matrix3, Vector3};
+use slewkit::{Matrix3, Vector3, lie};
 use std::f64::consts::FRAC_PI_2;
 
 fn fuel(problem: &Problem) -> f64 {
@@ -306,4 +306,24 @@ fn what_cannot_be_planned_with_least_fuel_is_refused() {
     assert!(prices(vec![1.0, 0.0, 1.0]).contains("price"));
     let effort = moving().with_objective(Objective::default()).with_duration(5.0);
     assert!(refused(&effort.with_actuation(Actuation::torques(three))).contains("thrusters"));
+}
+
+/// In less time than the turn about a principal axis takes no extremal has the symmetry of that turn.
+#[test]
+fn fuel_has_plans_between_the_shortest_time_and_that_about_the_axis() {
+    let end = State::at_rest(lie::exp(&Vector3::new(0.0, 0.0, FRAC_PI_2)));
+    let turn = Problem::minimum_time(body([1.0, 1.6, 2.3]), State::at_rest(Matrix3::identity()), end)
+        .with_actuation(torques(&CUBE, &[1.0; 3]));
+    let quickest = solved(&turn).solution.switching.expect("arcs");
+    let axis = quickest.eigenaxis_s.unwrap();
+    let fuel = |duration: f64| {
+        let given = turn.clone().with_objective(Objective::Fuel(Fuel::default())).with_duration(duration);
+        solved(&given).solution.cost
+    };
+    let mut last = f64::INFINITY;
+    for part in [0.3, 0.6, 0.9] {
+        let found = fuel(quickest.continuous_duration_s * (1.0 - part) + axis * part);
+        assert!(found < last, "{part}: {found} after {last}");
+        last = found;
+    }
 }

@@ -114,6 +114,47 @@ fn redundant_canted_torques_of_a_full_inertia_are_planned_and_one_more_makes_it_
     assert!(four < three, "{four} {three}");
 }
 
+/// What people try first: a cube about each of its axes, in the published time (Bilimoria and Wie 1993) whichever it is.
+#[test]
+fn a_cube_turns_alike_about_all_its_axes() {
+    for (degrees, published) in [(180.0_f64, 3.2431), (135.0, 2.8845), (90.0, 2.4211)] {
+        for axis in CUBE {
+            let end = at((Vector3::from(axis) * degrees.to_radians()).into(), [0.0; 3]);
+            let problem = Problem::minimum_time(body([1.0; 3]), State::at_rest(Matrix3::identity()), end);
+            let found = duration(&problem.with_actuation(torques(&CUBE, &[1.0; 3])));
+            assert!((found - published).abs() < 5.1e-5, "{degrees} {axis:?} {found}");
+        }
+    }
+}
+
+/// Boxes about an axis by limits that differ: the same time in whatever axes it is written, and less than about that axis.
+#[test]
+fn the_time_of_a_box_is_the_same_in_all_axes() {
+    let other = lie::exp(&Vector3::new(0.3, -0.5, 0.7));
+    let half = std::f64::consts::PI;
+    for (moments, limits, turn, at_most) in [
+        ([1.0, 2.0, 2.5], [1.0, 0.5, 2.0], Vector3::new(1.0, 1.0, 0.0).normalize() * half, 3.5001),
+        ([5.0, 5.0, 2.0], [1.0, 0.5, 2.0], Vector3::y() * (half * 2.0 / 3.0), 6.502),
+        ([1.0, 1.0, 1.0], [1.0, 2.0, 4.0], Vector3::x() * half, 2.4662),
+        ([1.0, 1.6, 2.3], [1.0, 1.0, 1.0], Vector3::z() * half, 4.1822),
+    ] {
+        let of = |axes: &Matrix3| {
+            let turned = |attitude: Matrix3| State::at_rest(axes * attitude * axes.transpose());
+            let inertia = axes * Matrix3::from_diagonal(&moments.into()) * axes.transpose();
+            let inertia = Inertia::new(0.5 * (inertia + inertia.transpose())).unwrap();
+            let body = Body { inertia, mass: None };
+            let inputs: Vec<[f64; 3]> = (0..3).map(|input| axes.column(input).into_owned().into()).collect();
+            Problem::minimum_time(body, turned(Matrix3::identity()), turned(lie::exp(&turn)))
+                .with_actuation(torques(&inputs, &limits))
+        };
+        let found = solved(&of(&Matrix3::identity())).solution.switching.expect("arcs");
+        let there = duration(&of(&other));
+        let here = found.continuous_duration_s;
+        assert!((here / there - 1.0).abs() < 1e-6, "{moments:?} {limits:?}: {here} {there}");
+        assert!(here < at_most && here < found.eigenaxis_s.unwrap(), "{moments:?} {limits:?}: {here}");
+    }
+}
+
 #[test]
 fn a_body_that_is_there_needs_no_time() {
     let there = at([0.3, 0.2, 0.1], [0.0; 3]);

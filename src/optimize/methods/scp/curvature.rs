@@ -53,8 +53,13 @@ pub(crate) struct Block {
 
 /// The second derivatives of all stages.
 pub(crate) fn blocks(at: &Evaluated, multipliers: &Multipliers) -> Result<Vec<Block>, StepError> {
-    let blocks = (0..=at.model.steps).map(|stage| block(at, multipliers, stage));
-    let mut blocks = blocks.collect::<Result<Vec<_>, _>>()?;
+    let of_stage = |stage: usize| {
+        if at.watch.stopped_at(stage) {
+            return Err(StepError::Stopped);
+        }
+        block(at, multipliers, stage)
+    };
+    let mut blocks = (0..=at.model.steps).map(of_stage).collect::<Result<Vec<_>, _>>()?;
     if let Some(duration) = at.model.duration {
         let last = at.model.steps;
         let states = [&at.iterate.states[0], &at.iterate.states[last]];
@@ -170,8 +175,8 @@ fn differences(
     Ok(out)
 }
 
-/// The step's part in closed form, where that applies: without wheels, and where the duration is sought without a field, which
-/// alone knows it.
+/// The step's part in closed form, where that applies: without wheels, and where the duration is sought without a field or
+/// a frame that turns, which alone know it.
 fn closed_form(
     at: &Evaluated,
     multipliers: &Multipliers,

@@ -24,7 +24,7 @@ pub(crate) fn along(model: &Model, rows: &LimitRows, poses: &[Pose], stretch: f6
         if let Some(next) = poses.get(stage + 1) {
             // `h S(Π) = F J_d − J_d Fᵀ` gives Π from F without an equation to solve.
             let h = model.dynamics.grid.step(stage);
-            let f = pose.attitude.tr_mul(&model.dynamics.unturned(stage, &next.attitude));
+            let f = pose.attitude.tr_mul(&model.unturned(stage, &next.attitude, stretch));
             state.momentum = vee(&(f * j_d - j_d * f.transpose())) / h;
             state.linear_momentum = (next.position - pose.position) / h;
         }

@@ -2,6 +2,7 @@
 
 use super::model::{ChainState, Model, Opening, Step};
 use super::rows::{LimitRows, Place, RowValue};
+use crate::optimize::methods::method::Watch;
 use crate::optimize::step::StepError;
 use nalgebra::{DMatrix, DVector};
 
@@ -28,16 +29,26 @@ pub(crate) struct Evaluated<'a> {
     /// The rows of all limits.
     pub rows: Vec<RowValue>,
     pub cost: f64,
+    /// Who may stop what begins here.
+    pub watch: Watch<'a>,
 }
 
 impl Iterate {
     /// The chain and all its rows at this iterate.
-    pub fn evaluate<'a>(&self, model: &'a Model, limits: &'a LimitRows) -> Result<Evaluated<'a>, StepError> {
+    pub fn evaluate<'a>(
+        &self,
+        model: &'a Model,
+        limits: &'a LimitRows,
+        watch: Watch<'a>,
+    ) -> Result<Evaluated<'a>, StepError> {
         let opening = model.opening(self.stretch(), &self.inputs[0]);
         let mut defects = Vec::with_capacity(model.steps + 1);
         defects.push(model.difference(&opening.end, &self.states[0]));
         let mut steps = Vec::with_capacity(model.steps);
         for stage in 0..model.steps {
+            if watch.stopped_at(stage) {
+                return Err(StepError::Stopped);
+            }
             let step = model.step(stage, &self.states[stage], &self.inputs[stage + 1])?;
             defects.push(model.difference(&step.end, &self.states[stage + 1]));
             steps.push(step);
@@ -54,7 +65,13 @@ impl Iterate {
             };
             row.what.at(model, row.stage, &place)
         };
-        let rows = limits.rows.iter().map(value).collect();
+        let mut rows = Vec::with_capacity(limits.rows.len());
+        for (index, row) in limits.rows.iter().enumerate() {
+            if watch.stopped_at(index) {
+                return Err(StepError::Stopped);
+            }
+            rows.push(value(row));
+        }
         let finite = defects.iter().chain([&terminal]).all(|d| d.iter().all(|value| value.is_finite()));
         if !(finite && cost.is_finite()) {
             return Err(StepError::NotFinite);
@@ -71,6 +88,7 @@ impl Iterate {
             terminal_slope,
             rows,
             cost,
+            watch,
         })
     }
 
@@ -124,7 +142,12 @@ impl Iterate {
     }
 }
 
-impl Evaluated<'_> {
+impl<'a> Evaluated<'a> {
+    /// The same chain at another iterate.
+    pub fn elsewhere(&self, iterate: &Iterate) -> Result<Self, StepError> {
+        iterate.evaluate(self.model, self.limits, self.watch)
+    }
+
     /// The same with smooth rows: balls as half spaces.
     pub fn smooth(mut self) -> Self {
         self.rows.iter_mut().for_each(|value| *value = value.smooth());

@@ -122,13 +122,16 @@ impl Entries {
 
 impl Kkt {
     /// The matrix at an iterate with smooth rows, with `proximal` in the place of `ε` for rows; `None` where a step
-    /// of the dynamics cannot be differentiated.
+    /// of the dynamics cannot be differentiated, and where it is stopped.
     pub fn of(at: &Evaluated, multipliers: &Multipliers, active: &[bool], proximal: f64) -> Option<Self> {
         let (model, limits) = (at.model, at.limits);
         let curvature = blocks(at, multipliers).ok()?;
         let layout = KktLayout::of(model, limits, active);
         let mut entries = Entries::default();
         for (stage, curvature) in curvature.iter().enumerate() {
+            if at.watch.stopped_at(stage) {
+                return None;
+            }
             let (l, u, z) = (layout.costate[stage], layout.inputs[stage], layout.states[stage]);
             (0..model.n).for_each(|i| entries.both(l + i, z + i, -1.0));
             entries.coupling(l, u, at.input_slope(stage));

@@ -136,7 +136,7 @@ pub(crate) fn polished_only(
     watch: &Watch,
 ) -> Option<Convex> {
     let changes = rows.rows.iter().any(|row| matches!(row.what, What::InputRate { .. }));
-    let polished = match within::optimal_inputs(model, rows, start, multipliers) {
+    let polished = match within::optimal_inputs(model, rows, start, multipliers, watch) {
         Some(first) if changes => in_rounds(model, rows, first, options, watch),
         Some((start, known)) => polish(model, rows, &start, &known, options, Told::Roughly, watch),
         None => polish(model, rows, start, multipliers, options, Told::Roughly, watch),
@@ -170,13 +170,13 @@ fn in_rounds(
         if polished.is_some() || watch.stopped() {
             return polished;
         }
-        let free = FreeRamps::of(model, rows, &start, options)?;
+        let free = FreeRamps::of(model, rows, &start, options, watch)?;
         if (free.residual() / last - 1.0).abs() < SAME_ROUND {
             return free.decided(watch);
         }
         last = free.residual();
         let (iterate, multipliers) = free.step()?;
-        start = within::optimal_inputs(model, rows, &iterate, &multipliers)?;
+        start = within::optimal_inputs(model, rows, &iterate, &multipliers, watch)?;
     }
     None
 }
@@ -203,7 +203,8 @@ pub(crate) fn run(
     options: &ScpOptions,
     watch: &Watch,
 ) -> Option<Convex> {
-    let at = start.evaluate(model, rows).ok()?;
+    // What is stopped here still has this iterate to tell of.
+    let at = Evaluated { watch: *watch, ..start.evaluate(model, rows, Watch::NONE).ok()? };
     let weights = Weights { defect: 100.0, violation: vec![100.0; rows.groups.len()], radius: RADIUS.0 };
     let residuals = vec![at.largest_defect()];
     let subproblem = Subproblem::new(model, rows, options.cone_tolerance);
@@ -304,7 +305,7 @@ impl<'a> Scp<'a> {
     fn tried(&self, step: Move) -> Tried<'a> {
         let (model, limits) = (self.at.model, self.at.limits);
         let candidate = self.at.iterate.moved(model, &step.states, &step.inputs, 1.0);
-        let candidate = candidate.evaluate(model, limits).ok();
+        let candidate = candidate.evaluate(model, limits, *self.watch).ok();
         let before = self.merit(&self.at);
         let actual = candidate.as_ref().map_or(f64::NEG_INFINITY, |candidate| before - self.merit(candidate));
         // Below the cone solver's accuracy no ratio means anything: such moves are taken.

@@ -12,10 +12,12 @@
 //!
 //! Where the duration is sought it is a state more: `s`, as a multiple of the stated one, which every step leaves as it is
 //! and which is free at the start. All other quantities are in the units that go with the duration itself, so that a step
-//! of a free body does not know it. What does are the ends, what acts on the body, and the limits:
+//! of a free body does not know it. What does are the ends, what acts on the body, how far the reference frame turns, and
+//! the limits:
 //!
 //! ```text
 //! Π_0 = s Π_start ,   Π_N = s Π_end ,   the same of wheels ;     torque of the environment s² M(R) ;
+//! R_{k+1} = exp(−h s S(n)) R_k F_k in a frame that turns by n in the stated duration ;
 //! |u| ≤ s² u_max ,    |Δu| ≤ s³ u̇_max h ,    |Ω| ≤ s Ω_max ,    |h_i| ≤ s h_max
 //! ```
 //!
@@ -585,6 +587,11 @@ impl Model {
         let mut a = DMatrix::identity(self.n, self.n);
         a.rows_mut(zeta, 3).copy_from(&turn);
         a.view_mut((zeta, zeta), (3, 3)).copy_from(&drift.f.transpose());
+        if let Some(duration) = self.duration {
+            let passed = self.frame_rate() * (end.stretch * self.dynamics.grid.step(stage));
+            let mut back = a.fixed_view_mut::<3, 1>(zeta, duration);
+            back -= end.attitude.tr_mul(&passed);
+        }
         a.rows_mut(pi, 3).copy_from(&(hat(&end.momentum) * &turn));
         let mut block = a.view_mut((pi, pi), (3, 3));
         block += drift.f.transpose();
@@ -618,7 +625,9 @@ impl Model {
             let drift = self.dynamics.drift::<12>(stage, &mut point)?;
             let e = self.dynamics.drift_matrix(&drift);
             by_momentum.copy_from(&self.dynamics.drift_block(&drift, &e));
-            let end = ChainState { stretch: state.stretch, ..ChainState::of(&point, state.wheels.clone()) };
+            let attitude = self.hastened_frame(stage, state.stretch) * point.attitude.value;
+            let end = ChainState::of(&point, state.wheels.clone());
+            let end = ChainState { attitude, stretch: state.stretch, ..end };
             return Ok((end, DriftArc { f: drift.f, turn }));
         }
         let carried = self.wheel_momentum(&state.wheels);
@@ -626,8 +635,28 @@ impl Model {
         by_momentum.copy_from(&drift.by_momentum);
         turn.view_mut((0, 6), (3, self.wheels)).copy_from(&(drift.by_wheels * &self.wheel_axes));
         let attitude = self.dynamics.turned(stage, &(state.attitude * drift.f));
+        let attitude = self.hastened_frame(stage, state.stretch) * attitude;
         let end = ChainState { attitude, momentum: drift.momentum_after, ..state.clone() };
         Ok((end, DriftArc { f: drift.f, turn }))
+    }
+
+    /// Rotation of the reference frame in the stated duration, in its axes.
+    pub fn frame_rate(&self) -> Vector3 {
+        self.dynamics.frame_rate()
+    }
+
+    /// How much less than in the stated duration a turning frame lets attitudes fall back on step k of one that is `stretch`
+    /// times as long.
+    fn hastened_frame(&self, stage: usize, stretch: f64) -> Matrix3 {
+        if stretch == 1.0 || self.frame_rate() == Vector3::zeros() {
+            return Matrix3::identity();
+        }
+        lie::exp(&(self.frame_rate() * (self.dynamics.grid.step(stage) * (1.0 - stretch))))
+    }
+
+    /// `R_k F_k` of an attitude at the end of step k: without the turn of the reference frame over it.
+    pub fn unturned(&self, stage: usize, attitude: &Matrix3, stretch: f64) -> Matrix3 {
+        self.dynamics.unturned(stage, &self.hastened_frame(stage, stretch).tr_mul(attitude))
     }
 
     /// Physical angular velocity at stage k, and its derivatives with respect to state and inputs.

@@ -113,7 +113,7 @@ pub(crate) fn polish(
         if watch.stopped() {
             return None;
         }
-        let at = iterate.evaluate(model, rows).ok()?.smooth();
+        let at = iterate.evaluate(model, rows, *watch).ok()?.smooth();
         let newton = Newton::new(at, multipliers.clone(), options.polish_tolerance, stabilised, told);
         let (newton, report) = run(newton, options.newton, watch.interrupt);
         // At the end of its steps and where a matrix is singular the best point may do all the same.
@@ -140,8 +140,9 @@ impl<'a> FreeRamps<'a> {
         rows: &'a LimitRows,
         (iterate, multipliers): &(Iterate, Multipliers),
         options: &ScpOptions,
+        watch: &Watch<'a>,
     ) -> Option<Self> {
-        let at = iterate.evaluate(model, rows).ok()?.smooth();
+        let at = iterate.evaluate(model, rows, *watch).ok()?.smooth();
         let (tolerance, plain) = (options.polish_tolerance, Stabilised::Not);
         let mut newton = Newton::new(at, multipliers.clone(), tolerance, plain, Told::Exactly);
         let ends = newton.free_ramps();
@@ -167,7 +168,7 @@ impl<'a> FreeRamps<'a> {
             }
             let newton = &mut self.newton;
             let (iterate, multipliers) = newton.step()?;
-            newton.at = iterate.evaluate(newton.at.model, newton.at.limits).ok()?.smooth();
+            newton.at = newton.at.elsewhere(&iterate).ok()?.smooth();
             newton.multipliers = multipliers;
             newton.iterations += 1;
             newton.residuals = Residuals::of(&newton.at, &newton.multipliers);
@@ -319,7 +320,7 @@ impl Iteration for Newton<'_> {
 
     fn advance(&mut self) -> Option<Outcome> {
         let Some((iterate, multipliers)) = self.step() else { return Some(Outcome::Singular) };
-        match iterate.evaluate(self.at.model, self.at.limits) {
+        match self.at.elsewhere(&iterate) {
             Ok(evaluated) => self.at = evaluated.smooth(),
             Err(error) => return Some(outcome_of(error)),
         }
@@ -343,7 +344,7 @@ fn polished(at: &Evaluated, multipliers: &Multipliers, residual: f64, iterations
 /// An iterate that no Newton touches, with the residual that it has. Multipliers that are an interior
 /// point's round-off are cut to zero.
 pub(super) fn as_it_is(at: &Evaluated, multipliers: &Multipliers) -> Option<Polished> {
-    let at = at.iterate.evaluate(at.model, at.limits).ok()?.smooth();
+    let at = at.iterate.evaluate(at.model, at.limits, Watch::NONE).ok()?.smooth();
     Some(Newton::new(at, multipliers.clone(), 0.0, Stabilised::Not, Told::Roughly).best)
 }
 
@@ -546,7 +547,7 @@ fn direction(
             band.add(row, column, value);
         }
     }
-    if !band.solve(&mut right) {
+    if at.watch.stopped() || !band.solve(&mut right, &|row| at.watch.stopped_at(row)) {
         return None;
     }
     let part = |at: usize, count: usize| DVector::from_column_slice(&right[at..at + count]);

@@ -14,8 +14,8 @@ use crate::mechanics::environment::Pose;
 use crate::numerics::compensated::Sum;
 use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::driver::Report;
-use crate::optimize::methods::method::{Attempt, Budget, Method, Run};
-use crate::optimize::step::Point;
+use crate::optimize::methods::method::{Attempt, Budget, Method, Run, Watch};
+use crate::optimize::step::{Point, Units};
 use crate::{Matrix3, Vector3};
 use nalgebra::DVector;
 
@@ -81,21 +81,32 @@ impl Chain {
         cost / model.cost_scale
     }
 
-    /// What this chain, which has a goal, has found, as a candidate of the maneuver that states the duration found.
+    /// What this chain, which has a goal, has found, as a candidate of `planned`, the maneuver that states the duration found.
     /// Multipliers are derivatives of the user's cost.
-    pub fn of_given_duration(&self, found: Attempt) -> Attempt {
+    pub fn of_given_duration(&self, found: Attempt, planned: &Problem) -> Attempt {
         let Attempt { mut candidate, .. } = found;
-        let stretch = candidate.grid.duration();
-        // The unit of cost goes with the duration as `T^{-3}`.
-        let unit = self.model.dynamics.units.cost / stretch.powi(3);
-        let scale = 1.0 / (self.model.cost_scale * unit);
-        let size = self.model.duration.unwrap_or(self.model.n);
+        let model = &self.model;
+        let (units, stretch) = (Units::of(planned), candidate.grid.duration());
+        // Where the body moves fast at an end the unit of length goes with the duration.
+        let length = model.dynamics.units.length / units.length;
+        let in_lengths = |z: &DVector<f64>, by: f64| {
+            DVector::from_fn(z.len(), |row, _| if row < model.zeta() { z[row] * by } else { z[row] })
+        };
+        let scale = 1.0 / (model.cost_scale * units.cost);
+        let size = model.duration.unwrap_or(model.n);
         candidate.grid = candidate.grid.with_duration(1.0);
+        for state in &mut candidate.states {
+            state.position = Sum::new(state.position.value * length);
+            state.linear_momentum = Sum::new(state.linear_momentum.value * length);
+        }
+        for inputs in &mut candidate.inputs {
+            inputs[..model.forces].iter_mut().for_each(|force| *force *= length);
+        }
         for costate in &mut candidate.costates {
-            *costate = costate.rows(0, size) * scale;
+            *costate = in_lengths(&costate.rows(0, size).into_owned(), 1.0 / length) * scale;
         }
         let (terminal, rows) = &mut candidate.multipliers;
-        *terminal *= scale;
+        *terminal = in_lengths(terminal, 1.0 / length) * scale;
         for (row, multiplier) in self.rows.rows.iter().zip(rows) {
             // A row in the limit of the stated duration, or in the one that goes with its own.
             let grown = if row.what.is_ball() { 1.0 } else { stretch.powi(row.what.growth()) };
@@ -106,7 +117,7 @@ impl Chain {
 
     /// The worst violation of all rows at a candidate; `None` where it cannot be evaluated.
     pub fn worst_violation(&self, candidate: &Candidate) -> Option<f64> {
-        let evaluated = self.iterate(candidate).evaluate(&self.model, &self.rows).ok()?;
+        let evaluated = self.iterate(candidate).evaluate(&self.model, &self.rows, Watch::NONE).ok()?;
         Some(evaluated.rows.iter().map(|value| value.violation()).fold(f64::NEG_INFINITY, f64::max))
     }
 

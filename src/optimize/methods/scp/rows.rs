@@ -336,7 +336,7 @@ impl What {
                 RowValue::half(sign * rate[*axis] / limit - 1.0, Some(row(&state)), inputs.as_ref().map(row))
             }
             Self::Cone { arc, boresight, direction, sign, half_angle } => {
-                let (frame_rate, grid) = (model.dynamics.frame_rate(), &model.dynamics.grid);
+                let (frame_rate, grid) = (model.frame_rate() * place.state.stretch, &model.dynamics.grid);
                 let along = place.arc.filter(|_| *arc);
                 let turns = along.filter(|_| direction.turns_with_frame);
                 let pointing = BoresightArc {
@@ -362,6 +362,11 @@ impl What {
                         state += of_turn.tr_mul(&along.tr_mul(&slope)) * scale;
                     }
                     None => by_zeta.copy_from(&(slope * scale)),
+                }
+                if let Some(duration) = model.duration {
+                    let fallen = if direction.turns_with_frame { 0.0 } else { -grid.after(stage) };
+                    let passed = frame_rate * fallen + pointing.turn * fraction;
+                    state[duration] += pointing.along(fraction, &passed) * scale;
                 }
                 RowValue::half((cosine - sign * half_angle.cos()) * scale, Some(state), None)
             }
@@ -435,6 +440,13 @@ impl BoresightArc {
         let direction = lie::exp(&(self.turn * fraction)) * self.direction;
         let seen = attitude.tr_mul(&direction);
         (self.sign * self.boresight.dot(&seen), self.boresight.cross(&seen) * self.sign)
+    }
+
+    /// Change of the value at a fraction of the arc as the direction is turned by a rotation vector.
+    fn along(&self, fraction: f64, turned: &Vector3) -> f64 {
+        let boresight = self.attitude * (lie::exp(&(self.arc * fraction)) * self.boresight);
+        let direction = lie::exp(&(self.turn * fraction)) * self.direction;
+        self.sign * boresight.dot(&turned.cross(&direction))
     }
 
     /// First and second derivative along the arc.

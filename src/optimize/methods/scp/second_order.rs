@@ -35,9 +35,6 @@ const MET: f64 = 1e-9;
 /// Elimination takes the cube of the unknowns of each stage; beyond this many operations it is left out.
 const MOST_WORK: f64 = 1e11;
 
-/// Stages between two looks at who may stop the work.
-const POLLED: usize = 256;
-
 /// The number of independent directions in which the cost decreases at a polished point; 0: a strict local
 /// minimum. `None` where the second derivatives do not decide, there are too many unknowns, or it is stopped.
 pub(crate) fn descents(
@@ -51,7 +48,7 @@ pub(crate) fn descents(
     if largest_block.powi(3) * model.steps as f64 > MOST_WORK {
         return None;
     }
-    let evaluated = iterate.evaluate(model, rows).ok()?.smooth();
+    let evaluated = iterate.evaluate(model, rows, *watch).ok()?.smooth();
     let largest = multipliers.rows.iter().fold(0.0f64, |largest, value| largest.max(*value));
     let values = || evaluated.rows.iter().zip(&multipliers.rows);
     let sure: Vec<bool> = values().map(|(_, multiplier)| *multiplier > SURE * largest).collect();
@@ -113,7 +110,7 @@ impl Stages {
         let mut blocks = self.diagonal.into_iter();
         let mut schur = blocks.next()?;
         for (stage, (block, beside)) in blocks.zip(self.beside).enumerate() {
-            if stage.is_multiple_of(POLLED) && watch.stopped() {
+            if watch.stopped_at(stage) {
                 return None;
             }
             negative += MatrixInertia::of(schur.clone(), 0.0).negative;

@@ -106,14 +106,9 @@ fn chains() -> impl Iterator<Item = (Problem, Model)> {
     problems().into_iter().flat_map(|problem| {
         let grid = graded(problem.scheme, problem.steps);
         let models = [Model::new(&problem, problem.steps), Model::of(&problem, Dynamics::on(&problem, grid))];
-        let seeking = problem.environment.frame_rate() == Vector3::zeros();
         let fuel = Fuel { time_price: Some(0.1), ..Fuel::default() };
         let goals = [Objective::Time, Objective::Fuel(fuel)].map(|objective| Goal { objective, share: 1e-2 });
-        let seeking: Vec<Model> = goals
-            .iter()
-            .filter(|_| seeking)
-            .map(|goal| Model::with_goal(&problem, problem.steps, goal))
-            .collect();
+        let seeking = goals.map(|goal| Model::with_goal(&problem, problem.steps, &goal));
         models.into_iter().chain(seeking).map(move |model| (problem.clone(), model))
     })
 }
@@ -183,7 +178,7 @@ fn the_curvature_of_a_step_is_the_derivative_of_what_carries_costates_back() {
             let end = model.step(stage, &states[stage], &inputs[stage + 1]).unwrap().end;
             states.push(end);
         }
-        let at = Iterate { states, inputs }.evaluate(&model, &rows).unwrap();
+        let at = Iterate { states, inputs }.evaluate(&model, &rows, Watch::NONE).unwrap();
         let costates = (0..=model.steps).map(|_| DVector::from_fn(model.n, |_, _| random.uniform()));
         let costates: Vec<DVector<f64>> = costates.collect();
         let terminal = DVector::zeros(model.terminal_count());

@@ -15,6 +15,7 @@ use super::curvature::Multipliers;
 use super::iterate::Iterate;
 use super::model::Model;
 use super::rows::{LimitRow, LimitRows, What};
+use crate::optimize::methods::method::Watch;
 use nalgebra::DMatrix;
 use std::collections::VecDeque;
 
@@ -28,6 +29,7 @@ pub(super) fn optimal_inputs(
     rows: &LimitRows,
     start: &Iterate,
     multipliers: &Multipliers,
+    watch: &Watch,
 ) -> Option<(Iterate, Multipliers)> {
     let diagonal = DMatrix::from_diagonal(&model.weight.diagonal()) == model.weight;
     let together = |row: &LimitRow| matches!(row.what, What::InputNorm { .. });
@@ -35,7 +37,7 @@ pub(super) fn optimal_inputs(
         return None;
     }
     let (mut start, mut multipliers) = (start.clone(), multipliers.clone());
-    let evaluated = start.evaluate(model, rows).ok()?;
+    let evaluated = start.evaluate(model, rows, *watch).ok()?;
     let (first, stages) = (model.first_input(), model.first_input()..=model.steps);
     let mut courses: Vec<Input> = (0..model.m)
         .map(|input| Input {

@@ -9,8 +9,10 @@ use super::flow::Node;
 use super::smooth::{INTERVALS, Path, Smooth, Smoothed, descend};
 use crate::{Matrix3, Vector3, lie};
 
-/// Parts of the limits that the largest input of a first path has where the duration is sought.
+/// Parts of the limits that the largest input of a first path has where the duration is sought: one after the other until a path
+/// is found or, where fuel counts and more time may cost less, all of them.
 const LEVELS: [f64; 3] = [0.7, 0.4, 0.9];
+const LEVELS_FUEL: [f64; 5] = [0.7, 0.4, 0.2, 0.1, 0.05];
 
 /// The least that a level leaves to the motion, where the inputs work without any.
 const ABOVE_IDLE: f64 = 0.25;
@@ -113,7 +115,7 @@ fn guess(extremal: &Extremal, phi: &Vector3, try_index: usize) -> Option<Smoothe
     let (start, end) = (extremal.start_rate, extremal.end_rate);
     let (duration, mut epsilon) = match extremal.given_duration {
         Some(duration) => (duration, EASY[try_index]),
-        None => (duration_at(extremal, &inverse, phi, LEVELS[try_index])?, 1.0),
+        None => (duration_at(extremal, &inverse, phi, levels(extremal)[try_index])?, 1.0),
     };
     let (a, b) = cubic(phi, &start, &end, duration);
     let node = |k: usize| {
@@ -141,7 +143,13 @@ fn guess(extremal: &Extremal, phi: &Vector3, try_index: usize) -> Option<Smoothe
     Some(Smoothed { path: Path::equal(epsilon * m, duration, nodes), epsilon })
 }
 
-fn relaxed(extremal: &Extremal, from: &Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
+/// Where first paths of a sought duration begin.
+fn levels(extremal: &Extremal) -> &'static [f64] {
+    if extremal.counts_fuel() { &LEVELS_FUEL } else { &LEVELS }
+}
+
+/// A smoothed extremal at its own ε, from a path near it.
+pub(super) fn relaxed(extremal: &Extremal, from: &Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
     let smooth = Smooth { extremal, epsilon: from.epsilon, bias: Bias::default(), accurate: false };
     let path = smooth.solve(from.path.clone(), 1e-3, 20, sweeps)?;
     Some(Smoothed { path, epsilon: from.epsilon })
@@ -190,24 +198,31 @@ fn through_bodies(
     Some(at)
 }
 
-/// A smoothed extremal for the rotation vector `phi`, at the ε where branches are told apart.
-pub(super) fn base(extremal: &Extremal, phi: &Vector3, sweeps: &mut usize) -> Option<Smoothed> {
-    let isotropic = (extremal.j - Matrix3::identity() * (extremal.j.trace() / 3.0)).amax() < 1e-9;
-    for try_index in 0..LEVELS.len() {
-        let direct = |sweeps: &mut usize| relaxed(extremal, &guess(extremal, phi, try_index)?, sweeps);
-        let found = if isotropic {
-            direct(sweeps)
-        } else {
-            through_bodies(extremal, phi, try_index, false, sweeps)
-                .or_else(|| through_bodies(extremal, phi, try_index, true, sweeps))
-                .or_else(|| direct(sweeps))
-        };
-        if let Some(found) = found
-            && let Ok(found) =
-                descend(extremal, &found, BRANCHING.min(found.epsilon), &Bias::default(), sweeps)
-        {
-            return Some(found);
+/// Smoothed extremals for the rotation vector `phi`, at the ε where branches are told apart: one, or where fuel counts and the
+/// duration is sought one for each first path that leads to it.
+pub(super) fn bases(extremal: &Extremal, phi: &Vector3, sweeps: &mut usize) -> Vec<Smoothed> {
+    let several = extremal.counts_fuel() && extremal.given_duration.is_none();
+    let tries = if extremal.given_duration.is_some() { EASY.len() } else { levels(extremal).len() };
+    let mut found = Vec::new();
+    for try_index in 0..tries {
+        found.extend(base(extremal, phi, try_index, sweeps));
+        if !several && !found.is_empty() {
+            break;
         }
     }
-    None
+    found
+}
+
+/// The same from one first path.
+fn base(extremal: &Extremal, phi: &Vector3, try_index: usize, sweeps: &mut usize) -> Option<Smoothed> {
+    let isotropic = (extremal.j - Matrix3::identity() * (extremal.j.trace() / 3.0)).amax() < 1e-9;
+    let direct = |sweeps: &mut usize| relaxed(extremal, &guess(extremal, phi, try_index)?, sweeps);
+    let found = if isotropic {
+        direct(sweeps)
+    } else {
+        through_bodies(extremal, phi, try_index, false, sweeps)
+            .or_else(|| through_bodies(extremal, phi, try_index, true, sweeps))
+            .or_else(|| direct(sweeps))
+    }?;
+    descend(extremal, &found, BRANCHING.min(found.epsilon), &Bias::default(), sweeps).ok()
 }

@@ -3,7 +3,7 @@
 //! A symmetric maneuver's unbiased path stays on its symmetric branch, a saddle; a bias of the switching functions tips
 //! it off where branches part, and vanishes with ε.
 
-use super::base::{BRANCHING, base};
+use super::base::{BRANCHING, bases, relaxed};
 use super::extremal::{Bias, Extremal};
 use super::smooth::{Smooth, Smoothed, descend};
 use crate::maneuver::problem::Path as Way;
@@ -32,25 +32,62 @@ const COMPARED: f64 = 0.008;
 /// The same where fuel counts.
 const COMPARED_FUEL: f64 = 0.02;
 
-/// A base that costs more than the best by this is no rival.
+/// A base that costs more than the best by this is no rival; and where fuel counts and the duration is sought.
 const RIVAL_BASE: f64 = 1.15;
+const RIVAL_BASE_FUEL: f64 = 2.0;
+
+/// How the end is turned for first paths where there are none without \[rad\].
+const TILTS: [Vector3; 4] = [
+    Vector3::new(0.03, 0.02, -0.01),
+    Vector3::new(-0.02, 0.03, 0.02),
+    Vector3::new(-0.03, -0.01, 0.03),
+    Vector3::new(0.01, -0.03, -0.02),
+];
+
+/// Rotation vectors from the axes of the body to those that biases lie along: a maneuver with a symmetry has that along axes
+/// of the body as a rule, and what lies along them as well tips nothing.
+const ASKEW: Vector3 = Vector3::new(0.3, -0.5, 0.7);
+const OTHERWISE: Vector3 = Vector3::new(-0.9, 0.4, 1.3);
+
+/// Inputs that differ by more than this in what they give have branches that one set of biases misses; and so far is a body
+/// from a sphere that small ones miss some.
+const UNLIKE: f64 = 1.2;
 
 /// What branches are tried with: nothing, and where more than the quickest answer is wanted, biases.
-fn biases(thoroughness: Thoroughness) -> Vec<Bias> {
-    let sizes: &[f64] = match thoroughness {
+fn biases(extremal: &Extremal, thoroughness: Thoroughness) -> Vec<Bias> {
+    let along_axes = Vector3::zeros();
+    let sets: &[(f64, Vector3)] = match thoroughness {
         Thoroughness::Quick => &[],
-        Thoroughness::Default => &[1.0],
-        Thoroughness::Thorough => &[1.0, 0.5, 2.0],
+        Thoroughness::Default if extremal.unlikeness() < UNLIKE && extremal.roundness() < UNLIKE => {
+            &[(1.0, ASKEW)]
+        }
+        Thoroughness::Default if extremal.unlikeness() < UNLIKE => &[(2.0, ASKEW)],
+        Thoroughness::Default => &[(1.0, ASKEW), (2.0, OTHERWISE), (2.0, ASKEW)],
+        Thoroughness::Thorough => &[
+            (1.0, ASKEW),
+            (2.0, OTHERWISE),
+            (2.0, ASKEW),
+            (0.5, ASKEW),
+            (1.0, OTHERWISE),
+            (1.0, along_axes),
+            (2.0, along_axes),
+        ],
     };
-    let scaled = |size: &f64| {
+    let of_set = |(size, askew): &(f64, Vector3)| {
         let size = *size;
-        directions().map(move |bias| Bias { constant: size * bias.constant, linear: size * bias.linear })
+        directions(extremal, askew)
+            .map(move |bias| Bias { constant: size * bias.constant, linear: size * bias.linear })
     };
-    std::iter::once(Bias::default()).chain(sizes.iter().flat_map(scaled)).collect()
+    std::iter::once(Bias::default()).chain(sets.iter().flat_map(of_set)).collect()
 }
 
-/// Constant biases along each axis, and mixed ones.
-pub(super) fn directions() -> impl Iterator<Item = Bias> {
+/// Biases that tip a path off a symmetry late.
+pub(super) fn tips(extremal: &Extremal) -> impl Iterator<Item = Bias> {
+    directions(extremal, &ASKEW)
+}
+
+/// Constant biases along each of three axes, and mixed ones, of a size that tips each input alike whatever its limit.
+fn directions(extremal: &Extremal, askew: &Vector3) -> impl Iterator<Item = Bias> + use<> {
     let constant = (0..6).map(|k| Bias {
         constant: Vector3::ith(k / 2, if k % 2 == 0 { 2.0 } else { -2.0 }),
         linear: Vector3::zeros(),
@@ -61,7 +98,9 @@ pub(super) fn directions() -> impl Iterator<Item = Bias> {
         let constant = Vector3::ith(a, 2.0 * sign(0)) + Vector3::ith((a + 2) % 3, 1.4);
         Bias { constant, linear: Vector3::ith((a + 1) % 3, 2.0 * sign(1)) }
     });
-    constant.chain(mixed)
+    let tipped = extremal.alike() * lie::exp(askew);
+    let turned = move |bias: Bias| Bias { constant: tipped * bias.constant, linear: tipped * bias.linear };
+    constant.chain(mixed).map(turned)
 }
 
 /// Rotation vectors to the target: those that are asked for; of the best the short way, and the other where it may be
@@ -91,23 +130,38 @@ pub(super) fn branches(
     stop: &dyn Fn() -> bool,
     sweeps: &mut usize,
 ) -> Vec<Smoothed> {
-    let mut bases: Vec<Smoothed> = Vec::new();
+    let mut from: Vec<Smoothed> = Vec::new();
+    let add = |found: Smoothed, from: &mut Vec<Smoothed>| {
+        if !from.iter().any(|known| same(extremal, known, &found)) {
+            from.push(found);
+        }
+    };
     for phi in ways(extremal, &ask.path) {
-        if let Some(found) = base(extremal, &phi, sweeps)
-            && !bases.iter().any(|known| same(extremal, known, &found))
-        {
-            bases.push(found);
+        bases(extremal, &phi, sweeps).into_iter().for_each(|found| add(found, &mut from));
+    }
+    // In less time than a turn about the axis of a symmetry takes there is no extremal that has the symmetry.
+    for tilt in TILTS.iter().take_while(|_| !stop()) {
+        if !from.is_empty() {
+            break;
+        }
+        let end_attitude = extremal.end_attitude * lie::exp(tilt);
+        let tilted = Extremal { end_attitude, ..extremal.clone() };
+        for phi in ways(extremal, &ask.path) {
+            let near = bases(&tilted, &phi, sweeps);
+            let found = near.iter().filter_map(|near| relaxed(extremal, near, sweeps)).collect::<Vec<_>>();
+            found.into_iter().for_each(|found| add(found, &mut from));
         }
     }
     let least = |found: &[Smoothed]| found.iter().map(|one| one.cost(extremal)).fold(f64::INFINITY, f64::min);
-    let limit = RIVAL_BASE * least(&bases);
-    bases.retain(|one| one.cost(extremal) <= limit);
+    let sought_fuel = extremal.counts_fuel() && extremal.given_duration.is_none();
+    let limit = if sought_fuel { RIVAL_BASE_FUEL } else { RIVAL_BASE } * least(&from);
+    from.retain(|one| one.cost(extremal) <= limit);
     let angle = lie::log(&extremal.end_attitude).norm();
     // Switching functions of minimum time grow with the angle; those of fuel are of the size of its price.
     let target = if extremal.counts_fuel() { COMPARED_FUEL } else { COMPARED * angle.clamp(0.03, 1.0) };
     let mut found: Vec<Smoothed> = Vec::new();
-    for from in &bases {
-        for bias in biases(ask.thoroughness) {
+    for from in &from {
+        for bias in biases(extremal, ask.thoroughness) {
             if stop() {
                 break;
             }

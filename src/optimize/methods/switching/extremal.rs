@@ -226,6 +226,11 @@ impl Extremal {
         self.costs.iter().any(|cost| *cost != 0.0)
     }
 
+    /// Whether the shortest time is sought under a limit of each input.
+    pub fn seeks_time(&self) -> bool {
+        !self.counts_fuel() && self.given_duration.is_none() && matches!(self.law, Law::Inputs(_))
+    }
+
     /// Number of switching functions.
     pub fn switching_count(&self) -> usize {
         self.costs.len()
@@ -244,6 +249,34 @@ impl Extremal {
         match &self.law {
             Law::Inputs(axes) => axes[input],
             Law::Norm(limit) => -0.5 * limit / e.norm() * e,
+        }
+    }
+
+    /// `(Σ a aᵀ)^{−1/2}` of the axes, of determinant 1: costates of one size in these axes switch all inputs alike.
+    pub fn alike(&self) -> Matrix3 {
+        let eigen = self.authority().symmetric_eigen();
+        let mean = eigen.eigenvalues.product().cbrt();
+        let sizes = eigen.eigenvalues.map(|value| (mean / value).sqrt());
+        eigen.eigenvectors * Matrix3::from_diagonal(&sizes) * eigen.eigenvectors.transpose()
+    }
+
+    /// How much more the inputs give along one axis than along another: 1 where all are alike.
+    pub fn unlikeness(&self) -> f64 {
+        let values = self.authority().symmetric_eigenvalues();
+        (values.max() / values.min()).sqrt()
+    }
+
+    /// The largest principal moment over the smallest: 1 of a sphere.
+    pub fn roundness(&self) -> f64 {
+        let values = self.j.symmetric_eigenvalues();
+        values.max() / values.min()
+    }
+
+    /// `Σ a aᵀ` of the axes: all are alike under a limit of the norm.
+    fn authority(&self) -> Matrix3 {
+        match &self.law {
+            Law::Inputs(axes) => axes.iter().map(|axis| axis * axis.transpose()).sum(),
+            Law::Norm(_) => Matrix3::identity(),
         }
     }
 

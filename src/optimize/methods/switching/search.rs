@@ -1,10 +1,13 @@
 //! From branches to the answer: each rival branch is brought to its limit, and the shortest is taken.
 
 use super::arcs::{Arcs, MOST_SWITCHES};
-use super::branches::{Ask, branches, directions};
+use super::branches::{Ask, branches, tips};
 use super::certificate::Certificate;
+use super::eigenaxis;
 use super::extremal::{Bias, Extremal, Law};
 use super::smooth::{Smooth, Smoothed, descend, settle};
+use crate::maneuver::problem::Path as Way;
+use crate::maneuver::settings::Thoroughness;
 
 /// A gap below this part of the cost is none, and one below that can stay.
 pub(crate) const NO_GAP: f64 = 1e-7;
@@ -13,6 +16,12 @@ const SMALL_GAP: f64 = 1e-4;
 /// A branch that costs more than the best by this is no rival, in time and in fuel.
 const RIVAL: f64 = 1.015;
 const RIVAL_FUEL: f64 = 1.1;
+
+/// Less than this part of a duration is no gain, and durations that differ by less are one.
+const NO_GAIN: f64 = 1e-6;
+const SAME: f64 = 1e-9;
+/// Switching functions of this part of the largest are those of inputs that are not used.
+const UNUSED: f64 = 1e-6;
 
 /// Most corrections of the sequence of switches; one after which the gap is the same, to this part, led back.
 const MOST_CHANGES: usize = 8;
@@ -104,8 +113,27 @@ pub(crate) struct Found {
     pub newtons: usize,
 }
 
-/// Searches the best extremals; what is found before `stop` says so is kept.
+/// Searches the best extremals; what is found before `stop` says so is kept. A plan that is no quicker than the turn about a
+/// fixed axis is a saddle as a rule: then the search becomes a thorough one.
 pub(crate) fn search(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool) -> Found {
+    let found = search_once(extremal, ask, stop);
+    let slow = || {
+        let quickest = found.limits.first()?.duration();
+        Some(quickest >= eigenaxis::duration(extremal)? * (1.0 - NO_GAIN))
+    };
+    let again = ask.thoroughness == Thoroughness::Default && ask.path == Way::Best && extremal.seeks_time();
+    if !again || stop() || slow() != Some(true) {
+        return found;
+    }
+    let mut more = search_once(extremal, &Ask { thoroughness: Thoroughness::Thorough, ..*ask }, stop);
+    more.limits.extend(found.limits);
+    more.limits.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
+    more.limits.dedup_by(|a, b| (a.cost(extremal) - b.cost(extremal)).abs() <= SAME * b.cost(extremal));
+    let [sweeps, newtons] = [more.sweeps + found.sweeps, more.newtons + found.newtons];
+    Found { sweeps, newtons, ..more }
+}
+
+fn search_once(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool) -> Found {
     let mut found = Found::default();
     let rivals = branches(extremal, ask, stop, &mut found.sweeps);
     found.branches = rivals.len();
@@ -117,9 +145,28 @@ pub(crate) fn search(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool) ->
         }
         let limit = end_game(extremal, rival, ask, stop, &mut found);
         found.limits.push(limit);
+        // Branches may part below the ε at which they were compared.
+        if ask.thoroughness != Thoroughness::Quick
+            && rests_on_a_symmetry(extremal, rival)
+            && let Some(tipped) = tipped(extremal, rival, stop, &mut found)
+        {
+            let limit = end_game(extremal, &tipped, ask, stop, &mut found);
+            found.limits.push(limit);
+        }
     }
     found.limits.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
     found
+}
+
+/// Whether a branch of minimum time has inputs that a symmetry alone keeps out of use: as a rule it is a saddle.
+fn rests_on_a_symmetry(extremal: &Extremal, branch: &Smoothed) -> bool {
+    let size = |input: usize| {
+        let nodes = branch.path.nodes.iter();
+        nodes.map(|node| extremal.switching(input, &node.e).abs()).fold(0.0, f64::max)
+    };
+    let sizes: Vec<f64> = (0..extremal.axes().len()).map(size).collect();
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    extremal.seeks_time() && sizes.iter().any(|size| *size <= UNUSED * largest)
 }
 
 /// A branch to its limit: as arcs, at once or from a smaller ε, or as a smoothed extremal.
@@ -193,7 +240,7 @@ fn tipped(
     stop: &dyn Fn() -> bool,
     found: &mut Found,
 ) -> Option<Smoothed> {
-    let reached = directions().take_while(|_| !stop()).filter_map(|bias| {
+    let reached = tips(extremal).take_while(|_| !stop()).filter_map(|bias| {
         let reached = descend(extremal, rival, LAST, &bias, &mut found.sweeps).ok()?;
         let unbiased = Smooth { extremal, epsilon: LAST, bias: Bias::default(), accurate: false };
         let path = unbiased.solve(reached.path, 0.1 * LAST, TIPPED_ITERATIONS, &mut found.sweeps)?;

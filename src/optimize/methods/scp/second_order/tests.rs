@@ -116,7 +116,7 @@ impl Reduced<'_> {
 
     /// Terminal conditions and acting rows.
     fn conditions(&self, inputs: &DVector<f64>) -> DVector<f64> {
-        let evaluated = self.iterate(inputs).evaluate(self.model, self.rows).unwrap();
+        let evaluated = self.iterate(inputs).evaluate(self.model, self.rows, Watch::NONE).unwrap();
         let mut values: Vec<f64> = evaluated.terminal.iter().copied().collect();
         for (value, _) in evaluated.rows.iter().zip(&self.acting).filter(|(_, acting)| **acting) {
             let RowValue::Half { c, .. } = value.smooth() else { panic!("an idle row acts") };
