@@ -18,6 +18,9 @@ use crate::numerics::eight::Number;
 use crate::numerics::three::{Matrix, Vector, dot, scaled, splat, sum, written};
 use crate::{Matrix3, Vector3};
 
+/// An axis with less of it beside others is no third one.
+const ASIDE: f64 = 0.1;
+
 /// What limits the torque.
 #[derive(Clone, Debug)]
 pub(crate) enum Law {
@@ -252,12 +255,22 @@ impl Extremal {
         }
     }
 
-    /// `(Σ a aᵀ)^{−1/2}` of the axes, of determinant 1: costates of one size in these axes switch all inputs alike.
+    /// `A⁻ᵀ` of the first three axes that span the space, of determinant 1: what is of one size in these coordinates switches
+    /// each of these inputs alike, in whatever axes the body is described.
     pub fn alike(&self) -> Matrix3 {
-        let eigen = self.authority().symmetric_eigen();
-        let mean = eigen.eigenvalues.product().cbrt();
-        let sizes = eigen.eigenvalues.map(|value| (mean / value).sqrt());
-        eigen.eigenvectors * Matrix3::from_diagonal(&sizes) * eigen.eigenvectors.transpose()
+        let mut columns: Vec<Vector3> = Vec::with_capacity(3);
+        let mut across: Vec<Vector3> = Vec::with_capacity(3);
+        for axis in self.axes() {
+            let rest = across.iter().fold(*axis, |rest, unit| rest - unit * unit.dot(axis));
+            if columns.len() < 3 && rest.norm() > ASIDE * axis.norm() {
+                across.push(rest.normalize());
+                columns.push(*axis);
+            }
+        }
+        let [first, second, third] = columns[..] else { return Matrix3::identity() };
+        let axes = Matrix3::from_columns(&[first, second, third]);
+        let size = axes.determinant().abs().cbrt();
+        (axes / size).transpose().try_inverse().unwrap_or_else(Matrix3::identity)
     }
 
     /// How much more the inputs give along one axis than along another: 1 where all are alike.
