@@ -68,7 +68,7 @@ impl Batch {
     /// Refuses a folder that has a file of the name that the plan file of a case will have.
     ///
     /// # Errors
-    /// [`FileError::Exists`].
+    /// [`FileError::Exists`](crate::files::export::FileError::Exists).
     pub fn check_plans(&self, folder: &Path, shard: Shard) -> Result<(), BatchError> {
         let names: HashSet<_> = std::fs::read_dir(folder)
             .into_iter()
