@@ -8,10 +8,13 @@
 
 #[path = "../tests/common/hostile.rs"]
 mod hostile;
+#[path = "common/process.rs"]
+mod process;
 #[path = "../tests/common/random.rs"]
 mod random;
 
 use hostile::{Answer, Corpus, READERS};
+use process::own_cpu_seconds;
 use random::Random;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -34,9 +37,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let complain = |what: &str| {
             println!("input {index}, {reader:?}: {what}\n{}\n", String::from_utf8_lossy(&bytes));
         };
-        let before = cpu_seconds();
+        let before = own_cpu_seconds();
         let outcome = catch_unwind(AssertUnwindSafe(|| corpus.read(reader, &bytes)));
-        let took = cpu_seconds() - before;
+        let took = own_cpu_seconds() - before;
         if took > LONGEST {
             hangs += 1;
             complain(&format!("{took:.1} s"));
@@ -60,13 +63,4 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "{count} inputs: {panics} panics, {hangs} above a second, {silent} without place, reason or remedy"
     );
     if panics + hangs + silent > 0 { Err("see above".into()) } else { Ok(()) }
-}
-
-/// CPU time of all threads so far \[s\], in hundredths; zero where the system does not tell.
-fn cpu_seconds() -> f64 {
-    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    // After the name in parentheses, which may hold anything.
-    let fields = stat.rsplit_once(')').map_or("", |(_, rest)| rest).split_whitespace();
-    let ticks: f64 = fields.skip(11).take(2).filter_map(|text| text.parse::<f64>().ok()).sum();
-    ticks / 100.0
 }

@@ -4,13 +4,16 @@
 //! default, on Linux. Attitude slews of 50 steps with uncertain inertia, end and duration; SIGKILL leaves the process no say. Ends
 //! with 1 where the results differ, or where a run ended before it could be killed.
 
+#[path = "common/process.rs"]
+mod process;
 #[path = "../tests/common/random.rs"]
 mod random;
 
+use process::{beside_this, peak_memory};
 use random::Random;
 use std::fs::{self, File};
 use std::io::{BufReader, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use std::{env, thread};
@@ -58,14 +61,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let took = began.elapsed();
     let size = fs::metadata(folder.join("whole.jsonl"))?.len();
     println!(
-        "{cases} cases in {:.0} s, {:.0} a second, a file of {} MB, peak memory {peak} MB",
+        "{cases} cases in {:.0} s, {:.0} a second, a file of {} MB, peak memory {:.0} MB",
         took.as_secs_f64(),
         cases as f64 / took.as_secs_f64(),
-        size / 1_000_000
+        size / 1_000_000,
+        peak / 1e6
     );
 
     let mut killed = 0;
-    let mut most = 0;
+    let mut most = 0.0_f64;
     loop {
         let mut run = start(&slew, &folder, "killed.jsonl")?;
         // So early that there is work left for the kills after it.
@@ -80,7 +84,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let same = same_bytes(&folder.join("whole.jsonl"), &folder.join("killed.jsonl"))?;
     println!(
-        "killed {killed} times, peak memory of the last run {most} MB: {}",
+        "killed {killed} times, peak memory of the last run {:.0} MB: {}",
+        most / 1e6,
         if same { "the same bytes" } else { "DIFFERENT" }
     );
     fs::remove_dir_all(&folder)?;
@@ -93,15 +98,15 @@ fn start(slew: &Path, folder: &Path, output: &str) -> std::io::Result<Child> {
     command.stdin(Stdio::null()).stdout(Stdio::null()).spawn()
 }
 
-/// Waits for the end, or kills after some time. Peak memory \[MB\], `None` where it was killed.
-fn watched(run: &mut Child, patience: Option<Duration>) -> Result<Option<u64>, Box<dyn std::error::Error>> {
-    let (began, mut peak) = (Instant::now(), 0);
+/// Waits for the end, or kills after some time. Peak memory \[bytes\], `None` where it was killed.
+fn watched(run: &mut Child, patience: Option<Duration>) -> Result<Option<f64>, Box<dyn std::error::Error>> {
+    let (began, mut peak) = (Instant::now(), 0.0_f64);
     loop {
         if let Some(status) = run.try_wait()? {
             let ended = status.success().then_some(Some(peak));
             return ended.ok_or_else(|| format!("the run ended with {status}").into());
         }
-        peak = memory(run.id()).unwrap_or(0).max(peak);
+        peak = peak_memory(&run.id().to_string()).unwrap_or(0.0).max(peak);
         if patience.is_some_and(|patience| began.elapsed() > patience) {
             run.kill()?;
             run.wait()?;
@@ -109,13 +114,6 @@ fn watched(run: &mut Child, patience: Option<Duration>) -> Result<Option<u64>, B
         }
         thread::sleep(Duration::from_millis(20));
     }
-}
-
-/// Peak memory of a process that runs \[MB\].
-fn memory(process: u32) -> Option<u64> {
-    let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
-    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    Some(peak.trim().trim_end_matches("kB").trim().parse::<u64>().ok()? / 1000)
 }
 
 fn same_bytes(a: &Path, b: &Path) -> std::io::Result<bool> {
@@ -132,12 +130,4 @@ fn same_bytes(a: &Path, b: &Path) -> std::io::Result<bool> {
             return Ok(true);
         }
     }
-}
-
-/// The binary that was built with this example.
-fn beside_this(name: &str) -> Result<PathBuf, Box<dyn std::error::Error>> {
-    let built = env::current_exe()?.parent().and_then(Path::parent).map(|folder| folder.join(name));
-    built
-        .filter(|path| path.exists())
-        .ok_or_else(|| "no binary beside this example: `cargo build --release`".into())
 }

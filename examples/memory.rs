@@ -6,11 +6,15 @@
 //!
 //! Ends with 1 where a plan takes more than the larger figure, or the smaller figure is more than three times what it takes.
 
+#[path = "common/process.rs"]
+mod process;
+
+use process::peak_memory;
 use slewkit::files::spec::{Override, read};
 use slewkit::plan::{PeakMemory, Silent, plan};
 use slewkit::studies::methods::compare;
+use std::env;
 use std::process::Command;
-use std::{env, fs};
 
 /// Maneuvers of `problems/`, and what is set in them.
 const CASES: [(&str, &[&str]); 12] = [
@@ -88,9 +92,6 @@ fn taken(comparing: bool, case: usize, steps: usize) -> Result<(), Box<dyn std::
     } else {
         plan(&problem, &settings, None, &mut Silent)?;
     }
-    let status = fs::read_to_string("/proc/self/status")?;
-    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).ok_or("no peak")?;
-    let kib: f64 = peak.trim().trim_end_matches("kB").trim().parse()?;
-    println!("{}", 1024.0 * kib);
+    println!("{}", peak_memory("self").ok_or("no peak")?);
     Ok(())
 }

@@ -8,6 +8,10 @@
 //! two take turns, and the best round of each counts, so that what else the machine does disturbs both alike; where it does
 //! much, the time of the processor, of Linux, tells more. `NAME`, as `bare`, picks one.
 
+#[path = "common/process.rs"]
+mod process;
+
+use process::{own_cpu_seconds, peak_memory};
 use slewkit::batch::{Batch, Journal, Options, Shard, Tally, run};
 use slewkit::files::spec::{Base, Format, Override};
 use slewkit::lie;
@@ -66,9 +70,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     std::fs::remove_dir_all(&folder)?;
     // Of Linux: the most that was resident at any time.
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    if let Some(peak) = status.lines().find_map(|line| line.strip_prefix("VmHWM:")) {
-        println!("  peak memory {}", peak.trim());
+    if let Some(peak) = peak_memory("self") {
+        println!("  peak memory {:.0} MB", peak / 1e6);
     }
     Ok(())
 }
@@ -78,10 +81,10 @@ fn told(name: &str, rounds: usize, cases: u64, solved: &mut dyn FnMut(usize) -> 
     let (mut best, mut count, mut least) = ([0.0_f64; 2], [0; 2], f64::INFINITY);
     for _ in 0..rounds {
         for threads in [1, 2] {
-            let (began, before) = (Instant::now(), processor_seconds());
+            let (began, before) = (Instant::now(), own_cpu_seconds());
             count[threads - 1] = solved(threads);
             if threads == 1 {
-                least = least.min((processor_seconds() - before) / cases as f64);
+                least = least.min((own_cpu_seconds() - before) / cases as f64);
             }
             let rate = cases as f64 / began.elapsed().as_secs_f64();
             best[threads - 1] = best[threads - 1].max(rate);
@@ -94,15 +97,6 @@ fn told(name: &str, rounds: usize, cases: u64, solved: &mut dyn FnMut(usize) -> 
         1e6 * least,
         count[0]
     );
-}
-
-/// Time that processors have worked for this process; NaN where the system does not tell. Ticks are of a hundredth of a second.
-fn processor_seconds() -> f64 {
-    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let after = text.rsplit_once(')').map_or("", |(_, after)| after);
-    let ticks: Vec<f64> = after.split_whitespace().filter_map(|word| word.parse().ok()).collect();
-    // Behind the name and the letter of the state: user and system time are the eleventh and twelfth number.
-    ticks.get(10).zip(ticks.get(11)).map_or(f64::NAN, |(user, system)| (user + system) / 100.0)
 }
 
 fn batch(cases: u64, steps: usize, settings: &[&str]) -> Result<Batch, Box<dyn Error>> {

@@ -15,6 +15,8 @@ use slewkit::maneuver::{Outcome, Problem, ProblemError};
 use slewkit::plan::{self, Control, Guess, Observer, PlanError, Progress, Status};
 use slewkit::report::plan_page;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Arguments of `slew plan`.
 #[derive(Debug, clap::Args)]
@@ -132,5 +134,9 @@ impl Observer for Watcher<'_> {
         let Progress { rung, start, steps, elapsed, .. } = progress;
         self.0.progress(|| format!("  {elapsed:.1} s  {rung}, start {start}, {steps} steps"));
         if interrupt::requested() { Control::Stop } else { Control::Continue }
+    }
+
+    fn stop_flag(&self) -> Option<Arc<AtomicBool>> {
+        Some(interrupt::flag())
     }
 }

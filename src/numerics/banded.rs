@@ -43,7 +43,13 @@ impl Banded {
     #[inline(always)]
     fn eliminate(&mut self, b: &mut [f64], stopped: &dyn Fn(usize) -> bool) -> bool {
         let (size, half, width) = (self.size, self.half, self.width());
-        let largest = self.rows.iter().fold(0.0f64, |largest, value| largest.max(value.abs()));
+        let mut largest = 0.0f64;
+        for (row, values) in self.rows.chunks_exact(width).enumerate() {
+            if stopped(row) {
+                return false;
+            }
+            largest = values.iter().fold(largest, |largest, value| largest.max(value.abs()));
+        }
         let negligible = largest * f64::EPSILON * 1e-4;
         for k in 0..size {
             if stopped(k) {

@@ -15,7 +15,9 @@
 
 use super::sparse::{Sparse, SparseParts};
 use clarabel::qdldl::{QDLDLFactorisation, QDLDLSettings};
-use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
+use clarabel::solver::{DefaultInfo, DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use thiserror::Error;
 
 /// One factor of the cone `K`, with the number of rows it takes (except as noted).
@@ -141,6 +143,8 @@ pub(crate) enum Reason {
     Iterations,
     /// Time limit.
     Time,
+    /// Somebody asked to stop.
+    Stopped,
     /// The steps became too short, or the linear algebra broke down.
     Numerical,
 }
@@ -266,6 +270,11 @@ impl ConeSolver {
         self.solver.update_settings(settings).map_err(solver_error)
     }
 
+    /// Ends the solves to come after the iteration in which `flag` is set.
+    pub fn heed(&mut self, flag: Arc<AtomicBool>) {
+        self.solver.set_termination_callback(move |_: &DefaultInfo<f64>| flag.load(Ordering::Relaxed));
+    }
+
     /// Solves the program as it stands.
     pub fn solve(&mut self) -> Answer {
         self.solver.solve();
@@ -287,9 +296,8 @@ impl ConeSolver {
             SolverStatus::MaxTime => failed(Reason::Time, finite(&solution.z)),
             SolverStatus::InsufficientProgress => failed(Reason::Numerical, finite(&solution.z)),
             // After a numerical error the arrays may hold the solution of an earlier solve.
-            SolverStatus::NumericalError | SolverStatus::Unsolved | SolverStatus::CallbackTerminated => {
-                numerical
-            }
+            SolverStatus::NumericalError | SolverStatus::Unsolved => numerical,
+            SolverStatus::CallbackTerminated => failed(Reason::Stopped, None),
         }
     }
 

@@ -5,6 +5,8 @@ use crate::maneuver::solution::{ConvexWork, Outcome, Rung};
 use crate::optimize::candidate::Candidate;
 use crate::optimize::sweep::Node;
 use nalgebra::DVector;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// A way to improve a candidate.
@@ -30,11 +32,13 @@ const POLLED: usize = 256;
 pub(crate) struct Watch<'a> {
     pub interrupt: Interrupt<'a>,
     pub deadline: Option<Instant>,
+    /// Set where somebody asks to stop, for work that cannot ask.
+    pub flag: Option<&'a Arc<AtomicBool>>,
 }
 
 impl Watch<'_> {
     /// Nobody, and never.
-    pub const NONE: Watch<'static> = Watch { interrupt: &|| None, deadline: None };
+    pub const NONE: Watch<'static> = Watch { interrupt: &|| None, deadline: None, flag: None };
 
     /// What is left of the time \[s\], more than nothing.
     pub fn seconds_left(&self) -> f64 {

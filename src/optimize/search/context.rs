@@ -6,6 +6,8 @@ use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Budget, Watch};
 use crate::optimize::sweep::Listener;
 use std::cell::{Cell, RefCell};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// What an observer of a solve is told.
@@ -36,6 +38,12 @@ pub trait Observer {
     fn on_progress(&mut self, _progress: &Progress) -> Control {
         Control::Continue
     }
+
+    /// A flag that is set where somebody asks to stop. Inside the cone solver, which may take seconds on fine grids, nobody can be
+    /// called: between its iterations it looks at this flag alone.
+    fn stop_flag(&self) -> Option<Arc<AtomicBool>> {
+        None
+    }
 }
 
 /// Nobody watches.
@@ -51,6 +59,7 @@ pub(crate) struct Context<'a> {
     pub began: Instant,
     at: RefCell<(Rung, String, usize)>,
     stopped: Cell<Option<Outcome>>,
+    flag: Option<Arc<AtomicBool>>,
     pub ladder: RefCell<Vec<RungReport>>,
 }
 
@@ -58,6 +67,7 @@ impl<'a> Context<'a> {
     pub fn new(settings: &'a Settings, observer: &'a mut dyn Observer) -> Self {
         Self {
             settings,
+            flag: observer.stop_flag(),
             observer: RefCell::new(observer),
             began: Instant::now(),
             at: RefCell::new((Rung::Newton, "ballistic".into(), 0)),
@@ -86,7 +96,7 @@ impl<'a> Context<'a> {
     /// Hands a budget to `work`, with as many iterations as the settings allow.
     pub fn within<T>(&self, work: impl FnOnce(&Budget) -> T) -> T {
         let interrupt = || self.interrupt();
-        let watch = Watch { interrupt: &interrupt, deadline: self.deadline() };
+        let watch = Watch { interrupt: &interrupt, deadline: self.deadline(), flag: self.flag.as_ref() };
         work(&Budget { iterations: self.settings.max_iterations, watch })
     }
 

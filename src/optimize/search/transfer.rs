@@ -4,6 +4,7 @@ use crate::Vector3;
 use crate::lie;
 use crate::mechanics::environment::Pose;
 use crate::optimize::candidate::Candidate;
+use crate::optimize::methods::scp::iterate::Iterate;
 use crate::optimize::methods::scp::model::ChainState;
 use crate::optimize::methods::scp::road::{Chain, iterate, multipliers, with_iterate};
 use crate::optimize::methods::scp::rows::LimitRows;
@@ -28,7 +29,8 @@ pub(super) fn transfer(grids: [&Chain; 2], found: &Candidate) -> Candidate {
             smooth.at(low, share)
         })
         .collect();
-    let mut start = first_iterate::along(fine, &grids[1].rows, &poses, known.stretch());
+    let path = first_iterate::states_along(fine, &poses, known.stretch());
+    let mut start = Iterate { states: path, inputs: vec![vec![0.0; fine.m]; fine.steps + 1] };
     for (stage, state) in start.states.iter_mut().enumerate() {
         let (low, share) = between(stage);
         state.wheels = &states[low].wheels * (1.0 - share) + &states[low + 1].wheels * share;

@@ -6,11 +6,26 @@ use super::rows::{LimitRows, What};
 use crate::Vector3;
 use crate::lie::vee;
 use crate::mechanics::environment::Pose;
+use crate::optimize::methods::method::Watch;
 use nalgebra::{DMatrix, DVector};
 
 /// The iterate that follows `poses` (one per node, scaled) in `stretch` times the stated duration, as far as inputs within
-/// their limits allow: what they cannot give is left as defects of the momenta.
-pub(crate) fn along(model: &Model, rows: &LimitRows, poses: &[Pose], stretch: f64) -> Iterate {
+/// their limits allow: what they cannot give is left as defects of the momenta. Once somebody asks to stop the inputs that are left
+/// are zero.
+pub(crate) fn along(model: &Model, rows: &LimitRows, poses: &[Pose], stretch: f64, watch: &Watch) -> Iterate {
+    let states = states_along(model, poses, stretch);
+    let mut stopped = false;
+    let of_stage = |stage: usize| {
+        stopped = stopped || watch.stopped_at(stage);
+        if stopped { vec![0.0; model.m] } else { inputs(model, rows, &states, stage) }
+    };
+    let inputs = (0..=model.steps).map(of_stage).collect();
+    Iterate { states, inputs }
+}
+
+/// The states of a body that follows `poses` (one per node, scaled) in `stretch` times the stated duration; wheels, where there
+/// are any, take up what its momentum lacks.
+pub(crate) fn states_along(model: &Model, poses: &[Pose], stretch: f64) -> Vec<ChainState> {
     let j_d = &model.dynamics.j_d;
     let mut states: Vec<ChainState> = Vec::with_capacity(poses.len());
     let (axes, first) = model.channel(false);
@@ -36,8 +51,7 @@ pub(crate) fn along(model: &Model, rows: &LimitRows, poses: &[Pose], stretch: f6
         }
         states.push(state);
     }
-    let inputs = (0..=model.steps).map(|stage| inputs(model, rows, &states, stage)).collect();
-    Iterate { states, inputs }
+    states
 }
 
 /// The cheapest inputs that make up for what the step into `stage` lacks, cut to their limits.

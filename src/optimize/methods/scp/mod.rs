@@ -207,7 +207,7 @@ pub(crate) fn run(
     let at = Evaluated { watch: *watch, ..start.evaluate(model, rows, Watch::NONE).ok()? };
     let weights = Weights { defect: 100.0, violation: vec![100.0; rows.groups.len()], radius: RADIUS.0 };
     let residuals = vec![at.largest_defect()];
-    let subproblem = Subproblem::new(model, rows, options.cone_tolerance);
+    let subproblem = Subproblem::new(model, rows, options.cone_tolerance, *watch);
     let scp = Scp { options, watch, at, multipliers, weights, subproblem, polished: None, residuals };
     if let Some(stopped) = (watch.interrupt)() {
         return Some(scp.conclude(stopped, 0));
@@ -229,10 +229,10 @@ impl Iteration for Scp<'_> {
     /// One subproblem.
     fn advance(&mut self) -> Option<Outcome> {
         let curvature = self.curvature();
-        self.subproblem.seconds_left = self.watch.seconds_left();
         let step = match self.subproblem.solve(&self.at, &curvature, &self.weights, None) {
             Ok(step) => step,
             Err(Failure::Time) => return Some(Outcome::TimeLimit),
+            Err(Failure::Stopped) => return Some(Outcome::Interrupted),
             Err(Failure::Numerical) => {
                 // Shorter steps and no curvature are the better conditioned subproblem.
                 self.weights.radius *= 0.25;
@@ -241,7 +241,6 @@ impl Iteration for Scp<'_> {
             }
         };
         let mut tried = self.tried(step);
-        self.subproblem.seconds_left = self.watch.seconds_left();
         if tried.ratio < CORRECTED
             && (self.watch.interrupt)().is_none()
             && let Some(first) = &tried.candidate

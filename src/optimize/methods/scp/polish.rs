@@ -542,12 +542,15 @@ fn direction(
         .max()
         .unwrap_or(0);
     let mut band = Banded::new(layout.size, half);
-    for (row, column, value) in entries {
+    for (index, (row, column, value)) in entries.into_iter().enumerate() {
+        if at.watch.stopped_at(index) {
+            return None;
+        }
         if value != 0.0 {
             band.add(row, column, value);
         }
     }
-    if at.watch.stopped() || !band.solve(&mut right, &|row| at.watch.stopped_at(row)) {
+    if !band.solve(&mut right, &|row| at.watch.stopped_at(row)) {
         return None;
     }
     let part = |at: usize, count: usize| DVector::from_column_slice(&right[at..at + count]);

@@ -44,7 +44,7 @@ impl Method for ConvexIteration<'_> {
     fn improve(&self, candidate: Candidate, budget: &Budget) -> Attempt {
         let Chain { model, rows } = self.chain;
         let multipliers = (!candidate.costates.is_empty()).then(|| multipliers(&candidate));
-        let start = self.chain.iterate(&candidate);
+        let start = self.chain.iterate(&candidate, &budget.watch);
         let found = run(model, rows, start, multipliers, self.options, &budget.watch);
         self.chain.attempt(candidate, found)
     }
@@ -53,7 +53,7 @@ impl Method for ConvexIteration<'_> {
 impl Method for ActiveSetNewton<'_> {
     fn improve(&self, candidate: Candidate, budget: &Budget) -> Attempt {
         let Chain { model, rows } = self.chain;
-        let (start, multipliers) = (self.chain.iterate(&candidate), multipliers(&candidate));
+        let (start, multipliers) = (self.chain.iterate(&candidate, &budget.watch), multipliers(&candidate));
         let found = polished_only(model, rows, &start, &multipliers, self.options, &budget.watch);
         self.chain.attempt(candidate, found)
     }
@@ -117,15 +117,17 @@ impl Chain {
 
     /// The worst violation of all rows at a candidate; `None` where it cannot be evaluated.
     pub fn worst_violation(&self, candidate: &Candidate) -> Option<f64> {
-        let evaluated = self.iterate(candidate).evaluate(&self.model, &self.rows, Watch::NONE).ok()?;
+        let evaluated =
+            self.iterate(candidate, &Watch::NONE).evaluate(&self.model, &self.rows, Watch::NONE).ok()?;
         Some(evaluated.rows.iter().map(|value| value.violation()).fold(f64::NEG_INFINITY, f64::max))
     }
 
     /// The iterate of a candidate: as it is, or the first one along its path.
-    fn iterate(&self, candidate: &Candidate) -> Iterate {
+    fn iterate(&self, candidate: &Candidate, watch: &Watch) -> Iterate {
         if candidate.inputs.is_empty() {
             let poses: Vec<Pose> = candidate.states.iter().map(Point::pose).collect();
-            return first_iterate::along(&self.model, &self.rows, &poses, candidate.grid.duration());
+            let stretch = candidate.grid.duration();
+            return first_iterate::along(&self.model, &self.rows, &poses, stretch, watch);
         }
         iterate(candidate)
     }
@@ -134,7 +136,7 @@ impl Chain {
     pub fn opened(&self, path: &Candidate) -> Candidate {
         let poses: Vec<Pose> = path.states.iter().map(Point::pose).collect();
         let Iterate { states, inputs } =
-            first_iterate::along(&self.model, &LimitRows::default(), &poses, 1.0);
+            first_iterate::along(&self.model, &LimitRows::default(), &poses, 1.0, &Watch::NONE);
         Candidate { states: states.iter().map(ChainState::point).collect(), inputs, ..path.clone() }
     }
 

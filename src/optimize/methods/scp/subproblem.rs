@@ -24,7 +24,9 @@ use super::model::{Model, STRETCHED};
 use super::rows::{Kink, LimitRows, RowValue};
 use crate::optimize::convex::cone::{Answer, Cone, ConeError, ConeSettings, ConeSolver, Program, Reason};
 use crate::optimize::convex::sparse::{Sparse, SparseParts};
+use crate::optimize::methods::method::Watch;
 use nalgebra::{DMatrix, DVector};
+use std::sync::Arc;
 
 /// Weights and trust radius of a subproblem.
 #[derive(Clone, Debug)]
@@ -58,6 +60,8 @@ pub(crate) enum Failure {
     Numerical,
     /// It ran out of time.
     Time,
+    /// Somebody asked to stop.
+    Stopped,
 }
 
 /// Builds and solves subproblems; the pattern is made once.
@@ -67,8 +71,8 @@ pub(crate) struct Subproblem<'a> {
     solver: Option<ConeSolver>,
     /// Accuracy asked of the cone solver.
     tolerance: f64,
-    /// What the next solve may take \[s\].
-    pub seconds_left: f64,
+    /// Who may end a solve.
+    watch: Watch<'a>,
     /// Wall time inside the cone solver \[s\].
     pub seconds: f64,
     /// Interior-point iterations in all.
@@ -146,16 +150,8 @@ impl Writer {
 }
 
 impl<'a> Subproblem<'a> {
-    pub fn new(model: &'a Model, rows: &'a LimitRows, tolerance: f64) -> Self {
-        Self {
-            model,
-            rows,
-            solver: None,
-            tolerance,
-            seconds_left: f64::INFINITY,
-            seconds: 0.0,
-            iterations: 0,
-        }
+    pub fn new(model: &'a Model, rows: &'a LimitRows, tolerance: f64, watch: Watch<'a>) -> Self {
+        Self { model, rows, solver: None, tolerance, watch, seconds: 0.0, iterations: 0 }
     }
 
     /// The best move from an iterate. `curvature` holds a positive semidefinite matrix per stage. With `after`, where a move
@@ -171,8 +167,11 @@ impl<'a> Subproblem<'a> {
         let (program, places) = self.program(&layout, at, curvature, weights, after);
         let answer = self.answer(program).map_err(|_| Failure::Numerical)?;
         let Some(optimum) = answer.step() else {
-            let late = matches!(answer, Answer::Failed { reason: Reason::Time, .. });
-            return Err(if late { Failure::Time } else { Failure::Numerical });
+            return Err(match answer {
+                Answer::Failed { reason: Reason::Time, .. } => Failure::Time,
+                Answer::Failed { reason: Reason::Stopped, .. } => Failure::Stopped,
+                _ => Failure::Numerical,
+            });
         };
         let part = |at: usize, count: usize| DVector::from_column_slice(&optimum.x[at..at + count]);
         let dual = |at: usize, count: usize| -DVector::from_column_slice(&optimum.z[at..at + count]);
@@ -211,12 +210,17 @@ impl<'a> Subproblem<'a> {
             Some(solver) if solver.fits(&program) => solver.update(program)?,
             _ => {
                 let settings = ConeSettings { tolerance: self.tolerance, ..ConeSettings::default() };
-                self.solver = Some(ConeSolver::new(program, &settings)?);
+                let mut solver = ConeSolver::new(program, &settings)?;
+                if let Some(flag) = self.watch.flag {
+                    solver.heed(Arc::clone(flag));
+                }
+                self.solver = Some(solver);
             }
         }
         let solver = self.solver.as_mut().expect("made above");
-        if self.seconds_left.is_finite() {
-            solver.set_time_limit(self.seconds_left)?;
+        let seconds_left = self.watch.seconds_left();
+        if seconds_left.is_finite() {
+            solver.set_time_limit(seconds_left)?;
         }
         let answer = solver.solve();
         let work = solver.work();

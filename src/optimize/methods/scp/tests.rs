@@ -349,7 +349,7 @@ fn straight(model: &Model) -> Vec<Pose> {
 fn converge(problem: &Problem, options: &ScpOptions) -> (Model, Convex) {
     let model = Model::new(problem, problem.steps);
     let rows = LimitRows::of(problem, &model);
-    let start = first_iterate::along(&model, &rows, &straight(&model), 1.0);
+    let start = first_iterate::along(&model, &rows, &straight(&model), 1.0, &Watch::NONE);
     let convex = run(&model, &rows, start, None, options, &Watch::NONE).unwrap();
     (model, convex)
 }

@@ -255,7 +255,7 @@ fn descents_are_those_of_the_cost_along_curves_that_keep_what_acts() {
             let solved = |problem: &Problem| {
                 let model = Model::new(problem, problem.steps);
                 let rows = LimitRows::of(problem, &model);
-                let start = first_iterate::along(&model, &rows, &poses(&found), 1.0);
+                let start = first_iterate::along(&model, &rows, &poses(&found), 1.0, &Watch::NONE);
                 run(&model, &rows, start, None, &options, &Watch::NONE)?.polished
             };
             let mut fence = |depth: f64| {
