@@ -12,10 +12,10 @@
 //! the length of the maneuver; the sum of the changes is compensated. Rounding is then relative to
 //! the changes, and the end is good to 1e-13 after 10 steps as after 10⁶.
 
-use super::WitnessError;
 use super::compensated::Compensated;
 use super::motion::{Phase, Scale, angular_velocity};
 use super::series::{Stretch, change};
+use super::verification::WitnessError;
 use crate::mechanics::environment::{Pose, Wrench};
 use crate::propagate::adaptive::integrate;
 use crate::propagate::plant::{Output, Plant};

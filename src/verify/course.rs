@@ -3,8 +3,10 @@
 
 use super::continuous::Continuous;
 use super::discrete::Discrete;
+use super::held::PIECES;
 use super::motion::{Inputs, Phase, judgeable};
-use super::{PIECES, WitnessError, rows};
+use super::rows;
+use super::verification::WitnessError;
 use crate::lie;
 use crate::maneuver::constraint::{Arc, Pointing, Rule};
 use crate::maneuver::problem::Problem;

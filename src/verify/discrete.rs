@@ -15,10 +15,10 @@
 //! (2.4, 3.22–3.26, 4.5–4.7.) The equation for F is solved in its exponential form, and every
 //! update is a small increment to a compensated sum: a million steps end within 1e-13.
 
-use super::WitnessError;
 use super::compensated::Compensated;
 use super::implicit::{Implicit, exp_minus_identity};
 use super::motion::Phase;
+use super::verification::WitnessError;
 use crate::Vector3;
 use crate::maneuver::constraint::Arc;
 use crate::maneuver::problem::Scheme;

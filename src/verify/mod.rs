@@ -21,6 +21,7 @@ mod compensated;
 mod continuous;
 mod course;
 mod discrete;
+mod held;
 mod implicit;
 mod margins;
 mod motion;
@@ -30,6 +31,7 @@ mod pulses;
 mod rows;
 mod series;
 mod symplectic;
+mod verification;
 pub(crate) mod watch;
 mod way;
 mod wheels;
@@ -41,167 +43,17 @@ pub use course::{Clearance, Course, course};
 pub use margins::{ConeAngle, Margin, NodeMargins, cone_angles, margins_at_nodes, worst_violation};
 pub use motion::Phase;
 pub use rows::{cost, effort, margins, replay, swept};
+pub use verification::{Check, Testimony, Verification, WitnessError};
 
-use crate::maneuver::constraint::{Arc, Rule};
-use crate::maneuver::problem::{Motion, Problem, ProblemError};
-use crate::maneuver::solution::{TerminalError, Trajectory};
+use crate::maneuver::constraint::Rule;
+use crate::maneuver::problem::Problem;
+use crate::maneuver::solution::Trajectory;
 use crate::numerics::parallel;
-use crate::propagate::plant::Plant;
 use crate::{Vector3, lie};
-use continuous::Continuous;
-use discrete::Discrete;
-use margins::Meter;
-use motion::{InOrder, Inputs, Scale, judgeable};
-use order::Stage;
-use serde::{Deserialize, Serialize};
+use held::{OnWindows, Symplectic, continuous_end, held_witnesses};
+use motion::{Inputs, Scale, judgeable};
 use std::sync::atomic::AtomicBool;
-use thiserror::Error;
 use watch::Watch;
-use window::{Marks, Window};
-
-/// What the witnesses found. All errors are at `t = T`, against the terminal conditions of the problem
-/// unless the name says otherwise.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Verification {
-    /// Discrete equations re-propagated with the exponential form: attitude error \[rad\].
-    pub discrete_attitude_rad: f64,
-    /// The same: momentum error, `|ΔΠ| T / J_mean`.
-    pub discrete_momentum_relative: f64,
-    /// The same on SE(3): position error over the unit of length.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub discrete_position_relative: Option<f64>,
-    /// The same on SE(3): linear momentum error over mass · length / `T`.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub discrete_linear_momentum_relative: Option<f64>,
-    /// Continuous equations of motion, torque held over each step: attitude error \[rad\].
-    pub continuous_attitude_rad: f64,
-    /// The same: rate error [rad/s].
-    pub continuous_rate_rad_s: f64,
-    /// The same with the torque interpolated linearly over each step: attitude error \[rad\].
-    pub interpolated_attitude_rad: f64,
-    /// The same, interpolated: rate error [rad/s].
-    pub interpolated_rate_rad_s: f64,
-    /// The same, held, on SE(3): position error \[m\].
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub continuous_position_m: Option<f64>,
-    /// The same, held, on SE(3): velocity error [m/s].
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub continuous_velocity_m_s: Option<f64>,
-    /// The symplectic witness, torque held over each step, from where the continuous one begins the last window:
-    /// attitude error \[rad\]. `None` where it cannot judge, which [`Verification::witnesses`] says.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub symplectic_attitude_rad: Option<f64>,
-    /// The same: rate error [rad/s].
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub symplectic_rate_rad_s: Option<f64>,
-    /// The same on SE(3): position error \[m\].
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub symplectic_position_m: Option<f64>,
-    /// The same on SE(3): velocity error [m/s].
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub symplectic_velocity_m_s: Option<f64>,
-    /// Largest scaled distance between the ends of the symplectic and the continuous witness in a window.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub symplectic_to_continuous: Option<f64>,
-    /// Observed order at which the discrete witness, with the held torque at h, h/2, h/4, converges to
-    /// the continuous one over the windows; `None` at round-off, or where it could not be computed.
-    pub order: Option<f64>,
-    /// Largest norm of the actuator torque at the nodes [N·m].
-    pub peak_torque_n_m: f64,
-    /// Largest norm of the angular velocity at the nodes [rad/s].
-    pub peak_rate_rad_s: f64,
-    /// Every limit and constraint with its smallest margin, in the order of the problem.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub margins: Vec<Margin>,
-    /// Which witnesses ran, by what method, over how many steps of the plan.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub witnesses: Vec<Testimony>,
-    /// Why a witness could not reach the end, if one could not; its numbers are then NaN.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub failure: Option<String>,
-    /// Every check, with value, limit and verdict.
-    pub checks: Vec<Check>,
-}
-
-/// Which witness ran over how many steps of the plan.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Testimony {
-    /// "discrete", "continuous, held torque", "continuous, linear torque", "order", "symplectic".
-    pub witness: String,
-    /// Its method; or why it does not judge.
-    pub method: String,
-    /// Steps of the plan it ran over: all, or those of the windows.
-    pub steps: usize,
-    /// In how many stretches.
-    pub windows: usize,
-}
-
-/// One named check.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Check {
-    /// What was checked.
-    pub name: String,
-    /// The value found.
-    pub value: f64,
-    /// The limit it was held against.
-    pub limit: f64,
-    /// Whether it holds.
-    pub passed: bool,
-}
-
-/// Why a witness could not reach the end.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum WitnessError {
-    /// The problem itself is unusable.
-    #[error(transparent)]
-    Problem(#[from] ProblemError),
-    /// The recorded rows do not fit the problem.
-    #[error("the plan has {found} {what}, the problem needs {expected}")]
-    Rows {
-        /// Which numbers.
-        what: &'static str,
-        /// How many there are.
-        found: usize,
-        /// How many there should be.
-        expected: usize,
-    },
-    /// The scheme of a moving body knows inertial reference frames only.
-    #[error("a body that moves cannot be judged in a turning reference frame")]
-    TurningFrame,
-    /// The implicit equation has no solution below 90° in a step.
-    #[error(
-        "at t = {time} s the body turns too far for one step of {step} s: the implicit equation has no physical solution"
-    )]
-    StepTooLong {
-        /// Start of that step \[s\].
-        time: f64,
-        /// Its length \[s\].
-        step: f64,
-    },
-    /// The times of the nodes do not rise.
-    #[error("the step at t = {time} s has the length {step} s: it must be positive and finite")]
-    Step {
-        /// Start of that step \[s\].
-        time: f64,
-        /// Its length \[s\].
-        step: f64,
-    },
-    /// The adaptive integrator gave up.
-    #[error("at t = {time} s the continuous equations of motion could not be integrated to the tolerance")]
-    Continuous {
-        /// Start of that step of the plan \[s\].
-        time: f64,
-    },
-    /// The caller asked to stop, or the time was over.
-    #[error("the witnesses were stopped before they had finished")]
-    Stopped,
-    /// A number became NaN or infinite.
-    #[error("at t = {time} s a number is no longer finite")]
-    NotFinite {
-        /// When \[s\].
-        time: f64,
-    },
-}
 
 /// Judges a plan for `problem` by all witnesses.
 ///
@@ -382,54 +234,6 @@ struct Judged {
 }
 
 impl Verification {
-    /// Whether every check holds.
-    pub fn passed(&self) -> bool {
-        !self.checks.is_empty() && self.checks.iter().all(|check| check.passed)
-    }
-
-    /// Whether the witnesses were stopped before they had finished.
-    pub fn was_stopped(&self) -> bool {
-        self.failure.as_ref().is_some_and(|failure| *failure == WitnessError::Stopped.to_string())
-    }
-
-    /// Terminal error of the discrete witness.
-    pub fn discrete(&self) -> TerminalError {
-        TerminalError {
-            attitude_rad: self.discrete_attitude_rad,
-            momentum_relative: self.discrete_momentum_relative,
-            position_relative: self.discrete_position_relative,
-            linear_momentum_relative: self.discrete_linear_momentum_relative,
-        }
-    }
-
-    fn unknown(motion: Motion) -> Self {
-        let on_se3 = (motion == Motion::RigidBody).then_some(f64::NAN);
-        Self {
-            discrete_attitude_rad: f64::NAN,
-            discrete_momentum_relative: f64::NAN,
-            discrete_position_relative: on_se3,
-            discrete_linear_momentum_relative: on_se3,
-            continuous_attitude_rad: f64::NAN,
-            continuous_rate_rad_s: f64::NAN,
-            interpolated_attitude_rad: f64::NAN,
-            interpolated_rate_rad_s: f64::NAN,
-            continuous_position_m: on_se3,
-            continuous_velocity_m_s: on_se3,
-            peak_torque_n_m: f64::NAN,
-            peak_rate_rad_s: f64::NAN,
-            ..Self::default()
-        }
-    }
-
-    /// A check that holds when `value ≤ limit`; NaN never does.
-    fn at_most(&mut self, name: &str, value: f64, limit: f64) {
-        self.checks.push(Check { name: name.into(), value, limit, passed: value <= limit });
-    }
-
-    fn ran(&mut self, witness: &str, method: impl Into<String>, steps: usize, windows: usize) {
-        self.witnesses.push(Testimony { witness: witness.into(), method: method.into(), steps, windows });
-    }
-
     /// The witnesses, two at a time; the findings of those that came to an end stay.
     fn witness(
         &mut self,
@@ -529,138 +333,7 @@ impl Verification {
 /// Steps from which a second thread takes less time than waking it.
 const WORTH_A_THREAD: usize = 400;
 
-/// What the witnesses of the held torque find.
-struct Held {
-    method: &'static str,
-    end: Phase,
-    /// Margins of rates and cones of the continuous motion, where there are constraints.
-    margins: Vec<Margin>,
-    windows: Result<OnWindows, WitnessError>,
-}
-
-/// What the witnesses find on the windows.
-struct OnWindows {
-    /// Steps of the plan, and number of windows.
-    steps: usize,
-    windows: usize,
-    /// Or why that witness does not judge.
-    symplectic: Result<Symplectic, &'static str>,
-    order: order::Comparison,
-}
-
-/// What the symplectic witness finds.
-struct Symplectic {
-    /// End of the last window, which is that of the plan.
-    end: Phase,
-    order: usize,
-    apart: f64,
-    limit: f64,
-}
-
-/// The continuous witness under the held torque, and those that start from where it has been.
-fn held_witnesses(
-    plant: &Plant,
-    inputs: &Inputs,
-    start: &Phase,
-    watch: &Watch,
-) -> Result<Held, WitnessError> {
-    let Passage { end, method, margins, windows } = held_end(plant, inputs, start, watch)?;
-    let stage = Stage { plant, inputs, windows: &windows, watch: *watch };
-    let on_windows = || {
-        let mut symplectic = Err("has not run");
-        for finer in symplectic::FINER {
-            let next = match symplectic::ends(plant, inputs, &windows, finer, watch)? {
-                Err(why) => Err(why),
-                Ok((ends, order)) => {
-                    let (apart, limit) = stage.agreement(&ends)?;
-                    // There is a window wherever there is a step.
-                    Ok(Symplectic { end: ends[ends.len() - 1], order, apart, limit })
-                }
-            };
-            // Too many finer steps say nothing that the coarser ones have not said.
-            if next.is_err() && symplectic.is_ok() {
-                break;
-            }
-            let agrees = next.as_ref().is_ok_and(|found: &Symplectic| found.apart <= found.limit);
-            symplectic = next;
-            if agrees || matches!(&symplectic, Err(why) if *why != symplectic::NO_CONVERGENCE) {
-                break;
-            }
-        }
-        let order = stage.compare()?;
-        Ok(OnWindows { steps: stage.steps(), windows: windows.len(), symplectic, order })
-    };
-    let windows = on_windows();
-    Ok(Held { method, end, margins, windows })
-}
-
 /// Whether the problem has cones.
 fn points(problem: &Problem) -> bool {
     problem.constraints.iter().any(|constraint| matches!(constraint.rule, Rule::Pointing(_)))
-}
-
-/// Pieces of a step between which the continuous motion is taken for a rotation about one axis: it strays from
-/// that by the square of their length, a small part of what the discrete motion strays by (`tests/it/witnesses/margins.rs`).
-const PIECES: usize = 8;
-
-/// What the continuous witness has passed.
-struct Passage {
-    end: Phase,
-    method: &'static str,
-    margins: Vec<Margin>,
-    windows: Vec<Window>,
-}
-
-/// End of the continuous motion under the held torque and its method, its margins of rates and cones where there are
-/// constraints, and where it was at the ends of each window.
-fn held_end(plant: &Plant, inputs: &Inputs, start: &Phase, watch: &Watch) -> Result<Passage, WitnessError> {
-    let problem = plant.problem;
-    let mut body = Continuous::new(plant, start);
-    let mut marks = Marks::new(problem, &inputs.grid, start);
-    let pieces = if problem.constraints.is_empty() { 1 } else { PIECES };
-    let piece = problem.step() / pieces as f64;
-    let mut meter = (pieces > 1).then(|| Meter::every(piece, problem));
-    if let Some(meter) = &mut meter {
-        meter.rate(0.0, &problem.start.angular_velocity);
-    }
-    marks.pass(0, &body);
-    let mut outputs = InOrder::new(inputs);
-    for k in 0..problem.steps {
-        watch.step(k)?;
-        let held = outputs.held(k);
-        let Some(meter) = &mut meter else {
-            body.advance(inputs.grid.after(k), inputs.grid.step(k), &held, &held)?;
-            marks.pass(k + 1, &body);
-            continue;
-        };
-        for index in pieces * k..pieces * (k + 1) {
-            let (time, before) = (index as f64 * piece, body.inertial_attitude());
-            body.advance(time, piece, &held, &held)?;
-            let turn = lie::minus(&body.inertial_attitude(), &before);
-            meter.arc(time, &Arc { start: before, turn });
-            meter.rate(time + piece, &body.phase(time + piece).angular_velocity(problem));
-        }
-        marks.pass(k + 1, &body);
-    }
-    let margins = meter.map_or_else(Vec::new, |meter| meter.margins());
-    let (end, method) = (body.phase(problem.duration), body.method());
-    Ok(Passage { end, method, margins, windows: marks.windows() })
-}
-
-/// End of the continuous motion under the torque that is linear between the rows of the plan.
-fn continuous_end(
-    plant: &Plant,
-    start: &Phase,
-    inputs: &Inputs,
-    watch: &Watch,
-) -> Result<Phase, WitnessError> {
-    let problem = plant.problem;
-    let mut body = Continuous::new(plant, start);
-    let mut outputs = InOrder::new(inputs);
-    for k in 0..problem.steps {
-        watch.step(k)?;
-        let (from, to) = outputs.ends(k);
-        body.advance(inputs.grid.after(k), inputs.grid.step(k), &from, &to)?;
-    }
-    Ok(body.phase(problem.duration))
 }

@@ -1,6 +1,6 @@
 //! Where the body is, and the inputs of a plan step by step, as all witnesses see them.
 
-use super::WitnessError;
+use super::verification::WitnessError;
 use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::{Motion, Problem, State};
 use crate::maneuver::solution::TerminalError;

@@ -5,9 +5,9 @@
 //! the order of the scheme. Steps too long to be in that regime, or leading terms that happen to cancel, are given h/8
 //! and h/16.
 
-use super::WitnessError;
 use super::discrete::Discrete;
 use super::motion::{Inputs, Phase, Scale};
+use super::verification::WitnessError;
 use super::watch::Watch;
 use super::window::Window;
 use crate::Vector3;

@@ -3,8 +3,10 @@
 //! A second road to what [`crate::propagate::simulate::Simulation`] computes, in inertial axes and with the implicit
 //! equation in its exponential form; and the only one for a body with wheels.
 
+use super::continuous::Continuous;
+use super::discrete::Discrete;
 use super::motion::{Phase, judgeable};
-use super::{Continuous, Discrete, WitnessError};
+use super::verification::WitnessError;
 use crate::maneuver::problem::{Problem, ProblemError, Scheme};
 use crate::mechanics::environment::Pose;
 use crate::propagate::integrator::Invariants;

@@ -1,9 +1,9 @@
 //! The recorded rows of a plan: whether they fit the problem, and whether they are the motion.
 
-use super::WitnessError;
 use super::discrete::Discrete;
 use super::margins::{Margin, Meter};
 use super::motion::{InOrder, Inputs, Phase, Scale, judgeable};
+use super::verification::WitnessError;
 use super::watch::Watch;
 use super::wheels::Wheels;
 use crate::maneuver::grid::{Grid, GridError};

@@ -7,8 +7,8 @@
 //! rotation vector where that has a quaternion, and solves for what that evaluates. Of the planner's code it
 //! uses none, and of the field force and moment alone.
 
-use super::WitnessError;
 use super::motion::{Inputs, Phase};
+use super::verification::WitnessError;
 use super::watch::Watch;
 use super::window::Window;
 use crate::mechanics::body::Body;

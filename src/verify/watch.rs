@@ -1,6 +1,6 @@
 //! Who may stop the witnesses, and where they ask.
 
-use super::WitnessError;
+use super::verification::WitnessError;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Steps between two questions.

@@ -3,9 +3,10 @@
 //! A path of rotations lifts to a continuous path of unit quaternions. Two paths with equal ends are of one class if
 //! their lifts, begun equal, end equal; if not, they end at opposite quaternions.
 
+use super::motion::Inputs;
 use super::rows::walk;
+use super::verification::WitnessError;
 use super::watch::Watch;
-use super::{Inputs, WitnessError};
 use crate::lie::{self, continued};
 use crate::maneuver::problem::{Path, Problem};
 use crate::maneuver::solution::Trajectory;

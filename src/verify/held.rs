@@ -1,0 +1,144 @@
+//! The continuous witness under the torque that is held over each step of the plan, and those that start from where it has been.
+
+use super::continuous::Continuous;
+use super::margins::{Margin, Meter};
+use super::motion::{InOrder, Inputs, Phase};
+use super::order::{self, Stage};
+use super::symplectic;
+use super::verification::WitnessError;
+use super::watch::Watch;
+use super::window::{Marks, Window};
+use crate::lie;
+use crate::maneuver::constraint::Arc;
+use crate::propagate::plant::Plant;
+
+/// What the witnesses of the held torque find.
+pub(super) struct Held {
+    pub method: &'static str,
+    pub end: Phase,
+    /// Margins of rates and cones of the continuous motion, where there are constraints.
+    pub margins: Vec<Margin>,
+    pub windows: Result<OnWindows, WitnessError>,
+}
+
+/// What the witnesses find on the windows.
+pub(super) struct OnWindows {
+    /// Steps of the plan, and number of windows.
+    pub steps: usize,
+    pub windows: usize,
+    /// Or why that witness does not judge.
+    pub symplectic: Result<Symplectic, &'static str>,
+    pub order: order::Comparison,
+}
+
+/// What the symplectic witness finds.
+pub(super) struct Symplectic {
+    /// End of the last window, which is that of the plan.
+    pub end: Phase,
+    pub order: usize,
+    pub apart: f64,
+    pub limit: f64,
+}
+
+/// The continuous witness under the held torque, and those that start from where it has been.
+pub(super) fn held_witnesses(
+    plant: &Plant,
+    inputs: &Inputs,
+    start: &Phase,
+    watch: &Watch,
+) -> Result<Held, WitnessError> {
+    let Passage { end, method, margins, windows } = held_end(plant, inputs, start, watch)?;
+    let stage = Stage { plant, inputs, windows: &windows, watch: *watch };
+    let on_windows = || {
+        let mut symplectic = Err("has not run");
+        for finer in symplectic::FINER {
+            let next = match symplectic::ends(plant, inputs, &windows, finer, watch)? {
+                Err(why) => Err(why),
+                Ok((ends, order)) => {
+                    let (apart, limit) = stage.agreement(&ends)?;
+                    // There is a window wherever there is a step.
+                    Ok(Symplectic { end: ends[ends.len() - 1], order, apart, limit })
+                }
+            };
+            // Too many finer steps say nothing that the coarser ones have not said.
+            if next.is_err() && symplectic.is_ok() {
+                break;
+            }
+            let agrees = next.as_ref().is_ok_and(|found: &Symplectic| found.apart <= found.limit);
+            symplectic = next;
+            if agrees || matches!(&symplectic, Err(why) if *why != symplectic::NO_CONVERGENCE) {
+                break;
+            }
+        }
+        let order = stage.compare()?;
+        Ok(OnWindows { steps: stage.steps(), windows: windows.len(), symplectic, order })
+    };
+    let windows = on_windows();
+    Ok(Held { method, end, margins, windows })
+}
+
+/// Pieces of a step between which the continuous motion is taken for a rotation about one axis: it strays from
+/// that by the square of their length, a small part of what the discrete motion strays by (`tests/it/witnesses/margins.rs`).
+pub(super) const PIECES: usize = 8;
+
+/// What the continuous witness has passed.
+struct Passage {
+    end: Phase,
+    method: &'static str,
+    margins: Vec<Margin>,
+    windows: Vec<Window>,
+}
+
+/// End of the continuous motion under the held torque and its method, its margins of rates and cones where there are
+/// constraints, and where it was at the ends of each window.
+fn held_end(plant: &Plant, inputs: &Inputs, start: &Phase, watch: &Watch) -> Result<Passage, WitnessError> {
+    let problem = plant.problem;
+    let mut body = Continuous::new(plant, start);
+    let mut marks = Marks::new(problem, &inputs.grid, start);
+    let pieces = if problem.constraints.is_empty() { 1 } else { PIECES };
+    let piece = problem.step() / pieces as f64;
+    let mut meter = (pieces > 1).then(|| Meter::every(piece, problem));
+    if let Some(meter) = &mut meter {
+        meter.rate(0.0, &problem.start.angular_velocity);
+    }
+    marks.pass(0, &body);
+    let mut outputs = InOrder::new(inputs);
+    for k in 0..problem.steps {
+        watch.step(k)?;
+        let held = outputs.held(k);
+        let Some(meter) = &mut meter else {
+            body.advance(inputs.grid.after(k), inputs.grid.step(k), &held, &held)?;
+            marks.pass(k + 1, &body);
+            continue;
+        };
+        for index in pieces * k..pieces * (k + 1) {
+            let (time, before) = (index as f64 * piece, body.inertial_attitude());
+            body.advance(time, piece, &held, &held)?;
+            let turn = lie::minus(&body.inertial_attitude(), &before);
+            meter.arc(time, &Arc { start: before, turn });
+            meter.rate(time + piece, &body.phase(time + piece).angular_velocity(problem));
+        }
+        marks.pass(k + 1, &body);
+    }
+    let margins = meter.map_or_else(Vec::new, |meter| meter.margins());
+    let (end, method) = (body.phase(problem.duration), body.method());
+    Ok(Passage { end, method, margins, windows: marks.windows() })
+}
+
+/// End of the continuous motion under the torque that is linear between the rows of the plan.
+pub(super) fn continuous_end(
+    plant: &Plant,
+    start: &Phase,
+    inputs: &Inputs,
+    watch: &Watch,
+) -> Result<Phase, WitnessError> {
+    let problem = plant.problem;
+    let mut body = Continuous::new(plant, start);
+    let mut outputs = InOrder::new(inputs);
+    for k in 0..problem.steps {
+        watch.step(k)?;
+        let (from, to) = outputs.ends(k);
+        body.advance(inputs.grid.after(k), inputs.grid.step(k), &from, &to)?;
+    }
+    Ok(body.phase(problem.duration))
+}

@@ -1,0 +1,201 @@
+//! What the witnesses find, as it stands in a plan file.
+
+use super::margins::Margin;
+use crate::maneuver::problem::{Motion, ProblemError};
+use crate::maneuver::solution::TerminalError;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// What the witnesses found. All errors are at `t = T`, against the terminal conditions of the problem
+/// unless the name says otherwise.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Verification {
+    /// Discrete equations re-propagated with the exponential form: attitude error \[rad\].
+    pub discrete_attitude_rad: f64,
+    /// The same: momentum error, `|ΔΠ| T / J_mean`.
+    pub discrete_momentum_relative: f64,
+    /// The same on SE(3): position error over the unit of length.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub discrete_position_relative: Option<f64>,
+    /// The same on SE(3): linear momentum error over mass · length / `T`.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub discrete_linear_momentum_relative: Option<f64>,
+    /// Continuous equations of motion, torque held over each step: attitude error \[rad\].
+    pub continuous_attitude_rad: f64,
+    /// The same: rate error [rad/s].
+    pub continuous_rate_rad_s: f64,
+    /// The same with the torque interpolated linearly over each step: attitude error \[rad\].
+    pub interpolated_attitude_rad: f64,
+    /// The same, interpolated: rate error [rad/s].
+    pub interpolated_rate_rad_s: f64,
+    /// The same, held, on SE(3): position error \[m\].
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub continuous_position_m: Option<f64>,
+    /// The same, held, on SE(3): velocity error [m/s].
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub continuous_velocity_m_s: Option<f64>,
+    /// The symplectic witness, torque held over each step, from where the continuous one begins the last window:
+    /// attitude error \[rad\]. `None` where it cannot judge, which [`Verification::witnesses`] says.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub symplectic_attitude_rad: Option<f64>,
+    /// The same: rate error [rad/s].
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub symplectic_rate_rad_s: Option<f64>,
+    /// The same on SE(3): position error \[m\].
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub symplectic_position_m: Option<f64>,
+    /// The same on SE(3): velocity error [m/s].
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub symplectic_velocity_m_s: Option<f64>,
+    /// Largest scaled distance between the ends of the symplectic and the continuous witness in a window.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub symplectic_to_continuous: Option<f64>,
+    /// Observed order at which the discrete witness, with the held torque at h, h/2, h/4, converges to
+    /// the continuous one over the windows; `None` at round-off, or where it could not be computed.
+    pub order: Option<f64>,
+    /// Largest norm of the actuator torque at the nodes [N·m].
+    pub peak_torque_n_m: f64,
+    /// Largest norm of the angular velocity at the nodes [rad/s].
+    pub peak_rate_rad_s: f64,
+    /// Every limit and constraint with its smallest margin, in the order of the problem.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub margins: Vec<Margin>,
+    /// Which witnesses ran, by what method, over how many steps of the plan.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub witnesses: Vec<Testimony>,
+    /// Why a witness could not reach the end, if one could not; its numbers are then NaN.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub failure: Option<String>,
+    /// Every check, with value, limit and verdict.
+    pub checks: Vec<Check>,
+}
+
+/// Which witness ran over how many steps of the plan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Testimony {
+    /// "discrete", "continuous, held torque", "continuous, linear torque", "order", "symplectic".
+    pub witness: String,
+    /// Its method; or why it does not judge.
+    pub method: String,
+    /// Steps of the plan it ran over: all, or those of the windows.
+    pub steps: usize,
+    /// In how many stretches.
+    pub windows: usize,
+}
+
+/// One named check.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Check {
+    /// What was checked.
+    pub name: String,
+    /// The value found.
+    pub value: f64,
+    /// The limit it was held against.
+    pub limit: f64,
+    /// Whether it holds.
+    pub passed: bool,
+}
+
+/// Why a witness could not reach the end.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum WitnessError {
+    /// The problem itself is unusable.
+    #[error(transparent)]
+    Problem(#[from] ProblemError),
+    /// The recorded rows do not fit the problem.
+    #[error("the plan has {found} {what}, the problem needs {expected}")]
+    Rows {
+        /// Which numbers.
+        what: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many there should be.
+        expected: usize,
+    },
+    /// The scheme of a moving body knows inertial reference frames only.
+    #[error("a body that moves cannot be judged in a turning reference frame")]
+    TurningFrame,
+    /// The implicit equation has no solution below 90° in a step.
+    #[error(
+        "at t = {time} s the body turns too far for one step of {step} s: the implicit equation has no physical solution"
+    )]
+    StepTooLong {
+        /// Start of that step \[s\].
+        time: f64,
+        /// Its length \[s\].
+        step: f64,
+    },
+    /// The times of the nodes do not rise.
+    #[error("the step at t = {time} s has the length {step} s: it must be positive and finite")]
+    Step {
+        /// Start of that step \[s\].
+        time: f64,
+        /// Its length \[s\].
+        step: f64,
+    },
+    /// The adaptive integrator gave up.
+    #[error("at t = {time} s the continuous equations of motion could not be integrated to the tolerance")]
+    Continuous {
+        /// Start of that step of the plan \[s\].
+        time: f64,
+    },
+    /// The caller asked to stop, or the time was over.
+    #[error("the witnesses were stopped before they had finished")]
+    Stopped,
+    /// A number became NaN or infinite.
+    #[error("at t = {time} s a number is no longer finite")]
+    NotFinite {
+        /// When \[s\].
+        time: f64,
+    },
+}
+
+impl Verification {
+    /// Whether every check holds.
+    pub fn passed(&self) -> bool {
+        !self.checks.is_empty() && self.checks.iter().all(|check| check.passed)
+    }
+
+    /// Whether the witnesses were stopped before they had finished.
+    pub fn was_stopped(&self) -> bool {
+        self.failure.as_ref().is_some_and(|failure| *failure == WitnessError::Stopped.to_string())
+    }
+
+    /// Terminal error of the discrete witness.
+    pub fn discrete(&self) -> TerminalError {
+        TerminalError {
+            attitude_rad: self.discrete_attitude_rad,
+            momentum_relative: self.discrete_momentum_relative,
+            position_relative: self.discrete_position_relative,
+            linear_momentum_relative: self.discrete_linear_momentum_relative,
+        }
+    }
+
+    pub(super) fn unknown(motion: Motion) -> Self {
+        let on_se3 = (motion == Motion::RigidBody).then_some(f64::NAN);
+        Self {
+            discrete_attitude_rad: f64::NAN,
+            discrete_momentum_relative: f64::NAN,
+            discrete_position_relative: on_se3,
+            discrete_linear_momentum_relative: on_se3,
+            continuous_attitude_rad: f64::NAN,
+            continuous_rate_rad_s: f64::NAN,
+            interpolated_attitude_rad: f64::NAN,
+            interpolated_rate_rad_s: f64::NAN,
+            continuous_position_m: on_se3,
+            continuous_velocity_m_s: on_se3,
+            peak_torque_n_m: f64::NAN,
+            peak_rate_rad_s: f64::NAN,
+            ..Self::default()
+        }
+    }
+
+    /// A check that holds when `value ≤ limit`; NaN never does.
+    pub(super) fn at_most(&mut self, name: &str, value: f64, limit: f64) {
+        self.checks.push(Check { name: name.into(), value, limit, passed: value <= limit });
+    }
+
+    pub(super) fn ran(&mut self, witness: &str, method: impl Into<String>, steps: usize, windows: usize) {
+        self.witnesses.push(Testimony { witness: witness.into(), method: method.into(), steps, windows });
+    }
+}
