@@ -1,7 +1,7 @@
 //! Laws that hold between plans, over thousands of random maneuvers: other units, other axes, backwards in time, …
 //!
-//! `cargo run --release --example metamorphic [-- COUNT [FIRST]]`, 1,000 by default. Every case takes one of 26 kinds of random
-//! maneuvers and draws one of the laws of `tests/common/metamorphic.rs` that speak of it, plans the maneuver and the one that
+//! `cargo run --release --example metamorphic [-- COUNT [FIRST [switching]]]`, 1,000 by default. Every case takes one of 26 kinds of
+//! random maneuvers, or of 8 of minimum time and fuel, and draws one of the laws of `tests/common/metamorphic.rs` that speak of it, plans the maneuver and the one that
 //! the law makes of it, and compares: equal status, and costs equal to 1e-9, or not above.
 //!
 //! Ends with 1 where a law is broken.
@@ -16,12 +16,17 @@ use random_specs::random::Random;
 use slewkit::files::spec::{Format, from_str};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut numbers = std::env::args().skip(1).map(|text| text.parse::<u64>());
-    let count = numbers.next().unwrap_or(Ok(1_000))?;
-    let first = numbers.next().unwrap_or(Ok(0))?;
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let number = |at: usize, default: u64| words.get(at).map_or(Ok(default), |text| text.parse());
+    let (count, first) = (number(0, 1_000)?, number(1, 0)?);
+    let drawn = match words.get(2).map(String::as_str) {
+        None => random_specs::random_spec,
+        Some("switching") => random_specs::random_switching_spec,
+        Some(word) => return Err(format!("{word}? `switching`, or nothing").into()),
+    };
     let mut kept = [[0; 2]; LAWS.len()];
     for index in first..first + count {
-        let random_specs::RandomSpec { kind, text } = random_specs::random_spec(index);
+        let random_specs::RandomSpec { kind, text } = drawn(index);
         // Now and then a draw puts an end into a cone.
         let Ok(loaded) = from_str(&text, "case", Format::Toml, &[]) else { continue };
         let Some(planned) = Planned::new(loaded.problem, loaded.settings) else { continue };

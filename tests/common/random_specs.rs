@@ -60,6 +60,28 @@ pub fn random_spec(index: u64) -> RandomSpec {
     RandomSpec { kind, text: draft.text(kind, index) }
 }
 
+/// The kinds of maneuvers whose inputs switch, in turn.
+const SWITCHING_KINDS: [Kind; 8] = [
+    ("minimum_time", |draft| switching(draft, "time", Inputs::Axes)),
+    ("minimum_time_redundant_axes", |draft| switching(draft, "time", Inputs::RedundantAxes)),
+    ("minimum_time_norm", |draft| switching(draft, "time", Inputs::Norm)),
+    ("minimum_fuel", |draft| switching(draft, "fuel", Inputs::Axes)),
+    ("minimum_fuel_thrusters", |draft| switching(draft, "fuel", Inputs::Thrusters)),
+    ("minimum_fuel_norm", |draft| switching(draft, "fuel", Inputs::Norm)),
+    ("minimum_fuel_price_of_time", |draft| switching(draft, "fuel and time", Inputs::Axes)),
+    ("minimum_time_thrusters", |draft| switching(draft, "time", Inputs::Thrusters)),
+];
+
+/// The spec of this index among those of minimum time and fuel: a stream of its own, so that the other stays as it is.
+// Each binary uses its own part.
+#[allow(dead_code)]
+pub fn random_switching_spec(index: u64) -> RandomSpec {
+    let (kind, build) = SWITCHING_KINDS[(index % SWITCHING_KINDS.len() as u64) as usize];
+    let mut draft = Draft::new(index ^ 0x0051_71c4);
+    build(&mut draft);
+    RandomSpec { kind, text: draft.text(kind, index) }
+}
+
 type Vector = [f64; 3];
 /// Scalar first.
 type Quaternion = [f64; 4];
@@ -692,6 +714,79 @@ fn infeasible(draft: &mut Draft) {
     } else {
         let limit = part * draft.peak_rate();
         draft.rate_constraint(limit);
+    }
+}
+
+/// What the inputs of a maneuver of minimum time or fuel are.
+#[derive(Clone, Copy, PartialEq)]
+enum Inputs {
+    Axes,
+    RedundantAxes,
+    Norm,
+    Thrusters,
+}
+
+/// From rest to rest or not, with torques that would do the turn about the eigenaxis in a part of the duration.
+fn switching(draft: &mut Draft, minimized: &'static str, inputs: Inputs) {
+    draft.body();
+    draft.ends();
+    let steps = 40 + draft.random.below(80);
+    draft.line("[maneuver]", format!("steps = {steps}"));
+    draft.line("[maneuver]", format!("minimize = \"{}\"", &minimized[..4]));
+    // About the eigenaxis from rest to rest a torque τ takes 2 √(J θ/τ).
+    let torque = 4.0 * draft.inertia * draft.angle().max(0.2) / draft.duration.powi(2);
+    let spare = draft.random.within(2.0, 8.0);
+    match minimized {
+        "fuel" => draft.line("[maneuver]", format!("duration_s = {}", draft.duration)),
+        "fuel and time" => {
+            let price = torque * draft.random.within(0.2, 2.0);
+            draft.line("[maneuver]", format!("time_price_per_s = {price}"));
+        }
+        _ => {}
+    }
+    let path = draft.pick(&["", "", "best", "shortest"]);
+    if !path.is_empty() {
+        draft.line("[maneuver]", format!("path = \"{path}\""));
+    }
+    if draft.chance(0.4) {
+        let size = 0.3 / draft.duration;
+        for header in ["[start]", "[end]"] {
+            let rate = draft.vector(size);
+            draft.rate(header, rate);
+        }
+    }
+    let limit = spare * torque;
+    let prices = minimized != "time" && draft.chance(0.5);
+    match inputs {
+        Inputs::Thrusters => {
+            for octant in 0..8 {
+                let sign = |bit: usize| if octant >> bit & 1 == 0 { 1.0 } else { -1.0 };
+                let axis: Vector = std::array::from_fn(|bit| sign(bit) * draft.random.within(0.4, 0.7));
+                let header = "[[actuators.thruster]]";
+                draft.open(header);
+                draft.line(header, format!("torque_axis_body = {}", list(&axis)));
+                let limit = limit * draft.random.within(0.5, 1.0);
+                draft.line(header, format!("torque_limit_n_m = {limit}"));
+                if prices {
+                    let price = draft.random.within(0.5, 2.0);
+                    draft.line(header, format!("fuel_price = {price}"));
+                }
+            }
+        }
+        Inputs::Norm => draft.line("[actuators]", format!("torque_norm_limit_n_m = {limit}")),
+        Inputs::Axes | Inputs::RedundantAxes => {
+            let count = if inputs == Inputs::RedundantAxes { 4 } else { 3 };
+            if count == 4 {
+                let axes = "[[0.8, 0, 0.6], [0, 0.8, 0.6], [-0.8, 0, 0.6], [0, -0.8, 0.6]]";
+                draft.line("[actuators]", format!("torque_axes_body = {axes}"));
+            }
+            let limits: Vec<f64> = (0..count).map(|_| limit * draft.random.within(0.7, 1.4)).collect();
+            draft.line("[actuators]", format!("torque_limit_n_m = {}", list(&limits)));
+            if prices {
+                let prices: Vec<f64> = (0..count).map(|_| draft.random.within(0.5, 2.0)).collect();
+                draft.line("[actuators]", format!("fuel_price = {}", list(&prices)));
+            }
+        }
     }
 }
 

@@ -2,20 +2,32 @@
 
 use crate::common::Random;
 use crate::common::metamorphic::{LAWS, Planned, complaint};
-use crate::common::random_specs::random_spec;
+use crate::common::random_specs::{RandomSpec, random_spec, random_switching_spec};
 use slewkit::files::spec::{Format, from_str};
 
 #[test]
 fn plans_keep_the_laws_between_maneuvers() {
+    let kept = kept((0..26).map(random_spec));
+    assert!(kept.iter().all(|pairs| *pairs > 0), "{kept:?}");
+}
+
+#[test]
+fn plans_of_minimum_time_and_fuel_keep_them_too() {
+    let kept = kept((0..24).map(random_switching_spec));
+    for ((name, _), pairs) in LAWS.iter().zip(kept) {
+        // They need limits.
+        assert!(pairs > 0 || *name == "limits that do not act", "{name}");
+    }
+}
+
+/// Holds two laws against each maneuver, so that each has its turn; how often.
+fn kept(specs: impl Iterator<Item = RandomSpec>) -> [usize; LAWS.len()] {
     let mut kept = [0; LAWS.len()];
-    for index in 0..26 {
-        let spec = random_spec(index);
+    for (index, spec) in specs.enumerate() {
         let loaded = from_str(&spec.text, "case", Format::Toml, &[]).unwrap();
         let planned = Planned::new(loaded.problem, loaded.settings).unwrap();
-        let mut random = Random::new(index);
-        // Two laws for each kind, so that each has its turn.
-        let first = index as usize;
-        let turns = (0..LAWS.len()).map(|turn| (first + 5 * turn) % LAWS.len());
+        let mut random = Random::new(index as u64);
+        let turns = (0..LAWS.len()).map(|turn| (index + 5 * turn) % LAWS.len());
         let mut left = 2;
         for law in turns {
             if left == 0 {
@@ -26,5 +38,5 @@ fn plans_keep_the_laws_between_maneuvers() {
             (left, kept[law]) = (left - 1, kept[law] + 1);
         }
     }
-    assert!(kept.iter().all(|pairs| *pairs > 0), "{kept:?}");
+    kept
 }
