@@ -15,6 +15,8 @@ use crate::optimize::step::Dynamics;
 use crate::testing::{Random, attitude_only, full_inertia, graded, moving_ends};
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::DMatrix;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Step of the central differences, and what they may be off by: truncation and round-off.
 const STEP: f64 = 1e-5;
@@ -352,6 +354,35 @@ fn converge(problem: &Problem, options: &ScpOptions) -> (Model, Convex) {
     let start = first_iterate::along(&model, &rows, &straight(&model), 1.0, &Watch::NONE);
     let convex = run(&model, &rows, start, None, options, &Watch::NONE).unwrap();
     (model, convex)
+}
+
+/// Nobody is asked within the cone solver, which looks at the flag.
+#[test]
+fn a_flag_stops_the_convex_iteration_inside_of_a_subproblem() {
+    let problem = reference_slew(Some(0.75));
+    let model = Model::new(&problem, problem.steps);
+    let rows = LimitRows::of(&problem, &model);
+    for set in [false, true] {
+        let flag = Arc::new(AtomicBool::new(set));
+        let watch = Watch { flag: Some(&flag), ..Watch::NONE };
+        let start = first_iterate::along(&model, &rows, &straight(&model), 1.0, &watch);
+        let convex = run(&model, &rows, start, None, &ScpOptions::default(), &watch).unwrap();
+        let outcome = if set { Outcome::Interrupted } else { Outcome::Converged };
+        assert_eq!(convex.outcome, outcome);
+    }
+}
+
+/// Once somebody asks to stop, the states of a first iterate stay and its inputs are not sought any more.
+#[test]
+fn a_stop_leaves_a_first_iterate_without_inputs() {
+    let problem = reference_slew(None);
+    let model = Model::new(&problem, problem.steps);
+    let stop = Watch { interrupt: &|| Some(Outcome::Interrupted), ..Watch::NONE };
+    let [stopped, whole] = [stop, Watch::NONE]
+        .map(|watch| first_iterate::along(&model, &LimitRows::default(), &straight(&model), 1.0, &watch));
+    assert_eq!(stopped.states, whole.states);
+    assert!(stopped.inputs.iter().flatten().all(|input| *input == 0.0));
+    assert!(whole.inputs.iter().flatten().any(|input| *input != 0.0));
 }
 
 /// Costs of theory.md, section 9 and 10, from another program.
