@@ -380,7 +380,8 @@ fn a_stop_leaves_a_first_iterate_without_inputs() {
     let stop = Watch { interrupt: &|| Some(Outcome::Interrupted), ..Watch::NONE };
     let [stopped, whole] = [stop, Watch::NONE]
         .map(|watch| first_iterate::along(&model, &LimitRows::default(), &straight(&model), 1.0, &watch));
-    assert_eq!(stopped.states, whole.states);
+    let momenta = |iterate: &Iterate| iterate.states.iter().map(|state| state.momentum).collect::<Vec<_>>();
+    assert_eq!(momenta(&stopped), momenta(&whole));
     assert!(stopped.inputs.iter().flatten().all(|input| *input == 0.0));
     assert!(whole.inputs.iter().flatten().any(|input| *input != 0.0));
 }
