@@ -65,8 +65,8 @@ pub(crate) struct Subproblem<'a> {
     model: &'a Model,
     rows: &'a LimitRows,
     solver: Option<ConeSolver>,
-    /// Accuracy asked of the cone solver.
-    tolerance: f64,
+    /// Accuracy asked of the cone solver in the next solve.
+    pub tolerance: f64,
     /// What the next solve may take \[s\].
     pub seconds_left: f64,
     /// Wall time inside the cone solver \[s\].
@@ -207,17 +207,16 @@ impl<'a> Subproblem<'a> {
     }
 
     fn answer(&mut self, program: Program) -> Result<Answer, ConeError> {
+        let (tolerance, time_limit) = (self.tolerance, self.seconds_left);
+        let settings = ConeSettings { tolerance, time_limit, ..ConeSettings::default() };
         match &mut self.solver {
-            Some(solver) if solver.fits(&program) => solver.update(program)?,
-            _ => {
-                let settings = ConeSettings { tolerance: self.tolerance, ..ConeSettings::default() };
-                self.solver = Some(ConeSolver::new(program, &settings)?);
+            Some(solver) if solver.fits(&program) => {
+                solver.update(program)?;
+                solver.set(&settings)?;
             }
+            _ => self.solver = Some(ConeSolver::new(program, &settings)?),
         }
         let solver = self.solver.as_mut().expect("made above");
-        if self.seconds_left.is_finite() {
-            solver.set_time_limit(self.seconds_left)?;
-        }
         let answer = solver.solve();
         let work = solver.work();
         self.seconds += work.seconds;
