@@ -130,4 +130,8 @@ impl Potential for HeldLoad {
         wrenches[0] =
             Wrench { force: field.force + actuators.force, moment: field.moment + actuators.moment };
     }
+
+    fn depends_on_poses(&self) -> bool {
+        Plant::new(&self.problem).needs_pose()
+    }
 }

@@ -73,6 +73,12 @@ pub trait Potential: std::fmt::Debug + Send + Sync {
         false
     }
 
+    /// Whether force and moment depend on the poses at all. Where they do not, as of inputs held along the axes that they
+    /// are told in, the gradient is zero and known. Default: they do.
+    fn depends_on_poses(&self) -> bool {
+        true
+    }
+
     /// Its symmetry, for reports. Default: none.
     fn symmetry(&self) -> Symmetry {
         Symmetry::None
@@ -90,6 +96,10 @@ impl<P: Potential + ?Sized> Potential for &P {
 
     fn gradient(&self, poses: &[Pose], gradient: &mut [Blocks]) -> bool {
         (**self).gradient(poses, gradient)
+    }
+
+    fn depends_on_poses(&self) -> bool {
+        (**self).depends_on_poses()
     }
 
     fn symmetry(&self) -> Symmetry {

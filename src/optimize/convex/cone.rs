@@ -184,7 +184,6 @@ impl Answer {
 /// data is kept, so after a change of the data by orders of magnitude make a new one.
 pub(crate) struct ConeSolver {
     solver: DefaultSolver<f64>,
-    settings: ConeSettings,
     program: Program,
     convexity: Convexity,
 }
@@ -223,7 +222,7 @@ impl ConeSolver {
         let cones: Vec<_> = program.cones.iter().map(|cone| cone.supported()).collect();
         let solver = DefaultSolver::new(p, &program.linear, a, &program.bound, &cones, solver_settings)
             .map_err(solver_error)?;
-        Ok(Self { solver, settings: settings.clone(), program, convexity })
+        Ok(Self { solver, program, convexity })
     }
 
     /// The program as it stands.
@@ -260,14 +259,12 @@ impl ConeSolver {
         Ok(())
     }
 
-    /// Replaces the wall clock of the solves to come \[s\].
+    /// Replaces the settings of the solves to come.
     ///
     /// # Errors
-    /// A limit that is not positive, or none.
-    pub fn set_time_limit(&mut self, seconds: f64) -> Result<(), ConeError> {
-        self.settings.time_limit = seconds;
-        let settings = self.settings.checked()?;
-        self.solver.update_settings(settings).map_err(solver_error)
+    /// A setting out of its range.
+    pub fn set(&mut self, settings: &ConeSettings) -> Result<(), ConeError> {
+        self.solver.update_settings(settings.checked()?).map_err(solver_error)
     }
 
     /// Ends the solves to come after the iteration in which `flag` is set.

@@ -21,6 +21,9 @@ pub(super) const SHOOTING_FREE: CoarseRule = CoarseRule { fewest: 32, angle: 0.3
 /// what the search takes is then felt, and the angle is known. On many it is not felt, and what extrapolation from coarser
 /// grids misses would cost a sweep more. With rates so coarse a grid leads to another extremal in one of a hundred.
 pub(super) const SHOOTING_ONE_WAY: CoarseRule = CoarseRule { fewest: 8, ..SHOOTING_FREE };
+/// The same where the best way is sought: descents begin on both ways round, and what they end at is compared on the
+/// requested grid.
+pub(super) const SHOOTING_FROM_REST: CoarseRule = CoarseRule { fewest: 12, angle: 0.45, ..SHOOTING_FREE };
 /// Steps that are few.
 pub(super) const FEW_STEPS: usize = 400;
 /// In a field the grids agree less: what is found on a coarse one may not be there on a finer.

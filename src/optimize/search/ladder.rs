@@ -4,7 +4,8 @@
 //! grid. Cheap rungs that nearly always work come first.
 
 use super::coarse::{
-    FEW_STEPS, SHOOTING_FREE, SHOOTING_IN_FIELD, SHOOTING_ONE_WAY, SHOOTING_UNEVEN, coarse_steps,
+    FEW_STEPS, SHOOTING_FREE, SHOOTING_FROM_REST, SHOOTING_IN_FIELD, SHOOTING_ONE_WAY, SHOOTING_UNEVEN,
+    coarse_steps,
 };
 use super::context::Context;
 use super::guess::Guess;
@@ -702,14 +703,14 @@ fn search_grid(problem: &Problem, turns: i32, even: bool) -> usize {
     let angle = (short.norm() + TAU * f64::from(turns)).abs();
     let ends = [&problem.start, &problem.end];
     let rests = ends.iter().all(|end| end.angular_velocity == Vector3::zeros());
+    // A body that only turns, and about all axes alike, turns by hardly more than the angle of its way.
+    let plain = problem.steps < FEW_STEPS && rests && even && problem.motion == Motion::Attitude;
     let rule = match problem.path {
         _ if !problem.environment.is_free() => SHOOTING_IN_FIELD,
         Path::Best if !even => SHOOTING_UNEVEN,
+        Path::Best if plain => SHOOTING_FROM_REST,
         Path::Best => SHOOTING_FREE,
-        // A body that only turns, and about all axes alike, turns by hardly more than the angle of its one way.
-        _ if problem.steps < FEW_STEPS && rests && even && problem.motion == Motion::Attitude => {
-            return coarse_steps(problem, angle, &SHOOTING_ONE_WAY);
-        }
+        _ if plain => return coarse_steps(problem, angle, &SHOOTING_ONE_WAY),
         _ => SHOOTING_FREE,
     };
     // Other extremals may turn by half a turn and more.

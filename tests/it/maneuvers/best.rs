@@ -70,6 +70,23 @@ fn one_way_begun_on_few_steps_is_the_best_way_where_that_goes_so() {
     assert!(same > 30, "{same}");
 }
 
+/// From rest to rest few steps are searched on fewer still, and many on more: both come to one plan.
+#[test]
+fn the_best_way_of_a_few_steps_is_that_of_many() {
+    let mut random = Random::new(22);
+    for case in 0..40 {
+        let axis = Vector3::from_fn(|_, _| random.within(-1.0, 1.0)).normalize();
+        let angle = if case % 4 == 0 { PI } else { random.within(0.01, PI) };
+        let problem = turn(&random_box(&mut random), &(axis * angle));
+        let (few, many) = (answer(&problem.clone().with_steps(399)), answer(&problem.with_steps(400)));
+        assert_eq!((few.outcome, many.outcome), (Outcome::Converged, Outcome::Converged));
+        let least = |solution: &Solution| solution.ladder.iter().map(|rung| rung.steps).min();
+        assert!(least(&few) < least(&many), "{:?} {:?}", least(&few), least(&many));
+        let apart = few.cost / many.cost - 1.0;
+        assert!(apart.abs() < 1e-5, "case {case}: {} {}", few.cost, many.cost);
+    }
+}
+
 /// Without the test of second order the same extremal is found, a saddle as well; of the test nothing is claimed.
 #[test]
 fn what_is_not_tested_is_the_same_extremal_and_says_so() {

@@ -7,10 +7,13 @@
 //! ```text
 //! k = N−1:   L = −A12⁻¹A11 ,  K = −(A21 + A22 L)/h_N ,   P̂ = [I;L]ᵀĤ[I;L] + h_N KᵀŴ_N K ,   ĝ = g_{N−1}
 //! k = N−2:   T = [A11 A12] ,  K = (L T − [A21 A22])/h ,  P = Ĥ + TᵀP̂T + h KᵀŴ_{N−1}K ,    q = [g;0] + Tᵀĝ
-//! k < N−2:   U = Ŵ_{k+1} + h EᵀPE ,   K = −U⁻¹EᵀPA ,  κ = −U⁻¹Eᵀq ,
-//!            P ← Ĥ + AᵀPA + h AᵀPE K ,   q ← [g_k;0] + Aᵀ(q + h PE κ)
+//! k < N−2:   U = Ŵ_{k+1} + h EᵀPE ,   Y = PE U⁻¹ ,   κ = −U⁻¹Eᵀq ,   δτ = κ − Yᵀ A z ,
+//!            S = P − h Y EᵀP ,   P ← Ĥ + AᵀSA ,   q ← [g_k;0] + Aᵀ(q − h Y Eᵀq)
 //! node 0:    U = Ŵ_0 + h_0 EᵀPE ,   δτ_0 = −U⁻¹Eᵀq
 //! ```
+//!
+//! S is what is left of P once the input of the kick has done its best. Its rows of the momenta are `YŴ`: nothing is
+//! subtracted there.
 //!
 //! The Hessian by the inner nodes is congruent to the blocks `h U`: it is positive definite if and only if every U is.
 //! With no shift at a stationary path this is the test of second order.
@@ -52,7 +55,7 @@ struct Symmetric<const D: usize> {
     p22: Block<D>,
 }
 
-/// `δτ = K z + κ`, and the next state.
+/// `δτ = κ − Yᵀ z` of the state z before the kick, and how much it weighs.
 #[derive(Clone, Copy, Debug)]
 struct Gain<const D: usize> {
     of_configuration: Block<D>,
@@ -141,48 +144,32 @@ impl<const D: usize> Backward<D> {
         };
         let g = &path.gradient[steps - 1];
         let mut q = (path.gradient[steps - 2] + a11.tr_mul(g), a12.tr_mul(g));
-        gains[steps - 2] = Some(Gain { of_configuration: k1, of_momentum: k2, offset: Half::zeros(), h });
+        // δτ = (L ζ − δΠ)/h of the state before the kick.
+        gains[steps - 2] = Some(Gain {
+            of_configuration: -l.transpose() / h,
+            of_momentum: Block::identity() / h,
+            offset: Half::zeros(),
+            h,
+        });
         for index in (*first..steps - 2).rev() {
-            let stage = Stage::at(stages, setting, path, index);
-            let Stage { a11, a12, a21, a22, h12, h22, .. } = stage;
             let h = grid.kick(index + 1);
-            let inverse = pivot(&weight(index + 1), &(p.p22 * h)).map_err(|u| {
+            let weight = weight(index + 1);
+            let inverse = pivot(&weight, &(p.p22 * h)).map_err(|u| {
                 *failed = u;
                 index + 1
             })?;
-            // PA, by rows of configurations and of momenta.
-            let mut pa11 = product(&p.p11, a11);
-            let pa12 = product(&p.p11, a12) + product(&p.p12, a22);
-            let p21 = p.p12.transpose();
-            let mut pa21 = product(&p21, a11);
-            let pa22 = product(&p21, a12) + product(&p.p22, a22);
-            if let Some(a21) = a21 {
-                pa11 += product(&p.p12, a21);
-                pa21 += product(&p.p22, a21);
-            }
-            let (k1, k2) = (-product(&inverse, &pa21), -product(&inverse, &pa22));
-            let offset = -(inverse * q.1);
-            let hk2 = k2 * h;
-            let (a11_t, a12_t, a22_t) = (a11.transpose(), a12.transpose(), a22.transpose());
-            let pa21_t = pa21.transpose();
-            let mut next = Symmetric {
-                p11: shifted(stage) + product(&a11_t, &pa11),
-                p12: h12 + product(&a11_t, &pa12),
-                p22: h22 + product(&a12_t, &pa12) + product(&a22_t, &pa22),
+            let stage = Stage::at(stages, setting, path, index);
+            let (y1, y2) = (product(&p.p12, &inverse), product(&p.p22, &inverse));
+            let left = Symmetric {
+                p11: p.p11 - product(&(y1 * h), &p.p12.transpose()),
+                p12: product(&y1, &weight),
+                p22: product(&y2, &weight),
             };
-            let moved = (q.0 + p.p12 * offset * h, q.1 + p.p22 * offset * h);
-            q = (path.gradient[index] + a11_t * moved.0, a12_t * moved.0 + a22_t * moved.1);
-            if let Some(a21) = a21 {
-                let a21_t = a21.transpose();
-                next.p11 += product(&a21_t, &pa21);
-                next.p12 += product(&a21_t, &pa22);
-                q.0 += a21_t * moved.1;
-            }
-            next.p11 += product(&pa21_t, &k1) * h;
-            next.p12 += product(&pa21_t, &hk2);
-            next.p22 += product(&pa22.transpose(), &hk2);
-            p = Symmetric { p11: symmetric(&next.p11), p12: next.p12, p22: symmetric(&next.p22) };
-            gains[index] = Some(Gain { of_configuration: k1, of_momentum: k2, offset, h });
+            let offset = -(inverse * q.1);
+            let moved = (q.0 - y1 * q.1 * h, q.1 - y2 * q.1 * h);
+            (p, q) = stage.before(&left, &shifted(stage), &moved);
+            q.0 += path.gradient[index];
+            gains[index] = Some(Gain { of_configuration: y1, of_momentum: y2, offset, h });
         }
         let h = grid.kick(*first);
         let inverse = pivot(&weight(*first), &(p.p22 * h)).map_err(|u| {
@@ -229,11 +216,11 @@ impl<const D: usize> Backward<D> {
             direction.zeta[index] = configuration;
             let Some((gain, stage)) = gain.as_ref().zip(self.stages[index].as_ref()) else { break };
             let Gain { of_configuration, of_momentum, offset, h } = gain;
-            let input = of_configuration * configuration + of_momentum * momentum + offset * offsets;
-            let next = stage.a11 * configuration + stage.a12 * momentum;
-            let carried = stage.a22 * momentum;
-            momentum = stage.a21.map_or(carried, |a21| a21 * configuration + carried) + input * *h;
-            configuration = next;
+            let drifted = stage.a22 * momentum;
+            let drifted = stage.a21.map_or(drifted, |a21| a21 * configuration + drifted);
+            configuration = stage.a11 * configuration + stage.a12 * momentum;
+            let answer = of_configuration.tr_mul(&configuration) + of_momentum.tr_mul(&drifted);
+            momentum = drifted + (offset * offsets - answer) * *h;
         }
     }
 }
@@ -247,7 +234,42 @@ impl<const D: usize> Stage<D> {
         path: &Path<D>,
         index: usize,
     ) -> &'s Self {
-        stages[index].get_or_insert_with(|| Self::of(setting, path, index))
+        match &mut stages[index] {
+            Some(stage) => stage,
+            // `get_or_insert_with` would be a call of its own, in narrow registers.
+            none => none.insert(Self::of(setting, path, index)),
+        }
+    }
+
+    /// `Ĥ + AᵀSA` and `Aᵀq`: curvature and slope by the state before the stage.
+    #[inline(always)]
+    fn before(
+        &self,
+        s: &Symmetric<D>,
+        shifted: &Block<D>,
+        q: &(Half<D>, Half<D>),
+    ) -> (Symmetric<D>, (Half<D>, Half<D>)) {
+        let Self { a11, a12, a21, a22, h12, h22, .. } = self;
+        let (a11_t, a12_t, a22_t) = (a11.transpose(), a12.transpose(), a22.transpose());
+        let s21 = s.p12.transpose();
+        // SA, by rows of configurations and of momenta.
+        let mut sa11 = product(&s.p11, a11);
+        let sa12 = product(&s.p11, a12) + product(&s.p12, a22);
+        let sa22 = product(&s21, a12) + product(&s.p22, a22);
+        if let Some(a21) = a21 {
+            sa11 += product(&s.p12, a21);
+        }
+        let mut p11 = shifted + product(&a11_t, &sa11);
+        let mut p12 = h12 + product(&a11_t, &sa12);
+        let p22 = h22 + product(&a12_t, &sa12) + product(&a22_t, &sa22);
+        let mut slope = (a11_t * q.0, a12_t * q.0 + a22_t * q.1);
+        if let Some(a21) = a21 {
+            let a21_t = a21.transpose();
+            p11 += product(&a21_t, &(product(&s21, a11) + product(&s.p22, a21)));
+            p12 += product(&a21_t, &sa22);
+            slope.0 += a21_t * q.1;
+        }
+        (Symmetric { p11: symmetric(&p11), p12, p22: symmetric(&p22) }, slope)
     }
 
     /// Stage `index` of a path.

@@ -40,7 +40,7 @@ const GOOD: f64 = 0.7;
 /// Below this share a move is tried once more, with the defects that it ends with made up for.
 const CORRECTED: f64 = 0.5;
 
-/// Slacks and defects above this, scaled, count as violated.
+/// Slacks and defects above this, scaled, count as violated, unless the cone solver was asked for less.
 const VIOLATED: f64 = 1e-6;
 /// Highest price of a unit of defect or violation; costs are of order ten.
 const DEAREST: f64 = 1e5;
@@ -50,6 +50,10 @@ const ROUNDS: usize = 12;
 const SAME_ROUND: f64 = 1e-6;
 /// A promised decrease below this share of what the violation costs is none.
 const FUTILE: f64 = 1e-2;
+/// A move of less tells well which rows act \[rad\].
+const SMALL: f64 = 5e-3;
+/// Accuracy of a subproblem, relative to the size of the move before it, and the poorest.
+const ACCURACY: (f64, f64) = (1e-2, 1e-4);
 
 /// What the iteration may do.
 #[derive(Clone, Debug)]
@@ -62,7 +66,7 @@ pub(crate) struct ScpOptions {
     pub tolerance: f64,
     /// Residual of the polished point.
     pub polish_tolerance: f64,
-    /// Accuracy of the subproblems; about 1e-9 is what the cone solver reliably gives.
+    /// Accuracy of the last subproblems; about 1e-9 is what the cone solver reliably gives.
     pub cone_tolerance: f64,
     /// Subproblems after which the iteration gives up.
     pub most: usize,
@@ -190,6 +194,8 @@ struct Scp<'a> {
     multipliers: Option<Multipliers>,
     weights: Weights,
     subproblem: Subproblem<'a>,
+    /// Size of the last move, of none before the first.
+    length: f64,
     polished: Option<Polished>,
     residuals: Vec<f64>,
 }
@@ -208,7 +214,8 @@ pub(crate) fn run(
     let weights = Weights { defect: 100.0, violation: vec![100.0; rows.groups.len()], radius: RADIUS.0 };
     let residuals = vec![at.largest_defect()];
     let subproblem = Subproblem::new(model, rows, options.cone_tolerance, *watch);
-    let scp = Scp { options, watch, at, multipliers, weights, subproblem, polished: None, residuals };
+    let (length, polished) = (f64::INFINITY, None);
+    let scp = Scp { options, watch, at, multipliers, weights, subproblem, length, polished, residuals };
     if let Some(stopped) = (watch.interrupt)() {
         return Some(scp.conclude(stopped, 0));
     }
@@ -229,6 +236,7 @@ impl Iteration for Scp<'_> {
     /// One subproblem.
     fn advance(&mut self) -> Option<Outcome> {
         let curvature = self.curvature();
+        self.subproblem.tolerance = self.accuracy();
         let step = match self.subproblem.solve(&self.at, &curvature, &self.weights, None) {
             Ok(step) => step,
             Err(Failure::Time) => return Some(Outcome::TimeLimit),
@@ -254,10 +262,11 @@ impl Iteration for Scp<'_> {
         }
         let Tried { step, candidate, ratio } = tried;
         let length = longest(self.at.model, &step);
+        self.length = length;
         let bounded = length >= 0.99 * self.weights.radius;
         let accepted = ratio >= ACCEPT;
         let lacking = step.slacks.iter().fold(self.lacking(&step), |worst, slack| worst.max(*slack));
-        let feasible = lacking <= VIOLATED;
+        let feasible = lacking <= self.violated();
         let dearest = self.reprice(&step);
         if accepted {
             if let Some(candidate) = candidate {
@@ -308,9 +317,29 @@ impl<'a> Scp<'a> {
         let before = self.merit(&self.at);
         let actual = candidate.as_ref().map_or(f64::NEG_INFINITY, |candidate| before - self.merit(candidate));
         // Below the cone solver's accuracy no ratio means anything: such moves are taken.
-        let noise = self.options.cone_tolerance * (1.0 + self.at.cost.abs());
+        let noise = self.subproblem.tolerance * (1.0 + self.at.cost.abs());
         let ratio = (actual + noise) / (step.predicted.max(0.0) + noise);
         Tried { step, candidate, ratio }
+    }
+
+    /// Accuracy asked of the next subproblem. Where Newton ends what effort begins the first moves need not be more exact
+    /// than they are long; inputs that switch, and durations, are told apart by less.
+    fn accuracy(&self) -> f64 {
+        let least = self.options.cone_tolerance;
+        if !self.options.polish || !self.is_of_effort() {
+            return least;
+        }
+        (ACCURACY.0 * self.length).min(ACCURACY.1).max(least)
+    }
+
+    /// Whether effort alone is minimised, in a given duration.
+    fn is_of_effort(&self) -> bool {
+        self.at.model.duration.is_none() && self.at.limits.kinks.is_empty()
+    }
+
+    /// Slacks and defects above this count as violated.
+    fn violated(&self) -> f64 {
+        VIOLATED.max(self.subproblem.tolerance)
     }
 
     /// Stalled, where the trust region lets nothing move.
@@ -341,8 +370,9 @@ impl<'a> Scp<'a> {
     /// Keeps the prices above the multipliers, so that the merit function is exact.
     /// Tells whether all that is violated is at the highest price.
     fn reprice(&mut self, step: &Move) -> bool {
-        let dearest = (self.lacking(step) <= VIOLATED || self.weights.defect >= DEAREST)
-            && step.slacks.iter().zip(&self.weights.violation).all(|(s, w)| *s <= VIOLATED || *w >= DEAREST);
+        let violated = self.violated();
+        let dearest = (self.lacking(step) <= violated || self.weights.defect >= DEAREST)
+            && step.slacks.iter().zip(&self.weights.violation).all(|(s, w)| *s <= violated || *w >= DEAREST);
         let costates = step.multipliers.costates.iter().map(|costate| costate.amax());
         let largest = costates.fold(step.multipliers.terminal.amax(), f64::max);
         let mut sums = vec![0.0; self.weights.violation.len()];
@@ -351,10 +381,10 @@ impl<'a> Scp<'a> {
         }
         for ((weight, sum), slack) in self.weights.violation.iter_mut().zip(sums).zip(&step.slacks) {
             // A slack in use has its full price as multiplier: a higher price may remove it.
-            let wanted = if *slack > VIOLATED { 5.0 * *weight } else { 2.0 * sum };
+            let wanted = if *slack > violated { 5.0 * *weight } else { 2.0 * sum };
             *weight = weight.max(wanted).min(DEAREST);
         }
-        let wanted = if self.lacking(step) > VIOLATED { 5.0 * self.weights.defect } else { 2.0 * largest };
+        let wanted = if self.lacking(step) > violated { 5.0 * self.weights.defect } else { 2.0 * largest };
         self.weights.defect = self.weights.defect.max(wanted).min(DEAREST);
         dearest
     }
@@ -367,7 +397,13 @@ impl<'a> Scp<'a> {
     fn try_polish(&mut self, settled: bool) {
         let (at, Some(multipliers)) = (&self.at, &self.multipliers) else { return };
         let (options, watch) = (self.options, self.watch);
-        let told = if settled { Told::Settled } else { Told::Roughly };
+        let told = if settled {
+            Told::Settled
+        } else if self.length > SMALL && self.is_of_effort() {
+            Told::Vaguely
+        } else {
+            Told::Roughly
+        };
         let polished = polish(at.model, at.limits, &at.iterate, multipliers, options, told, watch);
         // Newton may run to a costlier stationary point; the convex iteration knows better.
         let slack = 0.02 * at.cost.abs() + self.weights.defect * at.infeasibility();

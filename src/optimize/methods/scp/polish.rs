@@ -68,6 +68,8 @@ pub(crate) struct Polished {
 /// How well the multipliers that Newton begins from tell which rows act.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Told {
+    /// By a move that was not small, on the way: the next one may tell otherwise.
+    Vaguely,
     /// Up to the cone solver's round-off, on the way.
     Roughly,
     /// The same where the convex iteration has settled.
@@ -100,6 +102,8 @@ impl Stabilised {
 }
 
 /// Polishes an iterate, one to which the convex iteration has settled with more patience; `None` where Newton does not settle.
+///
+/// Far from the end plain Newton fails soon, and the stabilised one late: another subproblem is found sooner.
 pub(crate) fn polish(
     model: &Model,
     rows: &LimitRows,
@@ -121,8 +125,9 @@ pub(crate) fn polish(
         let best = Some(newton.best).filter(|_| ended.contains(&report.outcome));
         best.filter(|best| best.residual <= options.polish_tolerance)
     };
+    let near = matches!(told, Told::Roughly | Told::Settled);
     newton(Stabilised::Not)
-        .or_else(|| (told != Told::Exactly).then(|| newton(Stabilised::Narrowly)).flatten())
+        .or_else(|| near.then(|| newton(Stabilised::Narrowly)).flatten())
         .or_else(|| (told == Told::Settled).then(|| newton(Stabilised::Widely)).flatten())
 }
 

@@ -69,8 +69,8 @@ pub(crate) struct Subproblem<'a> {
     model: &'a Model,
     rows: &'a LimitRows,
     solver: Option<ConeSolver>,
-    /// Accuracy asked of the cone solver.
-    tolerance: f64,
+    /// Accuracy asked of the cone solver in the next solve.
+    pub tolerance: f64,
     /// Who may end a solve.
     watch: Watch<'a>,
     /// Wall time inside the cone solver \[s\].
@@ -206,10 +206,14 @@ impl<'a> Subproblem<'a> {
     }
 
     fn answer(&mut self, program: Program) -> Result<Answer, ConeError> {
+        let (tolerance, time_limit) = (self.tolerance, self.watch.seconds_left());
+        let settings = ConeSettings { tolerance, time_limit, ..ConeSettings::default() };
         match &mut self.solver {
-            Some(solver) if solver.fits(&program) => solver.update(program)?,
+            Some(solver) if solver.fits(&program) => {
+                solver.update(program)?;
+                solver.set(&settings)?;
+            }
             _ => {
-                let settings = ConeSettings { tolerance: self.tolerance, ..ConeSettings::default() };
                 let mut solver = ConeSolver::new(program, &settings)?;
                 if let Some(flag) = self.watch.flag {
                     solver.heed(Arc::clone(flag));
@@ -218,10 +222,6 @@ impl<'a> Subproblem<'a> {
             }
         }
         let solver = self.solver.as_mut().expect("made above");
-        let seconds_left = self.watch.seconds_left();
-        if seconds_left.is_finite() {
-            solver.set_time_limit(seconds_left)?;
-        }
         let answer = solver.solve();
         let work = solver.work();
         self.seconds += work.seconds;

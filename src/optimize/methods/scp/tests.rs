@@ -425,6 +425,21 @@ fn early_polish_finds_the_same_point_in_few_subproblems() {
     }
 }
 
+/// Claim: where Newton ends the digits the first subproblem takes fewer iterations, and the way leads to the same point.
+#[test]
+fn subproblems_that_newton_ends_are_solved_roughly() {
+    for share in [Some(0.75), Some(0.65)] {
+        let problem = reference_slew(share);
+        let (ended, alone) = (ScpOptions::default(), ScpOptions { polish: false, ..ScpOptions::default() });
+        let [rough, sharp] =
+            [&ended, &alone].map(|options| converge(&problem, &options.clone().within(1)).1.cone_iterations);
+        assert!(rough < sharp, "{rough} {sharp}");
+        let [rough, sharp] =
+            [&ended, &alone].map(|options| converge(&problem, options).1.polished.expect("an optimum").cost);
+        assert!((rough - sharp).abs() < 1e-5 * sharp, "{rough} {sharp}");
+    }
+}
+
 #[test]
 fn without_limits_the_multipliers_are_the_costates_of_the_shooting() {
     let problem = reference_slew(None);

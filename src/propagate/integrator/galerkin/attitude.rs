@@ -65,10 +65,11 @@ impl Arc {
         }
     }
 
-    /// Starts from a constant angular velocity [rad/s].
-    pub fn constant_rate(&mut self, scheme: &Scheme, h: f64, rate: &Vector3) {
+    /// Starts from an angular velocity [rad/s] and its derivative [rad/s²], as if that were constant.
+    pub fn constant_acceleration(&mut self, scheme: &Scheme, h: f64, rate: &Vector3, acceleration: &Vector3) {
         for (xi, d) in self.xi.iter_mut().zip(&scheme.times) {
-            *xi = rate * (h * d);
+            let t = h * d;
+            *xi = rate * t + acceleration * (0.5 * t * t);
         }
     }
 

@@ -101,7 +101,9 @@ impl EulerPoincare {
         }
         let s = self.scheme.degree;
         let start = Start { j: self.j, h: 1.0, momentum: g };
-        self.arc.constant_rate(&self.scheme, 1.0, &(self.j_inverse * g));
+        let rate = self.j_inverse * g;
+        let acceleration = self.j_inverse * g.cross(&rate);
+        self.arc.constant_acceleration(&self.scheme, 1.0, &rate, &acceleration);
         let mut convergence = Convergence::new(true);
         for iterations in 1..=MAX_ITERATIONS {
             self.arc.place(&self.scheme);

@@ -15,9 +15,9 @@
 //! methods are symplectic and keep momenta, but are not symmetric in time.
 //!
 //! Inputs enter like forces of the potential (discrete Lagrange–d'Alembert). All equations are solved
-//! together by Newton. With the gradient of the potential the Jacobian is exact, 2–4 iterations; without it,
-//! or with too many bodies, its part is left out, every body is solved for alone, and the error shrinks by a
-//! factor of about h²‖U''‖ an iteration.
+//! together by Newton. With the gradient of the potential, and where loads do not depend on the poses, the Jacobian is
+//! exact, 2–4 iterations; without it, or with too many bodies, its part is left out, every body is solved for alone, and
+//! the error shrinks by a factor of about h²‖U''‖ an iteration.
 
 mod attitude;
 mod convergence;
@@ -67,6 +67,8 @@ pub(crate) struct Galerkin {
     single: Dense,
     right: Vec<f64>,
     stiffness: Stiffness,
+    /// Whether what acts on the bodies depends on where they are.
+    posed: bool,
     /// Whether the curves are those of the last step.
     warm: bool,
 }
@@ -131,6 +133,7 @@ impl Galerkin {
             single: Dense::new(3 * degree),
             right: vec![0.0; unknowns],
             stiffness: Stiffness::of(&scheme, step),
+            posed: system.potential().is_some_and(|potential| potential.depends_on_poses()),
             scheme,
             warm: false,
         }
@@ -147,7 +150,8 @@ impl Galerkin {
         Facts { order, explicit: false, force_evaluations: None, ..Facts::VARIATIONAL }
     }
 
-    /// Curves to start from: where those of the last step lead, or constant velocities.
+    /// Curves to start from: where those of the last step lead, or the rates and velocities that a body has, its rate with
+    /// the acceleration that is known before its curve is.
     fn predict(&mut self, warm: bool) {
         let h = self.course.loads.step;
         for (index, curve) in self.curves.iter_mut().enumerate() {
@@ -167,7 +171,9 @@ impl Galerkin {
                 }
             } else {
                 let rate = body.inertia.j_inverse() * momentum.angular;
-                curve.arc.constant_rate(&self.scheme, h, &rate);
+                let moment = if self.posed { Vector3::zeros() } else { self.wrenches[index].moment };
+                let acceleration = body.inertia.j_inverse() * (momentum.angular.cross(&rate) + moment);
+                curve.arc.constant_acceleration(&self.scheme, h, &rate, &acceleration);
                 let velocity = body.mass.map_or_else(Vector3::zeros, |mass| momentum.linear / mass);
                 for (shift, d) in curve.shifts.iter_mut().zip(&self.scheme.times[..s]) {
                     *shift = velocity * (h * d);
@@ -176,13 +182,21 @@ impl Galerkin {
         }
     }
 
-    /// Puts all bodies at the quadrature points and evaluates what acts on them there.
+    /// Puts all bodies at the quadrature points and evaluates what acts on them there, where that depends on it.
     fn look(&mut self, inputs: &[Input]) {
-        let n = self.curves.len();
         for curve in &mut self.curves {
             curve.arc.place(&self.scheme);
         }
+        if self.posed {
+            self.evaluate(inputs);
+        }
+    }
+
+    /// What acts on the bodies at the quadrature points.
+    fn evaluate(&mut self, inputs: &[Input]) {
+        let n = self.curves.len();
         if self.course.loads.is_free(inputs) {
+            self.wrenches.fill(Wrench::zero());
             return;
         }
         for (i, wrenches) in self.wrenches.chunks_exact_mut(n).enumerate() {
@@ -270,7 +284,7 @@ impl Galerkin {
 
     fn solve(&mut self, inputs: &[Input]) -> Result<(), StepError> {
         let free = self.course.loads.is_free(inputs);
-        let exact = self.coupled.is_some() || self.course.loads.system.potential().is_none();
+        let exact = self.coupled.is_some() || !self.posed;
         let mut convergence = Convergence::new(exact);
         for iterations in 1..=MAX_ITERATIONS {
             self.look(inputs);
@@ -392,8 +406,8 @@ fn couple(curves: &[Curve], scheme: &Scheme, h: f64, i: usize, blocks: &[Blocks]
 
 impl Method for Galerkin {
     fn advance(&mut self, inputs: &[Input]) -> Result<(), StepError> {
-        if self.course.loads.is_free(inputs) {
-            self.wrenches.fill(Wrench::zero());
+        if !self.posed {
+            self.evaluate(inputs);
         }
         self.predict(self.warm);
         if let Err(error) = self.solve(inputs) {

@@ -1,6 +1,8 @@
 //! The Galerkin methods against reference steps, the reduced equations, and other degrees.
 
 use super::*;
+use crate::mechanics::environment::Pose;
+use crate::mechanics::full_body::Potential;
 use crate::propagate::integrator::{EulerPoincare, Quadrature};
 
 fn rule(name: &str) -> Quadrature {
@@ -48,4 +50,44 @@ fn the_reduced_equations_give_the_same_free_body() {
         assert!((full.state().poses()[0].attitude - attitude).amax() < 1e-13, "{kind}");
         assert!((full.state().momenta()[0].angular - momentum).amax() < 1e-13, "{kind}");
     }
+}
+
+/// A moment held in body axes, which says that it does not depend on the pose, or keeps quiet.
+#[derive(Debug)]
+struct Held {
+    moment: Vector3,
+    quiet: bool,
+}
+
+impl Potential for Held {
+    fn energy(&self, _: &[Pose]) -> f64 {
+        0.0
+    }
+
+    fn wrenches(&self, _: &[Pose], wrenches: &mut [Wrench]) {
+        wrenches[0] = Wrench { force: Vector3::zeros(), moment: self.moment };
+    }
+
+    fn depends_on_poses(&self) -> bool {
+        self.quiet
+    }
+}
+
+/// Claim: where a load is known not to depend on the pose Newton is exact, and two iterations do from the first step on.
+#[test]
+fn a_held_moment_takes_two_iterations_a_step() {
+    let moment = Vector3::new(0.3, -0.5, 0.4);
+    let motion = |quiet: bool| {
+        let system = System::new(vec![attitude_body()], Some(Arc::new(Held { moment, quiet }))).unwrap();
+        let state = super::start(&system, &Matrix3::identity(), Vector3::new(0.1, -0.06, 0.08));
+        let kind = Kind::Galerkin { degree: 4, quadrature: Quadrature::Gauss };
+        let mut method = method(kind, &system, &state, 0.05);
+        for _ in 0..20 {
+            method.step(&[]).unwrap();
+        }
+        (method.state().clone(), method.work().iterations)
+    };
+    let ((told, few), (quiet, more)) = (motion(false), motion(true));
+    assert!(distance(&told, &quiet) < 1e-14, "{:e}", distance(&told, &quiet));
+    assert!(few <= 40 && more > 40, "{few} {more}");
 }
