@@ -7,7 +7,15 @@
 //! `cargo run --release --example minimum_time -- plain [EVERY]`: the cases that people try first, from rest to rest about
 //! the axes of boxes by 60 to 180°, with limits alike and not. The default answer beside the best of a thorough search in these
 //! axes of the body and in others, which are the same maneuver.
+//!
+//! `cargo run --release --example minimum_time -- random [COUNT]`: full inertias of random triangles, ratio at most 10, about random
+//! axes; limits within a factor of 5; uniform attitudes; rates at both ends up to 1 in the unit of time. 2000 by default. The plan,
+//! when there is one, has passed the witnesses.
 
+#[path = "../tests/common/random.rs"]
+mod random;
+
+use random::Random;
 use slewkit::maneuver::{Problem, Settings, State, Structure, Thoroughness};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
 use slewkit::plan::{Silent, Status, plan};
@@ -40,6 +48,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut words = std::env::args().skip(1).peekable();
     if words.next_if(|word| word == "plain").is_some() {
         return plain(words.next().map_or(Ok(1), |word| word.parse())?);
+    }
+    if words.next_if(|word| word == "random").is_some() {
+        return any(words.next().map_or(Ok(2000), |word| word.parse())?);
     }
     let count = words.next().map_or(Ok(usize::MAX), |word| word.parse())?;
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/minimum_time");
@@ -195,6 +206,55 @@ fn plain(every: usize) -> Result<(), Box<dyn Error>> {
     let [median, most, nearly_all, _] = parts(solve_ms);
     println!("  solve: median {median:.1} ms, 90 % {most:.1} ms, 99 % {nearly_all:.1} ms");
     Ok(())
+}
+
+/// Any body, limits, attitudes and rates.
+fn any(count: usize) -> Result<(), Box<dyn Error>> {
+    let mut random = Random::new(2026);
+    let (mut solve_ms, mut solved) = (Vec::new(), 0);
+    for index in 0..count {
+        let problem = drawn(&mut random)?;
+        let plan = plan(&problem, &Settings::default(), None, &mut Silent)?;
+        solve_ms.push(plan.solution.solve_time * 1e3);
+        solved += usize::from(plan.status == Status::Solved);
+        if plan.status != Status::Solved {
+            let shortfall = plan.solution.shortfall.unwrap_or_default();
+            println!("  case {index}: {} {shortfall}", plan.status.name());
+        }
+    }
+    let [median, most, nearly_all, _] = parts(solve_ms);
+    println!("random: {solved} of {count} solved and verified");
+    println!("  solve: median {median:.1} ms, 90 % {most:.1} ms, 99 % {nearly_all:.1} ms");
+    Ok(())
+}
+
+fn drawn(random: &mut Random) -> Result<Problem, Box<dyn Error>> {
+    // Uniform in a ball.
+    let ball = |random: &mut Random| loop {
+        let vector = Vector3::from_fn(|_, _| random.uniform());
+        if vector.norm() < 1.0 {
+            return vector;
+        }
+    };
+    // A uniform quaternion: four uniform numbers within the ball, made one.
+    let rotation = |random: &mut Random| loop {
+        let q: [f64; 4] = std::array::from_fn(|_| random.uniform());
+        let norm = q.iter().map(|part| part * part).sum::<f64>().sqrt();
+        if (0.1..1.0).contains(&norm) {
+            return lie::rotation_from_quaternion(&q.map(|part| part / norm));
+        }
+    };
+    let (a, b) = (random.within(1.0, 10.0), random.within(1.0, 10.0));
+    let c = random.within((a - b).abs().max(1.0), (a + b).min(10.0));
+    let axes = rotation(random);
+    let inertia = axes * Matrix3::from_diagonal(&Vector3::new(a, b, c)) * axes.transpose();
+    let body = Body { inertia: Inertia::new(0.5 * (inertia + inertia.transpose()))?, mass: None };
+    let limits: Vec<f64> = (0..3).map(|_| random.within(1.0, 5.0)).collect();
+    let unit = ((a * b * c).cbrt() / limits.iter().product::<f64>().cbrt()).sqrt();
+    let [start, end] = [0, 1].map(|_| State::attitude(rotation(random), ball(random) / unit));
+    let limits = Limits { size: Some(limits), ..Limits::default() };
+    let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits)?;
+    Ok(Problem::minimum_time(body, start, end).with_actuation(Actuation::torques(torques)))
 }
 
 /// The median, what nine tenths and 99 % are below, and the largest; NaN of nothing.

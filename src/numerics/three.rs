@@ -80,12 +80,6 @@ pub(crate) fn written<T: Number>(at: impl Fn(usize, usize) -> T) -> Matrix<T> {
     Matrix::new(at(0, 0), at(0, 1), at(0, 2), at(1, 0), at(1, 1), at(1, 2), at(2, 0), at(2, 1), at(2, 2))
 }
 
-/// The vector of these entries.
-#[inline(always)]
-pub(crate) fn entries<T: Number>(at: impl Fn(usize) -> T) -> Vector<T> {
-    Vector::new(at(0), at(1), at(2))
-}
-
 /// `S(v)`.
 #[inline(always)]
 pub(crate) fn skew<T: Number>(v: &Vector<T>) -> Matrix<T> {

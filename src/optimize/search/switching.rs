@@ -148,7 +148,7 @@ fn solve_once(problem: &Problem, context: &Context, arcs: bool) -> Solution {
             break;
         }
     }
-    let Some(plan) = chosen else {
+    let Some(mut plan) = chosen else {
         let arcs = found.limits.iter().find_map(|limit| limit.arcs.as_ref());
         let arcs = arcs.map(|(arcs, _)| arcs.switches.len() + 1);
         if !shortest_told(problem, &found, context, &mut solution) {
@@ -162,6 +162,10 @@ fn solve_once(problem: &Problem, context: &Context, arcs: bool) -> Solution {
         }
         return ended(solution, Outcome::Stalled, context);
     };
+    if problem.objective.fuel().is_none() {
+        let eigenaxis = found.eigenaxis.or_else(|| eigenaxis::duration(&extremal));
+        plan.switching.eigenaxis_s = eigenaxis.map(|duration| duration * units.time);
+    }
     solution.rivals = rivals(&extremal, &found.limits, &plan, &units);
     finished(solution, plan, context)
 }
@@ -338,12 +342,8 @@ fn planned(
 ) -> Option<Planned> {
     let arcs = limit.arcs.as_ref();
     let mut recorded = record(problem, extremal, units, &grid)?;
-    let second = units.time;
-    if problem.objective.fuel().is_none() {
-        recorded.switching.eigenaxis_s = eigenaxis::duration(extremal).map(|duration| duration * second);
-    }
     recorded.switching.smoothing = smoothing;
-    recorded.switching.continuous_duration_s = limit.duration() * second;
+    recorded.switching.continuous_duration_s = limit.duration() * units.time;
     recorded.switching.continuous_cost = limit.cost(extremal) * units.cost();
     recorded.start = limit.name().into();
     let switching = &mut recorded.switching;

@@ -4,7 +4,7 @@ use super::arcs::Arcs;
 use super::extremal::{Bias, Extremal, Law};
 use super::flow::{COOPER_VERNER, Course, Lanes, Node, advance};
 use super::grid_step::Torque;
-use super::on_grid::{OnGrid, Step};
+use super::on_grid::{MOST_ITERATIONS, OnGrid, Step};
 use super::smooth::Smoothed;
 use crate::Vector3;
 
@@ -122,6 +122,11 @@ pub(crate) fn arcs_on_grid(extremal: &Extremal, arcs: &Arcs, steps: usize) -> Op
 /// ε that a step of the grid can follow, times the number of steps.
 const FOLLOWED: f64 = 0.3;
 
+/// On the way to a smaller ε: residual over ε at which Newton ends, and most iterations. Where the grid cannot follow it takes
+/// all of them.
+const ON_THE_WAY: f64 = 1e-2;
+const MOST_ON_THE_WAY: usize = 12;
+
 /// ε that is tried after none at all.
 const LEAST_SMOOTHING: f64 = 1e-4;
 
@@ -137,28 +142,28 @@ pub(crate) fn smooth_on_grid(
     // The direction of a torque of given norm turns smoothly; inputs jump, and so does a norm that costs.
     let jumps = matches!(extremal.law, Law::Inputs(_)) || extremal.counts_fuel();
     let wish = if jumps { smooth.epsilon.max(FOLLOWED / steps as f64) } else { smooth.epsilon };
-    let at = |grid: &OnGrid, epsilon: f64| {
+    let at = |grid: &OnGrid, epsilon: f64, most: usize| {
         let mut grid = grid.clone();
         for step in &mut grid.steps {
             step.torque = Torque::Smooth(epsilon);
         }
-        grid.solve(extremal)
+        grid.solve_to(ON_THE_WAY * epsilon, most, extremal)
     };
-    let (mut epsilon, mut found) = (wish, at(&start, wish));
+    let (mut epsilon, mut found) = (wish, at(&start, wish, MOST_ITERATIONS));
     for _ in 0..4 {
         if found.is_some() {
             break;
         }
         epsilon = (2.5 * epsilon).max(LEAST_SMOOTHING);
-        found = at(&start, epsilon);
+        found = at(&start, epsilon, MOST_ITERATIONS);
     }
     let mut found = found?;
     while epsilon > least {
         let next = (0.4 * epsilon).max(least);
-        let Some(better) = at(&found, next) else { break };
+        let Some(better) = at(&found, next, MOST_ON_THE_WAY) else { break };
         (found, epsilon) = (better, next);
     }
-    Some((found, epsilon))
+    Some((found.solve(extremal)?, epsilon))
 }
 
 /// A smoothed extremal on equal steps.

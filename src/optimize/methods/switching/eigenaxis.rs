@@ -24,7 +24,8 @@ pub(crate) fn duration(extremal: &Extremal) -> Option<f64> {
         Law::Inputs(axes) if axes.len() == 3 => {
             let inverse = Matrix3::from_columns(&[axes[0], axes[1], axes[2]]).try_inverse()?;
             let (a, b, middle) = (inverse * push, inverse * turn, inverse * extremal.middle);
-            Box::new(move |p| within(&a, &(2.0 * p * b - middle)))
+            let per = a.map(|a| 1.0 / a);
+            Box::new(move |p| within(&per, &(2.0 * p * b - middle)))
         }
         Law::Inputs(_) => return None,
         Law::Norm(limit) => {
@@ -53,19 +54,19 @@ pub(crate) fn duration(extremal: &Extremal) -> Option<f64> {
     Some((0..PARTS).map(|index| 2.0 * step / (speed(index) + speed(index + 1))).sum())
 }
 
-/// The accelerations `x` for which every `|a x + b| ≤ 1`.
-fn within(a: &Vector3, b: &Vector3) -> Option<(f64, f64)> {
+/// The accelerations `x` for which every `|x/c + b| ≤ 1`.
+fn within(c: &Vector3, b: &Vector3) -> Option<(f64, f64)> {
     let (mut least, mut most) = (f64::NEG_INFINITY, f64::INFINITY);
-    for (a, b) in a.iter().zip(b) {
-        if a.abs() < 1e-12 {
+    for (c, b) in c.iter().zip(b) {
+        if c.abs() > 1e12 {
             if b.abs() > 1.0 {
                 return None;
             }
             continue;
         }
-        let (one, other) = ((-1.0 - b) / a, (1.0 - b) / a);
-        least = least.max(one.min(other));
-        most = most.min(one.max(other));
+        let (middle, reach) = (-b * c, c.abs());
+        least = least.max(middle - reach);
+        most = most.min(middle + reach);
     }
     (least < most).then_some((least, most))
 }

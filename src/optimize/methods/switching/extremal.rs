@@ -215,8 +215,13 @@ impl Extremal {
 
     /// The inputs of the smoothed law, each in `[−1, 1]`; one where the norm costs, none where it is limited alone.
     pub fn inputs(&self, e: &Vector3, epsilon: f64) -> Vec<f64> {
-        let switching = (0..self.switching_count()).map(|input| self.switching(input, e));
-        switching.map(|s| -s / (s * s + epsilon * epsilon).sqrt()).collect()
+        (0..self.switching_count()).map(|input| self.level(input, e, epsilon)).collect()
+    }
+
+    /// One of them.
+    pub fn level(&self, input: usize, e: &Vector3, epsilon: f64) -> f64 {
+        let s = self.switching(input, e);
+        -s / (s * s + epsilon * epsilon).sqrt()
     }
 
     /// Fewest switches of arcs at the limits: those of three axes, or where fuel counts those of one burn.

@@ -24,8 +24,8 @@
 use super::extremal::{Extremal, Response};
 use crate::numerics::eight::{Eight, Number};
 use crate::numerics::three::{
-    Matrix, Vector, apply, apply_transposed, cross, crossed, difference, dot, entries, product,
-    product_transposed, scaled, skew, splat, splat_matrix, sum, written,
+    Matrix, Vector, apply, apply_transposed, cross, crossed, difference, dot, product, product_transposed,
+    scaled, skew, splat, splat_matrix, sum, written,
 };
 use crate::{Matrix3, Vector3};
 
@@ -171,11 +171,20 @@ impl Node<Eight> {
     /// Eight nodes side by side.
     #[inline(always)]
     pub fn of<'a>(node: impl Fn(usize) -> &'a Node) -> Self {
-        Self {
-            r: written(|i, j| Eight::from_fn(|lane| node(lane).r[(i, j)])),
-            pi: entries(|i| Eight::from_fn(|lane| node(lane).pi[i])),
-            e: entries(|i| Eight::from_fn(|lane| node(lane).e[i])),
+        let none = Eight::of(0.0);
+        let mut all =
+            Self { r: written(|_, _| none), pi: splat(&Vector3::zeros()), e: splat(&Vector3::zeros()) };
+        for lane in 0..Eight::LANES {
+            let one = node(lane);
+            for i in 0..3 {
+                for j in 0..3 {
+                    all.r[(i, j)].0[lane] = one.r[(i, j)];
+                }
+                all.pi[i].0[lane] = one.pi[i];
+                all.e[i].0[lane] = one.e[i];
+            }
         }
+        all
     }
 }
 

@@ -27,6 +27,9 @@ const PARAMETERS: usize = 10;
 /// The same and the torque, where it answers to them.
 const WITH_TORQUE: usize = PARAMETERS + 3;
 
+/// A change of the torque after which the next one would be round-off: Newton squares it.
+const LAST_CHANGE: f64 = 1e-9;
+
 /// How the torque of a step comes about.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Torque {
@@ -144,17 +147,32 @@ impl Extremal {
         }
     }
 
-    /// The torque of a step by a law, by Newton on `τ = law(½(e + e⁺(τ)))`, and `(1 + ½ G ∂e⁺/∂τ)⁻¹ G`.
+    /// The torque of a step by a law, by Newton on `τ = law(½(e + e⁺(τ)))`, and `(1 + ½ G ∂e⁺/∂τ)⁻¹ G`; from the costate after
+    /// the step as it is expected, or else from that before.
     #[inline(always)]
     fn implicit_torque(
         &self,
+        m: &Vector3,
+        pi: &Vector3,
+        [e, expected]: [&Vector3; 2],
+        h: f64,
+        by: &Torque,
+    ) -> Option<(Vector3, Matrix3)> {
+        let first = self.answer(by, &(0.5 * (e + expected)))?.torque;
+        self.torque_from(first, m, pi, e, h, by)
+            .or_else(|| self.torque_from(self.answer(by, e)?.torque, m, pi, e, h, by))
+    }
+
+    #[inline(always)]
+    fn torque_from(
+        &self,
+        mut torque: Vector3,
         m: &Vector3,
         pi: &Vector3,
         e: &Vector3,
         h: f64,
         by: &Torque,
     ) -> Option<(Vector3, Matrix3)> {
-        let mut torque = self.answer(by, e)?.torque;
         for _ in 0..30 {
             let out = self.drifted::<3>(&In {
                 m: Dual3::constant(m),
@@ -169,31 +187,38 @@ impl Extremal {
             let inverse = drift_equation::inverse3(&(Matrix3::identity() + 0.5 * law.stiffness * answer));
             let change = inverse * (law.torque - torque);
             torque += change;
-            if change.norm() < 1e-14 * (1.0 + torque.norm()) {
+            if change.norm() < LAST_CHANGE * (1.0 + torque.norm()) {
                 return Some((torque, inverse * law.stiffness));
             }
         }
         None
     }
 
-    /// One step of length `h`; `None` where it is too long.
+    /// One step of length `h`; `None` where it is too long. A law is solved for from the costate that is expected after it.
     pub fn grid_step(
         &self,
         m: &Vector3,
         pi: &Vector3,
-        e: &Vector3,
+        [e, expected]: [&Vector3; 2],
         h: f64,
         torque: Torque,
     ) -> Option<GridStep> {
         widest(
             #[inline(always)]
-            || self.taken(m, pi, e, h, torque),
+            || self.taken(m, pi, [e, expected], h, torque),
         )
     }
 
     /// [`grid_step`](Self::grid_step) in registers of one width.
     #[inline(always)]
-    fn taken(&self, m: &Vector3, pi: &Vector3, e: &Vector3, h: f64, torque: Torque) -> Option<GridStep> {
+    fn taken(
+        &self,
+        m: &Vector3,
+        pi: &Vector3,
+        [e, expected]: [&Vector3; 2],
+        h: f64,
+        torque: Torque,
+    ) -> Option<GridStep> {
         match torque {
             Torque::Given { torque, running } => {
                 let mut given = In::<PARAMETERS>::at(m, pi, e, h);
@@ -202,7 +227,7 @@ impl Extremal {
                 Some(self.drifted(&given)?.step(&torque, |row| row.gradient))
             }
             Torque::Turning(_) | Torque::Smooth(_) => {
-                let (value, gain) = self.implicit_torque(m, pi, e, h, &torque)?;
+                let (value, gain) = self.implicit_torque(m, pi, [e, expected], h, &torque)?;
                 let mut given = In::<WITH_TORQUE>::at(m, pi, e, h);
                 given.torque = Dual3::parameters(&value, PARAMETERS);
                 let mut out = self.drifted(&given)?;

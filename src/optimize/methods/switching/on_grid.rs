@@ -24,7 +24,7 @@ use nalgebra::{DMatrix, DVector};
 /// Residual at which Newton ends if it falls no further.
 const CONVERGED: f64 = 2e-13;
 
-const MOST_ITERATIONS: usize = 30;
+pub(super) const MOST_ITERATIONS: usize = 30;
 
 /// An arc longer than this part of the duration is no more than halved in an iteration.
 const SHORT: f64 = 0.01;
@@ -104,7 +104,13 @@ impl OnGrid {
         for (k, step) in self.steps.iter().enumerate() {
             let node = &self.nodes[k];
             let m = apply_transposed(&node.r, &self.m);
-            let done = extremal.grid_step(&m, &node.pi, &node.e, self.step_length(step), step.torque)?;
+            let done = extremal.grid_step(
+                &m,
+                &node.pi,
+                [&node.e, &self.nodes[k + 1].e],
+                self.step_length(step),
+                step.torque,
+            )?;
             let slope = widest(
                 #[inline(always)]
                 || carried(&done, &self.m, node, step, &mut lanes),
@@ -163,11 +169,16 @@ impl OnGrid {
     }
 
     /// Newton to round-off; `None` where it does not get there. An arc may come out with no length, or a negative one.
-    pub fn solve(mut self, extremal: &Extremal) -> Option<Self> {
+    pub fn solve(self, extremal: &Extremal) -> Option<Self> {
+        self.solve_to(0.0, MOST_ITERATIONS, extremal)
+    }
+
+    /// Newton until the residual is below `enough`, or to round-off, in `most` iterations.
+    pub fn solve_to(mut self, enough: f64, most: usize, extremal: &Extremal) -> Option<Self> {
         let mut last = f64::INFINITY;
-        for iteration in 0..MOST_ITERATIONS {
+        for iteration in 0..most {
             let found = self.swept(extremal)?;
-            if found.merit < CONVERGED && found.merit >= 0.1 * last {
+            if found.merit < enough || found.merit < CONVERGED && found.merit >= 0.1 * last {
                 self.torques = found.torques;
                 self.residual = found.merit;
                 self.iterations = iteration;

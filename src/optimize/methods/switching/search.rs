@@ -111,18 +111,21 @@ pub(crate) struct Found {
     /// Sweeps of smoothed problems, and Newtons on switching times.
     pub sweeps: usize,
     pub newtons: usize,
+    /// Duration of the turn about the eigenaxis, where it was compared.
+    pub eigenaxis: Option<f64>,
 }
 
 /// Searches the best extremals; what is found before `stop` says so is kept. A plan that is no quicker than the turn about a
 /// fixed axis is a saddle as a rule: then the search becomes a thorough one.
 pub(crate) fn search(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool) -> Found {
-    let found = search_once(extremal, ask, stop);
-    let slow = || {
-        let quickest = found.limits.first()?.duration();
-        Some(quickest >= eigenaxis::duration(extremal)? * (1.0 - NO_GAIN))
-    };
+    let mut found = search_once(extremal, ask, stop);
     let again = ask.thoroughness == Thoroughness::Default && ask.path == Way::Best && extremal.seeks_time();
-    if !again || stop() || slow() != Some(true) {
+    if !again || stop() {
+        return found;
+    }
+    found.eigenaxis = eigenaxis::duration(extremal);
+    let slow = |quickest: &Limit| Some(quickest.duration() >= found.eigenaxis? * (1.0 - NO_GAIN));
+    if found.limits.first().and_then(slow) != Some(true) {
         return found;
     }
     let mut more = search_once(extremal, &Ask { thoroughness: Thoroughness::Thorough, ..*ask }, stop);
@@ -130,7 +133,7 @@ pub(crate) fn search(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool) ->
     more.limits.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
     more.limits.dedup_by(|a, b| (a.cost(extremal) - b.cost(extremal)).abs() <= SAME * b.cost(extremal));
     let [sweeps, newtons] = [more.sweeps + found.sweeps, more.newtons + found.newtons];
-    Found { sweeps, newtons, ..more }
+    Found { sweeps, newtons, eigenaxis: found.eigenaxis, ..more }
 }
 
 fn search_once(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool) -> Found {

@@ -7,7 +7,7 @@
 use super::extremal::{Bias, Extremal, Response};
 use super::flow::{COOPER_VERNER, Course, Lanes, Node, RK4, Stages, Units, taken};
 use crate::numerics::eight::{Eight, Number};
-use crate::numerics::three::{Vector, apply, cross};
+use crate::numerics::three::{Vector, apply, cross, splat};
 use crate::numerics::widest::widest;
 use crate::{Vector3, lie};
 use nalgebra::{SMatrix, SVector};
@@ -30,13 +30,25 @@ pub(crate) struct Path {
     pub parts: Vec<f64>,
 }
 
-/// What one sweep found.
-struct Sweep {
+/// How far a path is from an extremal: seven equations, and with the gaps between its intervals.
+struct Misses {
     residual: SVector<f64, 7>,
-    jacobian: SMatrix<f64, 7, 7>,
-    /// The last gap carried to the end.
-    carried: SVector<f64, 7>,
     merit: f64,
+}
+
+/// How the seven equations answer to the parameters, and to the gaps.
+struct Answers {
+    jacobian: SMatrix<f64, 7, 7>,
+    carried: SVector<f64, 7>,
+}
+
+/// What sweeps leave behind, eight intervals at once: what derivatives need of each, and its gap; and the derivatives of the
+/// nodes.
+#[derive(Default)]
+struct Swept {
+    stages: Vec<Stages<Eight, 4>>,
+    gaps: Vec<[Vector<Eight>; 3]>,
+    lanes: Vec<Lanes<8>>,
 }
 
 /// The smoothed problem at one ε.
@@ -70,12 +82,49 @@ impl Path {
 }
 
 impl Smooth<'_> {
-    /// Into `lanes` the derivatives of the nodes.
-    fn sweep(&self, path: &Path, lanes: &mut Vec<Lanes<8>>) -> Option<Sweep> {
-        widest(
+    /// Every interval from its own node, without derivatives: most paths that are tried are not gone on from.
+    fn sweep(&self, path: &Path, swept: &mut Swept) -> Option<Misses> {
+        let gaps = widest(
             #[inline(always)]
-            || self.swept(path, lanes),
-        )
+            || {
+                if self.accurate {
+                    self.accurately(path, &mut swept.lanes)
+                } else {
+                    self.eight_by_eight(path, swept)
+                }
+            },
+        );
+        let extremal = self.extremal;
+        let end = path.nodes[path.intervals()];
+        let miss = self.miss(&end);
+        let pi_miss = end.pi - extremal.j * extremal.end_rate;
+        // What determines the duration: it is given, or the Hamiltonian vanishes.
+        let last = match extremal.given_duration {
+            Some(given) => path.duration - given,
+            None => extremal.hamiltonian(&path.m, &end, self.at_end(&end).minimum),
+        };
+        let residual = SVector::from([miss.x, miss.y, miss.z, pi_miss.x, pi_miss.y, pi_miss.z, last]);
+        let merit = (residual.norm_squared() + gaps).sqrt();
+        merit.is_finite().then_some(Misses { residual, merit })
+    }
+
+    /// The derivatives of the path that was swept last.
+    fn answers(&self, path: &Path, swept: &mut Swept) -> Answers {
+        if !self.accurate {
+            widest(
+                #[inline(always)]
+                || self.carry(path, swept),
+            );
+        }
+        self.at_the_end(path, &swept.lanes[path.intervals()])
+    }
+
+    fn miss(&self, end: &Node) -> Vector3 {
+        lie::log(&(end.r * self.extremal.end_attitude.transpose()))
+    }
+
+    fn at_end(&self, end: &Node) -> Response {
+        self.extremal.smooth(&end.e, self.epsilon, &self.bias.at(1.0))
     }
 
     /// The law at a fraction of a stretch, given by the parts of the duration where it begins and ends.
@@ -91,7 +140,9 @@ impl Smooth<'_> {
     /// Each interval from its own node by the method of order 8: the lanes of all nodes, and the sum of the squares of the
     /// gaps. Kept out of line: few sweeps take it.
     #[inline(never)]
-    fn accurately(&self, path: &Path, lanes: &mut [Lanes<8>]) -> f64 {
+    fn accurately(&self, path: &Path, lanes: &mut Vec<Lanes<8>>) -> f64 {
+        lanes.resize(path.intervals() + 1, Lanes::zero());
+        lanes[0] = Lanes::of_costate();
         let course = Course::of(self.extremal, &path.m);
         let (mut stages, units) = (Stages::empty(), Units::new());
         let mut gaps = 0.0;
@@ -109,56 +160,58 @@ impl Smooth<'_> {
         gaps
     }
 
-    /// The same by the method of order 4, eight intervals at once.
+    /// The gaps alone by the method of order 4, eight intervals at once.
     #[inline(always)]
-    fn eight_by_eight(&self, path: &Path, lanes: &mut [Lanes<8>]) -> f64 {
+    fn eight_by_eight(&self, path: &Path, swept: &mut Swept) -> f64 {
         let n = path.intervals();
+        let batches = n.div_ceil(Eight::LANES);
+        swept.stages.resize_with(batches, Stages::empty);
+        swept.gaps.resize(batches, [splat(&Vector3::zeros()); 3]);
         let course = Course::of(self.extremal, &path.m);
         let duration = Eight::of(path.duration);
-        let (mut stages, units) = (Stages::empty(), Units::new());
         let mut gaps = 0.0;
-        for first in (0..n).step_by(Eight::LANES) {
+        for (batch, (stages, gap)) in swept.stages.iter_mut().zip(&mut swept.gaps).enumerate() {
+            let first = batch * Eight::LANES;
             // Where fewer than eight are left, the last one stands for those that are missing.
             let interval = |lane: usize| (first + lane).min(n - 1);
             let from = Node::of(|lane| &path.nodes[interval(lane)]);
             let to = Node::of(|lane| &path.nodes[interval(lane) + 1]);
             let stretch = [0, 1].map(|end| Eight::from_fn(|lane| path.parts[interval(lane) + end]));
             let length = (stretch[1] - stretch[0]) * duration;
-            let reached = course.step(&RK4, &from, length, self.law(stretch), &mut stages);
-            let gap = reached.minus(&to);
+            *gap = course.step(&RK4, &from, length, self.law(stretch), stages).minus(&to);
             for lane in 0..Eight::LANES.min(n - first) {
-                let k = first + lane;
-                let gap = taken(&gap, |number| number.0[lane]);
-                gaps += gap.iter().map(|part| part.norm_squared()).sum::<f64>();
-                let stretched = Some((TIME, path.duration));
-                let carried =
-                    stages.carry_on(length.0[lane], &lanes[k], stretched, &units, |number| number.0[lane]);
-                lanes[k + 1] = carried.with(GAP, &gap, &units);
+                gaps +=
+                    taken(gap, |number| number.0[lane]).iter().map(|part| part.norm_squared()).sum::<f64>();
             }
         }
         gaps
     }
 
+    /// The lanes of all nodes, one interval after the other.
     #[inline(always)]
-    fn swept(&self, path: &Path, stored: &mut Vec<Lanes<8>>) -> Option<Sweep> {
+    fn carry(&self, path: &Path, swept: &mut Swept) {
         let n = path.intervals();
-        stored.resize(n + 1, Lanes::zero());
-        stored[0] = Lanes::of_costate();
-        let gaps =
-            if self.accurate { self.accurately(path, stored) } else { self.eight_by_eight(path, stored) };
-        let lanes = &stored[n];
-        let end = path.nodes[n];
+        let units = Units::new();
+        swept.lanes.resize(n + 1, Lanes::zero());
+        swept.lanes[0] = Lanes::of_costate();
+        for k in 0..n {
+            let (batch, lane) = (k / Eight::LANES, k % Eight::LANES);
+            let length = (path.parts[k + 1] - path.parts[k]) * path.duration;
+            let stretched = Some((TIME, path.duration));
+            let gap = taken(&swept.gaps[batch], |number| number.0[lane]);
+            let carried =
+                swept.stages[batch]
+                    .carry_on(length, &swept.lanes[k], stretched, &units, |number| number.0[lane]);
+            swept.lanes[k + 1] = carried.with(GAP, &gap, &units);
+        }
+    }
+
+    /// The answers of a path whose last node answers by `lanes`.
+    fn at_the_end(&self, path: &Path, lanes: &Lanes<8>) -> Answers {
+        let end = path.nodes[path.intervals()];
         let extremal = self.extremal;
-        let response = extremal.smooth(&end.e, self.epsilon, &self.bias.at(1.0));
-        let target_pi = extremal.j * extremal.end_rate;
-        let miss = lie::log(&(end.r * extremal.end_attitude.transpose()));
-        // What determines the duration: it is given, or the Hamiltonian vanishes.
-        let last = match extremal.given_duration {
-            Some(given) => path.duration - given,
-            None => extremal.hamiltonian(&path.m, &end, response.minimum),
-        };
-        let jacobian_of_log = lie::left_jacobian_inverse(&miss);
-        let [w, pi_dot, e_dot] = extremal.rate(&path.m, &end, &response.torque);
+        let jacobian_of_log = lie::left_jacobian_inverse(&self.miss(&end));
+        let [w, pi_dot, e_dot] = extremal.rate(&path.m, &end, &self.at_end(&end).torque);
         let mut columns = [SVector::<f64, 7>::zeros(); 8];
         for (lane, column) in columns.iter_mut().enumerate() {
             let (eta, pi, e) = (lanes.block(0, lane), lanes.block(1, lane), lanes.block(2, lane));
@@ -170,25 +223,21 @@ impl Smooth<'_> {
             let eta = apply(&jacobian_of_log, &eta);
             *column = SVector::from([eta.x, eta.y, eta.z, pi.x, pi.y, pi.z, h]);
         }
-        let pi_miss = end.pi - target_pi;
-        let residual = SVector::from([miss.x, miss.y, miss.z, pi_miss.x, pi_miss.y, pi_miss.z, last]);
-        let merit = (residual.norm_squared() + gaps).sqrt();
         let [m_x, m_y, m_z, e_x, e_y, e_z, time, carried] = columns;
-        let jacobian = SMatrix::from_columns(&[m_x, m_y, m_z, e_x, e_y, e_z, time]);
-        let sweep = Sweep { residual, jacobian, carried, merit };
-        sweep.merit.is_finite().then_some(sweep)
+        Answers { jacobian: SMatrix::from_columns(&[m_x, m_y, m_z, e_x, e_y, e_z, time]), carried }
     }
 
     /// Newton until the merit is below `tolerance`; `None` where it does not get there. Counts sweeps.
     pub fn solve(&self, mut path: Path, tolerance: f64, most: usize, sweeps: &mut usize) -> Option<Path> {
         *sweeps += 1;
-        let (mut lanes, mut trial_lanes) = (Vec::new(), Vec::new());
-        let mut sweep = self.sweep(&path, &mut lanes)?;
+        let mut swept = Swept::default();
+        let mut misses = self.sweep(&path, &mut swept)?;
         for _ in 0..most {
-            if sweep.merit <= tolerance {
+            if misses.merit <= tolerance {
                 return Some(path);
             }
-            let step = sweep.jacobian.lu().solve(&-(sweep.residual + sweep.carried))?;
+            let Answers { jacobian, carried } = self.answers(&path, &mut swept);
+            let step = jacobian.lu().solve(&-(misses.residual + carried))?;
             if !step.iter().all(|value| value.is_finite()) {
                 return None;
             }
@@ -197,15 +246,15 @@ impl Smooth<'_> {
             let mut factor =
                 (COSTATE_STEP * costate / length).min(TIME_STEP * path.duration / step[TIME].abs());
             factor = factor.min(1.0);
+            let changes = changes(&swept.lanes, &step);
             let mut accepted = false;
             for _ in 0..6 {
-                let trial = moved(&path, &lanes, &step, factor);
+                let trial = moved(&path, &changes, &step, factor);
                 *sweeps += 1;
-                if let Some(next) = self.sweep(&trial, &mut trial_lanes)
-                    && next.merit < (1.0 - 0.1 * factor) * sweep.merit
+                if let Some(next) = self.sweep(&trial, &mut swept)
+                    && next.merit < (1.0 - 0.1 * factor) * misses.merit
                 {
-                    (path, sweep, accepted) = (trial, next, true);
-                    std::mem::swap(&mut lanes, &mut trial_lanes);
+                    (path, misses, accepted) = (trial, next, true);
                     break;
                 }
                 factor *= 0.4;
@@ -214,7 +263,7 @@ impl Smooth<'_> {
                 return None;
             }
         }
-        (sweep.merit <= tolerance).then_some(path)
+        (misses.merit <= tolerance).then_some(path)
     }
 
     /// The path on twice as many intervals.
@@ -227,13 +276,36 @@ impl Smooth<'_> {
         (0.2 / self.epsilon) as usize
     }
 
+    /// The residual of an extremal on the way to a smaller ε.
+    fn tolerance(&self) -> f64 {
+        (0.1 * self.epsilon).clamp(1e-4, 1e-2)
+    }
+
+    /// Solved again on more intervals until those are fine enough on which inputs change fast. On the
+    /// way coarse intervals do. Pulses of fuel, some of which only show where their switching functions graze zero, are read
+    /// from equal ones.
+    fn refined(&self, mut path: Path, sweeps: &mut usize) -> Option<Path> {
+        let wanted = self.wanted();
+        while path.intervals() < wanted
+            && let Some(finer) = if self.extremal.counts_fuel() {
+                (2 * path.intervals() <= MOST_EQUAL).then(|| self.doubled(&path))
+            } else {
+                self.finer(&path)
+            }
+        {
+            path = self.solve(finer, self.tolerance(), 12, sweeps)?;
+        }
+        Some(path)
+    }
+
     /// The path on more intervals, where it has too few: not enough in all, or one on which an input changes by more than
     /// [`ROUGH`] of its range.
     fn finer(&self, path: &Path) -> Option<Path> {
         let few = path.intervals() < ENOUGH.min(self.wanted());
-        let levels = |node: &Node| self.extremal.inputs(&node.e, self.epsilon);
+        let level = |input: usize, node: &Node| self.extremal.level(input, &node.e, self.epsilon);
+        let inputs = self.extremal.switching_count();
         let finer = self.divided(path, |from, to, depth| {
-            let changes = levels(from).into_iter().zip(levels(to)).map(|(from, to)| (to - from).abs());
+            let changes = (0..inputs).map(|input| (level(input, to) - level(input, from)).abs());
             few && depth == 0 || depth < DEEPEST && changes.fold(0.0, f64::max) > 2.0 * ROUGH
         });
         (finer.intervals() > path.intervals() && finer.intervals() <= MOST_INTERVALS).then_some(finer)
@@ -264,15 +336,19 @@ impl Smooth<'_> {
     }
 }
 
-fn moved(path: &Path, lanes: &[Lanes<8>], step: &SVector<f64, 7>, factor: f64) -> Path {
+/// How the nodes answer to a step of the parameters and to the gaps.
+fn changes(lanes: &[Lanes<8>], step: &SVector<f64, 7>) -> Vec<[Vector3; 3]> {
     let mut change = [0.0; 8];
     change[..7].copy_from_slice(step.as_slice());
     change[GAP] = 1.0;
-    let nodes = path.nodes.iter().zip(lanes);
+    lanes.iter().map(|lanes| lanes.times(&change)).collect()
+}
+
+fn moved(path: &Path, changes: &[[Vector3; 3]], step: &SVector<f64, 7>, factor: f64) -> Path {
     Path {
         m: path.m + factor * step.fixed_rows::<3>(0),
         duration: path.duration + factor * step[TIME],
-        nodes: nodes.map(|(node, lanes)| node.plus(&lanes.times(&change), factor)).collect(),
+        nodes: path.nodes.iter().zip(changes).map(|(node, change)| node.plus(change, factor)).collect(),
         parts: path.parts.clone(),
     }
 }
@@ -360,20 +436,10 @@ pub(crate) fn descend(
     while at.epsilon > target * (1.0 + 1e-9) {
         let epsilon = (ratio * at.epsilon).max(target);
         let smooth = Smooth { extremal, epsilon, bias: *bias, accurate: false };
-        let tolerance = (0.1 * epsilon).clamp(1e-4, 1e-2);
-        let mut next = smooth.solve(at.path.clone(), tolerance, 12, sweeps);
-        // On the way coarse intervals do. Pulses of fuel, some of which only show where their switching functions graze
-        // zero, are read from equal ones.
-        while let Some(path) = &next
-            && path.intervals() < smooth.wanted()
-            && let Some(finer) = if extremal.counts_fuel() {
-                (2 * path.intervals() <= MOST_EQUAL).then(|| smooth.doubled(path))
-            } else {
-                smooth.finer(path)
-            }
-        {
-            next = smooth.solve(finer, tolerance, 12, sweeps);
-        }
+        let tolerance = smooth.tolerance();
+        let next = smooth
+            .solve(at.path.clone(), tolerance, 12, sweeps)
+            .and_then(|path| smooth.refined(path, sweeps));
         if let Some(path) = next {
             at = Smoothed { path, epsilon };
             ratio = (0.8 * ratio).max(0.25);

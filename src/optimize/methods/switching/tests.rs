@@ -200,7 +200,7 @@ fn steps_of_the_grid_have_their_derivatives_and_the_hamiltonian_is_that_by_the_l
     }) {
         let at = |x: &[f64; 10]| {
             let part = |row: usize| Vector3::new(x[row], x[row + 1], x[row + 2]);
-            given.grid_step(&part(0), &part(3), &part(6), x[9], torque).unwrap()
+            given.grid_step(&part(0), &part(3), [&part(6), &part(6)], x[9], torque).unwrap()
         };
         let x = [0.7, 0.2, -0.4, 0.4, -0.3, 0.6, -0.5, 0.35, 0.2, 0.15];
         let found = at(&x);
@@ -227,6 +227,24 @@ fn steps_of_the_grid_have_their_derivatives_and_the_hamiltonian_is_that_by_the_l
             let m = Vector3::new(x[0], x[1], x[2]);
             let action = 1.0 + m.dot(&column(0)) + found.e.dot(&column(3));
             assert!((action - found.hamiltonian).abs() < 1e-14);
+        }
+    }
+}
+
+/// What is expected after a step is where the search for its torque begins, and no more.
+#[test]
+fn the_costate_expected_after_a_step_of_the_grid_does_not_change_it() {
+    let (m, pi, e) =
+        (Vector3::new(0.7, 0.2, -0.4), Vector3::new(0.4, -0.3, 0.6), Vector3::new(-0.5, 0.35, 0.2));
+    for (given, epsilon) in extremals().into_iter().flat_map(|given| [0.2, 1e-3].map(|e| (given.clone(), e)))
+    {
+        let expecting =
+            |after: &Vector3| given.grid_step(&m, &pi, [&e, after], 0.15, Torque::Smooth(epsilon)).unwrap();
+        let first = expecting(&e);
+        for after in [first.e, -e, Vector3::new(3.0, -2.0, 1.0)] {
+            let again = expecting(&after);
+            let apart = [again.torque - first.torque, again.pi - first.pi, again.e - first.e];
+            assert!(apart.iter().all(|apart| apart.norm() < 1e-12), "{epsilon} {after} {apart:?}");
         }
     }
 }
