@@ -4,6 +4,7 @@
 //! from its own node and chains the derivatives with respect to the seven parameters and the gaps between intervals, so
 //! that the whole Newton step is a 7×7 system: nothing grows along the maneuver but derivatives.
 
+use super::certificate::hermite;
 use super::extremal::{Bias, Extremal, Response};
 use super::flow::{COOPER_VERNER, Course, Lanes, Node, RK4, Stages, Units, taken};
 use crate::numerics::eight::{Eight, Number};
@@ -219,7 +220,7 @@ impl Smooth<'_> {
 
     /// The path on twice as many intervals.
     pub fn doubled(&self, path: &Path) -> Path {
-        self.divided(path, |_, _, depth| depth == 0)
+        self.divided(path, |_, _, _, depth| depth == 0)
     }
 
     /// Equal intervals that would do.
@@ -230,18 +231,36 @@ impl Smooth<'_> {
     /// The path on more intervals, where it has too few: not enough in all, or one on which an input changes by more than
     /// [`ROUGH`] of its range.
     fn finer(&self, path: &Path) -> Option<Path> {
-        let few = path.intervals() < ENOUGH.min(self.wanted());
-        let levels = |node: &Node| self.extremal.inputs(&node.e, self.epsilon);
-        let finer = self.divided(path, |from, to, depth| {
-            let changes = levels(from).into_iter().zip(levels(to)).map(|(from, to)| (to - from).abs());
-            few && depth == 0 || depth < DEEPEST && changes.fold(0.0, f64::max) > 2.0 * ROUGH
+        let fuel = self.extremal.counts_fuel();
+        let few = path.intervals() < if fuel { ENOUGH_FUEL } else { ENOUGH.min(self.wanted()) };
+        let levels = |e: &Vector3| self.extremal.inputs(e, self.epsilon);
+        let change = |from: &Vector3, to: &Vector3| {
+            let pairs = levels(from).into_iter().zip(levels(to));
+            pairs.map(|(from, to)| (to - from).abs()).fold(0.0, f64::max)
+        };
+        let finer = self.divided(path, |from, to, length, depth| {
+            // A pulse of fuel may come and go between two nodes.
+            let within =
+                || fuel && self.within(&path.m, from, to, length).any(|e| change(&from.e, &e) > 2.0 * ROUGH);
+            few && depth == 0 || depth < DEEPEST && (change(&from.e, &to.e) > 2.0 * ROUGH || within())
         });
         (finer.intervals() > path.intervals() && finer.intervals() <= MOST_INTERVALS).then_some(finer)
     }
 
+    /// The costate `e` at points between two nodes.
+    fn within(&self, m: &Vector3, from: &Node, to: &Node, length: f64) -> impl Iterator<Item = Vector3> {
+        let law = |e: &Vector3| self.extremal.smooth(e, self.epsilon, &Vector3::zeros());
+        let rate = |node: &Node| self.extremal.rate(m, node, &law(&node.e).torque)[2];
+        let (rates, ends) = ([rate(from), rate(to)], [from.e, to.e]);
+        (1..POINTS).map(move |point| {
+            let x = point as f64 / POINTS as f64;
+            hermite(x, length, [&ends[0], &ends[1]], [&rates[0], &rates[1]])
+        })
+    }
+
     /// The path with each interval divided in halves as often as `divide` says, of the nodes at its ends and how often it
     /// has been divided.
-    fn divided(&self, path: &Path, divide: impl Fn(&Node, &Node, usize) -> bool) -> Path {
+    fn divided(&self, path: &Path, divide: impl Fn(&Node, &Node, f64, usize) -> bool) -> Path {
         let (course, mut stages) = (Course::of(self.extremal, &path.m), Stages::empty());
         let (mut nodes, mut parts) = (vec![path.nodes[0]], vec![0.0]);
         for k in 0..path.intervals() {
@@ -249,7 +268,7 @@ impl Smooth<'_> {
             let mut ahead = vec![(path.nodes[k + 1], path.parts[k + 1], 0)];
             while let Some((to, end, depth)) = ahead.pop() {
                 let (from, begin) = (nodes[nodes.len() - 1], parts[parts.len() - 1]);
-                if divide(&from, &to, depth) {
+                if divide(&from, &to, (end - begin) * path.duration, depth) {
                     let half = 0.5 * (begin + end);
                     let length = (half - begin) * path.duration;
                     let middle = course.step(&RK4, &from, length, self.law([begin, half]), &mut stages);
@@ -281,6 +300,7 @@ fn moved(path: &Path, lanes: &[Lanes<8>], step: &SVector<f64, 7>, factor: f64) -
 /// ones, and others.
 pub(crate) const INTERVALS: usize = 32;
 const ENOUGH: usize = 64;
+const ENOUGH_FUEL: usize = 128;
 const MOST_EQUAL: usize = 600;
 const MOST_INTERVALS: usize = 3000;
 
@@ -290,6 +310,9 @@ const DEEPEST: usize = 8;
 
 /// The residual of an extremal that is carried further.
 const SETTLED: f64 = 1e-8;
+
+/// Points at which an integral looks at each interval.
+const POINTS: usize = 4;
 
 /// A path and the ε that it is an extremal for.
 #[derive(Clone, Debug)]
@@ -314,14 +337,23 @@ impl Smoothed {
         self.integral(extremal, |_, law| extremal.time_price + law.running)
     }
 
-    /// Over the duration, by the trapezoidal rule.
+    /// Over the duration, along cubics between the nodes: an input may go from one limit to the other between two of them.
     fn integral(&self, extremal: &Extremal, integrand: impl Fn(&Node, &Response) -> f64) -> f64 {
-        let none = Vector3::zeros();
-        let of = |node: &Node| integrand(node, &extremal.smooth(&node.e, self.epsilon, &none));
-        let values: Vec<f64> = self.path.nodes.iter().map(of).collect();
-        let pairs = values.windows(2).zip(self.path.parts.windows(2));
-        let sum: f64 = pairs.map(|(value, part)| 0.5 * (value[0] + value[1]) * (part[1] - part[0])).sum();
-        sum * self.path.duration
+        let (none, path) = (Vector3::zeros(), &self.path);
+        let law = |e: &Vector3| extremal.smooth(e, self.epsilon, &none);
+        let rate = |node: &Node| extremal.rate(&path.m, node, &law(&node.e).torque)[2];
+        let rates: Vec<Vector3> = path.nodes.iter().map(rate).collect();
+        let mut sum = 0.0;
+        for k in 0..path.intervals() {
+            let part = path.parts[k + 1] - path.parts[k];
+            let (nodes, rates) = ([&path.nodes[k].e, &path.nodes[k + 1].e], [&rates[k], &rates[k + 1]]);
+            for point in 0..POINTS {
+                let x = (point as f64 + 0.5) / POINTS as f64;
+                let e = hermite(x, part * path.duration, nodes, rates);
+                sum += part / POINTS as f64 * integrand(&Node { e, ..path.nodes[k] }, &law(&e));
+            }
+        }
+        sum * path.duration
     }
 }
 
@@ -347,8 +379,33 @@ pub(crate) fn settle(extremal: &Extremal, from: Smoothed, target: f64, sweeps: &
     }
 }
 
-/// Continues an extremal from its ε down to `target`; where it does not get there, how far it came.
+/// Continues an extremal from its ε down to `target`; where it does not get there, how far it came. On the way coarse
+/// intervals do. Pulses of fuel, some of which only show where their switching functions graze zero, are read from equal ones.
 pub(crate) fn descend(
+    extremal: &Extremal,
+    from: &Smoothed,
+    target: f64,
+    bias: &Bias,
+    sweeps: &mut usize,
+) -> Result<Smoothed, Smoothed> {
+    let on = if extremal.counts_fuel() { Intervals::Equal } else { Intervals::Following };
+    descend_on(on, extremal, from, target, bias, sweeps)
+}
+
+/// Intervals of a path that is continued.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Intervals {
+    /// Equal ones.
+    Equal,
+    /// Such as follow the changes of the inputs, as long as there are few.
+    Following,
+    /// Such as follow every change.
+    Close,
+}
+
+/// The same on intervals of either kind.
+pub(crate) fn descend_on(
+    intervals: Intervals,
     extremal: &Extremal,
     from: &Smoothed,
     target: f64,
@@ -362,14 +419,11 @@ pub(crate) fn descend(
         let smooth = Smooth { extremal, epsilon, bias: *bias, accurate: false };
         let tolerance = (0.1 * epsilon).clamp(1e-4, 1e-2);
         let mut next = smooth.solve(at.path.clone(), tolerance, 12, sweeps);
-        // On the way coarse intervals do. Pulses of fuel, some of which only show where their switching functions graze
-        // zero, are read from equal ones.
         while let Some(path) = &next
-            && path.intervals() < smooth.wanted()
-            && let Some(finer) = if extremal.counts_fuel() {
-                (2 * path.intervals() <= MOST_EQUAL).then(|| smooth.doubled(path))
-            } else {
-                smooth.finer(path)
+            && let Some(finer) = match intervals {
+                _ if path.intervals() >= smooth.wanted() && intervals != Intervals::Close => None,
+                Intervals::Equal => (2 * path.intervals() <= MOST_EQUAL).then(|| smooth.doubled(path)),
+                Intervals::Following | Intervals::Close => smooth.finer(path),
             }
         {
             next = smooth.solve(finer, tolerance, 12, sweeps);
