@@ -201,10 +201,10 @@ fn canted(axes: [[f64; 3]; 8], limits: [f64; 8]) -> Actuation {
 #[test]
 fn trains_of_pulses_stand_for_singular_arcs() {
     let few = Problem::minimum_fuel(
-        full([4.144, 0.5765, -0.246, 2.023, 1.889, 5.176]),
+        full([5.982, 0.5765, -0.246, 2.023, 1.889, 5.176]),
         at([0.0; 3], [0.0; 3]),
         at([-0.8346, -0.1312, 0.5215], [0.0; 3]),
-        5.982,
+        4.144,
     )
     .with_actuation(torques(&CUBE, &[4.62, 1.358, 1.132]));
     let two_arcs = Problem::minimum_fuel(
@@ -252,6 +252,29 @@ fn long_durations_have_extremals_where_smoothed_thrusters_lead_astray() {
     .with_actuation(canted(axes, [1.004, 2.375, 1.089, 3.668, 2.971, 3.122, 4.787, 4.773]));
     let switching = solved(&problem).solution.switching.unwrap();
     assert!(switching.gap <= 1e-4 * switching.continuous_cost, "{switching:?}");
+}
+
+/// In the middle of their limits these turn the body, and the more the longer a first path takes.
+#[test]
+fn thrusters_that_push_unequally_have_a_shortest_time() {
+    let axes = [
+        [-0.6944, -0.3899, -0.6048],
+        [0.8655, -0.4105, -0.2872],
+        [-0.6737, 0.2562, -0.6931],
+        [0.6448, 0.6524, -0.3983],
+        [-0.4249, -0.8183, 0.3871],
+        [0.3374, -0.8112, 0.4775],
+        [-0.7313, 0.301, 0.612],
+        [0.4106, 0.323, 0.8527],
+    ];
+    let problem = Problem::minimum_time(
+        full([8.642, -0.5708, -1.957, 9.095, -0.4338, 1.865]),
+        at([0.0; 3], [0.0; 3]),
+        at([-1.642, 0.2817, 0.5205], [0.0; 3]),
+    )
+    .with_actuation(canted(axes, [4.563, 2.49, 1.07, 2.914, 4.861, 3.757, 4.197, 2.857]));
+    let switching = solved(&problem).solution.switching.unwrap();
+    assert!(switching.gap <= 1e-3 * switching.continuous_duration_s, "{switching:?}");
 }
 
 /// The discrete optimum on 100 steps has other pulses than that of the equations of motion, and smoothed inputs burn 7 % more.
