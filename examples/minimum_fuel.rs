@@ -1,7 +1,8 @@
 //! Random maneuvers of least fuel: how many are solved and verified, how large their gaps are, how often the default search
 //! finds what the thorough one finds, and how long it takes.
 //!
-//! `cargo run --release --example minimum_fuel [-- COUNT [FAMILY]]`
+//! `cargo run --release --example minimum_fuel [-- COUNT [FAMILY [alone]]]`; `alone` leaves out the thorough search, which takes
+//! most of the time.
 //!
 //! The law: principal moments of a random triangle in [1, 10] about random axes; a rotation vector of uniform direction and
 //! an angle up to π; from rest to rest for even cases, for odd ones with rates up to 0.3 rad in the unit of time; limits
@@ -63,6 +64,7 @@ impl Family {
 fn main() -> Result<(), Box<dyn Error>> {
     let count: usize = std::env::args().nth(1).map_or(Ok(1000), |word| word.parse())?;
     let only = std::env::args().nth(2);
+    let alone = std::env::args().nth(3).is_some_and(|word| word == "alone");
     for family in Family::ALL {
         if only.as_ref().is_some_and(|only| only != family.name()) {
             continue;
@@ -72,7 +74,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             pulses(&mut random, family, count)?;
             continue;
         }
-        let mut tally = Tally::default();
+        let mut tally = Tally { alone, ..Tally::default() };
         for index in 0..count {
             tally.take(index, &case(&mut random, family, index % 2 == 1)?)?;
         }
@@ -193,6 +195,8 @@ fn pulses(random: &mut Random, family: Family, count: usize) -> Result<(), Box<d
 
 #[derive(Default)]
 struct Tally {
+    /// Without the thorough search.
+    alone: bool,
     cases: usize,
     solved: usize,
     exact: usize,
@@ -221,7 +225,7 @@ impl Tally {
         self.whole_ms.push(began.elapsed().as_secs_f64() * 1e3);
         self.solve_ms.push(found.solution.solve_time * 1e3);
         let thorough = Settings { search: Thoroughness::Thorough, ..Settings::default() };
-        let best = cost(&plan(problem, &thorough, None, &mut Silent)?);
+        let best = if self.alone { None } else { cost(&plan(problem, &thorough, None, &mut Silent)?) };
         let Some((own, switching)) = cost(&found).zip(found.solution.switching.as_ref()) else {
             println!("  case {index}: {}, {:?}", found.status.name(), found.solution.shortfall);
             return Ok(());

@@ -21,6 +21,7 @@ use crate::optimize::methods::switching::eigenaxis;
 use crate::optimize::methods::switching::extremal::{Extremal, Law};
 use crate::optimize::methods::switching::grid_step::Torque;
 use crate::optimize::methods::switching::on_grid::OnGrid;
+use crate::optimize::methods::switching::pulses::on_grid::arcs_placed;
 use crate::optimize::methods::switching::scaled::{Units, input_of, inputs, scaled, shared};
 use crate::optimize::methods::switching::search::{Found, Limit, search};
 use crate::optimize::methods::switching::smooth::Smoothed;
@@ -307,12 +308,14 @@ struct Planned {
     sheet: [f64; 4],
 }
 
-/// The discrete optimum of the best arcs where they have room on the grid; otherwise that of the next looser ones, or of the
-/// smoothed law if it is cheaper.
+/// The discrete optimum of the best arcs where they have room on the grid, or the nearest to it; otherwise that of the next looser
+/// ones, or of the smoothed law if it is cheaper.
 fn cheapest(problem: &Problem, extremal: &Extremal, units: &Units, limit: &Limit) -> Option<Planned> {
     let aligned = |limit: &Limit| {
         let (arcs, _) = limit.arcs.as_ref()?;
-        let grid = arcs_on_grid(extremal, arcs, problem.steps)?;
+        // The discrete optimum may lack a pulse of the continuous one, or have its pulses in another order.
+        let grid = arcs_on_grid(extremal, arcs, problem.steps)
+            .or_else(|| arcs_placed(extremal, arcs, problem.steps))?;
         planned(problem, extremal, units, limit, grid, None)
     };
     if let Some(plan) = aligned(limit) {

@@ -184,6 +184,125 @@ fn short_pulses_and_singular_arcs_are_refined_until_hardly_anything_is_to_be_gai
     }
 }
 
+fn full(inertia: [f64; 6]) -> Body {
+    let [xx, xy, xz, yy, yz, zz] = inertia;
+    Body { inertia: Inertia::new(Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)).unwrap(), mass: None }
+}
+
+/// Thrusters of these axes and limits, each by itself.
+fn canted(axes: [[f64; 3]; 8], limits: [f64; 8]) -> Actuation {
+    let limits = Limits { size: Some(limits.to_vec()), one_sided: true, ..Limits::default() };
+    let axes = axes.map(Vector3::from).to_vec();
+    Actuation::torques(ActuatorSet::new(axes, AxisFrame::Body).unwrap().with_limits(limits).unwrap())
+}
+
+/// Six switches that hardly determine the costates, whose own gap is a quarter of the cost; two singular arcs, which take two dozen
+/// pulses; and a branch of which only the last smoothed extremal tells that the arcs found are near it.
+#[test]
+fn trains_of_pulses_stand_for_singular_arcs() {
+    let few = Problem::minimum_fuel(
+        full([5.982, 0.5765, -0.246, 2.023, 1.889, 5.176]),
+        at([0.0; 3], [0.0; 3]),
+        at([-0.8346, -0.1312, 0.5215], [0.0; 3]),
+        4.144,
+    )
+    .with_actuation(torques(&CUBE, &[4.62, 1.358, 1.132]));
+    let two_arcs = Problem::minimum_fuel(
+        full([7.497, 2.672, -1.209, 6.189, 1.574, 8.534]),
+        at([0.0; 3], [-0.009447, 0.01102, -0.01641]),
+        at([1.579, -1.489, -0.9009], [-0.04758, -0.05897, 0.06722]),
+        9.723,
+    )
+    .with_actuation(torques(&CUBE, &[4.921, 2.214, 2.909]));
+    let far = Problem::minimum_fuel(
+        full([3.514, -1.976, -0.1625, 3.112, -0.2307, 5.215]),
+        at([0.0; 3], [-0.0477, 0.00982, 0.04299]),
+        at([-0.3286, -1.124, 2.837], [0.08372, 0.0555, 0.1063]),
+        11.08,
+    )
+    .with_actuation(torques(&CUBE, &[2.627, 4.988, 2.467]));
+    for problem in [few, two_arcs, far] {
+        let plan = solved(&problem);
+        let switching = plan.solution.switching.unwrap();
+        assert!(switching.gap <= 1e-4 * switching.continuous_cost, "{switching:?}");
+        assert_eq!(switching.smoothing, None);
+        assert!((plan.solution.cost / switching.continuous_cost - 1.0).abs() < 2e-3, "{switching:?}");
+    }
+}
+
+/// Smoothed thrusters that push unequally turn the body all of the time, in a long time too far.
+#[test]
+fn long_durations_have_extremals_where_smoothed_thrusters_lead_astray() {
+    let axes = [
+        [-0.6688, -0.5058, -0.5449],
+        [0.6274, -0.5215, -0.5783],
+        [-0.3562, 0.6372, -0.6834],
+        [0.8609, 0.3271, -0.3896],
+        [-0.3847, -0.8038, 0.4538],
+        [0.6193, -0.4133, 0.6676],
+        [-0.5778, 0.4735, 0.6648],
+        [0.6709, 0.6423, 0.3706],
+    ];
+    let problem = Problem::minimum_fuel(
+        full([5.685, 0.9157, -0.5607, 5.958, -1.08, 6.709]),
+        at([0.0; 3], [0.0; 3]),
+        at([-1.117, 2.734, -0.7798], [0.0; 3]),
+        16.77,
+    )
+    .with_actuation(canted(axes, [1.004, 2.375, 1.089, 3.668, 2.971, 3.122, 4.787, 4.773]));
+    let switching = solved(&problem).solution.switching.unwrap();
+    assert!(switching.gap <= 1e-4 * switching.continuous_cost, "{switching:?}");
+}
+
+/// In the middle of their limits these turn the body, and the more the longer a first path takes.
+#[test]
+fn thrusters_that_push_unequally_have_a_shortest_time() {
+    let axes = [
+        [-0.6944, -0.3899, -0.6048],
+        [0.8655, -0.4105, -0.2872],
+        [-0.6737, 0.2562, -0.693],
+        [0.6448, 0.6524, -0.3983],
+        [-0.4249, -0.8183, 0.3871],
+        [0.3374, -0.8112, 0.4775],
+        [-0.7313, 0.301, 0.612],
+        [0.4106, 0.323, 0.8527],
+    ];
+    let problem = Problem::minimum_time(
+        full([8.642, -0.5708, -1.957, 9.095, -0.4338, 1.865]),
+        at([0.0; 3], [0.0; 3]),
+        at([-1.642, 0.2817, 0.5205], [0.0; 3]),
+    )
+    .with_actuation(canted(axes, [4.563, 2.49, 1.07, 2.914, 4.861, 3.757, 4.197, 2.857]));
+    let switching = solved(&problem).solution.switching.unwrap();
+    assert!(switching.gap <= 1e-3 * switching.continuous_duration_s, "{switching:?}");
+}
+
+/// The discrete optimum on 100 steps has other pulses than that of the equations of motion, and smoothed inputs burn 7 % more.
+#[test]
+fn arcs_that_are_no_discrete_optimum_stay_the_plan() {
+    let axes = [
+        [-0.557, -0.3267, -0.7636],
+        [0.6155, -0.5257, -0.5872],
+        [-0.415, 0.7154, -0.5622],
+        [0.2494, 0.5767, -0.7779],
+        [-0.5432, -0.314, 0.7787],
+        [0.3948, -0.7848, 0.4778],
+        [-0.2887, 0.4642, 0.8373],
+        [0.3811, 0.857, 0.3469],
+    ];
+    let problem = Problem::minimum_fuel(
+        full([5.395, 0.2816, 0.6612, 5.608, -0.5498, 4.483]),
+        at([0.0; 3], [-0.005568, -0.008982, 0.0007385]),
+        at([-0.9748, -0.9954, 2.419], [-0.006498, 0.001654, 0.006079]),
+        11.51,
+    )
+    .with_actuation(canted(axes, [3.596, 1.423, 4.615, 3.156, 1.057, 4.973, 4.934, 2.472]));
+    let plan = solved(&problem);
+    let switching = plan.solution.switching.unwrap();
+    assert_eq!((switching.structure, switching.smoothing), (Structure::BangOffBang, None));
+    assert!((plan.solution.cost / switching.continuous_cost - 1.0).abs() < 1e-3, "{}", plan.solution.cost);
+}
+
 #[test]
 fn a_maneuver_burns_as_much_backwards() {
     let forward = moving_slowly();

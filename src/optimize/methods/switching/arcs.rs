@@ -13,9 +13,6 @@ use crate::numerics::widest::widest;
 use crate::{Vector3, lie};
 use nalgebra::{DMatrix, DVector};
 
-/// Most switches.
-pub(crate) const MOST_SWITCHES: usize = 24;
-
 /// Longest part of the duration that one step of the integration covers, on the way and at the end.
 const COARSE: f64 = 0.12;
 const FINE: f64 = 0.03;
@@ -34,6 +31,9 @@ const MOST_ITERATIONS: usize = 16;
 /// An input below this part of its limit is off, and a pulse shorter than this part of the duration is none.
 const IDLE: f64 = 0.02;
 const SHORTEST_PULSE: f64 = 1e-4;
+
+/// An input that is on for less than this part of a run is between its limits.
+const BETWEEN: f64 = 0.7;
 
 /// A pulse that Newton has made shorter than this part of the duration is no pulse.
 const NO_PULSE: f64 = 1e-9;
@@ -82,9 +82,9 @@ impl Arcs {
     }
 
     /// The pulses of the inputs along a smoothed path, for inputs that are mostly off: each has the area and the
-    /// centroid of what the smoothed law spends, so that one whose switching function only grazes zero is not lost.
-    pub fn of_pulses(extremal: &Extremal, path: &Path, epsilon: f64) -> Self {
-        let n = path.intervals();
+    /// centroid of what the smoothed law spends, so that one whose switching function only grazes zero is not lost. Where
+    /// an input is between its limits for long, as on a singular arc, so many pulses stand for it as `cells` says.
+    pub fn of_pulses(extremal: &Extremal, path: &Path, epsilon: f64, cells: usize) -> Self {
         let levels: Vec<Vec<f64>> = path.nodes.iter().map(|node| extremal.inputs(&node.e, epsilon)).collect();
         let at = |time: f64| {
             let (index, share) = path.interval_at(time / path.duration);
@@ -93,38 +93,16 @@ impl Arcs {
         let mut signs = vec![-1.0; extremal.switching_count()];
         let mut switches = Vec::new();
         for (input, sign) in signs.iter_mut().enumerate() {
-            let on = |node: usize| 0.5 + 0.5 * levels[node][input];
-            let mut node = 0;
-            while node <= n {
-                let first = node;
-                let (mut area, mut moment) = (0.0, 0.0);
-                while node <= n && on(node) > IDLE {
-                    // Of the trapezoidal rule.
-                    let [before, after] =
-                        [node.saturating_sub(1), (node + 1).min(n)].map(|other| path.parts[other]);
-                    let part = on(node) * 0.5 * (after - before) * path.duration;
-                    area += part;
-                    moment += part * path.parts[node] * path.duration;
-                    node += 1;
+            let on: Vec<f64> = levels.iter().map(|levels| 0.5 + 0.5 * levels[input]).collect();
+            for (from, to) in pulses(path, &on, cells) {
+                if from > 0.0 {
+                    switches.push(Switch { input, time: from, node: at(from) });
+                } else {
+                    *sign = 1.0;
                 }
-                if area > SHORTEST_PULSE * path.duration {
-                    let middle = moment / area;
-                    let (mut from, mut to) = (middle - 0.5 * area, middle + 0.5 * area);
-                    if first == 0 && on(0) > 0.5 {
-                        (from, to) = (0.0, area);
-                    } else if node > n && on(n) > 0.5 {
-                        (from, to) = (path.duration - area, path.duration);
-                    }
-                    if from > 0.0 {
-                        switches.push(Switch { input, time: from, node: at(from) });
-                    } else {
-                        *sign = 1.0;
-                    }
-                    if to < path.duration {
-                        switches.push(Switch { input, time: to, node: at(to) });
-                    }
+                if to < path.duration {
+                    switches.push(Switch { input, time: to, node: at(to) });
                 }
-                node += 1;
             }
         }
         switches.sort_by(|a, b| a.time.total_cmp(&b.time));
@@ -253,12 +231,13 @@ impl Arcs {
         let mut longest = COARSE;
         for _ in 0..MOST_ITERATIONS {
             let count = self.switches.len();
-            if !(extremal.fewest_switches()..=MOST_SWITCHES).contains(&count) {
+            if !(extremal.fewest_switches()..=extremal.most_switches()).contains(&count) {
                 return None;
             }
             let found = match count + 8 {
                 ..=16 => self.equations::<16>(extremal, longest),
-                _ => self.equations::<32>(extremal, longest),
+                17..=32 => self.equations::<32>(extremal, longest),
+                _ => self.equations::<64>(extremal, longest),
             }?;
             if found.merit < CONVERGED && longest == FINE {
                 return Some(self);
@@ -338,6 +317,55 @@ impl Arcs {
         self.switches.retain(|switch| switch.time > 0.0 && switch.time < duration);
         self.switches.sort_by(|a, b| a.time.total_cmp(&b.time));
     }
+}
+
+/// Pulses, by their begin and end, of an input that is on to the part `on` at the nodes of a path.
+fn pulses(path: &Path, on: &[f64], cells: usize) -> Vec<(f64, f64)> {
+    let n = path.intervals();
+    // Of the trapezoidal rule: a run of nodes spends what lies half way to its neighbours too.
+    let part = |node: usize| 0.5 * (path.parts[(node + 1).min(n)] - path.parts[node.saturating_sub(1)]);
+    let idle = |node: &usize| on[*node] <= IDLE;
+    let mut pulses: Vec<(f64, f64)> = Vec::new();
+    let mut node = 0;
+    while node <= n {
+        let first = node;
+        node = (first..=n).find(idle).unwrap_or(n + 1);
+        let run = first..node;
+        let (begin, length) = (path.parts[first], run.clone().map(part).sum::<f64>());
+        let area = |range: std::ops::Range<usize>| range.map(|node| on[node] * part(node)).sum::<f64>();
+        let pieces = if area(run.clone()) < BETWEEN * length { cells } else { 1 };
+        let mut cut = first;
+        for piece in 1..=pieces {
+            let limit = begin + length * piece as f64 / pieces as f64;
+            let next = if piece == pieces {
+                node
+            } else {
+                (cut..node).find(|node| path.parts[*node] >= limit).unwrap_or(node)
+            };
+            let own = area(cut..next) * path.duration;
+            if own > SHORTEST_PULSE * path.duration {
+                let moment: f64 = (cut..next).map(|node| on[node] * part(node) * path.parts[node]).sum();
+                let middle = moment * path.duration * path.duration / own;
+                let pulse = if cut == 0 && on[0] > 0.5 {
+                    (0.0, own)
+                } else if next > n && on[n] > 0.5 {
+                    (path.duration - own, path.duration)
+                } else {
+                    (middle - 0.5 * own, middle + 0.5 * own)
+                };
+                match pulses.last_mut() {
+                    // Cells that are full have nothing between them.
+                    Some(last) if cut > first && pulse.0 <= last.1 + SHORTEST_PULSE * path.duration => {
+                        last.1 += own;
+                    }
+                    _ => pulses.push(pulse),
+                }
+            }
+            cut = next;
+        }
+        node += 1;
+    }
+    pulses
 }
 
 /// The Newton step of equations with so many switches; the shortest one where costates are not determined.

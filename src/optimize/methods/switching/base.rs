@@ -20,6 +20,14 @@ const ABOVE_IDLE: f64 = 0.25;
 /// ε of a first path where the duration is given: so large that fuel hardly counts.
 const EASY: [f64; 3] = [4.0, 12.0, 1.5];
 
+/// Parts of the torque in the middle of the limits that are added at once.
+const UNBALANCING: f64 = 0.25;
+const LEAST_UNBALANCING: f64 = 0.02;
+
+/// By how much a duration is stretched at once, and what is too little.
+const STRETCH: f64 = 1.3;
+const LEAST_STRETCH: f64 = 1.01;
+
 /// ε at which branches are told apart.
 pub(super) const BRANCHING: f64 = 0.3;
 
@@ -153,6 +161,46 @@ pub(super) fn relaxed(extremal: &Extremal, from: &Smoothed, sweeps: &mut usize) 
     let smooth = Smooth { extremal, epsilon: from.epsilon, bias: Bias::default(), accurate: false };
     let path = smooth.solve(from.path.clone(), 1e-3, 20, sweeps)?;
     Some(Smoothed { path, epsilon: from.epsilon })
+}
+
+/// A smoothed extremal whose inputs give no torque in the middle of their limits to that of inputs which push unequally.
+pub(super) fn unbalanced(extremal: &Extremal, from: &Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
+    let (mut at, mut part, mut step) = (from.clone(), 0.0_f64, UNBALANCING);
+    while part < 1.0 {
+        let next = (part + step).min(1.0);
+        let there = Extremal { middle: next * extremal.middle, ..extremal.clone() };
+        match relaxed(&there, &at, sweeps) {
+            Some(found) => (at, part) = (found, next),
+            None if step > LEAST_UNBALANCING => step *= 0.5,
+            None => return None,
+        }
+    }
+    Some(at)
+}
+
+/// A smoothed extremal of a shorter duration to the duration itself, at the same ε.
+pub(super) fn stretched(extremal: &Extremal, from: &Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
+    let given = extremal.given_duration?;
+    let (mut at, mut factor) = (from.clone(), STRETCH);
+    while at.path.duration < given {
+        let duration = (factor * at.path.duration).min(given);
+        let slower = at.path.duration / duration;
+        let mut trial = at.clone();
+        trial.path.duration = duration;
+        // The same path at another pace: switching functions are of the size of the price whatever the pace.
+        trial.path.m *= slower;
+        for node in &mut trial.path.nodes {
+            node.pi *= slower;
+        }
+        trial.path.nodes[0].pi = extremal.j * extremal.start_rate;
+        let longer = Extremal { given_duration: Some(duration), ..extremal.clone() };
+        match relaxed(&longer, &trial, sweeps) {
+            Some(found) => at = found,
+            None if factor > LEAST_STRETCH => factor = factor.sqrt(),
+            None => return None,
+        }
+    }
+    Some(at)
 }
 
 /// The body at the part `s` of the way from the isotropic one, with its rates scaled by `rates`.

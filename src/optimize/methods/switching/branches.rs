@@ -3,7 +3,7 @@
 //! A symmetric maneuver's unbiased path stays on its symmetric branch, a saddle; a bias of the switching functions tips
 //! it off where branches part, and vanishes with ε.
 
-use super::base::{BRANCHING, bases, relaxed};
+use super::base::{BRANCHING, bases, relaxed, stretched, unbalanced};
 use super::extremal::{Bias, Extremal};
 use super::smooth::{Smooth, Smoothed, descend};
 use crate::maneuver::problem::Path as Way;
@@ -35,6 +35,9 @@ const COMPARED_FUEL: f64 = 0.02;
 /// A base that costs more than the best by this is no rival; and where fuel counts and the duration is sought.
 const RIVAL_BASE: f64 = 1.15;
 const RIVAL_BASE_FUEL: f64 = 2.0;
+
+/// Parts of a duration whose extremals are stretched to it.
+const SHORTER: [f64; 3] = [0.7, 0.5, 0.35];
 
 /// How the end is turned for first paths where there are none without \[rad\].
 const TILTS: [Vector3; 4] = [
@@ -123,13 +126,34 @@ fn ways(extremal: &Extremal, path: &Way) -> Vec<Vector3> {
     }
 }
 
-/// Distinct extremals at a small ε, the best first.
+/// Distinct extremals at a small ε, the best first. Where there are none for a long duration, those of shorter ones are stretched:
+/// smoothed inputs never rest, and what they do meanwhile may lead nowhere.
 pub(super) fn branches(
     extremal: &Extremal,
     ask: &Ask,
     stop: &dyn Fn() -> bool,
     sweeps: &mut usize,
 ) -> Vec<Smoothed> {
+    let found = branches_of(extremal, ask, stop, sweeps);
+    let Some(given) = extremal.given_duration.filter(|_| found.is_empty() && extremal.counts_fuel()) else {
+        return found;
+    };
+    for part in SHORTER {
+        let shorter = Extremal { given_duration: Some(part * given), ..extremal.clone() };
+        let of_shorter = branches_of(&shorter, ask, stop, sweeps);
+        let mut found: Vec<Smoothed> =
+            of_shorter.iter().filter_map(|one| stretched(extremal, one, sweeps)).collect();
+        found.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
+        found.dedup_by(|a, b| same(extremal, a, b));
+        if !found.is_empty() || stop() {
+            return found;
+        }
+    }
+    found
+}
+
+/// The same for this duration alone.
+fn branches_of(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool, sweeps: &mut usize) -> Vec<Smoothed> {
     let mut from: Vec<Smoothed> = Vec::new();
     let add = |found: Smoothed, from: &mut Vec<Smoothed>| {
         if !from.iter().any(|known| same(extremal, known, &found)) {
@@ -149,6 +173,15 @@ pub(super) fn branches(
         for phi in ways(extremal, &ask.path) {
             let near = bases(&tilted, &phi, sweeps);
             let found = near.iter().filter_map(|near| relaxed(extremal, near, sweeps)).collect::<Vec<_>>();
+            found.into_iter().for_each(|found| add(found, &mut from));
+        }
+    }
+    // Thrusters that push unequally turn the body the more the longer a first path takes.
+    if from.is_empty() && extremal.middle.norm() > 0.0 {
+        let balanced = Extremal { middle: Vector3::zeros(), ..extremal.clone() };
+        for phi in ways(extremal, &ask.path) {
+            let near = bases(&balanced, &phi, sweeps);
+            let found = near.iter().filter_map(|near| unbalanced(extremal, near, sweeps)).collect::<Vec<_>>();
             found.into_iter().for_each(|found| add(found, &mut from));
         }
     }

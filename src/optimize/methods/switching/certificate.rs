@@ -18,6 +18,9 @@ const POINTS: usize = 4;
 /// A switching function of this size is zero: the cubic between two nodes is as good as that.
 const ZERO: f64 = 1e-6;
 
+/// Runs of wrong signs whose gap is this part of the largest are put right with it.
+const TOGETHER: f64 = 0.2;
+
 /// What is found along a maneuver of arcs.
 #[derive(Clone, Debug)]
 pub(crate) struct Certificate {
@@ -25,6 +28,8 @@ pub(crate) struct Certificate {
     pub gap: f64,
     /// Where an input has the wrong sign.
     pub wrong: Vec<Wrong>,
+    /// The same maneuver with the costates of the least gap, and where inputs have the wrong sign by those.
+    pub least: Option<(Arcs, Vec<Wrong>)>,
 }
 
 /// An input has the wrong sign from one time to another.
@@ -107,7 +112,16 @@ impl Certificate {
         wrong.extend(open.into_iter().flatten());
         // A sum of nothing would be −0.
         let gap = wrong.iter().fold(0.0, |sum, run| sum + run.gap);
-        Self { gap, wrong }
+        Self { gap, wrong, least: None }
+    }
+
+    /// Takes the gap of the same maneuver with other costates, where that is smaller.
+    pub fn bound_by(&mut self, extremal: &Extremal, moved: Arcs) {
+        let least = Self::of(extremal, &moved);
+        if least.gap < self.gap {
+            self.gap = least.gap;
+            self.least = Some((moved, least.wrong));
+        }
     }
 
     /// The inputs with a wrong sign somewhere, from 0.
@@ -121,28 +135,70 @@ impl Certificate {
     /// The arcs with one of the wrong signs put right, the worst at rank 0, on this part of its time about where it is most
     /// wrong: how long an input should have the other sign is not how long it has the wrong one.
     pub fn mended(&self, arcs: &Arcs, rank: usize, part: f64) -> Option<Arcs> {
-        let mut wrong: Vec<&Wrong> = self.wrong.iter().collect();
-        wrong.sort_by(|a, b| b.gap.total_cmp(&a.gap));
-        let worst = wrong.get(rank)?;
-        let mut mended = arcs.clone();
-        let switch = |(time, node): (f64, Node)| Switch { input: worst.input, time, node };
-        let half = 0.5 * part * (worst.to.0 - worst.from.0);
-        let near = |time: f64, end: (f64, Node)| if part < 1.0 { (time, worst.peak.1) } else { end };
-        let (from, to) = (worst.peak.0 - half, worst.peak.0 + half);
-        if worst.at_start && (part >= 1.0 || from <= worst.from.0) {
-            mended.signs[worst.input] *= -1.0;
-        } else {
-            mended.switches.push(switch(near(from.max(worst.from.0), worst.from)));
+        Some(put_right(arcs, by_gap(&self.wrong).get(rank..=rank)?, part))
+    }
+
+    /// The same with the worst and all of nearly its gap put right: the pulses of a singular arc lack others on all sides.
+    pub fn worst_mended(&self, arcs: &Arcs, part: f64) -> Option<Arcs> {
+        let worst = with_the_worst(&self.wrong);
+        (!worst.is_empty()).then(|| put_right(arcs, &worst, part))
+    }
+
+    /// The same by the costates of the least gap.
+    pub fn least_mended(&self, part: f64) -> Option<Arcs> {
+        let (arcs, wrong) = self.least.as_ref()?;
+        Some(put_right(arcs, &with_the_worst(wrong), part))
+    }
+
+    /// The same by both, each run once.
+    pub fn all_mended(&self, arcs: &Arcs, part: f64) -> Option<Arcs> {
+        let mut worst = with_the_worst(&self.wrong);
+        if let Some((_, wrong)) = &self.least {
+            let meet = |a: &Wrong, b: &Wrong| a.input == b.input && a.from.0 < b.to.0 && b.from.0 < a.to.0;
+            let apart = |run: &&Wrong| !self.wrong.iter().any(|own| meet(own, run));
+            worst.extend(with_the_worst(wrong).into_iter().filter(apart));
         }
-        if !(worst.at_end && (part >= 1.0 || to >= worst.to.0)) {
-            mended.switches.push(switch(near(to.min(worst.to.0), worst.to)));
-        }
-        mended.switches.sort_by(|a, b| a.time.total_cmp(&b.time));
-        Some(mended)
+        (!worst.is_empty()).then(|| put_right(arcs, &worst, part))
     }
 }
 
-fn hermite<V>(x: f64, length: f64, ends: [&V; 2], rates: [&V; 2]) -> V
+/// The worst first.
+fn by_gap(wrong: &[Wrong]) -> Vec<&Wrong> {
+    let mut wrong: Vec<&Wrong> = wrong.iter().collect();
+    wrong.sort_by(|a, b| b.gap.total_cmp(&a.gap));
+    wrong
+}
+
+/// The worst, and those whose gap is not much less.
+fn with_the_worst(wrong: &[Wrong]) -> Vec<&Wrong> {
+    let mut wrong = by_gap(wrong);
+    let largest = wrong.first().map_or(0.0, |run| run.gap);
+    wrong.retain(|run| run.gap >= TOGETHER * largest);
+    wrong
+}
+
+/// Arcs whose inputs have the other sign on a part of the time of each run.
+fn put_right(arcs: &Arcs, runs: &[&Wrong], part: f64) -> Arcs {
+    let mut mended = arcs.clone();
+    for run in runs {
+        let switch = |(time, node): (f64, Node)| Switch { input: run.input, time, node };
+        let half = 0.5 * part * (run.to.0 - run.from.0);
+        let near = |time: f64, end: (f64, Node)| if part < 1.0 { (time, run.peak.1) } else { end };
+        let (from, to) = (run.peak.0 - half, run.peak.0 + half);
+        if run.at_start && (part >= 1.0 || from <= run.from.0) {
+            mended.signs[run.input] *= -1.0;
+        } else {
+            mended.switches.push(switch(near(from.max(run.from.0), run.from)));
+        }
+        if !(run.at_end && (part >= 1.0 || to >= run.to.0)) {
+            mended.switches.push(switch(near(to.min(run.to.0), run.to)));
+        }
+    }
+    mended.switches.sort_by(|a, b| a.time.total_cmp(&b.time));
+    mended
+}
+
+pub(super) fn hermite<V>(x: f64, length: f64, ends: [&V; 2], rates: [&V; 2]) -> V
 where
     V: Clone + std::ops::Add<V, Output = V> + std::ops::Mul<f64, Output = V>,
 {

@@ -229,9 +229,19 @@ impl Extremal {
         if self.counts_fuel() { 1 } else { 5 }
     }
 
+    /// Most switches: of fuel more, as some of its singular arcs are long.
+    pub fn most_switches(&self) -> usize {
+        if self.counts_fuel() { 40 } else { 24 }
+    }
+
     /// Whether inputs cost something, and not time alone.
     pub fn counts_fuel(&self) -> bool {
         self.costs.iter().any(|cost| *cost != 0.0)
+    }
+
+    /// Whether fuel is counted by inputs that are on for some of a given time.
+    pub fn times_pulses(&self) -> bool {
+        self.counts_fuel() && self.given_duration.is_some() && matches!(self.law, Law::Inputs(_))
     }
 
     /// Whether the shortest time is sought under a limit of each input.

@@ -1,10 +1,12 @@
 //! From branches to the answer: each rival branch is brought to its limit, and the shortest is taken.
 
-use super::arcs::{Arcs, MOST_SWITCHES};
+use super::arcs::Arcs;
 use super::branches::{Ask, branches, tips};
 use super::certificate::Certificate;
 use super::eigenaxis;
 use super::extremal::{Bias, Extremal, Law};
+use super::fuel::fuel_limit;
+use super::least_gap::with_least_gap;
 use super::smooth::{Smooth, Smoothed, descend, settle};
 use crate::maneuver::problem::Path as Way;
 use crate::maneuver::settings::Thoroughness;
@@ -32,7 +34,7 @@ const SAME_GAP: f64 = 1e-9;
 const WORST: usize = 3;
 const PARTS: [f64; 4] = [1.0, 0.2, 0.04, 0.008];
 const MOST_REFINEMENTS: usize = 40;
-const LESS: f64 = 0.98;
+pub(super) const LESS: f64 = 0.98;
 
 /// How often a branch without arcs is followed to a smaller ε, and by what factor.
 const MOST_DESCENTS: usize = 3;
@@ -43,8 +45,8 @@ const MOST_DESCENTS_NORM: usize = 12;
 const SMALLER: f64 = 0.4;
 
 /// ε at which a branch with a singular arc ends on equal intervals, and that to which it is then carried.
-const LAST: f64 = 5e-4;
-const SMALLEST: f64 = 2e-5;
+pub(super) const LAST: f64 = 5e-4;
+pub(super) const SMALLEST: f64 = 2e-5;
 
 /// Iterations after a bias is taken away.
 const TIPPED_ITERATIONS: usize = 20;
@@ -73,7 +75,7 @@ pub(crate) struct Limit {
 }
 
 impl Limit {
-    fn of_arcs(branch: &Smoothed, smooth: Smoothed, arcs: (Arcs, Certificate)) -> Self {
+    pub(super) fn of_arcs(branch: &Smoothed, smooth: Smoothed, arcs: (Arcs, Certificate)) -> Self {
         Self { branch: branch.clone(), smooth, arcs: Some(arcs), looser: Vec::new() }
     }
 
@@ -182,8 +184,6 @@ fn end_game(
 ) -> Limit {
     let mut at = rival.clone();
     let mut best: Option<(Arcs, Certificate)> = None;
-    let dearer = if extremal.counts_fuel() { DEARER_FUEL } else { DEARER };
-    let bounded = |arcs: &Arcs, at: &Smoothed| arcs.cost(extremal) <= at.cost(extremal) * (1.0 + dearer);
     let attempts = match &extremal.law {
         _ if !ask.arcs => 0,
         Law::Norm(_) if extremal.counts_fuel() => MOST_DESCENTS_NORM,
@@ -197,7 +197,7 @@ fn end_game(
         }
         for first in readings(extremal) {
             let Some((arcs, certificate)) = polish(extremal, first(extremal, &at), found) else { continue };
-            if certificate.gap <= NO_GAP * arcs.cost(extremal) && bounded(&arcs, &at) {
+            if certificate.gap <= NO_GAP * arcs.cost(extremal) && bounded(extremal, &arcs, &at) {
                 return Limit::of_arcs(rival, at, (arcs, certificate));
             }
             if best.as_ref().is_none_or(|(_, known)| certificate.gap < known.gap) {
@@ -212,32 +212,42 @@ fn end_game(
             }
         }
     }
-    let small =
-        |(arcs, certificate): &(Arcs, Certificate)| certificate.gap <= SMALL_GAP * arcs.cost(extremal);
+    if extremal.counts_fuel() {
+        return fuel_limit(extremal, rival, at, best, ask, stop, found);
+    }
     let mut looser = Vec::new();
     if let Some(best) = best {
-        let refined = if small(&best) { vec![best] } else { refined(extremal, best, stop, found) };
-        looser.extend(refined.into_iter().filter(|(arcs, _)| bounded(arcs, &at)));
+        let refined =
+            if is_small(extremal, &best) { vec![best] } else { refined(extremal, best, stop, found) };
+        looser.extend(refined.into_iter().filter(|(arcs, _)| bounded(extremal, arcs, &at)));
     }
-    if let Some(arcs) = looser.pop_if(|best| small(best)) {
+    if let Some(arcs) = looser.pop_if(|best| is_small(extremal, best)) {
         return Limit { looser, ..Limit::of_arcs(rival, at, arcs) };
     }
     let smooth = match descend(extremal, &at, LAST, &Bias::default(), &mut found.sweeps) {
         Ok(end) => end,
-        Err(end) if extremal.counts_fuel() => end,
         Err(end) => tipped(extremal, rival, stop, found).unwrap_or(end),
     };
     let smooth = match &extremal.law {
-        // Short pulses come nearer than a smoothed law, however little it is smoothed.
-        _ if extremal.counts_fuel() => smooth,
         Law::Norm(_) => turning(extremal, smooth, found),
         Law::Inputs(_) => settle(extremal, smooth, SMALLEST, &mut found.sweeps),
     };
     Limit { branch: rival.clone(), smooth, arcs: None, looser }
 }
 
+/// Whether the gap of arcs can stay.
+pub(super) fn is_small(extremal: &Extremal, (arcs, certificate): &(Arcs, Certificate)) -> bool {
+    certificate.gap <= SMALL_GAP * arcs.cost(extremal)
+}
+
+/// Whether arcs can be the limit of a smoothed extremal: Newton may have gone to a dearer one.
+pub(super) fn bounded(extremal: &Extremal, arcs: &Arcs, smooth: &Smoothed) -> bool {
+    let dearer = if extremal.counts_fuel() { DEARER_FUEL } else { DEARER };
+    arcs.cost(extremal) <= smooth.cost(extremal) * (1.0 + dearer)
+}
+
 /// The best extremal at the last ε that biases lead to, for a branch that ends before.
-fn tipped(
+pub(super) fn tipped(
     extremal: &Extremal,
     rival: &Smoothed,
     stop: &dyn Fn() -> bool,
@@ -273,7 +283,7 @@ type Reading = fn(&Extremal, &Smoothed) -> Arcs;
 /// others have hardly a gap between them.
 fn readings(extremal: &Extremal) -> &'static [Reading] {
     const CROSSINGS: Reading = |extremal, from| Arcs::of_path(extremal, &from.path);
-    const PULSES: Reading = |extremal, from| Arcs::of_pulses(extremal, &from.path, from.epsilon);
+    const PULSES: Reading = |extremal, from| Arcs::of_pulses(extremal, &from.path, from.epsilon, 1);
     match extremal.law {
         Law::Norm(_) => &[CROSSINGS, PULSES],
         Law::Inputs(_) if extremal.counts_fuel() => &[PULSES, CROSSINGS],
@@ -282,7 +292,7 @@ fn readings(extremal: &Extremal) -> &'static [Reading] {
 }
 
 /// Arcs to their switching times, corrected until every sign is right or no correction helps.
-fn polish(extremal: &Extremal, mut arcs: Arcs, found: &mut Found) -> Option<(Arcs, Certificate)> {
+pub(super) fn polish(extremal: &Extremal, mut arcs: Arcs, found: &mut Found) -> Option<(Arcs, Certificate)> {
     let mut best: Option<(Arcs, Certificate)> = None;
     let mut last = f64::NAN;
     for _ in 0..=MOST_CHANGES {
@@ -295,7 +305,7 @@ fn polish(extremal: &Extremal, mut arcs: Arcs, found: &mut Found) -> Option<(Arc
             best = Some((solved, certificate));
         }
         match mended {
-            Some(next) if !exact && !again && next.switches.len() <= MOST_SWITCHES => arcs = next,
+            Some(next) if !exact && !again && next.switches.len() <= extremal.most_switches() => arcs = next,
             _ => break,
         }
     }
@@ -304,14 +314,23 @@ fn polish(extremal: &Extremal, mut arcs: Arcs, found: &mut Found) -> Option<(Arc
 
 fn certified(extremal: &Extremal, arcs: Arcs, found: &mut Found) -> Option<(Arcs, Certificate)> {
     found.newtons += 1;
-    let arcs = arcs.solve(extremal)?;
-    let certificate = Certificate::of(extremal, &arcs);
-    Some((arcs, certificate))
+    Some(measured(extremal, arcs.solve(extremal)?))
+}
+
+/// Arcs with their certificate, by the costates of the least gap where their own leave more.
+pub(super) fn measured(extremal: &Extremal, arcs: Arcs) -> (Arcs, Certificate) {
+    let mut certificate = Certificate::of(extremal, &arcs);
+    if certificate.gap > NO_GAP * arcs.cost(extremal)
+        && let Some(moved) = with_least_gap(extremal, &arcs)
+    {
+        certificate.bound_by(extremal, moved);
+    }
+    (arcs, certificate)
 }
 
 /// Arcs corrected further, each time by what makes their gap smaller: the worst of the wrong signs, or the next ones,
 /// for all of their time or a part of it. All of them, the best last.
-fn refined(
+pub(super) fn refined(
     extremal: &Extremal,
     first: (Arcs, Certificate),
     stop: &dyn Fn() -> bool,
@@ -325,7 +344,7 @@ fn refined(
         let all = (0..WORST).flat_map(|rank| PARTS.map(|part| (rank, part)));
         let corrections = all
             .filter_map(|(rank, part)| certificate.mended(arcs, rank, part))
-            .filter(|next| next.switches.len() <= MOST_SWITCHES);
+            .filter(|next| next.switches.len() <= extremal.most_switches());
         let better = corrections.take(MOST_REFINEMENTS - newtons).find_map(|next| {
             newtons += 1;
             certified(extremal, next, found).filter(|(_, next)| next.gap < LESS * certificate.gap)

@@ -4,6 +4,7 @@
 //! from its own node and chains the derivatives with respect to the seven parameters and the gaps between intervals, so
 //! that the whole Newton step is a 7×7 system: nothing grows along the maneuver but derivatives.
 
+use super::certificate::hermite;
 use super::extremal::{Bias, Extremal, Response};
 use super::flow::{COOPER_VERNER, Course, Lanes, Node, RK4, Stages, Units, taken};
 use crate::numerics::eight::{Eight, Number};
@@ -268,7 +269,7 @@ impl Smooth<'_> {
 
     /// The path on twice as many intervals.
     pub fn doubled(&self, path: &Path) -> Path {
-        self.divided(path, |_, _, depth| depth == 0)
+        self.divided(path, |_, _, _, depth| depth == 0)
     }
 
     /// Equal intervals that would do.
@@ -281,18 +282,13 @@ impl Smooth<'_> {
         (0.1 * self.epsilon).clamp(1e-4, 1e-2)
     }
 
-    /// Solved again on more intervals until those are fine enough on which inputs change fast. On the
-    /// way coarse intervals do. Pulses of fuel, some of which only show where their switching functions graze zero, are read
-    /// from equal ones.
-    fn refined(&self, mut path: Path, sweeps: &mut usize) -> Option<Path> {
-        let wanted = self.wanted();
-        while path.intervals() < wanted
-            && let Some(finer) = if self.extremal.counts_fuel() {
-                (2 * path.intervals() <= MOST_EQUAL).then(|| self.doubled(&path))
-            } else {
-                self.finer(&path)
-            }
-        {
+    /// Solved again on more intervals of a kind until there are enough. On the way coarse intervals do.
+    fn refined(&self, mut path: Path, intervals: Intervals, sweeps: &mut usize) -> Option<Path> {
+        while let Some(finer) = match intervals {
+            _ if path.intervals() >= self.wanted() && intervals != Intervals::Close => None,
+            Intervals::Equal => (2 * path.intervals() <= MOST_EQUAL).then(|| self.doubled(&path)),
+            Intervals::Following | Intervals::Close => self.finer(&path),
+        } {
             path = self.solve(finer, self.tolerance(), 12, sweeps)?;
         }
         Some(path)
@@ -301,19 +297,37 @@ impl Smooth<'_> {
     /// The path on more intervals, where it has too few: not enough in all, or one on which an input changes by more than
     /// [`ROUGH`] of its range.
     fn finer(&self, path: &Path) -> Option<Path> {
-        let few = path.intervals() < ENOUGH.min(self.wanted());
-        let level = |input: usize, node: &Node| self.extremal.level(input, &node.e, self.epsilon);
+        let fuel = self.extremal.counts_fuel();
+        let few = path.intervals() < if fuel { ENOUGH_FUEL } else { ENOUGH.min(self.wanted()) };
         let inputs = self.extremal.switching_count();
-        let finer = self.divided(path, |from, to, depth| {
+        let level = |input: usize, e: &Vector3| self.extremal.level(input, e, self.epsilon);
+        let change = |from: &Vector3, to: &Vector3| {
             let changes = (0..inputs).map(|input| (level(input, to) - level(input, from)).abs());
-            few && depth == 0 || depth < DEEPEST && changes.fold(0.0, f64::max) > 2.0 * ROUGH
+            changes.fold(0.0, f64::max)
+        };
+        let finer = self.divided(path, |from, to, length, depth| {
+            // A pulse of fuel may come and go between two nodes.
+            let within =
+                || fuel && self.within(&path.m, from, to, length).any(|e| change(&from.e, &e) > 2.0 * ROUGH);
+            few && depth == 0 || depth < DEEPEST && (change(&from.e, &to.e) > 2.0 * ROUGH || within())
         });
         (finer.intervals() > path.intervals() && finer.intervals() <= MOST_INTERVALS).then_some(finer)
     }
 
+    /// The costate `e` at points between two nodes.
+    fn within(&self, m: &Vector3, from: &Node, to: &Node, length: f64) -> impl Iterator<Item = Vector3> {
+        let law = |e: &Vector3| self.extremal.smooth(e, self.epsilon, &Vector3::zeros());
+        let rate = |node: &Node| self.extremal.rate(m, node, &law(&node.e).torque)[2];
+        let (rates, ends) = ([rate(from), rate(to)], [from.e, to.e]);
+        (1..POINTS).map(move |point| {
+            let x = point as f64 / POINTS as f64;
+            hermite(x, length, [&ends[0], &ends[1]], [&rates[0], &rates[1]])
+        })
+    }
+
     /// The path with each interval divided in halves as often as `divide` says, of the nodes at its ends and how often it
     /// has been divided.
-    fn divided(&self, path: &Path, divide: impl Fn(&Node, &Node, usize) -> bool) -> Path {
+    fn divided(&self, path: &Path, divide: impl Fn(&Node, &Node, f64, usize) -> bool) -> Path {
         let (course, mut stages) = (Course::of(self.extremal, &path.m), Stages::empty());
         let (mut nodes, mut parts) = (vec![path.nodes[0]], vec![0.0]);
         for k in 0..path.intervals() {
@@ -321,7 +335,7 @@ impl Smooth<'_> {
             let mut ahead = vec![(path.nodes[k + 1], path.parts[k + 1], 0)];
             while let Some((to, end, depth)) = ahead.pop() {
                 let (from, begin) = (nodes[nodes.len() - 1], parts[parts.len() - 1]);
-                if divide(&from, &to, depth) {
+                if divide(&from, &to, (end - begin) * path.duration, depth) {
                     let half = 0.5 * (begin + end);
                     let length = (half - begin) * path.duration;
                     let middle = course.step(&RK4, &from, length, self.law([begin, half]), &mut stages);
@@ -357,6 +371,7 @@ fn moved(path: &Path, changes: &[[Vector3; 3]], step: &SVector<f64, 7>, factor: 
 /// ones, and others.
 pub(crate) const INTERVALS: usize = 32;
 const ENOUGH: usize = 64;
+const ENOUGH_FUEL: usize = 128;
 const MOST_EQUAL: usize = 600;
 const MOST_INTERVALS: usize = 3000;
 
@@ -366,6 +381,9 @@ const DEEPEST: usize = 8;
 
 /// The residual of an extremal that is carried further.
 const SETTLED: f64 = 1e-8;
+
+/// Points at which an integral looks at each interval.
+const POINTS: usize = 4;
 
 /// A path and the ε that it is an extremal for.
 #[derive(Clone, Debug)]
@@ -390,14 +408,23 @@ impl Smoothed {
         self.integral(extremal, |_, law| extremal.time_price + law.running)
     }
 
-    /// Over the duration, by the trapezoidal rule.
+    /// Over the duration, along cubics between the nodes: an input may go from one limit to the other between two of them.
     fn integral(&self, extremal: &Extremal, integrand: impl Fn(&Node, &Response) -> f64) -> f64 {
-        let none = Vector3::zeros();
-        let of = |node: &Node| integrand(node, &extremal.smooth(&node.e, self.epsilon, &none));
-        let values: Vec<f64> = self.path.nodes.iter().map(of).collect();
-        let pairs = values.windows(2).zip(self.path.parts.windows(2));
-        let sum: f64 = pairs.map(|(value, part)| 0.5 * (value[0] + value[1]) * (part[1] - part[0])).sum();
-        sum * self.path.duration
+        let (none, path) = (Vector3::zeros(), &self.path);
+        let law = |e: &Vector3| extremal.smooth(e, self.epsilon, &none);
+        let rate = |node: &Node| extremal.rate(&path.m, node, &law(&node.e).torque)[2];
+        let rates: Vec<Vector3> = path.nodes.iter().map(rate).collect();
+        let mut sum = 0.0;
+        for k in 0..path.intervals() {
+            let part = path.parts[k + 1] - path.parts[k];
+            let (nodes, rates) = ([&path.nodes[k].e, &path.nodes[k + 1].e], [&rates[k], &rates[k + 1]]);
+            for point in 0..POINTS {
+                let x = (point as f64 + 0.5) / POINTS as f64;
+                let e = hermite(x, part * path.duration, nodes, rates);
+                sum += part / POINTS as f64 * integrand(&Node { e, ..path.nodes[k] }, &law(&e));
+            }
+        }
+        sum * path.duration
     }
 }
 
@@ -423,8 +450,33 @@ pub(crate) fn settle(extremal: &Extremal, from: Smoothed, target: f64, sweeps: &
     }
 }
 
-/// Continues an extremal from its ε down to `target`; where it does not get there, how far it came.
+/// Continues an extremal from its ε down to `target`; where it does not get there, how far it came. On the way coarse
+/// intervals do. Pulses of fuel, some of which only show where their switching functions graze zero, are read from equal ones.
 pub(crate) fn descend(
+    extremal: &Extremal,
+    from: &Smoothed,
+    target: f64,
+    bias: &Bias,
+    sweeps: &mut usize,
+) -> Result<Smoothed, Smoothed> {
+    let on = if extremal.counts_fuel() { Intervals::Equal } else { Intervals::Following };
+    descend_on(on, extremal, from, target, bias, sweeps)
+}
+
+/// Intervals of a path that is continued.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Intervals {
+    /// Equal ones.
+    Equal,
+    /// Such as follow the changes of the inputs, as long as there are few.
+    Following,
+    /// Such as follow every change.
+    Close,
+}
+
+/// The same on intervals of either kind.
+pub(crate) fn descend_on(
+    intervals: Intervals,
     extremal: &Extremal,
     from: &Smoothed,
     target: f64,
@@ -436,10 +488,9 @@ pub(crate) fn descend(
     while at.epsilon > target * (1.0 + 1e-9) {
         let epsilon = (ratio * at.epsilon).max(target);
         let smooth = Smooth { extremal, epsilon, bias: *bias, accurate: false };
-        let tolerance = smooth.tolerance();
         let next = smooth
-            .solve(at.path.clone(), tolerance, 12, sweeps)
-            .and_then(|path| smooth.refined(path, sweeps));
+            .solve(at.path.clone(), smooth.tolerance(), 12, sweeps)
+            .and_then(|path| smooth.refined(path, intervals, sweeps));
         if let Some(path) = next {
             at = Smoothed { path, epsilon };
             ratio = (0.8 * ratio).max(0.25);

@@ -1,13 +1,15 @@
 //! The pieces of minimum time against finite differences, closed forms and another program's optima.
 
-use super::arcs::Arcs;
+use super::arcs::{Arcs, over_arc};
 use super::branches::Ask;
 use super::certificate::Certificate;
 use super::discretize::of_arcs;
 use super::extremal::{Extremal, Law};
 use super::flow::{COOPER_VERNER, Course, Lanes, Node, RK4, Stages, Tableau, Units, advance};
 use super::grid_step::Torque;
+use super::least_gap::with_least_gap;
 use super::search::search;
+use super::smooth::Path as Smoothly;
 use crate::maneuver::problem::Path;
 use crate::maneuver::settings::Thoroughness;
 use crate::numerics::eight::{Eight, Number};
@@ -335,5 +337,51 @@ fn a_full_inertia_and_canted_redundant_inputs_are_taken() {
         let limit = found.limits.first().expect("an extremal");
         let smooth = limit.smooth.gap(&given);
         assert!(limit.is_exact(&given) || smooth < 2e-3 * limit.duration(), "{smooth}");
+    }
+}
+
+/// Three torques of both signs that cost their size, from rest to rest.
+fn fuel() -> Extremal {
+    let axes =
+        [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().flat_map(|axis| [0.5 * axis, -0.5 * axis]);
+    let turn = Vector3::new(0.9, -0.5, 0.7);
+    let still = extremal(full_inertia(), Law::Inputs(axes.collect()), turn, [Vector3::zeros(); 2]);
+    Extremal { costs: vec![1.0; 6], time_price: 6.0, given_duration: Some(4.0), ..still }
+}
+
+#[test]
+fn costates_of_the_least_gap_are_those_of_the_optimum_whatever_they_were() {
+    let given = fuel();
+    let (optimum, certificate) = shortest(&given);
+    assert!(certificate.gap <= 1e-7, "{}", certificate.gap);
+    let mut arcs = optimum.clone();
+    arcs.m += Vector3::new(0.06, -0.04, 0.05);
+    arcs.first.e += Vector3::new(-0.05, 0.07, 0.03);
+    let mut node = arcs.first;
+    for (k, (_, start, end, signs)) in optimum.arcs().iter().enumerate().take(arcs.switches.len()) {
+        let law = given.on_arc(signs);
+        node = over_arc(&given, &arcs.m, &node, &law, end - start, 0.01, &mut Lanes::<3>::zero());
+        arcs.switches[k].node = node;
+    }
+    let own = Certificate::of(&given, &arcs).gap;
+    let least = Certificate::of(&given, &with_least_gap(&given, &arcs).expect("inputs are held")).gap;
+    assert!(own > 1e-2 && least < 1e-4, "{own:e} {least:e}");
+}
+
+#[test]
+fn an_input_between_its_limits_is_read_as_so_many_pulses_of_its_area() {
+    let given = fuel();
+    // The first input is on to 0.3 in the middle half, and the others are off.
+    let node = |k: i32| {
+        let s = if (16..=48).contains(&k) { 0.4 / (1.0 - 0.4_f64.powi(2)).sqrt() } else { 20.0 };
+        Node { r: Matrix3::identity(), pi: Vector3::zeros(), e: 2.0 * (0.01 * s - 1.0) * Vector3::x() }
+    };
+    let path = Smoothly::equal(Vector3::zeros(), 4.0, (0..=64).map(node).collect());
+    for cells in [1, 2, 5] {
+        let arcs = Arcs::of_pulses(&given, &path, 0.01, cells);
+        let times: Vec<f64> = arcs.switches.iter().map(|switch| switch.time).collect();
+        assert_eq!((times.len(), arcs.signs.iter().all(|sign| *sign < 0.0)), (2 * cells, true));
+        let on: f64 = times.chunks(2).map(|pulse| pulse[1] - pulse[0]).sum();
+        assert!((on - 0.3 * 33.0 / 16.0).abs() < 1e-9, "{on}");
     }
 }

@@ -140,6 +140,19 @@ pub(crate) fn placed(extremal: &Extremal, best: &Best, ask: &Ask, steps: usize) 
     Err(none)
 }
 
+/// Arcs of fuel on so many steps, whose own discrete optimum may lack one of the pulses or have them in another order: with times at the
+/// bounds that act, however short pulses become.
+pub(crate) fn arcs_placed(extremal: &Extremal, arcs: &Arcs, steps: usize) -> Option<OnGrid> {
+    if !extremal.times_pulses() {
+        return None;
+    }
+    let ask = Ask::free(extremal);
+    let schedule = Schedule::kept(Schedule::of_arcs(arcs), arcs.duration, &ask)?;
+    let (m, e) = (arcs.m, arcs.first.e);
+    let best = Best { schedule, costates: [m.x, m.y, m.z, e.x, e.y, e.z], cost: arcs.cost(extremal) };
+    placed(extremal, &best, &ask, steps).ok().map(|placed| placed.grid)
+}
+
 /// Newton on costates and free times, to round-off. Where it does not get there, on the times alone, that they meet the end, with the
 /// costates that come nearest to making the Lagrangian stationary.
 fn stationary(

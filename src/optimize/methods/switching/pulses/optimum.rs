@@ -4,6 +4,7 @@
 //! them, whose curvature is that of the exact second derivative with its negative part turned over; Gauss and Newton bring
 //! what it misses back, within the bounds.
 
+use super::super::arcs::Arcs;
 use super::super::extremal::Extremal;
 use super::motion::{Miss, Motion, gradient};
 use super::quadratic::{Bound, Quadratic};
@@ -43,6 +44,9 @@ const NO_RANK: f64 = 1e-9;
 
 /// Curvature below this part of the largest is none.
 const FLAT: f64 = 1e-6;
+
+/// A pulse, or a time between two, that is shorter than this part of the duration is none.
+const VANISHED: f64 = 1e-6;
 
 /// Pulses at their best times.
 #[derive(Clone, Debug)]
@@ -204,6 +208,30 @@ pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &Ask) -> Op
     }
     let cost = schedule.cost(extremal);
     Some(Best { schedule, costates: costates.unwrap_or([0.0; 6]), cost })
+}
+
+/// Arcs with the best times of their pulses, however short; pulses that have vanished are left out. `None` where the terminal conditions
+/// are not met near them.
+pub(crate) fn best_arcs(extremal: &Extremal, arcs: &Arcs) -> Option<Arcs> {
+    let ask = Ask::free(extremal);
+    let vanished = VANISHED * arcs.duration;
+    let first = Schedule::kept(Schedule::of_arcs(arcs), arcs.duration, &ask)?;
+    let mut best = best_times(extremal, &first, &ask)?;
+    let mut kept = best.schedule.clone().joined(vanished);
+    kept.pulses.retain(|pulse| pulse.length() > vanished);
+    // What is on from the start or to the end does not switch there.
+    for pulse in kept.pulses.iter_mut().chain(&mut best.schedule.pulses) {
+        if pulse.on < vanished {
+            pulse.on = 0.0;
+        }
+        if pulse.off > arcs.duration - vanished {
+            pulse.off = arcs.duration;
+        }
+    }
+    if kept.pulses.len() < best.schedule.pulses.len() {
+        best = best_times(extremal, &kept, &ask)?;
+    }
+    Some(Motion::fine(extremal, &best.schedule, &best.costates).arcs())
 }
 
 fn array(values: &DVector<f64>) -> [f64; 6] {

@@ -19,6 +19,13 @@ pub(crate) struct Ask {
     pub thorough: bool,
 }
 
+impl Ask {
+    /// Pulses of any length, of every level by itself.
+    pub fn free(extremal: &Extremal) -> Self {
+        Self { shortest: 0.0, input_of: (0..extremal.switching_count()).collect(), thorough: false }
+    }
+}
+
 /// One level of the extremal is on from one time to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pulse {

@@ -110,7 +110,7 @@ fn starts(extremal: &Extremal, limits: &[Limit], ask: &Ask) -> Vec<Schedule> {
     }
     for limit in limits.iter().take(MOST_EXTREMALS).filter(|limit| limit.arcs.is_none()) {
         sources.extend(limit.looser.last().map(|(arcs, _)| Schedule::of_arcs(arcs)));
-        let smooth = Arcs::of_pulses(extremal, &limit.smooth.path, limit.smooth.epsilon);
+        let smooth = Arcs::of_pulses(extremal, &limit.smooth.path, limit.smooth.epsilon, 1);
         sources.push(Schedule::of_arcs(&smooth));
     }
     let mut starts: Vec<Schedule> = Vec::new();

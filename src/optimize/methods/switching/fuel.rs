@@ -1,0 +1,159 @@
+//! The end game of minimum fuel: arcs for a branch whose pulses are not plain to read.
+//!
+//! Along a singular arc an input is between its limits, and the best that arcs can do is a train of pulses. Newton on switching times
+//! finds the best train of given pulses where it begins near it, and drops what is added to a train that it does not see the use of. So
+//! trains are read from a smoothed extremal that is known well, of more and more pulses; where that is not enough, pulses are
+//! added where the certificate lacks them and all times are laid out anew for the least fuel, which keeps what is of use.
+
+use super::arcs::Arcs;
+use super::branches::Ask;
+use super::certificate::Certificate;
+use super::extremal::{Bias, Extremal};
+use super::pulses::optimum::best_arcs;
+use super::search::{
+    Found, LAST, LESS, Limit, SMALLEST, bounded, is_small, measured, polish, refined, tipped,
+};
+use super::smooth::{Intervals, Smooth, Smoothed, descend, descend_on, settle};
+
+/// How many pulses stand for a singular arc, one after the other until the gap is small.
+const CELLS: [usize; 6] = [1, 2, 3, 4, 6, 8];
+
+/// How often intervals are halved where a branch ends early, and the residual and iterations of the Newton on each.
+const FINER: usize = 2;
+const FINE: f64 = 1e-5;
+const FINE_ITERATIONS: usize = 20;
+
+/// How often times are laid out anew, with pulses for this part of the time that lacks them.
+const MOST_LAYOUTS: usize = 8;
+const PART: f64 = 0.2;
+const SHORT_PART: f64 = 0.04;
+
+/// A branch to its limit from what Newton on switching times has found of it on the way to a smaller ε.
+pub(super) fn fuel_limit(
+    extremal: &Extremal,
+    rival: &Smoothed,
+    at: Smoothed,
+    best: Option<(Arcs, Certificate)>,
+    ask: &Ask,
+    stop: &dyn Fn() -> bool,
+    found: &mut Found,
+) -> Limit {
+    if !ask.arcs {
+        let end = descend(extremal, &at, LAST, &Bias::default(), &mut found.sweeps);
+        let (Ok(smooth) | Err(smooth)) = end;
+        return Limit { branch: rival.clone(), smooth, arcs: None, looser: Vec::new() };
+    }
+    if let Some(best) =
+        best.as_ref().filter(|best| is_small(extremal, best) && bounded(extremal, &best.0, &at))
+    {
+        return Limit::of_arcs(rival, at, best.clone());
+    }
+    let settled = settled(extremal, rival, stop, found);
+    let mut looser = Vec::from_iter(train(extremal, &settled, best, stop, found));
+    if let Some(best) = looser.pop_if(|best| !is_small(extremal, best)) {
+        let more = if extremal.times_pulses() { laid_out } else { refined };
+        looser.extend(more(extremal, best, stop, found));
+    }
+    looser.retain(|(arcs, _)| bounded(extremal, arcs, &at) || bounded(extremal, arcs, &settled));
+    match looser.pop_if(|best| is_small(extremal, best)) {
+        Some(arcs) => Limit { looser, ..Limit::of_arcs(rival, settled, arcs) },
+        None => Limit { branch: rival.clone(), smooth: settled, arcs: None, looser },
+    }
+}
+
+/// The smoothed extremal of a branch at the smallest ε that it is found for, on intervals that follow its inputs.
+fn settled(extremal: &Extremal, rival: &Smoothed, stop: &dyn Fn() -> bool, found: &mut Found) -> Smoothed {
+    let close = |from: &Smoothed, found: &mut Found| {
+        descend_on(Intervals::Close, extremal, from, LAST, &Bias::default(), &mut found.sweeps)
+    };
+    let end = match close(rival, found) {
+        Ok(end) => end,
+        // Coarse intervals may have led astray.
+        Err(end) => finer(extremal, rival, found)
+            .and_then(|fine| close(&fine, found).ok())
+            .or_else(|| tipped(extremal, rival, stop, found))
+            .unwrap_or(end),
+    };
+    settle(extremal, end, SMALLEST, &mut found.sweeps)
+}
+
+/// A smoothed extremal on finer intervals.
+fn finer(extremal: &Extremal, from: &Smoothed, found: &mut Found) -> Option<Smoothed> {
+    let smooth = Smooth { extremal, epsilon: from.epsilon, bias: Bias::default(), accurate: false };
+    let mut path = from.path.clone();
+    for _ in 0..FINER {
+        path = smooth.solve(smooth.doubled(&path), FINE, FINE_ITERATIONS, &mut found.sweeps)?;
+    }
+    Some(Smoothed { path, epsilon: from.epsilon })
+}
+
+/// The arcs of the smallest gap among those known and those with trains of pulses, no more of them than make it small.
+fn train(
+    extremal: &Extremal,
+    settled: &Smoothed,
+    known: Option<(Arcs, Certificate)>,
+    stop: &dyn Fn() -> bool,
+    found: &mut Found,
+) -> Option<(Arcs, Certificate)> {
+    let mut best = known;
+    for cells in CELLS {
+        let arcs = Arcs::of_pulses(extremal, &settled.path, settled.epsilon, cells);
+        if arcs.switches.len() > extremal.most_switches() || stop() {
+            break;
+        }
+        let next = polish(extremal, arcs.clone(), found).or_else(|| laid(extremal, &arcs, found));
+        let Some(next) = next else { continue };
+        if best.as_ref().is_none_or(|(_, known)| next.1.gap < known.gap) {
+            best = Some(next);
+        }
+        if best.as_ref().is_some_and(|best| is_small(extremal, best)) {
+            break;
+        }
+    }
+    best
+}
+
+/// Arcs whose times are laid out anew for the least fuel after pulses have been added where they lack, as long as that makes the gap
+/// smaller. All of them, the best last.
+fn laid_out(
+    extremal: &Extremal,
+    first: (Arcs, Certificate),
+    stop: &dyn Fn() -> bool,
+    found: &mut Found,
+) -> Vec<(Arcs, Certificate)> {
+    let mut path = vec![first];
+    for _ in 0..MOST_LAYOUTS {
+        let Some((arcs, certificate)) = path.last().filter(|last| !is_small(extremal, last) && !stop())
+        else {
+            break;
+        };
+        let corrections: [&dyn Fn() -> Option<Arcs>; 5] = [
+            &|| certificate.all_mended(arcs, PART),
+            &|| certificate.least_mended(PART),
+            &|| certificate.worst_mended(arcs, SHORT_PART),
+            &|| certificate.mended(arcs, 0, PART),
+            &|| certificate.mended(arcs, 0, SHORT_PART),
+        ];
+        let better = corrections.iter().find_map(|correction| {
+            let next = correction().filter(|next| next.switches.len() <= extremal.most_switches())?;
+            laid(extremal, &next, found).filter(|(_, next)| next.gap < LESS * certificate.gap)
+        });
+        match better {
+            Some(better) => path.push(better),
+            None => break,
+        }
+    }
+    path
+}
+
+/// Arcs with the best times of their pulses, and to the last digits where Newton keeps all of them.
+fn laid(extremal: &Extremal, arcs: &Arcs, found: &mut Found) -> Option<(Arcs, Certificate)> {
+    if !extremal.times_pulses() {
+        return None;
+    }
+    found.newtons += 1;
+    let laid = best_arcs(extremal, arcs)?;
+    let count = laid.switches.len();
+    let solved = laid.clone().solve(extremal).filter(|solved| solved.switches.len() == count);
+    Some(measured(extremal, solved.unwrap_or(laid)))
+}

@@ -1,0 +1,208 @@
+//! Of all costates along a maneuver of arcs, those that leave the smallest gap.
+//!
+//! Costates that follow their equations bound what is still to be gained whatever they are at the start: to first order no inputs
+//! within their limits that keep the ends cost less than the maneuver does by more than the gap. Where the inputs are held, a
+//! change `δ` of the costates at the start changes every switching function by `g_j(t)·δ`, and
+//!
+//! ```text
+//! gap(δ) = ∫ Σ_j (|s_j + g_j·δ| + (s_j + g_j·δ) v_j) dt
+//! ```
+//!
+//! is convex: the dual of the linear program over all inputs along the way, whose optimum is the gap without slack. Costates that
+//! vanish where the inputs switch need not be those: of a few switches hardly apart they are determined badly, and between the
+//! pulses that stand for a singular arc they are all a little off. The least gap is found by Newton on `√(s² + μ²)`.
+
+use super::arcs::Arcs;
+use super::certificate::hermite;
+use super::extremal::Extremal;
+use super::flow::{COOPER_VERNER, Course, Lanes, Node, advance};
+use crate::Vector3;
+use nalgebra::{SMatrix, SVector};
+
+/// Longest part of the duration between two nodes, and points of the cubic between them.
+const STEP: f64 = 0.06;
+const POINTS: usize = 8;
+
+/// First μ, by what factor it is made smaller, and what it may add to the gap in the end, as a part of that.
+const FIRST: f64 = 0.1;
+const SMALLER: f64 = 0.2;
+const ADDED: f64 = 0.05;
+/// As small as μ becomes: a switching function of this size is zero for the certificate too.
+const LAST: f64 = 1e-7;
+
+/// Newton for one μ: steps, halvings of a step, and the part of the sum below which one gains nothing.
+const MOST_ITERATIONS: usize = 8;
+const MOST_HALVINGS: usize = 6;
+const NO_GAIN: f64 = 1e-3;
+/// What is added to the diagonal of its matrix, as a part of the trace: a maneuver of few inputs leaves costates open.
+const OPEN: f64 = 1e-10;
+
+/// A change of `M` and of the costate at the start.
+type Change = SVector<f64, 6>;
+
+/// A switching function on a short piece of its arc.
+struct Piece {
+    length: f64,
+    /// Sign of the input, the function, and how it answers to the costates at the start.
+    sign: f64,
+    value: f64,
+    slope: Change,
+}
+
+/// The same maneuver with the costates of the least gap; `None` where its inputs are not held or its duration is sought, so that
+/// costates are not free.
+pub(crate) fn with_least_gap(extremal: &Extremal, arcs: &Arcs) -> Option<Arcs> {
+    if !extremal.times_pulses() {
+        return None;
+    }
+    let (pieces, lanes) = pieces(extremal, arcs);
+    let change = least(&pieces);
+    let mut moved = arcs.clone();
+    moved.m += change.fixed_rows::<3>(0);
+    moved.first.e += change.fixed_rows::<3>(3);
+    for (switch, lanes) in moved.switches.iter_mut().zip(&lanes) {
+        switch.node.e += lanes.times(change.as_slice())[2];
+    }
+    Some(moved)
+}
+
+/// All switching functions along the way, and how the nodes answer at the end of each arc.
+fn pieces(extremal: &Extremal, arcs: &Arcs) -> (Vec<Piece>, Vec<Lanes<8>>) {
+    let (mut pieces, mut at_ends) = (Vec::new(), Vec::new());
+    let mut lanes = Lanes::<8>::of_costate();
+    for (from, start, end, signs) in arcs.arcs() {
+        let law = extremal.on_arc(&signs);
+        let steps = ((end - start) / (STEP * arcs.duration)).ceil().clamp(1.0, 1e3) as usize;
+        let length = (end - start) / steps as f64;
+        let (course, torque) = (Course::of(extremal, &arcs.m), law.at(&from.e).torque);
+        let mut node = from;
+        let mut before = Costates::at(extremal, &arcs.m, &node, &lanes, &torque);
+        for step in 0..steps {
+            node = advance(&course, &COOPER_VERNER, &node, length, &mut lanes, |_, e| law.at(e));
+            let after = Costates::at(extremal, &arcs.m, &node, &lanes, &torque);
+            for (x, part) in points(step == 0, step + 1 == steps) {
+                let costates = before.between(&after, length, x);
+                for (input, sign) in signs.iter().enumerate() {
+                    let along = extremal.switching_slope(input, &costates[6]);
+                    pieces.push(Piece {
+                        length: part * length,
+                        sign: *sign,
+                        value: extremal.switching(input, &costates[6]),
+                        slope: Change::from_fn(|lane, _| along.dot(&costates[lane])),
+                    });
+                }
+            }
+            before = after;
+        }
+        at_ends.push(lanes);
+    }
+    (pieces, at_ends)
+}
+
+/// Where a step is looked at and for what part of it, close together towards the ends of an arc: there a crossing is a little
+/// beside the switch.
+fn points(first: bool, last: bool) -> impl Iterator<Item = (f64, f64)> {
+    let edge = move |k: usize| {
+        let x = k as f64 / POINTS as f64;
+        match (first, last) {
+            (true, true) => 0.5 - 0.5 * (std::f64::consts::PI * x).cos(),
+            (true, false) => x * x,
+            (false, true) => x * (2.0 - x),
+            (false, false) => x,
+        }
+    };
+    (0..POINTS).map(move |k| (0.5 * (edge(k) + edge(k + 1)), edge(k + 1) - edge(k)))
+}
+
+/// What the six costates at the start make of the costate `e` at a node, and that itself, with their time derivatives.
+struct Costates {
+    values: [Vector3; 7],
+    rates: [Vector3; 7],
+}
+
+impl Costates {
+    fn at(extremal: &Extremal, m: &Vector3, node: &Node, lanes: &Lanes<8>, torque: &Vector3) -> Self {
+        let rate = |m: &Vector3, e: &Vector3| extremal.rate(m, &Node { e: *e, ..*node }, torque)[2];
+        let own = rate(m, &node.e);
+        // Costates follow linear equations.
+        let of_lane = |lane: usize| {
+            let unit = if lane < 3 { Vector3::ith(lane, 1.0) } else { Vector3::zeros() };
+            rate(&unit, &lanes.block(2, lane))
+        };
+        let value = |lane: usize| if lane < 6 { lanes.block(2, lane) } else { node.e };
+        Self {
+            values: std::array::from_fn(value),
+            rates: std::array::from_fn(|lane| if lane < 6 { of_lane(lane) } else { own }),
+        }
+    }
+
+    /// By the cubic with these values and derivatives.
+    fn between(&self, next: &Self, length: f64, x: f64) -> [Vector3; 7] {
+        std::array::from_fn(|lane| {
+            hermite(
+                x,
+                length,
+                [&self.values[lane], &next.values[lane]],
+                [&self.rates[lane], &next.rates[lane]],
+            )
+        })
+    }
+}
+
+/// The change of the costates that makes the gap least.
+fn least(pieces: &[Piece]) -> Change {
+    let total: f64 = pieces.iter().map(|piece| piece.length).sum();
+    let (mut best, mut least) = (Change::zeros(), gap(pieces, &Change::zeros(), 0.0));
+    let (mut change, mut mu) = (best, FIRST);
+    while mu > LAST && mu * total > ADDED * least {
+        change = newton(pieces, change, mu);
+        let found = gap(pieces, &change, 0.0);
+        if found < least {
+            (best, least) = (change, found);
+        }
+        mu *= SMALLER;
+    }
+    best
+}
+
+/// The gap, with the absolute values smoothed.
+fn gap(pieces: &[Piece], change: &Change, mu: f64) -> f64 {
+    let of = |piece: &Piece| {
+        let s = piece.value + piece.slope.dot(change);
+        piece.length * ((s * s + mu * mu).sqrt() + s * piece.sign)
+    };
+    pieces.iter().map(of).sum()
+}
+
+/// Newton on the smoothed gap, from a change of the costates.
+fn newton(pieces: &[Piece], from: Change, mu: f64) -> Change {
+    let mut change = from;
+    let mut last = gap(pieces, &change, mu);
+    for _ in 0..MOST_ITERATIONS {
+        let (mut gradient, mut hessian) = (Change::zeros(), SMatrix::<f64, 6, 6>::zeros());
+        for piece in pieces {
+            let s = piece.value + piece.slope.dot(&change);
+            let root = (s * s + mu * mu).sqrt();
+            gradient += piece.length * (s / root + piece.sign) * piece.slope;
+            let bend = piece.length * mu * mu / (root * root * root);
+            hessian += (bend * piece.slope) * piece.slope.transpose();
+        }
+        let open = OPEN * hessian.trace();
+        hessian += SMatrix::<f64, 6, 6>::identity() * open;
+        let Some(step) = hessian.lu().solve(&-gradient) else { break };
+        let mut factor = 1.0;
+        let better = (0..=MOST_HALVINGS).find_map(|_| {
+            let next = change + factor * step;
+            let found = gap(pieces, &next, mu);
+            factor *= 0.5;
+            (found < last).then_some((next, found))
+        });
+        let Some((next, found)) = better else { break };
+        let gained = last - found;
+        (change, last) = (next, found);
+        if gained <= NO_GAIN * found {
+            break;
+        }
+    }
+    change
+}
