@@ -24,6 +24,8 @@ pub(super) const SHOOTING_ONE_WAY: CoarseRule = CoarseRule { fewest: 8, ..SHOOTI
 /// The same where the best way is sought: descents begin on both ways round, and what they end at is compared on the
 /// requested grid.
 pub(super) const SHOOTING_FROM_REST: CoarseRule = CoarseRule { fewest: 12, angle: 0.45, ..SHOOTING_FREE };
+/// Fewest steps of a requested grid beside which that is taken.
+pub(super) const FEWEST_FROM_REST: usize = 64;
 /// Steps that are few.
 pub(super) const FEW_STEPS: usize = 400;
 /// In a field the grids agree less: what is found on a coarse one may not be there on a finer.

@@ -4,8 +4,8 @@
 //! grid. Cheap rungs that nearly always work come first.
 
 use super::coarse::{
-    FEW_STEPS, SHOOTING_FREE, SHOOTING_FROM_REST, SHOOTING_IN_FIELD, SHOOTING_ONE_WAY, SHOOTING_UNEVEN,
-    coarse_steps,
+    FEW_STEPS, FEWEST_FROM_REST, SHOOTING_FREE, SHOOTING_FROM_REST, SHOOTING_IN_FIELD, SHOOTING_ONE_WAY,
+    SHOOTING_UNEVEN, coarse_steps,
 };
 use super::context::Context;
 use super::guess::Guess;
@@ -14,7 +14,7 @@ use super::starts;
 use super::way::{Follower, Way};
 use crate::Vector3;
 use crate::lie;
-use crate::maneuver::problem::{Motion, Path, Problem};
+use crate::maneuver::problem::{Motion, Path, Problem, Scheme};
 use crate::maneuver::settings::Method as Road;
 use crate::maneuver::solution::{ConvexWork, Optimality, Outcome, Rival, Rung, Sense, Solution, Trajectory};
 use crate::numerics::factor::effective;
@@ -693,6 +693,12 @@ fn turns_as_given(problem: &Problem, rotation: &Vector3) -> i32 {
     ((along - short.norm()) / TAU).round() as i32
 }
 
+/// Whether the best way from rest may be sought on a grid of very few steps: that of the first-order scheme is too coarse
+/// to tell a rival's cost by, and so it is beside a requested grid on which the search would take place itself.
+fn coarse_from_rest(problem: &Problem) -> bool {
+    problem.scheme == Scheme::LieVerlet && problem.steps >= FEWEST_FROM_REST
+}
+
 /// The grid on which the shooting searches.
 fn search_grid(problem: &Problem, turns: i32, even: bool) -> usize {
     // Where inputs meet their limits, costates on two grids have no expansion in the step.
@@ -708,7 +714,7 @@ fn search_grid(problem: &Problem, turns: i32, even: bool) -> usize {
     let rule = match problem.path {
         _ if !problem.environment.is_free() => SHOOTING_IN_FIELD,
         Path::Best if !even => SHOOTING_UNEVEN,
-        Path::Best if plain => SHOOTING_FROM_REST,
+        Path::Best if plain && coarse_from_rest(problem) => SHOOTING_FROM_REST,
         Path::Best => SHOOTING_FREE,
         _ if plain => return coarse_steps(problem, angle, &SHOOTING_ONE_WAY),
         _ => SHOOTING_FREE,
