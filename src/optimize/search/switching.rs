@@ -20,10 +20,11 @@ use crate::optimize::methods::switching::discretize::{LEAST_STEPS, NO_LENGTH, ar
 use crate::optimize::methods::switching::eigenaxis;
 use crate::optimize::methods::switching::extremal::{Extremal, Law};
 use crate::optimize::methods::switching::grid_step::Torque;
+use crate::optimize::methods::switching::limit::{Found, Limit};
 use crate::optimize::methods::switching::on_grid::OnGrid;
 use crate::optimize::methods::switching::pulses::on_grid::arcs_placed;
 use crate::optimize::methods::switching::scaled::{Units, input_of, inputs, scaled, shared};
-use crate::optimize::methods::switching::search::{Found, Limit, search};
+use crate::optimize::methods::switching::search::search;
 use crate::optimize::methods::switching::smooth::Smoothed;
 use crate::{Matrix3, Vector3};
 

@@ -9,10 +9,10 @@ use super::arcs::Arcs;
 use super::branches::Ask;
 use super::certificate::Certificate;
 use super::extremal::{Bias, Extremal};
-use super::pulses::optimum::best_arcs;
-use super::search::{
+use super::limit::{
     Found, LAST, LESS, Limit, SMALLEST, bounded, is_small, measured, polish, refined, tipped,
 };
+use super::pulses::optimum::best_arcs;
 use super::smooth::{Intervals, Smooth, Smoothed, descend, descend_on, settle};
 
 /// How many pulses stand for a singular arc, one after the other until the gap is small.

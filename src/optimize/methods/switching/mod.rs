@@ -29,6 +29,7 @@ pub(crate) mod flow;
 pub(crate) mod fuel;
 pub(crate) mod grid_step;
 pub(crate) mod least_gap;
+pub(crate) mod limit;
 pub(crate) mod on_grid;
 pub(crate) mod pulses;
 pub(crate) mod scaled;

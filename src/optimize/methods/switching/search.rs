@@ -1,19 +1,15 @@
 //! From branches to the answer: each rival branch is brought to its limit, and the shortest is taken.
 
 use super::arcs::Arcs;
-use super::branches::{Ask, branches, tips};
+use super::branches::{Ask, branches};
 use super::certificate::Certificate;
 use super::eigenaxis;
 use super::extremal::{Bias, Extremal, Law};
 use super::fuel::fuel_limit;
-use super::least_gap::with_least_gap;
+use super::limit::{Found, LAST, Limit, NO_GAP, SMALLEST, bounded, is_small, polish, refined, tipped};
 use super::smooth::{Smooth, Smoothed, descend, settle};
 use crate::maneuver::problem::Path as Way;
 use crate::maneuver::settings::Thoroughness;
-
-/// A gap below this part of the cost is none, and one below that can stay.
-pub(crate) const NO_GAP: f64 = 1e-7;
-const SMALL_GAP: f64 = 1e-4;
 
 /// A branch that costs more than the best by this is no rival, in time and in fuel.
 const RIVAL: f64 = 1.015;
@@ -25,17 +21,6 @@ const SAME: f64 = 1e-9;
 /// Switching functions of this part of the largest are those of inputs that are not used.
 const UNUSED: f64 = 1e-6;
 
-/// Most corrections of the sequence of switches; one after which the gap is the same, to this part, led back.
-const MOST_CHANGES: usize = 8;
-const SAME_GAP: f64 = 1e-9;
-
-/// Further corrections of arcs with a gap that is not small: so many of the worst signs, on these parts of their time, in so
-/// many Newtons; each must leave less of the gap than this.
-const WORST: usize = 3;
-const PARTS: [f64; 4] = [1.0, 0.2, 0.04, 0.008];
-const MOST_REFINEMENTS: usize = 40;
-pub(super) const LESS: f64 = 0.98;
-
 /// How often a branch without arcs is followed to a smaller ε, and by what factor.
 const MOST_DESCENTS: usize = 3;
 /// The same where fuel counts: short pulses show late; and where that of the norm does, whose switching function can be
@@ -44,78 +29,10 @@ const MOST_DESCENTS_FUEL: usize = 6;
 const MOST_DESCENTS_NORM: usize = 12;
 const SMALLER: f64 = 0.4;
 
-/// ε at which a branch with a singular arc ends on equal intervals, and that to which it is then carried.
-pub(super) const LAST: f64 = 5e-4;
-pub(super) const SMALLEST: f64 = 2e-5;
-
-/// Iterations after a bias is taken away.
-const TIPPED_ITERATIONS: usize = 20;
-
 /// Intervals, residual and iterations of an extremal under a limit of the norm.
 const TURNING: usize = 256;
 const EXACT: f64 = 1e-11;
 const TURNING_ITERATIONS: usize = 12;
-
-/// Arcs may cost more than their smoothed extremal by this part: the interpolation on its intervals, of a duration; and
-/// of fuel what smoothing lets through.
-const DEARER: f64 = 1e-4;
-const DEARER_FUEL: f64 = 0.05;
-
-/// What a branch becomes.
-#[derive(Clone, Debug)]
-pub(crate) struct Limit {
-    /// The smoothed extremal that it comes from, and the same at the smallest ε.
-    pub branch: Smoothed,
-    pub smooth: Smoothed,
-    /// Arcs at the limits, where there are any; the certificate tells whether they are exact.
-    pub arcs: Option<(Arcs, Certificate)>,
-    /// Arcs of larger gaps, as a rule with fewer switches, the last the best: for grids on which those have no room,
-    /// or none are good enough and what is smoothed is dearer.
-    pub looser: Vec<(Arcs, Certificate)>,
-}
-
-impl Limit {
-    pub(super) fn of_arcs(branch: &Smoothed, smooth: Smoothed, arcs: (Arcs, Certificate)) -> Self {
-        Self { branch: branch.clone(), smooth, arcs: Some(arcs), looser: Vec::new() }
-    }
-
-    /// The same with arcs of larger gaps, the best first.
-    pub fn loosened(&self) -> impl Iterator<Item = Self> {
-        let with = |arcs: &(Arcs, Certificate)| Self { arcs: Some(arcs.clone()), ..self.clone() };
-        self.looser.iter().rev().map(with)
-    }
-
-    pub fn duration(&self) -> f64 {
-        self.arcs.as_ref().map_or(self.smooth.path.duration, |(arcs, _)| arcs.duration)
-    }
-
-    /// What it costs: its duration where only time counts.
-    pub fn cost(&self, extremal: &Extremal) -> f64 {
-        self.arcs.as_ref().map_or_else(|| self.smooth.cost(extremal), |(arcs, _)| arcs.cost(extremal))
-    }
-
-    /// Whether every input is where the maximum principle wants it.
-    pub fn is_exact(&self, extremal: &Extremal) -> bool {
-        self.arcs.as_ref().is_some_and(|(arcs, certificate)| certificate.gap <= NO_GAP * arcs.cost(extremal))
-    }
-
-    pub fn name(&self) -> &'static str {
-        if self.arcs.is_some() { "arcs" } else { "smooth" }
-    }
-}
-
-/// What was found, and what it took.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Found {
-    /// The best first.
-    pub limits: Vec<Limit>,
-    pub branches: usize,
-    /// Sweeps of smoothed problems, and Newtons on switching times.
-    pub sweeps: usize,
-    pub newtons: usize,
-    /// Duration of the turn about the eigenaxis, where it was compared.
-    pub eigenaxis: Option<f64>,
-}
 
 /// Searches the best extremals; what is found before `stop` says so is kept. A plan that is no quicker than the turn about a
 /// fixed axis is a saddle as a rule: then the search becomes a thorough one.
@@ -235,33 +152,6 @@ fn end_game(
     Limit { branch: rival.clone(), smooth, arcs: None, looser }
 }
 
-/// Whether the gap of arcs can stay.
-pub(super) fn is_small(extremal: &Extremal, (arcs, certificate): &(Arcs, Certificate)) -> bool {
-    certificate.gap <= SMALL_GAP * arcs.cost(extremal)
-}
-
-/// Whether arcs can be the limit of a smoothed extremal: Newton may have gone to a dearer one.
-pub(super) fn bounded(extremal: &Extremal, arcs: &Arcs, smooth: &Smoothed) -> bool {
-    let dearer = if extremal.counts_fuel() { DEARER_FUEL } else { DEARER };
-    arcs.cost(extremal) <= smooth.cost(extremal) * (1.0 + dearer)
-}
-
-/// The best extremal at the last ε that biases lead to, for a branch that ends before.
-pub(super) fn tipped(
-    extremal: &Extremal,
-    rival: &Smoothed,
-    stop: &dyn Fn() -> bool,
-    found: &mut Found,
-) -> Option<Smoothed> {
-    let reached = tips(extremal).take_while(|_| !stop()).filter_map(|bias| {
-        let reached = descend(extremal, rival, LAST, &bias, &mut found.sweeps).ok()?;
-        let unbiased = Smooth { extremal, epsilon: LAST, bias: Bias::default(), accurate: false };
-        let path = unbiased.solve(reached.path, 0.1 * LAST, TIPPED_ITERATIONS, &mut found.sweeps)?;
-        Some(Smoothed { path, epsilon: LAST })
-    });
-    reached.min_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)))
-}
-
 /// Under a limit of the norm the law is smooth where the costate does not vanish: the extremal without smoothing, where
 /// Newton finds it.
 fn turning(extremal: &Extremal, from: Smoothed, found: &mut Found) -> Smoothed {
@@ -289,70 +179,4 @@ fn readings(extremal: &Extremal) -> &'static [Reading] {
         Law::Inputs(_) if extremal.counts_fuel() => &[PULSES, CROSSINGS],
         Law::Inputs(_) => &[CROSSINGS],
     }
-}
-
-/// Arcs to their switching times, corrected until every sign is right or no correction helps.
-pub(super) fn polish(extremal: &Extremal, mut arcs: Arcs, found: &mut Found) -> Option<(Arcs, Certificate)> {
-    let mut best: Option<(Arcs, Certificate)> = None;
-    let mut last = f64::NAN;
-    for _ in 0..=MOST_CHANGES {
-        let Some((solved, certificate)) = certified(extremal, arcs, found) else { break };
-        let exact = certificate.gap <= NO_GAP * solved.cost(extremal);
-        let again = (certificate.gap - last).abs() <= SAME_GAP * last;
-        last = certificate.gap;
-        let mended = certificate.mended(&solved, 0, 1.0);
-        if best.as_ref().is_none_or(|(_, known)| certificate.gap < known.gap) {
-            best = Some((solved, certificate));
-        }
-        match mended {
-            Some(next) if !exact && !again && next.switches.len() <= extremal.most_switches() => arcs = next,
-            _ => break,
-        }
-    }
-    best
-}
-
-fn certified(extremal: &Extremal, arcs: Arcs, found: &mut Found) -> Option<(Arcs, Certificate)> {
-    found.newtons += 1;
-    Some(measured(extremal, arcs.solve(extremal)?))
-}
-
-/// Arcs with their certificate, by the costates of the least gap where their own leave more.
-pub(super) fn measured(extremal: &Extremal, arcs: Arcs) -> (Arcs, Certificate) {
-    let mut certificate = Certificate::of(extremal, &arcs);
-    if certificate.gap > NO_GAP * arcs.cost(extremal)
-        && let Some(moved) = with_least_gap(extremal, &arcs)
-    {
-        certificate.bound_by(extremal, moved);
-    }
-    (arcs, certificate)
-}
-
-/// Arcs corrected further, each time by what makes their gap smaller: the worst of the wrong signs, or the next ones,
-/// for all of their time or a part of it. All of them, the best last.
-pub(super) fn refined(
-    extremal: &Extremal,
-    first: (Arcs, Certificate),
-    stop: &dyn Fn() -> bool,
-    found: &mut Found,
-) -> Vec<(Arcs, Certificate)> {
-    let (mut path, mut newtons) = (vec![first], 0);
-    while let Some((arcs, certificate)) = path.last()
-        && certificate.gap > NO_GAP * arcs.cost(extremal)
-        && !stop()
-    {
-        let all = (0..WORST).flat_map(|rank| PARTS.map(|part| (rank, part)));
-        let corrections = all
-            .filter_map(|(rank, part)| certificate.mended(arcs, rank, part))
-            .filter(|next| next.switches.len() <= extremal.most_switches());
-        let better = corrections.take(MOST_REFINEMENTS - newtons).find_map(|next| {
-            newtons += 1;
-            certified(extremal, next, found).filter(|(_, next)| next.gap < LESS * certificate.gap)
-        });
-        match better {
-            Some(better) => path.push(better),
-            None => break,
-        }
-    }
-    path
 }

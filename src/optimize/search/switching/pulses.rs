@@ -11,11 +11,11 @@ use crate::maneuver::switching::{Pulses, Structure};
 use crate::numerics::figures::short;
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::switching::extremal::Extremal;
+use crate::optimize::methods::switching::limit::Found;
 use crate::optimize::methods::switching::pulses::on_grid::{Placed, Unplaced, placed};
 use crate::optimize::methods::switching::pulses::schedule::Ask;
 use crate::optimize::methods::switching::pulses::search;
 use crate::optimize::methods::switching::scaled::{Units, input_of};
-use crate::optimize::methods::switching::search::Found;
 use crate::optimize::search::context::Context;
 
 /// Costs that differ by this part are those of two schedules.

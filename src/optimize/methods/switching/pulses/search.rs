@@ -8,7 +8,7 @@
 use super::super::arcs::Arcs;
 use super::super::certificate::Certificate;
 use super::super::extremal::Extremal;
-use super::super::search::Limit;
+use super::super::limit::Limit;
 use super::motion::Motion;
 use super::optimum::{Best, best_times};
 use super::schedule::{Ask, Pulse, Schedule};
