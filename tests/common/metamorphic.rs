@@ -17,9 +17,6 @@ use std::sync::Arc;
 /// Relative difference that costs may have.
 pub const TOLERANCE: f64 = 1e-9;
 
-/// The same of plans with smoothed arcs.
-const SMOOTHED: f64 = 2e-5;
-
 /// A maneuver with its plan.
 pub struct Planned {
     pub problem: Problem,
@@ -68,8 +65,8 @@ pub fn complaint(law: &Law, planned: &Planned, random: &mut Random) -> Result<Op
     let related = law.1(planned, random).ok_or(NotApplicable)?;
     let (first, steps) = (&planned.plan, related.problem.steps);
     let other = Planned::new(related.problem, planned.settings.clone()).ok_or(NotApplicable)?.plan;
-    let expected = related.factor * first.solution.cost;
-    let excess = other.solution.cost / expected - 1.0;
+    let expected = related.factor * cost(first);
+    let excess = cost(&other) / expected - 1.0;
     let tolerance = TOLERANCE + inexact(first) + inexact(&other);
     let (solved, also) = (first.status == Status::Solved, other.status == Status::Solved);
     let words = |what: String| Ok(Some(format!("{what}, {steps} steps")));
@@ -89,13 +86,15 @@ pub fn complaint(law: &Law, planned: &Planned, random: &mut Random) -> Result<Op
     if solved && !same { words(format!("cost differs by {excess:+.1e}")) } else { Ok(None) }
 }
 
-/// By what part the cost of a plan whose inputs switch may stand above that of its extremal: its gap, which is 0 of exact
-/// extremals, and what the smoothed law of a singular arc leaves.
+/// What a plan costs. Where inputs switch that is the cost of the extremal: that of the grid depends on how its arcs are laid on
+/// steps, and on whether a singular arc is smoothed or cut into others.
+fn cost(plan: &Plan) -> f64 {
+    plan.solution.switching.as_ref().map_or(plan.solution.cost, |found| found.continuous_cost)
+}
+
+/// By what part it may be above the least near it: the gap of its certificate.
 fn inexact(plan: &Plan) -> f64 {
-    plan.solution.switching.as_ref().map_or(0.0, |found| {
-        let smoothed = if found.smoothing.is_some() { SMOOTHED } else { 0.0 };
-        found.gap / plan.solution.cost + smoothed
-    })
+    plan.solution.switching.as_ref().map_or(0.0, |found| found.gap / cost(plan))
 }
 
 /// The law says nothing of this maneuver.
