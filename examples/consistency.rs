@@ -67,7 +67,7 @@ fn cost(problem: &Problem) -> f64 {
 fn mirrors(seed: u64, index: usize) -> bool {
     let mut random = Random::case(seed, STREAMS[0], index);
     let body = Body { inertia: Inertia::diagonal(random.moments(8.0)).expect("a box"), mass: None };
-    let angle = if index % 10 == 0 { PI - 1e-6 } else { random.within(0.1, PI - 1e-3) };
+    let angle = if index.is_multiple_of(10) { PI - 1e-6 } else { random.within(0.1, PI - 1e-3) };
     let axis = index % 3;
     let [one, other] = [angle, -angle].map(|angle| {
         let end = State::at_rest(lie::exp(&Vector3::ith(axis, angle)));
@@ -105,7 +105,7 @@ fn turn(seed: u64, index: usize) -> Result<Turn, Box<dyn std::error::Error>> {
     let mut random = Random::case(seed, STREAMS[1], index);
     let body = Body { inertia: random.inertia(8.0), mass: None };
     let asked = random.direction() * random.within(200.0, 700.0).to_radians();
-    let rate = if index % 2 == 0 { 0.0 } else { 2.0 };
+    let rate = if index.is_multiple_of(2) { 0.0 } else { 2.0 };
     let start = State::attitude(Matrix3::identity(), random.within_cube(rate));
     let end = State::attitude(lie::exp(&asked), random.within_cube(rate));
     let problem =

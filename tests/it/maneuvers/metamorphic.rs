@@ -13,7 +13,7 @@ fn plans_keep_the_laws_between_maneuvers() {
 
 #[test]
 fn plans_of_minimum_time_and_fuel_keep_them_too() {
-    let kept = kept((0..24).map(random_switching_spec));
+    let kept = kept((0..40).map(random_switching_spec));
     for ((name, _), pairs) in LAWS.iter().zip(kept) {
         // They need limits.
         assert!(pairs > 0 || *name == "limits that do not act", "{name}");
