@@ -17,7 +17,8 @@ pub struct Switching {
     /// Cost of the continuous extremal.
     pub continuous_cost: f64,
     /// Cost still to be gained, to first order: `∫ Σ_j (|s_j| + s_j v_j) dt` with the switching functions s and the inputs
-    /// v of the continuous extremal. 0 where every input is on the right side all the time. Of pulses what they cost above
+    /// v of the continuous extremal; of fuel in a given duration by the costates that make it least. 0 where every input is on the
+    /// right side all the time. Of pulses what they cost above
     /// the best plan found without a shortest pulse: that bounds what better pulses could gain.
     pub gap: f64,
     /// Of a turn about the fixed axis under the same limits, from rest to rest, seconds; where time is minimised.

@@ -282,7 +282,9 @@ impl Iteration for Scp<'_> {
             self.weights.radius = 0.3 * self.weights.radius.min(length);
         }
         self.residuals.push(self.at.largest_defect());
-        let settled = accepted && length <= self.options.tolerance.max(1e-9) && feasible;
+        // A move by a rough subproblem settles nothing, however short.
+        let exact = self.subproblem.tolerance <= self.options.cone_tolerance;
+        let settled = accepted && exact && length <= self.options.tolerance.max(1e-9) && feasible;
         let near = accepted && feasible && !bounded && length < 0.5;
         if !self.options.polish {
             let multipliers = self.multipliers.as_ref().filter(|_| settled);

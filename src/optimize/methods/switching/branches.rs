@@ -141,8 +141,11 @@ pub(super) fn branches(
     for part in SHORTER {
         let shorter = Extremal { given_duration: Some(part * given), ..extremal.clone() };
         let of_shorter = branches_of(&shorter, ask, stop, sweeps);
-        let mut found: Vec<Smoothed> =
-            of_shorter.iter().filter_map(|one| stretched(extremal, one, sweeps)).collect();
+        let mut found: Vec<Smoothed> = of_shorter
+            .iter()
+            .take_while(|_| !stop())
+            .filter_map(|one| stretched(extremal, one, sweeps))
+            .collect();
         found.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
         found.dedup_by(|a, b| same(extremal, a, b));
         if !found.is_empty() || stop() {

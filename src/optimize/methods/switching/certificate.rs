@@ -115,18 +115,21 @@ impl Certificate {
         Self { gap, wrong, least: None }
     }
 
-    /// Takes the gap of the same maneuver with other costates, where that is smaller.
-    pub fn bound_by(&mut self, extremal: &Extremal, moved: Arcs) {
+    /// Takes the gap of the same maneuver with other costates, where that is smaller. Their switching functions vanish a little beside
+    /// the switches, where the points of a certificate are too far apart to tell: `sampled` is the gap by closer ones.
+    pub fn bound_by(&mut self, extremal: &Extremal, moved: Arcs, sampled: f64) {
         let least = Self::of(extremal, &moved);
-        if least.gap < self.gap {
-            self.gap = least.gap;
+        let gap = least.gap.max(sampled);
+        if gap < self.gap {
+            self.gap = gap;
             self.least = Some((moved, least.wrong));
         }
     }
 
-    /// The inputs with a wrong sign somewhere, from 0.
+    /// The inputs with a wrong sign somewhere, from 0, by the costates that the gap is measured with.
     pub fn singular(&self) -> Vec<usize> {
-        let mut inputs: Vec<usize> = self.wrong.iter().map(|wrong| wrong.input).collect();
+        let wrong = self.least.as_ref().map_or(&self.wrong, |(_, wrong)| wrong);
+        let mut inputs: Vec<usize> = wrong.iter().map(|wrong| wrong.input).collect();
         inputs.sort_unstable();
         inputs.dedup();
         inputs
@@ -138,7 +141,7 @@ impl Certificate {
         Some(put_right(arcs, by_gap(&self.wrong).get(rank..=rank)?, part))
     }
 
-    /// The same with the worst and all of nearly its gap put right: the pulses of a singular arc lack others on all sides.
+    /// The same with the worst and all of a fifth of its gap put right: the pulses of a singular arc lack others on all sides.
     pub fn worst_mended(&self, arcs: &Arcs, part: f64) -> Option<Arcs> {
         let worst = with_the_worst(&self.wrong);
         (!worst.is_empty()).then(|| put_right(arcs, &worst, part))
@@ -169,7 +172,7 @@ fn by_gap(wrong: &[Wrong]) -> Vec<&Wrong> {
     wrong
 }
 
-/// The worst, and those whose gap is not much less.
+/// The worst, and those whose gap is a fifth of its or more.
 fn with_the_worst(wrong: &[Wrong]) -> Vec<&Wrong> {
     let mut wrong = by_gap(wrong);
     let largest = wrong.first().map_or(0.0, |run| run.gap);

@@ -157,13 +157,17 @@ pub(crate) fn smooth_on_grid(
         epsilon = (2.5 * epsilon).max(LEAST_SMOOTHING);
         found = at(&start, epsilon, MOST_ITERATIONS);
     }
-    let mut found = found?;
+    let mut known = vec![(found?, epsilon)];
     while epsilon > least {
         let next = (0.4 * epsilon).max(least);
-        let Some(better) = at(&found, next, MOST_ON_THE_WAY) else { break };
-        (found, epsilon) = (better, next);
+        let Some(better) = known.last().and_then(|(found, _)| at(found, next, MOST_ON_THE_WAY)) else {
+            break;
+        };
+        known.push((better, next));
+        epsilon = next;
     }
-    Some((found.solve(extremal)?, epsilon))
+    // To all digits; where the last has none, the one before.
+    known.into_iter().rev().find_map(|(found, epsilon)| Some((found.solve(extremal)?, epsilon)))
 }
 
 /// A smoothed extremal on equal steps.

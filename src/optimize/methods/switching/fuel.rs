@@ -48,13 +48,21 @@ pub(super) fn fuel_limit(
     {
         return Limit::of_arcs(rival, at, best.clone());
     }
+    let of_branch = |arcs: &Arcs| bounded(extremal, arcs, &at);
+    if stop() {
+        let looser = best.into_iter().filter(|(arcs, _)| of_branch(arcs)).collect();
+        return Limit { branch: rival.clone(), smooth: at, arcs: None, looser };
+    }
     let settled = settled(extremal, rival, stop, found);
-    let mut looser = Vec::from_iter(train(extremal, &settled, best, stop, found));
+    // Newton may have gone to arcs of a dearer branch, however small their gap.
+    let of_branch = |arcs: &Arcs| of_branch(arcs) || bounded(extremal, arcs, &settled);
+    let best = best.filter(|(arcs, _)| of_branch(arcs));
+    let mut looser = Vec::from_iter(train(extremal, &settled, best, &of_branch, stop, found));
     if let Some(best) = looser.pop_if(|best| !is_small(extremal, best)) {
         let more = if extremal.times_pulses() { laid_out } else { refined };
         looser.extend(more(extremal, best, stop, found));
     }
-    looser.retain(|(arcs, _)| bounded(extremal, arcs, &at) || bounded(extremal, arcs, &settled));
+    looser.retain(|(arcs, _)| of_branch(arcs));
     match looser.pop_if(|best| is_small(extremal, best)) {
         Some(arcs) => Limit { looser, ..Limit::of_arcs(rival, settled, arcs) },
         None => Limit { branch: rival.clone(), smooth: settled, arcs: None, looser },
@@ -87,11 +95,13 @@ fn finer(extremal: &Extremal, from: &Smoothed, found: &mut Found) -> Option<Smoo
     Some(Smoothed { path, epsilon: from.epsilon })
 }
 
-/// The arcs of the smallest gap among those known and those with trains of pulses, no more of them than make it small.
+/// The arcs of the smallest gap among those known and those with trains of pulses, no more of them than make it small, and none of
+/// another branch.
 fn train(
     extremal: &Extremal,
     settled: &Smoothed,
     known: Option<(Arcs, Certificate)>,
+    of_branch: &dyn Fn(&Arcs) -> bool,
     stop: &dyn Fn() -> bool,
     found: &mut Found,
 ) -> Option<(Arcs, Certificate)> {
@@ -102,7 +112,7 @@ fn train(
             break;
         }
         let next = polish(extremal, arcs.clone(), found).or_else(|| laid(extremal, &arcs, found));
-        let Some(next) = next else { continue };
+        let Some(next) = next.filter(|(arcs, _)| of_branch(arcs)) else { continue };
         if best.as_ref().is_none_or(|(_, known)| next.1.gap < known.gap) {
             best = Some(next);
         }
@@ -134,7 +144,7 @@ fn laid_out(
             &|| certificate.mended(arcs, 0, PART),
             &|| certificate.mended(arcs, 0, SHORT_PART),
         ];
-        let better = corrections.iter().find_map(|correction| {
+        let better = corrections.iter().take_while(|_| !stop()).find_map(|correction| {
             let next = correction().filter(|next| next.switches.len() <= extremal.most_switches())?;
             laid(extremal, &next, found).filter(|(_, next)| next.gap < LESS * certificate.gap)
         });

@@ -49,9 +49,9 @@ struct Piece {
     slope: Change,
 }
 
-/// The same maneuver with the costates of the least gap; `None` where its inputs are not held or its duration is sought, so that
-/// costates are not free.
-pub(crate) fn with_least_gap(extremal: &Extremal, arcs: &Arcs) -> Option<Arcs> {
+/// The same maneuver with the costates of the least gap, and that gap, of points that stand close together at the ends of arcs;
+/// `None` where its inputs are not held or its duration is sought, so that costates are not free.
+pub(crate) fn with_least_gap(extremal: &Extremal, arcs: &Arcs) -> Option<(Arcs, f64)> {
     if !extremal.times_pulses() {
         return None;
     }
@@ -63,7 +63,7 @@ pub(crate) fn with_least_gap(extremal: &Extremal, arcs: &Arcs) -> Option<Arcs> {
     for (switch, lanes) in moved.switches.iter_mut().zip(&lanes) {
         switch.node.e += lanes.times(change.as_slice())[2];
     }
-    Some(moved)
+    Some((moved, gap(&pieces, &change, 0.0)))
 }
 
 /// All switching functions along the way, and how the nodes answer at the end of each arc.

@@ -148,9 +148,9 @@ fn certified(extremal: &Extremal, arcs: Arcs, found: &mut Found) -> Option<(Arcs
 pub(super) fn measured(extremal: &Extremal, arcs: Arcs) -> (Arcs, Certificate) {
     let mut certificate = Certificate::of(extremal, &arcs);
     if certificate.gap > NO_GAP * arcs.cost(extremal)
-        && let Some(moved) = with_least_gap(extremal, &arcs)
+        && let Some((moved, sampled)) = with_least_gap(extremal, &arcs)
     {
-        certificate.bound_by(extremal, moved);
+        certificate.bound_by(extremal, moved, sampled);
     }
     (arcs, certificate)
 }

@@ -364,8 +364,16 @@ fn costates_of_the_least_gap_are_those_of_the_optimum_whatever_they_were() {
         arcs.switches[k].node = node;
     }
     let own = Certificate::of(&given, &arcs).gap;
-    let least = Certificate::of(&given, &with_least_gap(&given, &arcs).expect("inputs are held")).gap;
-    assert!(own > 1e-2 && least < 1e-4, "{own:e} {least:e}");
+    let (moved, sampled) = with_least_gap(&given, &arcs).expect("inputs are held");
+    let least = Certificate::of(&given, &moved).gap;
+    assert!(own > 1e-2 && least < 1e-4 && sampled < 1e-4, "{own:e} {least:e} {sampled:e}");
+    // What close points see is not less for what a certificate's points miss, and what is no less than its own gap is not taken.
+    let bound = |sampled: f64| {
+        let mut certificate = Certificate::of(&given, &arcs);
+        certificate.bound_by(&given, moved.clone(), sampled);
+        certificate.gap
+    };
+    assert_eq!([bound(sampled), bound(1e-3), bound(1.0)], [least.max(sampled), 1e-3, own]);
 }
 
 #[test]

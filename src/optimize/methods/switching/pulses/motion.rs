@@ -180,8 +180,9 @@ impl<'a> Motion<'a> {
             let level = schedule.pulses[event.time / 2].level;
             if event.at > 0.0 && event.at < schedule.duration {
                 switches.push(Switch { input: level, time: event.at, node: event.node });
-            } else if event.at <= 0.0 && event.time.is_multiple_of(2) {
-                signs[level] = 1.0;
+            } else if event.at <= 0.0 {
+                // What goes off there again is not on.
+                signs[level] = if event.time.is_multiple_of(2) { 1.0 } else { -1.0 };
             }
         }
         Arcs { m: self.m, duration: schedule.duration, first: self.first, signs, switches }

@@ -69,6 +69,17 @@ fn differences(times: &DVector<f64>, of: impl Fn(&DVector<f64>) -> DVector<f64>)
 }
 
 #[test]
+fn a_pulse_that_is_off_again_at_the_start_is_none() {
+    let extremal = extremal();
+    let Schedule { mut pulses, duration } = schedule();
+    let without = Motion::fine(&extremal, &Schedule { pulses: pulses.clone(), duration }, &[0.0; 6]).arcs();
+    pulses.push(Pulse { level: 1, on: 0.0, off: 0.0 });
+    let with = Motion::fine(&extremal, &Schedule { pulses, duration }, &[0.0; 6]).arcs();
+    assert_eq!(with.signs, without.signs);
+    assert_eq!(with.switches.len(), without.switches.len());
+}
+
+#[test]
 fn the_end_answers_to_the_times_as_finite_differences_say() {
     let (extremal, schedule) = (extremal(), schedule());
     let end = |times: &DVector<f64>| {
