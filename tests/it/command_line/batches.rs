@@ -188,13 +188,15 @@ fn merge_refuses_what_is_not_whole_and_names_it() {
 /// Killed at moments that differ from run to run, and continued: no case is lost or doubled.
 #[test]
 fn killed_runs_go_on_to_the_same_bytes() {
+    // So many cases that there is something left after some kills.
+    const LONG: [&str; 4] = ["sweep", "spec.toml", "--over", "maneuver.duration_s=6:30:399"];
     let folder = Folder::new();
-    folder.slew(&with(&GRID, &["-q", "-o", "whole.jsonl"])).ends(0);
+    folder.slew(&with(&LONG, &["-q", "-o", "whole.jsonl"])).ends(0);
     let whole = folder.read("whole.jsonl");
     let began = Instant::now();
     let mut kills = 0;
     for attempt in 0..40_u64 {
-        let args = with(&GRID, &["-q", "-o", "killed.jsonl", "--threads", "3"]);
+        let args = with(&LONG, &["-q", "-o", "killed.jsonl", "--threads", "3"]);
         let mut child = folder.command(&args).stdout(Stdio::null()).spawn().unwrap();
         std::thread::sleep(Duration::from_millis(20 + 37 * attempt % 170));
         let ended = child.try_wait().unwrap().is_some();
@@ -212,7 +214,7 @@ fn killed_runs_go_on_to_the_same_bytes() {
             fs::write(folder.path("killed.jsonl"), &text[..text.len() - 7 * attempt as usize % 90]).unwrap();
         }
     }
-    folder.slew(&with(&GRID, &["-q", "-o", "killed.jsonl"])).ends(0);
+    folder.slew(&with(&LONG, &["-q", "-o", "killed.jsonl"])).ends(0);
     assert_eq!(folder.read("killed.jsonl"), whole, "after {kills} kills in {:?}", began.elapsed());
     assert!(kills > 2, "{kills}");
 }
