@@ -1,8 +1,9 @@
 //! Smoothed extremals by a lifted Newton.
 //!
-//! Unknown are the costates at the start `M`, `e_0`, the duration, and all nodes. One sweep integrates every interval
-//! from its own node and chains the derivatives with respect to the seven parameters and the gaps between intervals, so
-//! that the whole Newton step is a 7×7 system: nothing grows along the maneuver but derivatives.
+//! Unknown are the costates at the start `M`, `e_0`, the duration, and all nodes. A sweep integrates every interval from its
+//! own node and tells the gaps between them. Of a path that Newton goes on from another one chains the derivatives with respect to the
+//! seven parameters and the gaps, so that the whole Newton step is a 7×7 system: nothing grows along the maneuver but
+//! derivatives.
 
 use super::certificate::hermite;
 use super::extremal::{Bias, Extremal, Response};
@@ -474,7 +475,7 @@ pub(crate) enum Intervals {
     Close,
 }
 
-/// The same on intervals of either kind.
+/// The same on intervals of a kind.
 pub(crate) fn descend_on(
     intervals: Intervals,
     extremal: &Extremal,
