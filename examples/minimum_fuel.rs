@@ -252,11 +252,13 @@ impl Tally {
             share(self.exact),
             share(self.small)
         );
-        println!(
-            "  the thorough search finds nothing better by 1e-4 {:.1} %, at most by {:.1e}",
-            share(self.matched),
-            self.dearer
-        );
+        if !self.alone {
+            println!(
+                "  the thorough search finds nothing better by 1e-4 {:.1} %, at most by {:.1e}",
+                share(self.matched),
+                self.dearer
+            );
+        }
         for (what, times) in [("solve", &mut self.solve_ms), ("with witnesses", &mut self.whole_ms)] {
             times.sort_by(f64::total_cmp);
             let at = |part: f64| times.get((part * times.len() as f64) as usize).copied().unwrap_or(f64::NAN);
