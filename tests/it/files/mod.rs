@@ -1,10 +1,13 @@
 //! Spec files: what they mean, what is refused and in which words, and that no input breaks the reader.
 
 mod bad_inputs;
+mod differences;
 mod exchange;
 mod export;
+mod made;
 mod meaning;
 mod mutations;
+mod outputs;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod random;

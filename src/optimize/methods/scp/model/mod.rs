@@ -1,0 +1,283 @@
+//! The maneuver as a chain of stages: states, inputs, one step with its matrices, in scaled units.
+//!
+//! ```text
+//! y_0 = kick_0(start, u_0) ,    y_{k+1} = kick_{k+1}(drift(y_k), u_{k+1}) ,    y_N = target
+//! cost Σ κ_k ½ u_kᵀ W u_k
+//! ```
+//!
+//! Kick k has the weight κ_k of the grid; Lie–Euler has no `u_0`. The map is the planner's own, so a trajectory
+//! without defects is variational. Between kicks a Lie–Verlet state is half a step's kick ahead of the physical one.
+//!
+//! Tangent vectors are ordered as in the rest of the crate, the wheels' momenta appended.
+//!
+//! Where the duration is sought it is a state more: `s`, as a multiple of the stated one, which every step leaves as it is
+//! and which is free at the start. All other quantities are in the units that go with the duration itself, so that a step
+//! of a free body does not know it. What does are the ends, what acts on the body, how far the reference frame turns, and
+//! the limits:
+//!
+//! ```text
+//! Π_0 = s Π_start ,   Π_N = s Π_end ,   the same of wheels ;     torque of the environment s² M(R) ;
+//! R_{k+1} = exp(−h s S(n)) R_k F_k in a frame that turns by n in the stated duration ;
+//! |u| ≤ s² u_max ,    |Δu| ≤ s³ u̇_max h ,    |Ω| ≤ s Ω_max ,    |h_i| ≤ s h_max
+//! ```
+//!
+//! The last component of a tangent vector is the change of `ln s`. The cost is `w s`, or that of fuel as well,
+//!
+//! ```text
+//! Σ κ_k Σ_j c_j |u_j| / s + w s ,     with c |B u| in the place of the terms of a set under a limit of its norm,
+//! ```
+//!
+//! and a little effort beside it, which decides where these leave a choice. Where effort itself is the cost it goes in these
+//! units as `Σ κ_k ½ u_kᵀ W u_k / s³`.
+
+mod goal;
+mod state;
+mod step;
+
+use crate::Vector3;
+use crate::maneuver::problem::{Motion, Problem};
+use crate::mechanics::actuators::{ActuatorSet, AxisFrame, InputLimit, LimitKind};
+use crate::optimize::step::{Costate, Dynamics};
+use crate::optimize::terminal::TerminalCondition;
+pub(crate) use goal::{FuelPrice, Goal};
+use nalgebra::{DMatrix, DVector, Matrix3xX, SVector};
+pub(crate) use state::{ChainState, STRETCHED, costate_blocks};
+pub(crate) use step::{Arc, Opening, Step};
+
+/// The chain.
+#[derive(Clone, Debug)]
+pub(crate) struct Model {
+    pub dynamics: Dynamics,
+    /// The same without inputs.
+    pub unforced: Dynamics,
+    /// Tangent dimension of a state.
+    pub n: usize,
+    /// Number of inputs.
+    pub m: usize,
+    /// Where `ln s` stands in a tangent vector, if the duration is sought.
+    pub duration: Option<usize>,
+    /// What a unit of time costs.
+    pub time_price: f64,
+    /// What fuel costs, where it does.
+    pub fuel: Option<FuelPrice>,
+    /// The user's unit of cost where that is not the effort: a cost of the chain is this times the user's.
+    pub cost_scale: f64,
+    /// Number of wheels.
+    pub wheels: usize,
+    pub steps: usize,
+    /// Mean step.
+    pub h: f64,
+    /// Start and end in the stated duration.
+    pub start: ChainState,
+    pub target: ChainState,
+    terminal: TerminalCondition,
+    /// `W`, m×m, scaled.
+    pub weight: DMatrix<f64>,
+    /// Power of the duration with which the effort goes: 0 where that is a share beside another cost.
+    pub effort_power: i32,
+    /// Units of the inputs [N or N·m].
+    pub input_unit: Vec<f64>,
+    /// Number of force inputs, which come first.
+    pub forces: usize,
+    force: Option<ActuatorSet>,
+    /// Of thrusters the same inputs in the unit of force.
+    torque: ActuatorSet,
+    /// The first of the torque inputs.
+    first_torque: usize,
+    /// Axes of the wheels, those of the torque inputs; none without wheels.
+    wheel_axes: Matrix3xX<f64>,
+    moves: bool,
+}
+
+impl Model {
+    /// The chain of a maneuver on `steps` steps of equal length.
+    pub fn new(problem: &Problem, steps: usize) -> Self {
+        Self::of(problem, Dynamics::new(problem, steps))
+    }
+
+    /// The chain of a discretised maneuver.
+    pub fn of(problem: &Problem, dynamics: Dynamics) -> Self {
+        let units = dynamics.units;
+        let moves = problem.motion == Motion::RigidBody;
+        let weights = problem.objective.weights();
+        let force = weights.force(&problem.actuation).filter(|_| moves).map(|force| (force, units.force()));
+        let both = moves && problem.actuation.thrusters.is_some();
+        let torque = Some((weights.torque(&problem.actuation), units.torque())).filter(|_| !both);
+        let sets = force.into_iter().chain(torque);
+        let force = problem.actuation.force.as_ref().filter(|_| moves);
+        let forces = force.map_or(0, ActuatorSet::count);
+        let first_torque = if both { 0 } else { forces };
+        let m = first_torque + problem.actuation.torque.count();
+        let mut input_unit = Vec::with_capacity(m);
+        let mut weight = DMatrix::zeros(m, m);
+        let scale = units.time / units.cost;
+        for (inputs, unit) in sets {
+            let (first, count) = (input_unit.len(), inputs.set.count());
+            input_unit.resize(first + count, unit);
+            let own = inputs.weight * (unit * unit * scale);
+            weight.view_mut((first, first), (count, count)).copy_from(&own);
+        }
+        let stored = problem.actuation.wheels.as_ref().map_or(&[][..], |wheels| &wheels.momentum);
+        let wheels = stored.len();
+        let torque = &problem.actuation.torque;
+        let torque = if both { torque.scaled(units.force() / units.torque()) } else { torque.clone() };
+        let mut model = Self {
+            n: if moves { 12 } else { 6 + wheels },
+            m,
+            duration: None,
+            time_price: 0.0,
+            fuel: None,
+            cost_scale: 1.0,
+            wheels,
+            steps: dynamics.grid.steps(),
+            h: dynamics.grid.mean_step(),
+            start: ChainState::of(&dynamics.point(&problem.start), DVector::zeros(wheels)),
+            target: ChainState::of(&dynamics.point(&problem.end), DVector::zeros(wheels)),
+            terminal: TerminalCondition::State(dynamics.point(&problem.end)),
+            weight,
+            effort_power: 0,
+            input_unit,
+            forces,
+            force: force.cloned(),
+            wheel_axes: Matrix3xX::from_columns(torque.axes()).columns(0, wheels).into_owned(),
+            torque,
+            first_torque,
+            moves,
+            unforced: dynamics.without_inputs(),
+            dynamics,
+        };
+        model.start.wheels = DVector::from_column_slice(stored) / units.momentum();
+        model.start.momentum += model.wheel_momentum(&model.start.wheels);
+        model
+    }
+
+    /// How large each input can be, scaled; infinite where nothing limits it.
+    pub fn input_bounds(&self, problem: &Problem) -> Vec<f64> {
+        let mut limits = vec![f64::INFINITY; self.m];
+        for InputLimit { kind, of_force, bounds, .. } in problem.actuation.limits() {
+            let (axes, first) = self.channel(of_force);
+            for (index, axis) in axes.iter().enumerate() {
+                let bound = match kind {
+                    LimitKind::Size => bounds[index],
+                    LimitKind::Norm => bounds[0] / axis.norm(),
+                    LimitKind::Rate | LimitKind::WheelMomentum => f64::INFINITY,
+                };
+                limits[first + index] = limits[first + index].min(bound / self.input_unit[first + index]);
+            }
+        }
+        limits
+    }
+
+    /// The start of a maneuver that takes `stretch` times the stated duration.
+    pub fn start_in(&self, stretch: f64) -> ChainState {
+        self.start.hastened(stretch)
+    }
+
+    /// Its end.
+    pub fn target_in(&self, stretch: f64) -> ChainState {
+        self.target.hastened(stretch)
+    }
+
+    /// Row of ζ in a tangent vector.
+    pub fn zeta(&self) -> usize {
+        if self.moves { 6 } else { 0 }
+    }
+
+    /// Row of δΠ in a tangent vector.
+    pub fn pi(&self) -> usize {
+        self.zeta() + 3
+    }
+
+    /// First stage that has inputs.
+    pub fn first_input(&self) -> usize {
+        self.dynamics.grid.first_input()
+    }
+
+    /// Weight κ_k of kick k.
+    pub fn kick_weight(&self, stage: usize) -> f64 {
+        self.dynamics.grid.kick(stage)
+    }
+
+    /// What a stage's effort is multiplied by in a maneuver that takes `stretch` times the stated duration.
+    pub fn effort_weight(&self, stage: usize, stretch: f64) -> f64 {
+        self.kick_weight(stage) * stretch.powi(self.effort_power)
+    }
+
+    /// `κ_k W`, the curvature of the cost of a stage's inputs. Lie–Euler has no `u_0`: any weight keeps it where it is.
+    pub fn input_weight(&self, stage: usize, stretch: f64) -> DMatrix<f64> {
+        let weight = self.effort_weight(stage, stretch);
+        if weight > 0.0 { &self.weight * weight } else { DMatrix::identity(self.m, self.m) }
+    }
+
+    /// How much of kick k the physical state lags behind the chain's.
+    pub fn lag(&self, stage: usize) -> f64 {
+        if stage < self.steps { self.dynamics.grid.ahead(stage) } else { 0.0 }
+    }
+
+    /// `Σ a_i h_i`, scaled.
+    pub fn wheel_momentum(&self, momenta: &DVector<f64>) -> Vector3 {
+        self.wheel_axes.column_iter().zip(momenta.iter()).map(|(axis, momentum)| axis * *momentum).sum()
+    }
+
+    /// Axes of the force inputs or of the torque inputs, and where these begin among all.
+    pub fn channel(&self, forces: bool) -> (&[Vector3], usize) {
+        if forces {
+            (self.force.as_ref().map_or(&[], ActuatorSet::axes), 0)
+        } else {
+            (self.torque.axes(), self.first_torque)
+        }
+    }
+
+    /// The axes of the force inputs or of the torque inputs, and where these begin among all, if they turn against the
+    /// coordinates of their momenta.
+    pub fn turning(&self, forces: bool) -> Option<(&[Vector3], usize)> {
+        let turns = if forces {
+            self.force.as_ref().is_some_and(|set| set.frame() == AxisFrame::Body)
+        } else {
+            self.torque.frame() == AxisFrame::Reference
+        };
+        turns.then(|| self.channel(forces))
+    }
+
+    /// Whether nothing but the inputs acts on the body.
+    pub fn is_free(&self) -> bool {
+        self.dynamics.is_free()
+    }
+
+    /// Whether input j acts on component i of a state at once.
+    pub fn reaches(&self, i: usize, j: usize) -> bool {
+        if self.wheels > 0 {
+            i == 6 + j
+        } else {
+            let (pushes, turns) = (j < self.forces, j >= self.first_torque);
+            pushes && (3..6).contains(&i) || turns && (self.pi()..self.pi() + 3).contains(&i)
+        }
+    }
+
+    /// Number of terminal conditions.
+    pub fn terminal_count(&self) -> usize {
+        self.terminal.count(if self.moves { 12 } else { 6 })
+    }
+
+    /// Terminal error of a chain's last state, and its derivative, up to `J_r⁻¹` of the attitude error.
+    pub fn terminal(&self, state: &ChainState) -> (DVector<f64>, DMatrix<f64>) {
+        let count = self.terminal_count();
+        // The multipliers of these equations are the costate: none is asked for.
+        let costate = Costate::from_vector(&SVector::<f64, 12>::zeros());
+        let error = self.terminal.value::<12>(&state.point(), &costate);
+        let mut error = DVector::from_column_slice(&error.as_slice()[12 - count..]);
+        let mut slope = DMatrix::identity(count, self.n);
+        if let Some(duration) = self.duration {
+            let (momenta, stated) =
+                (self.momenta(&self.target_in(state.stretch)), self.momenta(&self.target));
+            error -= (&momenta - stated).rows(0, count);
+            slope.set_column(duration, &-momenta.rows(0, count));
+        }
+        if self.wheels > 0 {
+            let mut rows = error.rows_mut(3, 3);
+            rows -= self.wheel_momentum(&state.wheels);
+            slope.view_mut((3, 6), (3, self.wheels)).copy_from(&-&self.wheel_axes);
+        }
+        (error, slope)
+    }
+}

@@ -1,0 +1,125 @@
+//! States of the chain and their tangent vectors.
+
+use super::Model;
+use crate::lie;
+use crate::mechanics::environment::Pose;
+use crate::numerics::compensated::Sum;
+use crate::optimize::step::{Costate, Point};
+use crate::{Matrix3, Vector3};
+use nalgebra::DVector;
+
+/// Change of `ln s` that counts as much as a turn by a radian.
+pub(crate) const STRETCHED: f64 = 0.5;
+
+/// A state of the chain, scaled. With wheels, `momentum` is the total one.
+#[derive(Clone, Debug)]
+pub(crate) struct ChainState {
+    pub position: Vector3,
+    pub linear_momentum: Vector3,
+    pub attitude: Matrix3,
+    pub momentum: Vector3,
+    pub wheels: DVector<f64>,
+    /// Duration as a multiple of the stated one: 1 where it is not sought.
+    pub stretch: f64,
+}
+
+impl ChainState {
+    /// From the planner's point.
+    pub fn of(point: &Point, wheels: DVector<f64>) -> Self {
+        Self {
+            position: point.position.value,
+            linear_momentum: point.linear_momentum.value,
+            attitude: point.attitude.value,
+            momentum: point.momentum.value,
+            wheels,
+            stretch: 1.0,
+        }
+    }
+
+    /// A state in the stated duration, in the units of one that is `stretch` times as long.
+    pub(super) fn hastened(&self, stretch: f64) -> Self {
+        let (linear_momentum, momentum) = (self.linear_momentum * stretch, self.momentum * stretch);
+        Self { linear_momentum, momentum, wheels: &self.wheels * stretch, stretch, ..self.clone() }
+    }
+
+    /// To the planner's point.
+    pub fn point(&self) -> Point {
+        Point {
+            position: Sum::new(self.position),
+            linear_momentum: Sum::new(self.linear_momentum),
+            attitude: Sum::new(self.attitude),
+            momentum: Sum::new(self.momentum),
+        }
+    }
+
+    /// Position and attitude.
+    pub fn pose(&self) -> Pose {
+        Pose { position: self.position, attitude: self.attitude }
+    }
+}
+
+impl Model {
+    /// `a ⊖ b` in the tangent space at `b`.
+    pub fn difference(&self, a: &ChainState, b: &ChainState) -> DVector<f64> {
+        let mut out = DVector::zeros(self.n);
+        let (zeta, pi) = (self.zeta(), self.pi());
+        let blocks = a.point().minus(&b.point());
+        if self.moves {
+            out.rows_mut(0, 3).copy_from(&blocks.x);
+            out.rows_mut(3, 3).copy_from(&blocks.gamma);
+        }
+        out.rows_mut(zeta, 3).copy_from(&blocks.zeta);
+        out.rows_mut(pi, 3).copy_from(&blocks.pi);
+        if self.wheels > 0 {
+            out.rows_mut(6, self.wheels).copy_from(&(&a.wheels - &b.wheels));
+        }
+        if let Some(duration) = self.duration {
+            out[duration] = (a.stretch / b.stretch).ln();
+        }
+        out
+    }
+
+    /// `state ⊕ z`.
+    pub fn moved(&self, state: &ChainState, z: &DVector<f64>) -> ChainState {
+        let part = |row: usize| Vector3::new(z[row], z[row + 1], z[row + 2]);
+        let mut out = state.clone();
+        if self.moves {
+            out.position += part(0);
+            out.linear_momentum += part(3);
+        }
+        out.attitude = lie::project_to_rotation(&(state.attitude * lie::exp(&part(self.zeta()))));
+        out.momentum += part(self.pi());
+        if self.wheels > 0 {
+            out.wheels += z.rows(6, self.wheels);
+        }
+        if let Some(duration) = self.duration {
+            out.stretch *= z[duration].exp();
+        }
+        out
+    }
+
+    /// The momenta of a state as a tangent vector.
+    pub(super) fn momenta(&self, state: &ChainState) -> DVector<f64> {
+        let mut momenta = DVector::zeros(self.n);
+        if self.moves {
+            momenta.rows_mut(3, 3).copy_from(&state.linear_momentum);
+        }
+        momenta.rows_mut(self.pi(), 3).copy_from(&state.momentum);
+        momenta.rows_mut(6, self.wheels).copy_from(&state.wheels);
+        momenta
+    }
+
+    /// Length of a move of one state: its rotation \[rad\], or the change of the duration in the same measure.
+    pub fn length(&self, z: &DVector<f64>) -> f64 {
+        let turn = z.rows(self.zeta(), 3).norm();
+        self.duration.map_or(turn, |duration| turn.max(z[duration].abs() / STRETCHED))
+    }
+}
+
+/// A costate of the chain as the planner orders it.
+pub(crate) fn costate_blocks(model: &Model, costate: &DVector<f64>) -> Costate {
+    let part = |row: usize| Vector3::new(costate[row], costate[row + 1], costate[row + 2]);
+    let zero = Vector3::zeros();
+    let (x, gamma) = if model.zeta() == 6 { (part(0), part(3)) } else { (zero, zero) };
+    Costate { x, gamma, zeta: part(model.zeta()), pi: part(model.pi()) }
+}

@@ -1,0 +1,68 @@
+//! Where a boresight comes nearest to a direction between two nodes.
+
+use crate::{Matrix3, Vector3, lie};
+
+/// A boresight on one arc, `sign w(τ)·R exp(τ S(f)) b`, where the direction turns in the reference
+/// frame's axes if it is fixed to that frame.
+pub(super) struct BoresightArc {
+    pub attitude: Matrix3,
+    pub boresight: Vector3,
+    pub direction: Vector3,
+    pub turn: Vector3,
+    pub arc: Vector3,
+    pub sign: f64,
+}
+
+impl BoresightArc {
+    /// Value at a fraction of the arc, and derivative with respect to ζ there.
+    pub fn at(&self, fraction: f64) -> (f64, Vector3) {
+        let attitude = self.attitude * lie::exp(&(self.arc * fraction));
+        let direction = lie::exp(&(self.turn * fraction)) * self.direction;
+        let seen = attitude.tr_mul(&direction);
+        (self.sign * self.boresight.dot(&seen), self.boresight.cross(&seen) * self.sign)
+    }
+
+    /// Change of the value at a fraction of the arc as the direction is turned by a rotation vector.
+    pub fn along(&self, fraction: f64, turned: &Vector3) -> f64 {
+        let boresight = self.attitude * (lie::exp(&(self.arc * fraction)) * self.boresight);
+        let direction = lie::exp(&(self.turn * fraction)) * self.direction;
+        self.sign * boresight.dot(&turned.cross(&direction))
+    }
+
+    /// First and second derivative along the arc.
+    fn slopes(&self, fraction: f64) -> (f64, f64) {
+        let attitude = self.attitude * lie::exp(&(self.arc * fraction));
+        let w = lie::exp(&(self.turn * fraction)) * self.direction;
+        let (w1, w2) = (self.turn.cross(&w), self.turn.cross(&self.turn.cross(&w)));
+        let b1 = self.arc.cross(&self.boresight);
+        let (p, p1, p2) = (attitude * self.boresight, attitude * b1, attitude * self.arc.cross(&b1));
+        let first = w1.dot(&p) + w.dot(&p1);
+        let second = w2.dot(&p) + 2.0 * w1.dot(&p1) + w.dot(&p2);
+        (self.sign * first, self.sign * second)
+    }
+
+    /// Where inside the arc the value is largest; `None` where that is at an end. An arc turns far less
+    /// than half a turn, so the slope changes its sign once at most.
+    pub fn extremum(&self) -> Option<f64> {
+        let (mut low, mut high) = (0.0, 1.0);
+        if self.slopes(low).0 <= 0.0 || self.slopes(high).0 >= 0.0 {
+            return None;
+        }
+        let mut at = 0.5;
+        for _ in 0..60 {
+            let (first, second) = self.slopes(at);
+            if first > 0.0 {
+                low = at
+            } else {
+                high = at
+            }
+            let newton = at - first / second;
+            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+            if (next - at).abs() <= 1e-15 {
+                return Some(next);
+            }
+            at = next;
+        }
+        Some(at)
+    }
+}

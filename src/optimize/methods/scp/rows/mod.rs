@@ -1,0 +1,191 @@
+//! Limits and constraints as inequality rows of the stages, relative to their limits.
+//!
+//! A row is a half space `c ≤ 0` or a ball `|v| ≤ 1` and knows its derivatives. What must hold between
+//! the nodes is a row of the arc of its own: on one step the body turns about one axis at one rate.
+//!
+//! Where the duration is sought limits grow with it, as `s`, `s²` or `s³` (`model`).
+//!
+//! What has a kink in the cost is a row as well: `p |v|`, with `v` an input or what the torque inputs give, as a part of
+//! its limit. Its multiplier is a slope of the cost,
+//!
+//! ```text
+//! p |v| = max ν·v  over  |ν| ≤ p ;      v = 0 where |ν| < p ,      ν = p v/|v| elsewhere ,
+//! ```
+//!
+//! and an input that pushes to one side only costs `p v` for `v ≥ 0`, with `ν ≤ p`: any slope holds it at 0.
+
+mod boresight;
+mod value;
+mod what;
+
+use super::model::Model;
+use crate::maneuver::constraint::Rule;
+use crate::maneuver::problem::Problem;
+use crate::mechanics::actuators::{InputLimit, LimitKind};
+use std::ops::Range;
+pub(crate) use value::RowValue;
+pub(crate) use what::{Place, What};
+
+/// A row at its stage.
+#[derive(Clone, Debug)]
+pub(crate) struct LimitRow {
+    /// Index of its constraint in [`LimitRows::groups`].
+    pub group: usize,
+    pub stage: usize,
+    pub what: What,
+}
+
+/// A constraint or limit, with all its rows.
+#[derive(Clone, Debug)]
+pub(crate) struct Group {
+    pub name: String,
+    /// Limits of the inputs hold throughout; the others may be violated on the way to a solution.
+    pub hard: bool,
+    /// Whether violations are angles \[rad\]; otherwise they are shares of the limit.
+    pub is_angle: bool,
+}
+
+/// All rows of a maneuver, stage after stage.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct LimitRows {
+    pub groups: Vec<Group>,
+    pub rows: Vec<LimitRow>,
+    /// Kinks of the cost, in the order of their rows.
+    pub kinks: Vec<Kink>,
+}
+
+/// A kink of the cost: `price |v|`, or `price v` where `v ≥ 0`.
+#[derive(Clone, Debug)]
+pub(crate) struct Kink {
+    /// Rows of the components of v.
+    pub rows: Range<usize>,
+    pub price: f64,
+    pub one_sided: bool,
+}
+
+impl Kink {
+    /// What it costs.
+    pub fn cost(&self, v: &[f64]) -> f64 {
+        self.price * if self.one_sided { v[0] } else { size(v) }
+    }
+
+    /// Whether v stays at 0 under a slope.
+    pub fn holds(&self, slope: &[f64]) -> bool {
+        if self.one_sided { slope[0] <= self.price } else { size(slope) <= self.price }
+    }
+}
+
+/// The length of a vector.
+pub(crate) fn size(v: &[f64]) -> f64 {
+    v.iter().map(|part| part * part).sum::<f64>().sqrt()
+}
+
+impl LimitRows {
+    /// Where the rows of one stage stand.
+    pub fn range(&self, stage: usize) -> Range<usize> {
+        let first = |stage: usize| self.rows.partition_point(|row| row.stage < stage);
+        first(stage)..first(stage + 1)
+    }
+
+    /// The rows of a maneuver on the grid of `model`.
+    pub fn of(problem: &Problem, model: &Model) -> Self {
+        let mut rows = Self::default();
+        rows.input_limits(problem, model);
+        for constraint in &problem.constraints {
+            let group = rows.group(&constraint.name, false);
+            rows.groups[group].is_angle = matches!(constraint.rule, Rule::Pointing(_));
+            // At every inner node and on every arc.
+            for (stage, arc) in (0..model.steps).flat_map(|stage| [(stage, false), (stage, true)]) {
+                if arc || stage > 0 {
+                    let whats = What::of(&constraint.rule, arc, problem.duration);
+                    rows.rows.extend(whats.into_iter().map(|what| LimitRow { group, stage, what }));
+                }
+            }
+        }
+        rows.burns(problem, model);
+        rows.rows.sort_by_key(|row| row.stage);
+        rows.find_kinks(model);
+        rows
+    }
+
+    /// Rows of what has a kink in the cost: inputs that cost fuel or push to one side only, or what they give together.
+    fn burns(&mut self, problem: &Problem, model: &Model) {
+        let bounds = model.input_bounds(problem);
+        let sets = [(true, problem.actuation.force.as_ref(), 0..model.forces)];
+        let sets = sets.into_iter().chain([(false, Some(&problem.actuation.torque), model.forces..model.m)]);
+        for (forces, set, inputs) in sets {
+            let Some(set) = set.filter(|_| !inputs.is_empty()) else { continue };
+            let one_sided = set.limits().one_sided;
+            let whats: Vec<What> = match (&model.fuel, set.limits().norm) {
+                (None, _) if !one_sided => continue,
+                (Some(fuel), Some(norm)) if fuel.is_of_norm(forces) => {
+                    let limit = norm / model.input_unit[inputs.start];
+                    (0..3).map(|component| What::BurnOfNorm { forces, component, limit }).collect()
+                }
+                _ => inputs.map(|input| What::Burn { input, limit: bounds[input], one_sided }).collect(),
+            };
+            let group = self.group(problem.actuation.limit_name(LimitKind::Size, forces), true);
+            for stage in model.first_input()..=model.steps {
+                self.rows.extend(whats.iter().map(|what| LimitRow { group, stage, what: what.clone() }));
+            }
+        }
+    }
+
+    /// The kinks that their rows make.
+    fn find_kinks(&mut self, model: &Model) {
+        let price = |input: usize| model.fuel.as_ref().map_or(0.0, |fuel| fuel.inputs[input]);
+        for (index, row) in self.rows.iter().enumerate() {
+            let (count, rate, one_sided) = match row.what {
+                What::Burn { input, limit, one_sided } => (1, price(input) * limit, one_sided),
+                What::BurnOfNorm { forces, component: 0, limit } => {
+                    (3, price(model.channel(forces).1) * limit, false)
+                }
+                _ => continue,
+            };
+            let price = model.kick_weight(row.stage) * rate;
+            self.kinks.push(Kink { rows: index..index + count, price, one_sided });
+        }
+    }
+
+    fn group(&mut self, name: &str, hard: bool) -> usize {
+        self.groups.push(Group { name: name.into(), hard, is_angle: false });
+        self.groups.len() - 1
+    }
+
+    /// Rows for both signs of everything that is bounded, at every stage that has it; forces first.
+    fn input_limits(&mut self, problem: &Problem, model: &Model) {
+        let mut limits: Vec<_> = problem.actuation.limits().collect();
+        limits.retain(|limit| !limit.of_force || model.forces > 0);
+        limits.sort_by_key(|limit| limit.first);
+        for InputLimit { kind, name, of_force: forces, set, bounds, .. } in limits {
+            let group = self.group(name, kind != LimitKind::WheelMomentum);
+            let (_, offset) = model.channel(forces);
+            let (unit, momentum) = (model.input_unit[offset], model.dynamics.units.momentum());
+            // What pushes to one side only is held at 0 by the kink of its cost.
+            let one_sided = kind == LimitKind::Size && set.limits().one_sided;
+            let signs = if one_sided || kind == LimitKind::Norm { &[1.0][..] } else { &[1.0, -1.0] };
+            let stages = match kind {
+                LimitKind::Size | LimitKind::Norm => model.first_input()..=model.steps,
+                LimitKind::Rate => model.first_input()..=model.steps - 1,
+                LimitKind::WheelMomentum => 1..=model.steps,
+            };
+            for stage in stages {
+                for (index, bound) in bounds.iter().enumerate().filter(|(_, bound)| bound.is_finite()) {
+                    let input = offset + index;
+                    let what = |sign: f64| match kind {
+                        LimitKind::Size => What::InputSize { input, sign, limit: bound / unit },
+                        LimitKind::Norm => What::InputNorm { forces, limit: bound / unit },
+                        LimitKind::Rate => {
+                            let limit = bound * problem.duration * model.dynamics.grid.step(stage) / unit;
+                            What::InputRate { input, sign, limit }
+                        }
+                        LimitKind::WheelMomentum => {
+                            What::Wheel { wheel: index, sign, limit: bound / momentum }
+                        }
+                    };
+                    self.rows.extend(signs.iter().map(|sign| LimitRow { group, stage, what: what(*sign) }));
+                }
+            }
+        }
+    }
+}

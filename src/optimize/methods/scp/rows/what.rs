@@ -1,0 +1,279 @@
+//! What one row bounds, and what it is worth at a stage.
+
+use super::super::model::{Arc, ChainState, Model};
+use super::RowValue;
+use super::boresight::BoresightArc;
+use crate::maneuver::constraint::{Direction, Rule, Side};
+use crate::{Vector3, lie};
+use nalgebra::{DVector, Matrix3xX};
+
+/// What one row bounds.
+#[derive(Clone, Debug)]
+pub(crate) enum What {
+    /// `sign u_i ≤ limit`.
+    InputSize { input: usize, sign: f64, limit: f64 },
+    /// `sign (u⁺_i − u_i) ≤ limit`, from this stage to the next.
+    InputRate { input: usize, sign: f64, limit: f64 },
+    /// `|B u| ≤ limit`, forces or torques.
+    InputNorm { forces: bool, limit: f64 },
+    /// `|Ω| ≤ limit`, at the node or on the arc that begins here.
+    RateNorm { arc: bool, limit: f64 },
+    /// `sign Ω_axis ≤ limit`.
+    RateAxis { arc: bool, axis: usize, sign: f64, limit: f64 },
+    /// `sign (w·R b) ≤ sign cos α`.
+    Cone { arc: bool, boresight: Vector3, direction: Direction, sign: f64, half_angle: f64 },
+    /// `sign h_i ≤ limit` of a wheel's momentum.
+    Wheel { wheel: usize, sign: f64, limit: f64 },
+    /// An input as a part of its limit, which has a kink at 0 and may have no other side.
+    Burn { input: usize, limit: f64, one_sided: bool },
+    /// The same of a component of the force or the torque.
+    BurnOfNorm { forces: bool, component: usize, limit: f64 },
+}
+
+/// What a row is evaluated at.
+pub(crate) struct Place<'a> {
+    pub state: &'a ChainState,
+    pub inputs: &'a [f64],
+    pub next: &'a [f64],
+    /// The arc that begins here; none at the last node, whose rows ask for none.
+    pub arc: Option<&'a Arc>,
+}
+
+impl What {
+    /// What a constraint bounds at a node or on an arc; `duration` is the unit of time \[s\].
+    pub(super) fn of(rule: &Rule, arc: bool, duration: f64) -> Vec<Self> {
+        match rule {
+            Rule::RateNorm(limit) => vec![Self::RateNorm { arc, limit: limit * duration }],
+            Rule::RateAxes(limits) => {
+                let row = |axis: usize, sign: f64| Self::RateAxis {
+                    arc,
+                    axis,
+                    sign,
+                    limit: limits[axis] * duration,
+                };
+                (0..3).flat_map(|axis| [row(axis, 1.0), row(axis, -1.0)]).collect()
+            }
+            Rule::Pointing(pointing) => {
+                let sign = if pointing.side == Side::KeepOut { 1.0 } else { -1.0 };
+                let half_angle = pointing.effective_half_angle();
+                let cone = |(boresight, direction): (&Vector3, &Direction)| Self::Cone {
+                    arc,
+                    boresight: *boresight,
+                    direction: *direction,
+                    sign,
+                    half_angle,
+                };
+                pointing.pairs().map(cone).collect()
+            }
+        }
+    }
+
+    /// Whether it depends on the state, and is not linear.
+    pub fn is_curved(&self, model: &Model) -> bool {
+        let linear = matches!(
+            self,
+            Self::InputSize { .. }
+                | Self::InputRate { .. }
+                | Self::Wheel { .. }
+                | Self::Burn { .. }
+                | Self::BurnOfNorm { .. }
+        );
+        !linear || model.duration.is_some()
+    }
+
+    /// Power of the duration with which the limit grows.
+    pub fn growth(&self) -> i32 {
+        match self {
+            Self::Cone { .. } | Self::Burn { .. } | Self::BurnOfNorm { .. } => 0,
+            Self::RateNorm { .. } | Self::RateAxis { .. } | Self::Wheel { .. } => 1,
+            Self::InputSize { .. } | Self::InputNorm { .. } => 2,
+            Self::InputRate { .. } => 3,
+        }
+    }
+
+    /// The input it bounds, if it bounds one.
+    pub fn input(&self) -> Option<usize> {
+        match self {
+            Self::InputSize { input, .. } | Self::InputRate { input, .. } | Self::Burn { input, .. } => {
+                Some(*input)
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether it is one of an arc.
+    pub fn is_of_arc(&self) -> bool {
+        matches!(
+            self,
+            Self::RateNorm { arc: true, .. }
+                | Self::RateAxis { arc: true, .. }
+                | Self::Cone { arc: true, .. }
+        )
+    }
+
+    /// Whether it knows of the state nothing but the duration.
+    pub fn is_of_inputs(&self) -> bool {
+        self.input().is_some() || matches!(self, Self::InputNorm { .. } | Self::BurnOfNorm { .. })
+    }
+
+    /// Whether it bounds the size of one input, or how fast that changes.
+    pub fn is_of_one_input(&self) -> bool {
+        matches!(self, Self::InputSize { .. } | Self::InputRate { .. })
+    }
+
+    /// Whether it is a ball.
+    pub fn is_ball(&self) -> bool {
+        matches!(self, Self::InputNorm { .. } | Self::RateNorm { .. })
+    }
+
+    /// Whether it is a kink of the cost.
+    pub fn is_kink(&self) -> bool {
+        matches!(self, Self::Burn { .. } | Self::BurnOfNorm { .. })
+    }
+
+    /// Whether it depends on (state, inputs of its stage).
+    pub fn depends(&self, model: &Model) -> (bool, bool) {
+        let lag = model.lag(1) > 0.0;
+        match self {
+            Self::InputSize { .. }
+            | Self::InputNorm { .. }
+            | Self::InputRate { .. }
+            | Self::Burn { .. }
+            | Self::BurnOfNorm { .. } => (model.duration.is_some(), true),
+            Self::RateNorm { arc, .. } | Self::RateAxis { arc, .. } => (true, !arc && lag),
+            Self::Cone { .. } => (true, false),
+            Self::Wheel { .. } => (true, lag),
+        }
+    }
+
+    /// The row at a place of stage `stage`.
+    pub fn at(&self, model: &Model, stage: usize, place: &Place) -> RowValue {
+        let row = self.of_stated(model, stage, place);
+        match model.duration.filter(|_| self.growth() > 0) {
+            Some(duration) => row.grown(model, duration, place.state.stretch, self.growth()),
+            None => row,
+        }
+    }
+
+    /// The row with the limit of the stated duration.
+    fn of_stated(&self, model: &Model, stage: usize, place: &Place) -> RowValue {
+        let unit = |input: usize, value: f64| {
+            let mut row = DVector::zeros(model.m);
+            row[input] = value;
+            Some(row)
+        };
+        match self {
+            Self::InputSize { input, sign, limit } => {
+                RowValue::half(sign * place.inputs[*input] / limit - 1.0, None, unit(*input, sign / limit))
+            }
+            Self::InputRate { input, sign, limit } => RowValue::Half {
+                c: sign * (place.next[*input] - place.inputs[*input]) / limit - 1.0,
+                state: None,
+                inputs: unit(*input, -sign / limit),
+                next: unit(*input, sign / limit),
+            },
+            Self::InputNorm { forces, limit } => {
+                let (axes, first) = model.channel(*forces);
+                let mut slope = Matrix3xX::zeros(model.m);
+                for (index, axis) in axes.iter().enumerate() {
+                    slope.set_column(first + index, &(axis / *limit));
+                }
+                let v = &slope * DVector::from_column_slice(place.inputs);
+                RowValue::Ball { v, state: None, inputs: Some(slope) }
+            }
+            Self::RateNorm { arc, limit } => {
+                let (rate, state, inputs) = rate(model, stage, place, *arc);
+                let inputs = inputs.map(|slope| slope / *limit);
+                RowValue::Ball { v: rate / *limit, state: Some(state / *limit), inputs }
+            }
+            Self::RateAxis { arc, axis, sign, limit } => {
+                let (rate, state, inputs) = rate(model, stage, place, *arc);
+                let row = |slope: &Matrix3xX<f64>| slope.row(*axis).transpose() * (sign / limit);
+                RowValue::half(sign * rate[*axis] / limit - 1.0, Some(row(&state)), inputs.as_ref().map(row))
+            }
+            Self::Cone { arc, boresight, direction, sign, half_angle } => {
+                let (frame_rate, grid) = (model.frame_rate() * place.state.stretch, &model.dynamics.grid);
+                let along = place.arc.filter(|_| *arc);
+                let turns = along.filter(|_| direction.turns_with_frame);
+                let pointing = BoresightArc {
+                    attitude: place.state.attitude,
+                    boresight: *boresight,
+                    direction: direction.at(grid.after(stage), &frame_rate),
+                    turn: turns.map_or_else(Vector3::zeros, |_| frame_rate * grid.step(stage)),
+                    arc: along.map_or_else(Vector3::zeros, |arc| arc.turn),
+                    sign: *sign,
+                };
+                let fraction = if *arc { pointing.extremum() } else { Some(0.0) };
+                let Some(fraction) = fraction else { return RowValue::Idle };
+                let (cosine, slope) = pointing.at(fraction);
+                // Near the edge of the cone this is the violation in rad.
+                let scale = 1.0 / half_angle.sin();
+                let mut state = DVector::zeros(model.n);
+                let mut by_zeta = state.rows_mut(model.zeta(), 3);
+                match along {
+                    Some(Arc { turn, slope: of_turn }) => {
+                        let arrived = lie::exp(&(turn * -fraction));
+                        by_zeta.copy_from(&(arrived.tr_mul(&slope) * scale));
+                        let along = lie::right_jacobian(&(turn * fraction)) * fraction;
+                        state += of_turn.tr_mul(&along.tr_mul(&slope)) * scale;
+                    }
+                    None => by_zeta.copy_from(&(slope * scale)),
+                }
+                if let Some(duration) = model.duration {
+                    let fallen = if direction.turns_with_frame { 0.0 } else { -grid.after(stage) };
+                    let passed = frame_rate * fallen + pointing.turn * fraction;
+                    state[duration] += pointing.along(fraction, &passed) * scale;
+                }
+                RowValue::half((cosine - sign * half_angle.cos()) * scale, Some(state), None)
+            }
+            Self::Wheel { wheel, sign, limit } => {
+                let lag = model.lag(stage);
+                let momentum = place.state.wheels[*wheel] + lag * place.inputs[model.forces + wheel];
+                let mut state = DVector::zeros(model.n);
+                state[6 + wheel] = sign / limit;
+                let inputs = if lag > 0.0 { unit(model.forces + wheel, sign * lag / limit) } else { None };
+                RowValue::half(sign * momentum / limit - 1.0, Some(state), inputs)
+            }
+            Self::Burn { input, limit, .. } => {
+                let mut slope = DVector::zeros(model.m);
+                slope[*input] = 1.0 / limit;
+                burnt(model, place, slope)
+            }
+            Self::BurnOfNorm { forces, component, limit } => {
+                let (axes, first) = model.channel(*forces);
+                let mut slope = DVector::zeros(model.m);
+                for (index, axis) in axes.iter().enumerate() {
+                    slope[first + index] = axis[*component] / limit;
+                }
+                burnt(model, place, slope)
+            }
+        }
+    }
+}
+
+/// `v = slope·u / s`: what is burnt at a stage, in a unit that does not go with the duration.
+fn burnt(model: &Model, place: &Place, slope: DVector<f64>) -> RowValue {
+    let inputs = slope / place.state.stretch;
+    let v: f64 = inputs.iter().zip(place.inputs).map(|(slope, u)| slope * u).sum();
+    let state = model.duration.map(|duration| {
+        let mut state = DVector::zeros(model.n);
+        state[duration] = -v;
+        state
+    });
+    RowValue::Kink { v, state, inputs }
+}
+
+/// Angular velocity at the node, or on the arc, with its derivatives.
+fn rate(
+    model: &Model,
+    stage: usize,
+    place: &Place,
+    arc: bool,
+) -> (Vector3, Matrix3xX<f64>, Option<Matrix3xX<f64>>) {
+    if let Some(arc) = place.arc.filter(|_| arc) {
+        let h = model.dynamics.grid.step(stage);
+        return (arc.turn / h, &arc.slope / h, None);
+    }
+    let (rate, state, inputs) = model.rate(stage, place.state, place.inputs);
+    (rate, state, (model.lag(stage) > 0.0).then_some(inputs))
+}
