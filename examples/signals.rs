@@ -56,12 +56,13 @@ const ENDINGS: [(&str, &str); 6] = [
 ];
 
 /// What is run, word by word. `plan.json` is there: a plan of the first maneuver on 100,000 steps.
-const COMMANDS: [(&str, &str); 16] = [
+const COMMANDS: [(&str, &str); 17] = [
     ("plan, 1e3", "plan free.toml -o out.json --set maneuver.steps=1000"),
     ("plan, 1e5", "plan free.toml -o out.json --set maneuver.steps=100000"),
     ("plan, 1e6", "plan free.toml -o out.json --set maneuver.steps=1000000"),
     ("plan within limits, 1e3", "plan limited.toml -o out.json --set maneuver.steps=1000"),
     ("slow torques, 1e4", "plan slow_torques.toml -o out.json --set maneuver.steps=10000"),
+    ("slow torques, 1e5", "plan slow_torques.toml -o out.json --set maneuver.steps=100000"),
     ("SCP, 1e4", "plan free.toml -o out.json --set maneuver.steps=10000 --set solver.method=scp"),
     ("least time, 1e3", "plan time.toml -o out.json"),
     ("least fuel, 1e3", "plan fuel.toml -o out.json"),

@@ -101,6 +101,27 @@ impl Status {
         }
     }
 
+    /// The status of a solve that ended without a converged solution.
+    fn without_solution(outcome: Outcome) -> Self {
+        match outcome {
+            Outcome::TimeLimit => Self::LimitReached,
+            Outcome::Interrupted => Self::Interrupted,
+            Outcome::Infeasible => Self::Infeasible,
+            _ => Self::NotConverged,
+        }
+    }
+
+    /// Whether a solve that ended as `outcome` says, and what the witnesses found, can have this status.
+    pub(crate) fn agrees_with(self, outcome: Outcome, found: Option<&Verification>) -> bool {
+        match found {
+            None => outcome != Outcome::Converged && self == Self::without_solution(outcome),
+            Some(_) if outcome != Outcome::Converged => false,
+            Some(found) if found.passed() => self == Self::Solved,
+            Some(found) if found.was_stopped() => matches!(self, Self::LimitReached | Self::Interrupted),
+            Some(_) => self == Self::VerificationFailed,
+        }
+    }
+
     /// Its exit code: 0 solved, 4 infeasible, 5 not converged, 6 limit reached, 7 verification failed, 130
     /// interrupted.
     pub fn exit_code(self) -> u8 {
@@ -180,12 +201,7 @@ pub(crate) fn judged(
     observer: &mut dyn Observer,
 ) -> Plan {
     if solution.outcome != Outcome::Converged {
-        let status = match solution.outcome {
-            Outcome::TimeLimit => Status::LimitReached,
-            Outcome::Interrupted => Status::Interrupted,
-            Outcome::Infeasible => Status::Infeasible,
-            _ => Status::NotConverged,
-        };
+        let status = Status::without_solution(solution.outcome);
         return Plan { solution, verification: None, status };
     }
     let (observer, stopped) = (RefCell::new(observer), Cell::new(Status::VerificationFailed));

@@ -136,7 +136,7 @@ def verify(
     strict: bool = False,
 ) -> Verification:
     """Has the independent witnesses judge a plan, a plan file, or the dictionary of one, by its own spec or another, as
-    ``slew verify`` does. Costates and multipliers are not judged.
+    ``slew verify`` does. Whether the plan is optimal is not judged.
 
     The path may also be that of an AEM or a table of attitudes, with the ``spec`` that they must fulfil: ends, duration, cones
     and rates are judged then, and ``found`` has ``checks``, ``violations`` in words and ``peak_torque_n_m``.

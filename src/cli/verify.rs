@@ -29,6 +29,9 @@ pub struct Args {
     pub report: ReportArgs,
 }
 
+/// What a plan file tells beside that, which no witness of a motion can judge.
+const NOT_JUDGED: &str = "whether the plan is optimal (conjugate points, costates, rivals) and how it was found: `slew plan` finds that again";
+
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let inputs: Vec<&Path> = std::iter::once(&args.plan).chain(&args.spec).map(PathBuf::as_path).collect();
@@ -65,6 +68,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         let Difference { key, first, second } = difference;
         lines.line("differs", format!("{key}: {first} in the plan, {second} in the spec"));
     }
+    lines.line("not judged", NOT_JUDGED);
     console.say(&lines.join("\n"));
     args.report.print(&document! {
         status: exit.status(),

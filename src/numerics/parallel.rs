@@ -1,5 +1,8 @@
 //! Work shared among the threads of rayon; without the feature `threads`, done by the calling thread.
 
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
 /// Threads that share the work: one where the system grants no other.
 #[cfg(feature = "threads")]
 pub(crate) fn threads() -> usize {
@@ -81,9 +84,80 @@ pub(crate) fn both<A, B: Send>(
     }
 }
 
+/// What `work` gives, done on a thread of its own, while the calling thread asks now and then whether it is `stopped`: then it goes
+/// without, and the thread is left to itself. It holds all that it works on, and ends where the work sees the flag that it is handed,
+/// which is set then. Without threads, and where none can be started, the calling thread does the work.
+pub(crate) fn unless_stopped<T: Send + 'static>(
+    work: impl FnOnce(Arc<AtomicBool>) -> T + Send + 'static,
+    stopped: impl Fn() -> bool,
+) -> Option<T> {
+    let left = Arc::new(AtomicBool::new(false));
+    #[cfg(feature = "threads")]
+    {
+        use std::sync::Mutex;
+        use std::sync::atomic::Ordering;
+        use std::sync::mpsc::{RecvTimeoutError, channel};
+        use std::thread::Builder;
+        const NOW_AND_THEN: std::time::Duration = std::time::Duration::from_millis(10);
+        // A thread that cannot be started would take the work with it.
+        let shared = Arc::new(Mutex::new(Some(work)));
+        let taken = |shared: &Mutex<Option<_>>| shared.lock().ok()?.take();
+        let (done, told) = channel();
+        let (there, flag) = (Arc::clone(&shared), Arc::clone(&left));
+        // Nobody may be left to tell.
+        let errand = move || taken(&there).map(|work| done.send(work(flag)));
+        let Ok(thread) = Builder::new().spawn(errand) else {
+            return taken(&shared).map(|work| work(left));
+        };
+        loop {
+            match told.recv_timeout(NOW_AND_THEN) {
+                Ok(result) => return Some(result),
+                Err(RecvTimeoutError::Timeout) if stopped() => {
+                    left.store(true, Ordering::Relaxed);
+                    return None;
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => match thread.join() {
+                    Err(panic) => std::panic::resume_unwind(panic),
+                    Ok(_) => return None,
+                },
+            }
+        }
+    }
+    #[cfg(not(feature = "threads"))]
+    {
+        let _ = stopped;
+        Some(work(left))
+    }
+}
+
 #[cfg(all(test, feature = "threads"))]
 mod tests {
     use super::*;
+    use std::sync::atomic::Ordering;
+    use std::sync::mpsc::channel;
+    use std::time::{Duration, Instant};
+
+    #[test]
+    fn work_that_is_stopped_is_left_and_ends_by_its_flag() {
+        assert_eq!(unless_stopped(|_| 1, || false), Some(1));
+        let (done, told) = channel();
+        let endless = move |left: Arc<AtomicBool>| {
+            while !left.load(Ordering::Relaxed) {
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            done.send(()).unwrap();
+        };
+        let began = Instant::now();
+        assert_eq!(unless_stopped(endless, || began.elapsed() > Duration::from_millis(30)), None);
+        told.recv_timeout(Duration::from_secs(20)).expect("the work ends");
+    }
+
+    #[test]
+    #[should_panic(expected = "of the work")]
+    fn a_panic_of_work_on_another_thread_is_one_here() {
+        unless_stopped(|_| panic!("of the work"), || false);
+    }
 
     #[test]
     fn both_works_within_a_pool_of_one_thread() {

@@ -47,7 +47,7 @@ pub use verification::{Check, Testimony, Verification, WitnessError};
 
 use crate::maneuver::constraint::Rule;
 use crate::maneuver::problem::Problem;
-use crate::maneuver::solution::Trajectory;
+use crate::maneuver::solution::{Sense, Trajectory};
 use crate::numerics::parallel;
 use crate::{Vector3, lie};
 use held::{OnWindows, Symplectic, continuous_end, held_witnesses};
@@ -170,6 +170,17 @@ pub fn verify_until(
         found.at_most("continuous pointing", continuous_violation, limit);
     }
     found
+}
+
+/// Which of the two ways round a recorded path goes; `None` where both are equally long, where the motion without inputs cannot be
+/// followed, which tells them apart, and where `stop` says so.
+#[must_use]
+pub fn sense(problem: &Problem, trajectory: &Trajectory, stop: &dyn Fn() -> bool) -> Option<Sense> {
+    let stopped = AtomicBool::new(false);
+    rows::fit(problem, trajectory).ok()?;
+    let flown = problem.clone().with_duration(rows::grid(problem, trajectory).ok()?.duration());
+    let plant = judgeable(&flown).ok()?;
+    way::sense(&plant, &flown, trajectory, &Watch::new(&stopped, stop)).ok()?
 }
 
 /// Judges a plan of no duration: start and end must be one, and the plan be there.

@@ -9,7 +9,7 @@ use super::verification::WitnessError;
 use super::watch::Watch;
 use crate::lie::{self, continued};
 use crate::maneuver::problem::{Path, Problem};
-use crate::maneuver::solution::Trajectory;
+use crate::maneuver::solution::{Sense, Trajectory};
 use crate::propagate::plant::Plant;
 use crate::{Matrix3, Vector3};
 
@@ -25,28 +25,48 @@ pub(super) fn goes_as_asked(
     trajectory: &Trajectory,
     watch: &Watch,
 ) -> Result<Option<bool>, WitnessError> {
-    let start = &problem.start.attitude;
-    let from = lie::quaternion_from_rotation(start);
-    let path =
-        trajectory.quaternion.iter().fold(from, |lift, quaternion| continued(Some(&lift), *quaternion));
-    let Some(last) = trajectory.quaternion.last() else { return Ok(None) };
-    let end = lie::rotation_from_quaternion(last);
-    let short = match problem.path {
+    let is_short = match problem.path {
         Path::Best => return Ok(None),
-        Path::AsGiven(rotation) => return Ok(Some(same(&path, &turned(from, start, &rotation)))),
+        Path::AsGiven(rotation) => {
+            let start = &problem.start.attitude;
+            let asked = turned(lie::quaternion_from_rotation(start), start, &rotation);
+            return Ok(lifted(problem, trajectory).map(|path| same(&path, &asked)));
+        }
         Path::Shortest => true,
         Path::Long => false,
     };
+    Ok(sense(plant, problem, trajectory, watch)?.map(|sense| (sense == Sense::Short) == is_short))
+}
+
+/// Which of the two ways round the path goes; `None` where both are equally long, or there is no path.
+pub(super) fn sense(
+    plant: &Plant,
+    problem: &Problem,
+    trajectory: &Trajectory,
+    watch: &Watch,
+) -> Result<Option<Sense>, WitnessError> {
+    let Some((path, last)) = lifted(problem, trajectory).zip(trajectory.quaternion.last()) else {
+        return Ok(None);
+    };
     // The shorter way is that from the end of the motion without inputs.
     let none = vec![0.0; trajectory.input.len()];
-    let (mut lift, mut at) = (from, *start);
+    let mut at = problem.start.attitude;
+    let mut lift = lie::quaternion_from_rotation(&at);
     walk(plant, &Inputs::new(problem, &none), Some(watch), |node| {
         at = node.attitude();
         lift = continued(Some(&lift), lie::quaternion_from_rotation(&at));
     })?;
-    let rest = lie::minus(&end, &at);
+    let rest = lie::minus(&lie::rotation_from_quaternion(last), &at);
     let told = rest.norm() < std::f64::consts::PI - OPPOSITE;
-    Ok(told.then(|| same(&path, &turned(lift, &at, &rest)) == short))
+    let is_short = || same(&path, &turned(lift, &at, &rest));
+    Ok(told.then(|| if is_short() { Sense::Short } else { Sense::Long }))
+}
+
+/// Where the lift of the recorded path ends.
+fn lifted(problem: &Problem, trajectory: &Trajectory) -> Option<[f64; 4]> {
+    trajectory.quaternion.last()?;
+    let from = lie::quaternion_from_rotation(&problem.start.attitude);
+    Some(trajectory.quaternion.iter().fold(from, |lift, quaternion| continued(Some(&lift), *quaternion)))
 }
 
 /// The lift that begins with `lift` at `from` and goes on with `rotation` (body axes).

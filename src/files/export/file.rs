@@ -163,6 +163,10 @@ impl Target {
                 return Err(FileError::Exists { path: shown });
             }
         }
+        // A folder may take no file for many reasons: whether it does shows when one is made.
+        let refused = |reason| FileError::NotWritable { folder: self::shown(&folder), reason };
+        let (_listed, temporary) = temporary_in(&folder).map_err(refused)?;
+        drop(temporary);
         Ok(Self { path, folder, force })
     }
 
@@ -189,17 +193,8 @@ impl Target {
     ) -> Result<(), ExportError> {
         let create = |reason| FileError::NotWritable { folder: shown(&self.folder), reason };
         let write = |reason| FileError::Write { path: shown(&self.path), reason };
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(PREFIX).rand_bytes(RANDOM);
-        #[cfg(unix)]
-        {
-            // As any new file: the default of the library would hide it from the user's group.
-            use std::os::unix::fs::PermissionsExt;
-            builder.permissions(fs::Permissions::from_mode(0o666));
-        }
         sweep(&self.folder);
-        let (_listed, mut temporary) =
-            Listed::new(&TEMPORARY, || builder.tempfile_in(&self.folder)).map_err(create)?;
+        let (_listed, mut temporary) = temporary_in(&self.folder).map_err(create)?;
         let mut buffer = BufWriter::new(temporary.as_file_mut());
         content(&mut buffer).map_err(|error| match error {
             ExportError::Io(reason) => write(reason).into(),
@@ -232,6 +227,19 @@ impl Target {
 /// Names of temporary files: this, and so many random letters and digits.
 const PREFIX: &str = ".slew-";
 const RANDOM: usize = 6;
+
+/// A new temporary file, listed for as long as it is one.
+fn temporary_in(folder: &Path) -> std::io::Result<(Listed<'static>, NamedTempFile)> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(PREFIX).rand_bytes(RANDOM);
+    #[cfg(unix)]
+    {
+        // As any new file: the default of the library would hide it from the user's group.
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    Listed::new(&TEMPORARY, || builder.tempfile_in(folder))
+}
 
 /// Age at which a temporary file belongs to nobody any more: one that is being written is younger.
 const ABANDONED: Duration = Duration::from_secs(86_400);
@@ -310,6 +318,10 @@ fn unusable_name(path: &Path) -> Option<&'static str> {
     }
     if text.chars().any(char::is_control) {
         return Some("it holds control characters");
+    }
+    // They may lead to a file, which is then another program's, or that of the text for people.
+    if ["/dev/std", "/dev/fd/", "/proc/"].iter().any(|start| text.starts_with(start)) {
+        return Some("it names a stream of a process, or a file of the system; `-o -` is stdout");
     }
     let Some(name) = path.file_name().filter(|_| !text.ends_with(['/', std::path::MAIN_SEPARATOR])) else {
         return Some("it names a folder");

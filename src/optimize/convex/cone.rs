@@ -267,9 +267,10 @@ impl ConeSolver {
         self.solver.update_settings(settings.checked()?).map_err(solver_error)
     }
 
-    /// Ends the solves to come after the iteration in which `flag` is set.
-    pub fn heed(&mut self, flag: Arc<AtomicBool>) {
-        self.solver.set_termination_callback(move |_: &DefaultInfo<f64>| flag.load(Ordering::Relaxed));
+    /// Ends the solves to come after the iteration in which one of `flags` is set.
+    pub fn heed(&mut self, flags: Vec<Arc<AtomicBool>>) {
+        let any = move || flags.iter().any(|flag| flag.load(Ordering::Relaxed));
+        self.solver.set_termination_callback(move |_: &DefaultInfo<f64>| any());
     }
 
     /// Solves the program as it stands.

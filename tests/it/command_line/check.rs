@@ -61,7 +61,7 @@ fn verify_judges_a_plan_file_by_its_spec() {
     let plan = folder.json("plan.json");
     let mut verified = json["verified"].clone();
     let checks = verified["checks"].as_array_mut().unwrap();
-    let recorded = checks.split_off(checks.len() - 5);
+    let recorded = checks.split_off(checks.len() - 8);
     assert_eq!(verified, plan["verified"]);
     let told = [
         ("cost", "recorded cost"),
@@ -76,6 +76,32 @@ fn verify_judges_a_plan_file_by_its_spec() {
         false_figure[key] = (plan[key].as_f64().unwrap() * (1.0 - 1e-8)).into();
         fs::write(folder.path("false.json"), false_figure.to_string()).unwrap();
         verify("false.json", &[]).ends(7).tells(name);
+    }
+
+    // Words that contradict one another, or what is found.
+    let status = "recorded status";
+    for (key, word, name) in [
+        ("status", "verification_failed", status),
+        ("outcome", "stalled", status),
+        ("second_order", "saddle", status),
+        ("sense", "long", "recorded sense"),
+    ] {
+        let mut false_word = plan.clone();
+        assert_ne!(false_word[key], word);
+        false_word[key] = word.into();
+        fs::write(folder.path("false.json"), false_word.to_string()).unwrap();
+        verify("false.json", &[]).ends(7).tells(name);
+    }
+    let mut rejected = plan.clone();
+    (rejected["status"], rejected["exit_code"]) = ("verification_failed".into(), 7.into());
+    rejected["verified"]["checks"][0]["passed"] = false.into();
+    let mut nearer = plan.clone();
+    nearer["verified"]["continuous_attitude_rad"] = 1e-12.into();
+    let mut exact = plan.clone();
+    exact["terminal"]["attitude_rad"] = 1e-6.into();
+    for false_finding in [rejected, nearer, exact] {
+        fs::write(folder.path("false.json"), false_finding.to_string()).unwrap();
+        verify("false.json", &[]).ends(7).tells("recorded findings");
     }
 
     let piped = folder.slew_with_stdin(&["verify", "-", "--spec", "spec.toml"], &folder.read("plan.json"));

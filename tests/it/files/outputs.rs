@@ -84,7 +84,15 @@ fn an_output_that_is_an_input_is_refused_even_with_force() {
 #[test]
 fn devices_and_rights_are_respected() {
     use std::os::unix::fs::PermissionsExt;
-    assert_eq!(Target::new("/dev/null", true).unwrap_err().code(), "E0099");
+    // Streams too, whatever they lead to: with force, the file behind one would be another program's.
+    for name in ["/dev/null", "/dev/stderr", "/dev/fd/2", "/proc/self/fd/2"] {
+        for force in [false, true] {
+            assert_eq!(Target::new(name, force).unwrap_err().code(), "E0099", "{name}");
+        }
+    }
+    // Here nobody can make a file, whoever asks.
+    #[cfg(target_os = "linux")]
+    assert_eq!(Target::new("/sys/plan.json", false).unwrap_err().code(), "E0096");
     let folder = tempfile::tempdir().unwrap();
     let mode = |name: &str| fs::metadata(folder.path().join(name)).unwrap().permissions().mode();
     fs::write(folder.path().join("ordinary"), "").unwrap();

@@ -22,11 +22,16 @@ use super::curvature::Multipliers;
 use super::iterate::Evaluated;
 use super::model::{Model, STRETCHED};
 use super::rows::{Kink, LimitRows, RowValue};
-use crate::optimize::convex::cone::{Answer, Cone, ConeError, ConeSettings, ConeSolver, Program, Reason};
+use crate::maneuver::solution::Outcome;
+use crate::numerics::parallel;
+use crate::optimize::convex::cone::{
+    Answer, Cone, ConeError, ConeSettings, ConeSolver, Program, Reason, Work,
+};
 use crate::optimize::convex::sparse::{Sparse, SparseParts};
 use crate::optimize::methods::method::Watch;
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Weights and trust radius of a subproblem.
 #[derive(Clone, Debug)]
@@ -115,6 +120,55 @@ impl ProgramLayout {
     }
 }
 
+/// Unknowns from which the cone solver works on a thread of its own. It looks at nobody while it is made, nor within an iteration,
+/// which takes about a hundredth of a second there, and half a second with ten times as many.
+const LARGE: usize = 20_000;
+
+/// The data of a cone program, its matrices as they were written, entry by entry.
+struct Draft {
+    quadratic: Vec<(usize, usize, f64)>,
+    linear: Vec<f64>,
+    matrix: Vec<(usize, usize, f64)>,
+    bound: Vec<f64>,
+    cones: Vec<Cone>,
+}
+
+impl Draft {
+    fn program(self) -> Program {
+        let Self { quadratic, linear, matrix, bound, cones } = self;
+        let count = linear.len();
+        let quadratic = Sparse::of_entries(count, count, &quadratic);
+        let matrix = Sparse::of_entries(bound.len(), count, &matrix);
+        Program { quadratic, linear, matrix, bound, cones }
+    }
+}
+
+/// The answer to a program by a solver that may be there already, and that solver.
+fn solved(
+    solver: Option<ConeSolver>,
+    draft: Draft,
+    settings: &ConeSettings,
+    flags: Vec<Arc<AtomicBool>>,
+) -> (Option<ConeSolver>, Result<Answer, ConeError>) {
+    let program = draft.program();
+    let (mut solver, made) = match solver {
+        Some(mut solver) if solver.fits(&program) => {
+            let updated = solver.update(program).and_then(|()| solver.set(settings));
+            (Some(solver), updated)
+        }
+        _ => match ConeSolver::new(program, settings) {
+            Ok(solver) => (Some(solver), Ok(())),
+            Err(error) => (None, Err(error)),
+        },
+    };
+    let answer = made.map(|()| {
+        let solver = solver.as_mut().expect("made above");
+        solver.heed(flags);
+        solver.solve()
+    });
+    (solver, answer)
+}
+
 /// Rows of a ball: its bound, and three components.
 const BALL: usize = 4;
 
@@ -164,8 +218,8 @@ impl<'a> Subproblem<'a> {
         after: Option<&Evaluated>,
     ) -> Result<Move, Failure> {
         let layout = ProgramLayout::of(self.model, self.rows);
-        let (program, places) = self.program(&layout, at, curvature, weights, after);
-        let answer = self.answer(program).map_err(|_| Failure::Numerical)?;
+        let (draft, places) = self.draft(&layout, at, curvature, weights, after);
+        let answer = self.answer(draft)?;
         let Some(optimum) = answer.step() else {
             return Err(match answer {
                 Answer::Failed { reason: Reason::Time, .. } => Failure::Time,
@@ -205,39 +259,38 @@ impl<'a> Subproblem<'a> {
         Ok(best)
     }
 
-    fn answer(&mut self, program: Program) -> Result<Answer, ConeError> {
+    fn answer(&mut self, draft: Draft) -> Result<Answer, Failure> {
         let (tolerance, time_limit) = (self.tolerance, self.watch.seconds_left());
         let settings = ConeSettings { tolerance, time_limit, ..ConeSettings::default() };
-        match &mut self.solver {
-            Some(solver) if solver.fits(&program) => {
-                solver.update(program)?;
-                solver.set(&settings)?;
-            }
-            _ => {
-                let mut solver = ConeSolver::new(program, &settings)?;
-                if let Some(flag) = self.watch.flag {
-                    solver.heed(Arc::clone(flag));
-                }
-                self.solver = Some(solver);
-            }
-        }
-        let solver = self.solver.as_mut().expect("made above");
-        let answer = solver.solve();
-        let work = solver.work();
+        let (solver, flag) = (self.solver.take(), self.watch.flag.cloned());
+        let solved = if draft.linear.len() < LARGE {
+            solved(solver, draft, &settings, flag.into_iter().collect())
+        } else {
+            let work = move |left| solved(solver, draft, &settings, flag.into_iter().chain([left]).collect());
+            let answer = parallel::unless_stopped(work, || self.watch.stopped());
+            answer.ok_or_else(|| match (self.watch.interrupt)() {
+                Some(Outcome::TimeLimit) => Failure::Time,
+                _ => Failure::Stopped,
+            })?
+        };
+        let (solver, answer) = solved;
+        self.solver = solver;
+        let answer = answer.map_err(|_| Failure::Numerical)?;
+        let work = self.solver.as_ref().map_or(Work::default(), ConeSolver::work);
         self.seconds += work.seconds;
         self.iterations += work.iterations;
         Ok(answer)
     }
 
     /// The cone program, and where each row's dual stands.
-    fn program(
+    fn draft(
         &self,
         layout: &ProgramLayout,
         at: &Evaluated,
         curvature: &[DMatrix<f64>],
         weights: &Weights,
         after: Option<&Evaluated>,
-    ) -> (Program, Vec<usize>) {
+    ) -> (Draft, Vec<usize>) {
         let model = self.model;
         let mut linear = vec![0.0; layout.count];
         let mut quadratic = Vec::new();
@@ -285,14 +338,7 @@ impl<'a> Subproblem<'a> {
         let Writer { entries, bound, places } = writer;
         let mut cones = vec![Cone::Zero(equations), Cone::Nonnegative(inequalities)];
         cones.resize(2 + (bound.len() - equations - inequalities) / BALL, Cone::SecondOrder(BALL));
-        let program = Program {
-            quadratic: Sparse::of_entries(layout.count, layout.count, &quadratic),
-            linear,
-            matrix: Sparse::of_entries(bound.len(), layout.count, &entries),
-            bound,
-            cones,
-        };
-        (program, places)
+        (Draft { quadratic, linear, matrix: entries, bound, cones }, places)
     }
 
     /// Opening, steps, terminal conditions: `n (N + 1)` rows, then those of the end.

@@ -372,6 +372,27 @@ fn a_flag_stops_the_convex_iteration_inside_of_a_subproblem() {
     }
 }
 
+/// A large cone program is not waited for, not even while the solver is being made.
+#[cfg(feature = "threads")]
+#[test]
+fn a_stop_leaves_a_large_subproblem_to_itself() {
+    let problem = reference_slew(None).with_steps(2_300);
+    let model = Model::new(&problem, problem.steps);
+    let rows = LimitRows::of(&problem, &model);
+    let start = first_iterate::along(&model, &rows, &straight(&model), 1.0, &Watch::NONE);
+    let at = start.evaluate(&model, &rows, Watch::NONE).unwrap();
+    let curvature = vec![DMatrix::zeros(model.n, model.n); model.steps + 1];
+    let weights =
+        super::Weights { defect: 100.0, violation: vec![100.0; rows.groups.len()], radius: RADIUS.0 };
+    for (outcome, failure) in [(Outcome::Interrupted, Failure::Stopped), (Outcome::TimeLimit, Failure::Time)]
+    {
+        let watch = Watch { interrupt: &|| Some(outcome), ..Watch::NONE };
+        let mut subproblem = Subproblem::new(&model, &rows, 1e-6, watch);
+        let left = subproblem.solve(&at, &curvature, &weights, None);
+        assert_eq!(left.err(), Some(failure));
+    }
+}
+
 /// Once somebody asks to stop, the states of a first iterate stay and its inputs are not sought any more.
 #[test]
 fn a_stop_leaves_a_first_iterate_without_inputs() {
