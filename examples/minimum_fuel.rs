@@ -8,6 +8,8 @@
 //! an angle up to π; from rest to rest for even cases, for odd ones with rates up to 0.3 rad in the unit of time; limits
 //! from 1 to 5; a duration from 1.3 to 4 times the shortest that is found. `box`: three torques of both signs along the
 //! body axes; `thrusters`: eight of random canted directions, one in each octant; `norm`: one torque that points anywhere.
+//! `box-sought` and `thruster-sought`: the same inputs in the best duration, where a second costs from 2 to 50 % of all inputs at
+//! their limits, uniform in its logarithm; every fourth maneuver has no such price but the duration for a bound.
 //! `box-pulses` and `thruster-pulses`: the same inputs off or at a limit, with a shortest pulse from 1 to 10 % of the duration,
 //! uniform in its logarithm; how much dearer they are than the same maneuvers without it.
 
@@ -35,15 +37,29 @@ enum Family {
     Box,
     Thrusters,
     Norm,
+    BoxSought,
+    ThrusterSought,
     BoxPulses,
     ThrusterPulses,
 }
 
 impl Family {
-    const ALL: [Self; 5] = [Self::Box, Self::Thrusters, Self::Norm, Self::BoxPulses, Self::ThrusterPulses];
+    const ALL: [Self; 7] = [
+        Self::Box,
+        Self::Thrusters,
+        Self::Norm,
+        Self::BoxSought,
+        Self::ThrusterSought,
+        Self::BoxPulses,
+        Self::ThrusterPulses,
+    ];
 
     fn has_thrusters(self) -> bool {
-        matches!(self, Self::Thrusters | Self::ThrusterPulses)
+        matches!(self, Self::Thrusters | Self::ThrusterSought | Self::ThrusterPulses)
+    }
+
+    fn seeks_duration(self) -> bool {
+        matches!(self, Self::BoxSought | Self::ThrusterSought)
     }
 
     fn pulses(self) -> bool {
@@ -55,6 +71,8 @@ impl Family {
             Self::Box => "box",
             Self::Thrusters => "thrusters",
             Self::Norm => "norm",
+            Self::BoxSought => "box-sought",
+            Self::ThrusterSought => "thruster-sought",
             Self::BoxPulses => "box-pulses",
             Self::ThrusterPulses => "thruster-pulses",
         }
@@ -76,7 +94,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         let mut tally = Tally { alone, ..Tally::default() };
         for index in 0..count {
-            tally.take(index, &case(&mut random, family, index % 2 == 1)?)?;
+            let mut problem = case(&mut random, family, index % 2 == 1)?;
+            if family.seeks_duration() && !problem.duration.is_nan() {
+                problem = sought(&mut random, problem, index % 4 == 3);
+            }
+            tally.take(index, &problem)?;
         }
         tally.report(family.name());
     }
@@ -130,6 +152,18 @@ fn case(random: &mut Random, family: Family, moving: bool) -> Result<Problem, Bo
     let shortest = plan(&fastest, &Settings::default(), None, &mut Silent)?.solution.duration(&fastest);
     let duration = shortest * random.within(1.3, 4.0);
     Ok(fastest.with_objective(Objective::Fuel(Fuel::default())).with_duration(duration))
+}
+
+/// The maneuver in the best duration: up to the given one, or where a second has a price.
+fn sought(random: &mut Random, problem: Problem, bounded: bool) -> Problem {
+    let price = 0.02 * 25.0_f64.powf(random.unit());
+    if bounded {
+        let longest = problem.duration;
+        return Problem { duration: f64::NAN, ..problem }.with_duration_at_most(longest);
+    }
+    let sum: f64 = problem.actuation.torque.limits().size.iter().flatten().sum();
+    let fuel = Fuel { time_price: Some(price * sum), ..Fuel::default() };
+    Problem { duration: f64::NAN, ..problem }.with_objective(Objective::Fuel(fuel))
 }
 
 /// The maneuver with a shortest pulse \[s\].
@@ -216,7 +250,7 @@ fn cost(plan: &Plan) -> Option<f64> {
 impl Tally {
     fn take(&mut self, index: usize, problem: &Problem) -> Result<(), Box<dyn Error>> {
         self.cases += 1;
-        if problem.duration.is_nan() {
+        if problem.duration.is_nan() && !problem.seeks_duration() {
             println!("  case {index}: no shortest duration was found");
             return Ok(());
         }

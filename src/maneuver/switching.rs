@@ -17,8 +17,8 @@ pub struct Switching {
     /// Cost of the continuous extremal.
     pub continuous_cost: f64,
     /// Cost still to be gained, to first order: `∫ Σ_j (|s_j| + s_j v_j) dt` with the switching functions s and the inputs
-    /// v of the continuous extremal; of fuel in a given duration by the costates that make it least. 0 where every input is on the
-    /// right side all the time. Of pulses what they cost above
+    /// v of the continuous extremal; of fuel counted by inputs by the costates that make it least. 0 where every input is on
+    /// the right side all the time. Of pulses what they cost above
     /// the best plan found without a shortest pulse: that bounds what better pulses could gain.
     pub gap: f64,
     /// Of a turn about the fixed axis under the same limits, from rest to rest, seconds; where time is minimised.
@@ -29,6 +29,10 @@ pub struct Switching {
     pub singular_inputs: Vec<usize>,
     /// ε of the smoothed law on the grid, scaled, where the plan has one.
     pub smoothing: Option<f64>,
+    /// Whether the arcs meet the end of the grid next to those of continuous time without being its discrete optimum, because
+    /// none was found: the stationarity of the plan is what is left.
+    #[serde(skip_serializing_if = "std::ops::Not::not", default)]
+    pub beside_optimum: bool,
     /// Arcs of the continuous extremal, none where the inputs are smoothed.
     pub arcs: Vec<SwitchingArc>,
     /// What a shortest pulse took, where there is one.
@@ -43,7 +47,7 @@ pub struct Pulses {
     pub count: usize,
     /// The shortest of them on the grid of the plan, seconds.
     pub shortest_s: f64,
-    /// Continuous cost of the best plan found without a shortest pulse.
+    /// Continuous cost of the best plan found without a shortest pulse, that of time included where it has a price.
     pub cost_without: f64,
 }
 

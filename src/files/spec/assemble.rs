@@ -280,23 +280,24 @@ fn refuse(
         // Told at the key itself.
         ProblemError::Unsuited { what: "scheme", .. } => {}
         ProblemError::Unsuited { what: actuators::SHORTEST_PULSE, reason } => {
-            let remedy = "leave it out, or write minimize = \"fuel\" with a `duration_s` and limits of the inputs alone";
+            let remedy = "leave it out, or write minimize = \"fuel\" with limits of the inputs alone";
             if let Some(section) = root.section("actuators") {
                 section.error("E0029", actuators::SHORTEST_PULSE, (*reason).to_string(), remedy);
             }
         }
         ProblemError::Value { what: "shortest pulse", value, reason } => {
-            let reason = format!(
-                "the shortest pulse is {} s: it {reason}, of {} s",
-                short(*value),
-                short(problem.duration)
-            );
+            let (key, longest) = match problem.duration_at_most {
+                Some(longest) => ("duration_at_most_s", longest),
+                None => ("duration_s", problem.duration),
+            };
+            let (value, longest) = (short(*value), short(longest));
+            let reason = format!("the shortest pulse is {value} s: it {reason}, of {longest} s");
             if let Some(section) = root.section("actuators") {
                 section.error(
                     "E0031",
                     actuators::SHORTEST_PULSE,
                     reason,
-                    "shorten it, or lengthen `duration_s`",
+                    format!("shorten it, or lengthen `{key}`"),
                 );
             }
         }

@@ -225,7 +225,7 @@ impl Problem {
         met.map_or(Ok(()), |(_, what, reason)| Err(ProblemError::Unsuited { what, reason }))
     }
 
-    /// What the search for pulses takes: fuel, a given duration, and no limits but those of the inputs.
+    /// What the search for pulses takes: fuel, and no limits but those of the inputs.
     fn check_pulses(&self) -> Result<(), ProblemError> {
         let limits = self.actuation.torque.limits();
         let of_forces = self.actuation.force.as_ref().and_then(|force| force.limits().shortest_pulse);
@@ -250,12 +250,11 @@ impl Problem {
             ),
             (limits.rate.is_some(), "pulses jump: they go with no limit of how fast inputs change"),
             (!self.constraints.is_empty(), "pulses are planned without cones and limits of the rates"),
-            (self.seeks_duration(), "pulses are planned for a given duration, which is not sought"),
         ];
         if let Some((_, reason)) = obstacles.into_iter().find(|(met, _)| *met) {
             return Err(ProblemError::Unsuited { what: "shortest_pulse_s", reason });
         }
-        if shortest > self.duration {
+        if shortest > self.duration_at_most.unwrap_or(self.duration) {
             return Err(out_of_range("shortest pulse", shortest, "must not be longer than the maneuver"));
         }
         Ok(())

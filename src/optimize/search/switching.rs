@@ -83,6 +83,9 @@ pub(super) fn up_to(
     }
     if let Some(switching) = &mut all.switching {
         switching.continuous_cost += price * longest;
+        if let Some(pulses) = &mut switching.pulses {
+            pulses.cost_without += price * longest;
+        }
     }
     if context.interrupt().is_some() || problem.can_wait() && price == 0.0 {
         return all;
@@ -269,6 +272,7 @@ fn at_rest(problem: &Problem, solution: Solution, steps: usize) -> Solution {
         switches: 0,
         singular_inputs: Vec::new(),
         smoothing: None,
+        beside_optimum: false,
         arcs: Vec::new(),
         pulses: None,
     };
@@ -472,6 +476,7 @@ fn record(problem: &Problem, extremal: &Extremal, units: &Units, grid: &OnGrid) 
         switches: 0,
         singular_inputs,
         smoothing: None,
+        beside_optimum: grid.beside_optimum,
         arcs: Vec::new(),
         pulses: None,
     };

@@ -109,7 +109,11 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
     // The shooting tests both in one sweep, which may not have been asked for, or have been stopped.
     let known = Some(optimality.stationarity).filter(|stationarity| !stationarity.is_nan());
     let first = known.map(|stationarity| format!("stationarity {}", error(stationarity)));
-    let second = (!timed).then(|| format!("second order: {second}"));
+    let second = if solution.switching.as_ref().is_some_and(|switching| switching.beside_optimum) {
+        Some("no discrete optimum was found: the arcs meet the end beside it".into())
+    } else {
+        (!timed).then(|| format!("second order: {second}"))
+    };
     lines.line("optimality", first.into_iter().chain(second).collect::<Vec<_>>().join("   "));
     for rival in &solution.rivals {
         let points = match rival.conjugate_points {
@@ -229,8 +233,9 @@ fn pulsed(problem: &Problem, switching: &Switching, pulses: &Pulses) -> String {
     let (without, cost) = (pulses.cost_without, switching.continuous_cost);
     let asked = problem.shortest_pulse().map_or(String::new(), |asked| {
         format!(
-            "shortest pulse {} s: fuel {:.2} % above {}, the plan without it; ",
+            "shortest pulse {} s: {} {:.2} % above {}, the plan without it; ",
             short(asked),
+            if problem.objective.given_time_price().is_some() { "cost" } else { "fuel" },
             100.0 * (cost / without - 1.0),
             significant(without, 9)
         )

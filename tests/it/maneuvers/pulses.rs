@@ -69,6 +69,78 @@ fn a_turn_about_a_principal_axis_burns_as_the_closed_form_says() {
     }
 }
 
+/// The same maneuver where a second has a price, in the best duration.
+fn priced(problem: &Problem, price: f64) -> Problem {
+    let fuel = Fuel { time_price: Some(price), ..Fuel::default() };
+    Problem { duration: f64::NAN, ..problem.clone() }.with_objective(Objective::Fuel(fuel))
+}
+
+/// Two burns of length b that turn by `jθ = U b (T − b)` cost `2 U b + p T`: least at `b² = p jθ/U / (2 U + p)`, or at the shortest
+/// length where that is longer.
+#[test]
+fn the_best_duration_of_pulses_is_that_of_the_closed_form() {
+    let (limit, price, way) = (0.8, 0.3, 3.0 * FRAC_PI_2);
+    let natural = (price * way / limit / (2.0 * limit + price)).sqrt();
+    let cost = |burn: f64| 2.0 * limit * burn + price * (way / (limit * burn) + burn);
+    for (pulse, burn) in [(0.5, natural), (1.3, 1.3)] {
+        let plan = solved(&pulsed(&priced(&quarter_turn(7.0), price), pulse));
+        assert!(plan.solution.optimality.stationarity < 1e-12);
+        let switching = plan.solution.switching.unwrap();
+        assert_eq!(switching.structure, Structure::Pulses);
+        let told = switching.pulses.unwrap();
+        assert!((switching.continuous_cost / cost(burn) - 1.0).abs() < 1e-11, "{switching:?} {}", cost(burn));
+        assert!((told.cost_without / cost(natural) - 1.0).abs() < 1e-9, "{told:?}");
+        let duration = way / (limit * burn) + burn;
+        // Where no bound holds a burn the cost is flat in it: half of the digits.
+        let digits = if burn > pulse { 1e-6 } else { 1e-11 };
+        assert!(
+            (switching.continuous_duration_s / duration - 1.0).abs() < digits,
+            "{switching:?} {duration}"
+        );
+        for length in lengths(&switching) {
+            assert!((length / burn - 1.0).abs() < digits, "{length} {burn}");
+        }
+        assert!((plan.solution.cost / cost(burn) - 1.0).abs() < 1e-4, "{}", plan.solution.cost);
+    }
+}
+
+/// No given duration near the one that is found costs less, its price included; and the grid's duration goes to it as its cost does.
+#[test]
+fn the_best_duration_of_pulses_is_the_best_of_those_given() {
+    let (price, given) = (0.05, pulsed(&moving_slowly(), 0.3));
+    let sought = priced(&given, price);
+    let solution = |steps: usize| solved(&sought.clone().with_steps(steps)).solution;
+    let [coarse, middle, fine] = [100, 200, 400].map(solution);
+    let found = fine.switching.as_ref().unwrap();
+    for part in [0.97, 1.03] {
+        let duration = part * found.continuous_duration_s;
+        let other = solved(&given.clone().with_duration(duration)).solution.switching.unwrap();
+        let cost = other.continuous_cost + price * duration;
+        assert!(cost > found.continuous_cost, "{part}: {cost} {}", found.continuous_cost);
+    }
+    let duration = |solution: &slewkit::maneuver::Solution| *solution.trajectory.time.last().unwrap();
+    for (one, next) in [(&coarse, &middle), (&middle, &fine)] {
+        let order = ((one.cost - found.continuous_cost) / (next.cost - found.continuous_cost)).log2();
+        assert!((order - 2.0).abs() < 0.2, "{order}: {} {}", one.cost, next.cost);
+        let apart = [one, next].map(|solution| duration(solution) - found.continuous_duration_s);
+        assert!(((apart[0] / apart[1]).log2() - 2.0).abs() < 0.3, "{apart:?}");
+    }
+    assert!(fine.optimality.stationarity < 1e-12, "{}", fine.optimality.stationarity);
+}
+
+/// A bound that is too long for a body that moves: the best duration is shorter. One that is short is used up.
+#[test]
+fn pulses_take_no_longer_than_a_bound() {
+    let short = solved(&pulsed(&moving_slowly().with_duration_at_most(5.0), 0.3)).solution;
+    let end = short.trajectory.time.last().unwrap();
+    assert!(*end <= 5.0, "{end}");
+    let given = solved(&pulsed(&moving_slowly(), 0.3)).solution;
+    assert!(short.cost <= given.cost * (1.0 + 1e-12), "{} {}", short.cost, given.cost);
+    let still = pulsed(&quarter_turn(7.0), 0.5);
+    let [given, bounded] = [still.clone(), still.with_duration_at_most(7.0)].map(|p| solved(&p).solution);
+    assert!((given.cost / bounded.cost - 1.0).abs() < 1e-12, "{} {}", given.cost, bounded.cost);
+}
+
 /// The end that the arcs lead to by Kutta's method, which shares nothing with the solver.
 fn replayed(problem: &Problem, switching: &Switching) -> (Matrix3, Vector3) {
     let j = *problem.body.inertia.j();
@@ -77,7 +149,7 @@ fn replayed(problem: &Problem, switching: &Switching) -> (Matrix3, Vector3) {
     for arc in &switching.arcs {
         let torque = problem.actuation.torque.output(&arc.input);
         let rate = |r: &Matrix3, w: &Vector3| (r * lie::hat(w), inverse * ((j * w).cross(w) + torque));
-        let steps = ((arc.end_s - arc.start_s) / problem.duration * 4000.0).ceil().max(1.0);
+        let steps = ((arc.end_s - arc.start_s) / switching.continuous_duration_s * 4000.0).ceil().max(1.0);
         let h = (arc.end_s - arc.start_s) / steps;
         for _ in 0..steps as usize {
             let a = rate(&r, &w);
@@ -131,7 +203,8 @@ fn case(random: &mut Random, canted: bool, moves: bool) -> Problem {
         .with_actuation(Actuation::torques(torques))
 }
 
-/// Of 24 random maneuvers; their arcs lead to the end by another integrator too, and none burns less than without a shortest pulse.
+/// Of 24 random maneuvers, every third in a duration that is sought; their arcs lead to the end by another integrator too, and none
+/// burns less than without a shortest pulse.
 #[test]
 fn random_maneuvers_have_pulses_that_lead_to_the_end() {
     let mut random = Random::new(7);
@@ -140,6 +213,7 @@ fn random_maneuvers_have_pulses_that_lead_to_the_end() {
         let problem = case(&mut random, index % 2 == 1, index % 4 > 1);
         let shortest = random.within(0.01, 0.08) * problem.duration;
         let problem = pulsed(&problem, shortest);
+        let problem = if index % 3 == 2 { priced(&problem, 0.3) } else { problem };
         let plan = plan(&problem, &Settings::default(), None, &mut Silent).unwrap();
         if plan.status != Status::Solved {
             println!("case {index}: {:?} {:?}", plan.status, plan.solution.shortfall);
@@ -248,7 +322,7 @@ fn what_does_not_go_with_pulses_is_refused() {
     assert!(refused(&pulsed(&moving(), 0.3)).contains("minimum fuel alone"));
     let effort = given.clone().with_objective(Objective::default());
     assert!(refused(&pulsed(&effort, 0.3)).contains("minimum fuel alone"));
-    assert!(refused(&pulsed(&given.clone().with_duration_at_most(5.0), 0.3)).contains("given duration"));
+    assert!(refused(&pulsed(&given.clone().with_duration_at_most(5.0), 5.1)).contains("not be longer"));
     let norm = given.with_actuation(super::minimum_fuel::ball(1.0));
     assert!(refused(&pulsed(&norm, 0.3)).contains("norm"));
 }

@@ -239,9 +239,14 @@ impl Extremal {
         self.costs.iter().any(|cost| *cost != 0.0)
     }
 
-    /// Whether fuel is counted by inputs that are on for some of a given time.
+    /// Whether fuel is counted by inputs that are on for some of the time.
     pub fn times_pulses(&self) -> bool {
-        self.counts_fuel() && self.given_duration.is_some() && matches!(self.law, Law::Inputs(_))
+        self.counts_fuel() && matches!(self.law, Law::Inputs(_))
+    }
+
+    /// What a unit of time costs beside the inputs that are on for it.
+    pub fn price_of_time(&self) -> f64 {
+        self.time_price - self.costs.iter().sum::<f64>()
     }
 
     /// Whether the shortest time is sought under a limit of each input.

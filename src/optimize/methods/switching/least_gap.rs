@@ -11,6 +11,9 @@
 //! is convex: the dual of the linear program over all inputs along the way, whose optimum is the gap without slack. Costates that
 //! vanish where the inputs switch need not be those: of a few switches hardly apart they are determined badly, and between the
 //! pulses that stand for a singular arc they are all a little off. The least gap is found by Newton on `√(s² + μ²)`.
+//!
+//! Where the duration is sought the program has it for one more variable, with the Hamiltonian for its reduced cost: that must vanish, at
+//! the start as along all of the way, which leaves five numbers.
 
 use super::arcs::Arcs;
 use super::certificate::hermite;
@@ -50,13 +53,14 @@ struct Piece {
 }
 
 /// The same maneuver with the costates of the least gap, and that gap, of points that stand close together at the ends of arcs;
-/// `None` where its inputs are not held or its duration is sought, so that costates are not free.
+/// `None` where its inputs are not held.
 pub(crate) fn with_least_gap(extremal: &Extremal, arcs: &Arcs) -> Option<(Arcs, f64)> {
     if !extremal.times_pulses() {
         return None;
     }
     let (pieces, lanes) = pieces(extremal, arcs);
-    let change = least(&pieces);
+    let vanishing = extremal.given_duration.is_none().then(|| hamiltonian(extremal, arcs));
+    let change = least(&pieces, vanishing.as_ref());
     let mut moved = arcs.clone();
     moved.m += change.fixed_rows::<3>(0);
     moved.first.e += change.fixed_rows::<3>(3);
@@ -64,6 +68,31 @@ pub(crate) fn with_least_gap(extremal: &Extremal, arcs: &Arcs) -> Option<(Arcs, 
         switch.node.e += lanes.times(change.as_slice())[2];
     }
     Some((moved, gap(&pieces, &change, 0.0)))
+}
+
+/// A number that is linear in the change of the costates.
+struct Linear {
+    value: f64,
+    slope: Change,
+}
+
+impl Linear {
+    /// The smallest change that makes it vanish; none where it does not depend on the change.
+    fn nearest_zero(&self) -> Change {
+        let size = self.slope.norm_squared();
+        if size > 0.0 { -self.value / size * self.slope } else { Change::zeros() }
+    }
+}
+
+/// The Hamiltonian at the start.
+fn hamiltonian(extremal: &Extremal, arcs: &Arcs) -> Linear {
+    let (law, node) = (extremal.on_arc(&arcs.signs).at(&arcs.first.e), &arcs.first);
+    let minimum = node.e.dot(&law.torque) + law.running;
+    let push = node.pi.cross(&extremal.start_rate) + law.torque;
+    let mut slope = Change::zeros();
+    slope.fixed_rows_mut::<3>(0).copy_from(&extremal.start_rate);
+    slope.fixed_rows_mut::<3>(3).copy_from(&push);
+    Linear { value: extremal.hamiltonian(&arcs.m, node, minimum), slope }
 }
 
 /// All switching functions along the way, and how the nodes answer at the end of each arc.
@@ -150,12 +179,14 @@ impl Costates {
 }
 
 /// The change of the costates that makes the gap least.
-fn least(pieces: &[Piece]) -> Change {
+fn least(pieces: &[Piece], vanishing: Option<&Linear>) -> Change {
     let total: f64 = pieces.iter().map(|piece| piece.length).sum();
-    let (mut best, mut least) = (Change::zeros(), gap(pieces, &Change::zeros(), 0.0));
+    let first = vanishing.map_or_else(Change::zeros, Linear::nearest_zero);
+    let along = vanishing.map(|linear| linear.slope);
+    let (mut best, mut least) = (first, gap(pieces, &first, 0.0));
     let (mut change, mut mu) = (best, FIRST);
     while mu > LAST && mu * total > ADDED * least {
-        change = newton(pieces, change, mu);
+        change = newton(pieces, change, along.as_ref(), mu);
         let found = gap(pieces, &change, 0.0);
         if found < least {
             (best, least) = (change, found);
@@ -174,8 +205,8 @@ fn gap(pieces: &[Piece], change: &Change, mu: f64) -> f64 {
     pieces.iter().map(of).sum()
 }
 
-/// Newton on the smoothed gap, from a change of the costates.
-fn newton(pieces: &[Piece], from: Change, mu: f64) -> Change {
+/// Newton on the smoothed gap, from a change of the costates and across a direction.
+fn newton(pieces: &[Piece], from: Change, across: Option<&Change>, mu: f64) -> Change {
     let mut change = from;
     let mut last = gap(pieces, &change, mu);
     for _ in 0..MOST_ITERATIONS {
@@ -186,6 +217,10 @@ fn newton(pieces: &[Piece], from: Change, mu: f64) -> Change {
             gradient += piece.length * (s / root + piece.sign) * piece.slope;
             let bend = piece.length * mu * mu / (root * root * root);
             hessian += (bend * piece.slope) * piece.slope.transpose();
+        }
+        if let Some(unit) = across.and_then(|across| across.try_normalize(0.0)) {
+            let flat = SMatrix::<f64, 6, 6>::identity() - unit * unit.transpose();
+            (gradient, hessian) = (flat * gradient, flat * hessian * flat);
         }
         let open = OPEN * hessian.trace();
         hessian += SMatrix::<f64, 6, 6>::identity() * open;

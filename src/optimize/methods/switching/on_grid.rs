@@ -45,6 +45,8 @@ pub(crate) struct OnGrid {
     /// Of the last sweep: terminal conditions and stationarity.
     pub residual: f64,
     pub iterations: usize,
+    /// Whether the terminal conditions alone are met.
+    pub beside_optimum: bool,
 }
 
 /// A step of the grid: a part of an arc.
@@ -78,7 +80,17 @@ impl OnGrid {
         signs: Vec<Vec<f64>>,
         nodes: Vec<Node>,
     ) -> Self {
-        Self { m, lengths, steps, signs, nodes, torques: Vec::new(), residual: f64::NAN, iterations: 0 }
+        Self {
+            m,
+            lengths,
+            steps,
+            signs,
+            nodes,
+            torques: Vec::new(),
+            residual: f64::NAN,
+            iterations: 0,
+            beside_optimum: false,
+        }
     }
 
     pub fn duration(&self) -> f64 {

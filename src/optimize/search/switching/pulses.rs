@@ -43,15 +43,21 @@ pub(super) fn solve(
         shortest: shortest / units.time,
         input_of: levels.map(|level| input_of(problem, level)).collect(),
         thorough: context.settings.search == Thoroughness::Thorough,
+        sought: extremal.given_duration.is_none(),
     };
     context.enter(Rung::Pulses, "all", 0);
-    let found = search::search(extremal, &without.limits, &ask, &|| context.interrupt().is_some());
+    let mut found = search::search(extremal, &without.limits, &ask, &|| context.interrupt().is_some());
+    // A bound of what is sought; what is given has none.
+    let longest = problem.duration_at_most.filter(|_| ask.sought);
+    let allowed = |duration: f64| longest.is_none_or(|longest| duration * units.time <= longest);
+    found.best.retain(|best| allowed(best.schedule.duration));
     let outcome = if found.best.is_empty() { Outcome::Stalled } else { Outcome::Converged };
     context.note(Rung::Pulses, "all", 0, Report { outcome, iterations: found.tried, residuals: Vec::new() });
     if let Some(outcome) = context.interrupt() {
         return ended(solution, outcome, context);
     }
-    let least = without.limits.first().map_or(f64::NAN, |limit| limit.cost(extremal) * units.cost());
+    let cheapest = without.limits.iter().find(|limit| allowed(limit.duration())).or(without.limits.first());
+    let least = cheapest.map_or(f64::NAN, |limit| limit.cost(extremal) * units.cost());
     let (mut chosen, mut needed) = (None, None);
     for (index, best) in found.best.iter().enumerate() {
         context.enter(Rung::Aligned, "pulses", problem.steps);

@@ -9,14 +9,21 @@
 //! ```
 //!
 //! Costates are linear in `ℓ = (M, e_0)` where the torque is held. The Lagrangian of the fuel and of the terminal conditions has
-//! the derivative `∓2 s_j(t_j)` with respect to a time on or off.
+//! the derivative `∓2 s_j(t_j)` with respect to a time on or off. With respect to a duration that is sought it is the Hamiltonian at the end,
+//! which differs from that before the first pulse by the steps it makes where inputs switch:
+//!
+//! ```text
+//! ∂L/∂T = H(T) = H(0) − Σ_k ∂L/∂t_k ,      H(0) = p + M·Ω_0 + e_0·(Π_0×Ω_0 + τ_0)
+//! ```
+//!
+//! as moving all of the times later is to wait at the start.
 
 use super::super::arcs::{Arcs, Switch, over_arc};
 use super::super::extremal::Extremal;
 use super::super::flow::{Lanes, Node};
 use super::schedule::Schedule;
 use crate::{Matrix3, Vector3, lie};
-use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector6};
+use nalgebra::{DMatrix, DVector, RowVector6, SMatrix, SVector, Vector6};
 
 /// Lanes: `δM`, `δe` at the start, and `η`, `δΠ` there.
 const LANES: usize = 12;
@@ -45,6 +52,8 @@ pub(super) struct Motion<'a> {
     events: Vec<Event>,
     end: Node,
     end_flow: Lanes<LANES>,
+    /// At the end.
+    torque: Vector3,
 }
 
 /// The end of the motion against the terminal conditions.
@@ -81,14 +90,14 @@ impl<'a> Motion<'a> {
         let (m, e) = (Vector3::new(m0, m1, m2), Vector3::new(e0, e1, e2));
         let first = Node { r: Matrix3::identity(), pi: extremal.j * extremal.start_rate, e };
         let times = schedule.times();
-        let mut order: Vec<usize> = (0..times.len()).collect();
+        let mut order: Vec<usize> = (0..2 * schedule.pulses.len()).collect();
         order.sort_by(|a, b| times[*a].total_cmp(&times[*b]));
         let mut flow = Lanes::<LANES>::of_costate();
         for row in 0..6 {
             flow.0[row][6 + row] = 1.0;
         }
         // All levels off.
-        let mut torque = extremal.axes().iter().fold(extremal.middle, |sum, axis| sum - axis);
+        let mut torque = idle(extremal);
         let (mut node, mut now) = (first, 0.0);
         let mut events = Vec::with_capacity(order.len());
         let longest = longest * schedule.duration;
@@ -107,7 +116,7 @@ impl<'a> Motion<'a> {
             torque += jump(extremal, schedule, time);
         }
         let end = over(&node, &torque, schedule.duration - now, &mut flow);
-        Self { extremal, schedule, m, first, events, end, end_flow: flow }
+        Self { extremal, schedule, m, first, events, end, end_flow: flow, torque }
     }
 
     /// Disturbances of the state at the start that stand for times moved, one for each event; of the costate too, which are then
@@ -131,9 +140,14 @@ impl<'a> Motion<'a> {
         let mut to_end = SMatrix::<f64, 6, 6>::from_fn(|row, lane| flow.0[row][6 + lane]);
         let turned = of_log * to_end.fixed_rows::<3>(0);
         to_end.fixed_rows_mut::<3>(0).copy_from(&turned);
-        let mut jacobian = DMatrix::zeros(6, self.events.len());
+        let mut jacobian = DMatrix::zeros(6, self.count());
         for (event, disturbance) in self.events.iter().zip(self.disturbances()?) {
             jacobian.column_mut(event.time).copy_from(&(to_end * disturbance));
+        }
+        if let Some(last) = self.schedule.end() {
+            let [turning, momentum, _] = extremal.rate(&self.m, end, &self.torque);
+            jacobian.view_mut((0, last), (3, 1)).copy_from(&(of_log * turning));
+            jacobian.view_mut((3, last), (3, 1)).copy_from(&momentum);
         }
         let residual = Vector6::new(turn.x, turn.y, turn.z, momentum.x, momentum.y, momentum.z);
         let finite = residual.iter().chain(jacobian.iter()).all(|value| value.is_finite());
@@ -142,7 +156,7 @@ impl<'a> Motion<'a> {
 
     /// Derivatives of the Lagrangian; `None` where a number is not finite.
     pub fn curvature(&self) -> Option<Curvature> {
-        let count = self.events.len();
+        let count = self.count();
         let mut of_costates = DMatrix::zeros(count, 6);
         let mut hessian = DMatrix::zeros(count, count);
         // The disturbance of the costate at the start that leaves it as it was at the event.
@@ -167,8 +181,21 @@ impl<'a> Motion<'a> {
             hessian[(event.time, event.time)] = weight * axis.dot(&rate);
             moved.push((event.time, event.at, state, costate));
         }
+        if let Some(last) = self.schedule.end() {
+            let (rate, momentum) = (self.extremal.start_rate, self.first.pi);
+            let push = momentum.cross(&rate) + idle(self.extremal);
+            let before = RowVector6::new(rate.x, rate.y, rate.z, push.x, push.y, push.z);
+            let (costates, all) = (before - of_costates.row_sum(), -hessian.row_sum());
+            of_costates.row_mut(last).copy_from(&costates);
+            hessian.row_mut(last).copy_from(&all);
+        }
         let finite = of_costates.iter().chain(hessian.iter()).all(|value| value.is_finite());
         finite.then_some(Curvature { of_costates, hessian })
+    }
+
+    /// Of the times.
+    fn count(&self) -> usize {
+        self.events.len() + usize::from(self.schedule.sought)
     }
 
     /// The arcs between the times.
@@ -198,10 +225,18 @@ impl<'a> Motion<'a> {
 /// `g`: what the times cost, to first order.
 pub(super) fn gradient(extremal: &Extremal, schedule: &Schedule) -> DVector<f64> {
     let of = |time: usize| {
+        if schedule.end() == Some(time) {
+            return extremal.price_of_time();
+        }
         let cost = 2.0 * extremal.costs[schedule.pulses[time / 2].level];
         if time.is_multiple_of(2) { -cost } else { cost }
     };
-    DVector::from_fn(2 * schedule.pulses.len(), |time, _| of(time))
+    DVector::from_fn(schedule.times().len(), |time, _| of(time))
+}
+
+/// The torque while all levels are off.
+fn idle(extremal: &Extremal) -> Vector3 {
+    extremal.axes().iter().fold(extremal.middle, |sum, axis| sum - axis)
 }
 
 /// By how much the torque changes at a time.

@@ -59,7 +59,7 @@ pub(crate) fn placed(extremal: &Extremal, best: &Best, ask: &Ask, steps: usize) 
     let times = schedule.times();
     let inside = |time: &usize| times[*time] > 0.0 && times[*time] < schedule.duration;
     // The times of the switches, in their order.
-    let mut order: Vec<usize> = (0..times.len()).filter(inside).collect();
+    let mut order: Vec<usize> = (0..2 * schedule.pulses.len()).filter(inside).collect();
     order.sort_by(|a, b| times[*a].total_cmp(&times[*b]));
     let lengths: Vec<f64> = arcs.arcs().iter().map(|(_, start, end, _)| end - start).collect();
     let common: Vec<bool> = lengths.iter().map(|length| *length < COMMON * schedule.duration).collect();
@@ -84,16 +84,19 @@ pub(crate) fn placed(extremal: &Extremal, best: &Best, ask: &Ask, steps: usize) 
             .collect();
         let kept: Vec<usize> = (0..lengths.len()).filter(|arc| counts[*arc] > 0).collect();
         let matrix = ties.matrix();
-        // Rows of D: the end of an arc less its start; the ends of the maneuver stand still.
+        // Rows of D: the end of an arc less its start; the ends of the maneuver stand still, but for one that is sought.
         let of_length = DMatrix::from_fn(kept.len(), matrix.ncols(), |row, free| {
             let arc = kept[row];
-            let end = order.get(arc).map_or(0.0, |time| matrix[(*time, free)]);
+            let end = order.get(arc).copied().or(schedule.end()).map_or(0.0, |time| matrix[(time, free)]);
             let start = arc.checked_sub(1).map_or(0.0, |before| matrix[(order[before], free)]);
             end - start
         });
         let snapped = ties.snapped(&times);
         for (switch, time) in arcs.switches.iter_mut().zip(&order) {
             switch.time = snapped[*time];
+        }
+        if let Some(end) = schedule.end() {
+            arcs.duration = snapped[end];
         }
         let first = of_arcs(extremal, &arcs, &counts);
         let solved = stationary(first.clone(), extremal, &of_length, true);
@@ -104,7 +107,8 @@ pub(crate) fn placed(extremal: &Extremal, best: &Best, ask: &Ask, steps: usize) 
             let arc = kept[negative];
             if arc == 0 || arc == order.len() {
                 // Beyond an end: it is held there.
-                let outside = if arc == 0 { (None, Some(order[0])) } else { (Some(order[arc - 1]), None) };
+                let outside =
+                    if arc == 0 { (None, Some(order[0])) } else { (Some(order[arc - 1]), schedule.end()) };
                 let held = bounds.iter().position(|bound| (bound.a, bound.b) == outside).ok_or(none)?;
                 (acting[held], joined[arc]) = (true, true);
             } else if exchanged[arc] {
@@ -127,6 +131,9 @@ pub(crate) fn placed(extremal: &Extremal, best: &Best, ask: &Ask, steps: usize) 
                 index += 1;
             }
             found[*time] = clock;
+        }
+        if let Some(end) = schedule.end() {
+            found[end] = grid.duration();
         }
         let at = |time: Option<usize>| time.map_or(0.0, |time| found[time]);
         let violated = bounds.iter().zip(&acting).position(|(bound, acts)| {
@@ -178,7 +185,7 @@ fn stationary(
         let merit = if together { whole } else { size(&residual.rows(0, 6).into_owned()) };
         if merit < CONVERGED && merit >= 0.1 * last {
             grid.torques = found.torques;
-            (grid.residual, grid.iterations) = (whole, iteration);
+            (grid.residual, grid.iterations, grid.beside_optimum) = (whole, iteration, !together);
             let near = grid
                 .lengths
                 .iter()

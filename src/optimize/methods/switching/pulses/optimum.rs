@@ -9,6 +9,7 @@ use super::super::extremal::Extremal;
 use super::motion::{Miss, Motion, gradient};
 use super::quadratic::{Bound, Quadratic};
 use super::schedule::{Ask, Schedule};
+use super::ties::settled;
 use nalgebra::{DMatrix, DVector};
 
 /// The end is met, scaled.
@@ -219,19 +220,15 @@ pub(crate) fn best_arcs(extremal: &Extremal, arcs: &Arcs) -> Option<Arcs> {
     let mut best = best_times(extremal, &first, &ask)?;
     let mut kept = best.schedule.clone().joined(vanished);
     kept.pulses.retain(|pulse| pulse.length() > vanished);
-    // What is on from the start or to the end does not switch there.
-    for pulse in kept.pulses.iter_mut().chain(&mut best.schedule.pulses) {
-        if pulse.on < vanished {
-            pulse.on = 0.0;
-        }
-        if pulse.off > arcs.duration - vanished {
-            pulse.off = arcs.duration;
-        }
-    }
     if kept.pulses.len() < best.schedule.pulses.len() {
         best = best_times(extremal, &kept, &ask)?;
     }
-    Some(Motion::fine(extremal, &best.schedule, &best.costates).arcs())
+    // What is on from the start or to the end does not switch there.
+    let (schedule, costates) = match settled(extremal, &best, &ask) {
+        Some(settled) => (settled.schedule, settled.costates),
+        None => (best.schedule, best.costates),
+    };
+    Some(Motion::fine(extremal, &schedule, &costates).arcs())
 }
 
 fn array(values: &DVector<f64>) -> [f64; 6] {

@@ -1,7 +1,8 @@
 //! Pulses of inputs that are off or at a limit, and what their times must keep to.
 //!
 //! Of every input the times rise, `0 ≤ on_1 < off_1 ≤ on_2 < … ≤ T`, and a pulse lasts at least so long: bounds of differences of
-//! times, whatever the other inputs do. An input of both signs is two levels of the extremal that take turns.
+//! times, whatever the other inputs do. An input of both signs is two levels of the extremal that take turns. Where the duration is
+//! sought it is one more of the times, the last.
 
 use super::super::arcs::Arcs;
 use super::super::extremal::Extremal;
@@ -17,12 +18,15 @@ pub(crate) struct Ask {
     pub input_of: Vec<usize>,
     /// Whether many more schedules are tried.
     pub thorough: bool,
+    /// Whether the duration is sought.
+    pub sought: bool,
 }
 
 impl Ask {
     /// Pulses of any length, of every level by itself.
     pub fn free(extremal: &Extremal) -> Self {
-        Self { shortest: 0.0, input_of: (0..extremal.switching_count()).collect(), thorough: false }
+        let input_of = (0..extremal.switching_count()).collect();
+        Self { shortest: 0.0, input_of, thorough: false, sought: extremal.given_duration.is_none() }
     }
 }
 
@@ -54,6 +58,8 @@ impl Pulse {
 pub(crate) struct Schedule {
     pub pulses: Vec<Pulse>,
     pub duration: f64,
+    /// Whether the duration is sought.
+    pub sought: bool,
 }
 
 impl Schedule {
@@ -105,18 +111,25 @@ impl Schedule {
                 first.on = first.on.max(0.0);
             }
         }
-        Some(Self { pulses: joined, duration })
+        Some(Self { pulses: joined, duration, sought: ask.sought })
     }
 
-    /// What its inputs cost.
+    /// What its inputs cost, and its duration where that is sought.
     pub fn cost(&self, extremal: &Extremal) -> f64 {
-        self.pulses.iter().map(|pulse| 2.0 * extremal.costs[pulse.level] * pulse.length()).sum()
+        let fuel: f64 =
+            self.pulses.iter().map(|pulse| 2.0 * extremal.costs[pulse.level] * pulse.length()).sum();
+        if self.sought { fuel + extremal.price_of_time() * self.duration } else { fuel }
     }
 
-    /// Times in the order of the pulses, on before off.
+    /// Times in the order of the pulses, on before off; and the duration where it is sought.
     pub fn times(&self) -> DVector<f64> {
-        let times: Vec<f64> = self.pulses.iter().flat_map(|pulse| [pulse.on, pulse.off]).collect();
-        DVector::from_vec(times)
+        let times = self.pulses.iter().flat_map(|pulse| [pulse.on, pulse.off]);
+        DVector::from_vec(times.chain(self.sought.then_some(self.duration)).collect())
+    }
+
+    /// Which of the times is the duration.
+    pub fn end(&self) -> Option<usize> {
+        self.sought.then_some(2 * self.pulses.len())
     }
 
     /// The same pulses at other times.
@@ -124,6 +137,9 @@ impl Schedule {
         let mut next = self.clone();
         for (index, pulse) in next.pulses.iter_mut().enumerate() {
             (pulse.on, pulse.off) = (times[2 * index], times[2 * index + 1]);
+        }
+        if let Some(end) = self.end() {
+            next.duration = times[end];
         }
         next
     }
@@ -139,7 +155,8 @@ impl Schedule {
             bounds.push(Bound { a, b: Some(on), least: 0.0 });
             bounds.push(Bound { a: Some(on), b: Some(off), least: ask.shortest });
             if !self.pulses.get(index + 1).is_some_and(same) {
-                bounds.push(Bound { a: Some(off), b: None, least: -self.duration });
+                let least = if self.sought { 0.0 } else { -self.duration };
+                bounds.push(Bound { a: Some(off), b: self.end(), least });
             }
         }
         bounds

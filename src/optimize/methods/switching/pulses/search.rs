@@ -103,18 +103,18 @@ pub(crate) fn search(extremal: &Extremal, limits: &[Limit], ask: &Ask, stop: &dy
 
 /// Schedules to start from, no two alike.
 fn starts(extremal: &Extremal, limits: &[Limit], ask: &Ask) -> Vec<Schedule> {
-    let Some(duration) = extremal.given_duration else { return Vec::new() };
-    let mut sources: Vec<Vec<Pulse>> = Vec::new();
+    let Some(best) = limits.first() else { return Vec::new() };
+    let mut sources: Vec<(Vec<Pulse>, f64)> = Vec::new();
+    let of = |arcs: &Arcs| (Schedule::of_arcs(arcs), arcs.duration);
     for limit in limits.iter().take(MOST_EXTREMALS) {
-        sources.extend(limit.arcs.iter().map(|(arcs, _)| Schedule::of_arcs(arcs)));
+        sources.extend(limit.arcs.iter().map(|(arcs, _)| of(arcs)));
     }
     for limit in limits.iter().take(MOST_EXTREMALS).filter(|limit| limit.arcs.is_none()) {
-        sources.extend(limit.looser.last().map(|(arcs, _)| Schedule::of_arcs(arcs)));
-        let smooth = Arcs::of_pulses(extremal, &limit.smooth.path, limit.smooth.epsilon, 1);
-        sources.push(Schedule::of_arcs(&smooth));
+        sources.extend(limit.looser.last().map(|(arcs, _)| of(arcs)));
+        sources.push(of(&Arcs::of_pulses(extremal, &limit.smooth.path, limit.smooth.epsilon, 1)));
     }
     let mut starts: Vec<Schedule> = Vec::new();
-    let mut add = |pulses: Vec<Pulse>| {
+    let mut add = |pulses: Vec<Pulse>, duration: f64| {
         if let Some(schedule) = Schedule::kept(pulses, duration, ask)
             && !starts.iter().any(|known| alike(known, &schedule))
         {
@@ -123,13 +123,13 @@ fn starts(extremal: &Extremal, limits: &[Limit], ask: &Ask) -> Vec<Schedule> {
     };
     for (index, joined) in JOINED.iter().enumerate() {
         for dropped in &DROPPED {
-            for source in &sources {
-                add(quantised(source, joined * ask.shortest, dropped * ask.shortest));
+            for (source, duration) in &sources {
+                add(quantised(source, joined * ask.shortest, dropped * ask.shortest), *duration);
             }
         }
         if index == 0 {
-            for turn in about_the_axis(extremal, duration, ask) {
-                add(turn);
+            for turn in about_the_axis(extremal, best.duration(), ask) {
+                add(turn, best.duration());
             }
         }
     }
@@ -142,7 +142,8 @@ fn alike(a: &Schedule, b: &Schedule) -> bool {
         a.level == b.level
             && (a.middle() - b.middle()).abs() + (a.length() - b.length()).abs() < 1e-3 * (1.0 + a.length())
     };
-    a.pulses.len() == b.pulses.len() && a.pulses.iter().zip(&b.pulses).all(near)
+    let last = (a.duration - b.duration).abs() < 1e-3 * a.duration;
+    last && a.pulses.len() == b.pulses.len() && a.pulses.iter().zip(&b.pulses).all(near)
 }
 
 /// Pulses with a gap below `joined` between them made one of the same area and centroid, and then those shorter than `dropped` left out.
@@ -240,14 +241,13 @@ fn at_random(
     stop: &dyn Fn() -> bool,
     found: &mut Found,
 ) {
-    let Some(duration) = extremal.given_duration else { return };
     let mut random = Stream::new(0, 0, 0);
     let few = if ask.thorough { MOST_RANDOM } else { RANDOM };
     for index in 0..MOST_RANDOM {
         if stop() || (index >= few && !found.best.is_empty()) || starts.is_empty() {
             return;
         }
-        let mut pulses = starts[index % starts.len()].pulses.clone();
+        let Schedule { mut pulses, duration, .. } = starts[index % starts.len()].clone();
         for pulse in &mut pulses {
             let (later, longer) = (random.unit() - 0.5, random.unit());
             let moved = 2.0 * MOVED * duration * later;
@@ -296,7 +296,7 @@ fn changed(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool, found: &mut 
 
 /// Schedules with one pulse less, two joined, or one more where the maximum principle would have one.
 fn neighbours(extremal: &Extremal, best: &Best, ask: &Ask) -> Vec<Schedule> {
-    let Schedule { pulses, duration } = &best.schedule;
+    let Schedule { pulses, duration, .. } = &best.schedule;
     let mut all = Vec::new();
     let shortest = |pulse: &Pulse| pulse.length() < ask.shortest + DISTINCT * duration;
     // Those that would be shorter first.

@@ -1,7 +1,7 @@
 //! Derivatives of the motion under pulses against finite differences, quadratic programs against their conditions, and ties.
 
 use super::motion::{Motion, gradient};
-use super::on_grid::placed;
+use super::on_grid::{Placed, placed};
 use super::optimum::best_times;
 use super::quadratic::{Bound, Quadratic};
 use super::schedule::{Ask, Pulse, Schedule};
@@ -35,7 +35,7 @@ fn extremal() -> Extremal {
 }
 
 fn ask() -> Ask {
-    Ask { shortest: 0.2, input_of: vec![0, 0, 1, 1, 2, 2], thorough: false }
+    Ask { shortest: 0.2, input_of: vec![0, 0, 1, 1, 2, 2], thorough: false, sought: false }
 }
 
 fn schedule() -> Schedule {
@@ -49,7 +49,15 @@ fn schedule() -> Schedule {
         pulse(4, 0.63, 1.45),
         pulse(5, 4.04, 4.68),
     ];
-    Schedule { pulses, duration: DURATION }
+    Schedule { pulses, duration: DURATION, sought: false }
+}
+
+/// The same where the duration is sought, at a price.
+fn sought() -> (Extremal, Schedule, Ask) {
+    let extremal = extremal();
+    let time_price = 0.3 + extremal.costs.iter().sum::<f64>();
+    let extremal = Extremal { given_duration: None, time_price, ..extremal };
+    (extremal, Schedule { sought: true, ..schedule() }, Ask { sought: true, ..ask() })
 }
 
 /// Central differences of a vector of the times.
@@ -71,38 +79,45 @@ fn differences(times: &DVector<f64>, of: impl Fn(&DVector<f64>) -> DVector<f64>)
 #[test]
 fn a_pulse_that_is_off_again_at_the_start_is_none() {
     let extremal = extremal();
-    let Schedule { mut pulses, duration } = schedule();
-    let without = Motion::fine(&extremal, &Schedule { pulses: pulses.clone(), duration }, &[0.0; 6]).arcs();
-    pulses.push(Pulse { level: 1, on: 0.0, off: 0.0 });
-    let with = Motion::fine(&extremal, &Schedule { pulses, duration }, &[0.0; 6]).arcs();
+    let mut schedule = schedule();
+    let without = Motion::fine(&extremal, &schedule, &[0.0; 6]).arcs();
+    schedule.pulses.push(Pulse { level: 1, on: 0.0, off: 0.0 });
+    let with = Motion::fine(&extremal, &schedule, &[0.0; 6]).arcs();
     assert_eq!(with.signs, without.signs);
     assert_eq!(with.switches.len(), without.switches.len());
 }
 
 #[test]
 fn the_end_answers_to_the_times_as_finite_differences_say() {
-    let (extremal, schedule) = (extremal(), schedule());
-    let end = |times: &DVector<f64>| {
-        let miss = Motion::of(&extremal, &schedule.at(times), &[0.0; 6]).miss().unwrap();
-        DVector::from_column_slice(miss.residual.as_slice())
-    };
-    let found = Motion::of(&extremal, &schedule, &[0.0; 6]).miss().unwrap().jacobian;
-    let apart = (&found - differences(&schedule.times(), end)).amax();
-    // The error of the differences is a third derivative times 4e-10 / 6.
-    assert!(apart < 1e-8, "{apart:e}");
+    let (sought, with_duration, _) = sought();
+    for (extremal, schedule) in [(extremal(), schedule()), (sought, with_duration)] {
+        let end = |times: &DVector<f64>| {
+            let miss = Motion::fine(&extremal, &schedule.at(times), &[0.0; 6]).miss().unwrap();
+            DVector::from_column_slice(miss.residual.as_slice())
+        };
+        let found = Motion::fine(&extremal, &schedule, &[0.0; 6]).miss().unwrap().jacobian;
+        let apart = (&found - differences(&schedule.times(), end)).amax();
+        // The error of the differences is a third derivative times 4e-10 / 6.
+        assert!(apart < 1e-8, "{apart:e}");
+    }
 }
 
 #[test]
 fn the_lagrangian_answers_to_the_times_as_finite_differences_say() {
-    let (extremal, schedule) = (extremal(), schedule());
+    lagrangian_answers(&extremal(), &schedule());
+    let (extremal, schedule, _) = sought();
+    lagrangian_answers(&extremal, &schedule);
+}
+
+fn lagrangian_answers(extremal: &Extremal, schedule: &Schedule) {
     let costates = [0.3, -0.7, 0.4, -0.9, 0.5, 0.8];
-    let cost = gradient(&extremal, &schedule);
+    let cost = gradient(extremal, schedule);
     let slope = |times: &DVector<f64>| {
         let schedule = schedule.at(times);
-        let curvature = Motion::of(&extremal, &schedule, &costates).curvature().unwrap();
+        let curvature = Motion::of(extremal, &schedule, &costates).curvature().unwrap();
         &cost + curvature.of_costates * DVector::from_column_slice(&costates)
     };
-    let motion = Motion::of(&extremal, &schedule, &costates);
+    let motion = Motion::of(extremal, schedule, &costates);
     let curvature = motion.curvature().unwrap();
     let apart = (&curvature.hessian - differences(&schedule.times(), slope)).amax();
     assert!(apart < 1e-8, "{apart:e}");
@@ -188,15 +203,41 @@ fn times_hang_on_the_bounds_that_act() {
 #[test]
 fn best_times_meet_the_end_and_their_grid_is_stationary() {
     let (extremal, ask) = (extremal(), ask());
-    let first = Schedule::kept(schedule().pulses, DURATION, &ask).unwrap();
-    let best = best_times(&extremal, &first, &ask).expect("a schedule that meets the end");
-    assert!(best.cost < first.cost(&extremal) * 2.0);
-    let miss = Motion::of(&extremal, &best.schedule, &best.costates).miss().unwrap();
-    assert!(miss.residual.norm() < 1e-9);
-    let placed = placed(&extremal, &best, &ask, 200).expect("a grid");
-    assert!(placed.grid.residual < 1e-12, "{}", placed.grid.residual);
+    let placed = placed_well(&extremal, &ask);
     assert!((placed.grid.duration() / DURATION - 1.0).abs() < 1e-14);
+}
+
+fn placed_well(extremal: &Extremal, ask: &Ask) -> Placed {
+    let first = Schedule::kept(schedule().pulses, DURATION, ask).unwrap();
+    let best = best_times(extremal, &first, ask).expect("a schedule that meets the end");
+    assert!(best.cost < first.cost(extremal) * 2.0);
+    let miss = Motion::of(extremal, &best.schedule, &best.costates).miss().unwrap();
+    assert!(miss.residual.norm() < 1e-9);
+    let placed = placed(extremal, &best, ask, 200).expect("a grid");
+    assert!(placed.grid.residual < 1e-12, "{}", placed.grid.residual);
     for pulse in &placed.schedule.pulses {
         assert!(pulse.length() >= ask.shortest - 1e-13);
     }
+    placed
+}
+
+#[test]
+fn a_sought_duration_is_the_best_of_those_that_are_given() {
+    let (extremal, _, ask) = sought();
+    let found = placed_well(&extremal, &ask);
+    let (duration, cost) = (found.schedule.duration, found.schedule.cost(&extremal));
+    assert!((duration / DURATION - 1.0).abs() > 0.01, "{duration}");
+    // The same pulses in a given duration, a price for it included.
+    let given = |duration: f64| {
+        let extremal = Extremal { given_duration: Some(duration), ..extremal.clone() };
+        let ask = Ask { sought: false, ..ask.clone() };
+        let first = Schedule::kept(found.schedule.pulses.clone(), duration, &ask).unwrap();
+        best_times(&extremal, &first, &ask).unwrap().cost + extremal.price_of_time() * duration
+    };
+    assert!((given(duration) / cost - 1.0).abs() < 1e-9);
+    let [shorter, longer] = [0.99, 1.01].map(|part| given(part * duration));
+    assert!(shorter > cost && longer > cost, "{shorter} {cost} {longer}");
+    // A tenth of the way from the minimum gains a hundredth: it is stationary there.
+    let near = given(1.001 * duration) - cost;
+    assert!(near < 0.03 * (longer - cost), "{near:e} {:e}", longer - cost);
 }

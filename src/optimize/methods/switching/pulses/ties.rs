@@ -42,12 +42,22 @@ pub(super) struct Ties {
 impl Ties {
     /// Those of the bounds that act; one of them for each of `bounds`.
     pub fn of(schedule: &Schedule, bounds: &[Bound], acting: &[bool]) -> Self {
-        let mut ties =
-            Self { hung: vec![Hung { free: None, offset: 0.0 }; 2 * schedule.pulses.len()], free: 0 };
+        let none = Hung { free: None, offset: 0.0 };
+        let mut ties = Self { hung: vec![none; schedule.times().len()], free: 0 };
+        let end = schedule.end();
+        if let Some(end) = end {
+            ties.hung[end].free = Some(0);
+            ties.free = 1;
+        }
         for (bound, acts) in bounds.iter().zip(acting) {
             match (bound.a, bound.b) {
+                (Some(a), Some(b)) if end == Some(b) => {
+                    if *acts {
+                        ties.join(a, b);
+                    }
+                }
                 (a, Some(b)) if *acts => {
-                    let from = a.map_or(Hung { free: None, offset: 0.0 }, |a| ties.hung[a]);
+                    let from = a.map_or(none, |a| ties.hung[a]);
                     ties.hung[b] = Hung { offset: from.offset + bound.least, ..from };
                 }
                 (_, Some(b)) => {
