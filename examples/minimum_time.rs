@@ -8,7 +8,7 @@
 //! the axes of boxes by 60 to 180°, with limits alike and not. The default answer beside the best of a thorough search in these
 //! axes of the body and in others, which are the same maneuver.
 //!
-//! `cargo run --release --example minimum_time -- random [COUNT]`: full inertias of random triangles, ratio at most 10, about random
+//! `cargo run --release --example minimum_time -- random [COUNT [FIRST]]`: full inertias of random triangles, ratio at most 10, about random
 //! axes; limits within a factor of 5; uniform attitudes; rates at both ends up to 1 in the unit of time. 2000 by default. The plan,
 //! when there is one, has passed the witnesses.
 
@@ -50,7 +50,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         return plain(words.next().map_or(Ok(1), |word| word.parse())?);
     }
     if words.next_if(|word| word == "random").is_some() {
-        return any(words.next().map_or(Ok(2000), |word| word.parse())?);
+        let mut number = |default| words.next().map_or(Ok(default), |word| word.parse());
+        return any(number(2000)?, number(0)?);
     }
     let count = words.next().map_or(Ok(usize::MAX), |word| word.parse())?;
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/minimum_time");
@@ -208,11 +209,14 @@ fn plain(every: usize) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Any body, limits, attitudes and rates.
-fn any(count: usize) -> Result<(), Box<dyn Error>> {
+/// Any body, limits, attitudes and rates; those before the first are drawn, and passed over.
+fn any(count: usize, first: usize) -> Result<(), Box<dyn Error>> {
     let mut random = Random::new(2026);
     let (mut solve_ms, mut solved) = (Vec::new(), 0);
-    for index in 0..count {
+    for _ in 0..first {
+        drawn(&mut random)?;
+    }
+    for index in first..first + count {
         let problem = drawn(&mut random)?;
         let plan = plan(&problem, &Settings::default(), None, &mut Silent)?;
         solve_ms.push(plan.solution.solve_time * 1e3);

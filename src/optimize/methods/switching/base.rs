@@ -28,6 +28,14 @@ const LEAST_UNBALANCING: f64 = 0.02;
 const STRETCH: f64 = 1.3;
 const LEAST_STRETCH: f64 = 1.01;
 
+/// Parts of the duration of the first level that are given on the way to one that is sought.
+const DURATIONS: [f64; 5] = [0.5, 0.7, 1.0, 1.5, 2.2];
+
+/// What is left of a duration that is cut at once, and what is too much; and the largest ε of a first path.
+const CUT: f64 = 0.8;
+const LEAST_CUT: f64 = 0.99;
+const LARGEST_EPSILON: f64 = 100.0;
+
 /// ε at which branches are told apart.
 pub(super) const BRANCHING: f64 = 0.3;
 
@@ -115,11 +123,7 @@ fn duration_at(extremal: &Extremal, inverse: &Matrix3, phi: &Vector3, level: f64
 
 /// A path for the rotation vector `phi`, of the given duration or by one of the levels.
 fn guess(extremal: &Extremal, phi: &Vector3, try_index: usize) -> Option<Smoothed> {
-    let authority = match &extremal.law {
-        Law::Inputs(axes) => axes.iter().map(|axis| axis * axis.transpose()).sum::<Matrix3>(),
-        Law::Norm(_) => Matrix3::identity(),
-    };
-    let inverse = authority.try_inverse()?;
+    let inverse = extremal.authority().try_inverse()?;
     let (start, end) = (extremal.start_rate, extremal.end_rate);
     let (duration, mut epsilon) = match extremal.given_duration {
         Some(duration) => (duration, EASY[try_index]),
@@ -244,6 +248,61 @@ fn through_bodies(
         }
     }
     Some(at)
+}
+
+/// Smoothed extremals of minimum time for the rotation vector `phi` by way of given durations, where the levels lead nowhere: fast
+/// bodies whose gyroscopic torques are of the size of the limits.
+///
+/// Of a given duration the smoothed extremal is one of nearly the least effort at a large ε, which cubic angles are near; a
+/// longer one leads to other paths.
+pub(super) fn by_durations(extremal: &Extremal, phi: &Vector3, sweeps: &mut usize) -> Vec<Smoothed> {
+    let usual = extremal.authority().try_inverse();
+    let Some(usual) = usual.and_then(|inverse| duration_at(extremal, &inverse, phi, LEVELS[0])) else {
+        return Vec::new();
+    };
+    let mut found = Vec::new();
+    for (part, rates) in DURATIONS.iter().flat_map(|part| [(part, false), (part, true)]) {
+        let given = Extremal { given_duration: Some(part * usual), ..extremal.clone() };
+        let of_given = through_bodies(&given, phi, 0, rates, sweeps);
+        let sought = of_given.and_then(|path| sought(extremal, path, sweeps));
+        let at_branching =
+            sought.map(|one| descend(extremal, &one, BRANCHING.min(one.epsilon), &Bias::default(), sweeps));
+        found.extend(at_branching.and_then(Result::ok));
+    }
+    found
+}
+
+/// A smoothed extremal of minimum time from one of a given duration.
+///
+/// Times a factor for its costates and ε it stays one of that duration, as no input costs anything but by smoothing. So the factor is
+/// taken at which the Hamiltonian vanishes; where more time would need more effort there is none, and the duration is cut.
+fn sought(extremal: &Extremal, mut at: Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
+    let mut cut = CUT;
+    while cut < LEAST_CUT {
+        let end = at.path.nodes[at.path.intervals()];
+        let minimum = extremal.smooth(&end.e, at.epsilon, &Vector3::zeros()).minimum;
+        let factor =
+            extremal.time_price / (extremal.time_price - extremal.hamiltonian(&at.path.m, &end, minimum));
+        if factor > 0.0 && factor * at.epsilon < LARGEST_EPSILON {
+            let mut sought = at.clone();
+            sought.epsilon *= factor;
+            sought.path.m *= factor;
+            for node in &mut sought.path.nodes {
+                node.e *= factor;
+            }
+            if let Some(found) = relaxed(extremal, &sought, sweeps) {
+                return Some(found);
+            }
+        }
+        let mut shorter = at.clone();
+        shorter.path.duration *= cut;
+        let given = Extremal { given_duration: Some(shorter.path.duration), ..extremal.clone() };
+        match relaxed(&given, &shorter, sweeps) {
+            Some(found) => at = found,
+            None => cut = cut.sqrt(),
+        }
+    }
+    None
 }
 
 /// Smoothed extremals for the rotation vector `phi`, at the ε where branches are told apart: one, or where fuel counts and the

@@ -3,9 +3,9 @@
 //! A symmetric maneuver's unbiased path stays on its symmetric branch, a saddle; a bias of the switching functions tips
 //! it off where branches part, and vanishes with ε.
 
-use super::base::{BRANCHING, bases, relaxed, stretched, unbalanced};
+use super::base::{BRANCHING, bases, by_durations, relaxed, stretched, unbalanced};
 use super::extremal::{Bias, Extremal};
-use super::smooth::{Smooth, Smoothed, descend};
+use super::smooth::{Smooth, Smoothed, descend, descend_steeply};
 use crate::maneuver::problem::Path as Way;
 use crate::maneuver::settings::Thoroughness;
 use crate::{Vector3, lie};
@@ -29,8 +29,14 @@ const FAST: f64 = 0.3;
 /// ε at which branches are compared, for an angle of a radian and more.
 const COMPARED: f64 = 0.008;
 
-/// The same where fuel counts.
+/// Times this, the ε at which a bias has done its work: branches have parted, and Newton goes on without it.
+const PARTED: f64 = 5.5;
+
+/// ε at which branches are compared where fuel counts.
 const COMPARED_FUEL: f64 = 0.02;
+
+/// ε at and below which a branch that turns back is still of use.
+const FOLDED: f64 = 0.05;
 
 /// A base that costs more than the best by this is no rival; and where fuel counts and the duration is sought.
 const RIVAL_BASE: f64 = 1.15;
@@ -192,32 +198,67 @@ fn branches_of(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool, sweeps: 
     let sought_fuel = extremal.counts_fuel() && extremal.given_duration.is_none();
     let limit = if sought_fuel { RIVAL_BASE_FUEL } else { RIVAL_BASE } * least(&from);
     from.retain(|one| one.cost(extremal) <= limit);
-    let angle = lie::log(&extremal.end_attitude).norm();
-    // Switching functions of minimum time grow with the angle; those of fuel are of the size of its price.
-    let target = if extremal.counts_fuel() { COMPARED_FUEL } else { COMPARED * angle.clamp(0.03, 1.0) };
-    let mut found: Vec<Smoothed> = Vec::new();
-    for from in &from {
-        for bias in biases(extremal, ask.thoroughness) {
-            if stop() {
-                break;
-            }
-            let Ok(reached) = descend(extremal, from, target.min(BRANCHING), &bias, sweeps) else { continue };
-            let smooth =
-                Smooth { extremal, epsilon: reached.epsilon, bias: Bias::default(), accurate: false };
-            // Fuel tells branches apart less sharply than time.
-            let tolerance =
-                if extremal.counts_fuel() { 1e-5 } else { (0.1 * reached.epsilon).clamp(1e-4, 1e-2) };
-            let Some(path) = smooth.solve(reached.path, tolerance, 20, sweeps) else {
-                continue;
-            };
-            let one = Smoothed { path, epsilon: reached.epsilon };
-            if !found.iter().any(|known| same(extremal, known, &one)) {
-                found.push(one);
-            }
+    let (mut found, mut folded) = descended(extremal, ask, &from, stop, sweeps);
+    if found.is_empty() && !extremal.counts_fuel() && extremal.given_duration.is_none() {
+        let mut more: Vec<Smoothed> = Vec::new();
+        for phi in ways(extremal, &ask.path).iter().take_while(|_| !stop()) {
+            by_durations(extremal, phi, sweeps).into_iter().for_each(|found| add(found, &mut more));
+        }
+        let (found_more, folded_more) = descended(extremal, ask, &more, stop, sweeps);
+        found = found_more;
+        folded.extend(folded_more);
+        // Arcs may be near where a smoothed extremal turns back.
+        if found.is_empty() {
+            let unbiased = folded.iter().filter_map(|one| unbiased(extremal, one, sweeps));
+            unbiased.for_each(|one| add(one, &mut found));
         }
     }
     found.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
     found
+}
+
+/// Distinct extremals at a small ε that bases lead to, unbiased and tipped; and where those that do not come so far turn back.
+fn descended(
+    extremal: &Extremal,
+    ask: &Ask,
+    from: &[Smoothed],
+    stop: &dyn Fn() -> bool,
+    sweeps: &mut usize,
+) -> (Vec<Smoothed>, Vec<Smoothed>) {
+    let angle = lie::log(&extremal.end_attitude).norm();
+    // Switching functions of minimum time grow with the angle; those of fuel are of the size of its price.
+    let target = if extremal.counts_fuel() { COMPARED_FUEL } else { COMPARED * angle.clamp(0.03, 1.0) };
+    let (mut found, mut folded) = (Vec::new(), Vec::new());
+    for from in from {
+        for bias in biases(extremal, ask.thoroughness) {
+            if stop() {
+                break;
+            }
+            let reached = if extremal.counts_fuel() || !bias.tips() {
+                descend(extremal, from, target.min(BRANCHING), &bias, sweeps)
+            } else {
+                descend_steeply(extremal, from, (PARTED * target).min(BRANCHING), &bias, sweeps)
+            };
+            match reached {
+                Ok(reached) => {
+                    let one =
+                        unbiased(extremal, &Smoothed { epsilon: target.min(BRANCHING), ..reached }, sweeps);
+                    found.extend(one.filter(|one| !found.iter().any(|known| same(extremal, known, one))));
+                }
+                Err(last) => folded.extend(Some(last).filter(|last| last.epsilon <= FOLDED)),
+            }
+        }
+    }
+    (found, folded)
+}
+
+/// An extremal without the bias that led to it.
+fn unbiased(extremal: &Extremal, from: &Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
+    let smooth = Smooth { extremal, epsilon: from.epsilon, bias: Bias::default(), accurate: false };
+    // Fuel tells branches apart less sharply than time.
+    let tolerance = if extremal.counts_fuel() { 1e-5 } else { (0.1 * from.epsilon).clamp(1e-4, 1e-2) };
+    let path = smooth.solve(from.path.clone(), tolerance, 20, sweeps)?;
+    Some(Smoothed { path, epsilon: from.epsilon })
 }
 
 /// Whether two paths are one extremal.

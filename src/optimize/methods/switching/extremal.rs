@@ -107,6 +107,11 @@ pub(crate) struct Bias {
 }
 
 impl Bias {
+    /// Whether it is one.
+    pub fn tips(&self) -> bool {
+        self.constant != Vector3::zeros() || self.linear != Vector3::zeros()
+    }
+
     #[inline(always)]
     pub fn at<T: Number>(&self, fraction: T) -> Vector<T> {
         let along = T::of(2.0) * fraction - T::of(1.0);
@@ -306,7 +311,7 @@ impl Extremal {
     }
 
     /// `Σ a aᵀ` of the axes: all are alike under a limit of the norm.
-    fn authority(&self) -> Matrix3 {
+    pub fn authority(&self) -> Matrix3 {
         match &self.law {
             Law::Inputs(axes) => axes.iter().map(|axis| axis * axis.transpose()).sum(),
             Law::Norm(_) => Matrix3::identity(),

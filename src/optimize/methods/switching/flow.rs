@@ -101,6 +101,26 @@ impl<const L: usize> Lanes<L> {
     }
 }
 
+impl Lanes<8> {
+    /// The disturbance that a change of the parameters makes, halves of a row added side by side.
+    #[inline(always)]
+    pub fn folded(&self, change: &[f64; 8]) -> [Vector3; 3] {
+        let mut sums = [Vector3::zeros(); 3];
+        for row in 0..9 {
+            let mut products = self.0[row];
+            for lane in 0..8 {
+                products[lane] *= change[lane];
+            }
+            let mut halves = [0.0; 4];
+            for lane in 0..4 {
+                halves[lane] = products[lane] + products[lane + 4];
+            }
+            sums[row / 3][row % 3] = (halves[0] + halves[2]) + (halves[1] + halves[3]);
+        }
+        sums
+    }
+}
+
 /// The rows of the identity: one in a lane, zero in the others.
 ///
 /// What is added to a single lane is added as a product with such a row: a store to one lane, from which the whole row is then

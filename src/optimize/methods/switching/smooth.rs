@@ -84,18 +84,27 @@ impl Path {
 }
 
 impl Smooth<'_> {
-    /// Every interval from its own node, without derivatives: most paths that are tried are not gone on from.
-    fn sweep(&self, path: &Path, swept: &mut Swept) -> Option<Misses> {
+    /// Every interval from its own node, without derivatives: most paths that are tried are not gone on from. `None` where
+    /// the merit is not below `most`, which as a rule the first intervals show.
+    fn sweep(&self, path: &Path, most: f64, swept: &mut Swept) -> Option<Misses> {
+        let residual = self.residual(path);
+        let at_end = residual.norm_squared();
         let gaps = widest(
             #[inline(always)]
             || {
                 if self.accurate {
                     self.accurately(path, &mut swept.lanes)
                 } else {
-                    self.eight_by_eight(path, swept)
+                    self.eight_by_eight(path, most * most - at_end, swept)
                 }
             },
         );
+        let merit = (at_end + gaps).sqrt();
+        (merit.is_finite() && merit < most).then_some(Misses { residual, merit })
+    }
+
+    /// The seven equations.
+    fn residual(&self, path: &Path) -> SVector<f64, 7> {
         let extremal = self.extremal;
         let end = path.nodes[path.intervals()];
         let miss = self.miss(&end);
@@ -105,9 +114,7 @@ impl Smooth<'_> {
             Some(given) => path.duration - given,
             None => extremal.hamiltonian(&path.m, &end, self.at_end(&end).minimum),
         };
-        let residual = SVector::from([miss.x, miss.y, miss.z, pi_miss.x, pi_miss.y, pi_miss.z, last]);
-        let merit = (residual.norm_squared() + gaps).sqrt();
-        merit.is_finite().then_some(Misses { residual, merit })
+        SVector::from([miss.x, miss.y, miss.z, pi_miss.x, pi_miss.y, pi_miss.z, last])
     }
 
     /// The derivatives of the path that was swept last.
@@ -162,9 +169,9 @@ impl Smooth<'_> {
         gaps
     }
 
-    /// The gaps alone by the method of order 4, eight intervals at once.
+    /// The gaps alone by the method of order 4, eight intervals at once, until their sum is no longer below `most`.
     #[inline(always)]
-    fn eight_by_eight(&self, path: &Path, swept: &mut Swept) -> f64 {
+    fn eight_by_eight(&self, path: &Path, most: f64, swept: &mut Swept) -> f64 {
         let n = path.intervals();
         let batches = n.div_ceil(Eight::LANES);
         swept.stages.resize_with(batches, Stages::empty);
@@ -184,6 +191,9 @@ impl Smooth<'_> {
             for lane in 0..Eight::LANES.min(n - first) {
                 gaps +=
                     taken(gap, |number| number.0[lane]).iter().map(|part| part.norm_squared()).sum::<f64>();
+            }
+            if gaps >= most {
+                break;
             }
         }
         gaps
@@ -233,7 +243,7 @@ impl Smooth<'_> {
     pub fn solve(&self, mut path: Path, tolerance: f64, most: usize, sweeps: &mut usize) -> Option<Path> {
         *sweeps += 1;
         let mut swept = Swept::default();
-        let mut misses = self.sweep(&path, &mut swept)?;
+        let mut misses = self.sweep(&path, f64::INFINITY, &mut swept)?;
         for _ in 0..most {
             if misses.merit <= tolerance {
                 return Some(path);
@@ -253,9 +263,7 @@ impl Smooth<'_> {
             for _ in 0..6 {
                 let trial = moved(&path, &changes, &step, factor);
                 *sweeps += 1;
-                if let Some(next) = self.sweep(&trial, &mut swept)
-                    && next.merit < (1.0 - 0.1 * factor) * misses.merit
-                {
+                if let Some(next) = self.sweep(&trial, (1.0 - 0.1 * factor) * misses.merit, &mut swept) {
                     (path, misses, accepted) = (trial, next, true);
                     break;
                 }
@@ -356,7 +364,16 @@ fn changes(lanes: &[Lanes<8>], step: &SVector<f64, 7>) -> Vec<[Vector3; 3]> {
     let mut change = [0.0; 8];
     change[..7].copy_from_slice(step.as_slice());
     change[GAP] = 1.0;
-    lanes.iter().map(|lanes| lanes.times(&change)).collect()
+    widest(
+        #[inline(always)]
+        || {
+            let mut changes = Vec::with_capacity(lanes.len());
+            for lanes in lanes {
+                changes.push(lanes.folded(&change));
+            }
+            changes
+        },
+    )
 }
 
 fn moved(path: &Path, changes: &[[Vector3; 3]], step: &SVector<f64, 7>, factor: f64) -> Path {
@@ -379,6 +396,10 @@ const MOST_INTERVALS: usize = 3000;
 /// What an input may change by on one interval, as a part of its range, and how often one is halved for it at once.
 const ROUGH: f64 = 0.3;
 const DEEPEST: usize = 8;
+
+/// ε over the one before, and where a bias is only to tell branches apart.
+const RATIO: f64 = 0.25;
+const STEEP: f64 = 0.145;
 
 /// The residual of an extremal that is carried further.
 const SETTLED: f64 = 1e-8;
@@ -464,6 +485,17 @@ pub(crate) fn descend(
     descend_on(on, extremal, from, target, bias, sweeps)
 }
 
+/// The same in fewer levels of ε, on each of which Newton takes more iterations, but fewer in all.
+pub(crate) fn descend_steeply(
+    extremal: &Extremal,
+    from: &Smoothed,
+    target: f64,
+    bias: &Bias,
+    sweeps: &mut usize,
+) -> Result<Smoothed, Smoothed> {
+    descend_by(STEEP, Intervals::Following, extremal, from, target, bias, sweeps)
+}
+
 /// Intervals of a path that is continued.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Intervals {
@@ -484,8 +516,20 @@ pub(crate) fn descend_on(
     bias: &Bias,
     sweeps: &mut usize,
 ) -> Result<Smoothed, Smoothed> {
+    descend_by(RATIO, intervals, extremal, from, target, bias, sweeps)
+}
+
+fn descend_by(
+    least_ratio: f64,
+    intervals: Intervals,
+    extremal: &Extremal,
+    from: &Smoothed,
+    target: f64,
+    bias: &Bias,
+    sweeps: &mut usize,
+) -> Result<Smoothed, Smoothed> {
     let mut at = from.clone();
-    let (mut ratio, mut failures) = (0.25_f64, 0);
+    let (mut ratio, mut failures) = (least_ratio, 0);
     while at.epsilon > target * (1.0 + 1e-9) {
         let epsilon = (ratio * at.epsilon).max(target);
         let smooth = Smooth { extremal, epsilon, bias: *bias, accurate: false };
@@ -494,7 +538,7 @@ pub(crate) fn descend_on(
             .and_then(|path| smooth.refined(path, intervals, sweeps));
         if let Some(path) = next {
             at = Smoothed { path, epsilon };
-            ratio = (0.8 * ratio).max(0.25);
+            ratio = (0.8 * ratio).max(least_ratio);
         } else {
             failures += 1;
             ratio = ratio.powf(0.4);

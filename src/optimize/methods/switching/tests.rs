@@ -341,6 +341,46 @@ fn a_full_inertia_and_canted_redundant_inputs_are_taken() {
 }
 
 /// Three torques of both signs that cost their size, from rest to rest.
+/// Two of the bodies whose gyroscopic torques are of the size of their limits: of the first no cubic path leads to a smoothed
+/// extremal, of the second those that are found turn back before a small ε.
+#[test]
+fn fast_bodies_are_solved_by_way_of_given_durations() {
+    let along = |limits: [f64; 3]| Law::Inputs((0..3).map(|k| Vector3::ith(k, limits[k])).collect());
+    let cases = [
+        (
+            Matrix3::new(0.94, 0.01, 0.1, 0.01, 0.69, 0.04, 0.1, 0.04, 1.55),
+            along([0.42, 1.57, 1.52]),
+            Vector3::new(1.93, -0.06, -0.74),
+            [Vector3::new(0.48, 0.62, 0.45), Vector3::new(0.93, 0.16, 0.3)],
+        ),
+        (
+            Matrix3::new(1.29, 0.17, 0.25, 0.17, 1.3, -0.37, 0.25, -0.37, 0.78),
+            along([0.79, 0.85, 1.49]),
+            Vector3::new(0.24, 0.12, 0.44),
+            [Vector3::new(-0.34, -0.65, -0.09), Vector3::new(0.86, 0.19, 0.36)],
+        ),
+    ];
+    for (j, law, turn, rates) in cases {
+        let given = extremal(j, law, turn, rates);
+        let found = search(&given, &Ask { thoroughness: Thoroughness::Quick, ..best() }, &|| false);
+        let (arcs, certificate) = found.limits[0].arcs.clone().expect("arcs");
+        assert!(certificate.gap <= 1e-7, "{}", certificate.gap);
+        // The torques of the arcs turn a body from its start to its end.
+        let mut node = Node { pi: j * rates[0], ..arcs.first };
+        for (_, start, end, signs) in arcs.arcs() {
+            let torque = given.on_arc(&signs).at(&Vector3::zeros());
+            for _ in 0..40 {
+                let length = (end - start) / 40.0;
+                let course = Course::of(&given, &arcs.m);
+                node = advance(&course, &RK4, &node, length, &mut Lanes::<3>::zero(), |_, _| torque);
+            }
+        }
+        let miss = lie::log(&given.end_attitude.tr_mul(&node.r)).norm();
+        assert!(miss < 1e-6, "{miss}");
+        assert!((node.pi - j * rates[1]).norm() < 1e-6);
+    }
+}
+
 fn fuel() -> Extremal {
     let axes =
         [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().flat_map(|axis| [0.5 * axis, -0.5 * axis]);
