@@ -8,6 +8,7 @@ pub(crate) mod cone;
 pub(crate) mod eight;
 pub(crate) mod factor;
 pub mod figures;
+pub(crate) mod hermite;
 pub(crate) mod matrix_inertia;
 pub(crate) mod parallel;
 #[cfg_attr(

@@ -10,6 +10,7 @@
 use super::arcs::{Arcs, Switch, between};
 use super::extremal::Extremal;
 use super::flow::{COOPER_VERNER, Course, Lanes, Node, advance};
+use crate::numerics::hermite::hermite;
 
 /// Longest part of the duration between two nodes, and points of the cubic between them.
 const STEP: f64 = 0.03;
@@ -199,15 +200,4 @@ fn put_right(arcs: &Arcs, runs: &[&Wrong], part: f64) -> Arcs {
     }
     mended.switches.sort_by(|a, b| a.time.total_cmp(&b.time));
     mended
-}
-
-pub(super) fn hermite<V>(x: f64, length: f64, ends: [&V; 2], rates: [&V; 2]) -> V
-where
-    V: Clone + std::ops::Add<V, Output = V> + std::ops::Mul<f64, Output = V>,
-{
-    let (x2, x3) = (x * x, x * x * x);
-    ends[0].clone() * (2.0 * x3 - 3.0 * x2 + 1.0)
-        + rates[0].clone() * (length * (x3 - 2.0 * x2 + x))
-        + ends[1].clone() * (3.0 * x2 - 2.0 * x3)
-        + rates[1].clone() * (length * (x3 - x2))
 }

@@ -16,10 +16,10 @@
 //! the start as along all of the way, which leaves five numbers.
 
 use super::arcs::Arcs;
-use super::certificate::hermite;
 use super::extremal::Extremal;
 use super::flow::{COOPER_VERNER, Course, Lanes, Node, advance};
 use crate::Vector3;
+use crate::numerics::hermite::hermite;
 use nalgebra::{SMatrix, SVector};
 
 /// Longest part of the duration between two nodes, and points of the cubic between them.

@@ -5,10 +5,10 @@
 //! seven parameters and the gaps, so that the whole Newton step is a 7×7 system: nothing grows along the maneuver but
 //! derivatives.
 
-use super::certificate::hermite;
 use super::extremal::{Bias, Extremal, Response};
 use super::flow::{COOPER_VERNER, Course, Lanes, Node, RK4, Stages, Units, taken};
 use crate::numerics::eight::{Eight, Number};
+use crate::numerics::hermite::hermite;
 use crate::numerics::three::{Vector, apply, cross, splat};
 use crate::numerics::widest::widest;
 use crate::{Vector3, lie};

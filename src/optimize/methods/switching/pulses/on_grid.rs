@@ -8,8 +8,7 @@ use super::super::discretize::{LEAST_STEPS, NO_LENGTH, of_arcs, shares};
 use super::super::extremal::Extremal;
 use super::super::on_grid::OnGrid;
 use super::motion::Motion;
-use super::optimum::Best;
-use super::schedule::{Ask, Schedule};
+use super::schedule::{Ask, Best, Schedule};
 use super::ties::{KEPT, Settled, Ties, settled};
 use nalgebra::{DMatrix, DVector};
 

@@ -8,7 +8,7 @@ use super::super::arcs::Arcs;
 use super::super::extremal::Extremal;
 use super::motion::{Miss, Motion, gradient};
 use super::quadratic::{Bound, Quadratic};
-use super::schedule::{Ask, Schedule};
+use super::schedule::{Ask, Best, Schedule};
 use super::ties::settled;
 use nalgebra::{DMatrix, DVector};
 
@@ -48,15 +48,6 @@ const FLAT: f64 = 1e-6;
 
 /// A pulse, or a time between two, that is shorter than this part of the duration is none.
 const VANISHED: f64 = 1e-6;
-
-/// Pulses at their best times.
-#[derive(Clone, Debug)]
-pub(crate) struct Best {
-    pub schedule: Schedule,
-    /// `M` and `e` at the start.
-    pub costates: [f64; 6],
-    pub cost: f64,
-}
 
 /// The bounds of a step from given times, none longer than `trust`.
 fn bounds_of_step(bounds: &[Bound], times: &DVector<f64>, trust: f64) -> Vec<Bound> {

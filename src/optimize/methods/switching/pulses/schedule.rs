@@ -62,6 +62,15 @@ pub(crate) struct Schedule {
     pub sought: bool,
 }
 
+/// Pulses at their best times.
+#[derive(Clone, Debug)]
+pub(crate) struct Best {
+    pub schedule: Schedule,
+    /// `M` and `e` at the start.
+    pub costates: [f64; 6],
+    pub cost: f64,
+}
+
 impl Schedule {
     /// Pulses that keep to what is asked: sorted, joined where they overlap, made as long as they must be, moved apart. `None`
     /// where the pulses of an input need more than all of the time.

@@ -10,8 +10,8 @@ use super::super::certificate::Certificate;
 use super::super::extremal::Extremal;
 use super::super::limit::Limit;
 use super::motion::Motion;
-use super::optimum::{Best, best_times};
-use super::schedule::{Ask, Pulse, Schedule};
+use super::optimum::best_times;
+use super::schedule::{Ask, Best, Pulse, Schedule};
 use crate::numerics::random::Stream;
 use crate::{Matrix3, Vector3, lie};
 

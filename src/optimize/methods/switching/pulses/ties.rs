@@ -2,9 +2,8 @@
 
 use super::super::extremal::Extremal;
 use super::motion::{Motion, gradient};
-use super::optimum::Best;
 use super::quadratic::Bound;
-use super::schedule::{Ask, Schedule};
+use super::schedule::{Ask, Best, Schedule};
 use nalgebra::{DMatrix, DVector};
 
 /// A bound this near, as a part of the duration, is met exactly; the same for another attempt.
