@@ -112,22 +112,14 @@ fn end_game(
         if stop() {
             break;
         }
-        // Two exact ones may lie close together.
-        let mut exact: Option<(Arcs, Certificate)> = None;
         for first in readings(extremal) {
             let Some((arcs, certificate)) = polish(extremal, first(extremal, &at), found) else { continue };
             if certificate.gap <= NO_GAP * arcs.cost(extremal) && bounded(extremal, &arcs, &at) {
-                if exact.as_ref().is_none_or(|(known, _)| arcs.cost(extremal) < known.cost(extremal)) {
-                    exact = Some((arcs, certificate));
-                }
-                continue;
+                return Limit::of_arcs(rival, at, (arcs, certificate));
             }
             if best.as_ref().is_none_or(|(_, known)| certificate.gap < known.gap) {
                 best = Some((arcs, certificate));
             }
-        }
-        if let Some(exact) = exact {
-            return Limit::of_arcs(rival, at, exact);
         }
         match descend(extremal, &at, SMALLER * at.epsilon, &Bias::default(), &mut found.sweeps) {
             Ok(next) => at = next,
