@@ -45,6 +45,9 @@ const RIVAL_BASE_FUEL: f64 = 2.0;
 /// Parts of a duration whose extremals are stretched to it.
 const SHORTER: [f64; 3] = [0.7, 0.5, 0.35];
 
+/// A base that turns this many times as far as it has to does not go straight to the end.
+const WANDERING: f64 = 1.25;
+
 /// How the end is turned for first paths where there are none without \[rad\].
 const TILTS: [Vector3; 4] = [
     Vector3::new(0.03, 0.02, -0.01),
@@ -161,6 +164,18 @@ pub(super) fn branches(
     found
 }
 
+/// Whether a base of fuel in a given duration turns much further than it has to: where limits are wide for the duration the first
+/// path, whose inputs are smoothed, may go astray.
+fn wanders(extremal: &Extremal, phi: &Vector3, base: &Smoothed) -> bool {
+    let path = &base.path;
+    let rate = |node: usize| (extremal.j_inverse * path.nodes[node].pi).norm();
+    let turned = |k: usize| 0.5 * (path.parts[k + 1] - path.parts[k]) * (rate(k) + rate(k + 1));
+    let turned = path.duration * (0..path.intervals()).map(turned).sum::<f64>();
+    let carried = path.duration * (extremal.start_rate.norm() + extremal.end_rate.norm());
+    let given = extremal.counts_fuel() && extremal.given_duration.is_some();
+    given && turned > WANDERING * (phi.norm() + carried)
+}
+
 /// The same for this duration alone.
 fn branches_of(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool, sweeps: &mut usize) -> Vec<Smoothed> {
     let mut from: Vec<Smoothed> = Vec::new();
@@ -170,7 +185,15 @@ fn branches_of(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool, sweeps: 
         }
     };
     for phi in ways(extremal, &ask.path) {
-        bases(extremal, &phi, sweeps).into_iter().for_each(|found| add(found, &mut from));
+        let mut of_way = bases(extremal, &phi, sweeps);
+        if of_way.iter().any(|base| wanders(extremal, &phi, base)) {
+            let given_duration = extremal.given_duration.map(|given| SHORTER[0] * given);
+            let near = bases(&Extremal { given_duration, ..extremal.clone() }, &phi, sweeps);
+            let stretched: Vec<_> =
+                near.iter().filter_map(|near| stretched(extremal, near, sweeps)).collect();
+            of_way.extend(stretched);
+        }
+        of_way.into_iter().for_each(|found| add(found, &mut from));
     }
     // In less time than a turn about the axis of a symmetry takes there is no extremal that has the symmetry.
     for tilt in TILTS.iter().take_while(|_| !stop()) {

@@ -219,8 +219,9 @@ fn newton(pieces: &[Piece], from: Change, across: Option<&Change>, mu: f64) -> C
             hessian += (bend * piece.slope) * piece.slope.transpose();
         }
         if let Some(unit) = across.and_then(|across| across.try_normalize(0.0)) {
-            let flat = SMatrix::<f64, 6, 6>::identity() - unit * unit.transpose();
-            (gradient, hessian) = (flat * gradient, flat * hessian * flat);
+            let along = unit * unit.transpose();
+            let flat = SMatrix::<f64, 6, 6>::identity() - along;
+            (gradient, hessian) = (flat * gradient, flat * hessian * flat + hessian.trace() * along);
         }
         let open = OPEN * hessian.trace();
         hessian += SMatrix::<f64, 6, 6>::identity() * open;

@@ -391,8 +391,13 @@ fn fuel() -> Extremal {
 
 #[test]
 fn costates_of_the_least_gap_are_those_of_the_optimum_whatever_they_were() {
-    let given = fuel();
-    let (optimum, certificate) = shortest(&given);
+    costates_of_the_least_gap(&fuel());
+    // Where the duration is sought at a price too: then the Hamiltonian has to vanish.
+    costates_of_the_least_gap(&Extremal { given_duration: None, time_price: 7.0, ..fuel() });
+}
+
+fn costates_of_the_least_gap(given: &Extremal) {
+    let (optimum, certificate) = shortest(given);
     assert!(certificate.gap <= 1e-7, "{}", certificate.gap);
     let mut arcs = optimum.clone();
     arcs.m += Vector3::new(0.06, -0.04, 0.05);
@@ -400,19 +405,24 @@ fn costates_of_the_least_gap_are_those_of_the_optimum_whatever_they_were() {
     let mut node = arcs.first;
     for (k, (_, start, end, signs)) in optimum.arcs().iter().enumerate().take(arcs.switches.len()) {
         let law = given.on_arc(signs);
-        node = over_arc(&given, &arcs.m, &node, &law, end - start, 0.01, &mut Lanes::<3>::zero());
+        node = over_arc(given, &arcs.m, &node, &law, end - start, 0.01, &mut Lanes::<3>::zero());
         arcs.switches[k].node = node;
     }
-    let own = Certificate::of(&given, &arcs).gap;
-    let (moved, sampled) = with_least_gap(&given, &arcs).expect("inputs are held");
-    let least = Certificate::of(&given, &moved).gap;
+    let own = Certificate::of(given, &arcs).gap;
+    let (moved, sampled) = with_least_gap(given, &arcs).expect("inputs are held");
+    let least = Certificate::of(given, &moved).gap;
     assert!(own > 1e-2 && least < 1e-4 && sampled < 1e-4, "{own:e} {least:e} {sampled:e}");
     // What close points see is not less for what a certificate's points miss, and what is no less than its own gap is not taken.
     let bound = |sampled: f64| {
-        let mut certificate = Certificate::of(&given, &arcs);
-        certificate.bound_by(&given, moved.clone(), sampled);
+        let mut certificate = Certificate::of(given, &arcs);
+        certificate.bound_by(given, moved.clone(), sampled);
         certificate.gap
     };
+    if given.given_duration.is_none() {
+        let law = given.on_arc(&moved.signs).at(&moved.first.e);
+        let minimum = moved.first.e.dot(&law.torque) + law.running;
+        assert!(given.hamiltonian(&moved.m, &moved.first, minimum).abs() < 1e-12);
+    }
     assert_eq!([bound(sampled), bound(1e-3), bound(1.0)], [least.max(sampled), 1e-3, own]);
 }
 
