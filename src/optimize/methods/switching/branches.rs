@@ -30,7 +30,7 @@ const FAST: f64 = 0.3;
 const COMPARED: f64 = 0.008;
 
 /// Times this, the ε at which a bias has done its work: branches have parted, and Newton goes on without it.
-const PARTED: f64 = 5.5;
+const PARTED: f64 = 7.0;
 
 /// ε at which branches are compared where fuel counts.
 const COMPARED_FUEL: f64 = 0.02;

@@ -399,7 +399,7 @@ const DEEPEST: usize = 8;
 
 /// ε over the one before, and where a bias is only to tell branches apart.
 const RATIO: f64 = 0.25;
-const STEEP: f64 = 0.145;
+const STEEP: f64 = 0.185;
 
 /// The residual of an extremal that is carried further.
 const SETTLED: f64 = 1e-8;
