@@ -1,7 +1,8 @@
 //! The coarse grid of a search.
 
 use crate::lie;
-use crate::maneuver::problem::Problem;
+use crate::maneuver::problem::{Problem, State};
+use crate::mechanics::environment::Pose;
 use crate::optimize::sweep::BoundaryValueProblem;
 use std::f64::consts::PI;
 
@@ -28,22 +29,37 @@ pub(super) const SHOOTING_FROM_REST: CoarseRule = CoarseRule { fewest: 12, angle
 pub(super) const FEWEST_FROM_REST: usize = 64;
 /// Steps that are few.
 pub(super) const FEW_STEPS: usize = 400;
-/// In a field the grids agree less: what is found on a coarse one may not be there on a finer.
-pub(super) const SHOOTING_IN_FIELD: CoarseRule = CoarseRule { worth: 4.0, ..SHOOTING_FREE };
 /// Where inputs about an axis are missing or dear a body turns far and fast instead, and takes sharp bends.
 pub(super) const SHOOTING_UNEVEN: CoarseRule = CoarseRule { fewest: 64, ..SHOOTING_FREE };
+/// The rate that a field may give a body, in units of that of its oscillations: twice, as a pendulum that falls from above.
+const SWING: f64 = 2.0;
 /// For SCP: enough for the angle per step and for cones between the nodes.
 const SCP: CoarseRule = CoarseRule { fewest: 24, angle: 0.3, worth: 1.5 };
 
 /// Steps of the grid to search on, for a way that turns by `angle` \[rad\]: enough for its fastest moment, or the
 /// requested grid where that is hardly finer.
 pub(super) fn coarse_steps(problem: &Problem, angle: f64, rule: &CoarseRule) -> usize {
-    let rate = problem.start.angular_velocity.norm().max(problem.end.angular_velocity.norm());
+    let ends = [&problem.start, &problem.end];
+    let rate = ends
+        .map(|end| end.angular_velocity.norm() + SWING * field_rate(problem, end))
+        .into_iter()
+        .fold(0.0, f64::max);
     // The fastest moment of a rest-to-rest slew is 1.5 times its mean rate.
     let needed = ((1.5 * angle + rate * problem.duration) / rule.angle).ceil().min(problem.steps as f64);
     // Even, so that grids of 3/2 as many steps exist.
     let coarse = (needed as usize).max(rule.fewest).next_multiple_of(2);
     if rule.worth * coarse as f64 <= problem.steps as f64 { coarse } else { problem.steps }
+}
+
+/// The rate of the oscillations about an attitude that the field holds or repels by its gradient there, about the stiffest
+/// axis \[rad/s\].
+fn field_rate(problem: &Problem, at: &State) -> f64 {
+    if problem.environment.is_free() {
+        return 0.0;
+    }
+    let pose = Pose { position: at.position, attitude: at.attitude };
+    let stiffness = problem.environment.gradient(&pose).rr.norm();
+    (stiffness / problem.body.inertia.mean()).sqrt()
 }
 
 /// Steps of the coarse grid of SCP.

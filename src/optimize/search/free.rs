@@ -21,7 +21,7 @@ use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::road::path;
 use crate::optimize::methods::shooting::newton::outcome_of;
 use crate::optimize::step::{Dynamics, Point};
-use crate::optimize::sweep::BoundaryValueProblem;
+use crate::optimize::sweep::{BoundaryValueProblem, Node};
 
 /// Tolerance of the lifted Newton, which the shooting polishes.
 pub(super) const LIFTED_TOLERANCE: f64 = 1e-10;
@@ -47,6 +47,8 @@ const SAME_BRANCH: f64 = 1e-4;
 const NARROW: f64 = 0.02;
 /// Most minima that authority is taken away from, counted level by level.
 const MOST_BRANCHES: usize = 100;
+/// Nodes of one extremal on two grids are nearer than this \[rad\]; on the coarsest they differ by up to 0.4.
+const SAME_PATH: f64 = 1.0;
 /// Saddles that are left, one after the other.
 const MOST_SADDLES: usize = 3;
 /// So many of the lowest minima are hopped from in turn, by so much \[rad\], and so many times the hops in vain at most.
@@ -392,11 +394,10 @@ impl<const N: usize> Search<'_, '_, N> {
             let near = extremal.cost <= enough || self.coarse.dynamics.grid.steps() == self.problem.steps;
             let hopeful = several && near && self.found.len() < MOST_MINIMA;
             if !self.stopped() && (hopeful || self.found.is_empty()) {
-                let Attempt { candidate, cost, .. } = extremal.clone();
-                // Across grids costs differ by some percent; farther away is another branch.
-                let near = |found: f64| (found - cost).abs() <= MARGIN * cost;
-                if !self.finish(candidate).is_some_and(near)
-                    && let Ok(candidate) = paths::of_extremal(&self.coarse, &extremal.candidate)
+                let path = paths::of_extremal(&self.coarse, &extremal.candidate).ok();
+                let near = |found: &Attempt| is_near(found, extremal.cost, path.as_ref());
+                if !self.finish(extremal.candidate.clone(), near)
+                    && let Some(candidate) = path
                 {
                     self.lost.push(Attempt { candidate, ..extremal });
                 }
@@ -440,14 +441,19 @@ impl<const N: usize> Search<'_, '_, N> {
             return;
         }
         let newton = LiftedNewton { bvp: &fine, tolerance: LIFTED_TOLERANCE, patience: PATIENCE };
-        let lifted = self.attempt(Rung::Lifted, &newton, minimum.candidate);
-        if lifted.converged() && !self.shoot_fine(Rung::Lifted, lifted.candidate.clone()).is_some_and(near) {
-            self.replay(&lifted.candidate);
+        let lifted = self.attempt(Rung::Lifted, &newton, minimum.candidate.clone());
+        if lifted.converged() {
+            if !self.shoot_fine(Rung::Lifted, lifted.candidate.clone()).is_some_and(near) {
+                self.replay(&lifted.candidate);
+            }
+        } else if !all {
+            // What is singular without the last of the authority stops a Newton on all nodes, and SCP by its trust region not.
+            self.replay(&minimum.candidate);
         }
     }
 
     /// An extremal of the requested grid that the shooting cannot follow from its start, where round-off of the costates
-    /// grows along the way: as a plan of SCP, which holds the states of all nodes.
+    /// grows along the way: as a plan of SCP, which holds the states of all nodes. Or what SCP makes of a path.
     fn replay(&mut self, nodes: &Candidate) {
         if self.ask.convex && !self.stopped() {
             let chain = self.chain(self.problem.steps);
@@ -512,6 +518,20 @@ impl Minima {
         self.0.insert(place, minimum);
         Some(place)
     }
+}
+
+/// Whether what an extremal of the cost was carried to is the same one: on another grid it costs some percent more or less, and
+/// where the nodes are kept they lie along its path. By its cost alone another one within that could pass for it.
+fn is_near(found: &Attempt, cost: f64, path: Option<&Candidate>) -> bool {
+    let along = |path: &Candidate, nodes: &[Node]| {
+        let (few, many) = (path.steps(), nodes.len() - 1);
+        path.states.iter().enumerate().all(|(index, state)| {
+            let other = &nodes[(index * many + few / 2) / few].point;
+            lie::minus(&other.attitude.value, &state.attitude.value).norm() < SAME_PATH
+        })
+    };
+    let kept = path.zip(found.swept.as_ref());
+    (found.cost - cost).abs() <= MARGIN * cost && kept.is_none_or(|(path, swept)| along(path, &swept.nodes))
 }
 
 /// Whether a minimum is to be taken instead of another of the same cost: a lower cost, or where a symmetry gives many

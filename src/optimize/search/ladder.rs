@@ -4,8 +4,8 @@
 //! grid. Cheap rungs that nearly always work come first.
 
 use super::coarse::{
-    FEW_STEPS, FEWEST_FROM_REST, SHOOTING_FREE, SHOOTING_FROM_REST, SHOOTING_IN_FIELD, SHOOTING_ONE_WAY,
-    SHOOTING_UNEVEN, coarse_steps,
+    FEW_STEPS, FEWEST_FROM_REST, SHOOTING_FREE, SHOOTING_FROM_REST, SHOOTING_ONE_WAY, SHOOTING_UNEVEN,
+    coarse_steps,
 };
 use super::context::Context;
 use super::guess::Guess;
@@ -44,6 +44,10 @@ const SAME_COST: f64 = 1e-9;
 
 /// An extremal of one grid that ends so near its target on another \[rad\] goes the same way there.
 const NEAR: f64 = 0.2;
+
+/// How much farther from a rotation that is given all paths of the other class are than those of its own: more turns than a
+/// path has.
+const OTHER_CLASS: f64 = 1e6;
 
 /// What a search may do, and what it begins from.
 #[derive(Clone)]
@@ -322,13 +326,13 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         self.keep(attempt).then_some(cost)
     }
 
-    /// Carries a coarse extremal to the requested grid. The cost of the extremal that this led to.
-    pub fn finish(&mut self, coarse: Candidate) -> Option<f64> {
+    /// Carries a coarse extremal to the requested grid, and keeps what this leads to. Whether that is near it.
+    pub fn finish(&mut self, coarse: Candidate, near: impl FnOnce(&Attempt) -> bool) -> bool {
         let (problem, tolerance) = (self.problem, self.context.settings.tolerance);
         let refinement = CoarseToFine { problem, fine: &self.fine, tolerance };
         let attempt = self.attempt(Rung::CoarseToFine, &refinement, coarse);
-        let cost = attempt.cost;
-        self.keep(attempt).then_some(cost)
+        let near = near(&attempt);
+        self.keep(attempt) && near
     }
 
     /// Keeps what converged, once, or else the nearest miss. Whether it converged.
@@ -417,8 +421,9 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
             // In full turns, to a thousandth; a path of the other class is another way whatever it turns by.
             Path::AsGiven(rotation) => {
                 let way = way();
-                let other = f64::from(u8::from(self.asked_sense().is_some_and(|sense| sense != way.sense)));
-                other + ((way.rotation - rotation).norm() / TAU * 1e3).round() / 1e3
+                let other = self.asked_sense().is_some_and(|sense| sense != way.sense);
+                f64::from(u8::from(other)) * OTHER_CLASS
+                    + ((way.rotation - rotation).norm() / TAU * 1e3).round() / 1e3
             }
         }
     }
@@ -712,7 +717,7 @@ fn search_grid(problem: &Problem, turns: i32, even: bool) -> usize {
     // A body that only turns, and about all axes alike, turns by hardly more than the angle of its way.
     let plain = problem.steps < FEW_STEPS && rests && even && problem.motion == Motion::Attitude;
     let rule = match problem.path {
-        _ if !problem.environment.is_free() => SHOOTING_IN_FIELD,
+        _ if !problem.environment.is_free() => SHOOTING_FREE,
         Path::Best if !even => SHOOTING_UNEVEN,
         Path::Best if plain && coarse_from_rest(problem) => SHOOTING_FROM_REST,
         Path::Best => SHOOTING_FREE,
