@@ -58,7 +58,7 @@ impl Starts {
         let turned =
             problem.start.angular_velocity.norm().max(problem.end.angular_velocity.norm()) * problem.duration;
         let given = if let Path::AsGiven(rotation) = problem.path { Some(rotation) } else { None };
-        let turns = super::ladder::wanted_turns(problem);
+        let turns = super::starts::wanted_turns(problem);
         let plain = Self { given, smooth: turns.clone(), coasting: turns, ..Self::default() };
         let simple_slew = simple && turned <= SLOW && thoroughness == Thoroughness::Default;
         if given.is_some()
