@@ -1,6 +1,6 @@
 //! Where descents start, and how many: by what the maneuver is and how thorough the search is to be.
 
-use super::paths;
+use super::paths::{self, Paces};
 use crate::Vector3;
 use crate::maneuver::problem::{Motion, Path, Problem};
 use crate::maneuver::settings::Thoroughness;
@@ -11,8 +11,11 @@ use crate::optimize::sweep::BoundaryValueProblem;
 const SLOW: f64 = 1e-3;
 /// A body that turns by more without inputs must find the best way to slow down \[rad\].
 const FAST: f64 = 3.0;
-/// Random paths: as a rule, where inputs about an axis are missing, where they are dear, and in a thorough search.
+/// A body that turns by more without inputs may be slowed at any phase of its rotation \[rad\].
+const TUMBLING: f64 = 10.0;
+/// Random paths: as a rule, for a free body that turns by less than that, where inputs about an axis are missing, where they are dear, and in a thorough search.
 const RANDOM: usize = 24;
+const RANDOM_FREE: usize = 56;
 const RANDOM_FEW_INPUTS: usize = 72;
 const RANDOM_STIFF: usize = 144;
 const RANDOM_THOROUGH: usize = 160;
@@ -29,7 +32,8 @@ pub(super) struct Starts {
     /// Turns of smooth and of coasting paths.
     smooth: Vec<i32>,
     coasting: Vec<i32>,
-    slowed: bool,
+    /// At how many paces.
+    slowed: Paces,
     /// Humps of bent paths \[rad\].
     bent: Vec<f64>,
     /// Whether they are bent off the short way alone.
@@ -54,7 +58,7 @@ impl Starts {
         let turned =
             problem.start.angular_velocity.norm().max(problem.end.angular_velocity.norm()) * problem.duration;
         let given = if let Path::AsGiven(rotation) = problem.path { Some(rotation) } else { None };
-        let turns = super::ladder::wanted_turns(problem);
+        let turns = super::starts::wanted_turns(problem);
         let plain = Self { given, smooth: turns.clone(), coasting: turns, ..Self::default() };
         let simple_slew = simple && turned <= SLOW && thoroughness == Thoroughness::Default;
         if given.is_some()
@@ -71,13 +75,17 @@ impl Starts {
         let senses = if problem.path == Path::Best { 1 } else { 2 };
         let all = Self { hops, random: senses * random, ..Self::all() };
         match thoroughness {
-            Thoroughness::Quick => Self { slowed: false, bent: Vec::new(), random: 0, hops: 0, ..all },
+            Thoroughness::Quick => Self { slowed: Paces::None, bent: Vec::new(), random: 0, hops: 0, ..all },
             Thoroughness::Thorough => Self { random: senses * RANDOM_THOROUGH, hops: HOPS_THOROUGH, ..all },
             Thoroughness::Default if simple && turned <= SLOW => {
                 Self { smooth: vec![0, -1], ..Self::default() }
             }
             Thoroughness::Default if simple && turned <= FAST => {
-                Self { slowed: false, bent: Vec::new(), random: 0, ..all }
+                Self { slowed: Paces::None, bent: Vec::new(), random: 0, ..all }
+            }
+            // Shifted in phase they lead to the same few minima here: random paths lead to more.
+            Thoroughness::Default if simple && turned <= TUMBLING => {
+                Self { slowed: Paces::Even, random: senses * RANDOM_FREE, ..all }
             }
             Thoroughness::Default => all,
         }
@@ -85,7 +93,7 @@ impl Starts {
 
     /// Whether there are more than those of the ways round.
     pub fn is_wide(&self) -> bool {
-        self.slowed || !self.bent.is_empty() || self.random > 0 || self.smooth.len() > 2
+        self.slowed != Paces::None || !self.bent.is_empty() || self.random > 0 || self.smooth.len() > 2
     }
 
     /// All families.
@@ -93,7 +101,7 @@ impl Starts {
         Self {
             smooth: vec![0, -1, 1, -2],
             coasting: vec![0, -1, 1],
-            slowed: true,
+            slowed: Paces::Shifted,
             bent: vec![2.0, 1.0],
             short_only: false,
             random: RANDOM,
@@ -113,7 +121,7 @@ impl Starts {
         let mut out: Vec<Candidate> = self.given.iter().map(as_given).collect();
         out.extend(paths::smooth_ways(bvp, &self.smooth));
         out.extend(paths::coasting(bvp, &self.coasting).unwrap_or_default());
-        let slowed = if self.slowed { paths::slowed(bvp) } else { Vec::new() };
+        let slowed = paths::slowed(bvp, self.slowed);
         let bent = self.bent.iter().flat_map(|by| paths::bent(bvp, *by, self.short_only)).collect();
         let random = paths::random(bvp, self.random).collect();
         out.extend(in_turn([slowed, bent, random]));

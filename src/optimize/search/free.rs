@@ -3,9 +3,11 @@
 //! All extremals are looked for on a coarse grid. Costs there are wrong by some percent at high rates and then rank
 //! wrongly: every one that may be the cheapest is carried to the requested grid, and compared there.
 
+use super::authority::{Authority, WIDENED};
 use super::coarse::rough_grid;
 use super::effort::Starts;
 use super::ladder::Search;
+use super::minima::{Minima, SAME_MINIMUM};
 use super::way::Follower;
 use super::{paths, starts};
 use crate::Vector3;
@@ -21,7 +23,7 @@ use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::road::path;
 use crate::optimize::methods::shooting::newton::outcome_of;
 use crate::optimize::step::{Dynamics, Point};
-use crate::optimize::sweep::BoundaryValueProblem;
+use crate::optimize::sweep::{BoundaryValueProblem, Node};
 
 /// Tolerance of the lifted Newton, which the shooting polishes.
 pub(super) const LIFTED_TOLERANCE: f64 = 1e-10;
@@ -29,10 +31,6 @@ pub(super) const LIFTED_TOLERANCE: f64 = 1e-10;
 const DESCENT_TOLERANCE: f64 = 1e-9;
 /// The same on the requested grid.
 const FINE_TOLERANCE: f64 = 1e-14;
-/// Minima whose costs differ by less, relative, are one.
-const SAME_MINIMUM: f64 = 1e-7;
-/// Costs that differ by less, relative, are equal.
-const EQUAL: f64 = 1e-9;
 /// How much dearer than the cheapest on the coarse grid a minimum may be and still turn out the cheapest.
 const MARGIN: f64 = 0.15;
 /// A path that is farther from the one asked for goes another way round.
@@ -47,6 +45,8 @@ const SAME_BRANCH: f64 = 1e-4;
 const NARROW: f64 = 0.02;
 /// Most minima that authority is taken away from, counted level by level.
 const MOST_BRANCHES: usize = 100;
+/// Nodes of one extremal on two grids are nearer than this \[rad\]; on the coarsest they differ by up to 0.4.
+const SAME_PATH: f64 = 1.0;
 /// Saddles that are left, one after the other.
 const MOST_SADDLES: usize = 3;
 /// So many of the lowest minima are hopped from in turn, by so much \[rad\], and so many times the hops in vain at most.
@@ -55,10 +55,6 @@ const HOPS_BY: [f64; 2] = [0.4, 1.0];
 const MOST_HOPS: usize = 10;
 /// Most paths that the lifted Newton is tried on directly.
 const MOST_LIFTED: usize = 2;
-/// Authority about the axes without inputs, from the first descent to the last, relative to that of the others.
-const WIDENED: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
-/// What is added to uneven authority, from the first descent to the last, in the same unit.
-const EVENED: [f64; 4] = [1e-1, 1e-2, 1e-3, 0.0];
 /// How much dearer than the cheapest on the coarse grid a minimum on a rougher one may be.
 const ROUGH_MARGIN: f64 = 0.5;
 /// How often the lifted Newton may take its iterations on the requested grid: the valley from the last authority to none is long.
@@ -392,11 +388,10 @@ impl<const N: usize> Search<'_, '_, N> {
             let near = extremal.cost <= enough || self.coarse.dynamics.grid.steps() == self.problem.steps;
             let hopeful = several && near && self.found.len() < MOST_MINIMA;
             if !self.stopped() && (hopeful || self.found.is_empty()) {
-                let Attempt { candidate, cost, .. } = extremal.clone();
-                // Across grids costs differ by some percent; farther away is another branch.
-                let near = |found: f64| (found - cost).abs() <= MARGIN * cost;
-                if !self.finish(candidate).is_some_and(near)
-                    && let Ok(candidate) = paths::of_extremal(&self.coarse, &extremal.candidate)
+                let path = paths::of_extremal(&self.coarse, &extremal.candidate).ok();
+                let near = |found: &Attempt| is_near(found, extremal.cost, path.as_ref());
+                if !self.finish(extremal.candidate.clone(), near)
+                    && let Some(candidate) = path
                 {
                     self.lost.push(Attempt { candidate, ..extremal });
                 }
@@ -440,14 +435,19 @@ impl<const N: usize> Search<'_, '_, N> {
             return;
         }
         let newton = LiftedNewton { bvp: &fine, tolerance: LIFTED_TOLERANCE, patience: PATIENCE };
-        let lifted = self.attempt(Rung::Lifted, &newton, minimum.candidate);
-        if lifted.converged() && !self.shoot_fine(Rung::Lifted, lifted.candidate.clone()).is_some_and(near) {
-            self.replay(&lifted.candidate);
+        let lifted = self.attempt(Rung::Lifted, &newton, minimum.candidate.clone());
+        if lifted.converged() {
+            if !self.shoot_fine(Rung::Lifted, lifted.candidate.clone()).is_some_and(near) {
+                self.replay(&lifted.candidate);
+            }
+        } else if !all {
+            // What is singular without the last of the authority stops a Newton on all nodes, and SCP by its trust region not.
+            self.replay(&minimum.candidate);
         }
     }
 
     /// An extremal of the requested grid that the shooting cannot follow from its start, where round-off of the costates
-    /// grows along the way: as a plan of SCP, which holds the states of all nodes.
+    /// grows along the way: as a plan of SCP, which holds the states of all nodes. Or what SCP makes of a path.
     fn replay(&mut self, nodes: &Candidate) {
         if self.ask.convex && !self.stopped() {
             let chain = self.chain(self.problem.steps);
@@ -460,73 +460,16 @@ impl<const N: usize> Search<'_, '_, N> {
     }
 }
 
-/// How the inputs reach the axes.
-#[derive(Clone, Copy, PartialEq)]
-enum Authority {
-    Even,
-    /// About some much less than about others.
-    Uneven,
-    /// About some not at all.
-    Missing,
-}
-
-impl Authority {
-    fn of(dynamics: &Dynamics) -> Self {
-        if !dynamics.has_all_axes() {
-            Self::Missing
-        } else if dynamics.is_stiff() {
-            Self::Uneven
-        } else {
-            Self::Even
-        }
-    }
-
-    /// What is added to it, from the first descent to the last.
-    fn levels(self) -> &'static [f64] {
-        match self {
-            Self::Even => &[0.0],
-            Self::Uneven => &EVENED,
-            Self::Missing => &WIDENED,
-        }
-    }
-}
-
-/// Minima of different costs, cheapest first.
-#[derive(Default)]
-struct Minima(Vec<Attempt>);
-
-impl Minima {
-    /// Adds what a descent has ended at. Its place, where it is a minimum that was not known.
-    fn add(&mut self, minimum: Attempt) -> Option<usize> {
-        if !minimum.converged() {
-            return None;
-        }
-        let same = |other: &&mut Attempt| (other.cost - minimum.cost).abs() <= SAME_MINIMUM * minimum.cost;
-        if let Some(known) = self.0.iter_mut().find(same) {
-            if is_better(&minimum, known) {
-                *known = minimum;
-            }
-            return None;
-        }
-        let place = self.0.partition_point(|other| other.cost < minimum.cost);
-        self.0.insert(place, minimum);
-        Some(place)
-    }
-}
-
-/// Whether a minimum is to be taken instead of another of the same cost: a lower cost, or where a symmetry gives many
-/// of one cost, less turning.
-fn is_better(minimum: &Attempt, other: &Attempt) -> bool {
-    let difference = (minimum.cost - other.cost) / other.cost.abs().max(f64::MIN_POSITIVE);
-    if difference.abs() > EQUAL {
-        difference < 0.0
-    } else {
-        turned(&minimum.candidate) < turned(&other.candidate)
-    }
-}
-
-/// The angle that a path turns by, from node to node \[rad\].
-fn turned(path: &Candidate) -> f64 {
-    let step = |pair: &[Point]| lie::minus(&pair[1].attitude.value, &pair[0].attitude.value).norm();
-    path.states.windows(2).map(step).sum()
+/// Whether what an extremal of the cost was carried to is the same one: on another grid it costs some percent more or less, and
+/// where the nodes are kept they lie along its path. By its cost alone another one within that could pass for it.
+fn is_near(found: &Attempt, cost: f64, path: Option<&Candidate>) -> bool {
+    let along = |path: &Candidate, nodes: &[Node]| {
+        let (few, many) = (path.steps(), nodes.len() - 1);
+        path.states.iter().enumerate().all(|(index, state)| {
+            let other = &nodes[(index * many + few / 2) / few].point;
+            lie::minus(&other.attitude.value, &state.attitude.value).norm() < SAME_PATH
+        })
+    };
+    let kept = path.zip(found.swept.as_ref());
+    (found.cost - cost).abs() <= MARGIN * cost && kept.is_none_or(|(path, swept)| along(path, &swept.nodes))
 }

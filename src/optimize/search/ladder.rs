@@ -1,49 +1,30 @@
-//! One search for free, limited and constrained maneuvers: the ladder, and the comparison of what it finds.
+//! One search for free, limited and constrained maneuvers: the ladder, and what is found on it.
 //!
 //! Every rung improves candidates, most of them on a coarse grid; what it finds is carried to the requested
 //! grid. Cheap rungs that nearly always work come first.
 
-use super::coarse::{
-    FEW_STEPS, FEWEST_FROM_REST, SHOOTING_FREE, SHOOTING_FROM_REST, SHOOTING_IN_FIELD, SHOOTING_ONE_WAY,
-    SHOOTING_UNEVEN, coarse_steps,
-};
+use super::coarse::search_grid;
 use super::context::Context;
 use super::guess::Guess;
-use super::record::{self, Recorded};
-use super::starts;
-use super::way::{Follower, Way};
-use crate::Vector3;
-use crate::lie;
-use crate::maneuver::problem::{Motion, Path, Problem, Scheme};
+use super::starts::{self, wanted_turns};
+use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Method as Road;
-use crate::maneuver::solution::{ConvexWork, Optimality, Outcome, Rival, Rung, Sense, Solution, Trajectory};
+use crate::maneuver::solution::{ConvexWork, Outcome, Rung, Solution, Trajectory};
 use crate::numerics::factor::effective;
-use crate::numerics::figures::{short, significant};
-use crate::numerics::parallel;
 use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::driver::Report;
-use crate::optimize::methods::method::{Attempt, Method, Run, Watch};
-use crate::optimize::methods::scp::model::{Goal, Model};
-use crate::optimize::methods::scp::road::{body_rates, iterate, multipliers};
-use crate::optimize::methods::scp::{ScpOptions, second_order::descents};
+use crate::optimize::methods::method::{Attempt, Method, Run};
+use crate::optimize::methods::scp::ScpOptions;
+use crate::optimize::methods::scp::model::Goal;
 use crate::optimize::methods::shooting::Shooting;
-use crate::optimize::methods::shooting::newton::outcome_of;
 use crate::optimize::methods::shooting::refine::{CoarseToFine, polish};
-use crate::optimize::second_order;
-use crate::optimize::step::StepError;
 use crate::optimize::sweep::BoundaryValueProblem;
 use nalgebra::SVector;
-use std::f64::consts::{PI, TAU};
 
 /// Two extremals whose costates differ by less, relative, are one.
 const SAME: f64 = 1e-6;
-/// Steps from which a second thread takes less time than waking it.
-const WORTH_A_THREAD: usize = 400;
 /// Costs of one optimum of SCP differ by less, relative.
-const SAME_COST: f64 = 1e-9;
-
-/// An extremal of one grid that ends so near its target on another \[rad\] goes the same way there.
-const NEAR: f64 = 0.2;
+pub(super) const SAME_COST: f64 = 1e-9;
 
 /// What a search may do, and what it begins from.
 #[derive(Clone)]
@@ -171,56 +152,6 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         Solution { ladder: self.context.ladder.take(), ..solution }
     }
 
-    /// Whether a solution goes the way that was asked for, and no cheaper one is near it. A rotation that is given
-    /// is taken as written: that may be a saddle. So may be what is not to be tested.
-    pub fn satisfies(&self, solution: &Solution) -> bool {
-        let untested = !self.context.settings.test_second_order;
-        let minimal = untested || solution.optimality.conjugate_points == Some(0);
-        let given = matches!(self.problem.path, Path::AsGiven(_));
-        solution.outcome == Outcome::Converged && (minimal || given) && self.goes_as_asked(solution)
-    }
-
-    fn goes_as_asked(&self, solution: &Solution) -> bool {
-        self.asked_sense().is_none_or(|sense| sense == solution.sense)
-    }
-
-    /// The sense that was asked for.
-    pub(super) fn asked_sense(&self) -> Option<Sense> {
-        match self.problem.path {
-            Path::Best => None,
-            Path::Shortest => Some(Sense::Short),
-            Path::Long => Some(Sense::Long),
-            Path::AsGiven(rotation) => {
-                let mut path = Follower::new();
-                let parts = (rotation.norm() / 0.1).ceil().max(1.0);
-                for part in 0..=parts as usize {
-                    let turned = lie::exp(&(rotation * (part as f64 / parts)));
-                    path.node(&(self.problem.start.attitude * turned), Vector3::zeros(), 0.0);
-                }
-                path.way(&self.coarse).ok().map(|way| way.sense)
-            }
-        }
-    }
-
-    /// A solution that counts as converged only if it goes the way round that was asked for.
-    fn held_to_its_way(&self, mut solution: Solution) -> Solution {
-        if solution.outcome == Outcome::Converged && !self.goes_as_asked(&solution) {
-            let way = if solution.sense == Sense::Short { "short" } else { "long" };
-            let turned = solution.turned_deg;
-            solution.outcome = Outcome::Stalled;
-            solution.shortfall = Some(format!(
-                "no optimum that goes round as asked was found; the nearest goes the {way} way and turns by \
-                 {turned:.1}°"
-            ));
-        }
-        solution
-    }
-
-    /// A solution that counts as converged only where it goes the way that was asked for, and ends where it should.
-    pub fn held_to_all(&self, solution: Solution) -> Solution {
-        held_to(self.context.settings.tolerance, self.held_to_its_way(solution))
-    }
-
     /// Newton from the guess alone, on the requested grid, with no ladder behind it.
     pub fn polish(mut self) -> Solution {
         self.try_guess();
@@ -256,7 +187,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
     }
 
     /// Whether the shooting is to find its own starts, without limits.
-    fn is_free(&mut self) -> bool {
+    pub fn is_free(&mut self) -> bool {
         self.ask.shooting && !self.is_guessed() && !self.fine.dynamics.is_limited()
     }
 
@@ -322,13 +253,13 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         self.keep(attempt).then_some(cost)
     }
 
-    /// Carries a coarse extremal to the requested grid. The cost of the extremal that this led to.
-    pub fn finish(&mut self, coarse: Candidate) -> Option<f64> {
+    /// Carries a coarse extremal to the requested grid, and keeps what this leads to. Whether that is near it.
+    pub fn finish(&mut self, coarse: Candidate, near: impl FnOnce(&Attempt) -> bool) -> bool {
         let (problem, tolerance) = (self.problem, self.context.settings.tolerance);
         let refinement = CoarseToFine { problem, fine: &self.fine, tolerance };
         let attempt = self.attempt(Rung::CoarseToFine, &refinement, coarse);
-        let cost = attempt.cost;
-        self.keep(attempt).then_some(cost)
+        let near = near(&attempt);
+        self.keep(attempt) && near
     }
 
     /// Keeps what converged, once, or else the nearest miss. Whether it converged.
@@ -363,7 +294,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
 
     /// Newton on the requested grid from costates as a solution gives them: SI units, `λ_0` for Lie–Euler,
     /// `λ_{−1}` for Lie–Verlet.
-    fn shoot_from(&mut self, costates: &[f64], start: &str) -> bool {
+    pub fn shoot_from(&mut self, costates: &[f64], start: &str) -> bool {
         let steps = self.problem.steps;
         match starts::given(self.problem, &self.fine, costates) {
             Ok(costate) => {
@@ -376,282 +307,11 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
             }
         }
     }
-
-    /// The grid that an extremal is told on: the coarse one, unless its costates lead elsewhere there.
-    fn told_on(&self, candidate: &Candidate) -> &BoundaryValueProblem<'a, N> {
-        let [coarse, fine] = [&self.coarse, &self.fine].map(|bvp| bvp.dynamics.grid.steps());
-        let is_fine = candidate.steps() == fine && fine != coarse;
-        let near = || {
-            Follower::of(&self.coarse, &candidate.costate()).is_ok_and(|path| path.miss(&self.coarse) < NEAR)
-        };
-        if is_fine && !near() { &self.fine } else { &self.coarse }
-    }
-
-    /// How a candidate goes round.
-    fn way(&self, candidate: &Candidate) -> Way {
-        let way = match candidate.provenance.method {
-            Road::Scp => {
-                let mut path = Follower::new();
-                let model = Model::new(self.problem, candidate.steps());
-                for (attitude, rate) in body_rates(&model, candidate) {
-                    path.node(&attitude, rate, model.h);
-                }
-                Ok(path.way_or_short(&self.fine))
-            }
-            _ => {
-                let bvp = self.told_on(candidate);
-                Follower::of(bvp, &candidate.costate()).map(|path| path.way_or_short(bvp))
-            }
-        };
-        let (turned_deg, rotation) = (f64::NAN, Vector3::repeat(f64::NAN));
-        way.unwrap_or(Way { sense: Sense::Short, turned_deg, rotation })
-    }
-
-    /// How far a path is from what was asked for: the wrong sense, or another rotation than the given.
-    pub fn astray(&self, found: &Attempt) -> f64 {
-        let way = || self.way(&found.candidate);
-        match self.problem.path {
-            Path::Best => 0.0,
-            Path::Shortest => f64::from(u8::from(way().sense != Sense::Short)),
-            Path::Long => f64::from(u8::from(way().sense != Sense::Long)),
-            // In full turns, to a thousandth; a path of the other class is another way whatever it turns by.
-            Path::AsGiven(rotation) => {
-                let way = way();
-                let other = f64::from(u8::from(self.asked_sense().is_some_and(|sense| sense != way.sense)));
-                other + ((way.rotation - rotation).norm() / TAU * 1e3).round() / 1e3
-            }
-        }
-    }
-
-    /// The nearest to what was asked for first, of these the lowest cost.
-    pub fn ranked(&self, found: Vec<Attempt>) -> Vec<Attempt> {
-        let several = found.len() > 1;
-        let mut keyed: Vec<(f64, Attempt)> =
-            found.into_iter().map(|found| (if several { self.astray(&found) } else { 0.0 }, found)).collect();
-        keyed.sort_by(|(a, x), (b, y)| a.total_cmp(b).then(x.cost.total_cmp(&y.cost)));
-        keyed.into_iter().map(|(_, found)| found).collect()
-    }
-
-    /// Puts the winner first.
-    pub fn rank(&mut self) {
-        let found = std::mem::take(&mut self.found);
-        self.found = self.ranked(found);
-    }
-
-    /// Chooses among what was found, and writes the solution.
-    pub fn conclude(&mut self) -> Solution {
-        let solve_time = self.context.began.elapsed().as_secs_f64();
-        let mut solution = match self.answer.take() {
-            Some(answer) => answer,
-            None => self.chosen(),
-        };
-        solution.solve_time = solve_time;
-        if let Some(stopped) = self.context.interrupt()
-            && solution.outcome != Outcome::Converged
-        {
-            solution.outcome = stopped;
-        }
-        solution
-    }
-
-    /// The best of what was found, or the nearest miss, with its rivals.
-    fn chosen(&mut self) -> Solution {
-        let unsolved = Solution::unsolved(self.problem, self.context.settings.tolerance);
-        // SCP has ranked what it found from its own seeds: its winner is on the requested grid, its rivals are not.
-        let ranked = |found: &Attempt| found.candidate.provenance.method == Road::Scp;
-        let elsewhere = |found: &Attempt| found.candidate.steps() != self.problem.steps;
-        let own = !self.is_free() || self.found.iter().any(elsewhere);
-        if !(own && self.found.iter().any(ranked)) {
-            self.rank();
-        }
-        let rivals = self.found.iter().skip(1).chain(&self.rivals).map(|rival| self.rival(rival));
-        // One that cannot be followed from its start is no plan.
-        let rivals = rivals.filter(|rival| rival.turned_deg.is_finite() && rival.cost.is_finite()).collect();
-        let shortfall = self.shortfall.clone();
-        let method = if self.ask.shooting { Road::Shooting } else { Road::Scp };
-        let mut solution = Solution { method, rivals, shortfall, ..unsolved };
-        if let Some(chosen) = self.found.first().or(self.failure.as_ref()) {
-            self.write(&mut solution, chosen);
-        } else if self.context.ladder.borrow().iter().any(|rung| rung.outcome == Outcome::IterationLimit) {
-            solution.outcome = Outcome::IterationLimit;
-        }
-        solution
-    }
-
-    /// What is told of another plan, with the cost that it has in the unit of the file.
-    pub fn rival_of_cost(&self, rival: &Attempt, cost: f64) -> Rival {
-        Rival { cost, ..self.rival(rival) }
-    }
-
-    fn rival(&self, rival: &Attempt) -> Rival {
-        let candidate = &rival.candidate;
-        let Way { sense, turned_deg, .. } = self.way(candidate);
-        let conjugate_points = match candidate.provenance.method {
-            _ if !self.context.settings.test_second_order => None,
-            Road::Scp => None,
-            _ => second_order::conjugate_points(self.told_on(candidate), &candidate.costate::<N>()),
-        };
-        let (start, cost) = (candidate.provenance.start.clone(), rival.cost * self.fine.dynamics.units.cost);
-        Rival { start, sense, cost, conjugate_points, turned_deg }
-    }
-
-    /// Everything that is told of an attempt.
-    pub fn write(&self, solution: &mut Solution, attempt: &Attempt) {
-        let candidate = &attempt.candidate;
-        let provenance = &candidate.provenance;
-        solution.outcome = attempt.outcome;
-        solution.method = provenance.method;
-        solution.start = provenance.start.clone();
-        solution.iterations = provenance.iterations;
-        if let Some(shortfall) = &attempt.shortfall {
-            solution.shortfall = Some(shortfall.clone());
-        }
-        if candidate.steps() != self.problem.steps {
-            return;
-        }
-        let scp = provenance.method == Road::Scp;
-        let chain = scp.then(|| self.chain_of_given_duration(candidate.steps()));
-        let (recorded, optimality) = match &chain {
-            Some(chain) => (record::chain(self.problem, &self.fine, chain, candidate), None),
-            None => self.recorded(attempt),
-        };
-        let recorded = match recorded {
-            Ok(recorded) => recorded,
-            // What cannot be replayed is no plan, however well its conditions are met.
-            Err(error) => {
-                if attempt.converged() {
-                    solution.outcome = outcome_of(error);
-                }
-                return;
-            }
-        };
-        solution.cost = recorded.cost * self.fine.dynamics.units.cost;
-        solution.terminal = recorded.terminal;
-        solution.sense = recorded.way.sense;
-        solution.turned_deg = recorded.way.turned_deg;
-        solution.trajectory = recorded.trajectory;
-        match &chain {
-            None => {
-                solution.active = recorded.active;
-                solution.optimality = match optimality {
-                    Some(optimality) => optimality,
-                    None if self.context.settings.test_second_order => {
-                        second_order::optimality(&self.fine, &candidate.costate())
-                    }
-                    None => Optimality::UNTESTED,
-                };
-            }
-            Some(chain) if attempt.converged() => {
-                solution.active = recorded.active;
-                solution.convex = Some(ConvexWork { subproblems: provenance.subproblems, ..self.work });
-                // The second order is that of the effort, in the duration found.
-                let effort = self.ask.goal.as_ref().is_none_or(|goal| !goal.objective.switches());
-                let tested = self.context.settings.test_second_order;
-                solution.optimality = self.context.within(|budget| {
-                    let (iterate, multipliers) = (iterate(candidate), multipliers(candidate));
-                    let watch = Watch { deadline: None, ..budget.watch };
-                    Optimality {
-                        tested,
-                        stationarity: attempt.stationarity,
-                        conjugate_points: (effort && tested)
-                            .then(|| descents(&chain.model, &chain.rows, &iterate, &multipliers, &watch))
-                            .flatten(),
-                        rank: chain.model.terminal_count(),
-                        condition: f64::NAN,
-                    }
-                });
-            }
-            Some(_) => {}
-        }
-    }
-
-    /// Records an extremal, and where that pays tests its second order meanwhile.
-    fn recorded(&self, attempt: &Attempt) -> (Result<Recorded, StepError>, Option<Optimality>) {
-        let (problem, fine, stopped) = (self.problem, &self.fine, self.stopped());
-        let (costate, swept) = (attempt.candidate.costate(), attempt.swept.as_ref());
-        if stopped || !fine.is_kept_after_stop() {
-            // The best iterate is worth a moment more.
-            let undisturbed = (stopped && fine.is_kept_after_stop()).then(|| fine.undisturbed());
-            return (record::extremal(problem, undisturbed.as_ref().unwrap_or(fine), &costate, swept), None);
-        }
-        let pays = problem.steps >= WORTH_A_THREAD && parallel::threads() > 1;
-        if !pays || !self.context.settings.test_second_order {
-            return (record::extremal(problem, fine, &costate, swept), None);
-        }
-        let (dynamics, start, terminal) = fine.parts();
-        let record = || {
-            let fine = BoundaryValueProblem::<N>::of_parts(dynamics, start, terminal);
-            record::extremal(problem, &fine, &costate, swept)
-        };
-        let test = || second_order::optimality(fine, &costate);
-        let (optimality, recorded) = parallel::both(test, record, || {
-            self.stopped();
-        });
-        (recorded, Some(optimality))
-    }
-
-    /// Adds to an unsolved maneuver the duration for which a plan was found.
-    pub(super) fn advise(&self, solution: &mut Solution) {
-        // A search that was cut short says nothing about the maneuver.
-        let searched = !matches!(solution.outcome, Outcome::Converged | Outcome::IterationLimit);
-        if searched
-            && !self.stopped()
-            && let Some(violated) = &mut solution.shortfall
-        {
-            solution.longer = self.longer();
-            solution.shortest = self.shortest;
-            match (self.shortest, solution.longer) {
-                (Some(shortest), _) if shortest < self.problem.duration => {
-                    let (asked, shortest) = (short(self.problem.duration), significant(shortest, 6));
-                    violated.push_str(&format!(
-                        "; no plan of {asked} s was found, though there is one of {shortest} s"
-                    ));
-                }
-                (Some(shortest), _) => {
-                    let (asked, shortest) = (short(self.problem.duration), significant(shortest, 6));
-                    violated.push_str(&format!(
-                        "; no plan of {asked} s was found, the shortest duration found is {shortest} s (locally minimal)"
-                    ));
-                }
-                (None, Some(duration)) => violated.push_str(&format!("; a plan of {duration} s was found")),
-                (None, None) => {
-                    violated.push_str("; none was found for up to three times the duration either");
-                }
-            }
-        }
-    }
-
-    /// The shooting's word on an answer of SCP, started from its duals: whether it is an extremal, and of which
-    /// second order. Where its terminal error is above the tolerance, the shooting's own answer.
-    fn confirm(&mut self, solution: Solution) -> Solution {
-        if solution.outcome != Outcome::Converged || self.stopped() {
-            return solution;
-        }
-        self.found.clear();
-        let duals = solution.costates_0(self.problem).to_vec();
-        if duals.is_empty() {
-            return solution;
-        }
-        self.shoot_from(&duals, "duals");
-        let Some(shot) = self.found.first() else { return solution };
-        let unsolved = Solution::unsolved(self.problem, self.context.settings.tolerance);
-        let mut confirmed = Solution { solve_time: self.context.began.elapsed().as_secs_f64(), ..unsolved };
-        self.write(&mut confirmed, shot);
-        if (confirmed.cost - solution.cost).abs() > SAME_COST * solution.cost.abs() {
-            return solution;
-        }
-        if solution.terminal.largest() > self.context.settings.tolerance {
-            return Solution { convex: solution.convex, rivals: solution.rivals, ..confirmed };
-        }
-        let stationarity = solution.optimality.stationarity.max(confirmed.optimality.stationarity);
-        let optimality = Optimality { stationarity, ..confirmed.optimality };
-        Solution { optimality, solve_time: confirmed.solve_time, ..solution }
-    }
 }
 
 /// A solution that counts as converged only where its terminal error, replayed from the start, is within the
 /// tolerance.
-fn held_to(tolerance: f64, mut solution: Solution) -> Solution {
+pub(super) fn held_to(tolerance: f64, mut solution: Solution) -> Solution {
     let met = solution.terminal.largest() <= tolerance;
     if solution.outcome == Outcome::Converged && !met {
         solution.outcome = Outcome::Stalled;
@@ -671,55 +331,4 @@ pub(super) fn same<const N: usize>(a: &Attempt, b: &Attempt) -> bool {
     }
     let (a, b) = (a.candidate.costate::<N>(), b.candidate.costate::<N>());
     (a - b).amax() < SAME * a.amax().max(1.0)
-}
-
-/// Turns to try, in order.
-pub(super) fn wanted_turns(problem: &Problem) -> Vec<i32> {
-    match problem.path {
-        Path::Best => vec![0, -1],
-        Path::Shortest => vec![0],
-        Path::Long => vec![-1],
-        Path::AsGiven(rotation) => vec![turns_as_given(problem, &rotation)],
-    }
-}
-
-/// How many turns the given rotation is away from the shortest one between the boundary attitudes. It only
-/// names the start; which extremal is the given one is decided by its own rotation.
-fn turns_as_given(problem: &Problem, rotation: &Vector3) -> i32 {
-    let short = lie::minus(&problem.end.attitude, &problem.start.attitude);
-    // A rotation by 370° is 10° and one turn; one by −350° about the same axis is 10° less one turn.
-    let axis = if short.norm() > 1e-12 { short / short.norm() } else { Vector3::x() };
-    let along = rotation.norm() * rotation.dot(&axis).signum();
-    ((along - short.norm()) / TAU).round() as i32
-}
-
-/// Whether the best way from rest may be sought on a grid of very few steps: that of the first-order scheme is too coarse
-/// to tell a rival's cost by, and so it is beside a requested grid on which the search would take place itself.
-fn coarse_from_rest(problem: &Problem) -> bool {
-    problem.scheme == Scheme::LieVerlet && problem.steps >= FEWEST_FROM_REST
-}
-
-/// The grid on which the shooting searches.
-fn search_grid(problem: &Problem, turns: i32, even: bool) -> usize {
-    // Where inputs meet their limits, costates on two grids have no expansion in the step.
-    if problem.actuation.is_limited() {
-        return problem.steps;
-    }
-    let short = lie::minus(&problem.end.attitude, &problem.start.attitude);
-    let angle = (short.norm() + TAU * f64::from(turns)).abs();
-    let ends = [&problem.start, &problem.end];
-    let rests = ends.iter().all(|end| end.angular_velocity == Vector3::zeros());
-    // A body that only turns, and about all axes alike, turns by hardly more than the angle of its way.
-    let plain = problem.steps < FEW_STEPS && rests && even && problem.motion == Motion::Attitude;
-    let rule = match problem.path {
-        _ if !problem.environment.is_free() => SHOOTING_IN_FIELD,
-        Path::Best if !even => SHOOTING_UNEVEN,
-        Path::Best if plain && coarse_from_rest(problem) => SHOOTING_FROM_REST,
-        Path::Best => SHOOTING_FREE,
-        _ if plain => return coarse_steps(problem, angle, &SHOOTING_ONE_WAY),
-        _ => SHOOTING_FREE,
-    };
-    // Other extremals may turn by half a turn and more.
-    let angle = angle.max(PI);
-    coarse_steps(problem, angle, &rule)
 }

@@ -1,5 +1,8 @@
 //! The search: every sense and winding, each up the ladder, what it finds compared.
 
+mod answer;
+mod asked;
+mod authority;
 mod cheapest;
 mod coarse;
 mod constrained;
@@ -11,6 +14,7 @@ mod effort;
 mod free;
 mod guess;
 mod ladder;
+mod minima;
 pub(crate) mod paths;
 mod record;
 mod saturated;

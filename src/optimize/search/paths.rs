@@ -236,27 +236,39 @@ pub(super) fn coasting<const N: usize>(
     Ok(blended.collect())
 }
 
+/// At which paces coasts are slowed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) enum Paces {
+    #[default]
+    None,
+    /// Evenly.
+    Even,
+    /// Evenly, and shifted in phase by half a turn to either side.
+    Shifted,
+}
+
 /// Slowed coasts, short and long.
-pub(super) fn slowed<const N: usize>(bvp: &BoundaryValueProblem<N>) -> Vec<Candidate> {
+pub(super) fn slowed<const N: usize>(bvp: &BoundaryValueProblem<N>, paces: Paces) -> Vec<Candidate> {
     let rate = |point: &Point| (bvp.dynamics.j_inverse * point.momentum.value).norm();
     let reversed = bvp.reversed();
     // At which paces an end may run: an end that hardly turns needs none of its own.
-    let paces = |rate: f64| -> Vec<(f64, f64)> {
+    let paces_at = |rate: f64| -> Vec<(f64, f64)> {
         if rate <= SLOW {
             return vec![(1.0, 0.0)];
         }
         let shift = PI / rate;
-        let betas = [0.0, shift, -shift];
-        [0.0, 0.5].into_iter().flat_map(|kappa| betas.map(|beta| (kappa, beta))).collect()
+        let betas = if paces == Paces::Even { vec![0.0] } else { vec![0.0, shift, -shift] };
+        let at = |kappa: f64| betas.iter().map(move |beta| (kappa, *beta));
+        at(0.0).chain(at(0.5)).collect()
     };
     let ends = (rate(&bvp.start), rate(bvp.terminal.target()));
-    if ends.0.max(ends.1) <= SLOW {
+    if paces == Paces::None || ends.0.max(ends.1) <= SLOW {
         return Vec::new();
     }
     let mut out = Vec::new();
-    for ahead in paces(ends.0) {
+    for ahead in paces_at(ends.0) {
         let forward = free_coast(bvp, ahead);
-        for back in paces(ends.1) {
+        for back in paces_at(ends.1) {
             let mut backward = free_coast(&reversed, back);
             backward.reverse();
             for turns in [0, -1] {

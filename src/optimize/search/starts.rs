@@ -12,7 +12,8 @@
 //! integrator. With rates, a potential or a turning frame it counts the senses where they tie.
 
 use crate::Vector3;
-use crate::maneuver::problem::{Problem, Scheme};
+use crate::lie;
+use crate::maneuver::problem::{Path, Problem, Scheme};
 use crate::maneuver::solution::Outcome;
 use crate::numerics::factor::Factor;
 use crate::optimize::candidate::Candidate;
@@ -45,6 +46,26 @@ pub(crate) fn wound(error: &Vector3, turns: i32) -> Vector3 {
     }
     let axis = if angle > 1e-12 { error / angle } else { Vector3::x() };
     axis * (angle + TAU * f64::from(turns))
+}
+
+/// Turns to try, in order.
+pub(super) fn wanted_turns(problem: &Problem) -> Vec<i32> {
+    match problem.path {
+        Path::Best => vec![0, -1],
+        Path::Shortest => vec![0],
+        Path::Long => vec![-1],
+        Path::AsGiven(rotation) => vec![turns_as_given(problem, &rotation)],
+    }
+}
+
+/// How many turns the given rotation is away from the shortest one between the boundary attitudes. It only
+/// names the start; which extremal is the given one is decided by its own rotation.
+fn turns_as_given(problem: &Problem, rotation: &Vector3) -> i32 {
+    let short = lie::minus(&problem.end.attitude, &problem.start.attitude);
+    // A rotation by 370° is 10° and one turn; one by −350° about the same axis is 10° less one turn.
+    let axis = if short.norm() > 1e-12 { short / short.norm() } else { Vector3::x() };
+    let along = rotation.norm() * rotation.dot(&axis).signum();
+    ((along - short.norm()) / TAU).round() as i32
 }
 
 /// The starts with the given turns, each damped by `fraction`.

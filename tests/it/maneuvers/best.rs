@@ -3,6 +3,7 @@
 use crate::common::Random;
 use nalgebra::DMatrix;
 use slewkit::maneuver::{Outcome, Path, Problem, SecondOrder, Sense, Settings, Solution, State, Weights};
+use slewkit::mechanics::environment::UniformGravity;
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia};
 use slewkit::optimize::search::solve;
 use slewkit::plan::Silent;
@@ -146,6 +147,46 @@ fn a_saddle_on_the_asked_way_is_left_for_a_minimum_of_that_way() {
     assert_eq!(solution.optimality.second_order(), SecondOrder::Minimum);
 }
 
+/// An extremal of the asked class is taken before one of the other, however much nearer that one's ∫Ω is to the rotation.
+#[test]
+fn the_class_of_a_given_rotation_comes_before_its_length() {
+    let asked = Vector3::new(-2.889, -9.099, -5.05);
+    let inertia = Inertia::new(symmetric([1.135, -0.02, 0.125, 1.153, 0.142, 0.713])).unwrap();
+    let end = State::at_rest(lie::exp(&asked));
+    let body = Body { inertia, mass: None };
+    let problem = Problem::attitude(body, State::at_rest(Matrix3::identity()), end, 1.0);
+    let solution = answer(&problem.with_path(Path::AsGiven(asked)).with_steps(100));
+    // 619° is nearer to two whole turns than to one.
+    assert_eq!((solution.outcome, solution.sense), (Outcome::Converged, Sense::Short));
+}
+
+/// Between high rates one start in thirty may lead to the best way.
+#[test]
+fn between_high_rates_the_answer_is_as_cheap_as_any_known() {
+    let inertia = Inertia::new(symmetric([1.365, 0.116, 0.086, 0.668, -0.54, 0.967])).unwrap();
+    let start = State::attitude(Matrix3::identity(), Vector3::new(-2.424, -1.93, -0.569));
+    let attitude = lie::exp(&Vector3::new(-0.982, -1.025, -1.091));
+    let end = State::attitude(attitude, Vector3::new(4.33, -1.037, 0.639));
+    let problem = Problem::attitude(Body { inertia, mass: None }, start, end, 1.0).with_steps(100);
+    let (solution, known) = (answer(&problem), 112.559_788_075);
+    assert!(solution.cost <= known * (1.0 + 1e-6), "{}", solution.cost);
+}
+
+/// A stiff pendulum, two turns and a third: the grid of the search follows how fast the field swings the body.
+#[test]
+fn in_a_stiff_field_the_answer_does_not_depend_on_the_number_of_steps() {
+    let inertia = Inertia::new(symmetric([1.117, -0.257, 0.254, 0.764, 0.041, 1.119])).unwrap();
+    let arm = Vector3::new(-0.10966, -0.144029, -0.239228);
+    let field = UniformGravity::new(1.0, 260.355, Vector3::z(), arm).unwrap();
+    let [start, end] =
+        [([1.497, 1.61, 1.387], [0.999, 0.805, -0.691]), ([0.349, -0.731, 1.861], [0.488, 0.162, 0.235])]
+            .map(|(rotation, rate)| State::attitude(lie::exp(&Vector3::from(rotation)), rate.into()));
+    let problem = Problem::attitude(Body { inertia, mass: None }, start, end, 1.0).with_environment(field);
+    let costs = [100, 200, 400].map(|steps| answer(&problem.clone().with_steps(steps)).cost);
+    let (first, second) = (costs[1] - costs[0], costs[2] - costs[1]);
+    assert!((second / first - 0.25).abs() < 0.01, "{costs:?}");
+}
+
 /// Rows of a symmetric matrix.
 fn symmetric([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> Matrix3 {
     Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
@@ -197,6 +238,15 @@ fn with_two_torques_or_uneven_weights_the_answer_is_a_minimum_and_as_cheap_as_an
                 [-0.371, 0.932, 1.436],
             ),
             206.100_394_077_7,
+        ),
+        // Newton on all nodes stalls where the last of the authority is taken away.
+        (
+            two_torques(
+                [1.309, 0.003, -0.109, 1.333, 0.029, 0.359],
+                [[-0.169, -0.976, 0.137], [-0.183, 0.98, -0.082]],
+                [1.771, -1.015, -0.569],
+            ),
+            849.786_910_622,
         ),
         // An extremal whose costates round-off carries away before the end: only its nodes are a plan.
         (
