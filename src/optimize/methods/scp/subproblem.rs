@@ -120,8 +120,8 @@ impl ProgramLayout {
     }
 }
 
-/// Unknowns from which the cone solver works on a thread of its own. It looks at nobody while it is made, nor within an iteration,
-/// which takes about a hundredth of a second there, and half a second with ten times as many.
+/// Unknowns from which the cone solver works on a thread of its own: it looks at nobody while it is made, nor within an iteration. With
+/// fewer that is over soon.
 const LARGE: usize = 20_000;
 
 /// The data of a cone program, its matrices as they were written, entry by entry.
