@@ -115,6 +115,10 @@ fn directions(extremal: &Extremal, askew: &Vector3) -> impl Iterator<Item = Bias
     constant.chain(mixed).map(turned)
 }
 
+fn is_fast(extremal: &Extremal) -> bool {
+    extremal.start_rate.norm() + extremal.end_rate.norm() > FAST
+}
+
 /// Rotation vectors to the target: those that are asked for; of the best the short way, and the other where it may be
 /// shorter in time.
 fn ways(extremal: &Extremal, path: &Way) -> Vec<Vector3> {
@@ -123,7 +127,7 @@ fn ways(extremal: &Extremal, path: &Way) -> Vec<Vector3> {
     // No turn at all has no axis: any other way round is about the first.
     let axis = if angle > 0.0 { phi / angle } else { Vector3::x() };
     let other = axis * (angle - TAU);
-    let fast = extremal.start_rate.norm() + extremal.end_rate.norm() > FAST;
+    let fast = is_fast(extremal);
     match path {
         Way::AsGiven(vector) => vec![*vector],
         Way::Best if angle > OTHER_SENSE || fast => vec![phi, other],
@@ -257,7 +261,8 @@ fn descended(
             if stop() {
                 break;
             }
-            let reached = if extremal.counts_fuel() || !bias.tips() {
+            // Fast bodies have many branches, of which steep descents lose some.
+            let reached = if extremal.counts_fuel() || is_fast(extremal) || !bias.tips() {
                 descend(extremal, from, target.min(BRANCHING), &bias, sweeps)
             } else {
                 descend_steeply(extremal, from, (PARTED * target).min(BRANCHING), &bias, sweeps)
