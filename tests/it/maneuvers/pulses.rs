@@ -110,7 +110,7 @@ fn the_best_duration_of_pulses_is_the_best_of_those_given() {
     let (price, given) = (0.05, pulsed(&moving_slowly(), 0.3));
     let sought = priced(&given, price);
     let solution = |steps: usize| solved(&sought.clone().with_steps(steps)).solution;
-    let [coarse, middle, fine] = [100, 200, 400].map(solution);
+    let [coarse, middle, fine] = [100, 400, 1600].map(solution);
     let found = fine.switching.as_ref().unwrap();
     for part in [0.97, 1.03] {
         let duration = part * found.continuous_duration_s;
@@ -119,11 +119,12 @@ fn the_best_duration_of_pulses_is_the_best_of_those_given() {
         assert!(cost > found.continuous_cost, "{part}: {cost} {}", found.continuous_cost);
     }
     let duration = |solution: &slewkit::maneuver::Solution| *solution.trajectory.time.last().unwrap();
+    // How steps are shared among arcs is not the same on every grid, and the duration feels that first: so grids lie far apart.
     for (one, next) in [(&coarse, &middle), (&middle, &fine)] {
-        let order = ((one.cost - found.continuous_cost) / (next.cost - found.continuous_cost)).log2();
+        let order = ((one.cost - found.continuous_cost) / (next.cost - found.continuous_cost)).log(4.0);
         assert!((order - 2.0).abs() < 0.2, "{order}: {} {}", one.cost, next.cost);
         let apart = [one, next].map(|solution| duration(solution) - found.continuous_duration_s);
-        assert!(((apart[0] / apart[1]).log2() - 2.0).abs() < 0.3, "{apart:?}");
+        assert!(((apart[0] / apart[1]).log(4.0) - 2.0).abs() < 0.3, "{apart:?}");
     }
     assert!(fine.optimality.stationarity < 1e-12, "{}", fine.optimality.stationarity);
 }

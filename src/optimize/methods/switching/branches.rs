@@ -35,6 +35,9 @@ const PARTED: f64 = 7.0;
 /// ε at which branches are compared where fuel counts.
 const COMPARED_FUEL: f64 = 0.02;
 
+/// Turns below this are small \[rad\].
+const SMALL: f64 = 0.1;
+
 /// ε at and below which a branch that turns back is still of use.
 const FOLDED: f64 = 0.05;
 
@@ -261,8 +264,9 @@ fn descended(
             if stop() {
                 break;
             }
-            // Fast bodies have many branches, of which steep descents lose some.
-            let reached = if extremal.counts_fuel() || is_fast(extremal) || !bias.tips() {
+            // Fast bodies have many branches, and small turns branches that hardly differ: steep descents lose some of them.
+            let close = is_fast(extremal) || angle < SMALL;
+            let reached = if extremal.counts_fuel() || close || !bias.tips() {
                 descend(extremal, from, target.min(BRANCHING), &bias, sweeps)
             } else {
                 descend_steeply(extremal, from, (PARTED * target).min(BRANCHING), &bias, sweeps)
