@@ -50,11 +50,9 @@ impl Ties {
         }
         for (bound, acts) in bounds.iter().zip(acting) {
             match (bound.a, bound.b) {
-                (Some(a), Some(b)) if end == Some(b) => {
-                    if *acts {
-                        ties.join(a, b);
-                    }
-                }
+                // An end that is sought has its number already; a pulse may last to it.
+                (Some(a), Some(b)) if end == Some(b) && *acts => ties.join(a, b),
+                (Some(_), Some(b)) if end == Some(b) => {}
                 (a, Some(b)) if *acts => {
                     let from = a.map_or(none, |a| ties.hung[a]);
                     ties.hung[b] = Hung { offset: from.offset + bound.least, ..from };
