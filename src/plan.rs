@@ -112,6 +112,7 @@ impl Status {
     }
 
     /// Whether a solve that ended as `outcome` says, and what the witnesses found, can have this status.
+    #[cfg(feature = "files")]
     pub(crate) fn agrees_with(self, outcome: Outcome, found: Option<&Verification>) -> bool {
         match found {
             None => outcome != Outcome::Converged && self == Self::without_solution(outcome),
