@@ -7,9 +7,10 @@
 //!   radian: equal costs to 1e-9, by symmetry.
 //! - Grids: maneuvers of the families F1, F2, F3, F5 and F6 on 100, 200 and 400 steps. Costs of one extremal converge at second order:
 //!   the second difference is a quarter of the first. Where it is not within a third, and they differ by more than 1e-6, each answer is
-//!   carried to the grid beside it, by Newton from its costates, at once or over grids between, or by SCP along its path, and is there if its nodes move by less than
-//!   0.2 rad. That is the answer of that grid, or it is dearer than that: then the costs of two extremals cross between the grids, and
-//!   each is the cheaper on its own. Where it is cheaper, or neither can be carried, a search has missed it: another answer.
+//!   carried to the grid beside it: by Newton from its costates, at once or over grids between, or by SCP along its path. It is there if
+//!   its nodes move by less than 0.2 rad. That is the answer of that grid, or it is dearer than that: then the costs of two extremals
+//!   cross between the grids, and each is the cheaper on its own. Where it is cheaper, or neither can be carried, a search has missed
+//!   it: another answer.
 //! - Turns as given: 200° to 700° about any axis between rates up to 2 rad/T. A plan that is called solved and verified ends on the
 //!   lift of the turn that was asked for (the double cover of the rotations), which is counted here once more.
 //!
@@ -46,6 +47,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             Ok(number) => numbers.push(number),
             Err(_) => parts.push(text),
         }
+    }
+    let known = ON_GRIDS.map(|number| FAMILIES[number].name);
+    let known = known.iter().filter_map(|name| name.split(' ').next()).chain(["mirrors", "turns"]);
+    if let Some(unknown) = parts.iter().find(|part| !known.clone().any(|name| name == part.as_str())) {
+        return Err(format!("no part is called {unknown}").into());
     }
     let wanted = |name: &str| {
         parts.is_empty() || parts.iter().any(|part| Some(part.as_str()) == name.split(' ').next())
