@@ -61,7 +61,8 @@ fn extremal(switching: &Switching) -> Option<String> {
         )),
         Structure::Pulses => Some(format!(
             "Every input is off or at a limit, in pulses that last at least as long as asked: with the same pulses at other times \
-             no less fuel is burnt nearby, and without a shortest pulse {gap} % less."
+             the cost is no less nearby, and without a shortest pulse it is {:.2} % less.",
+            100.0 * switching.gap / switching.continuous_cost
         )),
         Structure::Norm => Some(format!(
             "The torque of the continuous extremal goes as the maximum principle asks: {gap} % of the cost could still be \
