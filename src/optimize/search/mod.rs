@@ -245,7 +245,8 @@ pub fn solve(
 ///
 /// # Errors
 /// [`PlanError`] when problem or settings cannot be used.
-pub(crate) fn solve_smoothed(
+#[doc(hidden)]
+pub fn solve_smoothed(
     problem: &Problem,
     settings: &Settings,
     observer: &mut dyn Observer,
@@ -264,7 +265,8 @@ pub(crate) fn solve_smoothed(
 ///
 /// # Errors
 /// [`PlanError`] when problem or settings cannot be used.
-pub(crate) fn solve_convex(
+#[doc(hidden)]
+pub fn solve_convex(
     problem: &Problem,
     settings: &Settings,
     polish: bool,
