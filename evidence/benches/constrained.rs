@@ -13,7 +13,7 @@ fn main() {
     let settings = Settings::default();
     let (mut times, mut shares, mut winner, mut all) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for seed in 0..150 {
-        let Some(problem) = constrained::case(seed, Some(2)) else { continue };
+        let Some(problem) = evidence::constrained::case(seed, Some(2)) else { continue };
         let runs = (0..3).filter_map(|_| solve(&problem, &settings, None, &mut Silent).ok());
         let Some(best) = runs.min_by(|a, b| a.solve_time.total_cmp(&b.solve_time)) else { continue };
         let (Outcome::Converged, Some(convex)) = (best.outcome, &best.convex) else { continue };

@@ -9,7 +9,7 @@ use slewkit::maneuver::{Method, Problem, Rung, Scheme, Settings, State};
 use slewkit::mechanics::{Body, Inertia, Limits};
 use slewkit::optimize::search::solve;
 use slewkit::plan::{Plan, Silent, Status, plan};
-use slewkit::{Matrix3, Vector3, lie};
+use slewkit::{Vector3, lie};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::sync::atomic::{AtomicUsize, Ordering};
