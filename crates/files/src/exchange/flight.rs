@@ -5,7 +5,7 @@
 //! plan, attitudes are found between the nodes of the plan by a cubic; what it misses is stated, and so is what a
 //! reader misses who interpolates between the rows.
 
-use super::interpolation::{Row, cubic, missed};
+use slewkit::lie::interpolation::{Row, cubic, missed};
 use super::numpy::crc32;
 use super::{Lacking, Record, digits};
 use crate::export::ExportError;

@@ -16,8 +16,9 @@
 //! Numbers have 17 significant digits, and read back to the same bits.
 
 mod ccsds;
+mod compared;
 mod flight;
-mod interpolation;
+pub mod frames;
 mod lacking;
 mod matlab;
 mod numpy;
@@ -32,6 +33,7 @@ mod xml;
 
 pub use ccsds::AemVersion;
 pub use lacking::Lacking;
+pub use compared::{FileReport, judge_file};
 pub use reading::{Attitudes, read_attitudes};
 pub use record::{Record, Tables};
 
