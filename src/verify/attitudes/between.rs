@@ -20,7 +20,7 @@ use crate::maneuver::constraint::{
     Arc, BOUNDARY_ROUNDING, Constraint, Direction, Pointing, Rule, Side, Target, angle_between,
 };
 use crate::maneuver::Problem;
-use crate::numerics::figures::significant;
+use crate::numerics::figures::{decimals, significant};
 
 /// Judges every constraint.
 pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut AttitudeReport) {
@@ -98,7 +98,8 @@ fn cones(constraint: &Constraint, pointing: &Pointing, motion: &Motion<'_>, repo
         }
     }
     let name = &constraint.name;
-    let degrees = |angle: f64| significant(angle.to_degrees(), 6);
+    // Round-off is no angle.
+    let degrees = |angle: f64| decimals(angle.to_degrees(), 6);
     if let Some(Inside { room, angle, time, from, to }) = inside {
         let side = if pointing.side == Side::KeepOut { "enters" } else { "leaves" };
         report.violations.push(format!(

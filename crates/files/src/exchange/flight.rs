@@ -107,7 +107,7 @@ fn head(record: &Record<'_>, tick: f64, rows: usize) -> Result<String, ExportErr
     if let Some(epoch) = record.identity.epoch {
         writeln!(text, "# epoch {epoch}")?;
     }
-    let (reference, body) = (record.identity.reference_frame(), record.identity.body_frame());
+    let (reference, body) = (record.reference(), record.identity.body_frame());
     writeln!(text, "# quaternion: Hamilton, scalar first, from {body} to {reference} components")?;
     writeln!(
         text,

@@ -1,6 +1,7 @@
 //! The notations of an attitude, and what users get wrong in them.
 
 use super::{Section, Spot, short, show};
+use crate::rounding::{ROTATION, SILENT};
 use slewkit::lie::{exp, log, project_to_rotation, rotation_from_quaternion};
 use slewkit::{Matrix3, Vector3};
 use std::f64::consts::{PI, TAU};
@@ -27,10 +28,9 @@ pub(crate) enum Use {
     Turn,
 }
 
-/// Norm defect of a quaternion, and residual of a matrix, that are taken as rounding and removed.
-const QUATERNION_ROUNDING: f64 = 1e-3;
-const QUATERNION_SILENT: f64 = 1e-9;
-const MATRIX_ROUNDING: f64 = 1e-6;
+
+/// What a matrix of a plan file may miss of a rotation, and is kept as it is: round-off.
+const KEPT: f64 = 1e-6;
 
 /// Reads the one notation that an attitude table holds.
 pub(crate) fn rotation(section: &Section, purpose: Use) -> Option<Rotation> {
@@ -120,13 +120,13 @@ fn quaternion(section: &Section, q: [f64; 4], name: &str) -> Option<Matrix3> {
     let unit = q.map(|value| value / size);
     let norm = size * unit.iter().map(|value| value * value).sum::<f64>().sqrt();
     let defect = (norm - 1.0).abs();
-    if defect > QUATERNION_ROUNDING {
+    if defect > ROTATION {
         let reason = format!("the norm of the quaternion is {}, a rotation has norm 1", short(norm));
         let order = if name.ends_with("wxyz") { "w, x, y, z" } else { "x, y, z, w" };
         let remedy = format!("divide by the norm, or check the four numbers: {order}");
         return section.refuse("E0051", name, reason, remedy);
     }
-    if defect > QUATERNION_SILENT {
+    if defect > SILENT {
         let reason =
             format!("the norm of the quaternion differs from 1 by {}; it is normalised", short(defect));
         section.warn("W0051", name, reason, "write more digits to keep the attitude as meant");
@@ -142,9 +142,11 @@ fn rotation_matrix(section: &Section) -> Option<Matrix3> {
     } else {
         (matrix.transpose() * matrix - Matrix3::identity()).amax()
     };
-    if residual > MATRIX_ROUNDING {
+    // Of a row of length 1 + ε the square is 1 + 2ε.
+    let limit = 2.0 * ROTATION;
+    if residual > limit {
         let reason = format!(
-            "the matrix is not a rotation: RᵀR differs from the identity by {}, at most {MATRIX_ROUNDING:e} is taken as rounding",
+            "the matrix is not a rotation: RᵀR differs from the identity by {}, at most {limit} is taken as rounding",
             short(residual)
         );
         let remedy = "its rows must be orthogonal and of length 1; write all digits";
@@ -155,7 +157,14 @@ fn rotation_matrix(section: &Section) -> Option<Matrix3> {
         let remedy = "check the sign of one row, or the handedness of the axes";
         return section.refuse("E0056", "matrix", reason, remedy);
     }
-    Some(if section.keeps_rounding { matrix } else { project_to_rotation(&matrix) })
+    if residual > 2.0 * SILENT {
+        let reason = format!(
+            "RᵀR differs from the identity by {}; the nearest rotation is taken",
+            short(residual)
+        );
+        section.warn("W0051", "matrix", reason, "write more digits to keep the attitude as meant");
+    }
+    Some(if section.keeps_rounding && residual <= KEPT { matrix } else { project_to_rotation(&matrix) })
 }
 
 fn euler(section: &Section, name: &str, purpose: Use) -> Option<Rotation> {
