@@ -71,15 +71,7 @@ impl Record<'_> {
     pub(super) fn named_quaternion(&self, k: usize) -> [f64; 4] {
         let own = self.trajectory.quaternion[k];
         let Some(axes) = self.axes().filter(|axes| *axes != Matrix3::identity()) else { return own };
-        let [w, x, y, z] = own;
-        let [a, b, c, d] = lie::quaternion_from_rotation(&axes);
-        // A product, so that a rotation by a constant keeps the sign along the rows.
-        [
-            a * w - b * x - c * y - d * z,
-            a * x + b * w + c * z - d * y,
-            a * y - b * z + c * w + d * x,
-            a * z + b * y - c * x + d * w,
-        ]
+        product(lie::quaternion_from_rotation(&axes), own)
     }
 
     /// Attitude and angular velocity at node `k` against inertial space: from body axes to those of the reference frame as it is at
@@ -89,8 +81,10 @@ impl Record<'_> {
         if !self.turns() {
             return (quaternion, rate);
         }
-        let turned = lie::exp(&(self.problem.environment.frame_rate() * self.trajectory.time[k]));
-        (lie::quaternion_from_rotation(&(turned * lie::rotation_from_quaternion(&quaternion))), rate)
+        let half = 0.5 * self.trajectory.time[k] * self.problem.environment.frame_rate();
+        let (angle, axis) = (half.norm(), half.try_normalize(0.0).unwrap_or_default());
+        let vector = angle.sin() * axis;
+        (product([angle.cos(), vector.x, vector.y, vector.z], quaternion), rate)
     }
 
     /// The reference frame as it is called in the head of a table of ours.
@@ -153,6 +147,16 @@ impl Record<'_> {
             .map(|input| ascii(&format!("input_{}", names.input(input))))
             .collect()
     }
+}
+
+/// The product of two quaternions, scalar first: unlike one made of a rotation it keeps its sign along rows.
+fn product([a, b, c, d]: [f64; 4], [w, x, y, z]: [f64; 4]) -> [f64; 4] {
+    [
+        a * w - b * x - c * y - d * z,
+        a * x + b * w + c * z - d * y,
+        a * y - b * z + c * w + d * x,
+        a * z + b * y - c * x + d * w,
+    ]
 }
 
 /// Printable ASCII alone.

@@ -37,8 +37,12 @@ pub(crate) fn rotation(section: &Section, purpose: Use) -> Option<Rotation> {
     let angle = |name: &str| name == "angle_deg" || name == "angle_rad";
     let mut names: Vec<&str> = Vec::new();
     for given in &section.given {
-        // Axis and angle are one notation together.
-        let name = if angle(&given.name) { "axis" } else { given.name.as_str() };
+        // Axis and angle are one notation together, and so are the angles of a pointing.
+        let name = match given.name.as_str() {
+            name if angle(name) => "axis",
+            name if POINTED.contains(&name) => POINTED[0],
+            name => name,
+        };
         if section.knows(&given.name) && !names.contains(&name) {
             names.push(name);
         }
@@ -66,6 +70,9 @@ pub(crate) fn rotation(section: &Section, purpose: Use) -> Option<Rotation> {
             Some(vector(if name.ends_with("_deg") { given.map(f64::to_radians) } else { given }))
         }
         "matrix" => rotation_matrix(section).map(matrix),
+        "mrp" => section.vector(name).map(|sigma| matrix(rodrigues(sigma, true))),
+        "rodrigues" => section.vector(name).map(|vector| matrix(rodrigues(vector, false))),
+        "ra_deg" => pointed(section).map(matrix),
         "quaternion_wxyz" | "quaternion_xyzw" => {
             let given = section.quaternion(name)?;
             let q = if name.ends_with("xyzw") { [given[3], given[0], given[1], given[2]] } else { given };
@@ -80,6 +87,32 @@ pub(crate) fn rotation(section: &Section, purpose: Use) -> Option<Rotation> {
         }
         _ => euler(section, name, purpose),
     }
+}
+
+/// Where the x axis of the body points, and the roll about it.
+const POINTED: [&str; 3] = ["ra_deg", "dec_deg", "roll_deg"];
+
+/// `R = Rz(α) Ry(−δ) Rx(ρ)`.
+fn pointed(section: &Section) -> Option<Matrix3> {
+    if let Some(missing) = POINTED.into_iter().find(|name| !section.has(name)) {
+        let reason = format!("right ascension, declination and roll go together: `{missing}` is missing");
+        return section.refuse_here("E0021", reason, format!("add {missing} = 0"));
+    }
+    let [ra, dec, roll] = POINTED.map(|name| section.number(name));
+    let dec = dec?;
+    if dec.abs() > 90.0 {
+        let reason = format!("`dec_deg`: a declination of {} deg is outside -90 to 90 deg", show(dec));
+        return section.refuse("E0074", "dec_deg", reason, "check the order and the unit of the angles");
+    }
+    let [ra, dec, roll] = [ra?, dec, roll?].map(f64::to_radians);
+    Some(exp(&(Vector3::z() * ra)) * exp(&(Vector3::y() * -dec)) * exp(&(Vector3::x() * roll)))
+}
+
+/// The rotation of Rodrigues parameters `e tan(φ/2)`, or of modified ones, `e tan(φ/4)`.
+fn rodrigues(vector: Vector3, modified: bool) -> Matrix3 {
+    let length = vector.norm();
+    let axis = if length > 0.0 { vector / length } else { return Matrix3::identity() };
+    exp(&(axis * (if modified { 4.0 } else { 2.0 } * length.atan())))
 }
 
 fn axis_angle(section: &Section, purpose: Use) -> Option<Vector3> {

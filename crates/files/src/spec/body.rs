@@ -5,7 +5,7 @@ use super::{Section, short, show};
 use crate::rounding;
 use slewkit::Matrix3;
 use slewkit::mechanics::{Inertia, InertiaError};
-use slewkit::numerics::figures::significant;
+use slewkit::numerics::figures::rounded;
 
 /// Asymmetry that needs no warning: the last digit of an entry.
 const SILENT_ASYMMETRY: f64 = 1e-15;
@@ -83,10 +83,10 @@ fn refusal(error: &InertiaError) -> (&'static str, String, &'static str) {
             "E0042",
             format!(
                 "no body has the principal moments {}, {}, {}: the largest exceeds the sum of the others, {}",
-                significant(*a, 6),
-                significant(*b, 6),
-                significant(*c, 6),
-                significant(a + b, 6)
+                rounded(*a, 6),
+                rounded(*b, 6),
+                rounded(*c, 6),
+                rounded(a + b, 6)
             ),
             "check the moments and the signs of the products of inertia: tensor signs, Jxy = −∫xy dm",
         ),
