@@ -8,8 +8,8 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use serde_json::json;
 use slewkit::propagate::integrator::Kind;
-use slewkit::verify::{DEFAULT_ACCURACY_DEG, judge_attitudes};
-use slewkit_files::exchange::read_attitudes;
+use slewkit::verify::DEFAULT_ACCURACY_DEG;
+use slewkit_files::exchange::{judge_file, read_attitudes};
 use slewkit_files::export::{ExportError, PlanFile};
 use slewkit_files::spec::{Loaded, Spec};
 use slewkit_report::studies::integrators::{Asked, Study, StudyError, StudyProgress};
@@ -83,19 +83,22 @@ pub fn verify_attitudes(
     name: &str,
     maneuver: &Bound<'_, Maneuver>,
 ) -> PyResult<String> {
-    let Loaded { problem, settings, .. } = &maneuver.get().loaded;
+    let Loaded { problem, settings, identity, .. } = &maneuver.get().loaded;
     let found = read_attitudes(&bytes[..], name).map_err(|found| failure::spec(py, &found))?;
     let tolerance = settings.continuous_tolerance.unwrap_or(DEFAULT_ACCURACY_DEG.to_radians());
-    let judged =
-        detached(py, || judge_attitudes(problem, &found.time, &found.quaternion, &found.rate, tolerance))?;
+    let judged = detached(py, || judge_file(&found, name, problem, identity, tolerance))?;
+    let judged = judged.map_err(|found| failure::spec(py, &found))?;
+    let rows = &judged.attitudes;
     let document = json!({
         "status": if judged.passed() { "solved" } else { "verification_failed" },
         "name": problem.name,
         "steps": found.time.len() - 1,
         "verified": {
-            "checks": judged.checks,
-            "violations": judged.violations,
-            "peak_torque_n_m": judged.peak_torque_n_m,
+            "checks": rows.checks,
+            "violations": rows.violations,
+            "not_judged": judged.not_judged,
+            "peak_torque_n_m": rows.peak_torque_n_m,
+            "peak_torque_of_attitudes_n_m": rows.peak_torque_of_attitudes_n_m,
         },
         "differences": [],
     });

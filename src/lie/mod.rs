@@ -15,6 +15,7 @@
 //! smallest normal numbers to π. Arguments that are not finite, or whose square overflows, give NaN.
 
 mod cayley;
+pub mod interpolation;
 mod kernels;
 mod quaternion;
 mod rotation;

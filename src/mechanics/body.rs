@@ -101,6 +101,24 @@ impl Inertia {
         Ok(Self { j, j_d, j_inverse, principal })
     }
 
+    /// As [`Inertia::new`] of moments that are printed in a few digits: where the largest principal moment exceeds the sum of the others
+    /// by at most the part `rounding` of itself it is taken for the sum, that of a flat plate. Gives by which part it did, or zero.
+    ///
+    /// # Errors
+    /// As [`Inertia::new`].
+    pub fn of_rounded(j: Matrix3, rounding: f64) -> Result<(Self, f64), InertiaError> {
+        match Self::new(j) {
+            Err(InertiaError::Triangle { principal: [a, b, c] }) if c - (a + b) <= rounding * c => {
+                let (_, axes) = principal_axes(&(0.5 * (j + j.transpose())));
+                let plate = axes * Matrix3::from_diagonal(&Vector3::new(a, b, a + b)) * axes.transpose();
+                // A body whose axes are those of the inertia keeps its zeros and its other moments.
+                let plate = Matrix3::from_fn(|row, column| if j[(row, column)] == 0.0 { 0.0 } else { plate[(row, column)] });
+                Ok((Self::new(plate)?, (c - (a + b)) / c))
+            }
+            other => Ok((other?, 0.0)),
+        }
+    }
+
     /// A diagonal inertia [kg·m²].
     ///
     /// # Errors

@@ -5,6 +5,7 @@ pub(crate) mod banded;
 pub(crate) mod compensated;
 pub(crate) mod cone;
 pub(crate) mod eight;
+pub mod encoding;
 pub(crate) mod factor;
 pub mod figures;
 pub(crate) mod hermite;

@@ -37,9 +37,9 @@ impl Scale {
         }
     }
 
-    /// The scale of this name.
+    /// The scale of this name, in upper or lower case.
     pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|scale| scale.name() == name)
+        Self::ALL.into_iter().find(|scale| scale.name().eq_ignore_ascii_case(name))
     }
 
     fn of_hifitime(self) -> TimeScale {
@@ -62,6 +62,9 @@ pub enum EpochError {
     /// Something says so, but not in a way that is known.
     #[error("the time scale {0} is not known")]
     Scale(String),
+    /// It is told as an offset from UTC.
+    #[error("an offset of {0} from UTC is not read")]
+    Offset(String),
     /// No date and time of day as ISO 8601 writes them.
     #[error("this is no date and time of day, such as 2026-11-21T07:00:00.25")]
     Form,
@@ -84,19 +87,31 @@ pub struct Epoch {
 const DECIMALS: usize = 12;
 
 impl Epoch {
-    /// Reads `2026-11-21T07:00:00.25 UTC`; a `Z` instead of the scale is UTC.
+    /// Reads `2026-11-21T07:00:00.25 UTC`; a `Z` or an offset of `+00:00` instead of the scale is UTC. A blank may stand for the `T`,
+    /// and none before the scale.
     ///
     /// # Errors
     /// A missing or unknown scale, a text that is no moment, or a moment that the calendar does not have.
     pub fn parse(text: &str) -> Result<Self, EpochError> {
         let text = text.trim();
-        let (moment, scale) = match text.rsplit_once(char::is_whitespace) {
-            Some((moment, name)) => {
-                (moment.trim_end(), Scale::named(name).ok_or_else(|| EpochError::Scale(name.into()))?)
+        // The scale begins with the first letter behind the hour.
+        let clock = text.find(':').unwrap_or(text.len());
+        let end = text[clock..].find(char::is_alphabetic).map_or(text.len(), |at| clock + at);
+        let (moment, name) = (text[..end].trim_end(), &text[end..]);
+        if !name.is_empty() && !name.eq_ignore_ascii_case("Z") {
+            let scale = Scale::named(name).ok_or_else(|| EpochError::Scale(name.into()))?;
+            return Self::in_scale(moment, scale);
+        }
+        let clock = clock.min(moment.len());
+        let offset = moment[clock..].find(['+', '-']).map(|at| clock + at);
+        match offset {
+            Some(at) if name.is_empty() => {
+                let zero = moment[at + 1..].bytes().all(|byte| matches!(byte, b'0' | b':'));
+                if zero { Self::in_scale(&moment[..at], Scale::Utc) } else { Err(EpochError::Offset(moment[at..].into())) }
             }
-            None => (text.strip_suffix('Z').ok_or(EpochError::NoScale)?, Scale::Utc),
-        };
-        Self::in_scale(moment, scale)
+            _ if name.is_empty() => Err(EpochError::NoScale),
+            _ => Self::in_scale(moment, Scale::Utc),
+        }
     }
 
     /// Reads `2026-11-21T07:00:00.25`, or `2026-325T07:00:00.25` by the day of the year, in the given scale; a `Z` at
@@ -105,10 +120,11 @@ impl Epoch {
     /// # Errors
     /// As [`Epoch::parse`].
     pub fn in_scale(text: &str, scale: Scale) -> Result<Self, EpochError> {
-        let (date, time) = text.trim().split_once('T').ok_or(EpochError::Form)?;
-        let (clock, fraction) = match time.strip_suffix('Z').unwrap_or(time).split_once('.') {
+        let (date, time) = text.trim().split_once(['T', 't', ' ']).ok_or(EpochError::Form)?;
+        let time = time.strip_suffix(['Z', 'z']).unwrap_or(time).trim();
+        let (clock, fraction) = match time.split_once('.') {
             Some((clock, digits)) => (clock, fraction(digits).ok_or(EpochError::Form)?),
-            None => (time.strip_suffix('Z').unwrap_or(time), 0.0),
+            None => (time, 0.0),
         };
         let [hour, minute, second] = numbers(clock, ':', [2, 2, 2]).ok_or(EpochError::Form)?;
         let (year, month, day, days) = match numbers(date, '-', [4, 2, 2]) {
@@ -293,6 +309,16 @@ mod tests {
         }
         assert_eq!(epoch("2026-11-21T07:00:00Z").to_string(), "2026-11-21T07:00:00.000 UTC");
         assert_eq!(epoch("2024-060T00:00:00 UTC").to_string(), "2024-02-29T00:00:00.000 UTC");
+        for text in [
+            "2026-11-21T07:00:00+00:00",
+            "2026-11-21T07:00:00-0000",
+            "2026-11-21 07:00:00 UTC",
+            "2026-11-21T07:00:00UTC",
+            "2026-11-21t07:00:00z",
+            "2026-11-21T07:00:00 utc",
+        ] {
+            assert_eq!(epoch(text).to_string(), "2026-11-21T07:00:00.000 UTC", "{text}");
+        }
     }
 
     /// The leap second of 2016: UTC has 23:59:60 between 23:59:59 and midnight, TAI runs on.
@@ -343,7 +369,8 @@ mod tests {
     #[test]
     fn what_is_no_moment_is_told() {
         assert_eq!(Epoch::parse("2026-11-21T07:00:00"), Err(EpochError::NoScale));
-        assert_eq!(Epoch::parse("2026-11-21T07:00:00 utc"), Err(EpochError::Scale("utc".into())));
+        assert_eq!(Epoch::parse("2026-11-21T07:00:00 UT1"), Err(EpochError::Scale("UT1".into())));
+        assert_eq!(Epoch::parse("2026-11-21T07:00:00+01:00"), Err(EpochError::Offset("+01:00".into())));
         for text in
             ["", "UTC", "2026-11-21 UTC", "2026-11-21T7:00:00 UTC", "2026-11-21T07:00:00.x UTC", "-T: UTC"]
         {

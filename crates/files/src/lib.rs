@@ -5,11 +5,13 @@
 #![warn(missing_docs)]
 
 pub mod batch;
+mod cells;
 pub mod epoch;
 pub mod exchange;
 pub mod export;
 pub mod formats;
 pub mod identity;
+mod rounding;
 pub mod spec;
 
 /// The reader of what [`exchange`] writes, for tests.

@@ -6,8 +6,8 @@ use super::{
 };
 use slewkit::numerics::figures::{error, significant};
 use slewkit::plan::Status;
-use slewkit::verify::{DEFAULT_ACCURACY_DEG, judge_attitudes};
-use slewkit_files::exchange::read_attitudes;
+use slewkit::verify::{Check, DEFAULT_ACCURACY_DEG};
+use slewkit_files::exchange::{Attitudes, judge_file, read_attitudes};
 use slewkit_files::export::{ExportError, Judgement, PlanFile};
 use slewkit_files::spec::{Difference, Loaded, escape};
 use std::io::Read;
@@ -89,51 +89,77 @@ fn attitudes(
     input: Box<dyn Read>,
     console: &mut Console,
 ) -> Result<Exit, Failure> {
-    let Some(Loaded { problem, settings, .. }) = given else {
+    let Some(Loaded { problem, settings, identity, .. }) = given else {
         let reason = "attitudes do not say what they must achieve: give the spec with --spec";
         return Err(Failure::Usage(reason.into()));
     };
-    let found = read_attitudes(input, &args.plan.to_string_lossy())?;
+    let name = args.plan.to_string_lossy();
+    let found = read_attitudes(input, &name)?;
+    for warning in &found.warnings {
+        console.say(&warning.render(console.colour));
+    }
     let tolerance = settings.continuous_tolerance.unwrap_or(DEFAULT_ACCURACY_DEG.to_radians());
-    let judged = judge_attitudes(&problem, &found.time, &found.quaternion, &found.rate, tolerance);
+    let judged = judge_file(&found, &name, &problem, &identity, tolerance)?;
+    let rows = &judged.attitudes;
     let (exit, verdict, tone) = if judged.passed() {
         (Exit::Solved, "attitudes agree with the spec", Tone::Good)
     } else {
         (Exit::Plan(Status::VerificationFailed), "attitudes do not agree", Tone::Bad)
     };
     let mut lines = vec![summary::headline(console, &problem.name, verdict, tone)];
-    for check in &judged.checks {
-        let state = if check.passed { "" } else { "failed: " };
-        let (value, limit) = (error(check.value), error(check.limit));
-        let unit = if check.name.starts_with("rate") {
-            " rad/s"
-        } else if check.name == "duration" {
-            ", relative"
-        } else {
-            " rad"
-        };
-        lines.line("", format!("{state}{} off by {value}{unit}, at most {limit}", check.name));
+    for check in &rows.checks {
+        lines.line("", told(check, &found, &name));
     }
-    lines.lines("violated", judged.violations.iter().map(|text| escape(text)));
-    let rates = if found.rate.is_empty() { "rates, " } else { "" };
-    lines.line(
-        "not judged",
-        format!("{rates}inputs, their limits, cost and optimality: the file does not have them"),
-    );
-    if let Some(peak) = judged.peak_torque_n_m {
-        lines.line("needs", format!("a mean torque between rows of at most {} N·m", significant(peak, 3)));
-    }
+    lines.lines("violated", rows.violations.iter().map(|text| escape(text)));
+    lines.lines("not judged", judged.not_judged.iter().map(|text| escape(text)));
+    let needs = [(rows.peak_torque_n_m, "rates"), (rows.peak_torque_of_attitudes_n_m, "attitudes")];
+    let needs = needs.into_iter().filter_map(|(peak, of)| {
+        Some(format!("by the {of} a mean torque between rows of at most {} N·m", significant(peak?, 3)))
+    });
+    lines.lines("needs", needs);
     console.say(&lines.join("\n"));
     args.report.print(&document! {
         status: exit.status(),
         exit_code: exit.code(),
         name: &problem.name,
         rows: found.time.len(),
-        checks: &judged.checks,
-        violations: &judged.violations,
-        peak_torque_n_m: judged.peak_torque_n_m,
+        checks: &rows.checks,
+        violations: &rows.violations,
+        not_judged: &judged.not_judged,
+        peak_torque_n_m: rows.peak_torque_n_m,
+        peak_torque_of_attitudes_n_m: rows.peak_torque_of_attitudes_n_m,
     })?;
     Ok(exit)
+}
+
+/// A check in words, with the line of the file that it is of.
+fn told(check: &Check, found: &Attitudes, file: &str) -> String {
+    let Check { name, value, limit, passed } = check;
+    let unit = match name.as_str() {
+        "duration" => ", relative",
+        "moment of the start" => " s",
+        name if name.starts_with("rate at") => " rad/s",
+        _ => " rad",
+    };
+    let failed = if *passed { "" } else { "failed: " };
+    // As many digits as tell a value from its limit.
+    let (mut value_text, mut limit_text) = (error(*value), error(*limit));
+    if value_text == limit_text && value != limit {
+        (value_text, limit_text) = (format!("{value:e}"), format!("{limit:e}"));
+    }
+    let mut text = format!("{failed}{name} off by {value_text}{unit}, at most {limit_text}");
+    let line = if name.ends_with("start") {
+        found.line.first()
+    } else {
+        found.line.last().filter(|_| name == "duration" || name.ends_with("end"))
+    };
+    if let (false, Some(line)) = (*passed, line) {
+        text.push_str(&format!(" ({}:{line})", escape(file)));
+    }
+    if !passed && found.rounding.attitude > *limit && name.starts_with("attitude") {
+        text.push_str("; the digits of the file leave more open");
+    }
+    text
 }
 
 /// A plan whose arrays do not fit the maneuver of the spec has failed.

@@ -12,7 +12,7 @@ use crate::{Matrix3, Vector3};
 pub(super) const SLACK: f64 = 1e-8;
 
 /// What a channel gives together at most: within the norm, and within the corner of its limits.
-pub(super) fn strongest(channel: &ActuatorSet) -> f64 {
+pub(crate) fn strongest(channel: &ActuatorSet) -> f64 {
     let limits = channel.limits();
     together(channel, limits.size.as_ref()).min(limits.norm.unwrap_or(f64::INFINITY))
 }

@@ -19,6 +19,8 @@ mod outputs;
 mod storage;
 mod words;
 
+pub(crate) use capability::strongest;
+
 use crate::maneuver::constraint::{Conflict, conflict};
 use crate::maneuver::problem::Problem;
 use std::fmt;

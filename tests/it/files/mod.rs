@@ -7,6 +7,7 @@ mod export;
 mod made;
 mod meaning;
 mod mutations;
+mod others;
 mod outputs;
 #[cfg(feature = "parquet")]
 mod parquet;

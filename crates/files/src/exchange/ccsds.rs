@@ -84,7 +84,7 @@ fn write_block(
     }
     writeln!(output, "INTERPOLATION_METHOD = HERMITE\nINTERPOLATION_DEGREE = 3\nMETA_STOP\n\nDATA_START")?;
     for k in nodes {
-        let [w, x, y, z] = record.trajectory.quaternion[k];
+        let [w, x, y, z] = record.named_quaternion(k);
         let rate = record.rate(k);
         let of_rate = match version {
             AemVersion::Two => (rate.map(f64::to_degrees)).iter().map(|part| digits(*part)).collect(),
@@ -115,7 +115,7 @@ pub(super) fn write_apm(record: &Record<'_>, output: &mut dyn Write) -> Written 
     writeln!(output, "TIME_SYSTEM = {}\n", epoch.scale().name())?;
     writeln!(output, "EPOCH = {}\n\nQUAT_START", epoch.after(time[0]).calendar_text())?;
     frames(record, output)?;
-    let [w, x, y, z] = record.trajectory.quaternion[0];
+    let [w, x, y, z] = record.named_quaternion(0);
     for (name, part) in [("Q1", x), ("Q2", y), ("Q3", z), ("QC", w)] {
         writeln!(output, "{name} = {}", digits(part))?;
     }

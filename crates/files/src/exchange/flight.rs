@@ -5,7 +5,7 @@
 //! plan, attitudes are found between the nodes of the plan by a cubic; what it misses is stated, and so is what a
 //! reader misses who interpolates between the rows.
 
-use super::interpolation::{Row, cubic, missed};
+use slewkit::lie::interpolation::{Row, cubic, missed};
 use super::numpy::crc32;
 use super::{Lacking, Record, digits};
 use crate::export::ExportError;
@@ -107,7 +107,7 @@ fn head(record: &Record<'_>, tick: f64, rows: usize) -> Result<String, ExportErr
     if let Some(epoch) = record.identity.epoch {
         writeln!(text, "# epoch {epoch}")?;
     }
-    let (reference, body) = (record.identity.reference_frame(), record.identity.body_frame());
+    let (reference, body) = (record.reference(), record.identity.body_frame());
     writeln!(text, "# quaternion: Hamilton, scalar first, from {body} to {reference} components")?;
     writeln!(
         text,

@@ -10,10 +10,19 @@ pub enum Lacking {
     Epoch,
     /// A name of a frame that turns.
     #[error(
-        "the reference frame turns with the orbit (e1 along the velocity, e2 the orbit normal, e3 outward), and no \
-         standard name says that"
+        "the reference frame turns with the orbit (e1 along the velocity, e2 the orbit normal, e3 outward), and the spec names no \
+         frame of the orbit"
     )]
     FrameName,
+    /// A program that has no frame of the orbit.
+    #[error("the reference frame turns with the orbit, and this format has inertial frames alone")]
+    InertialFrame,
+    /// A frame that STK has.
+    #[error("the reference frame of the spec is none that attitude files of STK are written in: ICRF (GCRF), J2000 (EME2000)")]
+    StkFrame,
+    /// A central body that STK has.
+    #[error("the center of the spec is no central body of STK, which is one word: Earth, Mars")]
+    StkCenter,
     /// A number for SPICE.
     #[error("kernels of SPICE call spacecraft by their numbers, and the spec gives none")]
     SpiceId,
@@ -38,7 +47,7 @@ impl Lacking {
     pub fn code(self) -> &'static str {
         match self {
             Self::Epoch => "E0140",
-            Self::FrameName | Self::SpiceFrame => "E0141",
+            Self::FrameName | Self::InertialFrame | Self::SpiceFrame | Self::StkFrame | Self::StkCenter => "E0141",
             Self::SpiceId => "E0142",
             Self::Inputs | Self::Tick => "E0143",
             Self::Parquet => "E0144",
@@ -51,7 +60,14 @@ impl Lacking {
             Self::Epoch => {
                 "write epoch = \"2026-11-21T07:00:00 UTC\" into the spec, or give --set epoch='2026-11-21T07:00:00 UTC'"
             }
-            Self::FrameName => "write [names] reference_frame = \"…\" as your partner calls it",
+            Self::FrameName => {
+                "write [names] reference_frame = \"LVLH\" (or VNC, VVLH, RTN, RSW, QSW, NTW, TNW): attitudes are written in its axes"
+            }
+            Self::InertialFrame => {
+                "write .aem or .xml, in a frame of the orbit; tables for Basilisk and 42 are in the frame of the start, which does not turn"
+            }
+            Self::StkFrame => "write [names] reference_frame = \"J2000\" or \"ICRF\"",
+            Self::StkCenter => "write [names] center = \"EARTH\"",
             Self::SpiceFrame => "write [names] reference_frame = \"J2000\"",
             Self::SpiceId => "write [names] spice_id = -125544, or give --set names.spice_id=-125544",
             Self::Tick => "give --tick SECONDS, of which the duration is a whole number, at most ten million",

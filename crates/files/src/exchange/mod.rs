@@ -12,12 +12,15 @@
 //! | Basilisk | modified Rodrigues parameters of `q` | | reference axes, rad/s |
 //! | NumPy, MATLAB, Parquet, flight table | `q` | scalar first | body axes, rad/s |
 //!
-//! Rates are those of the body against the reference frame: where that frame turns, its own rate is taken off.
+//! Rates are those of the body against the reference frame: where that frame turns, its own rate is taken off. Frames of the orbit are
+//! written in the axes that their names have ([`frames`]). Simulators have inertial frames alone: where ours turns, their tables lead to
+//! the frame as it is at time zero, which does not turn, and rates are those against inertial space.
 //! Numbers have 17 significant digits, and read back to the same bits.
 
 mod ccsds;
+mod compared;
 mod flight;
-mod interpolation;
+pub mod frames;
 mod lacking;
 mod matlab;
 mod numpy;
@@ -32,6 +35,7 @@ mod xml;
 
 pub use ccsds::AemVersion;
 pub use lacking::Lacking;
+pub use compared::{FileReport, judge_file};
 pub use reading::{Attitudes, read_attitudes};
 pub use record::{Record, Tables};
 
@@ -83,8 +87,17 @@ impl Format {
             return Err(Lacking::Epoch);
         }
         let framed = ccsds || matches!(self, Self::Stk | Self::Ck);
-        if framed && record.turns() && identity.reference_frame.is_none() {
-            return Err(Lacking::FrameName);
+        if framed && record.turns() {
+            if !ccsds {
+                return Err(Lacking::InertialFrame);
+            }
+            if record.axes().is_none() {
+                return Err(Lacking::FrameName);
+            }
+        }
+        if self == Self::Stk {
+            stk::axes(identity).ok_or(Lacking::StkFrame)?;
+            stk::central_body(identity.center.as_deref()).ok_or(Lacking::StkCenter)?;
         }
         if self == Self::Parquet && !cfg!(feature = "parquet") {
             return Err(Lacking::Parquet);

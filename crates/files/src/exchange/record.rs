@@ -1,10 +1,11 @@
 //! What all formats are written from.
 
+use super::frames::{Meaning, meaning};
 use crate::epoch::Epoch;
 use crate::export::{ExportError, Names};
 use crate::identity::Identity;
 use slewkit::maneuver::{Problem, Trajectory};
-use slewkit::{Vector3, lie};
+use slewkit::{Matrix3, Vector3, lie};
 use std::borrow::Cow;
 use std::ops::RangeInclusive;
 
@@ -55,6 +56,40 @@ impl Record<'_> {
     /// The moment of time zero; what needs one has been checked for it.
     pub(super) fn epoch(&self) -> Result<Epoch, super::Lacking> {
         self.identity.epoch.ok_or(super::Lacking::Epoch)
+    }
+
+    /// The rotation from our components to those of the frame that the spec names, where that turns with an orbit; none where it does
+    /// not turn, and where its name is of no such frame.
+    pub(super) fn axes(&self) -> Option<Matrix3> {
+        match meaning(self.identity.reference_frame.as_deref()?) {
+            Meaning::Orbit(axes) if self.turns() => Some(axes),
+            _ => None,
+        }
+    }
+
+    /// The quaternion at node `k` from body axes to those of the frame that the spec names.
+    pub(super) fn named_quaternion(&self, k: usize) -> [f64; 4] {
+        let own = self.trajectory.quaternion[k];
+        let Some(axes) = self.axes().filter(|axes| *axes != Matrix3::identity()) else { return own };
+        product(lie::quaternion_from_rotation(&axes), own)
+    }
+
+    /// Attitude and angular velocity at node `k` against inertial space: from body axes to those of the reference frame as it is at
+    /// time zero, and body axes [rad/s].
+    pub(super) fn inertial(&self, k: usize) -> ([f64; 4], Vector3) {
+        let (quaternion, rate) = (self.trajectory.quaternion[k], self.trajectory.angular_velocity[k]);
+        if !self.turns() {
+            return (quaternion, rate);
+        }
+        let half = 0.5 * self.trajectory.time[k] * self.problem.environment.frame_rate();
+        let (angle, axis) = (half.norm(), half.try_normalize(0.0).unwrap_or_default());
+        let vector = angle.sin() * axis;
+        (product([angle.cos(), vector.x, vector.y, vector.z], quaternion), rate)
+    }
+
+    /// The reference frame as it is called in the head of a table of ours.
+    pub(super) fn reference(&self) -> &str {
+        if self.turns() { "orbit (e1 velocity, e2 orbit normal, e3 outward)" } else { self.identity.reference_frame() }
     }
 
     /// Angular velocity of the body against the reference frame at node `k`, body axes [rad/s].
@@ -112,6 +147,16 @@ impl Record<'_> {
             .map(|input| ascii(&format!("input_{}", names.input(input))))
             .collect()
     }
+}
+
+/// The product of two quaternions, scalar first: unlike one made of a rotation it keeps its sign along rows.
+fn product([a, b, c, d]: [f64; 4], [w, x, y, z]: [f64; 4]) -> [f64; 4] {
+    [
+        a * w - b * x - c * y - d * z,
+        a * x + b * w + c * z - d * y,
+        a * y - b * z + c * w + d * x,
+        a * z + b * y - c * x + d * w,
+    ]
 }
 
 /// Printable ASCII alone.

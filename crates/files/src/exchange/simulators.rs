@@ -3,6 +3,9 @@
 //! - Basilisk's `waypointReference` reads a row a waypoint: time, modified Rodrigues parameters σ_RN, then angular
 //!   velocity and acceleration in reference axes (its default). σ is the axis times tan(φ/4) of the shorter rotation.
 //! - 42: time, quaternion of the body in the reference frame scalar last, rate in body axes.
+//!
+//! Both call their frame N, and take it for inertial. Where the reference frame of the maneuver turns, N is that frame as it is at time
+//! zero.
 
 use super::{Record, digits};
 use crate::export::ExportError;
@@ -17,10 +20,10 @@ pub(super) fn write_basilisk(record: &Record<'_>, output: &mut dyn Write) -> Res
          domega_RN_N_1_rad_s2,domega_RN_N_2_rad_s2,domega_RN_N_3_rad_s2"
     )?;
     let time = &record.trajectory.time;
-    let rates: Vec<Vector3> = (0..record.nodes())
-        .map(|k| lie::rotation_from_quaternion(&record.trajectory.quaternion[k]) * record.rate(k))
-        .collect();
-    for (k, [w, x, y, z]) in record.trajectory.quaternion.iter().copied().enumerate() {
+    let rows: Vec<([f64; 4], Vector3)> = (0..record.nodes()).map(|k| record.inertial(k)).collect();
+    let rates: Vec<Vector3> =
+        rows.iter().map(|(quaternion, rate)| lie::rotation_from_quaternion(quaternion) * rate).collect();
+    for (k, ([w, x, y, z], _)) in rows.into_iter().enumerate() {
         let sign = if w < 0.0 { -1.0 } else { 1.0 };
         let sigma = sign * Vector3::new(x, y, z) / (1.0 + w.abs());
         // By differences of the rates at the neighbours: what the plan has between nodes is the mean.
@@ -36,8 +39,8 @@ pub(super) fn write_basilisk(record: &Record<'_>, output: &mut dyn Write) -> Res
 
 /// Numbers separated by blanks, without a head.
 pub(super) fn write_42(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
-    for (k, [w, x, y, z]) in record.trajectory.quaternion.iter().copied().enumerate() {
-        let rate = record.rate(k);
+    for k in 0..record.nodes() {
+        let ([w, x, y, z], rate) = record.inertial(k);
         let row = [record.trajectory.time[k], x, y, z, w, rate.x, rate.y, rate.z];
         writeln!(output, "{}", row.map(digits).join(" "))?;
     }

@@ -2,9 +2,10 @@
 //!
 //! The quaternion turns the reference axes into the body axes: the numbers of ours.
 
-use super::{Record, digits};
+use super::{Lacking, Record, digits};
 use crate::epoch::Scale;
 use crate::export::ExportError;
+use crate::identity::Identity;
 use std::io::Write;
 
 const MONTHS: [&str; 12] =
@@ -26,8 +27,9 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
     writeln!(output, "BEGIN Attitude\nScenarioEpoch {day} {} {year} {clock}", MONTHS[(month - 1) % 12])?;
     writeln!(output, "NumberOfAttitudePoints {}", record.nodes())?;
     writeln!(output, "BlockingFactor 20\nInterpolationOrder 1")?;
-    writeln!(output, "CentralBody {}", central_body(record.identity.center.as_deref()))?;
-    writeln!(output, "CoordinateAxes {}\nAttitudeTimeQuatAngVels", record.identity.reference_frame())?;
+    let center = central_body(record.identity.center.as_deref()).ok_or(Lacking::StkCenter)?;
+    let axes = axes(&record.identity).ok_or(Lacking::StkFrame)?;
+    writeln!(output, "CentralBody {center}\nCoordinateAxes {axes}\nAttitudeTimeQuatAngVels")?;
     for k in 0..record.nodes() {
         let [w, x, y, z] = record.trajectory.quaternion[k];
         let rate = record.rate(k).map(f64::to_degrees);
@@ -39,8 +41,22 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
 }
 
 /// As STK writes it: `Earth`.
-fn central_body(center: Option<&str>) -> String {
+pub(super) fn central_body(center: Option<&str>) -> Option<String> {
     let name = center.unwrap_or("EARTH");
-    let (first, rest) = name.split_at(1);
-    first.to_ascii_uppercase() + &rest.to_ascii_lowercase()
+    let (first, rest) = name.split_at_checked(1)?;
+    let is_word = name.bytes().all(|byte| byte.is_ascii_alphabetic());
+    is_word.then(|| first.to_ascii_uppercase() + &rest.to_ascii_lowercase())
+}
+
+/// What STK calls the axes of the reference frame.
+pub(super) fn axes(identity: &Identity) -> Option<&'static str> {
+    let name = identity.reference_frame();
+    let is = |of: &[&str]| of.iter().any(|known| name.eq_ignore_ascii_case(known));
+    if is(&["ICRF", "GCRF"]) {
+        Some("ICRF")
+    } else if is(&["J2000", "EME2000"]) {
+        Some("J2000")
+    } else {
+        None
+    }
 }

@@ -77,7 +77,7 @@ fn write_segment(
     }
     xml.line(3, "</metadata>\n      <data>")?;
     for k in nodes {
-        let [w, x, y, z] = record.trajectory.quaternion[k];
+        let [w, x, y, z] = record.named_quaternion(k);
         let rate = record.rate(k).map(f64::to_degrees);
         xml.line(4, "<attitudeState>")?;
         xml.line(5, "<quaternionAngVel>")?;

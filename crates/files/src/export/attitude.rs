@@ -23,6 +23,17 @@ pub struct Notations {
     pub rotation_vector_rad: [f64; 3],
     /// `R`, three rows.
     pub matrix: [[f64; 3]; 3],
+    /// Modified Rodrigues parameters of the shorter rotation, axis times tan(angle/4).
+    pub mrp: [f64; 3],
+    /// Rodrigues parameters, axis times tan(angle/2); none at half a turn.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rodrigues: Option<[f64; 3]>,
+    /// Right ascension of the body's x axis, from 0 to 360.
+    pub ra_deg: f64,
+    /// Its declination.
+    pub dec_deg: f64,
+    /// Roll about it, from -180 to 180: `R = Rz(ra) Ry(−dec) Rx(roll)`.
+    pub roll_deg: f64,
     /// Intrinsic Euler angles of every sequence, keys as in a spec.
     #[serde(flatten)]
     pub euler_deg: EulerAngles,
@@ -51,7 +62,15 @@ impl From<&Matrix3> for Notations {
         let vector = lie::log(rotation);
         let angle = vector.norm();
         let axis = if angle > 0.0 { vector / angle } else { slewkit::Vector3::z() };
+        let [ra, minus_dec, roll] = euler_angles(rotation, "zyx").map(f64::to_degrees);
+        let of_half = |divisor: f64| [x, y, z].map(|part| part / divisor + 0.0);
         Self {
+            mrp: of_half(1.0 + w),
+            // Beyond this the parameters of half a turn have no digit that is not round-off.
+            rodrigues: (w > f64::EPSILON).then(|| of_half(w)),
+            ra_deg: if ra < 0.0 { ra + 360.0 } else { ra + 0.0 },
+            dec_deg: 0.0 - minus_dec,
+            roll_deg: roll + 0.0,
             quaternion_wxyz: [w, x, y, z],
             quaternion_xyzw: [x, y, z, w],
             axis: axis.into(),

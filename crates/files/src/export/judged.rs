@@ -3,7 +3,8 @@
 use super::{ExportError, PlanFile};
 use crate::spec::{Difference, SpecDocument};
 use slewkit::maneuver::{Problem, Settings};
-use slewkit::verify::{self, Check, Verification};
+use serde_json::Value;
+use slewkit::verify::{self, Accuracy, Check, Verification};
 
 /// What the witnesses found of a plan file.
 #[derive(Clone, Debug)]
@@ -48,7 +49,7 @@ impl PlanFile<'_> {
             // What was cut off tells nothing.
             own && !told.was_stopped() && !verification.was_stopped()
         });
-        let as_found = told.is_none_or(|told| self.tells(told, &verification));
+        let as_found = told.is_none_or(|told| self.tells(told, &verification, &problem, settings));
         let sense = if own { verify::sense(&problem, trajectory, stop) } else { None };
         // The tolerance that the plan was made to is its own matter, whatever another spec asks for.
         let cost = verify::cost(&problem, trajectory);
@@ -94,41 +95,73 @@ impl PlanFile<'_> {
             && self.second_order == self.optimality.second_order()
     }
 
-    /// Whether what the witnesses are recorded to have found, and the planner before them, is what they find: every verdict, and the
-    /// figures of the plan as a whole.
-    fn tells(&self, told: &Verification, found: &Verification) -> bool {
-        // Of another machine they may differ by the round-off of a long motion.
-        let near = |(told, found): (f64, f64)| {
-            told.is_nan() && found.is_nan() || (told - found).abs() <= ROUND_OFF + TOLD * found.abs()
-        };
-        let verdicts = |of: &Verification| -> Vec<(String, bool)> {
-            of.checks.iter().map(|check| (check.name.clone(), check.passed)).collect()
-        };
+    /// Whether what the witnesses are recorded to have found, and the planner before them, is what they find: every verdict and every
+    /// figure, of the witnesses that ran, the margins, and what follows from them.
+    fn tells(&self, told: &Verification, found: &Verification, problem: &Problem, settings: &Settings) -> bool {
         let (terminal, discrete) = (&self.terminal, found.discrete());
-        let pairs = figures(told).into_iter().zip(figures(found));
-        let margins =
-            told.margins.iter().zip(&found.margins).map(|(told, found)| (told.scaled, found.scaled));
         let ends = [
-            (terminal.attitude_rad, discrete.attitude_rad),
-            (terminal.momentum_relative, discrete.momentum_relative),
+            (Some(terminal.attitude_rad), Some(discrete.attitude_rad)),
+            (Some(terminal.momentum_relative), Some(discrete.momentum_relative)),
+            (terminal.position_relative, discrete.position_relative),
+            (terminal.linear_momentum_relative, discrete.linear_momentum_relative),
         ];
-        verdicts(told) == verdicts(found)
-            && told.margins.len() == found.margins.len()
-            && pairs.chain(margins).chain(ends).all(near)
+        let ends = ends.into_iter().all(|(told, found)| match (told, found) {
+            (Some(told), Some(found)) => near(told, found, TOLD),
+            (told, found) => told.is_none() && found.is_none(),
+        });
+        let accuracy = Accuracy::of(found, problem, settings.continuous_tolerance);
+        let accuracy = self.accuracy.as_ref().is_some_and(|told| {
+            let steps = match (told.steps, accuracy.steps) {
+                // They are told to two digits, and round-off may be at the edge of one.
+                (Some(told), Some(found)) => near(told as f64, found as f64, STEPS),
+                (told, found) => told.is_none() && found.is_none(),
+            };
+            steps
+                && near(told.continuous_attitude_deg, accuracy.continuous_attitude_deg, TOLD)
+                && near(told.wanted_deg, accuracy.wanted_deg, TOLD)
+        });
+        let tree = |of: &Verification| serde_json::to_value(of).unwrap_or_default();
+        ends && accuracy && alike(&tree(told), &tree(found))
     }
 }
 
-fn figures(of: &Verification) -> [f64; 10] {
-    [
-        of.discrete_attitude_rad,
-        of.discrete_momentum_relative,
-        of.continuous_attitude_rad,
-        of.continuous_rate_rad_s,
-        of.interpolated_attitude_rad,
-        of.interpolated_rate_rad_s,
-        of.continuous_position_m.unwrap_or(0.0),
-        of.continuous_velocity_m_s.unwrap_or(0.0),
-        of.peak_torque_n_m,
-        of.peak_rate_rad_s,
-    ]
+/// How far a recorded order of convergence may be from the one that is found: it is read off errors that come near round-off.
+const ORDER: f64 = 0.01;
+/// Relative difference of two numbers of steps of two digits each, one unit apart.
+const STEPS: f64 = 0.1;
+/// A limit that acts is met at many times alike: which of them is the one is round-off.
+const ACTS: f64 = 1e-6;
+
+/// Of another machine figures may differ by the round-off of a long motion.
+fn near(told: f64, found: f64, relative: f64) -> bool {
+    told.is_nan() && found.is_nan() || (told - found).abs() <= ROUND_OFF + relative * found.abs()
+}
+
+/// Whether two trees of figures tell the same.
+fn alike(told: &Value, found: &Value) -> bool {
+    match (told, found) {
+        (Value::Number(told), Value::Number(found)) => {
+            let number = |number: &serde_json::Number| number.as_f64().unwrap_or(f64::NAN);
+            near(number(told), number(found), TOLD)
+        }
+        (Value::Array(told), Value::Array(found)) => {
+            told.len() == found.len() && told.iter().zip(found).all(|(told, found)| alike(told, found))
+        }
+        (Value::Object(told), Value::Object(found)) => {
+            let word = |key: &str| found.get(key).and_then(Value::as_str);
+            let figure = |key: &str| found.get(key).and_then(Value::as_f64);
+            let acts = figure("scaled").is_some_and(|scaled| scaled.abs() <= ACTS);
+            told.len() == found.len()
+                && found.iter().all(|(key, found)| {
+                    let Some(told) = told.get(key) else { return false };
+                    let of_order = key == "order" || (key == "value" && word("name") == Some("order"));
+                    match (told.as_f64(), found.as_f64()) {
+                        (Some(told), Some(found)) if of_order => (told - found).abs() <= ORDER,
+                        _ if acts && matches!(key.as_str(), "time_s" | "at") => true,
+                        _ => alike(told, found),
+                    }
+                })
+        }
+        _ => told == found,
+    }
 }

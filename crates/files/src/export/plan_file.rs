@@ -11,10 +11,11 @@ use slewkit::maneuver::{
     ActiveConstraint, ConvexWork, Optimality, Outcome, Problem, Rival, RungReport, Scheme, SecondOrder,
     Sense, Settings, Switching, TerminalError,
 };
+use slewkit::numerics::encoding;
 use slewkit::plan::{Guess, Plan, Status};
 use slewkit::verify::{Accuracy, Verification};
 use std::borrow::Cow;
-use std::io::{self, BufReader, BufWriter, Read, Write};
+use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
 
 /// A plan and all that led to it, with the keys of the file in their order.
 ///
@@ -212,7 +213,7 @@ impl<'a> PlanFile<'a> {
     /// # Errors
     /// The stream, a text that is no plan, or arrays that do not fit together.
     pub fn read(input: impl Read) -> Result<PlanFile<'static>, ExportError> {
-        let file: PlanFile<'static> = serde_json::from_reader(BufReader::new(Bounded::new(input)))?;
+        let file: PlanFile<'static> = serde_json::from_reader(without_mark(input)?)?;
         if file.format != Self::FORMAT {
             return Err(ExportError::Format { found: file.format });
         }
@@ -222,10 +223,12 @@ impl<'a> PlanFile<'a> {
     /// Whether a text that begins so is a plan file, and not a message or a table of attitudes. What is empty, or begins as
     /// no text does, is left to the reader of plans to tell.
     pub fn begins(text: &[u8]) -> bool {
+        if encoding::is_utf16(text) {
+            return false;
+        }
+        let text = text.strip_prefix(encoding::MARK).unwrap_or(text);
         let first = text.iter().find(|byte| !byte.is_ascii_whitespace()).copied();
-        first.is_none_or(|first| {
-            first == b'{' || first == b'[' || !(first.is_ascii_graphic() || first == 0xef)
-        })
+        first.is_none_or(|first| matches!(first, b'{' | b'[') || !(first.is_ascii_graphic() || first >= 0x80))
     }
 
     /// The scheme of the plan; `None` when its name is not known.
@@ -276,7 +279,7 @@ pub fn read_guess(input: impl Read) -> Result<Guess, ExportError> {
         position_m: Vec<[f64; 3]>,
     }
     let Document { format, costates_0, trajectory } =
-        serde_json::from_reader(BufReader::new(Bounded::new(input)))?;
+        serde_json::from_reader(without_mark(input)?)?;
     // Older plans have the same trajectory.
     if !(1..=PlanFile::FORMAT).contains(&format) {
         return Err(ExportError::Format { found: format });
@@ -293,6 +296,15 @@ const MOST_BYTES: u64 = 4 << 30;
 struct Bounded<R> {
     input: R,
     left: u64,
+}
+
+/// The input behind its byte order mark.
+fn without_mark<R: Read>(input: R) -> io::Result<BufReader<Bounded<R>>> {
+    let mut input = BufReader::new(Bounded::new(input));
+    if input.fill_buf()?.starts_with(encoding::MARK) {
+        input.consume(encoding::MARK.len());
+    }
+    Ok(input)
 }
 
 impl<R> Bounded<R> {

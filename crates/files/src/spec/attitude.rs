@@ -1,6 +1,7 @@
 //! The notations of an attitude, and what users get wrong in them.
 
 use super::{Section, Spot, short, show};
+use crate::rounding::{ROTATION, SILENT};
 use slewkit::lie::{exp, log, project_to_rotation, rotation_from_quaternion};
 use slewkit::{Matrix3, Vector3};
 use std::f64::consts::{PI, TAU};
@@ -27,18 +28,21 @@ pub(crate) enum Use {
     Turn,
 }
 
-/// Norm defect of a quaternion, and residual of a matrix, that are taken as rounding and removed.
-const QUATERNION_ROUNDING: f64 = 1e-3;
-const QUATERNION_SILENT: f64 = 1e-9;
-const MATRIX_ROUNDING: f64 = 1e-6;
+
+/// What a matrix of a plan file may miss of a rotation, and is kept as it is: round-off.
+const KEPT: f64 = 1e-6;
 
 /// Reads the one notation that an attitude table holds.
 pub(crate) fn rotation(section: &Section, purpose: Use) -> Option<Rotation> {
     let angle = |name: &str| name == "angle_deg" || name == "angle_rad";
     let mut names: Vec<&str> = Vec::new();
     for given in &section.given {
-        // Axis and angle are one notation together.
-        let name = if angle(&given.name) { "axis" } else { given.name.as_str() };
+        // Axis and angle are one notation together, and so are the angles of a pointing.
+        let name = match given.name.as_str() {
+            name if angle(name) => "axis",
+            name if POINTED.contains(&name) => POINTED[0],
+            name => name,
+        };
         if section.knows(&given.name) && !names.contains(&name) {
             names.push(name);
         }
@@ -66,6 +70,9 @@ pub(crate) fn rotation(section: &Section, purpose: Use) -> Option<Rotation> {
             Some(vector(if name.ends_with("_deg") { given.map(f64::to_radians) } else { given }))
         }
         "matrix" => rotation_matrix(section).map(matrix),
+        "mrp" => section.vector(name).map(|sigma| matrix(rodrigues(sigma, true))),
+        "rodrigues" => section.vector(name).map(|vector| matrix(rodrigues(vector, false))),
+        "ra_deg" => pointed(section).map(matrix),
         "quaternion_wxyz" | "quaternion_xyzw" => {
             let given = section.quaternion(name)?;
             let q = if name.ends_with("xyzw") { [given[3], given[0], given[1], given[2]] } else { given };
@@ -80,6 +87,32 @@ pub(crate) fn rotation(section: &Section, purpose: Use) -> Option<Rotation> {
         }
         _ => euler(section, name, purpose),
     }
+}
+
+/// Where the x axis of the body points, and the roll about it.
+const POINTED: [&str; 3] = ["ra_deg", "dec_deg", "roll_deg"];
+
+/// `R = Rz(α) Ry(−δ) Rx(ρ)`.
+fn pointed(section: &Section) -> Option<Matrix3> {
+    if let Some(missing) = POINTED.into_iter().find(|name| !section.has(name)) {
+        let reason = format!("right ascension, declination and roll go together: `{missing}` is missing");
+        return section.refuse_here("E0021", reason, format!("add {missing} = 0"));
+    }
+    let [ra, dec, roll] = POINTED.map(|name| section.number(name));
+    let dec = dec?;
+    if dec.abs() > 90.0 {
+        let reason = format!("`dec_deg`: a declination of {} deg is outside -90 to 90 deg", show(dec));
+        return section.refuse("E0074", "dec_deg", reason, "check the order and the unit of the angles");
+    }
+    let [ra, dec, roll] = [ra?, dec, roll?].map(f64::to_radians);
+    Some(exp(&(Vector3::z() * ra)) * exp(&(Vector3::y() * -dec)) * exp(&(Vector3::x() * roll)))
+}
+
+/// The rotation of Rodrigues parameters `e tan(φ/2)`, or of modified ones, `e tan(φ/4)`.
+fn rodrigues(vector: Vector3, modified: bool) -> Matrix3 {
+    let length = vector.norm();
+    let axis = if length > 0.0 { vector / length } else { return Matrix3::identity() };
+    exp(&(axis * (if modified { 4.0 } else { 2.0 } * length.atan())))
 }
 
 fn axis_angle(section: &Section, purpose: Use) -> Option<Vector3> {
@@ -120,13 +153,13 @@ fn quaternion(section: &Section, q: [f64; 4], name: &str) -> Option<Matrix3> {
     let unit = q.map(|value| value / size);
     let norm = size * unit.iter().map(|value| value * value).sum::<f64>().sqrt();
     let defect = (norm - 1.0).abs();
-    if defect > QUATERNION_ROUNDING {
+    if defect > ROTATION {
         let reason = format!("the norm of the quaternion is {}, a rotation has norm 1", short(norm));
         let order = if name.ends_with("wxyz") { "w, x, y, z" } else { "x, y, z, w" };
         let remedy = format!("divide by the norm, or check the four numbers: {order}");
         return section.refuse("E0051", name, reason, remedy);
     }
-    if defect > QUATERNION_SILENT {
+    if defect > SILENT {
         let reason =
             format!("the norm of the quaternion differs from 1 by {}; it is normalised", short(defect));
         section.warn("W0051", name, reason, "write more digits to keep the attitude as meant");
@@ -142,9 +175,11 @@ fn rotation_matrix(section: &Section) -> Option<Matrix3> {
     } else {
         (matrix.transpose() * matrix - Matrix3::identity()).amax()
     };
-    if residual > MATRIX_ROUNDING {
+    // Of a row of length 1 + ε the square is 1 + 2ε.
+    let limit = 2.0 * ROTATION;
+    if residual > limit {
         let reason = format!(
-            "the matrix is not a rotation: RᵀR differs from the identity by {}, at most {MATRIX_ROUNDING:e} is taken as rounding",
+            "the matrix is not a rotation: RᵀR differs from the identity by {}, at most {limit} is taken as rounding",
             short(residual)
         );
         let remedy = "its rows must be orthogonal and of length 1; write all digits";
@@ -155,7 +190,14 @@ fn rotation_matrix(section: &Section) -> Option<Matrix3> {
         let remedy = "check the sign of one row, or the handedness of the axes";
         return section.refuse("E0056", "matrix", reason, remedy);
     }
-    Some(if section.keeps_rounding { matrix } else { project_to_rotation(&matrix) })
+    if residual > 2.0 * SILENT {
+        let reason = format!(
+            "RᵀR differs from the identity by {}; the nearest rotation is taken",
+            short(residual)
+        );
+        section.warn("W0051", "matrix", reason, "write more digits to keep the attitude as meant");
+    }
+    Some(if section.keeps_rounding && residual <= KEPT { matrix } else { project_to_rotation(&matrix) })
 }
 
 fn euler(section: &Section, name: &str, purpose: Use) -> Option<Rotation> {

@@ -2,8 +2,10 @@
 
 use super::quantity as q;
 use super::{Section, short, show};
+use crate::rounding;
 use slewkit::Matrix3;
 use slewkit::mechanics::{Inertia, InertiaError};
+use slewkit::numerics::figures::rounded;
 
 /// Asymmetry that needs no warning: the last digit of an entry.
 const SILENT_ASYMMETRY: f64 = 1e-15;
@@ -20,8 +22,8 @@ pub(crate) fn inertia(body: &Section) -> Option<Inertia> {
 
 /// This inertia, checked; `key` of the section is where it was written.
 pub(crate) fn checked(matrix: Matrix3, section: &Section, key: &str) -> Option<Inertia> {
-    let inertia = match Inertia::new(matrix) {
-        Ok(inertia) => inertia,
+    let (inertia, excess) = match Inertia::of_rounded(matrix, rounding::MOMENT) {
+        Ok(found) => found,
         Err(error) => {
             let (code, reason, remedy) = refusal(&error);
             return section.refuse(code, key, reason, remedy);
@@ -44,7 +46,14 @@ pub(crate) fn checked(matrix: Matrix3, section: &Section, key: &str) -> Option<I
         );
         section.warn("W0040", key, reason, "write the same number on both sides of the diagonal");
     }
-    if inertia.is_degenerate() {
+    if excess > 0.0 {
+        let reason = format!(
+            "the largest principal moment exceeds the sum of the others by {} of itself: taken for rounding, and for the sum, as a flat \
+             plate has it",
+            short(excess)
+        );
+        section.warn("W0042", key, reason, "write more digits; a step may then turn at most 0.5 rad");
+    } else if inertia.is_degenerate() {
         let [a, b, c] = <[f64; 3]>::from(*inertia.principal()).map(short);
         let reason = format!("the principal moments {a}, {b}, {c} are those of a flat plate or a thin rod");
         let remedy = "nothing to do if that is meant; a step may then turn at most 0.5 rad";
@@ -74,10 +83,10 @@ fn refusal(error: &InertiaError) -> (&'static str, String, &'static str) {
             "E0042",
             format!(
                 "no body has the principal moments {}, {}, {}: the largest exceeds the sum of the others, {}",
-                short(*a),
-                short(*b),
-                short(*c),
-                short(a + b)
+                rounded(*a, 6),
+                rounded(*b, 6),
+                rounded(*c, 6),
+                rounded(a + b, 6)
             ),
             "check the moments and the signs of the products of inertia: tensor signs, Jxy = −∫xy dm",
         ),

@@ -112,7 +112,7 @@ pub struct Diagnostics(pub Vec<Diagnostic>);
 impl Diagnostics {
     /// Whether a spec could not be read at all, as opposed to being wrong inside, or a file that is no spec is wrong.
     pub fn is_io(&self) -> bool {
-        self.0.iter().any(|finding| matches!(finding.code, "E0014" | "E0015" | "E0150" | "E0151"))
+        self.0.iter().any(|finding| matches!(finding.code, "E0014" | "E0015" | "E0150" | "E0151" | "E0152"))
     }
 
     /// All findings for people, one after the other, with a closing count.

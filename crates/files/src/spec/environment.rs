@@ -19,6 +19,8 @@ pub(crate) struct Surroundings<'a> {
     pub place: &'static str,
 }
 
+/// Rate of an orbit at the surface of a sphere of osmium, 22 600 kg/m³: √(4πGρ/3) [rad/s]. No planet or moon is as dense.
+const FASTEST_ORBIT: f64 = 0.0025;
 /// Relative difference of the masses of the points from the mass of the body that is rounding.
 const MASS_ROUNDING: f64 = 1e-9;
 
@@ -52,7 +54,18 @@ impl Surroundings<'_> {
                 accept(environment, section)
             }
             "gravity_gradient" => {
-                let environment = GravityGradient::new(section.number("orbital_rate_rad_s")?, inertia?);
+                let rate = section.number("orbital_rate_rad_s")?;
+                if rate.abs() > FASTEST_ORBIT {
+                    let reason = format!(
+                        "no orbit has the rate {} rad/s: about the densest of all matter it is {FASTEST_ORBIT} rad/s at most, above the Earth \
+                         0.00124",
+                        show(rate)
+                    );
+                    let per_second = show(rate.to_radians());
+                    let remedy = format!("{} deg/s is {per_second} rad/s, and a period of T seconds 2 pi/T", show(rate));
+                    section.warn("W0072", "orbital_rate_rad_s", reason, remedy);
+                }
+                let environment = GravityGradient::new(rate, inertia?);
                 accept(environment, section)
             }
             _ => self.central_gravity(section, inertia),

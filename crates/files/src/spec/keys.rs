@@ -265,7 +265,7 @@ tables! {
 
     static BODY {
         /// Inertia about the mass center (about the pivot under uniform_gravity), body axes, tensor signs:
-        /// three rows, or a diagonal of three.
+        /// three rows, or a diagonal of three. The mass of wheels is in it, their moments about their own axes are not.
         "inertia_kg_m2": Inertia, needed "inertia_kg_m2 = [2, 3, 4]";
         /// Mass; needed when positions are given, and nowhere else.
         "mass_kg": Number(q::MASS);
@@ -343,7 +343,8 @@ tables! {
         "torque_limit_n_m": Limit(q::TORQUE);
         /// Limit of the size of its momentum about its axis. Default: none.
         "momentum_limit_n_m_s": Limit(q::WHEEL_LIMIT);
-        /// Its momentum about its axis at the start; free at the end. Default: 0.
+        /// Its momentum about its axis at the start, against inertial space, not against the body: axial moment times (speed in the body
+        /// plus axis · angular velocity); free at the end. Default: 0.
         "momentum_n_m_s": Number(q::WHEEL_MOMENTUM);
         /// Weight of its torque in ½uᵀWu. Default: 1.
         "effort_weight": Number(q::WHEEL_WEIGHT);
@@ -582,6 +583,16 @@ macro_rules! attitude_keys {
                 "quaternion_wxyz": Quaternion;
                 /// Unit quaternion, scalar last, Hamilton, body to reference.
                 "quaternion_xyzw": Quaternion;
+                /// Modified Rodrigues parameters, axis times tan(angle/4); those longer than 1 are their shadow, one attitude.
+                "mrp": Vector(q::COMPONENT);
+                /// Rodrigues parameters (Gibbs vector), axis times tan(angle/2).
+                "rodrigues": Vector(q::COMPONENT);
+                /// Right ascension of the body's x axis, from the x axis of the reference frame towards y; with dec_deg and roll_deg.
+                "ra_deg": Number(q::ANGLE_DEG);
+                /// Declination of the body's x axis, towards z of the reference frame.
+                "dec_deg": Number(q::ANGLE_DEG);
+                /// Roll about the body's x axis, R = Rz(ra) Ry(-dec) Rx(roll): at 0 the body's y axis lies in the xy plane and z is to the north.
+                "roll_deg": Number(q::ANGLE_DEG);
                 $(
                     #[doc = "Intrinsic Euler angles about "] #[doc = $sequence] #[doc = ", in that order."]
                     "euler_" + $sequence + "_deg": Vector(q::ANGLE_DEG);

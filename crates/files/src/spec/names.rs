@@ -35,6 +35,7 @@ fn epoch(root: &Section) -> Option<Epoch> {
                 EpochError::NoScale | EpochError::Scale(_) => {
                     "name the time scale: UTC, TAI, TT, TDB or GPS, as in epoch = \"2026-11-21T07:00:00 UTC\""
                 }
+                EpochError::Offset(_) => "write the moment in UTC, as in epoch = \"2026-11-21T07:00:00 UTC\"",
                 EpochError::Form | EpochError::Calendar => "write epoch = \"2026-11-21T07:00:00 UTC\"",
             };
             root.error("E0130", "epoch", format!("`epoch`: {error}"), remedy);

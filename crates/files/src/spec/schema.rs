@@ -104,9 +104,13 @@ fn variant(table: &'static Table, selected: Option<(&str, &str)>) -> Value {
 
 /// What makes up one notation of an attitude.
 fn notations() -> Vec<Value> {
-    let alone = ATTITUDE.keys.iter().filter(|key| !["axis", "angle_deg", "angle_rad"].contains(&key.name));
-    let mut out =
-        vec![json!({ "required": ["axis", "angle_deg"] }), json!({ "required": ["axis", "angle_rad"] })];
+    let together = ["axis", "angle_deg", "angle_rad", "ra_deg", "dec_deg", "roll_deg"];
+    let alone = ATTITUDE.keys.iter().filter(|key| !together.contains(&key.name));
+    let mut out = vec![
+        json!({ "required": ["axis", "angle_deg"] }),
+        json!({ "required": ["axis", "angle_rad"] }),
+        json!({ "required": ["ra_deg", "dec_deg", "roll_deg"] }),
+    ];
     out.extend(alone.map(|key| json!({ "required": [key.name] })));
     out
 }

@@ -1,6 +1,7 @@
 //! From file to text: size, kind of file, encoding.
 
 use super::{Diagnostic, Diagnostics, Finding, MAX_BYTES, Source, Span, short};
+use slewkit::numerics::encoding::{self, NoText};
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
@@ -66,18 +67,16 @@ fn too_large(bytes: &[u8], name: &str) -> Result<(), Diagnostics> {
     Ok(())
 }
 
+/// What helps against another encoding.
+const SAVE: &str = "save it as UTF-8";
+
 /// The text of a spec: UTF-8, with or without a byte order mark, without control characters.
 pub(super) fn decode<'a>(bytes: &'a [u8], name: &str) -> Result<&'a str, Diagnostics> {
     too_large(bytes, name)?;
-    let zeros = |offset: usize| bytes.iter().skip(offset).step_by(2).take(32).all(|byte| *byte == 0);
-    let utf16 = bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff");
-    if utf16 || (bytes.len() >= 4 && (zeros(0) != zeros(1))) {
-        return Err(refuse("E0003", name, "the spec is in UTF-16".into(), "save it as UTF-8"));
-    }
-    let text = match std::str::from_utf8(bytes) {
+    let text = match encoding::text(bytes) {
         Ok(text) => text,
-        Err(error) => {
-            let at = error.valid_up_to();
+        Err(NoText::Utf16) => return Err(refuse("E0003", name, "the spec is in UTF-16".into(), SAVE)),
+        Err(NoText::At(at)) => {
             let reason = format!("byte 0x{:02x} at offset {at} is not UTF-8", bytes[at]);
             let mut finding = refuse("E0002", name, reason, "save the file as UTF-8");
             let good = std::str::from_utf8(&bytes[..at]).unwrap_or_default();
@@ -85,7 +84,6 @@ pub(super) fn decode<'a>(bytes: &'a [u8], name: &str) -> Result<&'a str, Diagnos
             return Err(finding);
         }
     };
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let control = |c: char| c.is_ascii_control() && !matches!(c, '\t' | '\n' | '\r');
     if let Some((start, c)) = text.char_indices().find(|(_, c)| control(*c)) {
         let span = Span { source: 0, start, end: start + 1 };

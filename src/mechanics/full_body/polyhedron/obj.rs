@@ -2,12 +2,13 @@
 //!
 //! `v x y z` (a weight or a color after it is ignored) and `f a b c …` with corners `v`, `v/vt`, `v//vn` or
 //! `v/vt/vn`, negative ones counted from the end. Polygons become fans of triangles. Lines that end in `\`
-//! continue. Vertices at one place are one vertex, as exporters that split faces write them, and faces that
+//! continue; curves and surfaces of free form are ignored, as all that is no face. Vertices at one place are one vertex, as exporters that split faces write them, and faces that
 //! thereby lose a corner disappear. Groups and objects all belong to the one solid; normals, textures and
 //! materials are ignored.
 
 use super::{Polyhedron, ShapeError};
 use crate::Vector3;
+use crate::numerics::encoding;
 use std::collections::HashMap;
 use std::io::{BufRead, Read};
 use thiserror::Error;
@@ -34,6 +35,9 @@ pub enum ObjProblem {
         /// The largest number of bytes.
         limit: usize,
     },
+    /// The file is in another encoding.
+    #[error("the file is in UTF-16: save it as UTF-8")]
+    Utf16,
     /// The file is too long.
     #[error("the file is longer than {limit} bytes")]
     FileTooLong {
@@ -74,8 +78,8 @@ pub enum ObjProblem {
 }
 
 /// Keywords whose lines say nothing about the solid.
-const IGNORED: &str =
-    "vn vt vp g o s mg usemtl mtllib usemap maplib l p lod bevel c_interp d_interp shadow_obj trace_obj";
+const IGNORED: &str = "vn vt vp g o s mg usemtl mtllib usemap maplib l p lod bevel c_interp d_interp shadow_obj trace_obj \
+    cstype deg bmat step curv curv2 surf parm trim hole scrv sp end con ctech stech bsp bzp cdc cdp res call csh";
 
 /// Most bytes of a line.
 const LINE: usize = 1 << 16;
@@ -101,6 +105,14 @@ pub fn read_obj(reader: impl BufRead, scale: f64) -> Result<Polyhedron, ObjError
             lines.next(&mut text).map_err(|problem| ObjError { line: lines.number.max(1), problem })?;
         if !more {
             break;
+        }
+        if first == 1 {
+            if encoding::is_utf16(&text) {
+                return Err(ObjError { line: 1, problem: ObjProblem::Utf16 });
+            }
+            if text.starts_with(encoding::MARK) {
+                text.drain(..encoding::MARK.len());
+            }
         }
         mesh.line(&String::from_utf8_lossy(&text), first)
             .map_err(|problem| ObjError { line: first, problem })?;
@@ -130,7 +142,8 @@ impl<R: BufRead> Lines<R> {
             if text.len() > LINE {
                 return Err(ObjProblem::LineTooLong { limit: LINE });
             }
-            while text.last().is_some_and(|byte| matches!(byte, b'\n' | b'\r')) {
+            // Blanks behind the sign that a line goes on are not seen by who writes them.
+            while text.last().is_some_and(u8::is_ascii_whitespace) {
                 text.pop();
             }
             if count == 0 || text.last() != Some(&b'\\') {

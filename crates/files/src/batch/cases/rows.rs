@@ -1,9 +1,11 @@
-//! Rows of comma-separated values (RFC 4180, but a quoted cell ends on its line), with the places of their cells.
+//! Rows of a table of cases, with the places of their cells.
 
 use crate::batch::BatchError;
 use crate::batch::error::shown;
 use crate::batch::fingerprint::Fingerprint;
+use crate::cells::{self, separator};
 use crate::spec::{Diagnostic, Diagnostics, MAX_BYTES, Origin};
+use slewkit::numerics::encoding;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -31,6 +33,8 @@ pub(super) struct Rows {
     name: String,
     input: BufReader<File>,
     line: usize,
+    /// The sign between cells, once the head has been read; its outer `None` before.
+    separator: Option<Option<char>>,
     fingerprint: Fingerprint,
 }
 
@@ -44,7 +48,7 @@ impl Rows {
             return Err(BatchError::file("E0014", reason, "write the cases to a file first"));
         }
         let name = path.display().to_string();
-        Ok(Self { path: path.into(), name, input: BufReader::new(file), line: 0, fingerprint })
+        Ok(Self { path: path.into(), name, input: BufReader::new(file), line: 0, separator: None, fingerprint })
     }
 
     /// The hash of what has been read.
@@ -81,6 +85,9 @@ impl Rows {
                 let reason = "the line is longer than 1 MiB".to_string();
                 return Err(self.refuse(Some(&here), "E0004", reason, "a row is one case"));
             }
+            if self.line == 1 && encoding::is_utf16(&bytes) {
+                return Err(self.refuse(None, "E0003", "the table is in UTF-16".into(), "save it as UTF-8"));
+            }
             let Ok(text) = std::str::from_utf8(&bytes) else {
                 let reason = "the line is not UTF-8".to_string();
                 return Err(self.refuse(Some(&here), "E0002", reason, "save the file as UTF-8"));
@@ -94,11 +101,11 @@ impl Rows {
             if text.trim().is_empty() {
                 continue;
             }
-            return match cells(text) {
+            let separator = *self.separator.get_or_insert_with(|| separator(text));
+            return match cells(text, separator) {
                 Ok(cells) => Ok(Some(Row { line: self.line, cells })),
                 Err(reason) => {
-                    let remedy =
-                        "put a cell that holds commas between two quotes, and write \"\" for a quote in it";
+                    let remedy = "put a cell that holds the sign between cells between two quotes, and write \"\" for a quote in it";
                     Err(self.refuse(Some(&here), "E0116", reason.into(), remedy))
                 }
             };
@@ -106,56 +113,10 @@ impl Rows {
     }
 }
 
-/// The cells of a line, without the blanks around them.
-fn cells(line: &str) -> Result<Vec<Cell>, &'static str> {
-    let mut cells = Vec::new();
-    let mut signs = line.chars().enumerate().peekable();
-    loop {
-        while signs.next_if(|(_, sign)| *sign == ' ' || *sign == '\t').is_some() {}
-        let mut text = String::new();
-        let mut column = signs.peek().map_or(line.chars().count(), |(at, _)| *at) + 1;
-        if signs.next_if(|(_, sign)| *sign == '"').is_some() {
-            column += 1;
-            loop {
-                match signs.next() {
-                    None => return Err("a quote is opened and never closed on its line"),
-                    Some((_, '"')) if signs.next_if(|(_, sign)| *sign == '"').is_some() => text.push('"'),
-                    Some((_, '"')) => break,
-                    Some((_, sign)) => text.push(sign),
-                }
-            }
-            while signs.next_if(|(_, sign)| *sign == ' ' || *sign == '\t').is_some() {}
-            if signs.peek().is_some_and(|(_, sign)| *sign != ',') {
-                return Err("after a quoted cell there is more than a comma");
-            }
-        } else {
-            while let Some((_, sign)) = signs.next_if(|(_, sign)| *sign != ',') {
-                text.push(sign);
-            }
-            text.truncate(text.trim_end().len());
-        }
-        cells.push(Cell { text, column });
-        if signs.next().is_none() {
-            return Ok(cells);
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::cells;
-
-    #[test]
-    fn cells_keep_their_places() {
-        let read = |line: &str| -> Vec<(String, usize)> {
-            cells(line).unwrap().into_iter().map(|cell| (cell.text, cell.column)).collect()
-        };
-        let expected = |cells: &[(&str, usize)]| -> Vec<(String, usize)> {
-            cells.iter().map(|(text, column)| (text.to_string(), *column)).collect()
-        };
-        assert_eq!(read("a, 2.5 ,\"[1, \"\"x\"\"]\""), expected(&[("a", 1), ("2.5", 4), ("[1, \"x\"]", 10)]));
-        assert_eq!(read("a,,"), expected(&[("a", 1), ("", 3), ("", 4)]));
-        assert_eq!(read("é,1"), expected(&[("é", 1), ("1", 3)]));
-        assert!(cells("\"a").is_err() && cells("\"a\"b,c").is_err());
-    }
+/// The cells of a line.
+fn cells(line: &str, separator: Option<char>) -> Result<Vec<Cell>, &'static str> {
+    // A table of one column has no sign between its cells, and its cells may hold blanks.
+    let cells = cells::cells(line, Some(separator.unwrap_or(',')))?;
+    let column = |start: usize| line[..start.min(line.len())].chars().count() + 1;
+    Ok(cells.into_iter().map(|cell| Cell { column: column(cell.start), text: cell.text.into_owned() }).collect())
 }

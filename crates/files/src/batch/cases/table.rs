@@ -12,6 +12,8 @@ use std::path::{Path, PathBuf};
 
 /// The column that names the cases.
 const NAME: &str = "name";
+/// A column without a name is left out: an index that a program wrote beside the rows.
+const UNNAMED: &str = "";
 /// Longest name, as of a spec.
 const LONGEST_NAME: usize = 200;
 /// More findings help nobody.
@@ -42,7 +44,7 @@ impl Table {
         };
         let columns: Vec<String> = head.cells.iter().map(|cell| cell.text.clone()).collect();
         let mut findings = Vec::new();
-        for cell in head.cells.iter().filter(|cell| cell.text != NAME) {
+        for cell in head.cells.iter().filter(|cell| cell.text != NAME && cell.text != UNNAMED) {
             let at = rows.origin(&head, cell);
             findings
                 .extend(base.check_key(&cell.text, Some(&at)).err().into_iter().flat_map(|found| found.0));
@@ -51,7 +53,9 @@ impl Table {
             return Err(Diagnostics(findings).into());
         }
         let mut table = Self { path: path.into(), columns, count: 0, hashes: [begun; 2] };
-        check_distinct(&table.columns, &rows.origin(&head, &head.cells[0]).file)?;
+        let named: Vec<String> =
+            table.columns.iter().filter(|column| *column != UNNAMED).cloned().collect();
+        check_distinct(&named, &rows.origin(&head, &head.cells[0]).file)?;
         let (mut count, mut names) = (0, HashSet::new());
         while let Some(row) = rows.next()? {
             count += 1;
@@ -88,7 +92,7 @@ impl Table {
 
     /// The keys that it sets.
     pub fn keys(&self) -> Vec<String> {
-        self.columns.iter().filter(|column| *column != NAME).cloned().collect()
+        self.columns.iter().filter(|column| *column != NAME && *column != UNNAMED).cloned().collect()
     }
 
     /// Its cases, read from the file anew. Of one that has changed since it was opened the last case is an error.
@@ -127,6 +131,9 @@ impl Table {
         }
         let mut case = Case { number, name: None, set: Vec::new(), spec: None };
         for (column, cell) in self.columns.iter().zip(&row.cells).filter(|(_, cell)| !cell.text.is_empty()) {
+            if column == UNNAMED {
+                continue;
+            }
             if column == NAME {
                 if cell.text.chars().count() > LONGEST_NAME {
                     let reason = format!("a name is longer than {LONGEST_NAME} characters");

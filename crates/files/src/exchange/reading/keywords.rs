@@ -1,8 +1,12 @@
 //! AEM as keywords and values.
 
-use super::message::{Metadata, Version, date};
-use super::{Piece, Rows, Wrong, lines, wrong};
+use super::message::{Metadata, Version};
+use super::rows::Rows;
+use super::{Piece, Wrong, lines, wrong};
 use crate::spec::cut;
+
+/// Keys above the first block.
+const HEADER: [&str; 4] = ["CREATION_DATE", "ORIGINATOR", "MESSAGE_ID", "CLASSIFICATION"];
 
 /// Where in the file a line stands.
 enum Place<'t> {
@@ -17,7 +21,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
     let mut lines = lines(text).peekable();
     let Some(first) = lines.next() else { return wrong(0, 1, "the file is empty", "give an AEM") };
     let (key, value) = pair(first)?;
-    if key.text != "CCSDS_AEM_VERS" {
+    if !key.is("CCSDS_AEM_VERS") {
         let reason = format!("`{}` begins another message than an AEM", cut(key.text, 30));
         return key.wrong(reason, "give an attitude ephemeris: CCSDS_AEM_VERS = 2.0");
     }
@@ -26,10 +30,11 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
     let mut seen = Vec::new();
     for line in lines {
         last = line;
-        if line.text.starts_with("COMMENT") {
+        if line.text.get(..7).is_some_and(|start| start.eq_ignore_ascii_case("COMMENT")) {
             continue;
         }
-        place = match (place, line.text) {
+        let mark = ["META_START", "META_STOP", "DATA_START", "DATA_STOP"].into_iter().find(|mark| line.is(mark));
+        place = match (place, mark.unwrap_or(line.text)) {
             (Place::Header, "META_START") => {
                 if let Some(key) = ["CREATION_DATE", "ORIGINATOR"].iter().find(|key| !seen.contains(*key)) {
                     return line.wrong(format!("the header has no `{key}`"), format!("add {key} = …"));
@@ -41,11 +46,11 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
             }
             (Place::Header, _) => {
                 let (key, _) = pair(line)?;
-                if !["CREATION_DATE", "ORIGINATOR", "MESSAGE_ID", "CLASSIFICATION"].contains(&key.text) {
+                let Some(known) = HEADER.into_iter().find(|known| key.is(known)) else {
                     let reason = format!("unknown key `{}` in the header of an AEM", cut(key.text, 40));
                     return key.wrong(reason, "META_START opens the metadata");
-                }
-                seen.push(key.text);
+                };
+                seen.push(known);
                 Place::Header
             }
             (Place::Metadata(keys), "META_STOP") => {
@@ -66,9 +71,8 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
             (Place::Data(_), "DATA_STOP") => Place::Header,
             (Place::Data(block), _) => {
                 let words = line.words();
-                let moment = date(words[0], block.scale)?;
                 let numbers = words[1..].iter().map(|word| word.number()).collect::<Result<Vec<_>, _>>()?;
-                block.row(line, moment, &numbers, &mut rows)?;
+                block.row(line, words[0], &numbers, &mut rows)?;
                 Place::Data(block)
             }
         };

@@ -1,9 +1,11 @@
 //! What AEM files of both notations say about their data, and a row of them.
 
-use super::{Piece, Rows, Wrong};
+use super::layout::{Attitude, Axes, Layout, Rates, sequence};
+use super::rows::Rows;
+use super::{Number, Piece, Wrong, half_unit};
 use crate::epoch::{Epoch, Scale};
+use crate::exchange::frames::{Meaning, meaning};
 use crate::spec::cut;
-use slewkit::{Vector3, lie};
 
 /// Versions of the message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,34 +27,10 @@ impl Version {
     }
 }
 
-/// What numbers follow the date of a row.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
-    /// The quaternion.
-    Quaternion,
-    /// And its derivative.
-    Derivative,
-    /// And the angular velocity.
-    Rate,
-    /// And rates that versions and programs read in different ways: they are not taken.
-    OtherRate,
-}
-
-impl Kind {
-    /// Numbers behind the date.
-    pub fn count(self) -> usize {
-        match self {
-            Self::Quaternion => 4,
-            Self::Derivative => 8,
-            Self::Rate | Self::OtherRate => 7,
-        }
-    }
-}
-
 /// Keys of a block of metadata, as they stand there.
 #[derive(Debug, Default)]
 pub(super) struct Metadata<'t> {
-    keys: Vec<(&'t str, Piece<'t>)>,
+    keys: Vec<(&'static str, Piece<'t>)>,
 }
 
 /// Keys of both versions.
@@ -84,20 +62,20 @@ const KNOWN: [&str; 22] = [
 impl<'t> Metadata<'t> {
     /// Adds a key, once.
     pub fn add(&mut self, key: Piece<'t>, value: Piece<'t>) -> Result<(), Wrong> {
-        if key.text == "COMMENT" {
-            return Ok(());
-        }
-        if !KNOWN.contains(&key.text) {
+        let Some(name) = KNOWN.into_iter().find(|known| key.is(known)) else {
             let reason = format!("unknown key `{}` in the metadata of an AEM", cut(key.text, 40));
             return key.wrong(reason, "check the spelling");
+        };
+        if name == "COMMENT" {
+            return Ok(());
         }
-        if self.keys.iter().any(|(name, _)| *name == key.text) {
-            return key.wrong(format!("`{}` is given twice", key.text), "give it once in a block");
+        if self.get(name).is_some() {
+            return key.wrong(format!("`{name}` is given twice"), "give it once in a block");
         }
         if value.text.is_empty() {
-            return key.wrong(format!("`{}` has no value", key.text), "write KEY = value");
+            return key.wrong(format!("`{name}` has no value"), "write KEY = value");
         }
-        self.keys.push((key.text, value));
+        self.keys.push((name, value));
         Ok(())
     }
 
@@ -105,14 +83,16 @@ impl<'t> Metadata<'t> {
         self.keys.iter().find(|(key, _)| *key == name).map(|(_, value)| *value)
     }
 
+    fn needed(&self, name: &str, end: Piece<'_>) -> Result<Piece<'t>, Wrong> {
+        self.get(name).map_or_else(
+            || end.wrong(format!("the metadata have no `{name}`"), format!("add {name} = …")),
+            Ok,
+        )
+    }
+
     /// What the keys say together; `end` is where they end.
     pub fn block(&self, version: Version, end: Piece<'_>) -> Result<Block, Wrong> {
-        let needed = |name: &str| {
-            self.get(name).map_or_else(
-                || end.wrong(format!("the metadata have no `{name}`"), format!("add {name} = …")),
-                Ok,
-            )
-        };
+        let needed = |name: &str| self.needed(name, end);
         needed("OBJECT_NAME")?;
         let (a, b) = (needed("REF_FRAME_A")?, needed("REF_FRAME_B")?);
         let scale = needed("TIME_SYSTEM")?;
@@ -120,76 +100,152 @@ impl<'t> Metadata<'t> {
             let reason = format!("the time system {} is not known here", cut(scale.text, 20));
             return scale.wrong(reason, "give UTC, TAI, TT, TDB or GPS");
         };
-        let kind = self.kind(version, needed("ATTITUDE_TYPE")?)?;
+        let kind = needed("ATTITUDE_TYPE")?;
         let (start, stop) = (needed("START_TIME")?, needed("STOP_TIME")?);
-        if date(stop, scale)?.since(&date(start, scale)?) < 0.0 {
-            return stop.wrong("STOP_TIME is before START_TIME", "exchange the two");
-        }
-        // B is the body unless A alone is named as one.
-        let is_body = |name: &str| {
-            name.starts_with("SC_BODY")
-                || name.starts_with("SC ")
-                || name == "SC"
-                || name.starts_with("INSTRUMENT")
-        };
-        let mut inverse = is_body(a.text) && !is_body(b.text);
-        let (reference, body) = if inverse { (b, a) } else { (a, b) };
-        let mut scalar_first = false;
+        let span = self.span(start, stop, scale)?;
+        let (body_is_a, guessed) = body_is_a(a, b)?;
+        let (reference, body) = if body_is_a { (b, a) } else { (a, b) };
+        let (mut to_b, mut scalar_first) = (true, false);
         if version == Version::One {
             let direction = needed("ATTITUDE_DIR")?;
-            inverse ^= match direction.text {
-                "A2B" => false,
-                "B2A" => true,
+            to_b = match direction.text {
+                _ if direction.is("A2B") => true,
+                _ if direction.is("B2A") => false,
                 _ => return direction.wrong("ATTITUDE_DIR is A2B or B2A", "write ATTITUDE_DIR = A2B"),
             };
-            let order = needed("QUATERNION_TYPE")?;
-            scalar_first = match order.text {
-                "FIRST" => true,
-                "LAST" => false,
-                _ => return order.wrong("QUATERNION_TYPE is FIRST or LAST", "write QUATERNION_TYPE = LAST"),
-            };
+            if kind.text.get(..10).is_some_and(|start| start.eq_ignore_ascii_case("QUATERNION")) {
+                let order = needed("QUATERNION_TYPE")?;
+                scalar_first = match order.text {
+                    _ if order.is("FIRST") => true,
+                    _ if order.is("LAST") => false,
+                    _ => return order.wrong("QUATERNION_TYPE is FIRST or LAST", "write QUATERNION_TYPE = LAST"),
+                };
+            }
         } else if let Some(key) = self.get("ATTITUDE_DIR").or(self.get("QUATERNION_TYPE")) {
             return key
                 .wrong("this key is of version 1.0", "remove it: attitudes lead from A to B, scalar last");
         }
-        let in_body = match self.get("ANGVEL_FRAME") {
-            _ if kind != Kind::Rate => true,
-            None => return end.wrong("the metadata have no `ANGVEL_FRAME`", "name the frame of the rates"),
-            Some(frame) if frame.text == body.text => true,
-            Some(frame) if frame.text == reference.text => false,
-            Some(frame) => {
-                return frame
-                    .wrong("ANGVEL_FRAME is neither of the two frames", "name REF_FRAME_A or REF_FRAME_B");
+        // The numbers are of the frame Y as seen from X, and Y is B unless they lead from B to A.
+        let (x, y) = if to_b { ("REF_FRAME_A", "REF_FRAME_B") } else { ("REF_FRAME_B", "REF_FRAME_A") };
+        let (x_name, y_name) = if to_b { (a, b) } else { (b, a) };
+        let axes = |key: &str| -> Result<Option<Axes>, Wrong> {
+            let Some(frame) = self.get(key) else { return Ok(None) };
+            if frame.is(y) || frame.is(y_name.text) {
+                Ok(Some(Axes::Y))
+            } else if frame.is(x) || frame.is(x_name.text) {
+                Ok(Some(Axes::X))
+            } else {
+                let (a, b) = (cut(a.text, 30), cut(b.text, 30));
+                let reason = format!("{key} is neither of the two frames, {a} and {b}");
+                frame.wrong(reason, "name one of them, or REF_FRAME_A or REF_FRAME_B")
             }
         };
+        let (attitude, rates) = self.kind(version, kind, scalar_first, end, &axes)?;
+        let layout = Layout { attitude, rates, inverse: body_is_a == to_b };
         let names = [reference.text.to_string(), body.text.to_string()];
-        Ok(Block { kind, scale, inverse, scalar_first, in_body, names })
+        Ok(Block { layout, scale, names, guessed, span })
     }
 
-    fn kind(&self, version: Version, piece: Piece<'_>) -> Result<Kind, Wrong> {
-        match (piece.text, version) {
-            ("QUATERNION", _) => Ok(Kind::Quaternion),
-            ("QUATERNION/DERIVATIVE", _) => Ok(Kind::Derivative),
-            ("QUATERNION/ANGVEL", Version::Two) => Ok(Kind::Rate),
-            ("QUATERNION/RATE", Version::One) => Ok(Kind::OtherRate),
-            (other, _) => piece.wrong(
-                format!("the attitude type {} is not read here", cut(other, 30)),
-                "give QUATERNION, QUATERNION/DERIVATIVE or, in version 2.0, QUATERNION/ANGVEL",
-            ),
+    /// What the numbers of a row are.
+    fn kind(
+        &self,
+        version: Version,
+        kind: Piece<'_>,
+        scalar_first: bool,
+        end: Piece<'_>,
+        axes: &dyn Fn(&str) -> Result<Option<Axes>, Wrong>,
+    ) -> Result<(Attitude, Rates), Wrong> {
+        let euler = || Ok(Attitude::Euler(sequence(self.needed("EULER_ROT_SEQ", end)?)?));
+        let velocity = || match axes("ANGVEL_FRAME")? {
+            Some(axes) => Ok(Rates::Velocity(axes)),
+            None => end.wrong("the metadata have no `ANGVEL_FRAME`", "name the frame of the rates"),
+        };
+        // Some write a blank where the standard has a sign between the parts.
+        let name: String =
+            kind.text.to_ascii_uppercase().chars().map(|c| if c == ' ' { '_' } else { c }).collect();
+        let quaternion = Attitude::Quaternion { scalar_first };
+        let old = || -> Result<Rates, Wrong> {
+            let order = self.get("EULER_ROT_SEQ").map(sequence).transpose()?;
+            Ok(Rates::Old(axes("RATE_FRAME")?.unwrap_or(Axes::Y), order))
+        };
+        match (name.as_str(), version) {
+            ("QUATERNION", _) => Ok((quaternion, Rates::None)),
+            ("QUATERNION/DERIVATIVE", _) => Ok((quaternion, Rates::Derivative)),
+            ("QUATERNION/ANGVEL", Version::Two) => Ok((quaternion, velocity()?)),
+            ("QUATERNION/RATE", Version::One) => Ok((quaternion, old()?)),
+            ("EULER_ANGLE", _) => Ok((euler()?, Rates::None)),
+            ("EULER_ANGLE/DERIVATIVE", Version::Two) => Ok((euler()?, Rates::Derivative)),
+            ("EULER_ANGLE/ANGVEL", Version::Two) => Ok((euler()?, velocity()?)),
+            ("EULER_ANGLE/RATE", Version::One) => Ok((euler()?, old()?)),
+            ("SPIN", _) => Ok((Attitude::Spin(0), Rates::None)),
+            ("SPIN/NUTATION", _) | ("SPIN/NUTATION_MOM", Version::Two) => Ok((Attitude::Spin(3), Rates::None)),
+            (_, version) => {
+                let rates = match version {
+                    Version::One => "DERIVATIVE or RATE",
+                    Version::Two => "DERIVATIVE or ANGVEL",
+                };
+                let number = if version == Version::One { "1.0" } else { "2.0" };
+                kind.wrong(
+                    format!("version {number} has no attitude type {}", cut(kind.text, 30)),
+                    format!("give QUATERNION or EULER_ANGLE, alone or with /{rates}, or SPIN, alone or with /NUTATION"),
+                )
+            }
+        }
+    }
+
+    /// The span that the block says it has, and the part of it that is usable.
+    fn span(&self, start: Piece<'_>, stop: Piece<'_>, scale: Scale) -> Result<Span, Wrong> {
+        let of = |piece: Piece<'_>| date(piece, scale);
+        let span = [of(start)?, of(stop)?];
+        if span[1].since(&span[0]) < 0.0 {
+            return stop.wrong("STOP_TIME is before START_TIME", "exchange the two");
+        }
+        let useable = |name: &str| self.get(name).map(of).transpose();
+        let useable = [useable("USEABLE_START_TIME")?, useable("USEABLE_STOP_TIME")?];
+        let digits = half_second(start.text).max(half_second(stop.text));
+        Ok(Span { span, useable, digits })
+    }
+}
+
+/// Whether A is the body, and whether that had to be guessed: of two frames one is the spacecraft's.
+fn body_is_a(a: Piece<'_>, b: Piece<'_>) -> Result<(bool, bool), Wrong> {
+    match (meaning(a.text), meaning(b.text)) {
+        (Meaning::Body, Meaning::Body) => {
+            let reason = format!("{} and {} are both frames of the spacecraft", cut(a.text, 30), cut(b.text, 30));
+            b.wrong(reason, "give the attitude of one of them against a reference frame")
+        }
+        (Meaning::Unknown, Meaning::Unknown) => Ok((false, true)),
+        (Meaning::Body, _) | (Meaning::Unknown, _) if meaning(b.text) != Meaning::Body && meaning(a.text) == Meaning::Body => {
+            Ok((true, false))
+        }
+        (Meaning::Unknown, Meaning::Inertial(_) | Meaning::Orbit(_) | Meaning::Moving) => Ok((true, false)),
+        (_, Meaning::Body | Meaning::Unknown) => Ok((false, false)),
+        _ => {
+            let reason = format!("neither {} nor {} is a frame of the spacecraft", cut(a.text, 30), cut(b.text, 30));
+            b.wrong(reason, "give the attitude of the body against a reference frame")
         }
     }
 }
 
+/// When the data of a block begin and end.
+#[derive(Clone, Debug)]
+struct Span {
+    span: [Epoch; 2],
+    useable: [Option<Epoch>; 2],
+    /// What the digits of its dates leave open \[s\].
+    digits: f64,
+}
+
 /// How the rows of a block are to be read.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Block {
-    pub kind: Kind,
+    pub layout: Layout,
     pub scale: Scale,
-    inverse: bool,
-    scalar_first: bool,
-    in_body: bool,
     /// Reference and body.
     names: [String; 2],
+    /// Whether no name says which of the two is the body.
+    guessed: bool,
+    span: Span,
 }
 
 /// A moment in the scale of the block.
@@ -198,58 +254,98 @@ pub(super) fn date(piece: Piece<'_>, scale: Scale) -> Result<Epoch, Wrong> {
         .or_else(|error| piece.wrong(error.to_string(), "write 2026-11-21T07:00:00.25"))
 }
 
+/// Half a unit of the last digit of a date.
+pub(super) fn half_second(date: &str) -> f64 {
+    let clock = date.trim_end_matches(['Z', 'z']);
+    half_unit(clock.rsplit(':').next().unwrap_or(clock))
+}
+
+/// Readings of rates that differ by less are one: what single precision leaves of a rate of a radian a second [rad/s].
+const ONE_RATE: f64 = 1e-7;
+
 impl Block {
     /// Takes the names over; all blocks of a file must agree. The first row of a block may be the last of the one above.
     pub fn begin(&self, at: Piece<'_>, rows: &mut Rows) -> Result<(), Wrong> {
         let [reference, body] = self.names.clone();
         let before = rows.found.reference_frame.as_ref().zip(rows.found.body_frame.as_ref());
-        if before.is_some_and(|before| before != (&reference, &body)) {
+        let same = |(a, b): (&String, &String)| a.eq_ignore_ascii_case(&reference) && b.eq_ignore_ascii_case(&body);
+        if before.is_some_and(|before| !same(before)) {
             return at.wrong(
                 "this block has other frames than the one above",
                 "give one file for each pair of frames",
             );
+        }
+        if self.guessed {
+            rows.note(format!("which of {reference} and {body} is the body: no registry has the names, and B is taken for it"));
+        }
+        if let Attitude::Spin(_) = self.layout.attitude {
+            rows.note("rates of the file: SPIN tells the one about its axis, which moves itself".into());
         }
         (rows.found.reference_frame, rows.found.body_frame) = (Some(reference), Some(body));
         rows.begins = true;
         Ok(())
     }
 
-    /// Adds a row: its date and numbers in the order of the file, scalar last where `scalar_first` is not said.
-    pub fn row(&self, at: Piece<'_>, moment: Epoch, numbers: &[f64], rows: &mut Rows) -> Result<(), Wrong> {
-        if numbers.len() != self.kind.count() {
+    /// Adds a row: its date and numbers in the order of the file.
+    pub fn row(&self, at: Piece<'_>, moment: Piece<'_>, numbers: &[Number], rows: &mut Rows) -> Result<(), Wrong> {
+        self.add(&self.layout, at, moment, numbers, rows)
+    }
+
+    /// Adds a row whose numbers are in the order of [`Layout::names`].
+    pub fn named_row(
+        &self,
+        at: Piece<'_>,
+        moment: Piece<'_>,
+        numbers: &[Number],
+        rows: &mut Rows,
+    ) -> Result<(), Wrong> {
+        self.add(&self.layout.of_names(), at, moment, numbers, rows)
+    }
+
+    fn add(
+        &self,
+        layout: &Layout,
+        at: Piece<'_>,
+        written: Piece<'_>,
+        numbers: &[Number],
+        rows: &mut Rows,
+    ) -> Result<(), Wrong> {
+        if numbers.len() != layout.count() {
             let reason = format!(
                 "the row has {} numbers behind its date, {} are needed",
                 numbers.len(),
-                self.kind.count()
+                layout.count()
             );
             return at.wrong(reason, "give what ATTITUDE_TYPE says");
         }
-        let [x, y, z, w] = if self.scalar_first {
-            [numbers[1], numbers[2], numbers[3], numbers[0]]
-        } else {
-            [numbers[0], numbers[1], numbers[2], numbers[3]]
-        };
-        let vector = Vector3::new(x, y, z);
-        let sign = if self.inverse { -1.0 } else { 1.0 };
-        // Of B against A, in the axes of B: Ω = 2 (w q̇ᵥ − ẇ qᵥ − qᵥ × q̇ᵥ).
-        let rate = match self.kind {
-            Kind::Quaternion | Kind::OtherRate => None,
-            Kind::Rate => {
-                let rate = Vector3::from_column_slice(&numbers[4..7]).map(f64::to_radians);
-                let attitude = lie::rotation_from_quaternion(&[w, sign * x, sign * y, sign * z]);
-                Some(if self.in_body { rate } else { attitude.tr_mul(&rate) })
-            }
-            Kind::Derivative => {
-                let [dx, dy, dz, dw] = if self.scalar_first {
-                    [numbers[5], numbers[6], numbers[7], numbers[4]]
-                } else {
-                    [numbers[4], numbers[5], numbers[6], numbers[7]]
-                };
-                let (vector, moved) = (sign * vector, sign * Vector3::new(dx, dy, dz));
-                Some(2.0 * (w * moved - dw * vector - vector.cross(&moved)))
-            }
-        };
+        let moment = date(written, self.scale)?;
+        let told = layout.read(numbers);
         let first = *rows.found.epoch.get_or_insert(moment);
-        rows.add(at, moment.since(&first), [w, sign * x, sign * y, sign * z], rate)
+        let time = moment.since(&first);
+        self.within(written, &moment, rows)?;
+        if told.apart > ONE_RATE {
+            rows.leave_rates_out();
+        }
+        rows.add(at, Number { value: time, half_unit: half_second(written.text) }, told.row)
+    }
+
+    /// Refuses a row outside of the span of its block, and notes one that the file itself calls unusable.
+    fn within(&self, written: Piece<'_>, moment: &Epoch, rows: &mut Rows) -> Result<(), Wrong> {
+        let Span { span: [start, stop], useable, digits } = &self.span;
+        let open = digits.max(half_second(written.text));
+        if moment.since(start) < -open || stop.since(moment) < -open {
+            let reason = format!(
+                "this row is not between START_TIME {} and STOP_TIME {} of its block",
+                start.calendar_text(),
+                stop.calendar_text()
+            );
+            return written.wrong(reason, "correct the span, or the row");
+        }
+        let early = useable[0].is_some_and(|from| moment.since(&from) < -open);
+        let late = useable[1].is_some_and(|to| to.since(moment) < -open);
+        if early || late {
+            rows.unusable();
+        }
+        Ok(())
     }
 }

@@ -1,26 +1,27 @@
-//! Attitudes of other programs: AEM 1.0 and 2.0 as keywords and values, AEM 2.0 in XML, and tables.
+//! Attitudes of other programs: AEM 1.0 and 2.0 as keywords and values and in XML, and tables.
 //!
 //! What is read is turned into our convention: body to reference, scalar first, rates in body axes in rad/s. Every
-//! error has its line. A file is read whole before anything of it is used.
+//! error has its line. A file is read whole before anything of it is used. What it says and is not taken stands in
+//! [`Attitudes::not_taken`]; how far its digits, its blocks and its spans reach stands beside the rows.
 
 mod keywords;
+mod layout;
 mod message;
+mod rows;
 mod table;
 mod xml;
 
-use super::interpolation::{Row, linear};
+use slewkit::lie::interpolation::{Row, linear};
 use crate::epoch::Epoch;
-use crate::spec::{Diagnostics, Finding, Source, Span};
+use crate::spec::{Diagnostic, Diagnostics, Finding, Source, Span};
+use slewkit::numerics::encoding::{self, NoText};
+use slewkit::verify::Rounding;
 use slewkit::{Vector3, lie};
+use rows::Rows;
 use std::io::Read;
 
 /// The largest file, in bytes.
 const MAX_BYTES: u64 = 1 << 28;
-/// How far the length of a quaternion may be from 1 by rounding: six digits were printed.
-const UNIT_ROUNDING: f64 = 2e-6;
-
-/// The latest time that a row may have, and less its sign the earliest \[s\].
-const LATEST: f64 = 1e12;
 
 /// Attitudes at moments.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -29,14 +30,28 @@ pub struct Attitudes {
     pub time: Vec<f64>,
     /// From body to reference, `[w, x, y, z]`, of length 1, of one sign along the rows.
     pub quaternion: Vec<[f64; 4]>,
-    /// Angular velocity against the reference frame, body axes [rad/s]; empty where the file has none.
+    /// Angular velocity against the reference frame, body axes [rad/s]; empty where the file has none that is understood.
     pub rate: Vec<Vector3>,
+    /// The line of each row, from 1.
+    pub line: Vec<usize>,
+    /// Rows at which a block begins that does not begin where the one above ends: nobody may interpolate from the row before.
+    pub breaks: Vec<usize>,
+    /// What the printed digits leave open; of times nothing where the steps are equal.
+    pub rounding: Rounding,
+    /// Half a unit of the last digit of the printed times \[s\].
+    pub printed_time: f64,
+    /// What the time of the first row is, where times count from a zero of their own \[s\].
+    pub begins: Option<f64>,
     /// The moment of the first row, where the file says.
     pub epoch: Option<Epoch>,
     /// What the file calls the reference frame.
     pub reference_frame: Option<String>,
     /// What it calls the body frame.
     pub body_frame: Option<String>,
+    /// What the file says and is not taken, or what it leaves open, a sentence each without its point.
+    pub not_taken: Vec<String>,
+    /// What was changed in reading.
+    pub warnings: Vec<Diagnostic>,
 }
 
 impl Attitudes {
@@ -67,42 +82,48 @@ impl Attitudes {
 /// The first thing that is wrong, with its line.
 pub fn read_attitudes(input: impl Read, name: &str) -> Result<Attitudes, Diagnostics> {
     let mut bytes = Vec::new();
-    let whole = |reason: String, remedy: &str| {
-        Diagnostics(vec![crate::spec::Diagnostic::about_file("E0150", name, reason, remedy)])
+    let whole = |code, reason: String, remedy: &str| {
+        Diagnostics(vec![Diagnostic::about_file(code, name, reason, remedy)])
     };
     input
         .take(MAX_BYTES + 1)
         .read_to_end(&mut bytes)
-        .map_err(|error| whole(format!("cannot read {name}: {error}"), "check the path"))?;
+        .map_err(|error| whole("E0150", format!("cannot read {name}: {error}"), "check the path"))?;
     if bytes.len() as u64 > MAX_BYTES {
-        return Err(whole(format!("the file is larger than {MAX_BYTES} bytes"), "give fewer rows"));
+        let reason = format!("the file is larger than {MAX_BYTES} bytes");
+        return Err(whole("E0150", reason, "give fewer rows"));
     }
-    let text = String::from_utf8(bytes).map_err(|error| {
-        let at = error.utf8_error().valid_up_to();
-        let line = error.as_bytes()[..at].iter().filter(|byte| **byte == b'\n').count() + 1;
-        let mut found = whole(format!("line {line} is no text in UTF-8"), "give a text file: AEM or a table");
-        found.0[0].line = line;
-        found
+    let text = encoding::text(&bytes).map_err(|why| match why {
+        NoText::Utf16 => whole("E0003", "the file is in UTF-16".into(), "save it as UTF-8"),
+        NoText::At(at) => {
+            let line = bytes[..at].iter().filter(|byte| **byte == b'\n').count() + 1;
+            let remedy = "save the file as UTF-8; it is to be an AEM or a table";
+            let mut found = whole("E0150", format!("line {line} is no text in UTF-8"), remedy);
+            found.0[0].line = line;
+            found
+        }
     })?;
-    let source = Source::new(name, text.strip_prefix('\u{feff}').unwrap_or(&text));
+    let source = Source::new(name, text);
+    let resolved = |finding: Finding| finding.resolve(std::slice::from_ref(&source));
     read(&source.text)
-        .map_err(|wrong| Diagnostics(vec![wrong.finding().resolve(std::slice::from_ref(&source))]))
+        .and_then(|rows| rows.finish(&source))
+        .map_err(|wrong| Diagnostics(vec![resolved(wrong.finding())]))
 }
 
-fn read(text: &str) -> Result<Attitudes, Wrong> {
+fn read(text: &str) -> Result<Rows, Wrong> {
     let first = text.len() - text.trim_start().len();
     let start = &text[first..];
+    let aem = |start: &str| start.get(..6).is_some_and(|start| start.eq_ignore_ascii_case("CCSDS_"));
     if start.is_empty() {
         return wrong(0, 0, "the file is empty", "give an AEM, or a table with a head");
     }
-    let rows = if start.starts_with('<') {
-        xml::read(text)?
-    } else if start.starts_with("CCSDS_") {
-        keywords::read(text)?
+    if start.starts_with('<') {
+        xml::read(text)
+    } else if aem(start) {
+        keywords::read(text)
     } else {
-        table::read(text)?
-    };
-    rows.finish()
+        table::read(text)
+    }
 }
 
 /// What is wrong, and where: bytes of the text.
@@ -131,6 +152,13 @@ fn wrong<T>(
     Err(Wrong { span: (at, at + length), reason: reason.into(), remedy: remedy.into() })
 }
 
+/// A number, and half a unit of the last digit that is printed of it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Number {
+    value: f64,
+    half_unit: f64,
+}
+
 /// A piece of the text and where it begins.
 #[derive(Clone, Copy, Debug)]
 struct Piece<'t> {
@@ -143,6 +171,11 @@ impl<'t> Piece<'t> {
     fn trimmed(self) -> Self {
         let lead = self.text.len() - self.text.trim_start().len();
         Self { at: self.at + lead, text: self.text.trim() }
+    }
+
+    /// Whether it is this word, in upper or lower case.
+    fn is(self, word: &str) -> bool {
+        self.text.eq_ignore_ascii_case(word)
     }
 
     fn wrong<T>(self, reason: impl Into<String>, remedy: impl Into<String>) -> Result<T, Wrong> {
@@ -161,9 +194,9 @@ impl<'t> Piece<'t> {
     }
 
     /// A finite number.
-    fn number(self) -> Result<f64, Wrong> {
+    fn number(self) -> Result<Number, Wrong> {
         match self.text.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
+            Ok(value) if value.is_finite() => Ok(Number { value, half_unit: half_unit(self.text) }),
             Ok(_) => self.wrong("this number is not finite", "an attitude has finite numbers"),
             Err(_) => self.wrong(
                 format!("`{}` is no number", crate::spec::cut(self.text, 30)),
@@ -171,6 +204,17 @@ impl<'t> Piece<'t> {
             ),
         }
     }
+}
+
+/// Half a unit of the last digit of a number.
+fn half_unit(text: &str) -> f64 {
+    let (mantissa, exponent) = match text.find(['e', 'E']) {
+        Some(at) => (&text[..at], text[at + 1..].parse::<i32>().unwrap_or(0)),
+        None => (text, 0),
+    };
+    let decimals = mantissa.find('.').map_or(0, |point| mantissa.len() - point - 1);
+    let decimals = i32::try_from(decimals).unwrap_or(i32::MAX);
+    0.5 * 10_f64.powi(exponent.saturating_sub(decimals))
 }
 
 /// Lines of a text with their places, blank ones left out.
@@ -183,81 +227,16 @@ fn lines(text: &str) -> impl Iterator<Item = Piece<'_>> {
     pieces.filter(|piece| !piece.text.is_empty())
 }
 
-/// Rows in our convention on their way into the result.
-#[derive(Debug, Default)]
-struct Rows {
-    found: Attitudes,
-    /// Where the last row stood.
-    last: Option<usize>,
-    /// Whether the next row is the first of its block.
-    begins: bool,
-}
+#[cfg(test)]
+mod tests {
+    use super::half_unit;
 
-impl Rows {
-    /// Adds a row; `time` counts from anything.
-    fn add(
-        &mut self,
-        at: Piece<'_>,
-        time: f64,
-        quaternion: [f64; 4],
-        rate: Option<Vector3>,
-    ) -> Result<(), Wrong> {
-        let length = quaternion.iter().map(|part| part * part).sum::<f64>().sqrt();
-        if (length - 1.0).abs() > UNIT_ROUNDING {
-            let reason = format!("the quaternion has the length {length:.8}");
-            return at.wrong(reason, "attitudes are unit quaternions, of length 1 to six digits");
+    #[test]
+    fn the_last_digit_of_a_number_has_its_size() {
+        for (text, half) in
+            [("0.02060", 5e-6), ("1", 0.5), ("2.6862511e+002", 5e-6), ("-1.5E-3", 5e-5), ("12.", 0.5)]
+        {
+            assert!((half_unit(text) / half - 1.0).abs() < 1e-12, "{text}");
         }
-        if time.abs() > LATEST {
-            let reason = format!("the time {time:e} s is more than 30 000 years away");
-            return at.wrong(reason, "give times in seconds from near the first row");
-        }
-        let begins = std::mem::take(&mut self.begins);
-        if begins && self.found.time.last() == Some(&time) {
-            return self.shared(at, quaternion);
-        }
-        if let Some(before) = self.found.time.last().filter(|before| **before >= time) {
-            let by = before - time;
-            let reason = format!("this row is {by} s before the one above, or at the same time");
-            return at.wrong(reason, "times increase strictly");
-        }
-        if !self.found.time.is_empty() && rate.is_some() == self.found.rate.is_empty() {
-            return at.wrong("rates stand in some rows only", "give them in all rows, or in none");
-        }
-        let same = self
-            .found
-            .quaternion
-            .last()
-            .map_or(1.0, |last| last.iter().zip(quaternion).map(|(a, b)| a * b).sum::<f64>());
-        // What has length 1 to round-off keeps its bits.
-        let scale = if (length - 1.0).abs() < 4.0 * f64::EPSILON { 1.0 } else { length };
-        let scale = if same < 0.0 { -scale } else { scale };
-        self.found.time.push(time);
-        self.found.quaternion.push(quaternion.map(|part| part / scale));
-        self.found.rate.extend(rate);
-        self.last = Some(at.at);
-        Ok(())
-    }
-
-    /// The first row of a block at the time of the last one of the block above: the same attitude, and one row is enough.
-    fn shared(&self, at: Piece<'_>, quaternion: [f64; 4]) -> Result<(), Wrong> {
-        let before = self.found.quaternion.last().copied().unwrap_or_default();
-        let same = before.iter().zip(quaternion).map(|(a, b)| a * b).sum::<f64>();
-        let near = |(a, b): (&f64, f64)| (a - same.signum() * b).abs() <= UNIT_ROUNDING;
-        if before.iter().zip(quaternion).all(near) {
-            return Ok(());
-        }
-        at.wrong("the block above ends at the same time in another attitude", "a body turns without jumps")
-    }
-
-    fn finish(mut self) -> Result<Attitudes, Wrong> {
-        if self.found.time.len() < 2 {
-            let reason = format!("the file has {} rows of attitudes, two are needed", self.found.time.len());
-            return wrong(self.last.unwrap_or(0), 1, reason, "give the attitude at the start and at the end");
-        }
-        let start = self.found.time[0];
-        for time in &mut self.found.time {
-            *time -= start;
-        }
-        Ok(self.found)
     }
 }

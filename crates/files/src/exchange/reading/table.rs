@@ -1,12 +1,15 @@
 //! Tables of attitudes: a head that names the columns with their units, then numbers, separated by commas, semicolons,
-//! tabs or blanks. Lines that begin with # are comments.
+//! tabs or blanks, between quotes or not. Lines that begin with # are comments, and a column without a name is left out.
 
-use super::{Piece, Rows, Wrong, lines, wrong};
+use super::layout::{Attitude, Layout, Rates};
+use super::rows::Rows;
+use super::{Number, Piece, Wrong, wrong};
+use crate::cells::{self, separator};
 use crate::spec::cut;
 use slewkit::Vector3;
 
 /// Columns that are taken, with their names in our own tables.
-const TIME: [&str; 1] = ["time_s"];
+const TIME: &str = "time_s";
 const QUATERNION: [&str; 4] = ["quaternion_w", "quaternion_x", "quaternion_y", "quaternion_z"];
 const RATE_RAD: [&str; 3] =
     ["angular_velocity_x_rad_s", "angular_velocity_y_rad_s", "angular_velocity_z_rad_s"];
@@ -15,21 +18,21 @@ const RATE_DEG: [&str; 3] =
 
 /// Reads the table.
 pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
-    let mut lines = lines(text).filter(|line| !line.text.starts_with('#'));
+    let mut lines = lines_of_table(text);
     let Some(head) = lines.next() else {
         return wrong(0, 1, "the table has no head", "name the columns: time_s,quaternion_w,…");
     };
-    let sign = [',', ';', '\t'].into_iter().find(|sign| head.text.contains(*sign));
-    let names = cells(head, sign);
+    let sign = separator(head.text);
+    let names = cells(head, sign)?;
     for (index, name) in names.iter().enumerate() {
-        if names[..index].iter().any(|before| before.text == name.text) {
+        if !name.text.is_empty() && names[..index].iter().any(|before| before.is(name.text)) {
             return name.wrong(
                 format!("the column `{}` is there twice", cut(name.text, 30)),
                 "give each column once",
             );
         }
     }
-    let find = |wanted: &str| names.iter().position(|name| name.text == wanted);
+    let find = |wanted: &str| names.iter().position(|name| name.is(wanted));
     let needed = |wanted: &str| {
         find(wanted).map_or_else(
             || {
@@ -39,52 +42,58 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
             Ok,
         )
     };
-    let time = needed(TIME[0])?;
-    let quaternion = QUATERNION.map(needed);
-    let mut columns = [0; 4];
-    for (column, found) in columns.iter_mut().zip(quaternion) {
-        *column = found?;
+    let time = needed(TIME)?;
+    let mut columns = Vec::with_capacity(7);
+    for name in QUATERNION {
+        columns.push(needed(name)?);
     }
     let rates = [(RATE_RAD, 1.0), (RATE_DEG, 1_f64.to_radians())];
     let rate = rates.into_iter().find(|(names, _)| names.iter().any(|name| find(name).is_some()));
-    let rate = match rate {
-        None => None,
-        Some((names, scale)) => {
-            let mut columns = [0; 3];
-            for (column, name) in columns.iter_mut().zip(names) {
-                *column = needed(name)?;
-            }
-            Some((columns, scale))
-        }
-    };
+    for name in rate.iter().flat_map(|(names, _)| names) {
+        columns.push(needed(name)?);
+    }
+    let attitude = Attitude::Quaternion { scalar_first: true };
+    let layout = Layout { attitude, rates: Rates::None, inverse: false };
     let mut rows = Rows::default();
+    rows.found.begins = Some(0.0);
     for line in lines {
-        let cells = cells(line, sign);
+        let cells = cells(line, sign)?;
         if cells.len() != names.len() {
             let reason = format!("the row has {} cells, the head has {}", cells.len(), names.len());
             return line.wrong(reason, "give every column in every row; the file may be cut off");
         }
-        let [w, x, y, z] = columns;
-        let attitude = [cells[w].number()?, cells[x].number()?, cells[y].number()?, cells[z].number()?];
-        let rate = match rate {
-            None => None,
-            Some(([x, y, z], scale)) => {
-                Some(scale * Vector3::new(cells[x].number()?, cells[y].number()?, cells[z].number()?))
-            }
-        };
-        rows.add(line, cells[time].number()?, attitude, rate)?;
+        let numbers = columns.iter().map(|column| cells[*column].number()).collect::<Result<Vec<Number>, _>>()?;
+        let mut row = layout.read(&numbers[..4]).row;
+        if let Some((_, scale)) = rate {
+            row.rate = Some(scale * Vector3::new(numbers[4].value, numbers[5].value, numbers[6].value));
+            row.open.1 = 2.0 * scale * numbers[4..].iter().map(|number| number.half_unit).fold(0.0, f64::max);
+        }
+        rows.add(line, cells[time].number()?, row)?;
     }
     Ok(rows)
 }
 
+/// Lines that are neither blank nor comments. A tab at either end is of a cell.
+fn lines_of_table(text: &str) -> impl Iterator<Item = Piece<'_>> {
+    let blank = [' ', '\r', '\n'];
+    let lines = text.split_inclusive('\n').scan(0, move |at, line| {
+        let lead = line.len() - line.trim_start_matches(blank).len();
+        let piece = Piece { at: *at + lead, text: line.trim_matches(blank) };
+        *at += line.len();
+        Some(piece)
+    });
+    lines.filter(|line| !line.text.trim().is_empty() && !line.text.starts_with('#'))
+}
+
 /// The cells of a line.
-fn cells(line: Piece<'_>, sign: Option<char>) -> Vec<Piece<'_>> {
-    let Some(sign) = sign else { return line.words() };
-    let mut at = line.at;
-    let mut cells = Vec::new();
-    for text in line.text.split(sign) {
-        cells.push(Piece { at, text }.trimmed());
-        at += text.len() + sign.len_utf8();
-    }
-    cells
+fn cells(line: Piece<'_>, sign: Option<char>) -> Result<Vec<Piece<'_>>, Wrong> {
+    let found = cells::cells(line.text, sign)
+        .or_else(|reason| line.wrong(reason, "put a cell between two quotes, or none"))?;
+    let piece = |cell: cells::Cell<'_>| {
+        // Names and numbers hold no quotes: what a cell says stands in the line as it is.
+        let end = (cell.start + cell.text.len()).min(line.text.len());
+        let text = line.text.get(cell.start..end).unwrap_or_default();
+        Piece { at: line.at + cell.start, text }.trimmed()
+    };
+    Ok(found.into_iter().map(piece).collect())
 }

@@ -1,8 +1,9 @@
 //! AEM in XML: the elements, attributes and comments that such files have. No entities of their own are expanded, no
 //! files are fetched.
 
-use super::message::{Block, Metadata, Version, date};
-use super::{Piece, Rows, Wrong, wrong};
+use super::message::{Block, Metadata, Version};
+use super::rows::Rows;
+use super::{Number, Piece, Wrong, wrong};
 use crate::spec::cut;
 
 /// An opening or closing tag, or text between two tags.
@@ -61,13 +62,13 @@ impl<'t> Tokens<'t> {
                     "remove the declaration",
                 );
             }
-            let Some(length) = rest.find('>') else {
+            let Some(length) = end_of_tag(rest) else {
                 return wrong(self.at, 1, "this tag does not end", "the file is cut off, or a > is missing");
             };
             let (at, inner) = (self.at + 1, &rest[1..length]);
             self.at += length + 1;
             if let Some(name) = inner.strip_prefix('/') {
-                return Ok(Some(Token::Close(Piece { at: at + 1, text: name }.trimmed())));
+                return Ok(Some(Token::Close(local(Piece { at: at + 1, text: name }.trimmed()))));
             }
             let bare = inner.strip_suffix('/').unwrap_or(inner);
             let end = bare.find(|c: char| c.is_ascii_whitespace()).unwrap_or(bare.len());
@@ -75,6 +76,7 @@ impl<'t> Tokens<'t> {
             if name.text.is_empty() {
                 return name.wrong("a tag has no name", "write <NAME>");
             }
+            let name = local(name);
             if bare.len() < inner.len() {
                 self.closing = Some(name);
             }
@@ -83,110 +85,168 @@ impl<'t> Tokens<'t> {
     }
 }
 
-/// The value of an attribute.
+/// Where a tag ends: a `>` between quotes is of a value.
+fn end_of_tag(tag: &str) -> Option<usize> {
+    let mut quote = None;
+    for (at, byte) in tag.bytes().enumerate() {
+        match (quote, byte) {
+            (None, b'>') => return Some(at),
+            (None, b'"' | b'\'') => quote = Some(byte),
+            (Some(open), _) if open == byte => quote = None,
+            _ => {}
+        }
+    }
+    None
+}
+
+/// A name without the prefix of its namespace.
+fn local(name: Piece<'_>) -> Piece<'_> {
+    let at = name.text.find(':').map_or(0, |colon| colon + 1);
+    Piece { at: name.at + at, text: &name.text[at..] }
+}
+
+/// The value of an attribute, between quotes of either kind, with blanks around the sign or without.
 fn attribute<'t>(of: Piece<'t>, name: &str) -> Option<Piece<'t>> {
-    let at = of.text.find(&format!("{name}=\""))? + name.len() + 2;
-    let end = of.text[at..].find('"')?;
-    Some(Piece { at: of.at + at, text: &of.text[at..at + end] })
+    let mut rest = of.text;
+    loop {
+        let sign = rest.find('=')?;
+        let found = rest[..sign].trim();
+        let after = rest[sign + 1..].trim_start();
+        let quote = after.chars().next().filter(|quote| matches!(quote, '"' | '\''))?;
+        let value = &after[1..];
+        let end = value.find(quote)?;
+        if found == name {
+            let at = of.at + value.as_ptr() as usize - of.text.as_ptr() as usize;
+            return Some(Piece { at, text: &value[..end] }.trimmed());
+        }
+        rest = &value[end + 1..];
+    }
 }
 
 /// A row on its way.
 #[derive(Default)]
 struct Row<'t> {
     date: Option<Piece<'t>>,
-    values: Vec<(&'t str, f64)>,
+    values: Vec<(&'t str, Number)>,
+}
+
+/// Units that numbers of an AEM may have.
+const UNITS: [&str; 4] = ["deg", "deg/s", "1/s", "s"];
+
+/// Names in version 1.0 of angles and rates by their place in the sequence, and the names that they have here.
+const BY_PLACE: [(&str, &str, &str); 6] = [
+    ("rotationAngles", "rotation1", "ANGLE_1"),
+    ("rotationAngles", "rotation2", "ANGLE_2"),
+    ("rotationAngles", "rotation3", "ANGLE_3"),
+    ("rotationRates", "rotation1", "RATE_1"),
+    ("rotationRates", "rotation2", "RATE_2"),
+    ("rotationRates", "rotation3", "RATE_3"),
+];
+
+/// What has been read.
+#[derive(Default)]
+struct Reading<'t> {
+    rows: Rows,
+    open: Vec<Piece<'t>>,
+    said: Option<(Piece<'t>, Piece<'t>)>,
+    version: Option<Version>,
+    keys: Metadata<'t>,
+    block: Option<Block>,
+    row: Row<'t>,
 }
 
 /// Reads the file.
 pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
     let mut tokens = Tokens { text, at: 0, closing: None };
-    let mut rows = Rows::default();
-    let mut open: Vec<Piece<'_>> = Vec::new();
-    let mut said: Option<(Piece<'_>, Piece<'_>)> = None;
-    let (mut version, mut keys, mut block, mut row) = (None, Metadata::default(), None, Row::default());
+    let mut reading = Reading::default();
     while let Some(token) = tokens.next()? {
         match token {
-            Token::Open(name, attributes) => {
-                match name.text {
-                    "aem" => {
-                        let Some(number) = attribute(attributes, "version") else {
-                            return name
-                                .wrong("the message does not say its version", "write version=\"2.0\"");
-                        };
-                        version = Some(Version::of(number)?);
-                    }
-                    "metadata" => keys = Metadata::default(),
-                    "attitudeState" => row = Row::default(),
-                    _ if open.is_empty() && name.text != "ndm" => {
-                        return name.wrong(
-                            format!("<{}> is no attitude ephemeris", cut(name.text, 30)),
-                            "give an <aem>",
-                        );
-                    }
-                    _ => {}
-                }
-                if let Some(unit) =
-                    attribute(attributes, "units").filter(|unit| !["deg/s", "1/s"].contains(&unit.text))
-                {
-                    return unit.wrong(
-                        format!("the unit {} is not known here", cut(unit.text, 20)),
-                        "rates are in deg/s",
-                    );
-                }
-                open.push(name);
-                said = None;
-            }
+            Token::Open(name, attributes) => reading.open(name, attributes)?,
             Token::Text(piece) => {
-                let Some(name) = open.last() else {
+                let Some(name) = reading.open.last() else {
                     return piece.wrong("text outside of all elements", "remove it");
                 };
-                said = Some((*name, piece));
+                reading.said = Some((*name, piece));
             }
-            Token::Close(name) => {
-                let Some(opened) = open.pop() else {
-                    return name.wrong(format!("</{}> closes nothing", cut(name.text, 30)), "remove it");
-                };
-                if opened.text != name.text {
-                    let reason = format!(
-                        "</{}> stands where <{}> is to be closed",
-                        cut(name.text, 30),
-                        cut(opened.text, 30)
-                    );
-                    return name.wrong(reason, "close elements in the order in which they were opened");
-                }
-                let value = said.take().filter(|(of, _)| of.at == opened.at).map(|(_, piece)| piece);
-                let inside = |element: &str| open.iter().any(|piece| piece.text == element);
-                match name.text {
-                    "metadata" => {
-                        let version =
-                            version.map_or_else(|| name.wrong("there is no <aem>", "give an <aem>"), Ok)?;
-                        let read: Block = keys.block(version, name)?;
-                        read.begin(name, &mut rows)?;
-                        block = Some(read);
-                    }
-                    "attitudeState" => {
-                        let Some(block) = &block else {
-                            return name.wrong("data before any metadata", "put <metadata> before <data>");
-                        };
-                        finish(&row, block, opened, &mut rows)?;
-                    }
-                    _ if inside("metadata") => {
-                        keys.add(opened, value.unwrap_or(Piece { at: opened.at, text: "" }))?;
-                    }
-                    "EPOCH" if inside("attitudeState") => row.date = value,
-                    _ if inside("attitudeState") => {
-                        if let Some(value) = value {
-                            row.values.push((opened.text, value.number()?));
-                        }
-                    }
-                    _ => {}
-                }
-            }
+            Token::Close(name) => reading.close(name)?,
         }
     }
-    match open.last() {
+    match reading.open.last() {
         Some(name) => name.wrong(format!("<{}> is not closed", cut(name.text, 30)), "the file is cut off"),
-        None => Ok(rows),
+        None => Ok(reading.rows),
+    }
+}
+
+impl<'t> Reading<'t> {
+    fn open(&mut self, name: Piece<'t>, attributes: Piece<'t>) -> Result<(), Wrong> {
+        match name.text {
+            "aem" => {
+                let Some(number) = attribute(attributes, "version") else {
+                    return name.wrong("the message does not say its version", "write version=\"2.0\"");
+                };
+                self.version = Some(Version::of(number)?);
+            }
+            "metadata" => self.keys = Metadata::default(),
+            "attitudeState" => self.row = Row::default(),
+            _ if self.open.is_empty() && name.text != "ndm" => {
+                return name.wrong(
+                    format!("<{}> is no attitude ephemeris", cut(name.text, 30)),
+                    "give an <aem>",
+                );
+            }
+            _ => {}
+        }
+        if let Some(unit) = attribute(attributes, "units").filter(|unit| !UNITS.contains(&unit.text)) {
+            return unit.wrong(
+                format!("the unit {} is not known here", cut(unit.text, 20)),
+                "angles are in deg, rates in deg/s",
+            );
+        }
+        self.open.push(name);
+        self.said = None;
+        Ok(())
+    }
+
+    fn close(&mut self, name: Piece<'t>) -> Result<(), Wrong> {
+        let Some(opened) = self.open.pop() else {
+            return name.wrong(format!("</{}> closes nothing", cut(name.text, 30)), "remove it");
+        };
+        if opened.text != name.text {
+            let (found, wanted) = (cut(name.text, 30), cut(opened.text, 30));
+            let reason = format!("</{found}> stands where <{wanted}> is to be closed");
+            return name.wrong(reason, "close elements in the order in which they were opened");
+        }
+        let value = self.said.take().filter(|(of, _)| of.at == opened.at).map(|(_, piece)| piece);
+        let inside = |element: &str| self.open.iter().any(|piece| piece.text == element);
+        match name.text {
+            "metadata" => {
+                let version =
+                    self.version.map_or_else(|| name.wrong("there is no <aem>", "give an <aem>"), Ok)?;
+                let read = self.keys.block(version, name)?;
+                read.begin(name, &mut self.rows)?;
+                self.block = Some(read);
+            }
+            "attitudeState" => {
+                let Some(block) = &self.block else {
+                    return name.wrong("data before any metadata", "put <metadata> before <data>");
+                };
+                finish(&self.row, block, opened, &mut self.rows)?;
+            }
+            _ if inside("metadata") => {
+                self.keys.add(opened, value.unwrap_or(Piece { at: opened.at, text: "" }))?;
+            }
+            "EPOCH" if inside("attitudeState") => self.row.date = value,
+            "COMMENT" => {}
+            _ if inside("attitudeState") => {
+                if let Some(value) = value {
+                    let place = BY_PLACE.iter().find(|(of, at, _)| opened.text == *at && inside(of));
+                    let name = place.map_or(opened.text, |(_, _, name)| name);
+                    self.row.values.push((name, value.number()?));
+                }
+            }
+            _ => {}
+        }
+        Ok(())
     }
 }
 
@@ -195,14 +255,10 @@ fn finish(row: &Row<'_>, block: &Block, at: Piece<'_>, rows: &mut Rows) -> Resul
     let Some(moment) = row.date else {
         return at.wrong("the state has no <EPOCH>", "give the date of every state");
     };
-    let names: &[&str] = match block.kind.count() {
-        4 => &["Q1", "Q2", "Q3", "QC"],
-        8 => &["Q1", "Q2", "Q3", "QC", "Q1_DOT", "Q2_DOT", "Q3_DOT", "QC_DOT"],
-        _ => &["Q1", "Q2", "Q3", "QC", "ANGVEL_X", "ANGVEL_Y", "ANGVEL_Z"],
-    };
+    let names = block.layout.names();
     let mut numbers = Vec::with_capacity(names.len());
     for name in names {
-        let mut found = row.values.iter().filter(|(key, _)| key == name);
+        let mut found = row.values.iter().filter(|(key, _)| *key == name);
         match (found.next(), found.next()) {
             (Some((_, value)), None) => numbers.push(*value),
             (None, _) => {
@@ -211,5 +267,5 @@ fn finish(row: &Row<'_>, block: &Block, at: Piece<'_>, rows: &mut Rows) -> Resul
             (Some(_), Some(_)) => return at.wrong(format!("the state has <{name}> twice"), "give it once"),
         }
     }
-    block.row(at, date(moment, block.scale)?, &numbers, rows)
+    block.named_row(at, moment, &numbers, rows)
 }

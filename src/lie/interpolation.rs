@@ -7,32 +7,60 @@
 //! What such an interpolation misses is measured on the rows themselves: every second one is left out and found again
 //! from its neighbours. Twice the distance makes it an upper bound for the rows as they are.
 
-use slewkit::{Matrix3, Vector3, lie};
+use crate::{Matrix3, Vector3, lie};
 
 /// An attitude with its rate, body axes [rad/s].
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Row {
+pub struct Row {
+    /// Attitude, body → reference.
     pub attitude: Matrix3,
+    /// Angular velocity, body axes [rad/s].
     pub rate: Vector3,
 }
 
+/// The rotation vector from the first of two rows, as `s (φ'(0) + s (c + s b))` with `s` from 0 to 1.
+#[derive(Clone, Copy, Debug)]
+pub struct Cubic {
+    start: Vector3,
+    curve: Vector3,
+    bend: Vector3,
+}
+
+impl Cubic {
+    /// Through two rows `h` apart.
+    pub fn between(first: &Row, second: &Row, h: f64) -> Self {
+        let turn = lie::minus(&second.attitude, &first.attitude);
+        let (start, end) = (h * first.rate, lie::right_jacobian_inverse(&turn) * (h * second.rate));
+        Self { start, curve: 3.0 * turn - 2.0 * start - end, bend: start + end - 2.0 * turn }
+    }
+
+    /// The rotation vector at the share `s`, and its slope in `s`.
+    pub fn at(&self, s: f64) -> (Vector3, Vector3) {
+        let Self { start, curve, bend } = self;
+        (s * (start + s * (curve + s * bend)), start + s * (2.0 * curve + 3.0 * s * bend))
+    }
+
+    /// The largest slope in `s` that it can have: the coefficients of Bernstein of the slope bound it. No angular velocity times `h`
+    /// is larger, since `‖J_r‖ ≤ 1`.
+    pub fn steepest(&self) -> f64 {
+        let Self { start, curve, bend } = self;
+        [*start, start + curve, start + 2.0 * curve + 3.0 * bend].iter().map(|slope| slope.norm()).fold(0.0, f64::max)
+    }
+}
+
 /// The cubic at the share `s` of the time `h` between two rows.
-pub(super) fn cubic(first: &Row, second: &Row, h: f64, s: f64) -> Row {
-    let turn = lie::minus(&second.attitude, &first.attitude);
-    let (at_first, at_second) = (h * first.rate, lie::right_jacobian_inverse(&turn) * (h * second.rate));
-    let (curve, bend) = (3.0 * turn - 2.0 * at_first - at_second, at_first + at_second - 2.0 * turn);
-    let vector = s * (at_first + s * (curve + s * bend));
-    let slope = at_first + s * (2.0 * curve + 3.0 * s * bend);
+pub fn cubic(first: &Row, second: &Row, h: f64, s: f64) -> Row {
+    let (vector, slope) = Cubic::between(first, second, h).at(s);
     Row { attitude: first.attitude * lie::exp(&vector), rate: lie::right_jacobian(&vector) * slope / h }
 }
 
 /// The rotation about one axis at one rate.
-pub(super) fn linear(first: &Row, second: &Row, s: f64) -> Matrix3 {
+pub fn linear(first: &Row, second: &Row, s: f64) -> Matrix3 {
     first.attitude * lie::exp(&(s * lie::minus(&second.attitude, &first.attitude)))
 }
 
 /// Bounds of what is missed between rows by the rotation at one rate and by the cubic \[rad\].
-pub(super) fn missed(rows: &[Row], time: &[f64]) -> (f64, f64) {
+pub fn missed(rows: &[Row], time: &[f64]) -> (f64, f64) {
     let mut worst = (0.0_f64, 0.0_f64);
     for k in 1..rows.len().saturating_sub(1) {
         let (first, middle, last) = (&rows[k - 1], &rows[k], &rows[k + 1]);
@@ -48,7 +76,7 @@ pub(super) fn missed(rows: &[Row], time: &[f64]) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::{Row, cubic, missed};
-    use slewkit::{Matrix3, Vector3, lie};
+    use crate::{Matrix3, Vector3, lie};
 
     /// A body that turns about one axis with the angle sin t: attitude and rate in closed form.
     fn row(t: f64) -> Row {

@@ -1,0 +1,98 @@
+//! One rule for the cells of every table (RFC 4180, but a quoted cell ends on its line): commas, semicolons or tabs between them,
+//! quotes around them where a program likes to put some.
+
+use std::borrow::Cow;
+
+/// One cell, without the blanks and the quotes around it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Cell<'t> {
+    /// What it says.
+    pub text: Cow<'t, str>,
+    /// The byte of the line at which that begins.
+    pub start: usize,
+}
+
+/// The sign between the cells of a table with this head: the first of comma, semicolon and tab that stands outside of quotes;
+/// `None` where there is none.
+pub(crate) fn separator(head: &str) -> Option<char> {
+    let outside = |sign: char| head.split('"').step_by(2).any(|part| part.contains(sign));
+    [',', ';', '\t'].into_iter().find(|sign| outside(*sign))
+}
+
+/// The cells of a line; blanks alone part them where there is no sign.
+///
+/// # Errors
+/// What is wrong with its quotes.
+pub(crate) fn cells(line: &str, separator: Option<char>) -> Result<Vec<Cell<'_>>, &'static str> {
+    let parts = |sign: char| separator.map_or(sign.is_ascii_whitespace(), |separator| sign == separator);
+    let blank = |sign: &char| *sign == ' ' || (*sign == '\t' && separator != Some('\t'));
+    let mut found = Vec::new();
+    let mut rest = line;
+    loop {
+        rest = rest.trim_start_matches(|sign| blank(&sign));
+        if separator.is_none() && rest.is_empty() {
+            return Ok(found);
+        }
+        let start = line.len() - rest.len();
+        if let Some(quoted) = rest.strip_prefix('"') {
+            let end = closing(quoted).ok_or("a quote is opened and never closed on its line")?;
+            let inside = &quoted[..end];
+            let text = if inside.contains('"') { inside.replace("\"\"", "\"").into() } else { inside.into() };
+            found.push(Cell { text, start: start + 1 });
+            rest = &quoted[end + 1..];
+            let after = rest.trim_start_matches(|sign| blank(&sign));
+            if separator.is_some() || after.is_empty() {
+                rest = after;
+            }
+            if rest.chars().next().is_some_and(|sign| !parts(sign)) {
+                return Err("after a quoted cell there is more than the sign between cells");
+            }
+        } else {
+            let end = rest.find(parts).unwrap_or(rest.len());
+            found.push(Cell { text: rest[..end].trim_end().into(), start });
+            rest = &rest[end..];
+        }
+        match rest.chars().next() {
+            None => return Ok(found),
+            Some(sign) => rest = &rest[sign.len_utf8()..],
+        }
+    }
+}
+
+/// Where the quote that closes a cell stands: doubled ones are of its text.
+fn closing(quoted: &str) -> Option<usize> {
+    let bytes = quoted.as_bytes();
+    let mut at = 0;
+    loop {
+        at += bytes[at..].iter().position(|byte| *byte == b'"')?;
+        if bytes.get(at + 1) != Some(&b'"') {
+            return Some(at);
+        }
+        at += 2;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{cells, separator};
+
+    #[test]
+    fn cells_keep_their_places() {
+        let read = |line: &str| -> Vec<(String, usize)> {
+            let cells = cells(line, separator(line)).unwrap();
+            cells.into_iter().map(|cell| (cell.text.into_owned(), cell.start)).collect()
+        };
+        let expected = |cells: &[(&str, usize)]| -> Vec<(String, usize)> {
+            cells.iter().map(|(text, start)| (text.to_string(), *start)).collect()
+        };
+        assert_eq!(read("a, 2.5 ,\"[1, \"\"x\"\"]\""), expected(&[("a", 0), ("2.5", 3), ("[1, \"x\"]", 9)]));
+        assert_eq!(read("a,,"), expected(&[("a", 0), ("", 2), ("", 3)]));
+        assert_eq!(read("é,1"), expected(&[("é", 0), ("1", 3)]));
+        assert_eq!(read("a;\"1,2\" ;3"), expected(&[("a", 0), ("1,2", 3), ("3", 9)]));
+        assert_eq!(read("a\t\tb"), expected(&[("a", 0), ("", 2), ("b", 3)]));
+        assert_eq!(read(" a  \"b\" c"), expected(&[("a", 1), ("b", 5), ("c", 8)]));
+        for wrong in ["\"a", "\"a\"b,c", "\"a\"\"", "\""] {
+            assert!(cells(wrong, Some(',')).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! Attitudes of a file against a maneuver: frames, epoch and body are those of the spec, or are turned into them, or it is told that
+//! nobody can say. What is left is judged by [`slewkit::verify::judge_attitudes`].
+
+use super::Attitudes;
+use super::frames::{Meaning, meaning};
+use crate::identity::Identity;
+use crate::spec::{Diagnostic, Diagnostics};
+use slewkit::maneuver::Problem;
+use slewkit::verify::{AttitudeReport, AttitudeRows, Check, judge_attitudes};
+use slewkit::{Matrix3, lie};
+
+/// What was found of a file.
+#[derive(Clone, Debug)]
+pub struct FileReport {
+    /// What the rows say.
+    pub attitudes: AttitudeReport,
+    /// What is not judged, a sentence each without its point.
+    pub not_judged: Vec<String>,
+}
+
+impl FileReport {
+    /// Whether nothing that could be judged speaks against the file.
+    pub fn passed(&self) -> bool {
+        self.attitudes.passed()
+    }
+}
+
+/// The name of the check that rows begin when the maneuver does.
+const MOMENT: &str = "moment of the start";
+/// How far that may be off beside the digits, relative to the duration: as far as the duration itself.
+const MOMENT_SHARE: f64 = 1e-6;
+
+/// Judges attitudes of the file `name` against a maneuver and what its spec calls it; `tolerance` \[rad\] is for attitudes.
+///
+/// # Errors
+/// Frames between which no rotation is known here: nothing could be judged.
+pub fn judge_file(
+    found: &Attitudes,
+    name: &str,
+    problem: &Problem,
+    identity: &Identity,
+    tolerance: f64,
+) -> Result<FileReport, Diagnostics> {
+    let mut not_judged = found.not_taken.clone();
+    let to_ours = frames(found, problem, identity, &mut not_judged).map_err(|(reason, remedy)| {
+        Diagnostics(vec![Diagnostic::about_file("E0152", name, reason, &remedy)])
+    })?;
+    bodies(found, identity, &mut not_judged).map_err(|(reason, remedy)| {
+        Diagnostics(vec![Diagnostic::about_file("E0152", name, reason, &remedy)])
+    })?;
+    let turned: Vec<[f64; 4]>;
+    let quaternion = match to_ours {
+        None => &found.quaternion,
+        Some(rotation) => {
+            let turn = |q| lie::quaternion_from_rotation(&(rotation * lie::rotation_from_quaternion(q)));
+            turned = found.quaternion.iter().map(turn).collect();
+            &turned
+        }
+    };
+    let rows = AttitudeRows {
+        time: &found.time,
+        quaternion,
+        rate: &found.rate,
+        breaks: &found.breaks,
+        rounding: found.rounding,
+    };
+    let mut attitudes = judge_attitudes(problem, &rows, tolerance);
+    let moment = moment(found, problem, identity, &mut not_judged);
+    attitudes.checks.extend(moment);
+    not_judged.append(&mut attitudes.open.clone());
+    if found.rate.is_empty() && !not_judged.iter().any(|text| text.starts_with("rates of the file")) {
+        not_judged.push("rates: the file does not have them".into());
+    }
+    not_judged.push("inputs, their limits, cost and optimality: the file does not have them".into());
+    Ok(FileReport { attitudes, not_judged })
+}
+
+/// A reason and what to do.
+type Apart = (String, String);
+
+/// The rotation from components in the file's frame to those in ours; `None` where the two are one.
+fn frames(
+    found: &Attitudes,
+    problem: &Problem,
+    identity: &Identity,
+    open: &mut Vec<String>,
+) -> Result<Option<Matrix3>, Apart> {
+    let turns = problem.environment.frame_rate().amax() > 0.0;
+    let own = identity.reference_frame.as_deref();
+    let Some(theirs) = found.reference_frame.as_deref() else {
+        open.push("the frames: the file does not name them".into());
+        return Ok(None);
+    };
+    let same = own.is_some_and(|own| own.eq_ignore_ascii_case(theirs));
+    let apart = |what: &str| {
+        let reason = format!("the attitudes of the file lead to {theirs}, {what}: no rotation between the two is known here");
+        Err((reason, "turn the attitudes into the frame of the spec, or name their frame in its [names] reference_frame".into()))
+    };
+    let rotation = match (meaning(theirs), own.map(meaning)) {
+        (Meaning::Orbit(axes), _) if turns => axes.transpose(),
+        (_, _) if turns && !(same && meaning(theirs) == Meaning::Unknown) => {
+            return apart("those of the spec to the frame of the orbit");
+        }
+        (Meaning::Inertial(theirs), Some(Meaning::Inertial(own))) => own.transpose() * theirs,
+        (Meaning::Orbit(theirs), Some(Meaning::Orbit(own))) => own * theirs.transpose(),
+        _ if same => return Ok(None),
+        (Meaning::Inertial(_) | Meaning::Unknown, None) => {
+            open.push(format!("whether {theirs} is the reference frame of the spec, which names none"));
+            return Ok(None);
+        }
+        (_, Some(_)) => return apart(&format!("those of the spec to {}", own.unwrap_or_default())),
+        (_, None) => return apart("which turns, those of the spec to a frame that does not"),
+    };
+    Ok((rotation != Matrix3::identity()).then_some(rotation))
+}
+
+/// Whether the body of the file is that of the spec.
+fn bodies(found: &Attitudes, identity: &Identity, open: &mut Vec<String>) -> Result<(), Apart> {
+    let Some(theirs) = found.body_frame.as_deref() else { return Ok(()) };
+    match identity.body_frame.as_deref() {
+        Some(own) if own.eq_ignore_ascii_case(theirs) => Ok(()),
+        Some(own) => Err((
+            format!("the attitudes of the file are those of {theirs}, those of the spec of {own}: how the one is mounted is not known here"),
+            "turn the attitudes into those of the body of the spec, or name the frame of the file in its [names] body_frame".into(),
+        )),
+        None if theirs.eq_ignore_ascii_case(Identity::BODY_FRAME) => Ok(()),
+        None => {
+            open.push(format!("whether {theirs} is the body frame of the spec, which names none"));
+            Ok(())
+        }
+    }
+}
+
+/// Whether the rows begin when the maneuver does.
+fn moment(found: &Attitudes, problem: &Problem, identity: &Identity, open: &mut Vec<String>) -> Option<Check> {
+    if let Some(begins) = found.begins {
+        if begins.abs() > found.printed_time {
+            open.push(format!("the moment: times of the file begin at {begins} s"));
+        }
+        return None;
+    }
+    match (found.epoch, identity.epoch) {
+        (Some(theirs), Some(own)) => {
+            let value = theirs.since(&own).abs();
+            let limit = found.printed_time + MOMENT_SHARE * problem.duration;
+            Some(Check { name: MOMENT.into(), value, limit, passed: value <= limit })
+        }
+        (Some(_), None) => {
+            open.push("the moment: the spec has no epoch".into());
+            None
+        }
+        (None, _) => {
+            open.push("the moment: the file does not say it".into());
+            None
+        }
+    }
+}

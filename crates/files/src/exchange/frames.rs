@@ -1,0 +1,167 @@
+//! What the names of frames mean: which are the body's, which belong to an orbit and with which axes, which are fixed in space.
+//!
+//! Names are those of the registries of SANA (celestial body, orbit-relative and spacecraft body reference frames) and of SPICE;
+//! upper and lower case are one, and so are blanks, hyphens and underscores.
+//!
+//! Axes of the orbit are given in ours, `e₁` along the velocity, `e₂` along the orbit normal, `e₃` outward, on the circular orbit that
+//! the environment has:
+//!
+//! | name | x | y | z |
+//! |---|---|---|---|
+//! | VNC | e₁ | e₂ | e₃ |
+//! | LVLH, VVLH | e₁ | −e₂ | −e₃ |
+//! | RTN, RSW, QSW, NTW | e₃ | e₁ | e₂ |
+//! | TNW | e₁ | −e₃ | e₂ |
+//!
+//! ICRF and J2000 (EME2000) differ by the frame bias of IAU 2006, 23 milliarcseconds; ECLIPJ2000 is J2000 turned by the obliquity of
+//! IAU 1976, as SPICE has it.
+
+use slewkit::{Matrix3, Vector3, lie};
+
+/// What a name of a frame means.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Meaning {
+    /// Fixed to the spacecraft.
+    Body,
+    /// Fixed in inertial space; the rotation from its components to those of ICRF.
+    Inertial(Matrix3),
+    /// Of the orbit, and turning with it; the rotation from components in our axes to its own.
+    Orbit(Matrix3),
+    /// A reference frame that turns with a planet, or is of a date.
+    Moving,
+    /// No registry has the name.
+    Unknown,
+}
+
+/// Axes of the spacecraft in the registry of SANA, each with a number or letters behind it or without; and older spellings.
+const BODY: [&str; 18] = [
+    "ACC", "AST", "CSS", "DSS", "ESA", "GYRO", "GYRO_FRAME", "IMU", "IMU_FRAME", "INSTRUMENT", "MTA", "RW", "SA", "SC",
+    "SC_BODY", "SENSOR", "STARTRACKER", "TAM",
+];
+/// Frames whose rotation against inertial space is not known here.
+const MOVING: [&str; 32] = [
+    "ALIGN_CB", "ALIGN_EARTH", "ATF", "B1950", "CIRS", "DTRF", "EFG", "EME1950", "EQW", "FIXED", "FK4", "GTOD", "IAU", "ITRF",
+    "MCI", "MDR", "MOD", "MOE", "NSW", "PEF", "PQW", "SEZ", "TDR", "TEME", "TEMEOFDATE", "TIRF", "TIRS", "TOD", "TOE", "UTOD",
+    "WGS84", "WGS",
+];
+
+/// What `name` means.
+pub fn meaning(name: &str) -> Meaning {
+    let name: String =
+        name.trim().chars().map(|c| if c == ' ' || c == '-' { '_' } else { c.to_ascii_uppercase() }).collect();
+    // What turns at each moment, or is frozen at each: of the second kind nobody can say what its rates are.
+    let (axes, frozen) = match name.strip_suffix("_INERTIAL") {
+        Some(axes) => (axes, true),
+        None => (name.strip_suffix("_ROTATING").unwrap_or(&name), false),
+    };
+    if let Some(orbit) = of_orbit(axes) {
+        return if frozen { Meaning::Moving } else { Meaning::Orbit(orbit) };
+    }
+    let numbered = |base: &str| {
+        let digits = name.strip_prefix(base).map(|rest| rest.trim_start_matches('_'));
+        digits.is_some_and(|rest| rest.bytes().all(|byte| byte.is_ascii_digit()))
+    };
+    if ["ICRF", "ICRS", "GCRF", "GCRS", "BCRF", "BCRS"].into_iter().any(numbered) {
+        return Meaning::Inertial(Matrix3::identity());
+    }
+    match name.as_str() {
+        "J2000" | "EME2000" | "MJ2000EQ" => return Meaning::Inertial(frame_bias()),
+        "ECLIPJ2000" => return Meaning::Inertial(frame_bias() * lie::exp(&(Vector3::x() * OBLIQUITY))),
+        _ => {}
+    }
+    let moving = |base: &&str| {
+        let rest = name.strip_prefix(*base);
+        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('_') || rest.as_bytes()[0].is_ascii_digit())
+    };
+    if MOVING.iter().any(|base| moving(&base)) {
+        return Meaning::Moving;
+    }
+    // A number or a letter or two behind the kind, as in AST_1 and SC_BODY_A.
+    let of_body = |base: &&str| {
+        let rest = name.strip_prefix(*base);
+        rest.is_some_and(|rest| {
+            let label = rest.strip_prefix('_').unwrap_or(rest);
+            rest.is_empty() || (label.len() <= 2 && label.bytes().all(|byte| byte.is_ascii_alphanumeric()) && rest != label)
+                || (!label.is_empty() && label.bytes().all(|byte| byte.is_ascii_digit()))
+        })
+    };
+    if BODY.iter().any(|base| of_body(&base)) { Meaning::Body } else { Meaning::Unknown }
+}
+
+/// Names of frames of the orbit that are written, for messages.
+pub const ORBIT_NAMES: &str = "VNC, LVLH, VVLH, RTN, RSW, QSW, NTW, TNW";
+
+/// The rotation from components in our axes of the orbit to those of this name.
+fn of_orbit(name: &str) -> Option<Matrix3> {
+    let rows = match name {
+        "VNC" => [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+        "LVLH" | "VVLH" => [[1, 0, 0], [0, -1, 0], [0, 0, -1]],
+        "RTN" | "RSW" | "QSW" | "NTW" => [[0, 0, 1], [1, 0, 0], [0, 1, 0]],
+        "TNW" => [[1, 0, 0], [0, 0, -1], [0, 1, 0]],
+        _ => return None,
+    };
+    Some(Matrix3::from_fn(|row, column| f64::from(rows[row][column])))
+}
+
+/// A milliarcsecond \[rad\].
+const MILLIARCSECOND: f64 = std::f64::consts::PI / (180.0 * 3600.0 * 1000.0);
+/// Obliquity of the ecliptic at J2000, IAU 1976 \[rad\].
+const OBLIQUITY: f64 = 84_381_448.0 * MILLIARCSECOND;
+
+/// From components in the mean equator and equinox of J2000 to those in ICRF: the offsets of the pole ξ₀, η₀ and of the equinox dα₀ in
+/// the IERS Conventions (2010), 5.6, to first order, which is 1e-14 here.
+fn frame_bias() -> Matrix3 {
+    let [ascension, xi, eta] = [-14.6, -16.617, -6.8192].map(|angle| angle * MILLIARCSECOND);
+    // J2000 components of an ICRF vector: R₁(−η₀) R₂(ξ₀) R₃(dα₀), rotations of axes.
+    lie::exp(&Vector3::new(-eta, xi, ascension))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Meaning, frame_bias, meaning};
+    use slewkit::{Vector3, lie};
+
+    #[test]
+    fn names_of_the_registries_have_their_meaning() {
+        for name in ["AST_1", "SC_BODY_1", "sc_body", "SC BODY 1", "IMU_FRAME_1", "STARTRACKER_2", "GYRO_FRAME_3", "RW_12", "INSTRUMENT_A", "ACC", "SENSOR_1"] {
+            assert_eq!(meaning(name), Meaning::Body, "{name}");
+        }
+        for name in ["ITRF2000", "ITRF-97", "TEME", "TOD_EARTH", "LVLH_INERTIAL", "IAU_MARS", "PQW_INERTIAL", "B1950"] {
+            assert_eq!(meaning(name), Meaning::Moving, "{name}");
+        }
+        for name in ["ICRF", "GCRF", "icrf3", "EME2000", "J2000", "ECLIPJ2000"] {
+            assert!(matches!(meaning(name), Meaning::Inertial(_)), "{name}");
+        }
+        for name in ["MYFRAME", "SCIENCE", "ACCELERATION", "", "SAT"] {
+            assert_eq!(meaning(name), Meaning::Unknown, "{name}");
+        }
+    }
+
+    /// Each name says its own axes; their handedness is right.
+    #[test]
+    fn frames_of_the_orbit_have_their_axes() {
+        let [velocity, normal, outward] = [Vector3::x(), Vector3::y(), Vector3::z()];
+        for (name, axes) in [
+            ("LVLH", [velocity, -normal, -outward]),
+            ("RTN", [outward, velocity, normal]),
+            ("RSW_ROTATING", [outward, velocity, normal]),
+            ("TNW", [velocity, -outward, normal]),
+            ("VNC", [velocity, normal, outward]),
+        ] {
+            let Meaning::Orbit(to) = meaning(name) else { panic!("{name}") };
+            assert_eq!(to.determinant(), 1.0, "{name}");
+            for (k, axis) in axes.iter().enumerate() {
+                assert_eq!((to * axis)[k], 1.0, "{name} axis {k}");
+            }
+        }
+    }
+
+    /// The pole of J2000 in ICRF is at ξ₀ = −16.617 mas, η₀ = −6.8192 mas (IERS Conventions 2010, 5.4.4).
+    #[test]
+    fn the_bias_of_j2000_is_that_of_the_conventions() {
+        let pole = frame_bias() * Vector3::z();
+        let mas = (1e-3_f64 / 3600.0).to_radians();
+        assert!((pole.x / mas + 16.617).abs() < 1e-3 && (pole.y / mas + 6.8192).abs() < 1e-3, "{pole}");
+        assert!((lie::log(&frame_bias()).norm() / mas - 23.1).abs() < 0.1);
+    }
+}

@@ -1,0 +1,192 @@
+//! Rows in our convention on their way into the result.
+
+use super::{Attitudes, Number, Piece, Wrong, wrong};
+use slewkit::Vector3;
+use crate::rounding::{ROTATION, SILENT};
+use crate::spec::{Diagnostic, Finding, Severity, Source, Span};
+use slewkit::numerics::figures::{short, significant};
+use slewkit::verify::Rounding;
+
+/// The latest time that a row may have, and less its sign the earliest \[s\].
+const LATEST: f64 = 1e12;
+/// Steps that are equal to this part of themselves are equal: their times are what is printed.
+const EQUAL: f64 = 1e-9;
+
+/// A row before it is one of ours.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moved {
+    /// Body to reference, `[w, x, y, z]`, as long as the digits make it.
+    pub quaternion: [f64; 4],
+    /// Body axes [rad/s].
+    pub rate: Option<Vector3>,
+    /// What the digits leave open of the attitude \[rad\] and of the rate [rad/s].
+    pub open: (f64, f64),
+}
+
+/// The rows so far.
+#[derive(Debug, Default)]
+pub(super) struct Rows {
+    pub found: Attitudes,
+    /// Where each row stands.
+    places: Vec<usize>,
+    /// Whether the next row is the first of its block.
+    pub begins: bool,
+    /// The largest difference of a length from 1, and the row.
+    defect: (f64, usize),
+    /// What the digits leave open, in the row that has most of them.
+    open: Option<Rounding>,
+    /// Whether the rates of the file have two meanings that differ.
+    two_readings: bool,
+    /// How many rows the file itself calls unusable.
+    unusable: usize,
+}
+
+impl Rows {
+    /// Adds a row; `time` counts from anything.
+    pub fn add(&mut self, at: Piece<'_>, time: Number, row: Moved) -> Result<(), Wrong> {
+        let Moved { quaternion, rate, open } = row;
+        let length = quaternion.iter().map(|part| part * part).sum::<f64>().sqrt();
+        let defect = (length - 1.0).abs();
+        if !(defect <= ROTATION) {
+            let reason = format!("the quaternion has the length {}", significant(length, 8));
+            return at.wrong(reason, "attitudes are unit quaternions, of length 1 to three digits");
+        }
+        let Number { value: time, half_unit } = time;
+        if time.abs() > LATEST {
+            let reason = format!("the time {time:e} s is more than 30 000 years away");
+            return at.wrong(reason, "give times in seconds from near the first row");
+        }
+        let begins = std::mem::take(&mut self.begins);
+        if begins && self.found.time.last() == Some(&time) {
+            return self.shared(at, quaternion.map(|part| part / length), open.0);
+        }
+        if let Some(before) = self.found.time.last().filter(|before| **before >= time) {
+            let by = before - time;
+            let reason = format!("this row is {by} s before the one above, or at the same time");
+            return at.wrong(reason, "times increase strictly");
+        }
+        if !self.found.time.is_empty() && rate.is_some() == self.found.rate.is_empty() {
+            return at.wrong("rates stand in some rows only", "give them in all rows, or in none");
+        }
+        if begins && !self.found.time.is_empty() {
+            self.found.breaks.push(self.found.time.len());
+        }
+        let same = self
+            .found
+            .quaternion
+            .last()
+            .map_or(1.0, |last| last.iter().zip(quaternion).map(|(a, b)| a * b).sum::<f64>());
+        // What has length 1 to round-off keeps its bits.
+        let scale = if defect < 4.0 * f64::EPSILON { 1.0 } else { length };
+        let scale = if same < 0.0 { -scale } else { scale };
+        if defect > self.defect.0 {
+            self.defect = (defect, self.found.time.len());
+        }
+        let least = self.open.map_or([f64::INFINITY; 3], |open| [open.attitude, open.rate, open.time]);
+        self.open = Some(Rounding {
+            attitude: least[0].min(open.0),
+            rate: least[1].min(open.1),
+            time: least[2].min(half_unit),
+        });
+        self.found.time.push(time);
+        self.found.quaternion.push(quaternion.map(|part| part / scale));
+        self.found.rate.extend(rate);
+        self.places.push(at.at);
+        Ok(())
+    }
+
+    /// The first row of a block at the time of the last one of the block above: the same attitude, and one row is enough.
+    fn shared(&self, at: Piece<'_>, quaternion: [f64; 4], open: f64) -> Result<(), Wrong> {
+        let before = self.found.quaternion.last().copied().unwrap_or_default();
+        let same = before.iter().zip(quaternion).map(|(a, b)| a * b).sum::<f64>();
+        let near = |(a, b): (&f64, f64)| (a - same.signum() * b).abs() <= SAME.max(open.min(ROTATION));
+        if before.iter().zip(quaternion).all(near) {
+            return Ok(());
+        }
+        at.wrong("the block above ends at the same time in another attitude", "a body turns without jumps")
+    }
+
+    /// Tells what is not taken, once.
+    pub fn note(&mut self, text: String) {
+        if !self.found.not_taken.contains(&text) {
+            self.found.not_taken.push(text);
+        }
+    }
+
+    /// The rates have two meanings that differ in this row.
+    pub fn leave_rates_out(&mut self) {
+        self.two_readings = true;
+    }
+
+    /// The next row is outside of what the file calls usable.
+    pub fn unusable(&mut self) {
+        self.unusable += 1;
+    }
+
+    /// The result, and a warning of what was normalised.
+    pub fn finish(mut self, source: &Source) -> Result<Attitudes, Wrong> {
+        let count = self.found.time.len();
+        if count < 2 {
+            let reason = format!("the file has {count} rows of attitudes, two are needed");
+            let place = self.places.last().copied().unwrap_or(0);
+            return wrong(place, 1, reason, "give the attitude at the start and at the end");
+        }
+        let start = self.found.time[0];
+        for time in &mut self.found.time {
+            *time -= start;
+        }
+        if self.found.begins.is_some() {
+            self.found.begins = Some(start);
+        }
+        self.found.line = self.places.iter().map(|place| source.line_number(*place)).collect();
+        if let Some(open) = self.open {
+            self.found.rounding = self.rounding(open);
+            self.found.printed_time = open.time;
+        }
+        if self.two_readings {
+            self.found.rate.clear();
+            self.note(
+                "rates of the file: RATE of version 1.0 is read as angular velocity by some and as rates of Euler angles by \
+                 others, and here the two differ"
+                    .into(),
+            );
+        }
+        if self.unusable > 0 {
+            let rows = if self.unusable == 1 { "1 row".into() } else { format!("{} rows", self.unusable) };
+            self.note(format!("whether {rows} may be used: outside of the usable span that the file names"));
+        }
+        let (defect, row) = self.defect;
+        if defect > SILENT {
+            self.found.warnings.push(normalised(defect, self.places[row], source));
+        }
+        Ok(self.found)
+    }
+
+    /// What the digits leave open: no more than the lengths of the quaternions show, and of times nothing where steps are equal.
+    fn rounding(&self, open: Rounding) -> Rounding {
+        let time = &self.found.time;
+        let mean = time[time.len() - 1] / (time.len() - 1) as f64;
+        let equal = time.windows(2).all(|pair| (pair[1] - pair[0] - mean).abs() <= EQUAL * mean);
+        // Rounded components show in the lengths: of numbers such as 0.6 and 0.8 with few digits nothing is left open.
+        let attitude = open.attitude.min(SHOWN * self.defect.0 + SHOWN * f64::EPSILON);
+        Rounding { attitude, rate: open.rate, time: if equal { 0.0 } else { open.time } }
+    }
+}
+
+/// How much larger the angle by which rounding turns an attitude is than what it changes of the length of any of many rows, at most.
+const SHOWN: f64 = 16.0;
+/// How far two rows of one attitude may be apart where the digits do not say: those of six digits.
+const SAME: f64 = 2e-6;
+
+/// The warning of a spec, for the rows of a file.
+fn normalised(defect: f64, place: usize, source: &Source) -> Diagnostic {
+    let end = source.text[place..].find('\n').map_or(source.text.len(), |end| place + end);
+    let reason = format!(
+        "the length of this quaternion differs from 1 by {}, more than that of any other; all are normalised",
+        short(defect)
+    );
+    let remedy = "write more digits to keep the attitudes as meant";
+    let mut finding = Finding::error("W0051", Span { source: 0, start: place, end }, reason, remedy);
+    finding.severity = Severity::Warning;
+    finding.resolve(std::slice::from_ref(source))
+}

@@ -1,0 +1,53 @@
+//! One rule for every text that is read: UTF-8, with a byte order mark or without.
+
+/// Why bytes are no text.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoText {
+    /// They are UTF-16, as some programs on Windows save it.
+    Utf16,
+    /// The byte at this place is of no character of UTF-8.
+    At(usize),
+}
+
+/// The byte order mark of UTF-8, which says nothing.
+pub const MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// Whether a file that begins so is in UTF-16: by its mark, or by every other byte being zero.
+pub fn is_utf16(bytes: &[u8]) -> bool {
+    /// Bytes that are looked at.
+    const FIRST: usize = 32;
+    let zeros = |offset: usize| bytes.iter().skip(offset).step_by(2).take(FIRST).all(|byte| *byte == 0);
+    bytes.starts_with(b"\xff\xfe")
+        || bytes.starts_with(b"\xfe\xff")
+        || (bytes.len() >= 4 && (zeros(0) != zeros(1)))
+}
+
+/// The text of a file, without its byte order mark.
+///
+/// # Errors
+/// [`NoText`].
+pub fn text(bytes: &[u8]) -> Result<&str, NoText> {
+    if is_utf16(bytes) {
+        return Err(NoText::Utf16);
+    }
+    match std::str::from_utf8(bytes) {
+        Ok(text) => Ok(text.strip_prefix('\u{feff}').unwrap_or(text)),
+        Err(error) => Err(NoText::At(error.valid_up_to())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{NoText, text};
+
+    #[test]
+    fn marks_are_left_out_and_other_encodings_are_named() {
+        assert_eq!(text(b"\xef\xbb\xbfa"), Ok("a"));
+        assert_eq!(text("µ".as_bytes()), Ok("µ"));
+        assert_eq!(text(b""), Ok(""));
+        for utf16 in [&b"\xff\xfea\0"[..], b"\xfe\xff\0a", b"a\0b\0", b"\0a\0b"] {
+            assert_eq!(text(utf16), Err(NoText::Utf16));
+        }
+        assert_eq!(text(b"ab\xe9"), Err(NoText::At(2)));
+    }
+}

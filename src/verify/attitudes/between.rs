@@ -1,0 +1,237 @@
+//! Cones and limits of the rate, at the rows and between them.
+//!
+//! At one rate about one axis the angle between a boresight and a direction has a closed form ([`Arc`]), also where the reference frame
+//! turns: a direction that is fixed in space turns back in it. The rate itself is one all along, `ρ = φ/h`, and beside a turning frame
+//!
+//! ```text
+//! |ρ + A(τ)ᵀω|² = |ρ|² + |ω|² + 2 ρ·A₀ᵀω ,      (A(τ)ᵀω)ᵢ = |ω| cos ∠(A(τ) eᵢ, ω)
+//! ```
+//!
+//! By the mean value theorem no motion between the two attitudes has a smaller largest rate, so that a mean rate above the limit is a
+//! violation whatever the body does.
+//!
+//! Along the cubic through attitudes and rates an angle changes by the steepest slope of the rotation vector at most. A stretch whose
+//! middle is further from the rim than half of that is clear; any other is halved, until it is shorter than the tolerance.
+
+use super::{AttitudeReport, Motion};
+use crate::Vector3;
+use crate::lie::{self, interpolation};
+use crate::maneuver::constraint::{
+    Arc, BOUNDARY_ROUNDING, Constraint, Direction, Pointing, Rule, Side, Target, angle_between,
+};
+use crate::maneuver::Problem;
+use crate::numerics::figures::{decimals, significant};
+
+/// Judges every constraint.
+pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut AttitudeReport) {
+    let mut far = Vec::new();
+    for k in (0..motion.last()).filter(|k| motion.goes_on(*k)) {
+        // Within the digits half a turn may go either way.
+        if motion.turn(k).norm() > std::f64::consts::PI - motion.tolerance.max(2.0 * motion.rows.rounding.attitude) {
+            far.push(motion.rows.time[k]);
+        }
+    }
+    if let (Some(first), true) = (far.first(), problem.is_constrained()) {
+        report.open.push(format!(
+            "the way between rows that are half a turn apart, first after {first:.4} s: either is as short"
+        ));
+    }
+    for constraint in &problem.constraints {
+        match &constraint.rule {
+            Rule::Pointing(pointing) => cones(constraint, pointing, motion, report),
+            Rule::RateNorm(_) | Rule::RateAxes(_) => rates(constraint, motion, report),
+        }
+    }
+}
+
+/// The direction while the body goes from row `k` to the next, in the axes of the reference frame.
+fn target(motion: &Motion<'_>, direction: &Direction, k: usize) -> Target {
+    let still = direction.turns_with_frame || motion.frame_rate == Vector3::zeros();
+    let turn = if still { Vector3::zeros() } else { -motion.frame_rate * motion.step(k) };
+    Target { start: direction.at(motion.rows.time[k] - motion.rows.time[0], &motion.frame_rate), turn }
+}
+
+/// The deepest point of a violation, and when it begins and ends.
+struct Inside {
+    room: f64,
+    angle: f64,
+    time: f64,
+    from: f64,
+    to: f64,
+}
+
+fn cones(constraint: &Constraint, pointing: &Pointing, motion: &Motion<'_>, report: &mut AttitudeReport) {
+    let allowed = BOUNDARY_ROUNDING + motion.rows.rounding.attitude;
+    let mut inside: Option<Inside> = None;
+    // How deep the cubic enters where the motion at one rate does not, and when.
+    let mut curved = (0.0_f64, 0.0);
+    for k in (0..motion.last()).filter(|k| motion.goes_on(*k)) {
+        let (begin, step) = (motion.rows.time[k], motion.step(k));
+        let arc = Arc { start: motion.attitude[k], turn: motion.turn(k) };
+        for (boresight, direction) in pointing.pairs() {
+            let target = target(motion, direction, k);
+            let room = |part: f64| pointing.room(arc.angle(boresight, &target, part));
+            let worst = arc.extreme(boresight, &target, pointing.side);
+            let deepest = pointing.room(worst.angle);
+            if !(deepest >= -allowed) {
+                let edge = |from: f64, to: f64| begin + step * border(&room, from, to);
+                let found = Inside {
+                    room: deepest,
+                    angle: worst.angle,
+                    time: begin + step * worst.part,
+                    from: edge(worst.part, 0.0),
+                    to: edge(worst.part, 1.0),
+                };
+                inside = Some(match inside {
+                    None => found,
+                    Some(old) => {
+                        let (from, to) = (old.from.min(found.from), old.to.max(found.to));
+                        let deeper = if found.room < old.room { found } else { old };
+                        Inside { from, to, ..deeper }
+                    }
+                });
+            } else if let Some(depth) = along_cubic(pointing, boresight, &target, motion, k)
+                && depth.0 > curved.0
+            {
+                curved = (depth.0, begin + step * depth.1);
+            }
+        }
+    }
+    let name = &constraint.name;
+    // Round-off is no angle.
+    let degrees = |angle: f64| decimals(angle.to_degrees(), 6);
+    if let Some(Inside { room, angle, time, from, to }) = inside {
+        let side = if pointing.side == Side::KeepOut { "enters" } else { "leaves" };
+        report.violations.push(format!(
+            "{name}: the boresight {side} the cone by {} deg at {time:.4} s ({} deg from the axis), between {from:.4} s and {to:.4} s",
+            degrees(-room),
+            degrees(angle)
+        ));
+    } else if curved.0 > motion.tolerance {
+        report.open.push(format!(
+            "{name} between rows: by the rates the motion is {} deg beyond the rim at {:.4} s, at one rate from row to row it is not; the \
+             rows are too far apart to tell",
+            degrees(curved.0),
+            curved.1
+        ));
+    }
+}
+
+/// Where between a violated part and an end of an arc the violation ends; the end where it does not.
+fn border(room: &dyn Fn(f64) -> f64, violated: f64, end: f64) -> f64 {
+    if room(end) < 0.0 {
+        return end;
+    }
+    let (mut bad, mut good) = (violated, end);
+    // Fifty halvings leave nothing of a double.
+    for _ in 0..50 {
+        let middle = 0.5 * (bad + good);
+        if room(middle) < 0.0 { bad = middle } else { good = middle }
+    }
+    bad
+}
+
+/// How deep the cubic goes beyond the rim between row `k` and the next, and at which part; `None` where it does not by more than the
+/// tolerance.
+fn along_cubic(
+    pointing: &Pointing,
+    boresight: &Vector3,
+    target: &Target,
+    motion: &Motion<'_>,
+    k: usize,
+) -> Option<(f64, f64)> {
+    let row = |k: usize| {
+        let rate = *motion.rows.rate.get(k)?;
+        Some(interpolation::Row { attitude: motion.attitude[k], rate })
+    };
+    let (first, second) = (row(k)?, row(k + 1)?);
+    let cubic = interpolation::Cubic::between(&first, &second, motion.step(k));
+    let speed = cubic.steepest() + target.turn.norm();
+    let room = |part: f64| {
+        let pointed = first.attitude * lie::exp(&cubic.at(part).0) * boresight;
+        pointing.room(angle_between(&pointed, &target.at(part)))
+    };
+    let mut found: Option<(f64, f64)> = None;
+    let mut open = vec![(0.0, 1.0)];
+    while let Some((from, to)) = open.pop() {
+        let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+        let here = room(middle);
+        let deepest = found.map_or(motion.tolerance, |(depth, _)| depth);
+        if -here > deepest || here.is_nan() {
+            found = Some((-here, middle));
+        }
+        // Nothing in this stretch is deeper than what is known, by more than the tolerance.
+        if speed * half - here > deepest + motion.tolerance && speed * half > 0.5 * motion.tolerance {
+            open.extend([(from, middle), (middle, to)]);
+        }
+    }
+    found
+}
+
+fn rates(constraint: &Constraint, motion: &Motion<'_>, report: &mut AttitudeReport) {
+    let (last, rows) = (motion.last(), motion.rows);
+    let open = rows.rounding.rate;
+    // The largest excess over the limit: the rate, its limit, about which axis, and when.
+    let mut worst: Option<(f64, f64, f64, &str, f64)> = None;
+    let mut meet = |value: f64, limit: f64, axis: &'static str, open: f64, time: f64| {
+        let above = value - limit * (1.0 + BOUNDARY_ROUNDING) - open;
+        if above > worst.map_or(0.0, |worst| worst.0) || above.is_nan() {
+            worst = Some((above, value, limit, axis, time));
+        }
+    };
+    const AXES: [&str; 3] = [" about x", " about y", " about z"];
+    for k in 0..=last {
+        if let Some(rate) = motion.inertial(k) {
+            match &constraint.rule {
+                Rule::RateNorm(limit) => meet(rate.norm(), *limit, "", open, rows.time[k]),
+                Rule::RateAxes(limits) => {
+                    (0..3).for_each(|axis| meet(rate[axis].abs(), limits[axis], AXES[axis], open, rows.time[k]));
+                }
+                Rule::Pointing(_) => {}
+            }
+        }
+        if k == last || !motion.goes_on(k) {
+            continue;
+        }
+        let (turn, h) = (motion.turn(k), motion.step(k));
+        let (mean, open, time) = (turn / h, motion.mean_rate_open(k), rows.time[k] + 0.5 * h);
+        match &constraint.rule {
+            Rule::RateNorm(limit) => {
+                // The part along the turn is the same all along.
+                let value = (mean + motion.attitude[k].tr_mul(&motion.frame_rate)).norm();
+                meet(value, *limit, "", open, time);
+            }
+            Rule::RateAxes(limits) => {
+                let arc = Arc { start: motion.attitude[k], turn };
+                let frame = motion.frame_rate.norm();
+                for axis in 0..3 {
+                    let mut value = mean[axis].abs();
+                    if frame > 0.0 {
+                        let target = Target { start: motion.frame_rate / frame, turn: Vector3::zeros() };
+                        let along = |side| {
+                            let part = arc.extreme(&Vector3::ith(axis, 1.0), &target, side);
+                            (mean[axis] + frame * part.angle.cos()).abs()
+                        };
+                        value = along(Side::KeepOut).max(along(Side::KeepIn));
+                    }
+                    meet(value, limits[axis], AXES[axis], open, time);
+                }
+            }
+            Rule::Pointing(_) => {}
+        }
+    }
+    if let Some((_, value, limit, axis, time)) = worst {
+        let degrees = |rate: f64| significant(rate.to_degrees(), 6);
+        report.violations.push(format!(
+            "{}: the rate{axis} is {} deg/s at {time:.4} s, the limit is {} deg/s",
+            constraint.name,
+            degrees(value),
+            degrees(limit)
+        ));
+    } else if rows.rate.is_empty() {
+        report.open.push(format!(
+            "{} beyond the mean rates between rows: the file tells no rates",
+            constraint.name
+        ));
+    }
+}

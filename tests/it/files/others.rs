@@ -1,0 +1,502 @@
+//! Attitudes of other programs, read and judged by their meaning: what was reported of such files elsewhere, each with its right value.
+//!
+//! All are of one motion, 120° about z in 60 s from rest to rest, θ = 120° (3s² − 2s³) with s = t/60 s, so that its rate is
+//! 720°/60 s · s (1 − s) and largest, 3 deg/s, in the middle.
+
+use super::{bad, good};
+use slewkit_files::exchange::{FileReport, judge_file, read_attitudes};
+use slewkit_files::spec::{Diagnostics, Loaded};
+
+pub const REST: &str = r#"
+format = 1
+epoch = "2026-11-21T07:00:00 UTC"
+[names]
+object = "DEMO"
+reference_frame = "ICRF"
+[body]
+inertia_kg_m2 = [120, 100, 80]
+[start]
+attitude = { axis = [0, 0, 1], angle_deg = 0 }
+[end]
+attitude = { axis = [0, 0, 1], angle_deg = 120 }
+[maneuver]
+duration_s = 60
+"#;
+const CONE: &str = r#"
+[[constraint]]
+kind = "keep_out"
+name = "Sun"
+boresight_body = [1, 0, 0]
+direction_inertial = { ra_deg = 30, dec_deg = 0 }
+half_angle_deg = 10
+"#;
+
+fn angle(time: f64) -> f64 {
+    let s = time / 60.0;
+    120.0 * (3.0 * s * s - 2.0 * s * s * s)
+}
+
+fn rate(time: f64) -> f64 {
+    let s = time / 60.0;
+    12.0 * s * (1.0 - s)
+}
+
+/// Times every so many seconds.
+fn times(step: usize) -> Vec<f64> {
+    (0..=60 / step).map(|k| (k * step) as f64).collect()
+}
+
+fn date(time: f64) -> String {
+    let whole = time.floor();
+    format!("2026-11-21T07:{:02}:{:02}.{:03}", whole as u64 / 60, whole as u64 % 60, ((time - whole) * 1e3).round() as u64)
+}
+
+/// One row of the motion: a quaternion of so many digits, scalar last.
+fn quaternion(time: f64, digits: usize) -> String {
+    let (sin, cos) = (0.5 * angle(time)).to_radians().sin_cos();
+    format!("{:.digits$} {:.digits$} {sin:.digits$} {cos:.digits$}", 0.0, 0.0)
+}
+
+/// An AEM with these keys instead of those of the standard's simplest, and these rows.
+fn aem(changes: &[(&str, &str)], row: impl Fn(f64) -> String, times: &[f64]) -> String {
+    let mut keys: Vec<(String, String)> = [
+        ("OBJECT_NAME", "DEMO"),
+        ("OBJECT_ID", "UNKNOWN"),
+        ("REF_FRAME_A", "ICRF"),
+        ("REF_FRAME_B", "SC_BODY_1"),
+        ("TIME_SYSTEM", "UTC"),
+        ("START_TIME", &date(times[0])),
+        ("STOP_TIME", &date(*times.last().unwrap())),
+        ("ATTITUDE_TYPE", "QUATERNION"),
+    ]
+    .map(|(key, value)| (key.to_string(), value.to_string()))
+    .into();
+    let mut version = "2.0";
+    for (key, value) in changes {
+        match keys.iter_mut().find(|(known, _)| known == key) {
+            _ if *key == "version" => version = value,
+            Some((_, old)) => *old = value.to_string(),
+            None => keys.push((key.to_string(), value.to_string())),
+        }
+    }
+    let keys: Vec<String> = keys.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+    let rows: Vec<String> = times.iter().map(|time| format!("{} {}", date(*time), row(*time))).collect();
+    format!(
+        "CCSDS_AEM_VERS = {version}\nCREATION_DATE = 2026-11-20T00:00:00\nORIGINATOR = TEST\n\nMETA_START\n{}\nMETA_STOP\n\n\
+         DATA_START\n{}\nDATA_STOP\n",
+        keys.join("\n"),
+        rows.join("\n")
+    )
+}
+
+fn judged_by(loaded: &Loaded, text: &str) -> Result<FileReport, Diagnostics> {
+    let found = read_attitudes(text.as_bytes(), "file")?;
+    judge_file(&found, "file", &loaded.problem, &loaded.identity, 0.01_f64.to_radians())
+}
+
+fn judged(text: &str) -> FileReport {
+    judged_by(&good(REST, &[]), text).unwrap_or_else(|errors| panic!("{errors}\n{text}"))
+}
+
+fn assert_agrees(text: &str) -> FileReport {
+    let found = judged(text);
+    assert!(found.passed(), "{found:?}\n{text}");
+    found
+}
+
+/// The checks that fail, and what is violated.
+fn told(found: &FileReport) -> Vec<String> {
+    let checks = found.attitudes.checks.iter().filter(|check| !check.passed).map(|check| check.name.clone());
+    checks.chain(found.attitudes.violations.iter().cloned()).collect()
+}
+
+fn with_rate(time: f64) -> String {
+    format!("{} 0 0 {:.9}", quaternion(time, 9), rate(time))
+}
+
+const ANGVEL: [(&str, &str); 2] = [("ATTITUDE_TYPE", "QUATERNION/ANGVEL"), ("ANGVEL_FRAME", "SC_BODY_1")];
+
+/// x of the body passes 30° at 15 s: a cone about there of 10° is entered at 10 s and left at 20 s at one rate, by all of it.
+#[test]
+fn a_cone_entered_between_two_rows_is_violated() {
+    let loaded = good(&format!("{REST}{CONE}"), &[]);
+    let at_one_rate = |time: f64| {
+        let (sin, cos) = (time * 1_f64.to_radians()).sin_cos();
+        format!("0 0 {sin:.12} {cos:.12}")
+    };
+    for times in [vec![0.0, 60.0], vec![0.0, 9.0, 21.0, 60.0]] {
+        let found = judged_by(&loaded, &aem(&[], at_one_rate, &times)).unwrap();
+        let told = told(&found).concat();
+        for part in ["Sun: the boresight enters the cone by 10 deg at 15.0000 s", "between 10.0000 s and 20.0000 s"] {
+            assert!(told.contains(part), "{told}");
+        }
+    }
+    // It stays out of a cone beyond the end.
+    let beside = good(&format!("{REST}{CONE}"), &["constraint.0.direction_inertial.ra_deg=131"]);
+    assert!(judged_by(&beside, &aem(&[], at_one_rate, &[0.0, 60.0])).unwrap().passed());
+}
+
+/// A mean rate of 2 deg/s between rows is some rate of at least 2 deg/s, whatever happens between them.
+#[test]
+fn a_rate_limit_is_held_against_the_mean_rates_of_rows_without_rates() {
+    let limit = |degrees: f64| {
+        let text = format!("{REST}[[constraint]]\nkind = \"rate_limit\"\nangular_velocity_limit_deg_s = {degrees}\n");
+        judged_by(&good(&text, &[]), &aem(&[], |time| quaternion(time, 12), &times(20))).unwrap()
+    };
+    // From 20 s to 40 s it turns by 120° · 13/27 in 20 s.
+    let mean = 120.0 * 13.0 / 27.0 / 20.0;
+    assert!(told(&limit(mean - 0.001)).concat().contains("the rate is 2.88889 deg/s at 30.0000 s"));
+    let found = limit(mean + 0.001);
+    assert!(found.passed() && found.not_judged.iter().any(|text| text.contains("beyond the mean rates")), "{found:?}");
+}
+
+#[test]
+fn time_without_attitudes_between_blocks_is_told() {
+    let first = aem(&[], |time| quaternion(time, 9), &(0..=20).map(f64::from).collect::<Vec<_>>());
+    let second = aem(&[], |time| quaternion(time, 9), &(41..=60).map(f64::from).collect::<Vec<_>>());
+    let text = format!("{first}\n{}", &second[second.find("META_START").unwrap()..]);
+    assert!(told(&judged(&text)).concat().contains("no attitude is told between 20.0000 s and 41.0000 s"));
+}
+
+/// In another unit, of another sign, none, of another axis, and too large by a twentieth.
+#[test]
+fn rates_that_are_not_those_of_the_attitudes_are_told() {
+    let file = |row: &dyn Fn(f64) -> String, step| aem(&ANGVEL, row, &times(step));
+    for step in [1, 5, 10] {
+        assert_agrees(&file(&with_rate, step));
+        let other = |rates: &dyn Fn(f64) -> [f64; 3]| {
+            let row = |time: f64| {
+                let [x, y, z] = rates(time);
+                format!("{} {x:.9} {y:.9} {z:.9}", quaternion(time, 9))
+            };
+            told(&judged(&file(&row, step)))
+        };
+        for rates in [
+            &(|time| [0.0, 0.0, rate(time).to_radians()]) as &dyn Fn(f64) -> [f64; 3],
+            &|time| [0.0, 0.0, -rate(time)],
+            &|_| [0.0; 3],
+            &|time| [rate(time), 0.0, 0.0],
+            &|time| [0.0, 0.0, 1.05 * rate(time)],
+        ] {
+            let told = other(rates);
+            assert!(told.iter().any(|name| name == "rates against attitudes"), "{step}: {told:?}");
+        }
+    }
+    // Two rows are too few to tell.
+    let found = assert_agrees(&file(&with_rate, 60));
+    assert!(found.not_judged.iter().any(|text| text.contains("the rows are too far apart to tell")), "{found:?}");
+}
+
+/// About z, J = 80 kg·m²: the rates change most from 0 to 5 s, by 12 · 5/60 · 55/60 deg/s.
+#[test]
+fn the_torque_that_rows_need_is_told_by_rates_and_by_attitudes_and_held_against_the_limit() {
+    let text = aem(&ANGVEL, with_rate, &times(5));
+    let expected = 80.0 * (12.0 * (5.0 / 60.0) * (55.0 / 60.0) / 5.0_f64).to_radians();
+    let found = assert_agrees(&text);
+    let by_rates = found.attitudes.peak_torque_n_m.unwrap();
+    assert!((by_rates - expected).abs() < 1e-8, "{by_rates} {expected}");
+    // The mean of the first stretch is that of 2.5 s: its rate over that time.
+    let by_attitudes = found.attitudes.peak_torque_of_attitudes_n_m.unwrap();
+    let expected = 80.0 * (angle(5.0) / 5.0 / 2.5).to_radians();
+    assert!((by_attitudes - expected).abs() < 1e-6, "{by_attitudes} {expected}");
+    let limit = |n_m: f64| {
+        let actuators = format!("torque_axes_body = [[0, 0, 1], [1, 0, 0], [0, 1, 0]]\ntorque_limit_n_m = {n_m}");
+        judged_by(&good(&format!("{REST}[actuators]\n{actuators}\ntorque_norm_limit_n_m = {n_m}"), &[]), &text).unwrap()
+    };
+    assert!(limit(0.257).passed());
+    assert!(told(&limit(0.254)).concat().contains("torque: the rates need 0.255981 N·m"), "{:?}", limit(0.254));
+}
+
+/// The keyword of a frame is a name of it; about z both frames have one rate.
+#[test]
+fn the_frame_of_rates_may_be_named_by_its_keyword() {
+    for frame in ["REF_FRAME_A", "REF_FRAME_B", "ICRF", "sc_body_1"] {
+        assert_agrees(&aem(&[ANGVEL[0], ("ANGVEL_FRAME", frame)], with_rate, &times(5)));
+    }
+}
+
+/// Against z the file's rates are those of B against A, whichever of the two is the body.
+#[test]
+fn rates_of_the_reference_against_the_body_are_turned_round() {
+    let row = |time: f64| {
+        let (sin, cos) = (0.5 * angle(time)).to_radians().sin_cos();
+        format!("0 0 {:.9} {cos:.9} 0 0 {:.9}", -sin, -rate(time))
+    };
+    let frames = [("REF_FRAME_A", "SC_BODY_1"), ("REF_FRAME_B", "ICRF"), ANGVEL[0], ("ANGVEL_FRAME", "ICRF")];
+    let found = assert_agrees(&aem(&frames, row, &times(5)));
+    assert!(found.attitudes.checks.iter().any(|check| check.name == "rates against attitudes"));
+}
+
+/// Every equipment of SANA's registry is the body's side.
+#[test]
+fn frames_of_the_spacecraft_are_known_by_name() {
+    let back = |time: f64| {
+        let (sin, cos) = (0.5 * angle(time)).to_radians().sin_cos();
+        format!("0 0 {:.9} {cos:.9}", -sin)
+    };
+    for name in ["AST_1", "ACC_2", "CSS_1", "DSS", "GYRO_FRAME_1", "IMU_FRAME_1", "MTA_1", "RW_4", "SA_1", "SENSOR_3", "STARTRACKER_2", "TAM_1"] {
+        let found = assert_agrees(&aem(&[("REF_FRAME_A", name), ("REF_FRAME_B", "ICRF")], back, &times(5)));
+        assert!(found.not_judged.iter().any(|text| text.contains(name)), "{found:?}");
+        // The spec knows how its own body is called.
+        let own = good(REST, &["names.body_frame=\"SC_BODY_2\""]);
+        let other = aem(&[("REF_FRAME_A", name), ("REF_FRAME_B", "ICRF")], back, &times(5));
+        assert_eq!(judged_by(&own, &other).unwrap_err().0[0].code, "E0152");
+    }
+    let old = [("version", "1.0"), ("REF_FRAME_B", "IMU_FRAME_1"), ("ATTITUDE_DIR", "B2A"), ("QUATERNION_TYPE", "LAST")];
+    assert_agrees(&aem(&old, back, &times(5)));
+    let both = aem(&[("REF_FRAME_A", "SC_BODY_1"), ("REF_FRAME_B", "AST_1")], back, &times(5));
+    let reason = read_attitudes(both.as_bytes(), "file").unwrap_err().0[0].reason.clone();
+    assert!(reason.contains("both frames of the spacecraft"), "{reason}");
+}
+
+#[test]
+fn another_frame_moment_or_time_system_is_no_agreement() {
+    let of = |changes: &[(&str, &str)]| aem(changes, |time| quaternion(time, 9), &times(5));
+    for frame in ["ITRF2000", "TEME", "LVLH", "MYFRAME"] {
+        let errors = judged_by(&good(REST, &[]), &of(&[("REF_FRAME_A", frame)])).unwrap_err();
+        assert_eq!(errors.0[0].code, "E0152", "{frame}");
+        assert!(errors.0[0].reason.contains(frame) && errors.0[0].reason.contains("ICRF"), "{errors}");
+    }
+    // 23 milliarcseconds are within what is asked for, 23° of the ecliptic are not.
+    for frame in ["GCRF", "EME2000", "J2000", "icrf"] {
+        assert_agrees(&of(&[("REF_FRAME_A", frame)]));
+    }
+    assert_eq!(told(&judged(&of(&[("REF_FRAME_A", "ECLIPJ2000")]))).len(), 2);
+    for (system, off) in [("TAI", 37.0), ("TT", 69.184), ("GPS", 18.0)] {
+        let found = judged(&of(&[("TIME_SYSTEM", system)]));
+        assert_eq!(told(&found), ["moment of the start"], "{system}");
+        let check = found.attitudes.checks.iter().find(|check| !check.passed).unwrap();
+        assert!((check.value - off).abs() < 1e-9, "{system} {}", check.value);
+    }
+    let early = of(&[]).replace("2026-11-21T", "2019-11-21T");
+    assert_eq!(told(&judged(&early)), ["moment of the start"]);
+    // Of what one side alone says it is told that it is not judged.
+    let unnamed = REST.replace("reference_frame = \"ICRF\"\n", "").replace("epoch = \"2026-11-21T07:00:00 UTC\"\n", "");
+    let found = judged_by(&good(&unnamed, &[]), &early).unwrap();
+    let not_judged = found.not_judged.join("\n");
+    assert!(found.passed() && not_judged.contains("ICRF") && not_judged.contains("no epoch"), "{not_judged}");
+}
+
+#[test]
+fn values_and_keywords_may_be_in_lower_case() {
+    let text = aem(&[("TIME_SYSTEM", "utc"), ("ATTITUDE_TYPE", "quaternion")], |time| quaternion(time, 9), &times(5));
+    assert_agrees(&text);
+    let all: String = text
+        .lines()
+        .map(|line| match line.split_once(" = ") {
+            Some((key, value)) => format!("{} = {value}\n", key.to_lowercase()),
+            None if line.starts_with("20") => format!("{line}\n"),
+            None => format!("{}\n", line.to_lowercase()),
+        })
+        .collect();
+    assert_agrees(&all);
+}
+
+/// Quaternions of three to six digits: the nearest rotation is taken, with a word on it.
+#[test]
+fn rows_of_few_digits_are_rounded_and_not_refused() {
+    for digits in [4, 5, 6] {
+        let text = aem(&[], |time| quaternion(time, digits), &times(5));
+        assert_agrees(&text);
+        let found = read_attitudes(text.as_bytes(), "file").unwrap();
+        assert_eq!(found.warnings[0].code, "W0051", "{digits}");
+        assert!(found.rounding.attitude <= 2.0 * 10_f64.powi(-(digits as i32)), "{:?}", found.rounding);
+    }
+    let wrong = aem(&[], |time| quaternion(time, 5).replace("0.82468", "0.92468"), &times(5));
+    assert!(read_attitudes(wrong.as_bytes(), "file").is_err());
+}
+
+/// θ about z is the first angle of ZYX, of 321 and of ZXZ; its derivative is the rate.
+#[test]
+fn euler_angles_and_spin_are_read() {
+    let first = |time: f64| format!("{:.9} 0 0", angle(time));
+    for sequence in ["ZYX", "321", "ZXZ", "zyx"] {
+        assert_agrees(&aem(&[("ATTITUDE_TYPE", "EULER_ANGLE"), ("EULER_ROT_SEQ", sequence)], first, &times(5)));
+    }
+    let last = |time: f64| format!("0 0 {:.9} 0 0 {:.9}", angle(time), rate(time));
+    let derivative = [("ATTITUDE_TYPE", "EULER_ANGLE/DERIVATIVE"), ("EULER_ROT_SEQ", "XYZ")];
+    assert!(assert_agrees(&aem(&derivative, last, &times(5))).attitudes.peak_torque_n_m.is_some());
+    let velocity = [("ATTITUDE_TYPE", "EULER_ANGLE/ANGVEL"), ("EULER_ROT_SEQ", "XYZ"), ANGVEL[1]];
+    assert_agrees(&aem(&velocity, last, &times(5)));
+    let one = [("version", "1.0"), ("ATTITUDE_DIR", "A2B")];
+    let old = [("ATTITUDE_TYPE", "EULER_ANGLE/RATE"), ("EULER_ROT_SEQ", "123"), ("RATE_FRAME", "REF_FRAME_B")];
+    assert_agrees(&aem(&[&one[..], &old].concat(), last, &times(5)));
+    // A body that spins about z has its axis at the pole; x is 90° on at the right ascension 0 of the pole's node.
+    let spin = |time: f64| format!("0 90 {:.9} {:.9}", angle(time) - 90.0, rate(time));
+    let found = assert_agrees(&aem(&[("ATTITUDE_TYPE", "SPIN")], spin, &times(5)));
+    assert!(found.not_judged.iter().any(|text| text.contains("SPIN")), "{found:?}");
+}
+
+/// QUATERNION/RATE of version 1.0: where both of its readings are one rate it is taken; where not it is told that it is not.
+#[test]
+fn rates_of_version_one_are_taken_where_their_readings_agree() {
+    let one = [
+        ("version", "1.0"),
+        ("ATTITUDE_DIR", "A2B"),
+        ("ATTITUDE_TYPE", "QUATERNION/RATE"),
+        ("QUATERNION_TYPE", "LAST"),
+        ("RATE_FRAME", "REF_FRAME_B"),
+    ];
+    let text = aem(&[&one[..], &[("EULER_ROT_SEQ", "123")]].concat(), with_rate, &times(5));
+    assert!(assert_agrees(&text).attitudes.peak_torque_n_m.is_some());
+    let open = assert_agrees(&aem(&one, with_rate, &times(5)));
+    assert!(open.attitudes.peak_torque_n_m.is_none());
+    assert!(open.not_judged.iter().any(|text| text.contains("RATE of version 1.0")), "{open:?}");
+}
+
+const XML: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
+<aem id="CCSDS_AEM_VERS" version="2.0"><header><CREATION_DATE>2026-11-20T00:00:00</CREATION_DATE><ORIGINATOR>T</ORIGINATOR></header>
+<body><segment><metadata><OBJECT_NAME>DEMO</OBJECT_NAME><OBJECT_ID>1</OBJECT_ID><REF_FRAME_A>ICRF</REF_FRAME_A>
+<REF_FRAME_B>SC_BODY_1</REF_FRAME_B><TIME_SYSTEM>UTC</TIME_SYSTEM><START_TIME>2026-11-21T07:00:00</START_TIME>
+<STOP_TIME>2026-11-21T07:01:00</STOP_TIME><ATTITUDE_TYPE>QUATERNION</ATTITUDE_TYPE></metadata><data>
+ROWS</data></segment></body></aem>
+"#;
+
+#[test]
+fn xml_has_either_quotes_blanks_and_prefixes() {
+    let rows: Vec<String> = times(5)
+        .iter()
+        .map(|time| {
+            let q: Vec<String> = quaternion(*time, 9).split(' ').map(String::from).collect();
+            format!(
+                "<attitudeState><quaternionEphemeris><EPOCH>{}</EPOCH><quaternion><QC>{}</QC><Q1>{}</Q1><Q2>{}</Q2><Q3>{}</Q3></quaternion></quaternionEphemeris></attitudeState>",
+                date(*time), q[3], q[0], q[1], q[2]
+            )
+        })
+        .collect();
+    let text = XML.replace("ROWS", &rows.join("\n"));
+    assert_agrees(&text);
+    assert_agrees(&text.replace('"', "'"));
+    assert_agrees(&text.replace("version=\"2.0\"", "a = '>' version = \"2.0\""));
+    let prefixed = text.replace("<aem ", "<n:aem xmlns:n=\"urn:ccsds\" ").replace("</aem>", "</n:aem>");
+    assert_agrees(&prefixed);
+    // Named components need no order, whatever QUATERNION_TYPE says.
+    let one = text.replace("version=\"2.0\"", "version=\"1.0\"").replace(
+        "<TIME_SYSTEM>",
+        "<ATTITUDE_DIR>A2B</ATTITUDE_DIR><QUATERNION_TYPE>FIRST</QUATERNION_TYPE><TIME_SYSTEM>",
+    );
+    assert_agrees(&one);
+}
+
+/// Angles of version 1.0 stand by their place in the sequence.
+#[test]
+fn euler_angles_in_xml_are_read() {
+    let rows: Vec<String> = times(5)
+        .iter()
+        .map(|time| {
+            format!(
+                "<attitudeState><eulerAngleRate><EPOCH>{}</EPOCH><rotationAngles><rotation1 angle=\"X_ANGLE\" units=\"deg\">0</rotation1>\
+                 <rotation2 angle=\"Y_ANGLE\" units=\"deg\">0</rotation2><rotation3 angle=\"Z_ANGLE\" units=\"deg\">{:.9}</rotation3>\
+                 </rotationAngles><rotationRates><rotation1 rate=\"X_RATE\">0</rotation1><rotation2 rate=\"Y_RATE\">0</rotation2>\
+                 <rotation3 rate=\"Z_RATE\">{:.9}</rotation3></rotationRates></eulerAngleRate></attitudeState>",
+                date(*time), angle(*time), rate(*time)
+            )
+        })
+        .collect();
+    let keys = "<ATTITUDE_DIR>A2B</ATTITUDE_DIR><EULER_ROT_SEQ>123</EULER_ROT_SEQ><RATE_FRAME>REF_FRAME_B</RATE_FRAME><TIME_SYSTEM>";
+    let text = XML
+        .replace("ROWS", &rows.join("\n"))
+        .replace("version=\"2.0\"", "version=\"1.0\"")
+        .replace("<TIME_SYSTEM>", keys)
+        .replace("QUATERNION<", "EULER_ANGLE/RATE<");
+    assert!(assert_agrees(&text).attitudes.peak_torque_n_m.is_some());
+}
+
+/// Quoted heads, semicolons, tabs, an index column, a byte order mark, and the encoding that is none of ours.
+#[test]
+fn tables_of_any_program_are_read_by_one_rule() {
+    let table = |head: [&str; 5], sign: &str, index: bool| {
+        let mut lines = vec![format!("{}{}", if index { sign } else { "" }, head.join(sign))];
+        for (k, time) in times(5).iter().enumerate() {
+            let q: Vec<String> = quaternion(*time, 9).split(' ').map(String::from).collect();
+            let index = if index { format!("{k}{sign}") } else { String::new() };
+            lines.push(format!("{index}{time}{sign}{}{sign}{}{sign}{}{sign}{}", q[3], q[0], q[1], q[2]));
+        }
+        lines.join("\r\n")
+    };
+    let plain = ["time_s", "quaternion_w", "quaternion_x", "quaternion_y", "quaternion_z"];
+    let quoted = plain.map(|name| format!("\"{name}\""));
+    for sign in [",", ";", "\t"] {
+        assert_agrees(&table(plain, sign, false));
+        assert_agrees(&table(plain, sign, true));
+        assert_agrees(&table(quoted.each_ref().map(String::as_str), sign, false));
+    }
+    assert_agrees(&table(plain, " ", false));
+    let text = table(plain, ",", false);
+    assert_agrees(&format!("\u{feff}{text}"));
+    let utf16: Vec<u8> = [0xff, 0xfe].into_iter().chain(text.encode_utf16().flat_map(u16::to_le_bytes)).collect();
+    let error = read_attitudes(&utf16[..], "file").unwrap_err();
+    assert_eq!((error.0[0].code, error.0[0].remedy.as_str()), ("E0003", "save it as UTF-8"));
+    // A table that begins at another time does not say when.
+    let late = table(plain, ",", false).replace("\n0,", "\n-0.5,");
+    let found = judged_by(&good(REST, &["maneuver.duration_s=60.5"]), &late).unwrap();
+    assert!(found.not_judged.iter().any(|text| text.contains("begin at -0.5 s")), "{found:?}");
+}
+
+/// Six and five digits of a matrix, as `%f` prints it, and no fewer than three.
+#[test]
+fn matrices_of_a_spec_are_rounded_as_quaternions_are() {
+    let of = |digits: usize| {
+        let rows = [
+            [-0.502_458_1, 0.222_045_9, -0.835_602_4],
+            [-0.771_157_3, -0.552_117_2, 0.316_990_8],
+            [-0.390_963_7, 0.803_654_9, 0.448_648_4],
+        ];
+        let rows = rows.map(|row| row.map(|part| format!("{part:.digits$}")).join(", "));
+        format!("end.attitude.matrix=[[{}]]", rows.join("], ["))
+    };
+    let base = REST.replace("attitude = { axis = [0, 0, 1], angle_deg = 120 }", "attitude = { matrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]] }");
+    for digits in [6, 5, 4] {
+        let warnings = good(&base, &[&of(digits)]).warnings;
+        assert_eq!(warnings.iter().map(|warning| warning.code).collect::<Vec<_>>(), ["W0051"], "{digits}");
+    }
+    assert_eq!(bad(&base, &[&of(1)]).0[0].code, "E0055");
+}
+
+/// A plate of 1 kg, 1 m by 0.5 m, in four digits, is one; moments that no rounding explains are told in figures that differ.
+#[test]
+fn moments_of_a_plate_may_be_rounded() {
+    for moments in ["[0.08333, 0.02083, 0.1042]", "[1e-4, 1e-4, 2.0000001e-4]"] {
+        let loaded = good(REST, &[&format!("body.inertia_kg_m2={moments}")]);
+        assert_eq!(loaded.warnings[0].code, "W0042", "{moments}");
+        let [a, b, c] = <[f64; 3]>::from(*loaded.problem.body.inertia.principal());
+        assert!((c - (a + b)).abs() < 1e-12 * c);
+    }
+    let reason = &bad(REST, &["body.inertia_kg_m2=[0.08333, 0.02083, 0.10430]"]).0[0].reason;
+    assert!(reason.contains("0.1043") && reason.contains("0.10416"), "{reason}");
+}
+
+#[test]
+fn epochs_may_have_a_blank_or_an_offset_of_zero() {
+    let wanted = good(REST, &[]).identity.epoch;
+    for epoch in ["2026-11-21 07:00:00 UTC", "2026-11-21T07:00:00+00:00", "2026-11-21T07:00:00UTC", "2026-11-21T07:00:00Z"] {
+        assert_eq!(good(REST, &[&format!("epoch=\"{epoch}\"")]).identity.epoch, wanted, "{epoch}");
+    }
+    let error = bad(REST, &["epoch=\"2026-11-21T08:00:00+01:00\""]);
+    assert!(error.0[0].reason.contains("+01:00"), "{error}");
+}
+
+/// 90° about z: σ = e tan(φ/4), g = e tan(φ/2); x points to right ascension 90°.
+#[test]
+fn attitudes_may_be_rodrigues_parameters_or_a_pointing_with_its_roll() {
+    let attitude = |notation: &str| good(REST, &[&format!("end.attitude={{ {notation} }}")]).problem.end.attitude;
+    let wanted = attitude("axis = [0, 0, 1], angle_deg = 90");
+    let quarter = 22.5_f64.to_radians().tan();
+    for notation in [
+        format!("mrp = [0, 0, {quarter:e}]"),
+        format!("mrp = [0, 0, {:e}]", -1.0 / quarter),
+        "rodrigues = [0, 0, 1]".into(),
+        "ra_deg = 90, dec_deg = 0, roll_deg = 0".into(),
+    ] {
+        assert!((attitude(&notation) - wanted).amax() < 1e-15, "{notation}");
+    }
+    let pointed = attitude("ra_deg = 231, dec_deg = -18.3, roll_deg = 12");
+    let (ra, dec) = (231_f64.to_radians(), (-18.3_f64).to_radians());
+    let boresight = slewkit::Vector3::new(dec.cos() * ra.cos(), dec.cos() * ra.sin(), dec.sin());
+    assert!((pointed.column(0) - boresight).amax() < 1e-15);
+    // At roll 0 the body's y axis has no part to the north.
+    assert!(attitude("ra_deg = 231, dec_deg = -18.3, roll_deg = 0")[(2, 1)].abs() < 1e-15);
+    assert!(pointed[(2, 1)] > 0.1);
+    assert_eq!(bad(REST, &["end.attitude={ ra_deg = 1, dec_deg = 2 }"]).0[0].code, "E0021");
+    assert_eq!(bad(REST, &["end.attitude={ ra_deg = 1, dec_deg = 92, roll_deg = 0 }"]).0[0].code, "E0074");
+}
