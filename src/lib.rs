@@ -92,6 +92,7 @@ pub mod batch;
 pub mod draw;
 #[cfg(feature = "files")]
 pub mod files;
+mod flight;
 pub mod lie;
 pub mod maneuver;
 pub mod mechanics;

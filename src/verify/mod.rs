@@ -348,3 +348,26 @@ const WORTH_A_THREAD: usize = 400;
 fn points(problem: &Problem) -> bool {
     problem.constraints.iter().any(|constraint| matches!(constraint.rule, Rule::Pointing(_)))
 }
+
+/// Where the continuous witness ends from the start of the maneuver, under outputs held over steps of given lengths: what tests hold
+/// other flows against.
+#[cfg(test)]
+pub(crate) fn continuous_flow(
+    plant: &crate::propagate::plant::Plant,
+    steps: impl Iterator<Item = (crate::propagate::plant::Output, f64)>,
+) -> crate::maneuver::State {
+    let problem = plant.problem;
+    let mut body = continuous::Continuous::new(plant, &Phase::of(problem, &problem.start));
+    let mut time = 0.0;
+    for (output, step) in steps {
+        body.advance(time, step, &output, &output).unwrap();
+        time += step;
+    }
+    let end = body.phase(time);
+    crate::maneuver::State {
+        position: end.position,
+        velocity: end.velocity(problem),
+        attitude: end.attitude,
+        angular_velocity: end.angular_velocity(problem),
+    }
+}

@@ -86,6 +86,7 @@ impl<'de> Deserialize<'de> for TrajectoryDocument<'_> {
             force: vectors(keys.force_n),
             wheel_momentum: keys.wheel_momentum_n_m_s.values,
             costates: keys.costates.values,
+            target: None,
         };
         // Rows and columns that have changed places would fit as well.
         let nodes = trajectory.time.len().max(trajectory.quaternion.len());
