@@ -7,7 +7,7 @@ use slewkit::mechanics::{Body, Inertia};
 use slewkit::plan::{Guess, Silent, Status, plan};
 use slewkit::{Matrix3, Vector3, lie};
 
-pub fn main() {
+fn main() {
     let inertia = Inertia::diagonal(Vector3::new(120.0, 100.0, 80.0)).expect("a physical inertia");
     let body = Body { inertia, mass: None };
     let end = State::at_rest(lie::exp(&Vector3::new(0.4, -0.8, 1.2)));
@@ -33,4 +33,9 @@ pub fn main() {
     }
     // At rest on both ends time only scales the motion: cost falls with the cube of the duration.
     assert!(products.iter().all(|product| (product / products[0] - 1.0).abs() < 1e-10));
+}
+
+#[test]
+fn runs() {
+    main();
 }

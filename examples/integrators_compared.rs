@@ -6,13 +6,13 @@
 use slewkit::maneuver::State;
 use slewkit::mechanics::full_body::{Dumbbell, Dumbbells};
 use slewkit::propagate::integrator::System;
-use slewkit::studies::integrators::Study;
-use slewkit::studies::integrators::figures::{Outline, figures};
 use slewkit::{Vector3, lie};
+use slewkit_report::studies::integrators::Study;
+use slewkit_report::studies::integrators::figures::{Outline, figures};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-pub fn main() -> Result<(), Box<dyn std::error::Error>> {
+fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The second dumbbell has twice the mass and the length of the first; G = 1.
     let pair = [(1.0, 0.5), (2.0, 1.0)];
     let pair = pair.map(|(mass, length)| Dumbbell { mass, length, sphere_radius: 0.2 * length });
@@ -44,4 +44,9 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     Ok(())
+}
+
+#[test]
+fn runs() -> Result<(), Box<dyn std::error::Error>> {
+    main()
 }

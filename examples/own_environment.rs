@@ -58,7 +58,7 @@ fn derivative_error(field: &Dipole, attitude: Matrix3) -> f64 {
     worst
 }
 
-pub fn main() {
+fn main() {
     let field = Dipole { moment: Vector3::new(0.0, 0.0, 0.8), field: Vector3::new(0.6, 0.0, 0.8) };
     let derivatives = derivative_error(&field, exp(&Vector3::new(0.5, -1.0, 0.3)));
     println!("derivatives against differences  {derivatives:.1e}");
@@ -75,4 +75,9 @@ pub fn main() {
     assert!(derivatives < 1e-9);
     assert_eq!((without.status, with.status), (Status::Solved, Status::Solved));
     assert!((with.solution.cost - without.solution.cost).abs() > 1e-3);
+}
+
+#[test]
+fn runs() {
+    main();
 }

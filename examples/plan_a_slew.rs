@@ -7,7 +7,7 @@ use slewkit::mechanics::{Body, Inertia};
 use slewkit::plan::{Silent, Status, plan};
 use slewkit::{Matrix3, Vector3, lie};
 
-pub fn main() {
+fn main() {
     let inertia = Inertia::new(Matrix3::new(120.0, 4.0, -3.0, 4.0, 100.0, 2.0, -3.0, 2.0, 80.0))
         .expect("a physical inertia");
     let body = Body { inertia, mass: None };
@@ -32,4 +32,9 @@ pub fn main() {
     // The double integrator about a fixed axis costs 6 J²θ²/T³: a bound of the right size.
     let eigenaxis = 6.0 * (120.0 * lie::log(&target).norm()).powi(2) / 60.0f64.powi(3);
     assert!(solution.cost < 1.1 * eigenaxis, "{} against {eigenaxis}", solution.cost);
+}
+
+#[test]
+fn runs() {
+    main();
 }

@@ -24,7 +24,7 @@ impl Observer for Watcher {
     }
 }
 
-pub fn main() {
+fn main() {
     let inertia = Inertia::diagonal(Vector3::new(2.0, 1.6, 1.1)).expect("a physical inertia");
     let end = State::at_rest(lie::exp(&Vector3::new(1.0, 2.0, -0.5)));
     let start = State::at_rest(Matrix3::identity());
@@ -40,4 +40,9 @@ pub fn main() {
 
     assert_eq!((whole, stopped), (Status::Solved, Status::Interrupted));
     assert!(rungs > few);
+}
+
+#[test]
+fn runs() {
+    main();
 }

@@ -87,11 +87,6 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
-#[cfg(feature = "files")]
-pub mod batch;
-pub mod draw;
-#[cfg(feature = "files")]
-pub mod files;
 mod flight;
 pub mod lie;
 pub mod maneuver;
@@ -100,17 +95,9 @@ pub mod numerics;
 pub mod optimize;
 pub mod plan;
 pub mod propagate;
-#[cfg(feature = "files")]
-pub mod report;
-pub mod studies;
 #[cfg(test)]
 mod testing;
 pub mod verify;
-
-/// The code of the README, compiled and run.
-#[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-struct Readme;
 
 /// A vector of three components.
 pub type Vector3 = nalgebra::Vector3<f64>;

@@ -112,8 +112,8 @@ impl Status {
     }
 
     /// Whether a solve that ended as `outcome` says, and what the witnesses found, can have this status.
-    #[cfg(feature = "files")]
-    pub(crate) fn agrees_with(self, outcome: Outcome, found: Option<&Verification>) -> bool {
+    #[doc(hidden)]
+    pub fn agrees_with(self, outcome: Outcome, found: Option<&Verification>) -> bool {
         match found {
             None => outcome != Outcome::Converged && self == Self::without_solution(outcome),
             Some(_) if outcome != Outcome::Converged => false,
@@ -194,7 +194,8 @@ pub fn plan(
 
 /// A solution with what the witnesses say of it, where it converged. They too end with the time limit, which runs
 /// since `began`, or when `observer` asks for it.
-pub(crate) fn judged(
+#[doc(hidden)]
+pub fn judged(
     problem: &Problem,
     settings: &Settings,
     solution: Solution,
@@ -217,7 +218,7 @@ pub(crate) fn judged(
         }
         stopped.get() != Status::VerificationFailed
     };
-    let (tolerance, continuous) = (settings.tolerance, settings.continuous_tolerance);
+    let (tolerance, continuous) = (settings.tolerance, settings.continuous_limit());
     // Where two inputs switch together the grid may have a step more or less than was asked for.
     let problem = &problem.with_found_duration(&solution.trajectory.time).with_steps(solution.steps);
     let verification = verify::verify_until(problem, &solution.trajectory, tolerance, continuous, &stop);

@@ -2,10 +2,10 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use slewkit::files::export::ExportError;
-use slewkit::files::spec::{Diagnostic, Diagnostics};
 use slewkit::maneuver::ProblemError;
 use slewkit::plan::PlanError;
+use slewkit_files::export::ExportError;
+use slewkit_files::spec::{Diagnostic, Diagnostics};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// An exception of the class `class` made from `arguments`.
@@ -38,8 +38,8 @@ pub fn diagnostics<'py>(py: Python<'py>, found: &[Diagnostic]) -> PyResult<Vec<B
     let dictionary = |found: &Diagnostic| {
         let keys = PyDict::new(py);
         let severity = match found.severity {
-            slewkit::files::spec::Severity::Error => "error",
-            slewkit::files::spec::Severity::Warning => "warning",
+            slewkit_files::spec::Severity::Error => "error",
+            slewkit_files::spec::Severity::Warning => "warning",
         };
         keys.set_item("code", found.code)?;
         keys.set_item("severity", severity)?;
@@ -94,7 +94,7 @@ pub fn plan(py: Python<'_>, error: &PlanError) -> PyErr {
 /// What could not be written or read; `name` is the file.
 pub fn export(py: Python<'_>, error: &ExportError, name: &str) -> PyErr {
     let (code, reason, remedy) = match error {
-        ExportError::File(error @ slewkit::files::export::FileError::Exists { .. }) => {
+        ExportError::File(error @ slewkit_files::export::FileError::Exists { .. }) => {
             (error.code(), error.to_string(), "pass overwrite=True to replace it")
         }
         ExportError::File(error) => (error.code(), error.to_string(), error.remedy()),

@@ -4,7 +4,7 @@ use crate::{failure, text};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
-use slewkit::files::spec::{self, Diagnostics, Format, Loaded, Override, Spec, SpecDocument};
+use slewkit_files::spec::{self, Diagnostics, Format, Loaded, Override, Spec, SpecDocument};
 use std::path::{Path, PathBuf};
 
 /// What messages call a spec that is a dictionary.

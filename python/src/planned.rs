@@ -5,16 +5,15 @@ use crate::maneuver::Maneuver;
 use crate::watch::Watch;
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use slewkit::Vector3;
-use slewkit::files::exchange::Tables;
-use slewkit::files::exchange::read_attitudes;
-use slewkit::files::export::{ExportError, PlanFile, Target, TrajectoryDocument, read_guess};
-use slewkit::files::formats::Format;
-use slewkit::files::identity::Identity;
-use slewkit::lie;
 use slewkit::maneuver::{Motion, Problem, Settings, Trajectory};
 use slewkit::plan::{self as planner, Guess, Plan};
-use slewkit::report::{plan_page, summary};
+use slewkit::{Vector3, lie};
+use slewkit_files::exchange::Tables;
+use slewkit_files::exchange::read_attitudes;
+use slewkit_files::export::{ExportError, PlanFile, Target, TrajectoryDocument, read_guess};
+use slewkit_files::formats::Format;
+use slewkit_files::identity::Identity;
+use slewkit_report::{plan_page, summary};
 use std::borrow::Cow;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -118,7 +117,7 @@ pub fn write_page(py: Python<'_>, path: PathBuf, text: &str) -> PyResult<()> {
 /// Why a plan file cannot be used.
 enum Failed {
     Export(ExportError),
-    Spec(slewkit::files::spec::Diagnostics),
+    Spec(slewkit_files::spec::Diagnostics),
 }
 
 impl From<ExportError> for Failed {

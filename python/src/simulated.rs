@@ -7,14 +7,14 @@ use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use slewkit::files::export::SimulationFile;
-use slewkit::files::spec::Spec;
 use slewkit::maneuver::Problem;
 use slewkit::propagate::integrator::{Kind, StepError};
 use slewkit::propagate::simulate::{Observer, Simulation, SimulationError, SimulationRow};
-use slewkit::report::simulation_page;
 use slewkit::verify::WitnessError;
 use slewkit::verify::propagation::{Propagation, Propagator, propagate};
+use slewkit_files::export::SimulationFile;
+use slewkit_files::spec::Spec;
+use slewkit_report::simulation_page;
 use std::ops::ControlFlow;
 use std::time::Instant;
 

@@ -6,7 +6,7 @@
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple};
-use slewkit::files::spec::MAX_BYTES;
+use slewkit_files::spec::MAX_BYTES;
 use std::fmt::Write;
 
 /// Deeper than any spec: what goes on beyond is cut off, and the reader says that it is nested too deep. A dictionary may hold

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::maneuver::problem::Problem;
-use crate::mechanics::environment::{CentralGravity, GravityGradient};
+use crate::mechanics::environment::{CentralGravity, GravityGradient, PointMass};
 use crate::propagate::plant::{Output, Plant};
 use crate::testing::{Random, attitude_only, moving_ends};
 use crate::verify::continuous_flow;
@@ -37,7 +37,9 @@ fn the_flow_is_that_of_the_witness() {
                 let moving = moving_ends(&mut random, frame);
                 let turning = attitude_only(moving.clone());
                 let in_frame = turning.clone().with_environment(gradient(&turning));
-                let field = CentralGravity::point(1.0).unwrap();
+                let field =
+                    CentralGravity::new(vec![PointMass { parameter: 1.3, position: Vector3::zeros() }])
+                        .unwrap();
                 let falling = moving.clone().with_environment(field);
                 for problem in [&moving, &turning, &in_frame, &falling] {
                     let steps = held(&mut random, problem, steps);

@@ -305,7 +305,8 @@ impl Problem {
 
     /// Whether a duration of least effort is sought with the length of the steps as an unknown of the convex iteration: where
     /// the shooting does not know the derivative by it.
-    pub(crate) fn stretches_steps(&self) -> bool {
+    #[doc(hidden)]
+    pub fn stretches_steps(&self) -> bool {
         let sought = self.duration.is_nan() && !self.objective.switches();
         sought && (self.has_shaping_limits() || self.motion == Motion::RigidBody)
     }

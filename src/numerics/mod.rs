@@ -2,7 +2,6 @@
 //! figures for people.
 
 pub(crate) mod banded;
-pub(crate) mod clock;
 pub(crate) mod compensated;
 pub(crate) mod cone;
 pub(crate) mod eight;
@@ -11,10 +10,6 @@ pub mod figures;
 pub(crate) mod hermite;
 pub(crate) mod matrix_inertia;
 pub(crate) mod parallel;
-#[cfg_attr(
-    not(feature = "files"),
-    expect(dead_code, reason = "normal numbers are for dispersions, which files have")
-)]
-pub(crate) mod random;
+pub mod random;
 pub(crate) mod three;
 pub(crate) mod widest;

@@ -30,7 +30,7 @@ fn philox(mut key: [u32; 2], mut counter: [u32; 4]) -> [u32; 4] {
 
 /// The random numbers of one quantity in one case.
 #[derive(Clone, Debug)]
-pub(crate) struct Stream {
+pub struct Stream {
     key: [u32; 2],
     /// Block, quantity, case (low word, high word).
     counter: [u32; 4],

@@ -13,3 +13,6 @@ pub(crate) mod second_order;
 pub mod step;
 pub mod sweep;
 pub(crate) mod terminal;
+
+/// Why the shooting cannot take a problem; `None` where it can.
+pub use control_law::obstacle as shooting_obstacle;

@@ -289,7 +289,8 @@ impl Verification {
         self.peak_torque_n_m = replayed.peak_torque;
         self.peak_rate_rad_s = replayed.peak_rate;
         self.margins = replayed.margins;
-        let error = scale.distance(&replayed.end, &target, problem.motion);
+        let aimed = trajectory.target.map_or(target, |end| Phase::of(problem, &end));
+        let error = scale.distance(&replayed.end, &aimed, problem.motion);
         self.discrete_attitude_rad = error.attitude_rad;
         self.discrete_momentum_relative = error.momentum_relative;
         self.discrete_position_relative = error.position_relative;

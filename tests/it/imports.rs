@@ -1,4 +1,4 @@
-//! The import law of `DESIGN.md` ("What may import what?"), held against the `use` lines and paths of `src`.
+//! The import law of `DESIGN.md` ("What may import what?"), held against the `use` lines and paths of all crates.
 //!
 //! A file reaches the file in which what it names is defined: a name that a module re-exports counts for the file that
 //! defines it, a module named as a whole for its own file and all that it re-exports. Test modules may import anything.
@@ -7,10 +7,31 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-/// A path of the crate, `["lie", "exp"]`.
+/// The sources, and what leads to them from the top.
+const CRATES: [(&str, &str); 4] = [
+    ("slewkit", "src"),
+    ("slewkit_files", "crates/files/src"),
+    ("slewkit_report", "crates/report/src"),
+    ("slewkit_cli", "crates/slew/src"),
+];
+
+/// A path by wings, `["lie", "exp"]`, whatever crate the wing is of.
 type Name = Vec<String>;
 /// Files by the path of their module; without those of tests.
 type Modules = BTreeMap<Name, Module>;
+
+/// The path by wings of a path within a crate.
+fn by_wings(of: &str, path: &[String]) -> Name {
+    let wing = match (of, path.first().map(String::as_str)) {
+        ("slewkit", _) | ("slewkit_files", Some("batch")) | ("slewkit_report", Some("draw" | "studies")) => {
+            None
+        }
+        ("slewkit_files", _) => Some("files"),
+        ("slewkit_report", _) => Some("report"),
+        _ => Some("cli"),
+    };
+    wing.map(String::from).into_iter().chain(path.iter().cloned()).collect()
+}
 
 /// One file.
 struct Module {
@@ -23,23 +44,24 @@ struct Module {
     words: Vec<String>,
 }
 
-/// Every file of `src` with its path, as `module::path::of::the::file`.
-fn files(folder: &Path, found: &mut BTreeMap<Name, (String, String)>) {
+/// Crate, file and text of every module.
+type Sources = BTreeMap<Name, (&'static str, String, String)>;
+
+/// Every file of a crate below a folder, with its path as `wing::path::of::the::file`.
+fn files(of: &'static str, root: &Path, folder: &Path, found: &mut Sources) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() {
-            files(&path, found);
+            files(of, root, &path, found);
             continue;
         }
-        let file =
-            path.strip_prefix(env!("CARGO_MANIFEST_DIR")).unwrap().to_str().unwrap().replace('\\', "/");
+        let file = path.strip_prefix(root).unwrap().to_str().unwrap().replace('\\', "/");
         let left_out = ["main.rs", "tests.rs", "testing.rs"].iter().any(|end| file.ends_with(end))
             || file.contains("/tests/");
         if let (Some(stem), false) = (file.strip_suffix(".rs"), left_out) {
-            let parts = stem.split('/').skip(1).filter(|part| !["mod", "lib", "main"].contains(part));
-            found
-                .entry(parts.map(String::from).collect())
-                .or_insert((file.clone(), fs::read_to_string(&path).unwrap()));
+            let parts = stem.split('/').filter(|part| !["mod", "lib", "main"].contains(part));
+            let name = by_wings(of, &parts.map(String::from).collect::<Vec<_>>());
+            found.entry(name).or_insert((of, path.display().to_string(), fs::read_to_string(&path).unwrap()));
         }
     }
 }
@@ -88,11 +110,12 @@ fn paths(tokens: &[String], mut at: usize, prefix: &[String], found: &mut Vec<(S
     }
 }
 
-/// The absolute form of a path written in `module`; `None` for what is not of this crate.
-fn absolute(path: &[String], module: &[String], all: &BTreeSet<Name>) -> Option<Name> {
+/// The path by wings of a path written in `module` of a crate; `None` for what is of none of ours.
+fn absolute(path: &[String], of: &str, module: &[String], all: &BTreeSet<Name>) -> Option<Name> {
     let child = [module, &path[..1]].concat();
     Some(match path[0].as_str() {
-        "crate" | "slewkit" => path[1..].to_vec(),
+        "crate" => by_wings(of, &path[1..]),
+        name if CRATES.iter().any(|(known, _)| *known == name) => by_wings(name, &path[1..]),
         "self" => [module, &path[1..]].concat(),
         "super" => {
             let up = path.iter().take_while(|part| *part == "super").count();
@@ -104,10 +127,13 @@ fn absolute(path: &[String], module: &[String], all: &BTreeSet<Name>) -> Option<
 }
 
 fn read() -> Modules {
-    let mut sources = BTreeMap::new();
-    files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut sources);
+    let mut sources = Sources::new();
+    for (of, folder) in CRATES {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(folder);
+        files(of, &root, &root, &mut sources);
+    }
     let names: BTreeSet<Name> = sources.keys().cloned().collect();
-    let module = |(name, (file, text)): (Name, (String, String))| {
+    let module = |(name, (of, file, text)): (Name, (&'static str, String, String))| {
         let words = tokens(&text);
         let mut module = Module { file, uses: vec![], passes_on: vec![], words: words.clone() };
         let mut at = 0;
@@ -124,7 +150,7 @@ fn read() -> Modules {
             let public = is_use && at > 0 && (words[at - 1] == "pub" || words[at - 1] == ")");
             at = paths(&words, at + usize::from(is_use), &[], &mut found);
             for (short, path) in found {
-                match absolute(&path, &name, &names) {
+                match absolute(&path, of, &name, &names) {
                     Some(path) if public => module.passes_on.push((short, path)),
                     Some(path) => module.uses.push(path),
                     None => {}
@@ -167,7 +193,7 @@ fn arrows(modules: &Modules) -> BTreeMap<&Name, BTreeSet<Name>> {
 
 /// The table of DESIGN.md: what each wing may import.
 fn law() -> BTreeMap<String, BTreeSet<String>> {
-    let design = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("DESIGN.md")).unwrap();
+    let design = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../DESIGN.md")).unwrap();
     let section = design.split("### What may import what?").nth(1).unwrap().split("\n#").next().unwrap();
     let rows = section.lines().filter(|line| line.starts_with("| `"));
     let names =

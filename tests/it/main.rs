@@ -14,13 +14,11 @@
 //! | `files` | specs and plan files: what they mean, what is refused and in which words, what reads back |
 //! | `command_line` | the real binary in a folder of its own: what it prints, writes and returns |
 //!
-//! Shared: `common` (reference files, random numbers, random specs). What counts allocations needs an allocator of
+//! Shared: the crate `evidence` (reference files, random numbers, random specs). What counts allocations needs an allocator of
 //! its own and is the other binary, `tests/allocation.rs`. Unit tests of private parts stand beside them in `src`.
 
 mod bodies;
 mod command_line;
-#[path = "../common/mod.rs"]
-mod common;
 mod files;
 mod imports;
 mod infeasible;

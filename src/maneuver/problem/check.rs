@@ -61,7 +61,8 @@ impl Problem {
     ///
     /// Two constraints that leave no attitude at all are passed over: another start or end would not help, and
     /// the planner proves so much. The boundary states and the constraints themselves must be in order.
-    pub(crate) fn violations(&self) -> impl Iterator<Item = ProblemError> {
+    #[doc(hidden)]
+    pub fn violations(&self) -> impl Iterator<Item = ProblemError> {
         let frame_rate = self.environment.frame_rate();
         let turned = if frame_rate == Vector3::zeros() { frame_rate } else { frame_rate * self.duration };
         let contradicting = conflict(&self.constraints, &turned).map(|found| found.names);

@@ -19,7 +19,7 @@ mod saturated;
 use crate::maneuver::objective::Weighted;
 use crate::{Matrix3, Vector3};
 use effort::Effort;
-pub(crate) use saturated::obstacle;
+pub use saturated::obstacle;
 use saturated::{Ball, Clipped};
 use std::ops::Deref;
 

@@ -37,7 +37,7 @@ pub(crate) struct Ball {
 }
 
 /// Why the saturated shooting cannot take a problem; `None` where it can, limited or not.
-pub(crate) fn obstacle(problem: &Problem) -> Option<&'static str> {
+pub fn obstacle(problem: &Problem) -> Option<&'static str> {
     if !problem.constraints.is_empty() {
         return Some("it has constraints on pointing or angular rate");
     }

@@ -250,7 +250,8 @@ pub fn solve(
 ///
 /// # Errors
 /// [`PlanError`] when problem or settings cannot be used.
-pub(crate) fn solve_smoothed(
+#[doc(hidden)]
+pub fn solve_smoothed(
     problem: &Problem,
     settings: &Settings,
     observer: &mut dyn Observer,
@@ -269,7 +270,8 @@ pub(crate) fn solve_smoothed(
 ///
 /// # Errors
 /// [`PlanError`] when problem or settings cannot be used.
-pub(crate) fn solve_convex(
+#[doc(hidden)]
+pub fn solve_convex(
     problem: &Problem,
     settings: &Settings,
     polish: bool,

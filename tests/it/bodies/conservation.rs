@@ -1,13 +1,12 @@
 //! What relative potentials conserve, and what does not depend on threads.
 
 use super::systems::{all, cloud, octahedron, poses, solid};
-use crate::common::Random;
-use slewkit::Vector3;
-use slewkit::lie;
+use evidence::Random;
 use slewkit::maneuver::problem::State;
 use slewkit::mechanics::environment::{Pose, Wrench};
 use slewkit::mechanics::full_body::*;
 use slewkit::propagate::integrator::{ErrorControl, Kind, System};
+use slewkit::{Vector3, lie};
 use std::sync::Arc;
 
 fn wrenches(potential: &dyn Potential, poses: &[Pose]) -> Vec<Wrench> {

@@ -1,7 +1,7 @@
 //! The field of a polyhedron against closed forms, limits and other roads.
 
 use super::systems::{horseshoe, octahedron, tetrahedron};
-use crate::common::Random;
+use evidence::Random;
 use slewkit::Vector3;
 use slewkit::mechanics::environment::{Pose, Wrench};
 use slewkit::mechanics::full_body::polyhedron::PolyhedronField;

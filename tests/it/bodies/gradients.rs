@@ -1,7 +1,7 @@
 //! Force and moment of every potential against differences of its energy.
 
 use super::systems::{all, poses};
-use crate::common::Random;
+use evidence::Random;
 use slewkit::mechanics::environment::{Pose, Wrench};
 use slewkit::{Vector3, lie};
 

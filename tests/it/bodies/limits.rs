@@ -1,7 +1,7 @@
 //! Far away every body attracts as MacCullagh's formula and then as a point says, at their orders.
 
 use super::systems::cloud;
-use crate::common::Random;
+use evidence::Random;
 use slewkit::mechanics::body::Inertia;
 use slewkit::mechanics::environment::{Environment, Pose, SecondOrderGravity, Wrench};
 use slewkit::mechanics::full_body::*;

@@ -1,6 +1,6 @@
 //! Wavefront OBJ files, good and bad.
 
-use crate::common::Random;
+use evidence::Random;
 use slewkit::mechanics::full_body::Polyhedron;
 use slewkit::mechanics::full_body::polyhedron::{ObjError, read_obj};
 

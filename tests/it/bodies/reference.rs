@@ -1,7 +1,7 @@
 //! Two dumbbells of `full_body.json`, computed by another program: forces, energy, five steps.
 
 use super::verlet::step;
-use crate::common::{list, matrix3, number, reference, vector};
+use evidence::{list, matrix3, number, reference, vector};
 use serde_json::Value;
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::mechanics::environment::{Pose, Wrench};

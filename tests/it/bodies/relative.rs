@@ -1,7 +1,7 @@
 //! Two bodies in relative coordinates against the same two in the inertial frame.
 
 use super::systems::{octahedron, poses, solid, tetrahedron};
-use crate::common::Random;
+use evidence::Random;
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::mechanics::environment::{Pose, Wrench};
 use slewkit::mechanics::full_body::invariants::Momentum;

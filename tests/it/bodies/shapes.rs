@@ -1,7 +1,7 @@
 //! Volume, mass center and inertia of solids, their checks, and points that stand for them.
 
 use super::systems::{horseshoe, octahedron, solid, tetrahedron};
-use crate::common::Random;
+use evidence::Random;
 use slewkit::mechanics::environment::Pose;
 use slewkit::mechanics::full_body::polyhedron::ShapeError;
 use slewkit::mechanics::full_body::*;

@@ -1,6 +1,6 @@
 //! The systems of bodies that every potential is tested on.
 
-use crate::common::Random;
+use evidence::Random;
 use slewkit::Vector3;
 use slewkit::mechanics::body::Inertia;
 use slewkit::mechanics::environment::Pose;

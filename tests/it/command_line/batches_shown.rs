@@ -66,7 +66,7 @@ fn random_draws_have_their_distribution_and_hostile_names_are_text() {
 #[test]
 fn of_plans_whose_inputs_switch_a_batch_says_what_is_known() {
     let folder = Folder::new();
-    let spec = concat!(env!("CARGO_MANIFEST_DIR"), "/problems/minimum_time_xte.toml");
+    let spec = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/minimum_time_xte.toml");
     let over = ["sweep", spec, "--over", "maneuver.steps=40,60", "-o", "all.jsonl"];
     let run = folder.slew(&over).ends(0).tells("2 of the solved switch: extremals by the maximum principle");
     assert!(!run.stderr.contains("not known to be local minima"), "{}", run.stderr);

@@ -185,7 +185,7 @@ fn a_long_plan_and_one_that_failed_work_as_well() {
     assert_eq!(found["wrong"], serde_json::json!([]));
     assert_eq!(found["images"], 3);
     // Logarithmic axes to the right, and charts without a body.
-    let spec = concat!(env!("CARGO_MANIFEST_DIR"), "/problems/dumbbells.toml");
+    let spec = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/dumbbells.toml");
     let study = ["--step", "0.1,0.05", "--horizon", "2", "--report", "compared.html"];
     folder.slew(&[&["compare", spec, "-q"][..], &study].concat()).ends(0);
     let found = used(&browser, &folder, "compared.html", 400);

@@ -88,7 +88,7 @@ fn compare_sets_least_time_fuel_and_effort_side_by_side() {
     assert!(row(0, "duration_s") < row(1, "duration_s"));
     assert!(row(1, "fuel") < row(2, "fuel") && row(2, "effort") < row(1, "effort"));
     // A maneuver of minimum time has ways of its own before them.
-    let time = concat!(env!("CARGO_MANIFEST_DIR"), "/problems/minimum_time_cube_090.toml");
+    let time = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/minimum_time_cube_090.toml");
     let run = folder.slew(&["compare", time]).ends(0);
     run.tells("objectives compared").tells("1.5 times the shortest").tells("switching times").tells("convex");
     fs::write(folder.path("pair.toml"), DUMBBELLS).unwrap();

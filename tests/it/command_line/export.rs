@@ -46,7 +46,7 @@ fn every_format_is_written_by_its_ending() {
 fn an_ephemeris_has_as_many_blocks_as_the_plan_has_arcs() {
     let folder = Folder::new();
     for name in ["minimum_time_xte", "minimum_fuel_norm"] {
-        let spec = format!("{}/problems/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let spec = format!("{}/../../problems/{name}.toml", env!("CARGO_MANIFEST_DIR"));
         let plan = format!("{name}.json");
         let json =
             folder.slew(&[&["plan", &spec, "-q", "--format", "json"], &SET[..2]].concat()).ends(0).json();
@@ -110,7 +110,7 @@ fn what_a_format_needs_is_asked_for_before_any_work() {
     assert_eq!(folder.names(), before);
     folder.slew(&["plan", "spec.toml", "-o", "a.flight", "--tick", "-1"]).ends(2);
     // No plan, no file.
-    let infeasible = concat!(env!("CARGO_MANIFEST_DIR"), "/problems/infeasible_cones.toml");
+    let infeasible = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/infeasible_cones.toml");
     folder.slew(&["plan", infeasible, "-o", "a.42"]).ends(4).tells("nothing: there is no plan");
     assert_eq!(folder.names(), before);
     let simulated = folder.slew(&["simulate", "spec.toml", "-o", "a.aem"]).ends(2).tells("E0105");

@@ -1,10 +1,10 @@
 //! `slew monte-carlo`: draws have the distributions that the spec says, and depend on seed and number alone.
 
 use super::binary::{Folder, SPEC};
-use slewkit::batch::{Batch, Case, Shard};
-use slewkit::files::spec::{Base, Format, Override};
 use slewkit::lie::{exp, log};
 use slewkit::{Matrix3, Vector3};
+use slewkit_files::batch::{Batch, Case, Shard};
+use slewkit_files::spec::{Base, Format, Override};
 use std::fs;
 
 const DISPERSION: &str = r#"
@@ -95,11 +95,11 @@ fn draws_have_the_moments_of_their_distributions() {
     // Uniform in an ellipsoid of n dimensions: covariance A Aᵀ/(n + 2), and no point outside.
     let axes = Matrix3::new(0.1, -0.2, 0.0, 0.1, 0.2, 0.0, 0.0, 0.0, 0.4);
     let nominal = Vector3::new(1.0, 0.0, 0.0);
-    let rate = |one: &slewkit::files::spec::Loaded| one.problem.start.angular_velocity.map(f64::to_degrees);
+    let rate = |one: &slewkit_files::spec::Loaded| one.problem.start.angular_velocity.map(f64::to_degrees);
     let rates: Vec<[f64; 3]> = loaded.iter().map(|one| rate(one).into()).collect();
     let covariance = axes * axes.transpose() / 5.0;
     agree(&rates, nominal.into(), covariance.transpose().into());
-    let inside = |one: &slewkit::files::spec::Loaded| {
+    let inside = |one: &slewkit_files::spec::Loaded| {
         (axes.try_inverse().unwrap() * (rate(one) - nominal)).norm() < 1.0 + 1e-12
     };
     assert!(loaded.iter().all(inside));
@@ -313,7 +313,7 @@ fn the_array_script_gives_shards_that_merge() {
     let folder = Folder::new();
     let dispersion = "[dispersion]\nseed = 1\ncases = 7\n[[dispersion.vary]]\nkey = \"maneuver.duration_s\"\nkind = \"uniform\"\nhalf_width = 2\n";
     fs::write(folder.path("mc.toml"), format!("{SPEC}{dispersion}")).unwrap();
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/slurm_array.sh");
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/slurm_array.sh");
     for task in ["1", "2", "3"] {
         let mut shell = std::process::Command::new("bash");
         shell.args([script, "mc.toml", "results", "3"]).current_dir(folder.path("."));

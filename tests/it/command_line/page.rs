@@ -28,7 +28,7 @@ pub fn points(data: &serde_json::Value, curve: &serde_json::Value) -> Vec<(f64, 
 }
 
 pub fn problem(name: &str) -> String {
-    format!("{}/problems/{name}.toml", env!("CARGO_MANIFEST_DIR"))
+    format!("{}/../../problems/{name}.toml", env!("CARGO_MANIFEST_DIR"))
 }
 
 /// The cells of the row of a table that begins with `first`.

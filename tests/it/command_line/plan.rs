@@ -2,7 +2,7 @@
 
 use super::binary::{Folder, Run};
 use serde_json::Value;
-use slewkit::files::export::PlanFile;
+use slewkit_files::export::PlanFile;
 use std::fs;
 use std::process::Stdio;
 
@@ -397,7 +397,7 @@ fn warnings_are_told_and_do_not_stop_the_plan() {
 #[test]
 fn steps_that_are_far_too_long_end_in_words() {
     let folder = Folder::new();
-    let spec = concat!(env!("CARGO_MANIFEST_DIR"), "/problems/unstable_pendulum_long.toml");
+    let spec = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/unstable_pendulum_long.toml");
     let roads: [&[&str]; 4] = [
         &["plan"],
         &["plan", "--set", "solver.method=scp"],

@@ -129,7 +129,7 @@ fn the_hamiltonian_is_that_of_the_theory() {
         assert!((value - wanted).abs() < 2e-3 * wanted.abs(), "{value} {wanted}");
     }
     // In a field the costates stand beside the nodes: put there, the value is constant to second order.
-    let pendulum = concat!(env!("CARGO_MANIFEST_DIR"), "/problems/pendulum_inversion.toml");
+    let pendulum = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/pendulum_inversion.toml");
     let spread = |steps: usize| {
         let (set, page) = (format!("maneuver.steps={steps}"), format!("{steps}.html"));
         folder.slew(&["plan", pendulum, "-q", "--report", &page, "--set", &set]).ends(0);

@@ -238,7 +238,7 @@ fn error_control_divides_a_step_that_overflows() {
         ("heavy_top", "10", "verner98"),
         ("heavy_top", "10", "dop853"),
     ] {
-        let path = format!("{}/problems/{spec}.toml", env!("CARGO_MANIFEST_DIR"));
+        let path = format!("{}/../../problems/{spec}.toml", env!("CARGO_MANIFEST_DIR"));
         let args =
             ["simulate", &path, "--steps", steps, "--integrator", integrator, "-o", "motion.json", "--force"];
         folder.slew(&args).ends(0);
@@ -253,7 +253,7 @@ fn error_control_divides_a_step_that_overflows() {
 #[test]
 fn a_simulation_that_is_no_longer_finite_keeps_the_rows_before() {
     let folder = folder();
-    let path = format!("{}/problems/dzhanibekov.toml", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/../../problems/dzhanibekov.toml", env!("CARGO_MANIFEST_DIR"));
     let run = |file: &str, steps: &str, integrator: &str| {
         let args =
             ["simulate", &path, "--steps", steps, "--stride", "1", "--integrator", integrator, "-o", file];
@@ -281,7 +281,7 @@ fn a_simulation_that_is_no_longer_finite_keeps_the_rows_before() {
 fn a_sought_duration_says_nothing_of_how_long_to_follow() {
     let folder = folder();
     for name in ["shortest_wheels", "minimum_time_xte", "free_duration_xte"] {
-        let spec = format!("{}/problems/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let spec = format!("{}/../../problems/{name}.toml", env!("CARGO_MANIFEST_DIR"));
         let run = folder.slew(&["simulate", &spec, "--steps", "20", "--format", "csv"]).ends(3);
         assert!(run.tells("E0121").tells("maneuver.duration_s").stdout.is_empty());
         // What the message says to do does it.

@@ -1,7 +1,7 @@
 //! Standard input, output files, pipes, terminals and signals.
 
 use super::binary::{Folder, Run, SPEC};
-use slewkit::files::export::PlanFile;
+use slewkit_files::export::PlanFile;
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Stdio};

@@ -1,12 +1,12 @@
 //! One file per mistake, named after it, with what the user reads.
 
 use super::{BASE, bad, good};
-use slewkit::files::spec::{self, Format, Severity};
+use slewkit_files::spec::{self, Format, Severity};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 pub fn files() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bad_inputs");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/bad_inputs");
     let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let mut files: Vec<_> =
         files.filter(|path| path.extension().is_some_and(|ext| ext == "toml" || ext == "json")).collect();
@@ -16,7 +16,7 @@ pub fn files() -> Vec<PathBuf> {
 
 /// Nobody else has the folder of this file.
 fn without_folder(said: &str) -> String {
-    said.replace(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/bad_inputs/"), "")
+    said.replace(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/bad_inputs/"), "")
 }
 
 /// What the user reads about a file: the errors, or the warnings.

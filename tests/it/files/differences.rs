@@ -1,11 +1,11 @@
 //! In which keys two specs differ.
 
 use super::made::{problem, with_constraints, with_wheels};
-use slewkit::files::spec::SpecDocument;
 use slewkit::maneuver::constraint::{Pointing, Rule, Side};
 use slewkit::maneuver::problem::{Motion, Problem, Scheme};
 use slewkit::maneuver::settings::Settings;
 use slewkit::mechanics::actuators::{Actuation, Limits, Wheels};
+use slewkit_files::spec::SpecDocument;
 
 fn differences(one: &Problem, other: &Problem) -> Vec<String> {
     let document = |problem| SpecDocument::new(problem, &Settings::default()).unwrap();

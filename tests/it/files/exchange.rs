@@ -2,13 +2,13 @@
 //! `tests/exchange` has the other programs read them.
 
 use super::{BASE, WHEELS, bad, good};
-use slewkit::files::epoch::Epoch;
-use slewkit::files::exchange::{AemVersion, Attitudes, Format, Lacking, Record, Tables, read_attitudes};
-use slewkit::files::export::{ExportError, write_csv};
-use slewkit::files::identity::Identity;
-use slewkit::files::spec::{self, Loaded, SpecDocument};
 use slewkit::maneuver::Trajectory;
 use slewkit::{Vector3, lie};
+use slewkit_files::epoch::Epoch;
+use slewkit_files::exchange::{AemVersion, Attitudes, Format, Lacking, Record, Tables, read_attitudes};
+use slewkit_files::export::{ExportError, write_csv};
+use slewkit_files::identity::Identity;
+use slewkit_files::spec::{self, Loaded, SpecDocument};
 use std::borrow::Cow;
 
 const NAMED: &str = "names={ object = \"SAT\", spice_id = -42, reference_frame = \"ICRF\" }";

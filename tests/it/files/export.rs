@@ -1,12 +1,12 @@
 //! Every plan and trajectory that the library writes is read back, bit for bit.
 
 use super::made::*;
-use slewkit::files::export::{ExportError, PlanFile, TrajectoryDocument, read_guess, write_csv, write_jsonl};
-use slewkit::files::identity::Identity;
 use slewkit::maneuver::problem::{Motion, Scheme};
 use slewkit::maneuver::settings::Settings;
 use slewkit::maneuver::solution::Trajectory;
 use slewkit::plan::Guess;
+use slewkit_files::export::{ExportError, PlanFile, TrajectoryDocument, read_guess, write_csv, write_jsonl};
+use slewkit_files::identity::Identity;
 use std::borrow::Cow;
 
 fn bits(values: &[f64]) -> Vec<u64> {

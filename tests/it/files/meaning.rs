@@ -1,14 +1,13 @@
 //! What a spec means.
 
 use super::{BASE, CONSTRAINED, ORBIT, WHEELS, bad, good};
-use slewkit::files::spec::{self, Format, Toleranced};
-use slewkit::lie;
 use slewkit::maneuver::constraint::{Direction, Rule, Side};
 use slewkit::maneuver::problem::{Motion, Path, Scheme};
 use slewkit::maneuver::settings::Method;
 use slewkit::maneuver::solution::Sense;
 use slewkit::mechanics::actuators::{AxisFrame, Limits};
-use slewkit::{Matrix3, Vector3};
+use slewkit::{Matrix3, Vector3, lie};
+use slewkit_files::spec::{self, Format, Toleranced};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// The end attitude of `BASE` with another notation.

@@ -16,7 +16,7 @@ mod schema;
 mod simulation;
 mod writer;
 
-use slewkit::files::spec::{self, Diagnostics, Format, Loaded, Override, Spec};
+use slewkit_files::spec::{self, Diagnostics, Format, Loaded, Override, Spec};
 use std::path::Path;
 
 /// A complete spec, to change in the tests.

@@ -2,9 +2,9 @@
 
 use super::bad_inputs::files;
 use super::{BASE, CONSTRAINED, ORBIT, SIMULATION, WHEELS};
-use crate::common::Random;
-use crate::common::hostile::{Answer, Corpus, READERS, Reader, mutate, read_spec};
-use slewkit::files::spec::{self, Format};
+use evidence::Random;
+use evidence::hostile::{Answer, Corpus, READERS, Reader, mutate, read_spec};
+use slewkit_files::spec::{self, Format};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 

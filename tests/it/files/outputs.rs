@@ -1,6 +1,6 @@
 //! Output files: whole or not at all, never over another file without being asked.
 
-use slewkit::files::export::{FileError, Target};
+use slewkit_files::export::{FileError, Target};
 use std::fs;
 use std::path::Path;
 

@@ -1,14 +1,14 @@
 //! Parquet, read back by the reader of the crate that wrote it; `tests/exchange` has pyarrow read it.
 
 use super::{BASE, good};
-use parquet::file::reader::{FileReader, SerializedFileReader};
-use parquet::record::Field;
-use slewkit::batch::{Batch, CaseResult, Journal, Options, Shard, merge_to_parquet, run};
-use slewkit::files::exchange::Tables;
-use slewkit::files::export::{PlanFile, Target};
-use slewkit::files::formats::Format;
-use slewkit::files::spec::{self, Base};
 use slewkit::plan::{Silent, plan};
+use slewkit_files::batch::{Batch, CaseResult, Journal, Options, Shard, merge_to_parquet, run};
+use slewkit_files::exchange::Tables;
+use slewkit_files::export::{PlanFile, Target};
+use slewkit_files::formats::Format;
+use slewkit_files::parquet::file::reader::{FileReader, SerializedFileReader};
+use slewkit_files::parquet::record::Field;
+use slewkit_files::spec::{self, Base};
 use std::path::Path;
 
 /// The columns of a file with their heads, and its rows.

@@ -1,7 +1,7 @@
 //! What holds for every random spec.
 
 use super::good;
-use crate::common::random_specs::random_spec;
+use evidence::random_specs::random_spec;
 
 #[test]
 fn random_specs_of_every_kind_are_read() {

@@ -1,7 +1,7 @@
 //! From file to text: sizes, kinds of files, encodings, notations.
 
 use super::BASE;
-use slewkit::files::spec::{self, Format, MAX_BYTES};
+use slewkit_files::spec::{self, Format, MAX_BYTES};
 use std::fs;
 use std::path::Path;
 

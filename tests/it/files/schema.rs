@@ -2,7 +2,7 @@
 
 use super::{BASE, ORBIT, SIMULATION, bad, good};
 use serde_json::Value;
-use slewkit::files::spec;
+use slewkit_files::spec;
 
 /// Calls `visit` with the dotted path, the name and the schema of every property.
 fn walk(schema: &Value, path: &str, visit: &mut impl FnMut(&str, &str, &Value)) {

@@ -1,11 +1,10 @@
 //! What a spec of a simulation means.
 
 use super::SIMULATION;
-use slewkit::files::spec::{self, Format, Spec};
-use slewkit::lie;
 use slewkit::propagate::integrator::Kind;
 use slewkit::propagate::simulate::Simulation;
-use slewkit::{Matrix3, Vector3};
+use slewkit::{Matrix3, Vector3, lie};
+use slewkit_files::spec::{self, Format, Spec};
 
 #[test]
 fn simulation_template_loads_without_a_word() {

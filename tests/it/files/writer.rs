@@ -1,13 +1,13 @@
 //! What is written reads back as the same maneuver, bit for bit.
 
 use super::{BASE, CONSTRAINED, ORBIT, WHEELS, bad, good};
-use crate::common::random_specs::random_spec;
+use evidence::random_specs::random_spec;
 use slewkit::Vector3;
-use slewkit::files::spec::{self, Format, Loaded, Spec, SpecDocument};
 use slewkit::maneuver::constraint::Rule;
 use slewkit::maneuver::problem::Path;
 use slewkit::mechanics::actuators::Limits;
 use slewkit::mechanics::environment::{CentralGravity, GravityGradient, PointMass};
+use slewkit_files::spec::{self, Format, Loaded, Spec, SpecDocument};
 
 /// Spec → maneuver → spec → maneuver: the debug form shows every number of the maneuver to its last bit.
 fn comes_back(loaded: &Loaded, name: &str) -> SpecDocument {

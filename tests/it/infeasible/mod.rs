@@ -4,7 +4,7 @@ mod bounds;
 mod never_denied;
 mod wheels_and_cones;
 
-use crate::common::Random;
+use evidence::Random;
 use slewkit::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
 use slewkit::maneuver::infeasible::{Proof, proof};
 use slewkit::maneuver::problem::{Problem, Scheme, State};

@@ -1,6 +1,6 @@
 //! Environments: derivatives against dual numbers, reference vectors, limits, rejected input.
 
-use crate::common::{Random, difference, largest, list, matrix, matrix3, number, reference, vector};
+use evidence::{Random, difference, largest, list, matrix, matrix3, number, reference, vector};
 use nalgebra::{SMatrix, SVector};
 use num_dual::{Dual, Dual64, DualNum};
 use slewkit::lie::hat;

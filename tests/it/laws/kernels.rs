@@ -1,6 +1,6 @@
 //! Laws, derivatives and reference vectors of the SO(3) kernels.
 
-use crate::common::{Random, difference, list, matrix3, reference, vector};
+use evidence::{Random, difference, list, matrix3, reference, vector};
 use num_dual::DualSVec64;
 use slewkit::lie::*;
 use slewkit::{Matrix3, Vector3};

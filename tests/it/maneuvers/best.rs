@@ -1,6 +1,6 @@
 //! The default answer is the best one: minima only, symmetric problems alike, the way round as asked.
 
-use crate::common::Random;
+use evidence::Random;
 use nalgebra::DMatrix;
 use slewkit::maneuver::{Outcome, Path, Problem, SecondOrder, Sense, Settings, Solution, State, Weights};
 use slewkit::mechanics::environment::UniformGravity;

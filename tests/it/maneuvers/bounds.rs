@@ -1,7 +1,7 @@
 //! What the planner does at its bounds: stops when told, refuses what makes no sense, never lies.
 
 use super::support::{rest_to_rest, solved, weighted};
-use crate::common::Random;
+use evidence::Random;
 use slewkit::maneuver::problem::{Path, Problem, Scheme, State};
 use slewkit::maneuver::settings::Settings;
 use slewkit::maneuver::solution::Outcome;

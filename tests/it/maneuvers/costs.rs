@@ -2,13 +2,12 @@
 
 use super::support::{full_body, planned, rest_to_rest};
 use serde_json::Value;
-use slewkit::lie;
 use slewkit::maneuver::problem::{Path, Problem, Scheme, State};
 use slewkit::maneuver::settings::Settings;
 use slewkit::maneuver::solution::Outcome;
 use slewkit::optimize::search::solve;
 use slewkit::plan::{Guess, Silent};
-use slewkit::{Matrix3, Vector3};
+use slewkit::{Matrix3, Vector3, lie};
 
 #[test]
 fn rest_to_rest_costs_from_30_to_179_degrees_are_the_published_ones() {

@@ -1,7 +1,7 @@
 //! Least effort where a second has a price: references of another program, the law of rest to rest, and honesty.
 
 use super::minimum_time::{CUBE, at, body, solved, torques};
-use crate::common::Turning;
+use evidence::Turning;
 use slewkit::maneuver::{Objective, Problem, Settings, State, Weights};
 use slewkit::mechanics::environment::{GravityGradient, UniformGravity};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia};

@@ -1,7 +1,7 @@
 //! What must not matter: units, order of work, threads, the direction of time, the reference frame.
 
 use super::support::{assert_close, full_body, full_inertia, rest_to_rest, solved, weighted};
-use crate::common::Random;
+use evidence::Random;
 use nalgebra::{DMatrix, DVector};
 use slewkit::maneuver::objective::Weights;
 use slewkit::maneuver::problem::{Path, Problem, Scheme, State};

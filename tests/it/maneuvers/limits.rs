@@ -2,9 +2,8 @@
 
 use super::dense::Dense;
 use super::support::{assert_close, full_body, rest_to_rest, weighted};
-use crate::common::Random;
+use evidence::Random;
 use nalgebra::{DMatrix, DVector};
-use slewkit::lie;
 use slewkit::maneuver::constraint::{Constraint, Rule};
 use slewkit::maneuver::objective::Weights;
 use slewkit::maneuver::problem::{Path, Problem, Scheme, State};
@@ -15,7 +14,7 @@ use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::mechanics::environment::UniformGravity;
 use slewkit::optimize::search::{polish, solve};
 use slewkit::plan::{Guess, Plan, PlanError, Silent, Status, plan};
-use slewkit::{Matrix3, Vector3};
+use slewkit::{Matrix3, Vector3, lie};
 
 fn settings() -> Settings {
     Settings { method: Method::Shooting, ..Settings::default() }

@@ -1,9 +1,9 @@
 //! Every law on some maneuver of every kind; thousands by `cargo run --release --example metamorphic -- COUNT`.
 
-use crate::common::Random;
-use crate::common::metamorphic::{LAWS, Planned, complaint};
-use crate::common::random_specs::{RandomSpec, random_spec, random_switching_spec};
-use slewkit::files::spec::{Format, from_str};
+use evidence::Random;
+use evidence::metamorphic::{LAWS, Planned, complaint};
+use evidence::random_specs::{RandomSpec, random_spec, random_switching_spec};
+use slewkit_files::spec::{Format, from_str};
 
 #[test]
 fn plans_keep_the_laws_between_maneuvers() {

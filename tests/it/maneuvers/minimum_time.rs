@@ -220,7 +220,7 @@ fn what_cannot_be_planned_in_minimum_time_is_refused() {
     assert!(matches!(plan(&problem, &scp, None, &mut Silent), Err(PlanError::Unsuited { .. })));
 }
 
-/// The best durations that were published, in three digits: `examples/minimum_time/ORIGIN.md`; all 1500 by
+/// The best durations that were published, in three digits: `evidence/public_set/ORIGIN.md`; all 1500 by
 /// `cargo run --release --example minimum_time`. The first ones of each kind, then those with singular arcs which smoothing
 /// leaves longer, of one of which the branch ends before smoothing does.
 #[test]
@@ -231,7 +231,7 @@ fn published_cases_are_solved_and_not_longer() {
         ("asymmetric", [1.0, 2.0, 3.0], &[0, 1, 2, 175]),
     ];
     for (name, moments, cases) in kinds {
-        let path = format!("{}/examples/minimum_time/{name}.csv", env!("CARGO_MANIFEST_DIR"));
+        let path = format!("{}/../../evidence/public_set/{name}.csv", env!("CARGO_MANIFEST_DIR"));
         let text = std::fs::read_to_string(path).unwrap();
         let lines: Vec<&str> = text.lines().skip(1).collect();
         for case in cases {

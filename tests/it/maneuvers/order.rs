@@ -14,10 +14,9 @@ use differential_equations::methods::ExplicitRungeKutta;
 use differential_equations::prelude::*;
 use nalgebra::{SMatrix, SVector};
 use serde_json::Value;
-use slewkit::lie;
 use slewkit::maneuver::problem::{Path, Problem, Scheme, State};
 use slewkit::mechanics::environment::{Pose, UniformGravity};
-use slewkit::{Matrix3, Vector3};
+use slewkit::{Matrix3, Vector3, lie};
 
 const WEIGHT: [f64; 3] = [1.0, 2.0, 0.5];
 

@@ -2,14 +2,14 @@
 
 use super::minimum_fuel::thrusters;
 use super::minimum_time::{CUBE, at, body, moving, solved, torques};
-use crate::common::random_specs::random::Random;
-use slewkit::files::spec::{self, Format, SpecDocument};
+use evidence::Random;
 use slewkit::maneuver::solution::Trajectory;
 use slewkit::maneuver::{Fuel, Objective, Outcome, Problem, Settings, State, Structure, Switching};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
 use slewkit::plan::{Silent, Status, plan};
 use slewkit::verify::verify;
 use slewkit::{Matrix3, Vector3, lie};
+use slewkit_files::spec::{self, Format, SpecDocument};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// The same maneuver with a shortest pulse.

@@ -1,6 +1,5 @@
 //! What the planner's tests share.
 
-use slewkit::lie;
 use slewkit::maneuver::objective::Weights;
 use slewkit::maneuver::problem::{Problem, State};
 use slewkit::maneuver::settings::Settings;
@@ -8,7 +7,7 @@ use slewkit::maneuver::solution::{Outcome, Solution};
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::optimize::search::solve;
 use slewkit::plan::{Plan, Silent, Status, plan};
-use slewkit::{Matrix3, Vector3};
+use slewkit::{Matrix3, Vector3, lie};
 
 /// The full inertia of the reference files.
 pub fn full_inertia() -> Inertia {

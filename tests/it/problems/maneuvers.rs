@@ -1,15 +1,15 @@
 //! Every shipped problem planned as a user would, against numbers that nobody here computed with this crate.
 
-use slewkit::files::spec::{self, Expect, Format, Loaded, Spec};
 use slewkit::maneuver::problem::Problem;
 use slewkit::maneuver::settings::Settings;
 use slewkit::plan::{Plan, PlanError, Silent, Status, plan};
+use slewkit_files::spec::{self, Expect, Format, Loaded, Spec};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// The maneuvers among the files of `problems/`, in order of their names; `simulations.rs` runs the others.
 fn files() -> Vec<PathBuf> {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/problems");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems");
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
         .unwrap_or_else(|error| panic!("{folder}: {error}"))
         .map(|entry| entry.expect("an entry of the folder").path())
@@ -22,7 +22,7 @@ fn files() -> Vec<PathBuf> {
 
 /// The shipped problem of this name.
 fn problem(name: &str) -> Loaded {
-    let path = PathBuf::from(format!("{}/problems/{name}.toml", env!("CARGO_MANIFEST_DIR")));
+    let path = PathBuf::from(format!("{}/../../problems/{name}.toml", env!("CARGO_MANIFEST_DIR")));
     spec::read(&path, &[]).unwrap_or_else(|errors| panic!("{errors}"))
 }
 

@@ -1,6 +1,5 @@
 //! Every shipped simulation run as a user would, against closed forms and other programs' numbers.
 
-use slewkit::files::spec::{self, Format, LoadedSimulation, Oscillation, Precession, SimulationExpect, Spec};
 use slewkit::maneuver::problem::{Problem, State};
 use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
 use slewkit::mechanics::body::{Body, Inertia};
@@ -9,6 +8,7 @@ use slewkit::propagate::integrator::{Kind, Quadrature};
 use slewkit::propagate::simulate::{BodyState, Observer, Simulation, SimulationError, SimulationRow};
 use slewkit::verify::propagation::{Propagation, Propagator, propagate};
 use slewkit::{Matrix3, Vector3, lie};
+use slewkit_files::spec::{self, Format, LoadedSimulation, Oscillation, Precession, SimulationExpect, Spec};
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -16,7 +16,7 @@ use std::time::Instant;
 
 /// The simulations among the files of `problems/`, in order of their names.
 fn simulations() -> Vec<(String, LoadedSimulation)> {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/problems");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems");
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
         .unwrap_or_else(|error| panic!("{folder}: {error}"))
         .map(|entry| entry.expect("an entry of the folder").path())
@@ -185,7 +185,7 @@ fn every_shipped_simulation_comes_to_what_it_expects() {
 #[test]
 fn every_shipped_simulation_says_what_it_is_for_and_where_its_numbers_come_from() {
     for (name, loaded) in simulations() {
-        let path = format!("{}/problems/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let path = format!("{}/../../problems/{name}.toml", env!("CARGO_MANIFEST_DIR"));
         let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"));
         let comment = text.lines().take_while(|line| line.starts_with("# ")).count();
         assert!(comment >= 2, "{name}: no opening comment");

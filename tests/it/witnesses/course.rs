@@ -1,13 +1,13 @@
 //! The way of the witnesses, step by step, has the extremes that their verdict states.
 
-use slewkit::files::spec;
 use slewkit::maneuver::Problem;
 use slewkit::plan::{Plan, Silent, plan};
 use slewkit::verify::{WitnessError, course};
+use slewkit_files::spec;
 use std::path::Path;
 
 fn planned(file: &str) -> (Problem, Plan) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("problems").join(file);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../problems").join(file);
     let loaded = spec::read(&path, &[]).unwrap();
     let plan = plan(&loaded.problem, &loaded.settings, None, &mut Silent).unwrap();
     (loaded.problem, plan)

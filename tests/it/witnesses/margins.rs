@@ -1,6 +1,6 @@
 //! Margins against dense sampling, closed forms and independent arithmetic.
 
-use crate::common::{Random, Turning};
+use evidence::{Random, Turning};
 use slewkit::maneuver::constraint::{
     Arc, Constraint, Direction, Pointing, Rule, Side, Target, angle_between,
 };

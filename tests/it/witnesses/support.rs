@@ -1,6 +1,9 @@
 //! Problems, plans and fields of their own for the tests of the witnesses.
 
-pub use crate::common::{Random, list, matrix3, number, numbers, reference, vector};
+pub use evidence::{Random, list, matrix3, number, numbers, reference, vector};
+pub use slewkit::Matrix3;
+pub use slewkit::Vector3;
+pub use slewkit::lie;
 pub use slewkit::maneuver::problem::{Problem, Scheme, State};
 pub use slewkit::maneuver::solution::Trajectory;
 pub use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
@@ -9,7 +12,6 @@ pub use slewkit::mechanics::environment::{Blocks, Environment, Pose, Wrench};
 pub use slewkit::propagate::simulate::SimulationRow;
 pub use slewkit::verify::propagation::{Propagation, Propagator, propagate};
 pub use slewkit::verify::{Verification, WitnessError, replay, verify, verify_until};
-pub use slewkit::{Matrix3, Vector3, lie};
 pub use std::f64::consts::PI;
 pub use std::ops::ControlFlow;
 

@@ -1,6 +1,6 @@
 //! The witnesses with reaction wheels: closed forms, the discrete Lagrangian, conservation, convergence.
 
-use crate::common::Random;
+use evidence::Random;
 use slewkit::maneuver::problem::{Problem, Scheme, State};
 use slewkit::maneuver::solution::Trajectory;
 use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};

@@ -1,0 +1,73 @@
+//! A folder of specs: one case a file.
+
+use super::{Fingerprint, MAX_CASES};
+use crate::batch::error::shown;
+use crate::batch::{BatchError, Case};
+use crate::spec::MAX_BYTES;
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// The names of its specs, sorted.
+#[derive(Debug)]
+pub(super) struct Folder {
+    path: PathBuf,
+    names: Vec<String>,
+}
+
+impl Folder {
+    /// The files of `path` that end in `.toml` or `.json`, in the order of the bytes of their names, and the hash of
+    /// their names and contents.
+    pub fn open(path: &Path, mut fingerprint: Fingerprint) -> Result<(Self, Fingerprint), BatchError> {
+        let unreadable = |error| BatchError::unreadable(path, &error);
+        let mut names = Vec::new();
+        for entry in fs::read_dir(path).map_err(unreadable)? {
+            let entry = entry.map_err(unreadable)?;
+            let file = entry.path();
+            let ending = file.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+            if !matches!(ending.as_deref(), Some("toml" | "json")) || file.is_dir() {
+                continue;
+            }
+            match entry.file_name().into_string() {
+                Ok(name) => names.push(name),
+                Err(_) => {
+                    let reason = format!("{}: the name is not UTF-8", shown(&file));
+                    return Err(BatchError::file("E0116", reason, "rename the file"));
+                }
+            }
+        }
+        if names.is_empty() {
+            let reason = format!("{}: the folder holds no spec", shown(path));
+            return Err(BatchError::file("E0116", reason, "specs end in .toml or .json"));
+        }
+        if names.len() as u64 > MAX_CASES {
+            let reason = format!("{}: {} specs, the limit is {MAX_CASES}", shown(path), names.len());
+            return Err(BatchError::file("E0034", reason, "use several folders"));
+        }
+        names.sort_unstable();
+        for name in &names {
+            let file = path.join(name);
+            let mut content = Vec::new();
+            // One that is too long, or cannot be read, is told when its turn comes.
+            if let Ok(input) = File::open(&file) {
+                let _ = input.take(MAX_BYTES as u64 + 1).read_to_end(&mut content);
+            }
+            fingerprint = fingerprint.and(name.as_bytes()).and(&content);
+        }
+        Ok((Self { path: path.into(), names }, fingerprint))
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    pub fn count(&self) -> u64 {
+        self.names.len() as u64
+    }
+
+    /// The case of this number, which is one of the folder.
+    pub fn case(&self, number: u64) -> Case {
+        let name = self.names[number as usize - 1].clone();
+        Case { number, spec: Some(self.path.join(&name)), name: Some(name), set: Vec::new() }
+    }
+}

@@ -1,0 +1,206 @@
+//! Where cases come from: a table, a folder, a grid, random draws. All give the same: a number, a name, keys that are set.
+
+mod draws;
+mod folder;
+mod grid;
+mod rows;
+mod table;
+
+pub use grid::Axis;
+
+use super::fingerprint::Fingerprint;
+use super::{BatchError, Case, Header, Kind, Shard};
+use crate::spec::{Base, Diagnostics, Format, Loaded, MOST_CASES, Override, escape, read_as};
+use draws::Draws;
+use folder::Folder;
+use grid::Grid;
+use std::path::Path;
+use table::Table;
+
+/// Most cases of one batch: what is kept of each for the summary is some bytes.
+pub const MAX_CASES: u64 = MOST_CASES as u64;
+
+/// Cases that can be counted, and given one after the other.
+#[derive(Debug)]
+enum Source {
+    Table(Table),
+    Folder(Folder),
+    Grid(Grid),
+    Draws(Draws),
+}
+
+/// A base spec and the cases that change it, or a folder of specs.
+#[derive(Debug)]
+pub struct Batch {
+    base: Option<Base>,
+    /// Set in every case, where there is no base.
+    overrides: Vec<Override>,
+    source: Source,
+    /// The header of the results, of all cases.
+    header: Header,
+}
+
+/// Cases in their order.
+pub type Stream<'a> = Box<dyn Iterator<Item = Result<Case, BatchError>> + Send + 'a>;
+
+impl Batch {
+    /// One case for each row of the table at `path`: comma-separated, its head has dotted keys of the spec. A column
+    /// `name` names the cases, an empty cell leaves its key as the spec has it.
+    ///
+    /// # Errors
+    /// The file; keys that a spec does not have; rows, values and names that are wrong, with their places.
+    pub fn of_table(base: Base, path: &Path) -> Result<Self, BatchError> {
+        let (table, cases, fingerprint) = Table::open(path, &base, of_base(&base))?;
+        let keys = table.keys();
+        Self::new(Some(base), Vec::new(), Source::Table(table), Kind::Table, cases, keys, fingerprint)
+    }
+
+    /// One case for each spec in a folder, in the order of their names; `overrides` hold for all.
+    ///
+    /// # Errors
+    /// The folder, or one of its files.
+    pub fn of_folder(path: &Path, overrides: Vec<Override>) -> Result<Self, BatchError> {
+        let set = overrides.iter().flat_map(|set| [set.path(), set.value()]);
+        let begun = set.fold(Fingerprint::of_program(), |found, text| found.and(text.as_bytes()));
+        let (folder, fingerprint) = Folder::open(path, begun)?;
+        let cases = folder.count();
+        Self::new(None, overrides, Source::Folder(folder), Kind::Folder, cases, vec![], fingerprint)
+    }
+
+    /// One case for each point of a grid. The first axis changes slowest, the last fastest.
+    ///
+    /// # Errors
+    /// Keys that a spec does not have, values that are none of theirs, too many points.
+    pub fn of_grid(base: Base, axes: Vec<Axis>) -> Result<Self, BatchError> {
+        let grid = Grid::new(axes, &base)?;
+        let keys = grid.keys();
+        let texts = grid.texts().fold(of_base(&base), |found, text| found.and(text.as_bytes()));
+        let cases = grid.count();
+        Self::new(Some(base), Vec::new(), Source::Grid(grid), Kind::Sweep, cases, keys, texts)
+    }
+
+    /// One case for each draw of the `[dispersion]` of the spec.
+    ///
+    /// # Errors
+    /// The spec, or what is uncertain in it.
+    pub fn of_dispersion(base: Base) -> Result<Self, BatchError> {
+        let Some(dispersion) = base.read(&[])?.dispersion else {
+            let reason = format!("{}: the spec does not say what is uncertain", escape(base.name()));
+            let remedy =
+                "add [dispersion] with seed, cases and [[dispersion.vary]], as `slew help monte-carlo` shows";
+            return Err(BatchError::argument("E0160", reason, remedy));
+        };
+        let (fingerprint, cases, draws) = (of_base(&base), dispersion.cases, Draws(dispersion));
+        let (base, keys) = (base.without_dispersion(), draws.keys());
+        Self::new(Some(base), Vec::new(), Source::Draws(draws), Kind::MonteCarlo, cases, keys, fingerprint)
+    }
+
+    fn new(
+        base: Option<Base>,
+        overrides: Vec<Override>,
+        source: Source,
+        kind: Kind,
+        cases: u64,
+        keys: Vec<String>,
+        fingerprint: Fingerprint,
+    ) -> Result<Self, BatchError> {
+        let path = match (&base, &source) {
+            (Some(base), _) => Path::new(base.name()),
+            (None, Source::Folder(folder)) => folder.path(),
+            (None, _) => Path::new(""),
+        };
+        let spec =
+            path.file_name().map_or(path.to_string_lossy(), |name| name.to_string_lossy()).into_owned();
+        let header = Header {
+            slew_results: Header::FORMAT,
+            generator: concat!("slewkit ", env!("CARGO_PKG_VERSION")).into(),
+            kind,
+            spec,
+            cases,
+            keys,
+            fingerprint: fingerprint.text(),
+            times: false,
+            shard: None,
+        };
+        Ok(Self { base, overrides, source, header })
+    }
+
+    /// How many cases there are.
+    pub fn count(&self) -> u64 {
+        self.header.cases
+    }
+
+    /// The header of the results of a shard; `times`: lines hold wall times.
+    pub fn header(&self, shard: Shard, times: bool) -> Header {
+        Header { shard: (shard != Shard::ALL).then_some(shard), times, ..self.header.clone() }
+    }
+
+    /// The cases of a shard but for the first `done` of them.
+    ///
+    /// # Errors
+    /// The table cannot be read any more.
+    pub fn stream(&self, shard: Shard, done: u64) -> Result<Stream<'_>, BatchError> {
+        let left = (done..shard.count(self.count())).map(move |place| shard.case(place));
+        Ok(match &self.source {
+            Source::Grid(grid) => Box::new(left.map(|number| Ok(grid.case(number)))),
+            Source::Draws(draws) => Box::new(left.map(|number| draws.case(number))),
+            Source::Folder(folder) => Box::new(left.map(|number| Ok(folder.case(number)))),
+            Source::Table(table) => {
+                let first = shard.case(done);
+                let wanted = move |case: &Result<Case, BatchError>| {
+                    case.as_ref().map_or(true, |case| case.number >= first && shard.has(case.number))
+                };
+                Box::new(table.cases()?.filter(wanted))
+            }
+        })
+    }
+
+    /// The case of this number.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn case(&self, number: u64) -> Result<Case, BatchError> {
+        let none = || {
+            let reason = format!("--case: there is no case {number}");
+            BatchError::argument("E0111", reason, format!("cases are numbered from 1 to {}", self.count()))
+        };
+        if number == 0 || number > self.count() {
+            return Err(none());
+        }
+        self.stream(Shard::ALL, number - 1)?.next().unwrap_or_else(|| Err(none()))
+    }
+
+    /// The maneuver of a case.
+    ///
+    /// # Errors
+    /// Everything that is wrong with its spec.
+    pub fn read(&self, case: &Case) -> Result<Loaded, Diagnostics> {
+        match (&self.base, &case.spec) {
+            (Some(base), None) => base.read(&case.set),
+            (_, Some(path)) => read_as(path, Format::of(path), &self.overrides),
+            // A case without a spec of its own has the base; there is no batch without both.
+            (None, None) => Err(Diagnostics(Vec::new())),
+        }
+    }
+}
+
+fn of_base(base: &Base) -> Fingerprint {
+    base.texts().fold(Fingerprint::of_program(), |found, text| found.and(text.as_bytes()))
+}
+
+/// Refuses two keys of which one is set by the other too.
+fn check_distinct(keys: &[String], what: &str) -> Result<(), BatchError> {
+    for (index, key) in keys.iter().enumerate() {
+        let inside = |other: &&String| **other == *key || other.starts_with(&format!("{key}."));
+        let mut others = keys[..index].iter().chain(&keys[index + 1..]);
+        if let Some(other) = others.find(inside) {
+            let reason = if other == key {
+                format!("{what}: `{key}` is set twice")
+            } else {
+                format!("{what}: `{key}` also sets `{other}`, which is set by itself")
+            };
+            return Err(BatchError::argument("E0011", reason, "set each key once"));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,149 @@
+//! A table of cases: the head names keys, each row is a case.
+//!
+//! It is read twice: once whole, so that a slip in row 9000 is told before the first case is planned, and once as a
+//! stream. Only the names are held in memory.
+
+use super::rows::{Row, Rows};
+use super::{Fingerprint, MAX_CASES, check_distinct};
+use crate::batch::{BatchError, Case};
+use crate::spec::{Base, Diagnostics, Override};
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+
+/// The column that names the cases.
+const NAME: &str = "name";
+/// Longest name, as of a spec.
+const LONGEST_NAME: usize = 200;
+/// More findings help nobody.
+const MOST_FINDINGS: usize = 100;
+
+/// A table that has been checked.
+#[derive(Debug)]
+pub(super) struct Table {
+    path: PathBuf,
+    /// Keys by column.
+    columns: Vec<String>,
+    /// How many cases it has, and its hash before and after all that was read.
+    count: u64,
+    hashes: [Fingerprint; 2],
+}
+
+impl Table {
+    /// Reads all of the table at `path` once: its keys, the number of its rows and the hash of its bytes.
+    pub fn open(
+        path: &Path,
+        base: &Base,
+        begun: Fingerprint,
+    ) -> Result<(Self, u64, Fingerprint), BatchError> {
+        let mut rows = Rows::open(path, begun)?;
+        let Some(head) = rows.next()? else {
+            let remedy = "write a head with keys, as in `name,maneuver.duration_s`, then a row for each case";
+            return Err(rows.refuse(None, "E0116", "there are no cases: the file is empty".into(), remedy));
+        };
+        let columns: Vec<String> = head.cells.iter().map(|cell| cell.text.clone()).collect();
+        let mut findings = Vec::new();
+        for cell in head.cells.iter().filter(|cell| cell.text != NAME) {
+            let at = rows.origin(&head, cell);
+            findings
+                .extend(base.check_key(&cell.text, Some(&at)).err().into_iter().flat_map(|found| found.0));
+        }
+        if !findings.is_empty() {
+            return Err(Diagnostics(findings).into());
+        }
+        let mut table = Self { path: path.into(), columns, count: 0, hashes: [begun; 2] };
+        check_distinct(&table.columns, &rows.origin(&head, &head.cells[0]).file)?;
+        let (mut count, mut names) = (0, HashSet::new());
+        while let Some(row) = rows.next()? {
+            count += 1;
+            if count > MAX_CASES {
+                let reason = format!("more than {MAX_CASES} cases");
+                return Err(rows.refuse(Some(&row), "E0034", reason, "use several tables"));
+            }
+            let case = table.case(count, &row, &rows)?;
+            for set in &case.set {
+                findings.extend(base.check_value(set).err().into_iter().flat_map(|found| found.0));
+            }
+            if let Some(name) = case.name
+                && !names.insert(name.clone().into_boxed_str())
+            {
+                let reason = format!("the name `{}` is that of two cases", crate::spec::escape(&name));
+                return Err(rows.refuse(Some(&row), "E0011", reason, "give each case a name of its own"));
+            }
+            if findings.len() >= MOST_FINDINGS {
+                break;
+            }
+        }
+        if !findings.is_empty() {
+            findings.truncate(MOST_FINDINGS);
+            return Err(Diagnostics(findings).into());
+        }
+        if count == 0 {
+            let reason = "there are no cases: the table is nothing but its head".into();
+            return Err(rows.refuse(Some(&head), "E0116", reason, "write a row for each case"));
+        }
+        (table.count, table.hashes[1]) = (count, rows.fingerprint());
+        let hash = table.hashes[1];
+        Ok((table, count, hash))
+    }
+
+    /// The keys that it sets.
+    pub fn keys(&self) -> Vec<String> {
+        self.columns.iter().filter(|column| *column != NAME).cloned().collect()
+    }
+
+    /// Its cases, read from the file anew. Of one that has changed since it was opened the last case is an error.
+    pub fn cases(&self) -> Result<impl Iterator<Item = Result<Case, BatchError>> + Send, BatchError> {
+        let mut rows = Rows::open(&self.path, self.hashes[0])?;
+        rows.next()?;
+        let mut number = 0;
+        Ok(std::iter::from_fn(move || {
+            if number == self.count {
+                return None;
+            }
+            number += 1;
+            Some(self.read(number, &mut rows))
+        }))
+    }
+
+    /// The next case of a reading.
+    fn read(&self, number: u64, rows: &mut Rows) -> Result<Case, BatchError> {
+        let Some(row) = rows.next()? else { return Err(changed(rows)) };
+        let case = self.case(number, &row, rows)?;
+        if number == self.count {
+            let more = rows.next()?.is_some();
+            if more || rows.fingerprint() != self.hashes[1] {
+                return Err(changed(rows));
+            }
+        }
+        Ok(case)
+    }
+
+    fn case(&self, number: u64, row: &Row, rows: &Rows) -> Result<Case, BatchError> {
+        let (found, wanted) = (row.cells.len(), self.columns.len());
+        if found != wanted {
+            let reason = format!("the row has {found} cells, the head has {wanted}");
+            let remedy = "write one cell a column; a list such as [1, 2, 3] stands between quotes";
+            return Err(rows.refuse(Some(row), "E0116", reason, remedy));
+        }
+        let mut case = Case { number, name: None, set: Vec::new(), spec: None };
+        for (column, cell) in self.columns.iter().zip(&row.cells).filter(|(_, cell)| !cell.text.is_empty()) {
+            if column == NAME {
+                if cell.text.chars().count() > LONGEST_NAME {
+                    let reason = format!("a name is longer than {LONGEST_NAME} characters");
+                    return Err(rows.refuse(Some(row), "E0034", reason, "shorten it"));
+                }
+                case.name = Some(cell.text.clone());
+                continue;
+            }
+            let set = Override::new(column, &cell.text)
+                .map_err(|reason| rows.refuse(Some(row), "E0116", reason, "shorten the cell"))?;
+            case.set.push(set.at(rows.origin(row, cell)));
+        }
+        Ok(case)
+    }
+}
+
+fn changed(rows: &Rows) -> BatchError {
+    let reason = "the table has changed while its cases were planned: results of both are in one file".into();
+    rows.refuse(None, "E0112", reason, "run it once more with --force, and leave the table as it is")
+}

@@ -1,0 +1,81 @@
+//! Why a batch cannot be begun or go on. What is wrong with one case is a result, not an error.
+
+use crate::export::{ExportError, FileError};
+use crate::spec::{Diagnostics, escape};
+use std::io;
+use std::path::Path;
+use thiserror::Error;
+
+/// Why a batch cannot be begun or go on.
+#[derive(Debug, Error)]
+pub enum BatchError {
+    /// The spec, or the table of cases; with line, reason and remedy.
+    #[error("{0}")]
+    Spec(#[from] Diagnostics),
+    /// What was asked for is impossible, as shard 5 of 4.
+    #[error("{reason}")]
+    Argument {
+        /// Stable code.
+        code: &'static str,
+        /// What is wrong.
+        reason: String,
+        /// What to do next.
+        remedy: String,
+    },
+    /// A file of cases or results.
+    #[error("{reason}")]
+    File {
+        /// Stable code.
+        code: &'static str,
+        /// What is wrong.
+        reason: String,
+        /// What to do next.
+        remedy: String,
+    },
+    /// The stream that results go to has been closed by its reader.
+    #[error("nobody reads the results any more")]
+    Closed,
+}
+
+impl BatchError {
+    /// An argument that cannot be met.
+    pub(super) fn argument(code: &'static str, reason: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::Argument { code, reason: reason.into(), remedy: remedy.into() }
+    }
+
+    /// A file that cannot be used.
+    pub(super) fn file(code: &'static str, reason: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::File { code, reason: reason.into(), remedy: remedy.into() }
+    }
+
+    /// A file that cannot be read.
+    pub(super) fn unreadable(path: &Path, error: &io::Error) -> Self {
+        Self::file("E0090", format!("cannot read {}: {error}", shown(path)), "check the path")
+    }
+
+    /// A file of results that cannot be written to its end.
+    pub(super) fn unwritable(path: &Path, error: &io::Error) -> Self {
+        let reason = format!("writing {} failed, what was finished is kept: {error}", shown(path));
+        Self::file("E0097", reason, "free some space; the same command then continues")
+    }
+}
+
+impl From<FileError> for BatchError {
+    fn from(error: FileError) -> Self {
+        Self::file(error.code(), error.to_string(), error.remedy())
+    }
+}
+
+impl From<ExportError> for BatchError {
+    fn from(error: ExportError) -> Self {
+        match error {
+            ExportError::File(error) => error.into(),
+            other => Self::file(other.code(), other.to_string(), other.remedy()),
+        }
+    }
+}
+
+/// A path for messages.
+pub(super) fn shown(path: &Path) -> String {
+    escape(&path.to_string_lossy())
+}

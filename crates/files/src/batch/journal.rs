@@ -1,0 +1,178 @@
+//! The file of results: written line by line, and continued where it was left.
+//!
+//! A line is there when its line break is. What a kill left of a line is cut off when the file is continued; every
+//! other line is read and checked, so that no case is lost, doubled or of another batch.
+
+use super::error::shown;
+use super::results::{Line, Lines, damaged, no_results, read_header, read_result};
+use super::{BatchError, CaseResult, Header, Shard};
+use crate::export::{ExportError, Target};
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{self, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+/// A file of results that is being written. Another process that would write it is refused for as long as this lives.
+#[derive(Debug)]
+pub struct Journal {
+    path: PathBuf,
+    file: File,
+    /// Bytes that are whole lines.
+    whole: u64,
+}
+
+/// What a file of results held when it was opened.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Found {
+    /// Results that are there.
+    pub done: u64,
+    /// Bytes of a line without its end, which were cut off.
+    pub torn: u64,
+}
+
+impl Journal {
+    /// Opens the file at `path` for the results of `header`: a new one, or one that has some of them. Each result that
+    /// is there goes to `take`. `anew` throws away whatever the file holds.
+    ///
+    /// # Errors
+    /// A file of another batch, one that is damaged, in use, or cannot be written.
+    pub fn open(
+        path: &Path,
+        header: &Header,
+        anew: bool,
+        take: &mut dyn FnMut(&CaseResult),
+    ) -> Result<(Self, Found), BatchError> {
+        // Name and folder as of any output.
+        Target::new(path, true)?;
+        let failed = |error| BatchError::unwritable(path, &error);
+        let create = |error: io::Error| {
+            let reason = format!("cannot open {} for writing: {error}", shown(path));
+            BatchError::file("E0096", reason, "choose another folder, or ask for the right to write there")
+        };
+        let mut options = OpenOptions::new();
+        let mut file =
+            options.read(true).write(true).create(true).truncate(false).open(path).map_err(create)?;
+        // A system that has no locks does without.
+        if let Err(TryLockError::WouldBlock) = file.try_lock() {
+            let reason = format!("{} is being written by another process", shown(path));
+            return Err(BatchError::file("E0118", reason, "wait for it, or give another file"));
+        }
+        if anew {
+            file.set_len(0).map_err(failed)?;
+        }
+        let mut first = serde_json::to_string(header).map_err(ExportError::from)?;
+        first.push('\n');
+        let (found, whole) = check(path, &mut file, header, &first, take)?;
+        file.set_len(whole).map_err(failed)?;
+        file.seek(SeekFrom::Start(whole)).map_err(failed)?;
+        let mut journal = Self { path: path.into(), file, whole };
+        if whole == 0 {
+            journal.append(&first)?;
+        }
+        Ok((journal, found))
+    }
+
+    /// Adds a result.
+    ///
+    /// # Errors
+    /// The disk. What the file holds are whole lines all the same, where the system allows to cut the rest.
+    pub fn line(&mut self, line: &str) -> Result<(), BatchError> {
+        let mut text = String::with_capacity(line.len() + 1);
+        text.push_str(line);
+        text.push('\n');
+        self.append(&text)
+    }
+
+    fn append(&mut self, text: &str) -> Result<(), BatchError> {
+        if let Err(error) = self.file.write_all(text.as_bytes()) {
+            // On a full disk a part of the line may stand there. The next run cuts it off in any case.
+            let _ = self.file.set_len(self.whole);
+            return Err(BatchError::unwritable(&self.path, &error));
+        }
+        self.whole += text.len() as u64;
+        Ok(())
+    }
+
+    /// Waits until all of it is on the disk.
+    ///
+    /// # Errors
+    /// The disk.
+    pub fn close(self) -> Result<(), BatchError> {
+        self.file.sync_all().map_err(|error| BatchError::unwritable(&self.path, &error))
+    }
+}
+
+/// What the file holds of the batch of `header`, and up to which byte.
+fn check(
+    path: &Path,
+    file: &mut File,
+    header: &Header,
+    first: &str,
+    take: &mut dyn FnMut(&CaseResult),
+) -> Result<(Found, u64), BatchError> {
+    let mut lines = Lines::new(path, file);
+    let head = match lines.next()? {
+        None => return Ok((Found::default(), 0)),
+        // Killed while the first line was written: nothing is lost.
+        Some(Line::Torn(text)) if first.as_bytes().starts_with(&text) => {
+            return Ok((Found { done: 0, torn: text.len() as u64 }, 0));
+        }
+        Some(Line::Torn(_)) => return Err(no_results(path)),
+        Some(Line::Whole(text)) => text,
+    };
+    let found: Header = read_header(path, &head)?;
+    if found != *header {
+        return Err(another(path, &found, header));
+    }
+    let (mut whole, mut done) = (head.len() as u64, 0);
+    let shard = header.shard.unwrap_or(Shard::ALL);
+    loop {
+        match lines.next()? {
+            None => return Ok((Found { done, torn: 0 }, whole)),
+            Some(Line::Torn(text)) => return Ok((Found { done, torn: text.len() as u64 }, whole)),
+            Some(Line::Whole(text)) => {
+                let result = read_result(path, &text, lines.number)?;
+                let expected = shard.case(done);
+                if result.case != expected || done >= shard.count(header.cases) {
+                    return Err(damaged(
+                        path,
+                        lines.number,
+                        &format!("it is case {}, not {expected}", result.case),
+                    ));
+                }
+                take(&result);
+                done += 1;
+                whole += text.len() as u64;
+            }
+        }
+    }
+}
+
+/// What differs between the results that are there and those that are to come.
+fn another(path: &Path, found: &Header, wanted: &Header) -> BatchError {
+    let told = |shard: Option<Shard>| shard.map_or("all cases".to_string(), |shard| format!("shard {shard}"));
+    let why = if found.generator != wanted.generator {
+        format!("{} wrote them, this is {}", found.generator, wanted.generator)
+    } else if found.kind != wanted.kind || found.keys != wanted.keys || found.cases != wanted.cases {
+        format!(
+            "they are of {} cases over {}, not {} over {}",
+            found.cases,
+            of(found),
+            wanted.cases,
+            of(wanted)
+        )
+    } else if found.fingerprint != wanted.fingerprint {
+        "the spec, a key set on the command line, or a case is another".into()
+    } else if found.shard != wanted.shard {
+        format!("they are of {}, not of {}", told(found.shard), told(wanted.shard))
+    } else if found.times != wanted.times {
+        "one has wall times and the other has none".into()
+    } else {
+        format!("their spec is called {}, not {}", shown(found.spec.as_ref()), shown(wanted.spec.as_ref()))
+    };
+    let reason = format!("{} holds results of another batch: {why}", shown(path));
+    BatchError::file("E0112", reason, "give another file; --force throws these results away")
+}
+
+fn of(header: &Header) -> String {
+    if header.keys.is_empty() { "specs of a folder".into() } else { shown(header.keys.join(", ").as_ref()) }
+}

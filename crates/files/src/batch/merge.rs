@@ -1,0 +1,183 @@
+//! Shards put together: byte for byte the file of a run without shards.
+
+use super::error::shown;
+use super::{BatchError, CaseResult, Header, Results, Shard};
+use crate::export::{ExportError, Target};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Cases that a message names.
+const NAMED: usize = 8;
+
+/// Writes the results of all `shards` of one batch to `target`, whole or not at all; how many.
+///
+/// # Errors
+/// Files of different batches, a shard that is missing or given twice, cases that a shard lacks, and the files
+/// themselves.
+pub fn merge(shards: &[PathBuf], target: &Target) -> Result<u64, BatchError> {
+    let mut files = in_order(shards)?;
+    let header = whole(&files[0]);
+    written(target, |output, wrong| {
+        serde_json::to_writer(&mut *output, &header)?;
+        output.write_all(b"\n")?;
+        every_result(&mut files, header.cases, wrong, &mut |_, line| Ok(output.write_all(line)?))
+    })?;
+    Ok(header.cases)
+}
+
+/// Writes them as Parquet, a row a case: the same results, for programs that analyse them.
+///
+/// # Errors
+/// As of [`merge`]; a build without the feature `parquet`.
+#[cfg(feature = "parquet")]
+pub fn merge_to_parquet(shards: &[PathBuf], target: &Target) -> Result<u64, BatchError> {
+    let mut files = in_order(shards)?;
+    let header = whole(&files[0]);
+    let mut columns = super::tabulated::Columns::new(&header);
+    let mut wrong = None;
+    let met = every_result(&mut files, header.cases, &mut wrong, &mut |result, _| {
+        columns.meet(result);
+        Ok(())
+    });
+    if let Some(wrong) = wrong {
+        return Err(wrong);
+    }
+    met?;
+    let mut files = in_order(shards)?;
+    written(target, |output, wrong| {
+        let mut table = columns.begin(&header, output)?;
+        every_result(&mut files, header.cases, wrong, &mut |result, _| table.add(result))?;
+        table.close()
+    })?;
+    Ok(header.cases)
+}
+
+/// This build has no Parquet.
+///
+/// # Errors
+/// It says so.
+#[cfg(not(feature = "parquet"))]
+pub fn merge_to_parquet(_: &[PathBuf], _: &Target) -> Result<u64, BatchError> {
+    let lacking = crate::exchange::Lacking::Parquet;
+    Err(BatchError::argument(lacking.code(), lacking.to_string(), lacking.remedy()))
+}
+
+/// The batch of which a file holds a part, or all.
+fn whole(file: &Results) -> Header {
+    Header { shard: None, ..file.header().clone() }
+}
+
+/// Writes a file. What is wrong with the results is told rather than that the writing came to no end.
+fn written(
+    target: &Target,
+    write: impl FnOnce(&mut dyn Write, &mut Option<BatchError>) -> Result<(), ExportError>,
+) -> Result<(), BatchError> {
+    let mut wrong = None;
+    let written = target.write(|output| write(output, &mut wrong));
+    match wrong {
+        Some(wrong) => Err(wrong),
+        None => Ok(written?),
+    }
+}
+
+/// What takes a result with its line.
+type Take<'t> = dyn FnMut(&CaseResult, &[u8]) -> Result<(), ExportError> + 't;
+
+/// Takes the results in the order of their cases, each with its line. An error of theirs goes to `wrong`: it is no error of
+/// what is being written, and any of those leaves the folder as it was.
+fn every_result(
+    files: &mut [Results],
+    cases: u64,
+    wrong: &mut Option<BatchError>,
+    take: &mut Take<'_>,
+) -> Result<(), ExportError> {
+    let of = files.len() as u64;
+    for case in 1..=cases {
+        let file = &mut files[((case - 1) % of) as usize];
+        let found = match file.next_result() {
+            Ok(Some((result, line))) if result.case == case => Ok((result, line)),
+            Ok(Some((result, _))) => Err(astray(file.path(), result.case, case)),
+            Ok(None) => Err(unfinished(file, case)),
+            Err(error) => Err(error),
+        };
+        match found {
+            Ok((result, line)) => take(&result, &line)?,
+            Err(error) => {
+                *wrong = Some(error);
+                return Err(ExportError::Io(std::io::Error::other("the shards do not fit")));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The files by the number of their shard, each of them once.
+fn in_order(paths: &[PathBuf]) -> Result<Vec<Results>, BatchError> {
+    let wrong = |reason: String, remedy: &str| Err(BatchError::file("E0117", reason, remedy));
+    let mut files = paths.iter().map(|path| Results::open(path)).collect::<Result<Vec<_>, _>>()?;
+    let Some(first) = files.first() else {
+        return wrong("there is nothing to merge".into(), "name the files of all shards");
+    };
+    let shard = |file: &Results| file.header().shard.unwrap_or(Shard::ALL);
+    let (batch, of) = (whole(first), shard(first).of());
+    for file in &files {
+        let (path, here) = (shown(file.path()), shown(files[0].path()));
+        if whole(file) != batch {
+            return wrong(
+                format!("{path} and {here} hold results of different batches"),
+                "merge the shards of one batch",
+            );
+        }
+        if shard(file).of() != of {
+            let (one, other) = (shard(file), shard(&files[0]));
+            return wrong(
+                format!("{path} is shard {one} and {here} is shard {other}"),
+                "merge the shards of one division",
+            );
+        }
+    }
+    files.sort_by_key(|file| shard(file).index());
+    if let Some(pair) = files.windows(2).find(|pair| shard(&pair[0]) == shard(&pair[1])) {
+        let (one, other) = (shown(pair[0].path()), shown(pair[1].path()));
+        return wrong(
+            format!("{one} and {other} are both shard {}", shard(&pair[0])),
+            "name each shard once",
+        );
+    }
+    let missing: Vec<String> = (1..=of)
+        .filter(|index| !files.iter().any(|file| shard(file).index() == *index))
+        .map(|index| format!("{index}/{of}"))
+        .collect();
+    if !missing.is_empty() {
+        let more =
+            if missing.len() > NAMED { format!(", … {} in all", missing.len()) } else { String::new() };
+        let named = missing[..missing.len().min(NAMED)].join(", ");
+        let cases = if of > batch.cases {
+            " (they have no case, and their files are needed all the same)"
+        } else {
+            ""
+        };
+        return wrong(
+            format!("missing: shard {named}{more}{cases}"),
+            "run them with --shard, then merge all",
+        );
+    }
+    Ok(files)
+}
+
+fn astray(path: &Path, found: u64, wanted: u64) -> BatchError {
+    let reason = format!("{}: case {found} stands where case {wanted} belongs", shown(path));
+    BatchError::file("E0114", reason, "the file was changed by hand, or its disk fails: run the shard anew")
+}
+
+/// A shard that ends before `case`.
+fn unfinished(file: &Results, case: u64) -> BatchError {
+    let header = file.header();
+    let shard = header.shard.unwrap_or(Shard::ALL);
+    let done = (case - shard.index()) / shard.of();
+    let lacking: Vec<u64> = (done..shard.count(header.cases)).map(|place| shard.case(place)).collect();
+    let named: Vec<String> = lacking.iter().take(NAMED).map(u64::to_string).collect();
+    let more = if lacking.len() > NAMED { format!(", … {} in all", lacking.len()) } else { String::new() };
+    let reason = format!("{} lacks case {}{more}", shown(file.path()), named.join(", "));
+    BatchError::file("E0117", reason, "run the same command on it again: it goes on where it was left")
+}

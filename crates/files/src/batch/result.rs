@@ -1,0 +1,253 @@
+//! The lines of a file of results: a header, then one line a case.
+
+use super::{Case, Kind, Shard};
+use crate::spec::{Diagnostics, Severity};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use slewkit::maneuver::{Outcome, Problem, SecondOrder, Sense, TerminalError};
+use slewkit::plan::Plan;
+use slewkit::verify::Verification;
+
+/// The first line: which batch the results are of.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    /// Version of the format, [`Header::FORMAT`]; its key says what the file is.
+    pub slew_results: u32,
+    /// The program that plans.
+    pub generator: String,
+    /// What the cases come from.
+    pub kind: Kind,
+    /// File name of the spec, or name of the folder, without its path.
+    pub spec: String,
+    /// Number of cases of the whole batch.
+    pub cases: u64,
+    /// Keys that the cases set, in the order of their columns; empty for a folder.
+    pub keys: Vec<String>,
+    /// Hash of the spec, of all that is set, and of the program.
+    pub fingerprint: String,
+    /// Lines hold wall times, which differ between runs.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub times: bool,
+    /// The part of the batch; absent where it is the whole.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shard: Option<Shard>,
+}
+
+impl Header {
+    /// The version written and read.
+    pub const FORMAT: u32 = 1;
+}
+
+/// What became of one case.
+///
+/// Numbers are those of the plan file. Absent is what there is not: no cost without a plan, no error without one.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CaseResult {
+    /// Its number, from 1.
+    pub case: u64,
+    /// Its name: of the table's column `name`, or of the file in a folder.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Keys that it sets, with their values; texts as `--set` takes them.
+    #[serde(default, skip_serializing_if = "Map::is_empty")]
+    pub set: Map<String, Value>,
+    /// "solved", "infeasible", …, "spec_invalid": the statuses of the exit codes.
+    pub status: String,
+    /// The exit code that `slew plan` ends with on this case.
+    pub exit_code: u8,
+    /// What is wrong with its spec.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<CaseError>,
+    /// Cost of the plan, converged.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cost: Option<f64>,
+    /// Duration of the plan, or the one asked for \[s\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
+    /// Number of steps.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steps: Option<usize>,
+    /// "shooting" or "scp".
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub method: Option<String>,
+    /// How the solve itself ended.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outcome: Option<Outcome>,
+    /// Newton iterations of the winning start.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub iterations: Option<usize>,
+    /// The way round.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sense: Option<Sense>,
+    /// Total angle turned \[deg\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turned_deg: Option<f64>,
+    /// Discrete terminal error.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub terminal: Option<TerminalError>,
+    /// "minimum", "saddle", "undecided" or "not_tested".
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub second_order: Option<SecondOrder>,
+    /// Cost still to be gained, to first order, where inputs switch: what is known of such a plan instead of its
+    /// second order.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gap: Option<f64>,
+    /// What the witnesses say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub verified: Option<Verdict>,
+    /// Why there is no plan, where that is proved.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub obstruction: Option<String>,
+    /// A duration below which it is proved that there is no plan \[s\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shortest_duration_s: Option<f64>,
+    /// What stays violated where the search came nearest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shortfall: Option<String>,
+    /// Wall time of the solve \[s\], where times were asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub solve_time_s: Option<f64>,
+}
+
+/// What is wrong with the spec of a case: its first error.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CaseError {
+    /// Stable code.
+    pub code: String,
+    /// Key path; empty when the error concerns no key.
+    pub key: String,
+    /// What is wrong, with the numbers.
+    pub reason: String,
+    /// The next thing to do.
+    pub remedy: String,
+    /// How many errors follow.
+    pub more: usize,
+}
+
+/// What the witnesses say of a plan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Verdict {
+    /// Whether every check holds.
+    pub passed: bool,
+    /// Names of the checks that do not.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub failed: Vec<String>,
+    /// Attitude error of the discrete witness \[rad\]; absent where it did not come to an end.
+    pub discrete_attitude_rad: Option<f64>,
+    /// Attitude error of the continuous motion under the held torque \[deg\].
+    pub continuous_attitude_deg: Option<f64>,
+    /// Observed order of convergence; absent at round-off.
+    pub order: Option<f64>,
+    /// Largest norm of the torque at the nodes [N·m].
+    pub peak_torque_n_m: Option<f64>,
+    /// Largest norm of the angular velocity at the nodes [deg/s].
+    pub peak_rate_deg_s: Option<f64>,
+}
+
+impl From<&Verification> for Verdict {
+    fn from(found: &Verification) -> Self {
+        let failed = found.checks.iter().filter(|check| !check.passed).map(|check| check.name.clone());
+        Self {
+            passed: found.passed(),
+            failed: failed.collect(),
+            discrete_attitude_rad: finite(found.discrete_attitude_rad),
+            continuous_attitude_deg: finite(found.continuous_attitude_rad.to_degrees()),
+            order: found.order.and_then(finite),
+            peak_torque_n_m: finite(found.peak_torque_n_m),
+            peak_rate_deg_s: finite(found.peak_rate_rad_s.to_degrees()),
+        }
+    }
+}
+
+/// JSON has no NaN: what is not finite is absent.
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+impl CaseResult {
+    /// A case of which nothing is known but what it is.
+    fn of(case: &Case, status: &str, exit_code: u8) -> Self {
+        let set = case.set.iter().map(|set| (set.path().to_string(), readable(set.value())));
+        Self {
+            case: case.number,
+            name: case.name.clone(),
+            set: set.collect(),
+            status: status.into(),
+            exit_code,
+            ..Self::default()
+        }
+    }
+
+    /// A case whose spec is wrong.
+    pub(super) fn invalid(case: &Case, found: &Diagnostics) -> Self {
+        let errors = || found.0.iter().filter(|finding| finding.severity == Severity::Error);
+        let error = errors().next().map(|first| CaseError {
+            code: first.code.into(),
+            key: first.key.clone(),
+            reason: first.reason.clone(),
+            remedy: first.remedy.clone(),
+            more: errors().count() - 1,
+        });
+        let (status, exit_code) = if found.is_io() { ("file_error", 8) } else { ("spec_invalid", 3) };
+        Self { error, ..Self::of(case, status, exit_code) }
+    }
+
+    /// A case that the planner refuses to begin, though its spec reads well.
+    pub(super) fn refused(case: &Case, code: &str, reason: String) -> Self {
+        let remedy = "change the spec accordingly".into();
+        let error = CaseError { code: code.into(), key: String::new(), reason, remedy, more: 0 };
+        Self { error: Some(error), ..Self::of(case, "spec_invalid", 3) }
+    }
+
+    /// A case at which the program failed: a bug, which must not take the other cases with it.
+    pub(super) fn panicked(case: &Case) -> Self {
+        Self::of(case, "internal_error", 1)
+    }
+
+    /// A case that was planned.
+    pub(super) fn planned(case: &Case, problem: &Problem, plan: &Plan, times: bool) -> Self {
+        let solution = &plan.solution;
+        let known = solution.outcome == Outcome::Converged;
+        // What is proved infeasible was not searched for.
+        let searched = solution.outcome != Outcome::Infeasible;
+        Self {
+            cost: finite(solution.cost).filter(|_| known),
+            duration_s: finite(solution.duration(problem)),
+            steps: searched.then_some(solution.steps),
+            method: searched.then(|| solution.method.name().into()),
+            outcome: Some(solution.outcome),
+            iterations: searched.then_some(solution.iterations),
+            sense: known.then_some(solution.sense),
+            turned_deg: finite(solution.turned_deg).filter(|_| known),
+            terminal: finite(solution.terminal.largest()).map(|_| solution.terminal),
+            second_order: known.then(|| solution.optimality.second_order()),
+            gap: solution.switching.as_ref().filter(|_| known).and_then(|switching| finite(switching.gap)),
+            verified: plan.verification.as_ref().map(Verdict::from),
+            obstruction: solution.infeasible.as_ref().map(|proof| proof.reason.clone()),
+            shortest_duration_s: solution.infeasible.as_ref().and_then(|proof| proof.duration_lower_bound),
+            shortfall: solution.shortfall.clone(),
+            solve_time_s: times.then_some(solution.solve_time),
+            ..Self::of(case, plan.status.name(), plan.status.exit_code())
+        }
+    }
+
+    /// Whether there is a plan that the witnesses confirm.
+    pub fn is_solved(&self) -> bool {
+        self.exit_code == 0
+    }
+
+    /// What `--set` takes to plan the case by itself: `key=value` of each key.
+    pub fn settings(&self) -> impl Iterator<Item = String> {
+        let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), String::from);
+        self.set.iter().map(move |(key, value)| format!("{key}={}", text(value)))
+    }
+}
+
+/// A value for the next program: numbers and lists of numbers as such, anything else as it was written.
+fn readable(value: &str) -> Value {
+    fn numbers(value: &Value) -> bool {
+        value.is_number() || value.as_array().is_some_and(|items| items.iter().all(numbers))
+    }
+    let read = serde_json::from_str(value).ok().filter(numbers);
+    read.unwrap_or_else(|| Value::String(value.into()))
+}

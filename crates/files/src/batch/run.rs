@@ -1,0 +1,170 @@
+//! Cases on several threads, results in the order of the cases.
+//!
+//! Workers take the next case from one stream. What is finished early waits for its predecessors, at most
+//! [`WINDOW`] results of them: so long a worker may run ahead, and so much is held in memory.
+
+use super::{Batch, BatchError, Case, CaseResult, MAX_THREADS, Options, Shard, Stream, solve};
+use std::collections::BTreeMap;
+use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+/// Results that may wait for a slower case before them.
+const WINDOW: u64 = 4096;
+/// As the main thread has it: what plans in one must plan in the other.
+const STACK: usize = 8 << 20;
+/// How often a caller hears that time goes by.
+const TICK: Duration = Duration::from_millis(100);
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// Every case has its result.
+    Complete,
+    /// The caller asked to stop.
+    Stopped,
+}
+
+/// The cases that are still to be taken, and how far the results are.
+struct Queue<'a> {
+    cases: Stream<'a>,
+    /// Cases taken.
+    taken: u64,
+    /// Results written.
+    written: u64,
+}
+
+/// What workers and writer share.
+struct Shared<'a> {
+    queue: Mutex<Queue<'a>>,
+    moved: Condvar,
+    /// Nothing more is to be begun, and what is under way ends.
+    over: AtomicBool,
+}
+
+impl<'a> Shared<'a> {
+    fn queue(&self) -> MutexGuard<'_, Queue<'a>> {
+        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The next case and its place, when its result may be waited for.
+    fn next(&self) -> Option<(u64, Result<Case, BatchError>)> {
+        let mut queue = self.queue();
+        while queue.taken >= queue.written + WINDOW && !self.over.load(Ordering::Relaxed) {
+            queue = self.moved.wait(queue).unwrap_or_else(PoisonError::into_inner);
+        }
+        if self.over.load(Ordering::Relaxed) {
+            return None;
+        }
+        let case = queue.cases.next()?;
+        queue.taken += 1;
+        Some((queue.taken - 1, case))
+    }
+
+    fn wrote(&self, written: u64) {
+        self.queue().written = written;
+        self.moved.notify_all();
+    }
+
+    fn end(&self) {
+        self.over.store(true, Ordering::Relaxed);
+        drop(self.queue());
+        self.moved.notify_all();
+    }
+}
+
+/// Plans the cases of a shard but for the first `done`, and gives each result to `take` in the order of the cases, as
+/// it is and as the line of a file. `stop` is asked often, from all threads; `tick` is called ten times a second.
+///
+/// # Errors
+/// What `take` returns, a table or a plan file that fails, or a system that grants no thread.
+pub fn run(
+    batch: &Batch,
+    shard: Shard,
+    done: u64,
+    options: &Options,
+    stop: &(dyn Fn() -> bool + Sync),
+    take: &mut dyn FnMut(&CaseResult, &str) -> Result<(), BatchError>,
+    tick: &mut dyn FnMut(),
+) -> Result<Ended, BatchError> {
+    let wanted = shard.count(batch.count()).saturating_sub(done);
+    let queue = Queue { cases: batch.stream(shard, done)?, taken: 0, written: 0 };
+    let shared = Shared { queue: Mutex::new(queue), moved: Condvar::new(), over: AtomicBool::new(false) };
+    let written = thread::scope(|scope| {
+        let (sender, finished) = mpsc::channel();
+        let mut refused = None;
+        for _ in 0..options.threads.clamp(1, MAX_THREADS).min(wanted.try_into().unwrap_or(MAX_THREADS)) {
+            let (shared, sender) = (&shared, sender.clone());
+            let work = move || {
+                let stop = || shared.over.load(Ordering::Relaxed) || stop();
+                while let Some((place, case)) = shared.next() {
+                    let result = case.and_then(|case| solve::result(batch, &case, options, &stop));
+                    let line = result.transpose().map(|result| result.and_then(with_line));
+                    // The writer may have ended with an error.
+                    if line.is_none_or(|line| sender.send((place, line)).is_err()) {
+                        break;
+                    }
+                }
+            };
+            if let Err(error) = thread::Builder::new().stack_size(STACK).spawn_scoped(scope, work) {
+                refused = Some(error);
+                break;
+            }
+        }
+        drop(sender);
+        let written = write(&shared, &finished, stop, take, tick);
+        shared.end();
+        match (written, refused) {
+            // Fewer threads do the same work.
+            (Ok(0), Some(error)) if wanted > 0 && !stop() => Err(no_thread(&error)),
+            (written, _) => written,
+        }
+    })?;
+    Ok(if written == wanted { Ended::Complete } else { Ended::Stopped })
+}
+
+fn no_thread(error: &io::Error) -> BatchError {
+    let reason = format!("the system grants no thread: {error}");
+    BatchError::argument("E0115", reason, "allow more processes (`ulimit -u`), or more memory")
+}
+
+/// A result with its line.
+fn with_line(result: CaseResult) -> Result<(CaseResult, String), BatchError> {
+    let line = serde_json::to_string(&result).map_err(crate::export::ExportError::from)?;
+    Ok((result, line))
+}
+
+type Finished = (u64, Result<(CaseResult, String), BatchError>);
+
+/// Hands results over in their order until no worker is left; how many.
+fn write(
+    shared: &Shared<'_>,
+    finished: &mpsc::Receiver<Finished>,
+    stop: &(dyn Fn() -> bool + Sync),
+    take: &mut dyn FnMut(&CaseResult, &str) -> Result<(), BatchError>,
+    tick: &mut dyn FnMut(),
+) -> Result<u64, BatchError> {
+    let (mut written, mut early) = (0, BTreeMap::new());
+    loop {
+        match finished.recv_timeout(TICK) {
+            Ok((place, result)) => {
+                early.insert(place, result);
+                while let Some(result) = early.remove(&written) {
+                    let (result, line) = result?;
+                    take(&result, &line)?;
+                    written += 1;
+                    shared.wrote(written);
+                }
+            }
+            Err(RecvTimeoutError::Disconnected) => return Ok(written),
+            Err(RecvTimeoutError::Timeout) => {}
+        }
+        if stop() {
+            shared.end();
+        }
+        tick();
+    }
+}

@@ -1,0 +1,132 @@
+//! The part of a batch that one of several processes plans.
+
+use super::BatchError;
+use crate::spec::escape;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// Every `of`-th case from case `index` on; both count from 1, as in `3/40`.
+///
+/// Neighbours go to different shards: the hard cases of a sweep lie side by side, and every shard gets its share.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(into = "String", try_from = "String")]
+pub struct Shard {
+    index: u64,
+    of: u64,
+}
+
+impl Shard {
+    /// All cases.
+    pub const ALL: Self = Self { index: 1, of: 1 };
+    /// Most shards: they are open together when they are merged.
+    pub const MOST: u64 = 900;
+
+    /// Shard `index` of `of`.
+    ///
+    /// # Errors
+    /// There is no such shard.
+    pub fn new(index: u64, of: u64) -> Result<Self, BatchError> {
+        let wrong = |reason: String| {
+            let remedy = format!("write --shard i/n, from 1/n to n/n, n at most {}", Self::MOST);
+            Err(BatchError::argument("E0111", reason, remedy))
+        };
+        match (index, of) {
+            (_, 0) => wrong("--shard: there are no shards of 0".into()),
+            (_, of) if of > Self::MOST => wrong(format!("--shard: {of} shards are too many")),
+            (0, _) => wrong(format!("--shard: there is no shard 0 of {of}: shards count from 1")),
+            (index, of) if index > of => wrong(format!("--shard: there is no shard {index} of {of}")),
+            (index, of) => Ok(Self { index, of }),
+        }
+    }
+
+    /// Reads `3/40`.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn parse(text: &str) -> Result<Self, BatchError> {
+        let parts =
+            text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
+        match parts {
+            Some((index, of)) => Self::new(index, of),
+            None => {
+                let reason = format!("--shard: `{}` is no shard", escape(text));
+                Err(BatchError::argument("E0111", reason, "write --shard i/n, as in --shard 3/40"))
+            }
+        }
+    }
+
+    /// Its number, from 1.
+    pub fn index(self) -> u64 {
+        self.index
+    }
+
+    /// How many there are.
+    pub fn of(self) -> u64 {
+        self.of
+    }
+
+    /// Whether the case of this number belongs to it.
+    pub fn has(self, case: u64) -> bool {
+        case >= self.index && (case - self.index).is_multiple_of(self.of)
+    }
+
+    /// How many of `cases` belong to it.
+    pub fn count(self, cases: u64) -> u64 {
+        (cases + self.of).saturating_sub(self.index) / self.of
+    }
+
+    /// The number of its case at `place`, from 0.
+    pub fn case(self, place: u64) -> u64 {
+        self.index + place * self.of
+    }
+}
+
+impl fmt::Display for Shard {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "{}/{}", self.index, self.of)
+    }
+}
+
+impl From<Shard> for String {
+    fn from(shard: Shard) -> Self {
+        shard.to_string()
+    }
+}
+
+impl TryFrom<String> for Shard {
+    type Error = BatchError;
+    fn try_from(text: String) -> Result<Self, BatchError> {
+        Self::parse(&text)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_case_is_in_exactly_one_shard() {
+        for (cases, of) in [(0, 3), (1, 3), (10, 3), (12, 4), (5, 7)] {
+            let shards: Vec<Shard> = (1..=of).map(|index| Shard::new(index, of).unwrap()).collect();
+            for case in 1..=cases {
+                assert_eq!(shards.iter().filter(|shard| shard.has(case)).count(), 1, "{case} of {cases}");
+            }
+            for shard in &shards {
+                let own: Vec<u64> = (1..=cases).filter(|case| shard.has(*case)).collect();
+                assert_eq!(shard.count(cases), own.len() as u64, "{shard} of {cases}");
+                assert!(own.iter().enumerate().all(|(place, case)| shard.case(place as u64) == *case));
+            }
+            assert_eq!(shards.iter().map(|shard| shard.count(cases)).sum::<u64>(), cases);
+        }
+    }
+
+    #[test]
+    fn impossible_shards_are_refused() {
+        for text in
+            ["5/4", "0/4", "0/0", "1/0", "1/901", "-1/4", "3", "a/b", "", "1/2/3", "18446744073709551616/2"]
+        {
+            assert!(Shard::parse(text).is_err(), "{text}");
+        }
+        assert_eq!(Shard::parse("3/40").unwrap().to_string(), "3/40");
+    }
+}

@@ -1,0 +1,96 @@
+//! One case from its spec to its result: the way of `slew plan`, with nothing from any other case.
+
+use super::{Batch, BatchError, Case, CaseResult, Options, Shard};
+use crate::export::{PlanFile, Target};
+use crate::spec::Loaded;
+use slewkit::plan::{Control, Observer, Plan, PlanError, Progress, Status, plan};
+use std::collections::HashSet;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+/// Stops a plan where a caller asks for it.
+struct Stoppable<'a>(&'a dyn Fn() -> bool);
+
+impl Observer for Stoppable<'_> {
+    fn on_progress(&mut self, _: &Progress) -> Control {
+        if (self.0)() { Control::Stop } else { Control::Continue }
+    }
+}
+
+/// Plans a case that reads well; without a guess, so that no other case has a say.
+///
+/// # Errors
+/// What the planner refuses to begin.
+pub fn plan_case(loaded: &Loaded, stop: &dyn Fn() -> bool) -> Result<Plan, PlanError> {
+    plan(&loaded.problem, &loaded.settings, None, &mut Stoppable(stop))
+}
+
+/// The result of a case; `None` where `stop` came first.
+pub(super) fn result(
+    batch: &Batch,
+    case: &Case,
+    options: &Options,
+    stop: &dyn Fn() -> bool,
+) -> Result<Option<CaseResult>, BatchError> {
+    // A bug in one case must not take a million others with it; it is counted, and the panic has been printed.
+    let found = catch_unwind(AssertUnwindSafe(|| solved(batch, case, options, stop)));
+    found.unwrap_or_else(|_| Ok(Some(CaseResult::panicked(case))))
+}
+
+fn solved(
+    batch: &Batch,
+    case: &Case,
+    options: &Options,
+    stop: &dyn Fn() -> bool,
+) -> Result<Option<CaseResult>, BatchError> {
+    let loaded = match batch.read(case) {
+        Ok(loaded) => loaded,
+        Err(found) => return Ok(Some(CaseResult::invalid(case, &found))),
+    };
+    let Loaded { problem, settings, identity, .. } = &loaded;
+    let plan = match plan_case(&loaded, stop) {
+        Ok(plan) => plan,
+        Err(error) => return Ok(Some(CaseResult::refused(case, "E0121", error.to_string()))),
+    };
+    if plan.status == Status::Interrupted {
+        return Ok(None);
+    }
+    if let Some(folder) = &options.plans {
+        // Before the result is recorded: a case that has one has its plan file. One that a kill left is replaced.
+        let target = Target::new(folder.join(plan_name(case.number, batch.count())), true)?;
+        target
+            .write(|output| PlanFile::new(problem, settings, &plan).with_identity(identity).write(output))?;
+    }
+    Ok(Some(CaseResult::planned(case, problem, &plan, options.times)))
+}
+
+impl Batch {
+    /// Refuses a folder that has a file of the name that the plan file of a case will have.
+    ///
+    /// # Errors
+    /// [`FileError::Exists`](crate::export::FileError::Exists).
+    pub fn check_plans(&self, folder: &Path, shard: Shard) -> Result<(), BatchError> {
+        let names: HashSet<_> = std::fs::read_dir(folder)
+            .into_iter()
+            .flatten()
+            .flatten()
+            .map(|entry| entry.file_name())
+            .collect();
+        // As a rule the folder is empty.
+        if names.is_empty() {
+            return Ok(());
+        }
+        for place in 0..shard.count(self.count()) {
+            let name = plan_name(shard.case(place), self.count());
+            if names.contains(std::ffi::OsStr::new(&name)) {
+                Target::new(folder.join(name), false)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The name of the plan file of a case: numbers of one length, so that names sort as the cases do.
+fn plan_name(case: u64, cases: u64) -> String {
+    format!("case-{case:0width$}.json", width = cases.to_string().len())
+}

@@ -1,0 +1,207 @@
+//! Results as Parquet, a row a case, for those who analyse them. Lines of JSON stay the form in which a batch is run: they
+//! can be appended to and continued, and the end of a Parquet file is written last of all.
+
+use super::{CaseResult, Header};
+use crate::exchange::parquet::{Cells, Kind, ParquetTable};
+use crate::export::ExportError;
+use serde_json::Value;
+use std::io::Write;
+
+/// Rows that are held at a time.
+const ROWS: usize = 1 << 16;
+
+/// Where a column stands in a result, and what it is. Its head is the path with underscores.
+const BEFORE: [(&str, Kind); 2] = [("case", Kind::Integer), ("name", Kind::Text)];
+const AFTER: [(&str, Kind); 32] = [
+    ("status", Kind::Text),
+    ("exit_code", Kind::Integer),
+    ("error/code", Kind::Text),
+    ("error/key", Kind::Text),
+    ("error/reason", Kind::Text),
+    ("error/remedy", Kind::Text),
+    ("error/more", Kind::Integer),
+    ("cost", Kind::Number),
+    ("duration_s", Kind::Number),
+    ("steps", Kind::Integer),
+    ("method", Kind::Text),
+    ("outcome", Kind::Text),
+    ("iterations", Kind::Integer),
+    ("sense", Kind::Text),
+    ("turned_deg", Kind::Number),
+    ("terminal/attitude_rad", Kind::Number),
+    ("terminal/momentum_relative", Kind::Number),
+    ("terminal/position_relative", Kind::Number),
+    ("terminal/linear_momentum_relative", Kind::Number),
+    ("second_order", Kind::Text),
+    ("gap", Kind::Number),
+    ("verified/passed", Kind::Flag),
+    ("verified/failed", Kind::Text),
+    ("verified/discrete_attitude_rad", Kind::Number),
+    ("verified/continuous_attitude_deg", Kind::Number),
+    ("verified/order", Kind::Number),
+    ("verified/peak_torque_n_m", Kind::Number),
+    ("verified/peak_rate_deg_s", Kind::Number),
+    ("obstruction", Kind::Text),
+    ("shortest_duration_s", Kind::Number),
+    ("shortfall", Kind::Text),
+    ("solve_time_s", Kind::Number),
+];
+
+/// A column: its head, where its value stands, and what it is.
+#[derive(Clone)]
+struct Column {
+    head: String,
+    path: Vec<String>,
+    kind: Kind,
+}
+
+/// The columns of one batch: of every result, and of every key that its cases set.
+pub(super) struct Columns(Vec<Column>);
+
+impl Columns {
+    /// Keys are numbers until a case sets one to something else.
+    pub fn new(header: &Header) -> Self {
+        let fixed = |(path, kind): &(&str, Kind)| Column {
+            head: path.replace('/', "_"),
+            path: path.split('/').map(String::from).collect(),
+            kind: *kind,
+        };
+        let key = |key: &String| Column {
+            head: key.clone(),
+            path: vec!["set".into(), key.clone()],
+            kind: Kind::Number,
+        };
+        let set = header.keys.iter().map(key);
+        Self(BEFORE.iter().map(fixed).chain(set).chain(AFTER.iter().map(fixed)).collect())
+    }
+
+    /// Looks at what a result sets.
+    pub fn meet(&mut self, result: &CaseResult) {
+        for column in self.0.iter_mut().filter(|column| column.path[0] == "set") {
+            let value = result.set.get(&column.path[1]);
+            if value.is_some_and(|value| !value.is_number()) {
+                column.kind = Kind::Text;
+            }
+        }
+    }
+
+    /// Begins the table in `output`.
+    pub fn begin<'o>(self, header: &Header, output: &'o mut dyn Write) -> Result<Table<'o>, ExportError> {
+        let columns: Vec<_> = self.0.iter().map(|column| (column.head.clone(), column.kind)).collect();
+        let notes = [("slew_results", serde_json::to_string(header)?)];
+        let file = ParquetTable::new(output, &columns, &notes)?;
+        Ok(Table { file, columns: self.0, waiting: Vec::new() })
+    }
+}
+
+/// A table of results that is being written.
+pub(super) struct Table<'o> {
+    file: ParquetTable<'o>,
+    columns: Vec<Column>,
+    waiting: Vec<Value>,
+}
+
+impl Table<'_> {
+    /// Adds a result.
+    pub fn add(&mut self, result: &CaseResult) -> Result<(), ExportError> {
+        self.waiting.push(serde_json::to_value(result)?);
+        if self.waiting.len() == ROWS { self.write() } else { Ok(()) }
+    }
+
+    fn write(&mut self) -> Result<(), ExportError> {
+        let cells: Vec<Cells> = self.columns.iter().map(|column| column.cells(&self.waiting)).collect();
+        self.waiting.clear();
+        Ok(self.file.rows(&cells)?)
+    }
+
+    /// Writes the rest.
+    pub fn close(mut self) -> Result<(), ExportError> {
+        self.write()?;
+        Ok(self.file.close()?)
+    }
+}
+
+impl Column {
+    fn cells(&self, rows: &[Value]) -> Cells {
+        let found = rows.iter().map(|row| self.path.iter().try_fold(row, |value, key| value.get(key)));
+        match self.kind {
+            Kind::Number => Cells::Numbers(found.map(|value| value?.as_f64()).collect()),
+            Kind::Integer => Cells::Integers(found.map(|value| value?.as_i64()).collect()),
+            Kind::Flag => Cells::Flags(found.map(|value| value?.as_bool()).collect()),
+            Kind::Text => Cells::Texts(found.map(|value| Some(text(value?))).collect()),
+        }
+    }
+}
+
+/// A text as it is, anything else as JSON.
+fn text(value: &Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), String::from)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::batch::{CaseError, Verdict};
+    use slewkit::maneuver::{Outcome, SecondOrder, Sense, TerminalError};
+
+    /// Every value that a result can hold, but what it sets, has a column.
+    #[test]
+    fn nothing_of_a_result_is_left_out() {
+        let terminal = TerminalError {
+            position_relative: Some(0.0),
+            linear_momentum_relative: Some(0.0),
+            ..TerminalError::default()
+        };
+        let number = Some(1.0);
+        let verified = Verdict {
+            passed: false,
+            failed: vec!["order".into()],
+            discrete_attitude_rad: number,
+            continuous_attitude_deg: number,
+            order: number,
+            peak_torque_n_m: number,
+            peak_rate_deg_s: number,
+        };
+        let text = || String::from("text");
+        let error = CaseError { code: text(), key: text(), reason: text(), remedy: text(), more: 1 };
+        let full = CaseResult {
+            case: 1,
+            name: Some(text()),
+            set: serde_json::Map::new(),
+            status: text(),
+            exit_code: 7,
+            error: Some(error),
+            cost: number,
+            duration_s: number,
+            steps: Some(1),
+            method: Some(text()),
+            outcome: Some(Outcome::Converged),
+            iterations: Some(1),
+            sense: Some(Sense::Short),
+            turned_deg: number,
+            terminal: Some(terminal),
+            second_order: Some(SecondOrder::Minimum),
+            gap: number,
+            verified: Some(verified),
+            obstruction: Some(text()),
+            shortest_duration_s: number,
+            shortfall: Some(text()),
+            solve_time_s: number,
+        };
+        fn leaves(value: &Value, path: &str, found: &mut Vec<String>) {
+            match value.as_object() {
+                Some(keys) => keys.iter().for_each(|(key, value)| {
+                    leaves(value, &format!("{path}{}{key}", if path.is_empty() { "" } else { "_" }), found);
+                }),
+                None => found.push(path.into()),
+            }
+        }
+        let mut found = Vec::new();
+        leaves(&serde_json::to_value(&full).unwrap(), "", &mut found);
+        let mut heads: Vec<String> =
+            BEFORE.iter().chain(&AFTER).map(|(path, _)| path.replace('/', "_")).collect();
+        found.sort();
+        heads.sort();
+        assert_eq!(found, heads);
+    }
+}

@@ -1,0 +1,196 @@
+//! What became of the cases of a batch: counts, quantiles, the worst.
+//!
+//! Of each case that was solved its cost is held, 8 bytes, so that quantiles are exact; of all others their number
+//! alone, but for the first of a kind and the worst.
+
+use super::CaseResult;
+use slewkit::maneuver::SecondOrder;
+use std::collections::BTreeMap;
+
+/// Worst cases that are kept, and first ones of a kind of failure.
+const KEPT: usize = 5;
+
+/// Counts and extremes of the results that were added.
+#[derive(Clone, Debug, Default)]
+pub struct Tally {
+    /// Number of results.
+    pub cases: u64,
+    /// How many have each status, with the numbers of the first.
+    pub statuses: BTreeMap<String, (u64, Vec<u64>)>,
+    /// How many specs were wrong, by the code of their first error, with the reason of the first.
+    pub errors: BTreeMap<String, (u64, String)>,
+    /// Solved cases that are saddles, or whose second order is not decided, but for those whose inputs switch.
+    pub not_minima: u64,
+    /// Solved cases that were not to be tested to second order.
+    pub untested: u64,
+    /// Solved cases whose inputs switch: extremals by the maximum principle, of which second order is not asked.
+    pub extremals: u64,
+    /// Of these the one with the most still to be gained, to first order.
+    pub widest_gap: Option<Worst>,
+    /// Solved cases that go the long way round.
+    pub long_way: u64,
+    /// The solved cases of the highest cost, the highest first.
+    pub costliest: Vec<Worst>,
+    /// The solved case whose continuous motion misses by most \[deg\].
+    pub farthest: Option<Worst>,
+    /// Costs of the solved cases.
+    costs: Vec<f64>,
+}
+
+/// A case that stands out, with what makes it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Worst {
+    /// What it is worst in.
+    pub value: f64,
+    /// The case.
+    pub case: u64,
+    /// Its name.
+    pub name: Option<String>,
+    /// Its keys, as `--set` takes them.
+    pub set: Vec<String>,
+}
+
+/// Quantiles of the cost, by linear interpolation between the ordered values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quantiles {
+    /// The smallest.
+    pub least: f64,
+    /// 5 %.
+    pub low: f64,
+    /// 50 %.
+    pub median: f64,
+    /// 95 %.
+    pub high: f64,
+    /// 99 %.
+    pub highest: f64,
+    /// The largest.
+    pub largest: f64,
+}
+
+impl Tally {
+    /// Adds a result.
+    pub fn add(&mut self, result: &CaseResult) {
+        self.cases += 1;
+        let (count, first) = self.statuses.entry(result.status.clone()).or_default();
+        *count += 1;
+        if first.len() < KEPT {
+            first.push(result.case);
+        }
+        if let Some(error) = &result.error {
+            let entry = self.errors.entry(error.code.clone());
+            entry.or_insert_with(|| (0, error.reason.clone())).0 += 1;
+        }
+        if !result.is_solved() {
+            return;
+        }
+        match result.second_order {
+            _ if result.gap.is_some() => {}
+            Some(SecondOrder::Minimum) => {}
+            Some(SecondOrder::NotTested) => self.untested += 1,
+            _ => self.not_minima += 1,
+        }
+        self.extremals += u64::from(result.gap.is_some());
+        self.long_way += u64::from(result.sense == Some(slewkit::maneuver::Sense::Long));
+        let worst = |value| Worst {
+            value,
+            case: result.case,
+            name: result.name.clone(),
+            set: result.settings().collect(),
+        };
+        if let Some(cost) = result.cost {
+            self.costs.push(cost);
+            // Of equal costs the first case stands first.
+            let place = self.costliest.partition_point(|other| other.value >= cost);
+            if place < KEPT {
+                self.costliest.insert(place, worst(cost));
+                self.costliest.truncate(KEPT);
+            }
+        }
+        let wider = |gap: &f64| self.widest_gap.as_ref().is_none_or(|most| *gap > most.value);
+        if let Some(gap) = result.gap.filter(wider) {
+            self.widest_gap = Some(worst(gap));
+        }
+        let missed = result.verified.as_ref().and_then(|verdict| verdict.continuous_attitude_deg);
+        if let Some(missed) =
+            missed.filter(|missed| self.farthest.as_ref().is_none_or(|most| *missed > most.value))
+        {
+            self.farthest = Some(worst(missed));
+        }
+    }
+
+    /// Costs of the solved cases, in their order.
+    pub fn costs(&self) -> &[f64] {
+        &self.costs
+    }
+
+    /// How many cases have a plan that the witnesses confirm.
+    pub fn solved(&self) -> u64 {
+        self.statuses.get("solved").map_or(0, |(count, _)| *count)
+    }
+
+    /// How many have none.
+    pub fn failed(&self) -> u64 {
+        self.cases - self.solved()
+    }
+
+    /// Quantiles of the cost of what was solved; none where nothing was.
+    pub fn quantiles(&self) -> Option<Quantiles> {
+        let mut sorted = self.costs.clone();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let (least, largest) = (*sorted.first()?, *sorted.last()?);
+        let at = |part: f64| quantile(&sorted, part);
+        Some(Quantiles { least, low: at(0.05), median: at(0.5), high: at(0.95), highest: at(0.99), largest })
+    }
+}
+
+/// The quantile of ordered values, of which there is one at least: definition 7 of Hyndman and Fan, *Sample Quantiles in
+/// Statistical Packages*, 1996, which is the default of NumPy and R.
+fn quantile(sorted: &[f64], part: f64) -> f64 {
+    let place = part * (sorted.len() - 1) as f64;
+    let (below, between) = (place.floor() as usize, place.fract());
+    let above = (below + 1).min(sorted.len() - 1);
+    sorted[below] * (1.0 - between) + sorted[above] * between
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `numpy.quantile([1, 2, 4, 8, 16], [0, 0.05, 0.5, 0.95, 0.99, 1])` of NumPy 2.4.6.
+    #[test]
+    fn quantiles_are_those_of_numpy() {
+        let sorted = [1.0, 2.0, 4.0, 8.0, 16.0];
+        for (part, expected) in
+            [(0.0, 1.0), (0.05, 1.2), (0.5, 4.0), (0.95, 14.4), (0.99, 15.68), (1.0, 16.0)]
+        {
+            assert!((quantile(&sorted, part) - expected).abs() < 1e-14, "{part}");
+        }
+        assert_eq!(quantile(&[3.0], 0.99), 3.0);
+    }
+
+    #[test]
+    fn costliest_are_the_highest_and_the_first_among_equals() {
+        let mut tally = Tally::default();
+        for (case, cost) in [3.0, 9.0, 1.0, 9.0, 4.0, 5.0, 6.0, 2.0].into_iter().enumerate() {
+            let case = case as u64 + 1;
+            tally.add(&CaseResult {
+                case,
+                status: "solved".into(),
+                cost: Some(cost),
+                ..CaseResult::default()
+            });
+        }
+        tally.add(&CaseResult {
+            case: 9,
+            status: "infeasible".into(),
+            exit_code: 4,
+            ..CaseResult::default()
+        });
+        let kept: Vec<(u64, f64)> = tally.costliest.iter().map(|worst| (worst.case, worst.value)).collect();
+        assert_eq!(kept, [(2, 9.0), (4, 9.0), (7, 6.0), (6, 5.0), (5, 4.0)]);
+        assert_eq!(
+            (tally.solved(), tally.failed(), tally.statuses["infeasible"].clone()),
+            (8, 1, (1, vec![9]))
+        );
+    }
+}

@@ -1,0 +1,138 @@
+//! A table for on-board use: equal ticks, and a checksum over all that stands before it.
+//!
+//! A row holds at its tick the attitude, the rate, and the torque and the inputs that the plan holds on the average
+//! over the tick that begins there, so that their impulse is that of the plan. Where the tick is not the step of the
+//! plan, attitudes are found between the nodes of the plan by a cubic; what it misses is stated, and so is what a
+//! reader misses who interpolates between the rows.
+
+use super::interpolation::{Row, cubic, missed};
+use super::numpy::crc32;
+use super::{Lacking, Record, digits};
+use crate::export::ExportError;
+use slewkit::{Vector3, lie};
+use std::fmt::Write as _;
+use std::io::Write;
+
+/// How far the duration may be from a whole number of ticks, relative to the tick.
+const WHOLE: f64 = 1e-6;
+/// The most rows.
+const MAX_ROWS: f64 = 1e7;
+
+/// Writes the table.
+pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
+    let time = &record.trajectory.time;
+    let steps = time.len() - 1;
+    if record.trajectory.torque.len() < steps {
+        return Err(Lacking::Inputs.into());
+    }
+    let nodes: Vec<Row> = (0..=steps)
+        .map(|k| Row {
+            attitude: lie::rotation_from_quaternion(&record.trajectory.quaternion[k]),
+            rate: record.rate(k),
+        })
+        .collect();
+    let (start, duration) = (time[0], time[steps] - time[0]);
+    let equal =
+        time.windows(2).all(|pair| (pair[1] - pair[0] - duration / steps as f64).abs() < 1e-9 * duration);
+    let tick = match record.tables.tick {
+        Some(tick) => tick,
+        None if equal => duration / steps as f64,
+        None => return Err(Lacking::Tick.into()),
+    };
+    let ticks = (duration / tick).round();
+    if !(1.0..=MAX_ROWS).contains(&ticks) || (duration / tick - ticks).abs() > WHOLE * ticks.max(1.0) {
+        return Err(Lacking::Tick.into());
+    }
+    let on_nodes = equal && ticks as usize == steps;
+    let mut rows = Vec::with_capacity(ticks as usize + 1);
+    let mut step = 0;
+    for index in 0..=ticks as usize {
+        let at = start + duration * (index as f64 / ticks);
+        if on_nodes {
+            rows.push(nodes[index]);
+            continue;
+        }
+        while step + 1 < steps && time[step + 1] <= at {
+            step += 1;
+        }
+        let h = time[step + 1] - time[step];
+        rows.push(cubic(&nodes[step], &nodes[step + 1], h, (at - time[step]) / h));
+    }
+    let times: Vec<f64> = (0..rows.len()).map(|index| index as f64 * tick).collect();
+    let mut text = head(record, tick, rows.len())?;
+    let (by_line, by_cubic) = missed(&rows, &times);
+    writeln!(text, "# between rows, at one rate: at most {by_line:.1e} rad")?;
+    writeln!(text, "# between rows, cubic with rates: at most {by_cubic:.1e} rad")?;
+    let of_nodes = if on_nodes { 0.0 } else { missed(&nodes, time).1 };
+    writeln!(text, "# rows against the plan: at most {of_nodes:.1e} rad")?;
+    let inputs = record.input_heads();
+    writeln!(
+        text,
+        "tick,time_s,quaternion_w,quaternion_x,quaternion_y,quaternion_z,angular_velocity_x_rad_s,\
+         angular_velocity_y_rad_s,angular_velocity_z_rad_s,torque_x_n_m,torque_y_n_m,torque_z_n_m{}{}",
+        if inputs.is_empty() { "" } else { "," },
+        inputs.join(",")
+    )?;
+    let mut last = record.trajectory.quaternion[0];
+    for (index, row) in rows.iter().enumerate() {
+        let mut q = if on_nodes {
+            record.trajectory.quaternion[index]
+        } else {
+            lie::quaternion_from_rotation(&row.attitude)
+        };
+        // One sign along the whole table.
+        if q.iter().zip(last).map(|(a, b)| a * b).sum::<f64>() < 0.0 {
+            q = q.map(|part| -part);
+        }
+        last = q;
+        let at = start + times[index];
+        // The last row has no tick that begins there: nothing is held any more.
+        let (torque, inputs) = mean(record, at, if index + 1 < rows.len() { tick } else { 0.0 });
+        write!(text, "{index},{}", digits(times[index]))?;
+        for number in q.iter().chain(row.rate.iter()).chain(torque.iter()).chain(&inputs) {
+            write!(text, ",{}", digits(*number))?;
+        }
+        text.push('\n');
+    }
+    writeln!(text, "# crc32 {:08x} of all bytes before this line", crc32(text.as_bytes()))?;
+    Ok(output.write_all(text.as_bytes())?)
+}
+
+/// What stands above the columns.
+fn head(record: &Record<'_>, tick: f64, rows: usize) -> Result<String, ExportError> {
+    let mut text = format!("# slewkit flight table 1\n# {}\n", record.name());
+    for note in &record.notes {
+        writeln!(text, "# {note}")?;
+    }
+    if let Some(epoch) = record.identity.epoch {
+        writeln!(text, "# epoch {epoch}")?;
+    }
+    let (reference, body) = (record.identity.reference_frame(), record.identity.body_frame());
+    writeln!(text, "# quaternion: Hamilton, scalar first, from {body} to {reference} components")?;
+    writeln!(
+        text,
+        "# rate and torque: axes of {body}; torque and inputs are held over the tick that begins at the row"
+    )?;
+    writeln!(text, "# tick_s {}\n# rows {rows}", digits(tick))?;
+    Ok(text)
+}
+
+/// Torque and inputs that the plan holds, averaged over the tick from `at`; zero for a tick of no length.
+fn mean(record: &Record<'_>, at: f64, tick: f64) -> (Vector3, Vec<f64>) {
+    let (time, count) = (&record.trajectory.time, record.trajectory.input_count);
+    let (mut torque, mut inputs) = (Vector3::zeros(), vec![0.0; count]);
+    if tick == 0.0 {
+        return (torque, inputs);
+    }
+    let first = time.partition_point(|node| *node <= at).saturating_sub(1);
+    // A tick that ends at a node up to rounding ends there.
+    let end = at + tick * (1.0 - WHOLE);
+    for step in (first..time.len() - 1).take_while(|step| time[*step] < end) {
+        let share = ((at + tick).min(time[step + 1]) - at.max(time[step])) / tick;
+        torque += share * record.held_torque(step);
+        for (input, held) in inputs.iter_mut().zip(record.held_inputs(step)) {
+            *input += share * held;
+        }
+    }
+    (torque, inputs)
+}

@@ -1,0 +1,87 @@
+//! Between two rows of attitudes and rates: a cubic in the rotation vector from the first of them.
+//!
+//! ```text
+//! R(s) = R₀ exp(φ(s)),   φ(0) = 0,  φ'(0) = h Ω₀,  φ(1) = log(R₀ᵀ R₁),  φ'(1) = J_r⁻¹(φ(1)) h Ω₁
+//! ```
+//!
+//! What such an interpolation misses is measured on the rows themselves: every second one is left out and found again
+//! from its neighbours. Twice the distance makes it an upper bound for the rows as they are.
+
+use slewkit::{Matrix3, Vector3, lie};
+
+/// An attitude with its rate, body axes [rad/s].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Row {
+    pub attitude: Matrix3,
+    pub rate: Vector3,
+}
+
+/// The cubic at the share `s` of the time `h` between two rows.
+pub(super) fn cubic(first: &Row, second: &Row, h: f64, s: f64) -> Row {
+    let turn = lie::minus(&second.attitude, &first.attitude);
+    let (at_first, at_second) = (h * first.rate, lie::right_jacobian_inverse(&turn) * (h * second.rate));
+    let (curve, bend) = (3.0 * turn - 2.0 * at_first - at_second, at_first + at_second - 2.0 * turn);
+    let vector = s * (at_first + s * (curve + s * bend));
+    let slope = at_first + s * (2.0 * curve + 3.0 * s * bend);
+    Row { attitude: first.attitude * lie::exp(&vector), rate: lie::right_jacobian(&vector) * slope / h }
+}
+
+/// The rotation about one axis at one rate.
+pub(super) fn linear(first: &Row, second: &Row, s: f64) -> Matrix3 {
+    first.attitude * lie::exp(&(s * lie::minus(&second.attitude, &first.attitude)))
+}
+
+/// Bounds of what is missed between rows by the rotation at one rate and by the cubic \[rad\].
+pub(super) fn missed(rows: &[Row], time: &[f64]) -> (f64, f64) {
+    let mut worst = (0.0_f64, 0.0_f64);
+    for k in 1..rows.len().saturating_sub(1) {
+        let (first, middle, last) = (&rows[k - 1], &rows[k], &rows[k + 1]);
+        let h = time[k + 1] - time[k - 1];
+        let s = (time[k] - time[k - 1]) / h;
+        let off = |attitude: &Matrix3| lie::minus(attitude, &middle.attitude).norm();
+        worst.0 = worst.0.max(off(&linear(first, last, s)));
+        worst.1 = worst.1.max(off(&cubic(first, last, h, s).attitude));
+    }
+    worst
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Row, cubic, missed};
+    use slewkit::{Matrix3, Vector3, lie};
+
+    /// A body that turns about one axis with the angle sin t: attitude and rate in closed form.
+    fn row(t: f64) -> Row {
+        let axis = Vector3::new(1.0, -2.0, 2.0) / 3.0;
+        Row { attitude: lie::exp(&(t.sin() * axis)), rate: t.cos() * axis }
+    }
+
+    #[test]
+    fn the_cubic_is_of_fourth_order_and_its_bound_holds() {
+        let off = |h: f64| {
+            let found = cubic(&row(1.0), &row(1.0 + h), h, 0.5);
+            let true_row = row(1.0 + 0.5 * h);
+            assert!((found.rate - true_row.rate).norm() < h.powi(3), "the rate is its derivative");
+            lie::minus(&found.attitude, &true_row.attitude).norm()
+        };
+        let order = (off(0.2) / off(0.1)).log2();
+        assert!((order - 4.0).abs() < 0.1, "{order}");
+        let time: Vec<f64> = (0..=30).map(|k| 0.1 * f64::from(k)).collect();
+        let rows: Vec<Row> = time.iter().map(|t| row(*t)).collect();
+        let (linear, bound) = missed(&rows, &time);
+        assert!(off(0.1) < bound && bound < 20.0 * off(0.1), "{bound}");
+        // |θ''| h²/8 at the doubled distance 0.2, with |θ''| at most 1.
+        assert!((linear - 0.005).abs() < 1e-4, "{linear}");
+    }
+
+    #[test]
+    fn ends_are_met() {
+        let (first, second) = (row(0.3), row(0.9));
+        for (s, end) in [(0.0, &first), (1.0, &second)] {
+            let found = cubic(&first, &second, 0.6, s);
+            assert!((found.attitude - end.attitude).abs().max() < 4e-15);
+            assert!((found.rate - end.rate).amax() < 1e-14);
+        }
+        assert!((first.attitude.tr_mul(&first.attitude) - Matrix3::identity()).amax() < 1e-15);
+    }
+}

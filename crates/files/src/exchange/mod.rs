@@ -1,0 +1,157 @@
+//! Files of other programs: CCSDS attitude messages, SPICE kernels, STK, NumPy, MATLAB, tables.
+//!
+//! Every format is written from one [`Record`]: the trajectory with its names and its epoch. Directions differ, and
+//! are each stated where they are written; with `R` from body to reference components and `q` its quaternion:
+//!
+//! | format | quaternion | order | rate |
+//! |---|---|---|---|
+//! | CCSDS, A = reference, B = body | `q` | scalar last | body axes, deg/s |
+//! | STK `.a` | `q` | scalar last | body axes, deg/s |
+//! | SPICE CK | `q*`: its C-matrix leads from reference to body | scalar first | reference axes, rad/s |
+//! | 42 | `q` | scalar last | body axes, rad/s |
+//! | Basilisk | modified Rodrigues parameters of `q` | | reference axes, rad/s |
+//! | NumPy, MATLAB, Parquet, flight table | `q` | scalar first | body axes, rad/s |
+//!
+//! Rates are those of the body against the reference frame: where that frame turns, its own rate is taken off.
+//! Numbers have 17 significant digits, and read back to the same bits.
+
+mod ccsds;
+mod flight;
+mod interpolation;
+mod lacking;
+mod matlab;
+mod numpy;
+#[cfg(feature = "parquet")]
+pub(crate) mod parquet;
+mod reading;
+mod record;
+mod simulators;
+mod spice;
+mod stk;
+mod xml;
+
+pub use ccsds::AemVersion;
+pub use lacking::Lacking;
+pub use reading::{Attitudes, read_attitudes};
+pub use record::{Record, Tables};
+
+use super::export::{ExportError, TrajectoryError};
+use slewkit::maneuver::Problem;
+use std::io::Write;
+
+/// A format of other programs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// CCSDS attitude ephemeris message, keywords and values.
+    Aem(AemVersion),
+    /// The same in XML, version 2.
+    AemXml,
+    /// CCSDS attitude parameter message: state at the start, inertia, and the torque of every step.
+    Apm,
+    /// STK attitude file.
+    Stk,
+    /// SPICE C-kernel: binary, type 3.
+    Ck,
+    /// The clock kernel that goes with it.
+    Sclk,
+    /// The frame kernel that goes with it.
+    Fk,
+    /// NumPy arrays.
+    Npz,
+    /// MATLAB, version 5.
+    Mat,
+    /// Parquet, a column a number, as in CSV; with the feature `parquet`.
+    Parquet,
+    /// Basilisk's waypoint reference.
+    Basilisk,
+    /// 42: time, quaternion, rate.
+    FortyTwo,
+    /// Equal ticks, with a checksum and the error of interpolation.
+    Flight,
+}
+
+impl Format {
+    /// Whether the maneuver says all that the format needs.
+    ///
+    /// # Errors
+    /// The first thing that it does not say.
+    pub fn check(self, record: &Record<'_>) -> Result<(), Lacking> {
+        let (identity, spice) = (&record.identity, matches!(self, Self::Ck | Self::Sclk | Self::Fk));
+        let ccsds = matches!(self, Self::Aem(_) | Self::AemXml | Self::Apm);
+        let dated = ccsds || matches!(self, Self::Stk | Self::Ck | Self::Sclk);
+        if dated && identity.epoch.is_none() {
+            return Err(Lacking::Epoch);
+        }
+        let framed = ccsds || matches!(self, Self::Stk | Self::Ck);
+        if framed && record.turns() && identity.reference_frame.is_none() {
+            return Err(Lacking::FrameName);
+        }
+        if self == Self::Parquet && !cfg!(feature = "parquet") {
+            return Err(Lacking::Parquet);
+        }
+        if spice && identity.spice_id.is_none() {
+            return Err(Lacking::SpiceId);
+        }
+        if self == Self::Ck && spice::inertial_frame(identity).is_none() {
+            return Err(Lacking::SpiceFrame);
+        }
+        Ok(())
+    }
+
+    /// Writes the record.
+    ///
+    /// # Errors
+    /// What the maneuver does not say, numbers that are not finite, or the stream.
+    pub fn write(self, record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
+        self.check(record)?;
+        record.check_finite()?;
+        match self {
+            Self::Aem(version) => ccsds::write_aem(record, version, output),
+            Self::AemXml => xml::write_aem(record, output),
+            Self::Apm => ccsds::write_apm(record, output),
+            Self::Stk => stk::write(record, output),
+            Self::Ck => spice::write_ck(record, output),
+            Self::Sclk => spice::write_sclk(record, output),
+            Self::Fk => spice::write_fk(record, output),
+            Self::Npz => numpy::write(record, output),
+            Self::Mat => matlab::write(record, output),
+            #[cfg(feature = "parquet")]
+            Self::Parquet => parquet::write_trajectory(record, output),
+            #[cfg(not(feature = "parquet"))]
+            Self::Parquet => Err(Lacking::Parquet.into()),
+            Self::Basilisk => simulators::write_basilisk(record, output),
+            Self::FortyTwo => simulators::write_42(record, output),
+            Self::Flight => flight::write(record, output),
+        }?;
+        Ok(output.flush()?)
+    }
+}
+
+/// A number in 17 significant digits, which read back to its bits.
+fn digits(value: f64) -> String {
+    format!("{value:.16e}")
+}
+
+/// The inertia of a body as six numbers with their CCSDS names.
+fn six_of_inertia(problem: &Problem) -> [(&'static str, f64); 6] {
+    let j = problem.body.inertia.j();
+    [
+        ("IXX", j[(0, 0)]),
+        ("IYY", j[(1, 1)]),
+        ("IZZ", j[(2, 2)]),
+        ("IXY", j[(0, 1)]),
+        ("IXZ", j[(0, 2)]),
+        ("IYZ", j[(1, 2)]),
+    ]
+}
+
+impl From<std::fmt::Error> for ExportError {
+    fn from(error: std::fmt::Error) -> Self {
+        Self::Io(std::io::Error::other(error))
+    }
+}
+
+/// What a trajectory without rows is.
+fn empty() -> ExportError {
+    TrajectoryError::Shape { key: "time_s", of: "rows", found: 0, needed: 2 }.into()
+}

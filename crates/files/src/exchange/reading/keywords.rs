@@ -1,0 +1,97 @@
+//! AEM as keywords and values.
+
+use super::message::{Metadata, Version, date};
+use super::{Piece, Rows, Wrong, lines, wrong};
+use crate::spec::cut;
+
+/// Where in the file a line stands.
+enum Place<'t> {
+    Header,
+    Metadata(Metadata<'t>),
+    Between(super::message::Block),
+    Data(super::message::Block),
+}
+
+/// Reads the file.
+pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
+    let mut lines = lines(text).peekable();
+    let Some(first) = lines.next() else { return wrong(0, 1, "the file is empty", "give an AEM") };
+    let (key, value) = pair(first)?;
+    if key.text != "CCSDS_AEM_VERS" {
+        let reason = format!("`{}` begins another message than an AEM", cut(key.text, 30));
+        return key.wrong(reason, "give an attitude ephemeris: CCSDS_AEM_VERS = 2.0");
+    }
+    let version = Version::of(value)?;
+    let (mut place, mut rows, mut last) = (Place::Header, Rows::default(), first);
+    let mut seen = Vec::new();
+    for line in lines {
+        last = line;
+        if line.text.starts_with("COMMENT") {
+            continue;
+        }
+        place = match (place, line.text) {
+            (Place::Header, "META_START") => {
+                if let Some(key) = ["CREATION_DATE", "ORIGINATOR"].iter().find(|key| !seen.contains(*key)) {
+                    return line.wrong(format!("the header has no `{key}`"), format!("add {key} = …"));
+                }
+                Place::Metadata(Metadata::default())
+            }
+            (Place::Header, _) if !rows.found.time.is_empty() => {
+                return line.wrong("after data only another META_START may follow", "remove the line");
+            }
+            (Place::Header, _) => {
+                let (key, _) = pair(line)?;
+                if !["CREATION_DATE", "ORIGINATOR", "MESSAGE_ID", "CLASSIFICATION"].contains(&key.text) {
+                    let reason = format!("unknown key `{}` in the header of an AEM", cut(key.text, 40));
+                    return key.wrong(reason, "META_START opens the metadata");
+                }
+                seen.push(key.text);
+                Place::Header
+            }
+            (Place::Metadata(keys), "META_STOP") => {
+                let block = keys.block(version, line)?;
+                block.begin(line, &mut rows)?;
+                Place::Between(block)
+            }
+            (Place::Metadata(mut keys), _) => {
+                let (key, value) = pair(line)?;
+                keys.add(key, value)?;
+                Place::Metadata(keys)
+            }
+            (Place::Between(block), "DATA_START") => Place::Data(block),
+            (Place::Between(_), _) => {
+                return line
+                    .wrong("DATA_START is needed here", "data stand between DATA_START and DATA_STOP");
+            }
+            (Place::Data(_), "DATA_STOP") => Place::Header,
+            (Place::Data(block), _) => {
+                let words = line.words();
+                let moment = date(words[0], block.scale)?;
+                let numbers = words[1..].iter().map(|word| word.number()).collect::<Result<Vec<_>, _>>()?;
+                block.row(line, moment, &numbers, &mut rows)?;
+                Place::Data(block)
+            }
+        };
+    }
+    match place {
+        Place::Header => Ok(rows),
+        Place::Metadata(_) => {
+            last.wrong("the metadata do not end", "META_STOP is missing: the file is cut off")
+        }
+        Place::Between(_) => {
+            last.wrong("the block has no data", "DATA_START is missing: the file is cut off")
+        }
+        Place::Data(_) => last.wrong("the data do not end", "DATA_STOP is missing: the file is cut off"),
+    }
+}
+
+/// `KEY = value`.
+fn pair(line: Piece<'_>) -> Result<(Piece<'_>, Piece<'_>), Wrong> {
+    match line.text.find('=') {
+        Some(sign) if sign > 0 => Ok((
+            Piece { at: line.at, text: &line.text[..sign] }.trimmed(),
+            Piece { at: line.at + sign + 1, text: &line.text[sign + 1..] }.trimmed(),
+        )),
+        _ => line.wrong(format!("`{}` is no KEY = value", cut(line.text, 40)), "write KEY = value"),
+    }
+}

@@ -1,0 +1,120 @@
+//! What all formats are written from.
+
+use crate::epoch::Epoch;
+use crate::export::{ExportError, Names};
+use crate::identity::Identity;
+use slewkit::maneuver::{Problem, Trajectory};
+use slewkit::{Vector3, lie};
+use std::borrow::Cow;
+use std::ops::RangeInclusive;
+
+/// What tables hold beyond what they always do.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tables {
+    /// Tick of tables with equal ticks \[s\]; the step of the plan where there is none.
+    pub tick: Option<f64>,
+    /// Margins of limits and constraints at each node, and angles between boresights and directions, in CSV and Parquet.
+    pub margins: bool,
+}
+
+/// A trajectory with its maneuver, its names and its epoch.
+#[derive(Clone, Debug)]
+pub struct Record<'a> {
+    /// The maneuver.
+    pub problem: &'a Problem,
+    /// Names and epoch.
+    pub identity: Cow<'a, Identity>,
+    /// Attitudes, rates and inputs.
+    pub trajectory: &'a Trajectory,
+    /// Nodes between the first and the last, in their order, at which the motion is not smooth because inputs switch.
+    pub switches: Vec<usize>,
+    /// When the file is written.
+    pub created: Epoch,
+    /// What tables hold.
+    pub tables: Tables,
+    /// What to know about it, a line each, for comments.
+    pub notes: Vec<String>,
+}
+
+impl Record<'_> {
+    /// Whether the reference frame turns.
+    pub(super) fn turns(&self) -> bool {
+        self.problem.environment.frame_rate().amax() > 0.0
+    }
+
+    /// The name of the object; of the maneuver where it has none.
+    pub(super) fn object(&self) -> String {
+        ascii(self.identity.object.as_deref().unwrap_or(&self.problem.name))
+    }
+
+    /// The name of the maneuver, in ASCII.
+    pub(super) fn name(&self) -> String {
+        ascii(&self.problem.name)
+    }
+
+    /// The moment of time zero; what needs one has been checked for it.
+    pub(super) fn epoch(&self) -> Result<Epoch, super::Lacking> {
+        self.identity.epoch.ok_or(super::Lacking::Epoch)
+    }
+
+    /// Angular velocity of the body against the reference frame at node `k`, body axes [rad/s].
+    pub(super) fn rate(&self, k: usize) -> Vector3 {
+        let inertial = self.trajectory.angular_velocity[k];
+        if !self.turns() {
+            return inertial;
+        }
+        let attitude = lie::rotation_from_quaternion(&self.trajectory.quaternion[k]);
+        inertial - attitude.tr_mul(&self.problem.environment.frame_rate())
+    }
+
+    /// The other row of step `k`: that of its end for Lie–Verlet; the same for Lie–Euler, and where a row is a step's.
+    fn later_row(&self, k: usize) -> usize {
+        if self.problem.switches() { k } else { k + 1 - self.problem.scheme.first_input() }
+    }
+
+    /// The torque that the plan holds over step `k`, body axes [N·m]: the mean of the two rows at its ends for
+    /// Lie–Verlet, the row at its end for Lie–Euler, that of the step where inputs switch.
+    pub(super) fn held_torque(&self, k: usize) -> Vector3 {
+        let torque = &self.trajectory.torque;
+        let later = self.later_row(k);
+        if later == k { torque[k] } else { 0.5 * (torque[k] + torque[later]) }
+    }
+
+    /// The inputs that the plan holds over step `k`, in the same way.
+    pub(super) fn held_inputs(&self, k: usize) -> Vec<f64> {
+        let later = self.later_row(k);
+        let ends = self.trajectory.inputs(k).iter().zip(self.trajectory.inputs(later));
+        ends.map(|(first, last)| 0.5 * (first + last)).collect()
+    }
+
+    /// The smooth pieces of the motion: from node to node, both ends included.
+    pub(super) fn pieces(&self) -> impl Iterator<Item = RangeInclusive<usize>> {
+        let ends = self.switches.iter().copied().chain([self.nodes() - 1]);
+        let starts = [0].into_iter().chain(self.switches.iter().copied());
+        starts.zip(ends).map(|(start, end)| start..=end)
+    }
+
+    /// Number of nodes.
+    pub(super) fn nodes(&self) -> usize {
+        self.trajectory.time.len()
+    }
+
+    /// Refuses what no format can hold.
+    pub(super) fn check_finite(&self) -> Result<(), ExportError> {
+        crate::export::check_finite(self.trajectory)?;
+        if self.nodes() < 2 { Err(super::empty()) } else { Ok(()) }
+    }
+
+    /// What heads call the inputs, with their units.
+    pub(super) fn input_heads(&self) -> Vec<String> {
+        let names = Names::new(self.problem, &self.identity);
+        (0..self.trajectory.input_count)
+            .map(|input| ascii(&format!("input_{}", names.input(input))))
+            .collect()
+    }
+}
+
+/// Printable ASCII alone.
+fn ascii(text: &str) -> String {
+    text.chars().map(|c| if c.is_ascii_graphic() || c == ' ' { c } else { '?' }).collect()
+}

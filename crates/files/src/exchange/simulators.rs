@@ -1,0 +1,45 @@
+//! Tables for simulators.
+//!
+//! - Basilisk's `waypointReference` reads a row a waypoint: time, modified Rodrigues parameters σ_RN, then angular
+//!   velocity and acceleration in reference axes (its default). σ is the axis times tan(φ/4) of the shorter rotation.
+//! - 42: time, quaternion of the body in the reference frame scalar last, rate in body axes.
+
+use super::{Record, digits};
+use crate::export::ExportError;
+use slewkit::{Vector3, lie};
+use std::io::Write;
+
+/// Waypoints, separated by commas, under one line of head.
+pub(super) fn write_basilisk(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
+    writeln!(
+        output,
+        "time_s,sigma_RN_1,sigma_RN_2,sigma_RN_3,omega_RN_N_1_rad_s,omega_RN_N_2_rad_s,omega_RN_N_3_rad_s,\
+         domega_RN_N_1_rad_s2,domega_RN_N_2_rad_s2,domega_RN_N_3_rad_s2"
+    )?;
+    let time = &record.trajectory.time;
+    let rates: Vec<Vector3> = (0..record.nodes())
+        .map(|k| lie::rotation_from_quaternion(&record.trajectory.quaternion[k]) * record.rate(k))
+        .collect();
+    for (k, [w, x, y, z]) in record.trajectory.quaternion.iter().copied().enumerate() {
+        let sign = if w < 0.0 { -1.0 } else { 1.0 };
+        let sigma = sign * Vector3::new(x, y, z) / (1.0 + w.abs());
+        // By differences of the rates at the neighbours: what the plan has between nodes is the mean.
+        let (before, after) = (k.saturating_sub(1), (k + 1).min(time.len() - 1));
+        let acceleration = (rates[after] - rates[before]) / (time[after] - time[before]);
+        let numbers = [sigma, rates[k], acceleration];
+        let cells: Vec<String> =
+            numbers.iter().flat_map(|vector| vector.iter().map(|part| digits(*part))).collect();
+        writeln!(output, "{},{}", digits(time[k]), cells.join(","))?;
+    }
+    Ok(())
+}
+
+/// Numbers separated by blanks, without a head.
+pub(super) fn write_42(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
+    for (k, [w, x, y, z]) in record.trajectory.quaternion.iter().copied().enumerate() {
+        let rate = record.rate(k);
+        let row = [record.trajectory.time[k], x, y, z, w, rate.x, rate.y, rate.z];
+        writeln!(output, "{}", row.map(digits).join(" "))?;
+    }
+    Ok(())
+}

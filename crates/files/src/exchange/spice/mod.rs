@@ -1,0 +1,104 @@
+//! SPICE: a C-kernel of type 3 with rates, and the clock and frame kernels that go with it.
+//!
+//! The C-matrix of SPICE leads from reference to body components, so the quaternion is the conjugate of ours, scalar
+//! first; the rate is in reference axes, in rad/s. The clock counts microseconds of terrestrial time from the epoch of
+//! the maneuver. The structure has the number of the spacecraft times 1000, from which SPICE finds the clock.
+
+mod daf;
+
+use super::{Lacking, Record, digits};
+use crate::export::ExportError;
+use crate::identity::Identity;
+use daf::{Daf, Segment};
+use slewkit::lie;
+use std::io::Write;
+
+/// Ticks of the clock a second.
+const TICKS: f64 = 1e6;
+/// The type of the segment: pointing with rates, interpolated about one axis.
+const TYPE: i32 = 3;
+/// Every so many numbers have an entry in the directory of their list.
+const DIRECTORY: usize = 100;
+
+/// SPICE's number of the reference frame.
+pub(super) fn inertial_frame(identity: &Identity) -> Option<i32> {
+    match identity.reference_frame() {
+        "J2000" | "ICRF" | "EME2000" => Some(1),
+        "B1950" => Some(2),
+        "ECLIPJ2000" => Some(17),
+        _ => None,
+    }
+}
+
+fn number(record: &Record<'_>) -> Result<i32, Lacking> {
+    record.identity.spice_id.ok_or(Lacking::SpiceId)
+}
+
+/// The C-kernel.
+pub(super) fn write_ck(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
+    let number = number(record)?;
+    let frame = inertial_frame(&record.identity).ok_or(Lacking::SpiceFrame)?;
+    let ticks: Vec<f64> = record.trajectory.time.iter().map(|time| time * TICKS).collect();
+    // Attitudes and rates, then times, every hundredth time, the start of the one interval of interpolation, no
+    // directory of such starts, and both counts.
+    let mut numbers = Vec::with_capacity(9 * ticks.len());
+    for (k, quaternion) in record.trajectory.quaternion.iter().enumerate() {
+        let [w, x, y, z] = *quaternion;
+        let rate = lie::rotation_from_quaternion(quaternion) * record.rate(k);
+        numbers.extend([w, -x, -y, -z, rate.x, rate.y, rate.z]);
+    }
+    numbers.extend(&ticks);
+    numbers.extend((1..=(ticks.len() - 1) / DIRECTORY).map(|entry| ticks[entry * DIRECTORY - 1]));
+    numbers.push(ticks[0]);
+    numbers.extend([1.0, ticks.len() as f64]);
+    let comment = comment(record, number)?;
+    let segment = Segment {
+        name: record.name(),
+        bounds: [ticks[0], ticks[ticks.len() - 1]],
+        integers: [number * 1000, frame, TYPE, 1],
+        numbers,
+    };
+    Ok(Daf { kind: "CK", name: record.name(), comment, segment }.write(output)?)
+}
+
+/// What the comment area says: the text kernels that go with the file, and what to know.
+fn comment(record: &Record<'_>, number: i32) -> Result<Vec<String>, ExportError> {
+    let mut lines = vec![format!("Attitude of {}: {}", record.object(), record.name())];
+    lines.extend(record.notes.iter().cloned());
+    lines.push(format!("Structure {}, clock {number}: one tick is a microsecond of TT", number * 1000));
+    lines.push(
+        "Between the rows SPICE turns about one axis at one rate: more steps interpolate better.".into(),
+    );
+    lines.push(format!("Epoch: {}", record.epoch()?));
+    Ok(lines)
+}
+
+/// The clock kernel.
+pub(super) fn write_sclk(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
+    let (number, epoch) = (number(record)?, record.epoch()?);
+    let clock = number.unsigned_abs();
+    let calendar = epoch.in_other_scale(crate::epoch::Scale::Tt).calendar_text();
+    writeln!(output, "KPL/SCLK\n\nClock of {}: microseconds of TT from {epoch}.\n", record.object())?;
+    writeln!(output, "\\begindata\n\nSCLK_KERNEL_ID = ( @{} )", calendar.replace('T', "/"))?;
+    writeln!(output, "SCLK_DATA_TYPE_{clock} = ( 1 )\nSCLK01_TIME_SYSTEM_{clock} = ( 2 )")?;
+    writeln!(output, "SCLK01_N_FIELDS_{clock} = ( 2 )\nSCLK01_MODULI_{clock} = ( 4294967296 1000000 )")?;
+    writeln!(output, "SCLK01_OFFSETS_{clock} = ( 0 0 )\nSCLK01_OUTPUT_DELIM_{clock} = ( 1 )")?;
+    writeln!(output, "SCLK_PARTITION_START_{clock} = ( 0.0 )")?;
+    writeln!(output, "SCLK_PARTITION_END_{clock} = ( 4.2949672959999990E+15 )")?;
+    let start = digits(epoch.terrestrial_past_j2000());
+    writeln!(output, "SCLK01_COEFFICIENTS_{clock} = ( 0.0 {start} 1.0 )\n\n\\begintext")?;
+    Ok(())
+}
+
+/// The frame kernel.
+pub(super) fn write_fk(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
+    let number = number(record)?;
+    let (frame, name) = (number * 1000, record.identity.body_frame());
+    writeln!(output, "KPL/FK\n\nThe body frame of {}.\n\n\\begindata\n", record.object())?;
+    writeln!(output, "FRAME_{name} = {frame}\nFRAME_{frame}_NAME = '{name}'\nFRAME_{frame}_CLASS = 3")?;
+    writeln!(output, "FRAME_{frame}_CLASS_ID = {frame}\nFRAME_{frame}_CENTER = {number}")?;
+    writeln!(output, "CK_{frame}_SCLK = {number}\nCK_{frame}_SPK = {number}")?;
+    writeln!(output, "NAIF_BODY_NAME += ( '{}' )\nNAIF_BODY_CODE += ( {number} )", record.object())?;
+    writeln!(output, "\n\\begintext")?;
+    Ok(())
+}

@@ -1,0 +1,98 @@
+//! An attitude in every notation that a spec accepts.
+
+use serde::Serialize;
+use serde::ser::{SerializeMap, Serializer};
+use slewkit::{Matrix3, lie};
+
+/// The twelve sequences of intrinsic Euler angles: `zyx` is `R = Rz Ry Rx`.
+pub const EULER_SEQUENCES: [&str; 12] =
+    ["xyz", "xzy", "yxz", "yzx", "zxy", "zyx", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz"];
+
+/// One attitude with the keys of a spec, in every notation.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Notations {
+    /// Unit quaternion, scalar first, not negative.
+    pub quaternion_wxyz: [f64; 4],
+    /// The same, scalar last.
+    pub quaternion_xyzw: [f64; 4],
+    /// Unit axis of the rotation by `angle_deg`.
+    pub axis: [f64; 3],
+    /// Angle from 0 to 180 degrees.
+    pub angle_deg: f64,
+    /// Axis times angle.
+    pub rotation_vector_rad: [f64; 3],
+    /// `R`, three rows.
+    pub matrix: [[f64; 3]; 3],
+    /// Intrinsic Euler angles of every sequence, keys as in a spec.
+    #[serde(flatten)]
+    pub euler_deg: EulerAngles,
+}
+
+/// Euler angles in degrees, in the order of [`EULER_SEQUENCES`], written as `euler_xyz_deg` and so on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EulerAngles(pub [[f64; 3]; 12]);
+
+impl Serialize for EulerAngles {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(12))?;
+        for (sequence, angles) in EULER_SEQUENCES.iter().zip(&self.0) {
+            map.serialize_entry(&format!("euler_{sequence}_deg"), angles)?;
+        }
+        map.end()
+    }
+}
+
+impl From<&Matrix3> for Notations {
+    fn from(rotation: &Matrix3) -> Self {
+        let q = lie::quaternion_from_rotation(rotation);
+        // One of the two signs, so that equal attitudes read alike. Adding 0 turns −0 into 0.
+        let sign = if q[0] < 0.0 { -1.0 } else { 1.0 };
+        let [w, x, y, z] = q.map(|part| sign * part + 0.0);
+        let vector = lie::log(rotation);
+        let angle = vector.norm();
+        let axis = if angle > 0.0 { vector / angle } else { slewkit::Vector3::z() };
+        Self {
+            quaternion_wxyz: [w, x, y, z],
+            quaternion_xyzw: [x, y, z, w],
+            axis: axis.into(),
+            angle_deg: angle.to_degrees(),
+            rotation_vector_rad: vector.into(),
+            matrix: rotation.transpose().into(),
+            euler_deg: EulerAngles(
+                EULER_SEQUENCES
+                    .map(|sequence| euler_angles(rotation, sequence).map(|a| a.to_degrees() + 0.0)),
+            ),
+        }
+    }
+}
+
+/// Angles `(a, b, c)` \[rad\] with `R = R_i(a) R_j(b) R_k(c)`; `sequence` is one of [`EULER_SEQUENCES`].
+///
+/// `a` comes from the column of `R` that `c` does not move. Then `R_i(a)ᵀ R = R_j(b) R_k(c)`: row `j`
+/// gives `c`, the same column gives `b`. At gimbal lock `a` is whatever round-off says and `c` makes up
+/// for it, so that the product is always `R`.
+pub fn euler_angles(rotation: &Matrix3, sequence: &str) -> [f64; 3] {
+    let axis = |index: usize| usize::from(sequence.as_bytes()[index] - b'x');
+    let (i, j, last) = (axis(0), axis(1), axis(2));
+    // The third axis of the triad (i, j, k), and its handedness.
+    let k = 3 - i - j;
+    let s = if (i + 1) % 3 == j { 1.0 } else { -1.0 };
+    let r = |row, column| rotation[(row, column)];
+    let a: f64 = if last == i {
+        // R e_i = cos b e_i + sin b (sin a e_j − s cos a e_k), with sin b ≥ 0.
+        r(j, i).atan2(-s * r(k, i))
+    } else {
+        // R e_k = s sin b e_i + cos b (−s sin a e_j + cos a e_k), with cos b ≥ 0.
+        (-s * r(j, k)).atan2(r(k, k))
+    };
+    let (sin, cos) = a.sin_cos();
+    // Rows of R_i(a)ᵀ R.
+    let m_j = |column| cos * r(j, column) + s * sin * r(k, column);
+    let m_k = |column| cos * r(k, column) - s * sin * r(j, column);
+    let (b, c) = if last == i {
+        (f64::atan2(-s * m_k(i), r(i, i)), f64::atan2(-s * m_j(k), m_j(j)))
+    } else {
+        (f64::atan2(s * r(i, k), m_k(k)), f64::atan2(s * m_j(i), m_j(j)))
+    };
+    [a, b, c]
+}

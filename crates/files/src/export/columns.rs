@@ -1,0 +1,239 @@
+//! The columns of a trajectory, once: the document, the rows, the table and the checks all work from this list.
+
+use crate::identity::Identity;
+use serde::{Serialize, Serializer};
+use slewkit::Vector3;
+use slewkit::maneuver::{Problem, Trajectory};
+use slewkit::mechanics::ActuatorSet;
+
+/// Why a trajectory is not written, or not accepted.
+#[derive(Clone, Debug, thiserror::Error, PartialEq)]
+pub enum TrajectoryError {
+    /// A number is NaN or infinite.
+    #[error("{key} of the trajectory is not finite in row {row}")]
+    NotFinite {
+        /// The key in the file.
+        key: &'static str,
+        /// Which row, from 0.
+        row: usize,
+    },
+    /// An array has another length than the maneuver needs.
+    #[error("{key} of the trajectory has {found} {of}, the maneuver needs {needed}")]
+    Shape {
+        /// The key in the file.
+        key: &'static str,
+        /// "rows" or "numbers in a row".
+        of: &'static str,
+        /// What it has.
+        found: usize,
+        /// What it needs.
+        needed: usize,
+    },
+}
+
+/// Numbers of a trajectory, row by row.
+#[derive(Clone, Copy)]
+pub(super) enum Values<'a> {
+    Numbers(&'a [f64]),
+    Quaternions(&'a [[f64; 4]]),
+    Vectors(&'a [Vector3]),
+    /// One row after the other, so many numbers each.
+    Flat(&'a [f64], usize),
+}
+
+impl<'a> Values<'a> {
+    /// How many rows there are.
+    pub fn len(self) -> usize {
+        match self {
+            Self::Numbers(values) => values.len(),
+            Self::Quaternions(values) => values.len(),
+            Self::Vectors(values) => values.len(),
+            Self::Flat(values, width) => values.len() / width.max(1),
+        }
+    }
+
+    /// Row `index`, if there is such a row and it is not empty.
+    pub fn row(self, index: usize) -> Option<&'a [f64]> {
+        match self {
+            Self::Numbers(values) => values.get(index).map(std::slice::from_ref),
+            Self::Quaternions(values) => values.get(index).map(<[f64; 4]>::as_slice),
+            Self::Vectors(values) => values.get(index).map(Vector3::as_slice),
+            Self::Flat(values, width) => {
+                values.get(index * width..(index + 1) * width).filter(|row| !row.is_empty())
+            }
+        }
+    }
+
+    /// The first row with a number that is not finite.
+    fn first_not_finite(self) -> Option<usize> {
+        let is_wrong = |value: &f64| !value.is_finite();
+        match self {
+            // A last row that is not whole counts too.
+            Self::Flat(values, width) => values.iter().position(is_wrong).map(|at| at / width.max(1)),
+            _ => (0..self.len()).find(|row| self.row(*row).is_some_and(|row| row.iter().any(is_wrong))),
+        }
+    }
+}
+
+/// A list of numbers, or of rows.
+impl Serialize for Values<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match *self {
+            Self::Numbers(values) => values.serialize(serializer),
+            Self::Quaternions(values) => serializer.collect_seq(values),
+            Self::Vectors(values) => serializer.collect_seq(values.iter().map(Vector3::as_slice)),
+            Self::Flat(values, width) => serializer.collect_seq(values.chunks(width.max(1))),
+        }
+    }
+}
+
+/// A quantity of a trajectory.
+#[derive(Clone, Copy)]
+pub(super) struct Column<'a> {
+    /// Its key in JSON.
+    pub key: &'static str,
+    /// Its columns in a table: `{}` stands for the component.
+    pub header: &'static str,
+    pub values: Values<'a>,
+    /// Its columns in a table; 0 where it has none.
+    pub width: usize,
+    /// Whether a document has its key.
+    pub shown: bool,
+    /// Whether it belongs to an input, not to a node.
+    pub of_input: bool,
+}
+
+impl Column<'_> {
+    /// The names of its columns in a table, where what they count is as `names` says.
+    pub fn headers(&self, names: &Names<'_>) -> Vec<String> {
+        let component = |index: usize| match (self.key, self.values) {
+            ("input", _) => names.input(index),
+            ("wheel_momentum_n_m_s", _) => names.wheel(index),
+            ("costates", _) => costate(self.width, index),
+            (_, Values::Quaternions(_)) => ["w", "x", "y", "z"][index].to_string(),
+            (_, Values::Vectors(_)) => ["x", "y", "z"][index].to_string(),
+            (_, Values::Numbers(_) | Values::Flat(..)) => (index + 1).to_string(),
+        };
+        (0..self.width).map(|index| self.header.replace("{}", &component(index))).collect()
+    }
+
+    /// Whether its width depends on the maneuver.
+    pub fn is_flat(&self) -> bool {
+        matches!(self.values, Values::Flat(..))
+    }
+}
+
+/// What heads of tables call inputs and wheels.
+pub(crate) struct Names<'a> {
+    /// Names of the inputs; by their numbers where there is not one for each.
+    inputs: &'a [String],
+    /// How many of the inputs are in newtons, which come first.
+    forces: usize,
+}
+
+impl<'a> Names<'a> {
+    pub fn new(problem: &Problem, identity: &'a Identity) -> Self {
+        let actuation = &problem.actuation;
+        let named = identity.inputs.len() == actuation.count();
+        let forces = actuation.force.as_ref().map_or(0, ActuatorSet::count);
+        Self { inputs: if named { &identity.inputs } else { &[] }, forces }
+    }
+
+    /// Input `index` with its unit.
+    pub fn input(&self, index: usize) -> String {
+        let unit = if index < self.forces { "n" } else { "n_m" };
+        format!("{}_{unit}", self.bare(index, index))
+    }
+
+    /// The wheel behind torque input `index`.
+    fn wheel(&self, index: usize) -> String {
+        self.bare(index + self.forces, index)
+    }
+
+    fn bare(&self, input: usize, number: usize) -> String {
+        self.inputs.get(input).map_or_else(|| (number + 1).to_string(), |name| plain(name))
+    }
+}
+
+/// A name within a head, which is parted by commas, without quotes.
+pub(super) fn plain(name: &str) -> String {
+    name.replace([',', '"', '\n', '\r'], "_")
+}
+
+/// What the costate `index` of a row of `width` belongs to, with its unit: that of the cost, which weights and prices
+/// determine, for each unit of what it belongs to.
+fn costate(width: usize, index: usize) -> String {
+    const OF: [(&str, &str); 4] =
+        [("position", "m"), ("linear_momentum", "n_s"), ("attitude", "rad"), ("momentum", "n_m_s")];
+    let (of, unit) = OF[OF.len() - width / 3 + index / 3];
+    format!("{of}_{}_cost_per_{unit}", ["x", "y", "z"][index % 3])
+}
+
+/// The columns in the order of a document.
+pub(super) fn columns(of: &Trajectory) -> [Column<'_>; 10] {
+    let (moving, controlled) = (!of.position.is_empty(), !of.torque.is_empty());
+    let three = |shown: bool| if shown { 3 } else { 0 };
+    let (wheels, costates) = (wheel_count(of), if of.costates.is_empty() { 0 } else { costate_width(of) });
+    let node = |key, header, values, width: usize, shown| Column {
+        key,
+        header,
+        values,
+        width,
+        shown,
+        of_input: false,
+    };
+    let input = |key, header, values, width: usize, shown| Column {
+        key,
+        header,
+        values,
+        width,
+        shown,
+        of_input: true,
+    };
+    use Values::{Flat, Numbers, Quaternions, Vectors};
+    [
+        node("time_s", "time_s", Numbers(&of.time), 1, true),
+        node("quaternion_wxyz", "quaternion_{}", Quaternions(&of.quaternion), 4, true),
+        node("angular_velocity_rad_s", "angular_velocity_{}_rad_s", Vectors(&of.angular_velocity), 3, true),
+        node("position_m", "position_{}_m", Vectors(&of.position), three(moving), moving),
+        node("velocity_m_s", "velocity_{}_m_s", Vectors(&of.velocity), three(moving), moving),
+        input("input", "input_{}", Flat(&of.input, of.input_count), of.input_count, true),
+        input("torque_n_m", "torque_{}_n_m", Vectors(&of.torque), three(controlled), true),
+        input("force_n", "force_{}_n", Vectors(&of.force), three(controlled && moving), moving),
+        node(
+            "wheel_momentum_n_m_s",
+            "wheel_momentum_{}_n_m_s",
+            Flat(&of.wheel_momentum, wheels),
+            wheels,
+            wheels > 0,
+        ),
+        input("costates", "costate_{}", Flat(&of.costates, costate_width(of)), costates, true),
+    ]
+}
+
+/// Checks that every number is finite.
+pub(crate) fn check_finite(trajectory: &Trajectory) -> Result<(), TrajectoryError> {
+    let wrong = columns(trajectory)
+        .into_iter()
+        .find_map(|column| Some((column.key, column.values.first_not_finite()?)));
+    wrong.map_or(Ok(()), |(key, row)| Err(TrajectoryError::NotFinite { key, row }))
+}
+
+/// 6 or 12: positions are there or not.
+pub(super) fn costate_width(trajectory: &Trajectory) -> usize {
+    if trajectory.position.is_empty() { 6 } else { 12 }
+}
+
+/// Number of reaction wheels: a row of their momenta at every node.
+fn wheel_count(trajectory: &Trajectory) -> usize {
+    trajectory.wheel_momentum.len() / trajectory.time.len().max(1)
+}
+
+/// All quantities that there are, each with its key, its rows, the numbers in a row, and the numbers row by row.
+pub(crate) fn table(trajectory: &Trajectory) -> Vec<(&'static str, usize, usize, Vec<f64>)> {
+    let filled = columns(trajectory).into_iter().filter(|column| column.shown && column.width > 0);
+    let numbers = |values: Values<'_>| {
+        (0..values.len()).filter_map(move |row| values.row(row)).flatten().copied().collect()
+    };
+    filled.map(|column| (column.key, column.values.len(), column.width, numbers(column.values))).collect()
+}

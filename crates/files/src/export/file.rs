@@ -1,0 +1,367 @@
+//! An output file that appears complete or does not appear.
+
+use super::ExportError;
+use crate::spec::escape;
+use std::fs;
+use std::io::{BufWriter, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+use tempfile::NamedTempFile;
+use thiserror::Error;
+
+/// Why an output file is refused or failed. Nothing is left half-written.
+#[derive(Debug, Error)]
+pub enum FileError {
+    /// The folder is missing.
+    #[error("the folder {folder} of the output {path} does not exist")]
+    FolderMissing {
+        /// The folder.
+        folder: String,
+        /// The output as given.
+        path: String,
+    },
+    /// What should be the folder is a file.
+    #[error("{folder}, the folder of the output {path}, is a file")]
+    FolderIsFile {
+        /// The folder.
+        folder: String,
+        /// The output as given.
+        path: String,
+    },
+    /// The folder cannot be written.
+    #[error("cannot create a file in {folder}: {reason}")]
+    NotWritable {
+        /// The folder.
+        folder: String,
+        /// What the system said.
+        reason: std::io::Error,
+    },
+    /// Writing failed on the way: usually a full disk.
+    #[error("writing {path} failed, nothing was kept: {reason}")]
+    Write {
+        /// The output as given.
+        path: String,
+        /// What the system said.
+        reason: std::io::Error,
+    },
+    /// The file exists.
+    #[error("{path} exists")]
+    Exists {
+        /// The output as given.
+        path: String,
+    },
+    /// The file may not be written.
+    #[error("{path} is write-protected")]
+    Protected {
+        /// The output as given.
+        path: String,
+    },
+    /// The name cannot be a file of data.
+    #[error("{path} cannot be an output file: {reason}")]
+    Name {
+        /// The output as given, escaped.
+        path: String,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// The output would replace an input.
+    #[error("the output {path} is also an input")]
+    IsInput {
+        /// The output as given.
+        path: String,
+    },
+}
+
+impl FileError {
+    /// The stable code of the error.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::FolderMissing { .. } | Self::FolderIsFile { .. } => "E0095",
+            Self::NotWritable { .. } | Self::Protected { .. } => "E0096",
+            Self::Write { .. } => "E0097",
+            Self::Exists { .. } => "E0098",
+            Self::Name { .. } => "E0099",
+            Self::IsInput { .. } => "E0100",
+        }
+    }
+
+    /// What to do next.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::FolderMissing { .. } => "create it first",
+            Self::FolderIsFile { .. } => "choose another folder",
+            Self::NotWritable { .. } => "choose another folder, or ask for the right to write there",
+            Self::Write { .. } => "free some space, or choose another folder",
+            Self::Protected { .. } => "choose another name, or allow writing to it",
+            Self::Exists { .. } => "give `--force` to replace it",
+            Self::Name { .. } | Self::IsInput { .. } => "choose another name",
+        }
+    }
+}
+
+/// Refuses an output, a file or a folder, that is the input `input`, also under another name of the same path.
+///
+/// # Errors
+/// [`FileError::IsInput`].
+pub fn distinct(output: &Path, input: &Path) -> Result<(), FileError> {
+    match (fs::canonicalize(output), fs::canonicalize(input)) {
+        (Ok(found), Ok(input)) if found == input => Err(FileError::IsInput { path: shown(output) }),
+        _ => Ok(()),
+    }
+}
+
+/// An output file, checked before the work begins and written at its end.
+#[derive(Clone, Debug)]
+pub struct Target {
+    path: PathBuf,
+    folder: PathBuf,
+    force: bool,
+}
+
+impl Target {
+    /// Checks name, folder and whether the file exists; `force` allows to replace a regular file that is not
+    /// write-protected. A symbolic link to a file stays a link: what it leads to is replaced.
+    ///
+    /// # Errors
+    /// A [`FileError`], found before any work is done.
+    pub fn new(path: impl Into<PathBuf>, force: bool) -> Result<Self, FileError> {
+        let mut path = path.into();
+        let shown = shown(&path);
+        if let Some(reason) = unusable_name(&path) {
+            return Err(FileError::Name { path: shown, reason });
+        }
+        let mut folder = match path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder.to_path_buf(),
+            _ => PathBuf::from("."),
+        };
+        if folder.exists() && !folder.is_dir() {
+            return Err(FileError::FolderIsFile { folder: self::shown(&folder), path: shown });
+        }
+        if !folder.is_dir() {
+            return Err(FileError::FolderMissing { folder: self::shown(&folder), path: shown });
+        }
+        // Not `exists()`: a dangling symbolic link is a name that is taken.
+        if let Ok(metadata) = fs::symlink_metadata(&path) {
+            let regular = fs::metadata(&path).map_or(metadata.is_symlink(), |target| target.is_file());
+            if !regular {
+                let reason = "a folder, device or pipe has that name";
+                return Err(FileError::Name { path: shown, reason });
+            }
+            // What no `--force` helps against comes first, so that nobody is asked for it in vain.
+            if metadata.is_symlink() {
+                path = fs::canonicalize(&path).map_err(|_| FileError::Name {
+                    path: shown.clone(),
+                    reason: "a symbolic link of that name leads nowhere",
+                })?;
+                folder = path.parent().map_or(folder, Path::to_path_buf);
+            }
+            if fs::metadata(&path).is_ok_and(|metadata| metadata.permissions().readonly()) {
+                return Err(FileError::Protected { path: shown });
+            }
+            if !force {
+                return Err(FileError::Exists { path: shown });
+            }
+        }
+        // A folder may take no file for many reasons: whether it does shows when one is made.
+        let refused = |reason| FileError::NotWritable { folder: self::shown(&folder), reason };
+        let (_listed, temporary) = temporary_in(&folder).map_err(refused)?;
+        drop(temporary);
+        Ok(Self { path, folder, force })
+    }
+
+    /// The path as given.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Refuses an output that is the file `input`, also under another name of the same path.
+    ///
+    /// # Errors
+    /// [`FileError::IsInput`].
+    pub fn distinct_from(&self, input: &Path) -> Result<(), FileError> {
+        distinct(&self.path, input)
+    }
+
+    /// Writes the file: a temporary one in the same folder, flushed to the disk, then renamed.
+    ///
+    /// # Errors
+    /// What `content` returns, or a [`FileError`]; the folder is then as it was.
+    pub fn write(
+        &self,
+        content: impl FnOnce(&mut dyn Write) -> Result<(), ExportError>,
+    ) -> Result<(), ExportError> {
+        let create = |reason| FileError::NotWritable { folder: shown(&self.folder), reason };
+        let write = |reason| FileError::Write { path: shown(&self.path), reason };
+        sweep(&self.folder);
+        let (_listed, mut temporary) = temporary_in(&self.folder).map_err(create)?;
+        let mut buffer = BufWriter::new(temporary.as_file_mut());
+        content(&mut buffer).map_err(|error| match error {
+            ExportError::Io(reason) => write(reason).into(),
+            other => other,
+        })?;
+        buffer.flush().map_err(write)?;
+        drop(buffer);
+        if let Ok(old) = fs::metadata(&self.path) {
+            temporary.as_file().set_permissions(old.permissions()).map_err(write)?;
+        }
+        temporary.as_file().sync_all().map_err(write)?;
+        let renamed = if self.force {
+            temporary.persist(&self.path)
+        } else {
+            // Also refuses a file that appeared while we worked.
+            temporary.persist_noclobber(&self.path)
+        };
+        renamed.map_err(|error| match error.error.kind() {
+            ErrorKind::AlreadyExists => FileError::Exists { path: shown(&self.path) },
+            _ => write(error.error),
+        })?;
+        // The new name reaches the disk with the folder; not every system can, and the data are safe.
+        if let Ok(folder) = fs::File::open(&self.folder) {
+            let _ = folder.sync_all();
+        }
+        Ok(())
+    }
+}
+
+/// Names of temporary files: this, and so many random letters and digits.
+const PREFIX: &str = ".slew-";
+const RANDOM: usize = 6;
+
+/// A new temporary file, listed for as long as it is one.
+fn temporary_in(folder: &Path) -> std::io::Result<(Listed<'static>, NamedTempFile)> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(PREFIX).rand_bytes(RANDOM);
+    #[cfg(unix)]
+    {
+        // As any new file: the default of the library would hide it from the user's group.
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    Listed::new(&TEMPORARY, || builder.tempfile_in(folder))
+}
+
+/// Age at which a temporary file belongs to nobody any more: one that is being written is younger.
+const ABANDONED: Duration = Duration::from_secs(86_400);
+
+/// Removes the temporary files that killed programs have left in `folder`.
+fn sweep(folder: &Path) {
+    let is_ours = |name: &str| {
+        let random = name.strip_prefix(PREFIX).filter(|random| random.len() == RANDOM);
+        random.is_some_and(|random| random.bytes().all(|byte| byte.is_ascii_alphanumeric()))
+    };
+    // What cannot be listed or removed stays: it harms nobody.
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let old = |metadata: fs::Metadata| {
+            let age = metadata.modified().ok().and_then(|modified| modified.elapsed().ok());
+            metadata.is_file() && age.is_some_and(|age| age > ABANDONED)
+        };
+        if entry.file_name().to_str().is_some_and(is_ours) && entry.metadata().is_ok_and(old) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Paths of files.
+type List = Mutex<Vec<PathBuf>>;
+
+/// The temporary files of this process.
+static TEMPORARY: List = Mutex::new(Vec::new());
+
+/// Removes the temporary files of all outputs that are being written, and lets none be made any more: for a program that ends
+/// now, without unwinding: a second call, or an output after it, waits for ever.
+pub fn remove_temporaries() {
+    remove_all(&TEMPORARY);
+}
+
+fn remove_all(list: &List) {
+    let listed = list.lock().unwrap_or_else(PoisonError::into_inner);
+    for path in listed.iter() {
+        // One that is gone is what was wanted.
+        let _ = fs::remove_file(path);
+    }
+    // Never unlocked: until the program has ended another thread may come to write.
+    std::mem::forget(listed);
+}
+
+/// A path that is in the list for as long as this lives.
+struct Listed<'a> {
+    path: PathBuf,
+    list: &'a List,
+}
+
+impl<'a> Listed<'a> {
+    /// Makes a file, and lists it before anybody can ask what there is.
+    fn new(
+        list: &'a List,
+        make: impl FnOnce() -> std::io::Result<NamedTempFile>,
+    ) -> std::io::Result<(Self, NamedTempFile)> {
+        let mut listed = list.lock().unwrap_or_else(PoisonError::into_inner);
+        let file = make()?;
+        let path = file.path().to_path_buf();
+        listed.push(path.clone());
+        Ok((Self { path, list }, file))
+    }
+}
+
+impl Drop for Listed<'_> {
+    fn drop(&mut self) {
+        self.list.lock().unwrap_or_else(PoisonError::into_inner).retain(|path| *path != self.path);
+    }
+}
+
+/// Why `path` cannot name an output, on this system or on one that will receive the file.
+fn unusable_name(path: &Path) -> Option<&'static str> {
+    let text = path.to_string_lossy();
+    if text.is_empty() {
+        return Some("it is empty");
+    }
+    if text.chars().any(char::is_control) {
+        return Some("it holds control characters");
+    }
+    // They may lead to a file, which is then another program's, or that of the text for people.
+    if ["/dev/std", "/dev/fd/", "/proc/"].iter().any(|start| text.starts_with(start)) {
+        return Some("it names a stream of a process, or a file of the system; `-o -` is stdout");
+    }
+    let Some(name) = path.file_name().filter(|_| !text.ends_with(['/', std::path::MAIN_SEPARATOR])) else {
+        return Some("it names a folder");
+    };
+    let name = name.to_string_lossy();
+    if name.len() > 255 {
+        return Some("its name is longer than 255 bytes");
+    }
+    let stem = name.split('.').next().unwrap_or_default().trim_end().to_ascii_uppercase();
+    let numbered =
+        |prefix: &str| stem.strip_prefix(prefix).is_some_and(|rest| matches!(rest.as_bytes(), [b'1'..=b'9']));
+    if matches!(stem.as_str(), "CON" | "PRN" | "AUX" | "NUL") || numbered("COM") || numbered("LPT") {
+        return Some("that name is a device on Windows");
+    }
+    None
+}
+
+fn shown(path: &Path) -> String {
+    escape(&path.to_string_lossy())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_temporary_file_is_removed_however_early_the_program_ends_and_none_is_made_after() {
+        let folder = tempfile::tempdir().unwrap();
+        let list = List::default();
+        let (listed, file) = Listed::new(&list, || {
+            let file = tempfile::Builder::new().tempfile_in(folder.path());
+            // Who ends the program now waits until the file is listed.
+            assert!(list.try_lock().is_err());
+            file
+        })
+        .unwrap();
+        remove_all(&list);
+        assert!(!file.path().exists());
+        // Another thread that comes to write would wait here for the end.
+        assert!(list.try_lock().is_err());
+        std::mem::forget(listed);
+    }
+}

@@ -1,0 +1,108 @@
+//! Files: plans as JSON, trajectories as CSV or JSON lines, all written whole or not at all.
+//!
+//! Every number is printed with the digits that read back to the same bits. A trajectory that holds
+//! a number that is not finite is refused; elsewhere such a number is `null` and reads back as NaN.
+
+mod attitude;
+mod columns;
+mod file;
+mod judged;
+mod nulls;
+mod plan_file;
+mod restored;
+mod rows;
+mod simulation_file;
+mod trajectory;
+mod wide;
+
+pub use attitude::{EULER_SEQUENCES, EulerAngles, Notations, euler_angles};
+pub use columns::TrajectoryError;
+pub(crate) use columns::{Names, check_finite, table};
+pub use file::{FileError, Target, distinct, remove_temporaries};
+pub use judged::Judgement;
+pub use plan_file::{ConvexRecord, PlanFile, read_guess, write_document};
+pub use rows::write_jsonl;
+pub use simulation_file::{BodyRows, SimulationFile, SimulationRows};
+pub use trajectory::{TrajectoryDocument, check_trajectory};
+#[cfg(feature = "parquet")]
+pub(crate) use wide::wide_table;
+pub use wide::write_csv;
+
+use crate::exchange::Lacking;
+use thiserror::Error;
+
+/// The JSON Schema of plan files (draft 2020-12).
+pub const PLAN_SCHEMA: &str = include_str!("plan.schema.json");
+
+/// Why something could not be written or read.
+#[derive(Debug, Error)]
+pub enum ExportError {
+    /// The file.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The trajectory.
+    #[error(transparent)]
+    Trajectory(#[from] TrajectoryError),
+    /// Writing to or reading from a stream.
+    #[error("{0}")]
+    Io(#[from] std::io::Error),
+    /// The text is not a plan.
+    #[error("not a plan file: {0}")]
+    Json(serde_json::Error),
+    /// The file format is of another version.
+    #[error("the plan file has format {found}, this program reads {}{}", PlanFile::FORMAT, older(*.found))]
+    Format {
+        /// The version found.
+        found: u32,
+    },
+    /// The plan was made by a library caller, and a spec has no notation for its maneuver.
+    #[error(
+        "the plan file holds no spec: its maneuver has no notation, such as an environment of the caller's own"
+    )]
+    NoSpec,
+    /// Something that a format of other programs needs is not said.
+    #[error(transparent)]
+    Lacking(#[from] Lacking),
+    /// The scheme is not known.
+    #[error("the plan file has the unknown scheme \"{}\"", crate::spec::escape(.0))]
+    Scheme(String),
+}
+
+fn older(found: u32) -> &'static str {
+    if found < PlanFile::FORMAT { ": older plan files do not hold the spec that they answer" } else { "" }
+}
+
+impl ExportError {
+    /// The stable code of the error.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::File(error) => error.code(),
+            Self::Lacking(lacking) => lacking.code(),
+            Self::Json(_) | Self::Format { .. } | Self::NoSpec | Self::Scheme(_) => "E0102",
+            Self::Trajectory(TrajectoryError::Shape { .. }) => "E0103",
+            Self::Trajectory(TrajectoryError::NotFinite { .. }) => "E0104",
+            Self::Io(_) => "E0097",
+        }
+    }
+
+    /// What to do with a plan file that gives this error.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::Format { found } if *found < PlanFile::FORMAT => "plan again: `slew plan SPEC -o FILE`",
+            Self::Lacking(lacking) => lacking.remedy(),
+            Self::NoSpec => "give the spec that it must fulfil: `--spec SPEC`",
+            _ => "give a file that `slew plan SPEC -o FILE` wrote",
+        }
+    }
+
+    /// Whether the reader at the other end has gone, as `head` does: no error of ours.
+    pub fn is_broken_pipe(&self) -> bool {
+        matches!(self, Self::Io(error) if error.kind() == std::io::ErrorKind::BrokenPipe)
+    }
+}
+
+impl From<serde_json::Error> for ExportError {
+    fn from(error: serde_json::Error) -> Self {
+        if error.is_io() { Self::Io(error.into()) } else { Self::Json(error) }
+    }
+}

@@ -1,0 +1,389 @@
+//! A plan as one JSON document, streamed both ways.
+
+use super::nulls::null_is_nan;
+use super::{ExportError, TrajectoryDocument, TrajectoryError, check_trajectory};
+use crate::identity::Identity;
+use crate::spec::SpecDocument;
+use serde::{Deserialize, Serialize};
+use serde_json::ser::{CompactFormatter, Formatter};
+use slewkit::Vector3;
+use slewkit::maneuver::{
+    ActiveConstraint, ConvexWork, Optimality, Outcome, Problem, Rival, RungReport, Scheme, SecondOrder,
+    Sense, Settings, Switching, TerminalError,
+};
+use slewkit::plan::{Guess, Plan, Status};
+use slewkit::verify::{Accuracy, Verification};
+use std::borrow::Cow;
+use std::io::{self, BufReader, BufWriter, Read, Write};
+
+/// A plan and all that led to it, with the keys of the file in their order.
+///
+/// Equal inputs give equal files but for `solve_time_s`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlanFile<'a> {
+    /// Version of the file format: 2.
+    pub format: u32,
+    /// The program that wrote it.
+    pub generator: String,
+    /// How the plan ended.
+    pub status: Status,
+    /// The exit code that goes with the status.
+    pub exit_code: u8,
+    /// Name of the maneuver.
+    pub name: String,
+    /// Which solver led here: "shooting", or "scp" for sequential convex programming.
+    pub method: String,
+    /// "lie_verlet" or "lie_euler".
+    pub scheme: String,
+    /// Number of steps.
+    pub steps: usize,
+    /// The step, seconds; the mean of them where they are not equal.
+    #[serde(deserialize_with = "null_is_nan")]
+    pub step_s: f64,
+    /// Cost.
+    #[serde(deserialize_with = "null_is_nan")]
+    pub cost: f64,
+    /// Duration, seconds.
+    #[serde(deserialize_with = "null_is_nan")]
+    pub duration_s: f64,
+    /// Newton iterations of the winning start.
+    pub iterations: usize,
+    /// Wall time of the solve alone, seconds: the only key that differs between two runs.
+    pub solve_time_s: f64,
+    /// How the solve itself ended.
+    pub outcome: Outcome,
+    /// The start that led here.
+    pub start: String,
+    /// Rotation sense of the path.
+    pub sense: Sense,
+    /// Total angle turned, degrees.
+    #[serde(deserialize_with = "null_is_nan")]
+    pub turned_deg: f64,
+    /// Tolerance of the scaled terminal error.
+    pub tolerance: f64,
+    /// Discrete terminal error.
+    #[serde(deserialize_with = "null_is_nan")]
+    pub terminal: TerminalError,
+    /// Optimality of the extremal.
+    #[serde(deserialize_with = "null_is_nan")]
+    pub optimality: Optimality,
+    /// What its count of conjugate points says.
+    pub second_order: SecondOrder,
+    /// What the witnesses found; `null` when there was nothing to verify.
+    #[serde(deserialize_with = "null_is_nan")]
+    pub verified: Option<Verification>,
+    /// How far the motion under the recorded torques misses, and how many steps would do.
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "null_is_nan")]
+    pub accuracy: Option<Accuracy>,
+    /// Everything tried, in order.
+    #[serde(deserialize_with = "null_is_nan")]
+    pub ladder: Vec<RungReport>,
+    /// What the convex iteration took, where there was one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub convex: Option<ConvexRecord>,
+    /// Which limits and constraints act, where and how hard.
+    #[serde(default, deserialize_with = "null_is_nan")]
+    pub active: Vec<ActiveConstraint>,
+    /// Arcs, switching times and certificate, where time or fuel is minimised.
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "null_is_nan")]
+    pub switching: Option<Switching>,
+    /// Other extremals found.
+    #[serde(deserialize_with = "null_is_nan")]
+    pub rivals: Vec<Rival>,
+    /// Why no input can meet the terminal conditions, where that is proved.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub obstruction: Option<String>,
+    /// A duration below which it is proved that there is no plan, seconds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shortest_duration_s: Option<f64>,
+    /// What stays violated where the search came nearest, and what would help; where no plan was found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shortfall: Option<String>,
+    /// The shortest duration that was found, a local minimum, seconds; where no plan was for the one asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shortest_found_s: Option<f64>,
+    /// A longer duration for which a plan was found, seconds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub longer_s: Option<f64>,
+    /// The maneuver that was asked, on the grid of the plan, and the settings; `null` where a spec has no notation
+    /// for it.
+    #[serde(default)]
+    pub spec: Option<SpecDocument>,
+    /// The unknown of the shooting, SI; a guess for another plan.
+    pub costates_0: Vec<f64>,
+    /// The trajectory.
+    pub trajectory: TrajectoryDocument<'a>,
+}
+
+/// What the convex iteration took, but for its time, which differs between two runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ConvexRecord {
+    /// Subproblems of the seed that won, on all its grids.
+    pub subproblems: usize,
+    /// Subproblems of all seeds.
+    pub all_subproblems: usize,
+    /// Interior-point iterations of all.
+    pub cone_iterations: u32,
+    /// Share of the effort that stands in the cost beside time or fuel.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub effort_share: f64,
+}
+
+impl From<&ConvexWork> for ConvexRecord {
+    fn from(work: &ConvexWork) -> Self {
+        let ConvexWork { subproblems, all_subproblems, cone_iterations, effort_share, .. } = *work;
+        Self { subproblems, all_subproblems, cone_iterations, effort_share }
+    }
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+impl<'a> PlanFile<'a> {
+    /// The version written and read.
+    pub const FORMAT: u32 = 2;
+
+    /// The document of a plan; the trajectory is borrowed.
+    pub fn new(problem: &Problem, settings: &Settings, plan: &'a Plan) -> Self {
+        let solution = &plan.solution;
+        // The grid of the plan may have a step more than was asked for, or none.
+        let steps = if solution.steps > 0 { solution.steps } else { problem.steps };
+        Self {
+            format: Self::FORMAT,
+            generator: concat!("slewkit ", env!("CARGO_PKG_VERSION")).into(),
+            status: plan.status,
+            exit_code: plan.status.exit_code(),
+            name: problem.name.clone(),
+            method: solution.method.name().into(),
+            scheme: solution.scheme.name().into(),
+            steps: solution.steps,
+            step_s: solution.step,
+            cost: solution.cost,
+            duration_s: solution.duration(problem),
+            iterations: solution.iterations,
+            solve_time_s: solution.solve_time,
+            outcome: solution.outcome,
+            start: solution.start.clone(),
+            sense: solution.sense,
+            turned_deg: solution.turned_deg,
+            tolerance: solution.tolerance,
+            terminal: solution.terminal,
+            optimality: solution.optimality,
+            second_order: solution.optimality.second_order(),
+            verified: plan.verification.clone(),
+            accuracy: plan
+                .verification
+                .as_ref()
+                .map(|found| Accuracy::of(found, problem, settings.continuous_tolerance)),
+            ladder: solution.ladder.clone(),
+            convex: solution.convex.as_ref().map(Into::into),
+            active: solution.active.clone(),
+            switching: solution.switching.clone(),
+            rivals: solution.rivals.clone(),
+            obstruction: solution.infeasible.as_ref().map(|proof| proof.reason.clone()),
+            shortest_duration_s: solution.infeasible.as_ref().and_then(|proof| proof.duration_lower_bound),
+            shortfall: solution.shortfall.clone(),
+            shortest_found_s: solution.shortest,
+            longer_s: solution.longer,
+            spec: SpecDocument::new(&problem.clone().with_steps(steps), settings).ok(),
+            costates_0: solution.costates_0(problem).to_vec(),
+            trajectory: TrajectoryDocument(Cow::Borrowed(&solution.trajectory)),
+        }
+    }
+
+    /// The same with what files for other programs call the maneuver, and when it begins.
+    pub fn with_identity(mut self, identity: &Identity) -> Self {
+        self.spec = self.spec.map(|spec| spec.with_identity(identity));
+        self
+    }
+
+    /// Writes the document, one key a line, and a last newline.
+    ///
+    /// # Errors
+    /// A trajectory that is not finite, or the stream.
+    pub fn write(&self, output: impl Write) -> Result<(), ExportError> {
+        super::columns::check_finite(&self.trajectory.0)?;
+        write_document(self, output)
+    }
+
+    /// Reads a document; a trajectory of another length than `steps` says is refused.
+    ///
+    /// # Errors
+    /// The stream, a text that is no plan, or arrays that do not fit together.
+    pub fn read(input: impl Read) -> Result<PlanFile<'static>, ExportError> {
+        let file: PlanFile<'static> = serde_json::from_reader(BufReader::new(Bounded::new(input)))?;
+        if file.format != Self::FORMAT {
+            return Err(ExportError::Format { found: file.format });
+        }
+        Ok(file)
+    }
+
+    /// Whether a text that begins so is a plan file, and not a message or a table of attitudes. What is empty, or begins as
+    /// no text does, is left to the reader of plans to tell.
+    pub fn begins(text: &[u8]) -> bool {
+        let first = text.iter().find(|byte| !byte.is_ascii_whitespace()).copied();
+        first.is_none_or(|first| {
+            first == b'{' || first == b'[' || !(first.is_ascii_graphic() || first == 0xef)
+        })
+    }
+
+    /// The scheme of the plan; `None` when its name is not known.
+    pub fn scheme(&self) -> Option<Scheme> {
+        [Scheme::LieEuler, Scheme::LieVerlet].into_iter().find(|scheme| scheme.name() == self.scheme)
+    }
+
+    /// `problem` on the grid of this plan, if the trajectory fits it.
+    ///
+    /// # Errors
+    /// The arrays that do not fit.
+    pub fn on_grid(&self, problem: &Problem) -> Result<Problem, ExportError> {
+        let scheme = self.scheme().ok_or_else(|| ExportError::Scheme(self.scheme.clone()))?;
+        let steps = self.steps;
+        // A body that is where it should be needs no step, where time is minimised.
+        let none = steps == 0 && problem.seeks_duration();
+        if !none && !(Problem::MIN_STEPS..=Problem::MAX_STEPS).contains(&steps) {
+            let (found, needed) = (steps, Problem::MAX_STEPS);
+            return Err(TrajectoryError::Shape { key: "steps", of: "steps", found, needed }.into());
+        }
+        if none {
+            return Ok(problem.clone());
+        }
+        let found = problem.with_found_duration(&self.trajectory.0.time);
+        let problem = found.with_steps(steps).with_scheme(scheme);
+        check_trajectory(&self.trajectory.0, &problem)?;
+        Ok(problem)
+    }
+}
+
+/// Reads what a plan file suggests for another plan: its costates, and the poses of its trajectory.
+///
+/// # Errors
+/// The stream, a text that is no plan, or another version of the format.
+pub fn read_guess(input: impl Read) -> Result<Guess, ExportError> {
+    #[derive(Deserialize)]
+    struct Document {
+        format: u32,
+        costates_0: Vec<f64>,
+        #[serde(default)]
+        trajectory: Path,
+    }
+    #[derive(Default, Deserialize)]
+    struct Path {
+        #[serde(default)]
+        quaternion_wxyz: Vec<[f64; 4]>,
+        #[serde(default)]
+        position_m: Vec<[f64; 3]>,
+    }
+    let Document { format, costates_0, trajectory } =
+        serde_json::from_reader(BufReader::new(Bounded::new(input)))?;
+    // Older plans have the same trajectory.
+    if !(1..=PlanFile::FORMAT).contains(&format) {
+        return Err(ExportError::Format { found: format });
+    }
+    let Path { quaternion_wxyz: quaternion, position_m } = trajectory;
+    let position = position_m.into_iter().map(Vector3::from).collect();
+    Ok(Guess { costates: costates_0, quaternion, position })
+}
+
+/// Most bytes of a plan file: several times those of a million steps with every input a spec can name.
+const MOST_BYTES: u64 = 4 << 30;
+
+/// An input that fails where it is longer than any plan: a pipe need not end.
+struct Bounded<R> {
+    input: R,
+    left: u64,
+}
+
+impl<R> Bounded<R> {
+    fn new(input: R) -> Self {
+        Self { input, left: MOST_BYTES }
+    }
+}
+
+impl<R: Read> Read for Bounded<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let read = self.input.read(buffer)?;
+        self.left = self.left.checked_sub(read as u64).ok_or_else(|| {
+            io::Error::other(format!(
+                "the input goes on beyond {} GiB: no plan is that long",
+                MOST_BYTES >> 30
+            ))
+        })?;
+        Ok(read)
+    }
+}
+
+/// Writes any document of ours: the keys of the two outer levels on lines of their own, so that two
+/// files can be compared line by line, arrays without breaks.
+///
+/// # Errors
+/// The stream.
+pub fn write_document(document: &impl Serialize, output: impl Write) -> Result<(), ExportError> {
+    let mut output = BufWriter::new(output);
+    let formatter = KeyLines { depth: 0 };
+    document.serialize(&mut serde_json::Serializer::with_formatter(&mut output, formatter))?;
+    output.write_all(b"\n")?;
+    Ok(output.flush()?)
+}
+
+struct KeyLines {
+    depth: usize,
+}
+
+impl KeyLines {
+    const DEEPEST: usize = 2;
+
+    fn line<W: Write + ?Sized>(&self, writer: &mut W) -> io::Result<()> {
+        writer.write_all(b"\n")?;
+        (0..self.depth).try_for_each(|_| writer.write_all(b"  "))
+    }
+}
+
+impl Formatter for KeyLines {
+    fn begin_object<W: Write + ?Sized>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.depth += 1;
+        CompactFormatter.begin_object(writer)
+    }
+
+    fn end_object<W: Write + ?Sized>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.depth -= 1;
+        if self.depth < Self::DEEPEST {
+            self.line(writer)?;
+        }
+        CompactFormatter.end_object(writer)
+    }
+
+    fn begin_object_key<W: Write + ?Sized>(&mut self, writer: &mut W, first: bool) -> io::Result<()> {
+        CompactFormatter.begin_object_key(writer, first)?;
+        if self.depth <= Self::DEEPEST { self.line(writer) } else { Ok(()) }
+    }
+
+    fn begin_object_value<W: Write + ?Sized>(&mut self, writer: &mut W) -> io::Result<()> {
+        writer.write_all(b": ")
+    }
+
+    fn begin_array<W: Write + ?Sized>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.depth += 1;
+        CompactFormatter.begin_array(writer)
+    }
+
+    fn end_array<W: Write + ?Sized>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.depth -= 1;
+        CompactFormatter.end_array(writer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_input_without_end_is_given_up() {
+        let endless = Bounded { input: io::repeat(b' '), left: 1000 };
+        let error = serde_json::from_reader::<_, PlanFile>(endless).unwrap_err();
+        assert!(error.is_io() && error.to_string().contains("no plan is that long"), "{error}");
+        let exact = Bounded { input: &[b' '; 1000][..], left: 1000 };
+        assert!(serde_json::from_reader::<_, PlanFile>(exact).unwrap_err().is_eof());
+    }
+}

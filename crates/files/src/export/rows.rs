@@ -1,0 +1,79 @@
+//! The rows of a trajectory, and the trajectory as JSON, one object a line.
+//!
+//! One row per node, `N + 1` in all. Inputs, torques, forces and costates stand in the row of the node
+//! at which the input acts, the costate beside the input that it determines (`u = −W⁻¹ Bᵀ λ`). Lie–Euler
+//! has no input at the first node: its fields are empty in CSV and absent in JSON lines. Inputs that are held over steps, as
+//! where they switch, stand in the row of the node at which their step starts; the last node has none.
+
+use super::ExportError;
+use super::columns::{Column, Values, check_finite, columns, costate_width};
+use serde::ser::{Serialize, SerializeMap, Serializer};
+use slewkit::maneuver::Trajectory;
+use std::io::Write;
+
+/// The rows that numbers of inputs stand in.
+pub(super) struct Rows {
+    nodes: usize,
+    inputs: usize,
+    /// Whether a row of inputs is that of the step which starts at its node.
+    held: bool,
+}
+
+impl Rows {
+    pub fn of(trajectory: &Trajectory) -> Self {
+        let (nodes, inputs) = (trajectory.time.len(), trajectory.torque.len());
+        let held = inputs + 1 == nodes && trajectory.costates.len() == nodes * costate_width(trajectory);
+        Self { nodes, inputs, held }
+    }
+
+    /// The row of the input at `node`: Lie–Euler has one fewer than nodes, none at the first, and held inputs none at the
+    /// last, where costates have as many rows as nodes.
+    pub fn input(&self, node: usize) -> Option<usize> {
+        if self.held {
+            Some(node).filter(|node| *node < self.inputs)
+        } else {
+            (node + self.inputs).checked_sub(self.nodes)
+        }
+    }
+
+    /// The numbers of `column` at `node`, if it has any there.
+    pub fn numbers<'a>(&self, column: &Column<'a>, node: usize) -> Option<&'a [f64]> {
+        let at_node = !column.of_input || column.values.len() == self.nodes;
+        column.values.row(if at_node { node } else { self.input(node)? })
+    }
+}
+
+/// One row, as JSON.
+struct Row<'a> {
+    columns: &'a [Column<'a>],
+    rows: &'a Rows,
+    node: usize,
+}
+
+impl Serialize for Row<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut keys = serializer.serialize_map(None)?;
+        for column in self.columns {
+            match (self.rows.numbers(column, self.node), column.values) {
+                (Some([number]), Values::Numbers(_)) => keys.serialize_entry(column.key, number)?,
+                (Some(numbers), _) => keys.serialize_entry(column.key, numbers)?,
+                (None, _) => {}
+            }
+        }
+        keys.end()
+    }
+}
+
+/// Writes one JSON object a line, the keys as in a plan.
+///
+/// # Errors
+/// A number that is not finite, or the stream.
+pub fn write_jsonl(trajectory: &Trajectory, mut output: impl Write) -> Result<(), ExportError> {
+    check_finite(trajectory)?;
+    let (columns, rows) = (columns(trajectory), Rows::of(trajectory));
+    for node in 0..trajectory.time.len() {
+        serde_json::to_writer(&mut output, &Row { columns: &columns, rows: &rows, node })?;
+        output.write_all(b"\n")?;
+    }
+    Ok(output.flush()?)
+}

@@ -1,0 +1,170 @@
+//! The trajectory as JSON, streamed both ways: no tree of values is built.
+
+use super::columns::{TrajectoryError, check_finite, columns, costate_width};
+use serde::de::{DeserializeSeed, Deserializer, Error, SeqAccess, Visitor};
+use serde::{Deserialize, Serialize, Serializer};
+use slewkit::Vector3;
+use slewkit::maneuver::{Motion, Problem, Trajectory};
+use std::borrow::Cow;
+use std::fmt;
+
+/// Checks that every number is finite and every array as long as the maneuver needs.
+///
+/// # Errors
+/// The first [`TrajectoryError`].
+pub fn check_trajectory(trajectory: &Trajectory, problem: &Problem) -> Result<(), TrajectoryError> {
+    let dimension = problem.dimension();
+    let inputs = problem.actuation.count();
+    check_shape(trajectory, problem)?;
+    expect("input", "numbers in a row", trajectory.input_count, inputs)?;
+    let rows = problem.scheme.input_rows(problem.steps);
+    expect("costates", "numbers in all", trajectory.costates.len(), rows * dimension)?;
+    let wheels = problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len());
+    let momenta = trajectory.wheel_momentum.len();
+    expect("wheel_momentum_n_m_s", "numbers in all", momenta, (problem.steps + 1) * wheels)?;
+    check_finite(trajectory)
+}
+
+fn expect(key: &'static str, of: &'static str, found: usize, needed: usize) -> Result<(), TrajectoryError> {
+    if found == needed { Ok(()) } else { Err(TrajectoryError::Shape { key, of, found, needed }) }
+}
+
+fn check_shape(trajectory: &Trajectory, problem: &Problem) -> Result<(), TrajectoryError> {
+    let (nodes, rows, motion) = (problem.steps + 1, problem.input_rows(), problem.motion);
+    for column in columns(trajectory).iter().filter(|column| !column.is_flat()) {
+        let moves = ["position_m", "velocity_m_s", "force_n"].contains(&column.key);
+        let rows = if column.of_input { rows } else { nodes };
+        let needed = if moves && motion == Motion::Attitude { 0 } else { rows };
+        expect(column.key, "rows", column.values.len(), needed)?;
+    }
+    let count = trajectory.input_count.max(1);
+    expect("input", "rows", trajectory.input.len() / count, rows)
+}
+
+/// A [`Trajectory`] with the keys of the file format.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrajectoryDocument<'a>(pub Cow<'a, Trajectory>);
+
+impl Serialize for TrajectoryDocument<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let trajectory = &*self.0;
+        check_finite(trajectory).map_err(serde::ser::Error::custom)?;
+        let shown = columns(trajectory).into_iter().filter(|column| column.shown);
+        serializer.collect_map(shown.map(|column| (column.key, column.values)))
+    }
+}
+
+impl<'de> Deserialize<'de> for TrajectoryDocument<'_> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        struct Keys {
+            time_s: Vec<f64>,
+            quaternion_wxyz: Vec<[f64; 4]>,
+            angular_velocity_rad_s: Vec<[f64; 3]>,
+            #[serde(default)]
+            position_m: Vec<[f64; 3]>,
+            #[serde(default)]
+            velocity_m_s: Vec<[f64; 3]>,
+            input: Flat,
+            torque_n_m: Vec<[f64; 3]>,
+            #[serde(default)]
+            force_n: Vec<[f64; 3]>,
+            #[serde(default)]
+            wheel_momentum_n_m_s: Flat,
+            costates: Flat,
+        }
+        let keys = Keys::deserialize(deserializer)?;
+        let trajectory = Trajectory {
+            time: keys.time_s,
+            quaternion: keys.quaternion_wxyz,
+            angular_velocity: vectors(keys.angular_velocity_rad_s),
+            position: vectors(keys.position_m),
+            velocity: vectors(keys.velocity_m_s),
+            input: keys.input.values,
+            input_count: keys.input.width,
+            torque: vectors(keys.torque_n_m),
+            force: vectors(keys.force_n),
+            wheel_momentum: keys.wheel_momentum_n_m_s.values,
+            costates: keys.costates.values,
+            target: None,
+        };
+        // Rows and columns that have changed places would fit as well.
+        let nodes = trajectory.time.len().max(trajectory.quaternion.len());
+        let (width, count) = (keys.wheel_momentum_n_m_s.width, trajectory.wheel_momentum.len());
+        if width * nodes != count {
+            let (found, needed) = (count / width.max(1), nodes);
+            let (key, of) = ("wheel_momentum_n_m_s", "rows");
+            return Err(D::Error::custom(TrajectoryError::Shape { key, of, found, needed }));
+        }
+        let needed = costate_width(&trajectory);
+        if keys.costates.width != needed && !trajectory.costates.is_empty() {
+            let found = keys.costates.width;
+            let error = TrajectoryError::Shape { key: "costates", of: "numbers in a row", found, needed };
+            return Err(D::Error::custom(error));
+        }
+        Ok(Self(Cow::Owned(trajectory)))
+    }
+}
+
+/// Same size and alignment: the collect happens in place.
+fn vectors(rows: Vec<[f64; 3]>) -> Vec<Vector3> {
+    rows.into_iter().map(Vector3::from).collect()
+}
+
+/// Rows of equal width, read into one flat array.
+#[derive(Default)]
+struct Flat {
+    values: Vec<f64>,
+    width: usize,
+}
+
+impl<'de> Deserialize<'de> for Flat {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Outer;
+        impl<'de> Visitor<'de> for Outer {
+            type Value = Flat;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("rows of numbers")
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut rows: A) -> Result<Flat, A::Error> {
+                let mut flat = Flat { values: Vec::new(), width: 0 };
+                let mut row = 0;
+                while let Some(width) = rows.next_element_seed(Row(&mut flat.values))? {
+                    if row == 0 {
+                        flat.width = width;
+                    } else if width != flat.width {
+                        return Err(A::Error::custom(format_args!(
+                            "row {row} has {width} numbers, row 0 has {}",
+                            flat.width
+                        )));
+                    }
+                    row += 1;
+                }
+                Ok(flat)
+            }
+        }
+
+        /// Appends one row and returns its width.
+        struct Row<'a>(&'a mut Vec<f64>);
+        impl<'de> DeserializeSeed<'de> for Row<'_> {
+            type Value = usize;
+            fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<usize, D::Error> {
+                deserializer.deserialize_seq(self)
+            }
+        }
+        impl<'de> Visitor<'de> for Row<'_> {
+            type Value = usize;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a row of numbers")
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut row: A) -> Result<usize, A::Error> {
+                let before = self.0.len();
+                while let Some(value) = row.next_element()? {
+                    self.0.push(value);
+                }
+                Ok(self.0.len() - before)
+            }
+        }
+        deserializer.deserialize_seq(Outer)
+    }
+}

@@ -1,0 +1,107 @@
+//! The trajectory as one wide table, a column a number, each with its name and unit: what CSV and Parquet hold.
+
+use super::ExportError;
+use super::columns::{Column, Names, check_finite, columns, plain};
+use super::rows::Rows;
+use crate::identity::Identity;
+use slewkit::maneuver::{Problem, Trajectory};
+use slewkit::verify::{cone_angles, margins_at_nodes};
+use std::io::Write;
+
+/// A column: its head, and its number at a node, if it has one there.
+pub(crate) struct WideColumn<'a> {
+    pub head: String,
+    pub cell: Box<dyn Fn(usize) -> Option<f64> + 'a>,
+}
+
+/// All columns of the trajectory, with those of margins and cones if they are asked for.
+pub(crate) fn wide_table<'a>(
+    trajectory: &'a Trajectory,
+    problem: &Problem,
+    identity: &Identity,
+    margins: bool,
+) -> Vec<WideColumn<'a>> {
+    let names = Names::new(problem, identity);
+    // Inputs, as many as the maneuver has, come after the vectors.
+    let mut ordered = columns(trajectory);
+    ordered.sort_by_key(Column::is_flat);
+    let mut table = Vec::new();
+    for column in ordered {
+        for (part, head) in column.headers(&names).into_iter().enumerate() {
+            let rows = Rows::of(trajectory);
+            let cell = move |node| Some(rows.numbers(&column, node)?[part]);
+            table.push(WideColumn { head, cell: Box::new(cell) });
+        }
+    }
+    if margins {
+        table.extend(of_limits(trajectory, problem));
+    }
+    table
+}
+
+/// Writes CSV: a head with units, then one line a node; decimal points, no quotes. Inputs are called as `identity`
+/// does, else by their numbers. With `margins` it tells how far the plan stays from every limit and constraint of `problem`
+/// at each node, and at which angle each boresight is from each direction.
+///
+/// # Errors
+/// A number that is not finite, or the stream.
+pub fn write_csv(
+    trajectory: &Trajectory,
+    problem: &Problem,
+    identity: &Identity,
+    margins: bool,
+    mut output: impl Write,
+) -> Result<(), ExportError> {
+    check_finite(trajectory)?;
+    let table = wide_table(trajectory, problem, identity, margins);
+    let heads: Vec<&str> = table.iter().map(|column| &*column.head).collect();
+    writeln!(output, "{}", heads.join(","))?;
+    for node in 0..trajectory.time.len() {
+        for (index, column) in table.iter().enumerate() {
+            let comma = if index > 0 { "," } else { "" };
+            match (column.cell)(node) {
+                // The debug form of a float is the shortest that reads back to the same bits.
+                Some(number) => write!(output, "{comma}{number:?}")?,
+                None => write!(output, "{comma}")?,
+            }
+        }
+        writeln!(output)?;
+    }
+    Ok(output.flush()?)
+}
+
+/// Margins of limits and constraints, then angles between boresights and directions \[deg\].
+fn of_limits(trajectory: &Trajectory, problem: &Problem) -> Vec<WideColumn<'static>> {
+    let rows = Rows::of(trajectory);
+    let margins = margins_at_nodes(problem, trajectory, |node| rows.input(node));
+    let margins =
+        margins.into_iter().map(|of| (format!("margin_{}_{}", word(&of.name), key(of.unit)), of.values));
+    let angles = cone_angles(problem, trajectory).into_iter().map(|cone| {
+        let pair = if cone.only { String::new() } else { format!("_{}_{}", cone.boresight, cone.direction) };
+        (format!("angle_{}{pair}_deg", word(&cone.name)), cone.degrees)
+    });
+    let column = |(head, values): (String, Vec<f64>)| {
+        let cell = move |node: usize| values.get(node).copied().filter(|value| value.is_finite());
+        WideColumn { head, cell: Box::new(cell) }
+    };
+    margins.chain(angles).map(column).collect()
+}
+
+/// A name in words as one word.
+fn word(name: &str) -> String {
+    plain(name).replace(' ', "_")
+}
+
+/// A unit as the keys of specs have it.
+fn key(unit: &str) -> &'static str {
+    match unit {
+        "N·m" => "n_m",
+        "N·m/s" => "n_m_per_s",
+        "N·m·s" => "n_m_s",
+        "N" => "n",
+        "N/s" => "n_per_s",
+        "deg/s" => "deg_s",
+        "deg" => "deg",
+        _ => "si",
+    }
+}

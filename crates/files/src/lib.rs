@@ -1,0 +1,18 @@
+//! Files of [`slewkit`]: maneuver specs, plan files, trajectories in the formats of other programs, and batches of
+//! maneuvers.
+
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+
+pub mod batch;
+pub mod epoch;
+pub mod exchange;
+pub mod export;
+pub mod formats;
+pub mod identity;
+pub mod spec;
+
+/// The reader of what [`exchange`] writes, for tests.
+#[cfg(feature = "parquet")]
+#[doc(hidden)]
+pub use ::parquet;

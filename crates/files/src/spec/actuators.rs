@@ -1,0 +1,235 @@
+//! `[actuators]`: axes, weights, prices and limits of the inputs.
+
+mod thrusters;
+mod wheels;
+
+use super::body::SMALLEST;
+use super::{Limits, Section, escape, short, show};
+use nalgebra::DMatrix;
+use slewkit::maneuver::{Motion, Weighted, Weights};
+use slewkit::mechanics::{Actuation, ActuatorSet, ActuatorSetError, AxisFrame};
+
+/// The actuators, their effort weights, and what fuel costs with each torque and each force input; absent: 1.
+pub(crate) struct Actuated {
+    pub actuation: Actuation,
+    pub weights: Weights,
+    pub prices: Option<Vec<f64>>,
+    pub force_prices: Option<Vec<f64>>,
+}
+
+/// The actuators and what their inputs cost, with the defaults that go with the motion.
+pub(crate) fn actuated(section: Option<&Section>, motion: Motion) -> Option<Actuated> {
+    let shortest_pulse = match section.filter(|section| section.has(SHORTEST_PULSE)) {
+        Some(section) => Some(section.number(SHORTEST_PULSE)?),
+        None => None,
+    };
+    let found = of_any_length(section, motion)?;
+    let pulsing = |set: ActuatorSet| {
+        let limits = slewkit::mechanics::actuators::Limits { shortest_pulse, ..set.limits().clone() };
+        set.with_limits(limits).ok()
+    };
+    let Actuation { torque, force, wheels, thrusters } = found.actuation;
+    // Thrusters that push and turn are one set with two kinds of axes.
+    let force = match force {
+        Some(force) if thrusters.is_some() => Some(pulsing(force)?),
+        force => force,
+    };
+    Some(Actuated { actuation: Actuation { torque: pulsing(torque)?, force, wheels, thrusters }, ..found })
+}
+
+/// The shortest pulse of the torque inputs.
+pub(super) const SHORTEST_PULSE: &str = "shortest_pulse_s";
+
+/// The same whatever the shortest pulse.
+fn of_any_length(section: Option<&Section>, motion: Motion) -> Option<Actuated> {
+    if let Some(section) = section.filter(|section| section.has("thruster")) {
+        return thrusters::thrusters(section, motion);
+    }
+    let (actuation, weights) = actuation(section, motion)?;
+    let forces = actuation.force.as_ref().map_or(0, ActuatorSet::count);
+    let torques = actuation.torque.count();
+    let priced = |key: &str, inputs: &str, count: usize| match section.filter(|section| section.has(key)) {
+        Some(section) => prices(section, key, inputs, count).map(Some),
+        None => Some(None),
+    };
+    let prices = priced("fuel_price", "torque", torques)?;
+    let force_prices = priced("force_fuel_price", "force", forces)?;
+    Some(Actuated { actuation, weights, prices, force_prices })
+}
+
+/// One price for each input of a kind.
+fn prices(section: &Section, key: &str, inputs: &str, count: usize) -> Option<Vec<f64>> {
+    match section.limits(key)? {
+        Limits::All(price) => Some(vec![price; count]),
+        Limits::Each(prices) if prices.len() == count => Some(prices),
+        Limits::Each(prices) => {
+            let reason = format!("`{key}` is for {} {inputs} inputs, there are {count}", prices.len());
+            section.refuse("E0026", key, reason, "give one price per input, or one for all")
+        }
+    }
+}
+
+fn actuation(section: Option<&Section>, motion: Motion) -> Option<(Actuation, Weights)> {
+    let torque_names =
+        [("torque_axes_body", AxisFrame::Body), ("torque_axes_reference", AxisFrame::Reference)];
+    let force_names = [("force_axes_reference", AxisFrame::Reference), ("force_axes_body", AxisFrame::Body)];
+    let Some(section) = section else {
+        let force = (motion == Motion::RigidBody).then(|| ActuatorSet::three_axes(AxisFrame::Reference));
+        let torque = ActuatorSet::three_axes(AxisFrame::Body);
+        return Some((Actuation { force, ..Actuation::torques(torque) }, Weights::default()));
+    };
+    if section.has("wheel") {
+        return wheels::wheels(section, motion);
+    }
+    let torque = channel(section, &torque_names, "effort_weight");
+    let torque = limited(torque, section, &TORQUE_LIMITS);
+    let force_keys = ["force_axes_reference", "force_axes_body", "force_effort_weight", "force_fuel_price"];
+    if motion == Motion::Attitude {
+        if let Some(key) = force_keys.into_iter().chain(FORCE_LIMITS).find(|key| section.has(key)) {
+            let reason = format!("`{key}` is given, but the maneuver moves the attitude only");
+            let remedy = "remove it, or give `position_m` and `velocity_m_s` in [start] and [end]";
+            section.error("E0064", key, reason, remedy);
+        }
+        let (torque, weight) = torque?;
+        return Some((Actuation::torques(torque), Weights { torque: weight, ..Weights::default() }));
+    }
+    let none = force_names.iter().any(|(name, _)| section.vectors(name).is_some_and(|axes| axes.is_empty()));
+    if none {
+        let orphan = ["force_effort_weight", "force_fuel_price"]
+            .into_iter()
+            .chain(FORCE_LIMITS)
+            .find(|key| section.has(key));
+        if let Some(key) = orphan {
+            let reason = format!("`{key}` is given, but the list of force axes is empty");
+            section.error("E0026", key, reason, "remove one of the two");
+        }
+        let (torque, weight) = torque?;
+        return Some((Actuation::torques(torque), Weights { torque: weight, ..Weights::default() }));
+    }
+    let force = channel(section, &force_names, "force_effort_weight");
+    let force = limited(force, section, &FORCE_LIMITS);
+    let ((torque, torque_weight), (force, force_weight)) = (torque?, force?);
+    let weights = Weights { torque: torque_weight, force: force_weight, time_price: None };
+    Some((Actuation::torques_and_forces(torque, force), weights))
+}
+
+/// Keys of the limits of size, norm and rate of change.
+const TORQUE_LIMITS: [&str; 3] = ["torque_limit_n_m", "torque_norm_limit_n_m", "torque_rate_limit_n_m_per_s"];
+const FORCE_LIMITS: [&str; 3] = ["force_limit_n", "force_norm_limit_n", "force_rate_limit_n_per_s"];
+
+/// Inputs of one kind, and their weight where one is given.
+type Channel = (ActuatorSet, Option<DMatrix<f64>>);
+
+/// How far the length of an axis may be from 1 where its input has a limit in N·m or N.
+const UNIT_ROUNDING: f64 = 1e-3;
+
+/// The channel under the limits of the spec.
+fn limited(channel: Option<Channel>, section: &Section, [size, norm, rate]: &[&str; 3]) -> Option<Channel> {
+    // Reported whether or not there are axes to count.
+    let (channel, weight) = channel?;
+    let count = channel.count();
+    let each = |name: &str| -> Option<Option<Vec<f64>>> {
+        if !section.has(name) {
+            return Some(None);
+        }
+        let limits = match section.limits(name)? {
+            Limits::All(limit) => vec![limit; count],
+            Limits::Each(limits) if limits.len() == count => limits,
+            Limits::Each(limits) => {
+                let reason = format!("`{name}` is for {} axes, there are {count}", limits.len());
+                let remedy = "give one limit per axis, or one for all";
+                return section.refuse("E0026", name, reason, remedy);
+            }
+        };
+        let mut lengths = channel.axes().iter().map(|axis| axis.norm());
+        if let Some(index) = lengths.position(|length| (length - 1.0).abs() > UNIT_ROUNDING) {
+            let length = short(channel.axes()[index].norm());
+            let reason = format!(
+                "`{name}`: axis {} has length {length}, so its input is not in the unit of the limit",
+                index + 1
+            );
+            let remedy = "make the axis of length 1; its `effort_weight` is then to be divided by the square of the length";
+            return section.refuse("E0067", name, reason, remedy);
+        }
+        Some(Some(limits))
+    };
+    let (size_limits, rate_limits) = (each(size), each(rate));
+    let norm = if section.has(norm) { Some(section.number(norm)?) } else { None };
+    let limits = slewkit::mechanics::actuators::Limits {
+        size: size_limits?,
+        norm,
+        rate: rate_limits?,
+        ..Default::default()
+    };
+    channel
+        .with_limits(limits)
+        .map_err(|error| section.error_here("E0061", error.to_string(), "write positive limits"))
+        .ok()
+        .map(|channel| (channel, weight))
+}
+
+/// Inputs of one kind: axes under one of two names (the first is the default), and their weight.
+fn channel(section: &Section, names: &[(&str, AxisFrame); 2], weight_name: &str) -> Option<Channel> {
+    let given = names.iter().find(|(name, _)| section.has(name));
+    let (name, frame) = *given.unwrap_or(&names[0]);
+    let default = ActuatorSet::three_axes(frame);
+    let axes = if given.is_some() { section.vectors(name)? } else { default.axes().to_vec() };
+    let count = axes.len();
+    if count == 0 {
+        let reason = "the list of torque axes is empty: nothing turns the body";
+        return section.refuse("E0026", name, reason, "give at least one axis");
+    }
+    let weight = if section.has(weight_name) {
+        let rows = section.square(weight_name)?;
+        if rows.len() != count {
+            let reason = format!("`{weight_name}` is for {} axes, there are {count}", rows.len());
+            return section.refuse("E0026", weight_name, reason, "give one weight per axis");
+        }
+        Some(DMatrix::from_fn(count, count, |row, column| rows[row][column]))
+    } else {
+        None
+    };
+    // Weighted would refuse it too, without saying which.
+    let diagonal = weight.as_ref().map(DMatrix::diagonal);
+    let small = |(_, value): &(usize, &f64)| **value < SMALLEST;
+    if let Some((index, value)) = diagonal.iter().flatten().enumerate().find(small) {
+        let value = show(*value);
+        let reason =
+            format!("the weight of input {} is {value}, it must be at least {SMALLEST:e}", index + 1);
+        return section.refuse("E0065", weight_name, reason, "every input must cost something");
+    }
+    if let Some(index) = axes.iter().position(|axis| axis.amax() < SMALLEST) {
+        let reason = format!(
+            "axis {} has length {}, at least {SMALLEST:e} is needed",
+            index + 1,
+            show(axes[index].norm())
+        );
+        let remedy = "an axis of length 1 makes inputs in N·m or N";
+        return section.refuse("E0031", name, reason, remedy);
+    }
+    let channel = match ActuatorSet::new(axes, frame) {
+        Ok(channel) => channel,
+        Err(error) => {
+            let (code, remedy) = match error {
+                ActuatorSetError::Axis { .. } => ("E0054", "leave the axis out, or give it a direction"),
+                ActuatorSetError::Count { .. } => ("E0034", "use fewer axes"),
+                ActuatorSetError::Limit { .. } => ("E0061", "leave the limit out where there is none"),
+                ActuatorSetError::Position { .. } => ("E0061", "give every thruster a position"),
+            };
+            return section.refuse(code, name, error.to_string(), remedy);
+        }
+    };
+    if let Err(error) = Weighted::new(&channel, weight.as_ref()) {
+        let remedy = "write the same number on both sides of the diagonal, smaller than the diagonal";
+        return section.refuse("E0065", weight_name, error.to_string(), remedy);
+    }
+    Some((channel, weight))
+}
+
+/// "wheel 2", with its name if it has one.
+fn called(kind: &str, section: &Section, index: usize) -> String {
+    match section.word("name") {
+        Some(name) => format!("{kind} {} \"{}\"", index + 1, escape(name)),
+        None => format!("{kind} {}", index + 1),
+    }
+}

@@ -1,0 +1,158 @@
+//! `[[actuators.thruster]]`: thrusters, which push to one side only.
+//!
+//! Where the attitude alone is planned a thruster is an input of its own, in N·m: the torque that it gives about the mass
+//! center. Its limit is that of its torque, or of its force times the lever; its price goes with the torque or the force in
+//! the same way. Where the body moves the input is its force, in N, which pushes and turns at once.
+
+use super::{Actuated, FORCE_LIMITS, SMALLEST, TORQUE_LIMITS, called};
+use crate::spec::{Section, short};
+use slewkit::Vector3;
+use slewkit::maneuver::{Motion, Weights};
+use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits};
+
+/// One thruster as written.
+struct Thruster {
+    /// Where it sits, from the mass center \[m\]; of one that is told by its torque there is no such place.
+    position: Option<Vector3>,
+    /// The way in which it pushes, or the axis of its torque; of length 1.
+    axis: Vector3,
+    /// Largest force \[N\], or torque [N·m].
+    limit: f64,
+    /// Of a unit of that, for a second.
+    price: f64,
+}
+
+/// A lever shorter than this, relative to the distance from the mass center, gives no torque.
+const NO_LEVER: f64 = 1e-9;
+
+/// The inputs of the thrusters, and the price of each.
+pub(super) fn thrusters(section: &Section, motion: Motion) -> Option<Actuated> {
+    let others = ["wheel", "torque_axes_body", "torque_axes_reference", "effort_weight", "fuel_price"];
+    let forces = ["force_axes_reference", "force_axes_body", "force_effort_weight", "force_fuel_price"];
+    let others = others.into_iter().chain(TORQUE_LIMITS).chain(forces).chain(FORCE_LIMITS);
+    let mut good = true;
+    for key in others.filter(|key| section.has(key)) {
+        let reason = format!("both `thruster` and `{key}` are given: each thruster is an input of its own");
+        section.error("E0028", key, reason, "give one of the two");
+        good = false;
+    }
+    let sections = section.list("thruster");
+    if section.is_empty_list("thruster") {
+        let reason = "the list of thrusters is empty: nothing turns the body";
+        let few = if motion == Motion::RigidBody { "seven" } else { "four" };
+        section.error("E0026", "thruster", reason, format!("give {few} thrusters or more, or torque axes"));
+    }
+    if sections.is_empty() {
+        return None;
+    }
+    let of_motion = |(index, section): (usize, &Section)| {
+        let thruster = read(section, index)?;
+        match (motion, thruster.position) {
+            (Motion::Attitude, Some(position)) => turning(section, index, &thruster, position),
+            (Motion::RigidBody, None) => {
+                let reason = format!(
+                    "{} is told by its torque, but the body moves: its force counts too",
+                    called("thruster", section, index)
+                );
+                let remedy = "give position_m, force_direction_body and force_limit_n; or remove the positions of [start] and [end]";
+                section.refuse("E0064", "torque_axis_body", reason, remedy)
+            }
+            _ => Some(thruster),
+        }
+    };
+    let read: Vec<_> = sections.iter().enumerate().map(of_motion).collect();
+    let thrusters: Vec<Thruster> = read.into_iter().collect::<Option<_>>()?;
+    let size = Some(thrusters.iter().map(|thruster| thruster.limit).collect());
+    let limits = Limits { size, one_sided: true, ..Limits::default() };
+    let axes = thrusters.iter().map(|thruster| thruster.axis).collect();
+    let actuation = if motion == Motion::RigidBody {
+        let positions = thrusters.iter().filter_map(|thruster| thruster.position).collect();
+        Actuation::of_thrusters(positions, axes, limits)
+    } else {
+        ActuatorSet::new(axes, AxisFrame::Body)
+            .and_then(|set| set.with_limits(limits))
+            .map(Actuation::torques)
+    };
+    let actuation = match actuation {
+        Ok(actuation) => actuation,
+        Err(error) => {
+            let remedy = "check the numbers of the thrusters";
+            return section.refuse("E0061", "thruster", error.to_string(), remedy);
+        }
+    };
+    let given = Some(thrusters.iter().map(|thruster| thruster.price).collect());
+    let (prices, force_prices) = if motion == Motion::RigidBody { (None, given) } else { (given, None) };
+    good.then_some(Actuated { actuation, weights: Weights::default(), prices, force_prices })
+}
+
+/// What a thruster that is told by its force does to the attitude.
+fn turning(section: &Section, index: usize, thruster: &Thruster, position: Vector3) -> Option<Thruster> {
+    let torque = position.cross(&thruster.axis);
+    let lever = torque.norm();
+    if lever <= NO_LEVER * position.norm() || lever < SMALLEST {
+        let reason = format!(
+            "{} pushes through the mass center, by a lever of {} m: it turns nothing",
+            called("thruster", section, index),
+            short(lever)
+        );
+        return section.refuse(
+            "E0054",
+            "force_direction_body",
+            reason,
+            "leave it out, or check where it sits",
+        );
+    }
+    let (limit, price) = (thruster.limit * lever, thruster.price / lever);
+    Some(Thruster { position: None, axis: torque / lever, limit, price })
+}
+
+fn read(section: &Section, index: usize) -> Option<Thruster> {
+    let price = if section.has("fuel_price") { section.number("fuel_price") } else { Some(1.0) };
+    let by_torque = section.has("torque_axis_body");
+    let (needed, others) = if by_torque {
+        (["torque_axis_body", "torque_limit_n_m"], ["position_m", "force_direction_body", "force_limit_n"])
+    } else {
+        (["position_m", "force_limit_n"], ["torque_limit_n_m"; 3])
+    };
+    if let Some(key) = others.into_iter().find(|key| section.has(key)) {
+        let reason =
+            format!("{}: `{key}` does not go with `{}`", called("thruster", section, index), needed[0]);
+        let remedy = "give torque_axis_body and torque_limit_n_m, or position_m, force_direction_body and force_limit_n";
+        return section.refuse("E0028", key, reason, remedy);
+    }
+    let all_needed = needed.into_iter().chain((!by_torque).then_some("force_direction_body"));
+    for key in all_needed {
+        if !section.has(key) {
+            let reason = format!("{} needs `{key}`", called("thruster", section, index));
+            let sample = match key {
+                "position_m" => "add position_m = [0.5, 0, 0.2], from the mass center",
+                "force_direction_body" => "add force_direction_body = [0, 1, 0], the way it pushes the body",
+                "force_limit_n" => "add force_limit_n = 1",
+                _ => "add torque_limit_n_m = 0.5",
+            };
+            return section.refuse_here("E0021", reason, sample);
+        }
+    }
+    let direction = |key: &str| {
+        let vector = section.vector(key)?;
+        if vector.amax() < SMALLEST {
+            let reason = format!(
+                "`{key}` of {} has length zero, and so no direction",
+                called("thruster", section, index)
+            );
+            return section.refuse("E0054", key, reason, "give it a direction, or leave the thruster out");
+        }
+        Some(section.unit(vector))
+    };
+    if by_torque {
+        let axis = direction("torque_axis_body")?;
+        return Some(Thruster {
+            position: None,
+            axis,
+            limit: section.number("torque_limit_n_m")?,
+            price: price?,
+        });
+    }
+    let (position, axis) = (section.vector("position_m")?, direction("force_direction_body")?);
+    Some(Thruster { position: Some(position), axis, limit: section.number("force_limit_n")?, price: price? })
+}

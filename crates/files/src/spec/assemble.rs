@@ -1,0 +1,327 @@
+//! The second pass: from the checked tree to the problem, with everything that takes more than one key.
+
+use super::attitude::Rotation;
+use super::boundary::{Boundary, TURN};
+use super::{
+    Expect, Report, Section, actuators, body, constraint, environment, escape, expect, maneuver, names,
+    short, show,
+};
+use crate::identity::Identity;
+use slewkit::Matrix3;
+use slewkit::lie::{exp, minus};
+use slewkit::maneuver::{
+    Fuel, Method, Motion, Objective, Path, Problem, ProblemError, Settings, State, Weights,
+};
+use slewkit::mechanics::{Body, Inertia};
+use std::f64::consts::TAU;
+
+/// What a spec says, all of it valid unless the report holds an error.
+pub(crate) struct Assembled {
+    pub problem: Problem,
+    pub settings: Settings,
+    pub expect: Option<Expect>,
+    pub identity: Identity,
+}
+
+/// Builds the problem; `None` when the report says why not.
+pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> {
+    let body_section = root.section("body");
+    let inertia = body_section.as_ref().and_then(|section| body::inertia(section));
+    let mass = body_section.as_ref().and_then(|section| section.number("mass_kg"));
+    let start = root.section("start").map(|section| Boundary::read(section, "attitude"));
+    let end = root.section("end").map(|section| {
+        let relative = section.has("rotation_from_start") && !section.has("attitude");
+        Boundary::read(section, if relative { "rotation_from_start" } else { "attitude" })
+    });
+    let motion = motion(start.as_ref(), end.as_ref());
+    if let Some(section) = &body_section {
+        mass_and_motion(section, inertia.as_ref(), mass, motion);
+    }
+    let actuated = actuators::actuated(root.section("actuators"), motion);
+    let identity = names::identity(root, actuated.as_ref().map(|actuated| actuated.actuation.count()));
+    let constraints = constraint::constraints(root);
+    let solver = root.section("solver");
+    let (scheme, settings) = maneuver::solver(solver);
+    let expect = root.section("expect").map(expect::of_maneuver);
+    let place = "[start] and [end]";
+    let surroundings =
+        environment::Surroundings { section: root.section("environment"), motion, mass, place };
+    let environment = surroundings.read(inertia.as_ref());
+    if let Some((start, end)) = start.as_ref().zip(end.as_ref()) {
+        surroundings.check_ends(&[start, end]);
+    }
+
+    let section = root.section("maneuver")?;
+    let duration = maneuver::duration(section);
+    let (start, end) = (start?, end?);
+    let path = path(section, &end);
+    let (start_rotation, end_rotation) = (start.rotation.as_ref()?, end.rotation.as_ref()?);
+    warn_quaternion_order(start_rotation, end_rotation, &root.report);
+    let end_attitude =
+        if end.relative() { start_rotation.matrix * end_rotation.matrix } else { end_rotation.matrix };
+    wrong_turn(&end, &start_rotation.matrix.tr_mul(&end_attitude));
+    let (start_state, end_state) = (start.state(start_rotation.matrix)?, end.state(end_attitude)?);
+    let (duration, path, environment) = (duration?, path?, environment?);
+
+    let still = environment.is_free() && environment.frame_rate().amax() == 0.0;
+    if still && is_same(&start_state, &end_state, &path) {
+        let reason = "the body is at rest where it should end: the plan is zero torque";
+        end.section.warn_here("W0059", reason, "give [end] another attitude");
+    }
+    let shortest = minus(&end_state.attitude, &start_state.attitude).norm();
+    let angle = match path {
+        Path::Shortest => shortest,
+        // `best` tries both senses, the other one being the longer.
+        Path::Long | Path::Best => TAU - shortest,
+        Path::AsGiven(vector) => vector.norm(),
+    };
+    let rate = start_state.angular_velocity.norm().max(end_state.angular_velocity.norm());
+    let rate = rate + environment.frame_rate().norm();
+    let steps = match duration {
+        Some(duration) => maneuver::steps(section, duration, angle, rate)?,
+        None => maneuver::steps_of_sought_duration(section, angle)?,
+    };
+
+    let body = Body { inertia: inertia?, mass: mass.filter(|_| motion == Motion::RigidBody) };
+    let name = root.word("name").unwrap_or(default_name).to_string();
+    let actuators::Actuated { actuation, weights, prices, force_prices } = actuated?;
+    let weights = weights.simplified();
+    let objective = match section.word("minimize") {
+        Some("time") => Objective::Time,
+        Some("fuel") => {
+            Objective::Fuel(Fuel { prices, force_prices, time_price: section.number("time_price_per_s") })
+        }
+        _ => Weights { time_price: section.number("time_price_per_s"), ..weights.clone() }.into(),
+    };
+    let (switches, sought) = (objective.switches(), duration.is_none());
+    if switches && weights != Weights::default() {
+        let reason = format!("weights of the effort have no say where {} is minimised", objective.name());
+        section.error("E0029", "minimize", reason, "leave effort_weight out; or minimize = \"effort\"");
+    }
+    let problem = Problem {
+        name,
+        motion,
+        body,
+        environment,
+        actuation,
+        objective,
+        start: start_state,
+        end: end_state,
+        duration: duration.unwrap_or(f64::NAN),
+        duration_at_most: section.number("duration_at_most_s"),
+        steps,
+        scheme,
+        path,
+        constraints: constraints?,
+    };
+    if (switches || sought)
+        && let Some(solver) = &solver
+    {
+        maneuver::refuse_solver(solver, &problem);
+    }
+    if let (Method::Shooting, Some(solver)) = (settings.method, &solver) {
+        constraint::refuse_shooting(&problem, solver);
+    }
+    match problem.check() {
+        Ok(()) => {}
+        // All of them at once.
+        Err(ProblemError::Violated { .. }) => {
+            for error in problem.violations() {
+                refuse(&error, &problem, root, section, [&start, &end]);
+            }
+            return None;
+        }
+        Err(error) => {
+            refuse(&error, &problem, root, section, [&start, &end]);
+            return None;
+        }
+    }
+    Some(Assembled { problem, settings, expect, identity })
+}
+
+/// Positions anywhere make it a maneuver of the whole body, and are then needed everywhere.
+fn motion(start: Option<&Boundary<'_>>, end: Option<&Boundary<'_>>) -> Motion {
+    let ends = [start, end];
+    if !ends.iter().flatten().any(|end| end.moves()) {
+        return Motion::Attitude;
+    }
+    for end in ends.into_iter().flatten() {
+        for (name, sample) in [("position_m", "[1, 0, 0]"), ("velocity_m_s", "[0, 0, 0]")] {
+            if !end.section.has(name) {
+                let reason =
+                    format!("[{}] needs `{name}`: the maneuver moves the body too", end.section.path);
+                let remedy = format!("add {name} = {sample}, or remove positions and velocities everywhere");
+                end.section.error_here("E0021", reason, remedy);
+            }
+        }
+    }
+    Motion::RigidBody
+}
+
+fn mass_and_motion(section: &Section, inertia: Option<&Inertia>, mass: Option<f64>, motion: Motion) {
+    match (motion, section.has("mass_kg")) {
+        (Motion::RigidBody, false) => {
+            let reason = "[body] needs `mass_kg`: the maneuver moves the body too";
+            section.error_here("E0021", reason, "add mass_kg = 100");
+        }
+        (Motion::Attitude, true) => {
+            let reason = "`mass_kg` is not used: the maneuver moves the attitude only";
+            let remedy = "remove it; or give positions in [start] and [end]";
+            section.warn("W0021", "mass_kg", reason, remedy);
+        }
+        _ => {}
+    }
+    if let (Some(inertia), Some(mass)) = (inertia, mass) {
+        body::warn_density(section, inertia, mass);
+    }
+}
+
+fn path(section: &Section, end: &Boundary<'_>) -> Option<Path> {
+    let says_turn = end.relative() || end.section.has(TURN);
+    let as_given = || {
+        let turn = if end.relative() { end.rotation.as_ref()?.vector } else { end.turn? };
+        Some(Path::AsGiven(turn))
+    };
+    if !section.has("path") {
+        return if says_turn { as_given() } else { Some(Path::Best) };
+    }
+    match section.word("path")? {
+        "shortest" => Some(Path::Shortest),
+        "long" => Some(Path::Long),
+        "as_given" if says_turn => as_given(),
+        "as_given" => {
+            let reason = "path = \"as_given\" needs `rotation_from_start` in [end]: an attitude does not say which way";
+            let remedy =
+                "write rotation_from_start = { axis = [1, 0, 0], angle_deg = 480 } instead of attitude";
+            section.refuse("E0021", "path", reason, remedy)
+        }
+        _ => Some(Path::Best),
+    }
+}
+
+/// Refuses a rotation from the start that leads elsewhere than to the attitude of the end.
+fn wrong_turn(end: &Boundary<'_>, from_start: &Matrix3) {
+    const ROUNDING: f64 = 1e-6;
+    let Some(turn) = end.turn else { return };
+    let off = minus(from_start, &exp(&turn)).norm();
+    if off > ROUNDING {
+        let reason = format!(
+            "the rotation leads {} rad past the attitude, at most {ROUNDING:e} is taken as rounding",
+            short(off)
+        );
+        let remedy =
+            "write the rotation vector with all digits; or only one of the two, as rotation_from_start";
+        end.section.error("E0058", TURN, reason, remedy);
+    }
+}
+
+/// Rest to rest in the same place, no whole turn asked for.
+fn is_same(start: &State, end: &State, path: &Path) -> bool {
+    const SAME: f64 = 1e-14;
+    let turned = match path {
+        Path::AsGiven(vector) => vector.norm(),
+        Path::Long => TAU,
+        _ => minus(&end.attitude, &start.attitude).norm(),
+    };
+    let moving = [start.angular_velocity, end.angular_velocity, start.velocity, end.velocity];
+    let moved = (end.position - start.position).amax() > SAME * start.position.amax();
+    turned < SAME && !moved && moving.iter().all(|velocity| velocity.amax() == 0.0)
+}
+
+fn warn_quaternion_order(start: &Rotation, end: &Rotation, report: &Report) {
+    let identity = |rotation: &Rotation| rotation.vector.amax() < 1e-9;
+    let suspects = [(start, true), (end, identity(start) || start.maybe_identity.is_some())];
+    for (rotation, suspect) in suspects {
+        if let (Some(other), true) = (rotation.maybe_identity, suspect) {
+            let axis = if other == "quaternion_xyzw" { "z" } else { "x" };
+            let reason = format!(
+                "this quaternion is a 180° turn about {axis}; in the other order it is no turn at all"
+            );
+            report.warn("W0053", rotation.spot.clone(), reason, format!("meant {other}?"));
+        }
+    }
+}
+
+/// What [`Problem::check`] found, with its place in the spec.
+fn refuse(
+    error: &ProblemError,
+    problem: &Problem,
+    root: &Section,
+    maneuver: &Section,
+    ends: [&Boundary<'_>; 2],
+) {
+    let at = |name: &str| ends[usize::from(name == "end")];
+    match error {
+        ProblemError::StepTooLong { end, angle, limit, steps } => {
+            let reason = format!(
+                "the {end} rate turns {} rad in one step; the implicit equation needs less than {}",
+                short(*angle),
+                show(*limit)
+            );
+            let remedy = if *steps <= Problem::MAX_STEPS {
+                let raise =
+                    if maneuver.has("step_s") { "replace `step_s` by `steps` =" } else { "raise `steps` to" };
+                format!("{raise} {steps} or more, or leave it out")
+            } else {
+                format!("even {} steps are too few: check the rate and `duration_s`", Problem::MAX_STEPS)
+            };
+            maneuver.report.error("E0120", at(end).rate_spot(), reason, remedy);
+        }
+        ProblemError::NotRotation { end, .. } => {
+            let end = at(end);
+            end.section.error("E0055", end.key, error.to_string(), "write all digits");
+        }
+        ProblemError::Violated { end, name, .. } => {
+            let (code, remedy) = constraint::violated(problem, name, end);
+            let at = at(end);
+            let spot = if code == "E0060" { at.rate_spot() } else { at.section.spot(at.key) };
+            maneuver.report.error(code, spot, escape(&error.to_string()), remedy);
+        }
+        // Told at the key itself.
+        ProblemError::Unsuited { what: "scheme", .. } => {}
+        ProblemError::Unsuited { what: actuators::SHORTEST_PULSE, reason } => {
+            let remedy = "leave it out, or write minimize = \"fuel\" with limits of the inputs alone";
+            if let Some(section) = root.section("actuators") {
+                section.error("E0029", actuators::SHORTEST_PULSE, (*reason).to_string(), remedy);
+            }
+        }
+        ProblemError::Value { what: "shortest pulse", value, reason } => {
+            let (key, longest) = match problem.duration_at_most {
+                Some(longest) => ("duration_at_most_s", longest),
+                None => ("duration_s", problem.duration),
+            };
+            let (value, longest) = (short(*value), short(longest));
+            let reason = format!("the shortest pulse is {value} s: it {reason}, of {longest} s");
+            if let Some(section) = root.section("actuators") {
+                section.error(
+                    "E0031",
+                    actuators::SHORTEST_PULSE,
+                    reason,
+                    format!("shorten it, or lengthen `{key}`"),
+                );
+            }
+        }
+        ProblemError::Unsuited { what, reason } => {
+            let remedy = "take it away, or minimise effort in a given `duration_s`";
+            let remedy = match *what {
+                "torque_limit_n_m" => "add torque_limit_n_m to [actuators]: one number, or one per axis",
+                "environment" => "give `duration_s`, and minimise fuel or effort",
+                "force_limit_n" => "add force_limit_n to [actuators]: one number, or one per axis",
+                "torque_axes_body" => "add inputs until every direction is reached, or minimise effort",
+                "force_direction_body" => "add thrusters until they push and turn every way",
+                "fuel_price" => "give fuel_price as one number",
+                "force_fuel_price" => "give force_fuel_price as one number",
+                "thruster" => "write minimize = \"fuel\", or describe the inputs by torque axes",
+                _ => remedy,
+            };
+            maneuver.error("E0029", "minimize", (*reason).to_string(), remedy);
+        }
+        ProblemError::Value { .. }
+        | ProblemError::Missing(_)
+        | ProblemError::Constraint { .. }
+        | ProblemError::Wheels(_)
+        | ProblemError::Weight { .. } => {
+            maneuver.error_here("E0031", error.to_string(), "check the numbers");
+        }
+    }
+}

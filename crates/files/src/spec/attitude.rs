@@ -1,0 +1,214 @@
+//! The notations of an attitude, and what users get wrong in them.
+
+use super::{Section, Spot, short, show};
+use slewkit::lie::{exp, log, project_to_rotation, rotation_from_quaternion};
+use slewkit::{Matrix3, Vector3};
+use std::f64::consts::{PI, TAU};
+
+/// A rotation as the user wrote it.
+#[derive(Clone, Debug)]
+pub(crate) struct Rotation {
+    /// Body vectors to reference-frame vectors (or end body to start body).
+    pub matrix: Matrix3,
+    /// Rotation vector \[rad\], as written where the notation keeps whole turns, else the shortest.
+    pub vector: Vector3,
+    /// Where it was written.
+    pub spot: Spot,
+    /// `[0, 0, 0, ±1]` under wxyz, `[±1, 0, 0, 0]` under xyzw: perhaps the identity in the other order.
+    pub maybe_identity: Option<&'static str>,
+}
+
+/// What the rotation is for; decides which angles look mistaken.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Use {
+    /// An attitude: more than a full turn means nothing.
+    Attitude,
+    /// A rotation from the start: whole turns count.
+    Turn,
+}
+
+/// Norm defect of a quaternion, and residual of a matrix, that are taken as rounding and removed.
+const QUATERNION_ROUNDING: f64 = 1e-3;
+const QUATERNION_SILENT: f64 = 1e-9;
+const MATRIX_ROUNDING: f64 = 1e-6;
+
+/// Reads the one notation that an attitude table holds.
+pub(crate) fn rotation(section: &Section, purpose: Use) -> Option<Rotation> {
+    let angle = |name: &str| name == "angle_deg" || name == "angle_rad";
+    let mut names: Vec<&str> = Vec::new();
+    for given in &section.given {
+        // Axis and angle are one notation together.
+        let name = if angle(&given.name) { "axis" } else { given.name.as_str() };
+        if section.knows(&given.name) && !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let name = match names[..] {
+        [name] => name,
+        [] if section.given.is_empty() => {
+            let reason = "the rotation is empty";
+            return section.refuse_here("E0021", reason, "add axis = [0, 0, 1], angle_deg = 90");
+        }
+        [] => return None,
+        [first, second, ..] => {
+            let reason = format!("the rotation is given twice, by `{first}` and by `{second}`");
+            return section.refuse("E0028", second, reason, "give one notation");
+        }
+    };
+    let rotation = |matrix, vector| Rotation { matrix, vector, spot: section.here(), maybe_identity: None };
+    let vector = |vector: Vector3| rotation(exp(&vector), vector);
+    let matrix = |matrix: Matrix3| rotation(matrix, log(&matrix));
+    match name {
+        "axis" => axis_angle(section, purpose).map(vector),
+        "rotation_vector_rad" | "rotation_vector_deg" => {
+            let given = section.vector(name)?;
+            warn_unit(section, &[given.norm()], name, purpose);
+            Some(vector(if name.ends_with("_deg") { given.map(f64::to_radians) } else { given }))
+        }
+        "matrix" => rotation_matrix(section).map(matrix),
+        "quaternion_wxyz" | "quaternion_xyzw" => {
+            let given = section.quaternion(name)?;
+            let q = if name.ends_with("xyzw") { [given[3], given[0], given[1], given[2]] } else { given };
+            let mut rotation = matrix(quaternion(section, q, name)?);
+            let [w, x, y, z] = q.map(f64::abs);
+            rotation.maybe_identity = match name {
+                "quaternion_wxyz" if w + x + y == 0.0 => Some("quaternion_xyzw"),
+                "quaternion_xyzw" if w + y + z == 0.0 => Some("quaternion_wxyz"),
+                _ => None,
+            };
+            Some(rotation)
+        }
+        _ => euler(section, name, purpose),
+    }
+}
+
+fn axis_angle(section: &Section, purpose: Use) -> Option<Vector3> {
+    let angles = ["angle_deg", "angle_rad"];
+    let given: Vec<&str> = angles.into_iter().filter(|name| section.has(name)).collect();
+    if !section.has("axis") {
+        let reason = format!("`{}` needs an `axis`", given[0]);
+        return section.refuse_here("E0021", reason, "add axis = [0, 0, 1]");
+    }
+    let name = match given[..] {
+        [name] => name,
+        [] => return section.refuse_here("E0021", "`axis` needs an angle", "add angle_deg = 90"),
+        _ => {
+            let reason = "both `angle_deg` and `angle_rad` are given";
+            return section.refuse("E0028", "angle_rad", reason, "give one of the two");
+        }
+    };
+    let (axis, angle) = (section.vector("axis"), section.number(name));
+    let size = axis?.amax();
+    if size == 0.0 {
+        let reason = "an axis of length zero has no direction";
+        let remedy = "for no rotation write axis = [0, 0, 1], angle_deg = 0";
+        return section.refuse("E0054", "axis", reason, remedy);
+    }
+    // Scaled first, so that the squares of very long or short axes stay within range.
+    let (axis, angle) = ((axis? / size).normalize(), angle?);
+    warn_unit(section, &[angle], name, purpose);
+    Some(axis * if name == "angle_deg" { angle.to_radians() } else { angle })
+}
+
+/// Removes rounding from a quaternion `[w, x, y, z]`, refuses more.
+fn quaternion(section: &Section, q: [f64; 4], name: &str) -> Option<Matrix3> {
+    let size = q.iter().fold(0.0_f64, |size, value| size.max(value.abs()));
+    if size == 0.0 {
+        let reason = "a quaternion of norm 0 is no rotation";
+        return section.refuse("E0050", name, reason, "the identity is w = 1");
+    }
+    let unit = q.map(|value| value / size);
+    let norm = size * unit.iter().map(|value| value * value).sum::<f64>().sqrt();
+    let defect = (norm - 1.0).abs();
+    if defect > QUATERNION_ROUNDING {
+        let reason = format!("the norm of the quaternion is {}, a rotation has norm 1", short(norm));
+        let order = if name.ends_with("wxyz") { "w, x, y, z" } else { "x, y, z, w" };
+        let remedy = format!("divide by the norm, or check the four numbers: {order}");
+        return section.refuse("E0051", name, reason, remedy);
+    }
+    if defect > QUATERNION_SILENT {
+        let reason =
+            format!("the norm of the quaternion differs from 1 by {}; it is normalised", short(defect));
+        section.warn("W0051", name, reason, "write more digits to keep the attitude as meant");
+    }
+    Some(rotation_from_quaternion(&unit))
+}
+
+/// Removes rounding from a rotation matrix, refuses more.
+fn rotation_matrix(section: &Section) -> Option<Matrix3> {
+    let matrix = section.matrix("matrix")?;
+    let residual = if matrix.amax() > 2.0 {
+        matrix.amax().powi(2)
+    } else {
+        (matrix.transpose() * matrix - Matrix3::identity()).amax()
+    };
+    if residual > MATRIX_ROUNDING {
+        let reason = format!(
+            "the matrix is not a rotation: RᵀR differs from the identity by {}, at most {MATRIX_ROUNDING:e} is taken as rounding",
+            short(residual)
+        );
+        let remedy = "its rows must be orthogonal and of length 1; write all digits";
+        return section.refuse("E0055", "matrix", reason, remedy);
+    }
+    if matrix.determinant() < 0.0 {
+        let reason = "the matrix has determinant −1: a reflection, not a rotation";
+        let remedy = "check the sign of one row, or the handedness of the axes";
+        return section.refuse("E0056", "matrix", reason, remedy);
+    }
+    Some(if section.keeps_rounding { matrix } else { project_to_rotation(&matrix) })
+}
+
+fn euler(section: &Section, name: &str, purpose: Use) -> Option<Rotation> {
+    let given = section.vector(name)?;
+    warn_unit(section, given.as_slice(), name, purpose);
+    let angles = if name.ends_with("_deg") { given.map(f64::to_radians) } else { given };
+    let axes = name.bytes().skip("euler_".len()).take(3).map(|letter| match letter {
+        b'x' => Vector3::x(),
+        b'y' => Vector3::y(),
+        _ => Vector3::z(),
+    });
+    let turns: Vec<Vector3> = axes.zip(angles.iter()).map(|(axis, angle)| axis * *angle).collect();
+    let matrix = turns.iter().fold(Matrix3::identity(), |matrix, turn| matrix * exp(turn));
+    let turning: Vec<&Vector3> = turns.iter().filter(|turn| turn.amax() != 0.0).collect();
+    let vector = match turning[..] {
+        [turn] => *turn,
+        _ => {
+            let whole = purpose == Use::Turn && angles.iter().any(|angle| angle.abs() > PI * 1.000001);
+            let vector = log(&matrix);
+            if whole {
+                let reason = format!(
+                    "three Euler angles do not say how often the body turns; the rotation is taken as one of {}°",
+                    short(vector.norm().to_degrees())
+                );
+                let remedy = "write axis and angle_deg to turn further than 180°";
+                section.warn("W0057", name, reason, remedy);
+            }
+            vector
+        }
+    };
+    Some(Rotation { matrix, vector, spot: section.here(), maybe_identity: None })
+}
+
+/// Angles in degrees that are round in radians, and the other way round.
+fn warn_unit(section: &Section, angles: &[f64], name: &str, purpose: Use) {
+    const ROUND: [f64; 9] = [PI / 6.0, PI / 4.0, PI / 3.0, PI / 2.0, TAU / 3.0, 0.75 * PI, PI, 1.5 * PI, TAU];
+    let nonzero: Vec<f64> = angles.iter().map(|angle| angle.abs()).filter(|angle| *angle > 0.0).collect();
+    let Some(first) = nonzero.first() else { return };
+    if name.ends_with("_deg") {
+        let round = |angle: &f64| ROUND.iter().any(|round| (angle - round).abs() < 1e-3 * round);
+        if nonzero.iter().all(round) {
+            let reason = format!("{}° is a small angle, and a round one in radians", show(*first));
+            section.warn("W0058", name, reason, format!("meant {}?", name.replace("_deg", "_rad")));
+        }
+    } else {
+        let large = |angle: &f64| match purpose {
+            Use::Attitude => *angle > TAU * 1.001,
+            Use::Turn => *angle >= 20.0 && angle.fract() == 0.0,
+        };
+        if let Some(angle) = nonzero.iter().find(|angle| large(angle)) {
+            let turns = short(angle / TAU);
+            let reason = format!("{} rad are {turns} full turns", show(*angle));
+            section.warn("W0058", name, reason, format!("meant {}?", name.replace("_rad", "_deg")));
+        }
+    }
+}

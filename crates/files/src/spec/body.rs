@@ -1,0 +1,106 @@
+//! `[body]`.
+
+use super::quantity as q;
+use super::{Section, short, show};
+use slewkit::Matrix3;
+use slewkit::mechanics::{Inertia, InertiaError};
+
+/// Asymmetry that needs no warning: the last digit of an entry.
+const SILENT_ASYMMETRY: f64 = 1e-15;
+/// Smallest principal moment [kg·m²], weight and axis length: the products of the solvers stay in range.
+pub(crate) const SMALLEST: f64 = 1e-30;
+/// A body thinner than this [kg/m³] inside its radius of gyration has its inertia in other units.
+const THINNEST: f64 = 1e-5;
+
+/// The inertia, checked.
+pub(crate) fn inertia(body: &Section) -> Option<Inertia> {
+    let name = "inertia_kg_m2";
+    checked(body.matrix(name)?, body, name)
+}
+
+/// This inertia, checked; `key` of the section is where it was written.
+pub(crate) fn checked(matrix: Matrix3, section: &Section, key: &str) -> Option<Inertia> {
+    let inertia = match Inertia::new(matrix) {
+        Ok(inertia) => inertia,
+        Err(error) => {
+            let (code, reason, remedy) = refusal(&error);
+            return section.refuse(code, key, reason, remedy);
+        }
+    };
+    let smallest = inertia.principal()[0];
+    if smallest < SMALLEST {
+        let reason = format!(
+            "the smallest principal moment, {} kg·m², is outside the range of an inertia, {SMALLEST:e} to {:e} kg·m²",
+            short(smallest),
+            q::INERTIA.largest
+        );
+        return section.refuse("E0031", key, reason, "check the exponent and the unit");
+    }
+    let asymmetry = (matrix - matrix.transpose()).amax() / matrix.amax();
+    if asymmetry > SILENT_ASYMMETRY {
+        let reason = format!(
+            "the inertia is not quite symmetric, by {} of its size; it is averaged",
+            short(asymmetry)
+        );
+        section.warn("W0040", key, reason, "write the same number on both sides of the diagonal");
+    }
+    if inertia.is_degenerate() {
+        let [a, b, c] = <[f64; 3]>::from(*inertia.principal()).map(short);
+        let reason = format!("the principal moments {a}, {b}, {c} are those of a flat plate or a thin rod");
+        let remedy = "nothing to do if that is meant; a step may then turn at most 0.5 rad";
+        section.warn("W0042", key, reason, remedy);
+    }
+    Some(inertia)
+}
+
+/// An inertia that is none, in words.
+fn refusal(error: &InertiaError) -> (&'static str, String, &'static str) {
+    match error {
+        InertiaError::NotSymmetric { row, column, upper, lower } => (
+            "E0040",
+            format!(
+                "the inertia is not symmetric: row {row} column {column} is {}, row {column} column {row} is {}",
+                show(*upper),
+                show(*lower)
+            ),
+            "write the same number on both sides of the diagonal",
+        ),
+        InertiaError::NotPositive { smallest } => (
+            "E0041",
+            format!("the smallest principal moment of inertia is {}, it must be positive", short(*smallest)),
+            "check the diagonal, and the signs of the products of inertia: tensor signs, Jxy = −∫xy dm",
+        ),
+        InertiaError::Triangle { principal: [a, b, c] } => (
+            "E0042",
+            format!(
+                "no body has the principal moments {}, {}, {}: the largest exceeds the sum of the others, {}",
+                short(*a),
+                short(*b),
+                short(*c),
+                short(a + b)
+            ),
+            "check the moments and the signs of the products of inertia: tensor signs, Jxy = −∫xy dm",
+        ),
+        InertiaError::IllConditioned { ratio } => (
+            "E0045",
+            format!(
+                "the principal moments differ by a factor of {}, at most {:e} is accepted",
+                short(*ratio),
+                Inertia::CONDITION
+            ),
+            "give the thin axis a realistic moment",
+        ),
+        InertiaError::NotFinite => ("E0030", "the inertia is not finite".into(), "write finite numbers"),
+    }
+}
+
+/// Warns of an inertia that does not go with the mass, as from g·cm² taken for kg·m².
+pub(crate) fn warn_density(body: &Section, inertia: &Inertia, mass: f64) {
+    let radius = (inertia.mean() / mass).sqrt();
+    let density = mass / radius.powi(3);
+    if density < THINNEST {
+        let reason =
+            format!("{} kg with this inertia spread over {} m: very thin", show(mass), short(radius));
+        body.warn("W0043", "inertia_kg_m2", reason, "is the inertia in g·cm²? 1 g·cm² is 1e-7 kg·m²");
+    }
+}

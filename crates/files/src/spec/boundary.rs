@@ -1,0 +1,72 @@
+//! The start and the end of a maneuver, and the start of a body, as a spec has them.
+
+use super::attitude::{self, Rotation, Use};
+use super::{Section, Spot};
+use slewkit::maneuver::State;
+use slewkit::{Matrix3, Vector3};
+
+/// `[start]` or `[end]` as written.
+pub(crate) struct Boundary<'a> {
+    pub section: &'a Section,
+    /// The key that holds the rotation: `attitude` or `rotation_from_start`.
+    pub key: &'static str,
+    pub rotation: Option<Rotation>,
+    /// With an attitude: the rotation vector from the start \[rad\], body axes of the start.
+    pub turn: Option<Vector3>,
+    /// Inertial angular velocity, body axes [rad/s]; `None` if given wrongly.
+    pub rate: Option<Vector3>,
+    pub position: Option<Vector3>,
+    pub velocity: Option<Vector3>,
+}
+
+pub(super) const TURN: &str = "rotation_from_start_rad";
+
+impl<'a> Boundary<'a> {
+    pub fn read(section: &'a Section, key: &'static str) -> Self {
+        let purpose = if key == "attitude" { Use::Attitude } else { Use::Turn };
+        let rotation = section.section(key).and_then(|rotation| attitude::rotation(rotation, purpose));
+        let rate = match section.rate_key() {
+            None => Some(Vector3::zeros()),
+            Some(name) => {
+                let scale = if name.ends_with("deg_s") { 1_f64.to_radians() } else { 1.0 };
+                section.vector(name).map(|rate| rate * scale)
+            }
+        };
+        let (position, velocity) = (section.vector("position_m"), section.vector("velocity_m_s"));
+        let turn = if section.knows(TURN) { section.vector(TURN) } else { None };
+        Self { section, key, rotation, turn, rate, position, velocity }
+    }
+
+    pub fn relative(&self) -> bool {
+        self.key == "rotation_from_start"
+    }
+
+    pub fn moves(&self) -> bool {
+        self.section.has("position_m") || self.section.has("velocity_m_s")
+    }
+
+    /// The place of the angular velocity, or of the table when there is none.
+    pub fn rate_spot(&self) -> Spot {
+        self.section.spot(self.section.rate_key().unwrap_or("angular_velocity_deg_s"))
+    }
+
+    pub fn state(&self, attitude: Matrix3) -> Option<State> {
+        let vector = |value: Option<Vector3>, name| match value {
+            None if self.section.has(name) => None,
+            other => Some(other.unwrap_or_default()),
+        };
+        Some(State {
+            position: vector(self.position, "position_m")?,
+            velocity: vector(self.velocity, "velocity_m_s")?,
+            attitude,
+            angular_velocity: self.rate?,
+        })
+    }
+}
+
+impl Section {
+    /// Which of the two keys gives the angular velocity.
+    pub fn rate_key(&self) -> Option<&'static str> {
+        ["angular_velocity_deg_s", "angular_velocity_rad_s"].into_iter().find(|name| self.has(name))
+    }
+}

@@ -1,0 +1,254 @@
+//! `[[constraint]]`: where the body may point and how fast it may turn.
+
+use super::{Angle, Limits, Section, escape, short, show};
+use slewkit::Vector3;
+use slewkit::maneuver::{Constraint, Direction, Pointing, Problem, Rule, Side};
+use slewkit::optimize::shooting_obstacle;
+
+/// Pairs of a boresight and a direction in all constraints together.
+const MAX_PAIRS: usize = 10_000;
+
+/// What reports call the limits of the actuators, which no constraint may be called too.
+const TAKEN: [&str; 9] = [
+    "torque limit",
+    "torque norm limit",
+    "torque rate limit",
+    "force limit",
+    "force norm limit",
+    "force rate limit",
+    "wheel torque limit",
+    "wheel torque rate limit",
+    "wheel momentum limit",
+];
+
+/// All constraints; `None` when the report says what is wrong with one.
+pub(crate) fn constraints(root: &Section) -> Option<Vec<Constraint>> {
+    let sections = root.tables("constraint")?;
+    let names = names(sections);
+    let rules: Vec<_> = sections.iter().map(rule).collect();
+    let mut pairs = 0;
+    let mut constraints = Vec::new();
+    for ((rule, name), section) in rules.into_iter().zip(names?).zip(sections) {
+        let rule = rule?;
+        if let Rule::Pointing(pointing) = &rule {
+            pairs += pointing.boresights.len() * pointing.directions.len();
+            if pairs > MAX_PAIRS {
+                let reason = format!(
+                    "with this one the constraints have {pairs} pairs of a boresight and a direction"
+                );
+                let remedy = format!("at most {MAX_PAIRS} are possible");
+                return section.refuse_here("E0034", reason, remedy);
+            }
+        }
+        constraints.push(Constraint { name, rule });
+    }
+    Some(constraints)
+}
+
+/// Names as given, or by kind; all different.
+fn names(sections: &[Section]) -> Option<Vec<String>> {
+    let mut names: Vec<Option<String>> = vec![None; sections.len()];
+    let mut good = true;
+    for (index, section) in sections.iter().enumerate() {
+        if !section.has("name") {
+            continue;
+        }
+        let Some(name) = section.word("name").map(str::trim) else {
+            good = false;
+            continue;
+        };
+        let first = names.iter().position(|other| other.as_deref() == Some(name));
+        let reason = match first {
+            _ if name.is_empty() => Some("the name is empty".to_string()),
+            Some(first) => Some(format!("constraint {} has the name of constraint {}", index + 1, first + 1)),
+            None if TAKEN.contains(&name) => {
+                Some(format!("\"{name}\" is what reports call that limit of [actuators]"))
+            }
+            None => None,
+        };
+        if let Some(reason) = reason {
+            let remedy = "give it a name of its own: reports speak of constraints by their names";
+            section.error("E0011", "name", reason, remedy);
+            good = false;
+        }
+        names[index] = Some(name.into());
+    }
+    for index in 0..sections.len() {
+        if names[index].is_some() {
+            continue;
+        }
+        let word = match sections[index].word("kind")? {
+            "keep_out" => "keep-out cone",
+            "keep_in" => "keep-in cone",
+            _ => "rate limit",
+        };
+        let numbered = (2..).map(|number| format!("{word} {number}"));
+        let free = |name: &String| !names.iter().flatten().any(|other| other == name);
+        names[index] = std::iter::once(word.to_string()).chain(numbered).find(free);
+    }
+    good.then_some(names.into_iter().flatten().collect())
+}
+
+fn rule(section: &Section) -> Option<Rule> {
+    let side = match section.word("kind")? {
+        "keep_out" => Side::KeepOut,
+        "keep_in" => Side::KeepIn,
+        _ => return rate_limit(section),
+    };
+    let boresights = section
+        .vectors("boresight_body")
+        .map(|vectors| vectors.into_iter().map(|vector| section.unit(vector)).collect());
+    let directions = directions(section);
+    let (half_angle, margin) = cone(section, side)?;
+    Some(Rule::Pointing(Pointing {
+        side,
+        boresights: boresights?,
+        directions: directions?,
+        half_angle,
+        margin,
+    }))
+}
+
+fn rate_limit(section: &Section) -> Option<Rule> {
+    let (name, scale) = if section.has("angular_velocity_limit_deg_s") {
+        ("angular_velocity_limit_deg_s", 1_f64.to_radians())
+    } else {
+        ("angular_velocity_limit_rad_s", 1.0)
+    };
+    Some(match section.limits(name)? {
+        Limits::All(limit) => Rule::RateNorm(limit * scale),
+        Limits::Each(limits) => Rule::RateAxes(Vector3::from_column_slice(&limits) * scale),
+    })
+}
+
+/// Half angle and margin \[rad\].
+fn cone(section: &Section, side: Side) -> Option<(f64, f64)> {
+    let half_angle = section.angle("half_angle_deg", "half_angle_rad");
+    let margin = section.angle("margin_deg", "margin_rad");
+    let margin_given = section.has("margin_deg") || section.has("margin_rad");
+    let half_angle = half_angle?;
+    if half_angle.degrees() <= 0.0 || half_angle.degrees() >= 180.0 {
+        let reason = format!(
+            "`{}`: {half_angle} is no half angle of a cone: it must be above 0 and below {}",
+            half_angle.key,
+            half_angle.half_turn()
+        );
+        let remedy = "the half angle is from the axis of the cone to its surface";
+        return section.refuse("E0070", half_angle.key, reason, remedy);
+    }
+    let margin = if margin_given { margin? } else { Angle { key: "margin_deg", value: 0.0 } };
+    let (half, extra) = (half_angle.degrees(), margin.degrees());
+    let reason = match side {
+        Side::KeepOut if half + extra >= 180.0 => format!(
+            "a cone of {half_angle} with a margin of {margin} leaves nowhere to point: together they must be below {}",
+            half_angle.half_turn()
+        ),
+        Side::KeepIn if half - extra <= 0.0 => {
+            format!("a margin of {margin} leaves nothing of a cone of {half_angle}")
+        }
+        _ => return Some((half_angle.radians(), margin.radians())),
+    };
+    section.refuse("E0070", margin.key, reason, "write a smaller margin")
+}
+
+/// The directions of both kinds.
+fn directions(section: &Section) -> Option<Vec<Direction>> {
+    let mut directions = Vec::new();
+    for (name, turns_with_frame) in [("direction_inertial", false), ("direction_reference", true)] {
+        let sections = section.tables(name)?;
+        let read: Vec<_> = sections.iter().map(direction).collect();
+        for vector in read {
+            directions.push(Direction { vector: vector?, turns_with_frame });
+        }
+    }
+    (!directions.is_empty()).then_some(directions)
+}
+
+fn direction(section: &Section) -> Option<Vector3> {
+    let (angles, vector) = (["ra_deg", "dec_deg"], "vector");
+    let given: Vec<&str> = angles.into_iter().filter(|name| section.has(name)).collect();
+    match (&given[..], section.has(vector)) {
+        ([name, ..], true) => {
+            let reason = format!("the direction is given twice, by `{name}` and by `vector`");
+            section.refuse("E0028", vector, reason, "give one of the two")
+        }
+        ([], true) => {
+            let vector = section.vector(vector)?;
+            if vector.amax() == 0.0 {
+                let reason = "a vector of length zero has no direction";
+                return section.refuse("E0054", "vector", reason, "give the vector a direction");
+            }
+            Some(section.unit(vector))
+        }
+        ([_, _], false) => {
+            let range = |name: &str, least: f64, most: f64, what: &str| {
+                let angle = section.number(name)?;
+                if (least..=most).contains(&angle) {
+                    return Some(angle.to_radians());
+                }
+                let reason =
+                    format!("`{name}`: {what} of {} deg is outside {least} to {most} deg", show(angle));
+                let remedy = "check the order and the unit of the angles";
+                section.refuse("E0074", name, reason, remedy)
+            };
+            let ra = range("ra_deg", -180.0, 360.0, "a right ascension");
+            let dec = range("dec_deg", -90.0, 90.0, "a declination");
+            let ((sin_ra, cos_ra), (sin_dec, cos_dec)) = (ra?.sin_cos(), dec?.sin_cos());
+            Some(section.unit(Vector3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec)))
+        }
+        ([name], false) => {
+            let other = if *name == "ra_deg" { "dec_deg" } else { "ra_deg" };
+            let reason = format!("`{name}` needs `{other}`");
+            section.refuse_here("E0021", reason, format!("add {other} = 0"))
+        }
+        (_, false) => {
+            // A heavenly body has been refused already.
+            if !section.has("body") {
+                let reason = "the direction is empty";
+                section.error_here("E0021", reason, "add ra_deg = 231.0, dec_deg = -18.3");
+            }
+            None
+        }
+    }
+}
+
+/// What kind of constraint the problem calls `name`.
+fn rule_of<'a>(problem: &'a Problem, name: &str) -> Option<&'a Rule> {
+    problem.constraints.iter().find(|constraint| constraint.name == name).map(|constraint| &constraint.rule)
+}
+
+/// Code and remedy of a boundary state that violates the constraint `name`.
+pub(crate) fn violated(problem: &Problem, name: &str, end: &str) -> (&'static str, String) {
+    match rule_of(problem, name) {
+        Some(Rule::RateNorm(limit)) => (
+            "E0060",
+            format!("slow the {end} down, or raise the limit from {} deg/s", short(limit.to_degrees())),
+        ),
+        Some(Rule::RateAxes(_)) => ("E0060", format!("slow the {end} down, or raise the limit")),
+        Some(Rule::Pointing(Pointing { side: Side::KeepIn, .. })) => {
+            ("E0071", format!("turn the {end} into the cone, or make the cone wider"))
+        }
+        _ => ("E0071", format!("turn the {end} out of the cone, or make the cone narrower")),
+    }
+}
+
+/// The method `shooting`, which holds limits of the inputs alone.
+pub(crate) fn refuse_shooting(problem: &Problem, solver: &Section) {
+    let limits = |channel: &slewkit::mechanics::actuators::ActuatorSet| channel.limits().rate.is_some();
+    let actuation = &problem.actuation;
+    let what = if let Some(constraint) = problem.constraints.first() {
+        format!("\"{}\"", escape(&constraint.name))
+    } else if actuation.wheels.is_some() {
+        "reaction wheels".into()
+    } else if limits(&actuation.torque) || actuation.force.as_ref().is_some_and(limits) {
+        "a limit of how fast inputs change".into()
+    } else if let Some(obstacle) = shooting_obstacle(problem) {
+        let reason = format!("method = \"shooting\" does not serve here: {obstacle}");
+        solver.error("E0066", "method", reason, "write method = \"auto\" or \"scp\"");
+        return;
+    } else {
+        return;
+    };
+    let reason = format!("method = \"shooting\" holds limits of the inputs, not {what}");
+    solver.error("E0066", "method", reason, "write method = \"auto\" or \"scp\"");
+}

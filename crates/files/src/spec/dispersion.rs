@@ -1,0 +1,290 @@
+//! `[dispersion]`: what is uncertain, read into a linear map of standard random numbers.
+
+use super::attitude::{self, Use};
+use super::keys::{Kind, SPREADS};
+use super::paths::{self, Place};
+use super::{Limits, Node, Section, Value, escape, short};
+use nalgebra::{DMatrix, SymmetricEigen};
+use slewkit::lie::{exp, log};
+use slewkit::{Matrix3, Vector3};
+
+/// What is uncertain in a spec, as `slew monte-carlo` takes it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Dispersion {
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Number of cases.
+    pub cases: u64,
+    /// What varies; each draws by itself.
+    pub varied: Vec<Varied>,
+}
+
+/// One quantity that varies: its nominal numbers, and `offset = map · ξ` with standard random numbers ξ.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Varied {
+    /// The key that a case sets.
+    pub key: String,
+    /// What stands there without dispersion.
+    pub nominal: Nominal,
+    /// Distribution of ξ.
+    pub distribution: Distribution,
+    /// From ξ to the offset of the numbers, in the unit of the key; for an attitude the offset is a rotation vector, rad.
+    pub map: DMatrix<f64>,
+}
+
+/// Distribution of the standard numbers ξ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Distribution {
+    /// Each normal with mean 0 and variance 1, independent.
+    Normal,
+    /// Each uniform in (−1, 1), independent.
+    Uniform,
+    /// Together uniform in the unit ball.
+    Ball,
+}
+
+/// A nominal value and its notation.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Nominal {
+    /// One number.
+    Number(f64),
+    /// A list of numbers.
+    List(Vec<f64>),
+    /// Rows of numbers.
+    Rows(Vec<Vec<f64>>),
+    /// An inertia [kg·m²]; its numbers are xx, yy, zz, xy, xz, yz.
+    Inertia(Matrix3),
+    /// An attitude, its rotation vector \[rad\]; an offset δ makes it R exp(δ).
+    Attitude(Vector3),
+    /// A rotation from the start, any angle; the same, and whole turns are kept.
+    Turn(Vector3),
+}
+
+/// Upper triangle of an inertia in the order of its numbers.
+const ELEMENTS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+
+impl Nominal {
+    /// The numbers that vary.
+    pub fn numbers(&self) -> Vec<f64> {
+        match self {
+            Self::Number(number) => vec![*number],
+            Self::List(numbers) => numbers.clone(),
+            Self::Rows(rows) => rows.concat(),
+            Self::Inertia(inertia) => ELEMENTS.iter().map(|place| inertia[*place]).collect(),
+            Self::Attitude(_) | Self::Turn(_) => vec![0.0; 3],
+        }
+    }
+
+    /// The value with its numbers moved by `offset`, as a spec would have it, to the last bit.
+    pub fn moved(&self, offset: &[f64]) -> String {
+        let at = |index: usize| offset.get(index).copied().unwrap_or_default();
+        let row = |numbers: &[f64]| {
+            let numbers: Vec<String> = numbers.iter().map(|number| format!("{number:?}")).collect();
+            format!("[{}]", numbers.join(", "))
+        };
+        let rotation = |vector: &Vector3| log(&(exp(vector) * exp(&Vector3::new(at(0), at(1), at(2)))));
+        match self {
+            Self::Number(number) => format!("{:?}", number + at(0)),
+            Self::List(numbers) => {
+                row(&numbers.iter().enumerate().map(|(index, number)| number + at(index)).collect::<Vec<_>>())
+            }
+            Self::Rows(rows) => {
+                let mut index = 0..;
+                let mut moved = |number: &f64| number + index.next().map_or(0.0, at);
+                let rows: Vec<String> = rows
+                    .iter()
+                    .map(|numbers| row(&numbers.iter().map(&mut moved).collect::<Vec<_>>()))
+                    .collect();
+                format!("[{}]", rows.join(", "))
+            }
+            Self::Inertia(inertia) => {
+                let mut moved = *inertia;
+                for (index, (i, j)) in ELEMENTS.into_iter().enumerate() {
+                    moved[(i, j)] = inertia[(i, j)] + at(index);
+                    moved[(j, i)] = moved[(i, j)];
+                }
+                let rows: Vec<String> =
+                    (0..3).map(|i| row(&[moved[(i, 0)], moved[(i, 1)], moved[(i, 2)]])).collect();
+                format!("[{}]", rows.join(", "))
+            }
+            Self::Attitude(vector) => {
+                format!("{{ rotation_vector_rad = {} }}", row(rotation(vector).as_slice()))
+            }
+            Self::Turn(vector) => {
+                let turn = nearest_turn(&rotation(vector), vector);
+                format!("{{ rotation_vector_rad = {} }}", row(turn.as_slice()))
+            }
+        }
+    }
+}
+
+/// The rotation vector of the same rotation as `shortest`, with whole turns, that is nearest to `wanted`.
+fn nearest_turn(shortest: &Vector3, wanted: &Vector3) -> Vector3 {
+    let angle = shortest.norm();
+    // Whole turns about no axis: those of the axis that was.
+    let axis = if angle > 0.0 { shortest / angle } else { wanted.try_normalize(0.0).unwrap_or_default() };
+    let turns = ((wanted.dot(&axis) - angle) / std::f64::consts::TAU).round();
+    axis * (angle + turns * std::f64::consts::TAU)
+}
+
+/// Reads `[dispersion]`; `None` where there is none, or where the report says why not.
+pub(crate) fn read(root: &Section, tree: &Node) -> Option<Dispersion> {
+    let section = root.section("dispersion")?;
+    let varied: Vec<Option<Varied>> =
+        section.list("vary").iter().map(|entry| varied(entry, root, tree)).collect();
+    let varied = varied.into_iter().collect::<Option<Vec<_>>>()?;
+    for (index, one) in varied.iter().enumerate() {
+        let inside = |a: &str, b: &str| a == b || a.starts_with(&format!("{b}."));
+        let earlier = varied[..index].iter();
+        if let Some(other) =
+            earlier.clone().find(|other| inside(&other.key, &one.key) || inside(&one.key, &other.key))
+        {
+            let reason = format!("`{}` varies already, with `{}`", escape(&one.key), escape(&other.key));
+            return section.list("vary")[index].refuse("E0011", "key", reason, "let each number vary once");
+        }
+    }
+    Some(Dispersion { seed: section.whole("seed")?, cases: section.whole("cases")?, varied })
+}
+
+fn varied(entry: &Section, root: &Section, tree: &Node) -> Option<Varied> {
+    let path = entry.word("key")?;
+    let (key, nominal, scale) = nominal(entry, path, root, tree)?;
+    let name = SPREADS.iter().copied().find(|name| entry.has(name))?;
+    let distribution = match entry.word("kind")? {
+        "normal" => Distribution::Normal,
+        "uniform" => Distribution::Uniform,
+        _ => Distribution::Ball,
+    };
+    let numbers = nominal.numbers();
+    // Of an inertia the diagonal alone may vary.
+    let inertia = matches!(nominal, Nominal::Inertia(_));
+    let fits = |count: usize| count == numbers.len() || (inertia && count == 3);
+    let misfit = |count: usize| {
+        let needed = if inertia { "3 (the diagonal) or 6".into() } else { numbers.len().to_string() };
+        let reason = format!("`{name}` is for {count} numbers, `{}` has {needed}", escape(path));
+        entry.refuse("E0026", name, reason, "give one for each number")
+    };
+    let map = match name {
+        "covariance" | "semi_axes" => {
+            let rows = entry.square(name)?;
+            if !fits(rows.len()) {
+                return misfit(rows.len());
+            }
+            let given = DMatrix::from_fn(rows.len(), rows.len(), |i, j| rows[i][j]);
+            if name == "covariance" { root_of(entry, given)? } else { given.transpose() }
+        }
+        _ => {
+            let relative = name.ends_with("_relative");
+            let size = |index: usize| if relative { numbers[index].abs() } else { 1.0 };
+            let spreads = match entry.limits(name)? {
+                Limits::All(spread) => vec![spread; numbers.len()],
+                Limits::Each(spreads) if fits(spreads.len()) => spreads,
+                Limits::Each(spreads) => return misfit(spreads.len()),
+            };
+            if relative && matches!(nominal, Nominal::Attitude(_) | Nominal::Turn(_)) {
+                let reason = format!("`{name}`: an attitude has no size that this could be a part of");
+                let remedy = format!("write {} in the unit of the key", name.trim_end_matches("_relative"));
+                return entry.refuse("E0160", name, reason, remedy);
+            }
+            let spreads = spreads.iter().enumerate().map(|(index, spread)| spread * size(index));
+            DMatrix::from_diagonal(&spreads.collect::<Vec<_>>().into())
+        }
+    };
+    Some(Varied { key, nominal, distribution, map: map * scale })
+}
+
+/// A with `A Aᵀ` the covariance.
+fn root_of(entry: &Section, covariance: DMatrix<f64>) -> Option<DMatrix<f64>> {
+    /// What rounding of the entries may make of a zero.
+    const ROUNDING: f64 = 1e-12;
+    let size = covariance.amax();
+    let refuse = |reason: String| {
+        entry.refuse(
+            "E0160",
+            "covariance",
+            reason,
+            "it must be symmetric, with no direction of negative variance",
+        )
+    };
+    if (&covariance - covariance.transpose()).amax() > ROUNDING * size {
+        return refuse("the covariance is not symmetric".into());
+    }
+    let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(covariance);
+    if let Some(negative) = eigenvalues.iter().find(|value| **value < -ROUNDING * size) {
+        return refuse(format!("the covariance has the eigenvalue {}", short(*negative)));
+    }
+    let deviations = eigenvalues.map(|variance| variance.max(0.0).sqrt());
+    Some(eigenvectors * DMatrix::from_diagonal(&deviations))
+}
+
+/// The key that is set, what stands there, and the unit of its spread in that of its offset.
+fn nominal(entry: &Section, path: &str, root: &Section, tree: &Node) -> Option<(String, Nominal, f64)> {
+    if let Err((code, reason, remedy)) = paths::place(tree, path) {
+        return entry.refuse(code, "key", reason, remedy);
+    }
+    for (ending, scale) in [(".rotation_vector_deg", 1_f64.to_radians()), (".rotation_vector_rad", 1.0)] {
+        let Some(key) = path.strip_suffix(ending) else { continue };
+        let (end, name) = key.split_once('.')?;
+        let purpose = if name == "attitude" { Use::Attitude } else { Use::Turn };
+        let Some(section) = root.section(end).and_then(|end| end.section(name)) else {
+            return absent(entry, key);
+        };
+        let vector = attitude::rotation(section, purpose)?.vector;
+        let nominal = if name == "attitude" { Nominal::Attitude(vector) } else { Nominal::Turn(vector) };
+        return Some((key.into(), nominal, scale));
+    }
+    if path == "body.inertia_kg_m2" {
+        return Some((path.into(), Nominal::Inertia(root.section("body")?.matrix("inertia_kg_m2")?), 1.0));
+    }
+    if let Ok(Place::Key(key)) = paths::place(tree, path)
+        && matches!(key.kind, Kind::Steps(_) | Kind::Count(..) | Kind::Format)
+    {
+        let reason = format!("`{}` counts: it cannot vary by parts", escape(path));
+        return entry.refuse("E0160", "key", reason, "sweep it: `slew sweep SPEC --over KEY=A,B,C`");
+    }
+    let mut node = Some(tree);
+    for part in path.split('.') {
+        node = node.and_then(|node| match &node.value {
+            Value::Array(items) => part.parse::<usize>().ok().and_then(|index| items.get(index)),
+            _ => node.entry(part).map(|entry| &entry.node),
+        });
+    }
+    let Some(node) = node else { return absent(entry, path) };
+    match numbers(node) {
+        Some(nominal) => Some((path.into(), nominal, 1.0)),
+        None => {
+            let reason = format!("`{}` holds no numbers that could vary", escape(path));
+            let remedy = "name a key with a number, a list or rows of numbers; an attitude as end.attitude.rotation_vector_deg";
+            entry.refuse("E0160", "key", reason, remedy)
+        }
+    }
+}
+
+fn absent<T>(entry: &Section, path: &str) -> Option<T> {
+    let reason = format!("`{}` varies, but the spec does not give it", escape(path));
+    entry.refuse("E0160", "key", reason, "write its value, about which it varies")
+}
+
+/// A number, a list or rows.
+fn numbers(node: &Node) -> Option<Nominal> {
+    let number = |node: &Node| match &node.value {
+        Value::Number(number) => Some(number.value),
+        _ => None,
+    };
+    let list = |node: &Node| match &node.value {
+        Value::Array(items) if !items.is_empty() => items.iter().map(number).collect::<Option<Vec<f64>>>(),
+        _ => None,
+    };
+    if let Some(number) = number(node) {
+        return Some(Nominal::Number(number));
+    }
+    if let Some(list) = list(node) {
+        return Some(Nominal::List(list));
+    }
+    match &node.value {
+        Value::Array(rows) if !rows.is_empty() => {
+            rows.iter().map(list).collect::<Option<Vec<_>>>().map(Nominal::Rows)
+        }
+        _ => None,
+    }
+}

@@ -1,0 +1,169 @@
+//! `[environment]`.
+
+use super::boundary::Boundary;
+use super::{Section, short, show};
+use slewkit::maneuver::Motion;
+use slewkit::mechanics::{
+    CentralGravity, Environment, EnvironmentError, Free, GravityGradient, Inertia, SecondOrderGravity,
+    UniformGravity,
+};
+use std::sync::Arc;
+
+/// `[environment]` and what it depends on.
+pub(crate) struct Surroundings<'a> {
+    pub section: Option<&'a Section>,
+    pub motion: Motion,
+    /// The mass of the body \[kg\].
+    pub mass: Option<f64>,
+    /// Where the spec has its states, for messages.
+    pub place: &'static str,
+}
+
+/// Relative difference of the masses of the points from the mass of the body that is rounding.
+const MASS_ROUNDING: f64 = 1e-9;
+
+impl Surroundings<'_> {
+    /// The environment; none given: nothing acts.
+    pub fn read(&self, inertia: Option<&Inertia>) -> Option<Arc<dyn Environment>> {
+        let Some(section) = &self.section else { return Some(Arc::new(Free)) };
+        let kind = section.word("kind")?;
+        let moves = kind == "central_gravity";
+        if moves && self.motion == Motion::Attitude {
+            let reason = "central_gravity acts on position and attitude, but no position is given";
+            let remedy = format!(
+                "add `position_m` and `velocity_m_s` to {}; for the attitude alone use kind = \"gravity_gradient\"",
+                self.place
+            );
+            return section.refuse("E0085", "kind", reason, remedy);
+        }
+        if !moves && self.motion == Motion::RigidBody {
+            let reason = format!("{kind} acts on the attitude only, but positions are given");
+            let remedy = "remove `position_m` and `velocity_m_s`, or use kind = \"central_gravity\"";
+            return section.refuse("E0085", "kind", reason, remedy);
+        }
+        match kind {
+            "uniform_gravity" => {
+                let environment = UniformGravity::new(
+                    section.number("mass_kg")?,
+                    section.number("gravity_m_s2")?,
+                    section.vector("direction")?,
+                    section.vector("pivot_to_mass_center_m")?,
+                );
+                accept(environment, section)
+            }
+            "gravity_gradient" => {
+                let environment = GravityGradient::new(section.number("orbital_rate_rad_s")?, inertia?);
+                accept(environment, section)
+            }
+            _ => self.central_gravity(section, inertia),
+        }
+    }
+
+    fn central_gravity(&self, section: &Section, inertia: Option<&Inertia>) -> Option<Arc<dyn Environment>> {
+        let parameter = section.number("gravitational_parameter_m3_s2");
+        if section.word("body")? == "second_order" {
+            if section.has("points") {
+                let reason = "`points` are given, but body = \"second_order\" does not use them";
+                let remedy = "remove `points`, or write body = \"points\"";
+                section.error("E0028", "points", reason, remedy);
+            }
+            let environment = SecondOrderGravity::new(parameter?, self.mass?, inertia?);
+            return accept(environment, section);
+        }
+        let points = section.list("points");
+        if points.is_empty() {
+            if !section.has("points") || section.is_empty_list("points") {
+                let reason = "body = \"points\" needs `points`";
+                let remedy = "add points = [ { mass_kg = 0.5, position_m = [0.15, 0, 0] }, … ]";
+                section.error("E0021", "points", reason, remedy);
+            }
+            return None;
+        }
+        let points: Option<Vec<_>> = points
+            .iter()
+            .map(|point| Some((point.number("mass_kg")?, point.vector("position_m")?)))
+            .collect();
+        let (points, mass) = (points?, self.mass?);
+        let sum: f64 = points.iter().map(|(mass, _)| mass).sum();
+        if (sum - mass).abs() > MASS_ROUNDING * mass {
+            let (sum, mass) = (short(sum), show(mass));
+            let reason = format!("the masses of the points sum to {sum} kg, that of the body is {mass} kg");
+            return section.refuse("E0087", "points", reason, "make them equal");
+        }
+        accept(CentralGravity::of_masses(parameter?, points), section)
+    }
+
+    /// What the environment asks of the states, the start first.
+    pub fn check_ends(&self, ends: &[&Boundary<'_>]) {
+        let Some(section) = &self.section else { return };
+        match section.word("kind") {
+            Some("gravity_gradient") => {
+                for end in ends {
+                    if end.section.rate_key().is_none() && !end.section.has("angular_momentum_body_n_m_s") {
+                        let reason = format!(
+                            "[{}] needs an angular velocity: under gravity_gradient rest against LVLH and inertial rest differ",
+                            end.section.path
+                        );
+                        let remedy = "add angular_velocity_rad_s, inertial, in body axes: at rest against LVLH it is \
+                                      orbital_rate · Rᵀ e2";
+                        end.section.error_here("E0021", reason, remedy);
+                    }
+                }
+            }
+            Some("central_gravity") => {
+                let points = section.list("points");
+                let reach = points.iter().filter_map(|point| point.vector("position_m"));
+                let reach = reach.map(|position| position.norm()).fold(1e-30, f64::max);
+                for end in ends {
+                    let Some(radius) = end.position.map(|position| position.norm()) else { continue };
+                    if radius <= reach {
+                        let reach = if points.is_empty() { 0.0 } else { reach };
+                        let (radius, reach) = (short(radius), short(reach));
+                        let reason = format!(
+                            "the distance from the attracting point is {radius} m, the body reaches {reach} m: they touch"
+                        );
+                        let remedy = "the attracting point is at the origin; check `position_m` (m, not km?)";
+                        end.section.error("E0083", "position_m", reason, remedy);
+                    }
+                }
+                if let Some(start) = ends.first() {
+                    self.warn_escape(section, start);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Warns of a start that is not on a closed orbit.
+    fn warn_escape(&self, section: &Section, start: &Boundary<'_>) {
+        let parameter = section.number("gravitational_parameter_m3_s2");
+        if let (Some(parameter), Some(position), Some(velocity)) = (parameter, start.position, start.velocity)
+        {
+            let escape = (2.0 * parameter / position.norm()).sqrt();
+            let speed = velocity.norm();
+            if speed > escape {
+                let (speed, escape) = (short(speed), short(escape));
+                let reason = format!(
+                    "the start is on a hyperbolic orbit: {speed} m/s, the escape velocity there is {escape} m/s"
+                );
+                let remedy =
+                    "nothing to do if that is meant; else check units and the gravitational parameter";
+                start.section.warn("W0083", "velocity_m_s", reason, remedy);
+            }
+        }
+    }
+}
+
+fn accept<E: Environment + 'static>(
+    environment: Result<E, EnvironmentError>,
+    section: &Section,
+) -> Option<Arc<dyn Environment>> {
+    let told = |error: &EnvironmentError| match error {
+        EnvironmentError::NoDirection { .. } => {
+            let remedy = "give the direction in which things fall, for example [0, 0, 1]";
+            ("E0054", section.spot("direction"), remedy)
+        }
+        _ => ("E0086", section.here(), "check the numbers of [environment]"),
+    };
+    Some(Arc::new(section.report.accept(environment, told)?))
+}

@@ -1,0 +1,74 @@
+//! The grid: a number of steps, or a step, of a plan or a simulation.
+
+use super::keys::StepsOf;
+use super::{Section, short, show};
+use slewkit::maneuver::Problem;
+
+/// Code, reason and remedy.
+type Words = (&'static str, String, &'static str);
+
+/// Fewer steps than there must be.
+pub(super) fn too_few(of: StepsOf, steps: i64) -> Words {
+    let (what, remedy) = match of {
+        StepsOf::Plan => ("a plan", "100 is a good start; or leave the key out"),
+        StepsOf::Simulation => ("a simulation", "write how many, or give step_s instead"),
+    };
+    let least = of.least();
+    let plural = if least == 1 { "" } else { "s" };
+    ("E0033", format!("{steps} is too few: {what} needs at least {least} step{plural}"), remedy)
+}
+
+/// More steps than there may be.
+pub(super) fn too_many(of: StepsOf, steps: f64) -> Words {
+    let (why, remedy) = match of {
+        StepsOf::Plan => {
+            // A node holds state, inputs, costates and the transition matrix of the sweep: about 1 kB on SO(3).
+            let gigabytes = short(steps * 1e3 / 1e9);
+            let why = format!("they would need about {gigabytes} GB, the limit of a plan is {}", of.most());
+            (why, "use fewer steps; a thousand are plenty for most maneuvers")
+        }
+        StepsOf::Simulation => {
+            let most = show(of.most() as f64);
+            let why = format!("a simulation may have {most}, a minute or more even for a single free body");
+            (why, "take longer steps, a method of higher order, or a shorter duration")
+        }
+    };
+    ("E0034", format!("{} steps are too many: {why}", show(steps)), remedy)
+}
+
+/// The number of steps that `steps` or `step_s` of the section give.
+pub(super) fn given(of: StepsOf, section: &Section, duration: f64) -> Option<u64> {
+    if section.has("steps") {
+        return section.whole("steps");
+    }
+    let step = section.number("step_s")?;
+    let wanted = duration / step;
+    let steps = wanted.round();
+    if steps < of.least() as f64 {
+        let (step, whole) = (show(step), show(duration));
+        let (reason, longest) = match of {
+            StepsOf::Plan => (
+                format!(
+                    "a step of {step} s is too long for a maneuver of {whole} s; a plan needs at least {} steps",
+                    Problem::MIN_STEPS
+                ),
+                short(duration / 100.0),
+            ),
+            StepsOf::Simulation => {
+                (format!("a step of {step} s is longer than the simulation of {whole} s"), whole)
+            }
+        };
+        return section.refuse("E0033", "step_s", reason, format!("write a step of at most {longest} s"));
+    }
+    if steps > of.most() as f64 {
+        let (code, reason, remedy) = too_many(of, steps);
+        return section.refuse(code, "step_s", reason, remedy);
+    }
+    if (wanted - steps).abs() > 1e-9 * steps {
+        let (whole, step, used) = (show(duration), show(step), short(duration / steps));
+        let reason =
+            format!("{whole} s is no whole number of steps of {step} s; {steps} steps of {used} s are used");
+        section.warn("W0033", "step_s", reason, format!("write steps = {steps}"));
+    }
+    Some(steps as u64)
+}

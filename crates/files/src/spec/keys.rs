@@ -1,0 +1,596 @@
+//! Every key of a spec, once: the reader, the messages and the JSON Schema all work from these tables.
+
+use super::quantity::{self as q, Quantity};
+use Kind::*;
+use slewkit::maneuver::Problem;
+use slewkit::mechanics::ActuatorSet;
+
+/// What a key holds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Kind {
+    /// The version of the format, 1.
+    Format,
+    /// Text on one line, at most this many characters.
+    Text(usize),
+    /// One of the first words; the second are known, but this version cannot do them.
+    Choice(&'static [&'static str], &'static [&'static str]),
+    /// A number.
+    Number(Quantity),
+    /// One number that is not negative for all, or one for each.
+    Spread(Quantity),
+    /// A square matrix as rows, or its diagonal.
+    Square(Quantity),
+    /// A number of steps.
+    Steps(StepsOf),
+    /// A count, from … to ….
+    Count(i64, i64),
+    /// Three numbers (x, y, z).
+    Vector(Quantity),
+    /// Four numbers.
+    Quaternion,
+    /// Three rows of three numbers.
+    Matrix,
+    /// Three rows of three numbers, or a diagonal of three.
+    Inertia,
+    /// A list of axes, each three numbers.
+    Axes,
+    /// One number per input, or as many rows of as many numbers.
+    Weight,
+    /// A table.
+    Table(&'static Table),
+    /// A list of tables, at most this many.
+    List(&'static Table, usize),
+    /// A positive number; without the key there is no limit.
+    Limit(Quantity),
+    /// One limit for all, or a list: as many as there are inputs, or this many.
+    Limits(Quantity, Option<usize>),
+    /// Three numbers, or a list of such vectors.
+    Vectors(Quantity),
+    /// A direction in space, or a list of them.
+    Directions,
+    /// A heavenly body, whose direction this version cannot know.
+    HeavenlyBody,
+    /// A list of texts, at most this many.
+    Texts(usize),
+    /// A list of points, each three numbers.
+    Vertices(Quantity),
+    /// A list of triangles, each three whole numbers from 1.
+    Faces,
+    /// Known, but this version cannot do it; the text says what it will be.
+    Later(&'static str),
+}
+
+/// What has steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum StepsOf {
+    /// A plan, which holds its nodes in memory.
+    Plan,
+    /// A simulation, which streams.
+    Simulation,
+}
+
+impl StepsOf {
+    /// The fewest that it may have.
+    pub fn least(self) -> u64 {
+        match self {
+            Self::Plan => Problem::MIN_STEPS as u64,
+            Self::Simulation => 1,
+        }
+    }
+
+    /// The most.
+    pub fn most(self) -> u64 {
+        match self {
+            Self::Plan => Problem::MAX_STEPS as u64,
+            Self::Simulation => MAX_STEPS as u64,
+        }
+    }
+}
+
+impl Kind {
+    /// The keys of the table, or of each table of the list, that it holds.
+    pub fn table(self) -> Option<&'static Table> {
+        match self {
+            Self::Table(table) | Self::List(table, _) => Some(table),
+            Self::Directions => Some(&DIRECTION),
+            _ => None,
+        }
+    }
+}
+
+/// One key.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Key {
+    pub name: &'static str,
+    pub kind: Kind,
+    /// What it means, in one line.
+    pub doc: &'static str,
+    /// Required; the text is what a spec might say.
+    pub sample: Option<&'static str>,
+    /// Only for these values of the table's selector; empty: always.
+    pub only: &'static [&'static str],
+}
+
+/// The keys of one table.
+#[derive(Debug)]
+pub(crate) struct Table {
+    pub keys: &'static [Key],
+    /// The key whose value decides which others apply.
+    pub selector: Option<&'static str>,
+    /// Groups of keys of which at most one may be given.
+    pub exclusive: &'static [&'static [&'static str]],
+    /// Groups of keys of which one must be given, with a sample.
+    pub one_of: &'static [(&'static [&'static str], &'static str)],
+}
+
+impl Table {
+    const EMPTY: Self = Self { keys: &[], selector: None, exclusive: &[], one_of: &[] };
+
+    /// The key of this name.
+    pub fn key(&self, name: &str) -> Option<&'static Key> {
+        self.keys.iter().find(|key| key.name == name)
+    }
+}
+
+/// One key: its description, its name, its [`Kind`]; then `only` and the values of the selector under which it means
+/// something, `needed` and a sample.
+macro_rules! key {
+    ([] $shared:ident) => { $shared };
+    ([$($doc:literal)*] $name:expr; $kind:expr $(, only $only:expr)? $(, needed $sample:expr)?) => {
+        Key {
+            name: $name,
+            kind: $kind,
+            doc: concat!($($doc),*).trim_ascii_start(),
+            $(sample: Some($sample),)?
+            $(only: $only,)?
+            ..Key { name: "", kind: Kind::Format, doc: "", sample: None, only: &[] }
+        }
+    };
+}
+
+/// Keys that several tables have.
+macro_rules! shared_keys {
+    ($($(#[doc = $doc:literal])* $key:ident = $name:literal: $kind:expr;)*) => {
+        $(const $key: Key = key!([$($doc)*] $name; $kind);)*
+    };
+}
+
+/// Tables, each with what it says beside its keys in brackets. A key is a name with its [`Kind`], or one that is
+/// shared; the comment of a key is its description in the schema.
+macro_rules! tables {
+    ($(
+        $(#[doc = $about:literal])*
+        $visibility:vis static $table:ident $([$($field:ident: $value:expr),* $(,)?])? {
+            $(
+                $(#[doc = $doc:literal])*
+                $($shared:ident)?
+                $($name:literal $(+ $part:literal)*: $kind:expr $(, only $only:expr)? $(, needed $sample:expr)?)?;
+            )*
+        }
+    )*) => {
+        $(
+            $(#[doc = $about])*
+            #[allow(clippy::needless_update)]
+            $visibility static $table: Table = Table {
+                keys: &[$(
+                    key!(
+                        [$($doc)*] $($shared)?
+                        $(concat!($name $(, $part)*); $kind $(, only $only)? $(, needed $sample)?)?
+                    ),
+                )*],
+                $($($field: $value,)*)?
+                ..Table::EMPTY
+            };
+        )*
+    };
+}
+
+mod dispersion;
+mod simulation;
+
+pub(crate) use dispersion::{DISPERSION, MOST_CASES, SPREADS};
+pub(crate) use simulation::{MAX_LISTED, MAX_STEPS, SIMULATION_ROOT};
+
+pub(crate) const MAX_POINTS: usize = 100;
+pub(crate) const MAX_WHEELS: usize = ActuatorSet::MAX_INPUTS;
+const POINTING: &[&str] = &["keep_out", "keep_in"];
+const RATE_LIMIT: &[&str] = &["rate_limit"];
+const UNIFORM: &[&str] = &["uniform_gravity"];
+const GRADIENT: &[&str] = &["gravity_gradient"];
+const CENTRAL: &[&str] = &["central_gravity"];
+
+tables! {
+    pub(crate) static ROOT {
+        /// Address of the JSON Schema, for editors; ignored.
+        "$schema": Text(2000);
+        /// Version of this format: 1.
+        "format": Format, needed "format = 1";
+        /// What is planned, for people. Default: the file name.
+        "name": Text(200);
+        /// Notes for people; ignored.
+        "description": Text(10_000);
+        /// The moment of time zero, with its time scale (UTC, TAI, TT, TDB, GPS), as in "2026-11-21T07:00:00 UTC".
+        /// Files for other programs need it; plans do not depend on it.
+        "epoch": Text(100);
+        /// What files for other programs call the object, its frames and its inputs.
+        "names": Table(&NAMES);
+        /// The rigid body.
+        "body": Table(&BODY), needed "[body]\ninertia_kg_m2 = [2, 3, 4]   # or three rows: the whole matrix";
+        /// Input axes and effort weights. Default: three torques along the body axes; three forces along the
+        /// reference axes too when positions are given.
+        "actuators": Table(&ACTUATORS);
+        /// State at the beginning.
+        "start": Table(&START),
+            needed "[start]\nattitude = { axis = [0, 0, 1], angle_deg = 0 }\nangular_velocity_deg_s = [0, 0, 0]";
+        /// State at the end.
+        "end": Table(&END),
+            needed "[end]\nattitude = { euler_zyx_deg = [90, 0, 0] }\nangular_velocity_deg_s = [0, 0, 0]";
+        /// What is minimised, in what time, on which grid.
+        "maneuver": Table(&MANEUVER), needed "[maneuver]\nduration_s = 60";
+        /// How it is solved. Default: automatic.
+        "solver": Table(&SOLVER);
+        /// What acts on the body. Default: nothing.
+        "environment": Table(&ENVIRONMENT);
+        /// What the plan must come to; read by the tests of a collection of problems.
+        "expect": Table(&EXPECT);
+        /// Where the body may point and how fast it may turn, all the way. Default: anywhere, any rate.
+        "constraint": List(&CONSTRAINT, Problem::MAX_CONSTRAINTS);
+        /// What is uncertain, for `slew monte-carlo`; any other command plans the values as they stand.
+        "dispersion": Table(&DISPERSION);
+        /// What becomes of the rounded last digits of matrices and unit vectors. remove: they become
+        /// rotations, and of length 1. keep: each number is taken to its last bit, as in a spec that slew
+        /// wrote. Default: remove.
+        "rounding": Choice(&["remove", "keep"], &[]);
+    }
+
+    static NAMES {
+        /// The object that turns. Default: the name of the spec.
+        "object": Text(64);
+        /// Its international designator, as in "1995-074A". Default: UNKNOWN.
+        "object_id": Text(64);
+        /// What the object is about, as in "EARTH". Default: not said.
+        "center": Text(64);
+        /// The reference frame, to which attitudes lead. Default: ICRF; needed where the frame turns.
+        "reference_frame": Text(64);
+        /// The body frame, from which they come. Default: SC_BODY_1.
+        "body_frame": Text(64);
+        /// Who issues the files. Default: UNKNOWN.
+        "originator": Text(64);
+        /// Number of the object at NAIF, negative, for SPICE kernels.
+        "spice_id": Number(q::SPICE_ID);
+        /// What the inputs are called in heads of tables, one for each. Default: the names of the wheels, else
+        /// numbers.
+        "inputs": Texts(100);
+    }
+
+    static BODY {
+        /// Inertia about the mass center (about the pivot under uniform_gravity), body axes, tensor signs:
+        /// three rows, or a diagonal of three.
+        "inertia_kg_m2": Inertia, needed "inertia_kg_m2 = [2, 3, 4]";
+        /// Mass; needed when positions are given, and nowhere else.
+        "mass_kg": Number(q::MASS);
+    }
+
+    static ACTUATORS[
+        exclusive: &[&["torque_axes_body", "torque_axes_reference"], &["force_axes_reference", "force_axes_body"]],
+    ] {
+        /// Torque axes fixed in the body, a list of axes, the columns of B. Two: underactuated; four:
+        /// redundant. Default: three unit axes.
+        "torque_axes_body": Axes;
+        /// Torque axes fixed in the reference frame: the torque is Rᵀ B u.
+        "torque_axes_reference": Axes;
+        /// Weight W of the torque inputs in ½uᵀWu: one number per axis, or a full symmetric positive definite
+        /// matrix. Default: 1 each.
+        "effort_weight": Weight;
+        /// Force axes fixed in the reference frame; an empty list: no forces. Default: three unit axes when
+        /// positions are given.
+        "force_axes_reference": Axes;
+        /// Force axes fixed in the body: the force is R B u.
+        "force_axes_body": Axes;
+        /// Weight of the force inputs, like effort_weight. Default: 1 each.
+        "force_effort_weight": Weight;
+        /// Limit of the size of each torque input: one for all, or one per axis. Default: none.
+        "torque_limit_n_m": Limits(q::TORQUE, None);
+        /// Limit of the norm of the whole torque. Default: none.
+        "torque_norm_limit_n_m": Limit(q::TORQUE_NORM);
+        /// Limit of how fast each torque input changes: one for all, or one per axis. Default: none.
+        "torque_rate_limit_n_m_per_s": Limits(q::TORQUE_RATE, None);
+        /// Limit of the size of each force input: one for all, or one per axis. Default: none.
+        "force_limit_n": Limits(q::FORCE, None);
+        /// Limit of the norm of the whole force. Default: none.
+        "force_norm_limit_n": Limit(q::FORCE_NORM);
+        /// Limit of how fast each force input changes: one for all, or one per axis. Default: none.
+        "force_rate_limit_n_per_s": Limits(q::FORCE_RATE, None);
+        /// Shortest pulse: each torque input is off or at its limit, and on for at least so long each time. For minimum fuel in a
+        /// given duration. Default: inputs take any value within their limits.
+        "shortest_pulse_s": Number(q::DURATION);
+        /// What a N·m of each torque input costs in a second, where fuel is minimised: one for all, or one per axis; under
+        /// torque_norm_limit_n_m what a N·m of the whole torque costs. Default: 1.
+        "fuel_price": Limits(q::PRICE, None);
+        /// What a newton of each force input costs in a second, where fuel is minimised: one for all, or one per axis; under
+        /// force_norm_limit_n what a newton of the whole force costs. Default: 1.
+        "force_fuel_price": Limits(q::PRICE, None);
+        /// Reaction wheels, instead of torque axes; each input is the torque of one wheel on the body.
+        "wheel": List(&WHEEL, MAX_WHEELS);
+        /// Thrusters, instead of torque axes; each input is the torque of one thruster, never negative, or, where [start] and [end]
+        /// have positions, its force, which pushes and turns the body. For minimum time and fuel.
+        "thruster": List(&THRUSTER, MAX_WHEELS);
+    }
+
+    static THRUSTER {
+        /// What messages call the thruster. Default: its number.
+        "name": Text(100);
+        /// Where it sits, from the mass center, body axes.
+        "position_m": Vector(q::LENGTH);
+        /// The way in which it pushes the body, body axes, any length.
+        "force_direction_body": Vector(q::COMPONENT);
+        /// Its largest force.
+        "force_limit_n": Limit(q::FORCE);
+        /// Instead of position, direction and force, where the body does not move: the axis of its torque, body axes, any length.
+        "torque_axis_body": Vector(q::COMPONENT);
+        /// Its largest torque.
+        "torque_limit_n_m": Limit(q::TORQUE);
+        /// What a newton of its force, or a N·m where the torque is given, costs in a second. Default: 1.
+        "fuel_price": Number(q::PRICE);
+    }
+
+    static WHEEL {
+        /// What messages call the wheel. Default: its number.
+        "name": Text(100);
+        /// Spin axis, body axes, of length 1.
+        "axis_body": Vector(q::COMPONENT), needed "axis_body = [1, 0, 0]";
+        /// Limit of the size of its torque; for every wheel or for none. Default: none.
+        "torque_limit_n_m": Limit(q::TORQUE);
+        /// Limit of the size of its momentum about its axis. Default: none.
+        "momentum_limit_n_m_s": Limit(q::WHEEL_LIMIT);
+        /// Its momentum about its axis at the start; free at the end. Default: 0.
+        "momentum_n_m_s": Number(q::WHEEL_MOMENTUM);
+        /// Weight of its torque in ½uᵀWu. Default: 1.
+        "effort_weight": Number(q::WHEEL_WEIGHT);
+    }
+
+    static CONSTRAINT[
+        selector: Some("kind"),
+        exclusive: &[RATE_LIMITS, HALF_ANGLES, &["margin_deg", "margin_rad"]],
+        one_of: &[
+            (HALF_ANGLES, "half_angle_deg = 35"),
+            (DIRECTIONS, "direction_inertial = { ra_deg = 231.0, dec_deg = -18.3 }"),
+            (RATE_LIMITS, "angular_velocity_limit_deg_s = 4"),
+        ],
+    ] {
+        /// What it asks: boresights outside or inside of cones, or a limit of the angular velocity.
+        "kind": Choice(&["keep_out", "keep_in", "rate_limit"], &[]), needed "kind = \"keep_out\"";
+        /// What reports call it. Default: its kind.
+        "name": Text(100);
+        /// One boresight or several, body axes, any length.
+        "boresight_body": Vectors(q::COMPONENT), only POINTING, needed "boresight_body = [0, 0, 1]";
+        /// What the cone is about, fixed in inertial space: one direction or several, in the axes of the
+        /// reference frame at the start.
+        "direction_inertial": Directions, only POINTING;
+        /// The same, fixed to a reference frame that turns.
+        "direction_reference": Directions, only POINTING;
+        /// Half angle of the cone, between 0 and 180.
+        "half_angle_deg": Number(q::ANGLE_DEG), only POINTING;
+        /// The same in rad, between 0 and π.
+        "half_angle_rad": Number(q::ANGLE_RAD), only POINTING;
+        /// Margin: added to the half angle of a keep-out cone, taken from that of a keep-in cone. Default: 0.
+        "margin_deg": Number(q::MARGIN_DEG), only POINTING;
+        /// The same in rad.
+        "margin_rad": Number(q::MARGIN_RAD), only POINTING;
+        /// Limit of the inertial angular velocity: one number for its norm, or three for its components in
+        /// body axes.
+        "angular_velocity_limit_deg_s": Limits(q::RATE_LIMIT_DEG, Some(3)), only RATE_LIMIT;
+        /// The same in rad/s.
+        "angular_velocity_limit_rad_s": Limits(q::RATE_LIMIT_RAD, Some(3)), only RATE_LIMIT;
+    }
+}
+const HALF_ANGLES: &[&str] = &["half_angle_deg", "half_angle_rad"];
+const RATE_LIMITS: &[&str] = &["angular_velocity_limit_deg_s", "angular_velocity_limit_rad_s"];
+const DIRECTIONS: &[&str] = &["direction_inertial", "direction_reference"];
+
+tables! {
+    /// A direction: right ascension and declination, or a vector.
+    pub(crate) static DIRECTION {
+        /// Right ascension: from the x axis towards y; with dec_deg.
+        "ra_deg": Number(q::ANGLE_DEG);
+        /// Declination: from the x-y plane towards z; with ra_deg.
+        "dec_deg": Number(q::ANGLE_DEG);
+        /// A vector of any length.
+        "vector": Vector(q::COMPONENT);
+        "body": HeavenlyBody;
+    }
+}
+
+shared_keys! {
+    /// Attitude R, body vectors to reference-frame vectors, in one of the notations.
+    ATTITUDE_KEY = "attitude": Table(&ATTITUDE);
+    /// Inertial angular velocity in body axes. Default: at rest (needed under gravity_gradient).
+    RATE_DEG_KEY = "angular_velocity_deg_s": Vector(q::RATE_DEG);
+    /// Inertial angular velocity in body axes. Default: at rest (needed under gravity_gradient).
+    RATE_RAD_KEY = "angular_velocity_rad_s": Vector(q::RATE_RAD);
+    /// Position of the mass center, reference frame. Given in [start] and [end], the maneuver moves the body too.
+    POSITION_KEY = "position_m": Vector(q::POSITION);
+    /// Velocity of the mass center, reference frame.
+    VELOCITY_KEY = "velocity_m_s": Vector(q::VELOCITY);
+    LATER_FILE = "attitude_file": Later("attitudes read from files");
+}
+const RATES: &[&str] = &["angular_velocity_deg_s", "angular_velocity_rad_s"];
+const END_ATTITUDES: &[&str] = &["attitude", "rotation_from_start", "attitude_file"];
+const ATTITUDE_SAMPLE: &str = "attitude = { axis = [0, 0, 1], angle_deg = 90 }";
+
+tables! {
+    static START[
+        exclusive: &[&["attitude", "attitude_file"], RATES],
+        one_of: &[(&["attitude", "attitude_file"], ATTITUDE_SAMPLE)],
+    ] {
+        ATTITUDE_KEY;
+        RATE_DEG_KEY;
+        RATE_RAD_KEY;
+        POSITION_KEY;
+        VELOCITY_KEY;
+        LATER_FILE;
+    }
+
+    static END[
+        exclusive: &[END_ATTITUDES, &["rotation_from_start", "rotation_from_start_rad"], RATES],
+        one_of: &[(END_ATTITUDES, ATTITUDE_SAMPLE)],
+    ] {
+        ATTITUDE_KEY;
+        /// Instead of attitude: the rotation from the start, in its body axes, any angle; end = start ·
+        /// rotation. Taken as written unless `path` says otherwise.
+        "rotation_from_start": Table(&ATTITUDE);
+        /// Beside attitude: which rotation from the start leads there, a rotation vector in its body axes,
+        /// any angle. Taken as written unless `path` says otherwise.
+        "rotation_from_start_rad": Vector(q::ANGLE_RAD);
+        RATE_DEG_KEY;
+        RATE_RAD_KEY;
+        POSITION_KEY;
+        VELOCITY_KEY;
+        LATER_FILE;
+    }
+
+    static MANEUVER[exclusive: &[&["steps", "step_s"]]] {
+        /// What is minimised: effort, the integral of ½uᵀWu; or under limits of the inputs time, the duration, which is then
+        /// not given, or fuel, the integral of Σ price·|u|, or price·|torque| under torque_norm_limit_n_m. Default: effort.
+        "minimize": Choice(&["effort", "time", "fuel"], &[]);
+        /// Duration; of a maneuver of least effort or fuel, unless time has a price.
+        "duration_s": Number(q::DURATION);
+        /// The longest duration of a maneuver of least effort or fuel, instead of duration_s: the best one up to it is sought.
+        "duration_at_most_s": Number(q::DURATION);
+        /// What a second costs beside effort or fuel, instead of duration_s: the duration is then sought.
+        "time_price_per_s": Number(q::PRICE);
+        /// Number of steps. Default: the smallest from 100 on with at most 0.3 rad a step.
+        "steps": Steps(StepsOf::Plan);
+        /// Step, instead of steps.
+        "step_s": Number(q::DURATION);
+        /// Which way round. Default: best; as_given with rotation_from_start.
+        "path": Choice(&["best", "shortest", "long", "as_given"], &[]);
+    }
+
+    static SOLVER[exclusive: &[&["continuous_tolerance_deg", "continuous_tolerance_rad"]]] {
+        /// Which solver: shooting on the costates, or sequential convex programming. Default: auto, which
+        /// takes the second where something is constrained.
+        "method": Choice(&["auto", "shooting", "scp"], &[]);
+        /// How much is tried before an answer counts as the best: quick, default, or thorough with two hundred starts.
+        "search": Choice(&["quick", "default", "thorough"], &[]);
+        /// Discretisation: lie_verlet (second order) or lie_euler (first order). Default: lie_verlet.
+        "scheme": Choice(&["lie_verlet", "lie_euler"], &[]);
+        /// Tolerance of the scaled discrete terminal error. Default: 1e-12.
+        "tolerance": Number(q::TOLERANCE);
+        /// Limit on the continuous terminal attitude error. Default: a quarter of the angle turned, from 5 to 45 degrees.
+        "continuous_tolerance_deg": Number(q::TOLERANCE_DEG);
+        /// The same in rad.
+        "continuous_tolerance_rad": Number(q::TOLERANCE_RAD);
+        /// Limit on the wall-clock time of the plan. Default: none.
+        "time_limit_s": Number(q::DURATION);
+        /// Iteration limit of one Newton run, and of the subproblems of one convex run. Default: 60.
+        "max_iterations": Count(1, 1_000_000);
+        /// Whether the extremal and its rivals are tested to second order; skipped: what is found may be a saddle, and
+        /// the plan says that it was not tested. Default: tested.
+        "second_order": Choice(&["tested", "skipped"], &[]);
+    }
+
+    static ENVIRONMENT[selector: Some("kind")] {
+        /// Which environment.
+        "kind": Choice(&["uniform_gravity", "gravity_gradient", "central_gravity"], &[]),
+            needed "kind = \"gravity_gradient\"";
+        /// Mass of the body on its pivot.
+        "mass_kg": Number(q::MASS), only UNIFORM, needed "mass_kg = 1";
+        /// Acceleration of gravity.
+        "gravity_m_s2": Number(q::GRAVITY), only UNIFORM, needed "gravity_m_s2 = 9.81";
+        /// Direction of gravity, reference frame; any length.
+        "direction": Vector(q::COMPONENT), only UNIFORM, needed "direction = [0, 0, 1]";
+        /// From the pivot to the mass center, body axes.
+        "pivot_to_mass_center_m": Vector(q::LENGTH), only UNIFORM,
+            needed "pivot_to_mass_center_m = [0, 0, 0.3]";
+        /// Orbital rate. Attitudes are then relative to LVLH: e1 along the velocity, e2 the orbit normal, e3
+        /// radially outward.
+        "orbital_rate_rad_s": Number(q::ORBITAL_RATE), only GRADIENT, needed "orbital_rate_rad_s = 0.00116";
+        /// Gravitational parameter of the point mass at the origin.
+        "gravitational_parameter_m3_s2": Number(q::GRAVITATIONAL_PARAMETER), only CENTRAL,
+            needed "gravitational_parameter_m3_s2 = 3.986e14";
+        /// How the body is attracted: as mass points, or to second order in its size.
+        "body": Choice(&["points", "second_order"], &[]), only CENTRAL, needed "body = \"second_order\"";
+        /// The mass points, if body = "points". Their masses sum to body.mass_kg.
+        "points": List(&POINT, MAX_POINTS), only CENTRAL;
+    }
+
+    static POINT {
+        /// Mass of the point.
+        "mass_kg": Number(q::MASS), needed "mass_kg = 0.5";
+        /// Place of the point, body axes, from the mass center.
+        "position_m": Vector(q::LENGTH), needed "position_m = [0.15, 0, 0]";
+    }
+
+    static EXPECT {
+        /// Where the numbers come from.
+        "source": Text(2000);
+        /// Status of the plan. Default: solved.
+        "status": Choice(&["solved", "infeasible", "not_converged", "limit_reached", "verification_failed"], &[]);
+        /// The cost.
+        "cost": Table(&TOLERANCED);
+        /// Bound on the larger of terminal.attitude_rad and terminal.momentum_relative.
+        "terminal_error": Number(q::COST);
+        /// Bound on the iterations of the winning start, all its rungs.
+        "newton_iterations_at_most": Count(1, 1_000_000);
+        /// Conjugate points of the plan.
+        "conjugate_points": Count(0, 1_000_000);
+        /// Cost of the continuous extremal, where time or fuel is minimised: its duration in seconds, or its fuel.
+        "continuous_cost": Table(&TOLERANCED);
+        /// Number of switches, where time or fuel is minimised.
+        "switches": Count(0, 1000);
+        /// Bound on the cost still to be gained, to first order, where time or fuel is minimised.
+        "gap_at_most": Number(q::COST);
+        /// Rotation sense of the plan.
+        "sense": Choice(&["short", "long"], &[]);
+        /// Bound on the smallest margin of all limits and constraints, relative to the limit or in rad.
+        "margin_at_least": Number(q::MARGIN);
+        /// Names of exactly those limits and constraints that act.
+        "active": Texts(100);
+        /// Part of the reason why nothing can meet the terminal conditions.
+        "because": Text(200);
+        /// Costs of other extremals that must be found.
+        "rivals": List(&TOLERANCED, 100);
+    }
+
+    static TOLERANCED {
+        /// Expected value.
+        "value": Number(q::COST), needed "value = 23.35";
+        /// Largest accepted difference.
+        "tolerance": Number(q::COST), needed "tolerance = 0.005";
+    }
+}
+
+macro_rules! attitude_keys {
+    ($($sequence:literal)*) => {
+        tables! {
+            /// The notations of an attitude. Exactly one is given; `axis` goes with one of the two angles.
+            pub(crate) static ATTITUDE {
+                /// Axis of rotation, any length; with angle_deg or angle_rad.
+                "axis": Vector(q::COMPONENT);
+                /// Angle about axis.
+                "angle_deg": Number(q::ANGLE_DEG);
+                /// Angle about axis.
+                "angle_rad": Number(q::ANGLE_RAD);
+                /// Axis times angle.
+                "rotation_vector_rad": Vector(q::ANGLE_RAD);
+                /// Axis times angle.
+                "rotation_vector_deg": Vector(q::ANGLE_DEG);
+                /// Rotation matrix, three rows.
+                "matrix": Matrix;
+                /// Unit quaternion, scalar first, Hamilton, body to reference.
+                "quaternion_wxyz": Quaternion;
+                /// Unit quaternion, scalar last, Hamilton, body to reference.
+                "quaternion_xyzw": Quaternion;
+                $(
+                    #[doc = "Intrinsic Euler angles about "] #[doc = $sequence] #[doc = ", in that order."]
+                    "euler_" + $sequence + "_deg": Vector(q::ANGLE_DEG);
+                    #[doc = "Intrinsic Euler angles about "] #[doc = $sequence] #[doc = ", in that order."]
+                    "euler_" + $sequence + "_rad": Vector(q::ANGLE_RAD);
+                )*
+            }
+        }
+    };
+}
+
+attitude_keys! { "xyz" "xzy" "yxz" "yzx" "zxy" "zyx" "xyx" "xzx" "yxy" "yzy" "zxz" "zyz" }

@@ -1,0 +1,154 @@
+//! `[maneuver]` and `[solver]`.
+
+use super::keys::StepsOf;
+use super::{Angle, Section, grid, short, show};
+use slewkit::maneuver::{Method, Problem, Scheme, Settings, Thoroughness};
+use std::time::Duration;
+
+/// Angle per step that the default number of steps allows \[rad\]: two or three Newton iterations.
+const ANGLE_PER_STEP: f64 = 0.3;
+/// The fewest steps chosen by default.
+const DEFAULT_STEPS: f64 = 100.0;
+
+/// The number of steps taken when a spec gives none: the smallest `N ≥ 100` with at most 0.3 rad a
+/// step along the cubic guess.
+///
+/// `N = max(100, ⌈(1.5 φ + ω T)/0.3⌉)`: the cubic turns at most `1.5 φ/T` fast, for the longest
+/// rotation `angle` = φ in rad that is to be tried; `rate` = ω in rad/s is the largest boundary rate plus
+/// the rate of the reference frame, `duration` = T in s.
+pub fn default_steps(angle: f64, rate: f64, duration: f64) -> f64 {
+    ((1.5 * angle + rate * duration) / ANGLE_PER_STEP).ceil().max(DEFAULT_STEPS)
+}
+
+/// The duration: needed where effort or fuel is minimised and time has neither price nor bound; otherwise it is sought,
+/// and the inner `None` says so.
+pub(crate) fn duration(section: &Section) -> Option<Option<f64>> {
+    let minimize = section.word("minimize");
+    let (priced, bounded) = (section.has("time_price_per_s"), section.has("duration_at_most_s"));
+    if minimize == Some("time") {
+        let reason = "where only time counts it has no price";
+        let remedy = "leave time_price_per_s out; or minimize = \"effort\" or \"fuel\"";
+        if priced {
+            return section.refuse("E0029", "time_price_per_s", reason, remedy);
+        }
+        let reason = "the duration is what is minimised: it takes no bound";
+        let remedy = "leave duration_at_most_s out; or minimize = \"effort\" or \"fuel\"";
+        if bounded {
+            return section.refuse("E0029", "duration_at_most_s", reason, remedy);
+        }
+    } else if !priced && !bounded {
+        if !section.has("duration_s") {
+            let reason = "[maneuver] needs `duration_s`";
+            return section.refuse(
+                "E0021",
+                "duration_s",
+                reason,
+                "add duration_s = 60, or duration_at_most_s = 60, or time_price_per_s = 1",
+            );
+        }
+        return section.number("duration_s").map(Some);
+    }
+    if section.has("duration_s") {
+        let (reason, remedy) = if priced {
+            ("the duration is looked for where time has a price", "leave out one of the two")
+        } else if bounded {
+            ("the duration is looked for where it has a bound", "leave out one of the two")
+        } else {
+            let reason = "the duration is what `minimize = \"time\"` looks for";
+            (reason, "leave duration_s out; or minimize = \"effort\" in that time")
+        };
+        return section.refuse("E0029", "duration_s", reason, remedy);
+    }
+    // A number that is wrong is told, and not that a duration is missing.
+    for (given, key) in [(bounded, "duration_at_most_s"), (priced, "time_price_per_s")] {
+        if given {
+            section.number(key)?;
+        }
+    }
+    if section.has("step_s") {
+        let reason = "steps of a given length need a given duration, and the duration is looked for";
+        return section.refuse("E0029", "step_s", reason, "give steps = 100 instead, or leave it out");
+    }
+    Some(None)
+}
+
+/// The number of steps of a maneuver whose duration is sought, given or chosen for its angle.
+pub(crate) fn steps_of_sought_duration(section: &Section, angle: f64) -> Option<usize> {
+    if section.has("steps") {
+        section.whole("steps")?.try_into().ok()
+    } else {
+        steps(section, 0.0, angle, 0.0)
+    }
+}
+
+/// Refuses settings of the solver that a maneuver cannot have whose inputs switch, or whose duration is sought.
+pub(crate) fn refuse_solver(section: &Section, problem: &Problem) {
+    if section.word("method") == Some("scp") && !problem.is_shaped() && !problem.stretches_steps() {
+        let reason = "what has no given duration, or switches, is planned by shooting";
+        section.error("E0029", "method", reason, "write method = \"auto\", or leave it out");
+    }
+    if section.word("scheme") == Some("lie_euler") {
+        let reason = "what has no given duration, or switches, takes the second-order scheme";
+        section.error("E0029", "scheme", reason, "write scheme = \"lie_verlet\", or leave it out");
+    }
+}
+
+/// The number of steps, given or chosen for the `angle` and `rate` of [`default_steps`].
+pub(crate) fn steps(section: &Section, duration: f64, angle: f64, rate: f64) -> Option<usize> {
+    if section.has("steps") || section.has("step_s") {
+        return grid::given(StepsOf::Plan, section, duration)?.try_into().ok();
+    }
+    let steps = default_steps(angle, rate, duration);
+    if steps > Problem::MAX_STEPS as f64 {
+        let reason = format!(
+            "a maneuver of {} rad with rates of {} rad/s wants {} steps, the limit is {}",
+            short(angle),
+            short(rate),
+            show(steps),
+            Problem::MAX_STEPS
+        );
+        let remedy = "check the angles, the rates and `duration_s`; or shorten the maneuver";
+        return section.refuse("E0034", "duration_s", reason, remedy);
+    }
+    Some(steps as usize)
+}
+
+/// `[solver]`: the discretisation and the settings.
+pub(crate) fn solver(section: Option<&Section>) -> (Scheme, Settings) {
+    let mut settings = Settings::default();
+    let Some(section) = section else { return (Scheme::LieVerlet, settings) };
+    settings.method = match section.word("method") {
+        Some("shooting") => Method::Shooting,
+        Some("scp") => Method::Scp,
+        _ => Method::Auto,
+    };
+    settings.search = match section.word("search") {
+        Some("quick") => Thoroughness::Quick,
+        Some("thorough") => Thoroughness::Thorough,
+        _ => Thoroughness::Default,
+    };
+    if let Some(tolerance) = section.number("tolerance") {
+        let least = Settings::MIN_TOLERANCE;
+        let wrong = match tolerance {
+            _ if tolerance < least => format!("is below what double precision reaches here, {least:e}"),
+            _ if tolerance >= 1.0 => "would accept anything; it must be below 1".into(),
+            _ => String::new(),
+        };
+        if wrong.is_empty() {
+            settings.tolerance = tolerance;
+        } else {
+            let reason = format!("a tolerance of {} {wrong}", show(tolerance));
+            section.error("E0036", "tolerance", reason, "write 1e-12, or leave the key out");
+        }
+    }
+    let continuous = section.angle("continuous_tolerance_deg", "continuous_tolerance_rad");
+    settings.continuous_tolerance = continuous.map(Angle::radians);
+    settings.time_limit = section.number("time_limit_s").map(Duration::from_secs_f64);
+    if let Some(count) = section.count("max_iterations") {
+        settings.max_iterations = count;
+    }
+    settings.test_second_order = section.word("second_order") != Some("skipped");
+    let scheme =
+        if section.word("scheme") == Some("lie_euler") { Scheme::LieEuler } else { Scheme::LieVerlet };
+    (scheme, settings)
+}

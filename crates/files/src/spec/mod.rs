@@ -1,0 +1,426 @@
+//! Spec files: the maneuver or the simulation as a person writes it, in TOML or JSON.
+//!
+//! ```text
+//! text ──▶ tree with places ──▶ --set ──▶ check of names, types, ranges ──▶ Problem, Settings
+//!                                                                       └─▶ Simulation
+//! ```
+//!
+//! A spec with `[simulation]` or `[[bodies]]` is simulated, any other planned. [`load`] reads either kind, [`read`] one
+//! that is planned.
+//!
+//! Units stand in the keys; inside the crate everything is SI. All errors of a spec are reported at
+//! once, each with its place, its reason and a remedy. [`schema()`] gives the JSON Schema of the format,
+//! [`template`] a spec to start from. [`SpecDocument`] writes a maneuver in the same keys.
+//!
+//! What a spec leaves out: three body torques of weight 1; three forces along the reference axes too
+//! when `[start]` has a position; angular velocities at rest; the number of steps of [`default_steps`];
+//! nothing that acts on the body; no limits and no constraints; `path = "best"`, or `"as_given"` with
+//! `rotation_from_start`.
+//! Under `rotation_from_start` a quaternion, a matrix, or two or more Euler angles mean the shortest
+//! rotation; axis and angle, a rotation vector, or a single Euler angle mean the angle as written.
+//!
+//! What a simulation leaves out: Lie–Verlet; a row for every step; bodies at rest that neither attract nor are
+//! attracted; the inertia of a body that has a shape. A body without a shape attracts to second order in its size.
+
+mod actuators;
+mod assemble;
+mod attitude;
+mod base;
+mod body;
+mod boundary;
+mod check;
+mod constraint;
+mod diagnostic;
+mod difference;
+mod dispersion;
+mod environment;
+mod expect;
+mod grid;
+mod json_text;
+mod keys;
+mod maneuver;
+mod names;
+mod overrides;
+mod paths;
+mod quantity;
+mod schema;
+mod section;
+mod shape;
+mod simulation;
+mod source;
+mod suggest;
+mod text;
+mod toml_text;
+mod tree;
+mod values;
+mod write;
+
+pub use base::Base;
+pub use diagnostic::{Diagnostic, Diagnostics, Severity, escape, escape_lines};
+pub(crate) use diagnostic::{Finding, Spot, cut};
+pub use difference::Difference;
+pub use dispersion::{Dispersion, Distribution, Nominal, Varied};
+pub use expect::{EndExpect, Expect, Oscillation, Precession, SimulationExpect, Toleranced};
+pub use maneuver::default_steps;
+pub use overrides::Override;
+pub(crate) use overrides::typed;
+pub(crate) use quantity::{short, show};
+pub use schema::schema;
+pub(crate) use section::{Angle, Limits, Report, Section};
+pub use source::Origin;
+pub(crate) use source::{Source, Span};
+pub(crate) use tree::{Entry, Node, Value};
+pub use write::{SpecDocument, Unwritable};
+
+use crate::identity::Identity;
+pub(crate) use keys::MOST_CASES;
+use keys::{ROOT, SIMULATION_ROOT};
+use slewkit::Vector3;
+use slewkit::maneuver::{Problem, Settings};
+use slewkit::mechanics::full_body::{Attractor, Dumbbell};
+use slewkit::propagate::simulate::Simulation;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// The largest spec, in bytes.
+pub const MAX_BYTES: usize = 1 << 20;
+
+/// The notation of a spec.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// TOML, the default.
+    Toml,
+    /// JSON, strict.
+    Json,
+}
+
+impl Format {
+    /// JSON for names that end in `.json`, else TOML.
+    pub fn of(path: &Path) -> Self {
+        let json = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
+        if json { Self::Json } else { Self::Toml }
+    }
+}
+
+/// A spec that can be planned.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The maneuver, in SI units, checked.
+    pub problem: Problem,
+    /// How to solve it.
+    pub settings: Settings,
+    /// What the plan must come to, if the spec says so.
+    pub expect: Option<Expect>,
+    /// What files for other programs call it, and when it begins.
+    pub identity: Identity,
+    /// What is uncertain, if the spec says so.
+    pub dispersion: Option<Dispersion>,
+    /// What is accepted but worth a word, in file order.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// A spec that can be simulated.
+#[derive(Clone, Debug)]
+pub struct LoadedSimulation {
+    /// Bodies, method and duration, in SI units, checked.
+    pub simulation: Simulation,
+    /// Shapes of the bodies, in their order; `None` for those without.
+    pub shapes: Vec<Option<BodyShape>>,
+    /// What the surfaces of faces among them say, in their order.
+    pub solids: Vec<Option<Solid>>,
+    /// What the motion must come to, if the spec says so.
+    pub expect: Option<SimulationExpect>,
+    /// Files that the spec names and the reader has read.
+    pub files: Vec<PathBuf>,
+    /// What is accepted but worth a word, in file order.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// A homogeneous solid within faces, as the spec or its file gives them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solid {
+    /// Number of triangles.
+    pub faces: usize,
+    /// Volume \[m³\].
+    pub volume: f64,
+    /// Its mass center in the coordinates of the vertices as given \[m\]; the origin of the body moves there.
+    pub mass_center: Vector3,
+}
+
+/// Shape of a body.
+#[derive(Clone, Debug)]
+pub enum BodyShape {
+    /// Two spheres on a rod.
+    Dumbbell(Dumbbell),
+    /// Any other.
+    Other(Box<Attractor>),
+}
+
+/// A spec of either kind.
+#[derive(Clone, Debug)]
+pub enum Spec {
+    /// To be planned.
+    Maneuver(Box<Loaded>),
+    /// To be simulated.
+    Simulation(Box<LoadedSimulation>),
+}
+
+impl Spec {
+    /// What is accepted but worth a word, in file order.
+    pub fn warnings(&self) -> &[Diagnostic] {
+        match self {
+            Self::Maneuver(loaded) => &loaded.warnings,
+            Self::Simulation(loaded) => &loaded.warnings,
+        }
+    }
+}
+
+/// Reads the spec of either kind at `path` in the given notation. Files that it names are relative to its folder.
+///
+/// # Errors
+/// Everything that is wrong with the file or in it.
+pub fn load(path: &Path, format: Format, overrides: &[Override]) -> Result<Spec, Diagnostics> {
+    let name = path.display().to_string();
+    let bytes = text::from_file(path, &name)?;
+    interpret(text::decode(&bytes, &name)?, &name, folder_of(path), format, overrides, Wanted::Any)
+}
+
+/// Reads a spec of either kind from a stream, such as the standard input, to its end or to the size limit; `name`
+/// stands for it in messages. Files that it names are relative to the current folder.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_from_reader(
+    reader: impl Read,
+    name: &str,
+    format: Format,
+    overrides: &[Override],
+) -> Result<Spec, Diagnostics> {
+    let bytes = text::from_stream(reader, name, None)?;
+    interpret(text::decode(&bytes, name)?, name, Path::new(""), format, overrides, Wanted::Any)
+}
+
+/// Reads a spec of either kind from text; `name` stands for it in messages, files that it names are relative to
+/// `folder`.
+///
+/// # Errors
+/// Every error of the spec, in file order, with the warnings among them.
+pub fn load_from_str(
+    text: &str,
+    name: &str,
+    folder: &Path,
+    format: Format,
+    overrides: &[Override],
+) -> Result<Spec, Diagnostics> {
+    interpret(text::decode(text.as_bytes(), name)?, name, folder, format, overrides, Wanted::Any)
+}
+
+/// Reads the maneuver at `path`, in TOML or, if its name ends in `.json`, in JSON.
+///
+/// # Errors
+/// Everything that is wrong with the file or in it; a simulation is no maneuver.
+pub fn read(path: &Path, overrides: &[Override]) -> Result<Loaded, Diagnostics> {
+    read_as(path, Format::of(path), overrides)
+}
+
+/// Reads the maneuver at `path` in the given notation.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_as(path: &Path, format: Format, overrides: &[Override]) -> Result<Loaded, Diagnostics> {
+    let name = path.display().to_string();
+    let bytes = text::from_file(path, &name)?;
+    from_bytes(&bytes, &name, format, overrides)
+}
+
+/// Reads a maneuver from a stream, such as the standard input, to its end or to the size limit.
+///
+/// # Errors
+/// As [`read`].
+pub fn from_reader(
+    reader: impl Read,
+    name: &str,
+    format: Format,
+    overrides: &[Override],
+) -> Result<Loaded, Diagnostics> {
+    let bytes = text::from_stream(reader, name, None)?;
+    from_bytes(&bytes, name, format, overrides)
+}
+
+/// Reads a maneuver from bytes; `name` stands for it in messages.
+///
+/// # Errors
+/// As [`read`].
+pub fn from_bytes(
+    bytes: &[u8],
+    name: &str,
+    format: Format,
+    overrides: &[Override],
+) -> Result<Loaded, Diagnostics> {
+    let text = text::decode(bytes, name)?;
+    from_str(text, name, format, overrides)
+}
+
+/// Reads a maneuver from text; `name` stands for it in messages.
+///
+/// # Errors
+/// Every error of the spec, in file order, with the warnings among them.
+pub fn from_str(
+    text: &str,
+    name: &str,
+    format: Format,
+    overrides: &[Override],
+) -> Result<Loaded, Diagnostics> {
+    let text = text::decode(text.as_bytes(), name)?;
+    match interpret(text, name, Path::new(""), format, overrides, Wanted::Maneuver)? {
+        Spec::Maneuver(loaded) => Ok(*loaded),
+        // `interpret` has refused it.
+        Spec::Simulation(_) => Err(Diagnostics(Vec::new())),
+    }
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().unwrap_or_else(|| Path::new(""))
+}
+
+/// Which kind of spec will do.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Wanted {
+    Any,
+    Maneuver,
+}
+
+/// Reads a spec. Files that it names are relative to `folder`.
+fn interpret(
+    text: &str,
+    name: &str,
+    folder: &Path,
+    format: Format,
+    overrides: &[Override],
+    wanted: Wanted,
+) -> Result<Spec, Diagnostics> {
+    let mut sources = vec![Source::new(name, text)];
+    let root = match parse(&sources[0], format) {
+        Ok(root) => root,
+        Err(findings) => return Err(diagnostics(findings, &sources)),
+    };
+    let (root, findings) = overrides::apply(root, overrides, &mut sources);
+    understand(&root, findings, &sources, name, folder, wanted)
+}
+
+/// What a tree says, with what was found while it was made.
+fn understand(
+    root: &Node,
+    findings: Vec<Finding>,
+    sources: &[Source],
+    name: &str,
+    folder: &Path,
+    wanted: Wanted,
+) -> Result<Spec, Diagnostics> {
+    let simulated = is_simulation(root);
+    if let Some(key) = simulated.filter(|_| wanted == Wanted::Maneuver) {
+        let spot = Spot { span: key.key_span, key: key.key.clone() };
+        let reason = format!("`{}` makes this spec a simulation: there is no maneuver to plan", key.key);
+        let remedy = "run `slew simulate` on it; or write [body], [start], [end] and [maneuver]";
+        return Err(diagnostics(vec![Finding::error_at("E0018", spot, reason, remedy)], sources));
+    }
+    let table = if simulated.is_some() { &SIMULATION_ROOT } else { &ROOT };
+    let section = check::check(root, table, findings);
+    let report = section.report.clone();
+    let stem = Path::new(name).file_stem().map_or(name.into(), |stem| stem.to_string_lossy());
+    let spec = if simulated.is_some() {
+        simulation::assemble(&section, &stem, folder).map(|assembled| {
+            let simulation::Assembled { simulation, shapes, solids, expect, files } = assembled;
+            Spec::Simulation(Box::new(LoadedSimulation {
+                simulation,
+                shapes,
+                solids,
+                expect,
+                files,
+                warnings: Vec::new(),
+            }))
+        })
+    } else {
+        assemble::assemble(&section, &stem).map(|assembled| {
+            let assemble::Assembled { problem, settings, expect, identity } = assembled;
+            let dispersion = dispersion::read(&section, root);
+            let warnings = Vec::new();
+            Spec::Maneuver(Box::new(Loaded { problem, settings, expect, identity, dispersion, warnings }))
+        })
+    };
+    let failed = report.failed();
+    let list = diagnostics(report.take(), sources);
+    match spec {
+        Some(mut spec) if !failed => {
+            match &mut spec {
+                Spec::Maneuver(loaded) => loaded.warnings = list.0,
+                Spec::Simulation(loaded) => loaded.warnings = list.0,
+            }
+            Ok(spec)
+        }
+        _ => Err(list),
+    }
+}
+
+/// The key that makes a spec a simulation; none in a maneuver. Of a spec that has keys of both, `[maneuver]`
+/// decides unless there is `[simulation]`.
+fn is_simulation(root: &Node) -> Option<&tree::Entry> {
+    let decided = || root.entry("bodies").or_else(|| root.entry("gravity"));
+    root.entry("simulation").or_else(|| if root.entry("maneuver").is_some() { None } else { decided() })
+}
+
+/// A commented spec to start from: a three-axis slew.
+pub fn template() -> &'static str {
+    include_str!("template.toml")
+}
+
+/// A commented simulation to start from: two bodies that attract one another.
+pub fn simulation_template() -> &'static str {
+    include_str!("simulation_template.toml")
+}
+
+/// The tree of the file.
+fn parse(source: &Source, format: Format) -> Result<Node, Vec<Finding>> {
+    let text = &source.text;
+    let wrong = |code, (start, end), reason: &str, remedy: &str| {
+        Err(vec![Finding::error(code, Span { source: 0, start, end }, reason, remedy)])
+    };
+    let first = text.len() - text.trim_start().len();
+    let empty = || wrong("E0001", (0, 0), "the spec is empty", "write a first one with `slew init`");
+    if text[first..].is_empty() {
+        return empty();
+    }
+    let braces = text[first..].starts_with('{');
+    let root = match format {
+        Format::Toml if braces => {
+            let reason = "this looks like JSON, but is read as TOML";
+            let remedy = "rename the file to .json, or use `--input json`";
+            return wrong("E0013", (first, first + 1), reason, remedy);
+        }
+        Format::Toml => toml_text::parse(text)?,
+        Format::Json => match json_text::parse(source) {
+            Err(_) if !braces && toml_text::parse(text).is_ok() => {
+                let reason = "this looks like TOML, but is read as JSON";
+                let remedy = "rename the file to .toml, or use `--input toml`";
+                return wrong("E0013", (first, first + 1), reason, remedy);
+            }
+            result => result?,
+        },
+    };
+    match &root.value {
+        Value::Table(entries) if entries.is_empty() => empty(),
+        Value::Table(_) => Ok(root),
+        other => {
+            let reason = format!("a spec is an object, this is {}", other.kind());
+            let place = (root.span.start, root.span.end);
+            wrong("E0024", place, &reason, "write { \"format\": 1, … }")
+        }
+    }
+}
+
+/// Findings in file order, with their positions.
+fn diagnostics(mut findings: Vec<Finding>, sources: &[Source]) -> Diagnostics {
+    findings.sort_by_key(|finding| (finding.spot.span.source, finding.spot.span.start));
+    findings.truncate(section::MAX_FINDINGS);
+    Diagnostics(findings.into_iter().map(|finding| finding.resolve(sources)).collect())
+}

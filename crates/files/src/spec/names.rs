@@ -1,0 +1,82 @@
+//! `epoch` and `[names]`: what files for other programs say of the maneuver.
+
+use super::{Section, cut, show};
+use crate::epoch::{Epoch, EpochError};
+use crate::identity::Identity;
+
+/// The identity; `inputs` is how many the maneuver has, where that is known.
+pub(crate) fn identity(root: &Section, inputs: Option<usize>) -> Identity {
+    let mut identity = Identity { epoch: epoch(root), ..Identity::default() };
+    if let Some(names) = root.section("names") {
+        identity.object = name(names, "object");
+        identity.object_id = name(names, "object_id");
+        identity.center = name(names, "center");
+        identity.reference_frame = name(names, "reference_frame");
+        identity.body_frame = name(names, "body_frame");
+        identity.originator = name(names, "originator");
+        identity.spice_id = spice_id(names);
+        identity.inputs = names.texts("inputs").unwrap_or_default();
+        if let Some(inputs) = inputs.filter(|count| names.has("inputs") && *count != identity.inputs.len()) {
+            let reason = format!("`inputs` has {} names, there are {inputs} inputs", identity.inputs.len());
+            names.error("E0026", "inputs", reason, "name each input once, forces before torques");
+        }
+    }
+    if identity.inputs.is_empty() {
+        identity.inputs = ["wheel", "thruster"].into_iter().flat_map(|key| names_of(root, key)).collect();
+    }
+    identity
+}
+
+fn epoch(root: &Section) -> Option<Epoch> {
+    let text = root.word("epoch")?;
+    Epoch::parse(text)
+        .map_err(|error| {
+            let remedy = match error {
+                EpochError::NoScale | EpochError::Scale(_) => {
+                    "name the time scale: UTC, TAI, TT, TDB or GPS, as in epoch = \"2026-11-21T07:00:00 UTC\""
+                }
+                EpochError::Form | EpochError::Calendar => "write epoch = \"2026-11-21T07:00:00 UTC\"",
+            };
+            root.error("E0130", "epoch", format!("`epoch`: {error}"), remedy);
+        })
+        .ok()
+}
+
+/// A name that every format can carry.
+fn name(names: &Section, key: &str) -> Option<String> {
+    let text = names.word(key)?.trim();
+    let wrong = |c: &char| !(c.is_ascii_graphic() || *c == ' ');
+    if text.is_empty() {
+        return names.refuse("E0131", key, format!("`{key}` is empty"), "write a name, or leave the key out");
+    }
+    if let Some(sign) = text.chars().find(wrong) {
+        let reason = format!(
+            "`{key}`: {} is not among the signs that exchange files carry",
+            cut(&sign.to_string(), 1)
+        );
+        return names.refuse("E0131", key, reason, "use printable ASCII");
+    }
+    Some(text.into())
+}
+
+fn spice_id(names: &Section) -> Option<i32> {
+    let value = names.number("spice_id")?;
+    if value >= 0.0 || value.fract() != 0.0 {
+        let reason =
+            format!("`spice_id`: {} is no number of a spacecraft, which is negative and whole", show(value));
+        return names.refuse("E0131", "spice_id", reason, "write it as NAIF does, as in spice_id = -125544");
+    }
+    Some(value as i32)
+}
+
+/// The names of wheels or thrusters, or their numbers where only some have one; empty where none has.
+fn names_of(root: &Section, key: &str) -> Vec<String> {
+    let all = root.section("actuators").map_or(&[][..], |actuators| actuators.list(key));
+    if !all.iter().any(|one| one.has("name")) {
+        return Vec::new();
+    }
+    let named = |(index, one): (usize, &Section)| {
+        one.word("name").map_or_else(|| format!("{key} {}", index + 1), str::to_string)
+    };
+    all.iter().enumerate().map(named).collect()
+}

@@ -1,0 +1,326 @@
+//! A table of the spec as the first pass has read it: values by name, silently absent where that pass has
+//! complained.
+
+use super::keys::Table;
+use super::{Finding, Severity, Span, Spot, quantity as q};
+use slewkit::{Matrix3, Vector3};
+use std::cell::RefCell;
+use std::fmt;
+use std::rc::Rc;
+
+/// How far the length of a unit vector may be from 1 by rounding.
+const UNIT_ROUNDING: f64 = 1e-9;
+
+/// More findings than this help nobody, and a megabyte of nonsense could make a hundred thousand.
+pub(crate) const MAX_FINDINGS: usize = 100;
+
+/// `path.name`.
+pub(crate) fn join(path: &str, name: &str) -> String {
+    if path.is_empty() { name.into() } else { format!("{path}.{name}") }
+}
+
+/// A stable code, `E0040` or `W0040`.
+type Code = &'static str;
+
+/// Collects findings; all tables of a spec share one.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Report(Rc<RefCell<Vec<Finding>>>);
+
+impl Report {
+    pub fn error(&self, code: Code, spot: Spot, reason: impl Into<String>, remedy: impl Into<String>) {
+        self.push(Finding::error_at(code, spot, reason, remedy));
+    }
+
+    /// An error for which there is no value.
+    pub fn refuse<T>(
+        &self,
+        code: Code,
+        spot: Spot,
+        reason: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Option<T> {
+        self.error(code, spot, reason, remedy);
+        None
+    }
+
+    /// What could be made; else the error in its own words, with the code, the place and the remedy of `told`.
+    pub fn accept<'r, T, E: fmt::Display>(
+        &self,
+        made: Result<T, E>,
+        told: impl FnOnce(&E) -> (Code, Spot, &'r str),
+    ) -> Option<T> {
+        made.map_err(|error| {
+            let (code, spot, remedy) = told(&error);
+            self.error(code, spot, error.to_string(), remedy);
+        })
+        .ok()
+    }
+
+    pub fn warn(&self, code: Code, spot: Spot, reason: impl Into<String>, remedy: impl Into<String>) {
+        let finding = Finding::error_at(code, spot, reason, remedy);
+        self.push(Finding { severity: Severity::Warning, ..finding });
+    }
+
+    fn push(&self, finding: Finding) {
+        let mut findings = self.0.borrow_mut();
+        if findings.len() < 2 * MAX_FINDINGS {
+            findings.push(finding);
+        }
+    }
+
+    /// Adds what was found elsewhere, all of it.
+    pub fn extend(&self, findings: Vec<Finding>) {
+        self.0.borrow_mut().extend(findings);
+    }
+
+    /// Takes all findings out.
+    pub fn take(&self) -> Vec<Finding> {
+        self.0.take()
+    }
+
+    /// Whether the spec cannot be used.
+    pub fn failed(&self) -> bool {
+        self.0.borrow().iter().any(|finding| finding.severity == Severity::Error)
+    }
+}
+
+/// What a value says.
+#[derive(Clone, Debug)]
+pub(crate) enum Parsed {
+    Number(f64),
+    Whole(u64),
+    Text(String),
+    Texts(Vec<String>),
+    Vector(Vector3),
+    Vectors(Vec<Vector3>),
+    Quaternion([f64; 4]),
+    Matrix(Matrix3),
+    Square(Vec<Vec<f64>>),
+    Limits(Limits),
+    Faces(Vec<[u32; 3]>),
+    /// A table, or those of a list.
+    Tables(Vec<Section>),
+}
+
+/// One limit for all, or one for each.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Limits {
+    All(f64),
+    Each(Vec<f64>),
+}
+
+/// An angle as written; the key ends in its unit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Angle {
+    pub key: &'static str,
+    pub value: f64,
+}
+
+impl Angle {
+    fn in_degrees(self) -> bool {
+        self.key.ends_with("_deg")
+    }
+
+    pub fn degrees(self) -> f64 {
+        if self.in_degrees() { self.value } else { self.value.to_degrees() }
+    }
+
+    pub fn radians(self) -> f64 {
+        if self.in_degrees() { self.value.to_radians() } else { self.value }
+    }
+
+    /// Half a turn in its unit, for messages.
+    pub fn half_turn(self) -> &'static str {
+        if self.in_degrees() { "180 deg" } else { "π rad" }
+    }
+}
+
+impl fmt::Display for Angle {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "{} {}", q::show(self.value), if self.in_degrees() { "deg" } else { "rad" })
+    }
+}
+
+/// A table of the spec and where it is.
+#[derive(Clone, Debug)]
+pub(crate) struct Section {
+    pub span: Span,
+    pub table: &'static Table,
+    pub path: String,
+    /// Whether matrices and unit vectors are taken to the last bit.
+    pub keeps_rounding: bool,
+    /// Where its findings go.
+    pub report: Report,
+    /// What stands in it, in the order of the file.
+    pub given: Vec<Given>,
+}
+
+/// A key of a table with its value; unknown keys count too.
+#[derive(Clone, Debug)]
+pub(crate) struct Given {
+    pub name: String,
+    /// Of the value.
+    pub span: Span,
+    /// Whether the value is `[]`.
+    pub is_empty_list: bool,
+    /// `None` where the first pass has said what is wrong with it.
+    pub value: Option<Parsed>,
+}
+
+/// Values of one kind by name.
+macro_rules! values_by_name {
+    ($($(#[$doc:meta])* $name:ident: $kind:ident => $type:ty;)*) => {
+        $(
+            $(#[$doc])*
+            pub fn $name(&self, name: &str) -> Option<$type> {
+                match self.value(name)? {
+                    Parsed::$kind(value) => Some(value.clone()),
+                    _ => None,
+                }
+            }
+        )*
+    };
+}
+
+impl Section {
+    values_by_name! {
+        number: Number => f64;
+        /// A whole number.
+        whole: Whole => u64;
+        vector: Vector => Vector3;
+        quaternion: Quaternion => [f64; 4];
+        /// A rotation matrix or an inertia.
+        matrix: Matrix => Matrix3;
+        /// One limit for all, or one for each.
+        limits: Limits => Limits;
+        /// One vector or several: axes, boresights, vertices.
+        vectors: Vectors => Vec<Vector3>;
+        /// Triangles, vertices counted from 1.
+        faces: Faces => Vec<[u32; 3]>;
+        /// A square matrix, rows.
+        square: Square => Vec<Vec<f64>>;
+        texts: Texts => Vec<String>;
+    }
+
+    fn given(&self, name: &str) -> Option<&Given> {
+        self.given.iter().find(|given| given.name == name)
+    }
+
+    fn value(&self, name: &str) -> Option<&Parsed> {
+        debug_assert!(self.knows(name), "no key {name} in {}", self.path);
+        self.given(name)?.value.as_ref()
+    }
+
+    /// A whole number that counts something.
+    pub fn count(&self, name: &str) -> Option<usize> {
+        usize::try_from(self.whole(name)?).ok()
+    }
+
+    /// A word of a choice, or a text.
+    pub fn word(&self, name: &str) -> Option<&str> {
+        match self.value(name)? {
+            Parsed::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// The tables under `name`: one, those of a list, or none where the key is absent. `None` where it holds anything
+    /// else.
+    pub fn tables(&self, name: &str) -> Option<&[Section]> {
+        match self.given(name) {
+            None => Some(&[]),
+            Some(Given { value: Some(Parsed::Tables(tables)), .. }) => Some(tables),
+            Some(_) => None,
+        }
+    }
+
+    /// The table `name`, if it is there.
+    pub fn section(&self, name: &str) -> Option<&Section> {
+        self.tables(name)?.first()
+    }
+
+    /// The tables of the list `name`.
+    pub fn list(&self, name: &str) -> &[Section] {
+        self.tables(name).unwrap_or(&[])
+    }
+
+    pub fn has(&self, name: &str) -> bool {
+        self.given(name).is_some()
+    }
+
+    /// Whether `name` is given as `[]`.
+    pub fn is_empty_list(&self, name: &str) -> bool {
+        self.given(name).is_some_and(|given| given.is_empty_list)
+    }
+
+    /// Whether such a table may have this key.
+    pub fn knows(&self, name: &str) -> bool {
+        self.table.key(name).is_some()
+    }
+
+    /// The value of `name`, or the table where it is missing.
+    pub fn spot(&self, name: &str) -> Spot {
+        Spot { span: self.given(name).map_or(self.span, |given| given.span), key: join(&self.path, name) }
+    }
+
+    /// The table itself.
+    pub fn here(&self) -> Spot {
+        Spot { span: self.span, key: self.path.clone() }
+    }
+
+    /// An error at the value of `name`.
+    pub fn error(&self, code: Code, name: &str, reason: impl Into<String>, remedy: impl Into<String>) {
+        self.report.error(code, self.spot(name), reason, remedy);
+    }
+
+    /// An error of the table.
+    pub fn error_here(&self, code: Code, reason: impl Into<String>, remedy: impl Into<String>) {
+        self.report.error(code, self.here(), reason, remedy);
+    }
+
+    /// An error at the value of `name`, for which there is nothing.
+    pub fn refuse<T>(
+        &self,
+        code: Code,
+        name: &str,
+        reason: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Option<T> {
+        self.report.refuse(code, self.spot(name), reason, remedy)
+    }
+
+    /// An error of the table, for which there is nothing.
+    pub fn refuse_here<T>(
+        &self,
+        code: Code,
+        reason: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Option<T> {
+        self.report.refuse(code, self.here(), reason, remedy)
+    }
+
+    /// A warning at the value of `name`.
+    pub fn warn(&self, code: Code, name: &str, reason: impl Into<String>, remedy: impl Into<String>) {
+        self.report.warn(code, self.spot(name), reason, remedy);
+    }
+
+    /// A warning about the table.
+    pub fn warn_here(&self, code: Code, reason: impl Into<String>, remedy: impl Into<String>) {
+        self.report.warn(code, self.here(), reason, remedy);
+    }
+
+    /// The angle under one of two keys, the one in degrees first.
+    pub fn angle(&self, degrees: &'static str, radians: &'static str) -> Option<Angle> {
+        let key = if self.has(degrees) { degrees } else { radians };
+        Some(Angle { key, value: self.number(key)? })
+    }
+
+    /// The vector made of length 1; as it is where it has that length and the spec keeps its rounding.
+    pub fn unit(&self, vector: Vector3) -> Vector3 {
+        if self.keeps_rounding && (vector.norm() - 1.0).abs() <= UNIT_ROUNDING {
+            return vector;
+        }
+        // Scaled first, so that the squares of very long or short vectors stay within range.
+        (vector / vector.amax()).normalize()
+    }
+}

@@ -1,0 +1,207 @@
+//! Values that are lists: of numbers, of vectors, of texts.
+
+use super::{Read, count, limit, number, text, wrong};
+use crate::spec::keys::MAX_LISTED;
+use crate::spec::quantity::Quantity;
+use crate::spec::{Limits, Node, Value};
+use slewkit::mechanics::ActuatorSet;
+
+/// Most inputs of one kind, and so the longest list of numbers that can make sense.
+const MAX_AXES: usize = ActuatorSet::MAX_INPUTS;
+
+/// Most boresights or directions of one constraint.
+pub(crate) const MAX_DIRECTIONS: usize = MAX_AXES;
+
+/// What every element says, or all that is wrong with any of them.
+pub(crate) fn each<I, T>(
+    items: impl IntoIterator<Item = I>,
+    mut read: impl FnMut(I) -> Read<T>,
+) -> Read<Vec<T>> {
+    let (mut values, mut faults) = (Vec::new(), Vec::new());
+    for item in items {
+        match read(item) {
+            Ok(value) => values.push(value),
+            Err(more) => faults.extend(more),
+        }
+    }
+    if faults.is_empty() { Ok(values) } else { Err(faults) }
+}
+
+/// The elements of a list; `what` they are and a `sample` where the value is none.
+fn list<'a>(node: &'a Node, what: &str, sample: &str) -> Read<&'a [Node]> {
+    match &node.value {
+        Value::Array(items) => Ok(items),
+        other => {
+            let reason = format!("expected a list of {what}, found {}", other.kind());
+            wrong("E0025", node, reason, format!("write {sample}"))
+        }
+    }
+}
+
+/// The elements of a list that should have `wanted` of them; `what` names them.
+fn items<'a>(node: &'a Node, wanted: usize, what: &str) -> Read<&'a [Node]> {
+    let (described, sample) = (format!("{wanted} {what}"), format!("a list in brackets, {wanted} {what}"));
+    let items = list(node, &described, &sample)?;
+    if items.len() == wanted {
+        return Ok(items);
+    }
+    let reason = format!("has {}, needs {described}", items.len());
+    wrong("E0026", node, reason, format!("write a list of {wanted}"))
+}
+
+/// The elements of a list that may be long; `sample` shows one.
+fn long_list<'a>(node: &'a Node, what: &str, sample: &str) -> Read<&'a [Node]> {
+    let items = list(node, what, sample)?;
+    if items.len() > MAX_LISTED {
+        let reason = format!("{} {what}, at most {MAX_LISTED} can stand in a spec", items.len());
+        return wrong("E0034", node, reason, "put the shape into an OBJ file: obj = \"shape.obj\"");
+    }
+    Ok(items)
+}
+
+/// `N` numbers.
+pub(super) fn numbers<const N: usize>(node: &Node, quantity: &Quantity, what: &str) -> Read<[f64; N]> {
+    let values = each(items(node, N, what)?, |item| number(item, quantity))?;
+    // There are as many values as items.
+    <[f64; N]>::try_from(values).map_err(|_| Vec::new())
+}
+
+/// Three numbers.
+pub(super) fn vector(node: &Node, quantity: &Quantity) -> Read<[f64; 3]> {
+    numbers(node, quantity, "numbers (x, y, z)")
+}
+
+/// Three rows of three numbers.
+pub(super) fn rows(node: &Node, quantity: &Quantity) -> Read<[[f64; 3]; 3]> {
+    let items = items(node, 3, "rows of three numbers")?;
+    let rows = each(items, |row| numbers(row, quantity, "numbers in a row"))?;
+    <[_; 3]>::try_from(rows).map_err(|_| Vec::new())
+}
+
+/// Three rows, or a diagonal.
+pub(super) fn inertia(node: &Node, quantity: &Quantity) -> Read<[[f64; 3]; 3]> {
+    let items = match &node.value {
+        Value::Array(items)
+            if !items.is_empty() && !items.iter().any(|item| matches!(item.value, Value::Array(_))) =>
+        {
+            items
+        }
+        _ => return rows(node, quantity),
+    };
+    if items.len() == 6 {
+        let reason = "six numbers do not say which sign the products of inertia carry";
+        let remedy = "write the whole matrix with tensor signs: \
+                      [[Jxx, Jxy, Jxz], [Jxy, Jyy, Jyz], [Jxz, Jyz, Jzz]], Jxy = −∫xy dm";
+        return wrong("E0044", node, reason, remedy);
+    }
+    let [x, y, z] = numbers(node, quantity, "numbers (a diagonal) or three rows of three")?;
+    Ok([[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]])
+}
+
+/// An axis: a vector that has a direction.
+fn axis(node: &Node, quantity: &Quantity) -> Read<[f64; 3]> {
+    let axis = vector(node, quantity)?;
+    if axis.iter().all(|value| *value == 0.0) {
+        let reason = "an axis of length zero has no direction";
+        return wrong("E0054", node, reason, "leave the axis out, or give it a direction");
+    }
+    Ok(axis)
+}
+
+/// A list of axes, at most [`MAX_AXES`].
+pub(super) fn axes(node: &Node, quantity: &Quantity) -> Read<Vec<[f64; 3]>> {
+    let items = list(node, "axes", "one axis per inner list: [[1, 0, 0], [0, 1, 0]]")?;
+    if !items.is_empty() && items.iter().all(|item| matches!(item.value, Value::Number(_))) {
+        let reason = "expected a list of axes, found a list of numbers: one axis";
+        return wrong("E0025", node, reason, "put the axis in a list: [[1, 0, 0]]");
+    }
+    if items.len() > MAX_AXES {
+        let reason = format!("{} axes, the limit is {MAX_AXES}", items.len());
+        return wrong("E0034", node, reason, "use fewer axes");
+    }
+    each(items, |item| axis(item, quantity))
+}
+
+/// One vector, or a list of them, at most [`MAX_AXES`]; none of length zero.
+pub(super) fn vectors(node: &Node, quantity: &Quantity) -> Read<Vec<[f64; 3]>> {
+    match &node.value {
+        Value::Array(items) if items.is_empty() => {
+            wrong("E0026", node, "the list is empty", "give one vector or several: [[0, 0, 1]]")
+        }
+        Value::Array(items) if items.iter().all(|item| matches!(item.value, Value::Number(_))) => {
+            Ok(vec![axis(node, quantity)?])
+        }
+        Value::Array(_) => axes(node, quantity),
+        other => {
+            let reason = format!("expected a vector or a list of vectors, found {}", other.kind());
+            wrong("E0025", node, reason, "write [0, 0, 1] or [[0, 0, 1], [0, 1, 0]]")
+        }
+    }
+}
+
+/// One limit for all, or a list: `count` of them if that is known, else at most [`MAX_AXES`].
+pub(super) fn limits(node: &Node, quantity: &Quantity, count: Option<usize>) -> Read<Limits> {
+    let Value::Array(given) = &node.value else { return Ok(Limits::All(limit(node, quantity)?)) };
+    if let Some(count) = count {
+        items(node, count, "limits (x, y, z), or is one number")?;
+    } else if given.len() > MAX_AXES {
+        let reason = format!("{} limits, at most {MAX_AXES} are possible", given.len());
+        return wrong("E0034", node, reason, "give one limit per axis");
+    }
+    Ok(Limits::Each(each(given, |item| limit(item, quantity))?))
+}
+
+/// One number for all, or a list, at most [`MAX_AXES`].
+pub(super) fn spread(node: &Node, quantity: &Quantity) -> Read<Limits> {
+    let Value::Array(given) = &node.value else { return Ok(Limits::All(number(node, quantity)?)) };
+    if given.is_empty() || given.len() > MAX_AXES {
+        let reason = format!("has {} numbers, one for all or one for each is needed", given.len());
+        return wrong("E0026", node, reason, "write one number, or a list");
+    }
+    Ok(Limits::Each(each(given, |item| number(item, quantity))?))
+}
+
+/// A square matrix: n numbers (its diagonal) or n rows of n numbers. Returned as rows. `what` they are, one for each of
+/// which.
+pub(super) fn square(node: &Node, quantity: &Quantity, what: &str, which: &str) -> Read<Vec<Vec<f64>>> {
+    let given = list(node, what, &format!("one number per {which}: [1, 1, 1]"))?;
+    let count = given.len();
+    if count > MAX_AXES {
+        let reason = format!("{count} {what}, the limit is {MAX_AXES}");
+        return wrong("E0034", node, reason, format!("give one number per {which}"));
+    }
+    if given.first().is_some_and(|item| matches!(item.value, Value::Array(_))) {
+        return each(given, |row| {
+            each(items(row, count, "numbers in a row")?, |cell| number(cell, quantity))
+        });
+    }
+    let diagonal = each(given, |item| number(item, quantity))?;
+    let mut rows = vec![vec![0.0; count]; count];
+    diagonal.into_iter().enumerate().for_each(|(index, value)| rows[index][index] = value);
+    Ok(rows)
+}
+
+/// Texts of one line, at most `most` of them.
+pub(super) fn texts(node: &Node, most: usize) -> Read<Vec<String>> {
+    let items = list(node, "texts", "[\"one\", \"two\"]")?;
+    if items.len() > most {
+        let reason = format!("the list has {}, the limit is {most}", items.len());
+        return wrong("E0034", node, reason, "shorten it");
+    }
+    each(items, |item| Ok(text(item, 200)?.to_string()))
+}
+
+/// A list of points.
+pub(super) fn vertices(node: &Node, quantity: &Quantity) -> Read<Vec<[f64; 3]>> {
+    let items = long_list(node, "vertices", "[[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]]")?;
+    each(items, |item| vector(item, quantity))
+}
+
+/// A list of triangles, vertices counted from 1.
+pub(super) fn faces(node: &Node) -> Read<Vec<[u32; 3]>> {
+    let corner = |node| Ok(u32::try_from(count(node, 1, MAX_LISTED as i64)?).unwrap_or(u32::MAX));
+    each(long_list(node, "faces", "[[1, 2, 3], [1, 4, 2], [2, 4, 3], [3, 4, 1]]")?, |face| {
+        let corners = each(items(face, 3, "vertices, counted from 1")?, corner)?;
+        <[u32; 3]>::try_from(corners).map_err(|_| Vec::new())
+    })
+}

@@ -1,0 +1,452 @@
+//! A maneuver and its settings, written with the keys in which a spec is read.
+//!
+//! What is written reads back to the same numbers, bit for bit: in SI units and radians, attitudes as matrices, and
+//! under `rounding = "keep"`, so that no matrix and no unit vector is corrected a second time. The keys, and their
+//! order, are those of the tables that the reader has.
+
+use super::difference::{Difference, differences};
+use super::keys::{Kind, ROOT, Table};
+use super::{Diagnostics, Format, Loaded, Override, Spec, Wanted, interpret};
+use crate::identity::Identity;
+use serde::{Deserialize, Serialize, Serializer};
+use serde_json::{Map, Value};
+use slewkit::maneuver::{Constraint, Motion, Path, Problem, Rule, Settings, Side, State, Weighted};
+use slewkit::mechanics::{AxisFrame, Description, Thrusters, Wheels};
+use slewkit::{Matrix3, Vector3};
+use thiserror::Error;
+
+/// A spec as a value: of a maneuver, with all that [`Problem`] and [`Settings`] hold.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(transparent)]
+pub struct SpecDocument(Value);
+
+/// What a library caller can plan and a spec has no notation for.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[error("a spec has no notation for {0}")]
+pub struct Unwritable(&'static str);
+
+impl SpecDocument {
+    /// The maneuver and its settings.
+    ///
+    /// # Errors
+    /// What a spec cannot say, such as an environment of the caller's own.
+    pub fn new(problem: &Problem, settings: &Settings) -> Result<Self, Unwritable> {
+        let moves = problem.motion == Motion::RigidBody;
+        let mut spec = Writing::new(&ROOT);
+        spec.put("format", 1);
+        spec.put("name", problem.name.as_str());
+        spec.put("rounding", "keep");
+        spec.table("body", |body| {
+            body.put("inertia_kg_m2", symmetric(problem.body.inertia.j().as_slice(), 3));
+            body.some("mass_kg", problem.body.mass.filter(|_| moves));
+        });
+        spec.table("start", |start| boundary(start, &problem.start, moves));
+        spec.table("end", |end| boundary(end, &problem.end, moves));
+        let path = match &problem.path {
+            Path::Best => "best",
+            Path::Shortest => "shortest",
+            Path::Long => "long",
+            Path::AsGiven(turn) => {
+                spec.table("end", |end| end.put("rotation_from_start_rad", row(turn)));
+                "as_given"
+            }
+        };
+        spec.table("maneuver", |maneuver| {
+            maneuver.put("minimize", problem.objective.name());
+            maneuver.some("duration_s", Some(problem.duration).filter(|_| !problem.seeks_duration()));
+            maneuver.some("duration_at_most_s", problem.duration_at_most);
+            maneuver.some("time_price_per_s", problem.objective.given_time_price());
+            maneuver.put("steps", problem.steps);
+            maneuver.put("path", path);
+        });
+        spec.table("solver", |solver| {
+            solver.put("method", settings.method.name());
+            solver.put("search", settings.search.name());
+            solver.put("scheme", problem.scheme.name());
+            solver.put("tolerance", settings.tolerance);
+            solver.some("continuous_tolerance_rad", settings.continuous_tolerance);
+            solver.some("time_limit_s", settings.time_limit.map(|limit| limit.as_secs_f64()));
+            solver.put("max_iterations", settings.max_iterations);
+            solver.some("second_order", (!settings.test_second_order).then_some("skipped"));
+        });
+        actuators(&mut spec, problem, moves)?;
+        environment(&mut spec, problem)?;
+        for constraint in &problem.constraints {
+            spec.item("constraint", |item| self::constraint(item, constraint));
+        }
+        Ok(Self(Value::Object(spec.keys)))
+    }
+
+    /// The same with what files for other programs call it, and when it begins.
+    pub fn with_identity(self, identity: &Identity) -> Self {
+        let Self(Value::Object(keys)) = self else { return self };
+        let mut spec = Writing { table: &ROOT, keys };
+        spec.some("epoch", identity.epoch.map(|epoch| epoch.to_string()));
+        let texts = [
+            ("object", &identity.object),
+            ("object_id", &identity.object_id),
+            ("center", &identity.center),
+            ("reference_frame", &identity.reference_frame),
+            ("body_frame", &identity.body_frame),
+            ("originator", &identity.originator),
+        ];
+        for (name, text) in texts {
+            if let Some(text) = text {
+                spec.table("names", |names| names.put(name, text.as_str()));
+            }
+        }
+        if let Some(number) = identity.spice_id {
+            spec.table("names", |names| names.put("spice_id", number));
+        }
+        if !identity.inputs.is_empty() {
+            spec.table("names", |names| names.put("inputs", identity.inputs.clone()));
+        }
+        Self(Value::Object(spec.keys))
+    }
+
+    /// Reads the maneuver, as from a file; `name` stands for it in messages.
+    ///
+    /// # Errors
+    /// Every error of the spec, in its order, with the warnings among them.
+    pub fn read(&self, name: &str, overrides: &[Override]) -> Result<Loaded, Diagnostics> {
+        let folder = std::path::Path::new("");
+        match interpret(&self.to_string(), name, folder, Format::Json, overrides, Wanted::Maneuver)? {
+            Spec::Maneuver(loaded) => Ok(*loaded),
+            // It was refused already.
+            Spec::Simulation(_) => Err(Diagnostics(Vec::new())),
+        }
+    }
+
+    /// The keys in which two maneuvers differ beyond round-off, each with both values; their names and grids, which
+    /// are `maneuver.steps` and `solver.scheme`, do not count.
+    pub fn differences(&self, other: &Self) -> Vec<Difference> {
+        let mut found = differences(&self.0, &other.0);
+        found.retain(|found| !["name", "maneuver.steps", "solver.scheme"].contains(&found.key.as_str()));
+        found
+    }
+}
+
+/// As JSON, which is what a spec file may hold.
+impl std::fmt::Display for SpecDocument {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        out.write_str(&serde_json::to_string_pretty(self).map_err(|_| std::fmt::Error)?)
+    }
+}
+
+impl Serialize for SpecDocument {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        InOrder(&self.0, Some(&ROOT)).serialize(serializer)
+    }
+}
+
+/// A value of which every table has its keys in the order of the key tables.
+struct InOrder<'a>(&'a Value, Option<&'static Table>);
+
+impl Serialize for InOrder<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match (self.0, self.1) {
+            (Value::Object(keys), Some(table)) => {
+                let mut entries: Vec<_> = keys.iter().collect();
+                entries.sort_by_key(|(name, _)| table.keys.iter().position(|key| key.name == **name));
+                let inner = |name: &str| table.key(name).and_then(|key| key.kind.table());
+                serializer
+                    .collect_map(entries.into_iter().map(|(name, value)| (name, InOrder(value, inner(name)))))
+            }
+            (Value::Array(items), Some(table)) => {
+                serializer.collect_seq(items.iter().map(|item| InOrder(item, Some(table))))
+            }
+            (value, _) => value.serialize(serializer),
+        }
+    }
+}
+
+/// A table that is being written.
+struct Writing {
+    table: &'static Table,
+    keys: Map<String, Value>,
+}
+
+impl Writing {
+    fn new(table: &'static Table) -> Self {
+        Self { table, keys: Map::new() }
+    }
+
+    /// The key of the tables; one that they do not have is a mistake of this file.
+    fn kind(&self, name: &str) -> Option<Kind> {
+        let key = self.table.key(name);
+        debug_assert!(key.is_some(), "no key {name} to write");
+        key.map(|key| key.kind)
+    }
+
+    fn put(&mut self, name: &str, value: impl Into<Value>) {
+        if self.kind(name).is_some() {
+            self.keys.insert(name.into(), value.into());
+        }
+    }
+
+    fn some(&mut self, name: &str, value: Option<impl Into<Value>>) {
+        if let Some(value) = value {
+            self.put(name, value);
+        }
+    }
+
+    /// Writes into the table `name`, which is made when it is first written into.
+    fn table(&mut self, name: &str, write: impl FnOnce(&mut Self)) {
+        let Some(table) = self.kind(name).and_then(Kind::table) else { return };
+        let keys = match self.keys.remove(name) {
+            Some(Value::Object(keys)) => keys,
+            _ => Map::new(),
+        };
+        let mut inner = Self { table, keys };
+        write(&mut inner);
+        self.keys.insert(name.into(), inner.keys.into());
+    }
+
+    /// Appends a table to the list `name`.
+    fn item(&mut self, name: &str, write: impl FnOnce(&mut Self)) {
+        let Some(table) = self.kind(name).and_then(Kind::table) else { return };
+        let mut inner = Self::new(table);
+        write(&mut inner);
+        if let Value::Array(items) = self.keys.entry(name).or_insert_with(|| Value::Array(Vec::new())) {
+            items.push(inner.keys.into());
+        }
+    }
+}
+
+fn row(vector: &Vector3) -> Value {
+    vector.as_slice().into()
+}
+
+fn rows<'a>(vectors: impl IntoIterator<Item = &'a Vector3>) -> Vec<Value> {
+    vectors.into_iter().map(row).collect()
+}
+
+/// A symmetric matrix of so many columns: its diagonal where nothing else is set, else its rows.
+fn symmetric(matrix: &[f64], count: usize) -> Value {
+    let off = |index: &usize| index / count != index % count;
+    let is_zero = |index: usize| matrix[index].to_bits() == 0;
+    if (0..matrix.len()).filter(off).all(is_zero) {
+        return matrix.iter().step_by(count + 1).copied().collect();
+    }
+    let row = |row: usize| -> Value { matrix.iter().skip(row).step_by(count).copied().collect() };
+    (0..count).map(row).collect()
+}
+
+fn boundary(table: &mut Writing, state: &State, moves: bool) {
+    let rows_of = |matrix: &Matrix3| <[[f64; 3]; 3]>::from(matrix.transpose()).map(Value::from);
+    table.table("attitude", |attitude| attitude.put("matrix", rows_of(&state.attitude)));
+    table.put("angular_velocity_rad_s", row(&state.angular_velocity));
+    table.some("position_m", moves.then(|| row(&state.position)));
+    table.some("velocity_m_s", moves.then(|| row(&state.velocity)));
+}
+
+fn actuators(spec: &mut Writing, problem: &Problem, moves: bool) -> Result<(), Unwritable> {
+    let weights = problem.objective.weights();
+    let (torque, force) = (weights.torque(&problem.actuation), weights.force(&problem.actuation));
+    if force.is_some() && !moves {
+        return Err(Unwritable("forces in a maneuver of the attitude alone"));
+    }
+    if let Some(thrusters) = &problem.actuation.thrusters {
+        return pushing_thrusters(spec, problem, thrusters);
+    }
+    if let Some(wheels) = &problem.actuation.wheels {
+        return self::wheels(spec, &torque, wheels);
+    }
+    if torque.set.limits().one_sided {
+        return thrusters(spec, problem);
+    }
+    spec.table("actuators", |table| {
+        let fuel = problem.objective.fuel();
+        table.some("fuel_price", fuel.and_then(|fuel| fuel.prices.clone()));
+        table.some("shortest_pulse_s", problem.shortest_pulse());
+        let axes = match torque.set.frame() {
+            AxisFrame::Body => "torque_axes_body",
+            AxisFrame::Reference => "torque_axes_reference",
+        };
+        let limits = ["torque_limit_n_m", "torque_norm_limit_n_m", "torque_rate_limit_n_m_per_s"];
+        channel(table, &torque, [axes, "effort_weight"], limits);
+        if let Some(force) = &force {
+            let axes = match force.set.frame() {
+                AxisFrame::Body => "force_axes_body",
+                AxisFrame::Reference => "force_axes_reference",
+            };
+            let limits = ["force_limit_n", "force_norm_limit_n", "force_rate_limit_n_per_s"];
+            table.some("force_fuel_price", fuel.and_then(|fuel| fuel.force_prices.clone()));
+            channel(table, force, [axes, "force_effort_weight"], limits);
+        } else if moves {
+            table.put("force_axes_reference", Vec::<Value>::new());
+        }
+    });
+    Ok(())
+}
+
+fn channel(table: &mut Writing, inputs: &Weighted, [axes, weight]: [&str; 2], [size, norm, rate]: [&str; 3]) {
+    table.put(axes, rows(inputs.set.axes()));
+    table.put(weight, symmetric(inputs.weight.as_slice(), inputs.set.count()));
+    let limits = inputs.set.limits();
+    table.some(size, limits.size.clone());
+    table.some(norm, limits.norm);
+    table.some(rate, limits.rate.clone());
+}
+
+fn thrusters(spec: &mut Writing, problem: &Problem) -> Result<(), Unwritable> {
+    let torque = &problem.actuation.torque;
+    let limits = torque.limits();
+    let other = torque.frame() != AxisFrame::Body || limits.norm.is_some() || limits.rate.is_some();
+    let Some(size) = limits.size.as_ref().filter(|_| !other && problem.actuation.force.is_none()) else {
+        return Err(Unwritable("thrusters that turn with the frame, or with a limit of their norm or rate"));
+    };
+    if torque.axes().iter().any(|axis| (axis.norm() - 1.0).abs() > 1e-12) {
+        return Err(Unwritable("thrusters whose axes are not of length 1"));
+    }
+    if let Some(shortest) = limits.shortest_pulse {
+        spec.table("actuators", |table| table.put("shortest_pulse_s", shortest));
+    }
+    for (index, (axis, limit)) in torque.axes().iter().zip(size).enumerate() {
+        spec.table("actuators", |table| {
+            table.item("thruster", |thruster| {
+                thruster.put("torque_axis_body", row(axis));
+                thruster.put("torque_limit_n_m", *limit);
+                thruster.some("fuel_price", problem.objective.fuel().map(|fuel| fuel.price(index)));
+            });
+        });
+    }
+    Ok(())
+}
+
+/// Thrusters of a body that moves.
+fn pushing_thrusters(spec: &mut Writing, problem: &Problem, thrusters: &Thrusters) -> Result<(), Unwritable> {
+    let force = problem.actuation.force.as_ref().filter(|force| force.limits().one_sided);
+    let limits = force.map(|force| (force, force.limits()));
+    let Some((force, limits)) = limits.filter(|(_, limits)| limits.norm.is_none() && limits.rate.is_none())
+    else {
+        return Err(Unwritable("thrusters that push to both sides, or with a limit of their norm or rate"));
+    };
+    if force.axes().iter().any(|axis| (axis.norm() - 1.0).abs() > 1e-12) {
+        return Err(Unwritable("thrusters whose directions are not of length 1"));
+    }
+    let given = thrusters.positions.iter().zip(force.axes()).zip(limits.size.iter().flatten());
+    for (index, ((position, direction), limit)) in given.enumerate() {
+        spec.table("actuators", |table| {
+            table.item("thruster", |thruster| {
+                thruster.put("position_m", row(position));
+                thruster.put("force_direction_body", row(direction));
+                thruster.put("force_limit_n", *limit);
+                thruster.some("fuel_price", problem.objective.fuel().map(|fuel| fuel.force_price(index)));
+            });
+        });
+    }
+    Ok(())
+}
+
+fn wheels(spec: &mut Writing, inputs: &Weighted, wheels: &Wheels) -> Result<(), Unwritable> {
+    let (torque, weight) = (inputs.set, &inputs.weight);
+    let limits = torque.limits();
+    if torque.frame() != AxisFrame::Body || limits.norm.is_some() || limits.rate.is_some() {
+        return Err(Unwritable("wheels that turn with the frame, or with a limit of their norm or rate"));
+    }
+    if (0..weight.len()).any(|index| index % (weight.nrows() + 1) != 0 && weight[index] != 0.0) {
+        return Err(Unwritable("a weight of wheels that is not diagonal"));
+    }
+    for (index, axis) in torque.axes().iter().enumerate() {
+        spec.table("actuators", |table| {
+            table.item("wheel", |wheel| {
+                wheel.put("axis_body", row(axis));
+                wheel.some("torque_limit_n_m", limits.size.as_ref().map(|size| size[index]));
+                let limit = wheels.momentum_limit[index];
+                wheel.some("momentum_limit_n_m_s", limit.is_finite().then_some(limit));
+                wheel.put("momentum_n_m_s", wheels.momentum[index]);
+                wheel.put("effort_weight", weight[(index, index)]);
+            });
+        });
+    }
+    Ok(())
+}
+
+fn environment(spec: &mut Writing, problem: &Problem) -> Result<(), Unwritable> {
+    let (body, moves) = (&problem.body, problem.motion == Motion::RigidBody);
+    let of_body = |inertia: &Matrix3, mass: Option<f64>| {
+        let same = inertia == body.inertia.j() && (mass.is_none() || mass == body.mass);
+        let other = Unwritable("an environment for another inertia or mass than that of the body");
+        if same { Ok(()) } else { Err(other) }
+    };
+    let description = problem.environment.describe();
+    let acts_on_orbit = match description {
+        Description::Free | Description::Custom => moves,
+        Description::CentralGravity { .. } | Description::SecondOrderGravity { .. } => true,
+        Description::UniformGravity { .. } | Description::GravityGradient { .. } => false,
+    };
+    if acts_on_orbit != moves {
+        return Err(Unwritable("an environment that does not go with what moves"));
+    }
+    match description {
+        Description::Free => {}
+        Description::UniformGravity { mass, gravity, direction, pivot_to_mass_center } => {
+            spec.table("environment", |table| {
+                table.put("kind", "uniform_gravity");
+                table.put("mass_kg", mass);
+                table.put("gravity_m_s2", gravity);
+                table.put("direction", row(&direction));
+                table.put("pivot_to_mass_center_m", row(&pivot_to_mass_center));
+            });
+        }
+        Description::GravityGradient { orbital_rate, inertia } => {
+            of_body(&inertia, None)?;
+            spec.table("environment", |table| {
+                table.put("kind", "gravity_gradient");
+                table.put("orbital_rate_rad_s", orbital_rate);
+            });
+        }
+        Description::CentralGravity { gravitational_parameter, points } => {
+            spec.table("environment", |table| {
+                table.put("kind", "central_gravity");
+                table.put("gravitational_parameter_m3_s2", gravitational_parameter);
+                table.put("body", "points");
+                for (mass, position) in &points {
+                    table.item("points", |point| {
+                        point.put("mass_kg", *mass);
+                        point.put("position_m", row(position));
+                    });
+                }
+            });
+        }
+        Description::SecondOrderGravity { gravitational_parameter, mass, inertia } => {
+            of_body(&inertia, Some(mass))?;
+            spec.table("environment", |table| {
+                table.put("kind", "central_gravity");
+                table.put("gravitational_parameter_m3_s2", gravitational_parameter);
+                table.put("body", "second_order");
+            });
+        }
+        Description::Custom => return Err(Unwritable("an environment of the caller's own")),
+    }
+    Ok(())
+}
+
+fn constraint(table: &mut Writing, constraint: &Constraint) {
+    let limit = "angular_velocity_limit_rad_s";
+    let pointing = match &constraint.rule {
+        Rule::RateNorm(rate) => {
+            table.put("kind", "rate_limit");
+            table.put(limit, *rate);
+            None
+        }
+        Rule::RateAxes(rates) => {
+            table.put("kind", "rate_limit");
+            table.put(limit, row(rates));
+            None
+        }
+        Rule::Pointing(pointing) => Some(pointing),
+    };
+    table.put("name", constraint.name.as_str());
+    let Some(pointing) = pointing else { return };
+    table.put("kind", if pointing.side == Side::KeepOut { "keep_out" } else { "keep_in" });
+    table.put("boresight_body", rows(&pointing.boresights));
+    for (name, turning) in [("direction_inertial", false), ("direction_reference", true)] {
+        for direction in pointing.directions.iter().filter(|to| to.turns_with_frame == turning) {
+            table.item(name, |table| table.put("vector", row(&direction.vector)));
+        }
+    }
+    table.put("half_angle_rad", pointing.half_angle);
+    table.put("margin_rad", pointing.margin);
+}

@@ -1,0 +1,54 @@
+//! The arcs of plans of minimum time and fuel, and what inputs do on them.
+
+use super::Subject;
+use crate::draw::Span;
+use slewkit::maneuver::Objective;
+use slewkit::maneuver::switching::{Switching, SwitchingArc};
+
+/// An input this near to a limit, or to none at all, relative to its limit, is there.
+const AT_LIMIT: f64 = 0.01;
+
+/// The arcs of a plan whose inputs switch: those of the continuous extremal, or stretches of steps where the law is
+/// smoothed.
+pub(super) fn arcs(subject: &Subject) -> Vec<Span> {
+    let Some(switching) = &subject.plan.solution.switching else { return Vec::new() };
+    let kind = |inputs: &[f64]| kind(subject, switching, inputs);
+    if !switching.arcs.is_empty() {
+        let arcs = switching.arcs.iter();
+        let span =
+            |arc: &SwitchingArc| Span { from: arc.start_s, to: arc.end_s, label: kind(&arc.input).into() };
+        return arcs.map(span).collect();
+    }
+    let trajectory = subject.trajectory();
+    let mut spans: Vec<Span> = Vec::new();
+    for (step, ends) in trajectory.time.windows(2).enumerate().take(trajectory.torque.len()) {
+        let label = kind(trajectory.inputs(step));
+        match spans.last_mut() {
+            Some(last) if last.label == label => last.to = ends[1],
+            _ => spans.push(Span { from: ends[0], to: ends[1], label: label.into() }),
+        }
+    }
+    spans
+}
+
+/// What inputs do: "coast", all off; "singular", one that may be so is within its limits; "bang" otherwise. Under a limit of
+/// the norm there are no inputs to tell where the torque has all of it and turns.
+fn kind(subject: &Subject, switching: &Switching, inputs: &[f64]) -> &'static str {
+    let set = &subject.problem.actuation.torque;
+    let limits = set.limits();
+    let parts: Vec<f64> = match (&limits.size, limits.norm) {
+        (Some(sizes), _) => inputs.iter().zip(sizes).map(|(input, size)| (input / size).abs()).collect(),
+        (None, _) if inputs.is_empty() => vec![1.0],
+        (None, norm) => vec![set.output(inputs).norm() / norm.unwrap_or(f64::INFINITY)],
+    };
+    let may_be_off = subject.problem.objective != Objective::Time || limits.one_sided;
+    let off = |part: f64| may_be_off && part < AT_LIMIT;
+    let within = |input: &usize| parts.get(*input).is_some_and(|part| !off(*part) && *part < 1.0 - AT_LIMIT);
+    if parts.iter().all(|part| off(*part)) {
+        "coast"
+    } else if switching.singular_inputs.iter().any(within) {
+        "singular"
+    } else {
+        "bang"
+    }
+}

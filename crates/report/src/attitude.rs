@@ -1,0 +1,77 @@
+//! Attitude as Euler angles, as a quaternion, and as the angle that is left.
+
+use super::charts::{shown, time_axis};
+use super::{Shown, Subject, line};
+use crate::draw::{Axis, Chart};
+use slewkit::lie;
+use slewkit_files::export::euler_angles;
+
+/// Euler angles, quaternion, error angle.
+pub(super) fn charts(subject: &Subject) -> Vec<Shown> {
+    let trajectory = subject.trajectory();
+    vec![
+        euler_chart(&trajectory.time, &trajectory.quaternion, subject.sequence),
+        quaternion_chart(&trajectory.time, &trajectory.quaternion),
+        error(subject),
+    ]
+}
+
+/// Euler angles of a sequence.
+pub(super) fn euler_chart(time: &[f64], quaternions: &[[f64; 4]], sequence: &str) -> Shown {
+    let angles = |quaternion: &[f64; 4]| {
+        euler_angles(&lie::rotation_from_quaternion(quaternion), sequence).map(f64::to_degrees)
+    };
+    let angles: Vec<[f64; 3]> = quaternions.iter().map(angles).collect();
+    let angles = unwrapped(angles);
+    let curve = |index: usize| {
+        let axis = &sequence[index..=index];
+        let name = format!("{} about {axis}", ["first,", "second,", "third,"][index]);
+        line(name, index, time, angles.iter().map(|angles| angles[index]))
+    };
+    let title = format!("Euler angles {sequence}");
+    let chart = Chart::new(title, time_axis(), Axis::linear("angle, deg"), (0..3).map(curve).collect());
+    let rotations = sequence.chars().map(|axis| format!("R{axis}")).collect::<Vec<_>>().join(" ");
+    shown("euler", chart, format!("intrinsic: R = {rotations}; continued over full turns"))
+}
+
+/// Without jumps of a turn; near gimbal lock angles still swing.
+fn unwrapped(mut angles: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
+    for row in 1..angles.len() {
+        let before = angles[row - 1];
+        for (angle, before) in angles[row].iter_mut().zip(before) {
+            *angle += 360.0 * ((before - *angle) / 360.0).round();
+        }
+    }
+    angles
+}
+
+/// The four components.
+pub(super) fn quaternion_chart(time: &[f64], quaternions: &[[f64; 4]]) -> Shown {
+    let curve = |index: usize| {
+        let values = quaternions.iter().map(move |quaternion| quaternion[index]);
+        line(["w", "x", "y", "z"][index], [7, 0, 1, 2][index], time, values)
+    };
+    let curves = (0..4).map(curve).collect();
+    let chart = Chart::new("Quaternion", time_axis(), Axis::linear("q"), curves);
+    shown("quaternion", chart, "Hamilton, body to reference axes, continuous")
+}
+
+fn error(subject: &Subject) -> Shown {
+    let trajectory = subject.trajectory();
+    let end = &subject.problem.end.attitude;
+    let left = trajectory
+        .quaternion
+        .iter()
+        .map(|quaternion| lie::minus(&lie::rotation_from_quaternion(quaternion), end).norm().to_degrees());
+    let mut curves = vec![line("to the end attitude", 0, &trajectory.time, left)];
+    if let Some(course) = &subject.course {
+        let apart = course.apart.iter().map(|angle| angle.to_degrees());
+        curves.push(line("continuous motion\nfrom the discrete one", 1, &trajectory.time, apart));
+    }
+    let chart = Chart::new("Error angle", time_axis(), Axis::logarithmic("angle, deg"), curves);
+    shown(
+        "error",
+        chart,
+        "the angle that is left to turn, and how far the motion under the held torque is from the plan",
+    )
+}

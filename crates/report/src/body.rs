@@ -1,0 +1,85 @@
+//! The body that a page turns: a box with the proportions of the inertia, and where it is at the times of a trajectory.
+
+use super::document::{cone, numbers, vector};
+use super::sphere::{Boresight, body_axes, boresights, cones, moves};
+use super::{MOST_POINTS, Subject};
+use crate::draw::SkyCone;
+use serde_json::{Value, json};
+use slewkit::Vector3;
+use slewkit::maneuver::{Motion, Side};
+
+/// Thinnest edge of the box, relative to its longest.
+const THINNEST: f64 = 0.04;
+
+/// The body and its way; `null` where there is no trajectory.
+pub(super) fn body(subject: &Subject) -> Value {
+    let (problem, trajectory) = (subject.problem, subject.trajectory());
+    if trajectory.time.is_empty() {
+        return Value::Null;
+    }
+    let mut body = motion(&trajectory.time, &trajectory.quaternion, &trajectory.position, &corners(subject));
+    let frame_rate = problem.environment.frame_rate();
+    let boresights: Vec<Value> = boresights(subject).iter().map(named).collect();
+    let mut discs = Vec::new();
+    for (name, pointing) in cones(subject) {
+        for direction in &pointing.directions {
+            let mut disc = cone(&SkyCone {
+                name: name.into(),
+                axis: direction.vector,
+                half_angle: pointing.effective_half_angle(),
+                inside_forbidden: pointing.side == Side::KeepOut,
+            });
+            disc["moves"] = moves(direction, &frame_rate).into();
+            discs.push(disc);
+        }
+    }
+    body["boresights"] = boresights.into();
+    body["cones"] = discs.into();
+    body["frame_rate"] = vector(&frame_rate);
+    body["attracted"] = (problem.motion == Motion::RigidBody && !problem.environment.is_free()).into();
+    body
+}
+
+fn named(boresight: &Boresight) -> Value {
+    json!({ "name": boresight.name, "vector": vector(&boresight.vector) })
+}
+
+/// A body of some corners, body axes, on its way, with its axes for boresights; positions where it moves.
+pub(super) fn motion(
+    time: &[f64],
+    quaternions: &[[f64; 4]],
+    positions: &[Vector3],
+    corners: &[Vector3; 8],
+) -> Value {
+    let count = time.len();
+    let stride = count.div_ceil(MOST_POINTS).max(1);
+    let last = (!(count - 1).is_multiple_of(stride)).then_some(count - 1);
+    let nodes: Vec<usize> = (0..count).step_by(stride).chain(last).collect();
+    let attitudes: Vec<Value> = nodes.iter().map(|node| numbers(quaternions[*node].into_iter(), 7)).collect();
+    let places = nodes.iter().filter_map(|node| positions.get(*node));
+    json!({
+        "time": numbers(nodes.iter().map(|node| time[*node]), 9),
+        "quaternion": attitudes,
+        "position": places.map(|place| numbers(place.iter().copied(), 7)).collect::<Vec<_>>(),
+        "corners": corners.iter().map(vector).collect::<Vec<_>>(),
+        "boresights": body_axes().iter().map(named).collect::<Vec<_>>(),
+        "cones": [],
+        "frame_rate": [0, 0, 0],
+        "attracted": false,
+    })
+}
+
+/// Corners of the homogeneous box of the same principal moments, body axes, the longest half edge 1.
+///
+/// `J₁ = m (b² + c²)/3` and so on for half edges a, b, c, hence `a² ∝ J₂ + J₃ − J₁`.
+fn corners(subject: &Subject) -> [Vector3; 8] {
+    let eigen = subject.problem.body.inertia.j().symmetric_eigen();
+    let sum = eigen.eigenvalues.sum();
+    let edges = eigen.eigenvalues.map(|moment| (sum - 2.0 * moment).max(0.0).sqrt());
+    let longest = edges.amax();
+    let edges = edges.map(|edge| (edge / longest).max(THINNEST));
+    std::array::from_fn(|index| {
+        let sign = |axis: usize| if index >> axis & 1 == 0 { -1.0 } else { 1.0 };
+        eigen.eigenvectors * Vector3::from_fn(|axis, _| sign(axis) * edges[axis])
+    })
+}

@@ -1,0 +1,104 @@
+//! What many cases came to, in words.
+
+use super::summary::Lines;
+use slewkit::numerics::figures::{error, rounded, short, significant};
+use slewkit_files::batch::{Tally, Worst};
+use slewkit_files::spec::escape;
+
+/// Counts and extremes of the results of a batch, line by line.
+pub fn told_of_cases(tally: &Tally) -> Vec<String> {
+    let mut lines = Vec::new();
+    if let Some(found) = tally.quantiles() {
+        let number = |value: f64| rounded(value, 6);
+        lines.line(
+            "cost",
+            format!(
+                "median {}, 5 % {}, 95 % {}, 99 % {}",
+                number(found.median),
+                number(found.low),
+                number(found.high),
+                number(found.highest)
+            ),
+        );
+        lines.line("", format!("from {} to {}", number(found.least), number(found.largest)));
+    }
+    if let Some(worst) = &tally.farthest {
+        let missed = significant(worst.value, 3);
+        lines.line("continuous", format!("the motion misses by at most {missed} deg, in {}", named(worst)));
+    }
+    if tally.not_minima > 0 {
+        lines.line(
+            "optimality",
+            format!("{} of the solved are not known to be local minima", tally.not_minima),
+        );
+    }
+    if tally.untested > 0 {
+        let untested = format!("{} of the solved were not tested to second order, as asked", tally.untested);
+        lines.line("optimality", untested);
+    }
+    if let Some(widest) = &tally.widest_gap {
+        let (all, gap) = (tally.extremals, error(widest.value));
+        let known = format!(
+            "{all} of the solved switch: extremals by the maximum principle; second order is not asked"
+        );
+        lines.line("optimality", known);
+        lines
+            .line("gap", format!("at most {gap} of cost to be gained, to first order, in {}", named(widest)));
+    }
+    if tally.long_way > 0 {
+        lines.line("path", format!("{} of the solved go the long way round", tally.long_way));
+    }
+    let failures = tally.statuses.iter().filter(|(status, _)| *status != "solved");
+    lines.lines(
+        "failed",
+        failures.map(|(status, (count, first))| {
+            let list: Vec<String> = first.iter().map(u64::to_string).collect();
+            let more = if *count > first.len() as u64 { ", …" } else { "" };
+            format!("{count} {}: case {}{more}", status.replace('_', " "), list.join(", "))
+        }),
+    );
+    let errors = tally.errors.iter();
+    lines.lines(
+        "bad specs",
+        errors.map(|(code, (count, reason))| format!("{count} × {code}, first: {}", escape(reason))),
+    );
+    let worst = tally.costliest.iter().take(3);
+    lines
+        .lines("costliest", worst.map(|worst| format!("{}, cost {}", named(worst), rounded(worst.value, 6))));
+    lines
+}
+
+/// A case by its number, its name and a few of its keys.
+fn named(worst: &Worst) -> String {
+    const SHOWN: usize = 3;
+    let mut text = format!("case {}", worst.case);
+    if let Some(name) = &worst.name {
+        text.push_str(&format!(" “{}”", escape(name)));
+    }
+    let set: Vec<String> = worst.set.iter().take(SHOWN).map(|set| brief(set)).collect();
+    if !set.is_empty() {
+        let more = if worst.set.len() > SHOWN { ", …" } else { "" };
+        text.push_str(&format!(" ({}{more})", escape(&set.join(", "))));
+    }
+    text
+}
+
+/// A key and its value with no more digits than people read.
+fn brief(set: &str) -> String {
+    let (key, value) = set.split_once('=').unwrap_or(("", set));
+    let part = |part: &str| {
+        let (word, sign) = part.split_at(part.trim_end_matches(SEPARATORS).len());
+        let word = word.parse::<f64>().map_or(word.to_string(), short);
+        format!("{word}{sign}")
+    };
+    let text: String = value.split_inclusive(SEPARATORS).map(part).collect();
+    match text.char_indices().nth(LONGEST) {
+        Some((at, _)) => format!("{key}={}…", &text[..at]),
+        None => format!("{key}={text}"),
+    }
+}
+
+/// What stands between the numbers of a value.
+const SEPARATORS: [char; 6] = [',', '[', ']', '{', '}', ' '];
+/// Characters of a value that a summary shows.
+const LONGEST: usize = 60;

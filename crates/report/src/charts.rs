@@ -1,0 +1,241 @@
+//! Inputs, rates, wheels, positions, clearance and costates over time, with limits and where they act.
+
+use super::{Shown, Subject, arcs, line};
+use crate::draw::{Axis, Chart, Curve, Level, Picture, Span};
+use slewkit::Vector3;
+use slewkit::maneuver::{Motion, Rule};
+use slewkit::mechanics::actuators::{InputLimit, LimitKind};
+use slewkit::numerics::figures::short;
+
+/// Limits farther out than so many times the curves are told and not drawn: the curves would be flat.
+const FAR: f64 = 3.0;
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+pub(super) fn time_axis() -> Axis {
+    Axis::linear("time, s")
+}
+
+pub(super) fn shown(key: &'static str, chart: Chart, remark: impl Into<String>) -> Shown {
+    Shown { key, picture: Picture::Chart(chart), remark: remark.into() }
+}
+
+/// Rates, wheels, positions and clearance.
+pub(super) fn of_motion(subject: &Subject) -> Vec<Shown> {
+    let mut all = vec![rates(subject)];
+    all.extend(wheels(subject));
+    all.extend(translation(subject));
+    all.extend(clearance(subject));
+    all
+}
+
+/// Torques, and forces where there are any.
+pub(super) fn inputs(subject: &Subject) -> Vec<Shown> {
+    let (problem, trajectory) = (subject.problem, subject.trajectory());
+    let (actuation, count) = (&problem.actuation, trajectory.input_count);
+    let forces = actuation.force.as_ref().map_or(0, |set| set.count());
+    let channel = |of_force: bool| {
+        let range = if of_force { 0..forces } else { forces..count };
+        let several = range.len();
+        let rows = |index: usize| (0..).step_by(count.max(1)).map(move |row| row + index);
+        let mut curves: Vec<Curve> = range
+            .clone()
+            .enumerate()
+            .map(|(style, index)| {
+                let values = rows(index).map_while(|at| trajectory.input.get(at).copied());
+                subject.input_line(subject.input_name(index), style, values.collect())
+            })
+            .collect();
+        let limits: Vec<InputLimit> = actuation.limits().filter(|limit| limit.of_force == of_force).collect();
+        if let Some(norm) = limits.iter().find(|limit| limit.kind == LimitKind::Norm) {
+            let output = |row: usize| norm.set.output(&trajectory.inputs(row)[norm.first..]).norm();
+            let values = (0..trajectory.input.len() / count.max(1)).map(output);
+            curves.push(subject.input_line("norm", several, values.collect()));
+        }
+        let bounds = limits.iter().filter(|limit| matches!(limit.kind, LimitKind::Size | LimitKind::Norm));
+        let bounds: Vec<(&str, &[f64])> = bounds.map(|limit| (limit.name, limit.bounds)).collect();
+        let (title, unit) = if of_force { ("Forces", "N") } else { ("Torques", "N·m") };
+        let title = match (&actuation.wheels, &actuation.thrusters) {
+            (Some(_), _) if !of_force => "Torques of the wheels",
+            (_, Some(_)) => "Thrusters",
+            _ => title,
+        };
+        let mut chart = Chart::new(title, time_axis(), Axis::linear(format!("input, {unit}")), curves);
+        within(&mut chart, &bounds, unit);
+        chart.spans = limits
+            .iter()
+            .filter(|limit| limit.kind != LimitKind::WheelMomentum)
+            .flat_map(|limit| active(subject, limit.name, "limit active"))
+            .collect();
+        if chart.spans.is_empty() {
+            chart.spans = arcs::arcs(subject);
+        }
+        let key = if of_force { "forces" } else { "inputs" };
+        shown(key, chart, "")
+    };
+    let torques = (forces < count).then(|| channel(false));
+    torques.into_iter().chain((forces > 0).then(|| channel(true))).collect()
+}
+
+/// Curves of three components and, if asked, of their norm.
+pub(super) fn components(
+    time: &[f64],
+    vectors: &[Vector3],
+    name: &str,
+    factor: f64,
+    norm: bool,
+) -> Vec<Curve> {
+    let component = |axis: usize| {
+        let values = vectors.iter().map(move |vector| factor * vector[axis]);
+        line(format!("{name}{}", AXES[axis]), axis, time, values)
+    };
+    let whole = || line(format!("|{}|", name.trim_end()), 7, time, vectors.iter().map(|v| factor * v.norm()));
+    (0..3).map(component).chain(norm.then(whole)).collect()
+}
+
+fn rates(subject: &Subject) -> Shown {
+    let (problem, trajectory) = (subject.problem, subject.trajectory());
+    let degrees = 1.0_f64.to_degrees();
+    let curves = components(&trajectory.time, &trajectory.angular_velocity, "Ω ", degrees, true);
+    let mut chart = Chart::new("Angular velocity", time_axis(), Axis::linear("Ω, deg/s"), curves);
+    let rules = problem.constraints.iter().filter_map(|constraint| match &constraint.rule {
+        Rule::RateNorm(limit) => Some((constraint.name.as_str(), vec![degrees * limit])),
+        Rule::RateAxes(limits) => {
+            Some((constraint.name.as_str(), limits.iter().map(|limit| degrees * limit).collect()))
+        }
+        Rule::Pointing(_) => None,
+    });
+    let rules: Vec<(&str, Vec<f64>)> = rules.collect();
+    let bounds: Vec<(&str, &[f64])> = rules.iter().map(|(name, limits)| (*name, &limits[..])).collect();
+    within(&mut chart, &bounds, "deg/s");
+    chart.spans = rules.iter().flat_map(|(name, _)| active(subject, name, "limit active")).collect();
+    shown("rates", chart, "inertial, in body axes")
+}
+
+fn wheels(subject: &Subject) -> Option<Shown> {
+    let trajectory = subject.trajectory();
+    let wheels = subject.problem.actuation.wheels.as_ref()?;
+    let count = wheels.momentum.len();
+    // The wheels are the last of the inputs.
+    let first = trajectory.input_count.saturating_sub(count);
+    let curve = |wheel: usize| {
+        let values = trajectory.wheel_momentum.iter().skip(wheel).step_by(count).copied();
+        line(subject.input_name(first + wheel), wheel, &trajectory.time, values)
+    };
+    let curves = (0..count).map(curve).collect();
+    let mut chart = Chart::new("Momentum of the wheels", time_axis(), Axis::linear("h, N·m·s"), curves);
+    within(&mut chart, &[("wheel momentum limit", &wheels.momentum_limit)], "N·m·s");
+    chart.spans = active(subject, "wheel momentum limit", "limit active");
+    Some(shown("wheel_momentum", chart, ""))
+}
+
+fn translation(subject: &Subject) -> Vec<Shown> {
+    if subject.problem.motion == Motion::Attitude {
+        return Vec::new();
+    }
+    let trajectory = subject.trajectory();
+    let chart = |key, title, name, unit: &str, vectors: &[Vector3]| {
+        let curves = components(&trajectory.time, vectors, name, 1.0, false);
+        shown(key, Chart::new(title, time_axis(), Axis::linear(unit), curves), subject.reference_frame())
+    };
+    vec![
+        chart("position", "Position", "", "position, m", &trajectory.position),
+        chart("velocity", "Velocity", "v ", "velocity, m/s", &trajectory.velocity),
+    ]
+}
+
+fn clearance(subject: &Subject) -> Option<Shown> {
+    let course = subject.course.as_ref().filter(|course| !course.clearances.is_empty())?;
+    // A step has one value: it stands at its end.
+    let time = &subject.trajectory().time[1..];
+    let curves = course.clearances.iter().enumerate().flat_map(|(index, clearance)| {
+        let curve = |what: &str, part: usize, values: &[f64]| {
+            let name = format!("{what}\n{}", clearance.name);
+            line(name, 2 * index + part, time, values.iter().map(|value| value.to_degrees()))
+        };
+        [curve("discrete", 0, &clearance.discrete), curve("continuous", 1, &clearance.continuous)]
+    });
+    let axis = Axis::linear("angle to the cone, deg");
+    let mut chart = Chart::new("Clearance of the cones", time_axis(), axis, curves.collect());
+    chart.levels.push(Level { value: 0.0, label: "violated below".into() });
+    let cones = course.clearances.iter();
+    chart.spans = cones.flat_map(|clearance| active(subject, &clearance.name, "cone active")).collect();
+    let remark = "the smallest on each step, between the nodes too, margins of the spec included; by the witnesses: \
+                  discrete motion, and continuous motion under the held torque";
+    Some(shown("clearance", chart, remark))
+}
+
+/// Costates, where the plan has any.
+pub(super) fn costates(subject: &Subject) -> Vec<Shown> {
+    let (trajectory, dimension) = (subject.trajectory(), subject.problem.dimension());
+    if trajectory.costates.is_empty() {
+        return Vec::new();
+    }
+    let chart = |key, title: &str, symbol: &str, first: usize| {
+        let component = |axis: usize| {
+            let values = trajectory.costates.iter().skip(first + axis).step_by(dimension).copied();
+            line(format!("{symbol} {}", AXES[axis]), axis, subject.input_times(), values)
+        };
+        let curves = (0..3).map(component).collect();
+        shown(key, Chart::new(title, time_axis(), Axis::linear(format!("{symbol}, SI")), curves), "")
+    };
+    let rotation = dimension - 6;
+    let mut all = vec![
+        chart("costates_attitude", "Costates of the attitude", "λζ", rotation),
+        chart("costates_momentum", "Costates of the angular momentum", "λΠ", rotation + 3),
+    ];
+    if rotation > 0 {
+        all.push(chart("costates_position", "Costates of the position", "λx", 0));
+        all.push(chart("costates_linear", "Costates of the linear momentum", "λγ", 3));
+    }
+    all
+}
+
+/// Lines at both signs of each bound, one label for equal ones; bounds far outside are told in the subtitle.
+fn within(chart: &mut Chart, bounds: &[(&str, &[f64])], unit: &str) {
+    let points = chart.curves.iter().flat_map(|curve| curve.shape.points());
+    let finite = points.map(|point| point.1).filter(|value| value.is_finite());
+    let (low, high) =
+        finite.fold((0.0, 0.0), |(low, high): (f64, f64), value| (low.min(value), high.max(value)));
+    let reach = high.max(-low);
+    let mut far = Vec::new();
+    for (name, limits) in bounds {
+        let mut seen: Vec<u64> = Vec::new();
+        for limit in limits.iter().filter(|limit| limit.is_finite()) {
+            if seen.contains(&limit.to_bits()) {
+                continue;
+            }
+            seen.push(limit.to_bits());
+            let told = format!("{name} {} {unit}", short(*limit));
+            if *limit > FAR * reach {
+                far.push(format!("{told} is outside"));
+                continue;
+            }
+            chart.levels.push(Level { value: *limit, label: told });
+            if low < -0.3 * limit {
+                chart.levels.push(Level { value: -limit, label: String::new() });
+            }
+        }
+    }
+    chart.subtitle = far.join(", ");
+}
+
+/// Where the limit or constraint `name` acts: nodes in a row as one span.
+fn active(subject: &Subject, name: &str, label: &str) -> Vec<Span> {
+    let step = subject.problem.step();
+    let Some(active) = subject.plan.solution.active.iter().find(|active| active.name == name) else {
+        return Vec::new();
+    };
+    let mut times: Vec<f64> = active.time_s.clone();
+    times.sort_by(f64::total_cmp);
+    let mut spans: Vec<Span> = Vec::new();
+    for time in times {
+        let (from, to) = ((time - 0.5 * step).max(0.0), (time + 0.5 * step).min(subject.problem.duration));
+        match spans.last_mut() {
+            // Arcs are noted between nodes: half a step apart.
+            Some(last) if time - last.to <= 1.01 * step => last.to = to,
+            _ => spans.push(Span { from, to, label: label.into() }),
+        }
+    }
+    spans
+}

@@ -1,0 +1,103 @@
+//! The pictures and the body of a page as one JSON document, with no more digits than a screen shows.
+
+use super::Shown;
+use crate::draw::{Axis, Chart, Curve, Picture, Scale, Shape, Sky, SkyCone};
+use serde_json::{Value, json};
+use slewkit::Vector3;
+
+/// Everything that the script of a page draws.
+pub(super) fn document(shown: &[Shown], body: &Value) -> Value {
+    let mut grids = Vec::new();
+    let charts: Vec<Value> = shown
+        .iter()
+        .filter_map(|shown| match &shown.picture {
+            Picture::Chart(chart) => Some(chart_document(shown.key, chart, &mut grids)),
+            Picture::Sky(sky) => Some(sky_document(shown.key, sky)),
+            // It stands in the page as it is.
+            Picture::Map(_) => None,
+        })
+        .collect();
+    let grids: Vec<Value> = grids.iter().map(|grid: &Vec<f64>| numbers(grid.iter().copied(), 9)).collect();
+    json!({ "charts": charts, "grids": grids, "body": body })
+}
+
+/// Numbers rounded to so many significant digits; what is not finite becomes `null`.
+pub(super) fn numbers(values: impl Iterator<Item = f64>, digits: usize) -> Value {
+    let rounded = |value: f64| -> Option<f64> { format!("{value:.*e}", digits - 1).parse().ok() };
+    values.map(|value| json!(rounded(value).filter(|value| value.is_finite()))).collect()
+}
+
+/// Three components to six digits.
+pub(super) fn vector(vector: &Vector3) -> Value {
+    numbers(vector.iter().copied(), 6)
+}
+
+/// A chart; abscissas that curves share stand in `grids` once.
+fn chart_document(key: &str, chart: &Chart, grids: &mut Vec<Vec<f64>>) -> Value {
+    let curve = |curve: &Curve| {
+        let mut points = curve.shape.points();
+        // The script looks values up along the axis to the right, where work and steps may fall.
+        if matches!(curve.shape, Shape::Marked(_)) {
+            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        }
+        let x: Vec<f64> = points.iter().map(|point| point.0).collect();
+        let same = |grid: &Vec<f64>| {
+            grid.len() == x.len() && grid.iter().zip(&x).all(|(a, b)| a.to_bits() == b.to_bits())
+        };
+        let grid = grids.iter().position(same).unwrap_or_else(|| {
+            grids.push(x);
+            grids.len() - 1
+        });
+        json!({
+            "name": curve.name,
+            "style": curve.style,
+            "marked": matches!(curve.shape, Shape::Marked(_)),
+            "grid": grid,
+            "y": numbers(points.iter().map(|point| point.1), 7),
+        })
+    };
+    let curves: Vec<Value> = chart.legible_curves().iter().map(curve).collect();
+    let axis = |axis: &Axis| json!({ "label": axis.label, "log": axis.scale == Scale::Logarithmic });
+    let levels: Vec<Value> =
+        chart.levels.iter().map(|level| json!({ "value": level.value, "label": level.label })).collect();
+    let spans: Vec<Value> = chart
+        .spans
+        .iter()
+        .map(|span| json!({ "from": span.from, "to": span.to, "label": span.label }))
+        .collect();
+    json!({
+        "key": key, "kind": "chart", "title": chart.title, "x": axis(&chart.x), "y": axis(&chart.y),
+        "curves": curves, "levels": levels, "spans": spans,
+    })
+}
+
+fn sky_document(key: &str, sky: &Sky) -> Value {
+    let view = sky.view();
+    let labels: Vec<Value> =
+        sky.labels(&view).iter().map(|(text, at)| json!({ "text": text, "at": vector(at) })).collect();
+    let tracks: Vec<Value> = sky
+        .tracks
+        .iter()
+        .map(|track| {
+            let points: Vec<Value> = track.points.iter().map(vector).collect();
+            json!({ "name": track.name, "style": track.style, "points": points })
+        })
+        .collect();
+    let marks: Vec<Value> =
+        sky.marks.iter().map(|mark| json!({ "name": mark.name, "at": vector(&mark.at) })).collect();
+    json!({
+        "key": key, "kind": "sky", "title": sky.title,
+        "view": {
+            "middle": vector(&view.middle), "right": vector(&view.right), "up": vector(&view.up), "reach": view.reach,
+        },
+        "cones": sky.cones.iter().map(cone).collect::<Vec<_>>(), "tracks": tracks, "marks": marks, "labels": labels,
+    })
+}
+
+/// A cone about a direction.
+pub(super) fn cone(cone: &SkyCone) -> Value {
+    json!({
+        "name": cone.name, "axis": vector(&cone.axis), "half_angle": cone.half_angle,
+        "inside_forbidden": cone.inside_forbidden,
+    })
+}

@@ -1,0 +1,321 @@
+//! The sphere of directions as a map: tracks of boresights, and cones to keep out of or within.
+//!
+//! The projection is azimuthal equidistant about the middle of what is shown: a direction at the angle θ from the
+//! middle is drawn at a distance proportional to θ, in its true azimuth. No track is torn, and a cone is one closed
+//! curve wherever it is.
+
+use super::colour;
+use super::svg::{Anchor, FAINT, GRID, INK, SIZE, Svg, shortened};
+use slewkit::Vector3;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+/// A map of directions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sky {
+    /// What it shows.
+    pub title: String,
+    /// One line below the title.
+    pub subtitle: String,
+    /// Cones about directions.
+    pub cones: Vec<SkyCone>,
+    /// Ways of directions.
+    pub tracks: Vec<SkyTrack>,
+    /// Single directions.
+    pub marks: Vec<SkyMark>,
+    /// Names of the angles about z and from the plane of x and y.
+    pub angles: [String; 2],
+}
+
+/// A cone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SkyCone {
+    /// Its name.
+    pub name: String,
+    /// Its axis, a unit vector.
+    pub axis: Vector3,
+    /// Half angle \[rad\].
+    pub half_angle: f64,
+    /// Whether its inside is forbidden, or else its outside.
+    pub inside_forbidden: bool,
+}
+
+/// The way of a direction.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SkyTrack {
+    /// Its name.
+    pub name: String,
+    /// Number of its colour.
+    pub style: usize,
+    /// Unit vectors on the way.
+    pub points: Vec<Vector3>,
+}
+
+/// A direction with a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SkyMark {
+    /// Its name.
+    pub name: String,
+    /// A unit vector.
+    pub at: Vector3,
+}
+
+/// Where a map looks and how far.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SkyView {
+    /// Unit vector of the middle.
+    pub middle: Vector3,
+    /// Unit vectors to the right and upwards there.
+    pub right: Vector3,
+    /// See `right`.
+    pub up: Vector3,
+    /// Angle from the middle to the rim \[rad\], at most π.
+    pub reach: f64,
+}
+
+/// Middle and radius of the map on the drawing \[px\].
+const MIDDLE: (f64, f64) = (320.0, 264.0);
+const RADIUS: f64 = 196.0;
+
+/// Points around a cone.
+const AROUND: usize = 180;
+
+/// Colour of what is forbidden.
+const FORBIDDEN: &str = "#a01818";
+
+impl SkyView {
+    /// In units of the radius of the map.
+    pub fn project(&self, direction: &Vector3) -> (f64, f64) {
+        let part =
+            Vector3::new(direction.dot(&self.right), direction.dot(&self.up), direction.dot(&self.middle));
+        let across = part.x.hypot(part.y);
+        let angle = across.atan2(part.z) / self.reach;
+        if across == 0.0 { (angle, 0.0) } else { (angle * part.x / across, angle * part.y / across) }
+    }
+}
+
+impl Sky {
+    /// About the middle of the tracks and cones, as far as they and the marks go; north up.
+    pub fn view(&self) -> SkyView {
+        let tracks = || self.tracks.iter().flat_map(|track| &track.points);
+        let shown = || tracks().copied().chain(self.marks.iter().map(|mark| mark.at));
+        let sum = shown().chain(self.cones.iter().map(|cone| cone.axis)).sum::<Vector3>();
+        let middle = sum.try_normalize(1e-6).unwrap_or_else(Vector3::x);
+        let angle = |to: &Vector3| middle.cross(to).norm().atan2(middle.dot(to));
+        let forbidden = self.cones.iter().map(|cone| angle(&cone.axis) + cone.half_angle);
+        let reach = shown().map(|point| angle(&point)).chain(forbidden).fold(0.0, f64::max);
+        // East to the left, as the sky is seen from inside.
+        let right = middle.cross(&Vector3::z()).try_normalize(1e-6).unwrap_or_else(Vector3::x);
+        SkyView { middle, right, up: right.cross(&middle), reach: (1.08 * reach).clamp(0.2, PI) }
+    }
+
+    /// The map as the text of an SVG file.
+    pub fn svg(&self) -> String {
+        let mut svg = Svg::new(SIZE.0, SIZE.1);
+        self.draw(&mut svg, "plot");
+        svg.end()
+    }
+
+    /// Draws it into `svg`, where `id` is used by nothing else.
+    pub(super) fn draw(&self, svg: &mut Svg, id: &str) {
+        let view = self.view();
+        let place = |direction: &Vector3| {
+            let (x, y) = view.project(direction);
+            (MIDDLE.0 + RADIUS * x, MIDDLE.1 - RADIUS * y)
+        };
+        let bold = format!("font-size=\"16\" font-weight=\"bold\" fill=\"{INK}\"");
+        svg.text((92.0, 26.0), Anchor::Start, &bold, &self.title);
+        svg.text((92.0, 47.0), Anchor::Start, &format!("fill=\"{FAINT}\""), &self.subtitle);
+        svg.raw(&format!(
+            "<clipPath id=\"{id}\"><circle cx=\"{}\" cy=\"{}\" r=\"{RADIUS}\"/></clipPath>",
+            MIDDLE.0, MIDDLE.1
+        ));
+        svg.raw(&format!("<g clip-path=\"url(#{id})\">"));
+        let grid = format!("fill=\"none\" stroke=\"{GRID}\"");
+        for line in graticule() {
+            for stretch in near(&line, &view) {
+                svg.path(&stretch.iter().map(place).collect::<Vec<_>>(), false, &grid);
+            }
+        }
+        let rim: Vec<(f64, f64)> = (0..AROUND)
+            .map(|k| (TAU * k as f64 / AROUND as f64).sin_cos())
+            .map(|(sin, cos)| (MIDDLE.0 + 1.01 * RADIUS * cos, MIDDLE.1 + 1.01 * RADIUS * sin))
+            .collect();
+        for cone in &self.cones {
+            let edge: Vec<(f64, f64)> = circle(&cone.axis, cone.half_angle).iter().map(place).collect();
+            // On this map the inside of a closed curve is the part without the point opposite to the middle.
+            let opposite = cone.axis.dot(&-view.middle).clamp(-1.0, 1.0).acos() < cone.half_angle;
+            let outer = (opposite == cone.inside_forbidden).then_some(&rim[..]);
+            let fill = format!("fill=\"{FORBIDDEN}\" fill-opacity=\"0.13\" fill-rule=\"evenodd\"");
+            svg.area(&[Some(&edge[..]), outer].into_iter().flatten().collect::<Vec<_>>(), &fill);
+            svg.path(&edge, true, &format!("fill=\"none\" stroke=\"{FORBIDDEN}\" stroke-width=\"1.4\""));
+        }
+        for track in self.tracks.iter().rev() {
+            let colour = colour(track.style);
+            let points: Vec<(f64, f64)> = track.points.iter().map(place).collect();
+            svg.path(&points, false, &format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\""));
+        }
+        svg.raw("</g>");
+        let rim = format!("fill=\"none\" stroke=\"{INK}\"");
+        svg.circle(MIDDLE, RADIUS, &rim);
+        for (label, at) in self.labels(&view) {
+            let (x, y) = place(&at);
+            let style = format!("font-size=\"10\" fill=\"{FAINT}\"");
+            svg.text((x + 2.0, y - 2.0), Anchor::Start, &style, &label);
+        }
+        for track in &self.tracks {
+            if let [first, .., last] = &track.points[..] {
+                ends(svg, place(first), place(last), colour(track.style));
+            }
+        }
+        for mark in &self.marks {
+            let (x, y) = place(&mark.at);
+            let cross = format!("stroke=\"{INK}\" stroke-width=\"1.6\"");
+            svg.line((x - 5.0, y), (x + 5.0, y), &cross);
+            svg.line((x, y - 5.0), (x, y + 5.0), &cross);
+            let style = format!("font-size=\"11\" fill=\"{INK}\"");
+            svg.text((x + 7.0, y + 12.0), Anchor::Start, &style, &mark.name);
+        }
+        self.legend(svg);
+    }
+
+    /// Numbers along the middle of the map: the grid lines that cross it.
+    pub fn labels(&self, view: &SkyView) -> Vec<(String, Vector3)> {
+        let inside = |at: &Vector3| {
+            let (x, y) = view.project(at);
+            x.hypot(y) < 0.93
+        };
+        let middle = (view.middle.y.atan2(view.middle.x) / (PI / 6.0)).round() * 30.0;
+        let tilt = (view.middle.z.asin() / (PI / 6.0)).round().clamp(-2.0, 2.0) * 30.0;
+        let tilts = (-2..=2).map(|k| (f64::from(30 * k), middle));
+        let abouts = (-5..=6).map(|k| (tilt, f64::from(30 * k)));
+        let both = tilts.map(|at| (0, at)).chain(abouts.map(|at| (1, at)));
+        let label = |(kind, (tilt, about)): (usize, (f64, f64))| {
+            let at = sphere(tilt.to_radians(), about.to_radians());
+            let about = (about + 360.0) % 360.0;
+            let text = if kind == 0 { format!("{tilt}°") } else { format!("{about}°") }.replace('-', "−");
+            // Both would stand on the same crossing.
+            let twice = kind == 1 && ((about - middle) % 360.0).abs() < 1.0;
+            (!twice && inside(&at)).then_some((text, at))
+        };
+        both.filter_map(label).collect()
+    }
+
+    fn legend(&self, svg: &mut Svg) {
+        let (x, mut y) = (MIDDLE.0 + RADIUS + 56.0, 84.0);
+        let ink = format!("fill=\"{INK}\"");
+        let small = format!("font-size=\"11\" fill=\"{FAINT}\"");
+        for track in &self.tracks {
+            let stroke = format!("stroke=\"{}\" stroke-width=\"2.4\"", colour(track.style));
+            svg.line((x, y - 4.0), (x + 28.0, y - 4.0), &stroke);
+            svg.text((x + 36.0, y), Anchor::Start, &ink, &shortened(&track.name, 23));
+            y += 24.0;
+        }
+        ends(svg, (x + 6.0, y - 4.0), (x + 110.0, y - 4.0), INK);
+        svg.text((x + 36.0, y), Anchor::Start, &ink, "start");
+        svg.text((x + 124.0, y), Anchor::Start, &ink, "end");
+        y += 26.0;
+        for cone in &self.cones {
+            let style = format!("fill=\"{FORBIDDEN}\" fill-opacity=\"0.2\" stroke=\"{FORBIDDEN}\"");
+            svg.circle((x + 14.0, y - 4.0), 8.0, &style);
+            svg.text((x + 36.0, y), Anchor::Start, &ink, &shortened(&cone.name, 23));
+            y += 16.0;
+            let what = if cone.inside_forbidden { "keep out" } else { "keep in" };
+            let angle = slewkit::numerics::figures::rounded(cone.half_angle.to_degrees(), 4);
+            svg.text((x + 36.0, y), Anchor::Start, &small, &format!("{what}, {angle}°"));
+            y += 24.0;
+        }
+        let [about, tilt] = &self.angles;
+        let remarks = [
+            &format!("{about}, {tilt}: every 30°"),
+            "angles from the middle are true;",
+            "z up, seen from inside",
+        ];
+        for (row, remark) in remarks.iter().enumerate() {
+            svg.text((x, BOTTOM_LINE + 15.0 * row as f64), Anchor::Start, &small, remark);
+        }
+    }
+}
+
+/// Where the remarks below the legend begin \[px\].
+const BOTTOM_LINE: f64 = 430.0;
+
+/// A ring at the start, a filled disc at the end.
+fn ends(svg: &mut Svg, start: (f64, f64), end: (f64, f64), colour: &str) {
+    svg.circle(start, 4.5, &format!("fill=\"#ffffff\" stroke=\"{colour}\" stroke-width=\"2\""));
+    svg.circle(end, 5.0, &format!("fill=\"{colour}\" stroke=\"#ffffff\" stroke-width=\"1\""));
+}
+
+fn sphere(tilt: f64, about: f64) -> Vector3 {
+    Vector3::new(tilt.cos() * about.cos(), tilt.cos() * about.sin(), tilt.sin())
+}
+
+/// The directions at `angle` \[rad\] from `axis`.
+pub fn circle(axis: &Vector3, angle: f64) -> Vec<Vector3> {
+    let other = if axis.z.abs() < 0.9 { Vector3::z() } else { Vector3::x() };
+    let u = axis.cross(&other).normalize();
+    let v = axis.cross(&u);
+    let at = |k: usize| {
+        let (sin, cos) = (TAU * k as f64 / AROUND as f64).sin_cos();
+        angle.cos() * axis + angle.sin() * (cos * u + sin * v)
+    };
+    (0..AROUND).map(at).collect()
+}
+
+/// Meridians and parallels every 30°.
+fn graticule() -> Vec<Vec<Vector3>> {
+    const PARTS: i32 = 90;
+    let along = |k: i32, length: f64| length * f64::from(k) / f64::from(PARTS);
+    let parallel =
+        |tilt: i32| (0..=PARTS).map(|k| sphere(f64::from(30 * tilt).to_radians(), along(k, TAU))).collect();
+    let meridian = |about: i32| {
+        (0..=PARTS).map(|k| sphere(along(k, PI) - FRAC_PI_2, f64::from(30 * about).to_radians())).collect()
+    };
+    (-2..=2).map(parallel).chain((0..12).map(meridian)).collect()
+}
+
+/// The stretches of a line that are not near the point opposite to the middle, where the map is torn.
+fn near(line: &[Vector3], view: &SkyView) -> Vec<Vec<Vector3>> {
+    let is_near = |point: &Vector3| point.dot(&view.middle) > -0.995;
+    line.split(|point| !is_near(point)).filter(|stretch| stretch.len() > 1).map(<[Vector3]>::to_vec).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_from_the_middle_are_true_and_east_is_left() {
+        let mark = |at: Vector3| SkyMark { name: String::new(), at };
+        let mut sky = Sky {
+            title: String::new(),
+            subtitle: String::new(),
+            cones: vec![],
+            tracks: vec![],
+            marks: vec![mark(Vector3::x())],
+            angles: ["longitude", "latitude"].map(String::from),
+        };
+        let view = SkyView { reach: PI, ..sky.view() };
+        let (x, y) = view.project(&sphere(0.0, 0.3));
+        assert!((x + 0.3 / PI).abs() < 1e-15 && y.abs() < 1e-15, "{x} {y}");
+        let (x, y) = view.project(&sphere(1.2, 0.0));
+        assert!(x.abs() < 1e-15 && (y - 1.2 / PI).abs() < 1e-15, "{x} {y}");
+        // All is on the map.
+        sky.marks.push(mark(sphere(0.4, 2.5)));
+        let view = sky.view();
+        for mark in &sky.marks {
+            let (x, y) = view.project(&mark.at);
+            assert!(x.hypot(y) < 1.0);
+        }
+    }
+
+    #[test]
+    fn the_edge_of_a_cone_is_at_its_half_angle() {
+        for axis in [Vector3::z(), Vector3::new(0.6, -0.48, 0.64)] {
+            for point in circle(&axis, 0.7) {
+                assert!(
+                    (point.dot(&axis) - 0.7_f64.cos()).abs() < 1e-14 && (point.norm() - 1.0).abs() < 1e-14
+                );
+            }
+        }
+    }
+}

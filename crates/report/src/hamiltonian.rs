@@ -1,0 +1,135 @@
+//! The Hamiltonian along an extremal.
+//!
+//! ```text
+//! H = L + λ^x·γ/m + λ^γ·(f + f_u) + λ^ζ·(Ω − Rᵀn) + λ^Π·(Π × Ω + M + τ)
+//! ```
+//!
+//! with the running cost L and the rate n of the reference frame. No field depends on time in its own frame, so H is
+//! constant in continuous time, limits or not: the derivative of the least cost by the duration, and zero where the duration
+//! is sought. With the costates of the discrete conditions, which belong to the middle of a kick up to half of it, it is so
+//! up to the error of the discretisation. That error is what the chart shows.
+//!
+//! Wheels store momenta h, `ḣ = −u`, and Π is the total momentum. Their costate is not in a plan; where no limit of theirs
+//! acts it is `Wu`, and
+//!
+//! ```text
+//! H = ½ uᵀWu + λ^ζ·Ω + λ^Π·(Π × Ω) − uᵀWu
+//! ```
+
+use super::charts::{shown, time_axis};
+use super::{Shown, Subject, line};
+use crate::draw::{Axis, Chart};
+use slewkit::maneuver::objective::effort;
+use slewkit::maneuver::{Motion, Objective, Scheme};
+use slewkit::mechanics::AxisFrame;
+use slewkit::mechanics::environment::Pose;
+use slewkit::{Vector3, lie};
+
+/// The chart; none where [`missing`] says why.
+pub(super) fn chart(subject: &Subject) -> Option<Shown> {
+    if missing(subject).is_some() {
+        return None;
+    }
+    let values = (0..subject.input_times().len()).map(|row| value(subject, row));
+    let curves = vec![line("H", 0, subject.input_times(), values)];
+    let chart = Chart::new("Hamiltonian", time_axis(), Axis::linear("H, cost per second"), curves);
+    Some(shown(
+        "hamiltonian",
+        chart,
+        "of the discrete costates: constant up to the error of the discretisation",
+    ))
+}
+
+/// Why there is no Hamiltonian to draw, where there is none.
+pub(super) fn missing(subject: &Subject) -> Option<&'static str> {
+    let problem = subject.problem;
+    if subject.trajectory().time.len() < 2 {
+        return Some("the plan has no steps: the body is where it should be");
+    }
+    if subject.trajectory().costates.is_empty() {
+        return Some("the plan has no costates");
+    }
+    if problem.is_shaped() {
+        return Some(
+            "the costates of least time or fuel on equal steps belong to a cost that is in part effort",
+        );
+    }
+    let names = problem.actuation.limits().map(|limit| limit.name);
+    let mut names: Vec<&str> = names.filter(|_| problem.actuation.wheels.is_some()).collect();
+    names.retain(|name| subject.plan.solution.active.iter().any(|active| active.name == *name));
+    if !names.is_empty() {
+        return Some("a limit of the wheels acts: the costates of their momenta are then not in the plan");
+    }
+    let turning = problem.environment.frame_rate() != Vector3::zeros();
+    if turning && problem.motion == Motion::RigidBody {
+        return Some("positions in a turning frame depend on time");
+    }
+    None
+}
+
+/// `H` at a row of costates.
+fn value(subject: &Subject, row: usize) -> f64 {
+    let (problem, trajectory) = (subject.problem, subject.trajectory());
+    let node = row + problem.scheme.first_input();
+    let dimension = problem.dimension();
+    let costates = &trajectory.costates[row * dimension..(row + 1) * dimension];
+    let part = |first: usize| Vector3::from_column_slice(&costates[first..first + 3]);
+    let attitude = lie::rotation_from_quaternion(&trajectory.quaternion[node]);
+    let rate = trajectory.angular_velocity[node];
+    let relative = rate - attitude.tr_mul(&problem.environment.frame_rate());
+    let inertia = problem.body.inertia.j();
+    let (zeta, pi) = (part(dimension - 6), part(dimension - 3));
+    // Inputs that are held over steps have none at the last node: there it is that of the last step.
+    let row = row.min(trajectory.torque.len() - 1);
+    let inputs = trajectory.inputs(row);
+    if let Some(wheels) = &problem.actuation.wheels {
+        let count = wheels.momentum.len();
+        let stored = problem.actuation.torque.output(&trajectory.wheel_momentum[node * count..][..count]);
+        let momentum = inertia * rate + stored;
+        return zeta.dot(&relative) + pi.dot(&momentum.cross(&rate)) - running_cost(subject, inputs);
+    }
+    let position = trajectory.position.get(node).copied().unwrap_or_default();
+    let pose = Pose { position, attitude };
+    let field = problem.environment.wrench(&pose);
+    let (torque, moving) = (trajectory.torque[row], dimension == 12);
+    let linear = if moving { part(3) } else { Vector3::zeros() };
+
+    // Half a kick leads the costate of the pose from beside the node to it.
+    let half = match problem.scheme {
+        Scheme::LieVerlet => 0.5 * problem.step(),
+        Scheme::LieEuler => 0.0,
+    };
+    let gradient = problem.environment.gradient(&pose);
+    let mut slope = gradient.rr.tr_mul(&pi) + gradient.xr.tr_mul(&linear);
+    if problem.actuation.torque.frame() == AxisFrame::Reference {
+        slope += pi.cross(&torque);
+    }
+    if problem.actuation.force.as_ref().is_some_and(|force| force.frame() == AxisFrame::Body) {
+        slope += attitude.tr_mul(&trajectory.force[row]).cross(&attitude.tr_mul(&linear));
+    }
+    // A held input leaves the costates of a free body alone, and its steps may be unequal.
+    let zeta = if problem.switches() { zeta } else { zeta + half * slope };
+    let mut value = running_cost(subject, inputs)
+        + zeta.dot(&relative)
+        + pi.dot(&((inertia * rate).cross(&rate) + field.moment + torque));
+    if moving {
+        let x = part(0) + half * (gradient.xx.tr_mul(&linear) + gradient.rx.tr_mul(&pi));
+        value += x.dot(&trajectory.velocity[node]) + linear.dot(&(field.force + trajectory.force[row]));
+    }
+    value
+}
+
+/// What a second costs at a row of inputs.
+fn running_cost(subject: &Subject, inputs: &[f64]) -> f64 {
+    let actuation = &subject.problem.actuation;
+    let weights = match &subject.problem.objective {
+        Objective::Time => return 1.0,
+        Objective::Fuel(fuel) => return fuel.rate(actuation, inputs),
+        Objective::Effort(weights) => weights,
+    };
+    let force = weights.force(actuation);
+    let (forces, torques) = actuation.split_costs(inputs);
+    let of_forces = force.map_or(0.0, |force| effort(&force.weight, forces));
+    let of_time = weights.time_price.unwrap_or(0.0);
+    of_time + of_forces + effort(&weights.torque(actuation).weight, torques)
+}

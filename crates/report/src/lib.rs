@@ -1,0 +1,185 @@
+//! Something to look at: a plan as pictures, and as one page that needs nothing else.
+//!
+//! [`pictures`] gives what a reader of a plan wants to see, in a fixed order, as charts that [`crate::draw`] writes as SVG;
+//! [`plan_page`] puts the same charts, drawn by a script of ours that it holds, with verdict, tables and a turning body into
+//! one HTML file that names no other. Everything is taken from a [`Problem`] and a [`Plan`], which a plan
+//! file holds both; what lies between the nodes comes from the witnesses ([`slewkit::verify::course()`]).
+//!
+//! Long trajectories are thinned for the eye, with every peak kept ([`MOST_POINTS`]); files of data have all rows.
+
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+
+mod arcs;
+mod attitude;
+mod body;
+mod cases_told;
+mod charts;
+mod comparison;
+mod convergence;
+mod document;
+pub mod draw;
+mod hamiltonian;
+mod page;
+mod results;
+mod simulation;
+mod sphere;
+pub mod studies;
+pub mod summary;
+mod switching;
+mod words;
+
+pub use cases_told::told_of_cases;
+pub use comparison::{ComparisonFile, Motion, comparison_page, comparison_pictures};
+pub use page::plan_page;
+pub use results::{Cases, MOST_PICTURED, results_page};
+pub use simulation::{simulation_page, simulation_pictures};
+
+use crate::draw::{Curve, Picture, Shape, thinned};
+use crate::studies::integrators::figures::FIGURES;
+use slewkit::maneuver::{Problem, Trajectory};
+use slewkit::plan::Plan;
+use slewkit::verify::{Course, course};
+use slewkit_files::identity::Identity;
+
+/// The names of all pictures that a plan may have, in their order.
+pub const KEYS: [&str; 18] = [
+    "sky",
+    "inputs",
+    "forces",
+    "switching",
+    "rates",
+    "wheel_momentum",
+    "position",
+    "velocity",
+    "clearance",
+    "euler",
+    "quaternion",
+    "error",
+    "costates_attitude",
+    "costates_momentum",
+    "costates_position",
+    "costates_linear",
+    "hamiltonian",
+    "convergence",
+];
+
+/// The names of all pictures that a simulation may have, in their order.
+pub const SIMULATION_KEYS: [&str; 8] =
+    ["sky", "rates", "position", "euler", "quaternion", "energy", "angular_momentum", "orthogonality"];
+
+/// The names of the pictures of inputs, one for each of those compared.
+const INPUT_KEYS: [&str; 3] = ["inputs_1", "inputs_2", "inputs_3"];
+
+/// The names of all pictures that a comparison of motions may have, in their order.
+pub const COMPARISON_KEYS: [&str; 5] = [INPUT_KEYS[0], INPUT_KEYS[1], INPUT_KEYS[2], "turning", "difference"];
+
+/// The names of all pictures that a comparison of integrators may have: its figures but the trajectories.
+pub const INTEGRATOR_KEYS: &[&str] = FIGURES.as_slice().split_at(1).1;
+
+/// The names of all pictures that a file of results may have.
+pub const CASE_KEYS: [&str; 4] = ["cost", "map", "distribution", "miss"];
+
+/// The most points of a curve.
+pub const MOST_POINTS: usize = 2000;
+
+/// A plan, and what is found on the way to its pictures.
+pub struct Subject<'a> {
+    /// The maneuver on the grid of the plan.
+    pub problem: &'a Problem,
+    /// What was found.
+    pub plan: &'a Plan,
+    /// What inputs and frames are called, and when the maneuver begins.
+    pub identity: &'a Identity,
+    /// Sequence of the Euler angles, one of [`slewkit_files::export::EULER_SEQUENCES`].
+    pub sequence: &'a str,
+    course: Option<Course>,
+}
+
+/// A picture with its name in files, and what else is to be said of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shown {
+    /// "sky", "inputs", "rates" and so on.
+    pub key: &'static str,
+    /// The picture.
+    pub picture: Picture,
+    /// In a sentence what is shown, where the title does not say it.
+    pub remark: String,
+}
+
+impl<'a> Subject<'a> {
+    /// The witnesses follow the plan once; where they cannot, what only they know is not shown.
+    pub fn new(problem: &'a Problem, plan: &'a Plan, identity: &'a Identity, sequence: &'a str) -> Self {
+        let trajectory = &plan.solution.trajectory;
+        let course = if trajectory.time.is_empty() { None } else { course(problem, trajectory).ok() };
+        Self { problem, plan, identity, sequence, course }
+    }
+
+    fn trajectory(&self) -> &'a Trajectory {
+        &self.plan.solution.trajectory
+    }
+
+    /// What the input of this number, forces first, is called: its name in the spec, or its number among its kind.
+    fn input_name(&self, index: usize) -> String {
+        if let Some(name) = self.identity.input(index) {
+            return name.into();
+        }
+        let actuation = &self.problem.actuation;
+        let forces = actuation.first_torque();
+        let (kind, number, several) = match index.checked_sub(forces) {
+            None => ("force", index, forces > 1),
+            Some(number) => {
+                let kind = match (&actuation.wheels, actuation.torque.limits().one_sided) {
+                    (Some(_), _) => "wheel",
+                    (None, true) => "thruster",
+                    (None, false) => "torque",
+                };
+                (kind, number, actuation.torque.count() > 1)
+            }
+        };
+        if several { format!("{kind} {}", number + 1) } else { kind.into() }
+    }
+
+    /// What the reference frame is called, as in "in the reference frame J2000".
+    fn reference_frame(&self) -> String {
+        let name = self.identity.reference_frame.as_ref();
+        name.map_or("reference frame".into(), |name| format!("reference frame {name}"))
+    }
+
+    /// The times of the rows of inputs: Lie–Euler has none at the first node.
+    fn input_times(&self) -> &'a [f64] {
+        let time = &self.trajectory().time;
+        &time[self.problem.scheme.first_input().min(time.len())..]
+    }
+
+    /// A line of values of the inputs, one a row: with corners where the plan holds them over its steps.
+    fn input_line(&self, name: impl Into<String>, style: usize, values: Vec<f64>) -> Curve {
+        if !self.problem.switches() {
+            return line(name, style, self.input_times(), values.into_iter());
+        }
+        let time: Vec<f64> = self.trajectory().time.windows(2).flatten().copied().collect();
+        line(name, style, &time, values.into_iter().flat_map(|value| [value, value]))
+    }
+}
+
+/// What there is to see of a plan, in the order of a report; nothing where there is no trajectory but the convergence.
+pub fn pictures(subject: &Subject) -> Vec<Shown> {
+    let mut shown = Vec::new();
+    if !subject.trajectory().time.is_empty() {
+        shown.push(sphere::sky(subject));
+        shown.extend(charts::inputs(subject));
+        shown.extend(switching::chart(subject));
+        shown.extend(charts::of_motion(subject));
+        shown.extend(attitude::charts(subject));
+        shown.extend(charts::costates(subject));
+        shown.extend(hamiltonian::chart(subject));
+    }
+    shown.extend(convergence::chart(subject));
+    shown
+}
+
+/// A line through values at times, thinned.
+fn line(name: impl Into<String>, style: usize, time: &[f64], values: impl Iterator<Item = f64>) -> Curve {
+    let points: Vec<(f64, f64)> = time.iter().copied().zip(values).collect();
+    Curve { name: name.into(), style, shape: Shape::Line(thinned(&points, MOST_POINTS)) }
+}

@@ -1,0 +1,312 @@
+//! One HTML file that shows a plan and needs nothing else: no network, no other file.
+//!
+//! Text from a spec is escaped where it is text, and in the data of the script every `<` is, so that nothing in it
+//! ends a tag. Without a script the words and the tables are there.
+
+use super::body::body;
+use super::document::document;
+use super::summary::{self, Tone};
+use super::words::{Table, proved, tables};
+use super::{
+    CASE_KEYS, COMPARISON_KEYS, INTEGRATOR_KEYS, MOST_POINTS, Shown, Subject, hamiltonian, pictures,
+};
+use crate::draw::{Map, Picture, escape};
+use serde_json::Value;
+use slewkit::maneuver::{Problem, Settings};
+use slewkit::plan::Plan;
+use slewkit_files::identity::Identity;
+use std::fmt::Write;
+
+impl Tone {
+    fn class(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Bad => "bad",
+            Self::Note => "note",
+        }
+    }
+
+    fn sign(self) -> &'static str {
+        match self {
+            Self::Good => "✓",
+            Self::Bad => "✗",
+            Self::Note => "!",
+        }
+    }
+}
+
+/// What is told in words.
+pub(super) struct Words {
+    /// The verdict, as in "solved and verified".
+    pub verdict: String,
+    /// What it means.
+    pub tone: Tone,
+    /// The summary: labels and texts; one without a label goes on from the one before.
+    pub summary: Vec<(String, String)>,
+}
+
+/// What wrote a page.
+const GENERATOR: &str = concat!("slewkit ", env!("CARGO_PKG_VERSION"), ", `slew report`");
+
+const STYLE: &str = include_str!("page/style.css");
+
+/// The parts of the script, in the order in which they need each other.
+const SCRIPT: [&str; 6] = [
+    include_str!("page/base.js"),
+    include_str!("page/chart.js"),
+    include_str!("page/sky.js"),
+    include_str!("page/body.js"),
+    include_str!("page/euler.js"),
+    include_str!("page/start.js"),
+];
+
+/// Headings of the groups of pictures, and the pictures in each.
+const GROUPS: [(&str, &str, &[&str]); 9] = [
+    ("cases", "Over the cases", &CASE_KEYS),
+    ("compared", "Side by side", &COMPARISON_KEYS),
+    ("integrators", "Side by side", INTEGRATOR_KEYS),
+    ("directions", "Where the boresights go", &["sky"]),
+    (
+        "limits",
+        "Inputs, rates and momenta",
+        &["inputs", "forces", "switching", "rates", "wheel_momentum", "position", "velocity", "clearance"],
+    ),
+    ("attitude", "Attitude", &["euler", "quaternion", "error"]),
+    (
+        "costates",
+        "Costates and Hamiltonian",
+        &["costates_attitude", "costates_momentum", "costates_position", "costates_linear", "hamiltonian"],
+    ),
+    ("kept", "What is conserved", &["energy", "angular_momentum", "orthogonality"]),
+    ("convergence", "Convergence", &["convergence"]),
+];
+
+/// What stands on a page.
+pub(super) struct Content<'a> {
+    pub name: &'a str,
+    pub words: &'a Words,
+    /// Sentences about what is proved.
+    pub proved: Vec<String>,
+    pub shown: Vec<Shown>,
+    /// What a group of pictures, named by its section, lacks and why.
+    pub missing: Option<(&'static str, String)>,
+    pub tables: Vec<Table>,
+    /// The body in motion, or `null`.
+    pub body: Value,
+    /// Nodes of the trajectory.
+    pub nodes: usize,
+}
+
+/// The page of a plan, with the words of its summary; `sequence` is that of the Euler angles, one of
+/// [`slewkit_files::export::EULER_SEQUENCES`].
+pub fn plan_page(
+    problem: &Problem,
+    settings: &Settings,
+    plan: &Plan,
+    identity: &Identity,
+    sequence: &str,
+) -> String {
+    let subject = &Subject::new(problem, plan, identity, sequence);
+    let (verdict, tone) = summary::verdict(plan);
+    let lines = summary::told(false, problem, settings, plan, identity);
+    let mut summary: Vec<_> = lines.iter().map(|line| summary::parts(line)).collect();
+    summary.extend(named(identity));
+    written(&Content {
+        name: &problem.name,
+        words: &Words { verdict: verdict.into(), tone, summary },
+        proved: proved(subject),
+        shown: pictures(subject),
+        missing: hamiltonian_missing(subject),
+        tables: tables(subject),
+        body: body(subject),
+        nodes: subject.trajectory().time.len(),
+    })
+}
+
+/// Why the page has no Hamiltonian, where it has a motion and none of it.
+fn hamiltonian_missing(subject: &Subject) -> Option<(&'static str, String)> {
+    let reason = hamiltonian::missing(subject).filter(|_| !subject.trajectory().time.is_empty())?;
+    Some(("costates", format!("No Hamiltonian: {reason}.")))
+}
+
+/// What the spec calls object and frames, and when time zero is.
+fn named(identity: &Identity) -> Vec<(String, String)> {
+    let told = [
+        ("object", identity.object.clone()),
+        ("epoch", identity.epoch.map(|epoch| epoch.to_string())),
+        ("attitudes", identity.frames()),
+    ];
+    told.into_iter().filter_map(|(label, text)| Some((label.to_string(), text?))).collect()
+}
+
+/// The text of a page.
+pub(super) fn written(content: &Content) -> String {
+    let Content { name, words, proved, shown, missing, tables, body, nodes } = content;
+    let name = if name.is_empty() { "Without a name" } else { name };
+    let mut html = String::new();
+    head(&mut html, name);
+    verdict(&mut html, name, words);
+    if !proved.is_empty() {
+        section(&mut html, "proved", "What is proved", |html| {
+            html.push_str("<ul class=\"proved\">\n");
+            for sentence in proved {
+                let _ = writeln!(html, "<li>{}</li>", escape(sentence));
+            }
+            html.push_str("</ul>\n");
+        });
+    }
+    section(&mut html, "summary", "Summary", |html| summary(html, words));
+    for (id, heading, keys) in GROUPS {
+        let shown: Vec<&Shown> = shown.iter().filter(|shown| keys.contains(&shown.key)).collect();
+        let missing = missing.as_ref().filter(|(section, _)| *section == id);
+        if !shown.is_empty() || missing.is_some() {
+            section(&mut html, id, heading, |html| {
+                figures(html, &shown);
+                if let Some((_, reason)) = missing {
+                    let _ = writeln!(html, "<p class=\"remark\">{}</p>", escape(reason));
+                }
+            });
+        }
+    }
+    for table in tables {
+        let id = table.title.to_lowercase().replace(' ', "-");
+        section(&mut html, &id, table.title, |html| write_table(html, table));
+    }
+    if !body.is_null() {
+        section(&mut html, "body", "The body in motion", stage);
+    }
+    foot(&mut html, !shown.is_empty(), *nodes);
+    // JSON knows `\u003c` for `<`, and no other sign of it means anything to HTML.
+    let data = document(shown, body).to_string().replace('<', "\\u003c");
+    let _ = writeln!(html, "<script type=\"application/json\" id=\"data\">{data}</script>");
+    let _ = writeln!(html, "<script>\n\"use strict\";\n(() => {{\n{}}})();\n</script>", SCRIPT.concat());
+    html.push_str("</body>\n</html>\n");
+    html
+}
+
+fn head(html: &mut String, name: &str) {
+    let _ = write!(
+        html,
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta name=\"color-scheme\" content=\"light dark\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; \
+         script-src 'unsafe-inline'; img-src data:\">\n\
+         <title>{}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n",
+        escape(name)
+    );
+}
+
+fn verdict(html: &mut String, name: &str, words: &Words) {
+    let (class, sign) = (words.tone.class(), words.tone.sign());
+    let _ = write!(
+        html,
+        "<header>\n<h1>{}</h1>\n<p class=\"verdict {class}\"><span aria-hidden=\"true\">{sign}</span> {}</p>\n</header>\n\
+         <noscript><p class=\"remark\">The pictures need JavaScript; words and tables are below, and `slew plot` draws \
+         files.</p></noscript>\n<main>\n",
+        escape(name),
+        escape(&words.verdict)
+    );
+}
+
+fn section(html: &mut String, id: &str, heading: &str, content: impl FnOnce(&mut String)) {
+    let _ = writeln!(html, "<section id=\"{id}\">\n<h2>{}</h2>", escape(heading));
+    content(html);
+    html.push_str("</section>\n");
+}
+
+fn summary(html: &mut String, words: &Words) {
+    html.push_str("<dl class=\"summary\">\n");
+    for (index, (label, text)) in words.summary.iter().enumerate() {
+        if !label.is_empty() || index == 0 {
+            let _ = writeln!(html, "<dt>{}</dt>", escape(label));
+        }
+        let _ = writeln!(html, "<dd>{}</dd>", escape(text));
+    }
+    html.push_str("</dl>\n");
+}
+
+fn figures(html: &mut String, shown: &[&Shown]) {
+    html.push_str("<div class=\"figures\">\n");
+    for shown in shown {
+        let title = escape(shown.picture.title());
+        let mut remark = match &shown.picture {
+            Picture::Chart(chart) => chart.subtitle.clone(),
+            Picture::Sky(sky) => sky.subtitle.clone(),
+            Picture::Map(map) => map.subtitle.clone(),
+        };
+        if !remark.is_empty() && !shown.remark.is_empty() {
+            remark.push_str("; ");
+        }
+        remark.push_str(&shown.remark);
+        if let Picture::Map(map) = &shown.picture {
+            // The caption has title and subtitle.
+            let bare = Map { title: String::new(), subtitle: String::new(), ..map.clone() };
+            let (key, svg) = (shown.key, bare.svg());
+            let remark = escape(&remark);
+            let _ = writeln!(
+                html,
+                "<figure id=\"fig-{key}\"><figcaption><b>{title}</b> <span class=\"remark\">{remark}</span></figcaption>\
+                 {svg}</figure>"
+            );
+            continue;
+        }
+        let _ = writeln!(
+            html,
+            "<figure id=\"fig-{0}\" data-key=\"{0}\"><figcaption><b>{title}</b> <span class=\"remark\">{1}</span>\
+             </figcaption><div class=\"plot\" tabindex=\"0\" role=\"img\" aria-label=\"{title}\"></div>\
+             <div class=\"legend\"></div></figure>",
+            shown.key,
+            escape(&remark)
+        );
+    }
+    html.push_str("</div>\n");
+}
+
+fn write_table(html: &mut String, table: &Table) {
+    html.push_str("<div class=\"wide\"><table>\n<thead><tr>");
+    for cell in &table.head {
+        let _ = write!(html, "<th scope=\"col\">{}</th>", escape(cell));
+    }
+    html.push_str("</tr></thead>\n<tbody>\n");
+    for row in &table.rows {
+        html.push_str("<tr>");
+        for cell in row {
+            let _ = write!(html, "<td>{}</td>", escape(cell));
+        }
+        html.push_str("</tr>\n");
+    }
+    html.push_str("</tbody>\n</table></div>\n");
+    if !table.remark.is_empty() {
+        let _ = writeln!(html, "<p class=\"remark\">{}</p>", escape(table.remark));
+    }
+}
+
+fn stage(html: &mut String) {
+    html.push_str(
+        "<div class=\"stage\"><canvas id=\"stage\" role=\"img\" aria-label=\"the body as it turns\" tabindex=\"0\">\
+         </canvas></div>\n<div class=\"controls\"><button id=\"play\" type=\"button\">Play</button>\
+         <input id=\"slider\" type=\"range\" min=\"0\" max=\"1000\" value=\"0\" step=\"1\" aria-label=\"time\">\
+         <output id=\"clock\"></output></div>\n<div class=\"legend\" id=\"stage-legend\"></div>\n<p class=\"remark\">A box \
+         in the place of the body, of its principal moments where they are known. Drag to look from elsewhere, or use the arrow keys; the slider is the time of \
+         the cursor in every chart.</p>\n",
+    );
+}
+
+fn foot(html: &mut String, charts: bool, nodes: usize) {
+    html.push_str("</main>\n<footer>\n<p>");
+    if charts {
+        html.push_str(
+            "In the charts: move or tap for values, drag to zoom, double click or 0 for everything; with the keyboard, \
+             arrows move the cursor, + and − zoom.",
+        );
+    }
+    if nodes > MOST_POINTS {
+        let _ = write!(
+            html,
+            " Curves show at most {MOST_POINTS} of {nodes} points, with the lowest and the highest of each stretch; the \
+             file that the report is made of has all."
+        );
+    }
+    let _ = writeln!(html, "</p>\n<p>{}</p>\n</footer>", escape(GENERATOR));
+}

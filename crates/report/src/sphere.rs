@@ -1,0 +1,127 @@
+//! What the boresights see: their tracks on the sphere of directions, with the cones of the spec.
+
+use super::{MOST_POINTS, Shown, Subject};
+use crate::draw::{Picture, Sky, SkyCone, SkyMark, SkyTrack};
+use slewkit::maneuver::{Direction, Pointing, Rule, Side};
+use slewkit::{Matrix3, Vector3, lie};
+
+/// A direction fixed in the body, with the names of the constraints that speak of it.
+pub(super) struct Boresight {
+    pub name: String,
+    pub vector: Vector3,
+}
+
+/// The boresights of all constraints, each once; the body axes where there are none.
+pub(super) fn boresights(subject: &Subject) -> Vec<Boresight> {
+    let mut found: Vec<Boresight> = Vec::new();
+    for (name, pointing) in cones(subject) {
+        for (index, vector) in pointing.boresights.iter().enumerate() {
+            if found.iter().any(|other| (other.vector - vector).norm() < 1e-9) {
+                continue;
+            }
+            let several = pointing.boresights.len() > 1;
+            let number = if several { format!(" {}", index + 1) } else { String::new() };
+            found.push(Boresight { name: format!("boresight{number}: {name}"), vector: *vector });
+        }
+    }
+    if found.is_empty() {
+        found.extend(body_axes());
+    }
+    found
+}
+
+/// The axes of the body, where nothing else is to be followed.
+pub(super) fn body_axes() -> [Boresight; 3] {
+    let axes = [("body x", Vector3::x()), ("body y", Vector3::y()), ("body z", Vector3::z())];
+    axes.map(|(name, vector)| Boresight { name: name.into(), vector })
+}
+
+/// Constraints on pointing.
+pub(super) fn cones<'a>(subject: &Subject<'a>) -> impl Iterator<Item = (&'a str, &'a Pointing)> {
+    subject.problem.constraints.iter().filter_map(|constraint| match &constraint.rule {
+        Rule::Pointing(pointing) => Some((constraint.name.as_str(), pointing)),
+        Rule::RateNorm(_) | Rule::RateAxes(_) => None,
+    })
+}
+
+/// The attitudes of some nodes, at most [`MOST_POINTS`], both ends included.
+fn attitudes(quaternions: &[[f64; 4]]) -> Vec<Matrix3> {
+    let stride = quaternions.len().div_ceil(MOST_POINTS).max(1);
+    let last = quaternions.last().filter(|_| !(quaternions.len() - 1).is_multiple_of(stride));
+    quaternions.iter().step_by(stride).chain(last).map(lie::rotation_from_quaternion).collect()
+}
+
+/// The map.
+pub(super) fn sky(subject: &Subject) -> Shown {
+    let frame_rate = subject.problem.environment.frame_rate();
+    let tracks = tracks(boresights(subject), &subject.trajectory().quaternion);
+    let mut discs = Vec::new();
+    let mut marks = Vec::new();
+    let mut moving = false;
+    for (name, pointing) in cones(subject) {
+        for direction in &pointing.directions {
+            moving |= moves(direction, &frame_rate);
+            discs.push(SkyCone {
+                name: name.into(),
+                axis: direction.vector,
+                half_angle: pointing.effective_half_angle(),
+                inside_forbidden: pointing.side == Side::KeepOut,
+            });
+            marks.push(SkyMark { name: String::new(), at: direction.vector });
+        }
+    }
+    // Where the end asked for is, the track may not be: a plan that failed.
+    for (track, boresight) in tracks.iter().zip(boresights(subject)) {
+        let target = subject.problem.end.attitude * boresight.vector;
+        let ends = track.points.last().map_or(f64::INFINITY, |end| (end - target).norm());
+        if ends > 0.02 {
+            marks.push(SkyMark { name: "target".into(), at: target });
+        }
+    }
+    let inertial = frame_rate == Vector3::zeros();
+    let angles = if inertial { ["right ascension", "declination"] } else { ["longitude", "latitude"] };
+    let kind = if inertial { "inertial" } else { "which turns" };
+    let remark = match (discs.is_empty(), moving) {
+        (true, _) => "the spec has no boresight: the body axes are shown".into(),
+        (false, false) => String::new(),
+        (false, true) => "directions fixed in space move here: their cones stand as at the start".into(),
+    };
+    let sky = Sky {
+        title: "Boresights on the sphere of directions".into(),
+        subtitle: format!("in the {}, {kind}", subject.reference_frame()),
+        cones: discs,
+        tracks,
+        marks,
+        angles: angles.map(String::from),
+    };
+    Shown { key: "sky", picture: Picture::Sky(sky), remark }
+}
+
+/// The ways of some directions of a body.
+fn tracks(boresights: impl IntoIterator<Item = Boresight>, quaternions: &[[f64; 4]]) -> Vec<SkyTrack> {
+    let attitudes = attitudes(quaternions);
+    let track = |(style, boresight): (usize, Boresight)| SkyTrack {
+        name: boresight.name,
+        style,
+        points: attitudes.iter().map(|attitude| attitude * boresight.vector).collect(),
+    };
+    boresights.into_iter().enumerate().map(track).collect()
+}
+
+/// The ways of the axes of a body that nothing is asked of.
+pub(super) fn axes_on_sphere(quaternions: &[[f64; 4]]) -> Shown {
+    let sky = Sky {
+        title: "Body axes on the sphere of directions".into(),
+        subtitle: "in the reference frame".into(),
+        cones: Vec::new(),
+        tracks: tracks(body_axes(), quaternions),
+        marks: Vec::new(),
+        angles: ["longitude", "latitude"].map(String::from),
+    };
+    Shown { key: "sky", picture: Picture::Sky(sky), remark: String::new() }
+}
+
+/// Whether a direction moves in the reference frame.
+pub(super) fn moves(direction: &Direction, frame_rate: &Vector3) -> bool {
+    !direction.turns_with_frame && *frame_rate != Vector3::zeros()
+}

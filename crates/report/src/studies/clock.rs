@@ -1,0 +1,47 @@
+//! Time that work takes.
+
+use std::time::Duration;
+
+/// Whether the system tells the CPU time of a thread, and what [`thread_time`] is therefore.
+const TOLD: bool = cfg!(unix);
+
+/// What [`thread_time`] measures, for labels.
+pub const THREAD_TIME: &str = if TOLD { "CPU time" } else { "wall time" };
+
+/// Head of a column of what [`thread_time`] measures.
+pub const THREAD_TIME_S: &str = if TOLD { "CPU time, s" } else { "wall time, s" };
+
+/// CPU time of this thread since some moment: what others do on the machine is not in it, and neither is the share of other
+/// threads. Where the system does not tell it, elapsed time.
+pub fn thread_time() -> Duration {
+    #[cfg(unix)]
+    {
+        let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+        Duration::new(time.tv_sec.max(0) as u64, time.tv_nsec.clamp(0, 999_999_999) as u32)
+    }
+    #[cfg(not(unix))]
+    {
+        use std::sync::OnceLock;
+        use std::time::Instant;
+        static BEGAN: OnceLock<Instant> = OnceLock::new();
+        BEGAN.get_or_init(Instant::now).elapsed()
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use std::time::Instant;
+
+    #[test]
+    fn sleep_takes_no_time_and_work_does() {
+        let (began, wall) = (thread_time(), Instant::now());
+        std::thread::sleep(Duration::from_millis(60));
+        assert!(thread_time() - began < Duration::from_millis(30));
+        let mut sum = 0.0_f64;
+        while thread_time() - began < Duration::from_millis(20) {
+            sum += std::hint::black_box(sum).sin();
+        }
+        assert!(wall.elapsed() >= Duration::from_millis(80));
+    }
+}

@@ -1,0 +1,109 @@
+//! Errors over time, and the motion itself, in bounded memory.
+
+use super::sample::{Sample, Scales};
+use slewkit::mechanics::environment::Pose;
+use slewkit::propagate::integrator::{Kind, System, SystemState};
+
+/// Stretches of time that a history is made of.
+const MOMENTS: usize = 500;
+
+/// Poses of each body that a path is made of, at most.
+const POSES: u64 = 4000;
+
+/// A method over time, at one step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct History {
+    /// The method.
+    pub kind: Kind,
+    /// Its step \[s\].
+    pub step: f64,
+    /// Energy at the start \[J\].
+    pub start_energy: f64,
+    /// Stretches of equal length in order; those without a sample are left out.
+    pub moments: Vec<Moment>,
+}
+
+/// A stretch of time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// Its middle \[s\].
+    pub time: f64,
+    /// Lowest and highest `(E − E₀)/(T₀ + |U₀|)`.
+    pub energy: (f64, f64),
+    /// Largest energy error `e_E`.
+    pub energy_error: f64,
+    /// Largest orthogonality error `e_R`.
+    pub orthogonality: f64,
+    /// Largest error of the angular momentum `e_L`.
+    pub angular_momentum: f64,
+}
+
+/// The motion of all bodies.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Path {
+    /// Poses of each body, evenly spaced in time from the start.
+    pub poses: Vec<Vec<Pose>>,
+    /// Whether each body translates.
+    pub moves: Vec<bool>,
+    /// Time from one pose to the next, in steps.
+    pub stride: u64,
+}
+
+/// Records while a method runs.
+pub(super) struct Recorder {
+    horizon: f64,
+    start_energy: f64,
+    moments: Vec<Option<Moment>>,
+    path: Option<(Path, u64)>,
+}
+
+impl Recorder {
+    pub fn new(scales: &Scales, horizon: f64) -> Self {
+        Self { horizon, start_energy: scales.start.energy, moments: vec![None; MOMENTS], path: None }
+    }
+
+    /// Also records the poses of the first `steps` steps.
+    pub fn follow(&mut self, system: &System, start: &SystemState, steps: u64) {
+        let path = Path {
+            poses: start.poses().iter().map(|pose| vec![*pose]).collect(),
+            moves: system.bodies().iter().map(|body| body.mass.is_some()).collect(),
+            stride: steps.div_ceil(POSES).max(1),
+        };
+        self.path = Some((path, steps));
+    }
+
+    pub fn pose(&mut self, step: u64, state: &SystemState) {
+        let Some((path, steps)) = &mut self.path else { return };
+        if step <= *steps && step.is_multiple_of(path.stride) {
+            for (poses, pose) in path.poses.iter_mut().zip(state.poses()) {
+                poses.push(*pose);
+            }
+        }
+    }
+
+    pub fn add(&mut self, time: f64, sample: &Sample) {
+        let index = (time / self.horizon * MOMENTS as f64) as usize;
+        let slot = &mut self.moments[index.min(MOMENTS - 1)];
+        let middle = (index.min(MOMENTS - 1) as f64 + 0.5) / MOMENTS as f64 * self.horizon;
+        let moment = slot.get_or_insert(Moment {
+            time: middle,
+            energy: (sample.energy, sample.energy),
+            energy_error: 0.0,
+            orthogonality: 0.0,
+            angular_momentum: 0.0,
+        });
+        moment.energy = (moment.energy.0.min(sample.energy), moment.energy.1.max(sample.energy));
+        moment.energy_error = moment.energy_error.max(sample.energy_error);
+        moment.orthogonality = moment.orthogonality.max(sample.orthogonality);
+        moment.angular_momentum = moment.angular_momentum.max(sample.angular);
+    }
+
+    pub fn history(&self, kind: Kind, step: f64) -> History {
+        let moments = self.moments.iter().copied().flatten().collect();
+        History { kind, step, start_energy: self.start_energy, moments }
+    }
+
+    pub fn path(self) -> Option<Path> {
+        self.path.map(|(path, _)| path)
+    }
+}

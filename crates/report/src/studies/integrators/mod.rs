@@ -1,0 +1,349 @@
+//! Work and precision of integrators on one motion, side by side.
+//!
+//! ```text
+//! e_E = |E − E₀| / (T₀ + |U₀|)           energy, of the kinetic and potential energy at the start
+//! e_L = |L − L₀| / Σ|x_i×γ_i + R_iΠ_i|   angular momentum; likewise e_P = |P − P₀| / Σ|γ_i|
+//! e_R = max_i ‖I − R_iᵀR_i‖              orthogonality (Frobenius)
+//! ```
+//!
+//! A [`Study`] names methods, steps and horizons; [`Study::run`] gives a [`WorkPrecision`]: for each of them
+//! the errors above, largest and in the mean, and the work: time, evaluations of the potential, iterations. From
+//! the rows follows what each method has to work for the same mean energy error ([`EqualError`]), interpolated
+//! between the steps on logarithmic axes, and [`figures`] draws them: the comparison of section 3.4 of
+//! the survey, its figures 2 and 3.
+//!
+//! A ratio of work says little without its error level and its horizon: the energy error of a
+//! symplectic method is bounded and that of others grows, so every such ratio grows with the horizon.
+//! On short smooth arcs methods of high order win.
+
+mod at_equal_error;
+pub mod figures;
+mod history;
+mod run;
+mod sample;
+mod table;
+#[cfg(test)]
+mod tests;
+
+pub use at_equal_error::{Bound, EqualError};
+pub use history::{History, Moment, Path};
+pub use run::{Errors, IntegratorRun, Name};
+pub use table::{EQUAL, RUNS, equal_row, run_row};
+
+use history::Recorder;
+use run::Measured;
+use serde::Serialize;
+use slewkit::numerics::figures::short;
+use slewkit::propagate::integrator::{self, Kind, System, SystemError, SystemState};
+use slewkit::propagate::simulate::Simulation;
+use std::ops::ControlFlow;
+use thiserror::Error;
+
+/// What to compare.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Study {
+    /// The methods; the work of all is compared with that of the first.
+    pub kinds: Vec<Kind>,
+    /// Their steps \[s\], longest first.
+    pub steps: Vec<f64>,
+    /// How long to follow the motion \[s\], shortest first; each is a whole number of every step.
+    pub horizons: Vec<f64>,
+    /// Mean energy errors `e_E` at which work is compared. None: 1, 3, 10, 30, … times a power of ten, five at most,
+    /// within what the first method reaches to the longest horizon, and above round-off.
+    pub levels: Vec<f64>,
+    /// The step whose runs are recorded over time, one of `steps` \[s\].
+    pub shown_step: f64,
+    /// Settings of the methods that have any.
+    pub settings: integrator::ErrorControl,
+    /// Times a run is repeated to find its shortest time: short ones are more often, those of more than a second
+    /// are not.
+    pub repeats: u32,
+}
+
+/// What is asked of a study; empty lists leave what a survey has.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Asked {
+    /// [`Study::kinds`].
+    pub kinds: Vec<Kind>,
+    /// [`Study::steps`] \[s\].
+    pub steps: Vec<f64>,
+    /// [`Study::horizons`] \[s\].
+    pub horizons: Vec<f64>,
+    /// [`Study::levels`].
+    pub levels: Vec<f64>,
+}
+
+/// Why a study cannot be made.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum StudyError {
+    /// A list is empty or too long.
+    #[error("a comparison needs 1 to {limit} {what}, not {found}")]
+    Count {
+        /// What the list holds.
+        what: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many there may be.
+        limit: usize,
+    },
+    /// A number is not positive and finite, or the list is not in order.
+    #[error("the {what} must be positive numbers in {order} order, {value} is not")]
+    Order {
+        /// What the list holds.
+        what: &'static str,
+        /// The order asked for.
+        order: &'static str,
+        /// The first number that breaks it.
+        value: f64,
+    },
+    /// A horizon is not a whole number of steps.
+    #[error(
+        "the step {} s does not divide the horizon {} s; the next that does is {} s",
+        short(*step), short(*horizon), short(horizon / (horizon / step).ceil().max(1.0))
+    )]
+    Division {
+        /// The step \[s\].
+        step: f64,
+        /// The horizon \[s\].
+        horizon: f64,
+    },
+    /// More steps than anyone waits for.
+    #[error(
+        "{steps:.1e} steps of {} s to the horizon {} s are too many, at most {:.0e} are taken",
+        short(*step), short(*horizon), Study::STEPS
+    )]
+    TooManySteps {
+        /// Steps to the horizon.
+        steps: f64,
+        /// The step \[s\].
+        step: f64,
+        /// The horizon \[s\].
+        horizon: f64,
+    },
+    /// The step to show is none of the steps.
+    #[error("the step to show, {} s, is none of the steps compared", short(*step))]
+    ShownStep {
+        /// The step \[s\].
+        step: f64,
+    },
+    /// The state is not one of the system, or a setting is unusable.
+    #[error(transparent)]
+    System(#[from] SystemError),
+}
+
+/// How far a study has come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StudyProgress {
+    /// The method that runs.
+    pub kind: Kind,
+    /// Its step \[s\].
+    pub step: f64,
+    /// Runs done, and in all; each is made once to watch it and again to time it.
+    pub runs: (usize, usize),
+}
+
+/// What a study found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WorkPrecision {
+    /// Energy that energy errors are relative to, `T₀ + |U₀|` \[J\].
+    pub energy_scale_j: f64,
+    /// Mean energy errors at which work is compared.
+    pub levels: Vec<f64>,
+    /// A row per method, step and horizon, in this order.
+    pub runs: Vec<IntegratorRun>,
+    /// A row per horizon, level and method, in this order.
+    pub equal_error: Vec<EqualError>,
+    /// The methods over time at the step shown, to the longest horizon.
+    #[serde(skip)]
+    pub histories: Vec<History>,
+    /// The motion over the horizon in the middle, by the first method at the shortest step.
+    #[serde(skip)]
+    pub path: Path,
+    /// Whether the study was stopped before its end; what it has found so far is there.
+    pub interrupted: bool,
+}
+
+impl Study {
+    /// Most methods, steps, horizons or levels.
+    pub const COUNT: usize = 32;
+    /// Most steps to a horizon.
+    pub const STEPS: f64 = 1e9;
+
+    /// The comparison of the survey's section 3.4: Lie–Verlet (LGVI), Crouch–Grossman (LGM), explicit midpoint
+    /// (RK) and implicit midpoint (SRK).
+    pub const SURVEY: [Kind; 4] =
+        [Kind::LieVerlet, Kind::CrouchGrossman2, Kind::ExplicitMidpoint, Kind::ImplicitMidpoint];
+
+    /// The methods of the survey at 16, 8, 4, 2, 1, ½ and ¼ times `step`, over `duration`, a tenth and a hundredth
+    /// of it, to the nearest whole number of the longest step; levels are chosen. Short motions have shorter steps and
+    /// fewer horizons. Both are in seconds.
+    pub fn survey(step: f64, duration: f64) -> Self {
+        let step = step.min(duration);
+        let factors = [16.0, 8.0, 4.0, 2.0, 1.0];
+        let factor = factors.into_iter().find(|factor| 100.0 * factor * step <= duration).unwrap_or(1.0);
+        let longest = factor * step;
+        let mut horizons =
+            [0.01, 0.1, 1.0].map(|part| (part * duration / longest).round().max(1.0) * longest).to_vec();
+        horizons.dedup_by(|a, b| a <= b);
+        Self {
+            kinds: Self::SURVEY.to_vec(),
+            steps: (0..7)
+                .map(|halvings| longest * 0.5_f64.powi(halvings))
+                .filter(|shorter| *shorter >= step || duration / shorter <= Self::STEPS)
+                .collect(),
+            horizons,
+            levels: Vec::new(),
+            shown_step: step,
+            settings: integrator::ErrorControl::default(),
+            repeats: 3,
+        }
+    }
+
+    /// The survey of a motion at its own step over its own duration, with its own integrator too, and what is asked for
+    /// instead.
+    pub fn of(simulation: &Simulation, asked: &Asked) -> Self {
+        let mut study = Self::survey(simulation.step(), simulation.duration);
+        study.settings = simulation.settings;
+        if !Self::SURVEY.contains(&simulation.kind) {
+            study.kinds.push(simulation.kind);
+        }
+        let lists = [
+            (&mut study.steps, &asked.steps),
+            (&mut study.horizons, &asked.horizons),
+            (&mut study.levels, &asked.levels),
+        ];
+        for (list, asked) in lists.into_iter().filter(|(_, asked)| !asked.is_empty()) {
+            list.clone_from(asked);
+        }
+        if !asked.kinds.is_empty() {
+            study.kinds.clear();
+            for kind in &asked.kinds {
+                if !study.kinds.contains(kind) {
+                    study.kinds.push(*kind);
+                }
+            }
+        }
+        // The step of the spec, or that in the middle of those asked for.
+        if !asked.steps.is_empty() {
+            study.shown_step = asked.steps[asked.steps.len() / 2];
+        }
+        study
+    }
+
+    /// Steps of `step` to `horizon`.
+    fn count(step: f64, horizon: f64) -> u64 {
+        (horizon / step).round() as u64
+    }
+
+    /// Whether the study can be made.
+    ///
+    /// # Errors
+    /// A [`StudyError`] that says what is wrong.
+    pub fn check(&self) -> Result<(), StudyError> {
+        let count = |what, found: usize| match found {
+            1..=Self::COUNT => Ok(()),
+            _ => Err(StudyError::Count { what, found, limit: Self::COUNT }),
+        };
+        count("methods", self.kinds.len())?;
+        count("steps", self.steps.len())?;
+        count("horizons", self.horizons.len())?;
+        if !self.levels.is_empty() {
+            count("error levels", self.levels.len())?;
+        }
+        in_order("steps", &self.steps, "falling", |before, value| value < before)?;
+        in_order("horizons", &self.horizons, "rising", |before, value| value > before)?;
+        in_order("error levels", &self.levels, "falling", |before, value| value < before)?;
+        for (&step, &horizon) in self.steps.iter().flat_map(|s| self.horizons.iter().map(move |t| (s, t))) {
+            let steps = horizon / step;
+            if steps > Self::STEPS {
+                return Err(StudyError::TooManySteps { steps, step, horizon });
+            }
+            if steps < 0.5 || (steps - steps.round()).abs() > 1e-9 * steps {
+                return Err(StudyError::Division { step, horizon });
+            }
+        }
+        // One of the list itself, not the result of arithmetic.
+        if !self.steps.iter().any(|step| step.to_bits() == self.shown_step.to_bits()) {
+            return Err(StudyError::ShownStep { step: self.shown_step });
+        }
+        Ok(())
+    }
+
+    /// Runs every method with every step from `start`. `watch` hears of progress a few times a second and may
+    /// stop the study. A method that fails on its way has rows without errors that say why.
+    ///
+    /// # Errors
+    /// A [`StudyError`] before anything is run.
+    pub fn run(
+        &self,
+        system: &System,
+        start: &SystemState,
+        watch: &mut dyn FnMut(&StudyProgress) -> ControlFlow<()>,
+    ) -> Result<WorkPrecision, StudyError> {
+        self.check()?;
+        system.check(start)?;
+        let scales = sample::Scales::of(system, start);
+        let mut found = WorkPrecision {
+            energy_scale_j: scales.energy,
+            levels: self.levels.clone(),
+            runs: Vec::new(),
+            equal_error: Vec::new(),
+            histories: Vec::new(),
+            path: Path::default(),
+            interrupted: false,
+        };
+        let total = self.kinds.len() * self.steps.len();
+        let mut done = 0;
+        for (first, kind) in self.kinds.iter().copied().enumerate().map(|(index, kind)| (index == 0, kind)) {
+            for (index, &step) in self.steps.iter().enumerate() {
+                let progress = StudyProgress { kind, step, runs: (done, total) };
+                let horizons = self.horizons.iter().map(|&horizon| Self::count(step, horizon)).collect();
+                let mut recorder = Recorder::new(&scales, *self.horizons.last().expect("checked"));
+                if first && index + 1 == self.steps.len() {
+                    recorder.follow(system, start, Self::count(step, self.horizons[self.horizons.len() / 2]));
+                }
+                let setup = run::Setup { system, start, kind, step, horizons, settings: self.settings };
+                let mut go_on = || watch(&progress);
+                let Measured { rows, stopped } =
+                    setup.measure(&scales, &self.horizons, self.repeats, &mut recorder, &mut go_on)?;
+                if stopped {
+                    found.interrupted = true;
+                    return Ok(self.compared(found));
+                }
+                found.runs.extend(rows);
+                if step.to_bits() == self.shown_step.to_bits() {
+                    found.histories.push(recorder.history(kind, step));
+                }
+                if let Some(path) = recorder.path() {
+                    found.path = path;
+                }
+                done += 1;
+            }
+        }
+        Ok(self.compared(found))
+    }
+
+    fn compared(&self, mut found: WorkPrecision) -> WorkPrecision {
+        if found.levels.is_empty() {
+            found.levels = at_equal_error::levels(self, &found.runs);
+        }
+        found.equal_error = at_equal_error::table(self, &found.levels, &found.runs);
+        found
+    }
+}
+
+/// Positive finite numbers, each of which stands `in_order` after the one before it.
+fn in_order(
+    what: &'static str,
+    values: &[f64],
+    order: &'static str,
+    in_order: impl Fn(f64, f64) -> bool,
+) -> Result<(), StudyError> {
+    for (index, &value) in values.iter().enumerate() {
+        let fits = index == 0 || in_order(values[index - 1], value);
+        if !(fits && value > 0.0 && value.is_finite()) {
+            return Err(StudyError::Order { what, order, value });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,257 @@
+//! One method with one step: once to watch what it conserves, and again to time it.
+
+use super::StudyError;
+use super::history::Recorder;
+use super::sample::{Sample, Scales};
+use crate::studies::clock::thread_time;
+use serde::{Deserialize, Deserializer, Serialize};
+use slewkit::numerics::figures::short;
+use slewkit::propagate::integrator::{ErrorControl, Integrator, Kind, StepError, System, SystemState, Work};
+use std::ops::ControlFlow;
+
+/// States looked at to the longest horizon, about; evenly spaced.
+const SAMPLES: u64 = 200_000;
+
+/// Steps between two looks at the clock and at whether to go on.
+const CHUNK: u64 = 1024;
+
+/// Time that the repetitions of a run take at least, and time after which it is not repeated \[s\].
+const SHORT: f64 = 0.02;
+const LONG: f64 = 1.0;
+
+/// Most repetitions of a run.
+const MOST_REPEATS: u32 = 100;
+
+/// A method with a step, to a horizon.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct IntegratorRun {
+    /// Name of the method.
+    #[serde(deserialize_with = "name")]
+    pub method: Name,
+    /// The step \[s\].
+    pub step_s: f64,
+    /// The horizon \[s\].
+    pub horizon_s: f64,
+    /// Steps to it.
+    pub steps: u64,
+    /// What was not conserved; `None`: the method did not come so far.
+    #[serde(flatten)]
+    pub errors: Option<Errors>,
+    /// Evaluations of the potential, each for all bodies at once.
+    pub force_evaluations: u64,
+    /// Newton or fixed-point iterations, summed over the bodies where each has its own.
+    pub iterations: u64,
+    /// Least CPU time of all repetitions, of the thread that steps \[s\]; wall time without the feature `cpu-time`.
+    /// Where many points attract each other on several threads it is the share of that one.
+    pub time_s: f64,
+    /// Why the method did not come to the horizon.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub failure: Option<String>,
+}
+
+/// A name of [`Kind::NAMES`].
+pub type Name = &'static str;
+
+/// The name of a method that there is.
+pub(super) fn name<'de, D: Deserializer<'de>>(from: D) -> Result<&'static str, D::Error> {
+    let name = String::deserialize(from)?;
+    name.parse().map(Kind::name).map_err(serde::de::Error::custom)
+}
+
+/// Errors of what an exact motion keeps, over the states looked at: every step, or evenly spaced ones of long runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Errors {
+    /// Largest `e_E`.
+    pub energy_error_max: f64,
+    /// Mean `e_E`.
+    pub energy_error_mean: f64,
+    /// Largest `e_R`.
+    pub orthogonality_error_max: f64,
+    /// Mean `e_R`.
+    pub orthogonality_error_mean: f64,
+    /// Largest `e_P`; of a body in a field, what the field has changed.
+    pub linear_momentum_error_max: f64,
+    /// Largest `e_L`; of a body in a field, what the field has changed.
+    pub angular_momentum_error_max: f64,
+}
+
+/// Errors of the samples so far.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    count: u64,
+    largest: Errors,
+}
+
+impl Sums {
+    /// False where a number is not finite.
+    fn add(&mut self, sample: &Sample) -> bool {
+        let errors = &mut self.largest;
+        self.count += 1;
+        errors.energy_error_max = errors.energy_error_max.max(sample.energy_error);
+        errors.energy_error_mean += sample.energy_error;
+        errors.orthogonality_error_max = errors.orthogonality_error_max.max(sample.orthogonality);
+        errors.orthogonality_error_mean += sample.orthogonality;
+        errors.linear_momentum_error_max = errors.linear_momentum_error_max.max(sample.linear);
+        errors.angular_momentum_error_max = errors.angular_momentum_error_max.max(sample.angular);
+        // `max` passes over a NaN, sums do not.
+        (sample.energy_error + sample.orthogonality + sample.linear + sample.angular).is_finite()
+    }
+
+    fn errors(&self) -> Errors {
+        let count = self.count.max(1) as f64;
+        Errors {
+            energy_error_mean: self.largest.energy_error_mean / count,
+            orthogonality_error_mean: self.largest.orthogonality_error_mean / count,
+            ..self.largest
+        }
+    }
+}
+
+/// What is run.
+pub(super) struct Setup<'a> {
+    pub system: &'a System,
+    pub start: &'a SystemState,
+    pub kind: Kind,
+    pub step: f64,
+    /// Steps to each horizon, rising.
+    pub horizons: Vec<u64>,
+    pub settings: ErrorControl,
+}
+
+/// A row per horizon, unless the study was stopped.
+pub(super) struct Measured {
+    pub rows: Vec<IntegratorRun>,
+    pub stopped: bool,
+}
+
+/// How a pass over the steps ended.
+enum End {
+    Reached,
+    Failed(String),
+    Stopped,
+}
+
+impl Setup<'_> {
+    fn method(&self) -> Result<Box<dyn Integrator>, StudyError> {
+        Ok(self.kind.start(self.system, self.start, self.step, &self.settings)?)
+    }
+
+    pub fn measure(
+        &self,
+        scales: &Scales,
+        horizons: &[f64],
+        repeats: u32,
+        recorder: &mut Recorder,
+        go_on: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> Result<Measured, StudyError> {
+        let mut reached: Vec<(Errors, Work)> = Vec::new();
+        let end = self.observe(scales, recorder, &mut reached, go_on)?;
+        let mut times = vec![f64::INFINITY; reached.len()];
+        let mut stopped = matches!(end, End::Stopped);
+        let mut spent = 0.0;
+        for repeat in 0..MOST_REPEATS {
+            let enough = repeat >= repeats.max(1) && spent >= SHORT;
+            if stopped || reached.is_empty() || enough {
+                break;
+            }
+            let passed = self.time(&self.horizons[..reached.len()], go_on)?;
+            stopped = passed.is_none();
+            for (best, time) in times.iter_mut().zip(passed.into_iter().flatten()) {
+                *best = best.min(time);
+            }
+            spent += times.last().copied().unwrap_or(0.0);
+            if spent > LONG {
+                break;
+            }
+        }
+        let failure = match end {
+            End::Failed(reason) => Some(reason),
+            End::Reached | End::Stopped => None,
+        };
+        let row = |index: usize| {
+            let at = reached.get(index);
+            let work = at.map_or_else(Work::default, |(_, work)| *work);
+            IntegratorRun {
+                method: self.kind.name(),
+                step_s: self.step,
+                horizon_s: horizons[index],
+                steps: self.horizons[index],
+                errors: at.map(|(errors, _)| *errors),
+                force_evaluations: work.force_evaluations,
+                iterations: work.iterations,
+                time_s: times.get(index).copied().unwrap_or(0.0),
+                failure: if at.is_some() { None } else { failure.clone() },
+            }
+        };
+        Ok(Measured { rows: (0..horizons.len()).map(row).collect(), stopped })
+    }
+
+    /// Looks at the states on the way.
+    fn observe(
+        &self,
+        scales: &Scales,
+        recorder: &mut Recorder,
+        reached: &mut Vec<(Errors, Work)>,
+        go_on: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> Result<End, StudyError> {
+        let mut method = self.method()?;
+        let last = self.horizons.last().copied().unwrap_or(0);
+        let stride = last.div_ceil(SAMPLES).max(1);
+        let mut sums = Sums::default();
+        for step in 1..=last {
+            if step % CHUNK == 0 && go_on().is_break() {
+                return Ok(End::Stopped);
+            }
+            let time = step as f64 * self.step;
+            if let Err(error) = method.step(&[]) {
+                return Ok(End::Failed(at(time, &error)));
+            }
+            recorder.pose(step, method.state());
+            let here = self.horizons.contains(&step);
+            if step % stride == 0 || here {
+                let sample = scales.sample(&self.system.invariants(method.state()));
+                if !sums.add(&sample) {
+                    return Ok(End::Failed(at(time, &StepError::NotFinite)));
+                }
+                recorder.add(time, &sample);
+            }
+            if here {
+                reached.push((sums.errors(), method.work()));
+            }
+        }
+        Ok(End::Reached)
+    }
+
+    /// Time to each of `horizons`, nothing but steps; `None` when stopped.
+    fn time(
+        &self,
+        horizons: &[u64],
+        go_on: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> Result<Option<Vec<f64>>, StudyError> {
+        let mut method = self.method()?;
+        let (mut times, mut done, mut spent) = (Vec::with_capacity(horizons.len()), 0, 0.0);
+        for &horizon in horizons {
+            while done < horizon {
+                let chunk = (horizon - done).min(64 * CHUNK);
+                let began = thread_time();
+                for _ in 0..chunk {
+                    // It came so far before: equal inputs, equal outputs.
+                    if method.step(&[]).is_err() {
+                        break;
+                    }
+                }
+                spent += (thread_time() - began).as_secs_f64();
+                done += chunk;
+                if go_on().is_break() {
+                    return Ok(None);
+                }
+            }
+            times.push(spent);
+        }
+        Ok(Some(times))
+    }
+}
+
+fn at(time: f64, error: &StepError) -> String {
+    format!("at t = {} s: {error}", short(time))
+}

@@ -1,0 +1,7 @@
+//! Things side by side: methods, objectives or ways to switching times on one maneuver, integrators on one motion.
+
+pub(crate) mod clock;
+pub mod integrators;
+pub mod methods;
+pub mod objectives;
+pub mod ways;

@@ -1,0 +1,259 @@
+//! Effort, fuel and time of one maneuver, each at its least: three plans side by side.
+//!
+//! Every plan is judged by the measures of the others too,
+//!
+//! ```text
+//! effort  ∫ ½ uᵀWu dt ,    fuel  ∫ Σ c_j |u_j| dt ,    time  T
+//! ```
+//!
+//! (under a limit of the norm of the torque fuel is `c ∫ |τ| dt`)
+//! so that it shows what the best of one costs in the rest. Weights and prices are those of the maneuver's own objective
+//! where it has them, and 1 otherwise. Effort and fuel take the duration of the maneuver, or that which its price of time
+//! chooses; where it minimises time, [`STRETCH`] times the shortest.
+
+use serde::Serialize;
+use slewkit::maneuver::objective::{Fuel, Objective, effort};
+use slewkit::maneuver::{Problem, Settings, Trajectory, Weights};
+use slewkit::numerics::figures::rounded_up;
+use slewkit::optimize::search::{Observer, PlanError};
+use slewkit::plan::{self, Plan, Status};
+
+/// Beside minimum time, effort and fuel have this multiple of the shortest duration.
+pub const STRETCH: f64 = 1.5;
+
+/// A plan of least effort, fuel or time. Numbers are absent where there is no plan.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ObjectiveRun {
+    /// What it minimises: `time`, `fuel` or `effort`.
+    pub minimises: &'static str,
+    /// How it ended; absent where such a plan cannot be made.
+    pub status: Option<Status>,
+    /// Why it cannot, or what is missing.
+    pub reason: Option<String>,
+    /// Duration \[s\].
+    pub duration_s: Option<f64>,
+    /// `∫ ½ uᵀWu dt` of the inputs \[N²·m²·s\], up to the weights.
+    pub effort: Option<f64>,
+    /// `∫ Σ c_j |u_j| dt` of the inputs, or `c ∫ |τ| dt` under a limit of the norm \[N·m·s\], up to the prices.
+    pub fuel: Option<f64>,
+    /// How many times an input switches, of plans that switch.
+    pub switches: Option<usize>,
+    /// What could still be gained, to first order, in seconds or in fuel, of plans that switch.
+    pub gap: Option<f64>,
+    /// Wall time of the solve, without verification \[s\]: differs between two runs.
+    pub solve_time_s: f64,
+    /// The motion, where there is a plan; in no file.
+    #[serde(skip)]
+    pub trajectory: Option<Trajectory>,
+}
+
+/// Plans `problem` for least time, fuel and effort.
+///
+/// Of its objective the weights and prices are used. A time limit holds for each solve. A stop that the observer asks
+/// for ends them all.
+///
+/// # Errors
+/// [`PlanError`] where none of the three can be planned; of one that cannot, the reason stands in its row.
+pub fn compare(
+    problem: &Problem,
+    settings: &Settings,
+    observer: &mut dyn Observer,
+) -> Result<Vec<ObjectiveRun>, PlanError> {
+    let measures = Measures::of(problem);
+    let mut runs = Vec::new();
+    let found = |plan: &Plan| plan.solution.trajectory.time.last().copied().unwrap_or(f64::NAN);
+    let mut duration = problem.duration;
+    if problem.objective != Objective::Time
+        && problem.seeks_duration()
+        && let Ok(chosen) = plan::plan(problem, settings, None, observer)
+        && chosen.status == Status::Solved
+    {
+        duration = found(&chosen);
+    }
+    let objectives = [
+        Objective::Time,
+        Objective::Fuel(measures.fuel.clone()),
+        Objective::Effort(measures.weights.clone()),
+    ];
+    let mut refusal = None;
+    for objective in objectives {
+        let sought = objective == Objective::Time;
+        let of_this =
+            problem.clone().with_duration(if sought { f64::NAN } else { duration }).with_objective(objective);
+        let run = if !sought && duration.is_nan() {
+            Err("no duration is given, and none is found".to_string())
+        } else {
+            plan::plan(&of_this, settings, None, observer).map_err(|error| {
+                let reason = error.to_string();
+                refusal = Some(error);
+                reason
+            })
+        };
+        if let Ok(plan) = &run
+            && problem.objective == Objective::Time
+            && sought
+            && plan.status == Status::Solved
+        {
+            duration = rounded_up(STRETCH * found(plan));
+        }
+        runs.push(measures.row(of_this.objective.name(), run));
+    }
+    match refusal {
+        Some(refusal) if runs.iter().all(|run| run.status.is_none()) => Err(refusal),
+        _ => Ok(runs),
+    }
+}
+
+/// What every plan is measured by.
+struct Measures<'a> {
+    problem: &'a Problem,
+    weights: Weights,
+    fuel: Fuel,
+}
+
+impl<'a> Measures<'a> {
+    fn of(problem: &'a Problem) -> Self {
+        let weights = Weights { time_price: None, ..problem.objective.weights().clone() };
+        let fuel = problem.objective.fuel().cloned().unwrap_or_default();
+        Self { problem, weights, fuel: Fuel { time_price: None, ..fuel } }
+    }
+
+    fn row(&self, minimises: &'static str, run: Result<Plan, String>) -> ObjectiveRun {
+        let mut row = ObjectiveRun {
+            minimises,
+            status: None,
+            reason: None,
+            duration_s: None,
+            effort: None,
+            fuel: None,
+            switches: None,
+            gap: None,
+            solve_time_s: 0.0,
+            trajectory: None,
+        };
+        let plan = match run {
+            Ok(plan) => plan,
+            Err(reason) => return ObjectiveRun { reason: Some(reason), ..row },
+        };
+        let solution = &plan.solution;
+        (row.status, row.solve_time_s) = (Some(plan.status), solution.solve_time);
+        row.reason = solution.shortfall.clone();
+        if plan.status != Status::Solved {
+            return row;
+        }
+        let trajectory = &solution.trajectory;
+        row.duration_s = trajectory.time.last().copied();
+        row.effort = Some(match minimises {
+            "effort" => solution.cost,
+            _ => integral(trajectory, |inputs| self.effort(inputs)),
+        });
+        row.fuel = Some(integral(trajectory, |inputs| self.fuel.rate(&self.problem.actuation, inputs)));
+        row.switches = solution.switching.as_ref().map(|switching| switching.switches);
+        row.gap = solution.switching.as_ref().map(|switching| switching.gap);
+        row.trajectory = Some(trajectory.clone());
+        row
+    }
+
+    /// `½ uᵀWu` of a row of inputs, those of forces first.
+    fn effort(&self, inputs: &[f64]) -> f64 {
+        let actuation = &self.problem.actuation;
+        let torque = self.weights.torque(actuation);
+        let (forces, torques) = actuation.split_costs(inputs);
+        let force = self.weights.force(actuation).filter(|_| !forces.is_empty());
+        effort(&torque.weight, torques) + force.map_or(0.0, |force| effort(&force.weight, forces))
+    }
+}
+
+/// Over the inputs as they act: held over a step, or kicks at the nodes, which have half their weight at the ends.
+fn integral(trajectory: &Trajectory, rate: impl Fn(&[f64]) -> f64) -> f64 {
+    let time = &trajectory.time;
+    let steps = time.len().saturating_sub(1);
+    let rows = trajectory.torque.len();
+    let length = |step: usize| time[step + 1] - time[step];
+    let weight = |row: usize| match row {
+        row if rows == steps => length(row),
+        0 => 0.5 * length(0),
+        row if row == steps => 0.5 * length(steps - 1),
+        row => 0.5 * (length(row - 1) + length(row)),
+    };
+    // The sum of nothing is −0.
+    0.0 + (0..rows).map(|row| weight(row) * rate(trajectory.inputs(row))).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slewkit::maneuver::{Scheme, State};
+    use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
+    use slewkit::plan::Silent;
+    use slewkit::{Matrix3, Vector3, lie};
+
+    fn slew(duration: f64) -> Problem {
+        let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 3.0)).unwrap(), mass: None };
+        let end = State::at_rest(lie::exp(&Vector3::new(0.9, -0.4, 0.6)));
+        let limits = Limits { size: Some(vec![1.0; 3]), ..Limits::default() };
+        let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
+        Problem::attitude(body, State::at_rest(Matrix3::identity()), end, duration)
+            .with_actuation(Actuation::torques(torques))
+            .with_steps(100)
+    }
+
+    #[test]
+    fn each_plan_is_the_best_by_its_own_measure() {
+        let runs = compare(&slew(5.0), &Settings::default(), &mut Silent).unwrap();
+        let [time, fuel, effort] = runs.as_slice() else { panic!("{runs:?}") };
+        assert_eq!([time, fuel, effort].map(|run| run.minimises), ["time", "fuel", "effort"]);
+        assert!(runs.iter().all(|run| run.status == Some(Status::Solved)), "{runs:?}");
+        assert!(time.duration_s < fuel.duration_s, "{runs:?}");
+        assert!([fuel, effort].iter().all(|run| (run.duration_s.unwrap() - 5.0).abs() < 1e-13), "{runs:?}");
+        assert!(fuel.fuel < effort.fuel && fuel.fuel < time.fuel, "{runs:?}");
+        assert!(effort.effort < fuel.effort && effort.effort < time.effort, "{runs:?}");
+        assert!(fuel.gap.unwrap() < 1e-4 * fuel.fuel.unwrap() && effort.switches.is_none());
+    }
+
+    #[test]
+    fn the_measures_are_the_costs_of_the_plans() {
+        for scheme in [Scheme::LieVerlet, Scheme::LieEuler] {
+            let problem = slew(5.0).with_scheme(scheme);
+            let plan = plan::plan(&problem, &Settings::default(), None, &mut Silent).unwrap();
+            let weight = problem.objective.weights().torque(&problem.actuation).weight;
+            let sum = integral(&plan.solution.trajectory, |inputs| effort(&weight, inputs));
+            assert!((sum / plan.solution.cost - 1.0).abs() < 1e-13, "{scheme:?} {sum}");
+        }
+        let objective = Objective::Fuel(Fuel { prices: Some(vec![1.0, 2.0, 0.5]), ..Fuel::default() });
+        let problem = slew(5.0).with_objective(objective);
+        let plan = plan::plan(&problem, &Settings::default(), None, &mut Silent).unwrap();
+        let runs = compare(&problem, &Settings::default(), &mut Silent).unwrap();
+        assert!((runs[1].fuel.unwrap() / plan.solution.cost - 1.0).abs() < 1e-12, "{runs:?}");
+    }
+
+    #[test]
+    fn a_price_of_time_chooses_the_duration_of_all() {
+        let objective = Objective::Effort(Weights { time_price: Some(0.1), ..Weights::default() });
+        let priced = slew(f64::NAN).with_objective(objective);
+        let chosen = plan::plan(&priced, &Settings::default(), None, &mut Silent).unwrap().solution;
+        let runs = compare(&priced, &Settings::default(), &mut Silent).unwrap();
+        let duration = *chosen.trajectory.time.last().unwrap();
+        for run in &runs[1..] {
+            assert!((run.duration_s.unwrap() / duration - 1.0).abs() < 1e-13, "{run:?} {duration}");
+        }
+        let effort = chosen.cost - 0.1 * duration;
+        assert!((runs[2].effort.unwrap() / effort - 1.0).abs() < 1e-9, "{runs:?} {effort}");
+    }
+
+    #[test]
+    fn without_a_duration_the_others_have_more_than_the_shortest() {
+        let problem = slew(f64::NAN).with_objective(Objective::Time);
+        let runs = compare(&problem, &Settings::default(), &mut Silent).unwrap();
+        let [shortest, given] = [0, 2].map(|row: usize| runs[row].duration_s.unwrap());
+        assert!(given >= STRETCH * shortest && given < 1.05 * STRETCH * shortest, "{runs:?}");
+        // Nothing limits the torques: only effort can be planned.
+        let unlimited =
+            slew(5.0).with_actuation(Actuation::torques(ActuatorSet::three_axes(AxisFrame::Body)));
+        let runs = compare(&unlimited, &Settings::default(), &mut Silent).unwrap();
+        assert_eq!(runs.iter().filter(|run| run.status.is_none() && run.reason.is_some()).count(), 2);
+        assert_eq!(runs[2].status, Some(Status::Solved));
+        let wrong = Settings { tolerance: f64::NAN, ..Settings::default() };
+        assert!(compare(&slew(5.0), &wrong, &mut Silent).is_err());
+    }
+}

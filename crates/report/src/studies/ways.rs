@@ -1,0 +1,176 @@
+//! The ways to one plan that switches, side by side: the smoothed law, Newton on switching times, and the convex road.
+//!
+//! - **smoothed**: the law with the smallest ε that is found, on equal steps; nothing of switching times is in it;
+//! - **switching times**: what a plan takes, arcs at the limits on steps that end where inputs switch;
+//! - **convex**: SCP with the duration as an unknown where it is sought, on equal steps with inputs at the nodes. It is the road of
+//!   maneuvers with constraints, and taken here with one that never acts.
+//!
+//! The three discretise differently, so that durations agree but for the square of the step, where they find the same
+//! extremal: each is a local minimum of its own search.
+
+use serde::Serialize;
+use slewkit::maneuver::{Constraint, Method, Problem, Rule, Settings};
+use slewkit::optimize::search::{self, Observer, PlanError};
+use slewkit::plan::{self, Plan, Status};
+use std::time::Instant;
+
+/// A limit of the rate that never acts, over the largest rate of the plan.
+const NEVER: f64 = 10.0;
+
+/// A plan by one of the ways. Numbers are absent where there is no plan.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WayRun {
+    /// `smoothed`, `switching_times` or `convex`.
+    pub way: &'static str,
+    /// How it ended; absent where the way does not apply.
+    pub status: Option<Status>,
+    /// Why it does not apply, or what is missing.
+    pub reason: Option<String>,
+    /// Duration \[s\].
+    pub duration_s: Option<f64>,
+    /// What is minimised: the duration \[s\], or fuel with the price of time.
+    pub cost: Option<f64>,
+    /// What could still be gained, to first order, by the continuous extremal that the plan is from.
+    pub gap: Option<f64>,
+    /// How many times an input switches.
+    pub switches: Option<usize>,
+    /// ε of the smoothed law on the grid, scaled.
+    pub smoothing: Option<f64>,
+    /// By what the continuous motion under the same torque misses the attitude \[deg\].
+    pub continuous_miss_deg: Option<f64>,
+    /// Wall time of the solve, without verification \[s\]: differs between two runs.
+    pub solve_time_s: f64,
+}
+
+/// Plans a maneuver whose inputs switch by each of the ways.
+///
+/// A time limit holds for each solve. A stop that the observer asks for ends them all.
+///
+/// # Errors
+/// [`PlanError`] when problem or settings cannot be used, or inputs do not switch. A way that does not apply is no error.
+pub fn compare(
+    problem: &Problem,
+    settings: &Settings,
+    observer: &mut dyn Observer,
+) -> Result<Vec<WayRun>, PlanError> {
+    if !problem.switches() {
+        return Err(PlanError::Unsuited { reason: "ways are compared on maneuvers whose inputs switch" });
+    }
+    let began = Instant::now();
+    let smoothed = if problem.shortest_pulse().is_some() {
+        Err("a smoothed law has no pulses".to_string())
+    } else {
+        let smoothed = search::solve_smoothed(problem, settings, observer)?;
+        Ok(plan::judged(problem, settings, smoothed, began, observer))
+    };
+    let arcs = plan::plan(problem, settings, None, observer)?;
+    let convex = match on_the_convex_road(problem, &arcs) {
+        Ok(shaped) => {
+            let settings = Settings { method: Method::Auto, ..settings.clone() };
+            plan::plan(&shaped, &settings, None, observer).map_err(|error| error.to_string())
+        }
+        Err(reason) => Err(reason.into()),
+    };
+    Ok(vec![
+        WayRun::of("smoothed", smoothed),
+        WayRun::of("switching_times", Ok(arcs)),
+        WayRun::of("convex", convex),
+    ])
+}
+
+/// The same maneuver under a limit that never acts, so that it is planned as constrained ones are.
+fn on_the_convex_road(problem: &Problem, plan: &Plan) -> Result<Problem, &'static str> {
+    let rates = &plan.solution.trajectory.angular_velocity;
+    let largest = rates.iter().map(|rate| rate.norm()).fold(0.0, f64::max);
+    if plan.status != Status::Solved || largest == 0.0 {
+        return Err("there is no plan to tell a limit that never acts");
+    }
+    let constraint = Constraint { name: "never acts".into(), rule: Rule::RateNorm(NEVER * largest) };
+    Ok(problem.clone().with_constraint(constraint))
+}
+
+impl WayRun {
+    fn of(way: &'static str, run: Result<Plan, String>) -> Self {
+        let mut row = Self {
+            way,
+            status: None,
+            reason: None,
+            duration_s: None,
+            cost: None,
+            gap: None,
+            switches: None,
+            smoothing: None,
+            continuous_miss_deg: None,
+            solve_time_s: 0.0,
+        };
+        let plan = match run {
+            Ok(plan) => plan,
+            Err(reason) => return Self { reason: Some(reason), ..row },
+        };
+        let solution = &plan.solution;
+        (row.status, row.solve_time_s) = (Some(plan.status), solution.solve_time);
+        row.reason = solution.shortfall.clone();
+        if plan.status != Status::Solved {
+            return row;
+        }
+        row.duration_s = solution.trajectory.time.last().copied();
+        row.cost = Some(solution.cost);
+        if let Some(switching) = &solution.switching {
+            row.gap = Some(switching.gap);
+            row.switches = Some(switching.switches);
+            row.smoothing = switching.smoothing;
+        }
+        let found = plan.verification.as_ref();
+        row.continuous_miss_deg = found.map(|found| found.continuous_attitude_rad.to_degrees());
+        row
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slewkit::maneuver::{Objective, State};
+    use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
+    use slewkit::plan::Silent;
+    use slewkit::{Vector3, lie};
+
+    fn problem(steps: usize) -> Problem {
+        let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 1.4, 1.9)).unwrap(), mass: None };
+        let limits = Limits { size: Some(vec![1.0, 0.8, 1.2]), ..Limits::default() };
+        let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
+        let [start, end] =
+            [Vector3::zeros(), Vector3::new(1.2, -0.7, 0.9)].map(|turn| State::at_rest(lie::exp(&turn)));
+        Problem::minimum_time(body, start, end).with_actuation(Actuation::torques(torques)).with_steps(steps)
+    }
+
+    /// One duration by three ways: they differ by the square of the step, and what is smoothed takes longer.
+    #[test]
+    fn the_ways_meet_as_the_grid_is_refined() {
+        let spread = |steps: usize| {
+            let runs = compare(&problem(steps), &Settings::default(), &mut Silent).unwrap();
+            assert_eq!(
+                runs.iter().map(|run| run.way).collect::<Vec<_>>(),
+                ["smoothed", "switching_times", "convex"]
+            );
+            let durations: Vec<f64> = runs.iter().map(|run| run.duration_s.expect("a plan")).collect();
+            assert!(runs[0].smoothing.is_some() && runs[1].smoothing.is_none(), "{runs:?}");
+            assert!(runs[1].gap.is_some() && runs[2].gap.is_none(), "{runs:?}");
+            [durations[0] / durations[1] - 1.0, durations[2] / durations[1] - 1.0]
+        };
+        let [coarse, fine] = [40, 80].map(spread);
+        assert!(fine[0] > 0.0 && fine[0] < 0.02, "{coarse:?} {fine:?}");
+        assert!(fine[1].abs() < 2e-3 && fine[1].abs() < 0.6 * coarse[1].abs(), "{coarse:?} {fine:?}");
+    }
+
+    #[test]
+    fn fuel_has_the_same_ways_and_what_does_not_switch_has_none() {
+        let fuel = problem(60).with_objective(Objective::Fuel(Default::default())).with_duration(6.0);
+        let runs = compare(&fuel, &Settings::default(), &mut Silent).unwrap();
+        let costs: Vec<f64> = runs.iter().map(|run| run.cost.expect("a plan")).collect();
+        // The smoothed law burns more, and what the others burn differs by the square of the step.
+        assert!(costs[0] > costs[1], "{runs:?}");
+        assert!((costs[2] / costs[1] - 1.0).abs() < 2e-3, "{runs:?}");
+        let effort = problem(60).with_objective(Objective::default()).with_duration(6.0);
+        assert!(compare(&effort, &Settings::default(), &mut Silent).is_err());
+    }
+}

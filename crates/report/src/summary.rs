@@ -1,0 +1,103 @@
+//! What is told of a plan in words: the summary of `slew plan` and `slew verify`, line by line.
+
+mod found;
+mod lines;
+mod stopped;
+mod verified;
+
+pub use found::scheme;
+pub use lines::{Lines, Tone, headline, line, paint, parts};
+pub use verified::{Judged, verified};
+
+use found::{found, method};
+use slewkit::maneuver::{Outcome, Problem, SecondOrder, Settings};
+use slewkit::numerics::figures::{short, significant};
+use slewkit::plan::{Plan, Status};
+use slewkit::verify::Accuracy;
+use slewkit_files::identity::Identity;
+use slewkit_files::spec::escape;
+use stopped::{best, ladder, stopped};
+
+/// The summary of a plan, solved or not: headline and lines.
+pub fn plan(
+    colour: bool,
+    problem: &Problem,
+    settings: &Settings,
+    plan: &Plan,
+    identity: &Identity,
+) -> Vec<String> {
+    let (verdict, tone) = verdict(plan);
+    let mut lines = vec![headline(colour, &problem.name, verdict, tone)];
+    lines.extend(told(colour, problem, settings, plan, identity));
+    lines
+}
+
+/// What became of a plan in a few words.
+pub fn verdict(plan: &Plan) -> (&'static str, Tone) {
+    let solution = &plan.solution;
+    let solved = solution.outcome == Outcome::Converged;
+    match plan.status {
+        Status::Solved if solution.optimality.second_order() == SecondOrder::Saddle => {
+            ("saddle, solved and verified", Tone::Note)
+        }
+        Status::Solved => ("solved and verified", Tone::Good),
+        Status::Infeasible => ("infeasible", Tone::Bad),
+        Status::NotConverged => ("not converged", Tone::Bad),
+        Status::LimitReached if solved => ("solved, not verified: limit reached", Tone::Bad),
+        Status::LimitReached => ("limit reached", Tone::Bad),
+        Status::VerificationFailed => ("solved, but verification failed", Tone::Bad),
+        Status::Interrupted if solved => ("solved, not verified: interrupted", Tone::Note),
+        Status::Interrupted => ("interrupted", Tone::Note),
+    }
+}
+
+/// The lines of a summary below its headline, but for what to try next.
+pub fn told(
+    colour: bool,
+    problem: &Problem,
+    settings: &Settings,
+    plan: &Plan,
+    identity: &Identity,
+) -> Vec<String> {
+    let solution = &plan.solution;
+    let mut lines = Vec::new();
+    // What is proved infeasible was not searched for.
+    if plan.status != Status::Infeasible {
+        lines.line("method", method(problem, solution));
+    }
+    if solution.outcome == Outcome::Converged {
+        lines.extend(found(problem, solution, identity));
+    } else {
+        lines.line("stopped", stopped(solution));
+        if let Some(proof) = &solution.infeasible {
+            lines.line("because", escape(&proof.reason));
+        } else {
+            lines.extend(solution.shortfall.iter().map(|text| line("missing", &escape(text))));
+            lines.line("best", best(&solution.terminal));
+            lines.extend(ladder(&solution.ladder));
+        }
+    }
+    if let Some(verification) = &plan.verification {
+        let (trajectory, active) = (&solution.trajectory, Some(&solution.active[..]));
+        let judged = Judged { problem, identity, trajectory, active };
+        lines.extend(verified(colour, &judged, verification));
+    }
+    if let Some(verification) = plan.verification.as_ref().filter(|_| solution.outcome == Outcome::Converged)
+    {
+        lines.extend(accuracy(&Accuracy::of(verification, problem, settings.continuous_tolerance)));
+    }
+    lines
+}
+
+/// What the steps leave to be wished for, if they do.
+fn accuracy(found: &Accuracy) -> Option<String> {
+    let (missed, wanted) = (found.continuous_attitude_deg, short(found.wanted_deg));
+    (missed > found.wanted_deg).then(|| {
+        let missed = significant(missed, 3);
+        let how = match found.steps {
+            Some(steps) => format!("{steps} steps would bring that under {wanted} deg"),
+            None => format!("no number of steps would bring that under {wanted} deg"),
+        };
+        line("accuracy", &format!("the motion under these torques ends {missed} deg off the target; {how}"))
+    })
+}

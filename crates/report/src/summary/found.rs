@@ -1,0 +1,326 @@
+//! What was found: method, path, cost, arcs, optimality.
+
+use super::lines::{Lines, line};
+use slewkit::maneuver::{
+    Method, Motion, Objective, Outcome, Path, Problem, Pulses, Rung, RungReport, Scheme, Sense, Solution,
+    Structure, Switching, TerminalError,
+};
+use slewkit::numerics::figures::{counted, error, short, significant, time};
+use slewkit_files::identity::Identity;
+use slewkit_files::spec::escape;
+
+/// A gap of this part of the cost is that of a singular arc which is cut into enough arcs.
+const SMALL_GAP: f64 = 1e-4;
+
+/// Durations that differ by this part are one.
+const SAME_DURATION: f64 = 1e-12;
+
+/// The name of a discretisation.
+pub fn scheme(scheme: Scheme) -> &'static str {
+    match scheme {
+        Scheme::LieVerlet => "Lie–Verlet",
+        Scheme::LieEuler => "Lie–Euler",
+    }
+}
+
+pub(super) fn method(problem: &Problem, solution: &Solution) -> String {
+    let scheme = scheme(solution.scheme);
+    let how = match solution.method {
+        Method::Scp => match &solution.convex {
+            Some(work) => {
+                format!("SCP: {}, then Newton on the active set", counted(work.subproblems, "subproblem"))
+            }
+            None => "SCP".into(),
+        },
+        Method::Shooting | Method::Auto if problem.switches() => {
+            "shooting: smoothed extremals, then switching times".into()
+        }
+        Method::Shooting | Method::Auto => {
+            let idle = problem.is_constrained() && solution.active.is_empty();
+            let limits = if idle { ", no limit active" } else { "" };
+            format!("shooting: Newton on {} costates{limits}", problem.dimension())
+        }
+    };
+    let step = Some(solution.step).filter(|step| !step.is_nan());
+    let step = step.map(|step| format!(" of {} s", significant(step, 3))).unwrap_or_default();
+    format!("{how}, {} {scheme} steps{step}", solution.steps)
+}
+
+/// What a converged solve found.
+pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity) -> Vec<String> {
+    let unit = match problem.motion {
+        Motion::Attitude => "  N²·m²·s",
+        // Forces and torques add up in the unit that the user's weights give them.
+        Motion::RigidBody => "",
+    };
+    let mut lines =
+        vec![line("path", &format!("{}, turned {:.1} deg", way(solution.sense), solution.turned_deg))];
+    match &solution.switching {
+        Some(switching) => lines.extend(switched(problem, solution, switching, identity)),
+        None if problem.objective == Objective::Time => {
+            let duration = significant(solution.duration(problem), 9);
+            lines.line("duration", format!("{duration} s, {}", minimal(solution)));
+        }
+        None if problem.seeks_duration() => {
+            let duration = significant(solution.duration(problem), 9);
+            let priced = problem.objective.given_time_price().is_some();
+            let why = match problem.duration_at_most {
+                _ if solution.shortest.is_some() => {
+                    "the shortest found: less time would cost less, and has no plan"
+                }
+                Some(longest) if solution.duration(problem) >= longest * (1.0 - SAME_DURATION) => {
+                    "the longest allowed"
+                }
+                Some(_) if !priced => "more time would cost more",
+                _ => "where a second is worth its price",
+            };
+            let fuel = problem.objective.fuel().is_some();
+            let unit = if fuel { "" } else { unit };
+            let with_time = if priced { " with the price of time" } else { unit };
+            lines.line("duration", format!("{duration} s, {why}"));
+            let cost = significant(solution.cost, 9);
+            lines.line(if fuel { "fuel" } else { "cost" }, format!("{cost}{with_time}"));
+        }
+        None if problem.objective.fuel().is_some() => {
+            let fuel = significant(solution.cost, 9);
+            lines.line("fuel", format!("{fuel}, {}", minimal(solution)));
+        }
+        None => lines.line("cost", format!("{}{unit}", significant(solution.cost, 6))),
+    }
+    lines.extend(iterations(solution));
+    lines.line("terminal", terminal(&solution.terminal));
+    let optimality = &solution.optimality;
+    let second = match optimality.conjugate_points {
+        Some(0) if solution.method == Method::Scp => "strict local minimum".into(),
+        Some(count) if solution.method == Method::Scp => {
+            format!("cost decreases in {}: not a minimum", counted(count, "direction"))
+        }
+        Some(0) => "no conjugate point".into(),
+        Some(count) => {
+            let given = matches!(problem.path, Path::AsGiven(_));
+            let why =
+                if given { "kept because the rotation is given" } else { "and nothing cheaper was found" };
+            format!("{}: a saddle, {why}", counted(count, "conjugate point"))
+        }
+        None if optimality.tested => "not decided".into(),
+        None => "not tested, as asked".into(),
+    };
+    let timed = solution.switching.is_some() || problem.is_shaped();
+    // The shooting tests both in one sweep, which may not have been asked for, or have been stopped.
+    let known = Some(optimality.stationarity).filter(|stationarity| !stationarity.is_nan());
+    let first = known.map(|stationarity| format!("stationarity {}", error(stationarity)));
+    let second = if solution.switching.as_ref().is_some_and(|switching| switching.beside_optimum) {
+        Some("no discrete optimum was found: the arcs meet the end beside it".into())
+    } else {
+        (!timed).then(|| format!("second order: {second}"))
+    };
+    lines.line("optimality", first.into_iter().chain(second).collect::<Vec<_>>().join("   "));
+    for rival in &solution.rivals {
+        let points = match rival.conjugate_points {
+            Some(0) => ", a local minimum".into(),
+            Some(count) => format!(", {}", counted(count, "conjugate point")),
+            None => String::new(),
+        };
+        let mut path = format!("{}, turned {:.1} deg", way(rival.sense), rival.turned_deg);
+        // What passes cones on different sides may turn the same way.
+        if solution.method == Method::Scp {
+            path.push_str(&format!(", from {}", escape(&rival.start)));
+        }
+        if solution.switching.is_some() {
+            let unit = if problem.objective.fuel().is_some() { "" } else { " s" };
+            lines.line("rival", format!("{}{unit}", significant(rival.cost, 9)));
+            continue;
+        }
+        if problem.objective == Objective::Time {
+            lines.line("rival", format!("{path}, {} s", significant(rival.cost, 6)));
+            continue;
+        }
+        lines.line("rival", format!("{path}, cost {}{points}", significant(rival.cost, 6)));
+    }
+    lines
+}
+
+/// Duration or fuel, arcs and certificate of a plan whose inputs switch.
+fn switched(
+    problem: &Problem,
+    solution: &Solution,
+    switching: &Switching,
+    identity: &Identity,
+) -> Vec<String> {
+    let figure = |value: f64| significant(value, 9);
+    let mut lines = Vec::new();
+    let fuel = problem.objective.fuel();
+    if switching.structure == Structure::Rest {
+        let none = if fuel.is_some() { "no fuel" } else { "0 s" };
+        lines.line(problem.objective.name(), format!("{none}: the body is where it should be"));
+        return lines;
+    }
+    if problem.seeks_duration() {
+        let (found, continuous) = (solution.duration(problem), switching.continuous_duration_s);
+        let all = problem.duration_at_most.is_some_and(|longest| found >= longest * (1.0 - SAME_DURATION));
+        let told = if all {
+            format!("{} s, the longest allowed", figure(found))
+        } else {
+            format!("{} s on the grid, {} s in continuous time", figure(found), figure(continuous))
+        };
+        lines.line("duration", told);
+    }
+    if let Some(fuel) = fuel {
+        let (found, continuous) = (solution.cost, switching.continuous_cost);
+        let with_time = if fuel.time_price.is_some() { " with the price of time" } else { "" };
+        let told =
+            format!("{}{with_time} on the grid, {} in continuous time", figure(found), figure(continuous));
+        lines.line("fuel", told);
+    }
+    let inputs = &switching.singular_inputs;
+    let named: Vec<String> = inputs.iter().filter_map(|input| identity.input(*input)).map(escape).collect();
+    let numbers: Vec<String> = inputs.iter().map(|input| (input + 1).to_string()).collect();
+    let which = match inputs.len() {
+        0 => "an input".into(),
+        count if named.len() == count => named.join(", "),
+        1 => format!("input {}", numbers[0]),
+        _ => format!("inputs {}", numbers.join(", ")),
+    };
+    let arcs = match switching.structure {
+        Structure::Norm => "the torque has its full norm all the time, and turns".into(),
+        Structure::Singular => format!("singular: {which} within the limits; all inputs smoothed"),
+        Structure::BangBang
+        | Structure::BangOffBang
+        | Structure::TruncatedChattering
+        | Structure::Pulses
+        | Structure::Rest => {
+            let lengths = switching.arcs.iter().map(|arc| arc.end_s - arc.start_s);
+            let shortest = lengths.fold(f64::INFINITY, f64::min).max(0.0);
+            let small = switching.gap <= SMALL_GAP * switching.continuous_cost;
+            let chatters = if switching.structure == Structure::TruncatedChattering && !small {
+                "; not every sign is right".into()
+            } else if switching.structure == Structure::TruncatedChattering {
+                format!("; a singular arc of {which}, cut into arcs")
+            } else {
+                String::new()
+            };
+            let chatters = if switching.smoothing.is_some() {
+                format!("{chatters}; smoothed on this grid")
+            } else {
+                chatters
+            };
+            let (arcs, switches) = (counted(switching.arcs.len(), "arc"), switching.switches);
+            let plural = if switches == 1 { "" } else { "es" };
+            format!("{arcs}, {switches} switch{plural}, the shortest {} s{chatters}", error(shortest))
+        }
+    };
+    lines.line("arcs", arcs);
+    if let Some(pulses) = &switching.pulses {
+        lines.line("pulses", pulsed(problem, switching, pulses));
+        return lines;
+    }
+    let unit = if fuel.is_some() { "" } else { " s" };
+    lines.line("gap", format!("{}{unit} to be gained at most, to first order", error(switching.gap)));
+    if let Some(eigenaxis) = switching.eigenaxis_s {
+        let more = 100.0 * (eigenaxis / switching.continuous_duration_s - 1.0);
+        let told = match more {
+            more if more.abs() < 0.05 => "as long".into(),
+            more if more > 0.0 => format!("{more:.1} % longer"),
+            more => format!("{:.1} % shorter: the plan is a local minimum", -more),
+        };
+        lines.line("eigenaxis", format!("{} s, {told}", significant(eigenaxis, 6)));
+    }
+    lines
+}
+
+/// How many pulses, how long they are, and what that costs.
+fn pulsed(problem: &Problem, switching: &Switching, pulses: &Pulses) -> String {
+    let (without, cost) = (pulses.cost_without, switching.continuous_cost);
+    let asked = problem.shortest_pulse().map_or(String::new(), |asked| {
+        format!(
+            "shortest pulse {} s: {} {:.2} % above {}, the plan without it; ",
+            short(asked),
+            if problem.objective.given_time_price().is_some() { "cost" } else { "fuel" },
+            100.0 * (cost / without - 1.0),
+            significant(without, 9)
+        )
+    });
+    let shortest = significant(pulses.shortest_s, 6);
+    format!("{asked}{}, the shortest {shortest} s", counted(pulses.count, "pulse"))
+}
+
+fn way(sense: Sense) -> &'static str {
+    match sense {
+        Sense::Short => "short way round",
+        Sense::Long => "long way round",
+    }
+}
+
+/// How many residuals are shown before and after an ellipsis.
+const SHOWN: (usize, usize) = (3, 4);
+
+/// What is said of a plan of time or fuel on the convex road, whose second order is not tested.
+fn minimal(solution: &Solution) -> String {
+    // Below this what a share of the effort adds to the cost is out of sight.
+    const SEEN: f64 = 1e-6;
+    let minimal = "minimal to first order on the grid";
+    match solution.convex.map_or(0.0, |work| work.effort_share) {
+        share if share > SEEN => {
+            let share = significant(share, 2);
+            format!("{minimal} with {share} of the effort in the cost: a little less is possible")
+        }
+        _ => minimal.into(),
+    }
+}
+
+/// Iterations of the winning start over all grids, and the residuals of those on the requested grid.
+fn iterations(solution: &Solution) -> Vec<String> {
+    let convex = solution.method == Method::Scp;
+    let won = |rung: &&RungReport| {
+        let method = convex == [Rung::Scp, Rung::Polish].contains(&rung.rung);
+        method && rung.start == solution.start && rung.outcome == Outcome::Converged
+    };
+    let won: Vec<&RungReport> = solution.ladder.iter().filter(won).collect();
+    let mut grids: Vec<usize> = won.iter().map(|rung| rung.steps).collect();
+    grids.sort_unstable();
+    grids.dedup();
+    let over = match &grids[..] {
+        [] | [_] => String::new(),
+        [coarse @ .., last] => {
+            let coarse = coarse.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
+            format!(" over grids of {coarse} and {last} steps")
+        }
+    };
+    let subproblems = solution.convex.as_ref().filter(|_| convex).map_or(0, |work| work.subproblems);
+    let count = match subproblems {
+        0 => solution.iterations.to_string(),
+        count => format!(
+            "{}, {} of Newton",
+            counted(count, "subproblem"),
+            solution.iterations.saturating_sub(count)
+        ),
+    };
+    let mut lines = vec![line("iterations", &format!("{count}{over}, {}", time(solution.solve_time)))];
+    // A subproblem's residual is a defect, Newton's one of all conditions: they make no one sequence.
+    let last = won.iter().rfind(|rung| rung.steps == solution.steps && rung.rung != Rung::Scp);
+    let mut residuals = last.map_or(Vec::new(), |rung| rung.residuals.clone());
+    residuals.dedup();
+    let shown = |errors: &[f64]| errors.iter().map(|value| error(*value)).collect::<Vec<_>>().join(" → ");
+    let course = match &residuals[..] {
+        // Where the grid before left nothing to do.
+        [] | [_] => return lines,
+        short if short.len() <= SHOWN.0 + SHOWN.1 => shown(short),
+        long => format!("{} → … → {}", shown(&long[..SHOWN.0]), shown(&long[long.len() - SHOWN.1..])),
+    };
+    let grid = if grids.len() > 1 { format!("   on {} steps", solution.steps) } else { String::new() };
+    lines.line("residual", format!("{course}{grid}"));
+    lines
+}
+
+pub(super) fn terminal(terminal: &TerminalError) -> String {
+    let mut text = format!(
+        "attitude {} rad   momentum {} (relative)",
+        error(terminal.attitude_rad),
+        error(terminal.momentum_relative)
+    );
+    if let (Some(position), Some(momentum)) = (terminal.position_relative, terminal.linear_momentum_relative)
+    {
+        text.push_str(&format!("   position {}   linear momentum {}", error(position), error(momentum)));
+    }
+    text
+}

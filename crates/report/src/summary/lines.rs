@@ -1,0 +1,68 @@
+//! Lines of a summary: labels, headline, colours.
+
+use slewkit_files::spec::escape;
+
+/// Width of the longest first line, name and verdict.
+const WIDTH: usize = 76;
+
+/// Characters before the text of a labelled line.
+const LABELLED: usize = 13;
+
+/// A labelled line of a summary.
+pub fn line(label: &str, text: &str) -> String {
+    format!("  {label:<11} {text}")
+}
+
+/// Label and text of a labelled line.
+pub fn parts(line: &str) -> (String, String) {
+    let split = line.char_indices().nth(LABELLED).map_or(line.len(), |(at, _)| at);
+    let (label, text) = line.split_at(split);
+    (label.trim().into(), text.trim().into())
+}
+
+/// A summary, line by line.
+pub trait Lines {
+    /// Adds a labelled line.
+    fn line(&mut self, label: &str, text: impl AsRef<str>);
+
+    /// Adds lines of which the first has the label.
+    fn lines<T: AsRef<str>>(&mut self, label: &str, texts: impl IntoIterator<Item = T>) {
+        for (index, text) in texts.into_iter().enumerate() {
+            self.line(if index == 0 { label } else { "" }, text);
+        }
+    }
+}
+
+impl Lines for Vec<String> {
+    fn line(&mut self, label: &str, text: impl AsRef<str>) {
+        self.push(line(label, text.as_ref()));
+    }
+}
+
+/// What a text means, shown as colour and as a sign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tone {
+    /// It went well.
+    Good,
+    /// It did not.
+    Bad,
+    /// Something to know.
+    Note,
+}
+
+/// `text` in the colour of its tone, for a terminal that has colours.
+pub fn paint(colour: bool, tone: Tone, text: &str) -> String {
+    let code = match tone {
+        Tone::Good => "1;32",
+        Tone::Bad => "1;31",
+        Tone::Note => "1;33",
+    };
+    if colour { format!("\x1b[{code}m{text}\x1b[0m") } else { text.into() }
+}
+
+/// The first line: name to the left, verdict to the right.
+pub fn headline(colour: bool, name: &str, verdict: &str, tone: Tone) -> String {
+    let name = escape(name);
+    let gap = WIDTH.saturating_sub(name.chars().count() + verdict.chars().count()).max(2);
+    format!("{name}{}{}", " ".repeat(gap), paint(colour, tone, verdict))
+}

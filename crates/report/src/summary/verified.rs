@@ -1,0 +1,139 @@
+//! What the witnesses say.
+
+use super::lines::{Lines, Tone, line, paint};
+use slewkit::maneuver::{ActiveConstraint, Problem, Trajectory};
+use slewkit::numerics::figures::{counted, error, significant};
+use slewkit::verify::{Margin, Testimony, Verification};
+use slewkit_files::identity::Identity;
+use slewkit_files::spec::escape;
+
+/// What the witnesses judged.
+pub struct Judged<'a> {
+    /// The maneuver.
+    pub problem: &'a Problem,
+    /// What its inputs are called.
+    pub identity: &'a Identity,
+    /// The plan.
+    pub trajectory: &'a Trajectory,
+    /// What the solver says acts, where it may speak.
+    pub active: Option<&'a [ActiveConstraint]>,
+}
+
+/// Limits and verdicts of the witnesses, and every check that fails.
+pub fn verified(colour: bool, judged: &Judged, verification: &Verification) -> Vec<String> {
+    if verification.was_stopped() {
+        // Their numbers are NaN.
+        return verification.failure.iter().map(|failure| line("witness", &escape(failure))).collect();
+    }
+    let mut peaks = format!(
+        "peak torque (norm) {} N·m   peak rate {} deg/s",
+        significant(verification.peak_torque_n_m, 3),
+        significant(verification.peak_rate_rad_s.to_degrees(), 3)
+    );
+    if judged.problem.actuation.wheels.is_some() {
+        let momenta = judged.trajectory.wheel_momentum.iter().map(|momentum| momentum.abs());
+        let peak = momenta.fold(0.0, f64::max);
+        peaks.push_str(&format!("   peak wheel momentum {} N·m·s", significant(peak, 3)));
+    }
+    let mut lines = vec![line("limits", &peaks)];
+    let name = |margin: &Margin| escape(&margin.name);
+    let width = verification.margins.iter().map(|margin| name(margin).chars().count()).max().unwrap_or(0);
+    for margin in &verification.margins {
+        let text = format!("{:<width$}  {}", name(margin), self::margin(colour, judged, margin));
+        lines.line("", &text);
+    }
+    let missed = verification.continuous_attitude_rad;
+    // A plan of no time has no motion to follow.
+    if let Some(ran) = ran(verification, "continuous, held torque") {
+        let mut continuous = format!(
+            "continuous witness, {}, torque held over each step: attitude {} rad ({} deg)",
+            ran.method,
+            error(missed),
+            significant(missed.to_degrees(), 2)
+        );
+        if let Some(position) = verification.continuous_position_m {
+            continuous.push_str(&format!(", position {} m", error(position)));
+        }
+        lines.line("verified", &continuous);
+    }
+    if let Some(symplectic) = ran(verification, "symplectic") {
+        let text = match verification.symplectic_to_continuous {
+            Some(apart) => format!("{}, {} from the continuous one", symplectic.method, error(apart)),
+            None => symplectic.method.clone(),
+        };
+        lines.line("", format!("symplectic witness{}: {text}", over(symplectic, judged)));
+    }
+    if let Some(order) = ran(verification, "order") {
+        let found = verification.order.map_or("round-off".into(), |order| significant(order, 3));
+        let text = format!("order of convergence{}: {found}, {}", over(order, judged), order.method);
+        lines.line("", &text);
+    }
+    if let Some(failure) = &verification.failure {
+        lines.line("witness", escape(failure));
+    }
+    for check in verification.checks.iter().filter(|check| !check.passed) {
+        let label = paint(colour, Tone::Bad, &escape(&check.name));
+        let figure = |value: f64| match check.name.as_str() {
+            "continuous terminal" | "continuous pointing" => {
+                format!("{} deg", significant(value.to_degrees(), 3))
+            }
+            _ => significant(value, 3),
+        };
+        lines.line("failed", format!("{label}: {}, limit {}", figure(check.value), figure(check.limit)));
+        if check.name == "continuous terminal" && check.value > check.limit {
+            lines.line(
+                "",
+                "the steps are too coarse: the motion under this torque ends elsewhere; take more steps",
+            );
+        }
+    }
+    lines
+}
+
+/// What is on record of a witness that ran, or that could not judge.
+fn ran<'a>(verification: &'a Verification, witness: &str) -> Option<&'a Testimony> {
+    verification.witnesses.iter().find(|ran| ran.witness == witness)
+}
+
+/// Over what part of the plan it ran, where that is not the whole.
+fn over(ran: &Testimony, judged: &Judged) -> String {
+    if ran.windows <= 1 {
+        return String::new();
+    }
+    format!(" over {} of {} steps in {} windows", ran.steps, judged.problem.steps, ran.windows)
+}
+
+/// How near the plan comes to one limit, when, and whether that is between two nodes.
+fn margin(colour: bool, judged: &Judged, margin: &Margin) -> String {
+    let active = judged.active.and_then(|all| all.iter().find(|active| active.name == margin.name));
+    let touched = judged.active.is_none() && margin.scaled.abs() <= Margin::ROUND_OFF;
+    let state = match active {
+        _ if !margin.holds() => paint(colour, Tone::Bad, "violated, "),
+        Some(active) => format!("active at {}, ", counted(moments(active), "node")),
+        None if touched => "active, ".into(),
+        None => String::new(),
+    };
+    // What acts touches its limit up to round-off, of either sign.
+    let value = if margin.scaled.abs() <= Margin::ROUND_OFF { 0.0 } else { margin.margin };
+    let steps = margin.time_s / judged.problem.step();
+    let between = if (steps - steps.round()).abs() > 1e-6 { ", between nodes" } else { "" };
+    let name = margin.input(judged.problem).and_then(|input| judged.identity.input(input));
+    let at = name.unwrap_or(&margin.at);
+    let at = if at.is_empty() { String::new() } else { format!(", {}", escape(at)) };
+    let (value, time) = (significant(value, 3), significant(margin.time_s, 4));
+    // Where the limit acts the continuous motion oversteps it by the error of the discretisation.
+    let noticed = -Margin::ROUND_OFF.to_degrees();
+    let continuous = margin.continuous_margin.filter(|continuous| *continuous < noticed);
+    let overstepped = continuous.map_or(String::new(), |continuous| {
+        format!("; the continuous motion is {} {} beyond", significant(-continuous, 2), margin.unit)
+    });
+    format!("{state}margin {value} {} at {time} s{between}{at}{overstepped}", margin.unit)
+}
+
+/// How many moments a constraint acts at; several inputs may at one.
+fn moments(active: &ActiveConstraint) -> usize {
+    let mut times: Vec<u64> = active.time_s.iter().map(|time| time.to_bits()).collect();
+    times.sort_unstable();
+    times.dedup();
+    times.len()
+}

@@ -1,0 +1,239 @@
+//! What a report says: what is proved and what is not, the checks, the margins, the rivals.
+
+use super::Subject;
+use super::arcs;
+use crate::draw::Span;
+use slewkit::maneuver::{Outcome, Path, SecondOrder, Sense, Structure, Switching};
+use slewkit::numerics::figures::{error, significant};
+use slewkit::plan::Status;
+use slewkit::verify::{Margin, Verification};
+
+/// A table of text.
+pub(super) struct Table {
+    pub title: &'static str,
+    pub head: Vec<&'static str>,
+    pub rows: Vec<Vec<String>>,
+    pub remark: &'static str,
+}
+
+/// Sentences about what the plan proves, most important first.
+pub(super) fn proved(subject: &Subject) -> Vec<String> {
+    let solution = &subject.plan.solution;
+    let mut told = Vec::new();
+    match subject.plan.status {
+        Status::Infeasible => {
+            let reason = solution.infeasible.as_ref().map_or("", |proof| &proof.reason);
+            told.push(format!("No plan exists, and that is proved: {reason}."));
+            return told;
+        }
+        _ if solution.outcome != Outcome::Converged => {
+            told.push("Nothing: no extremal was found, which does not prove that there is none.".into());
+            told.extend(solution.shortfall.iter().map(|text| format!("Nearest: {text}.")));
+            return told;
+        }
+        Status::Solved => told.push("Every check of the independent witnesses holds.".into()),
+        Status::VerificationFailed => {
+            told.push("A witness disagrees: the plan must not be used as it is. See the checks.".into());
+        }
+        _ => told.push("The plan was not verified to the end.".into()),
+    }
+    if let Some(found) = &subject.plan.verification {
+        told.extend(witnessed(found));
+    }
+    told.extend(solution.switching.as_ref().and_then(extremal));
+    told.push(minimum(subject).into());
+    told
+}
+
+/// What the certificate of arcs says.
+fn extremal(switching: &Switching) -> Option<String> {
+    let gap = error(100.0 * switching.gap / switching.continuous_cost);
+    match switching.structure {
+        Structure::Rest => None,
+        Structure::BangBang | Structure::BangOffBang => Some(
+            "The continuous extremal meets the maximum principle: every input is all along on the side that its switching \
+             function asks for."
+                .into(),
+        ),
+        Structure::TruncatedChattering | Structure::Singular => Some(format!(
+            "The continuous extremal meets the maximum principle but on singular arcs, which are cut into pulses or smoothed: \
+             {gap} % of the cost could still be gained, to first order."
+        )),
+        Structure::Pulses => Some(format!(
+            "Every input is off or at a limit, in pulses that last at least as long as asked: with the same pulses at other times \
+             the cost is no less nearby, and without a shortest pulse it is {:.2} % less.",
+            100.0 * switching.gap / switching.continuous_cost
+        )),
+        Structure::Norm => Some(format!(
+            "The torque of the continuous extremal goes as the maximum principle asks: {gap} % of the cost could still be \
+             gained, to first order."
+        )),
+    }
+}
+
+fn witnessed(found: &Verification) -> Vec<String> {
+    let mut told = vec![format!(
+        "The discrete motion under the recorded inputs, propagated by other equations than the planner's, ends {} rad \
+         from the attitude asked for.",
+        error(found.discrete_attitude_rad)
+    )];
+    if found.continuous_attitude_rad.is_finite() {
+        told.push(format!(
+            "The continuous motion under the same inputs, held over each step, ends {} deg from it: the error of the \
+             discretisation, which more steps make smaller.",
+            significant(found.continuous_attitude_rad.to_degrees(), 3)
+        ));
+    }
+    let held = found.margins.iter().filter(|margin| margin.holds()).count();
+    if !found.margins.is_empty() {
+        told.push(if held == found.margins.len() {
+            format!("The discrete motion holds {}, at the nodes and between them.", all_of(held))
+        } else {
+            format!("The discrete motion holds {held} of {} limits and constraints.", found.margins.len())
+        });
+    }
+    told
+}
+
+fn all_of(count: usize) -> String {
+    if count == 1 {
+        "its one limit or constraint".into()
+    } else {
+        format!("all {count} limits and constraints")
+    }
+}
+
+fn minimum(subject: &Subject) -> &'static str {
+    let given = matches!(subject.problem.path, Path::AsGiven(_));
+    match subject.plan.solution.optimality.second_order() {
+        SecondOrder::Minimum => {
+            "It is a local minimum of the discrete problem. That no other way is cheaper is not proved: rivals are the other \
+             extremals that were found."
+        }
+        SecondOrder::Saddle if given => {
+            "It is a saddle, not a minimum: the cost decreases in some direction. It is kept because the rotation is given."
+        }
+        SecondOrder::Saddle => {
+            "It is a saddle, not a minimum: the cost decreases in some direction, and nothing cheaper was found there."
+        }
+        SecondOrder::Undecided => "Whether it is a local minimum is not decided.",
+        SecondOrder::NotTested => "Whether it is a local minimum was not tested: the spec says so.",
+    }
+}
+
+/// Checks, margins, rivals; those that the plan has.
+pub(super) fn tables(subject: &Subject) -> Vec<Table> {
+    let mut tables = vec![arcs_told(subject), rivals(subject)];
+    if let Some(found) = &subject.plan.verification {
+        if !found.margins.is_empty() {
+            tables.push(margins(subject, found));
+        }
+        tables.push(checks(found));
+    }
+    tables.retain(|table| !table.rows.is_empty());
+    tables
+}
+
+/// The arcs of the continuous extremal; no rows where there are none.
+fn arcs_told(subject: &Subject) -> Table {
+    let switching = subject.plan.solution.switching.as_ref();
+    let arcs = switching.map_or(&[][..], |switching| &switching.arcs);
+    let row = |(index, span): (usize, Span)| {
+        let named = |(input, value): (usize, &f64)| {
+            (*value != 0.0).then(|| format!("{} {}", subject.input_name(input), significant(*value, 4)))
+        };
+        let inputs: Vec<String> = arcs[index].input.iter().enumerate().filter_map(named).collect();
+        let inputs = match inputs.is_empty() {
+            true if span.label == "coast" => "all off".into(),
+            true => "full norm, turns".into(),
+            false => inputs.join(", "),
+        };
+        let number = |value: f64| significant(value, 8);
+        let length = significant(span.to - span.from, 5);
+        vec![(index + 1).to_string(), span.label, number(span.from), number(span.to), length, inputs]
+    };
+    let spans = if arcs.is_empty() { Vec::new() } else { arcs::arcs(subject) };
+    Table {
+        title: "Arcs",
+        head: vec!["arc", "", "from, s", "to, s", "length, s", "inputs, N·m"],
+        rows: spans.into_iter().enumerate().map(row).collect(),
+        remark: "Of the continuous extremal; the plan is the optimum of its own grid, and differs by the square of the step.",
+    }
+}
+
+fn rivals(subject: &Subject) -> Table {
+    let solution = &subject.plan.solution;
+    let way = |sense: Sense| match sense {
+        Sense::Short => "short",
+        Sense::Long => "long",
+    };
+    let points = |points: Option<usize>| points.map_or("not counted".into(), |count| count.to_string());
+    let row = |what: &str, start: &str, sense, turned, cost: f64, count| {
+        let cells = [what, start, way(sense), &significant(turned, 4), &significant(cost, 6), &points(count)];
+        cells.map(String::from).to_vec()
+    };
+    let mut rows = Vec::new();
+    if solution.outcome == Outcome::Converged {
+        let count = solution.optimality.conjugate_points;
+        rows.push(row(
+            "this plan",
+            &solution.start,
+            solution.sense,
+            solution.turned_deg,
+            solution.cost,
+            count,
+        ));
+        let rival = |rival: &slewkit::maneuver::Rival| {
+            row("rival", &rival.start, rival.sense, rival.turned_deg, rival.cost, rival.conjugate_points)
+        };
+        rows.extend(solution.rivals.iter().map(rival));
+    }
+    Table {
+        title: "Rivals",
+        head: vec!["", "found from", "way round", "turned, deg", "cost", "ways down (conjugate points)"],
+        rows,
+        remark: "Other extremals with the same ends that the search found; there may be more.",
+    }
+}
+
+fn margins(subject: &Subject, found: &Verification) -> Table {
+    let row = |margin: &Margin| {
+        let beyond = margin.continuous_margin.map_or(String::new(), |margin| significant(margin, 3));
+        let verdict = if margin.holds() { "holds" } else { "violated" };
+        let value =
+            if margin.scaled.abs() <= Margin::ROUND_OFF { "0".into() } else { significant(margin.margin, 3) };
+        vec![
+            margin.name.clone(),
+            verdict.into(),
+            value,
+            beyond,
+            margin.unit.clone(),
+            significant(margin.time_s, 4),
+            named(subject, margin),
+        ]
+    };
+    Table {
+        title: "Margins",
+        head: vec!["limit or constraint", "", "margin", "continuous motion", "unit", "least at, s", "of"],
+        rows: found.margins.iter().map(row).collect(),
+        remark: "Negative: violated. The continuous motion differs by the error of the discretisation.",
+    }
+}
+
+/// Of what a margin is: an input by its name, where the spec gives it one.
+fn named(subject: &Subject, margin: &Margin) -> String {
+    margin.input(subject.problem).map_or_else(|| margin.at.clone(), |input| subject.input_name(input))
+}
+
+fn checks(found: &Verification) -> Table {
+    let row = |check: &slewkit::verify::Check| {
+        let verdict = if check.passed { "✓ holds" } else { "✗ fails" };
+        vec![check.name.clone(), verdict.into(), significant(check.value, 3), significant(check.limit, 3)]
+    };
+    Table {
+        title: "Checks of the witnesses",
+        head: vec!["check", "", "value", "limit"],
+        rows: found.checks.iter().map(row).collect(),
+        remark: "The order of convergence must be at least its limit, every other value at most. Angles in radians.",
+    }
+}

@@ -1,0 +1,112 @@
+//! What to try next: the command to type, most promising first.
+
+use super::SpecArgs;
+use slewkit::maneuver::{Method, Outcome, Problem, Settings};
+use slewkit::numerics::figures::{about, rounded_up, short};
+use slewkit::plan::{Plan, Status};
+use slewkit::verify::Accuracy;
+
+/// Terminal errors up to this multiple of the tolerance count as nearly there.
+const NEARLY: f64 = 1e4;
+
+/// `slew plan` with the spec and the overrides of this run, the last of which sets `key`; and why.
+fn again(args: &SpecArgs, key: &str, value: impl std::fmt::Display, why: &str) -> String {
+    let (path, other) = (args.spec.to_string_lossy(), |set: &&String| !set.starts_with(&format!("{key}=")));
+    let mut words = vec!["slew".into(), "plan".into(), word(&path)];
+    if let Some(notation) = args.reading.input {
+        words.extend(["--input".into(), format!("{notation:?}").to_lowercase()]);
+    }
+    let kept = args.reading.set.iter().filter(other).map(|set| word(set));
+    words.extend(kept.chain([format!("{key}={value}")]).flat_map(|set| ["--set".into(), set]));
+    format!("{}   # {why}", words.join(" "))
+}
+
+/// A word of a command line, in quotes where the shell would read more into it.
+pub fn word(text: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./=:,+%@".contains(c);
+    let text = slewkit_files::spec::escape(text);
+    if !text.is_empty() && text.chars().all(plain) {
+        text
+    } else {
+        format!("'{}'", text.replace('\'', r"'\''"))
+    }
+}
+
+/// What to try next.
+pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Plan) -> Vec<String> {
+    let solution = &plan.solution;
+    let more_steps =
+        || again(args, "maneuver.steps", (2 * solution.steps).min(Problem::MAX_STEPS), "more steps");
+    let longer = || {
+        let stated = problem.duration_at_most.unwrap_or(problem.duration);
+        let duration = solution.longer.unwrap_or_else(|| rounded_up(1.5 * stated));
+        let bounded = problem.duration_at_most.is_some();
+        let key = if bounded { "maneuver.duration_at_most_s" } else { "maneuver.duration_s" };
+        again(args, key, duration, "more time")
+    };
+    let neighbour = || {
+        "plan an easier neighbour (longer, or a smaller turn) with `-o neighbour.json`, then begin from it: \
+         --guess neighbour.json"
+            .to_string()
+    };
+    let convex = solution.method == Method::Scp;
+    let witnessed = plan.verification.as_ref();
+    let accuracy = witnessed.map(|found| Accuracy::of(found, problem, settings.continuous_tolerance));
+    // The discrete maneuver is solved; the true motion under its torque ends elsewhere.
+    let finer = accuracy.and_then(|found| {
+        let why = format!("ends within {} deg", short(found.wanted_deg));
+        found.steps.map(|steps| again(args, "maneuver.steps", steps, &why))
+    });
+    // So close that only round-off can be in the way.
+    let reached = solution.terminal.largest();
+    let nearly = reached.is_finite() && reached < NEARLY * solution.tolerance;
+    match (plan.status, solution.outcome) {
+        (Status::Solved, _) => finer.into_iter().collect(),
+        (Status::VerificationFailed, _) => vec![finer.unwrap_or_else(more_steps)],
+        (_, Outcome::Stalled) if problem.objective.switches() && solution.longer.is_some() => vec![longer()],
+        // A duration that is sought cannot be set.
+        (_, Outcome::Stalled | Outcome::NotFinite) if problem.switches() || problem.seeks_duration() => {
+            vec![more_steps(), again(args, "solver.search", "thorough", "more starts")]
+        }
+        (_, Outcome::StepTooLong) if problem.seeks_duration() => vec![more_steps()],
+        (_, Outcome::StepTooLong) => vec![more_steps(), longer()],
+        (_, Outcome::IterationLimit) => {
+            let iterations = 2 * settings.max_iterations;
+            vec![
+                again(args, "solver.max_iterations", iterations, "more iterations"),
+                more_steps(),
+                neighbour(),
+            ]
+        }
+        (_, Outcome::Stalled) if nearly => {
+            let tolerance = format!("{:e}", 10_f64.powi(reached.log10().ceil() as i32));
+            vec![again(args, "solver.tolerance", tolerance, "a looser tolerance"), more_steps()]
+        }
+        (_, Outcome::Stalled) if convex && solution.longer.is_some() => vec![longer(), neighbour()],
+        (_, Outcome::Stalled) if convex && solution.shortfall.is_some() => {
+            vec!["looser limits, smaller cones or other ends".into(), neighbour()]
+        }
+        (_, Outcome::Stalled | Outcome::NotFinite) => vec![more_steps(), longer(), neighbour()],
+        (_, Outcome::Singular) => {
+            vec!["other torque axes, or terminal rates that the present ones can reach".into()]
+        }
+        (_, Outcome::Infeasible) => {
+            let bound = solution.infeasible.as_ref().and_then(|proof| proof.duration_lower_bound);
+            let longer = bound.map(|bound| {
+                let why = format!("more time; no plan takes less than {} s", about(bound));
+                again(args, "maneuver.duration_s", rounded_up(1.2 * bound), &why)
+            });
+            let others = "what the reason names; or other torque axes, terminal rates or attitudes";
+            longer.into_iter().chain([others.into()]).collect()
+        }
+        (_, Outcome::TimeLimit) => {
+            let limit = settings.time_limit.map_or(60.0, |limit| rounded_up(2.0 * limit.as_secs_f64()));
+            let fewer = (solution.steps / 4).max(10);
+            vec![
+                again(args, "solver.time_limit_s", limit, "more time to search"),
+                again(args, "maneuver.steps", fewer, "a coarser plan, for a guess"),
+            ]
+        }
+        (_, Outcome::Interrupted | Outcome::Converged) => vec![],
+    }
+}

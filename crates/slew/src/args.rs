@@ -1,0 +1,96 @@
+//! Arguments that several commands share.
+
+use super::{Failure, console};
+use clap::ValueEnum;
+use serde::Serialize;
+use slewkit_files::export::write_document;
+use std::path::PathBuf;
+
+/// What is needed to report a failure, whatever the command.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Common {
+    /// No text but errors.
+    pub quiet: bool,
+    /// A failure is a JSON document on stdout too.
+    pub json: bool,
+}
+
+/// The spec of a command.
+#[derive(Debug, clap::Args)]
+pub struct SpecArgs {
+    /// Spec file; `-` reads stdin
+    #[arg(value_name = "SPEC")]
+    pub spec: PathBuf,
+    #[command(flatten)]
+    pub reading: Reading,
+}
+
+/// How a spec is read.
+#[derive(Debug, clap::Args)]
+pub struct Reading {
+    /// Override a key of the spec, as in `--set maneuver.steps=2000`; may be repeated
+    #[arg(long, value_name = "KEY.PATH=VALUE")]
+    pub set: Vec<String>,
+    /// Notation of the spec; by default that of the file name, TOML from stdin
+    #[arg(long, value_name = "FORMAT")]
+    pub input: Option<Notation>,
+}
+
+/// Notation of a spec.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Notation {
+    /// TOML
+    Toml,
+    /// JSON
+    Json,
+}
+
+impl Notation {
+    /// As `--input` takes it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Toml => "toml",
+            Self::Json => "json",
+        }
+    }
+}
+
+/// Output of a command that makes a report.
+#[derive(Debug, clap::Args)]
+pub struct ReportArgs {
+    /// `json` prints the report on stdout
+    #[arg(long, value_name = "FORMAT", default_value = "text")]
+    pub format: ReportFormat,
+    /// No text but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// Format of a report.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ReportFormat {
+    /// Text for people
+    Text,
+    /// One document
+    Json,
+}
+
+impl ReportArgs {
+    /// Whether the report is a document on stdout.
+    pub fn json(&self) -> bool {
+        self.format == ReportFormat::Json
+    }
+
+    /// Prints the report where it is asked for.
+    pub fn print(&self, document: &impl Serialize) -> Result<(), Failure> {
+        if self.json() {
+            console::to_stdout(|output| write_document(document, output))?;
+        }
+        Ok(())
+    }
+
+    /// The part that failures need.
+    pub fn common(&self) -> Common {
+        Common { quiet: self.quiet, json: self.json() }
+    }
+}

@@ -1,0 +1,274 @@
+//! `slew batch`, `slew sweep`, `slew monte-carlo`, `slew merge`: many maneuvers.
+
+pub mod merge;
+pub mod monte_carlo;
+mod progress;
+mod summary;
+pub mod sweep;
+pub mod table;
+
+use super::{
+    Common, Console, Exit, Failure, Message, OutputArgs, Reading, SpecArgs, console, export, interrupt, plan,
+};
+use progress::Progress;
+use slewkit_files::batch::{
+    Batch, BatchError, CaseResult, Ended, Journal, MAX_THREADS, Options, Shard, Tally, run,
+};
+use slewkit_files::export::{FileError, distinct};
+use slewkit_files::spec::{Base, escape};
+use std::cell::Cell;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// How cases are planned and where results go, the same in all commands of many cases.
+#[derive(Debug, clap::Args)]
+pub struct Running {
+    /// Append the results to FILE, a JSON object a line; a file that has some of them is continued. `-` is stdout,
+    /// where the results go by themselves if it is redirected. With --case: the plan file
+    #[arg(short, long, value_name = "FILE.jsonl")]
+    pub output: Option<PathBuf>,
+    /// Throw away the results that FILE holds; replace the plan file
+    #[arg(long)]
+    pub force: bool,
+    /// Number of threads; by default that of the machine. It changes no result
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Only every n-th case from the i-th on, for one of n processes; `slew merge` puts them together
+    #[arg(long, value_name = "i/n")]
+    pub shard: Option<String>,
+    /// Also write the plan file of every case into a folder, which is made if it does not exist
+    #[arg(long, value_name = "DIR")]
+    pub plans: Option<PathBuf>,
+    /// Plan the case of this number alone, as `slew plan` does
+    #[arg(long, value_name = "NUMBER", conflicts_with_all = ["shard", "plans", "threads", "times"])]
+    pub case: Option<u64>,
+    /// Put the wall time of each solve into its line; the same run then gives another file each time
+    #[arg(long)]
+    pub times: bool,
+    /// Tell progress also where stderr is no terminal, every ten seconds
+    #[arg(long)]
+    pub progress: bool,
+    /// No text but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+impl Running {
+    /// The part that failures need.
+    pub fn common(&self) -> Common {
+        Common { quiet: self.quiet, json: false }
+    }
+
+    fn options(&self) -> Result<Options, Failure> {
+        let mut options = Options { plans: self.plans.clone(), times: self.times, ..Options::default() };
+        if let Some(threads) = self.threads {
+            if !(1..=MAX_THREADS).contains(&threads) {
+                let reason = format!("--threads: {threads} threads are not possible");
+                let remedy = format!("give a number from 1 to {MAX_THREADS}, or leave it out");
+                return Err(Failure::Output(Message::new("E0115", reason, remedy)));
+            }
+            options.threads = threads;
+        }
+        Ok(options)
+    }
+}
+
+/// How a batch was asked for, to say how one of its cases is planned again.
+pub struct Asked<'a> {
+    /// The command with what makes its cases: `slew sweep SPEC --over …`.
+    pub command: String,
+    /// The spec or the folder.
+    pub spec: &'a Path,
+    /// The table of cases.
+    pub cases: Option<&'a Path>,
+    pub reading: &'a Reading,
+}
+
+/// Plans the cases, or the one asked for.
+pub fn conduct(
+    batch: &Batch,
+    asked: &Asked<'_>,
+    running: &Running,
+    console: &mut Console,
+) -> Result<Exit, Failure> {
+    if let Some(number) = running.case {
+        return one(batch, number, asked, running, console);
+    }
+    if let Some(path) = running.output.as_deref().filter(|path| merge::is_parquet(path)) {
+        let shown = escape(&path.to_string_lossy());
+        let reason = format!("{shown}: results are appended as lines of JSON, which Parquet cannot be");
+        let remedy = "give -o FILE.jsonl, then `slew merge FILE.jsonl -o FILE.parquet`";
+        return Err(Failure::Output(Message::new("E0107", reason, remedy)));
+    }
+    let options = running.options()?;
+    let shard = running.shard.as_deref().map_or(Ok(Shard::ALL), Shard::parse)?;
+    let outputs = || running.output.iter().chain(&options.plans);
+    for input in std::iter::once(asked.spec).chain(asked.cases) {
+        outputs().try_for_each(|output| distinct(output, input))?;
+    }
+    if let Some(folder) = &options.plans {
+        make(folder)?;
+    }
+    let header = batch.header(shard, options.times);
+    let mut tally = Tally::default();
+    let mut sink = Sink::open(running, &header, &mut tally, console)?;
+    let done = tally.cases;
+    // Of a run that goes on they are its own, and one that a kill left is replaced.
+    if let Some(folder) = options.plans.as_ref().filter(|_| done == 0 && !running.force) {
+        batch.check_plans(folder, shard)?;
+    }
+
+    if running.output.is_some() || console::stdout_is_taken() {
+        interrupt::watch_kept();
+    } else {
+        interrupt::watch();
+    }
+    let began = Instant::now();
+    let counts = Cell::new((tally.cases, tally.failed()));
+    let progress = Progress::new(shard.count(batch.count()), done, running.progress);
+    let mut take = |result: &CaseResult, line: &str| {
+        sink.line(line)?;
+        tally.add(result);
+        counts.set((tally.cases, tally.failed()));
+        Ok(())
+    };
+    let mut tick = || progress.tell(console, counts.get());
+    let ended = run(batch, shard, done, &options, &interrupt::requested, &mut take, &mut tick);
+    console.clear_progress();
+    let ended = match ended {
+        // As `head` does.
+        Err(BatchError::Closed) => return Ok(Exit::Solved),
+        ended => ended?,
+    };
+    let path = sink.close()?;
+    let facts = summary::Facts {
+        asked,
+        header: &header,
+        shard,
+        tally: &tally,
+        done,
+        seconds: began.elapsed().as_secs_f64(),
+        threads: options.threads,
+        output: path,
+        stopped: ended == Ended::Stopped,
+        forced: running.force,
+    };
+    console.say(&summary::text(console, &facts));
+    Ok(match ended {
+        Ended::Stopped => Exit::Plan(slewkit::plan::Status::Interrupted),
+        Ended::Complete if tally.failed() > 0 => Exit::CasesFailed,
+        Ended::Complete => Exit::Solved,
+    })
+}
+
+/// `slew plan` on one case.
+fn one(
+    batch: &Batch,
+    number: u64,
+    asked: &Asked<'_>,
+    running: &Running,
+    console: &mut Console,
+) -> Result<Exit, Failure> {
+    if asked.spec.as_os_str() == "-" {
+        return Err(Failure::Usage(
+            "--case: the spec is read once more for it, so it cannot come from stdin".into(),
+        ));
+    }
+    let case = batch.case(number)?;
+    let own = case.set.iter().map(|set| format!("{}={}", set.path(), set.value()));
+    let set = asked.reading.set.iter().cloned().chain(own).collect();
+    let output = OutputArgs {
+        format: None,
+        output: running.output.clone(),
+        force: running.force,
+        quiet: running.quiet,
+    };
+    let spec = case.spec.unwrap_or_else(|| asked.spec.into());
+    let spec = SpecArgs { spec, reading: Reading { set, input: asked.reading.input } };
+    plan::run(
+        &plan::Args { spec, output, tables: export::TableArgs::default(), guess: None, report: None },
+        console,
+    )
+}
+
+/// The spec that the cases change, with the overrides of the command line.
+pub fn base(spec: &Path, reading: &Reading) -> Result<Base, Failure> {
+    let (overrides, format) = super::spec_file::arguments(spec, reading)?;
+    Ok(if spec.as_os_str() == "-" {
+        Base::from_reader(io::stdin().lock(), "stdin", format, &overrides)?
+    } else {
+        Base::open(spec, format, &overrides)?
+    })
+}
+
+fn make(folder: &Path) -> Result<(), Failure> {
+    if !folder.is_dir() {
+        let shown = escape(&folder.to_string_lossy());
+        std::fs::create_dir_all(folder).map_err(|reason| FileError::NotWritable { folder: shown, reason })?;
+    }
+    Ok(())
+}
+
+/// Where results go.
+enum Sink {
+    Nowhere,
+    Stdout,
+    File(PathBuf, Box<Journal>),
+}
+
+impl Sink {
+    /// Opens it; results that a file has already go to the tally.
+    fn open(
+        running: &Running,
+        header: &slewkit_files::batch::Header,
+        tally: &mut Tally,
+        console: &mut Console,
+    ) -> Result<Self, Failure> {
+        let by_itself = running.output.is_none() && console::stdout_is_taken();
+        match &running.output {
+            Some(path) if path.as_os_str() != "-" => {
+                let (journal, found) =
+                    Journal::open(path, header, running.force, &mut |result| tally.add(result))?;
+                if found.torn > 0 {
+                    let shown = escape(&path.to_string_lossy());
+                    let reason = format!(
+                        "{shown}: the last line was cut short, {} bytes of it; it is gone",
+                        found.torn
+                    );
+                    console.warn("W0113", &reason, "nothing to do: its case is planned again");
+                }
+                Ok(Self::File(path.clone(), Box::new(journal)))
+            }
+            None if !by_itself => Ok(Self::Nowhere),
+            _ => {
+                let head =
+                    serde_json::to_string(header).map_err(|error| Failure::Internal(error.to_string()))?;
+                Self::Stdout.line(&head)?;
+                Ok(Self::Stdout)
+            }
+        }
+    }
+
+    fn line(&mut self, line: &str) -> Result<(), BatchError> {
+        match self {
+            Self::Nowhere => Ok(()),
+            Self::File(_, journal) => journal.line(line),
+            Self::Stdout => {
+                let mut output = io::stdout().lock();
+                writeln!(output, "{line}").and_then(|()| output.flush()).map_err(|error| match error.kind() {
+                    io::ErrorKind::BrokenPipe => BatchError::Closed,
+                    _ => slewkit_files::export::ExportError::from(error).into(),
+                })
+            }
+        }
+    }
+
+    /// Waits for the disk; the file, if it is one.
+    fn close(self) -> Result<Option<PathBuf>, BatchError> {
+        match self {
+            Self::Nowhere | Self::Stdout => Ok(None),
+            Self::File(path, journal) => journal.close().map(|()| Some(path)),
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! How far a batch is: cases, rate, time to go.
+
+use crate::Console;
+use slewkit::numerics::figures::significant;
+use std::cell::Cell;
+use std::time::{Duration, Instant};
+
+/// How often progress is told where there is no terminal.
+const SELDOM: Duration = Duration::from_secs(10);
+
+/// A run that goes on.
+pub struct Progress {
+    cases: u64,
+    /// Results that were there before.
+    before: u64,
+    began: Instant,
+    /// Lines are wanted where there is no terminal; when the last one was told.
+    told: Option<Cell<Instant>>,
+}
+
+impl Progress {
+    pub fn new(cases: u64, before: u64, insist: bool) -> Self {
+        let began = Instant::now();
+        Self { cases, before, began, told: insist.then(|| Cell::new(began)) }
+    }
+
+    /// Tells how far it is, when it is time; `done` and failed cases, those from before among them.
+    pub fn tell(&self, console: &mut Console, (done, failed): (u64, u64)) {
+        if console.shows_progress() {
+            console.progress(|| self.text(done, failed));
+        } else if let Some(told) = self.told.as_ref().filter(|told| told.get().elapsed() >= SELDOM) {
+            told.set(Instant::now());
+            console.say(&self.text(done, failed));
+        }
+    }
+
+    fn text(&self, done: u64, failed: u64) -> String {
+        let seconds = self.began.elapsed().as_secs_f64();
+        let rate = (done - self.before) as f64 / seconds.max(1e-3);
+        let left = (self.cases - done) as f64 / rate;
+        let to_go = if left.is_finite() { format!(", {} to go", span(left)) } else { String::new() };
+        let failed = if failed > 0 { format!(", {failed} failed") } else { String::new() };
+        format!("  {done} of {} cases{failed}, {} a second{to_go}", self.cases, significant(rate, 3))
+    }
+}
+
+/// A span of time for people.
+pub fn span(seconds: f64) -> String {
+    let whole = seconds.round() as u64;
+    match whole {
+        0..60 => format!("{whole} s"),
+        60..3600 => format!("{} min {} s", whole / 60, whole % 60),
+        _ => format!("{} h {} min", whole / 3600, whole % 3600 / 60),
+    }
+}

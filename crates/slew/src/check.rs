@@ -1,0 +1,193 @@
+//! `slew check`: the spec alone, all errors at once.
+
+use super::{Console, Exit, Failure, Lines, ReportArgs, SpecArgs, Tone, memory, spec_file, summary};
+use serde::Serialize;
+use slewkit::maneuver::{Motion, Objective};
+use slewkit::numerics::figures::{counted, significant};
+use slewkit::plan::PeakMemory;
+use slewkit_files::spec::{Diagnostic, Loaded, LoadedSimulation, Spec, escape};
+
+/// Arguments of `slew check`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    pub spec: SpecArgs,
+    #[command(flatten)]
+    pub report: ReportArgs,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
+    match spec_file::load(&args.spec.spec, &args.spec.reading, console)? {
+        Spec::Maneuver(loaded) => maneuver(&loaded, args, console),
+        Spec::Simulation(loaded) => simulation(&loaded, args, console),
+    }
+}
+
+/// "valid", and how many warnings.
+fn verdict(warnings: &[Diagnostic]) -> (String, Tone) {
+    match warnings.len() {
+        0 => ("valid".into(), Tone::Good),
+        count => (format!("valid, {}", counted(count, "warning")), Tone::Note),
+    }
+}
+
+#[derive(Serialize)]
+struct BodyReport<'a> {
+    name: &'a str,
+    /// None: it only turns.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mass_kg: Option<f64>,
+    principal_moments_kg_m2: [f64; 3],
+    /// Rows, about the mass center (about the pivot under uniform gravity), body axes.
+    inertia_kg_m2: [[f64; 3]; 3],
+    #[serde(flatten)]
+    solid: Option<SolidReport>,
+}
+
+/// A shape of faces; its vertices are shifted by minus its mass center.
+#[derive(Serialize)]
+struct SolidReport {
+    faces: usize,
+    volume_m3: f64,
+    mass_center_m: [f64; 3],
+}
+
+fn simulation(loaded: &LoadedSimulation, args: &Args, console: &mut Console) -> Result<Exit, Failure> {
+    let LoadedSimulation { simulation, warnings, solids, .. } = loaded;
+    let (verdict, tone) = verdict(warnings);
+    let bodies: Vec<BodyReport<'_>> = simulation
+        .bodies
+        .iter()
+        .zip(simulation.system.bodies())
+        .zip(solids)
+        .map(|((name, body), solid)| BodyReport {
+            name,
+            mass_kg: body.mass,
+            principal_moments_kg_m2: (*body.inertia.principal()).into(),
+            // Symmetric: rows are columns.
+            inertia_kg_m2: (*body.inertia.j()).into(),
+            solid: solid.map(|solid| SolidReport {
+                faces: solid.faces,
+                volume_m3: solid.volume,
+                mass_center_m: solid.mass_center.into(),
+            }),
+        })
+        .collect();
+    let rows = simulation.steps.div_ceil(simulation.stride) + 1;
+    let (duration, step) = (significant(simulation.duration, 4), significant(simulation.step(), 3));
+    let steps = format!("{duration} s in {} steps of {step} s, {rows} rows", simulation.steps);
+    let mut lines = vec![
+        summary::headline(console, &simulation.name, &verdict, tone),
+        summary::line("simulation", &steps),
+        summary::line("integrator", simulation.kind.name()),
+    ];
+    for (index, body) in bodies.iter().enumerate().take(SHOWN) {
+        let mass = body.mass_kg.map_or("only turns".into(), |mass| format!("{} kg", significant(mass, 6)));
+        let moments = body.principal_moments_kg_m2.map(|moment| significant(moment, 6)).join(", ");
+        let label = if index == 0 { "bodies" } else { "" };
+        let text = format!("{}: {mass}, principal moments {moments} kg·m²", escape(body.name));
+        lines.line(label, &text);
+        lines.extend(body.solid.iter().flat_map(|solid| told(solid, &body.inertia_kg_m2)));
+    }
+    if bodies.len() > SHOWN {
+        lines.line("", format!("… {} in all", bodies.len()));
+    }
+    console.say(&lines.join("\n"));
+    let facts = simulation.kind.facts();
+    args.report.print(&document! {
+        status: "valid",
+        exit_code: 0,
+        name: &simulation.name,
+        integrator: simulation.kind.name(),
+        order: facts.order,
+        symplectic: facts.symplectic,
+        steps: simulation.steps,
+        step_s: simulation.step(),
+        duration_s: simulation.duration,
+        rows: rows,
+        bodies: &bodies,
+        diagnostics: warnings,
+    })?;
+    Ok(Exit::Solved)
+}
+
+/// What a shape of faces comes to, in words.
+fn told(solid: &SolidReport, inertia: &[[f64; 3]; 3]) -> [String; 2] {
+    let list =
+        |values: &[f64]| values.iter().map(|value| significant(*value, 6)).collect::<Vec<_>>().join(", ");
+    let SolidReport { faces, volume_m3, mass_center_m } = solid;
+    let (volume, center) = (significant(*volume_m3, 6), list(mass_center_m));
+    let rows = inertia.map(|row| format!("[{}]", list(&row))).join(", ");
+    [
+        summary::line(
+            "",
+            &format!("  {faces} faces, {volume} m³, mass center [{center}] m as the vertices are given"),
+        ),
+        summary::line("", &format!("  inertia [{rows}] kg·m²")),
+    ]
+}
+
+fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit, Failure> {
+    let Loaded { problem, settings, warnings, .. } = loaded;
+    problem.check().map_err(super::plan::invalid)?;
+    let (verdict, tone) = verdict(warnings);
+    let moves = match problem.motion {
+        Motion::Attitude => "attitude",
+        Motion::RigidBody => "position and attitude",
+    };
+    let duration = if problem.seeks_duration() {
+        let sought = if problem.objective == Objective::Time { "shortest" } else { "best" };
+        let longest = problem.duration_at_most;
+        let longest = longest.map(|longest| format!(" up to {} s", significant(longest, 4)));
+        format!("{sought} duration{}, {} steps", longest.unwrap_or_default(), problem.steps)
+    } else {
+        let (duration, step) = (significant(problem.duration, 4), significant(problem.step(), 3));
+        format!("{duration} s in {} steps of {step} s", problem.steps)
+    };
+    let inputs = problem.actuation.count();
+    let wheels = problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len());
+    let of_wheels = if wheels > 0 { ", each the torque of a reaction wheel" } else { "" };
+    let mut lines = vec![
+        summary::headline(console, &problem.name, &verdict, tone),
+        summary::line("maneuver", &format!("{moves}, {duration}")),
+        summary::line("inputs", &format!("{inputs}{of_wheels}")),
+    ];
+    let limits: Vec<_> = problem.actuation.limits().map(|limit| limit.name).collect();
+    let constraints: Vec<&str> =
+        problem.constraints.iter().map(|constraint| constraint.name.as_str()).collect();
+    if !limits.is_empty() {
+        lines.line("limits", limits.join(", "));
+    }
+    if !constraints.is_empty() {
+        lines.line("constraints", escape(&listed(&constraints)));
+    }
+    let memory = PeakMemory::of(problem, settings);
+    lines.line("memory", memory::told(memory));
+    console.say(&lines.join("\n"));
+    memory::warn(problem, settings, console);
+    args.report.print(&document! {
+        status: "valid",
+        exit_code: 0,
+        name: &problem.name,
+        steps: problem.steps,
+        step_s: problem.step(),
+        duration_s: problem.duration,
+        inputs: inputs,
+        wheels: wheels,
+        limits: &limits,
+        constraints: &constraints,
+        memory_bytes: memory.likely,
+        memory_bytes_at_most: memory.most,
+        diagnostics: warnings,
+    })?;
+    Ok(Exit::Solved)
+}
+
+/// Names that a line shows.
+const SHOWN: usize = 6;
+
+fn listed(names: &[&str]) -> String {
+    let more = if names.len() > SHOWN { format!(", … {} in all", names.len()) } else { String::new() };
+    format!("{}{more}", names[..names.len().min(SHOWN)].join(", "))
+}

@@ -1,0 +1,90 @@
+//! The global lower bound of `slew compare --bound`.
+
+use crate::Failure;
+#[cfg(feature = "sdp")]
+use crate::{Lines, line, summary::scheme};
+use slewkit::maneuver::{Problem, Settings};
+#[cfg(feature = "sdp")]
+use slewkit::numerics::figures::{error, significant, time};
+use slewkit::plan::Observer;
+#[cfg(feature = "sdp")]
+use slewkit_report::studies::methods::{Global, global};
+
+/// A bound, or why there is none, in words and as a document.
+pub struct Bound {
+    /// Lines of the summary.
+    pub lines: Vec<String>,
+    /// The value of `bound`: the numbers, or `reason`.
+    pub document: serde_json::Value,
+}
+
+/// Refuses what this program may have been built without.
+pub fn available() -> Result<(), Failure> {
+    if cfg!(feature = "sdp") {
+        return Ok(());
+    }
+    Err(Failure::Usage(
+        "--bound needs semidefinite programs, which this `slew` was built without: build it with \
+         `cargo install --path . --features sdp`; that links the system's OpenBLAS (Debian, Ubuntu: \
+         `apt-get install libopenblas-dev`)"
+            .into(),
+    ))
+}
+
+/// As [`available`].
+#[cfg(not(feature = "sdp"))]
+pub fn bound(_: &Problem, _: &Settings, _: Option<usize>, _: &mut dyn Observer) -> Result<Bound, Failure> {
+    available()?;
+    Err(Failure::Internal("a bound without semidefinite programs".into()))
+}
+
+/// The bound of `problem` on `steps` steps.
+#[cfg(feature = "sdp")]
+pub fn bound(
+    problem: &Problem,
+    settings: &Settings,
+    steps: Option<usize>,
+    observer: &mut dyn Observer,
+) -> Result<Bound, Failure> {
+    match global(problem, settings, steps, observer) {
+        Ok(found) => {
+            let document =
+                serde_json::to_value(&found).map_err(|error| Failure::Internal(error.to_string()))?;
+            Ok(Bound { lines: lines(problem, &found), document })
+        }
+        Err(reason) => {
+            let reason = reason.to_string();
+            let lines = vec![line("bound", &reason)];
+            Ok(Bound { lines, document: serde_json::json!({ "reason": reason }) })
+        }
+    }
+}
+
+#[cfg(feature = "sdp")]
+fn lines(problem: &Problem, found: &Global) -> Vec<String> {
+    let scheme = scheme(problem.scheme);
+    let grid = if found.same_grid {
+        "this discrete problem".into()
+    } else {
+        format!("the same maneuver on {} {scheme} steps, another discrete problem", found.steps)
+    };
+    let numbers = format!(
+        "no maneuver, whichever way round, costs less than {}; the plan there costs {}",
+        significant(found.lower_bound, 10),
+        significant(found.cost, 10)
+    );
+    let mut lines = vec![line("bound", &format!("of {grid}")), line("", &numbers)];
+    lines.line("", format!("gap {} of the cost   {}", error(found.gap), time(found.solve_time_s)));
+    if let Some(cost) = found.cost_without_limits {
+        let (cost, gap) = (significant(cost, 10), error(found.gap_without_limits));
+        let text = format!("the bound leaves limits out: the plan without them costs {cost}, gap {gap}");
+        lines.line("", &text);
+    }
+    let verdict = match (found.tight, found.cost_without_limits.is_some()) {
+        (true, false) => "the plan there is globally optimal within the gap",
+        (true, true) => "without limits the plan there is globally optimal within its gap",
+        (false, _) => "loose: a cheaper maneuver, or the relaxation; the gap does not tell which",
+    };
+    lines.line("", verdict);
+    lines
+}

@@ -1,0 +1,128 @@
+//! The two streams: text for people on stderr, data on stdout. A closed stream is no error.
+
+use slewkit_files::export::ExportError;
+pub use slewkit_report::summary::Tone;
+use slewkit_report::summary::paint;
+#[cfg(unix)]
+use std::fs::File;
+use std::io::{self, BufWriter, IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+/// Text for people.
+#[derive(Debug)]
+pub struct Console {
+    quiet: bool,
+    /// Whether to colour: a terminal, and `NO_COLOR` empty or absent.
+    pub colour: bool,
+    terminal: bool,
+    /// A progress line stands on the screen.
+    progress: bool,
+    /// When it was shown last.
+    shown: Instant,
+}
+
+impl Console {
+    /// A console on stderr; `quiet` keeps all but errors.
+    pub fn new(quiet: bool) -> Self {
+        let terminal = io::stderr().is_terminal();
+        let no_colour = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+        Self { quiet, colour: terminal && !no_colour, terminal, progress: false, shown: Instant::now() }
+    }
+
+    /// Paints `text`.
+    pub fn paint(&self, tone: Tone, text: &str) -> String {
+        paint(self.colour, tone, text)
+    }
+
+    /// One line or several, unless quiet.
+    pub fn say(&mut self, text: &str) {
+        if !self.quiet {
+            self.plain_error(text);
+        }
+    }
+
+    /// A coded error, quiet or not.
+    pub fn error(&mut self, code: &str, reason: &str, remedy: &str) {
+        let label = self.paint(Tone::Bad, &format!("error[{code}]"));
+        let mut text = format!("{label}: {reason}");
+        if !remedy.is_empty() {
+            text.push_str(&format!("\n  help: {}", remedy.replace('\n', "\n        ")));
+        }
+        self.plain_error(&text);
+    }
+
+    /// A coded warning, unless quiet.
+    pub fn warn(&mut self, code: &str, reason: &str, remedy: &str) {
+        let label = self.paint(Tone::Note, &format!("warning[{code}]"));
+        self.say(&format!("{label}: {reason}\n  help: {remedy}"));
+    }
+
+    /// Rendered text, quiet or not.
+    pub fn plain_error(&mut self, text: &str) {
+        self.clear_progress();
+        // `eprintln!` panics when stderr is closed.
+        let _ = writeln!(io::stderr().lock(), "{}", text.trim_end_matches('\n'));
+    }
+
+    /// Whether anybody sees progress.
+    pub fn shows_progress(&self) -> bool {
+        self.terminal && !self.quiet
+    }
+
+    /// Whether it is time for another progress line: ten a second, and none in the first tenth.
+    pub fn is_due(&self) -> bool {
+        self.shows_progress() && self.shown.elapsed() >= Duration::from_millis(100)
+    }
+
+    /// Replaces the progress line when it is time.
+    pub fn progress(&mut self, text: impl FnOnce() -> String) {
+        if self.is_due() {
+            let mut stderr = io::stderr().lock();
+            let _ = write!(stderr, "\r\x1b[K{}", text());
+            let _ = stderr.flush();
+            (self.progress, self.shown) = (true, Instant::now());
+        }
+    }
+
+    /// Takes the progress line away.
+    pub fn clear_progress(&mut self) {
+        if std::mem::take(&mut self.progress) {
+            let _ = write!(io::stderr().lock(), "\r\x1b[K");
+        }
+    }
+}
+
+/// Whether data on stdout are taken by somebody: it leads to a file or into a pipe, and the text for people does not
+/// go to the same place.
+#[cfg(unix)]
+pub fn stdout_is_taken() -> bool {
+    use std::os::fd::{AsFd, BorrowedFd};
+    use std::os::unix::fs::{FileTypeExt, MetadataExt};
+    let about = |stream: BorrowedFd<'_>| File::from(stream.try_clone_to_owned()?).metadata();
+    let Ok(stdout) = about(io::stdout().as_fd()) else { return false };
+    let kind = stdout.file_type();
+    let taken = kind.is_file() || kind.is_fifo() || kind.is_socket();
+    let place = |stream: &std::fs::Metadata| (stream.dev(), stream.ino());
+    taken && !about(io::stderr().as_fd()).is_ok_and(|stderr| place(&stderr) == place(&stdout))
+}
+
+/// Whether data on stdout are taken by somebody: it is no terminal.
+#[cfg(not(unix))]
+pub fn stdout_is_taken() -> bool {
+    !io::stdout().is_terminal()
+}
+
+/// Writes data to stdout. A reader that has gone, as `head` does, ends the writing and is no error.
+pub fn to_stdout(content: impl FnOnce(&mut dyn Write) -> Result<(), ExportError>) -> Result<(), ExportError> {
+    // Locked and buffered: stdout itself flushes at every newline.
+    let mut output = BufWriter::new(io::stdout().lock());
+    let written = content(&mut output).and_then(|()| Ok(output.flush()?));
+    match written {
+        Err(error) if error.is_broken_pipe() => {
+            // What is still buffered would be tried again on drop.
+            drop(output.into_parts());
+            Ok(())
+        }
+        other => other,
+    }
+}

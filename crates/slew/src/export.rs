@@ -1,0 +1,91 @@
+//! `slew export`: a plan file in the formats of other programs.
+
+use super::{
+    Console, Destination, Exit, Failure, Format, Message, OutputArgs, Reading, interrupt, spec_file,
+};
+use clap::ValueEnum;
+use slewkit::maneuver::Problem;
+use slewkit_files::exchange::Tables;
+use slewkit_files::export::{ExportError, PlanFile};
+use slewkit_files::formats;
+use slewkit_files::identity::Identity;
+use slewkit_files::spec::Loaded;
+use std::path::PathBuf;
+
+/// Arguments of `slew export`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Attitudes lead from the body to the reference frame; what a format wants otherwise is done. Names, epoch and
+number of the spacecraft stand in the spec that the plan holds ([names], epoch), or are given by --set.
+
+Examples:
+  slew export plan.json -o plan.aem --set epoch='2026-11-21T07:00:00 UTC'
+  slew export plan.json -o plan.bc; slew export plan.json -o plan.tsc; slew export plan.json -o plan.tf
+  slew export plan.json -o table.flight --tick 0.1
+  slew export plan.json -o plan.csv --margins")]
+pub struct Args {
+    /// Plan file, as `slew plan SPEC -o PLAN.json` wrote it; `-` reads stdin
+    #[arg(value_name = "PLAN.json")]
+    pub plan: PathBuf,
+    #[command(flatten)]
+    pub reading: Reading,
+    #[command(flatten)]
+    pub output: OutputArgs,
+    #[command(flatten)]
+    pub tables: TableArgs,
+}
+
+/// What tables hold.
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
+pub struct TableArgs {
+    /// Tick of `--format flight`; by default the step of the plan
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub tick: Option<f64>,
+    /// In CSV and Parquet, also tell at each node the margin of every limit and constraint, and the angle in degrees
+    /// between each boresight and what it is to keep away from or near to, as the Sun
+    #[arg(long)]
+    pub margins: bool,
+}
+
+impl TableArgs {
+    /// What is asked for, if the format can tell it.
+    pub fn checked(self, destination: &Destination) -> Result<Tables, Failure> {
+        let format = destination.format().and_then(Format::of_data);
+        if self.margins && !format.is_some_and(formats::Format::tells_margins) {
+            let reason = "--margins: only the tables csv and parquet have columns for them".to_string();
+            return Err(Failure::Output(Message::new("E0107", reason, "give -o FILE.csv, or leave it out")));
+        }
+        Ok(Tables { tick: self.tick, margins: self.margins })
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
+    interrupt::end_at_once();
+    let destination = args.output.destination(Format::value_variants(), &[&args.plan])?;
+    let unusable = |error: ExportError| Failure::unusable(&args.plan, &error);
+    let tables = args.tables.checked(&destination)?;
+    let plan = PlanFile::read(spec_file::open_plan(&args.plan)?).map_err(unusable)?;
+    let held = plan.spec.as_ref().ok_or_else(|| unusable(ExportError::NoSpec))?;
+    let Loaded { problem, identity, .. } = spec_file::read_held(held, &args.plan, &args.reading, console)?;
+    let problem = plan.on_grid(&problem).map_err(unusable)?;
+    destination.write(console, |format, output| {
+        let format = format.of_data().unwrap_or(formats::Format::Json);
+        format.write(&plan, &problem, &identity, tables, output)
+    })?;
+    Ok(Exit::Solved)
+}
+
+/// A number of seconds on the command line.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err("a positive number of seconds is needed".into()),
+    }
+}
+
+/// Refuses a format for which the maneuver does not say enough.
+pub fn check(destination: &Destination, problem: &Problem, identity: &Identity) -> Result<(), Failure> {
+    let Some(format) = destination.format().and_then(Format::of_data) else { return Ok(()) };
+    format.check(problem, identity).map_err(|lacking| Failure::from(ExportError::from(lacking)))
+}

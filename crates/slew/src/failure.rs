@@ -1,0 +1,209 @@
+//! How a command ends: the exit codes, and the failures that lead to them.
+
+use super::Console;
+use super::console;
+use serde::Serialize;
+use slewkit::plan::Status;
+use slewkit_files::batch::BatchError;
+use slewkit_files::exchange::Lacking;
+use slewkit_files::export::{ExportError, FileError, write_document};
+use slewkit_files::spec::{Diagnostics, escape};
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Exit codes of the program; a solve has those of its [`Status`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exit {
+    /// Done.
+    Solved,
+    /// A bug.
+    Internal,
+    /// The command line is wrong.
+    Usage,
+    /// The spec is wrong.
+    SpecInvalid,
+    /// A solve ended otherwise.
+    Plan(Status),
+    /// A file could not be read or written.
+    File,
+    /// A simulation left the finite numbers.
+    NotFinite,
+    /// A batch is finished, and some of its cases failed.
+    CasesFailed,
+}
+
+impl Exit {
+    /// The code.
+    pub fn code(self) -> u8 {
+        match self {
+            Self::Solved => 0,
+            Self::Internal => 1,
+            Self::Usage => 2,
+            Self::SpecInvalid => 3,
+            Self::Plan(status) => status.exit_code(),
+            Self::File => 8,
+            Self::NotFinite | Self::CasesFailed => 9,
+        }
+    }
+
+    /// The status string that goes with the code.
+    pub fn status(self) -> &'static str {
+        match self {
+            Self::Solved => "solved",
+            Self::Internal => "internal_error",
+            Self::Usage => "usage_error",
+            Self::SpecInvalid => "spec_invalid",
+            Self::Plan(status) => status.name(),
+            Self::File => "file_error",
+            Self::NotFinite => "not_finite",
+            Self::CasesFailed => "cases_failed",
+        }
+    }
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        exit.code().into()
+    }
+}
+
+/// Why a command could not do its work.
+#[derive(Debug)]
+pub enum Failure {
+    /// The spec is wrong.
+    Spec(Diagnostics),
+    /// A file, or stdin or stdout.
+    File(Message),
+    /// The problem or the settings do not hold together, though the spec reads well.
+    Problem(Message),
+    /// The arguments contradict each other.
+    Usage(String),
+    /// The arguments ask for an output that there is not.
+    Output(Message),
+    /// The end of the solve is known without a plan.
+    Plan(Status, Message),
+    /// A bug; the code stands for no mistake of the user.
+    Internal(String),
+}
+
+/// A coded message that points at no line of a spec.
+#[derive(Clone, Debug, Serialize)]
+pub struct Message {
+    /// Stable code.
+    pub code: &'static str,
+    /// What is wrong.
+    pub reason: String,
+    /// What to do next.
+    pub remedy: String,
+}
+
+impl Message {
+    pub fn new(code: &'static str, reason: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self { code, reason: reason.into(), remedy: remedy.into() }
+    }
+}
+
+impl Failure {
+    /// An input that cannot be opened or read.
+    pub fn unreadable(path: &Path, error: &std::io::Error) -> Self {
+        let path = path.to_string_lossy();
+        let reason = format!("cannot read {}: {error}", escape(&path));
+        Self::File(Message::new("E0090", reason, "check the path"))
+    }
+
+    /// An input that is not what it should be.
+    pub fn unusable(path: &Path, error: &ExportError) -> Self {
+        if let ExportError::Io(error) = error {
+            return Self::unreadable(path, error);
+        }
+        let path = path.to_string_lossy();
+        let reason = format!("{}: {error}", escape(&path));
+        Self::File(Message::new(error.code(), reason, error.remedy()))
+    }
+
+    fn exit(&self) -> Exit {
+        match self {
+            Self::Spec(diagnostics) if diagnostics.is_io() => Exit::File,
+            Self::Spec(_) | Self::Problem(_) => Exit::SpecInvalid,
+            Self::File(_) => Exit::File,
+            Self::Usage(_) | Self::Output(_) => Exit::Usage,
+            Self::Plan(status, _) => Exit::Plan(*status),
+            Self::Internal(_) => Exit::Internal,
+        }
+    }
+
+    /// Tells the user, as text and if asked as a document, and gives the exit code.
+    pub fn report(&self, console: &mut Console, json: bool) -> Exit {
+        let exit = self.exit();
+        match self {
+            Self::Spec(diagnostics) => console.plain_error(&diagnostics.render(console.colour)),
+            Self::File(message) | Self::Problem(message) | Self::Output(message) | Self::Plan(_, message) => {
+                console.error(message.code, &message.reason, &message.remedy);
+            }
+            Self::Usage(reason) => console.error("usage", reason, "see `slew --help`"),
+            Self::Internal(reason) => {
+                console.error("internal", reason, "this is a bug: please report it with the spec");
+            }
+        }
+        if json {
+            // The pipe may be what failed: there is nobody left to tell.
+            let _ = console::to_stdout(|output| write_document(&self.document(exit), output));
+        }
+        exit
+    }
+
+    fn document(&self, exit: Exit) -> impl Serialize {
+        let (diagnostics, error) = match self {
+            Self::Spec(diagnostics) => (Some(diagnostics), None),
+            Self::File(message) | Self::Problem(message) | Self::Output(message) | Self::Plan(_, message) => {
+                (None, Some(message))
+            }
+            Self::Usage(_) | Self::Internal(_) => (None, None),
+        };
+        document! {
+            status: exit.status(), exit_code: exit.code(), error if some: error, diagnostics if some: diagnostics,
+        }
+    }
+}
+
+impl From<FileError> for Failure {
+    fn from(error: FileError) -> Self {
+        Self::File(Message::new(error.code(), error.to_string(), error.remedy()))
+    }
+}
+
+impl From<ExportError> for Failure {
+    fn from(error: ExportError) -> Self {
+        match error {
+            ExportError::File(error) => error.into(),
+            ExportError::Io(error) => {
+                let reason = format!("writing to stdout failed: {error}");
+                Self::File(Message::new("E0097", reason, "free some space, or give a file with `-o`"))
+            }
+            ExportError::Lacking(lacking) => {
+                let message = Message::new(lacking.code(), lacking.to_string(), lacking.remedy());
+                // No fault of the spec.
+                if lacking == Lacking::Parquet { Self::Output(message) } else { Self::Problem(message) }
+            }
+            other => Self::Internal(other.to_string()),
+        }
+    }
+}
+
+impl From<BatchError> for Failure {
+    fn from(error: BatchError) -> Self {
+        let message = |code, reason, remedy| Message { code, reason, remedy };
+        match error {
+            BatchError::Spec(found) => Self::Spec(found),
+            BatchError::Argument { code, reason, remedy } => Self::Output(message(code, reason, remedy)),
+            BatchError::File { code, reason, remedy } => Self::File(message(code, reason, remedy)),
+            closed @ BatchError::Closed => Self::Internal(closed.to_string()),
+        }
+    }
+}
+
+impl From<Diagnostics> for Failure {
+    fn from(diagnostics: Diagnostics) -> Self {
+        Self::Spec(diagnostics)
+    }
+}

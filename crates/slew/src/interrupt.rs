@@ -1,0 +1,133 @@
+//! Ctrl-C: the first asks the work to stop and keeps its best result, the second ends at once, and so does one while
+//! results are being written. The signals that ask a process to end, SIGTERM and SIGHUP, count as Ctrl-C.
+
+use super::Exit;
+use slewkit::plan::Status;
+use slewkit_files::export::remove_temporaries;
+use std::io::Write;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, LazyLock};
+use std::thread;
+use std::time::Duration;
+
+static REQUESTED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
+/// Whether results go where they stay, one after the other.
+static KEEPING: AtomicBool = AtomicBool::new(false);
+static WRITING: AtomicBool = AtomicBool::new(false);
+
+/// How long the work may go on in silence: a step of large polyhedra, or a subproblem, takes its time.
+const PATIENCE: Duration = Duration::from_millis(700);
+
+/// Takes Ctrl-C over from here on.
+pub fn watch() {
+    let installed = ctrlc::set_handler(asked);
+    // Without a handler Ctrl-C ends the program, which is what it would do anyway.
+    drop(installed);
+    #[cfg(unix)]
+    unix::watch();
+}
+
+/// Prepares for limits of the system, before anything else.
+pub fn prepare() {
+    #[cfg(unix)]
+    {
+        unix::survive_file_limit();
+        unix::end_without_memory();
+    }
+}
+
+/// As [`watch`], of work whose results are kept one by one as they are finished.
+pub fn watch_kept() {
+    KEEPING.store(true, Ordering::SeqCst);
+    watch();
+}
+
+/// Whether Ctrl-C was pressed.
+pub fn requested() -> bool {
+    REQUESTED.load(Ordering::SeqCst)
+}
+
+/// What is set when Ctrl-C is pressed.
+pub fn flag() -> Arc<AtomicBool> {
+    Arc::clone(&REQUESTED)
+}
+
+/// Results are written from here on: nothing is left to ask, so that a Ctrl-C ends at once.
+pub fn writing() {
+    WRITING.store(true, Ordering::SeqCst);
+}
+
+/// Takes Ctrl-C over for work that is all writing: it ends at once, and leaves nothing half-written.
+pub fn end_at_once() {
+    writing();
+    watch();
+}
+
+fn asked() {
+    if REQUESTED.swap(true, Ordering::SeqCst) || WRITING.load(Ordering::SeqCst) {
+        remove_temporaries();
+        std::process::exit(i32::from(Exit::Plan(Status::Interrupted).code()));
+    }
+    // Where no thread can be started nobody is told, and the work stops all the same.
+    let _ = thread::Builder::new().spawn(|| {
+        thread::sleep(PATIENCE);
+        let text = if KEEPING.load(Ordering::SeqCst) {
+            "interrupted: waiting for the cases under way; once more ends at once, what was finished is kept"
+        } else if WRITING.load(Ordering::SeqCst) {
+            "interrupted: writing what was found; once more ends at once and keeps nothing"
+        } else {
+            "interrupted: waiting for the step under way; once more ends at once and keeps nothing"
+        };
+        // `eprintln!` panics when stderr is closed.
+        let _ = writeln!(std::io::stderr().lock(), "{text}");
+    });
+}
+
+#[cfg(unix)]
+mod unix {
+    use super::Exit;
+    use signal_hook::consts::{SIGABRT, SIGHUP, SIGTERM};
+    use signal_hook::iterator::Signals;
+    use slewkit::plan::Status;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    /// Linux and most others; the library lists no constant for it.
+    const SIGXFSZ: i32 = 25;
+
+    /// Takes the signals over that ask a process to end.
+    pub fn watch() {
+        let asking = if ignores_hangup() { vec![SIGTERM] } else { vec![SIGTERM, SIGHUP] };
+        if let Ok(mut signals) = Signals::new(asking) {
+            let listen = move || signals.forever().for_each(|_| super::asked());
+            // Without a thread the signals end the program, which is what they would do anyway.
+            let _ = std::thread::Builder::new().spawn(listen);
+        }
+    }
+
+    /// Has the system refuse what is written beyond the limit of file sizes, and not kill the program for it.
+    pub fn survive_file_limit() {
+        let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
+    }
+
+    /// Has an allocation that fails end the program with the code of a limit: the standard library tells of it, then aborts.
+    /// A panic within a panic aborts too, and is a bug.
+    pub fn end_without_memory() {
+        let no_panic = Arc::new(AtomicBool::new(true));
+        let code = i32::from(Exit::Plan(Status::LimitReached).code());
+        let _ = signal_hook::flag::register_conditional_shutdown(SIGABRT, code, Arc::clone(&no_panic));
+        let tell = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |panic| {
+            no_panic.store(false, Ordering::SeqCst);
+            tell(panic);
+        }));
+    }
+
+    /// Whether hangups are ignored, as under `nohup`; true where the system does not tell.
+    fn ignores_hangup() -> bool {
+        let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+        let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+        let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+        mask.is_none_or(|mask| mask & (1 << (SIGHUP - 1)) != 0)
+    }
+}

@@ -1,0 +1,225 @@
+//! The program `slew`, a command a file. Arguments are parsed as typed, then checked and combined.
+
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+
+#[macro_use]
+mod document;
+
+/// The code of the README, compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;
+
+mod advice;
+mod args;
+mod batch;
+mod check;
+mod compare;
+mod console;
+mod convert;
+mod export;
+mod failure;
+mod interrupt;
+mod memory;
+mod output;
+mod pictured;
+mod plan;
+mod plot;
+mod report;
+mod simulate;
+mod spec_file;
+mod summary;
+mod texts;
+mod verify;
+
+pub(crate) use args::{Common, Notation, Reading, ReportArgs, SpecArgs};
+pub(crate) use console::{Console, Tone};
+pub(crate) use failure::{Exit, Failure, Message};
+pub(crate) use output::{Destination, Format, OutputArgs};
+pub(crate) use summary::{Lines, headline, line};
+
+use clap::{CommandFactory, Parser, Subcommand};
+use slewkit_files::spec::escape_lines;
+use std::io::{self, Write};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::process::ExitCode;
+
+/// Optimal attitude maneuvers, planned and independently verified.
+///
+/// Text for people goes to stderr, data to stdout or to the file of `-o`.
+#[derive(Debug, Parser)]
+#[command(name = "slew", version, max_term_width = 100, after_help = EXIT_CODES, disable_help_subcommand = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  solved and verified      4  proved infeasible        7  solved, verification failed
+  1  internal error           5  not converged            8  file or stream
+  2  usage                    6  time or memory ended     130  interrupted, best result kept
+  3  spec invalid             9  some cases of a batch failed; a simulation left the finite numbers
+
+`slew init > maneuver.toml` writes a spec to start from; `slew plan maneuver.toml -o plan.json` plans it.";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Print a commented spec to start from
+    Init(texts::InitArgs),
+    /// Check a spec and report all its errors at once
+    Check(check::Args),
+    /// Plan the maneuver of a spec and verify it
+    Plan(plan::Args),
+    /// Verify a plan file by the witnesses, without the solver
+    Verify(verify::Args),
+    /// Write a plan file in the formats of other programs
+    Export(export::Args),
+    /// Show a plan as one page for a browser
+    Report(report::Args),
+    /// Draw a plan: SVG files
+    Plot(plot::Args),
+    /// Plan many maneuvers: a table of cases, or a folder of specs
+    Batch(batch::table::Args),
+    /// Plan a maneuver over a grid of some of its keys
+    Sweep(batch::sweep::Args),
+    /// Plan a maneuver under random draws of what is uncertain, the `dispersion` of its spec
+    MonteCarlo(batch::monte_carlo::Args),
+    /// Put the results of the shards of a batch together
+    Merge(batch::merge::Args),
+    /// Compare methods on a maneuver, or integrators on a simulation
+    Compare(compare::Args),
+    /// Propagate the bodies of a spec from their start, without optimisation
+    Simulate(simulate::Args),
+    /// Convert an attitude from one notation to all others
+    Convert(convert::Args),
+    /// Print the JSON Schema of specs or of plan files
+    Schema(texts::SchemaArgs),
+    /// Explain a command, or the topic `replay`: how a plan is integrated
+    Help {
+        /// A command, or replay
+        topic: Vec<String>,
+    },
+    /// Explain the code of an error or a warning, as in `slew explain E0123`
+    Explain {
+        /// The code
+        code: String,
+    },
+    /// Print the page of the manual, of the program or of a command
+    Man {
+        /// A command
+        command: Option<String>,
+    },
+    /// Print completions for a shell
+    Completions {
+        /// Which shell
+        shell: clap_complete::Shell,
+    },
+}
+
+impl Command {
+    fn common(&self) -> Common {
+        match self {
+            Self::Plan(args) => args.output.common(),
+            Self::Simulate(args) => args.output.common(),
+            Self::Export(args) => args.output.common(),
+            Self::Check(args) => args.report.common(),
+            Self::Verify(args) => args.report.common(),
+            Self::Compare(args) => args.report.common(),
+            Self::Convert(args) => args.report.common(),
+            Self::Plot(args) => args.common(),
+            Self::Report(args) => args.common(),
+            Self::Batch(args) => args.running.common(),
+            Self::Sweep(args) => args.running.common(),
+            Self::MonteCarlo(args) => args.running.common(),
+            Self::Merge(args) => args.common(),
+            Self::Schema(_)
+            | Self::Init(_)
+            | Self::Completions { .. }
+            | Self::Help { .. }
+            | Self::Explain { .. }
+            | Self::Man { .. } => Common::default(),
+        }
+    }
+
+    fn run(self, console: &mut Console) -> Result<Exit, Failure> {
+        match self {
+            Self::Plan(args) => plan::run(&args, console),
+            Self::Check(args) => check::run(&args, console),
+            Self::Verify(args) => verify::run(&args, console),
+            Self::Export(args) => export::run(&args, console),
+            Self::Report(args) => report::run(&args, console),
+            Self::Plot(args) => plot::run(&args, console),
+            Self::Batch(args) => batch::table::run(&args, console),
+            Self::Sweep(args) => batch::sweep::run(&args, console),
+            Self::MonteCarlo(args) => batch::monte_carlo::run(&args, console),
+            Self::Merge(args) => batch::merge::run(&args, console),
+            Self::Compare(args) => compare::run(&args, console),
+            Self::Simulate(args) => simulate::run(&args, console),
+            Self::Convert(args) => convert::run(&args, console),
+            Self::Schema(args) => texts::run(&args.output, &texts::schema(args.of), console),
+            Self::Help { topic } => print(texts::help(Cli::command(), &topic)?.as_bytes()),
+            Self::Explain { code } => match texts::explanation(&code) {
+                Some(text) => print(text.as_bytes()),
+                None => {
+                    let reason = format!("there is no code {}", slewkit_files::spec::escape(&code));
+                    Err(Failure::Usage(format!("{reason}; codes are a letter and four digits, as E0123")))
+                }
+            },
+            Self::Man { command } => print(&texts::manual(Cli::command(), command.as_deref())?),
+            Self::Init(args) => texts::run(&args.output, &texts::template(args.simulation), console),
+            Self::Completions { shell } => {
+                // Into memory first: the generator panics when the pipe is closed.
+                let mut script = Vec::new();
+                clap_complete::generate(shell, &mut Cli::command(), "slew", &mut script);
+                print(&script)
+            }
+        }
+    }
+}
+
+/// Text on stdout.
+fn print(text: &[u8]) -> Result<Exit, Failure> {
+    console::to_stdout(|output| Ok(output.write_all(text)?))?;
+    Ok(Exit::Solved)
+}
+
+/// Parses, runs, and turns the outcome into an exit code.
+pub fn main() -> ExitCode {
+    interrupt::prepare();
+    let command = match Cli::try_parse() {
+        Ok(cli) => cli.command,
+        Err(said) => return tell(&said),
+    };
+    let common = command.common();
+    let mut console = Console::new(common.quiet);
+    // A bug must not look like one of the statuses; the panic itself has been printed by then.
+    let outcome = catch_unwind(AssertUnwindSafe(|| command.run(&mut console)));
+    let exit = match outcome {
+        Ok(Ok(exit)) => exit,
+        Ok(Err(failure)) => failure.report(&mut console, common.json),
+        Err(_) => {
+            Failure::Internal("the program panicked, see above".into()).report(&mut console, common.json)
+        }
+    };
+    exit.into()
+}
+
+/// Help and version to stdout with 0, usage errors to stderr with 2.
+fn tell(said: &clap::Error) -> ExitCode {
+    let words = said.to_string();
+    let shown = escape_lines(&words);
+    // What was typed is quoted as it is, and no terminal is to obey it.
+    let told = if said.use_stderr() && shown != words {
+        write!(io::stderr().lock(), "{shown}")
+    } else {
+        said.print().and_then(|()| io::stdout().flush())
+    };
+    match told {
+        // A reader that has gone is no error.
+        Err(error) if !said.use_stderr() && error.kind() != io::ErrorKind::BrokenPipe => Exit::File.into(),
+        _ if said.use_stderr() => Exit::Usage.into(),
+        _ => Exit::Solved.into(),
+    }
+}

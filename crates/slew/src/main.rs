@@ -1,0 +1,7 @@
+//! `slew`: plan, check and verify attitude maneuvers from the command line.
+
+#![forbid(unsafe_code)]
+
+fn main() -> std::process::ExitCode {
+    slewkit_cli::main()
+}

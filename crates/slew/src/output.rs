@@ -1,0 +1,208 @@
+//! Where the data of a command go, and in which format.
+
+use super::{Common, Console, Failure, Message, console, summary};
+use clap::ValueEnum;
+use slewkit_files::export::{ExportError, Target};
+use slewkit_files::formats;
+use slewkit_files::spec::escape;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Output of a command that makes a trajectory.
+#[derive(Debug, clap::Args)]
+pub struct OutputArgs {
+    /// Format of the data, on stdout or in the file of `-o`; by default that of the file name, on stdout JSON
+    #[arg(long, value_name = "FORMAT")]
+    pub format: Option<Format>,
+    /// Write the data to FILE, whole or not at all; its ending says in which format. `-` is stdout, where the data
+    /// go by themselves if it is redirected and the text is not
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Replace FILE if it exists
+    #[arg(long)]
+    pub force: bool,
+    /// No text but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// Format of the data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// Text for people on stderr, no data on stdout
+    Text,
+    /// One document with everything
+    Json,
+    /// The trajectory, one JSON object a line
+    Jsonl,
+    /// The trajectory as a table with a header
+    Csv,
+    /// CCSDS attitude ephemeris 2.0, keywords and values
+    Aem,
+    /// CCSDS attitude ephemeris 2.0, XML
+    AemXml,
+    /// CCSDS attitude ephemeris 1.0, for older programs
+    Aem1,
+    /// CCSDS attitude parameters 2.0: start, inertia, torque of every step
+    Apm,
+    /// STK attitude
+    Stk,
+    /// SPICE C-kernel, type 3 with rates; needs the clock kernel
+    Ck,
+    /// SPICE clock kernel for `ck`
+    Sclk,
+    /// SPICE frame kernel for `ck`
+    Fk,
+    /// NumPy arrays
+    Npz,
+    /// MATLAB, version 5
+    Mat,
+    /// Parquet, one row a node with the columns of `csv`; needs a build with the feature `parquet`
+    Parquet,
+    /// Table of waypoints for Basilisk
+    Basilisk,
+    /// Table for the simulator 42
+    #[value(name = "42")]
+    FortyTwo,
+    /// Table of equal ticks with checksum, for on-board use
+    Flight,
+}
+
+impl Format {
+    /// What a plan is written as; text for people is none of that.
+    pub fn of_data(self) -> Option<formats::Format> {
+        formats::Format::named(&self.name())
+    }
+
+    /// Endings of the names of files that may hold it. Of several formats with one ending it means the first.
+    fn endings(self) -> &'static [&'static str] {
+        self.of_data().map_or(&[], formats::Format::endings)
+    }
+
+    /// Its name on the command line.
+    fn name(self) -> String {
+        self.to_possible_value().map_or(String::new(), |value| value.get_name().into())
+    }
+}
+
+impl Destination {
+    /// The format, where there are data.
+    pub fn format(&self) -> Option<Format> {
+        match self {
+            Self::None => None,
+            Self::Stdout(format) | Self::File(_, format) => Some(*format),
+        }
+    }
+
+    /// Writes the data there.
+    pub fn write(
+        &self,
+        console: &mut Console,
+        write: impl FnOnce(Format, &mut dyn Write) -> Result<(), ExportError>,
+    ) -> Result<(), Failure> {
+        match self {
+            Self::None => {}
+            Self::Stdout(format) => console::to_stdout(|output| write(*format, output))?,
+            Self::File(target, format) => {
+                target.write(|output| write(*format, output))?;
+                console.say(&summary::line("wrote", &escape(&target.path().to_string_lossy())));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Where data go.
+#[derive(Debug)]
+pub enum Destination {
+    /// Nowhere: text only.
+    None,
+    /// Stdout.
+    Stdout(Format),
+    /// A file.
+    File(Target, Format),
+}
+
+impl OutputArgs {
+    /// The part that failures need.
+    pub fn common(&self) -> Common {
+        let by_itself = self.format.is_none() && self.output.is_none() && console::stdout_is_taken();
+        let json = matches!(self.format, Some(Format::Json | Format::Jsonl)) || by_itself;
+        Common { quiet: self.quiet, json }
+    }
+
+    /// Where the data go, checked before any work: in one of the `formats` of the command, and not over one of its
+    /// `inputs`.
+    pub fn destination(&self, formats: &[Format], inputs: &[&Path]) -> Result<Destination, Failure> {
+        if let Some(format) = self.format.filter(|format| !formats.contains(format)) {
+            let reason = format!("this command does not write {}", format.name());
+            return Err(Failure::Output(Message::new("E0107", reason, known(formats))));
+        }
+        let asked = self.format.filter(|format| *format != Format::Text);
+        let Some(path) = &self.output else {
+            return Ok(match asked {
+                Some(format) => Destination::Stdout(format),
+                None if self.format.is_none() && console::stdout_is_taken() => {
+                    Destination::Stdout(Format::Json)
+                }
+                None => Destination::None,
+            });
+        };
+        // The names that a shell or a habit gives to stdout.
+        if ["-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"].iter().any(|name| path.as_os_str() == *name) {
+            return Ok(Destination::Stdout(asked.unwrap_or(Format::Json)));
+        }
+        if self.format == Some(Format::Text) {
+            let reason =
+                "-o writes data, and the text for people goes to stderr: leave out --format text, or -o";
+            return Err(Failure::Usage(reason.into()));
+        }
+        let target = Target::new(path, self.force)?;
+        for input in inputs {
+            target.distinct_from(input)?;
+        }
+        let format = of_file(path, asked, formats)?;
+        Ok(Destination::File(target, format))
+    }
+}
+
+/// The format of the file at `path`: as asked for, unless its ending says otherwise.
+fn of_file(path: &Path, asked: Option<Format>, formats: &[Format]) -> Result<Format, Failure> {
+    let shown = escape(&path.to_string_lossy());
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    let has = |format: &Format| ending.as_deref().is_some_and(|ending| format.endings().contains(&ending));
+    let meant = formats.iter().copied().find(has);
+    match (asked, meant) {
+        // What has no ending of ours may hold anything.
+        (Some(asked), None) => Ok(asked),
+        (Some(asked), Some(_)) if has(&asked) => Ok(asked),
+        (Some(asked), Some(meant)) => {
+            let (asked_name, meant) = (asked.name(), meant.name());
+            let reason = format!("{shown} ends as {meant} does, but --format {asked_name} is asked for");
+            let own = match asked.endings() {
+                [first, ..] => format!("leave out --format, or let the name end in .{first}"),
+                [] => "leave out --format".into(),
+            };
+            Err(Failure::Output(Message::new("E0106", reason, own)))
+        }
+        (None, Some(meant)) => Ok(meant),
+        (None, None) => {
+            let reason = match &ending {
+                Some(ending) => format!("{shown}: no format has the ending .{}", escape(ending)),
+                None => format!("{shown} has no ending, which would say in which format"),
+            };
+            Err(Failure::Output(Message::new("E0105", reason, known(formats))))
+        }
+    }
+}
+
+/// All formats with their endings.
+fn known(formats: &[Format]) -> String {
+    let mut text = "the endings are".to_string();
+    for format in formats.iter().filter(|format| !format.endings().is_empty()) {
+        let endings: Vec<_> = format.endings().iter().map(|ending| format!(".{ending}")).collect();
+        text.push_str(&format!("\n  {:<10} {}", format.name(), endings.join(", ")));
+    }
+    text.push_str("\n--format NAME takes any other name");
+    text
+}

@@ -1,0 +1,142 @@
+//! `slew plan`: solve, verify, tell, write.
+
+use super::pictured::EULER;
+use super::spec_file::PlanOrAttitudes;
+use super::{
+    Console, Exit, Failure, Format, Message, OutputArgs, SpecArgs, export, interrupt, memory, report,
+    spec_file, summary,
+};
+use clap::ValueEnum;
+use slewkit::maneuver::{Outcome, Problem, ProblemError};
+use slewkit::plan::{self, Control, Guess, Observer, PlanError, Progress, Status};
+use slewkit_files::exchange::read_attitudes;
+use slewkit_files::export::{PlanFile, read_guess};
+use slewkit_files::formats;
+use slewkit_files::spec::Loaded;
+use slewkit_report::plan_page;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// Arguments of `slew plan`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  slew plan maneuver.toml -o plan.json
+  slew plan maneuver.toml --set maneuver.duration_s=90 --format json | jq .cost
+  slew plan maneuver.toml -o plan.json --report report.html
+  slew plan maneuver.toml --guess neighbour.json -o trajectory.csv")]
+pub struct Args {
+    #[command(flatten)]
+    pub spec: SpecArgs,
+    #[command(flatten)]
+    pub output: OutputArgs,
+    #[command(flatten)]
+    pub tables: export::TableArgs,
+    /// Begin from another plan: its costates, or its path where limits act; or from the path of an AEM or a table of
+    /// attitudes. `-` reads stdin
+    #[arg(long, value_name = "FILE")]
+    pub guess: Option<PathBuf>,
+    /// Show the plan as one page for a browser, as `slew report` does
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
+    let mut inputs: Vec<&Path> = vec![&args.spec.spec];
+    inputs.extend(args.guess.as_deref());
+    spec_file::one_stdin(&inputs)?;
+    let destination = args.output.destination(Format::value_variants(), &inputs)?;
+    let tables = args.tables.checked(&destination)?;
+    let page =
+        args.report.as_deref().map(|path| report::target(path, args.output.force, &inputs)).transpose()?;
+    let Loaded { problem, settings, identity, .. } =
+        spec_file::read(&args.spec.spec, &args.spec.reading, console)?;
+    // Known before the work: a plan must not be lost for want of a name.
+    export::check(&destination, &problem, &identity)?;
+    memory::check(&problem, &settings, console)?;
+    let guess = args.guess.as_deref().map(|path| guess(path, &problem, console)).transpose()?;
+
+    interrupt::watch();
+    let plan = plan::plan(&problem, &settings, guess.as_ref(), &mut Watcher(console)).map_err(refusal)?;
+
+    let problem = problem.with_found_duration(&plan.solution.trajectory.time);
+    console.say(&summary::plan(console, &args.spec, &problem, &settings, &plan, &identity));
+    interrupt::writing();
+    let format = destination.format().map(|format| format.of_data().unwrap_or(formats::Format::Json));
+    if plan.solution.outcome != Outcome::Converged && matches!(format, Some(formats::Format::Exchange(_))) {
+        console.say(&summary::line("wrote", "nothing: there is no plan, and this format holds nothing else"));
+    } else if let Some(format) = format {
+        let file = PlanFile::new(&problem, &settings, &plan);
+        destination.write(console, |_, output| format.write(&file, &problem, &identity, tables, output))?;
+    }
+    if let Some(target) = &page {
+        report::write(target, &plan_page(&problem, &settings, &plan, &identity, EULER), console)?;
+    }
+    Ok(match plan.status {
+        Status::Solved => Exit::Solved,
+        status => Exit::Plan(status),
+    })
+}
+
+fn guess(path: &Path, problem: &Problem, console: &mut Console) -> Result<Guess, Failure> {
+    let input = match spec_file::open_plan_or_attitudes(path)? {
+        PlanOrAttitudes::Plan(input) => input,
+        PlanOrAttitudes::Attitudes(input) => {
+            if !problem.is_constrained() {
+                let reason =
+                    "attitudes guess a path, which is taken where something is limited: here nothing is";
+                console.warn("W0141", reason, "guess from a plan file; or set solver.method=scp");
+            }
+            let quaternion = read_attitudes(input, &path.to_string_lossy())?.evenly();
+            return Ok(Guess { quaternion, ..Guess::default() });
+        }
+    };
+    let guess = read_guess(input).map_err(|error| Failure::unusable(path, &error))?;
+    let (found, needed) = (guess.costates.len(), problem.dimension());
+    if found != needed {
+        let reason = format!("the guess has {found} costates, this maneuver needs {needed}");
+        let remedy =
+            "give a plan of the same kind of maneuver: 6 costates for an attitude, 12 with positions";
+        return Err(Failure::File(Message::new("E0103", reason, remedy)));
+    }
+    Ok(guess)
+}
+
+/// Why the planner did not even begin.
+pub fn refusal(error: PlanError) -> Failure {
+    match error {
+        PlanError::Problem(error) => invalid(error),
+        error @ (PlanError::Guess { .. } | PlanError::GuessPath) => {
+            Failure::File(Message::new("E0103", error.to_string(), "give another plan as the guess"))
+        }
+        other => Failure::Problem(Message::new("E0121", other.to_string(), "change the spec accordingly")),
+    }
+}
+
+/// A spec that reads well and asks what cannot be.
+pub fn invalid(error: ProblemError) -> Failure {
+    let (code, remedy) = match &error {
+        ProblemError::StepTooLong { steps, .. } => {
+            ("E0120", format!("raise `maneuver.steps` to {steps} or more"))
+        }
+        _ => ("E0121", "change the spec accordingly".into()),
+    };
+    Failure::Problem(Message::new(code, error.to_string(), remedy))
+}
+
+/// Shows progress and listens to Ctrl-C.
+pub struct Watcher<'a>(pub &'a mut Console);
+
+impl Observer for Watcher<'_> {
+    fn on_progress(&mut self, progress: &Progress) -> Control {
+        let Progress { rung, start, steps, elapsed, .. } = progress;
+        self.0.progress(|| format!("  {elapsed:.1} s  {rung}, start {start}, {steps} steps"));
+        if interrupt::requested() { Control::Stop } else { Control::Continue }
+    }
+
+    fn stop_flag(&self) -> Option<Arc<AtomicBool>> {
+        Some(interrupt::flag())
+    }
+}

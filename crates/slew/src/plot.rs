@@ -1,0 +1,230 @@
+//! `slew plot`: the pictures of a plan, a simulation, a comparison or the results of a batch as SVG files.
+
+use super::pictured::{self, Drawing, Kind};
+use super::{Common, Console, Exit, Failure, Message, interrupt, summary};
+use slewkit_files::export::{FileError, SimulationFile, Target};
+use slewkit_files::spec::escape;
+use slewkit_report::draw::{Picture, panel};
+use slewkit_report::{
+    CASE_KEYS, COMPARISON_KEYS, ComparisonFile, INTEGRATOR_KEYS, KEYS, SIMULATION_KEYS, Shown, Subject,
+    comparison_pictures, pictures, simulation_pictures,
+};
+use std::path::{Path, PathBuf};
+
+/// Arguments of `slew plot`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+A name that ends in .svg, .png or .pdf is one file: a panel of the pictures named by --charts in
+two columns, marked (a), (b), …, or the one picture alone. Any other name is a folder, which is made if it
+does not exist and gets one file a picture.
+
+The pictures, where the plan has them: sky, inputs, forces, switching, rates, wheel_momentum,
+position, velocity, clearance, euler, quaternion, error, costates_attitude, costates_momentum,
+costates_position, costates_linear, hamiltonian, convergence.
+
+Of a simulation, JSON: sky of one body, rates, position, euler, quaternion, energy,
+angular_momentum, orthogonality. Of integrators compared, JSON: energy_over_step,
+orthogonality_over_step, momentum_over_step, time_over_step, evaluations_precision,
+work_precision. Of the results of a batch, JSON lines: cost (over one key), map (over two), distribution, miss.
+
+Times at which a limit acts, or arcs, are shaded; a curve that diverges is cut and says so, and one that
+lies under another says under which. PNG and PDF need the cargo feature `paper`; without it SVG
+becomes PDF or PNG by any converter, as in `rsvg-convert -f pdf figure.svg -o figure.pdf`.
+
+Examples:
+  slew plot plan.json -o figures
+  slew plot plan.json -o figure.svg --charts sky,inputs,rates,clearance")]
+pub struct Args {
+    /// File that `slew plan SPEC -o FILE` or `slew simulate SPEC -o FILE` wrote, JSON, `-` reads stdin; or results of a
+    /// batch, JSON lines
+    #[arg(value_name = "PLAN.json")]
+    pub plan: PathBuf,
+    /// An SVG, PNG or PDF file, or a folder for one SVG file a picture
+    #[arg(short, long, value_name = "DIR|FILE.svg")]
+    pub output: PathBuf,
+    /// Which pictures, in this order; by default all in a folder, the first four in a file
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::builder::PossibleValuesParser::new(keys()), hide_possible_values = true)]
+    pub charts: Vec<String>,
+    #[command(flatten)]
+    pub drawing: Drawing,
+    /// Replace files that exist
+    #[arg(long)]
+    pub force: bool,
+    /// No text but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// What one file of pictures is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    Svg,
+    Png,
+    Pdf,
+}
+
+impl Format {
+    /// The bytes of a file.
+    #[cfg(feature = "paper")]
+    fn bytes(self, svg: String) -> Result<Vec<u8>, Failure> {
+        use slewkit_report::draw::paper::{PaperError, pdf, png};
+        /// Pixels of a PNG for each of the SVG: 192 an inch.
+        const SCALE: f32 = 2.0;
+        let made = match self {
+            Self::Svg => Ok(svg.into_bytes()),
+            Self::Png => png(&svg, SCALE),
+            Self::Pdf => pdf(&svg),
+        };
+        made.map_err(|error| {
+            let remedy = match error {
+                PaperError::NoFont => {
+                    "install one (Debian: `apt-get install fonts-dejavu-core`), or write a .svg"
+                }
+                PaperError::Unreadable(_) => "write a .svg",
+            };
+            Failure::File(Message::new("E0108", error.to_string(), remedy))
+        })
+    }
+
+    /// The bytes of a file: of SVG, others have been refused.
+    #[cfg(not(feature = "paper"))]
+    fn bytes(self, svg: String) -> Result<Vec<u8>, Failure> {
+        Ok(svg.into_bytes())
+    }
+}
+
+/// The names of all pictures, each once.
+fn keys() -> Vec<&'static str> {
+    let mut keys = Vec::new();
+    let compared = COMPARISON_KEYS.into_iter().chain(INTEGRATOR_KEYS.iter().copied());
+    for key in KEYS.into_iter().chain(SIMULATION_KEYS).chain(CASE_KEYS).chain(compared) {
+        if !keys.contains(&key) {
+            keys.push(key);
+        }
+    }
+    keys
+}
+
+/// Pictures of a panel where none are named.
+const PANEL: usize = 4;
+
+impl Args {
+    /// The part that failures need.
+    pub fn common(&self) -> Common {
+        Common { quiet: self.quiet, json: false }
+    }
+
+    /// The format of the one file into which all go; none for a folder.
+    fn one_file(&self) -> Result<Option<Format>, Failure> {
+        let ending = self.output.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+        let format = match ending.as_deref() {
+            None => return Ok(None),
+            Some("svg") => Format::Svg,
+            Some("png") => Format::Png,
+            Some("pdf") => Format::Pdf,
+            Some(_) if self.output.is_dir() => return Ok(None),
+            Some(ending) => {
+                return Err(Failure::Usage(format!(
+                    "-o: pictures are written as .svg, .png or .pdf, or into a folder, whose name has no ending; not as .{}",
+                    escape(ending)
+                )));
+            }
+        };
+        if format != Format::Svg && cfg!(not(feature = "paper")) {
+            return Err(Failure::Usage(
+                "-o: PNG and PDF need converters, which this `slew` was built without: write a .svg and convert it, as in \
+                 `rsvg-convert figure.svg -o figure.png`, or build with `cargo install --path . --features paper`"
+                    .into(),
+            ));
+        }
+        Ok(Some(format))
+    }
+
+    fn target(&self, path: impl Into<PathBuf>) -> Result<Target, Failure> {
+        let target = Target::new(path, self.force)?;
+        target.distinct_from(&self.plan)?;
+        Ok(target)
+    }
+
+    /// Those of `shown` that are asked for, in that order.
+    fn chosen<'a>(&self, shown: &'a [Shown]) -> Result<Vec<&'a Shown>, Failure> {
+        let find = |key: &String| {
+            shown.iter().find(|shown| shown.key == *key).ok_or_else(|| {
+                let there: Vec<&str> = shown.iter().map(|shown| shown.key).collect();
+                let reason = format!("there is no picture \"{key}\"");
+                Failure::Usage(format!("--charts: {reason}; there are {}", there.join(", ")))
+            })
+        };
+        self.charts.iter().map(find).collect()
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
+    interrupt::end_at_once();
+    let one_file = args.one_file()?;
+    let target = one_file.map(|format| Ok::<_, Failure>((args.target(&args.output)?, format))).transpose()?;
+    let (loaded, plan) = match pictured::open(&args.plan)? {
+        (Kind::Plan, input) => pictured::read(&args.plan, input, console)?,
+        (Kind::Results, _) => {
+            let shown = pictured::results(&args.plan)?.pictures();
+            return draw(args, target, &shown, console);
+        }
+        (Kind::Comparison, input) => {
+            let file = ComparisonFile::read(input).map_err(|error| Failure::unusable(&args.plan, &error))?;
+            return draw(args, target, &comparison_pictures(&file), console);
+        }
+        (Kind::Simulation, input) => {
+            let file = SimulationFile::read(input).map_err(|error| Failure::unusable(&args.plan, &error))?;
+            return draw(args, target, &simulation_pictures(&file, &args.drawing.euler), console);
+        }
+    };
+    let shown = pictures(&Subject::new(&loaded.problem, &plan, &loaded.identity, &args.drawing.euler));
+    draw(args, target, &shown, console)
+}
+
+/// Writes the pictures that are asked for.
+fn draw(
+    args: &Args,
+    target: Option<(Target, Format)>,
+    shown: &[Shown],
+    console: &mut Console,
+) -> Result<Exit, Failure> {
+    if shown.is_empty() {
+        let reason = format!("{}: there is nothing to draw", escape(&args.plan.to_string_lossy()));
+        let remedy = "`slew report` tells why there is none";
+        return Err(Failure::File(Message::new("E0108", reason, remedy)));
+    }
+    let chosen = args.chosen(shown)?;
+    if let Some((target, format)) = target {
+        let chosen: Vec<&Picture> = match chosen.is_empty() {
+            true => shown.iter().take(PANEL).map(|shown| &shown.picture).collect(),
+            false => chosen.iter().map(|shown| &shown.picture).collect(),
+        };
+        write(&target, &format.bytes(panel(&chosen))?, console)?;
+    } else {
+        let chosen = if chosen.is_empty() { shown.iter().collect() } else { chosen };
+        folder(&args.output)?;
+        let file = |shown: &&Shown| args.target(args.output.join(format!("{}.svg", shown.key)));
+        // All names are checked before the first file is written.
+        let targets = chosen.iter().map(file).collect::<Result<Vec<_>, _>>()?;
+        for (shown, target) in chosen.iter().zip(&targets) {
+            write(target, shown.picture.svg().as_bytes(), console)?;
+        }
+    }
+    Ok(Exit::Solved)
+}
+
+fn folder(path: &Path) -> Result<(), Failure> {
+    if !path.exists() {
+        let folder = escape(&path.to_string_lossy());
+        std::fs::create_dir_all(path).map_err(|reason| FileError::NotWritable { folder, reason })?;
+    }
+    Ok(())
+}
+
+fn write(target: &Target, bytes: &[u8], console: &mut Console) -> Result<(), Failure> {
+    target.write(|output| Ok(output.write_all(bytes)?))?;
+    summary::wrote(console, target);
+    Ok(())
+}

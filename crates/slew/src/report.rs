@@ -1,0 +1,104 @@
+//! `slew report`: a plan or a simulation as one page for a browser.
+
+use super::pictured::{self, Drawing, Kind};
+use super::{Common, Console, Exit, Failure, console, interrupt, summary};
+use slewkit_files::export::{SimulationFile, Target};
+use slewkit_files::spec::Loaded;
+use slewkit_report::{ComparisonFile, comparison_page, plan_page, results_page, simulation_page};
+use std::path::{Path, PathBuf};
+
+/// Arguments of `slew report`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+One HTML file that opens from disk in any browser, without a network, and prints: verdict and
+what is proved, boresights and cones on the sphere, inputs, rates and wheels with their limits,
+clearance, attitude, costates, convergence, rivals, checks, and the body in motion.
+
+It is made from the file alone. A plan without a trajectory, proved infeasible or not converged,
+has a report as well, and so has a simulation: motion, energy and momentum; and what
+`slew compare SPEC --format json` printed: tables, and work and precision of integrators (with
+`slew compare SPEC --report` also the motions side by side). Of the results of
+`slew batch`, `slew sweep` and `slew monte-carlo`: the cost over one key or two, distributions,
+failed and costliest cases.
+
+Examples:
+  slew report plan.json -o report.html
+  slew plan maneuver.toml -o plan.json --report report.html
+  slew simulate bodies.toml -o run.json && slew report run.json -o run.html
+  slew sweep maneuver.toml --over maneuver.duration_s=20:200:37 -o sweep.jsonl
+  slew report sweep.jsonl -o sweep.html")]
+pub struct Args {
+    /// File that `slew plan SPEC -o FILE` or `slew simulate SPEC -o FILE` wrote, JSON, `-` reads stdin; a comparison, JSON;
+    /// or results of a batch, JSON lines
+    #[arg(value_name = "PLAN.json")]
+    pub plan: PathBuf,
+    /// The page; `-` is stdout
+    #[arg(short, long, value_name = "FILE.html")]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub drawing: Drawing,
+    /// Replace FILE if it exists
+    #[arg(long)]
+    pub force: bool,
+    /// No text but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+impl Args {
+    /// The part that failures need.
+    pub fn common(&self) -> Common {
+        Common { quiet: self.quiet, json: false }
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
+    interrupt::end_at_once();
+    let target = match args.output.as_os_str() == "-" {
+        true => None,
+        false => Some(target(&args.output, args.force, &[&args.plan])?),
+    };
+    let sequence = &args.drawing.euler;
+    let text = match pictured::open(&args.plan)? {
+        (Kind::Plan, input) => {
+            let (Loaded { problem, settings, identity, .. }, plan) =
+                pictured::read(&args.plan, input, console)?;
+            plan_page(&problem, &settings, &plan, &identity, sequence)
+        }
+        (Kind::Simulation, input) => {
+            let read = SimulationFile::read(input);
+            simulation_page(&read.map_err(|error| Failure::unusable(&args.plan, &error))?, sequence)
+        }
+        (Kind::Results, _) => results_page(&pictured::results(&args.plan)?),
+        (Kind::Comparison, input) => {
+            let read = ComparisonFile::read(input);
+            comparison_page(&read.map_err(|error| Failure::unusable(&args.plan, &error))?)
+        }
+    };
+    match &target {
+        Some(target) => write(target, &text, console)?,
+        None => console::to_stdout(|output| Ok(output.write_all(text.as_bytes())?))?,
+    }
+    Ok(Exit::Solved)
+}
+
+/// The file of a page, checked before any work: its name says that it is one, and it is none of `inputs`.
+pub fn target(path: &Path, force: bool, inputs: &[&Path]) -> Result<Target, Failure> {
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    if !["html", "htm"].iter().any(|known| ending.eq_ignore_ascii_case(known)) {
+        let path = slewkit_files::spec::escape(&path.to_string_lossy());
+        let reason = format!("a report is a page for a browser: {path} must end in .html or .htm");
+        return Err(Failure::Usage(reason));
+    }
+    let target = Target::new(path, force)?;
+    inputs.iter().try_for_each(|input| target.distinct_from(input))?;
+    Ok(target)
+}
+
+/// Writes a page and says so.
+pub fn write(target: &Target, text: &str, console: &mut Console) -> Result<(), Failure> {
+    target.write(|output| Ok(output.write_all(text.as_bytes())?))?;
+    summary::wrote(console, target);
+    Ok(())
+}

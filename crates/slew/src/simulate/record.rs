@@ -1,0 +1,243 @@
+//! Rows of a simulation as CSV, JSON lines and one JSON document, all three from one list of fields.
+//!
+//! A single body has its columns and keys without a prefix; several are `body1_…`, `body2_…` in a table, and a list
+//! `bodies` in JSON.
+
+use super::layout::Layout;
+use super::report::Seen;
+use crate::Exit;
+use serde::Serialize;
+use serde::ser::{SerializeMap, Serializer};
+use slewkit::propagate::integrator::Invariants;
+use slewkit::propagate::simulate::{Encounter, Run, SimulationRow};
+use slewkit_files::export::{ExportError, write_document};
+use std::io::Write;
+
+/// A quantity of a row.
+#[derive(Clone, Debug, PartialEq)]
+struct Field {
+    /// The body that it is of.
+    body: Option<usize>,
+    /// Its key in JSON.
+    key: String,
+    /// Its columns in a table.
+    columns: Vec<String>,
+    /// Whether it is one number, not a list.
+    scalar: bool,
+    /// Where its numbers begin among those of the row.
+    at: usize,
+}
+
+/// The fields of every row of a simulation.
+fn fields(layout: &Layout) -> Vec<Field> {
+    let mut fields: Vec<Field> = Vec::new();
+    let prefix =
+        |body: usize| if layout.bodies.len() > 1 { format!("body{}_", body + 1) } else { String::new() };
+    let mut add = |body: Option<usize>, name: &str, unit: &str, parts: &[&str]| {
+        let (key, prefix) = (format!("{name}_{unit}"), body.map_or_else(String::new, prefix));
+        let column = |part: &&str| match unit {
+            "wxyz" => format!("{prefix}{name}_{part}"),
+            unit => format!("{prefix}{name}_{part}_{unit}"),
+        };
+        let scalar = parts.is_empty();
+        let columns = if scalar { vec![key.clone()] } else { parts.iter().map(column).collect() };
+        let at = fields.last().map_or(0, |last| last.at + last.columns.len());
+        fields.push(Field { body, key, columns, scalar, at });
+    };
+    const AXES: &[&str] = &["x", "y", "z"];
+    add(None, "time", "s", &[]);
+    for (body, moves) in layout.moves.iter().enumerate() {
+        add(Some(body), "quaternion", "wxyz", &["w", "x", "y", "z"]);
+        add(Some(body), "angular_velocity", "rad_s", AXES);
+        if *moves {
+            add(Some(body), "position", "m", AXES);
+            add(Some(body), "velocity", "m_s", AXES);
+        }
+    }
+    let wheels: Vec<String> = (1..=layout.wheels.len()).map(|wheel| wheel.to_string()).collect();
+    if !wheels.is_empty() {
+        add(None, "wheel_momentum", "n_m_s", &wheels.iter().map(String::as_str).collect::<Vec<_>>());
+    }
+    add(None, "energy", "j", &[]);
+    if layout.anything_moves() {
+        add(None, "linear_momentum", "n_s", AXES);
+    }
+    add(None, "angular_momentum", "n_m_s", AXES);
+    add(None, "orthogonality", "error", &[]);
+    fields
+}
+
+/// The numbers of a row, added in the order of the fields.
+fn add_numbers(layout: &Layout, row: &SimulationRow, numbers: &mut Vec<f64>) {
+    numbers.push(row.time);
+    for (body, moves) in row.bodies.iter().zip(&layout.moves) {
+        numbers.extend(body.quaternion);
+        numbers.extend(&body.angular_velocity);
+        if *moves {
+            numbers.extend(&body.position);
+            numbers.extend(&body.velocity);
+        }
+    }
+    let Invariants { energy, linear_momentum, angular_momentum, orthogonality } = &row.invariants;
+    numbers.extend(layout.wheel_momenta(row.time));
+    numbers.push(*energy);
+    if layout.anything_moves() {
+        numbers.extend(linear_momentum);
+    }
+    numbers.extend(angular_momentum);
+    numbers.push(*orthogonality);
+}
+
+/// Writes rows, or holds them until the document is written.
+pub struct Recorder<'a> {
+    layout: &'a Layout,
+    fields: Vec<Field>,
+    /// Numbers of a row.
+    width: usize,
+    /// Of the last row, or of all that are held.
+    numbers: Vec<f64>,
+}
+
+impl<'a> Recorder<'a> {
+    pub fn new(layout: &'a Layout) -> Self {
+        let fields = fields(layout);
+        let width = fields.iter().map(|field| field.columns.len()).sum();
+        Self { layout, fields, width, numbers: Vec::new() }
+    }
+
+    /// The first line of the table.
+    pub fn write_header(&self, output: &mut dyn Write) -> Result<(), ExportError> {
+        let columns: Vec<&str> =
+            self.fields.iter().flat_map(|field| &field.columns).map(String::as_str).collect();
+        Ok(writeln!(output, "{}", columns.join(","))?)
+    }
+
+    /// One line of the table.
+    pub fn write_csv(&mut self, row: &SimulationRow, output: &mut dyn Write) -> Result<(), ExportError> {
+        self.only(row);
+        // The debug form of a float is the shortest that reads back to the same bits.
+        write!(output, "{:?}", self.numbers[0])?;
+        self.numbers[1..].iter().try_for_each(|number| write!(output, ",{number:?}"))?;
+        Ok(writeln!(output)?)
+    }
+
+    /// One line, an object.
+    pub fn write_jsonl(&mut self, row: &SimulationRow, output: &mut dyn Write) -> Result<(), ExportError> {
+        self.only(row);
+        serde_json::to_writer(&mut *output, &self.object(false))?;
+        Ok(writeln!(output)?)
+    }
+
+    /// Holds a row for the document.
+    pub fn hold(&mut self, row: &SimulationRow) {
+        add_numbers(self.layout, row, &mut self.numbers);
+    }
+
+    fn only(&mut self, row: &SimulationRow) {
+        self.numbers.clear();
+        self.hold(row);
+    }
+
+    fn object(&self, several: bool) -> Object<'_> {
+        let rows = Rows { numbers: &self.numbers, width: self.width, several };
+        Object { fields: &self.fields, rows, bodies: &self.layout.bodies, name: None }
+    }
+
+    /// Writes all that is held, with what the run came to; `interrupted`: how the program will end, and the steps
+    /// made.
+    pub fn write_document(
+        &self,
+        run: Option<&Run>,
+        seen: Option<&Seen>,
+        interrupted: Option<(Exit, u64)>,
+        output: &mut dyn Write,
+    ) -> Result<(), ExportError> {
+        let layout = self.layout;
+        let meeting = |met: Encounter| {
+            let bodies = met.bodies.map(|body| layout.bodies[body].as_str());
+            document! { time_s: met.time, bodies: bodies, distance_m: met.distance }
+        };
+        let document = document! {
+            status: interrupted.map_or("simulated", |(exit, _)| exit.status()),
+            exit_code: interrupted.map_or(0, |(exit, _)| exit.code()),
+            name: &layout.name,
+            integrator: layout.integrator,
+            duration_s: layout.duration,
+            steps: layout.steps,
+            steps_made if some: interrupted.map(|(_, steps)| steps),
+            step_s: layout.duration / layout.steps as f64,
+            stride: layout.stride,
+            order if some: run.map(|run| run.facts.order),
+            symplectic if some: run.map(|run| run.facts.symplectic),
+            force_evaluations if some: run.map(|run| run.work.force_evaluations),
+            // The only key that differs between two runs.
+            stepping_time_s if some: run.map(|run| run.stepping.as_secs_f64()),
+            errors if some: seen.map(|seen| seen.totals),
+            // Two bodies that came within reach of one another.
+            encounter if some: run.and_then(|run| run.encounter).map(meeting),
+            trajectory: self.object(true),
+        };
+        write_document(&document, output)
+    }
+}
+
+/// Numbers of one row, or of several one after the other.
+#[derive(Clone, Copy)]
+struct Rows<'a> {
+    numbers: &'a [f64],
+    width: usize,
+    /// A list per key, instead of the value of the one row.
+    several: bool,
+}
+
+/// Fields as an object; those of several bodies are a list of objects in it.
+struct Object<'a> {
+    fields: &'a [Field],
+    rows: Rows<'a>,
+    bodies: &'a [String],
+    /// What stands before the fields.
+    name: Option<&'a str>,
+}
+
+impl Serialize for Object<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let rows = self.rows;
+        let mut map = serializer.serialize_map(None)?;
+        self.name.iter().try_for_each(|name| map.serialize_entry("name", name))?;
+        for fields in self.fields.chunk_by(|a, b| a.body.is_some() == b.body.is_some()) {
+            if self.bodies.len() > 1 && fields[0].body.is_some() {
+                let each = fields.chunk_by(|a, b| a.body == b.body).zip(self.bodies);
+                let objects = each.map(|(fields, name)| {
+                    let name = rows.several.then_some(name.as_str());
+                    Object { fields, rows, bodies: &[], name }
+                });
+                map.serialize_entry("bodies", &objects.collect::<Vec<_>>())?;
+            } else {
+                fields
+                    .iter()
+                    .try_for_each(|field| map.serialize_entry(&field.key, &Values { field, rows }))?;
+            }
+        }
+        map.end()
+    }
+}
+
+/// What stands at a key.
+struct Values<'a> {
+    field: &'a Field,
+    rows: Rows<'a>,
+}
+
+impl<'a> Serialize for Values<'a> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self { field, rows } = self;
+        let list = |row: &'a [f64]| &row[field.at..][..field.columns.len()];
+        let each = rows.numbers.chunks(rows.width).map(list);
+        match (rows.several, field.scalar) {
+            (true, true) => serializer.collect_seq(each.map(|list| list[0])),
+            (true, false) => serializer.collect_seq(each),
+            (false, true) => rows.numbers[field.at].serialize(serializer),
+            (false, false) => list(rows.numbers).serialize(serializer),
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! Reading the spec that a command names.
+
+use super::{Console, Failure, Notation, Reading};
+use slewkit_files::export::PlanFile;
+use slewkit_files::spec::{self, Diagnostic, Format, Loaded, Override, Spec, SpecDocument};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read};
+use std::path::Path;
+
+/// Reads the maneuver at `path`, or from stdin for `-`, with the overrides, and tells its warnings.
+pub fn read(path: &Path, reading: &Reading, console: &mut Console) -> Result<Loaded, Failure> {
+    let (overrides, format) = arguments(path, reading)?;
+    let loaded = if is_stdin(path) {
+        spec::from_reader(io::stdin().lock(), "stdin", format, &overrides)?
+    } else {
+        spec::read_as(path, format, &overrides)?
+    };
+    tell(&loaded.warnings, console);
+    Ok(loaded)
+}
+
+/// Reads the spec of either kind at `path`, or from stdin for `-`, with the overrides, and tells its warnings.
+pub fn load(path: &Path, reading: &Reading, console: &mut Console) -> Result<Spec, Failure> {
+    let (overrides, format) = arguments(path, reading)?;
+    let spec = if is_stdin(path) {
+        spec::load_from_reader(io::stdin().lock(), "stdin", format, &overrides)?
+    } else {
+        spec::load(path, format, &overrides)?
+    };
+    tell(spec.warnings(), console);
+    Ok(spec)
+}
+
+/// Reads the spec that the plan file `plan` holds, with the overrides, and tells its warnings.
+pub fn read_held(
+    held: &SpecDocument,
+    plan: &Path,
+    reading: &Reading,
+    console: &mut Console,
+) -> Result<Loaded, Failure> {
+    let (overrides, _) = arguments(plan, reading)?;
+    let loaded = held.read(&format!("{}, spec", plan.display()), &overrides)?;
+    tell(&loaded.warnings, console);
+    Ok(loaded)
+}
+
+fn tell(warnings: &[Diagnostic], console: &mut Console) {
+    for warning in warnings {
+        console.say(&warning.render(console.colour));
+    }
+}
+
+/// The overrides and the notation.
+pub fn arguments(path: &Path, reading: &Reading) -> Result<(Vec<Override>, Format), Failure> {
+    let overrides = reading
+        .set
+        .iter()
+        .map(|text| Override::parse(text).map_err(|reason| Failure::Usage(format!("--set: {reason}"))))
+        .collect::<Result<Vec<_>, _>>()?;
+    let format = match reading.input {
+        Some(Notation::Toml) => Format::Toml,
+        Some(Notation::Json) => Format::Json,
+        None => Format::of(path),
+    };
+    Ok((overrides, format))
+}
+
+/// Opens a plan file, or stdin for `-`.
+pub fn open_plan(path: &Path) -> Result<Box<dyn Read>, Failure> {
+    if is_stdin(path) {
+        return Ok(Box::new(io::stdin().lock()));
+    }
+    let file = File::open(path).map_err(|error| Failure::unreadable(path, &error))?;
+    Ok(Box::new(file))
+}
+
+/// A plan file, or attitudes of any program; what it is its first sign says.
+pub enum PlanOrAttitudes {
+    /// A plan file.
+    Plan(Box<dyn Read>),
+    /// An AEM or a table.
+    Attitudes(Box<dyn Read>),
+}
+
+/// Opens either, or stdin for `-`.
+pub fn open_plan_or_attitudes(path: &Path) -> Result<PlanOrAttitudes, Failure> {
+    let mut input = BufReader::new(open_plan(path)?);
+    let start = input.fill_buf().map_err(|error| Failure::unreadable(path, &error))?;
+    let is_plan = PlanFile::begins(start);
+    let input = Box::new(input);
+    Ok(if is_plan { PlanOrAttitudes::Plan(input) } else { PlanOrAttitudes::Attitudes(input) })
+}
+
+/// Refuses to read two inputs from stdin.
+pub fn one_stdin(inputs: &[&Path]) -> Result<(), Failure> {
+    match inputs.iter().filter(|path| is_stdin(path)).count() {
+        0 | 1 => Ok(()),
+        _ => Err(Failure::Usage("only one input can come from stdin".into())),
+    }
+}
+
+/// Whether `path` stands for stdin.
+fn is_stdin(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}

@@ -1,0 +1,126 @@
+//! Texts: specs to start from, schemas, manual pages, explanations.
+
+use super::console;
+use super::{Console, Exit, Failure, summary};
+use slewkit_files::export::{ExportError, Target};
+use slewkit_files::spec::escape;
+use std::path::PathBuf;
+
+/// Arguments of `slew schema` and `slew init`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Write to FILE instead of stdout
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Replace FILE if it exists
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// Arguments of `slew init`.
+#[derive(Debug, clap::Args)]
+pub struct InitArgs {
+    /// A simulation instead of a maneuver
+    #[arg(long)]
+    pub simulation: bool,
+    #[command(flatten)]
+    pub output: Args,
+}
+
+/// Arguments of `slew schema`.
+#[derive(Debug, clap::Args)]
+pub struct SchemaArgs {
+    /// Of which files
+    #[arg(value_name = "FILES", default_value = "spec")]
+    pub of: SchemaOf,
+    #[command(flatten)]
+    pub output: Args,
+}
+
+/// Files that have a schema.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum SchemaOf {
+    /// Specs
+    Spec,
+    /// Plan files
+    Plan,
+}
+
+/// The JSON Schema of specs or of plan files.
+pub fn schema(of: SchemaOf) -> String {
+    match of {
+        SchemaOf::Spec => format!("{:#}\n", slewkit_files::spec::schema()),
+        SchemaOf::Plan => slewkit_files::export::PLAN_SCHEMA.into(),
+    }
+}
+
+/// How a plan is replayed.
+pub const REPLAY: &str = include_str!("replay.md");
+
+/// What each code means: a line with code and title, then a paragraph, then a blank line.
+const EXPLANATIONS: &str = include_str!("explanations.txt");
+
+/// The explanation of a code, with its title; the code is taken in any case.
+pub fn explanation(code: &str) -> Option<String> {
+    let code = code.trim().to_ascii_uppercase();
+    let found = EXPLANATIONS.split("\n\n").find(|entry| entry.split(' ').next() == Some(&code))?;
+    Some(format!("{}\n", found.trim_end()))
+}
+
+/// The page of the manual of the program, or of one of its commands.
+pub fn manual(program: clap::Command, command: Option<&str>) -> Result<Vec<u8>, Failure> {
+    let page = match command {
+        None => program,
+        Some(name) => {
+            let known = || program.get_subcommands().map(|command| command.get_name()).collect::<Vec<_>>();
+            let Some(found) = program.find_subcommand(name) else {
+                let reason =
+                    format!("there is no command {}; there are {}", escape(name), known().join(", "));
+                return Err(Failure::Usage(reason));
+            };
+            let called: &'static str = String::leak(format!("slew-{}", found.get_name()));
+            found.clone().name(called)
+        }
+    };
+    let mut text = Vec::new();
+    clap_mangen::Man::new(page).render(&mut text).map_err(ExportError::from)?;
+    Ok(text)
+}
+
+/// What `slew help` prints of a command or a topic.
+pub fn help(mut program: clap::Command, topic: &[String]) -> Result<String, Failure> {
+    program.build();
+    match topic {
+        [] => Ok(program.render_long_help().to_string()),
+        [topic] if topic == "replay" => Ok(REPLAY.into()),
+        [name] => match program.find_subcommand_mut(name) {
+            Some(command) => Ok(command.render_long_help().to_string()),
+            None => {
+                let reason = format!("there is no command or topic {}", escape(name));
+                Err(Failure::Usage(format!(
+                    "{reason}; the topic is replay, the commands are those of `slew --help`"
+                )))
+            }
+        },
+        _ => Err(Failure::Usage("name one command or topic".into())),
+    }
+}
+
+/// A commented spec.
+pub fn template(simulation: bool) -> String {
+    if simulation { slewkit_files::spec::simulation_template() } else { slewkit_files::spec::template() }
+        .into()
+}
+
+/// Writes `text` where the arguments say.
+pub fn run(args: &Args, text: &str, console: &mut Console) -> Result<Exit, Failure> {
+    match &args.output {
+        Some(path) if path.as_os_str() != "-" => {
+            let target = Target::new(path, args.force)?;
+            target.write(|output| Ok(output.write_all(text.as_bytes())?))?;
+            console.say(&summary::line("wrote", &escape(&path.to_string_lossy())));
+        }
+        _ => console::to_stdout(|output| Ok(output.write_all(text.as_bytes())?))?,
+    }
+    Ok(Exit::Solved)
+}

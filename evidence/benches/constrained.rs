@@ -1,0 +1,45 @@
+//! Solve time of constrained slews: 100 steps, torque box, two keep-out cones, cold start.
+//!
+//! `cargo bench -p evidence --bench constrained` prints the median over 100 random slews that end solved, the share of it
+//! spent inside the cone solver, and the number of subproblems. The law of the slews is that of
+//! `evidence/src/constrained.rs`.
+
+use slewkit::maneuver::settings::Settings;
+use slewkit::maneuver::solution::Outcome;
+use slewkit::optimize::search::solve;
+use slewkit::plan::Silent;
+
+fn main() {
+    let settings = Settings::default();
+    let (mut times, mut shares, mut winner, mut all) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for seed in 0..150 {
+        let Some(problem) = constrained::case(seed, Some(2)) else { continue };
+        let runs = (0..3).filter_map(|_| solve(&problem, &settings, None, &mut Silent).ok());
+        let Some(best) = runs.min_by(|a, b| a.solve_time.total_cmp(&b.solve_time)) else { continue };
+        let (Outcome::Converged, Some(convex)) = (best.outcome, &best.convex) else { continue };
+        times.push(1e3 * best.solve_time);
+        shares.push(100.0 * convex.cone_seconds / best.solve_time);
+        winner.push(convex.subproblems as f64);
+        all.push(convex.all_subproblems as f64);
+        if times.len() == 100 {
+            break;
+        }
+    }
+    println!("100 steps, torque box, two keep-out cones; {} slews, best of 3 runs each", times.len());
+    for (name, unit, list) in [
+        ("solve time", "ms", &mut times),
+        ("inside the cone solver", "%", &mut shares),
+        ("subproblems, winning seed", "", &mut winner),
+        ("subproblems, all seeds", "", &mut all),
+    ] {
+        list.sort_by(f64::total_cmp);
+        let at = |share: f64| list.get((share * list.len().saturating_sub(1) as f64) as usize).copied();
+        let (low, median, high) = (at(0.05), at(0.5), at(0.95));
+        println!(
+            "{name:<28} median {:8.1} {unit}   5 %–95 %: {:.1}–{:.1}",
+            median.unwrap_or(f64::NAN),
+            low.unwrap_or(f64::NAN),
+            high.unwrap_or(f64::NAN)
+        );
+    }
+}

@@ -1,0 +1,89 @@
+//! How often a slew under a torque limit and keep-out cones is solved from a cold start.
+//!
+//! `cargo run --release -p evidence --bin constrained_robustness [-- CASES [FOLDER]]`, 2 000 cases by default, counts
+//! over the law of `examples/common/constrained.rs`. What is neither solved nor proved infeasible is told with
+//! all that was tried, and with what becomes of it without the cones; with a folder, as one JSON plan file a case. Of these
+//! it counts for how many a shortest duration is found, and how much longer that is.
+
+use slewkit::maneuver::{Problem, Rung, Settings};
+use slewkit::plan::{Silent, Status, plan};
+use slewkit_files::export::PlanFile;
+use std::collections::BTreeMap;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let count: u64 = arguments.next().map_or(Ok(2000), |text| text.parse())?;
+    let folder = arguments.next();
+    let settings = Settings::default();
+    let (mut times, mut cone_time) = (Vec::new(), 0.0);
+    let (mut winner, mut all) = (Vec::new(), Vec::new());
+    let mut tally = BTreeMap::<&str, usize>::new();
+    let mut worst = f64::INFINITY;
+    let (mut unsolved, mut by_torque) = (0, 0);
+    let mut excess = Vec::new();
+    for seed in 0..count {
+        let Some(problem) = constrained::case(seed, None) else {
+            *tally.entry("no unconstrained slew").or_default() += 1;
+            continue;
+        };
+        let found = plan(&problem, &settings, None, &mut Silent)?;
+        let solution = &found.solution;
+        times.push(solution.solve_time);
+        *tally.entry(found.status.name()).or_default() += 1;
+        if let Some(convex) = &solution.convex {
+            winner.push(convex.subproblems);
+            all.push(convex.all_subproblems);
+            cone_time += convex.cone_seconds;
+        }
+        if found.status == Status::Solved {
+            let margins = found.verification.iter().flat_map(|verification| &verification.margins);
+            worst = margins.map(|margin| margin.scaled).fold(worst, f64::min);
+            continue;
+        }
+        println!("case {seed}: {}, {}", found.status.name(), problem.name);
+        println!("    {}", solution.shortfall.as_deref().unwrap_or("nothing is known to be missing"));
+        let without = Problem { constraints: Vec::new(), ..problem.clone() };
+        let without = plan(&without, &settings, None, &mut Silent)?.status;
+        println!("    without the cones: {}", without.name());
+        unsolved += 1;
+        excess.extend(solution.shortest.map(|shortest| 100.0 * (shortest / problem.duration - 1.0)));
+        by_torque += usize::from(without != Status::Solved);
+        for rung in solution.ladder.iter().filter(|rung| matches!(rung.rung, Rung::Scp | Rung::Polish)) {
+            let left = rung.residuals.last().copied().unwrap_or(f64::NAN);
+            println!(
+                "    {} {}: {:?} after {}, {left:.1e}",
+                rung.rung, rung.start, rung.outcome, rung.iterations
+            );
+        }
+        if let Some(folder) = &folder {
+            std::fs::create_dir_all(folder)?;
+            let file = std::fs::File::create(format!("{folder}/case_{seed}.json"))?;
+            PlanFile::new(&problem, &settings, &found).write(file)?;
+        }
+    }
+    let at = |list: &mut Vec<usize>, share: f64| {
+        list.sort_unstable();
+        list.get((share * list.len().saturating_sub(1) as f64) as usize).copied().unwrap_or(0)
+    };
+    times.sort_by(f64::total_cmp);
+    let time = |share: f64| 1e3 * times[(share * (times.len() - 1) as f64) as usize];
+    println!("{tally:?}; smallest scaled margin of what is called solved: {worst:.1e}");
+    println!("of {unsolved} not solved, {by_torque} are not solved without the cones either");
+    excess.sort_by(f64::total_cmp);
+    if let (Some(least), Some(most)) = (excess.first(), excess.last()) {
+        let median = excess[excess.len() / 2];
+        println!(
+            "for {} a shortest duration: {least:.3} to {most:.1} % longer, median {median:.1} %",
+            excess.len()
+        );
+    }
+    println!(
+        "subproblems: of the winning seed median {}, 95 % {}",
+        at(&mut winner, 0.5),
+        at(&mut winner, 0.95)
+    );
+    println!("             of all seeds median {}, 95 % {}", at(&mut all, 0.5), at(&mut all, 0.95));
+    println!("solve time: median {:.1} ms, 95 % {:.1} ms, worst {:.1} ms", time(0.5), time(0.95), time(1.0));
+    println!("inside the cone solver: {:.0} %", 100.0 * cone_time / times.iter().sum::<f64>());
+    Ok(())
+}

@@ -1,0 +1,45 @@
+//! Is the plan the best there is? Slews of a tilted body from rest to rest on coarse grids, each with a proved lower
+//! bound of the cost of every maneuver, whichever way round.
+//!
+//! `cargo run --release -p evidence --features sdp --bin global_bound [most steps]`
+
+use slewkit::maneuver::{Problem, Scheme, Settings, State};
+use slewkit::mechanics::{Body, Inertia};
+use slewkit::optimize::lower_bound::{BoundSettings, lower_bound};
+use slewkit::optimize::search;
+use slewkit::plan::Silent;
+use slewkit::{Matrix3, Vector3, lie};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let most: usize = std::env::args().nth(1).map_or(Ok(4), |text| text.parse())?;
+    let inertia = Inertia::new(Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1))?;
+    let axis = Vector3::new(1.0, 2.0, -0.5).normalize();
+    println!("angle  scheme      steps       cost      bound        gap  largest step  moments  seconds");
+    for steps in [3, 4, 6, 8, 12, 16].into_iter().filter(|steps| *steps <= most) {
+        for degrees in [60.0, 120.0, 170.0] {
+            for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {
+                let body = Body { inertia: inertia.clone(), mass: None };
+                let end = State::at_rest(lie::exp(&(axis * f64::to_radians(degrees))));
+                let problem = Problem::attitude(body, State::at_rest(Matrix3::identity()), end, 2.0)
+                    .with_scheme(scheme)
+                    .with_steps(steps);
+                let plan = search::solve(&problem, &Settings::default(), None, &mut Silent)?;
+                // No plan, no known cost: the bound stands alone.
+                let known_cost = plan.cost.is_finite().then_some(plan.cost);
+                let bound = lower_bound(&problem, &BoundSettings { known_cost, ..BoundSettings::default() })?;
+                let largest = bound.step_angles.iter().copied().fold(0.0, f64::max).to_degrees();
+                let missing = || "no plan".to_string();
+                let cost = known_cost.map_or_else(missing, |cost| format!("{cost:.6}"));
+                let gap = bound.gap.map_or_else(missing, |gap| format!("{gap:.1e}"));
+                println!(
+                    "{degrees:4.0}°  {:10} {steps:6} {cost:>10} {:10.6} {gap:>10} {largest:12.1}° {:8} {:8.2}",
+                    scheme.name(),
+                    bound.cost,
+                    bound.moments,
+                    bound.solve_time,
+                );
+            }
+        }
+    }
+    Ok(())
+}

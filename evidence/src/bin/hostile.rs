@@ -1,0 +1,59 @@
+//! Hostile inputs of every kind that is read: specs in TOML and JSON, overrides, plan files, surfaces, cases, attitudes.
+//!
+//! `cargo run --release -p evidence --bin hostile [-- COUNT [SEED]]`, 100,000 by default. Every input is a good one with up to three
+//! changes: bytes, numbers, words, lines of its own or of another. Counted as wrong: a panic; a refusal without a place, a reason
+//! or a remedy; more than a second of CPU time, on Linux.
+//!
+//! Ends with 1 where anything was wrong.
+
+use evidence::Random;
+use evidence::hostile::{Answer, Corpus, READERS};
+use evidence::process::own_cpu_seconds;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// Most CPU time of an input \[s\].
+const LONGEST: f64 = 1.0;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut numbers = std::env::args().skip(1).map(|text| text.parse::<u64>());
+    let (count, seed) = (numbers.next().unwrap_or(Ok(100_000))?, numbers.next().unwrap_or(Ok(1))?);
+    let corpus = Corpus::new()?;
+    // What is wrong is told below, with the input that it belongs to.
+    std::panic::set_hook(Box::new(|_| {}));
+    let mut counts = [[0_u64; 2]; READERS.len()];
+    let (mut panics, mut hangs, mut silent) = (0, 0, 0);
+    for index in 0..count {
+        let turn = (index % READERS.len() as u64) as usize;
+        let reader = READERS[turn];
+        // An input depends on seed and index alone.
+        let bytes = corpus.input(reader, &mut Random::new(seed << 40 | index));
+        let complain = |what: &str| {
+            println!("input {index}, {reader:?}: {what}\n{}\n", String::from_utf8_lossy(&bytes));
+        };
+        let before = own_cpu_seconds();
+        let outcome = catch_unwind(AssertUnwindSafe(|| corpus.read(reader, &bytes)));
+        let took = own_cpu_seconds() - before;
+        if took > LONGEST {
+            hangs += 1;
+            complain(&format!("{took:.1} s"));
+        }
+        match outcome {
+            Ok(Ok(answer)) => counts[turn][usize::from(answer == Answer::Refused)] += 1,
+            Ok(Err(lacking)) => {
+                silent += 1;
+                complain(&format!("refused without place, reason or remedy: {lacking}"));
+            }
+            Err(_) => {
+                panics += 1;
+                complain("panic");
+            }
+        }
+    }
+    for (reader, [read, refused]) in READERS.iter().zip(counts) {
+        println!("{:<10} {read:>8} read, {refused:>8} refused", format!("{reader:?}"));
+    }
+    println!(
+        "{count} inputs: {panics} panics, {hangs} above a second, {silent} without place, reason or remedy"
+    );
+    if panics + hangs + silent > 0 { Err("see above".into()) } else { Ok(()) }
+}

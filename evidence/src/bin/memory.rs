@@ -1,0 +1,94 @@
+//! The estimate of `slew check` beside the memory that plans take.
+//!
+//! `cargo run --release -p evidence --bin memory [-- STEPS…]`, 1,000 and 10,000 by default, on Linux. Each plan of the table is
+//! made by a process of its own, which tells its peak. `likely` is compared with a plan as the user gets it, `most` with the
+//! convex iteration to its own end on the requested grid, which `slew compare` runs.
+//!
+//! Ends with 1 where a plan takes more than the larger figure, or the smaller figure is more than three times what it takes.
+
+use evidence::process::peak_memory;
+use slewkit::plan::{PeakMemory, Silent, plan};
+use slewkit_files::spec::{Override, read};
+use slewkit_report::studies::methods::compare;
+use std::env;
+use std::process::Command;
+
+/// Maneuvers of `problems/`, and what is set in them.
+const CASES: [(&str, &[&str]); 12] = [
+    ("xte_20s", &[]),
+    ("moving_ends", &[]),
+    ("dumbbell_transfer", &[]),
+    ("body_thrusters", &[]),
+    ("limited_box", &[]),
+    ("limited_norm", &[]),
+    ("limited_rate", &[]),
+    ("limited_rate_axes", &[]),
+    ("limited_torque_rate", &[]),
+    ("keep_out_small", &[]),
+    ("wheels_pyramid", &[]),
+    ("body_thrusters", &["actuators.force_limit_n=1000", "actuators.torque_limit_n_m=1000"]),
+];
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Vec<String> = env::args().skip(1).collect();
+    if let [road, case, steps] = &arguments[..]
+        && let Ok(case) = case.parse()
+        && (road == "plan" || road == "compare")
+    {
+        return taken(road == "compare", case, steps.parse()?);
+    }
+    let grids: Vec<usize> = arguments.iter().map(|text| text.parse()).collect::<Result<_, _>>()?;
+    let grids = if grids.is_empty() { vec![1_000, 10_000] } else { grids };
+    println!("{:<22} {:>8} {:>9} {:>9} {:>9} {:>9}   MB", "", "steps", "likely", "taken", "most", "convex");
+    let mut wrong = 0;
+    for steps in grids {
+        for (case, (name, set)) in CASES.iter().enumerate() {
+            let (problem, settings) = maneuver(case, steps)?;
+            let PeakMemory { likely, most } = PeakMemory::of(&problem, &settings);
+            let peak = |road: &str| -> Result<f64, Box<dyn std::error::Error>> {
+                let arguments = [road, &case.to_string(), &steps.to_string()];
+                let output = Command::new(env::current_exe()?).args(arguments).output()?;
+                Ok(String::from_utf8(output.stdout)?.trim().parse()?)
+            };
+            let planned = peak("plan")?;
+            // Where nothing is limited there is nothing to iterate on, and beyond some thousand steps it takes minutes.
+            let convex = if most > likely && steps <= 2_000 { Some(peak("compare")?) } else { None };
+            let shown = |bytes: f64| format!("{:.1}", bytes / 1e6);
+            println!(
+                "{:<22} {steps:>8} {:>9} {:>9} {:>9} {:>9}",
+                format!("{name}{}", if set.is_empty() { "" } else { " limited" }),
+                shown(likely),
+                shown(planned),
+                shown(most),
+                convex.map_or("-".into(), shown)
+            );
+            let taken = convex.map_or(planned, |convex| convex.max(planned));
+            wrong += u32::from(taken > most || likely > 3.0 * planned);
+        }
+    }
+    println!("{wrong} outside of the bounds");
+    if wrong > 0 { Err("see above".into()) } else { Ok(()) }
+}
+
+fn maneuver(
+    case: usize,
+    steps: usize,
+) -> Result<(slewkit::maneuver::Problem, slewkit::maneuver::Settings), Box<dyn std::error::Error>> {
+    let (name, set) = CASES[case];
+    let set: Result<Vec<_>, _> = set.iter().map(|text| Override::parse(text)).collect();
+    let path = format!("{}/problems/{name}.toml", evidence::ROOT);
+    let loaded = read(path.as_ref(), &set?)?;
+    Ok((loaded.problem.with_steps(steps), loaded.settings))
+}
+
+/// Plans, or compares, and prints the peak of this process in bytes.
+fn taken(comparing: bool, case: usize, steps: usize) -> Result<(), Box<dyn std::error::Error>> {
+    let (problem, settings) = maneuver(case, steps)?;
+    if comparing {
+        compare(&problem, &settings, &mut Silent)?;
+    } else {
+        plan(&problem, &settings, None, &mut Silent)?;
+    }
+    println!("{}", peak_memory("self").ok_or("no peak")?);
+    Ok(())
+}

@@ -1,0 +1,47 @@
+//! Laws that hold between plans, over thousands of random maneuvers: other units, other axes, backwards in time, …
+//!
+//! `cargo run --release -p evidence --bin metamorphic [-- COUNT [FIRST [switching]]]`, 1,000 by default. Every case takes one of 26 kinds of
+//! random maneuvers, or of 8 of minimum time and fuel, and draws one of the laws of `tests/common/metamorphic.rs` that speak of it, plans the maneuver and the one that
+//! the law makes of it, and compares: equal status, and costs equal to 1e-9, or not above.
+//!
+//! Ends with 1 where a law is broken.
+
+use evidence::Random;
+use evidence::metamorphic::{LAWS, Planned, complaint};
+use slewkit_files::spec::{Format, from_str};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let number = |at: usize, default: u64| words.get(at).map_or(Ok(default), |text| text.parse());
+    let (count, first) = (number(0, 1_000)?, number(1, 0)?);
+    let drawn = match words.get(2).map(String::as_str) {
+        None => random_specs::random_spec,
+        Some("switching") => random_specs::random_switching_spec,
+        Some(word) => return Err(format!("{word}? `switching`, or nothing").into()),
+    };
+    let mut kept = [[0; 2]; LAWS.len()];
+    for index in first..first + count {
+        let random_specs::RandomSpec { kind, text } = drawn(index);
+        // Now and then a draw puts an end into a cone.
+        let Ok(loaded) = from_str(&text, "case", Format::Toml, &[]) else { continue };
+        let Some(planned) = Planned::new(loaded.problem, loaded.settings) else { continue };
+        let mut random = Random::new(index);
+        // Laws that say nothing of this maneuver are passed over, in an order that favours none.
+        let (start, stride) = (random.below(LAWS.len()), random.pick(&[1, 5, 7, 11]));
+        for turn in 0..LAWS.len() {
+            let law = (start + stride * turn) % LAWS.len();
+            let Ok(wrong) = complaint(&LAWS[law], &planned, &mut random) else { continue };
+            kept[law][usize::from(wrong.is_some())] += 1;
+            if let Some(wrong) = wrong {
+                println!("case {index}, {kind}, {}: {wrong}", LAWS[law].0);
+            }
+            break;
+        }
+    }
+    for ((name, _), [kept, broken]) in LAWS.iter().zip(kept) {
+        println!("{name:<32} kept {kept:>5}, broken {broken:>3}");
+    }
+    let broken: u64 = kept.iter().map(|[_, broken]| broken).sum();
+    println!("{} pairs of plans, {broken} break a law", kept.iter().flatten().sum::<u64>());
+    if broken > 0 { Err("see above".into()) } else { Ok(()) }
+}

@@ -1,0 +1,156 @@
+//! Plans and simulations on 2 to 50 steps, where steps are too long for almost everything: what goes wrong is counted.
+//!
+//! `cargo run --release -p evidence --bin tiny_grids [-- COUNT [FIRST]]`, 2,000 by default. Every case takes one of 26 kinds of
+//! random maneuvers, draws steps and a method of its own, plans it, and lets one of all integrators follow it without
+//! inputs over as few steps. Counted as wrong: a panic; a number of a solved plan or of a row that is not finite; a plan
+//! called solved for a maneuver that is proved impossible on a thousand steps; one whose inputs, followed by the plain equations of
+//! motion of `examples/common/held.rs`, miss the end by more than a plan may (a quarter of the angle turned, or 5° where that
+//! is less, and 45° at most), or elsewhere than its continuous witness says; more than thirty seconds, on a machine with nothing else
+//! to do.
+//!
+//! Ends with 1 where anything was wrong.
+
+use evidence::random_specs::{RandomSpec, random_spec};
+use evidence::{Random, held};
+use slewkit::maneuver::{Problem, Trajectory, infeasible};
+use slewkit::plan::{Plan, Silent, Status, plan};
+use slewkit::propagate::integrator::Kind;
+use slewkit::propagate::simulate::{Simulation, SimulationRow};
+use slewkit_files::spec::{Format, Override, from_str};
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::panic::catch_unwind;
+use std::time::Instant;
+
+/// Largest difference of the misses by either integration \[rad\].
+const APART: f64 = 1e-5;
+/// Longest wait \[s\].
+const LONGEST: f64 = 30.0;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut numbers = std::env::args().skip(1).map(|text| text.parse::<u64>());
+    let count = numbers.next().unwrap_or(Ok(2_000))?;
+    let first = numbers.next().unwrap_or(Ok(0))?;
+    let (mut tally, mut wrong) = (BTreeMap::<String, u64>::new(), 0);
+    // What is wrong is told below, with the case that it belongs to.
+    std::panic::set_hook(Box::new(|_| {}));
+    for index in first..first + count {
+        let began = Instant::now();
+        let told = catch_unwind(|| case(index)).unwrap_or_else(|_| Told::wrong("panic"));
+        let seconds = began.elapsed().as_secs_f64();
+        let slow = (seconds > LONGEST).then(|| format!("{seconds:.0} s"));
+        for complaint in told.wrong.iter().chain(&slow) {
+            println!("case {index}: {complaint}");
+            wrong += 1;
+        }
+        told.ends.into_iter().for_each(|end| *tally.entry(end).or_default() += 1);
+    }
+    for (end, times) in tally {
+        println!("{end:<32} {times}");
+    }
+    println!("{count} plans and as many simulations: {wrong} wrong");
+    if wrong > 0 { Err("see above".into()) } else { Ok(()) }
+}
+
+/// How a case ended, and what was wrong with it.
+#[derive(Default)]
+struct Told {
+    ends: Vec<String>,
+    wrong: Vec<String>,
+}
+
+impl Told {
+    fn wrong(what: &str) -> Self {
+        Self { wrong: vec![what.into()], ..Self::default() }
+    }
+}
+
+fn case(index: u64) -> Told {
+    let mut random = Random::new(index ^ 0x5EED_0000);
+    let RandomSpec { kind, text } = random_spec(index);
+    let steps = 2 + random.below(49);
+    let mut set = vec![format!("maneuver.steps={steps}"), "solver.time_limit_s=8".into()];
+    // The convex road is the default where there are limits only.
+    if random.below(3) == 0 {
+        set.push("solver.method=scp".into());
+    }
+    let set: Vec<Override> = set.iter().map(|text| Override::parse(text).expect("an override")).collect();
+    let mut told = Told::default();
+    let Ok(loaded) = from_str(&text, "case", Format::Toml, &set) else {
+        // Some kinds refuse a grid, or the road, by themselves.
+        told.ends.push("plan: refused by the spec".into());
+        return told;
+    };
+    let problem = &loaded.problem;
+    match plan(problem, &loaded.settings, None, &mut Silent) {
+        Ok(plan) => {
+            told.ends.push(format!("plan: {}", plan.status.name()));
+            if plan.status == Status::Solved {
+                told.wrong.extend(
+                    complaints(problem, &plan)
+                        .into_iter()
+                        .map(|text| format!("{kind}, {steps} steps, {text}")),
+                );
+            }
+        }
+        Err(_) => told.ends.push("plan: refused".into()),
+    }
+    if let Ok(mut simulation) = Simulation::of(problem, None) {
+        simulation.steps = steps as u64;
+        simulation.kind = Kind::all().nth(random.below(Kind::NAMES.len())).expect("a method");
+        let mut finite = true;
+        let ended = simulation.run(&mut |row: &SimulationRow| {
+            finite &= row.is_finite();
+            ControlFlow::Continue(())
+        });
+        let end = if ended.is_ok() { "to its end" } else { "ended early, with a reason" };
+        told.ends.push(format!("simulation: {end}"));
+        if !finite {
+            told.wrong.push(format!("{steps} steps of {}: a row that is not finite", simulation.kind));
+        }
+    }
+    told
+}
+
+/// What is wrong with a plan that is called solved.
+fn complaints(problem: &Problem, plan: &Plan) -> Vec<String> {
+    let mut complaints = Vec::new();
+    let Trajectory { time, angular_velocity, quaternion, input, .. } = &plan.solution.trajectory;
+    let vectors = angular_velocity.iter().flat_map(|rate| rate.iter());
+    let mut numbers = time.iter().chain(quaternion.iter().flatten()).chain(input).chain(vectors);
+    if !plan.solution.cost.is_finite() || !numbers.all(|number| number.is_finite()) {
+        complaints.push("a number that is not finite".into());
+    }
+    if infeasible::proof(&problem.clone().with_steps(1000)).is_some() {
+        complaints.push("solved what is impossible".into());
+    }
+    let told = plan.verification.as_ref().map_or(f64::NAN, |found| found.continuous_attitude_rad);
+    let problem = &problem.with_found_duration(time).with_steps(plan.solution.steps);
+    match held::missed(problem, &plan.solution.trajectory) {
+        None => complaints.push("cannot be followed".into()),
+        Some(missed) => {
+            let (degrees, allowed) = (missed.to_degrees(), allowed_deg(quaternion));
+            // Written so that a NaN is a complaint.
+            let near = degrees <= allowed * (1.0 + 1e-6);
+            let as_told = (missed - told).abs() <= APART;
+            if !near {
+                complaints.push(format!("misses the end by {degrees:.1} deg, {allowed:.1} are allowed"));
+            }
+            if !as_told {
+                let told = told.to_degrees();
+                complaints.push(format!("misses the end by {degrees:.5} deg, told are {told:.5}"));
+            }
+        }
+    }
+    complaints
+}
+
+/// How far a plan on steps as coarse may miss \[deg\], by the angle turned from node to node.
+fn allowed_deg(quaternion: &[[f64; 4]]) -> f64 {
+    let angle = |pair: &[[f64; 4]]| {
+        let dot: f64 = pair[0].iter().zip(&pair[1]).map(|(a, b)| a * b).sum();
+        2.0 * dot.abs().min(1.0).acos()
+    };
+    let turned: f64 = quaternion.windows(2).map(angle).sum();
+    (0.25 * turned.to_degrees()).clamp(5.0, 45.0)
+}

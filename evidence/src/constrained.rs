@@ -1,0 +1,72 @@
+//! Random slews under a torque limit, with keep-out cones on the unconstrained path.
+
+use slewkit::maneuver::{Constraint, Direction, Path, Pointing, Problem, Rule, Settings, Side, State};
+use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
+use slewkit::plan::{Silent, plan};
+use slewkit::{Matrix3, Vector3, lie};
+
+use crate::Random;
+
+/// Case `seed`: a body with moments in 0.3–1.3, a rest-to-rest slew by 30–170° in unit time, every torque axis
+/// limited to 60–95 % of the largest component of the unconstrained torque, and `cones` keep-out cones (one or
+/// two by chance where absent) of 3–12° that the unconstrained path of a random boresight crosses somewhere in
+/// its middle half, as a rule off their axes. Neither end is inside a cone; cones for which that fails a hundred
+/// times are left out. `None` where the unconstrained slew was not found.
+pub fn case(seed: u64, cones: Option<usize>) -> Option<Problem> {
+    let mut random = Random::new(seed.wrapping_mul(0x1234_5677) + 99);
+    let moments = loop {
+        let m = Vector3::from_fn(|_, _| 0.3 + random.unit());
+        if m.x + m.y > 1.05 * m.z && m.y + m.z > 1.05 * m.x && m.z + m.x > 1.05 * m.y {
+            break m;
+        }
+    };
+    let axes = lie::exp(&(random.direction() * 3.0));
+    let j = axes * Matrix3::from_diagonal(&moments) * axes.transpose();
+    let body = Body { inertia: Inertia::new(0.5 * (j + j.transpose())).ok()?, mass: None };
+    let angle = 0.5 + 2.5 * random.unit();
+    let start = lie::exp(&(random.direction() * (3.0 * random.unit())));
+    let end = start * lie::exp(&(random.direction() * angle));
+    let free = Problem::attitude(body, State::at_rest(start), State::at_rest(end), 1.0);
+    let unconstrained =
+        plan(&free.clone().with_path(Path::Shortest), &Settings::default(), None, &mut Silent).ok()?;
+    let trajectory = &unconstrained.solution.trajectory;
+    let peak = trajectory.torque.iter().map(|torque| torque.amax()).fold(0.0, f64::max);
+    let share = 0.6 + 0.35 * random.unit();
+    let limits = Limits { size: Some(vec![share * peak; 3]), ..Limits::default() };
+    let channel = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).ok()?;
+    let mut problem = free.with_actuation(Actuation::torques(channel));
+    let by_chance = 1 + usize::from(random.unit() > 0.5);
+    let cones = cones.unwrap_or(by_chance);
+    let mut text = format!("limit {share:.3}");
+    for index in 0..cones {
+        // A boresight, and a direction that it passes at a random moment of the unconstrained slew.
+        for _ in 0..100 {
+            let boresight = random.direction();
+            let at = 0.25 + 0.5 * random.unit();
+            let q = trajectory.quaternion[(at * (trajectory.quaternion.len() - 1) as f64) as usize];
+            let half_angle = (3.0 + 9.0 * random.unit()).to_radians();
+            // The path crosses the cone, as a rule off its axis.
+            let aside = lie::exp(&(random.direction() * (half_angle * random.unit())));
+            let direction = aside * lie::rotation_from_quaternion(&q) * boresight;
+            let away =
+                |r: &Matrix3| (r * boresight).dot(&direction).clamp(-1.0, 1.0).acos() > half_angle + 0.02;
+            if away(&start) && away(&end) {
+                text += &format!(", cone {:.1} deg at {at:.2}", half_angle.to_degrees());
+                let pointing = Pointing {
+                    side: Side::KeepOut,
+                    boresights: vec![boresight],
+                    directions: vec![Direction { vector: direction.normalize(), turns_with_frame: false }],
+                    half_angle,
+                    margin: 0.0,
+                };
+                problem = problem.with_constraint(Constraint {
+                    name: format!("cone {index}"),
+                    rule: Rule::Pointing(pointing),
+                });
+                break;
+            }
+        }
+    }
+    problem.name = text;
+    Some(problem)
+}

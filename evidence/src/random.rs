@@ -1,0 +1,134 @@
+//! Random numbers that never change: the cases of every test and count are the same on every machine.
+
+use slewkit::mechanics::Inertia;
+use slewkit::{Matrix3, Vector3, lie};
+use std::f64::consts::PI;
+
+/// SplitMix64 (Steele, Lea, Flood 2014): a stream that never changes under the tests.
+pub struct Random(u64);
+
+impl Random {
+    /// The stream of a seed.
+    pub fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    /// The stream of a case among those of a seed.
+    pub fn of_case(seed: u64, index: usize) -> Self {
+        let mut random = Self::new(seed ^ (index as u64).wrapping_mul(0xD134_2543_DE82_EF95));
+        random.unit();
+        random
+    }
+
+    /// Uniform 64 bits.
+    pub fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Uniform in [0, 1): the upper 53 bits, so that every value is exact.
+    pub fn unit(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 * 2.0_f64.powi(-53)
+    }
+
+    /// Uniform in [−1, 1).
+    pub fn uniform(&mut self) -> f64 {
+        2.0 * self.unit() - 1.0
+    }
+
+    /// Uniform between two numbers.
+    pub fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// One of `count` numbers from 0.
+    pub fn below(&mut self, count: usize) -> usize {
+        (self.unit() * count as f64) as usize
+    }
+
+    /// One of several.
+    pub fn pick<T: Copy>(&mut self, from: &[T]) -> T {
+        from[self.below(from.len())]
+    }
+
+    /// True in one of two cases.
+    pub fn coin(&mut self) -> bool {
+        self.unit() < 0.5
+    }
+
+    /// Normal, of variance 1, by Box and Muller.
+    pub fn normal(&mut self) -> f64 {
+        (-2.0 * (1.0 - self.unit()).ln()).sqrt() * (2.0 * PI * self.unit()).cos()
+    }
+
+    /// Uniform in the cube [−1, 1)³.
+    pub fn vector(&mut self) -> Vector3 {
+        Vector3::from_fn(|_, _| self.uniform())
+    }
+
+    /// Uniform in the cube [−half, half)³.
+    pub fn within_cube(&mut self, half: f64) -> Vector3 {
+        Vector3::from_fn(|_, _| self.within(-half, half))
+    }
+
+    /// Uniform on the unit sphere: the direction of a point of the ball.
+    pub fn direction(&mut self) -> Vector3 {
+        loop {
+            let v = self.vector();
+            if (0.01..=1.0).contains(&v.norm()) {
+                return v.normalize();
+            }
+        }
+    }
+
+    /// Uniform on the unit sphere: the direction of three normal numbers. Another stream than [`Self::direction`].
+    pub fn normal_direction(&mut self) -> Vector3 {
+        Vector3::from_fn(|_, _| self.normal()).normalize()
+    }
+
+    /// A rotation of any angle about any axis; not uniform on SO(3).
+    pub fn rotation(&mut self) -> Matrix3 {
+        lie::exp(&(self.direction() * (PI * self.uniform())))
+    }
+
+    /// Uniform on SO(3): a normalised quaternion of four normal numbers.
+    pub fn uniform_rotation(&mut self) -> Matrix3 {
+        let q: [f64; 4] = std::array::from_fn(|_| self.normal());
+        let norm = q.iter().map(|value| value * value).sum::<f64>().sqrt();
+        lie::rotation_from_quaternion(&q.map(|value| value / norm))
+    }
+
+    /// Principal moments of a body \[kg·m²\]: principal second moments of mass log-uniform over a factor of 40, drawn
+    /// again while the ratio of the moments exceeds `ratio`.
+    pub fn moments(&mut self, ratio: f64) -> Vector3 {
+        loop {
+            let d: [f64; 3] = std::array::from_fn(|_| 40f64.powf(-self.unit()));
+            let moments = Vector3::new(d[1] + d[2], d[2] + d[0], d[0] + d[1]);
+            if moments.amax() <= ratio * moments.amin() {
+                return moments;
+            }
+        }
+    }
+
+    /// Principal moments with a ratio of at most `ratio`, mean 1 \[kg·m²\].
+    pub fn mean_moments(&mut self, ratio: f64) -> Vector3 {
+        let moments = self.moments(ratio);
+        moments * (3.0 / moments.sum())
+    }
+
+    /// A body with such moments about axes uniform on SO(3).
+    pub fn inertia(&mut self, ratio: f64) -> Inertia {
+        let moments = self.mean_moments(ratio);
+        self.about_any_axes(&moments)
+    }
+
+    /// These moments about axes uniform on SO(3).
+    pub fn about_any_axes(&mut self, moments: &Vector3) -> Inertia {
+        let axes = self.uniform_rotation();
+        let j = axes * Matrix3::from_diagonal(moments) * axes.transpose();
+        Inertia::new(0.5 * (j + j.transpose())).expect("a physical inertia")
+    }
+}

@@ -1,6 +1,0 @@
-//! Things side by side: methods, objectives or ways to switching times on one maneuver, integrators on one motion.
-
-pub mod integrators;
-pub mod methods;
-pub mod objectives;
-pub mod ways;
