@@ -112,7 +112,7 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
     // Only a free body that turns has a plan of inputs that switch; in a frame that turns and in a field that is a path to begin from.
     let free = problem.is_free_turn();
     let quick = match problem.motion {
-        Motion::Attitude => switching::solve(&without_field(bare), context),
+        Motion::Attitude => switching::solve_discrete(&without_field(bare), context),
         Motion::RigidBody => unsolved.clone(),
     };
     *context.ladder.borrow_mut() = if free { quick.ladder.clone() } else { Vec::new() };
