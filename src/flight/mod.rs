@@ -76,7 +76,7 @@ pub(crate) struct Flight<'a> {
 
 impl<'a> Flight<'a> {
     /// Largest turn in a part of a step \[rad\].
-    const PART: f64 = 0.08;
+    const PART: f64 = 0.04;
 
     /// Below this turn of a step \[rad\] the method of fourth order does: what it neglects is of the fifth power, some
     /// 1e-13 a step.

@@ -15,6 +15,9 @@ use crate::optimize::sweep::{BoundaryValueProblem, Node};
 use crate::{Matrix3, Vector3};
 use nalgebra::{SMatrix, SVector};
 
+/// Change of a costate, relative to the largest, over which a derivative is a difference.
+const DIFFERENCE: f64 = 1e-7;
+
 /// Shares of a step that are tried where a whole one leads away.
 const SHARES: [f64; 3] = [0.5, 0.25, 0.1];
 
@@ -51,51 +54,90 @@ pub(crate) fn land_costate<const N: usize>(
     let mut aim = Aim::of(problem);
     let mut best = tried(&mut aim, bvp, *costate, Vec::new())?;
     let mut misses = vec![best.size];
+    let mut slopes = Slope::ALL.into_iter();
     let mut inverse: Option<SMatrix<f64, N, N>> = None;
     let mut spare = Vec::new();
     while best.size > LANDED && misses.len() <= MOST_CORRECTIONS && !stopped() {
-        let h = match inverse {
-            Some(h) => h,
-            None => {
-                let psi =
-                    coarse.sweep_linearized(&best.costate).or_else(|_| bvp.sweep_linearized(&best.costate));
-                Factor::new(&psi.ok()?.1).solve_matrix(&SMatrix::identity())
+        let Some(h) = inverse.or_else(|| slopes.next()?.inverse(&mut aim, bvp, coarse, &best)) else {
+            if slopes.len() == 0 {
+                break;
             }
+            continue;
         };
         let step = -(h * best.miss);
-        let Some(next) = tried(&mut aim, bvp, best.costate + step, std::mem::take(&mut spare))
-            .filter(|next| next.size < best.size)
-            .or_else(|| {
-                let mut shares = SHARES.into_iter();
-                shares.find_map(|share| {
-                    tried(&mut aim, bvp, best.costate + share * step, Vec::new())
-                        .filter(|next| next.size < (1.0 - 0.5 * share) * best.size)
-                })
+        let whole = tried(&mut aim, bvp, best.costate + step, std::mem::take(&mut spare));
+        let good = |next: &Tried<N>| next.size <= SHRUNK * best.size;
+        // Only the last of the slopes is worth a part of its step.
+        let found = whole.filter(good).or_else(|| {
+            let mut shares = SHARES.into_iter().filter(|_| slopes.len() == 0);
+            shares.find_map(|share| {
+                let next = tried(&mut aim, bvp, best.costate + share * step, Vec::new())?;
+                (next.size < (1.0 - 0.5 * share) * best.size).then_some(next)
             })
-        else {
-            break;
+        });
+        let Some(next) = found else {
+            inverse = None;
+            if slopes.len() == 0 {
+                break;
+            }
+            continue;
         };
         // Broyden's update of the inverse, `H += (s − H y) sᵀH/(sᵀ H y)`.
         let (s, y) = (next.costate - best.costate, next.miss - best.miss);
         let answer = h * y;
         let along = s.dot(&answer);
-        inverse = Some(if along.abs() > f64::MIN_POSITIVE {
-            h + (s - answer) * (s.transpose() * h) / along
-        } else {
-            h
-        });
-        let shrunk = next.size / best.size;
+        let update = (s - answer) * (s.transpose() * h) / along;
+        inverse = Some(if update.iter().all(|value| value.is_finite()) { h + update } else { h });
         spare = std::mem::replace(&mut best, next).nodes;
         misses.push(best.size);
-        if shrunk > SHRUNK && misses.len() > 4 {
-            break;
-        }
     }
     let target = best.nodes.last()?.physical();
     let state = state_of(problem, bvp, &target);
     let landing = Landing { corrections: misses.len() - 1, misses, drawn_in: Vec::new() };
     let Tried { costate, nodes, cost, .. } = best;
     Some(LandedCostate { costate, nodes, cost, target, state, landing })
+}
+
+/// Whose derivative of the miss by the costate is taken, cheapest first: where steps of one lead nowhere, the next.
+#[derive(Clone, Copy)]
+enum Slope {
+    /// That of the discrete motion on a coarser grid.
+    Coarse,
+    /// That of the discrete motion.
+    Fine,
+    /// That of the true motion, by differences.
+    True,
+}
+
+impl Slope {
+    const ALL: [Self; 3] = [Self::Coarse, Self::Fine, Self::True];
+
+    /// Its inverse.
+    fn inverse<const N: usize>(
+        self,
+        aim: &mut Aim,
+        bvp: &BoundaryValueProblem<N>,
+        coarse: &BoundaryValueProblem<N>,
+        at: &Tried<N>,
+    ) -> Option<SMatrix<f64, N, N>> {
+        let slope = match self {
+            Self::Coarse => coarse.sweep_linearized(&at.costate).ok()?.1,
+            Self::Fine => bvp.sweep_linearized(&at.costate).ok()?.1,
+            Self::True => {
+                let mut slope = SMatrix::<f64, N, N>::zeros();
+                let size = DIFFERENCE * at.costate.amax().max(f64::MIN_POSITIVE);
+                for column in 0..N {
+                    let mut moved = at.costate;
+                    moved[column] += size;
+                    let there = tried(aim, bvp, moved, Vec::new())?;
+                    slope.set_column(column, &((there.miss - at.miss) / size));
+                }
+                slope
+            }
+        };
+        let usable = slope.iter().all(|value| value.is_finite());
+        usable.then(|| Factor::new(&slope).solve_matrix(&SMatrix::identity()))
+    }
 }
 
 /// Sweeps and flies.

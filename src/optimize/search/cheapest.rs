@@ -46,7 +46,7 @@ const BENT: f64 = 0.5;
 /// Costs of one plan with two shares of the effort differ by less, relative: by the larger share, from the one to the other.
 const NEAR: [f64; 2] = [0.01, 0.1];
 /// Accuracy of the subproblems: multipliers tell which inputs are off, the less clearly the smaller the share.
-const SHARP: f64 = 1e-9;
+pub(super) const SHARP: f64 = 1e-9;
 /// Costs that differ by less than this part are those of one plan.
 const SAME_COST: f64 = 1e-6;
 /// Most subproblems from one share to the next.
@@ -260,9 +260,10 @@ impl<const N: usize> Search<'_, '_, N> {
         let stated = self.problem.duration;
         let mut found = std::mem::take(&mut self.found).into_iter();
         let first = found.next().filter(|first| first.candidate.steps() == self.problem.steps)?;
-        let (mut first, share) = self.sharpened(first);
-        let landed = self.landed_with_goal(&first, share).map(|Landed { attempt, target, landing }| {
-            first = attempt;
+        let (mut first, mut share) = self.sharpened(first);
+        let landed = self.landed_with_goal(&first, share).map(|(landed, least)| {
+            let Landed { attempt, target, landing } = landed;
+            (first, share) = (attempt, least);
             (target, landing)
         });
         let duration = stated * first.candidate.grid.duration();

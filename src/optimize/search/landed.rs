@@ -1,5 +1,6 @@
 //! The plan that is written, made to land (`optimize::landing`), by the method that found it.
 
+use super::cheapest::{SHARE, SHARP};
 use super::constrained::along;
 use super::context::Context;
 use super::ladder::{Ask, Search};
@@ -13,6 +14,7 @@ use crate::optimize::candidate::Candidate;
 use crate::optimize::landing::{Landed, land_chain, land_costate};
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Attempt, Method, Swept};
+use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::model::Goal;
 use crate::optimize::methods::scp::road::{ActiveSetNewton, Chain, ConvexIteration};
 use crate::optimize::sweep::BoundaryValueProblem;
@@ -20,6 +22,9 @@ use nalgebra::{DVector, SVector};
 
 /// Steps, as a multiple of those of the coarse grid, from whose sensitivity corrections begin.
 const BEGUN_ON: usize = 2;
+
+/// By what the share of the effort is raised where a plan of time or fuel does not settle for a shifted target.
+const EASED: f64 = 0.1;
 
 impl<const N: usize> Search<'_, '_, N> {
     /// An attempt on the requested grid, made to land; `None` where that is not asked for or cannot begin.
@@ -36,8 +41,9 @@ impl<const N: usize> Search<'_, '_, N> {
         let record = |chain: &Chain, attempt: &Attempt| {
             Some(record::chain(self.problem, &self.fine, chain, &attempt.candidate).ok()?.trajectory)
         };
+        let options = &self.ask.last;
         land_chain(self.problem, &mut chain, attempt.clone(), record, |chain, attempt| {
-            self.warm(chain, attempt)
+            self.warm(chain, attempt, options)
         })
     }
 
@@ -61,9 +67,8 @@ impl<const N: usize> Search<'_, '_, N> {
 
     /// Solves again on a chain that is aimed a little elsewhere: by Newton on the active set or, where that does not settle, by
     /// the convex iteration.
-    fn warm(&self, chain: &Chain, attempt: &Attempt) -> Option<Attempt> {
+    fn warm(&self, chain: &Chain, attempt: &Attempt, options: &ScpOptions) -> Option<Attempt> {
         let provenance = attempt.candidate.provenance.clone();
-        let options = &self.ask.last;
         let solved = |method: &dyn Fn(Candidate) -> Attempt| {
             let again = method(attempt.candidate.clone());
             again.converged().then(|| Attempt {
@@ -81,8 +86,8 @@ impl<const N: usize> Search<'_, '_, N> {
         })
     }
 
-    /// A plan of a chain with a goal, whose duration may be sought, made to land.
-    pub(super) fn landed_with_goal(&self, found: &Attempt, share: f64) -> Option<Landed> {
+    /// A plan of a chain with a goal, whose duration may be sought, made to land, and the share of the effort in its cost.
+    pub(super) fn landed_with_goal(&self, found: &Attempt, share: f64) -> Option<(Landed, f64)> {
         if !self.ask.lands || !found.converged() || self.stopped() {
             return None;
         }
@@ -102,7 +107,33 @@ impl<const N: usize> Search<'_, '_, N> {
             let bvp = BoundaryValueProblem::<N>::new(&planned, steps);
             Some(record::chain(&planned, &bvp, &of_duration, &given.candidate).ok()?.trajectory)
         };
-        land_chain(problem, &mut chain, found.clone(), record, |chain, attempt| self.warm(chain, attempt))
+        // Multipliers tell which inputs are off, the less clearly the smaller the share.
+        let options = ScpOptions { cone_tolerance: SHARP, ..self.ask.last.clone() };
+        let mut least = share;
+        let solve = |chain: &Chain, attempt: &Attempt| {
+            let sharp = self.warm(chain, attempt, &options);
+            if sharp.is_some() || !goal.objective.switches() {
+                return sharp;
+            }
+            // Other limits act for the new target: with more of the effort in the cost they are found, and with less again kept.
+            let mut eased = goal.share;
+            while eased < SHARE && !self.stopped() {
+                eased = (eased / EASED).min(SHARE);
+                let goal = Goal { share: eased, ..goal.clone() };
+                let mut easier =
+                    Chain { rows: chain.rows.clone(), ..Chain::with_goal(problem, steps, &goal) };
+                easier.model.aim_with(&chain.model);
+                if let Some(found) = self.warm(&easier, attempt, &options) {
+                    return self.warm(chain, &found, &options).or_else(|| {
+                        least = least.max(eased);
+                        Some(found)
+                    });
+                }
+            }
+            None
+        };
+        let landed = land_chain(problem, &mut chain, found.clone(), record, solve);
+        landed.map(|landed| (landed, least))
     }
 
     /// The answer of a search without limits, made to land: where its true motion then exceeds a constraint, by the convex

@@ -158,6 +158,12 @@ impl Model {
         self.terminal = TerminalCondition::State(point);
     }
 
+    /// Aims at the end that another chain of the maneuver aims at.
+    pub fn aim_with(&mut self, other: &Self) {
+        self.target = other.target.clone();
+        self.terminal = other.terminal;
+    }
+
     /// How large each input can be, scaled; infinite where nothing limits it.
     pub fn input_bounds(&self, problem: &Problem) -> Vec<f64> {
         let mut limits = vec![f64::INFINITY; self.m];
