@@ -87,6 +87,7 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+mod flight;
 pub mod lie;
 pub mod maneuver;
 pub mod mechanics;

@@ -14,9 +14,9 @@ pub use grid::{Grid, GridError, Scheme};
 pub use infeasible::Proof;
 pub use objective::{Fuel, Objective, WeightError, Weighted, Weights};
 pub use problem::{Motion, Path, Problem, ProblemError, State};
-pub use settings::{Method, Settings, SettingsError, Thoroughness};
+pub use settings::{Method, Settings, SettingsError, Target, Thoroughness};
 pub use solution::{
-    ActiveConstraint, ConvexWork, Optimality, Outcome, Rival, Rung, RungReport, SecondOrder, Sense, Solution,
-    TerminalError, Trajectory,
+    ActiveConstraint, ConvexWork, Landing, Optimality, Outcome, Rival, Rung, RungReport, SecondOrder, Sense,
+    Solution, TerminalError, Trajectory,
 };
 pub use switching::{Pulses, Structure, Switching, SwitchingArc};

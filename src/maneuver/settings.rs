@@ -1,5 +1,6 @@
 //! What a caller may choose about the solve; the solution echoes it.
 
+use std::f64::consts::PI;
 use std::time::Duration;
 use thiserror::Error;
 
@@ -51,6 +52,26 @@ impl Thoroughness {
     }
 }
 
+/// What is to meet the end of the maneuver.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Target {
+    /// The true motion under the inputs of the plan, held over its steps: the plan lands.
+    #[default]
+    Motion,
+    /// The discrete motion, as published plans do: the true one ends beside it by the error of the discretisation.
+    Discrete,
+}
+
+impl Target {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Motion => "motion",
+            Self::Discrete => "discrete",
+        }
+    }
+}
+
 /// Settings of a plan.
 ///
 /// ```
@@ -75,8 +96,10 @@ pub struct Settings {
     /// Tolerance of the scaled discrete terminal error: radians, and momenta over `J_mean/T`. Default 1e-12; round-off
     /// allows about 4e-15. Loosen it where a hundred thousand steps add up more round-off than that.
     pub tolerance: f64,
-    /// Limit on the continuous terminal attitude error \[rad\], beyond which a plan is not called solved. Default: a
-    /// quarter of the angle that the body turns, but between 5° and 45°.
+    /// What meets the end: the true motion (the default), or the discrete one, to compare with what is published.
+    pub target: Target,
+    /// Limit on the continuous terminal attitude error \[rad\], beyond which a plan is not called solved. Default: 1e-4°, and
+    /// where the discrete motion is the target a quarter of the angle that the body turns, but between 5° and 45°.
     pub continuous_tolerance: Option<f64>,
     /// Wall-clock limit of the whole plan. Default: none. The best iterate is kept.
     pub time_limit: Option<Duration>,
@@ -96,6 +119,7 @@ impl Default for Settings {
             method: Method::Auto,
             search: Thoroughness::Default,
             tolerance: 1e-12,
+            target: Target::Motion,
             continuous_tolerance: None,
             time_limit: None,
             max_iterations: 60,
@@ -119,6 +143,20 @@ pub struct SettingsError {
 impl Settings {
     /// The smallest tolerance that double precision can reach.
     pub const MIN_TOLERANCE: f64 = 4e-15;
+
+    /// What the true motion may miss the attitude of the end by \[rad\] where nothing is asked for and the plan is to land.
+    pub const CONTINUOUS_TOLERANCE: f64 = 1e-4 * PI / 180.0;
+
+    /// The settings of a plan whose discrete motion meets the end.
+    pub fn discrete() -> Self {
+        Self { target: Target::Discrete, ..Self::default() }
+    }
+
+    /// The limit on the continuous terminal attitude error \[rad\]; `None` where it goes with the angle that the body turns.
+    pub fn continuous_limit(&self) -> Option<f64> {
+        let lands = self.target == Target::Motion;
+        self.continuous_tolerance.or_else(|| lands.then_some(Self::CONTINUOUS_TOLERANCE))
+    }
 
     /// Checks the ranges.
     ///

@@ -2,7 +2,7 @@
 
 use crate::Vector3;
 use crate::maneuver::infeasible::Proof;
-use crate::maneuver::problem::{Problem, Scheme};
+use crate::maneuver::problem::{Problem, Scheme, State};
 use crate::maneuver::settings::Method;
 use crate::maneuver::switching::Switching;
 use serde::{Deserialize, Serialize};
@@ -64,6 +64,9 @@ pub struct Trajectory {
     pub wheel_momentum: Vec<f64>,
     /// Costates, row after row, 6 or 12 numbers a row, ordered as the crate's conventions say.
     pub costates: Vec<f64>,
+    /// Where the discrete motion ends, if that is not the end of the maneuver: so shifted that the true motion under the
+    /// inputs, held over the steps, ends there.
+    pub target: Option<State>,
 }
 
 impl Trajectory {
@@ -74,6 +77,20 @@ impl Trajectory {
     pub fn inputs(&self, index: usize) -> &[f64] {
         &self.input[index * self.input_count..(index + 1) * self.input_count]
     }
+}
+
+/// How a plan was made to land: its discrete target was shifted by what the true motion missed, and it was solved again.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Landing {
+    /// How often.
+    pub corrections: usize,
+    /// What the true motion missed before each correction, and after the last: the largest of the four parts of a
+    /// [`TerminalError`], scaled. By the planner's own flow; the witnesses have theirs.
+    pub misses: Vec<f64>,
+    /// Constraints that were drawn in because the true motion exceeded them: by how much \[rad\], or of rates which part of the
+    /// limit.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub drawn_in: Vec<(String, f64)>,
 }
 
 /// Distance of the discrete trajectory's end from the terminal conditions.
@@ -319,8 +336,10 @@ pub struct Solution {
     pub cost: f64,
     /// The trajectory, its inputs and costates.
     pub trajectory: Trajectory,
-    /// Discrete terminal error.
+    /// Discrete terminal error, against [`Trajectory::target`] where there is one.
     pub terminal: TerminalError,
+    /// How it was made to land, where that was tried.
+    pub landing: Option<Landing>,
     /// Optimality of the extremal.
     pub optimality: Optimality,
     /// Rotation sense of the path.
@@ -375,6 +394,7 @@ impl Solution {
                 position_relative: translation,
                 linear_momentum_relative: translation,
             },
+            landing: None,
             optimality: Optimality { tested: true, ..Optimality::UNTESTED },
             sense: Sense::Short,
             start: String::new(),

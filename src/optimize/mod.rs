@@ -3,6 +3,7 @@
 pub(crate) mod candidate;
 pub(crate) mod control_law;
 mod convex;
+mod landing;
 #[cfg(feature = "sdp")]
 pub mod lower_bound;
 pub mod memory;

@@ -84,7 +84,7 @@ pub fn told(
     }
     if let Some(verification) = plan.verification.as_ref().filter(|_| solution.outcome == Outcome::Converged)
     {
-        lines.extend(accuracy(&Accuracy::of(verification, problem, settings.continuous_tolerance)));
+        lines.extend(accuracy(&Accuracy::of(verification, problem, settings.continuous_limit())));
     }
     lines
 }

@@ -51,7 +51,7 @@ pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Pl
     };
     let convex = solution.method == Method::Scp;
     let witnessed = plan.verification.as_ref();
-    let accuracy = witnessed.map(|found| Accuracy::of(found, problem, settings.continuous_tolerance));
+    let accuracy = witnessed.map(|found| Accuracy::of(found, problem, settings.continuous_limit()));
     // The discrete maneuver is solved; the true motion under its torque ends elsewhere.
     let finer = accuracy.and_then(|found| {
         let why = format!("ends within {} deg", short(found.wanted_deg));

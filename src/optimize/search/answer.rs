@@ -3,10 +3,12 @@
 use super::ladder::{SAME_COST, Search};
 use super::record::{self, Recorded};
 use super::way::Way;
+use crate::maneuver::problem::State;
 use crate::maneuver::settings::Method as Road;
-use crate::maneuver::solution::{ConvexWork, Optimality, Outcome, Rival, Solution};
+use crate::maneuver::solution::{ConvexWork, Optimality, Outcome, Rival, Solution, Trajectory};
 use crate::numerics::figures::{short, significant};
 use crate::numerics::parallel;
+use crate::optimize::landing::Landed;
 use crate::optimize::methods::method::{Attempt, Watch};
 use crate::optimize::methods::scp::road::{iterate, multipliers};
 use crate::optimize::methods::scp::second_order::descents;
@@ -23,7 +25,7 @@ impl<const N: usize> Search<'_, '_, N> {
     pub fn conclude(&mut self) -> Solution {
         let solve_time = self.context.began.elapsed().as_secs_f64();
         let mut solution = match self.answer.take() {
-            Some(answer) => answer,
+            Some(answer) => self.answer_landed(answer),
             None => self.chosen(),
         };
         solution.solve_time = solve_time;
@@ -76,8 +78,21 @@ impl<const N: usize> Search<'_, '_, N> {
         Rival { start, sense, cost, conjugate_points, turned_deg }
     }
 
-    /// Everything that is told of an attempt.
+    /// Everything that is told of an attempt, which is made to land first where that is asked for.
     pub fn write(&self, solution: &mut Solution, attempt: &Attempt) {
+        match self.landed(attempt) {
+            Some(Landed { attempt, target, landing }) => {
+                self.write_aimed(solution, &attempt, Some(&target));
+                solution.landing = Some(landing);
+            }
+            None => self.write_aimed(solution, attempt, None),
+        }
+    }
+
+    /// Everything that is told of an attempt at a target other than the end of the maneuver.
+    pub fn write_aimed(&self, solution: &mut Solution, attempt: &Attempt, target: Option<&State>) {
+        let aimed = target.map(|target| self.fine.aimed(target));
+        let fine = aimed.as_ref().unwrap_or(&self.fine);
         let candidate = &attempt.candidate;
         let provenance = &candidate.provenance;
         solution.outcome = attempt.outcome;
@@ -91,10 +106,16 @@ impl<const N: usize> Search<'_, '_, N> {
             return;
         }
         let scp = provenance.method == Road::Scp;
-        let chain = scp.then(|| self.chain_of_given_duration(candidate.steps()));
+        let chain = scp.then(|| {
+            let mut chain = self.chain_of_given_duration(candidate.steps());
+            if let Some(target) = target {
+                chain.model.aim(target);
+            }
+            chain
+        });
         let (recorded, optimality) = match &chain {
-            Some(chain) => (record::chain(self.problem, &self.fine, chain, candidate), None),
-            None => self.recorded(attempt),
+            Some(chain) => (record::chain(self.problem, fine, chain, candidate), None),
+            None => self.recorded(fine, attempt),
         };
         let recorded = match recorded {
             Ok(recorded) => recorded,
@@ -106,18 +127,18 @@ impl<const N: usize> Search<'_, '_, N> {
                 return;
             }
         };
-        solution.cost = recorded.cost * self.fine.dynamics.units.cost;
+        solution.cost = recorded.cost * fine.dynamics.units.cost;
         solution.terminal = recorded.terminal;
         solution.sense = recorded.way.sense;
         solution.turned_deg = recorded.way.turned_deg;
-        solution.trajectory = recorded.trajectory;
+        solution.trajectory = Trajectory { target: target.copied(), ..recorded.trajectory };
         match &chain {
             None => {
                 solution.active = recorded.active;
                 solution.optimality = match optimality {
                     Some(optimality) => optimality,
                     None if self.context.settings.test_second_order => {
-                        second_order::optimality(&self.fine, &candidate.costate())
+                        second_order::optimality(fine, &candidate.costate())
                     }
                     None => Optimality::UNTESTED,
                 };
@@ -147,8 +168,12 @@ impl<const N: usize> Search<'_, '_, N> {
     }
 
     /// Records an extremal, and where that pays tests its second order meanwhile.
-    fn recorded(&self, attempt: &Attempt) -> (Result<Recorded, StepError>, Option<Optimality>) {
-        let (problem, fine, stopped) = (self.problem, &self.fine, self.stopped());
+    fn recorded(
+        &self,
+        fine: &BoundaryValueProblem<N>,
+        attempt: &Attempt,
+    ) -> (Result<Recorded, StepError>, Option<Optimality>) {
+        let (problem, stopped) = (self.problem, self.stopped());
         let (costate, swept) = (attempt.candidate.costate(), attempt.swept.as_ref());
         if stopped || !fine.is_kept_after_stop() {
             // The best iterate is worth a moment more.

@@ -23,10 +23,11 @@ use crate::lie;
 use crate::maneuver::objective::{Fuel, Objective};
 use crate::maneuver::problem::{Motion, Problem, State};
 use crate::maneuver::settings::{Method, Settings};
-use crate::maneuver::solution::{ConvexWork, Outcome, Rung, Solution, Trajectory};
+use crate::maneuver::solution::{ConvexWork, Landing, Outcome, Rung, Solution, Trajectory};
 use crate::mechanics::actuators::{ActuatorSet, Limits};
 use crate::mechanics::environment::{Free, Pose};
 use crate::optimize::candidate::Candidate;
+use crate::optimize::landing::Landed;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::model::Goal;
@@ -45,7 +46,7 @@ const BENT: f64 = 0.5;
 /// Costs of one plan with two shares of the effort differ by less, relative: by the larger share, from the one to the other.
 const NEAR: [f64; 2] = [0.01, 0.1];
 /// Accuracy of the subproblems: multipliers tell which inputs are off, the less clearly the smaller the share.
-const SHARP: f64 = 1e-9;
+pub(super) const SHARP: f64 = 1e-9;
 /// Costs that differ by less than this part are those of one plan.
 const SAME_COST: f64 = 1e-6;
 /// Most subproblems from one share to the next.
@@ -63,6 +64,8 @@ pub(super) struct Cheapest {
     pub share: f64,
     /// Dearer ones, each a local minimum, on a coarse grid, with their costs.
     pub rivals: Vec<(Attempt, f64)>,
+    /// The target at which it lands, where that was asked for.
+    pub landed: Option<(State, Landing)>,
 }
 
 /// Solves a maneuver of minimum time or fuel that more than torque limits shapes, or of least effort with a duration that is
@@ -71,7 +74,7 @@ pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
     let once = |problem: &Problem| match &problem.objective {
         Objective::Effort(_) if problem.duration.is_nan() => effort_sought(problem, context),
         Objective::Effort(_) => {
-            let ask = Ask { advise: true, ..Ask::of_goal(None, context.settings) };
+            let ask = Ask { advise: true, lands: context.lands(), ..Ask::of_goal(None, context.settings) };
             super::searched(problem, context, ask)
         }
         Objective::Time | Objective::Fuel(_) => solve_once(problem, context),
@@ -109,7 +112,7 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
     // Only a free body that turns has a plan of inputs that switch; in a frame that turns and in a field that is a path to begin from.
     let free = problem.is_free_turn();
     let quick = match problem.motion {
-        Motion::Attitude => switching::solve(&without_field(bare), context),
+        Motion::Attitude => switching::solve_discrete(&without_field(bare), context),
         Motion::RigidBody => unsolved.clone(),
     };
     *context.ladder.borrow_mut() = if free { quick.ladder.clone() } else { Vec::new() };
@@ -185,7 +188,7 @@ fn of_dimension<const N: usize>(
 ) -> Solution {
     let goal = Goal { objective: objective.clone(), share: SHARE };
     let advise = !objective.counts_time();
-    let ask = Ask { advise, ..Ask::of_goal(Some(goal), context.settings) };
+    let ask = Ask { advise, lands: context.lands(), ..Ask::of_goal(Some(goal), context.settings) };
     let mut search = Search::<N>::new(stated, context, ask);
     let coarse = search.chain(chain_steps(stated));
     let mut paths = bent(resampled(&coarse, objective.name(), quick));
@@ -198,7 +201,7 @@ fn of_dimension<const N: usize>(
         paths.extend(search.effort_paths(&unlimited));
     }
     paths.extend(unlimited);
-    let Some(Cheapest { duration, cost, attempt, share, rivals }) = search.cheapest(paths) else {
+    let Some(Cheapest { duration, cost, attempt, share, rivals, landed }) = search.cheapest(paths) else {
         // The nearest miss may have a duration of its own, which is none of a plan.
         let missed = search.failure.as_ref();
         let mut unsolved = Solution {
@@ -216,7 +219,13 @@ fn of_dimension<const N: usize>(
     let mut written = Search::<N>::new(&planned, context, search.ask.clone());
     written.work = ConvexWork { effort_share: share, ..search.work };
     let mut solution = Solution::unsolved(&planned, context.settings.tolerance);
-    written.write(&mut solution, &attempt);
+    match landed {
+        Some((target, landing)) => {
+            written.write_aimed(&mut solution, &attempt, Some(&target));
+            solution.landing = Some(landing);
+        }
+        None => written.write_aimed(&mut solution, &attempt, None),
+    }
     // A duration to the last bit.
     solution.cost = if *objective == Objective::Time { duration } else { cost };
     solution.rivals = rivals.iter().map(|(rival, cost)| written.rival_of_cost(rival, *cost)).collect();
@@ -227,7 +236,16 @@ impl Ask<'_> {
     /// SCP alone, for a goal or the effort, from its own seeds.
     pub(super) fn of_goal(goal: Option<Goal>, settings: &Settings) -> Self {
         let last = ScpOptions::default().within(settings.max_iterations);
-        Self { shooting: false, convex: true, guess: None, along: None, last, advise: false, goal }
+        Self {
+            shooting: false,
+            convex: true,
+            guess: None,
+            along: None,
+            last,
+            advise: false,
+            goal,
+            lands: false,
+        }
     }
 }
 
@@ -242,7 +260,12 @@ impl<const N: usize> Search<'_, '_, N> {
         let stated = self.problem.duration;
         let mut found = std::mem::take(&mut self.found).into_iter();
         let first = found.next().filter(|first| first.candidate.steps() == self.problem.steps)?;
-        let (first, share) = self.sharpened(first);
+        let (mut first, mut share) = self.sharpened(first);
+        let landed = self.landed_with_goal(&first, share).map(|(landed, least)| {
+            let Landed { attempt, target, landing } = landed;
+            (first, share) = (attempt, least);
+            (target, landing)
+        });
         let duration = stated * first.candidate.grid.duration();
         let chain = self.chain(self.problem.steps);
         let cost = chain.price(&first.candidate);
@@ -253,7 +276,7 @@ impl<const N: usize> Search<'_, '_, N> {
             let cost = own.price(&rival.candidate);
             Some((rival, cost))
         };
-        Some(Cheapest { duration, cost, attempt, share, rivals: found.filter_map(price).collect() })
+        Some(Cheapest { duration, cost, attempt, share, rivals: found.filter_map(price).collect(), landed })
     }
 
     /// The local minima that SCP finds along paths on its coarse grid, with as much effort in the cost as that takes, and

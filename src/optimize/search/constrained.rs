@@ -448,7 +448,7 @@ fn grids_between(coarse: usize, fine: usize) -> Vec<usize> {
 }
 
 /// The path of a recorded trajectory.
-fn along(start: &str, trajectory: &Trajectory, dynamics: &Dynamics) -> Candidate {
+pub(super) fn along(start: &str, trajectory: &Trajectory, dynamics: &Dynamics) -> Candidate {
     let pose = |(index, quaternion): (usize, &[f64; 4])| Pose {
         position: trajectory.position.get(index).map_or(Vector3::zeros(), |x| x / dynamics.units.length),
         attitude: lie::project_to_rotation(&lie::rotation_from_quaternion(quaternion)),

@@ -1,6 +1,6 @@
 //! What every rung shares: settings, the clock, the observer, the record of what was tried.
 
-use crate::maneuver::settings::Settings;
+use crate::maneuver::settings::{Settings, Target};
 use crate::maneuver::solution::{Outcome, Rung, RungReport};
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Budget, Watch};
@@ -75,6 +75,11 @@ impl<'a> Context<'a> {
             stopped: Cell::new(None),
             ladder: RefCell::default(),
         }
+    }
+
+    /// Whether plans are to land.
+    pub fn lands(&self) -> bool {
+        self.settings.target == Target::Motion
     }
 
     /// Announces a rung.

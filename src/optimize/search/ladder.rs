@@ -42,12 +42,22 @@ pub(super) struct Ask<'a> {
     pub advise: bool,
     /// What SCP minimises in place of the effort (`cheapest`).
     pub goal: Option<Goal>,
+    /// Whether what is written is made to land.
+    pub lands: bool,
 }
 
 impl Ask<'_> {
     /// What is asked of the same maneuver without limits.
     pub fn of_relaxed(&self) -> Self {
-        Self { shooting: true, convex: false, guess: None, along: None, goal: None, ..self.clone() }
+        Self {
+            shooting: true,
+            convex: false,
+            guess: None,
+            along: None,
+            goal: None,
+            lands: false,
+            ..self.clone()
+        }
     }
 }
 

@@ -14,6 +14,7 @@ mod effort;
 mod free;
 mod guess;
 mod ladder;
+mod landed;
 mod minima;
 pub(crate) mod paths;
 mod record;
@@ -29,7 +30,7 @@ pub use guess::Guess;
 use crate::Vector3;
 use crate::maneuver::infeasible;
 use crate::maneuver::problem::{Motion, Path, Problem, ProblemError};
-use crate::maneuver::settings::{Method, Settings, SettingsError};
+use crate::maneuver::settings::{Method, Settings, SettingsError, Target};
 use crate::maneuver::solution::{Outcome, Solution, Trajectory};
 use crate::mechanics::Description;
 use crate::optimize::control_law;
@@ -172,6 +173,7 @@ pub fn polish(
         last,
         advise: false,
         goal: None,
+        lands: false,
     };
     Ok(match problem.motion {
         Motion::Attitude => Search::<6>::new(problem, &context, ask).polish(),
@@ -207,10 +209,13 @@ pub fn solve(
     }
     if problem.duration.is_nan() {
         check_for_switching(settings, guess)?;
+        // Durations are compared by their discrete optima; the one that is found lands.
+        let discrete = Settings { target: Target::Discrete, ..settings.clone() };
         let mut given = |problem: &Problem, settings: &Settings, observer: &mut dyn Observer| {
             solve(problem, settings, None, observer)
         };
-        return duration::solve(problem, settings, observer, &mut given);
+        let solution = duration::solve(problem, &discrete, observer, &mut given)?;
+        return Ok(landed::with_duration_found(problem, solution, &Context::new(settings, observer)));
     }
     if let Some(guess) = guess {
         // A path alone is a guess too.
@@ -237,7 +242,7 @@ pub fn solve(
     Ok(searched(
         problem,
         &context,
-        Ask { shooting, convex, guess, along: None, last, advise: true, goal: None },
+        Ask { shooting, convex, guess, along: None, last, advise: true, goal: None, lands: context.lands() },
     ))
 }
 
@@ -280,7 +285,16 @@ pub fn solve_convex(
     let context = Context::new(&settings, observer);
     let last = if polish { ScpOptions::default() } else { ScpOptions::unpolished() };
     let last = last.within(settings.max_iterations);
-    let ask = Ask { shooting: false, convex: true, guess: None, along, last, advise: false, goal: None };
+    let ask = Ask {
+        shooting: false,
+        convex: true,
+        guess: None,
+        along,
+        last,
+        advise: false,
+        goal: None,
+        lands: false,
+    };
     Ok(searched(problem, &context, ask))
 }
 

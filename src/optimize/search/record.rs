@@ -179,6 +179,7 @@ impl<'a, const N: usize> Recorder<'a, N> {
             force: Vec::with_capacity(translation.min(input_rows)),
             wheel_momentum: Vec::new(),
             costates: Vec::with_capacity(input_rows * N),
+            target: None,
         };
         Self { problem, dynamics, grid, trajectory, follower: Follower::new() }
     }

@@ -8,11 +8,12 @@ use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Path, Problem};
 use crate::maneuver::settings::Method;
 use crate::maneuver::solution::{
-    Optimality, Outcome, Rival, Rung, Sense, Solution, TerminalError, Trajectory,
+    Landing, Optimality, Outcome, Rival, Rung, Sense, Solution, TerminalError, Trajectory,
 };
 use crate::maneuver::switching::{Structure, Switching, SwitchingArc};
 use crate::mechanics::drift_equation;
 use crate::numerics::figures::{rounded_up, short, significant};
+use crate::optimize::landing::{Aim, Next};
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::switching::arcs::Arcs;
 use crate::optimize::methods::switching::branches::Ask;
@@ -22,7 +23,7 @@ use crate::optimize::methods::switching::extremal::{Extremal, Law};
 use crate::optimize::methods::switching::grid_step::Torque;
 use crate::optimize::methods::switching::limit::{Found, Limit};
 use crate::optimize::methods::switching::on_grid::OnGrid;
-use crate::optimize::methods::switching::pulses::on_grid::arcs_placed;
+use crate::optimize::methods::switching::pulses::on_grid::{again, arcs_placed};
 use crate::optimize::methods::switching::scaled::{Units, input_of, inputs, scaled, shared};
 use crate::optimize::methods::switching::search::search;
 use crate::optimize::methods::switching::smooth::Smoothed;
@@ -49,17 +50,22 @@ const NO_ARC: f64 = 1e-10;
 /// Up to a longest duration the plan takes all of the time or, where a second has a price or the body moves at an end, the
 /// duration at which the Hamiltonian vanishes.
 pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
-    solve_by(problem, context, true)
+    solve_by(problem, context, true, true)
+}
+
+/// The same as a path to begin from, which need not land.
+pub(super) fn solve_discrete(problem: &Problem, context: &Context) -> Solution {
+    solve_by(problem, context, true, false)
 }
 
 /// The same by the smoothed law alone, to compare.
 pub(super) fn solve_smoothed(problem: &Problem, context: &Context) -> Solution {
-    solve_by(problem, context, false)
+    solve_by(problem, context, false, false)
 }
 
 /// With arcs at the limits, or without.
-fn solve_by(problem: &Problem, context: &Context, arcs: bool) -> Solution {
-    let once = |problem: &Problem| solve_once(problem, context, arcs);
+fn solve_by(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> Solution {
+    let once = |problem: &Problem| solve_once(problem, context, arcs, lands);
     match problem.duration_at_most {
         Some(longest) => up_to(longest, problem, context, &once),
         None => once(problem),
@@ -102,7 +108,7 @@ pub(super) fn up_to(
 }
 
 /// In a given duration, or in the best one of all.
-fn solve_once(problem: &Problem, context: &Context, arcs: bool) -> Solution {
+fn solve_once(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> Solution {
     let tolerance = context.settings.tolerance;
     let mut solution = Solution { method: Method::Shooting, ..Solution::unsolved(problem, tolerance) };
     let Some((extremal, units)) = scaled(problem) else {
@@ -132,9 +138,9 @@ fn solve_once(problem: &Problem, context: &Context, arcs: bool) -> Solution {
         return ended(solution, outcome, context);
     }
     if let Some(shortest) = problem.shortest_pulse() {
-        return pulses::solve(problem, (&extremal, &units), &found, shortest, context, solution);
+        return pulses::solve(problem, (&extremal, &units), &found, shortest, context, solution, lands);
     }
-    let mut chosen = None;
+    let (mut chosen, mut chosen_limit) = (None, None);
     // A bound of what is sought; what is given has none.
     let longest = problem.duration_at_most.filter(|_| extremal.given_duration.is_none());
     let allowed = |limit: &&Limit| longest.is_none_or(|longest| limit.duration() * units.time <= longest);
@@ -148,7 +154,7 @@ fn solve_once(problem: &Problem, context: &Context, arcs: bool) -> Solution {
         if let Some(plan) = plan
             && follows(problem, &plan)
         {
-            chosen = Some(plan);
+            (chosen, chosen_limit) = (Some(plan), Some(limit));
             // Rivals are told by their continuous extremals: only the plan itself needs the grid.
             break;
         }
@@ -167,12 +173,59 @@ fn solve_once(problem: &Problem, context: &Context, arcs: bool) -> Solution {
         }
         return ended(solution, Outcome::Stalled, context);
     };
+    if lands && context.lands() {
+        let afresh = |aimed: &Extremal| cheapest(problem, aimed, &units, chosen_limit?);
+        plan = landed(problem, &extremal, &units, plan, &afresh);
+    }
     if problem.objective.fuel().is_none() {
         let eigenaxis = found.eigenaxis.or_else(|| eigenaxis::duration(&extremal));
         plan.switching.eigenaxis_s = eigenaxis.map(|duration| duration * units.time);
     }
     solution.rivals = rivals(&extremal, &found.limits, &plan, &units);
     finished(solution, plan, context)
+}
+
+/// A plan whose true motion meets the end as nearly as corrections bring it: solved again, warm or else `afresh`, for the extremal
+/// that ends where the discrete motion has to.
+fn landed(
+    problem: &Problem,
+    extremal: &Extremal,
+    units: &Units,
+    first: Planned,
+    afresh: &dyn Fn(&Extremal) -> Option<Planned>,
+) -> Planned {
+    let mut aim = Aim::of(problem);
+    let (mut plan, mut target, mut best) = (first, problem.end, None);
+    loop {
+        let next = aim.correct(&plan.trajectory);
+        if next == Next::GiveUp && best.is_some() {
+            break;
+        }
+        plan.trajectory.target = Some(target);
+        plan.landing = Some(aim.told());
+        if next != Next::Correct {
+            return plan;
+        }
+        target = aim.target;
+        let aimed = Extremal {
+            end_attitude: problem.start.attitude.tr_mul(&target.attitude),
+            end_rate: units.time * target.angular_velocity,
+            ..extremal.clone()
+        };
+        let warm = again(&plan.grid, &aimed).and_then(|grid| {
+            let mut warm = record(problem, &aimed, units, &grid)?;
+            let Switching { beside_optimum, .. } = warm.switching;
+            warm.switching = Switching { beside_optimum, ..plan.switching.clone() };
+            let kept = pulses::told_again(problem, &mut warm);
+            warm.start.clone_from(&plan.start);
+            kept.then_some(warm)
+        });
+        let Some(solved) = warm.or_else(|| afresh(&aimed)) else {
+            return plan;
+        };
+        best = Some(std::mem::replace(&mut plan, solved));
+    }
+    best.unwrap_or(plan)
 }
 
 /// The solution that a plan on its grid is.
@@ -188,6 +241,7 @@ fn finished(mut solution: Solution, plan: Planned, context: &Context) -> Solutio
     solution.turned_deg = plan.turned_deg;
     solution.start = plan.start;
     solution.trajectory = plan.trajectory;
+    solution.landing = plan.landing;
     solution.switching = Some(plan.switching);
     let outcome =
         if solution.terminal.largest() <= solution.tolerance { Outcome::Converged } else { Outcome::Stalled };
@@ -311,6 +365,8 @@ struct Planned {
     switching: Switching,
     /// Continuous quaternion from the start, at the end.
     sheet: [f64; 4],
+    grid: OnGrid,
+    landing: Option<Landing>,
 }
 
 /// The discrete optimum of the best arcs where they have room on the grid, or the nearest to it; otherwise that of the next looser
@@ -499,6 +555,8 @@ fn record(problem: &Problem, extremal: &Extremal, units: &Units, grid: &OnGrid) 
         trajectory,
         switching,
         sheet,
+        grid: grid.clone(),
+        landing: None,
     })
 }
 

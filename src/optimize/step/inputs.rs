@@ -31,6 +31,15 @@ impl Dynamics {
         (wrench, effort)
     }
 
+    /// What forces and torques give at the optimal inputs for a costate, each in the axes of its set, scaled.
+    pub(crate) fn outputs(&self, pose: &Pose, costate: &Costate) -> (Vector3, Vector3) {
+        let (gamma, pi) = self.in_input_axes(pose, costate);
+        let Some(laws) = &self.laws else {
+            return (-(self.force.matrix * gamma), -(self.torque.matrix * pi));
+        };
+        (laws.force.response(&gamma).output, laws.torque.response(&pi).output)
+    }
+
     /// The costates `(λ^γ, λ^Π)` in the axes of the inputs.
     fn in_input_axes(&self, pose: &Pose, costate: &Costate) -> (Vector3, Vector3) {
         let r = &pose.attitude;

@@ -10,7 +10,7 @@
 //! and is of second order. Nothing is allocated.
 
 use crate::maneuver::grid::Grid;
-use crate::maneuver::problem::Problem;
+use crate::maneuver::problem::{Problem, State};
 use crate::mechanics::environment::{Pose, Wrench};
 use crate::numerics::compensated::Sum;
 use crate::numerics::widest::widest;
@@ -132,6 +132,11 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
     /// The same, whose sweeps end with [`StepError::Stopped`] when `listener` asks for it.
     pub(crate) fn heard_by(self, listener: &'a dyn Listener) -> Self {
         Self { listener: Some(listener), ..self }
+    }
+
+    /// The same with another end of the maneuver.
+    pub(crate) fn aimed(&self, end: &State) -> Self {
+        Self { terminal: TerminalCondition::State(self.dynamics.point(end)), ..self.clone() }
     }
 
     /// Whether a sweep is short enough to be made for a best iterate after somebody asked to stop.

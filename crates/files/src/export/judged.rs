@@ -42,7 +42,7 @@ impl PlanFile<'_> {
         let judged_by = SpecDocument::new(&problem, settings).ok();
         let differences = held.zip(judged_by).map_or(Vec::new(), |(held, other)| held.differences(&other));
         let (trajectory, tolerance) = (&self.trajectory.0, settings.tolerance);
-        let continuous = settings.continuous_tolerance;
+        let continuous = settings.continuous_limit();
         let mut verification = verify::verify_until(&problem, trajectory, tolerance, continuous, stop);
         let own = held.is_some() && differences.is_empty();
         let told = self.verified.as_ref().filter(|told| {

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::ser::{CompactFormatter, Formatter};
 use slewkit::Vector3;
 use slewkit::maneuver::{
-    ActiveConstraint, ConvexWork, Optimality, Outcome, Problem, Rival, RungReport, Scheme, SecondOrder,
-    Sense, Settings, Switching, TerminalError,
+    ActiveConstraint, ConvexWork, Landing, Optimality, Outcome, Problem, Rival, RungReport, Scheme,
+    SecondOrder, Sense, Settings, Switching, TerminalError,
 };
 use slewkit::numerics::encoding;
 use slewkit::plan::{Guess, Plan, Status};
@@ -65,6 +65,9 @@ pub struct PlanFile<'a> {
     /// Discrete terminal error.
     #[serde(deserialize_with = "null_is_nan")]
     pub terminal: TerminalError,
+    /// How it was made to land, where that was tried; the discrete target stands with the trajectory.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub landing: Option<Landing>,
     /// Optimality of the extremal.
     #[serde(deserialize_with = "null_is_nan")]
     pub optimality: Optimality,
@@ -170,13 +173,14 @@ impl<'a> PlanFile<'a> {
             turned_deg: solution.turned_deg,
             tolerance: solution.tolerance,
             terminal: solution.terminal,
+            landing: solution.landing.clone(),
             optimality: solution.optimality,
             second_order: solution.optimality.second_order(),
             verified: plan.verification.clone(),
             accuracy: plan
                 .verification
                 .as_ref()
-                .map(|found| Accuracy::of(found, problem, settings.continuous_tolerance)),
+                .map(|found| Accuracy::of(found, problem, settings.continuous_limit())),
             ladder: solution.ladder.clone(),
             convex: solution.convex.as_ref().map(Into::into),
             active: solution.active.clone(),

@@ -26,6 +26,7 @@ impl PlanFile<'_> {
             cost: self.cost,
             trajectory: self.trajectory.0.as_ref().clone(),
             terminal: self.terminal,
+            landing: self.landing.clone(),
             optimality: self.optimality,
             sense: self.sense,
             start: self.start.clone(),

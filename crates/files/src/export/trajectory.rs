@@ -2,9 +2,10 @@
 
 use super::columns::{TrajectoryError, check_finite, columns, costate_width};
 use serde::de::{DeserializeSeed, Deserializer, Error, SeqAccess, Visitor};
+use serde::ser::SerializeMap;
 use serde::{Deserialize, Serialize, Serializer};
-use slewkit::Vector3;
-use slewkit::maneuver::{Motion, Problem, Trajectory};
+use slewkit::maneuver::{Motion, Problem, State, Trajectory};
+use slewkit::{Vector3, lie};
 use std::borrow::Cow;
 use std::fmt;
 
@@ -45,12 +46,51 @@ fn check_shape(trajectory: &Trajectory, problem: &Problem) -> Result<(), Traject
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrajectoryDocument<'a>(pub Cow<'a, Trajectory>);
 
+/// Where the discrete motion of a plan that lands ends.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct TargetDocument {
+    quaternion_wxyz: [f64; 4],
+    angular_velocity_rad_s: [f64; 3],
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    position_m: Option<[f64; 3]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    velocity_m_s: Option<[f64; 3]>,
+}
+
+impl TargetDocument {
+    fn of(target: &State, moves: bool) -> Self {
+        Self {
+            quaternion_wxyz: lie::quaternion_from_rotation(&target.attitude),
+            angular_velocity_rad_s: target.angular_velocity.into(),
+            position_m: moves.then(|| target.position.into()),
+            velocity_m_s: moves.then(|| target.velocity.into()),
+        }
+    }
+
+    fn state(&self) -> State {
+        let vector = |row: Option<[f64; 3]>| row.map_or_else(Vector3::zeros, Vector3::from);
+        State {
+            position: vector(self.position_m),
+            velocity: vector(self.velocity_m_s),
+            attitude: lie::rotation_from_quaternion(&self.quaternion_wxyz),
+            angular_velocity: self.angular_velocity_rad_s.into(),
+        }
+    }
+}
+
 impl Serialize for TrajectoryDocument<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let trajectory = &*self.0;
         check_finite(trajectory).map_err(serde::ser::Error::custom)?;
         let shown = columns(trajectory).into_iter().filter(|column| column.shown);
-        serializer.collect_map(shown.map(|column| (column.key, column.values)))
+        let mut map = serializer.serialize_map(None)?;
+        for column in shown {
+            map.serialize_entry(column.key, &column.values)?;
+        }
+        if let Some(target) = &trajectory.target {
+            map.serialize_entry("target", &TargetDocument::of(target, !trajectory.position.is_empty()))?;
+        }
+        map.end()
     }
 }
 
@@ -72,6 +112,8 @@ impl<'de> Deserialize<'de> for TrajectoryDocument<'_> {
             #[serde(default)]
             wheel_momentum_n_m_s: Flat,
             costates: Flat,
+            #[serde(default)]
+            target: Option<TargetDocument>,
         }
         let keys = Keys::deserialize(deserializer)?;
         let trajectory = Trajectory {
@@ -86,6 +128,7 @@ impl<'de> Deserialize<'de> for TrajectoryDocument<'_> {
             force: vectors(keys.force_n),
             wheel_momentum: keys.wheel_momentum_n_m_s.values,
             costates: keys.costates.values,
+            target: keys.target.as_ref().map(TargetDocument::state),
         };
         // Rows and columns that have changed places would fit as well.
         let nodes = trajectory.time.len().max(trajectory.quaternion.len());

@@ -2,7 +2,7 @@
 
 use super::keys::StepsOf;
 use super::{Angle, Section, grid, short, show};
-use slewkit::maneuver::{Method, Problem, Scheme, Settings, Thoroughness};
+use slewkit::maneuver::{Method, Problem, Scheme, Settings, Target, Thoroughness};
 use std::time::Duration;
 
 /// Angle per step that the default number of steps allows \[rad\]: two or three Newton iterations.
@@ -140,6 +140,9 @@ pub(crate) fn solver(section: Option<&Section>) -> (Scheme, Settings) {
             let reason = format!("a tolerance of {} {wrong}", show(tolerance));
             section.error("E0036", "tolerance", reason, "write 1e-12, or leave the key out");
         }
+    }
+    if section.word("target") == Some("discrete") {
+        settings.target = Target::Discrete;
     }
     let continuous = section.angle("continuous_tolerance_deg", "continuous_tolerance_rad");
     settings.continuous_tolerance = continuous.map(Angle::radians);

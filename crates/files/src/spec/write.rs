@@ -64,6 +64,7 @@ impl SpecDocument {
             solver.put("search", settings.search.name());
             solver.put("scheme", problem.scheme.name());
             solver.put("tolerance", settings.tolerance);
+            solver.put("target", settings.target.name());
             solver.some("continuous_tolerance_rad", settings.continuous_tolerance);
             solver.some("time_limit_s", settings.time_limit.map(|limit| limit.as_secs_f64()));
             solver.put("max_iterations", settings.max_iterations);

@@ -47,6 +47,8 @@ pub(crate) struct OnGrid {
     pub iterations: usize,
     /// Whether the terminal conditions alone are met.
     pub beside_optimum: bool,
+    /// Of pulses whose times are at bounds: how the lengths of the arcs go with the times that are free.
+    pub of_free_times: Option<DMatrix<f64>>,
 }
 
 /// A step of the grid: a part of an arc.
@@ -90,6 +92,7 @@ impl OnGrid {
             residual: f64::NAN,
             iterations: 0,
             beside_optimum: false,
+            of_free_times: None,
         }
     }
 

@@ -3,7 +3,7 @@
 //! The same maneuver without a shortest pulse is solved first: its extremals are what pulses are made of, and what their cost is told
 //! against.
 
-use super::{Planned, ended, finished, follows, record, shortest_told, told};
+use super::{Planned, ended, finished, follows, landed, record, shortest_told, told};
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Thoroughness;
 use crate::maneuver::solution::{Outcome, Rival, Rung, Solution, Trajectory};
@@ -20,6 +20,8 @@ use crate::optimize::search::context::Context;
 
 /// Costs that differ by this part are those of two schedules.
 const DISTINCT: f64 = 1e-6;
+/// A pulse shorter by this part is as long as it has to be.
+const ROUND_OFF: f64 = 1e-10;
 /// How many dearer schedules are told.
 const RIVALS: usize = 4;
 
@@ -31,6 +33,7 @@ pub(super) fn solve(
     shortest: f64,
     context: &Context,
     mut solution: Solution,
+    lands: bool,
 ) -> Solution {
     if without.branches == 0 {
         if !shortest_told(problem, without, context, &mut solution) {
@@ -78,7 +81,7 @@ pub(super) fn solve(
             Err(Unplaced::NoOptimum) => {}
         }
     }
-    let Some((index, plan)) = chosen else {
+    let Some((index, mut plan)) = chosen else {
         solution.shortfall = Some(match needed {
             Some(steps) => format!("the pulses found need at least {steps} steps"),
             None if found.best.is_empty() => {
@@ -91,6 +94,13 @@ pub(super) fn solve(
         });
         return ended(solution, Outcome::Stalled, context);
     };
+    if lands && context.lands() {
+        let afresh = |aimed: &Extremal| {
+            let placed = placed(aimed, &found.best[index], &ask, problem.steps).ok()?;
+            planned(problem, aimed, units, &placed, least)
+        };
+        plan = landed(problem, extremal, units, plan, &afresh);
+    }
     let mut last = plan.switching.continuous_cost;
     for best in found.best.iter().skip(index + 1) {
         let cost = best.cost * units.cost();
@@ -131,6 +141,15 @@ fn planned(
     let shortest_s = shortest(&plan.trajectory);
     switching.pulses = Some(Pulses { count: schedule.pulses.len(), shortest_s, cost_without: least });
     Some(plan)
+}
+
+/// Tells the shortest pulse of a plan that was solved again, where it has pulses; false where one is shorter than it may be.
+pub(super) fn told_again(problem: &Problem, plan: &mut Planned) -> bool {
+    let (Some(pulses), Some(least)) = (&mut plan.switching.pulses, problem.shortest_pulse()) else {
+        return true;
+    };
+    pulses.shortest_s = shortest(&plan.trajectory);
+    pulses.shortest_s >= least * (1.0 - ROUND_OFF)
 }
 
 /// The shortest time for which an input of a recorded plan is on without a change \[s\].

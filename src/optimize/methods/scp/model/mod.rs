@@ -35,7 +35,7 @@ mod state;
 mod step;
 
 use crate::Vector3;
-use crate::maneuver::problem::{Motion, Problem};
+use crate::maneuver::problem::{Motion, Problem, State};
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame, InputLimit, LimitKind};
 use crate::optimize::step::{Costate, Dynamics};
 use crate::optimize::terminal::TerminalCondition;
@@ -149,6 +149,19 @@ impl Model {
         model.start.wheels = DVector::from_column_slice(stored) / units.momentum();
         model.start.momentum += model.wheel_momentum(&model.start.wheels);
         model
+    }
+
+    /// Aims at another end, in the units of the maneuver.
+    pub fn aim(&mut self, end: &State) {
+        let point = self.dynamics.point(end);
+        self.target = ChainState::of(&point, DVector::zeros(self.wheels));
+        self.terminal = TerminalCondition::State(point);
+    }
+
+    /// Aims at the end that another chain of the maneuver aims at.
+    pub fn aim_with(&mut self, other: &Self) {
+        self.target = other.target.clone();
+        self.terminal = other.terminal;
     }
 
     /// How large each input can be, scaled; infinite where nothing limits it.

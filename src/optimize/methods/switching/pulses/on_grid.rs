@@ -159,6 +159,17 @@ pub(crate) fn arcs_placed(extremal: &Extremal, arcs: &Arcs, steps: usize) -> Opt
     placed(extremal, &best, &ask, steps).ok().map(|placed| placed.grid)
 }
 
+/// The same grid for a maneuver that ends a little elsewhere, warm; `None` where Newton does not get there, or an arc would have
+/// less than no length.
+pub(crate) fn again(grid: &OnGrid, extremal: &Extremal) -> Option<OnGrid> {
+    let found = match &grid.of_free_times {
+        Some(of_length) => stationary(grid.clone(), extremal, of_length, !grid.beside_optimum),
+        None => grid.clone().solve(extremal),
+    }?;
+    let least = -NO_LENGTH * found.duration();
+    found.lengths.iter().all(|length| *length >= least).then_some(found)
+}
+
 /// Newton on costates and free times, to round-off. Where it does not get there, on the times alone, that they meet the end, with the
 /// costates that come nearest to making the Lagrangian stationary.
 fn stationary(
@@ -184,6 +195,7 @@ fn stationary(
         let merit = if together { whole } else { size(&residual.rows(0, 6).into_owned()) };
         if merit < CONVERGED && merit >= 0.1 * last {
             grid.torques = found.torques;
+            grid.of_free_times = Some(of_length.clone());
             (grid.residual, grid.iterations, grid.beside_optimum) = (whole, iteration, !together);
             let near = grid
                 .lengths

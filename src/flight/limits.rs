@@ -1,0 +1,59 @@
+//! By how much the true motion exceeds rates and cones.
+
+use crate::maneuver::constraint::{Arc, Constraint, Rule};
+use crate::maneuver::problem::Problem;
+use crate::{Matrix3, Vector3, lie};
+
+/// The worst that a motion exceeds each constraint by.
+#[derive(Clone, Debug)]
+pub(crate) struct Excess<'a> {
+    constraints: &'a [Constraint],
+    frame_rate: Vector3,
+    /// For each constraint, \[rad\] of a cone, a part of the limit of a rate; negative: there is room.
+    pub worst: Vec<f64>,
+}
+
+impl<'a> Excess<'a> {
+    /// Pieces of a step between which the motion is taken for a rotation about one axis.
+    pub const PIECES: usize = 8;
+
+    /// For the constraints of a maneuver; `None` where it has none.
+    pub fn of(problem: &'a Problem) -> Option<Self> {
+        let constraints = &problem.constraints[..];
+        (!constraints.is_empty()).then(|| Self {
+            constraints,
+            frame_rate: problem.environment.frame_rate(),
+            worst: vec![f64::NEG_INFINITY; constraints.len()],
+        })
+    }
+
+    /// A rate, body axes [rad/s].
+    pub(super) fn rate(&mut self, rate: &Vector3) {
+        for (constraint, worst) in self.constraints.iter().zip(&mut self.worst) {
+            let share = match &constraint.rule {
+                Rule::RateNorm(limit) => rate.norm() / limit - 1.0,
+                Rule::RateAxes(limits) => rate.component_div(limits).amax() - 1.0,
+                Rule::Pointing(_) => continue,
+            };
+            *worst = worst.max(share);
+        }
+    }
+
+    /// A piece of `step` \[s\] from `time`, between two attitudes, body → inertial.
+    pub(super) fn piece(&mut self, time: f64, step: f64, before: &Matrix3, after: &Matrix3) {
+        let arc = Arc { start: *before, turn: lie::minus(after, before) };
+        let travel = arc.turn.norm() + self.frame_rate.norm() * step;
+        for (constraint, worst) in self.constraints.iter().zip(&mut self.worst) {
+            let Rule::Pointing(pointing) = &constraint.rule else { continue };
+            for (boresight, direction) in pointing.pairs() {
+                let target = direction.on_arc(time, step, &self.frame_rate);
+                // Too far away to come nearer than ever before: no extremum needed.
+                if travel - pointing.room(arc.angle(boresight, &target, 0.0)) < *worst {
+                    continue;
+                }
+                let nearest = arc.extreme(boresight, &target, pointing.side);
+                *worst = worst.max(-pointing.room(nearest.angle));
+            }
+        }
+    }
+}

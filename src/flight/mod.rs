@@ -1,0 +1,338 @@
+//! The true motion under the inputs of a plan, held over each step: what the planner lands its plans by.
+//!
+//! ```text
+//! Ȧ = A S(Ω) ,   Π̇ = (Π + μ) × Ω + M(R) + τ ,   μ̇ = −τ (wheels) ,   ẋ = γ/m ,   γ̇ = f(x, R) + f_u ,   Ω = J⁻¹Π
+//! R(t) = exp(−t S(n)) A(t)    in a reference frame that turns at n
+//! ```
+//!
+//! with the force and torque that the plan holds over a step: the mean of its rows at both ends for Lie–Verlet, the row
+//! at the end for Lie–Euler, the row of the step where inputs switch.
+//!
+//! The flow is an explicit Runge–Kutta method on the Lie group (Munthe-Kaas 1999): over a part of a step
+//! `A = A_0 exp S(u)` with `u̇ = J_r⁻¹(u) Ω`, and `(u, Π, x, γ)` are integrated as vectors (`tableau`). The witnesses judge
+//! by other flows (`verify::continuous`, `verify::symplectic`); nothing of theirs is used here, and nothing of this there.
+//!
+//! A part turns by [`Flight::PART`] at most, which leaves errors of some 1e-11 over a turn of a few radians (a test holds
+//! that). Fields may change faster than the body turns: where there is one, parts are halved until two runs agree
+//! ([`Flight::settle`]).
+
+mod limits;
+mod tableau;
+
+pub(crate) use limits::Excess;
+
+use crate::maneuver::problem::{Motion, Problem, State};
+use crate::maneuver::solution::Trajectory;
+use crate::mechanics::actuators::{ActuatorSet, AxisFrame};
+use crate::mechanics::environment::Pose;
+use crate::{Matrix3, Vector3, lie};
+use tableau::{FOURTH, SIXTH, Tableau};
+
+/// What actuators give over a step, each in the axes in which its set is fixed [N, N·m].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Held {
+    pub force: Vector3,
+    pub torque: Vector3,
+}
+
+/// A body on its way, SI units.
+#[derive(Clone, Copy, Debug)]
+struct Body {
+    /// Body → inertial.
+    attitude: Matrix3,
+    momentum: Vector3,
+    /// What the wheels store, body axes.
+    stored: Vector3,
+    position: Vector3,
+    linear_momentum: Vector3,
+}
+
+/// Derivatives, or a change, of `(u, Π, x, γ)`.
+#[derive(Clone, Copy, Debug)]
+struct Change {
+    turn: Vector3,
+    momentum: Vector3,
+    position: Vector3,
+    linear_momentum: Vector3,
+}
+
+/// The true motion of a maneuver.
+#[derive(Clone, Debug)]
+pub(crate) struct Flight<'a> {
+    problem: &'a Problem,
+    j_inverse: Matrix3,
+    per_mass: f64,
+    moves: bool,
+    /// Whether force or moment depends on the pose.
+    posed: bool,
+    has_wheels: bool,
+    torque_frame: AxisFrame,
+    force_frame: AxisFrame,
+    frame_rate: Option<Vector3>,
+    start: Body,
+    /// Parts of every step at least.
+    parts: usize,
+}
+
+impl<'a> Flight<'a> {
+    /// Largest turn in a part of a step \[rad\].
+    const PART: f64 = 0.04;
+
+    /// Below this turn of a step \[rad\] the method of fourth order does: what it neglects is of the fifth power, some
+    /// 1e-13 a step.
+    const SLOW: f64 = 8e-3;
+
+    /// Ends that differ by less, scaled, are those of one motion.
+    const SETTLED: f64 = 1e-10;
+
+    /// Most parts of a step.
+    const MOST_PARTS: usize = 256;
+
+    /// From the start of `problem`.
+    pub fn new(problem: &'a Problem) -> Self {
+        let moves = problem.motion == Motion::RigidBody;
+        let torque_frame = problem.actuation.torque.frame();
+        let force_frame = problem.actuation.force.as_ref().map_or(AxisFrame::Reference, ActuatorSet::frame);
+        let rate = problem.environment.frame_rate();
+        let State { position, velocity, attitude, angular_velocity } = problem.start;
+        let posed = !problem.environment.is_free()
+            || torque_frame == AxisFrame::Reference
+            || moves && force_frame == AxisFrame::Body;
+        Self {
+            problem,
+            j_inverse: *problem.body.inertia.j_inverse(),
+            per_mass: problem.body.mass.map_or(0.0, f64::recip),
+            moves,
+            posed,
+            has_wheels: problem.actuation.wheels.is_some(),
+            torque_frame,
+            force_frame,
+            frame_rate: (rate != Vector3::zeros()).then_some(rate),
+            start: Body {
+                attitude,
+                momentum: problem.body.inertia.j() * angular_velocity,
+                stored: problem.actuation.stored_momentum(),
+                position,
+                linear_momentum: problem.body.mass.unwrap_or(0.0) * velocity,
+            },
+            parts: 1,
+        }
+    }
+
+    /// What a recorded plan holds over each step, and how long \[s\].
+    pub fn of_plan(problem: &Problem, plan: &Trajectory) -> Vec<(Held, f64)> {
+        let output = |row: usize| {
+            let (force, torque) = problem.actuation.split(plan.inputs(row));
+            let set = problem.actuation.force.as_ref();
+            Held {
+                force: set.map_or_else(Vector3::zeros, |set| set.output(force)),
+                torque: problem.actuation.torque.output(torque),
+            }
+        };
+        let steps = plan.time.len().saturating_sub(1);
+        let equal = plan.time.last().copied().unwrap_or(f64::NAN) / steps as f64;
+        (0..steps)
+            .map(|k| {
+                if problem.switches() {
+                    (output(k), plan.time[k + 1] - plan.time[k])
+                } else {
+                    let (from, to) = (output(k), output(k + 1 - problem.scheme.first_input()));
+                    (from.mean(&to), equal)
+                }
+            })
+            .collect()
+    }
+
+    /// Takes as many parts of a step as the field needs, for `steps` like those that will be flown.
+    pub fn settle(&mut self, steps: &[(Held, f64)]) {
+        if !self.posed {
+            return;
+        }
+        let mut before = self.fly(steps, None);
+        while self.parts < Self::MOST_PARTS {
+            let finer = Flight { parts: 2 * self.parts, ..self.clone() };
+            let after = finer.fly(steps, None);
+            let apart = before.zip(after).map(|(a, b)| self.apart(&a, &b, steps));
+            if apart.is_some_and(|apart| apart <= Self::SETTLED) {
+                return;
+            }
+            (self.parts, before) = (finer.parts, after);
+        }
+    }
+
+    /// Scaled distance of two ends.
+    fn apart(&self, a: &State, b: &State, steps: &[(Held, f64)]) -> f64 {
+        let duration: f64 = steps.iter().map(|(_, step)| step).sum();
+        let turn = lie::minus(&a.attitude, &b.attitude).norm();
+        let rate = (a.angular_velocity - b.angular_velocity).norm() * duration;
+        let size = b.position.norm().max(b.velocity.norm() * duration).max(f64::MIN_POSITIVE);
+        let way = (a.position - b.position).norm() + (a.velocity - b.velocity).norm() * duration;
+        turn.max(rate).max(if self.moves { way / size } else { 0.0 })
+    }
+
+    /// Where the body is after `steps`; `None` where a number is not finite. `excess` meets the motion on its way.
+    pub fn fly(&self, steps: &[(Held, f64)], mut excess: Option<&mut Excess>) -> Option<State> {
+        let mut body = self.start;
+        let mut time = 0.0;
+        let rate = |body: &Body| self.j_inverse * body.momentum;
+        if let Some(excess) = &mut excess {
+            excess.rate(&self.problem.start.angular_velocity);
+        }
+        for (held, step) in steps {
+            let turn = step * (rate(&body).norm() + 0.5 * step * (self.j_inverse * held.torque).norm());
+            let needed = (turn / Self::PART).ceil();
+            if !(needed < Self::MOST_PARTS as f64) {
+                return None;
+            }
+            let least = if excess.is_some() { Excess::PIECES } else { 1 };
+            let parts = (needed as usize).max(self.parts).max(least);
+            let part = step / parts as f64;
+            for index in 0..parts {
+                let before = body.attitude;
+                let now = time + index as f64 * part;
+                if self.posed {
+                    self.advance::<true, 7>(&SIXTH, now, part, held, &mut body);
+                } else if turn < Self::SLOW {
+                    self.advance::<false, 4>(&FOURTH, now, part, held, &mut body);
+                } else {
+                    self.advance::<false, 7>(&SIXTH, now, part, held, &mut body);
+                }
+                if let Some(excess) = &mut excess {
+                    excess.piece(now, part, &before, &body.attitude);
+                    excess.rate(&rate(&body));
+                }
+            }
+            time += step;
+        }
+        let attitude = self.frame(time).map_or(body.attitude, |frame| frame * body.attitude);
+        let state = State {
+            position: body.position,
+            velocity: body.linear_momentum * self.per_mass,
+            attitude: lie::project_to_rotation(&attitude),
+            angular_velocity: rate(&body),
+        };
+        let vectors = [state.position, state.velocity, state.angular_velocity];
+        let finite = vectors.iter().flatten().chain(&state.attitude).all(|value| value.is_finite());
+        finite.then_some(state)
+    }
+
+    /// Rotation inertial → reference at `time`.
+    fn frame(&self, time: f64) -> Option<Matrix3> {
+        self.frame_rate.map(|rate| lie::exp(&(-time * rate)))
+    }
+
+    /// A part of a step.
+    #[inline(always)]
+    fn advance<const POSED: bool, const S: usize>(
+        &self,
+        tableau: &Tableau<S>,
+        time: f64,
+        h: f64,
+        held: &Held,
+        body: &mut Body,
+    ) {
+        let zero = Vector3::zeros();
+        let mut slopes = [Change { turn: zero, momentum: zero, position: zero, linear_momentum: zero }; S];
+        for stage in 0..S {
+            let at = weighted::<POSED, S>(&tableau.a[stage], stage, h, &slopes);
+            slopes[stage] = self.slope::<POSED>(time, tableau.c[stage] * h, held, body, &at);
+        }
+        let change = weighted::<POSED, S>(&tableau.b, S, h, &slopes);
+        body.attitude += body.attitude * lie::exp_minus_identity(&change.turn);
+        body.momentum += change.momentum;
+        if self.has_wheels {
+            body.stored -= h * held.torque;
+        }
+        if POSED {
+            body.position += change.position;
+            body.linear_momentum += change.linear_momentum;
+        } else if self.moves {
+            body.position += (h * self.per_mass) * (body.linear_momentum + (0.5 * h) * held.force);
+            body.linear_momentum += h * held.force;
+        }
+    }
+
+    /// The equations of motion, `since` after the beginning of a part at `time`, where the body has changed by `change`.
+    #[inline(always)]
+    fn slope<const POSED: bool>(
+        &self,
+        time: f64,
+        since: f64,
+        held: &Held,
+        body: &Body,
+        change: &Change,
+    ) -> Change {
+        let momentum = body.momentum + change.momentum;
+        let rate = self.j_inverse * momentum;
+        let total = if self.has_wheels { momentum + body.stored - since * held.torque } else { momentum };
+        let mut slope = Change {
+            turn: of_rate(&change.turn, &rate),
+            momentum: total.cross(&rate),
+            position: Vector3::zeros(),
+            linear_momentum: Vector3::zeros(),
+        };
+        if !POSED {
+            slope.momentum += held.torque;
+            return slope;
+        }
+        let mut attitude = body.attitude * lie::exp(&change.turn);
+        if let Some(frame) = self.frame(time + since) {
+            attitude = frame * attitude;
+        }
+        slope.momentum += self.torque_frame.to_body(&attitude, &held.torque);
+        let position = body.position + change.position;
+        if !self.problem.environment.is_free() {
+            let field = self.problem.environment.wrench(&Pose { position, attitude });
+            slope.momentum += field.moment;
+            slope.linear_momentum = field.force;
+        }
+        if self.moves {
+            slope.position = self.per_mass * (body.linear_momentum + change.linear_momentum);
+            slope.linear_momentum += self.force_frame.to_reference(&attitude, &held.force);
+        } else {
+            slope.linear_momentum = Vector3::zeros();
+        }
+        slope
+    }
+}
+
+impl Held {
+    /// The mean of two.
+    pub fn mean(&self, other: &Self) -> Self {
+        Self { force: 0.5 * (self.force + other.force), torque: 0.5 * (self.torque + other.torque) }
+    }
+}
+
+/// `h Σ a_j k_j` over the first `count` stages.
+#[inline(always)]
+fn weighted<const POSED: bool, const S: usize>(
+    weights: &[f64; S],
+    count: usize,
+    h: f64,
+    slopes: &[Change; S],
+) -> Change {
+    let zero = Vector3::zeros();
+    let mut sum = Change { turn: zero, momentum: zero, position: zero, linear_momentum: zero };
+    for (weight, slope) in weights.iter().zip(slopes).take(count) {
+        let weight = h * weight;
+        sum.turn += weight * slope.turn;
+        sum.momentum += weight * slope.momentum;
+        if POSED {
+            sum.position += weight * slope.position;
+            sum.linear_momentum += weight * slope.linear_momentum;
+        }
+    }
+    sum
+}
+
+/// `J_r⁻¹(u) Ω = Ω + ½ u × Ω + g u × (u × Ω)`, with the series of `g = (1 − (t/2) cot(t/2))/t²`, `t = |u|` below a tenth.
+#[inline(always)]
+fn of_rate(u: &Vector3, rate: &Vector3) -> Vector3 {
+    let t2 = u.norm_squared();
+    let g = 1.0 / 12.0 + t2 * (1.0 / 720.0 + t2 * (1.0 / 30_240.0 + t2 / 1_209_600.0));
+    let once = u.cross(rate);
+    rate + 0.5 * once + g * u.cross(&once)
+}
+
+#[cfg(test)]
+mod tests;

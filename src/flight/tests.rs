@@ -1,0 +1,80 @@
+//! Evidence for the flow: the witness's own, which shares nothing with it, and slopes over shorter and shorter parts.
+
+use super::*;
+use crate::maneuver::problem::Problem;
+use crate::mechanics::environment::{CentralGravity, GravityGradient, PointMass};
+use crate::propagate::plant::{Output, Plant};
+use crate::testing::{Random, attitude_only, moving_ends};
+use crate::verify::continuous_flow;
+
+/// Random held inputs over steps of unequal lengths.
+fn held(random: &mut Random, problem: &Problem, steps: usize) -> Vec<(Held, f64)> {
+    let mean = problem.duration / steps as f64;
+    let mut vector = || random.vector3();
+    let outputs: Vec<Held> = (0..steps).map(|_| Held { force: vector(), torque: 2.0 * vector() }).collect();
+    outputs.into_iter().enumerate().map(|(k, held)| (held, mean * (0.7 + 0.6 * (k % 2) as f64))).collect()
+}
+
+/// Distance from where the witness ends.
+fn apart(problem: &Problem, steps: &[(Held, f64)]) -> f64 {
+    let mut flight = Flight::new(problem);
+    flight.settle(steps);
+    let found = flight.fly(steps, None).unwrap();
+    let outputs = steps.iter().map(|(held, h)| (Output { force: held.force, torque: held.torque }, *h));
+    let witness = continuous_flow(&Plant::new(problem), outputs);
+    flight.apart(&found, &witness, steps)
+}
+
+/// Claim: the flow ends where that of the witness does: free bodies and bodies in fields, torques and forces in either axes, a
+/// frame that turns, and over a turn of some radians on coarse and on fine steps.
+#[test]
+fn the_flow_is_that_of_the_witness() {
+    let mut random = Random(41);
+    let gradient = |problem: &Problem| GravityGradient::new(0.4, &problem.body.inertia).unwrap();
+    for frame in [AxisFrame::Body, AxisFrame::Reference] {
+        for steps in [7, 100, 900] {
+            for _ in 0..4 {
+                let moving = moving_ends(&mut random, frame);
+                let turning = attitude_only(moving.clone());
+                let in_frame = turning.clone().with_environment(gradient(&turning));
+                let field =
+                    CentralGravity::new(vec![PointMass { parameter: 1.3, position: Vector3::zeros() }])
+                        .unwrap();
+                let falling = moving.clone().with_environment(field);
+                for problem in [&moving, &turning, &in_frame, &falling] {
+                    let steps = held(&mut random, problem, steps);
+                    let apart = apart(problem, &steps);
+                    assert!(apart < 2e-9, "{apart:.1e} on {} steps", steps.len());
+                }
+            }
+        }
+    }
+}
+
+/// Claim: both tableaux have the order that they state.
+#[test]
+fn tableaux_have_their_orders() {
+    let mut random = Random(3);
+    let problem = attitude_only(moving_ends(&mut random, AxisFrame::Body));
+    let (flight, held) = (Flight::new(&problem), Held { force: Vector3::zeros(), torque: random.vector3() });
+    let end = |order: usize, parts: usize| {
+        let mut body = flight.start;
+        let h = 2.0 / parts as f64;
+        for _ in 0..parts {
+            match order {
+                4 => flight.advance::<false, 4>(&FOURTH, 0.0, h, &held, &mut body),
+                _ => flight.advance::<false, 7>(&SIXTH, 0.0, h, &held, &mut body),
+            }
+        }
+        (body.attitude, body.momentum)
+    };
+    let exact = end(6, 2048);
+    for (order, parts) in [(4, [64, 128]), (6, [24, 48])] {
+        let errors = parts.map(|parts| {
+            let (attitude, momentum) = end(order, parts);
+            (attitude - exact.0).norm() + (momentum - exact.1).norm()
+        });
+        let slope = (errors[0] / errors[1]).log2();
+        assert!((slope - order as f64).abs() < 0.3, "order {order}: {slope}, {errors:?}");
+    }
+}

@@ -1,0 +1,52 @@
+//! Landing a plan of the chain: Newton on the active set, warm from what the correction before left, towards the shifted
+//! target and within constraints that are drawn in.
+
+use super::{Aim, Next};
+use crate::maneuver::problem::{Problem, State};
+use crate::maneuver::solution::{Landing, Trajectory};
+use crate::optimize::methods::method::Attempt;
+use crate::optimize::methods::scp::road::Chain;
+use crate::optimize::methods::scp::rows::LimitRows;
+
+/// A plan of the chain that lands as well as corrections could make it.
+pub(crate) struct Landed {
+    pub attempt: Attempt,
+    pub target: State,
+    pub landing: Landing,
+}
+
+/// Lands a plan of the chain.
+///
+/// `recorded` gives the plan that an attempt is, and `solve` solves again, warm, from an attempt on the chain that is
+/// aimed: `None` where either cannot. `chain` is left aimed at what the plan that is returned was solved for.
+pub(crate) fn land_chain(
+    problem: &Problem,
+    chain: &mut Chain,
+    first: Attempt,
+    mut recorded: impl FnMut(&Chain, &Attempt) -> Option<Trajectory>,
+    mut solve: impl FnMut(&Chain, &Attempt) -> Option<Attempt>,
+) -> Option<Landed> {
+    let mut aim = Aim::of(problem);
+    let mut best: Option<Landed> = None;
+    let mut attempt = first;
+    loop {
+        let aimed = aim.target;
+        let Some(plan) = recorded(chain, &attempt) else { break };
+        let next = aim.correct(&plan);
+        if next == Next::GiveUp && best.is_some() {
+            // The one before was the better one.
+            break;
+        }
+        best = Some(Landed { attempt: attempt.clone(), target: aimed, landing: aim.told() });
+        let Some(drawn_in) = aim.drawn_in().filter(|_| next == Next::Correct) else { break };
+        chain.model.aim(&aim.target);
+        if aim.draws_in() {
+            chain.rows = LimitRows::of(&drawn_in, &chain.model);
+        }
+        let Some(again) = solve(chain, &attempt) else { break };
+        attempt = again;
+    }
+    let best = best?;
+    chain.model.aim(&best.target);
+    Some(best)
+}

@@ -1,0 +1,194 @@
+//! Landing: the discrete target is shifted by what the true motion misses, until that meets the end of the maneuver.
+//!
+//! The inputs of a plan are held over its steps. Under them the true motion ends `O(h²)` beside the discrete one
+//! (`O(h)` for Lie–Euler), which meets its target to round-off. The defect correction
+//!
+//! ```text
+//! d_0 = end ,     d_{i+1} = d_i ⊕ (end ⊖ Φ(u(d_i)))
+//! ```
+//!
+//! with the inputs `u(d)` of the discrete optimum for the target d and the end Φ of the true motion under them
+//! ([`crate::flight`]) has the plan wanted as its fixed point, and contracts by the relative difference of the two
+//! sensitivities, `O(h²)`. It remains an extremal of the discrete problem, of the shifted target. Constraints on rates and
+//! pointing are drawn in by what the true motion exceeds them, in the same loop.
+//!
+//! Each formulation has the warm solve that its unknowns give it: the shooting a Newton step on the first costate
+//! (`shooting`), the chain Newton on the active set (`chain`), arcs Newton on costates and lengths (`search::switching`).
+
+mod chain;
+mod shooting;
+
+pub(crate) use chain::{Landed, land_chain};
+pub(crate) use shooting::land_costate;
+
+use crate::flight::{Excess, Flight, Held};
+use crate::lie;
+use crate::maneuver::constraint::{Constraint, Rule};
+use crate::maneuver::problem::{Motion, Problem, State};
+use crate::maneuver::solution::{Landing, Trajectory};
+use crate::{Matrix3, Vector3};
+
+/// A miss that is none, scaled: radians, and rates over a radian in the duration. Far below what a witness is asked for, far
+/// above round-off.
+pub(crate) const LANDED: f64 = 1e-9;
+
+/// Most corrections. Where one does not take away half of the miss more steps are needed, and no more corrections.
+pub(crate) const MOST_CORRECTIONS: usize = 16;
+const SHRUNK: f64 = 0.5;
+
+/// By how much more than what the true motion exceeds a constraint is drawn in, and what it must keep \[rad, or a part of the
+/// limit\]: the pieces between which extrema are looked for are rotations about one axis to some 1e-8.
+const ROOM: f64 = 1e-7;
+
+/// Where corrections stand.
+#[derive(Clone, Debug)]
+pub(crate) struct Aim<'a> {
+    problem: &'a Problem,
+    flight: Flight<'a>,
+    settled: bool,
+    /// The end that the discrete problem has.
+    pub target: State,
+    /// By how much each constraint is drawn in.
+    pub drawn_in: Vec<f64>,
+    /// What was missed before each correction, and in the end, scaled.
+    misses: Vec<f64>,
+    /// What the true motion under the best inputs so far still misses or exceeds.
+    best: f64,
+}
+
+/// What is to be done next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Next {
+    /// The true motion lands.
+    Landed,
+    /// Solve again for the target and constraints that are aimed at now.
+    Correct,
+    /// No correction brings it nearer.
+    GiveUp,
+}
+
+impl<'a> Aim<'a> {
+    /// At the end of a maneuver whose duration is known.
+    pub fn of(problem: &'a Problem) -> Self {
+        Self {
+            flight: Flight::new(problem),
+            problem,
+            settled: false,
+            target: problem.end,
+            drawn_in: vec![0.0; problem.constraints.len()],
+            misses: Vec::new(),
+            best: f64::INFINITY,
+        }
+    }
+
+    /// Where the true motion ends, and what it exceeds.
+    fn flown(&mut self, steps: &[(Held, f64)]) -> Option<(State, Vec<f64>)> {
+        if !self.settled {
+            self.flight.settle(steps);
+            self.settled = true;
+        }
+        let mut excess = Excess::of(self.problem);
+        let end = self.flight.fly(steps, excess.as_mut())?;
+        Some((end, excess.map_or_else(Vec::new, |excess| excess.worst)))
+    }
+
+    /// What the true motion misses at the end, scaled: `[x, γ, ζ, Π]` from the end to where it is.
+    fn miss(&self, flown: &State, duration: f64) -> [Vector3; 4] {
+        let (end, inertia) = (&self.problem.end, &self.problem.body.inertia);
+        let length = length(self.problem, duration);
+        let rate = flown.angular_velocity - end.angular_velocity;
+        [
+            (flown.position - end.position) / length,
+            (flown.velocity - end.velocity) * (duration / length),
+            lie::minus(&flown.attitude, &end.attitude),
+            inertia.j() * rate * (duration / inertia.mean()),
+        ]
+    }
+
+    /// Flies a recorded plan and shifts the target and the constraints by what it misses.
+    pub fn correct(&mut self, plan: &Trajectory) -> Next {
+        let Some(duration) = plan.time.last().copied() else { return Next::GiveUp };
+        let steps = Flight::of_plan(self.problem, plan);
+        let Some((flown, excess)) = self.flown(&steps) else { return Next::GiveUp };
+        let miss = largest(&self.miss(&flown, duration));
+        let exceeded = excess.iter().fold(0.0, |worst: f64, excess| worst.max(excess + 0.5 * ROOM));
+        let kept = exceeded <= 0.0;
+        self.misses.push(miss);
+        let left = miss.max(exceeded);
+        if miss <= LANDED && kept {
+            self.best = left;
+            return Next::Landed;
+        }
+        let stuck = self.misses.len() > 1 && !(left <= SHRUNK * self.best);
+        if stuck || self.misses.len() > MOST_CORRECTIONS {
+            return Next::GiveUp;
+        }
+        self.best = left;
+        self.shift(&flown);
+        for (drawn_in, excess) in self.drawn_in.iter_mut().zip(excess) {
+            if excess + 0.5 * ROOM > 0.0 {
+                *drawn_in += excess + ROOM;
+            }
+        }
+        Next::Correct
+    }
+
+    /// Shifts the target by what was missed.
+    fn shift(&mut self, flown: &State) {
+        let end = &self.problem.end;
+        let target = &mut self.target;
+        let turn = lie::exp(&lie::minus(&end.attitude, &flown.attitude));
+        target.attitude = lie::project_to_rotation(&(target.attitude * turn));
+        target.angular_velocity += end.angular_velocity - flown.angular_velocity;
+        target.position += end.position - flown.position;
+        target.velocity += end.velocity - flown.velocity;
+    }
+
+    /// The maneuver with its constraints drawn in; `None` where they leave nothing or the ends do not hold them.
+    pub fn drawn_in(&self) -> Option<Problem> {
+        let mut problem = self.problem.clone();
+        for (Constraint { rule, .. }, by) in problem.constraints.iter_mut().zip(&self.drawn_in) {
+            match rule {
+                Rule::Pointing(pointing) => pointing.margin += by,
+                Rule::RateNorm(limit) => *limit *= 1.0 - by,
+                Rule::RateAxes(limits) => *limits *= 1.0 - by,
+            }
+        }
+        let usable = problem.constraints.iter().all(|constraint| constraint.check().is_ok());
+        usable.then_some(problem)
+    }
+
+    /// Whether a constraint is drawn in.
+    pub fn draws_in(&self) -> bool {
+        self.drawn_in.iter().any(|by| *by > 0.0)
+    }
+
+    /// What there is to tell of the corrections of a plan.
+    pub fn told(&self) -> Landing {
+        let named = self.problem.constraints.iter().zip(&self.drawn_in).filter(|(_, by)| **by > 0.0);
+        Landing {
+            corrections: self.misses.len().saturating_sub(1),
+            misses: self.misses.clone(),
+            drawn_in: named.map(|(constraint, by)| (constraint.name.clone(), *by)).collect(),
+        }
+    }
+}
+
+/// The unit of length of a maneuver \[m\].
+fn length(problem: &Problem, duration: f64) -> f64 {
+    if problem.motion == Motion::Attitude {
+        return 1.0;
+    }
+    let size = |state: &State| state.position.norm().max(state.velocity.norm() * duration);
+    let largest = size(&problem.start).max(size(&problem.end));
+    if largest > 0.0 { largest } else { 1.0 }
+}
+
+fn largest(blocks: &[Vector3; 4]) -> f64 {
+    blocks.iter().map(|block| block.norm()).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+}
+
+/// A rotation matrix that a discrete motion has come to, without what rounding has taken from it.
+fn attitude_of(matrix: &Matrix3) -> Matrix3 {
+    lie::project_to_rotation(matrix)
+}

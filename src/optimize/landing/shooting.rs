@@ -1,0 +1,192 @@
+//! Landing an extremal of the shooting: Newton on the first costate, towards the end of the true motion.
+//!
+//! Whatever `λ_{−1}` a sweep begins from, it is an extremal of the target that it comes to. So the corrections need no solve
+//! within: the costate moves by `−H e`, with the miss `e` of the true motion and the inverse `H` of the discrete sensitivity,
+//! which a coarser grid gives well enough, and the target is where the sweep ends in the end. A correction is one sweep and
+//! one flight. From the second on Broyden's update puts into `H` what the moves have shown.
+
+use super::{Aim, LANDED, MOST_CORRECTIONS, SHRUNK, attitude_of, largest};
+use crate::flight::Held;
+use crate::maneuver::problem::{Problem, State};
+use crate::maneuver::solution::Landing;
+use crate::numerics::factor::Factor;
+use crate::optimize::step::Point;
+use crate::optimize::sweep::{BoundaryValueProblem, Node};
+use crate::{Matrix3, Vector3};
+use nalgebra::{SMatrix, SVector};
+
+/// Change of a costate, relative to the largest, over which a derivative is a difference.
+const DIFFERENCE: f64 = 1e-7;
+
+/// Shares of a step that are tried where a whole one leads away.
+const SHARES: [f64; 3] = [0.5, 0.25, 0.1];
+
+/// An extremal under whose inputs the true motion comes as near to the end as corrections brought it.
+pub(crate) struct LandedCostate<const N: usize> {
+    pub costate: SVector<f64, N>,
+    /// Its nodes, and its cost, scaled.
+    pub nodes: Vec<Node>,
+    pub cost: f64,
+    /// Where the discrete motion ends: the target that it is an extremal for.
+    pub target: Point,
+    pub state: State,
+    pub landing: Landing,
+}
+
+/// One sweep, and where the true motion under its inputs ends.
+struct Tried<const N: usize> {
+    costate: SVector<f64, N>,
+    nodes: Vec<Node>,
+    cost: f64,
+    miss: SVector<f64, N>,
+    size: f64,
+}
+
+/// Lands the extremal that begins at `costate`; `None` where a sweep or a flight does not come to its end at once.
+/// `stopped` ends the corrections with the best so far.
+pub(crate) fn land_costate<const N: usize>(
+    problem: &Problem,
+    bvp: &BoundaryValueProblem<N>,
+    coarse: &BoundaryValueProblem<N>,
+    costate: &SVector<f64, N>,
+    stopped: &dyn Fn() -> bool,
+) -> Option<LandedCostate<N>> {
+    let mut aim = Aim::of(problem);
+    let mut best = tried(&mut aim, bvp, *costate, Vec::new())?;
+    let mut misses = vec![best.size];
+    let mut slopes = Slope::ALL.into_iter();
+    let mut inverse: Option<SMatrix<f64, N, N>> = None;
+    let mut spare = Vec::new();
+    while best.size > LANDED && misses.len() <= MOST_CORRECTIONS && !stopped() {
+        let Some(h) = inverse.or_else(|| slopes.next()?.inverse(&mut aim, bvp, coarse, &best)) else {
+            if slopes.len() == 0 {
+                break;
+            }
+            continue;
+        };
+        let step = -(h * best.miss);
+        let whole = tried(&mut aim, bvp, best.costate + step, std::mem::take(&mut spare));
+        let good = |next: &Tried<N>| next.size <= SHRUNK * best.size;
+        // Only the last of the slopes is worth a part of its step.
+        let found = whole.filter(good).or_else(|| {
+            let mut shares = SHARES.into_iter().filter(|_| slopes.len() == 0);
+            shares.find_map(|share| {
+                let next = tried(&mut aim, bvp, best.costate + share * step, Vec::new())?;
+                (next.size < (1.0 - 0.5 * share) * best.size).then_some(next)
+            })
+        });
+        let Some(next) = found else {
+            inverse = None;
+            if slopes.len() == 0 {
+                break;
+            }
+            continue;
+        };
+        // Broyden's update of the inverse, `H += (s − H y) sᵀH/(sᵀ H y)`.
+        let (s, y) = (next.costate - best.costate, next.miss - best.miss);
+        let answer = h * y;
+        let along = s.dot(&answer);
+        let update = (s - answer) * (s.transpose() * h) / along;
+        inverse = Some(if update.iter().all(|value| value.is_finite()) { h + update } else { h });
+        spare = std::mem::replace(&mut best, next).nodes;
+        misses.push(best.size);
+    }
+    let target = best.nodes.last()?.physical();
+    let state = state_of(problem, bvp, &target);
+    let landing = Landing { corrections: misses.len() - 1, misses, drawn_in: Vec::new() };
+    let Tried { costate, nodes, cost, .. } = best;
+    Some(LandedCostate { costate, nodes, cost, target, state, landing })
+}
+
+/// Whose derivative of the miss by the costate is taken, cheapest first: where steps of one lead nowhere, the next.
+#[derive(Clone, Copy)]
+enum Slope {
+    /// That of the discrete motion on a coarser grid.
+    Coarse,
+    /// That of the discrete motion.
+    Fine,
+    /// That of the true motion, by differences.
+    True,
+}
+
+impl Slope {
+    const ALL: [Self; 3] = [Self::Coarse, Self::Fine, Self::True];
+
+    /// Its inverse.
+    fn inverse<const N: usize>(
+        self,
+        aim: &mut Aim,
+        bvp: &BoundaryValueProblem<N>,
+        coarse: &BoundaryValueProblem<N>,
+        at: &Tried<N>,
+    ) -> Option<SMatrix<f64, N, N>> {
+        let slope = match self {
+            Self::Coarse => coarse.sweep_linearized(&at.costate).ok()?.1,
+            Self::Fine => bvp.sweep_linearized(&at.costate).ok()?.1,
+            Self::True => {
+                let mut slope = SMatrix::<f64, N, N>::zeros();
+                let size = DIFFERENCE * at.costate.amax().max(f64::MIN_POSITIVE);
+                for column in 0..N {
+                    let mut moved = at.costate;
+                    moved[column] += size;
+                    let there = tried(aim, bvp, moved, Vec::new())?;
+                    slope.set_column(column, &((there.miss - at.miss) / size));
+                }
+                slope
+            }
+        };
+        let usable = slope.iter().all(|value| value.is_finite());
+        usable.then(|| Factor::new(&slope).solve_matrix(&SMatrix::identity()))
+    }
+}
+
+/// Sweeps and flies.
+fn tried<const N: usize>(
+    aim: &mut Aim,
+    bvp: &BoundaryValueProblem<N>,
+    costate: SVector<f64, N>,
+    mut nodes: Vec<Node>,
+) -> Option<Tried<N>> {
+    nodes.clear();
+    let cost = bvp.sweep_into(&costate, &mut nodes).ok()?.cost;
+    let (flown, _) = aim.flown(&held(bvp, &nodes))?;
+    let blocks = aim.miss(&flown, bvp.dynamics.units.time);
+    let first = if N == 12 { 0 } else { 2 };
+    let miss = SVector::from_fn(|row, _| blocks[first + row / 3][row % 3]);
+    Some(Tried { costate, nodes, cost, miss, size: largest(&blocks) })
+}
+
+/// What the inputs of an extremal give over each step, SI units, in the axes of their sets.
+fn held<const N: usize>(bvp: &BoundaryValueProblem<N>, nodes: &[Node]) -> Vec<(Held, f64)> {
+    let (dynamics, grid) = (&bvp.dynamics, &bvp.dynamics.grid);
+    let units = &dynamics.units;
+    let output = |node: &Node| {
+        let (force, torque) = dynamics.outputs(&node.point.pose(), &node.costate);
+        Held { force: force * units.force(), torque: torque * units.torque() }
+    };
+    let first = grid.first_input();
+    let mut before = (first == 0).then(|| output(&nodes[0]));
+    (0..grid.steps())
+        .map(|k| {
+            let after = output(&nodes[k + 1]);
+            let held = before.map_or(after, |before| before.mean(&after));
+            before = (first == 0).then_some(after);
+            (held, grid.step(k) * units.time)
+        })
+        .collect()
+}
+
+/// A point in SI units.
+fn state_of<const N: usize>(problem: &Problem, bvp: &BoundaryValueProblem<N>, point: &Point) -> State {
+    let (dynamics, moves) = (&bvp.dynamics, N == 12);
+    let units = &dynamics.units;
+    let length = if moves { units.length } else { 0.0 };
+    let rate: Vector3 = problem.body.inertia.j_inverse() * point.momentum.value;
+    let attitude: Matrix3 = attitude_of(&point.attitude.value);
+    State {
+        position: point.position.value * length,
+        velocity: point.linear_momentum.value * (length / units.time),
+        attitude,
+        angular_velocity: rate * units.momentum(),
+    }
+}
