@@ -181,7 +181,8 @@ impl<'a> Flight<'a> {
         for (held, step) in steps {
             let turn = step * (rate(&body).norm() + 0.5 * step * (self.j_inverse * held.torque).norm());
             let needed = (turn / Self::PART).ceil();
-            if !(needed < Self::MOST_PARTS as f64) {
+            // Not finite is too many as well.
+            if needed.is_nan() || needed >= Self::MOST_PARTS as f64 {
                 return None;
             }
             let least = if excess.is_some() { Excess::PIECES } else { 1 };

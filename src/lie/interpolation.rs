@@ -44,7 +44,10 @@ impl Cubic {
     /// is larger, since `‖J_r‖ ≤ 1`.
     pub fn steepest(&self) -> f64 {
         let Self { start, curve, bend } = self;
-        [*start, start + curve, start + 2.0 * curve + 3.0 * bend].iter().map(|slope| slope.norm()).fold(0.0, f64::max)
+        [*start, start + curve, start + 2.0 * curve + 3.0 * bend]
+            .iter()
+            .map(|slope| slope.norm())
+            .fold(0.0, f64::max)
     }
 }
 

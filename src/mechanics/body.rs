@@ -112,7 +112,10 @@ impl Inertia {
                 let (_, axes) = principal_axes(&(0.5 * (j + j.transpose())));
                 let plate = axes * Matrix3::from_diagonal(&Vector3::new(a, b, a + b)) * axes.transpose();
                 // A body whose axes are those of the inertia keeps its zeros and its other moments.
-                let plate = Matrix3::from_fn(|row, column| if j[(row, column)] == 0.0 { 0.0 } else { plate[(row, column)] });
+                let plate =
+                    Matrix3::from_fn(
+                        |row, column| if j[(row, column)] == 0.0 { 0.0 } else { plate[(row, column)] },
+                    );
                 Ok((Self::new(plate)?, (c - (a + b)) / c))
             }
             other => Ok((other?, 0.0)),

@@ -107,7 +107,11 @@ impl Epoch {
         match offset {
             Some(at) if name.is_empty() => {
                 let zero = moment[at + 1..].bytes().all(|byte| matches!(byte, b'0' | b':'));
-                if zero { Self::in_scale(&moment[..at], Scale::Utc) } else { Err(EpochError::Offset(moment[at..].into())) }
+                if zero {
+                    Self::in_scale(&moment[..at], Scale::Utc)
+                } else {
+                    Err(EpochError::Offset(moment[at..].into()))
+                }
             }
             _ if name.is_empty() => Err(EpochError::NoScale),
             _ => Self::in_scale(moment, Scale::Utc),

@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (mut unsolved, mut by_torque) = (0, 0);
     let mut excess = Vec::new();
     for seed in 0..count {
-        let Some(problem) = constrained::case(seed, None) else {
+        let Some(problem) = evidence::constrained::case(seed, None) else {
             *tally.entry("no unconstrained slew").or_default() += 1;
             continue;
         };

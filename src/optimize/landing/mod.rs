@@ -112,14 +112,15 @@ impl<'a> Aim<'a> {
         let Some((flown, excess)) = self.flown(&steps) else { return Next::GiveUp };
         let miss = largest(&self.miss(&flown, duration));
         let exceeded = excess.iter().fold(0.0, |worst: f64, excess| worst.max(excess + 0.5 * ROOM));
-        let kept = exceeded <= 0.0;
+        // Written so that what is not a number is not kept.
+        let kept = excess.iter().all(|excess| excess + 0.5 * ROOM <= 0.0);
         self.misses.push(miss);
         let left = miss.max(exceeded);
         if miss <= LANDED && kept {
             self.best = left;
             return Next::Landed;
         }
-        let stuck = self.misses.len() > 1 && !(left <= SHRUNK * self.best);
+        let stuck = self.misses.len() > 1 && (left.is_nan() || left > SHRUNK * self.best);
         if stuck || self.misses.len() > MOST_CORRECTIONS {
             return Next::GiveUp;
         }

@@ -16,10 +16,10 @@
 use super::{AttitudeReport, Motion};
 use crate::Vector3;
 use crate::lie::{self, interpolation};
+use crate::maneuver::Problem;
 use crate::maneuver::constraint::{
     Arc, BOUNDARY_ROUNDING, Constraint, Direction, Pointing, Rule, Side, Target, angle_between,
 };
-use crate::maneuver::Problem;
 use crate::numerics::figures::{decimals, significant};
 
 /// Judges every constraint.
@@ -27,7 +27,9 @@ pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut Attitud
     let mut far = Vec::new();
     for k in (0..motion.last()).filter(|k| motion.goes_on(*k)) {
         // Within the digits half a turn may go either way.
-        if motion.turn(k).norm() > std::f64::consts::PI - motion.tolerance.max(2.0 * motion.rows.rounding.attitude) {
+        if motion.turn(k).norm()
+            > std::f64::consts::PI - motion.tolerance.max(2.0 * motion.rows.rounding.attitude)
+        {
             far.push(motion.rows.time[k]);
         }
     }
@@ -73,7 +75,7 @@ fn cones(constraint: &Constraint, pointing: &Pointing, motion: &Motion<'_>, repo
             let room = |part: f64| pointing.room(arc.angle(boresight, &target, part));
             let worst = arc.extreme(boresight, &target, pointing.side);
             let deepest = pointing.room(worst.angle);
-            if !(deepest >= -allowed) {
+            if deepest.is_nan() || deepest < -allowed {
                 let edge = |from: f64, to: f64| begin + step * border(&room, from, to);
                 let found = Inside {
                     room: deepest,
@@ -185,7 +187,9 @@ fn rates(constraint: &Constraint, motion: &Motion<'_>, report: &mut AttitudeRepo
             match &constraint.rule {
                 Rule::RateNorm(limit) => meet(rate.norm(), *limit, "", open, rows.time[k]),
                 Rule::RateAxes(limits) => {
-                    (0..3).for_each(|axis| meet(rate[axis].abs(), limits[axis], AXES[axis], open, rows.time[k]));
+                    (0..3).for_each(|axis| {
+                        meet(rate[axis].abs(), limits[axis], AXES[axis], open, rows.time[k])
+                    });
                 }
                 Rule::Pointing(_) => {}
             }
@@ -229,9 +233,8 @@ fn rates(constraint: &Constraint, motion: &Motion<'_>, report: &mut AttitudeRepo
             degrees(limit)
         ));
     } else if rows.rate.is_empty() {
-        report.open.push(format!(
-            "{} beyond the mean rates between rows: the file tells no rates",
-            constraint.name
-        ));
+        report
+            .open
+            .push(format!("{} beyond the mean rates between rows: the file tells no rates", constraint.name));
     }
 }

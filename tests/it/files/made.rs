@@ -108,6 +108,7 @@ pub fn trajectory(problem: &Problem) -> Trajectory {
         wheel_momentum: (0..nodes * wheel_count(problem)).map(|_| numbers.next()).collect(),
         force: numbers.vectors(if moving { rows } else { 0 }),
         costates: (0..rows * problem.dimension()).map(|_| numbers.next()).collect(),
+        target: None,
     }
 }
 
@@ -136,6 +137,7 @@ pub fn plan(problem: &Problem) -> Plan {
         step: problem.step(),
         cost: 0.1 + 0.7,
         trajectory: trajectory(problem),
+        landing: None,
         terminal: TerminalError { attitude_rad: 4e-13, momentum_relative: 2e-14, ..Default::default() },
         optimality: Optimality {
             tested: true,

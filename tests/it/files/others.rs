@@ -48,7 +48,12 @@ fn times(step: usize) -> Vec<f64> {
 
 fn date(time: f64) -> String {
     let whole = time.floor();
-    format!("2026-11-21T07:{:02}:{:02}.{:03}", whole as u64 / 60, whole as u64 % 60, ((time - whole) * 1e3).round() as u64)
+    format!(
+        "2026-11-21T07:{:02}:{:02}.{:03}",
+        whole as u64 / 60,
+        whole as u64 % 60,
+        ((time - whole) * 1e3).round() as u64
+    )
 }
 
 /// One row of the motion: a quaternion of so many digits, scalar last.
@@ -127,7 +132,9 @@ fn a_cone_entered_between_two_rows_is_violated() {
     for times in [vec![0.0, 60.0], vec![0.0, 9.0, 21.0, 60.0]] {
         let found = judged_by(&loaded, &aem(&[], at_one_rate, &times)).unwrap();
         let told = told(&found).concat();
-        for part in ["Sun: the boresight enters the cone by 10 deg at 15.0000 s", "between 10.0000 s and 20.0000 s"] {
+        for part in
+            ["Sun: the boresight enters the cone by 10 deg at 15.0000 s", "between 10.0000 s and 20.0000 s"]
+        {
             assert!(told.contains(part), "{told}");
         }
     }
@@ -140,14 +147,19 @@ fn a_cone_entered_between_two_rows_is_violated() {
 #[test]
 fn a_rate_limit_is_held_against_the_mean_rates_of_rows_without_rates() {
     let limit = |degrees: f64| {
-        let text = format!("{REST}[[constraint]]\nkind = \"rate_limit\"\nangular_velocity_limit_deg_s = {degrees}\n");
+        let text = format!(
+            "{REST}[[constraint]]\nkind = \"rate_limit\"\nangular_velocity_limit_deg_s = {degrees}\n"
+        );
         judged_by(&good(&text, &[]), &aem(&[], |time| quaternion(time, 12), &times(20))).unwrap()
     };
     // From 20 s to 40 s it turns by 120° · 13/27 in 20 s.
     let mean = 120.0 * 13.0 / 27.0 / 20.0;
     assert!(told(&limit(mean - 0.001)).concat().contains("the rate is 2.88889 deg/s at 30.0000 s"));
     let found = limit(mean + 0.001);
-    assert!(found.passed() && found.not_judged.iter().any(|text| text.contains("beyond the mean rates")), "{found:?}");
+    assert!(
+        found.passed() && found.not_judged.iter().any(|text| text.contains("beyond the mean rates")),
+        "{found:?}"
+    );
 }
 
 #[test]
@@ -184,7 +196,10 @@ fn rates_that_are_not_those_of_the_attitudes_are_told() {
     }
     // Two rows are too few to tell.
     let found = assert_agrees(&file(&with_rate, 60));
-    assert!(found.not_judged.iter().any(|text| text.contains("the rows are too far apart to tell")), "{found:?}");
+    assert!(
+        found.not_judged.iter().any(|text| text.contains("the rows are too far apart to tell")),
+        "{found:?}"
+    );
 }
 
 /// About z, J = 80 kg·m²: the rates change most from 0 to 5 s, by 12 · 5/60 · 55/60 deg/s.
@@ -200,11 +215,20 @@ fn the_torque_that_rows_need_is_told_by_rates_and_by_attitudes_and_held_against_
     let expected = 80.0 * (angle(5.0) / 5.0 / 2.5).to_radians();
     assert!((by_attitudes - expected).abs() < 1e-6, "{by_attitudes} {expected}");
     let limit = |n_m: f64| {
-        let actuators = format!("torque_axes_body = [[0, 0, 1], [1, 0, 0], [0, 1, 0]]\ntorque_limit_n_m = {n_m}");
-        judged_by(&good(&format!("{REST}[actuators]\n{actuators}\ntorque_norm_limit_n_m = {n_m}"), &[]), &text).unwrap()
+        let actuators =
+            format!("torque_axes_body = [[0, 0, 1], [1, 0, 0], [0, 1, 0]]\ntorque_limit_n_m = {n_m}");
+        judged_by(
+            &good(&format!("{REST}[actuators]\n{actuators}\ntorque_norm_limit_n_m = {n_m}"), &[]),
+            &text,
+        )
+        .unwrap()
     };
     assert!(limit(0.257).passed());
-    assert!(told(&limit(0.254)).concat().contains("torque: the rates need 0.255981 N·m"), "{:?}", limit(0.254));
+    assert!(
+        told(&limit(0.254)).concat().contains("torque: the rates need 0.255981 N·m"),
+        "{:?}",
+        limit(0.254)
+    );
 }
 
 /// The keyword of a frame is a name of it; about z both frames have one rate.
@@ -234,7 +258,20 @@ fn frames_of_the_spacecraft_are_known_by_name() {
         let (sin, cos) = (0.5 * angle(time)).to_radians().sin_cos();
         format!("0 0 {:.9} {cos:.9}", -sin)
     };
-    for name in ["AST_1", "ACC_2", "CSS_1", "DSS", "GYRO_FRAME_1", "IMU_FRAME_1", "MTA_1", "RW_4", "SA_1", "SENSOR_3", "STARTRACKER_2", "TAM_1"] {
+    for name in [
+        "AST_1",
+        "ACC_2",
+        "CSS_1",
+        "DSS",
+        "GYRO_FRAME_1",
+        "IMU_FRAME_1",
+        "MTA_1",
+        "RW_4",
+        "SA_1",
+        "SENSOR_3",
+        "STARTRACKER_2",
+        "TAM_1",
+    ] {
         let found = assert_agrees(&aem(&[("REF_FRAME_A", name), ("REF_FRAME_B", "ICRF")], back, &times(5)));
         assert!(found.not_judged.iter().any(|text| text.contains(name)), "{found:?}");
         // The spec knows how its own body is called.
@@ -242,7 +279,12 @@ fn frames_of_the_spacecraft_are_known_by_name() {
         let other = aem(&[("REF_FRAME_A", name), ("REF_FRAME_B", "ICRF")], back, &times(5));
         assert_eq!(judged_by(&own, &other).unwrap_err().0[0].code, "E0152");
     }
-    let old = [("version", "1.0"), ("REF_FRAME_B", "IMU_FRAME_1"), ("ATTITUDE_DIR", "B2A"), ("QUATERNION_TYPE", "LAST")];
+    let old = [
+        ("version", "1.0"),
+        ("REF_FRAME_B", "IMU_FRAME_1"),
+        ("ATTITUDE_DIR", "B2A"),
+        ("QUATERNION_TYPE", "LAST"),
+    ];
     assert_agrees(&aem(&old, back, &times(5)));
     let both = aem(&[("REF_FRAME_A", "SC_BODY_1"), ("REF_FRAME_B", "AST_1")], back, &times(5));
     let reason = read_attitudes(both.as_bytes(), "file").unwrap_err().0[0].reason.clone();
@@ -271,7 +313,8 @@ fn another_frame_moment_or_time_system_is_no_agreement() {
     let early = of(&[]).replace("2026-11-21T", "2019-11-21T");
     assert_eq!(told(&judged(&early)), ["moment of the start"]);
     // Of what one side alone says it is told that it is not judged.
-    let unnamed = REST.replace("reference_frame = \"ICRF\"\n", "").replace("epoch = \"2026-11-21T07:00:00 UTC\"\n", "");
+    let unnamed =
+        REST.replace("reference_frame = \"ICRF\"\n", "").replace("epoch = \"2026-11-21T07:00:00 UTC\"\n", "");
     let found = judged_by(&good(&unnamed, &[]), &early).unwrap();
     let not_judged = found.not_judged.join("\n");
     assert!(found.passed() && not_judged.contains("ICRF") && not_judged.contains("no epoch"), "{not_judged}");
@@ -279,7 +322,11 @@ fn another_frame_moment_or_time_system_is_no_agreement() {
 
 #[test]
 fn values_and_keywords_may_be_in_lower_case() {
-    let text = aem(&[("TIME_SYSTEM", "utc"), ("ATTITUDE_TYPE", "quaternion")], |time| quaternion(time, 9), &times(5));
+    let text = aem(
+        &[("TIME_SYSTEM", "utc"), ("ATTITUDE_TYPE", "quaternion")],
+        |time| quaternion(time, 9),
+        &times(5),
+    );
     assert_agrees(&text);
     let all: String = text
         .lines()
@@ -311,7 +358,11 @@ fn rows_of_few_digits_are_rounded_and_not_refused() {
 fn euler_angles_and_spin_are_read() {
     let first = |time: f64| format!("{:.9} 0 0", angle(time));
     for sequence in ["ZYX", "321", "ZXZ", "zyx"] {
-        assert_agrees(&aem(&[("ATTITUDE_TYPE", "EULER_ANGLE"), ("EULER_ROT_SEQ", sequence)], first, &times(5)));
+        assert_agrees(&aem(
+            &[("ATTITUDE_TYPE", "EULER_ANGLE"), ("EULER_ROT_SEQ", sequence)],
+            first,
+            &times(5),
+        ));
     }
     let last = |time: f64| format!("0 0 {:.9} 0 0 {:.9}", angle(time), rate(time));
     let derivative = [("ATTITUDE_TYPE", "EULER_ANGLE/DERIVATIVE"), ("EULER_ROT_SEQ", "XYZ")];
@@ -319,7 +370,8 @@ fn euler_angles_and_spin_are_read() {
     let velocity = [("ATTITUDE_TYPE", "EULER_ANGLE/ANGVEL"), ("EULER_ROT_SEQ", "XYZ"), ANGVEL[1]];
     assert_agrees(&aem(&velocity, last, &times(5)));
     let one = [("version", "1.0"), ("ATTITUDE_DIR", "A2B")];
-    let old = [("ATTITUDE_TYPE", "EULER_ANGLE/RATE"), ("EULER_ROT_SEQ", "123"), ("RATE_FRAME", "REF_FRAME_B")];
+    let old =
+        [("ATTITUDE_TYPE", "EULER_ANGLE/RATE"), ("EULER_ROT_SEQ", "123"), ("RATE_FRAME", "REF_FRAME_B")];
     assert_agrees(&aem(&[&one[..], &old].concat(), last, &times(5)));
     // A body that spins about z has its axis at the pole; x is 90° on at the right ascension 0 of the pole's node.
     let spin = |time: f64| format!("0 90 {:.9} {:.9}", angle(time) - 90.0, rate(time));
@@ -424,7 +476,8 @@ fn tables_of_any_program_are_read_by_one_rule() {
     assert_agrees(&table(plain, " ", false));
     let text = table(plain, ",", false);
     assert_agrees(&format!("\u{feff}{text}"));
-    let utf16: Vec<u8> = [0xff, 0xfe].into_iter().chain(text.encode_utf16().flat_map(u16::to_le_bytes)).collect();
+    let utf16: Vec<u8> =
+        [0xff, 0xfe].into_iter().chain(text.encode_utf16().flat_map(u16::to_le_bytes)).collect();
     let error = read_attitudes(&utf16[..], "file").unwrap_err();
     assert_eq!((error.0[0].code, error.0[0].remedy.as_str()), ("E0003", "save it as UTF-8"));
     // A table that begins at another time does not say when.
@@ -445,7 +498,10 @@ fn matrices_of_a_spec_are_rounded_as_quaternions_are() {
         let rows = rows.map(|row| row.map(|part| format!("{part:.digits$}")).join(", "));
         format!("end.attitude.matrix=[[{}]]", rows.join("], ["))
     };
-    let base = REST.replace("attitude = { axis = [0, 0, 1], angle_deg = 120 }", "attitude = { matrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]] }");
+    let base = REST.replace(
+        "attitude = { axis = [0, 0, 1], angle_deg = 120 }",
+        "attitude = { matrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]] }",
+    );
     for digits in [6, 5, 4] {
         let warnings = good(&base, &[&of(digits)]).warnings;
         assert_eq!(warnings.iter().map(|warning| warning.code).collect::<Vec<_>>(), ["W0051"], "{digits}");
@@ -469,7 +525,12 @@ fn moments_of_a_plate_may_be_rounded() {
 #[test]
 fn epochs_may_have_a_blank_or_an_offset_of_zero() {
     let wanted = good(REST, &[]).identity.epoch;
-    for epoch in ["2026-11-21 07:00:00 UTC", "2026-11-21T07:00:00+00:00", "2026-11-21T07:00:00UTC", "2026-11-21T07:00:00Z"] {
+    for epoch in [
+        "2026-11-21 07:00:00 UTC",
+        "2026-11-21T07:00:00+00:00",
+        "2026-11-21T07:00:00UTC",
+        "2026-11-21T07:00:00Z",
+    ] {
         assert_eq!(good(REST, &[&format!("epoch=\"{epoch}\"")]).identity.epoch, wanted, "{epoch}");
     }
     let error = bad(REST, &["epoch=\"2026-11-21T08:00:00+01:00\""]);
@@ -479,7 +540,8 @@ fn epochs_may_have_a_blank_or_an_offset_of_zero() {
 /// 90° about z: σ = e tan(φ/4), g = e tan(φ/2); x points to right ascension 90°.
 #[test]
 fn attitudes_may_be_rodrigues_parameters_or_a_pointing_with_its_roll() {
-    let attitude = |notation: &str| good(REST, &[&format!("end.attitude={{ {notation} }}")]).problem.end.attitude;
+    let attitude =
+        |notation: &str| good(REST, &[&format!("end.attitude={{ {notation} }}")]).problem.end.attitude;
     let wanted = attitude("axis = [0, 0, 1], angle_deg = 90");
     let quarter = 22.5_f64.to_radians().tan();
     for notation in [

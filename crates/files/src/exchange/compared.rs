@@ -93,7 +93,9 @@ fn frames(
     };
     let same = own.is_some_and(|own| own.eq_ignore_ascii_case(theirs));
     let apart = |what: &str| {
-        let reason = format!("the attitudes of the file lead to {theirs}, {what}: no rotation between the two is known here");
+        let reason = format!(
+            "the attitudes of the file lead to {theirs}, {what}: no rotation between the two is known here"
+        );
         Err((reason, "turn the attitudes into the frame of the spec, or name their frame in its [names] reference_frame".into()))
     };
     let rotation = match (meaning(theirs), own.map(meaning)) {
@@ -132,7 +134,12 @@ fn bodies(found: &Attitudes, identity: &Identity, open: &mut Vec<String>) -> Res
 }
 
 /// Whether the rows begin when the maneuver does.
-fn moment(found: &Attitudes, problem: &Problem, identity: &Identity, open: &mut Vec<String>) -> Option<Check> {
+fn moment(
+    found: &Attitudes,
+    problem: &Problem,
+    identity: &Identity,
+    open: &mut Vec<String>,
+) -> Option<Check> {
     if let Some(begins) = found.begins {
         if begins.abs() > found.printed_time {
             open.push(format!("the moment: times of the file begin at {begins} s"));

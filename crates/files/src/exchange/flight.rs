@@ -5,10 +5,10 @@
 //! plan, attitudes are found between the nodes of the plan by a cubic; what it misses is stated, and so is what a
 //! reader misses who interpolates between the rows.
 
-use slewkit::lie::interpolation::{Row, cubic, missed};
 use super::numpy::crc32;
 use super::{Lacking, Record, digits};
 use crate::export::ExportError;
+use slewkit::lie::interpolation::{Row, cubic, missed};
 use slewkit::{Vector3, lie};
 use std::fmt::Write as _;
 use std::io::Write;

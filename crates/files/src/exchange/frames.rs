@@ -35,20 +35,68 @@ pub enum Meaning {
 
 /// Axes of the spacecraft in the registry of SANA, each with a number or letters behind it or without; and older spellings.
 const BODY: [&str; 18] = [
-    "ACC", "AST", "CSS", "DSS", "ESA", "GYRO", "GYRO_FRAME", "IMU", "IMU_FRAME", "INSTRUMENT", "MTA", "RW", "SA", "SC",
-    "SC_BODY", "SENSOR", "STARTRACKER", "TAM",
+    "ACC",
+    "AST",
+    "CSS",
+    "DSS",
+    "ESA",
+    "GYRO",
+    "GYRO_FRAME",
+    "IMU",
+    "IMU_FRAME",
+    "INSTRUMENT",
+    "MTA",
+    "RW",
+    "SA",
+    "SC",
+    "SC_BODY",
+    "SENSOR",
+    "STARTRACKER",
+    "TAM",
 ];
 /// Frames whose rotation against inertial space is not known here.
 const MOVING: [&str; 32] = [
-    "ALIGN_CB", "ALIGN_EARTH", "ATF", "B1950", "CIRS", "DTRF", "EFG", "EME1950", "EQW", "FIXED", "FK4", "GTOD", "IAU", "ITRF",
-    "MCI", "MDR", "MOD", "MOE", "NSW", "PEF", "PQW", "SEZ", "TDR", "TEME", "TEMEOFDATE", "TIRF", "TIRS", "TOD", "TOE", "UTOD",
-    "WGS84", "WGS",
+    "ALIGN_CB",
+    "ALIGN_EARTH",
+    "ATF",
+    "B1950",
+    "CIRS",
+    "DTRF",
+    "EFG",
+    "EME1950",
+    "EQW",
+    "FIXED",
+    "FK4",
+    "GTOD",
+    "IAU",
+    "ITRF",
+    "MCI",
+    "MDR",
+    "MOD",
+    "MOE",
+    "NSW",
+    "PEF",
+    "PQW",
+    "SEZ",
+    "TDR",
+    "TEME",
+    "TEMEOFDATE",
+    "TIRF",
+    "TIRS",
+    "TOD",
+    "TOE",
+    "UTOD",
+    "WGS84",
+    "WGS",
 ];
 
 /// What `name` means.
 pub fn meaning(name: &str) -> Meaning {
-    let name: String =
-        name.trim().chars().map(|c| if c == ' ' || c == '-' { '_' } else { c.to_ascii_uppercase() }).collect();
+    let name: String = name
+        .trim()
+        .chars()
+        .map(|c| if c == ' ' || c == '-' { '_' } else { c.to_ascii_uppercase() })
+        .collect();
     // What turns at each moment, or is frozen at each: of the second kind nobody can say what its rates are.
     let (axes, frozen) = match name.strip_suffix("_INERTIAL") {
         Some(axes) => (axes, true),
@@ -71,9 +119,11 @@ pub fn meaning(name: &str) -> Meaning {
     }
     let moving = |base: &&str| {
         let rest = name.strip_prefix(*base);
-        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('_') || rest.as_bytes()[0].is_ascii_digit())
+        rest.is_some_and(|rest| {
+            rest.is_empty() || rest.starts_with('_') || rest.as_bytes()[0].is_ascii_digit()
+        })
     };
-    if MOVING.iter().any(|base| moving(&base)) {
+    if MOVING.iter().any(moving) {
         return Meaning::Moving;
     }
     // A number or a letter or two behind the kind, as in AST_1 and SC_BODY_A.
@@ -81,11 +131,14 @@ pub fn meaning(name: &str) -> Meaning {
         let rest = name.strip_prefix(*base);
         rest.is_some_and(|rest| {
             let label = rest.strip_prefix('_').unwrap_or(rest);
-            rest.is_empty() || (label.len() <= 2 && label.bytes().all(|byte| byte.is_ascii_alphanumeric()) && rest != label)
+            rest.is_empty()
+                || (label.len() <= 2
+                    && label.bytes().all(|byte| byte.is_ascii_alphanumeric())
+                    && rest != label)
                 || (!label.is_empty() && label.bytes().all(|byte| byte.is_ascii_digit()))
         })
     };
-    if BODY.iter().any(|base| of_body(&base)) { Meaning::Body } else { Meaning::Unknown }
+    if BODY.iter().any(of_body) { Meaning::Body } else { Meaning::Unknown }
 }
 
 /// Names of frames of the orbit that are written, for messages.
@@ -123,10 +176,24 @@ mod tests {
 
     #[test]
     fn names_of_the_registries_have_their_meaning() {
-        for name in ["AST_1", "SC_BODY_1", "sc_body", "SC BODY 1", "IMU_FRAME_1", "STARTRACKER_2", "GYRO_FRAME_3", "RW_12", "INSTRUMENT_A", "ACC", "SENSOR_1"] {
+        for name in [
+            "AST_1",
+            "SC_BODY_1",
+            "sc_body",
+            "SC BODY 1",
+            "IMU_FRAME_1",
+            "STARTRACKER_2",
+            "GYRO_FRAME_3",
+            "RW_12",
+            "INSTRUMENT_A",
+            "ACC",
+            "SENSOR_1",
+        ] {
             assert_eq!(meaning(name), Meaning::Body, "{name}");
         }
-        for name in ["ITRF2000", "ITRF-97", "TEME", "TOD_EARTH", "LVLH_INERTIAL", "IAU_MARS", "PQW_INERTIAL", "B1950"] {
+        for name in
+            ["ITRF2000", "ITRF-97", "TEME", "TOD_EARTH", "LVLH_INERTIAL", "IAU_MARS", "PQW_INERTIAL", "B1950"]
+        {
             assert_eq!(meaning(name), Meaning::Moving, "{name}");
         }
         for name in ["ICRF", "GCRF", "icrf3", "EME2000", "J2000", "ECLIPJ2000"] {

@@ -18,7 +18,9 @@ pub enum Lacking {
     #[error("the reference frame turns with the orbit, and this format has inertial frames alone")]
     InertialFrame,
     /// A frame that STK has.
-    #[error("the reference frame of the spec is none that attitude files of STK are written in: ICRF (GCRF), J2000 (EME2000)")]
+    #[error(
+        "the reference frame of the spec is none that attitude files of STK are written in: ICRF (GCRF), J2000 (EME2000)"
+    )]
     StkFrame,
     /// A central body that STK has.
     #[error("the center of the spec is no central body of STK, which is one word: Earth, Mars")]
@@ -47,7 +49,9 @@ impl Lacking {
     pub fn code(self) -> &'static str {
         match self {
             Self::Epoch => "E0140",
-            Self::FrameName | Self::InertialFrame | Self::SpiceFrame | Self::StkFrame | Self::StkCenter => "E0141",
+            Self::FrameName | Self::InertialFrame | Self::SpiceFrame | Self::StkFrame | Self::StkCenter => {
+                "E0141"
+            }
             Self::SpiceId => "E0142",
             Self::Inputs | Self::Tick => "E0143",
             Self::Parquet => "E0144",

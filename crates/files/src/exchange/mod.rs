@@ -34,8 +34,8 @@ mod stk;
 mod xml;
 
 pub use ccsds::AemVersion;
-pub use lacking::Lacking;
 pub use compared::{FileReport, judge_file};
+pub use lacking::Lacking;
 pub use reading::{Attitudes, read_attitudes};
 pub use record::{Record, Tables};
 

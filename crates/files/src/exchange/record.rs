@@ -89,7 +89,11 @@ impl Record<'_> {
 
     /// The reference frame as it is called in the head of a table of ours.
     pub(super) fn reference(&self) -> &str {
-        if self.turns() { "orbit (e1 velocity, e2 orbit normal, e3 outward)" } else { self.identity.reference_frame() }
+        if self.turns() {
+            "orbit (e1 velocity, e2 orbit normal, e3 outward)"
+        } else {
+            self.identity.reference_frame()
+        }
     }
 
     /// Angular velocity of the body against the reference frame at node `k`, body axes [rad/s].

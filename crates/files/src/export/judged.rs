@@ -2,8 +2,8 @@
 
 use super::{ExportError, PlanFile};
 use crate::spec::{Difference, SpecDocument};
-use slewkit::maneuver::{Problem, Settings};
 use serde_json::Value;
+use slewkit::maneuver::{Problem, Settings};
 use slewkit::verify::{self, Accuracy, Check, Verification};
 
 /// What the witnesses found of a plan file.
@@ -97,7 +97,13 @@ impl PlanFile<'_> {
 
     /// Whether what the witnesses are recorded to have found, and the planner before them, is what they find: every verdict and every
     /// figure, of the witnesses that ran, the margins, and what follows from them.
-    fn tells(&self, told: &Verification, found: &Verification, problem: &Problem, settings: &Settings) -> bool {
+    fn tells(
+        &self,
+        told: &Verification,
+        found: &Verification,
+        problem: &Problem,
+        settings: &Settings,
+    ) -> bool {
         let (terminal, discrete) = (&self.terminal, found.discrete());
         let ends = [
             (Some(terminal.attitude_rad), Some(discrete.attitude_rad)),

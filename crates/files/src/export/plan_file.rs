@@ -282,8 +282,7 @@ pub fn read_guess(input: impl Read) -> Result<Guess, ExportError> {
         #[serde(default)]
         position_m: Vec<[f64; 3]>,
     }
-    let Document { format, costates_0, trajectory } =
-        serde_json::from_reader(without_mark(input)?)?;
+    let Document { format, costates_0, trajectory } = serde_json::from_reader(without_mark(input)?)?;
     // Older plans have the same trajectory.
     if !(1..=PlanFile::FORMAT).contains(&format) {
         return Err(ExportError::Format { found: format });

@@ -28,7 +28,6 @@ pub(crate) enum Use {
     Turn,
 }
 
-
 /// What a matrix of a plan file may miss of a rotation, and is kept as it is: round-off.
 const KEPT: f64 = 1e-6;
 
@@ -191,10 +190,8 @@ fn rotation_matrix(section: &Section) -> Option<Matrix3> {
         return section.refuse("E0056", "matrix", reason, remedy);
     }
     if residual > 2.0 * SILENT {
-        let reason = format!(
-            "RᵀR differs from the identity by {}; the nearest rotation is taken",
-            short(residual)
-        );
+        let reason =
+            format!("RᵀR differs from the identity by {}; the nearest rotation is taken", short(residual));
         section.warn("W0051", "matrix", reason, "write more digits to keep the attitude as meant");
     }
     Some(if section.keeps_rounding && residual <= KEPT { matrix } else { project_to_rotation(&matrix) })

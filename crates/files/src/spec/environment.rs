@@ -62,7 +62,10 @@ impl Surroundings<'_> {
                         show(rate)
                     );
                     let per_second = show(rate.to_radians());
-                    let remedy = format!("{} deg/s is {per_second} rad/s, and a period of T seconds 2 pi/T", show(rate));
+                    let remedy = format!(
+                        "{} deg/s is {per_second} rad/s, and a period of T seconds 2 pi/T",
+                        show(rate)
+                    );
                     section.warn("W0072", "orbital_rate_rad_s", reason, remedy);
                 }
                 let environment = GravityGradient::new(rate, inertia?);

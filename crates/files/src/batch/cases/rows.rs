@@ -48,7 +48,14 @@ impl Rows {
             return Err(BatchError::file("E0014", reason, "write the cases to a file first"));
         }
         let name = path.display().to_string();
-        Ok(Self { path: path.into(), name, input: BufReader::new(file), line: 0, separator: None, fingerprint })
+        Ok(Self {
+            path: path.into(),
+            name,
+            input: BufReader::new(file),
+            line: 0,
+            separator: None,
+            fingerprint,
+        })
     }
 
     /// The hash of what has been read.
@@ -118,5 +125,8 @@ fn cells(line: &str, separator: Option<char>) -> Result<Vec<Cell>, &'static str>
     // A table of one column has no sign between its cells, and its cells may hold blanks.
     let cells = cells::cells(line, Some(separator.unwrap_or(',')))?;
     let column = |start: usize| line[..start.min(line.len())].chars().count() + 1;
-    Ok(cells.into_iter().map(|cell| Cell { column: column(cell.start), text: cell.text.into_owned() }).collect())
+    Ok(cells
+        .into_iter()
+        .map(|cell| Cell { column: column(cell.start), text: cell.text.into_owned() })
+        .collect())
 }

@@ -53,8 +53,7 @@ impl Table {
             return Err(Diagnostics(findings).into());
         }
         let mut table = Self { path: path.into(), columns, count: 0, hashes: [begun; 2] };
-        let named: Vec<String> =
-            table.columns.iter().filter(|column| *column != UNNAMED).cloned().collect();
+        let named: Vec<String> = table.columns.iter().filter(|column| *column != UNNAMED).cloned().collect();
         check_distinct(&named, &rows.origin(&head, &head.cells[0]).file)?;
         let (mut count, mut names) = (0, HashSet::new());
         while let Some(row) = rows.next()? {

@@ -33,7 +33,8 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
         if line.text.get(..7).is_some_and(|start| start.eq_ignore_ascii_case("COMMENT")) {
             continue;
         }
-        let mark = ["META_START", "META_STOP", "DATA_START", "DATA_STOP"].into_iter().find(|mark| line.is(mark));
+        let mark =
+            ["META_START", "META_STOP", "DATA_START", "DATA_STOP"].into_iter().find(|mark| line.is(mark));
         place = match (place, mark.unwrap_or(line.text)) {
             (Place::Header, "META_START") => {
                 if let Some(key) = ["CREATION_DATE", "ORIGINATOR"].iter().find(|key| !seen.contains(*key)) {

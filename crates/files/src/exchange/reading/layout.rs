@@ -127,7 +127,11 @@ impl Layout {
         let half_unit = |from: usize, to: usize| {
             let printed = numbers[from..to].iter().filter(|number| number.value != 0.0);
             let most = printed.map(|number| number.half_unit).fold(0.0, f64::max);
-            if most > 0.0 { most } else { numbers[from..to].iter().map(|number| number.half_unit).fold(f64::INFINITY, f64::min) }
+            if most > 0.0 {
+                most
+            } else {
+                numbers[from..to].iter().map(|number| number.half_unit).fold(f64::INFINITY, f64::min)
+            }
         };
         let degrees = |size: f64| size.to_radians();
         match self.attitude {
@@ -138,7 +142,8 @@ impl Layout {
                 let (rate, apart, rate_open) = match self.rates {
                     Rates::None => (None, 0.0, 0.0),
                     Rates::Derivative => {
-                        let [dx, dy, dz, dw] = if scalar_first { [5, 6, 7, 4] } else { [4, 5, 6, 7] }.map(value);
+                        let [dx, dy, dz, dw] =
+                            if scalar_first { [5, 6, 7, 4] } else { [4, 5, 6, 7] }.map(value);
                         // q̇ = ½ q ⊗ (0, Ω), solved for Ω.
                         let (vector, moved) = (Vector3::new(x, y, z), Vector3::new(dx, dy, dz));
                         let rate = 2.0 * (w * moved - dw * vector - vector.cross(&moved));

@@ -118,7 +118,10 @@ impl<'t> Metadata<'t> {
                 scalar_first = match order.text {
                     _ if order.is("FIRST") => true,
                     _ if order.is("LAST") => false,
-                    _ => return order.wrong("QUATERNION_TYPE is FIRST or LAST", "write QUATERNION_TYPE = LAST"),
+                    _ => {
+                        return order
+                            .wrong("QUATERNION_TYPE is FIRST or LAST", "write QUATERNION_TYPE = LAST");
+                    }
                 };
             }
         } else if let Some(key) = self.get("ATTITUDE_DIR").or(self.get("QUATERNION_TYPE")) {
@@ -178,7 +181,9 @@ impl<'t> Metadata<'t> {
             ("EULER_ANGLE/ANGVEL", Version::Two) => Ok((euler()?, velocity()?)),
             ("EULER_ANGLE/RATE", Version::One) => Ok((euler()?, old()?)),
             ("SPIN", _) => Ok((Attitude::Spin(0), Rates::None)),
-            ("SPIN/NUTATION", _) | ("SPIN/NUTATION_MOM", Version::Two) => Ok((Attitude::Spin(3), Rates::None)),
+            ("SPIN/NUTATION", _) | ("SPIN/NUTATION_MOM", Version::Two) => {
+                Ok((Attitude::Spin(3), Rates::None))
+            }
             (_, version) => {
                 let rates = match version {
                     Version::One => "DERIVATIVE or RATE",
@@ -211,17 +216,21 @@ impl<'t> Metadata<'t> {
 fn body_is_a(a: Piece<'_>, b: Piece<'_>) -> Result<(bool, bool), Wrong> {
     match (meaning(a.text), meaning(b.text)) {
         (Meaning::Body, Meaning::Body) => {
-            let reason = format!("{} and {} are both frames of the spacecraft", cut(a.text, 30), cut(b.text, 30));
+            let reason =
+                format!("{} and {} are both frames of the spacecraft", cut(a.text, 30), cut(b.text, 30));
             b.wrong(reason, "give the attitude of one of them against a reference frame")
         }
         (Meaning::Unknown, Meaning::Unknown) => Ok((false, true)),
-        (Meaning::Body, _) | (Meaning::Unknown, _) if meaning(b.text) != Meaning::Body && meaning(a.text) == Meaning::Body => {
+        (Meaning::Body, _) | (Meaning::Unknown, _)
+            if meaning(b.text) != Meaning::Body && meaning(a.text) == Meaning::Body =>
+        {
             Ok((true, false))
         }
         (Meaning::Unknown, Meaning::Inertial(_) | Meaning::Orbit(_) | Meaning::Moving) => Ok((true, false)),
         (_, Meaning::Body | Meaning::Unknown) => Ok((false, false)),
         _ => {
-            let reason = format!("neither {} nor {} is a frame of the spacecraft", cut(a.text, 30), cut(b.text, 30));
+            let reason =
+                format!("neither {} nor {} is a frame of the spacecraft", cut(a.text, 30), cut(b.text, 30));
             b.wrong(reason, "give the attitude of the body against a reference frame")
         }
     }
@@ -268,7 +277,8 @@ impl Block {
     pub fn begin(&self, at: Piece<'_>, rows: &mut Rows) -> Result<(), Wrong> {
         let [reference, body] = self.names.clone();
         let before = rows.found.reference_frame.as_ref().zip(rows.found.body_frame.as_ref());
-        let same = |(a, b): (&String, &String)| a.eq_ignore_ascii_case(&reference) && b.eq_ignore_ascii_case(&body);
+        let same =
+            |(a, b): (&String, &String)| a.eq_ignore_ascii_case(&reference) && b.eq_ignore_ascii_case(&body);
         if before.is_some_and(|before| !same(before)) {
             return at.wrong(
                 "this block has other frames than the one above",
@@ -287,7 +297,13 @@ impl Block {
     }
 
     /// Adds a row: its date and numbers in the order of the file.
-    pub fn row(&self, at: Piece<'_>, moment: Piece<'_>, numbers: &[Number], rows: &mut Rows) -> Result<(), Wrong> {
+    pub fn row(
+        &self,
+        at: Piece<'_>,
+        moment: Piece<'_>,
+        numbers: &[Number],
+        rows: &mut Rows,
+    ) -> Result<(), Wrong> {
         self.add(&self.layout, at, moment, numbers, rows)
     }
 

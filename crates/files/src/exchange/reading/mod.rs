@@ -11,13 +11,13 @@ mod rows;
 mod table;
 mod xml;
 
-use slewkit::lie::interpolation::{Row, linear};
 use crate::epoch::Epoch;
 use crate::spec::{Diagnostic, Diagnostics, Finding, Source, Span};
+use rows::Rows;
+use slewkit::lie::interpolation::{Row, linear};
 use slewkit::numerics::encoding::{self, NoText};
 use slewkit::verify::Rounding;
 use slewkit::{Vector3, lie};
-use rows::Rows;
 use std::io::Read;
 
 /// The largest file, in bytes.

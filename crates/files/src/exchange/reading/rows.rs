@@ -1,9 +1,9 @@
 //! Rows in our convention on their way into the result.
 
 use super::{Attitudes, Number, Piece, Wrong, wrong};
-use slewkit::Vector3;
 use crate::rounding::{ROTATION, SILENT};
 use crate::spec::{Diagnostic, Finding, Severity, Source, Span};
+use slewkit::Vector3;
 use slewkit::numerics::figures::{short, significant};
 use slewkit::verify::Rounding;
 
@@ -47,7 +47,7 @@ impl Rows {
         let Moved { quaternion, rate, open } = row;
         let length = quaternion.iter().map(|part| part * part).sum::<f64>().sqrt();
         let defect = (length - 1.0).abs();
-        if !(defect <= ROTATION) {
+        if defect.is_nan() || defect > ROTATION {
             let reason = format!("the quaternion has the length {}", significant(length, 8));
             return at.wrong(reason, "attitudes are unit quaternions, of length 1 to three digits");
         }

@@ -62,7 +62,8 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
             let reason = format!("the row has {} cells, the head has {}", cells.len(), names.len());
             return line.wrong(reason, "give every column in every row; the file may be cut off");
         }
-        let numbers = columns.iter().map(|column| cells[*column].number()).collect::<Result<Vec<Number>, _>>()?;
+        let numbers =
+            columns.iter().map(|column| cells[*column].number()).collect::<Result<Vec<Number>, _>>()?;
         let mut row = layout.read(&numbers[..4]).row;
         if let Some((_, scale)) = rate {
             row.rate = Some(scale * Vector3::new(numbers[4].value, numbers[5].value, numbers[6].value));

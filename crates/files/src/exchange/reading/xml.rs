@@ -189,10 +189,8 @@ impl<'t> Reading<'t> {
             "metadata" => self.keys = Metadata::default(),
             "attitudeState" => self.row = Row::default(),
             _ if self.open.is_empty() && name.text != "ndm" => {
-                return name.wrong(
-                    format!("<{}> is no attitude ephemeris", cut(name.text, 30)),
-                    "give an <aem>",
-                );
+                return name
+                    .wrong(format!("<{}> is no attitude ephemeris", cut(name.text, 30)), "give an <aem>");
             }
             _ => {}
         }

@@ -1,7 +1,8 @@
 //! The comparison over shipped problems, reference costs and random maneuvers.
 
 use super::*;
-use crate::testing::{Random, full_inertia};
+use evidence::Random;
+use evidence::motions::full_inertia;
 use nalgebra::{DMatrix, DVector};
 use slewkit::maneuver::{Scheme, State, Weights};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
@@ -76,7 +77,7 @@ fn unmet(found: &Comparison, minimum: bool) -> Vec<String> {
 
 #[test]
 fn every_shipped_problem_is_solved_alike_by_all_methods() {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/problems");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems");
     let only = std::env::var("SLEW_PROBLEM").unwrap_or_default();
     let mut files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.sort();
@@ -164,18 +165,18 @@ fn the_reference_costs_come_from_every_method() {
 
 #[test]
 fn random_slews_are_solved_alike_with_and_without_torque_limits() {
-    let mut random = Random(20_270_101);
+    let mut random = Random::new(20_270_101);
     for index in 0..16 {
         let mut j_d = Matrix3::identity() * 0.05;
         for _ in 0..4 {
-            let point = random.vector3();
+            let point = random.vector();
             j_d += point * point.transpose();
         }
         let j = (Matrix3::identity() * j_d.trace() - j_d) * 10f64.powf(3.0 * random.uniform());
         let body = Body { inertia: Inertia::new(j).unwrap(), mass: None };
         let duration = 20.0 * 10f64.powf(random.uniform());
         let angle = 1.5 + random.uniform();
-        let end = lie::exp(&(random.vector3().normalize() * angle));
+        let end = lie::exp(&(random.vector().normalize() * angle));
         let start = random.rotation();
         let end = lie::project_to_rotation(&(start * end));
         let scheme = if index % 2 == 0 { Scheme::LieVerlet } else { Scheme::LieEuler };
@@ -278,7 +279,7 @@ mod bounded {
     use super::*;
 
     fn shipped(name: &str) -> Problem {
-        let path = format!("{}/problems/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let path = format!("{}/../../problems/{name}.toml", env!("CARGO_MANIFEST_DIR"));
         spec::read(std::path::Path::new(&path), &[]).unwrap().problem
     }
 
