@@ -36,34 +36,38 @@
 //! # How the main types relate
 //!
 //! ```text
-//! spec file ──▶ spec::Loaded ──▶ Problem, Settings ──▶ plan::plan ──▶ Plan ──▶ export::PlanFile
-//!                                 │                                    │
-//!       Body, Environment, Actuation, State × 2         Solution, Verification, Status
+//! spec file ──▶ slewkit_files::spec ──▶ Problem, Settings ──▶ plan::plan ──▶ Plan ──▶ slewkit_files::export
+//!                                        │                                    │
+//!              Body, Environment, Actuation, State × 2         Solution, Verification, Status
 //! ```
 //!
-//! [`files::spec`] reads a file into a [`maneuver::problem::Problem`] in SI units and
-//! [`maneuver::settings::Settings`]; a caller may build both directly. [`plan::plan`] solves
+//! A caller builds a [`maneuver::problem::Problem`] in SI units and [`maneuver::settings::Settings`], or has the crate
+//! `slewkit-files` read both from a spec. [`plan::plan`] solves
 //! ([`optimize::search::solve`] gives a [`maneuver::solution::Solution`] with its [`maneuver::solution::Outcome`])
-//! and has [`verify::verify`] judge the result; [`plan::Status`] says what became of it. [`files::export`] writes and
-//! reads files. A field of the caller's own implements [`mechanics::environment::Environment`]. How a solver stopped
-//! is a value; only what cannot be computed at all is an error.
+//! and has [`verify::verify`] judge the result; [`plan::Status`] says what became of it. A field of the caller's own
+//! implements [`mechanics::environment::Environment`]. How a solver stopped is a value; only what cannot be computed at
+//! all is an error.
+//!
+//! With [`maneuver::Target::Motion`] a plan lands: the discrete target is shifted until the true motion under the held
+//! inputs meets the end ([`maneuver::Landing`] tells how). By default the discrete motion meets it, as in what is
+//! published, and the true one ends beside it by the error of the discretisation.
 //!
 //! ```text
-//! spec file ──▶ spec::Spec ──▶ simulate::Simulation ──▶ rows
+//! spec file ──▶ slewkit_files::spec ──▶ simulate::Simulation ──▶ rows
 //!                               │
 //!            integrator::{System, SystemState, Kind}, full_body::Potential
 //! ```
 //!
 //! [`propagate::simulate`] propagates bodies without optimisation, one or many, by any [`propagate::integrator`],
-//! under an environment or their mutual gravity ([`mechanics::full_body`]). [`files::spec::load`] tells the two kinds
-//! of spec apart.
+//! under an environment or their mutual gravity ([`mechanics::full_body`]).
 //!
 //! # Features
 //!
-//! With default features off the crate solves and verifies. `files` adds the reading and writing of files
-//! (`slewkit::files`), `cli` the program `slew`, `threads` the sum of mutual gravity over several threads
-//! and the tests of a plan on two, `argmin` the driver of that name for Newton iterations, `cpu-time` the clock of comparisons, `sdp` global lower bounds
-//! (`optimize::lower_bound`). None of them changes a result by a bit.
+//! None is on by default: the crate solves and verifies. `threads` adds the sum of mutual gravity over several threads and
+//! the tests of a plan on two, `wide` the widest registers of the machine, `argmin` the driver of that name for Newton
+//! iterations, `sdp` global lower bounds (`optimize::lower_bound`). None of them changes a result by a bit; the program
+//! takes the first three. Files, reports and the program are the crates `slewkit-files`, `slewkit-report` and
+//! `slewkit-cli`.
 //!
 //! # What this crate does not do
 //!

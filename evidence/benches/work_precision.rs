@@ -15,7 +15,7 @@ fn main() {
     let benching = std::env::args().any(|argument| argument == "--bench");
     let part = if benching { 1.0 } else { 0.01 };
     println!("two dumbbells, the second twice the first; separation 2.5, near-elliptic orbits of 14.3 s\n");
-    let (system, start) = motions::dumbbells();
+    let (system, start) = evidence::motions::dumbbells();
     print(&Study::survey(0.01, 3200.0 * part), &system, &start);
 
     println!("\ntwo octahedra, 500 and 150 m, on an orbit of about one revolution a period\n");

@@ -15,13 +15,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let number = |at: usize, default: u64| words.get(at).map_or(Ok(default), |text| text.parse());
     let (count, first) = (number(0, 1_000)?, number(1, 0)?);
     let drawn = match words.get(2).map(String::as_str) {
-        None => random_specs::random_spec,
-        Some("switching") => random_specs::random_switching_spec,
+        None => evidence::random_specs::random_spec,
+        Some("switching") => evidence::random_specs::random_switching_spec,
         Some(word) => return Err(format!("{word}? `switching`, or nothing").into()),
     };
     let mut kept = [[0; 2]; LAWS.len()];
     for index in first..first + count {
-        let random_specs::RandomSpec { kind, text } = drawn(index);
+        let evidence::random_specs::RandomSpec { kind, text } = drawn(index);
         // Now and then a draw puts an end into a cone.
         let Ok(loaded) = from_str(&text, "case", Format::Toml, &[]) else { continue };
         let Some(planned) = Planned::new(loaded.problem, loaded.settings) else { continue };
