@@ -115,7 +115,7 @@ impl PlanFile<'_> {
             (Some(told), Some(found)) => near(told, found, TOLD),
             (told, found) => told.is_none() && found.is_none(),
         });
-        let accuracy = Accuracy::of(found, problem, settings.continuous_tolerance);
+        let accuracy = Accuracy::of(found, problem, settings.continuous_limit());
         let accuracy = self.accuracy.as_ref().is_some_and(|told| {
             let steps = match (told.steps, accuracy.steps) {
                 // They are told to two digits, and round-off may be at the edge of one.
