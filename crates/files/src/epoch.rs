@@ -94,9 +94,11 @@ impl Epoch {
     /// A missing or unknown scale, a text that is no moment, or a moment that the calendar does not have.
     pub fn parse(text: &str) -> Result<Self, EpochError> {
         let text = text.trim();
-        // The scale begins with the first letter behind the hour.
+        // The scale begins behind the hour, with what is of no time of day and of no offset.
         let clock = text.find(':').unwrap_or(text.len());
-        let end = text[clock..].find(char::is_alphabetic).map_or(text.len(), |at| clock + at);
+        let end = text[clock..]
+            .find(|sign: char| !(sign.is_ascii_digit() || sign.is_whitespace() || ".:+-".contains(sign)))
+            .map_or(text.len(), |at| clock + at);
         let (moment, name) = (text[..end].trim_end(), &text[end..]);
         if !name.is_empty() && !name.eq_ignore_ascii_case("Z") {
             let scale = Scale::named(name).ok_or_else(|| EpochError::Scale(name.into()))?;

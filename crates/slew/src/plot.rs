@@ -133,7 +133,7 @@ impl Args {
         if format != Format::Svg && cfg!(not(feature = "paper")) {
             return Err(Failure::Usage(
                 "-o: PNG and PDF need converters, which this `slew` was built without: write a .svg and convert it, as in \
-                 `rsvg-convert figure.svg -o figure.png`, or build with `cargo install --path . --features paper`"
+                 `rsvg-convert figure.svg -o figure.png`, or build with `cargo install --path crates/slew --features paper`"
                     .into(),
             ));
         }

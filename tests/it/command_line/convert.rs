@@ -59,7 +59,7 @@ fn convert_gives_every_notation_and_each_reads_back() {
         let run = folder.slew(&["convert", text]).ends(0).silent();
         let wanted = wxyz(text);
         let mut lines: Vec<&str> = run.stdout.lines().collect();
-        assert_eq!(lines.len(), 18, "{}", run.stdout);
+        assert_eq!(lines.len(), 23, "{}", run.stdout);
         let part = |name: &str, lines: &mut Vec<&str>| {
             let at = lines.iter().position(|line| line.starts_with(name)).unwrap();
             lines.remove(at).to_string()
@@ -67,6 +67,8 @@ fn convert_gives_every_notation_and_each_reads_back() {
         let (axis, angle) = (part("axis", &mut lines), part("angle_deg", &mut lines));
         let pair = format!("{axis}, {angle}");
         lines.push(&pair);
+        let pointing = ["ra_deg", "dec_deg", "roll_deg"].map(|name| part(name, &mut lines)).join(", ");
+        lines.push(&pointing);
         for line in lines {
             let found = wxyz(line);
             let dot: f64 = wanted.iter().zip(found).map(|(a, b)| a * b).sum();

@@ -3,6 +3,7 @@
 use super::binary::{Folder, Run};
 use std::collections::BTreeSet;
 use std::fs;
+use std::path::Path;
 
 const SET: [&str; 4] = ["--set", "epoch=2026-11-21T07:00:00 UTC", "--set", "names.spice_id=-42"];
 
@@ -160,7 +161,7 @@ fn attitudes_of_a_file_are_a_guess() {
 #[test]
 fn every_code_is_explained() {
     let mut codes = BTreeSet::new();
-    let mut folders = vec![std::path::PathBuf::from("src")];
+    let mut folders = ["src", "crates"].map(|part| Path::new(evidence::ROOT).join(part)).to_vec();
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
@@ -179,7 +180,8 @@ fn every_code_is_explained() {
         }
     }
     assert!(codes.len() > 100, "{}", codes.len());
-    let explanations = fs::read_to_string("src/cli/explanations.txt").unwrap();
+    let explanations =
+        fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/src/explanations.txt")).unwrap();
     let explained: BTreeSet<String> =
         explanations.split("\n\n").map(|entry| entry[..5].to_string()).collect();
     assert_eq!(codes, explained);

@@ -26,7 +26,7 @@ fn comes_back(loaded: &Loaded, name: &str) -> SpecDocument {
 #[test]
 fn every_maneuver_of_the_collection_comes_back_bit_for_bit() {
     let mut count = 0;
-    for entry in std::fs::read_dir("problems").unwrap() {
+    for entry in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems")).unwrap() {
         let path = entry.unwrap().path();
         if path.extension().is_none_or(|extension| extension != "toml") {
             continue;

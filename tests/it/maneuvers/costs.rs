@@ -33,7 +33,9 @@ fn rest_to_rest_costs_from_30_to_179_degrees_are_the_published_ones() {
 
 #[test]
 fn the_published_windings_are_extremals_and_nothing_dearer_is_found() {
-    let text = std::fs::read_to_string("tests/reference/windings.json").unwrap();
+    let text =
+        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/reference/windings.json"))
+            .unwrap();
     let file: Value = serde_json::from_str(&text).unwrap();
     for case in file["cases"].as_array().unwrap() {
         let phi = Vector3::from_fn(|row, _| case["phi"][row].as_f64().unwrap());

@@ -9,6 +9,7 @@ mod free_duration;
 mod fuel_of_forces;
 mod fuel_within;
 mod invariance;
+mod landing;
 mod limits;
 mod metamorphic;
 mod minimum_fuel;

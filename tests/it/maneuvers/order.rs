@@ -129,7 +129,11 @@ fn slope(errors: &[f64], steps: &[usize]) -> f64 {
 
 #[test]
 fn cost_and_control_converge_at_the_order_of_the_scheme() {
-    let text = std::fs::read_to_string("tests/reference/modified_scheme.json").unwrap();
+    let text = std::fs::read_to_string(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../tests/reference/modified_scheme.json"
+    ))
+    .unwrap();
     let file: Value = serde_json::from_str(&text).unwrap();
     // Grids fine enough for the leading term to rule (the first-order term of the pendulum's cost is
     // small) and coarse enough to stay above round-off.

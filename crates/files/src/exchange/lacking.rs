@@ -76,7 +76,7 @@ impl Lacking {
             Self::SpiceId => "write [names] spice_id = -125544, or give --set names.spice_id=-125544",
             Self::Tick => "give --tick SECONDS, of which the duration is a whole number, at most ten million",
             Self::Parquet => {
-                "build it with `cargo install --path . --features parquet` in its sources, or write .csv or .npz"
+                "build it with `cargo install --path crates/slew --features parquet` in its sources, or write .csv or .npz"
             }
             Self::Inputs => "give a plan that was solved",
         }

@@ -25,7 +25,7 @@ pub fn available() -> Result<(), Failure> {
     }
     Err(Failure::Usage(
         "--bound needs semidefinite programs, which this `slew` was built without: build it with \
-         `cargo install --path . --features sdp`; that links the system's OpenBLAS (Debian, Ubuntu: \
+         `cargo install --path crates/slew --features sdp`; that links the system's OpenBLAS (Debian, Ubuntu: \
          `apt-get install libopenblas-dev`)"
             .into(),
     ))
