@@ -94,12 +94,17 @@ impl Epoch {
     /// A missing or unknown scale, a text that is no moment, or a moment that the calendar does not have.
     pub fn parse(text: &str) -> Result<Self, EpochError> {
         let text = text.trim();
-        // The scale begins behind the hour, with what is of no time of day and of no offset.
+        // The scale is the last word; with no blank before it, it begins with what is of no time of day and of no offset.
         let clock = text.find(':').unwrap_or(text.len());
         let end = text[clock..]
             .find(|sign: char| !(sign.is_ascii_digit() || sign.is_whitespace() || ".:+-".contains(sign)))
             .map_or(text.len(), |at| clock + at);
-        let (moment, name) = (text[..end].trim_end(), &text[end..]);
+        let (moment, name) = match text.rsplit_once(char::is_whitespace) {
+            Some((moment, word)) if !word.contains(':') && !word.starts_with(['+', '-']) => {
+                (moment.trim_end(), word)
+            }
+            _ => (&text[..end], &text[end..]),
+        };
         if !name.is_empty() && !name.eq_ignore_ascii_case("Z") {
             let scale = Scale::named(name).ok_or_else(|| EpochError::Scale(name.into()))?;
             return Self::in_scale(moment, scale);

@@ -59,7 +59,14 @@ fn convert_gives_every_notation_and_each_reads_back() {
         let run = folder.slew(&["convert", text]).ends(0).silent();
         let wanted = wxyz(text);
         let mut lines: Vec<&str> = run.stdout.lines().collect();
-        assert_eq!(lines.len(), 23, "{}", run.stdout);
+        // Rodrigues parameters of half a turn are infinite.
+        let infinite = !lines.iter().any(|line| line.starts_with("rodrigues"));
+        assert_eq!(lines.len(), if infinite { 22 } else { 23 }, "{}", run.stdout);
+        assert!(
+            !infinite || lines.iter().any(|line| line.starts_with("angle_deg = 180.0")),
+            "{}",
+            run.stdout
+        );
         let part = |name: &str, lines: &mut Vec<&str>| {
             let at = lines.iter().position(|line| line.starts_with(name)).unwrap();
             lines.remove(at).to_string()

@@ -13,8 +13,8 @@
 //! [`Tally`] counts what became of them.
 //!
 //! ```
-//! use slewkit::batch::{run, Axis, Batch, Options, Shard};
-//! use slewkit::files::spec::{Base, Format};
+//! use slewkit_files::batch::{run, Axis, Batch, Options, Shard};
+//! use slewkit_files::spec::{Base, Format};
 //!
 //! let text = r#"
 //! format = 1
