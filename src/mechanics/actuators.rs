@@ -426,7 +426,8 @@ impl Actuation {
     }
 
     /// The same actuators without limits, and as if no wheel stored what they give.
-    pub(crate) fn without_limits(&self) -> Self {
+    #[doc(hidden)]
+    pub fn without_limits(&self) -> Self {
         let free = |channel: &ActuatorSet| ActuatorSet { limits: Limits::default(), ..channel.clone() };
         // Of thrusters what a force and a torque that do not know of each other would do.
         Self { force: self.force.as_ref().map(free), ..Self::torques(free(&self.torque)) }
