@@ -16,7 +16,7 @@ pub use objective::{Fuel, Objective, WeightError, Weighted, Weights};
 pub use problem::{Motion, Path, Problem, ProblemError, State};
 pub use settings::{Method, Settings, SettingsError, Target, Thoroughness};
 pub use solution::{
-    ActiveConstraint, ConvexWork, Landing, Optimality, Outcome, Rival, Rung, RungReport, SecondOrder, Sense,
-    Solution, TerminalError, Trajectory,
+    ActiveConstraint, ChosenSteps, ConvexWork, Landing, Optimality, Outcome, Rival, Rung, RungReport,
+    SecondOrder, Sense, Solution, TerminalError, Trajectory,
 };
 pub use switching::{Pulses, Structure, Switching, SwitchingArc};

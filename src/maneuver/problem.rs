@@ -118,6 +118,8 @@ pub struct Problem {
     pub duration_at_most: Option<f64>,
     /// Number of steps `N`; the step is `h = T/N`.
     pub steps: usize,
+    /// Whether a plan that lands may take more steps where it needs them: until they are given ([`Problem::with_steps`]).
+    pub chooses_steps: bool,
     /// The discretisation.
     pub scheme: Scheme,
     /// Which way round.
@@ -212,7 +214,7 @@ impl Problem {
     pub const MAX_CONSTRAINTS: usize = 1_000;
 
     /// An attitude maneuver of a free body with three body torques of unit weight, in `duration` seconds, 100 steps
-    /// of the second-order scheme, every way round.
+    /// of the second-order scheme or as many as landing needs, every way round.
     pub fn attitude(body: Body, start: State, end: State, duration: f64) -> Self {
         Self {
             name: String::new(),
@@ -226,6 +228,7 @@ impl Problem {
             duration,
             duration_at_most: None,
             steps: 100,
+            chooses_steps: true,
             scheme: Scheme::LieVerlet,
             path: Path::Best,
             constraints: Vec::new(),
@@ -259,9 +262,9 @@ impl Problem {
         self
     }
 
-    /// The same maneuver on `steps` steps.
+    /// The same maneuver on `steps` steps, neither more nor fewer.
     pub fn with_steps(mut self, steps: usize) -> Self {
-        self.steps = steps;
+        (self.steps, self.chooses_steps) = (steps, false);
         self
     }
 

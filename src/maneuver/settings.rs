@@ -55,11 +55,11 @@ impl Thoroughness {
 /// What is to meet the end of the maneuver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Target {
-    /// The discrete motion, as published plans do: the true one ends beside it by the error of the discretisation.
-    #[default]
-    Discrete,
     /// The true motion under the inputs of the plan, held over its steps: the plan lands.
+    #[default]
     Motion,
+    /// The discrete motion, as published plans do: the true one ends beside it by the error of the discretisation.
+    Discrete,
 }
 
 impl Target {
@@ -96,10 +96,12 @@ pub struct Settings {
     /// Tolerance of the scaled discrete terminal error: radians, and momenta over `J_mean/T`. Default 1e-12; round-off
     /// allows about 4e-15. Loosen it where a hundred thousand steps add up more round-off than that.
     pub tolerance: f64,
-    /// What meets the end: the discrete motion (the default), as in what is published, or the true one.
+    /// What meets the end: the true motion (the default), or the discrete one, as in what is published
+    /// ([`Settings::discrete`]).
     pub target: Target,
-    /// Limit on the continuous terminal attitude error \[rad\], beyond which a plan is not called solved. Default: 1e-4° where
-    /// the true motion is the target, else a quarter of the angle that the body turns, but between 5° and 45°.
+    /// Limit on the continuous terminal attitude error \[rad\], beyond which a plan is not called solved. Default: 1e-4°; where
+    /// the discrete motion is the target a quarter of the angle that the body turns, but between 5° and 45°. Constraints hold in
+    /// the true motion to the same limit, of rates relative.
     pub continuous_tolerance: Option<f64>,
     /// Wall-clock limit of the whole plan. Default: none. The best iterate is kept.
     pub time_limit: Option<Duration>,
@@ -119,7 +121,7 @@ impl Default for Settings {
             method: Method::Auto,
             search: Thoroughness::Default,
             tolerance: 1e-12,
-            target: Target::Discrete,
+            target: Target::Motion,
             continuous_tolerance: None,
             time_limit: None,
             max_iterations: 60,
@@ -147,9 +149,10 @@ impl Settings {
     /// What the true motion may miss the attitude of the end by \[rad\] where nothing is asked for and the plan is to land.
     pub const CONTINUOUS_TOLERANCE: f64 = 1e-4 * PI / 180.0;
 
-    /// The settings of a plan that lands: its true motion meets the end.
-    pub fn landing() -> Self {
-        Self { target: Target::Motion, ..Self::default() }
+    /// The settings of plans as they are published: the discrete motion meets the end, to round-off, and the true one ends
+    /// beside it.
+    pub fn discrete() -> Self {
+        Self { target: Target::Discrete, ..Self::default() }
     }
 
     /// The limit on the continuous terminal attitude error \[rad\]; `None` where it goes with the angle that the body turns.

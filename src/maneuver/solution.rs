@@ -93,6 +93,19 @@ pub struct Landing {
     pub drawn_in: Vec<(String, f64)>,
 }
 
+/// How the number of steps was chosen, where none was given.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ChosenSteps {
+    /// The number that the choice began with.
+    pub began: usize,
+    /// Whether the true motion lands on those that were chosen, by the planner's own flow.
+    pub lands: bool,
+    /// What the plan costs above the optimum in continuous time, relative, by estimate; `None` where there is none, as where it
+    /// costs nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cost_error: Option<f64>,
+}
+
 /// Distance of the discrete trajectory's end from the terminal conditions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TerminalError {
@@ -340,6 +353,8 @@ pub struct Solution {
     pub terminal: TerminalError,
     /// How it was made to land, where that was tried.
     pub landing: Option<Landing>,
+    /// How its steps were chosen, where they were not given.
+    pub chosen: Option<ChosenSteps>,
     /// Optimality of the extremal.
     pub optimality: Optimality,
     /// Rotation sense of the path.
@@ -395,6 +410,7 @@ impl Solution {
                 linear_momentum_relative: translation,
             },
             landing: None,
+            chosen: None,
             optimality: Optimality { tested: true, ..Optimality::UNTESTED },
             sense: Sense::Short,
             start: String::new(),

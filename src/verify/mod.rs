@@ -45,7 +45,6 @@ pub use motion::Phase;
 pub use rows::{cost, effort, margins, replay, swept};
 pub use verification::{Check, Testimony, Verification, WitnessError};
 
-use crate::maneuver::constraint::Rule;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::{Sense, Trajectory};
 use crate::numerics::parallel;
@@ -67,8 +66,8 @@ use watch::Watch;
 /// asks for one (1 where the path goes the other way), `inputs off or at a limit` and `shortest pulse` where there is a shortest
 /// pulse (the part of it by which one is shorter), `order`
 /// (`round-off` when the witnesses agree to round-off), `symplectic witness` where that one can judge,
-/// `continuous terminal`, and `continuous pointing` where a tolerance is given and there are cones. Without a
-/// tolerance the continuous motion may miss the end by a quarter of the angle that the body turns, or 5° where that is
+/// `continuous terminal`, and `continuous constraints` where a tolerance is given and there are rates or cones to hold: the
+/// worst that the continuous motion exceeds one by, \[rad\] or a part of the limit of a rate. Without a tolerance the continuous motion may miss the end by a quarter of the angle that the body turns, or 5° where that is
 /// less, and by 45° at most: beyond that the steps are too coarse to stand for a motion.
 pub fn verify(
     problem: &Problem,
@@ -165,9 +164,9 @@ pub fn verify_until(
     let wide = continuous_tolerance.unwrap_or_else(|| miss_allowed(rows::turned(trajectory)));
     found.at_most("continuous terminal", found.continuous_attitude_rad, wide);
     if let Some(limit) = continuous_tolerance
-        && points(problem)
+        && !problem.constraints.is_empty()
     {
-        found.at_most("continuous pointing", continuous_violation, limit);
+        found.at_most("continuous constraints", continuous_violation, limit);
     }
     found
 }
@@ -237,7 +236,7 @@ struct Judged {
     goes_as_asked: Option<bool>,
     /// Worst scaled violation of a limit or constraint.
     violation: f64,
-    /// How far the continuous motion enters a keep-out cone or leaves a keep-in cone, at most \[rad\].
+    /// How far the continuous motion exceeds a constraint, at most: \[rad\], or of a rate the part of its limit.
     continuous_violation: f64,
     comparison: Option<order::Comparison>,
     /// How far apart the ends of the symplectic and the continuous witness may be.
@@ -301,9 +300,8 @@ impl Verification {
         for (margin, continuous) in self.margins.iter_mut().zip(&held.margins) {
             margin.continuous_margin = Some(continuous.margin).filter(|margin| !margin.is_nan());
         }
-        judged.continuous_violation = worst_violation(
-            &held.margins.into_iter().filter(|margin| margin.unit == "deg").collect::<Vec<_>>(),
-        );
+        let limits = held.margins.len().saturating_sub(problem.constraints.len());
+        judged.continuous_violation = worst_violation(&held.margins[limits..]);
         let missed = |end: &Phase| {
             let moves = |error: Vector3| plant.moves.then(|| error.norm());
             (
@@ -344,11 +342,6 @@ impl Verification {
 
 /// Steps from which a second thread takes less time than waking it.
 const WORTH_A_THREAD: usize = 400;
-
-/// Whether the problem has cones.
-fn points(problem: &Problem) -> bool {
-    problem.constraints.iter().any(|constraint| matches!(constraint.rule, Rule::Pointing(_)))
-}
 
 /// Where the continuous witness ends from the start of the maneuver, under outputs held over steps of given lengths: what tests hold
 /// other flows against.

@@ -40,6 +40,22 @@ const SHRUNK: f64 = 0.5;
 /// limit\]: the pieces between which extrema are looked for are rotations about one axis to some 1e-8.
 const ROOM: f64 = 1e-7;
 
+/// What a plan that lands misses or exceeds at most, scaled: far below what it is asked for, and far above what two flows
+/// of the same motion differ by.
+pub(crate) const MET: f64 = 1e-6;
+
+/// What the true motion of a plan misses at the end or exceeds on its way, the larger, scaled; not finite where it cannot be
+/// followed.
+pub(crate) fn left(problem: &Problem, plan: &Trajectory) -> f64 {
+    let Some(duration) = plan.time.last().copied() else { return f64::NAN };
+    let mut aim = Aim::of(problem);
+    let Some((flown, excess)) = aim.flown(&Flight::of_plan(problem, plan)) else { return f64::NAN };
+    let miss = largest(&aim.miss(&flown, duration));
+    excess
+        .into_iter()
+        .fold(miss, |worst, excess| if excess > worst || excess.is_nan() { excess } else { worst })
+}
+
 /// Where corrections stand.
 #[derive(Clone, Debug)]
 pub(crate) struct Aim<'a> {

@@ -20,6 +20,7 @@ pub(crate) mod paths;
 mod record;
 mod saturated;
 mod starts;
+mod steps;
 mod switching;
 mod transfer;
 mod way;
@@ -190,9 +191,25 @@ pub fn polish(
 ///
 /// `guess` is tried first: its costates by the shooting, its path by SCP.
 ///
+/// A plan that is to land takes more steps than [`Problem::steps`] where it needs them and none were given
+/// ([`Problem::with_steps`]); how many stands in [`Solution::steps`], and why in [`Solution::chosen`].
+///
 /// # Errors
 /// [`PlanError`] when problem, settings or guess cannot be used. A solver that stops is no error.
 pub fn solve(
+    problem: &Problem,
+    settings: &Settings,
+    guess: Option<&Guess>,
+    observer: &mut dyn Observer,
+) -> Result<Solution, PlanError> {
+    if problem.chooses_steps && settings.target == Target::Motion {
+        return steps::chosen(problem, settings, guess, observer);
+    }
+    solve_on(problem, settings, guess, observer)
+}
+
+/// Solves a maneuver on its own number of steps.
+fn solve_on(
     problem: &Problem,
     settings: &Settings,
     guess: Option<&Guess>,
@@ -212,7 +229,7 @@ pub fn solve(
         // Durations are compared by their discrete optima; the one that is found lands.
         let discrete = Settings { target: Target::Discrete, ..settings.clone() };
         let mut given = |problem: &Problem, settings: &Settings, observer: &mut dyn Observer| {
-            solve(problem, settings, None, observer)
+            solve_on(problem, settings, None, observer)
         };
         let solution = duration::solve(problem, &discrete, observer, &mut given)?;
         return Ok(landed::with_duration_found(problem, solution, &Context::new(settings, observer)));

@@ -138,6 +138,7 @@ pub fn plan(problem: &Problem) -> Plan {
         cost: 0.1 + 0.7,
         trajectory: trajectory(problem),
         landing: None,
+        chosen: None,
         terminal: TerminalError { attitude_rad: 4e-13, momentum_relative: 2e-14, ..Default::default() },
         optimality: Optimality {
             tested: true,

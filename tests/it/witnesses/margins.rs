@@ -434,7 +434,7 @@ fn continuous_margins_are_those_of_ever_shorter_steps() {
             moved = moved.max(difference.abs());
         }
         // What enters a cone by more than the tolerance fails.
-        let check = found.checks.iter().find(|check| check.name == "continuous pointing").unwrap();
+        let check = found.checks.iter().find(|check| check.name == "continuous constraints").unwrap();
         let worst = found.margins[..2].iter().map(|margin| -margin.continuous_margin.unwrap().to_radians());
         assert!((check.value - worst.fold(0.0, f64::max)).abs() < 1e-12 && !check.passed);
     }

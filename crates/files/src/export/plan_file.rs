@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::ser::{CompactFormatter, Formatter};
 use slewkit::Vector3;
 use slewkit::maneuver::{
-    ActiveConstraint, ConvexWork, Landing, Optimality, Outcome, Problem, Rival, RungReport, Scheme,
-    SecondOrder, Sense, Settings, Switching, TerminalError,
+    ActiveConstraint, ChosenSteps, ConvexWork, Landing, Optimality, Outcome, Problem, Rival, RungReport,
+    Scheme, SecondOrder, Sense, Settings, Switching, TerminalError,
 };
 use slewkit::numerics::encoding;
 use slewkit::plan::{Guess, Plan, Status};
@@ -68,6 +68,9 @@ pub struct PlanFile<'a> {
     /// How it was made to land, where that was tried; the discrete target stands with the trajectory.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub landing: Option<Landing>,
+    /// How the number of steps was chosen, where none was given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chosen: Option<ChosenSteps>,
     /// Optimality of the extremal.
     #[serde(deserialize_with = "null_is_nan")]
     pub optimality: Optimality,
@@ -174,6 +177,7 @@ impl<'a> PlanFile<'a> {
             tolerance: solution.tolerance,
             terminal: solution.terminal,
             landing: solution.landing.clone(),
+            chosen: solution.chosen,
             optimality: solution.optimality,
             second_order: solution.optimality.second_order(),
             verified: plan.verification.clone(),

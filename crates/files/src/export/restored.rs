@@ -27,6 +27,7 @@ impl PlanFile<'_> {
             trajectory: self.trajectory.0.as_ref().clone(),
             terminal: self.terminal,
             landing: self.landing.clone(),
+            chosen: self.chosen,
             optimality: self.optimality,
             sense: self.sense,
             start: self.start.clone(),

@@ -110,6 +110,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
         duration: duration.unwrap_or(f64::NAN),
         duration_at_most: section.number("duration_at_most_s"),
         steps,
+        chooses_steps: !section.has("steps") && !section.has("step_s"),
         scheme,
         path,
         constraints: constraints?,

@@ -478,11 +478,11 @@ tables! {
         "scheme": Choice(&["lie_verlet", "lie_euler"], &[]);
         /// Tolerance of the scaled discrete terminal error. Default: 1e-12.
         "tolerance": Number(q::TOLERANCE);
-        /// What meets the end: the discrete motion, as in what is published (the true motion under the torques, held over the
-        /// steps, then ends beside it), or the true motion. Default: discrete.
-        "target": Choice(&["discrete", "motion"], &[]);
-        /// Limit on the continuous terminal attitude error. Default: a quarter of the angle turned, from 5 to 45 degrees; with the
-        /// target motion 1e-4 degrees.
+        /// What meets the end: the true motion under the torques, held over the steps (the plan lands), or the discrete one, as in
+        /// what is published: the true one then ends beside it. Default: motion.
+        "target": Choice(&["motion", "discrete"], &[]);
+        /// Limit on the continuous terminal attitude error. Default: 1e-4 degrees; with the target discrete a quarter of the angle
+        /// turned, from 5 to 45 degrees.
         "continuous_tolerance_deg": Number(q::TOLERANCE_DEG);
         /// The same in rad.
         "continuous_tolerance_rad": Number(q::TOLERANCE_RAD);

@@ -141,8 +141,8 @@ pub(crate) fn solver(section: Option<&Section>) -> (Scheme, Settings) {
             section.error("E0036", "tolerance", reason, "write 1e-12, or leave the key out");
         }
     }
-    if section.word("target") == Some("motion") {
-        settings.target = Target::Motion;
+    if section.word("target") == Some("discrete") {
+        settings.target = Target::Discrete;
     }
     let continuous = section.angle("continuous_tolerance_deg", "continuous_tolerance_rad");
     settings.continuous_tolerance = continuous.map(Angle::radians);

@@ -2,8 +2,8 @@
 
 use super::lines::{Lines, line};
 use slewkit::maneuver::{
-    Method, Motion, Objective, Outcome, Path, Problem, Pulses, Rung, RungReport, Scheme, Sense, Solution,
-    Structure, Switching, TerminalError,
+    ChosenSteps, Landing, Method, Motion, Objective, Outcome, Path, Problem, Pulses, Rung, RungReport,
+    Scheme, Sense, Solution, Structure, Switching, TerminalError,
 };
 use slewkit::numerics::figures::{counted, error, short, significant, time};
 use slewkit_files::identity::Identity;
@@ -89,6 +89,8 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
     }
     lines.extend(iterations(solution));
     lines.line("terminal", terminal(&solution.terminal));
+    lines.extend(solution.landing.as_ref().map(|landing| line("landing", &landed(landing))));
+    lines.extend(solution.chosen.as_ref().map(|chosen| line("steps", &steps(solution.steps, chosen))));
     let optimality = &solution.optimality;
     let second = match optimality.conjugate_points {
         Some(0) if solution.method == Method::Scp => "strict local minimum".into(),
@@ -138,6 +140,42 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
         lines.line("rival", format!("{path}, cost {}{points}", significant(rival.cost, 6)));
     }
     lines
+}
+
+/// How the discrete target was shifted until the true motion met the end.
+fn landed(landing: &Landing) -> String {
+    let figure = |miss: Option<&f64>| miss.map_or("?".into(), |miss| error(*miss));
+    let (first, last) = (figure(landing.misses.first()), figure(landing.misses.last()));
+    let how = match landing.corrections {
+        0 => format!("the true motion misses the end by {first}"),
+        count => format!(
+            "{} of the target took the true motion from {first} to {last} off",
+            counted(count, "correction")
+        ),
+    };
+    let named = |(name, by): &(String, f64)| format!("\"{}\" by {}", escape(name), error(*by));
+    match &landing.drawn_in[..] {
+        [] => how,
+        tightened => {
+            let names = tightened.iter().map(named).collect::<Vec<_>>().join(", ");
+            format!("{how}; tightened for it: {names}")
+        }
+    }
+}
+
+/// Why a plan has as many steps as it has.
+fn steps(steps: usize, chosen: &ChosenSteps) -> String {
+    let cost = match chosen.cost_error {
+        Some(part) => format!("the cost is about {} above that of ever shorter steps", percent(part)),
+        None => "what shorter steps would save is not known".into(),
+    };
+    let lands = if chosen.lands { "the true motion lands" } else { "the true motion does not land" };
+    let from = if steps == chosen.began { String::new() } else { format!(", from {} upwards", chosen.began) };
+    format!("{steps} chosen{from}: {lands}, {cost}")
+}
+
+fn percent(part: f64) -> String {
+    format!("{} %", significant(100.0 * part, 2))
 }
 
 /// Duration or fuel, arcs and certificate of a plan whose inputs switch.

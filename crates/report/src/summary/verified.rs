@@ -74,9 +74,7 @@ pub fn verified(colour: bool, judged: &Judged, verification: &Verification) -> V
     for check in verification.checks.iter().filter(|check| !check.passed) {
         let label = paint(colour, Tone::Bad, &escape(&check.name));
         let figure = |value: f64| match check.name.as_str() {
-            "continuous terminal" | "continuous pointing" => {
-                format!("{} deg", significant(value.to_degrees(), 3))
-            }
+            "continuous terminal" => format!("{} deg", significant(value.to_degrees(), 3)),
             _ => significant(value, 3),
         };
         lines.line("failed", format!("{label}: {}, limit {}", figure(check.value), figure(check.limit)));

@@ -1,0 +1,153 @@
+//! The number of steps of a maneuver that gives none.
+//!
+//! A plan that lands holds its inputs over steps, and two things ask for short ones.
+//!
+//! - **Corrections must converge** (`optimize::landing`): they contract by the relative difference of the discrete and the
+//!   true sensitivities, `O(h²)`. Where they did not, the steps are halved.
+//! - **What it costs must be what it costs at best.** Inputs that are held follow those of the optimum u by their means ū.
+//!   Of a plan that meets the end the first variation vanishes, and what is left costs, to second order,
+//!
+//! ```text
+//! ΔJ = ½ ∫ (u − ū)ᵀW (u − ū) dt = (h²/24) ∫ u̇ᵀW u̇ dt = (h/12) Σ_k ½ δ_kᵀW δ_k ,   δ_k = u_{k+1} − u_k
+//! ```
+//!
+//!   (a turn from rest to rest about one axis: `ΔJ/J = 1/N²`). Plans whose inputs switch know the cost of the extremal in
+//!   continuous time. Of time and fuel on equal steps, where an input jumps within a step, no such formula holds: two grids
+//!   tell, of which one has half of the steps, and the difference stands for the error of the finer one, as at first order.
+//!
+//! Steps that are given stay as given.
+
+use super::{Guess, Observer, PlanError, solve_on};
+use crate::maneuver::objective::{Objective, effort};
+use crate::maneuver::problem::Problem;
+use crate::maneuver::settings::{Settings, Target, Thoroughness};
+use crate::maneuver::solution::{ChosenSteps, Outcome, Solution};
+use crate::optimize::landing;
+use std::time::{Duration, Instant};
+
+/// What a plan may cost above the optimum in continuous time, relative: below what torques are known to.
+const COST: f64 = 1e-3;
+
+/// What the estimate of that leaves out: terms of higher order on coarse grids. Multiplies the number of steps.
+const RESERVE: f64 = 1.1;
+
+/// Most steps that are chosen: more are taken where they are given. A plan on these takes seconds.
+const MOST: usize = 20_000;
+
+/// Solves a maneuver on as many steps as it needs, from [`Problem::steps`] upwards.
+pub(super) fn chosen(
+    problem: &Problem,
+    settings: &Settings,
+    guess: Option<&Guess>,
+    observer: &mut dyn Observer,
+) -> Result<Solution, PlanError> {
+    let began = Instant::now();
+    let mut best: Option<Solution> = None;
+    let mut steps = problem.steps;
+    let mut missed = f64::INFINITY;
+    while let Some(left) = remaining(settings, began) {
+        let on = problem.clone().with_steps(steps);
+        let mut found = match solve_on(&on, &left, guess, observer) {
+            Err(error) if best.is_none() => return Err(error),
+            // A grid that is too fine for the method ends the choice.
+            Err(_) => break,
+            Ok(found) => found,
+        };
+        let before = best.take();
+        if let Some(before) = &before {
+            found.ladder.splice(0..0, before.ladder.iter().cloned());
+        }
+        if found.outcome != Outcome::Converged {
+            // A finer grid took nothing away from the plan that is there.
+            best = before.or(Some(found));
+            break;
+        }
+        let flown = problem.with_found_duration(&found.trajectory.time).with_steps(found.steps);
+        let left = landing::left(&flown, &found.trajectory);
+        let (lands, nearer) = (left <= landing::MET, left <= 0.5 * missed);
+        missed = left;
+        let estimate = cost_error(&on, settings, &found, observer, began);
+        found.chosen = Some(ChosenSteps {
+            began: problem.steps,
+            lands,
+            cost_error: estimate.as_ref().map(|estimate| estimate.error),
+        });
+        best = Some(found);
+        let for_cost = estimate.filter(|estimate| estimate.error > COST);
+        let for_cost = for_cost.map(|Estimate { error, order }| {
+            (steps as f64 * (error / COST).powf(order.recip()) * RESERVE).ceil() as usize
+        });
+        // More steps that bring the end no nearer never will.
+        let for_landing = (!lands && nearer).then_some(2 * steps);
+        let Some(next) = for_cost.into_iter().chain(for_landing).max() else { break };
+        if steps >= MOST {
+            break;
+        }
+        steps = next.min(MOST);
+    }
+    let mut solution = match best {
+        Some(solution) => solution,
+        // No time at all.
+        None => solve_on(problem, settings, guess, observer)?,
+    };
+    solution.solve_time = solution.solve_time.max(began.elapsed().as_secs_f64());
+    Ok(solution)
+}
+
+/// The settings with the time that is left; `None` where none is.
+fn remaining(settings: &Settings, began: Instant) -> Option<Settings> {
+    let Some(limit) = settings.time_limit else { return Some(settings.clone()) };
+    let left = limit.saturating_sub(began.elapsed());
+    (left > Duration::ZERO).then(|| Settings { time_limit: Some(left), ..settings.clone() })
+}
+
+/// What a plan costs above the optimum in continuous time, relative, and by which power of the step that falls.
+struct Estimate {
+    error: f64,
+    order: f64,
+}
+
+/// `None` where nothing can be told, as of a plan that costs nothing.
+fn cost_error(
+    problem: &Problem,
+    settings: &Settings,
+    found: &Solution,
+    observer: &mut dyn Observer,
+    began: Instant,
+) -> Option<Estimate> {
+    let estimate = if let Some(switching) = found.switching.as_ref().filter(|_| problem.switches()) {
+        // The price of time is in both, where there is one.
+        let (discrete, continuous) = match problem.objective {
+            Objective::Time => (found.duration(problem), switching.continuous_duration_s),
+            _ => (found.cost, switching.continuous_cost),
+        };
+        Estimate { error: ((discrete - continuous) / continuous).abs(), order: 2.0 }
+    } else if problem.objective.switches() {
+        let half = problem.steps / 2;
+        let quick = Settings { target: Target::Discrete, search: Thoroughness::Quick, ..settings.clone() };
+        let quick = remaining(&quick, began)?;
+        let coarser =
+            solve_on(&problem.clone().with_steps(half.max(Problem::MIN_STEPS)), &quick, None, observer)
+                .ok()?;
+        (coarser.outcome == Outcome::Converged).then_some(())?;
+        Estimate { error: ((coarser.cost - found.cost) / found.cost).abs(), order: 1.0 }
+    } else {
+        Estimate { error: held_above(problem, found) / found.cost, order: 2.0 }
+    };
+    estimate.error.is_finite().then_some(estimate)
+}
+
+/// `(h/12) Σ ½ δᵀW δ`.
+fn held_above(problem: &Problem, found: &Solution) -> f64 {
+    let weights = problem.objective.weights();
+    let (torque, force) = (weights.torque(&problem.actuation), weights.force(&problem.actuation));
+    let plan = &found.trajectory;
+    let rows = plan.input.len() / plan.input_count.max(1);
+    let above = |row: usize| {
+        let change: Vec<f64> =
+            plan.inputs(row + 1).iter().zip(plan.inputs(row)).map(|(b, a)| b - a).collect();
+        let (forces, torques) = problem.actuation.split_costs(&change);
+        effort(&torque.weight, torques) + force.as_ref().map_or(0.0, |force| effort(&force.weight, forces))
+    };
+    found.step / 12.0 * (0..rows.saturating_sub(1)).map(above).sum::<f64>()
+}
