@@ -1,25 +1,56 @@
 //! Where the inputs of a plan lead, held over each step, by plain equations of motion: Euler's in a quaternion and momenta, by the
 //! classical Runge–Kutta method on ever finer steps. Of the library it uses the field of the maneuver and what its inputs exert.
 
-use slewkit::maneuver::{Motion, Problem, Scheme, Trajectory};
+use slewkit::maneuver::{Direction, Motion, Problem, Rule, Scheme, Side, Trajectory};
 use slewkit::mechanics::environment::Pose;
 use slewkit::{Matrix3, Vector3, lie};
 
 /// Parts of a step of the plan, at first and at most.
 const PARTS: (usize, usize) = (16, 1 << 14);
 /// Attitudes of two refinements that differ by less are the same \[rad\].
-const SAME: f64 = 1e-7;
+const SAME: f64 = 1e-8;
+
+/// Where the motion ends, and what it exceeds on its way.
+#[derive(Clone, Copy, Debug)]
+pub struct Flown {
+    /// How far its end is from the attitude asked for \[rad\].
+    pub attitude: f64,
+    /// How far the rate at the end is from that asked for, over a radian in the duration.
+    pub rate: f64,
+    /// On SE(3): how far the position is, over the way between the ends or one meter.
+    pub position: f64,
+    /// The most that a cone is entered or left by \[rad\], or a limit of a rate exceeded, as a part of it; at most 0 where all
+    /// hold. At the nodes of the integration.
+    pub exceeded: f64,
+}
 
 /// How far the end of the motion is from the attitude asked for \[rad\]; `None` where finer steps do not settle it.
 pub fn missed(problem: &Problem, trajectory: &Trajectory) -> Option<f64> {
+    flown(problem, trajectory).map(|flown| flown.attitude)
+}
+
+/// Flies a plan; `None` where finer steps do not settle its end.
+pub fn flown(problem: &Problem, trajectory: &Trajectory) -> Option<Flown> {
     let (mut parts, mut before) = (PARTS.0, end(problem, trajectory, PARTS.0));
     while parts < PARTS.1 {
         parts *= 4;
-        let attitude = end(problem, trajectory, parts);
-        if lie::minus(&attitude, &before).norm() < SAME {
-            return Some(lie::minus(&attitude, &problem.end.attitude).norm());
+        let after = end(problem, trajectory, parts);
+        let attitude = attitude(&after.0);
+        if lie::minus(&attitude, &self::attitude(&before.0)).norm() < SAME {
+            let (y, exceeded) = after;
+            let vector = |index: usize| Vector3::from_column_slice(&y[4 + 3 * index..7 + 3 * index]);
+            let rate = problem.body.inertia.j().lu().solve(&vector(0))?;
+            let duration = trajectory.time.last()?;
+            let way = (problem.end.position - problem.start.position).norm();
+            let moves = problem.motion == Motion::RigidBody;
+            return Some(Flown {
+                attitude: lie::minus(&attitude, &problem.end.attitude).norm(),
+                rate: (rate - problem.end.angular_velocity).norm() * duration,
+                position: if moves { (vector(2) - problem.end.position).norm() / way.max(1.0) } else { 0.0 },
+                exceeded,
+            });
         }
-        before = attitude;
+        before = after;
     }
     None
 }
@@ -27,8 +58,8 @@ pub fn missed(problem: &Problem, trajectory: &Trajectory) -> Option<f64> {
 /// Quaternion, momentum, momentum of the wheels, position and linear momentum, in this order.
 type Numbers = [f64; 16];
 
-/// The attitude at the end, by so many parts of each step.
-fn end(problem: &Problem, trajectory: &Trajectory, parts: usize) -> Matrix3 {
+/// The end, and the most that is exceeded, by so many parts of each step.
+fn end(problem: &Problem, trajectory: &Trajectory, parts: usize) -> (Numbers, f64) {
     let start = &problem.start;
     let mass = problem.body.mass.unwrap_or(1.0);
     let momentum = problem.body.inertia.j() * start.angular_velocity;
@@ -42,17 +73,19 @@ fn end(problem: &Problem, trajectory: &Trajectory, parts: usize) -> Matrix3 {
     {
         y[4 + 3 * index..7 + 3 * index].copy_from_slice(vector.as_slice());
     }
-    for step in 0..problem.steps {
-        // Lie–Euler kicks at the end of a step, and has no row before that; Lie–Verlet half at either end.
-        let inputs: Vec<f64> = match problem.scheme {
-            Scheme::LieEuler => trajectory.inputs(step).to_vec(),
-            Scheme::LieVerlet => {
-                let (from, to) = (trajectory.inputs(step), trajectory.inputs(step + 1));
-                from.iter().zip(to).map(|(a, b)| 0.5 * (a + b)).collect()
-            }
+    let mut worst = f64::NEG_INFINITY;
+    for step in 0..trajectory.time.len() - 1 {
+        // Inputs that switch are held over steps of their own; Lie–Euler kicks at the end of a step, and has no row before that;
+        // Lie–Verlet half at either end.
+        let inputs: Vec<f64> = if problem.switches() || problem.scheme == Scheme::LieEuler {
+            trajectory.inputs(step).to_vec()
+        } else {
+            let (from, to) = (trajectory.inputs(step), trajectory.inputs(step + 1));
+            from.iter().zip(to).map(|(a, b)| 0.5 * (a + b)).collect()
         };
-        let h = problem.step() / parts as f64;
-        for _ in 0..parts {
+        let (from, to) = (trajectory.time[step], trajectory.time[step + 1]);
+        let h = (to - from) / parts as f64;
+        for part in 0..parts {
             let moved =
                 |by: f64, slope: &Numbers| -> Numbers { std::array::from_fn(|i| y[i] + by * slope[i]) };
             let a = slope(problem, &inputs, &y);
@@ -62,9 +95,41 @@ fn end(problem: &Problem, trajectory: &Trajectory, parts: usize) -> Matrix3 {
             y = std::array::from_fn(|i| y[i] + h / 6.0 * (a[i] + 2.0 * (b[i] + c[i]) + d[i]));
             let norm = y[..4].iter().map(|q| q * q).sum::<f64>().sqrt();
             y[..4].iter_mut().for_each(|q| *q /= norm);
+            if !problem.constraints.is_empty() {
+                worst = worst.max(exceeded(problem, from + (part + 1) as f64 * h, &y));
+            }
         }
     }
-    attitude(&y)
+    (y, worst)
+}
+
+/// By how much the worst constraint is exceeded.
+fn exceeded(problem: &Problem, time: f64, y: &Numbers) -> f64 {
+    let r = attitude(y);
+    let momentum = Vector3::from_column_slice(&y[4..7]);
+    let rate = problem.body.inertia.j().lu().solve(&momentum).unwrap_or(momentum);
+    // Inertial → reference.
+    let frame = lie::exp(&(-time * problem.environment.frame_rate()));
+    let of = |rule: &Rule| match rule {
+        Rule::RateNorm(limit) => rate.norm() / limit - 1.0,
+        Rule::RateAxes(limits) => rate.component_div(limits).amax() - 1.0,
+        Rule::Pointing(pointing) => {
+            let of_pair = |(boresight, direction): (&Vector3, &Direction)| {
+                let target =
+                    if direction.turns_with_frame { direction.vector } else { frame * direction.vector };
+                let angle = (r * boresight).cross(&target).norm().atan2((r * boresight).dot(&target));
+                match pointing.side {
+                    Side::KeepOut => pointing.half_angle + pointing.margin - angle,
+                    Side::KeepIn => angle - (pointing.half_angle - pointing.margin),
+                }
+            };
+            let pairs = pointing.boresights.iter().flat_map(|boresight| {
+                pointing.directions.iter().map(move |direction| (boresight, direction))
+            });
+            pairs.map(of_pair).fold(f64::NEG_INFINITY, f64::max)
+        }
+    };
+    problem.constraints.iter().map(|constraint| of(&constraint.rule)).fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// `q̇ = ½(qΩ − nq)`, `Π̇ = (Π + μ) × Ω + M`, `μ̇ = −B u` of wheels, `ẋ = γ/m`, `γ̇ = F`.

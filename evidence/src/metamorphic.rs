@@ -5,7 +5,9 @@
 
 use super::Random;
 use nalgebra::DMatrix;
-use slewkit::maneuver::{Constraint, Fuel, Objective, Path, Problem, Rule, Scheme, Settings, State, Weights};
+use slewkit::maneuver::{
+    Constraint, Fuel, Objective, Path, Problem, Rule, Scheme, Settings, State, Target, Weights,
+};
 use slewkit::mechanics::environment::{CentralGravity, GravityGradient, SecondOrderGravity, UniformGravity};
 use slewkit::mechanics::{ActuatorSet, AxisFrame, Body, Description, Inertia, Limits};
 use slewkit::plan::{Plan, Silent, Status, plan};
@@ -25,8 +27,9 @@ pub struct Planned {
 }
 
 impl Planned {
-    /// Plans it; `None` where it cannot even be begun.
+    /// Plans it; `None` where it cannot even be begun. The laws are of the discrete problem, and its end is met to round-off.
     pub fn new(problem: Problem, settings: Settings) -> Option<Self> {
+        let settings = Settings { target: Target::Discrete, ..settings };
         let plan = plan(&problem, &settings, None, &mut Silent).ok()?;
         Some(Self { problem, settings, plan })
     }
