@@ -59,7 +59,7 @@ pub enum Structure {
     BangBang,
     /// Every input, or the norm of the torque, at a limit or off, as the maximum principle asks for: an extremal of fuel.
     BangOffBang,
-    /// The same with a gap, since some sign is not right: as a rule an arc that is singular, cut into arcs at the
+    /// Every input at a limit or off, with a gap, since some sign is not right: as a rule an arc that is singular, cut into arcs at the
     /// limits, or off.
     TruncatedChattering,
     /// A smoothed law: some input stays within its limits, on a singular arc.
