@@ -139,6 +139,7 @@ impl Status {
 
 /// A solution and what the witnesses say of it.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Plan {
     /// The solution, converged or the best iterate.
     pub solution: Solution,
@@ -146,6 +147,14 @@ pub struct Plan {
     pub verification: Option<Verification>,
     /// What became of it.
     pub status: Status,
+}
+
+impl Plan {
+    /// A plan of its three parts, as a file holds them.
+    #[doc(hidden)]
+    pub fn new(solution: Solution, verification: Option<Verification>, status: Status) -> Self {
+        Self { solution, verification, status }
+    }
 }
 
 /// Plans a maneuver: every sense and winding, the ladder for hard cases, verification.

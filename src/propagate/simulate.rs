@@ -62,6 +62,7 @@ pub struct Simulation {
 
 /// Two bodies within reach of one another.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Encounter {
     /// When \[s\].
     pub time: f64,
@@ -73,6 +74,7 @@ pub struct Encounter {
 
 /// What a run came to.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Run {
     /// Whether it came to the end; false: the observer ended it.
     pub finished: bool,

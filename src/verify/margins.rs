@@ -21,6 +21,7 @@ use std::fmt;
 
 /// How far a plan stays from one limit or constraint, at the nodes and on the arcs between them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Margin {
     /// Name of the constraint, or "torque limit", "torque norm limit", "torque rate limit", "wheel torque
     /// limit", "wheel momentum limit" and the like.

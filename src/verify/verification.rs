@@ -9,6 +9,7 @@ use thiserror::Error;
 /// What the witnesses found. All errors are at `t = T`, against the terminal conditions of the problem
 /// unless the name says otherwise.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Verification {
     /// Discrete equations re-propagated with the exponential form: attitude error \[rad\].
     pub discrete_attitude_rad: f64,
@@ -72,6 +73,7 @@ pub struct Verification {
 
 /// Which witness ran over how many steps of the plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Testimony {
     /// "discrete", "continuous, held torque", "continuous, linear torque", "order", "symplectic".
     pub witness: String,

@@ -134,6 +134,7 @@ impl Input {
 
 /// What an exact motion without inputs keeps, and how far the attitudes are off the group.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Invariants {
     /// Kinetic plus potential energy \[J\]. In a turning frame minus `n · Σ(x×γ + RΠ)`: Jacobi's integral,
     /// which is what a field fixed in that frame conserves.
