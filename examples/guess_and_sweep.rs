@@ -2,10 +2,7 @@
 //!
 //! `cargo run --release --example guess_and_sweep`
 
-use slewkit::maneuver::{Problem, Settings, State};
-use slewkit::mechanics::{Body, Inertia};
-use slewkit::plan::{Guess, Silent, Status, plan};
-use slewkit::{Matrix3, Vector3, lie};
+use slewkit::{Body, Guess, Inertia, Matrix3, Problem, Settings, Silent, State, Status, Vector3, lie, plan};
 
 fn main() {
     let inertia = Inertia::diagonal(Vector3::new(120.0, 100.0, 80.0)).expect("a physical inertia");

@@ -3,10 +3,9 @@
 //! `cargo run --release --example integrators_compared -- --figures DIRECTORY` also writes nine SVG files
 //! there.
 
-use slewkit::maneuver::State;
 use slewkit::mechanics::full_body::{Dumbbell, Dumbbells};
 use slewkit::propagate::integrator::System;
-use slewkit::{Vector3, lie};
+use slewkit::{State, Vector3, lie};
 use slewkit_report::studies::integrators::Study;
 use slewkit_report::studies::integrators::figures::{Outline, figures};
 use std::ops::ControlFlow;

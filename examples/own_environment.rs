@@ -7,11 +7,10 @@
 //! `cargo run --release --example own_environment`
 
 use slewkit::lie::{exp, hat};
-use slewkit::maneuver::{Problem, Settings, State};
-use slewkit::mechanics::environment::{Blocks, Pose, Wrench};
-use slewkit::mechanics::{Body, Environment, Inertia};
-use slewkit::plan::{Silent, Status, plan};
-use slewkit::{Matrix3, Vector3};
+use slewkit::{
+    Blocks, Body, Environment, Inertia, Matrix3, Pose, Problem, Settings, Silent, State, Status, Vector3,
+    Wrench, plan,
+};
 
 #[derive(Clone, Debug)]
 struct Dipole {

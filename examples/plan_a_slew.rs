@@ -2,10 +2,7 @@
 //!
 //! `cargo run --release --example plan_a_slew`
 
-use slewkit::maneuver::{Problem, Settings, State};
-use slewkit::mechanics::{Body, Inertia};
-use slewkit::plan::{Silent, Status, plan};
-use slewkit::{Matrix3, Vector3, lie};
+use slewkit::{Body, Inertia, Matrix3, Problem, Settings, Silent, State, Status, Vector3, lie, plan};
 
 fn main() {
     let inertia = Inertia::new(Matrix3::new(120.0, 4.0, -3.0, 4.0, 100.0, 2.0, -3.0, 2.0, 80.0))

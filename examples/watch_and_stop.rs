@@ -2,10 +2,10 @@
 //!
 //! `cargo run --release --example watch_and_stop`
 
-use slewkit::maneuver::{Problem, Rung, Settings, State};
-use slewkit::mechanics::{Body, Inertia};
-use slewkit::plan::{Control, Observer, Progress, Status, plan};
-use slewkit::{Matrix3, Vector3, lie};
+use slewkit::{
+    Body, Control, Inertia, Matrix3, Observer, Problem, Progress, Rung, Settings, State, Status, Vector3,
+    lie, plan,
+};
 
 /// Prints every change of rung, start or grid, and stops where it is told to.
 struct Watcher {

@@ -13,13 +13,13 @@
 //! variational integrator, so that the discrete optimality conditions are exact and the terminal
 //! conditions are met to round-off.
 //!
-//! # In fifteen lines
+//! # A body and two attitudes
+//!
+//! A [`Problem`] says who moves, from where, to where and in what time; [`plan()`] solves it, by every way round that is
+//! asked for, and has independent witnesses judge what it finds:
 //!
 //! ```
-//! use slewkit::{lie, Matrix3, Vector3};
-//! use slewkit::maneuver::{Problem, Settings, State};
-//! use slewkit::mechanics::{Body, Inertia};
-//! use slewkit::plan::{plan, Silent, Status};
+//! use slewkit::{Body, Inertia, Matrix3, Problem, Settings, Silent, State, Status, Vector3, lie, plan};
 //!
 //! let body = Body { inertia: Inertia::diagonal(Vector3::new(120.0, 100.0, 80.0))?, mass: None };
 //! let start = State::at_rest(Matrix3::identity());
@@ -30,44 +30,156 @@
 //! assert_eq!(plan.status, Status::Solved);
 //! assert!(plan.solution.terminal.largest() < 1e-12);
 //! assert_eq!(plan.solution.optimality.conjugate_points, Some(0));
+//! let first_torque = plan.solution.trajectory.torque[0]; // N·m, body axes
+//! # assert!(first_torque.norm() > 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # How the main types relate
+//! A [`Plan`] has the [`Solution`] with its [`Trajectory`], the [`Verification`] of the witnesses, and a [`Status`]. How a
+//! solver stopped is a value; only what cannot be attempted at all is an error ([`PlanError`]). [`Settings`] choose method,
+//! tolerance and time limit, and whether the discrete motion meets the end, as in what is published, or the true one under
+//! the held inputs ([`Target`]).
 //!
-//! ```text
-//! spec file ──▶ slewkit_files::spec ──▶ Problem, Settings ──▶ plan::plan ──▶ Plan ──▶ slewkit_files::export
-//!                                        │                                    │
-//!              Body, Environment, Actuation, State × 2         Solution, Verification, Status
+//! # A constraint
+//!
+//! Limits of the inputs belong to the [`ActuatorSet`], where the body may point and how fast it may turn to a
+//! [`Constraint`]. Each has a [`Margin`] in the verdict, at the nodes and on the arcs between them:
+//!
+//! ```
+//! # use slewkit::{Body, Inertia, Matrix3, Problem, Settings, Silent, State, Status, Vector3, lie, plan};
+//! use slewkit::{Actuation, ActuatorSet, AxisFrame, Constraint, Direction, Limits, Pointing, Rule, Side};
+//!
+//! # let body = Body { inertia: Inertia::diagonal(Vector3::new(12.0, 10.0, 8.0))?, mass: None };
+//! # let start = State::at_rest(Matrix3::identity());
+//! # let end = State::at_rest(lie::exp(&Vector3::new(0.0, 0.0, 1.5)));
+//! let limits = Limits { size: Some(vec![0.2; 3]), ..Limits::default() };
+//! let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits)?;
+//! let sun = Direction { vector: Vector3::new(1.0, 1.0, 0.6).normalize(), turns_with_frame: false };
+//! let cone = Pointing {
+//!     side: Side::KeepOut,
+//!     boresights: vec![Vector3::x()],
+//!     directions: vec![sun],
+//!     half_angle: 30.0_f64.to_radians(),
+//!     margin: 0.0,
+//! };
+//! let problem = Problem::attitude(body, start, end, 60.0)
+//!     .with_actuation(Actuation::torques(torques))
+//!     .with_constraint(Constraint { name: "Sun".into(), rule: Rule::Pointing(cone) });
+//!
+//! let plan = plan(&problem, &Settings::default(), None, &mut Silent)?;
+//! assert_eq!(plan.status, Status::Solved);
+//! assert!(plan.verification.unwrap().margins.iter().all(|margin| margin.holds()));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A caller builds a [`maneuver::problem::Problem`] in SI units and [`maneuver::settings::Settings`], or has the crate
-//! `slewkit-files` read both from a spec. [`plan::plan`] solves
-//! ([`optimize::search::solve`] gives a [`maneuver::solution::Solution`] with its [`maneuver::solution::Outcome`])
-//! and has [`verify::verify`] judge the result; [`plan::Status`] says what became of it. A field of the caller's own
-//! implements [`mechanics::environment::Environment`]. How a solver stopped is a value; only what cannot be computed at
-//! all is an error.
+//! Where no plan exists and that can be proved, the status is [`Status::Infeasible`] and [`Solution::infeasible`] says why:
 //!
-//! With [`maneuver::Target::Motion`] a plan lands: the discrete target is shifted until the true motion under the held
-//! inputs meets the end ([`maneuver::Landing`] tells how). By default the discrete motion meets it, as in what is
-//! published, and the true one ends beside it by the error of the discretisation.
+//! ```
+//! # use slewkit::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits, Matrix3, Problem, Settings, Silent};
+//! # use slewkit::{State, Status, Vector3, lie, plan};
+//! # let body = Body { inertia: Inertia::diagonal(Vector3::new(12.0, 10.0, 8.0))?, mass: None };
+//! # let start = State::at_rest(Matrix3::identity());
+//! # let end = State::at_rest(lie::exp(&Vector3::new(0.0, 0.0, 1.5)));
+//! let limits = Limits { norm: Some(0.01), ..Limits::default() };
+//! let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits)?;
+//! let problem = Problem::attitude(body, start, end, 20.0).with_actuation(Actuation::torques(torques));
 //!
-//! ```text
-//! spec file ──▶ slewkit_files::spec ──▶ simulate::Simulation ──▶ rows
-//!                               │
-//!            integrator::{System, SystemState, Kind}, full_body::Potential
+//! let plan = plan(&problem, &Settings::default(), None, &mut Silent)?;
+//! assert_eq!(plan.status, Status::Infeasible);
+//! let proof = plan.solution.infeasible.expect("what is called infeasible is proved");
+//! assert!(proof.duration_lower_bound.is_some_and(|seconds| seconds > 60.0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`propagate::simulate`] propagates bodies without optimisation, one or many, by any [`propagate::integrator`],
-//! under an environment or their mutual gravity ([`mechanics::full_body`]).
+//! # A field of one's own
+//!
+//! [`UniformGravity`], [`GravityGradient`], [`CentralGravity`] and [`SecondOrderGravity`] are here; any other potential is
+//! an [`Environment`]: its energy, its force and moment, and two derivatives. A spring that pulls the body axis `a` towards
+//! the direction `b`, with `U = −k b·Ra`:
+//!
+//! ```
+//! use slewkit::{Blocks, Environment, Pose, Vector3, Wrench, lie};
+//! # use slewkit::{Body, Inertia, Matrix3, Problem, Settings, Silent, State, Status, plan};
+//!
+//! #[derive(Debug)]
+//! struct Spring { stiffness: f64, axis: Vector3, direction: Vector3 }
+//!
+//! impl Environment for Spring {
+//!     fn potential(&self, pose: &Pose) -> f64 {
+//!         -self.stiffness * self.direction.dot(&(pose.attitude * self.axis))
+//!     }
+//!     fn wrench(&self, pose: &Pose) -> Wrench {
+//!         let seen = pose.attitude.tr_mul(&self.direction);
+//!         Wrench { moment: self.stiffness * self.axis.cross(&seen), ..Wrench::zero() }
+//!     }
+//!     fn gradient(&self, pose: &Pose) -> Blocks {
+//!         let seen = pose.attitude.tr_mul(&self.direction);
+//!         Blocks { rr: self.stiffness * lie::hat(&self.axis) * lie::hat(&seen), ..Blocks::zero() }
+//!     }
+//!     fn curvature(&self, pose: &Pose, costates: &Wrench) -> Blocks {
+//!         let seen = pose.attitude.tr_mul(&self.direction);
+//!         let turned = costates.moment.cross(&self.axis);
+//!         Blocks { rr: self.stiffness * lie::hat(&turned) * lie::hat(&seen), ..Blocks::zero() }
+//!     }
+//! }
+//!
+//! # let body = Body { inertia: Inertia::diagonal(Vector3::new(2.0, 1.6, 1.1))?, mass: None };
+//! # let start = State::at_rest(Matrix3::identity());
+//! # let end = State::at_rest(lie::exp(&Vector3::new(0.0, 1.5, 0.5)));
+//! let spring = Spring { stiffness: 0.8, axis: Vector3::z(), direction: Vector3::x() };
+//! let problem = Problem::attitude(body, start, end, 2.0).with_environment(spring);
+//! # let plan = plan(&problem, &Settings::default(), None, &mut Silent)?;
+//! # assert_eq!(plan.status, Status::Solved);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! `examples/own_environment.rs` checks such derivatives by differences.
+//!
+//! # An observer
+//!
+//! [`Silent`] watches nothing. An [`Observer`] is told what is being tried, and may stop it:
+//!
+//! ```
+//! use slewkit::{Control, Observer, Progress};
+//! # use slewkit::{Body, Inertia, Matrix3, Problem, Settings, State, Status, Vector3, lie, plan};
+//!
+//! struct Patience { calls: usize }
+//!
+//! impl Observer for Patience {
+//!     fn on_progress(&mut self, progress: &Progress) -> Control {
+//!         println!("{} from {}, {:.3} s", progress.rung, progress.start, progress.elapsed);
+//!         self.calls -= 1;
+//!         if self.calls == 0 { Control::Stop } else { Control::Continue }
+//!     }
+//! }
+//!
+//! # let body = Body { inertia: Inertia::diagonal(Vector3::new(2.0, 1.6, 1.1))?, mass: None };
+//! # let start = State::at_rest(Matrix3::identity());
+//! # let end = State::at_rest(lie::exp(&Vector3::new(1.0, 2.0, -0.5)));
+//! # let problem = Problem::attitude(body, start, end, 2.0);
+//! let plan = plan(&problem, &Settings::default(), None, &mut Patience { calls: 3 })?;
+//! assert_eq!(plan.status, Status::Interrupted);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Beyond a plan
+//!
+//! A [`Guess`] carries a plan over to a neighbouring maneuver. [`verify()`] judges any recorded trajectory. A [`Simulation`]
+//! propagates without optimisation. Spec files, plan files and reports are the crates `slewkit-files` and
+//! `slewkit-report`, the program `slew` is `slewkit-cli`:
+//!
+//! ```text
+//! spec file ──▶ slewkit_files::spec ──▶ Problem, Settings ──▶ plan() ──▶ Plan ──▶ slewkit_files::export
+//! ```
+//!
+//! What has a path at the root is meant to stay. Modules that documentation does not show serve the sibling crates and may
+//! change with any version; the errors of constructors are there: each tells in words which number is wrong, and why.
 //!
 //! # Features
 //!
 //! None is on by default: the crate solves and verifies. `threads` adds the sum of mutual gravity over several threads and
 //! the tests of a plan on two, `wide` the widest registers of the machine, `argmin` the driver of that name for Newton
-//! iterations, `sdp` global lower bounds (`optimize::lower_bound`). None of them changes a result by a bit; the program
-//! takes the first three. Files, reports and the program are the crates `slewkit-files`, `slewkit-report` and
-//! `slewkit-cli`.
+//! iterations, `sdp` global lower bounds. None of them changes a result by a bit; the program takes the first three.
 //!
 //! # What this crate does not do
 //!
@@ -77,7 +189,7 @@
 //! # Conventions, stated here and nowhere else
 //!
 //! - **Attitude** `R` maps body vectors to reference-frame vectors. The reference frame is inertial
-//!   unless the environment turns it ([`mechanics::environment::Environment::frame_rate`]).
+//!   unless the environment turns it ([`Environment::frame_rate`]).
 //! - **Perturbations** act on the body side: `R exp S(ζ)`. `S(a) b = a × b`.
 //! - **Angular velocity** `Ω` (inertial, also under a turning frame) and **momentum** `Π = JΩ` are in
 //!   body axes; position `x`, velocity and linear momentum `γ = m ẋ` in the reference frame.
@@ -93,17 +205,38 @@
 
 mod flight;
 pub mod lie;
+#[doc(hidden)]
 pub mod maneuver;
+#[doc(hidden)]
 pub mod mechanics;
+#[doc(hidden)]
 pub mod numerics;
+#[doc(hidden)]
 pub mod optimize;
+#[doc(hidden)]
 pub mod plan;
+#[doc(hidden)]
 pub mod propagate;
 #[cfg(test)]
 mod testing;
+#[doc(hidden)]
 pub mod verify;
 
-/// A vector of three components.
+pub use lie::Rotation;
+pub use maneuver::{
+    Constraint, Direction, Fuel, Method, Motion, Objective, Optimality, Outcome, Path, Pointing, Problem,
+    Rule, Rung, Scheme, Settings, Side, Solution, State, Target, Thoroughness, Trajectory, Weights,
+};
+pub use mechanics::environment::{Blocks, Pose, Wrench};
+pub use mechanics::{
+    Actuation, ActuatorSet, AxisFrame, Body, CentralGravity, Environment, GravityGradient, Inertia, Limits,
+    SecondOrderGravity, UniformGravity, Wheels,
+};
+pub use plan::{Control, Guess, Observer, Plan, PlanError, Progress, Silent, Status, plan};
+pub use propagate::simulate::{Simulation, SimulationRow};
+pub use verify::{Check, Margin, Verification, verify};
+
+/// A vector of three components of double precision, nalgebra's: those of angular velocities, torques, directions.
 pub type Vector3 = nalgebra::Vector3<f64>;
-/// A 3×3 matrix.
+/// A 3×3 matrix of double precision, nalgebra's: attitudes, inertias, weights.
 pub type Matrix3 = nalgebra::Matrix3<f64>;

@@ -9,10 +9,10 @@
 //! Three torques of at most 0.2 N·m each, and a boresight that keeps 30° away from a direction:
 //!
 //! ```
-//! use slewkit::{lie, Matrix3, Vector3};
-//! use slewkit::maneuver::{Constraint, Direction, Pointing, Problem, Rule, Settings, Side, State};
-//! use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
-//! use slewkit::plan::{plan, Silent, Status};
+//! use slewkit::{
+//!     Actuation, ActuatorSet, AxisFrame, Body, Constraint, Direction, Inertia, Limits, Matrix3,
+//!     Pointing, Problem, Rule, Settings, Side, Silent, State, Status, Vector3, lie, plan,
+//! };
 //!
 //! let body = Body { inertia: Inertia::diagonal(Vector3::new(12.0, 10.0, 8.0))?, mass: None };
 //! let start = State::at_rest(Matrix3::identity());
@@ -41,10 +41,10 @@
 //! # A maneuver that is infeasible
 //!
 //! ```
-//! # use slewkit::{lie, Matrix3, Vector3};
-//! # use slewkit::maneuver::{Problem, Settings, State};
-//! # use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
-//! # use slewkit::plan::{plan, Silent, Status};
+//! # use slewkit::{
+//! #     Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits, Matrix3, Problem, Settings,
+//! #     Silent, State, Status, Vector3, lie, plan,
+//! # };
 //! let body = Body { inertia: Inertia::diagonal(Vector3::new(12.0, 10.0, 8.0))?, mass: None };
 //! let end = State::at_rest(lie::exp(&Vector3::new(0.0, 0.0, 1.5)));
 //! let limits = Limits { norm: Some(0.01), ..Limits::default() };
@@ -139,6 +139,7 @@ impl Status {
 
 /// A solution and what the witnesses say of it.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Plan {
     /// The solution, converged or the best iterate.
     pub solution: Solution,
@@ -146,6 +147,14 @@ pub struct Plan {
     pub verification: Option<Verification>,
     /// What became of it.
     pub status: Status,
+}
+
+impl Plan {
+    /// A plan of its three parts, as a file holds them.
+    #[doc(hidden)]
+    pub fn new(solution: Solution, verification: Option<Verification>, status: Status) -> Self {
+        Self { solution, verification, status }
+    }
 }
 
 /// Plans a maneuver: every sense and winding, the ladder for hard cases, verification.
@@ -165,10 +174,7 @@ pub struct Plan {
 /// A plan of an easier maneuver as a guess for a harder one:
 ///
 /// ```
-/// use slewkit::{lie, Matrix3, Vector3};
-/// use slewkit::maneuver::{Problem, Settings, State};
-/// use slewkit::mechanics::{Body, Inertia};
-/// use slewkit::plan::{plan, Guess, Silent};
+/// use slewkit::{Body, Guess, Inertia, Matrix3, Problem, Settings, Silent, State, Vector3, lie, plan};
 ///
 /// let body = Body { inertia: Inertia::diagonal(Vector3::new(12.0, 10.0, 8.0))?, mass: None };
 /// let start = State::at_rest(Matrix3::identity());

@@ -15,6 +15,7 @@
 //! smallest normal numbers to π. Arguments that are not finite, or whose square overflows, give NaN.
 
 mod cayley;
+#[doc(hidden)]
 pub mod interpolation;
 mod kernels;
 mod quaternion;
@@ -22,15 +23,24 @@ mod rotation;
 mod skew;
 mod so3;
 
+pub use rotation::minus;
+pub use skew::hat;
+pub use so3::{exp, log};
+
+#[doc(hidden)]
 pub use cayley::{cayley, cayley_inverse, cayley_minus_identity};
 pub(crate) use kernels::Second;
 pub(crate) use quaternion::continued;
+#[doc(hidden)]
 pub use quaternion::{project_to_rotation, quaternion_from_rotation, rotation_from_quaternion};
 pub(crate) use rotation::orthogonality;
-pub use rotation::{NotARotation, Rotation, minus};
+#[doc(hidden)]
+pub use rotation::{NotARotation, Rotation};
 pub(crate) use skew::skew_polynomial;
-pub use skew::{hat, vee};
+#[doc(hidden)]
+pub use skew::vee;
+#[doc(hidden)]
 pub use so3::{
-    exp, exp_minus_identity, left_jacobian, left_jacobian_inverse, log, right_jacobian,
-    right_jacobian_directional, right_jacobian_inverse,
+    exp_minus_identity, left_jacobian, left_jacobian_inverse, right_jacobian, right_jacobian_directional,
+    right_jacobian_inverse,
 };

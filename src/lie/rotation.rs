@@ -24,9 +24,7 @@ pub(crate) fn orthogonality(rotation: &Matrix3) -> f64 {
 ///
 /// ```
 /// use nalgebra::{Rotation3, UnitQuaternion};
-/// use slewkit::lie::Rotation;
-/// use slewkit::maneuver::problem::State;
-/// use slewkit::{Matrix3, Vector3};
+/// use slewkit::{Matrix3, Rotation, State, Vector3};
 ///
 /// let turn = UnitQuaternion::from_euler_angles(0.1, -0.4, 2.0);
 /// let from_quaternion = State::attitude(turn, Vector3::new(0.0, 0.0, 0.1));

@@ -133,7 +133,7 @@ impl Grid {
         Ok(Self { scheme, duration, steps: count, lengths })
     }
 
-    /// The same grid, stretched to another duration.
+    /// The grid stretched to another duration.
     pub fn with_duration(&self, duration: f64) -> Self {
         let lengths = match &self.lengths {
             Lengths::Equal(_) => Lengths::Equal(duration / self.steps as f64),

@@ -36,7 +36,7 @@ pub struct Fuel {
     /// `c_j`, one per torque input, positive, in 1/(N·m·s) up to the user's unit of cost; absent: 1 each. All equal where
     /// the norm of the torque is limited. None of thrusters that push and turn: these have prices of forces.
     pub prices: Option<Vec<f64>>,
-    /// The same of the force inputs, in 1/(N·s) up to the user's unit of cost.
+    /// Prices of the force inputs, one each, positive, in 1/(N·s) up to the user's unit of cost; absent: 1 each.
     pub force_prices: Option<Vec<f64>>,
     /// What a second costs, where the duration is sought, in 1/s up to the user's unit of cost; absent: it is given.
     pub time_price: Option<f64>,
@@ -176,7 +176,7 @@ impl Weights {
         Self { torque: Some(weight), ..Self::default() }
     }
 
-    /// The same with blocks that are the identity left out.
+    /// The weights with blocks that are the identity left out.
     pub fn simplified(self) -> Self {
         // Exactly: what differs by an ulp is another weight.
         let differs = |weight: &DMatrix<f64>| *weight != DMatrix::identity(weight.nrows(), weight.ncols());

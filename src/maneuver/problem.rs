@@ -39,8 +39,7 @@ impl State {
     /// At rest in `attitude`, on SO(3).
     ///
     /// ```
-    /// use slewkit::maneuver::problem::State;
-    /// use slewkit::{Vector3, lie};
+    /// use slewkit::{State, Vector3, lie};
     ///
     /// let quarter_turn = State::at_rest(lie::exp(&Vector3::new(0.0, 0.0, std::f64::consts::FRAC_PI_2)));
     /// assert!((quarter_turn.attitude * Vector3::x() - Vector3::y()).norm() < 1e-15);
@@ -80,9 +79,7 @@ pub enum Path {
 /// `∫ ½ uᵀu dt`.
 ///
 /// ```
-/// use slewkit::maneuver::problem::{Path, Problem, Scheme, State};
-/// use slewkit::mechanics::body::{Body, Inertia};
-/// use slewkit::{Matrix3, Vector3, lie};
+/// use slewkit::{Body, Inertia, Matrix3, Path, Problem, Scheme, State, Vector3, lie};
 ///
 /// let body = Body { inertia: Inertia::diagonal(Vector3::new(12.0, 10.0, 8.0))?, mass: None };
 /// let end = State::at_rest(lie::exp(&Vector3::new(0.4, -0.8, 1.2)));
@@ -244,49 +241,49 @@ impl Problem {
         problem
     }
 
-    /// The same maneuver in another environment.
+    /// Puts the body into another environment.
     pub fn with_environment(mut self, environment: impl Environment + 'static) -> Self {
         self.environment = Arc::new(environment);
         self
     }
 
-    /// The same maneuver with other actuators.
+    /// Replaces the actuators.
     pub fn with_actuation(mut self, actuation: Actuation) -> Self {
         self.actuation = actuation;
         self
     }
 
-    /// The same maneuver with another objective, or the effort under other weights.
+    /// Replaces what is minimised: an [`Objective`], or the [`Weights`](crate::Weights) of the effort.
     pub fn with_objective(mut self, objective: impl Into<Objective>) -> Self {
         self.objective = objective.into();
         self
     }
 
-    /// The same maneuver on `steps` steps, neither more nor fewer.
+    /// Sets the number of steps, [`Problem::MIN_STEPS`] to [`Problem::MAX_STEPS`]: a plan takes neither more nor fewer.
     pub fn with_steps(mut self, steps: usize) -> Self {
         (self.steps, self.chooses_steps) = (steps, false);
         self
     }
 
-    /// The same maneuver with another discretisation.
+    /// Chooses the discretisation.
     pub fn with_scheme(mut self, scheme: Scheme) -> Self {
         self.scheme = scheme;
         self
     }
 
-    /// The same maneuver another way round.
+    /// Chooses which way round.
     pub fn with_path(mut self, path: Path) -> Self {
         self.path = path;
         self
     }
 
-    /// The same maneuver under one more constraint.
+    /// Adds a constraint.
     pub fn with_constraint(mut self, constraint: Constraint) -> Self {
         self.constraints.push(constraint);
         self
     }
 
-    /// The same maneuver with the duration that a plan of it has found, where that was sought and inputs do not switch:
+    /// The maneuver with the duration that a plan of it has found, where that was sought and inputs do not switch:
     /// the grid of the plan is then the maneuver's own.
     pub fn with_found_duration(&self, time: &[f64]) -> Self {
         let sought = self.seeks_duration() && !self.switches();
@@ -345,10 +342,10 @@ impl Problem {
     /// A maneuver of minimum time: of a free body with three body torques of unit weight, which need limits.
     ///
     /// ```
-    /// use slewkit::maneuver::{Problem, State};
-    /// use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
-    /// use slewkit::plan::{Silent, plan};
-    /// use slewkit::{Matrix3, Vector3, lie};
+    /// use slewkit::{
+    ///     Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits, Matrix3, Problem, Silent,
+    ///     State, Vector3, lie, plan,
+    /// };
     ///
     /// let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 1.0, 1.0))?, mass: None };
     /// let end = State::at_rest(lie::exp(&Vector3::new(0.0, 0.0, std::f64::consts::FRAC_PI_2)));
@@ -372,12 +369,12 @@ impl Problem {
         Self { objective: Objective::Fuel(Fuel::default()), ..Self::attitude(body, start, end, duration) }
     }
 
-    /// The same maneuver in another duration \[s\], with no bound of one that is sought.
+    /// Sets the duration \[s\], and drops the bound of one that is sought.
     pub fn with_duration(self, duration: f64) -> Self {
         Self { duration, duration_at_most: None, ..self }
     }
 
-    /// The same maneuver in the best duration up to `longest` \[s\].
+    /// Asks for the best duration up to `longest` \[s\].
     ///
     /// From rest to rest more time is never worse, and the plan takes all of it; where the body moves at an end it may
     /// not.

@@ -75,7 +75,7 @@ impl Target {
 /// Settings of a plan.
 ///
 /// ```
-/// use slewkit::maneuver::settings::{Method, Settings};
+/// use slewkit::{Method, Settings};
 /// use std::time::Duration;
 ///
 /// let settings = Settings {

@@ -40,6 +40,7 @@ pub enum Outcome {
 /// node k to node k + 1, and costates have `N + 1` rows. On SO(3) the vectors of positions, velocities and forces are
 /// empty.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Trajectory {
     /// Times \[s\].
     pub time: Vec<f64>,
@@ -81,6 +82,7 @@ impl Trajectory {
 
 /// How a plan was made to land: its discrete target was shifted by what the true motion missed, and it was solved again.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Landing {
     /// How often.
     pub corrections: usize,
@@ -95,6 +97,7 @@ pub struct Landing {
 
 /// How the number of steps was chosen, where none was given.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ChosenSteps {
     /// The number that the choice began with.
     pub began: usize,
@@ -108,6 +111,7 @@ pub struct ChosenSteps {
 
 /// Distance of the discrete trajectory's end from the terminal conditions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct TerminalError {
     /// `|log(R_dᵀ R_N)|` \[rad\].
     pub attitude_rad: f64,
@@ -141,6 +145,7 @@ impl TerminalError {
 
 /// First- and second-order optimality of the extremal, in scaled units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Optimality {
     /// Whether it was tested. Where that was not asked for ([`Settings::test_second_order`]), conjugate points are not counted,
     /// and of the shooting the other numbers are unknown too: NaN, and 0 for the rank.
@@ -172,7 +177,8 @@ fn is_yes(tested: &bool) -> bool {
 
 impl Optimality {
     /// Of what was not tested.
-    pub(crate) const UNTESTED: Self =
+    #[doc(hidden)]
+    pub const UNTESTED: Self =
         Self { tested: false, stationarity: f64::NAN, conjugate_points: None, rank: 0, condition: f64::NAN };
 
     /// What the count says of the extremal.
@@ -202,6 +208,7 @@ pub enum SecondOrder {
 
 /// What SCP took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct ConvexWork {
     /// Subproblems of the seed that won, on all its grids.
     pub subproblems: usize,
@@ -217,6 +224,7 @@ pub struct ConvexWork {
 
 /// Where a constraint is active, and how hard.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ActiveConstraint {
     /// Name of the constraint, or of the limit: "torque limit", "torque rate limit", …
     pub name: String,
@@ -225,6 +233,13 @@ pub struct ActiveConstraint {
     /// Its multipliers there, scaled units, not negative. Of a limit of the inputs, as the shooting finds
     /// it: how fast the running cost falls as the limit grows, `−∂(cost rate)/∂ ln ū`.
     pub multiplier: Vec<f64>,
+}
+
+impl ActiveConstraint {
+    #[doc(hidden)]
+    pub fn new(name: &str, time_s: Vec<f64>, multiplier: Vec<f64>) -> Self {
+        Self { name: name.into(), time_s, multiplier }
+    }
 }
 
 /// A rung of the ladder: one way to look for a plan.
@@ -291,6 +306,7 @@ impl fmt::Display for Rung {
 
 /// One run of a rung: what was tried and how it ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RungReport {
     /// Which rung.
     pub rung: Rung,
@@ -306,8 +322,17 @@ pub struct RungReport {
     pub residuals: Vec<f64>,
 }
 
+impl RungReport {
+    #[doc(hidden)]
+    pub fn new(rung: Rung, start: &str, steps: usize, outcome: Outcome, residuals: Vec<f64>) -> Self {
+        let iterations = residuals.len().saturating_sub(1);
+        Self { rung, start: start.into(), steps, outcome, iterations, residuals }
+    }
+}
+
 /// Another extremal with the same boundary data.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Rival {
     /// From which start it was found.
     pub start: String,
@@ -319,6 +344,13 @@ pub struct Rival {
     pub conjugate_points: Option<usize>,
     /// Total angle turned, `∫|Ω|dt` \[deg\].
     pub turned_deg: f64,
+}
+
+impl Rival {
+    #[doc(hidden)]
+    pub fn new(start: &str, sense: Sense, cost: f64, turned_deg: f64) -> Self {
+        Self { start: start.into(), sense, cost, conjugate_points: None, turned_deg }
+    }
 }
 
 /// Rotation sense of a path, up to full double turns: whether it can be deformed, ends fixed, into
@@ -334,6 +366,7 @@ pub enum Sense {
 
 /// A planned maneuver, converged or the best iterate. Where there is no iterate numbers are NaN and lists empty.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Solution {
     /// How the solve ended.
     pub outcome: Outcome,
@@ -391,24 +424,19 @@ pub struct Solution {
 }
 
 impl Solution {
-    /// A solution of which nothing is known yet.
-    pub(crate) fn unsolved(problem: &Problem, tolerance: f64) -> Self {
+    /// A solution of which nothing is known, not even the maneuver.
+    #[doc(hidden)]
+    pub fn unknown() -> Self {
         let nan = f64::NAN;
-        let translation = (problem.dimension() == 12).then_some(nan);
         Self {
             outcome: Outcome::Stalled,
             method: Method::Shooting,
-            scheme: problem.scheme,
-            steps: problem.steps,
-            step: problem.step(),
+            scheme: Scheme::LieVerlet,
+            steps: 0,
+            step: nan,
             cost: nan,
             trajectory: Trajectory::default(),
-            terminal: TerminalError {
-                attitude_rad: nan,
-                momentum_relative: nan,
-                position_relative: translation,
-                linear_momentum_relative: translation,
-            },
+            terminal: TerminalError { attitude_rad: nan, momentum_relative: nan, ..TerminalError::default() },
             landing: None,
             chosen: None,
             optimality: Optimality { tested: true, ..Optimality::UNTESTED },
@@ -425,8 +453,26 @@ impl Solution {
             shortfall: None,
             shortest: None,
             longer: None,
-            tolerance,
+            tolerance: nan,
             solve_time: 0.0,
+        }
+    }
+
+    /// A solution of which nothing is known yet.
+    pub(crate) fn unsolved(problem: &Problem, tolerance: f64) -> Self {
+        let unknown = Self::unknown();
+        let translation = (problem.dimension() == 12).then_some(f64::NAN);
+        Self {
+            scheme: problem.scheme,
+            steps: problem.steps,
+            step: problem.step(),
+            terminal: TerminalError {
+                position_relative: translation,
+                linear_momentum_relative: translation,
+                ..unknown.terminal
+            },
+            tolerance,
+            ..unknown
         }
     }
 

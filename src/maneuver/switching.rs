@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 /// was made, with the exact switching times of `arcs`; the two differ by the square of the step. Where only time counts
 /// the cost is the duration, and `eigenaxis_s` is what a turn about the fixed axis would take.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Switching {
     /// How the inputs go.
     pub structure: Structure,
@@ -42,6 +43,7 @@ pub struct Switching {
 
 /// Pulses, and what their shortest length costs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Pulses {
     /// How many there are, of all inputs.
     pub count: usize,
@@ -59,7 +61,7 @@ pub enum Structure {
     BangBang,
     /// Every input, or the norm of the torque, at a limit or off, as the maximum principle asks for: an extremal of fuel.
     BangOffBang,
-    /// The same with a gap, since some sign is not right: as a rule an arc that is singular, cut into arcs at the
+    /// Every input at a limit or off, with a gap, since some sign is not right: as a rule an arc that is singular, cut into arcs at the
     /// limits, or off.
     TruncatedChattering,
     /// A smoothed law: some input stays within its limits, on a singular arc.
@@ -89,6 +91,7 @@ impl Structure {
 
 /// An arc between two switches.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct SwitchingArc {
     /// When it starts, seconds.
     pub start_s: f64,

@@ -141,7 +141,7 @@ impl ActuatorSet {
         Self { axes, frame, limits: Limits::default() }
     }
 
-    /// The same inputs under limits.
+    /// Puts limits on the inputs.
     ///
     /// # Errors
     /// [`ActuatorSetError::Limit`] when a limit is not positive and finite, or their number is not that of the
@@ -189,7 +189,7 @@ impl ActuatorSet {
         self.axes.iter().zip(inputs).map(|(axis, input)| axis * *input).sum()
     }
 
-    /// The same with `factor` times the output of each input.
+    /// The set with `factor` times the output of each input.
     pub(crate) fn scaled(&self, factor: f64) -> Self {
         Self { axes: self.axes.iter().map(|axis| axis * factor).collect(), ..self.clone() }
     }
@@ -357,7 +357,7 @@ impl Actuation {
         inputs.split_at(inputs.len().saturating_sub(self.torque.count()))
     }
 
-    /// The same for what inputs cost: those of thrusters that give both count once, as forces.
+    /// The force inputs and the torque inputs of a row by what inputs cost: those of thrusters that give both count once, as forces.
     pub fn split_costs<'a>(&self, inputs: &'a [f64]) -> (&'a [f64], &'a [f64]) {
         let (forces, torques) = self.split(inputs);
         (forces, if self.thrusters.is_some() { &[] } else { torques })
@@ -425,7 +425,7 @@ impl Actuation {
         }
     }
 
-    /// The same actuators without limits, and as if no wheel stored what they give.
+    /// The actuators without limits, and as if no wheel stored what they give.
     #[doc(hidden)]
     pub fn without_limits(&self) -> Self {
         let free = |channel: &ActuatorSet| ActuatorSet { limits: Limits::default(), ..channel.clone() };
@@ -433,7 +433,7 @@ impl Actuation {
         Self { force: self.force.as_ref().map(free), ..Self::torques(free(&self.torque)) }
     }
 
-    /// The same actuators as if inputs could jump, nothing were stored in wheels, and each input's own limit, where there
+    /// The actuators as if inputs could jump, nothing were stored in wheels, and each input's own limit, where there
     /// is one, stood for that of the norm.
     pub(crate) fn of_jumping_inputs(&self) -> Self {
         let jumping = |channel: &ActuatorSet| {

@@ -6,6 +6,7 @@ use std::ops::ControlFlow;
 
 /// One body at one moment, SI units, frames as in the crate's conventions.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct BodyState {
     /// Attitude quaternion `[w, x, y, z]`, continuous along the motion.
     pub quaternion: [f64; 4],
@@ -21,6 +22,7 @@ pub struct BodyState {
 
 /// One moment of the motion.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SimulationRow {
     /// Time \[s\].
     pub time: f64,

@@ -1,11 +1,8 @@
 //! Propagation without optimisation: rigid bodies, one or many, from their start, row after row.
 //!
 //! ```
-//! use slewkit::mechanics::body::{Body, Inertia};
+//! use slewkit::{Body, Inertia, Matrix3, Simulation, SimulationRow, State, Vector3};
 //! use slewkit::propagate::integrator::{Kind, System};
-//! use slewkit::maneuver::problem::State;
-//! use slewkit::propagate::simulate::{SimulationRow, Simulation};
-//! use slewkit::{Matrix3, Vector3};
 //! use std::ops::ControlFlow;
 //!
 //! let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5))?, mass: None };
@@ -65,6 +62,7 @@ pub struct Simulation {
 
 /// Two bodies within reach of one another.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Encounter {
     /// When \[s\].
     pub time: f64,
@@ -76,6 +74,7 @@ pub struct Encounter {
 
 /// What a run came to.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Run {
     /// Whether it came to the end; false: the observer ended it.
     pub finished: bool,

@@ -9,6 +9,7 @@ pub const DEFAULT_ACCURACY_DEG: f64 = 0.01;
 
 /// What the motion under the recorded torques misses the end attitude by.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Accuracy {
     /// By how much, in degrees; not finite where the witness did not come to an end.
     pub continuous_attitude_deg: f64,

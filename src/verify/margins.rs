@@ -21,19 +21,20 @@ use std::fmt;
 
 /// How far a plan stays from one limit or constraint, at the nodes and on the arcs between them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Margin {
     /// Name of the constraint, or "torque limit", "torque norm limit", "torque rate limit", "wheel torque
     /// limit", "wheel momentum limit" and the like.
     pub name: String,
     /// The smallest distance to the limit, in `unit`; negative: violated.
     pub margin: f64,
-    /// The same of the continuous motion under the held torque, for rates and cones: it differs by the error
+    /// The smallest distance of the continuous motion under the held torque, in `unit`, for rates and cones: it differs by the error
     /// of the discretisation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub continuous_margin: Option<f64>,
     /// "deg", "deg/s", "N·m", "N·m/s", "N·m·s", "N", "N/s".
     pub unit: String,
-    /// The same relative to the limit, or \[rad\] for a cone.
+    /// The margin relative to the limit, or in \[rad\] for a cone.
     pub scaled: f64,
     /// When \[s\].
     pub time_s: f64,

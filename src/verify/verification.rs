@@ -9,42 +9,43 @@ use thiserror::Error;
 /// What the witnesses found. All errors are at `t = T`, against the terminal conditions of the problem
 /// unless the name says otherwise.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Verification {
     /// Discrete equations re-propagated with the exponential form: attitude error \[rad\].
     pub discrete_attitude_rad: f64,
-    /// The same: momentum error, `|ΔΠ| T / J_mean`.
+    /// Discrete equations: momentum error, `|ΔΠ| T / J_mean`.
     pub discrete_momentum_relative: f64,
-    /// The same on SE(3): position error over the unit of length.
+    /// Discrete equations, SE(3) only: position error over the unit of length.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub discrete_position_relative: Option<f64>,
-    /// The same on SE(3): linear momentum error over mass · length / `T`.
+    /// Discrete equations, SE(3) only: linear momentum error over mass · length / `T`.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub discrete_linear_momentum_relative: Option<f64>,
     /// Continuous equations of motion, torque held over each step: attitude error \[rad\].
     pub continuous_attitude_rad: f64,
-    /// The same: rate error [rad/s].
+    /// Continuous equations of motion, torque held: rate error [rad/s].
     pub continuous_rate_rad_s: f64,
-    /// The same with the torque interpolated linearly over each step: attitude error \[rad\].
+    /// Continuous equations of motion, torque interpolated linearly over each step: attitude error \[rad\].
     pub interpolated_attitude_rad: f64,
-    /// The same, interpolated: rate error [rad/s].
+    /// Continuous equations of motion, torque interpolated: rate error [rad/s].
     pub interpolated_rate_rad_s: f64,
-    /// The same, held, on SE(3): position error \[m\].
+    /// Continuous equations of motion, inputs held, SE(3) only: position error \[m\].
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub continuous_position_m: Option<f64>,
-    /// The same, held, on SE(3): velocity error [m/s].
+    /// Continuous equations of motion, inputs held, SE(3) only: velocity error [m/s].
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub continuous_velocity_m_s: Option<f64>,
     /// The symplectic witness, torque held over each step, from where the continuous one begins the last window:
     /// attitude error \[rad\]. `None` where it cannot judge, which [`Verification::witnesses`] says.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub symplectic_attitude_rad: Option<f64>,
-    /// The same: rate error [rad/s].
+    /// The symplectic witness: rate error [rad/s].
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub symplectic_rate_rad_s: Option<f64>,
-    /// The same on SE(3): position error \[m\].
+    /// The symplectic witness, SE(3) only: position error \[m\].
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub symplectic_position_m: Option<f64>,
-    /// The same on SE(3): velocity error [m/s].
+    /// The symplectic witness, SE(3) only: velocity error [m/s].
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub symplectic_velocity_m_s: Option<f64>,
     /// Largest scaled distance between the ends of the symplectic and the continuous witness in a window.
@@ -72,6 +73,7 @@ pub struct Verification {
 
 /// Which witness ran over how many steps of the plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Testimony {
     /// "discrete", "continuous, held torque", "continuous, linear torque", "order", "symplectic".
     pub witness: String,

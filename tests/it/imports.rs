@@ -269,3 +269,70 @@ fn verify_reaches_nothing_of_the_optimiser_by_any_detour() {
         }
     }
 }
+
+/// The names that the documentation of a file shows as its own: declared or passed on in public, and not hidden.
+fn shown(file: &str) -> Vec<String> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(file);
+    let tokens = tokens(&fs::read_to_string(path).unwrap());
+    let (mut names, mut hidden) = (vec![], false);
+    for (at, token) in tokens.iter().enumerate() {
+        match token.as_str() {
+            "hidden" if at > 1 && tokens[at - 2] == "doc" => hidden = true,
+            ";" | "}" => hidden = false,
+            "pub" if hidden || tokens[at + 1] == "(" => {}
+            "pub" if tokens[at + 1] == "use" => {
+                let mut found = vec![];
+                paths(&tokens, at + 2, &[], &mut found);
+                names.extend(found.into_iter().map(|(name, _)| name));
+            }
+            "pub" => names.push(tokens[at + 2].clone()),
+            _ => {}
+        }
+    }
+    names
+}
+
+/// Modules are hidden but for `lie`, so that a name has one path; its functions count as well.
+#[test]
+fn the_facade_is_small_and_has_each_name_once() {
+    let [root, lie] = ["src/lib.rs", "src/lie/mod.rs"].map(shown);
+    let all: Vec<&String> = root.iter().chain(&lie).collect();
+    for expected in ["Problem", "plan", "Environment", "Vector3", "lie", "exp"] {
+        assert!(all.iter().any(|name| *name == expected), "{expected} is not shown: {all:?}");
+    }
+    assert!(all.len() <= 60, "{} names: {all:?}", all.len());
+    let mut once = BTreeSet::new();
+    assert!(all.iter().all(|name| **name != "*" && once.insert(*name)), "a name twice, or a glob: {all:?}");
+    let modules = ["maneuver", "mechanics", "numerics", "optimize", "propagate"];
+    assert!(
+        modules.iter().all(|module| !root.iter().any(|name| name == module)),
+        "a module is shown: {root:?}"
+    );
+}
+
+/// A comment of documentation, and the item below it, in every file of the crates but those of the optimiser, whose items
+/// are its own.
+#[test]
+fn what_is_public_is_described_by_its_own_subject() {
+    let mut sources = Sources::new();
+    for (of, folder) in CRATES {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(folder);
+        files(of, &root, &root, &mut sources);
+    }
+    let mut described = 0;
+    for (name, (_, file, text)) in &sources {
+        let lines: Vec<&str> = text.lines().map(str::trim).collect();
+        let in_comment = |at: usize| lines.get(at).is_some_and(|line| line.starts_with("///"));
+        for first in (0..lines.len()).filter(|at| in_comment(*at) && (*at == 0 || !in_comment(at - 1))) {
+            let below = |line: &&&str| !line.starts_with("///") && !line.starts_with("#[");
+            let item = lines[first..].iter().find(below).copied().unwrap_or_default();
+            let is_variant = item.starts_with(|sign: char| sign.is_uppercase());
+            if item.starts_with("pub ") || is_variant {
+                described += 1;
+                let borrowed = lines[first].starts_with("/// The same") && name[0] != "optimize";
+                assert!(!borrowed, "{file}:{}: {}", first + 1, lines[first]);
+            }
+        }
+    }
+    assert!(described > 1000, "{described}");
+}

@@ -180,7 +180,7 @@ impl Epoch {
         Self { second, fraction: 0.0, scale: Scale::Utc }
     }
 
-    /// The same moment, told in another scale; between TDB and the others to a nanosecond.
+    /// This moment, told in another scale; between TDB and the others to a nanosecond.
     pub fn in_other_scale(&self, scale: Scale) -> Self {
         let moment = self.second.to_time_scale(Self::counted_in(scale));
         // A whole second of one scale falls into a second of the other.

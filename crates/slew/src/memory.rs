@@ -16,7 +16,7 @@ pub fn check(problem: &Problem, settings: &Settings, console: &mut Console) -> R
     Ok(())
 }
 
-/// The same as a warning, for a spec that is not planned here.
+/// A warning of too little memory, for a spec that is not planned here.
 pub fn warn(problem: &Problem, settings: &Settings, console: &mut Console) {
     if let Some((reason, remedy, _)) = concern(problem, settings, available()) {
         console.warn("W0142", &reason, &remedy);

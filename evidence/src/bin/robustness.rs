@@ -98,7 +98,7 @@ struct Case {
 fn case(kind: Kind, method: Method, seed: u64, index: usize) -> Case {
     let problem = problem(kind, seed, index);
     let settings = Settings { method, ..Settings::default() };
-    let Plan { solution, verification, status } =
+    let Plan { solution, verification, status, .. } =
         plan(&problem, &settings, None, &mut Silent).expect("a valid problem");
     // The rung that found the winner: the last coarse one before its refinement.
     let rung = solution

@@ -27,6 +27,7 @@ use std::fmt;
 
 /// Why a maneuver is infeasible.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Proof {
     /// The reason in words, with the figures that miss and, where they are known, those that could do.
     pub reason: String,

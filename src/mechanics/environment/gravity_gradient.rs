@@ -40,7 +40,7 @@ impl GravityGradient {
         Ok(Self { frame_rate: orbital_rate * Vector3::y(), description, ..fixed })
     }
 
-    /// The same field held along `outward` (reference frame, any length), the frame not turning: an
+    /// The field held along `outward` (reference frame, any length), the frame not turning: an
     /// idealisation for maneuvers that are short against the orbit.
     ///
     /// # Errors

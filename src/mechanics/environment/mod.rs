@@ -34,8 +34,7 @@ impl Pose {
     /// From a position, reference frame \[m\], and an attitude: a rotation of nalgebra or a matrix.
     ///
     /// ```
-    /// # use slewkit::Vector3;
-    /// # use slewkit::mechanics::environment::Pose;
+    /// # use slewkit::{Pose, Vector3};
     /// let quarter_turn = nalgebra::UnitQuaternion::from_euler_angles(0.0, 0.0, std::f64::consts::FRAC_PI_2);
     /// let pose = Pose::new(Vector3::new(7e6, 0.0, 0.0), quarter_turn);
     /// assert!((pose.attitude * Vector3::x() - Vector3::y()).norm() < 1e-15);

@@ -19,8 +19,10 @@
 //! and total moment vanish to round-off whatever the energy approximates.
 //!
 //! ```
-//! use slewkit::mechanics::full_body::{Attractor, HomogeneousPolyhedron, MutualGravity, Polyhedron, Potential};
-//! use slewkit::{Matrix3, Vector3, mechanics::environment::{Pose, Wrench}};
+//! use slewkit::{Matrix3, Pose, Vector3, Wrench};
+//! use slewkit::mechanics::full_body::{
+//!     Attractor, HomogeneousPolyhedron, MutualGravity, Polyhedron, Potential,
+//! };
 //!
 //! // Two octahedra of 2000 kg/m³, 3 Gauss points along each direction of a tetrahedron.
 //! let solid = |size: f64| {

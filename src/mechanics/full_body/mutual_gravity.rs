@@ -76,7 +76,7 @@ impl MutualGravity {
         Ok(Self { gravitational_constant, bodies, moments, tasks, threads: Threads::Auto, cost, results })
     }
 
-    /// The same, with this choice of threads.
+    /// Chooses the threads that sum the field.
     #[must_use]
     pub fn with_threads(self, threads: Threads) -> Self {
         Self { threads, ..self }

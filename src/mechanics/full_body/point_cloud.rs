@@ -55,7 +55,7 @@ impl PointCloud {
         Ok(Self::weighted(points))
     }
 
-    /// The same for points given in any axes: moves the origin to their mass center, whose position in the
+    /// A cloud of points given in any axes: moves the origin to their mass center, whose position in the
     /// given axes is returned beside the cloud \[m\].
     ///
     /// # Errors

@@ -12,6 +12,7 @@ use std::time::Instant;
 
 /// What an observer of a solve is told.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Progress<'a> {
     /// The rung at work.
     pub rung: Rung,

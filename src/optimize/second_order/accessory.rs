@@ -16,6 +16,10 @@
 //!
 //! and Sylvester's law adds up their negative eigenvalues. Nothing is divided by Ψ₁₂(k), which is short of
 //! rank wherever all inputs have been at their limits from the start.
+//!
+//! The null space of `X_N` has two parts. What the inputs cannot reach, `W_N` of `W_{k+1} = A_k W_k A_kᵀ + Q_k`, is
+//! no constraint; the rest are variations along which the cost is level. Those are neither ways down nor ways up: their
+//! sign is round-off.
 
 use crate::numerics::factor::{Factor, RANK_TOLERANCE};
 use crate::numerics::matrix_inertia::MatrixInertia;
@@ -23,7 +27,8 @@ use crate::optimize::step::{Linearization, Sensitivity};
 use crate::optimize::sweep::{BoundaryValueProblem, Node};
 use nalgebra::{DMatrix, SMatrix, SVector};
 
-/// Number of independent directions in which the cost decreases; `None` where the sweep fails.
+/// Number of independent directions in which the cost decreases; `None` where the sweep fails, and where the cost decreases in
+/// none and is level in some.
 pub(super) fn conjugate_points<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     costate: &SVector<f64, N>,
@@ -46,13 +51,15 @@ struct Elimination<'a, const N: usize> {
     bvp: &'a BoundaryValueProblem<'a, N>,
     /// `X_k`.
     x: SMatrix<f64, N, N>,
+    /// `W_k`.
+    reached: SMatrix<f64, N, N>,
     /// Negative eigenvalues beyond those of the constraints.
     surplus: isize,
 }
 
 impl<'a, const N: usize> Elimination<'a, N> {
     fn new(bvp: &'a BoundaryValueProblem<'a, N>) -> Self {
-        Self { bvp, x: SMatrix::zeros(), surplus: 0 }
+        Self { bvp, x: SMatrix::zeros(), reached: SMatrix::zeros(), surplus: 0 }
     }
 
     fn is_verlet(&self) -> bool {
@@ -64,7 +71,8 @@ impl<'a, const N: usize> Elimination<'a, N> {
         if self.is_verlet() {
             let dynamics = &self.bvp.dynamics;
             let kick = dynamics.linear_kick::<N>(&node.point.pose(), &node.costate);
-            self.x = kick.authority() * -dynamics.grid.kick(0);
+            self.reached = kick.authority() * dynamics.grid.kick(0);
+            self.x = -self.reached;
         }
     }
 
@@ -87,6 +95,7 @@ impl<'a, const N: usize> Elimination<'a, N> {
         let next =
             a * Factor::new(&(SMatrix::identity() - self.x * h)).solve_matrix(&self.x) * a.transpose() - q;
         self.x = (next + next.transpose()) * 0.5;
+        self.reached = a * self.reached * a.transpose() + q;
         self.x.iter().all(|value| value.is_finite()).then_some(())
     }
 
@@ -106,14 +115,22 @@ impl<'a, const N: usize> Elimination<'a, N> {
         }
     }
 
-    /// The last pivot: `X_N`, whose null space is that of symmetries and no constraint.
+    /// The last pivot, `X_N`: without what the inputs cannot reach, and unless the cost is level somewhere.
     fn close(self) -> Option<usize> {
-        let sizes: [f64; N] = std::array::from_fn(|index| self.x[(index, index)].abs().sqrt());
-        let usable = |size: f64| if size > 0.0 { size } else { 1.0 };
-        let scaled = DMatrix::from_fn(N, N, |row, column| {
-            self.x[(row, column)] / (usable(sizes[row]) * usable(sizes[column]))
-        });
-        let MatrixInertia { negative, zero } = MatrixInertia::of(scaled, RANK_TOLERANCE);
-        usize::try_from(self.surplus + negative as isize - (N - zero) as isize).ok()
+        let MatrixInertia { negative, zero } = inertia(&self.x);
+        let unreached = inertia(&self.reached).zero.min(zero);
+        let descents = usize::try_from(self.surplus + negative as isize - (N - unreached) as isize).ok()?;
+        (descents > 0 || zero == unreached).then_some(descents)
     }
+}
+
+/// Inertia of a symmetric matrix whose rows and columns are given one size; those that are round-off of the others stay so.
+fn inertia<const N: usize>(of: &SMatrix<f64, N, N>) -> MatrixInertia {
+    let sizes: [f64; N] = std::array::from_fn(|index| of[(index, index)].abs().sqrt());
+    let largest = sizes.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+    let usable = |size: f64| if size > f64::EPSILON.sqrt() * largest { size } else { largest };
+    let scaled = DMatrix::from_fn(N, N, |row, column| {
+        of[(row, column)] / (usable(sizes[row]) * usable(sizes[column]))
+    });
+    MatrixInertia::of(scaled, RANK_TOLERANCE)
 }

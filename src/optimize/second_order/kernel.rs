@@ -10,9 +10,6 @@ use std::array;
 /// Columns of G on SE(3); on SO(3) half of them are used.
 pub(super) const MOST: usize = 6;
 
-/// Rows by columns of `Z⁻¹ G`.
-type Columns<const N: usize> = [[f64; MOST]; N];
-
 /// Row of the state that column `column` of G acts on: `γ` before `Π`.
 fn row_of<const N: usize>(column: usize) -> usize {
     if N == 12 && column < 3 { 3 + column } else { N - 3 + column % 3 }
@@ -25,17 +22,6 @@ pub(super) fn negative<const N: usize>(
     dual: &SMatrix<f64, N, N>,
     root: &[Matrix3; 2],
 ) -> Option<usize> {
-    let mut regular = true;
-    let negative = negative_of(dual, root, |columns| regular = eliminate::<N, MOST>(z, columns, N / 2));
-    regular.then_some(negative)
-}
-
-/// The same with any `Z⁻¹`, which `solve` applies.
-pub(super) fn negative_of<const N: usize>(
-    dual: &SMatrix<f64, N, N>,
-    root: &[Matrix3; 2],
-    solve: impl FnOnce(&mut Columns<N>),
-) -> usize {
     let half = N / 2;
     let g = |row: usize, column: usize| match (row / 3, column / 3) {
         _ if row >= half || column >= half => 0.0,
@@ -47,7 +33,9 @@ pub(super) fn negative_of<const N: usize>(
     for row in 0..half {
         columns[row_of::<N>(row)] = array::from_fn(|column| if column < half { g(row, column) } else { 0.0 });
     }
-    solve(&mut columns);
+    if !eliminate::<N, MOST>(z, &mut columns, N / 2) {
+        return None;
+    }
     let mut dual_columns = [[0.0; MOST]; MOST];
     for (row, out) in dual_columns.iter_mut().enumerate().take(half) {
         for (index, columns) in columns.iter().enumerate() {
@@ -63,7 +51,7 @@ pub(super) fn negative_of<const N: usize>(
             sum + if row == column { 1.0 } else { 0.0 }
         })
     });
-    negative_pivots(form, half)
+    Some(negative_pivots(form, half))
 }
 
 /// Negative eigenvalues of the symmetric part of a matrix: the negative pivots of `L D Lᵀ` (Sylvester's law).

@@ -5,7 +5,7 @@ mod kernel;
 
 use crate::Matrix3;
 use crate::maneuver::solution::Optimality;
-use crate::numerics::factor::{Factor, rank_and_condition};
+use crate::numerics::factor::rank_and_condition;
 use crate::optimize::step::Costate;
 use crate::optimize::step::inputs::InputMatrices;
 use crate::optimize::sweep::{BoundaryValueProblem, Step};
@@ -17,7 +17,7 @@ pub(crate) fn optimality<const N: usize>(
     costate: &SVector<f64, N>,
 ) -> Optimality {
     let mut stationarity = Stationarity::new(bvp, costate);
-    let mut counter = Counter::new(bvp, N);
+    let mut counter = Counter::new(bvp);
     let limited = bvp.dynamics.is_limited();
     let swept = bvp.sweep_conjugate(costate, |step| {
         stationarity.step(step);
@@ -32,8 +32,9 @@ pub(crate) fn optimality<const N: usize>(
         stationarity: stationarity.close(),
         conjugate_points: match &psi {
             Some(psi) if !limited && rank == N => counter.close(psi),
-            _ => conjugate_points(bvp, costate),
-        },
+            _ => None,
+        }
+        .or_else(|| accessory::conjugate_points(bvp, costate)),
         rank,
         condition,
     }
@@ -91,7 +92,8 @@ impl<'a, const N: usize> Stationarity<'a, N> {
 }
 
 /// Number of conjugate points inside the maneuver: directions in which the cost has a decrease of
-/// second order within the constraints. `None` where Ψ₁₂ never reaches its rank before the end.
+/// second order within the constraints. `None` where there is none and the cost is level in some: that is a
+/// conjugate point at the very end, as a circle of equally cheap paths has it.
 ///
 /// With `Z_k = Ψ₁₂(k)`, `Λ_k` the derivative of the costate and `Q = G Gᵀ` the inputs' authority, a
 /// step meets as many conjugate points as
@@ -101,8 +103,8 @@ impl<'a, const N: usize> Stationarity<'a, N> {
 /// ```
 ///
 /// has negative eigenvalues: the discrete Riccati condition. Unlike sign changes of `det Ψ₁₂(k)` it
-/// counts double points twice. Under a symmetry the inverse is the one within the rank: what the
-/// inputs reach, the range of G, lies in it.
+/// counts double points twice. Where a matrix is singular that had an inverse before, or has none at the end, round-off
+/// would decide, and the inertia of the accessory problem is counted instead.
 pub(crate) fn conjugate_points<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     costate: &SVector<f64, N>,
@@ -110,36 +112,32 @@ pub(crate) fn conjugate_points<const N: usize>(
     if bvp.dynamics.is_limited() {
         return accessory::conjugate_points(bvp, costate);
     }
-    let mut counter = Counter::new(bvp, N);
+    let mut counter = Counter::new(bvp);
     let (_, psi) = bvp.sweep_conjugate(costate, |step| counter.step(step)).ok()?;
-    let rank = rank_and_condition(&psi).0;
-    if rank < N {
-        // A symmetry, which only the end shows: once more, within the rank.
-        counter = Counter::new(bvp, rank);
-        bvp.sweep_conjugate(costate, |step| counter.step(step)).ok()?;
-    }
-    counter.close(&psi)
+    let full = rank_and_condition(&psi).0 == N;
+    let counted = if full { counter.close(&psi) } else { None };
+    counted.or_else(|| accessory::conjugate_points(bvp, costate))
 }
 
 /// Counts conjugate points node by node.
 struct Counter<'a, const N: usize> {
     bvp: &'a BoundaryValueProblem<'a, N>,
     root: InputMatrices,
-    /// Rank of Ψ₁₂ at the end.
-    full: usize,
-    /// Whether the node before had it.
+    /// Whether Ψ₁₂ had an inverse at the node before.
     regular: bool,
-    /// Whether two nodes in a row ever had it.
+    /// Whether two nodes in a row ever had one.
     ever: bool,
+    /// Whether one had none after that.
+    lost: bool,
     total: usize,
     /// Attitude and derivatives of the costate at the closing half kick of Lie–Verlet.
     last: Option<(Matrix3, SMatrix<f64, N, N>)>,
 }
 
 impl<'a, const N: usize> Counter<'a, N> {
-    fn new(bvp: &'a BoundaryValueProblem<'a, N>, full: usize) -> Self {
+    fn new(bvp: &'a BoundaryValueProblem<'a, N>) -> Self {
         let root = bvp.dynamics.input_root();
-        Self { bvp, root, full, regular: false, ever: false, total: 0, last: None }
+        Self { bvp, root, regular: false, ever: false, lost: false, total: 0, last: None }
     }
 
     fn step(&mut self, step: &Step<N>) {
@@ -153,6 +151,7 @@ impl<'a, const N: usize> Counter<'a, N> {
         self.meet(&columns.state(), &columns.costate(), &root);
     }
 
+    /// The number; `None` where a singular matrix on the way or at the end kept a step from being counted.
     fn close(mut self, psi: &SMatrix<f64, N, N>) -> Option<usize> {
         if let Some((attitude, dual)) = self.last.take() {
             // Half the authority.
@@ -160,36 +159,19 @@ impl<'a, const N: usize> Counter<'a, N> {
             let root = self.root.at(&attitude).map(|root| root * grid.kick(grid.steps()).sqrt());
             self.meet(psi, &dual, &root);
         }
-        self.ever.then_some(self.total)
+        (self.ever && !self.lost).then_some(self.total)
     }
 
     fn meet(&mut self, z: &SMatrix<f64, N, N>, dual: &SMatrix<f64, N, N>, root: &[Matrix3; 2]) {
         // Near the start Ψ₁₂(k) is short of rank by construction, or too ill-conditioned to tell.
-        let met = if self.full == N {
-            kernel::negative(z, dual, root)
-        } else if rank_and_condition(z).0 == self.full {
-            let inverse = Factor::new(z);
-            Some(kernel::negative_of(dual, root, |columns| {
-                let right =
-                    SMatrix::<f64, N, N>::from_fn(
-                        |row, column| {
-                            if column < N / 2 { columns[row][column] } else { 0.0 }
-                        },
-                    );
-                let solution = inverse.solve_matrix(&right);
-                *columns = std::array::from_fn(|row| {
-                    std::array::from_fn(|column| if column < N / 2 { solution[(row, column)] } else { 0.0 })
-                });
-            }))
-        } else {
-            None
-        };
+        let met = kernel::negative(z, dual, root);
         if let Some(negative) = met
             && self.regular
         {
             self.total += negative;
             self.ever = true;
         }
+        self.lost |= self.ever && met.is_none();
         self.regular = met.is_some();
     }
 }

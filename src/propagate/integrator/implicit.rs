@@ -15,9 +15,8 @@ use std::f64::consts::FRAC_PI_2;
 /// The equation for one body and one step length.
 ///
 /// ```
-/// use slewkit::mechanics::body::Inertia;
+/// use slewkit::{Inertia, Vector3, lie};
 /// use slewkit::propagate::integrator::AttitudeEquation;
-/// use slewkit::{Vector3, lie};
 ///
 /// let inertia = Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5))?;
 /// let equation = AttitudeEquation::new(&inertia, 0.1);
@@ -55,7 +54,7 @@ impl AttitudeEquation {
         solve_counting(&self.j, &self.j_inverse, &(self.scale * momentum))
     }
 
-    /// The same by plain Newton from `½J⁻¹hΠ`: the survey's Cayley form (2.6).
+    /// The solution by plain Newton from `½J⁻¹hΠ`: the survey's Cayley form (2.6).
     #[inline]
     pub fn newton(&self, momentum: &Vector3) -> Option<(Vector3, u32)> {
         let g = self.scale * momentum;

@@ -51,10 +51,8 @@ use thiserror::Error;
 /// A method on its way: it owns the state and advances it by steps of one length.
 ///
 /// ```
-/// # use slewkit::mechanics::body::{Body, Inertia};
-/// # use slewkit::propagate::integrator::{Kind, ErrorControl, System};
-/// # use slewkit::maneuver::problem::State;
-/// # use slewkit::{Matrix3, Vector3};
+/// # use slewkit::{Body, Inertia, Matrix3, State, Vector3};
+/// # use slewkit::propagate::integrator::{ErrorControl, Kind, System};
 /// let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5))?, mass: None };
 /// let system = System::new(vec![body], None)?;
 /// let start = system.state(&[State::attitude(Matrix3::identity(), Vector3::new(0.01, 1.0, 0.0))])?;

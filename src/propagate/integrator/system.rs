@@ -16,11 +16,8 @@ use thiserror::Error;
 /// A body without a mass only turns: its position is part of the potential's poses and stays where it is.
 ///
 /// ```
-/// use slewkit::mechanics::body::{Body, Inertia};
-/// use slewkit::mechanics::environment::UniformGravity;
-/// use slewkit::propagate::integrator::{Kind, ErrorControl, System};
-/// use slewkit::maneuver::problem::State;
-/// use slewkit::{Vector3, lie};
+/// use slewkit::{Body, Inertia, State, UniformGravity, Vector3, lie};
+/// use slewkit::propagate::integrator::{ErrorControl, Kind, System};
 /// use std::sync::Arc;
 ///
 /// let body = Body { inertia: Inertia::diagonal(Vector3::new(0.13, 0.28, 0.17))?, mass: None };
@@ -120,7 +117,7 @@ pub struct Input {
 }
 
 impl Input {
-    /// The same all through the step.
+    /// One wrench all through the step.
     pub fn held(wrench: Wrench) -> Self {
         Self { start: wrench, end: wrench }
     }
@@ -137,6 +134,7 @@ impl Input {
 
 /// What an exact motion without inputs keeps, and how far the attitudes are off the group.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Invariants {
     /// Kinetic plus potential energy \[J\]. In a turning frame minus `n · Σ(x×γ + RΠ)`: Jacobi's integral,
     /// which is what a field fixed in that frame conserves.
@@ -187,7 +185,7 @@ impl System {
         Ok(Self { frame_rate, ..Self::new(bodies, potential)? })
     }
 
-    /// The same in a reference frame that turns at this angular velocity, in its own axes [rad/s]: the potential
+    /// The system in a reference frame that turns at this angular velocity, in its own axes [rad/s]: the potential
     /// is fixed in it, and states are given against it.
     #[must_use]
     pub fn with_frame_rate(self, frame_rate: Vector3) -> Self {

@@ -22,22 +22,19 @@ fn loaded() -> Loaded {
 fn turning(axis: Vector3, rate: f64, steps: usize, step: f64) -> Trajectory {
     let time: Vec<f64> = (0..=steps).map(|k| k as f64 * step).collect();
     let half = |t: &f64| 0.5 * rate * t;
-    Trajectory {
-        quaternion: time
-            .iter()
-            .map(|t| {
-                let v = half(t).sin() * axis;
-                [half(t).cos(), v.x, v.y, v.z]
-            })
-            .collect(),
-        angular_velocity: vec![rate * axis; steps + 1],
-        input: vec![0.0; 3 * (steps + 1)],
-        input_count: 3,
-        torque: vec![Vector3::zeros(); steps + 1],
-        costates: vec![0.0; 6 * (steps + 1)],
-        time,
-        ..Trajectory::default()
-    }
+    let quaternion = |t: &f64| {
+        let v = half(t).sin() * axis;
+        [half(t).cos(), v.x, v.y, v.z]
+    };
+    let mut trajectory = Trajectory::default();
+    trajectory.quaternion = time.iter().map(quaternion).collect();
+    trajectory.angular_velocity = vec![rate * axis; steps + 1];
+    trajectory.input = vec![0.0; 3 * (steps + 1)];
+    trajectory.input_count = 3;
+    trajectory.torque = vec![Vector3::zeros(); steps + 1];
+    trajectory.costates = vec![0.0; 6 * (steps + 1)];
+    trajectory.time = time;
+    trajectory
 }
 
 fn written(

@@ -4,7 +4,7 @@ use slewkit::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side}
 use slewkit::maneuver::problem::{Motion, Problem, Scheme, State};
 use slewkit::maneuver::settings::Method;
 use slewkit::maneuver::solution::{
-    ActiveConstraint, ConvexWork, Optimality, Outcome, Rival, Rung, RungReport, Sense, Solution,
+    ActiveConstraint, ConvexWork, Outcome, Rival, Rung, RungReport, Sense, Solution,
     TerminalError, Trajectory,
 };
 use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
@@ -96,85 +96,62 @@ pub fn trajectory(problem: &Problem) -> Trajectory {
     let mut numbers = Numbers(0);
     let (nodes, rows) = (problem.steps + 1, problem.scheme.input_rows(problem.steps));
     let moving = problem.motion == Motion::RigidBody;
-    Trajectory {
-        time: (0..nodes).map(|k| k as f64 * problem.step()).collect(),
-        quaternion: (0..nodes).map(|_| numbers.row()).collect(),
-        angular_velocity: numbers.vectors(nodes),
-        position: numbers.vectors(if moving { nodes } else { 0 }),
-        velocity: numbers.vectors(if moving { nodes } else { 0 }),
-        input: (0..rows * problem.actuation.count()).map(|_| numbers.next()).collect(),
-        input_count: problem.actuation.count(),
-        torque: numbers.vectors(rows),
-        wheel_momentum: (0..nodes * wheel_count(problem)).map(|_| numbers.next()).collect(),
-        force: numbers.vectors(if moving { rows } else { 0 }),
-        costates: (0..rows * problem.dimension()).map(|_| numbers.next()).collect(),
-        target: None,
-    }
+    let mut made = Trajectory::default();
+    made.time = (0..nodes).map(|k| k as f64 * problem.step()).collect();
+    made.quaternion = (0..nodes).map(|_| numbers.row()).collect();
+    made.angular_velocity = numbers.vectors(nodes);
+    made.position = numbers.vectors(if moving { nodes } else { 0 });
+    made.velocity = numbers.vectors(if moving { nodes } else { 0 });
+    made.input = (0..rows * problem.actuation.count()).map(|_| numbers.next()).collect();
+    made.input_count = problem.actuation.count();
+    made.torque = numbers.vectors(rows);
+    made.wheel_momentum = (0..nodes * wheel_count(problem)).map(|_| numbers.next()).collect();
+    made.force = numbers.vectors(if moving { rows } else { 0 });
+    made.costates = (0..rows * problem.dimension()).map(|_| numbers.next()).collect();
+    made
 }
 
 pub fn plan(problem: &Problem) -> Plan {
-    let check = Check { name: "order".into(), value: 1.99, limit: 0.3, passed: true };
-    let verification = Verification { order: Some(1.9999), checks: vec![check], ..Verification::default() };
-    let rung = RungReport {
-        rung: Rung::Newton,
-        start: "short".into(),
-        steps: 4,
-        outcome: Outcome::Converged,
-        iterations: 2,
-        residuals: vec![0.1 + 0.2, 1e-3, 5e-324],
-    };
-    let rival = Rival {
-        start: "long".into(),
-        sense: Sense::Long,
-        cost: 1.0 / 3.0,
-        conjugate_points: None,
-        turned_deg: 210.0,
-    };
-    let solution = Solution {
-        outcome: Outcome::Converged,
-        scheme: problem.scheme,
-        steps: problem.steps,
-        step: problem.step(),
-        cost: 0.1 + 0.7,
-        trajectory: trajectory(problem),
-        landing: None,
-        chosen: None,
-        terminal: TerminalError { attitude_rad: 4e-13, momentum_relative: 2e-14, ..Default::default() },
-        optimality: Optimality {
-            tested: true,
-            stationarity: 6e-13,
-            conjugate_points: Some(0),
-            rank: 6,
-            condition: 38.0,
-        },
-        sense: Sense::Short,
-        start: "short".into(),
-        turned_deg: 150.0,
-        iterations: 2,
-        ladder: vec![rung],
-        shortest: Some(41.25),
-        longer: Some(41.5),
-        shortfall: None,
-        convex: problem.is_constrained().then_some(ConvexWork {
-            subproblems: 3,
-            all_subproblems: 7,
-            cone_iterations: 50,
-            cone_seconds: 0.01,
-            effort_share: 1.0 / 3.0,
-        }),
-        active: vec![ActiveConstraint {
-            name: "torque limit".into(),
-            time_s: vec![0.1 + 0.2, 5e-324],
-            multiplier: vec![1.0 / 3.0, 0.0],
-        }],
-        method: if problem.is_constrained() { Method::Scp } else { Method::Shooting },
-        switching: None,
-        rivals: vec![rival],
-        infeasible: None,
-        tolerance: 1e-12,
-        solve_time: 0.0024,
-    };
-    Plan { solution, verification: Some(verification), status: Status::Solved }
+    let mut verification = Verification::default();
+    verification.order = Some(1.9999);
+    verification.checks = vec![Check { name: "order".into(), value: 1.99, limit: 0.3, passed: true }];
+    let residuals = vec![0.1 + 0.2, 1e-3, 5e-324];
+    let mut solution = Solution::unknown();
+    solution.outcome = Outcome::Converged;
+    solution.scheme = problem.scheme;
+    solution.steps = problem.steps;
+    solution.step = problem.step();
+    solution.cost = 0.1 + 0.7;
+    solution.trajectory = trajectory(problem);
+    solution.terminal.attitude_rad = 4e-13;
+    solution.terminal.momentum_relative = 2e-14;
+    solution.optimality.stationarity = 6e-13;
+    solution.optimality.conjugate_points = Some(0);
+    solution.optimality.rank = 6;
+    solution.optimality.condition = 38.0;
+    solution.sense = Sense::Short;
+    solution.start = "short".into();
+    solution.turned_deg = 150.0;
+    solution.iterations = 2;
+    solution.ladder = vec![RungReport::new(Rung::Newton, "short", 4, Outcome::Converged, residuals)];
+    solution.shortest = Some(41.25);
+    solution.longer = Some(41.5);
+    solution.convex = problem.is_constrained().then(|| {
+        let mut convex = ConvexWork::default();
+        convex.subproblems = 3;
+        convex.all_subproblems = 7;
+        convex.cone_iterations = 50;
+        convex.cone_seconds = 0.01;
+        convex.effort_share = 1.0 / 3.0;
+        convex
+    });
+    solution.active =
+        vec![ActiveConstraint::new("torque limit", vec![0.1 + 0.2, 5e-324], vec![1.0 / 3.0, 0.0])];
+    solution.method = if problem.is_constrained() { Method::Scp } else { Method::Shooting };
+    solution.rivals = vec![Rival::new("long", Sense::Long, 1.0 / 3.0, 210.0)];
+    solution.tolerance = 1e-12;
+    solution.solve_time = 0.0024;
+    Plan::new(solution, Some(verification), Status::Solved)
 }
 
 /// The kinds of trajectory: two motions, and wheels under constraints, in two schemes.

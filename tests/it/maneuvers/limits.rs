@@ -29,7 +29,7 @@ fn shot(problem: &Problem) -> Solution {
 
 /// A plan that must be solved, verified and within its limits.
 fn planned(problem: &Problem) -> Solution {
-    let Plan { solution, verification, status } = plan(problem, &settings(), None, &mut Silent).unwrap();
+    let Plan { solution, verification, status, .. } = plan(problem, &settings(), None, &mut Silent).unwrap();
     assert_eq!(status, Status::Solved, "{:?} {verification:?}", solution.ladder);
     assert!(solution.terminal.largest() <= 1e-12);
     assert!(solution.optimality.stationarity < 1e-12, "{:?}", solution.optimality);

@@ -358,17 +358,11 @@ fn margins_that_are_not_known_are_not_held() {
     let check = found.checks.iter().find(|check| check.name == "constraints").unwrap();
     assert!(check.value.is_nan() && !check.passed);
     assert!(margins(&problem, &wrong.input).is_err() && margins(&problem, &[]).is_err());
-    let nan = Margin {
-        name: String::new(),
-        margin: 0.0,
-        continuous_margin: None,
-        unit: String::new(),
-        scaled: f64::NAN,
-        time_s: 0.0,
-        at: String::new(),
-    };
-    let held = Margin { scaled: 0.5, ..nan.clone() };
-    let missed = Margin { scaled: -0.25, ..nan.clone() };
+    let [nan, held, missed] = [f64::NAN, 0.5, -0.25].map(|scaled| {
+        let mut margin = found.margins[0].clone();
+        margin.scaled = scaled;
+        margin
+    });
     assert_eq!(worst_violation(&[held.clone(), missed.clone()]), 0.25);
     assert_eq!(worst_violation(std::slice::from_ref(&held)), 0.0);
     assert!(worst_violation(&[missed, nan.clone(), held]).is_nan() && !nan.holds());

@@ -103,7 +103,9 @@ fn nan_and_infinity_fail_wherever_they_stand() {
         assert!(!check(&found, name), "{name}");
     }
     assert!(found.failure.unwrap().contains("no longer finite"));
-    let huge = verify(&problem, &Trajectory { input: vec![1e300; plan.input.len()], ..plan }, 1e-12, None);
+    let mut thrown = plan.clone();
+    thrown.input.fill(1e300);
+    let huge = verify(&problem, &thrown, 1e-12, None);
     assert!(!huge.passed());
 }
 
@@ -141,7 +143,8 @@ fn continuous_tolerance_is_its_own_check() {
 #[test]
 fn steps_too_long_and_bad_problems_are_failures_with_reasons() {
     let (mut problem, plan) = good();
-    let kicked = Trajectory { input: plan.input.iter().map(|u| 1000.0 * u).collect(), ..plan.clone() };
+    let mut kicked = plan.clone();
+    kicked.input.iter_mut().for_each(|u| *u *= 1000.0);
     let found = verify(&problem, &kicked, 1e-12, None);
     assert!(found.failure.as_ref().unwrap().contains("one step"), "{found:#?}");
     assert!(!found.passed());

@@ -147,11 +147,9 @@ mod tests {
     /// Every value that a result can hold, but what it sets, has a column.
     #[test]
     fn nothing_of_a_result_is_left_out() {
-        let terminal = TerminalError {
-            position_relative: Some(0.0),
-            linear_momentum_relative: Some(0.0),
-            ..TerminalError::default()
-        };
+        let mut terminal = TerminalError::default();
+        terminal.position_relative = Some(0.0);
+        terminal.linear_momentum_relative = Some(0.0);
         let number = Some(1.0);
         let verified = Verdict {
             passed: false,

@@ -48,7 +48,7 @@ use std::io::Write;
 pub enum Format {
     /// CCSDS attitude ephemeris message, keywords and values.
     Aem(AemVersion),
-    /// The same in XML, version 2.
+    /// An AEM in XML, version 2.
     AemXml,
     /// CCSDS attitude parameter message: state at the start, inertia, and the torque of every step.
     Apm,

@@ -13,7 +13,7 @@ pub const EULER_SEQUENCES: [&str; 12] =
 pub struct Notations {
     /// Unit quaternion, scalar first, not negative.
     pub quaternion_wxyz: [f64; 4],
-    /// The same, scalar last.
+    /// The attitude quaternion, scalar last.
     pub quaternion_xyzw: [f64; 4],
     /// Unit axis of the rotation by `angle_deg`.
     pub axis: [f64; 3],

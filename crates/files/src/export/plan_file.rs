@@ -201,7 +201,7 @@ impl<'a> PlanFile<'a> {
         }
     }
 
-    /// The same with what files for other programs call the maneuver, and when it begins.
+    /// The file with what files for other programs call the maneuver, and when it begins.
     pub fn with_identity(mut self, identity: &Identity) -> Self {
         self.spec = self.spec.map(|spec| spec.with_identity(identity));
         self

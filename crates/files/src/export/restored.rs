@@ -13,44 +13,44 @@ impl PlanFile<'_> {
         let scheme = self.scheme().ok_or_else(|| ExportError::Scheme(self.scheme.clone()))?;
         let methods = [Method::Shooting, Method::Scp];
         let method = methods.into_iter().find(|method| method.name() == self.method).unwrap_or(Method::Auto);
-        let proof = |reason: &String| Proof {
-            reason: reason.clone(),
-            duration_lower_bound: self.shortest_duration_s,
-        };
-        let solution = Solution {
-            outcome: self.outcome,
-            method,
-            scheme,
-            steps: self.steps,
-            step: self.step_s,
-            cost: self.cost,
-            trajectory: self.trajectory.0.as_ref().clone(),
-            terminal: self.terminal,
-            landing: self.landing.clone(),
-            chosen: self.chosen,
-            optimality: self.optimality,
-            sense: self.sense,
-            start: self.start.clone(),
-            turned_deg: self.turned_deg,
-            iterations: self.iterations,
-            ladder: self.ladder.clone(),
-            convex: self.convex.as_ref().map(|work| ConvexWork {
-                subproblems: work.subproblems,
-                all_subproblems: work.all_subproblems,
-                cone_iterations: work.cone_iterations,
-                cone_seconds: 0.0,
-                effort_share: work.effort_share,
-            }),
-            active: self.active.clone(),
-            rivals: self.rivals.clone(),
-            infeasible: self.obstruction.as_ref().map(proof),
-            shortfall: self.shortfall.clone(),
-            shortest: self.shortest_found_s,
-            longer: self.longer_s,
-            switching: self.switching.clone(),
-            tolerance: self.tolerance,
-            solve_time: self.solve_time_s,
-        };
-        Ok(Plan { solution, verification: self.verified.clone(), status: self.status })
+        let mut solution = Solution::unknown();
+        solution.outcome = self.outcome;
+        solution.method = method;
+        solution.scheme = scheme;
+        solution.steps = self.steps;
+        solution.step = self.step_s;
+        solution.cost = self.cost;
+        solution.trajectory = self.trajectory.0.as_ref().clone();
+        solution.terminal = self.terminal;
+        solution.landing = self.landing.clone();
+        solution.chosen = self.chosen;
+        solution.optimality = self.optimality;
+        solution.sense = self.sense;
+        solution.start = self.start.clone();
+        solution.turned_deg = self.turned_deg;
+        solution.iterations = self.iterations;
+        solution.ladder = self.ladder.clone();
+        solution.convex = self.convex.as_ref().map(|work| {
+            let mut convex = ConvexWork::default();
+            convex.subproblems = work.subproblems;
+            convex.all_subproblems = work.all_subproblems;
+            convex.cone_iterations = work.cone_iterations;
+            convex.effort_share = work.effort_share;
+            convex
+        });
+        solution.active = self.active.clone();
+        solution.rivals = self.rivals.clone();
+        solution.infeasible = self.obstruction.as_ref().map(|reason| {
+            let mut proof = Proof::from(reason.clone());
+            proof.duration_lower_bound = self.shortest_duration_s;
+            proof
+        });
+        solution.shortfall = self.shortfall.clone();
+        solution.shortest = self.shortest_found_s;
+        solution.longer = self.longer_s;
+        solution.switching = self.switching.clone();
+        solution.tolerance = self.tolerance;
+        solution.solve_time = self.solve_time_s;
+        Ok(Plan::new(solution, self.verified.clone(), self.status))
     }
 }

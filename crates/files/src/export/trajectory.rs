@@ -116,20 +116,19 @@ impl<'de> Deserialize<'de> for TrajectoryDocument<'_> {
             target: Option<TargetDocument>,
         }
         let keys = Keys::deserialize(deserializer)?;
-        let trajectory = Trajectory {
-            time: keys.time_s,
-            quaternion: keys.quaternion_wxyz,
-            angular_velocity: vectors(keys.angular_velocity_rad_s),
-            position: vectors(keys.position_m),
-            velocity: vectors(keys.velocity_m_s),
-            input: keys.input.values,
-            input_count: keys.input.width,
-            torque: vectors(keys.torque_n_m),
-            force: vectors(keys.force_n),
-            wheel_momentum: keys.wheel_momentum_n_m_s.values,
-            costates: keys.costates.values,
-            target: keys.target.as_ref().map(TargetDocument::state),
-        };
+        let mut trajectory = Trajectory::default();
+        trajectory.time = keys.time_s;
+        trajectory.quaternion = keys.quaternion_wxyz;
+        trajectory.angular_velocity = vectors(keys.angular_velocity_rad_s);
+        trajectory.position = vectors(keys.position_m);
+        trajectory.velocity = vectors(keys.velocity_m_s);
+        trajectory.input = keys.input.values;
+        trajectory.input_count = keys.input.width;
+        trajectory.torque = vectors(keys.torque_n_m);
+        trajectory.force = vectors(keys.force_n);
+        trajectory.wheel_momentum = keys.wheel_momentum_n_m_s.values;
+        trajectory.costates = keys.costates.values;
+        trajectory.target = keys.target.as_ref().map(TargetDocument::state);
         // Rows and columns that have changed places would fit as well.
         let nodes = trajectory.time.len().max(trajectory.quaternion.len());
         let (width, count) = (keys.wheel_momentum_n_m_s.width, trajectory.wheel_momentum.len());

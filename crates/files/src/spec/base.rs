@@ -82,7 +82,7 @@ impl Base {
         }
     }
 
-    /// The same without `[dispersion]`, which need not be read again for each of its cases.
+    /// The base without `[dispersion]`, which need not be read again for each of its cases.
     pub fn without_dispersion(mut self) -> Self {
         if let Value::Table(entries) = &mut self.root.value {
             entries.retain(|entry| entry.key != "dispersion");

@@ -158,7 +158,7 @@ pub fn escape(text: &str) -> String {
     out
 }
 
-/// The same, line by line: for words that may quote what was read.
+/// Text with control characters escaped, line by line: for words that may quote what was read.
 pub fn escape_lines(text: &str) -> String {
     text.split('\n').map(escape).collect::<Vec<_>>().join("\n")
 }

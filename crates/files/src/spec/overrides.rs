@@ -46,7 +46,7 @@ impl Override {
         Ok(Self { path: path.into(), value: value.trim().into(), origin: None })
     }
 
-    /// The same with the place that messages point at.
+    /// The override with the place that messages point at.
     pub fn at(mut self, origin: Origin) -> Self {
         self.origin = Some(origin);
         self

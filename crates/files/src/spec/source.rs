@@ -42,7 +42,7 @@ impl Source {
         Self { name: name.into(), text, lines, begins: (1, 1) }
     }
 
-    /// The same as a part of a longer file, which begins at this line and column.
+    /// The source as a part of a longer file, which begins at this line and column.
     pub fn within(mut self, line: usize, column: usize) -> Self {
         self.begins = (line, column);
         self

@@ -78,7 +78,7 @@ impl SpecDocument {
         Ok(Self(Value::Object(spec.keys)))
     }
 
-    /// The same with what files for other programs call it, and when it begins.
+    /// The spec with what files for other programs call it, and when it begins.
     pub fn with_identity(self, identity: &Identity) -> Self {
         let Self(Value::Object(keys)) = self else { return self };
         let mut spec = Writing { table: &ROOT, keys };

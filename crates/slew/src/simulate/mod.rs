@@ -127,7 +127,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     if let Some(seen) = &seen {
         console.say(&seen.summary(console, layout, run.as_ref(), stopped));
     }
-    if let Some(Encounter { time, bodies, distance }) = run.and_then(|run| run.encounter) {
+    if let Some(Encounter { time, bodies, distance, .. }) = run.and_then(|run| run.encounter) {
         let [a, b] = bodies.map(|body| escape(&layout.bodies[body]));
         let (time, distance) = (significant(time, 4), significant(distance, 4));
         let reason =

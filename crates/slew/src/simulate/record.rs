@@ -78,7 +78,7 @@ fn add_numbers(layout: &Layout, row: &SimulationRow, numbers: &mut Vec<f64>) {
             numbers.extend(&body.velocity);
         }
     }
-    let Invariants { energy, linear_momentum, angular_momentum, orthogonality } = &row.invariants;
+    let Invariants { energy, linear_momentum, angular_momentum, orthogonality, .. } = &row.invariants;
     numbers.extend(layout.wheel_momenta(row.time));
     numbers.push(*energy);
     if layout.anything_moves() {

@@ -41,7 +41,7 @@ impl HomogeneousPolyhedron {
         Ok(Self { density, mass, field: PolyhedronField::new(&shape), cubature, shape })
     }
 
-    /// The same with a given mass \[kg\].
+    /// The body with a given mass \[kg\].
     ///
     /// # Errors
     /// As [`HomogeneousPolyhedron::new`].

@@ -112,7 +112,7 @@ impl Polyhedron {
         self.triangles().all(|[a, b, c]| (a - center).dot(&(b - a).cross(&(c - a))) >= 0.0)
     }
 
-    /// The same solid with its mass center at the origin.
+    /// The solid with its mass center at the origin.
     #[must_use]
     pub fn centered(&self) -> Self {
         let center = *self.center();
@@ -121,7 +121,7 @@ impl Polyhedron {
         Self { vertices, faces: self.faces.clone(), properties }
     }
 
-    /// The same solid centered and turned to its principal axes, the smallest moment first, and the rotation
+    /// The solid centered and turned to its principal axes, the smallest moment first, and the rotation
     /// from the new axes to the old ones.
     ///
     /// Where two moments agree to round-off their axes are any two that fit.

@@ -17,8 +17,7 @@ use crate::{Matrix3, Vector3, lie};
 /// The reduced integrator of one free body.
 ///
 /// ```
-/// use slewkit::Vector3;
-/// use slewkit::mechanics::body::Inertia;
+/// use slewkit::{Inertia, Vector3};
 /// use slewkit::propagate::integrator::{EulerPoincare, Quadrature};
 ///
 /// let inertia = Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5))?;

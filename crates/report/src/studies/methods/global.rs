@@ -31,7 +31,7 @@ pub struct Global {
     pub cost_without_limits: Option<f64>,
     /// `(cost − lower_bound)/cost`: what may still be gained, at most.
     pub gap: f64,
-    /// The same without limits: the share of the gap that is the relaxation's.
+    /// The gap without limits: the share of it that is the relaxation's.
     pub gap_without_limits: f64,
     /// Whether the plan without limits is proved globally optimal to [`Global::TIGHT`]; otherwise the bound
     /// is loose, or a cheaper maneuver exists.

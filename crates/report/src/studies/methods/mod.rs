@@ -207,7 +207,7 @@ struct Answer {
 
 /// A solution that no witness has judged.
 fn bare(solution: Solution) -> Plan {
-    Plan { solution, verification: None, status: Status::NotConverged }
+    Plan::new(solution, None, Status::NotConverged)
 }
 
 impl Answer {
