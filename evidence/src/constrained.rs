@@ -28,7 +28,7 @@ pub fn case(seed: u64, cones: Option<usize>) -> Option<Problem> {
     let end = start * lie::exp(&(random.direction() * angle));
     let free = Problem::attitude(body, State::at_rest(start), State::at_rest(end), 1.0);
     let unconstrained =
-        plan(&free.clone().with_path(Path::Shortest), &Settings::default(), None, &mut Silent).ok()?;
+        plan(&free.clone().with_path(Path::Shortest), &Settings::discrete(), None, &mut Silent).ok()?;
     let trajectory = &unconstrained.solution.trajectory;
     let peak = trajectory.torque.iter().map(|torque| torque.amax()).fold(0.0, f64::max);
     let share = 0.6 + 0.35 * random.unit();

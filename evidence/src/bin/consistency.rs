@@ -91,7 +91,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn planned(problem: &Problem) -> Option<Plan> {
-    plan(problem, &Settings::default(), None, &mut Silent).ok()
+    plan(problem, &Settings::discrete(), None, &mut Silent).ok()
 }
 
 /// The cost of a plan that is solved; NaN where it is not.
@@ -180,7 +180,7 @@ fn compared(answer: &Solution, on: &Problem, other: &Solution, on_other: &Proble
 
 /// The extremal on another grid whose path is that of an answer: by Newton at once, by Newton grid by grid, or by SCP.
 fn carried(answer: &Solution, on: &Problem, to: &Problem) -> Option<Solution> {
-    let settings = Settings::default();
+    let settings = Settings::discrete();
     let newton = |steps: usize, costates: &[f64]| {
         let found = polish(&to.clone().with_steps(steps), &settings, costates, &mut Silent).ok()?;
         is_found(&found).then_some(found)

@@ -36,7 +36,7 @@ fn cost(solution: &Solution) -> f64 {
 /// What the thorough search finds; of limited maneuvers by SCP too, which starts from other paths than the shooting.
 fn best_known(problem: &Problem) -> Solution {
     let by = |method| {
-        let settings = Settings { search: Thoroughness::Thorough, method, ..Settings::default() };
+        let settings = Settings { search: Thoroughness::Thorough, method, ..Settings::discrete() };
         solve(problem, &settings, None, &mut Silent).expect("a sound problem")
     };
     let found = by(Method::Auto);
@@ -48,7 +48,7 @@ fn best_known(problem: &Problem) -> Solution {
 }
 
 fn judged(problem: &Problem, search: Thoroughness, index: usize) -> Case {
-    let settings = Settings { search, ..Settings::default() };
+    let settings = Settings { search, ..Settings::discrete() };
     let clock = Instant::now();
     let default = solve(problem, &settings, None, &mut Silent).expect("a sound problem");
     let seconds = clock.elapsed().as_secs_f64();
@@ -66,7 +66,7 @@ fn judged(problem: &Problem, search: Thoroughness, index: usize) -> Case {
 
 /// All that was tried for one case.
 fn tell(problem: &Problem, search: Thoroughness) {
-    let settings = Settings { search, ..Settings::default() };
+    let settings = Settings { search, ..Settings::discrete() };
     let solution = solve(problem, &settings, None, &mut Silent).expect("a sound problem");
     for rung in &solution.ladder {
         let (first, last) = (rung.residuals.first(), rung.residuals.last());

@@ -23,10 +23,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let problem = Problem::attitude(body, State::at_rest(Matrix3::identity()), end, 2.0)
                     .with_scheme(scheme)
                     .with_steps(steps);
-                let plan = search::solve(&problem, &Settings::default(), None, &mut Silent)?;
+                let plan = search::solve(&problem, &Settings::discrete(), None, &mut Silent)?;
                 // No plan, no known cost: the bound stands alone.
                 let known_cost = plan.cost.is_finite().then_some(plan.cost);
-                let bound = lower_bound(&problem, &BoundSettings { known_cost, ..BoundSettings::default() })?;
+                let bound = lower_bound(&problem, &BoundSettings { known_cost, ..BoundSettings::discrete() })?;
                 let largest = bound.step_angles.iter().copied().fold(0.0, f64::max).to_degrees();
                 let missing = || "no plan".to_string();
                 let cost = known_cost.map_or_else(missing, |cost| format!("{cost:.6}"));

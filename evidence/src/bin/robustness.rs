@@ -69,7 +69,7 @@ fn problem(kind: Kind, seed: u64, index: usize) -> Problem {
 /// The same with every torque, or their norm, limited to a part of the largest that the maneuver takes
 /// without limits.
 fn within_limits(kind: Kind, mut problem: Problem, part: f64) -> Problem {
-    let free = solve(&problem, &Settings::default(), None, &mut Silent).expect("a valid problem");
+    let free = solve(&problem, &Settings::discrete(), None, &mut Silent).expect("a valid problem");
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0f64, f64::max);
     let torque = &free.trajectory.torque;
     let limits = if kind == Kind::TorqueNormLimited {

@@ -8,7 +8,7 @@ use slewkit::mechanics::actuators::{Actuation, Limits, Wheels};
 use slewkit_files::spec::SpecDocument;
 
 fn differences(one: &Problem, other: &Problem) -> Vec<String> {
-    let document = |problem| SpecDocument::new(problem, &Settings::default()).unwrap();
+    let document = |problem| SpecDocument::new(problem, &Settings::discrete()).unwrap();
     document(one).differences(&document(other)).into_iter().map(|difference| difference.key).collect()
 }
 
@@ -26,8 +26,8 @@ fn two_specs_tell_the_keys_in_which_they_differ() {
     other.end.angular_velocity.x = 1e-9;
     assert_eq!(differences(&one, &other), ["end.angular_velocity_rad_s", "maneuver.duration_s"]);
     let document = |settings| SpecDocument::new(&one, settings).unwrap();
-    let looser = Settings { tolerance: 1e-9, ..Settings::default() };
-    let found = document(&Settings::default()).differences(&document(&looser));
+    let looser = Settings { tolerance: 1e-9, ..Settings::discrete() };
+    let found = document(&Settings::discrete()).differences(&document(&looser));
     let [found] = &found[..] else { panic!("{found:?}") };
     assert_eq!([&found.key[..], &found.first, &found.second], ["solver.tolerance", "1e-12", "1e-9"]);
 }

@@ -11,7 +11,7 @@ use slewkit::{Matrix3, Vector3, lie};
 use std::f64::consts::{PI, TAU};
 
 fn answer(problem: &Problem) -> Solution {
-    solve(problem, &Settings::default(), None, &mut Silent).unwrap()
+    solve(problem, &Settings::discrete(), None, &mut Silent).unwrap()
 }
 
 /// A box with random edges, its principal moments.
@@ -91,7 +91,7 @@ fn the_best_way_of_a_few_steps_is_that_of_many() {
 /// Without the test of second order the same extremal is found, a saddle as well; of the test nothing is claimed.
 #[test]
 fn what_is_not_tested_is_the_same_extremal_and_says_so() {
-    let untested = Settings { test_second_order: false, ..Settings::default() };
+    let untested = Settings { test_second_order: false, ..Settings::discrete() };
     let moments = Vector3::new(1.0, 2.0, 3.0);
     let straight = Vector3::y() * PI;
     let oblique = Vector3::new(0.4, -0.8, 0.3);

@@ -25,11 +25,11 @@ impl Observer for StopAfter {
 #[test]
 fn an_observer_stops_the_solve() {
     let problem = rest_to_rest(150.0);
-    let interrupted = plan(&problem, &Settings::default(), None, &mut StopAfter(2)).unwrap();
+    let interrupted = plan(&problem, &Settings::discrete(), None, &mut StopAfter(2)).unwrap();
     assert_eq!(interrupted.status, Status::Interrupted);
     assert_eq!(interrupted.solution.outcome, Outcome::Interrupted);
     assert!(interrupted.verification.is_none());
-    let patient = plan(&problem, &Settings::default(), None, &mut StopAfter(usize::MAX)).unwrap();
+    let patient = plan(&problem, &Settings::discrete(), None, &mut StopAfter(usize::MAX)).unwrap();
     assert_eq!(patient.status, Status::Solved);
 }
 
@@ -37,7 +37,7 @@ fn an_observer_stops_the_solve() {
 fn a_time_limit_is_kept_and_leaves_a_best_iterate() {
     // A guess is swept before the clock is looked at: there is an iterate to keep.
     let problem = rest_to_rest(150.0).with_steps(20_000);
-    let settings = Settings { time_limit: Some(Duration::from_nanos(1)), ..Settings::default() };
+    let settings = Settings { time_limit: Some(Duration::from_nanos(1)), ..Settings::discrete() };
     let guess = Guess::costates(solved(&rest_to_rest(140.0)).costates_0(&problem));
     let limited = plan(&problem, &settings, Some(&guess), &mut Silent).unwrap();
     assert_eq!(limited.status, Status::LimitReached);
@@ -56,7 +56,7 @@ fn a_guess_is_used() {
     let problem = rest_to_rest(-240.0)
         .with_path(Path::AsGiven(Vector3::new(1.0, 2.0, -0.5).normalize() * (-240f64).to_radians()));
     let long = solved(&problem);
-    let settings = Settings::default();
+    let settings = Settings::discrete();
     let guess = Guess::of(&long, &problem);
     // Without the guess the best path is the short one; with it the solve stays on the long way.
     let best = problem.clone().with_path(Path::Best);
@@ -79,7 +79,7 @@ fn a_guess_is_used() {
 #[test]
 fn the_tightest_tolerance_is_met_or_the_outcome_says_no() {
     for degrees in [30.0, 90.0, 150.0] {
-        let settings = Settings { tolerance: 2e-14, ..Settings::default() };
+        let settings = Settings { tolerance: 2e-14, ..Settings::discrete() };
         let solution = solve(&rest_to_rest(degrees), &settings, None, &mut Silent).unwrap();
         let met = solution.terminal.largest() <= 2e-14;
         assert_eq!(met, solution.outcome == Outcome::Converged, "{degrees}: {:?}", solution.terminal);
@@ -110,7 +110,7 @@ fn problems_with_absurd_numbers_are_errors() {
             }
         }
         let settings =
-            Settings { time_limit: Some(Duration::from_secs(2)), max_iterations: 15, ..Settings::default() };
+            Settings { time_limit: Some(Duration::from_secs(2)), max_iterations: 15, ..Settings::discrete() };
         match plan(&problem, &settings, None, &mut Silent) {
             Err(_) => refused += 1,
             Ok(plan) if plan.status == Status::Solved => {
@@ -160,7 +160,7 @@ fn corner(random: &mut Random) -> Option<Problem> {
 fn random_maneuvers_never_panic_hang_or_pass_for_solved_when_they_are_not() {
     let mut random = Random::new(73);
     let settings =
-        Settings { time_limit: Some(Duration::from_millis(200)), max_iterations: 25, ..Settings::default() };
+        Settings { time_limit: Some(Duration::from_millis(200)), max_iterations: 25, ..Settings::discrete() };
     let (mut solved, mut open, mut refused, mut disputed) = (0, 0, 0, 0);
     for case in 0..1500 {
         let Some(problem) = corner(&mut random) else { continue };

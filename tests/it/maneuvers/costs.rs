@@ -50,7 +50,7 @@ fn the_published_windings_are_extremals_and_nothing_dearer_is_found() {
         // The published extremal itself, from its costates.
         let lambda_0: Vec<f64> = (0..6).map(|row| case["lambda0"][row].as_f64().unwrap()).collect();
         let solution =
-            solve(&problem, &Settings::default(), Some(&Guess::costates(&lambda_0)), &mut Silent).unwrap();
+            solve(&problem, &Settings::discrete(), Some(&Guess::costates(&lambda_0)), &mut Silent).unwrap();
         assert_eq!((solution.outcome, solution.start.as_str()), (Outcome::Converged, "guess"));
         let error = (solution.cost - expected).abs() / expected;
         assert!(error < 1e-12, "{degrees}°: {}, not {expected}", solution.cost);

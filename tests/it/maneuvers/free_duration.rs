@@ -181,7 +181,7 @@ fn another_duration_is_noticed_and_what_has_none_to_be_sought_is_refused() {
     let other = own.clone().with_duration(1.001 * own.duration);
     assert!(!verify(&other, &found.solution.trajectory, 1e-12, None).passed());
     let refused = |problem: &Problem| {
-        plan(problem, &Settings::default(), None, &mut Silent).expect_err("refused").to_string()
+        plan(problem, &Settings::discrete(), None, &mut Silent).expect_err("refused").to_string()
     };
     assert!(refused(&problem).contains("duration"));
     for price in [0.0, -1.0, f64::NAN] {

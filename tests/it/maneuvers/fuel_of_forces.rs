@@ -182,7 +182,7 @@ fn a_duration_is_sought_in_a_frame_that_turns() {
     let quickest = solved(&turn.clone().with_objective(Objective::Time)).solution.cost;
     let given = |duration: f64| {
         let given = turn.clone().with_objective(Objective::Fuel(Fuel::default())).with_duration(duration);
-        plan(&given, &Settings::default(), None, &mut Silent).unwrap().status
+        plan(&given, &Settings::discrete(), None, &mut Silent).unwrap().status
     };
     assert_eq!(given(1.001 * quickest), Status::Solved);
     assert_eq!(given(0.99 * quickest), Status::NotConverged);
@@ -241,7 +241,7 @@ fn forces_need_limits_and_a_price_each() {
 fn what_cannot_be_reached_in_time_is_told_with_the_shortest_duration() {
     let hasty =
         flight([0.2, 0.1, -0.3], [0.9, -0.4, 0.2], each(2.5), AxisFrame::Reference).with_duration(2.2);
-    let found = plan(&hasty, &Settings::default(), None, &mut Silent).unwrap();
+    let found = plan(&hasty, &Settings::discrete(), None, &mut Silent).unwrap();
     assert_eq!(found.status, Status::NotConverged);
     near(found.solution.shortest.expect("told"), 2.0 * (MASS * 0.9 / 2.5_f64).sqrt(), 1e-4);
 }

@@ -150,7 +150,7 @@ fn up_to_a_longest_duration_all_of_it_or_what_is_worth_its_price() {
 #[test]
 fn too_short_a_duration_is_answered_by_the_shortest_found() {
     let hasty = sun(burn(MOMENTS, [0.0, 0.0, 1.0], 120.0, 3.9));
-    let missed = plan(&hasty, &Settings::default(), None, &mut Silent).unwrap();
+    let missed = plan(&hasty, &Settings::discrete(), None, &mut Silent).unwrap();
     assert_eq!(missed.status, Status::NotConverged);
     // The shortest of the same maneuver by another program is 4.033261 s (`shortest`).
     let found = missed.solution.shortest.expect("a duration");

@@ -201,7 +201,7 @@ fn half_a_turn_goes_round_as_it_is_given() {
         let end = State::at_rest(lie::project_to_rotation(&(start.attitude * lie::exp(&turn))));
         let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 1.1, 0.95)).unwrap(), mass: None };
         let problem = Problem::attitude(body, start, end, 3.0).with_steps(40).with_path(Path::AsGiven(turn));
-        let plan = plan(&problem, &Settings::default(), None, &mut Silent).unwrap();
+        let plan = plan(&problem, &Settings::discrete(), None, &mut Silent).unwrap();
         assert_eq!(plan.status, Status::Solved, "{case}: {:?}", plan.verification);
     }
 }

@@ -17,7 +17,7 @@ use slewkit::plan::{Guess, Plan, PlanError, Silent, Status, plan};
 use slewkit::{Matrix3, Vector3, lie};
 
 fn settings() -> Settings {
-    Settings { method: Method::Shooting, ..Settings::default() }
+    Settings { method: Method::Shooting, ..Settings::discrete() }
 }
 
 fn shot(problem: &Problem) -> Solution {
@@ -100,12 +100,12 @@ fn tight_limits_are_reached_by_drawing_them_in() {
     let solution = planned(&tight);
     assert!(solution.ladder.iter().any(|rung| rung.rung == Rung::Limits));
     // The convex road knows nothing of the law, and needs no costates to start from.
-    let settings = Settings { method: Method::Scp, ..Settings::default() };
+    let settings = Settings { method: Method::Scp, ..Settings::discrete() };
     let convex = solve(&tight, &settings, None, &mut Silent).unwrap();
     assert_close("cost", &[solution.cost], &[convex.cost], 1e-10);
     assert_close("inputs", &solution.trajectory.input, &convex.trajectory.input, 1e-7);
     // By default the convex road takes over there, and the shooting confirms what it found.
-    let Plan { solution: found, status, .. } = plan(&tight, &Settings::default(), None, &mut Silent).unwrap();
+    let Plan { solution: found, status, .. } = plan(&tight, &Settings::discrete(), None, &mut Silent).unwrap();
     assert_eq!(
         (status, found.method, found.optimality.conjugate_points),
         (Status::Solved, Method::Scp, Some(0))
@@ -122,7 +122,7 @@ fn the_convex_road_stops_at_the_limit_of_iterations_and_says_so() {
     let slow = Constraint { name: "slow".into(), rule: Rule::RateNorm(1.55) };
     let problem = limited.with_constraint(slow);
     let at = |max_iterations: usize| {
-        plan(&problem, &Settings { max_iterations, ..Settings::default() }, None, &mut Silent).unwrap()
+        plan(&problem, &Settings { max_iterations, ..Settings::discrete() }, None, &mut Silent).unwrap()
     };
     let whole = at(60);
     assert_eq!(whole.status, Status::Solved);
@@ -144,11 +144,11 @@ fn the_convex_road_stops_at_the_limit_of_iterations_and_says_so() {
 #[test]
 fn limits_of_inputs_alone_take_the_shooting_by_default() {
     let limited = within(&rest_to_rest(120.0), 0.8);
-    let found = plan(&limited, &Settings::default(), None, &mut Silent).unwrap();
+    let found = plan(&limited, &Settings::discrete(), None, &mut Silent).unwrap();
     assert_eq!((found.status, found.solution.method), (Status::Solved, Method::Shooting));
     assert_eq!(found.solution.optimality.conjugate_points, Some(0));
     let slow = Constraint { name: "slow".into(), rule: Rule::RateNorm(50.0) };
-    let found = plan(&limited.with_constraint(slow), &Settings::default(), None, &mut Silent).unwrap();
+    let found = plan(&limited.with_constraint(slow), &Settings::discrete(), None, &mut Silent).unwrap();
     assert_eq!((found.status, found.solution.method), (Status::Solved, Method::Scp));
 }
 

@@ -375,7 +375,7 @@ fn a_body_that_is_there_burns_nothing() {
 #[test]
 fn too_short_a_duration_is_answered_by_the_shortest_one() {
     let too_short = moving_slowly().with_duration(1.2);
-    let plan = plan(&too_short, &Settings::default(), None, &mut Silent).unwrap();
+    let plan = plan(&too_short, &Settings::discrete(), None, &mut Silent).unwrap();
     assert_eq!((plan.status, plan.solution.outcome), (Status::NotConverged, Outcome::Stalled));
     let shortest = solved(&moving()).solution.switching.unwrap().continuous_duration_s;
     let told = plan.solution.shortfall.unwrap();
@@ -404,7 +404,7 @@ fn a_plan_of_another_duration_or_with_a_thruster_that_pulls_is_noticed() {
 #[test]
 fn what_cannot_be_planned_with_least_fuel_is_refused() {
     let refused = |problem: &Problem| {
-        plan(problem, &Settings::default(), None, &mut Silent).expect_err("refused").to_string()
+        plan(problem, &Settings::discrete(), None, &mut Silent).expect_err("refused").to_string()
     };
     let given = moving_slowly();
     let unequal = Fuel { prices: Some(vec![1.0, 1.0, 2.0]), ..Fuel::default() };

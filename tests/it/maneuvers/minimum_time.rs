@@ -24,7 +24,7 @@ pub fn at(turn: [f64; 3], rate: [f64; 3]) -> State {
 }
 
 pub fn solved(problem: &Problem) -> Plan {
-    let found = plan(problem, &Settings::default(), None, &mut Silent).unwrap();
+    let found = plan(problem, &Settings::discrete(), None, &mut Silent).unwrap();
     let failed = found.verification.iter().flat_map(|found| &found.checks).filter(|check| !check.passed);
     assert_eq!(
         found.status,
@@ -210,13 +210,13 @@ fn what_cannot_be_planned_in_minimum_time_is_refused() {
     let refused = |problem: &Problem, settings: &Settings| {
         plan(problem, settings, None, &mut Silent).expect_err("refused").to_string()
     };
-    let settings = Settings::default();
+    let settings = Settings::discrete();
     let unlimited =
         problem.clone().with_actuation(Actuation::torques(ActuatorSet::three_axes(AxisFrame::Body)));
     assert!(refused(&unlimited, &settings).contains("need a limit"));
     let two = problem.clone().with_actuation(torques(&CUBE[..2], &[1.0; 2]));
     assert!(refused(&two, &settings).contains("every direction"));
-    let scp = Settings { method: Method::Scp, ..Settings::default() };
+    let scp = Settings { method: Method::Scp, ..Settings::discrete() };
     assert!(matches!(plan(&problem, &scp, None, &mut Silent), Err(PlanError::Unsuited { .. })));
 }
 

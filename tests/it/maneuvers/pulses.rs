@@ -215,7 +215,7 @@ fn random_maneuvers_have_pulses_that_lead_to_the_end() {
         let shortest = random.within(0.01, 0.08) * problem.duration;
         let problem = pulsed(&problem, shortest);
         let problem = if index % 3 == 2 { priced(&problem, 0.3) } else { problem };
-        let plan = plan(&problem, &Settings::default(), None, &mut Silent).unwrap();
+        let plan = plan(&problem, &Settings::discrete(), None, &mut Silent).unwrap();
         if plan.status != Status::Solved {
             println!("case {index}: {:?} {:?}", plan.status, plan.solution.shortfall);
             continue;
@@ -303,7 +303,7 @@ fn an_input_that_is_half_open_and_a_pulse_that_is_too_short_are_noticed() {
 fn a_shortest_pulse_reads_back_as_written() {
     for actuation in [torques(&CUBE, &[1.0, 1.2, 0.8]), thrusters(&CUBE, 1.0)] {
         let problem = pulsed(&moving_slowly().with_actuation(actuation), 0.123_456_789);
-        let text = SpecDocument::new(&problem, &Settings::default()).unwrap().to_string();
+        let text = SpecDocument::new(&problem, &Settings::discrete()).unwrap().to_string();
         let again = spec::from_str(&text, "again.json", Format::Json, &[]).unwrap();
         assert_eq!(again.problem.shortest_pulse(), Some(0.123_456_789));
         assert_eq!(again.problem.actuation, problem.actuation);
@@ -313,7 +313,7 @@ fn a_shortest_pulse_reads_back_as_written() {
 #[test]
 fn what_does_not_go_with_pulses_is_refused() {
     let refused = |problem: &Problem| {
-        plan(problem, &Settings::default(), None, &mut Silent).expect_err("refused").to_string()
+        plan(problem, &Settings::discrete(), None, &mut Silent).expect_err("refused").to_string()
     };
     let given = moving_slowly();
     for shortest in [0.0, -1.0, f64::NAN, f64::INFINITY] {
@@ -331,7 +331,7 @@ fn what_does_not_go_with_pulses_is_refused() {
 /// Pulses so long that hardly any fit: there is a plan, or it is said that none was found.
 #[test]
 fn pulses_without_room_are_not_called_a_plan() {
-    let plan = plan(&pulsed(&moving_slowly(), 4.9), &Settings::default(), None, &mut Silent).unwrap();
+    let plan = plan(&pulsed(&moving_slowly(), 4.9), &Settings::discrete(), None, &mut Silent).unwrap();
     assert_eq!((plan.status, plan.solution.outcome), (Status::NotConverged, Outcome::Stalled));
     assert!(plan.solution.shortfall.unwrap().contains("4.9 s"));
 }

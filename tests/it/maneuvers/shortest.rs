@@ -20,11 +20,11 @@ fn slew(moments: [f64; 3], end: State) -> Problem {
 
 /// A maneuver that SCP plans from seeds of its own refuses to be shot, and costates as a guess.
 pub(super) fn takes_no_guess_and_no_shooting(problem: &Problem) {
-    let shooting = Settings { method: Method::Shooting, ..Settings::default() };
+    let shooting = Settings { method: Method::Shooting, ..Settings::discrete() };
     let refused = plan(problem, &shooting, None, &mut Silent).unwrap_err();
     assert!(matches!(refused, PlanError::NotForShooting { .. }), "{refused}");
     let guess = Guess::costates(&[0.0; 6]);
-    let refused = plan(problem, &Settings::default(), Some(&guess), &mut Silent).unwrap_err();
+    let refused = plan(problem, &Settings::discrete(), Some(&guess), &mut Silent).unwrap_err();
     assert!(matches!(refused, PlanError::Unsuited { .. }), "{refused}");
 }
 
@@ -181,7 +181,7 @@ fn a_limited_maneuver_takes_as_long_backwards() {
 fn too_short_a_duration_is_answered_by_the_shortest_found() {
     let (_, problem, shortest) = cases().swap_remove(3);
     let hasty = Problem { objective: Objective::default(), duration: 3.9, ..problem.with_steps(60) };
-    let missed = plan(&hasty, &Settings::default(), None, &mut Silent).unwrap();
+    let missed = plan(&hasty, &Settings::discrete(), None, &mut Silent).unwrap();
     assert_eq!(missed.status, Status::NotConverged);
     let found = missed.solution.shortest.expect("a duration");
     assert!((found / shortest - 1.0).abs() < 5e-4, "{found}");
@@ -196,7 +196,7 @@ fn too_short_a_duration_is_answered_by_the_shortest_found() {
 fn the_shortest_is_sought_by_scp_from_its_own_seeds() {
     let (_, problem, _) = cases().swap_remove(0);
     takes_no_guess_and_no_shooting(&problem);
-    let limit = Settings { time_limit: Some(std::time::Duration::from_millis(1)), ..Settings::default() };
+    let limit = Settings { time_limit: Some(std::time::Duration::from_millis(1)), ..Settings::discrete() };
     let stopped = plan(&problem, &limit, None, &mut Silent).unwrap();
     assert_eq!(stopped.status, Status::LimitReached);
     let settled = Problem { end: problem.start, ..problem };

@@ -32,7 +32,7 @@ pub fn rest_to_rest(degrees: f64) -> Problem {
 
 /// A solve that must converge.
 pub fn solved(problem: &Problem) -> Solution {
-    let solution = solve(problem, &Settings::default(), None, &mut Silent).unwrap();
+    let solution = solve(problem, &Settings::discrete(), None, &mut Silent).unwrap();
     assert_eq!(solution.outcome, Outcome::Converged, "{:?}", solution.ladder);
     assert!(solution.terminal.largest() <= 1e-12);
     solution
@@ -40,7 +40,7 @@ pub fn solved(problem: &Problem) -> Solution {
 
 /// A plan that must be solved and verified.
 pub fn planned(problem: &Problem) -> Plan {
-    let plan = plan(problem, &Settings::default(), None, &mut Silent).unwrap();
+    let plan = plan(problem, &Settings::discrete(), None, &mut Silent).unwrap();
     assert_eq!(plan.status, Status::Solved, "{:?} {:?}", plan.solution.ladder, plan.verification);
     plan
 }

@@ -200,7 +200,7 @@ mod tests {
 
     #[test]
     fn each_plan_is_the_best_by_its_own_measure() {
-        let runs = compare(&slew(5.0), &Settings::default(), &mut Silent).unwrap();
+        let runs = compare(&slew(5.0), &Settings::discrete(), &mut Silent).unwrap();
         let [time, fuel, effort] = runs.as_slice() else { panic!("{runs:?}") };
         assert_eq!([time, fuel, effort].map(|run| run.minimises), ["time", "fuel", "effort"]);
         assert!(runs.iter().all(|run| run.status == Some(Status::Solved)), "{runs:?}");
@@ -215,15 +215,15 @@ mod tests {
     fn the_measures_are_the_costs_of_the_plans() {
         for scheme in [Scheme::LieVerlet, Scheme::LieEuler] {
             let problem = slew(5.0).with_scheme(scheme);
-            let plan = plan::plan(&problem, &Settings::default(), None, &mut Silent).unwrap();
+            let plan = plan::plan(&problem, &Settings::discrete(), None, &mut Silent).unwrap();
             let weight = problem.objective.weights().torque(&problem.actuation).weight;
             let sum = integral(&plan.solution.trajectory, |inputs| effort(&weight, inputs));
             assert!((sum / plan.solution.cost - 1.0).abs() < 1e-13, "{scheme:?} {sum}");
         }
         let objective = Objective::Fuel(Fuel { prices: Some(vec![1.0, 2.0, 0.5]), ..Fuel::default() });
         let problem = slew(5.0).with_objective(objective);
-        let plan = plan::plan(&problem, &Settings::default(), None, &mut Silent).unwrap();
-        let runs = compare(&problem, &Settings::default(), &mut Silent).unwrap();
+        let plan = plan::plan(&problem, &Settings::discrete(), None, &mut Silent).unwrap();
+        let runs = compare(&problem, &Settings::discrete(), &mut Silent).unwrap();
         assert!((runs[1].fuel.unwrap() / plan.solution.cost - 1.0).abs() < 1e-12, "{runs:?}");
     }
 
@@ -231,8 +231,8 @@ mod tests {
     fn a_price_of_time_chooses_the_duration_of_all() {
         let objective = Objective::Effort(Weights { time_price: Some(0.1), ..Weights::default() });
         let priced = slew(f64::NAN).with_objective(objective);
-        let chosen = plan::plan(&priced, &Settings::default(), None, &mut Silent).unwrap().solution;
-        let runs = compare(&priced, &Settings::default(), &mut Silent).unwrap();
+        let chosen = plan::plan(&priced, &Settings::discrete(), None, &mut Silent).unwrap().solution;
+        let runs = compare(&priced, &Settings::discrete(), &mut Silent).unwrap();
         let duration = *chosen.trajectory.time.last().unwrap();
         for run in &runs[1..] {
             assert!((run.duration_s.unwrap() / duration - 1.0).abs() < 1e-13, "{run:?} {duration}");
@@ -244,16 +244,16 @@ mod tests {
     #[test]
     fn without_a_duration_the_others_have_more_than_the_shortest() {
         let problem = slew(f64::NAN).with_objective(Objective::Time);
-        let runs = compare(&problem, &Settings::default(), &mut Silent).unwrap();
+        let runs = compare(&problem, &Settings::discrete(), &mut Silent).unwrap();
         let [shortest, given] = [0, 2].map(|row: usize| runs[row].duration_s.unwrap());
         assert!(given >= STRETCH * shortest && given < 1.05 * STRETCH * shortest, "{runs:?}");
         // Nothing limits the torques: only effort can be planned.
         let unlimited =
             slew(5.0).with_actuation(Actuation::torques(ActuatorSet::three_axes(AxisFrame::Body)));
-        let runs = compare(&unlimited, &Settings::default(), &mut Silent).unwrap();
+        let runs = compare(&unlimited, &Settings::discrete(), &mut Silent).unwrap();
         assert_eq!(runs.iter().filter(|run| run.status.is_none() && run.reason.is_some()).count(), 2);
         assert_eq!(runs[2].status, Some(Status::Solved));
-        let wrong = Settings { tolerance: f64::NAN, ..Settings::default() };
+        let wrong = Settings { tolerance: f64::NAN, ..Settings::discrete() };
         assert!(compare(&slew(5.0), &wrong, &mut Silent).is_err());
     }
 }

@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn the_ways_meet_as_the_grid_is_refined() {
         let spread = |steps: usize| {
-            let runs = compare(&problem(steps), &Settings::default(), &mut Silent).unwrap();
+            let runs = compare(&problem(steps), &Settings::discrete(), &mut Silent).unwrap();
             assert_eq!(
                 runs.iter().map(|run| run.way).collect::<Vec<_>>(),
                 ["smoothed", "switching_times", "convex"]
@@ -165,12 +165,12 @@ mod tests {
     #[test]
     fn fuel_has_the_same_ways_and_what_does_not_switch_has_none() {
         let fuel = problem(60).with_objective(Objective::Fuel(Default::default())).with_duration(6.0);
-        let runs = compare(&fuel, &Settings::default(), &mut Silent).unwrap();
+        let runs = compare(&fuel, &Settings::discrete(), &mut Silent).unwrap();
         let costs: Vec<f64> = runs.iter().map(|run| run.cost.expect("a plan")).collect();
         // The smoothed law burns more, and what the others burn differs by the square of the step.
         assert!(costs[0] > costs[1], "{runs:?}");
         assert!((costs[2] / costs[1] - 1.0).abs() < 2e-3, "{runs:?}");
         let effort = problem(60).with_objective(Objective::default()).with_duration(6.0);
-        assert!(compare(&effort, &Settings::default(), &mut Silent).is_err());
+        assert!(compare(&effort, &Settings::discrete(), &mut Silent).is_err());
     }
 }

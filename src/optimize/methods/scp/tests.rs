@@ -334,7 +334,7 @@ fn reference_slew(share_of_peak: Option<f64>) -> Problem {
 }
 
 fn shot(problem: &Problem) -> crate::maneuver::solution::Solution {
-    let settings = crate::maneuver::settings::Settings::default();
+    let settings = crate::maneuver::settings::Settings::discrete();
     crate::optimize::search::solve(problem, &settings, None, &mut crate::optimize::search::Silent).unwrap()
 }
 

@@ -19,7 +19,7 @@ const TERMINAL: f64 = 1e-12;
 const KKT: f64 = 1e-9;
 
 fn compared(problem: &Problem) -> Comparison {
-    let found = compare(problem, &Settings::default(), &mut Silent).unwrap();
+    let found = compare(problem, &Settings::discrete(), &mut Silent).unwrap();
     for run in &found.methods {
         println!(
             "{:12} {:10?} {:?} by itself {:?} cost {:?} terminal {:.1e} kkt {:.1e} subproblems {:?} newton {}",
@@ -130,7 +130,7 @@ fn reference_slew(share: Option<f64>) -> Problem {
 
 /// The same with every input limited to a share of the largest of the plan without limits.
 fn limited(free: &Problem, share: f64) -> Problem {
-    let plan = plan::plan(free, &Settings::default(), None, &mut Silent).unwrap();
+    let plan = plan::plan(free, &Settings::discrete(), None, &mut Silent).unwrap();
     let peak = plan.solution.trajectory.input.iter().fold(0.0f64, |peak, input| peak.max(input.abs()));
     let count = free.actuation.torque.count();
     let limits = Limits { size: Some(vec![share * peak; count]), ..Limits::default() };
@@ -195,7 +195,7 @@ fn random_slews_are_solved_alike_with_and_without_torque_limits() {
 #[test]
 fn a_second_run_counts_only_on_the_path_that_was_shown_and_the_first_is_kept() {
     let problem = reference_slew(None);
-    let settings = Settings::default();
+    let settings = Settings::discrete();
     let solved = |problem: &Problem| plan::plan(problem, &settings, None, &mut Silent).unwrap();
     let short = solved(&problem);
     let long = solved(&problem.clone().with_path(slewkit::maneuver::problem::Path::Long));
@@ -240,7 +240,7 @@ fn what_does_not_apply_or_does_not_solve_is_told_as_such() {
 #[test]
 fn answers_that_differ_are_not_called_one() {
     let problem = reference_slew(None);
-    let settings = Settings::default();
+    let settings = Settings::discrete();
     let solution = search::solve(&problem, &settings, None, &mut Silent).unwrap();
     let mut other = solution.clone();
     other.cost *= 1.0 + 1e-8;
@@ -270,7 +270,7 @@ fn a_stop_ends_every_method() {
             search::Control::Stop
         }
     }
-    let found = compare(&reference_slew(Some(0.75)), &Settings::default(), &mut Stop).unwrap();
+    let found = compare(&reference_slew(Some(0.75)), &Settings::discrete(), &mut Stop).unwrap();
     assert_eq!(found.status(), Status::Interrupted);
 }
 
@@ -285,23 +285,23 @@ mod bounded {
 
     #[test]
     fn the_gap_is_of_one_discrete_problem_and_nothing_when_the_plan_is_optimal() {
-        let found = global(&shipped("rest_120"), &Settings::default(), Some(4), &mut Silent).unwrap();
+        let found = global(&shipped("rest_120"), &Settings::discrete(), Some(4), &mut Silent).unwrap();
         assert!(!found.same_grid && found.steps == 4 && found.tight);
         assert!(found.lower_bound <= found.cost && found.gap < 1e-6);
         // On its own grid the maneuver is another discrete problem: 10.69, not 9.54.
         assert!((found.cost - 9.543).abs() < 1e-3);
         let same =
-            global(&shipped("rest_120").with_steps(4), &Settings::default(), None, &mut Silent).unwrap();
+            global(&shipped("rest_120").with_steps(4), &Settings::discrete(), None, &mut Silent).unwrap();
         assert!(same.same_grid && (same.cost - found.cost).abs() < 1e-12);
     }
 
     #[test]
     fn a_loose_bound_says_so_and_limits_have_their_share_of_the_gap() {
         let loose =
-            global(&shipped("rest_120_weighted"), &Settings::default(), Some(6), &mut Silent).unwrap();
+            global(&shipped("rest_120_weighted"), &Settings::discrete(), Some(6), &mut Silent).unwrap();
         assert!(!loose.tight && loose.gap > 0.1 && loose.gap < 0.9, "{loose:?}");
         let free = shipped("rest_120").with_steps(4);
-        let found = global(&limited(&free, 0.9), &Settings::default(), None, &mut Silent).unwrap();
+        let found = global(&limited(&free, 0.9), &Settings::discrete(), None, &mut Silent).unwrap();
         let without = found.cost_without_limits.unwrap();
         assert!(found.cost > without * 1.001 && found.tight, "{found:?}");
         assert!((found.gap - (found.cost - found.lower_bound) / found.cost).abs() < 1e-15);
@@ -310,9 +310,9 @@ mod bounded {
 
     #[test]
     fn what_no_bound_covers_is_refused_before_anything_is_solved() {
-        let refused = global(&shipped("pendulum_inversion"), &Settings::default(), None, &mut Silent);
+        let refused = global(&shipped("pendulum_inversion"), &Settings::discrete(), None, &mut Silent);
         assert!(matches!(refused, Err(GlobalError::Bound(_))), "{refused:?}");
-        let long = global(&shipped("rest_120"), &Settings::default(), Some(61), &mut Silent);
+        let long = global(&shipped("rest_120"), &Settings::discrete(), Some(61), &mut Silent);
         assert!(matches!(long, Err(GlobalError::Bound(_))), "{long:?}");
     }
 }

@@ -39,7 +39,7 @@ fn slew(random: &mut Random, frame: AxisFrame, steps: usize) -> Problem {
 }
 
 fn shot(problem: &Problem) -> Option<Solution> {
-    let settings = Settings { method: Method::Shooting, ..Settings::default() };
+    let settings = Settings { method: Method::Shooting, ..Settings::discrete() };
     let found = solve(problem, &settings, None, &mut Silent).unwrap();
     (found.outcome == Outcome::Converged).then_some(found)
 }
@@ -83,7 +83,7 @@ fn descents_are_the_conjugate_points_of_the_shooting() {
             for problem in [free].iter().chain(&limited) {
                 let Some(shot) = shot(problem) else { continue };
                 let along = Some(&shot.trajectory);
-                let convex = solve_convex(problem, &Settings::default(), true, along, &mut Silent).unwrap();
+                let convex = solve_convex(problem, &Settings::discrete(), true, along, &mut Silent).unwrap();
                 if convex.outcome == Outcome::Converged && (convex.cost / shot.cost - 1.0).abs() < 1e-9 {
                     let points = shot.optimality.conjugate_points;
                     let torque = &problem.actuation.torque;
