@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let plan = search::solve(&problem, &Settings::discrete(), None, &mut Silent)?;
                 // No plan, no known cost: the bound stands alone.
                 let known_cost = plan.cost.is_finite().then_some(plan.cost);
-                let bound = lower_bound(&problem, &BoundSettings { known_cost, ..BoundSettings::discrete() })?;
+                let bound = lower_bound(&problem, &BoundSettings { known_cost, ..BoundSettings::default() })?;
                 let largest = bound.step_angles.iter().copied().fold(0.0, f64::max).to_degrees();
                 let missing = || "no plan".to_string();
                 let cost = known_cost.map_or_else(missing, |cost| format!("{cost:.6}"));

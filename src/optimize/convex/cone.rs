@@ -359,7 +359,7 @@ impl ConeSettings {
             // Digits beyond the tolerance cost a tenth of the time and change nothing.
             iterative_refinement_reltol: (1e-3 * self.tolerance).max(1e-13),
             iterative_refinement_abstol: (1e-3 * self.tolerance).max(1e-12),
-            ..DefaultSettings::discrete()
+            ..DefaultSettings::default()
         })
     }
 }
@@ -392,7 +392,7 @@ impl Convexity {
         let mut convexity = Self { factor: None, slots, diagonal, on_diagonal };
         if !quadratic.nzval.is_empty() {
             let settings =
-                QDLDLSettings { regularize_enable: false, logical: true, ..QDLDLSettings::discrete() };
+                QDLDLSettings { regularize_enable: false, logical: true, ..QDLDLSettings::default() };
             let factor = QDLDLFactorisation::new(&shifted, Some(settings)).map_err(solver_error)?;
             convexity.factor = Some(factor);
             convexity.check(&quadratic.nzval)?;

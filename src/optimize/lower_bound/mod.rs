@@ -241,7 +241,7 @@ pub fn lower_bound(problem: &Problem, settings: &BoundSettings) -> Result<LowerB
 /// The [`BoundError`] that [`lower_bound`] would give.
 pub fn covered(problem: &Problem) -> Result<(), BoundError> {
     problem.check()?;
-    Setup::new(problem, &BoundSettings::discrete()).map(|_| ())
+    Setup::new(problem, &BoundSettings::default()).map(|_| ())
 }
 
 /// Regularisations to try, the usually best first. Every dual vector proves something; the best proof counts.
@@ -264,7 +264,7 @@ impl LowerBound {
                 tolerance: settings.tolerance,
                 time_limit: left,
                 regularization,
-                ..ConeSettings::discrete()
+                ..ConeSettings::default()
             };
             let mut solver = ConeSolver::new(moments.program.clone(), &cone_settings)
                 .map_err(|error| BoundError::Solver(error.to_string()))?;

@@ -18,7 +18,7 @@ fn number(value: &Value) -> f64 {
 }
 
 fn bounded(problem: &Problem, relaxation: Relaxation) -> LowerBound {
-    lower_bound(problem, &BoundSettings { relaxation, ..BoundSettings::discrete() }).unwrap()
+    lower_bound(problem, &BoundSettings { relaxation, ..BoundSettings::default() }).unwrap()
 }
 
 fn planned(problem: &Problem) -> Solution {
@@ -163,7 +163,7 @@ fn no_bound_exceeds_a_plan() {
         let best = solution.rivals.iter().map(|rival| rival.cost).fold(solution.cost, f64::min);
         for known_cost in [None, Some(best)] {
             let bound =
-                lower_bound(&problem, &BoundSettings { known_cost, ..BoundSettings::discrete() }).unwrap();
+                lower_bound(&problem, &BoundSettings { known_cost, ..BoundSettings::default() }).unwrap();
             assert!(bound.cost <= best * (1.0 + 1e-12), "case {index}: {} above {best}", bound.cost);
             assert_eq!(bound.coverage, Coverage::PhysicalBranch);
             if let Some(gap) = bound.gap {
@@ -204,7 +204,7 @@ fn a_loose_bound_says_so_and_a_known_cost_tightens_it() {
     let problem = rest_to_rest(120.0, Scheme::LieVerlet, 4);
     let known = planned(&problem).cost;
     let without = bounded(&problem, Relaxation::Localized);
-    let settings = BoundSettings { known_cost: Some(known), ..BoundSettings::discrete() };
+    let settings = BoundSettings { known_cost: Some(known), ..BoundSettings::default() };
     let with = lower_bound(&problem, &settings).unwrap();
     assert_eq!(with.coverage, Coverage::PhysicalBranch);
     assert!(without.cost < with.cost && with.cost < known, "{} {} {known}", without.cost, with.cost);
@@ -234,7 +234,7 @@ fn a_plan_has_its_cost_in_the_polynomials_and_meets_every_condition() {
         let problem = random_problem(&mut random, scheme, steps);
         let solution = planned(&problem);
         assert_eq!(solution.outcome, Outcome::Converged);
-        let settings = BoundSettings { known_cost: Some(solution.cost), ..BoundSettings::discrete() };
+        let settings = BoundSettings { known_cost: Some(solution.cost), ..BoundSettings::default() };
         let setup = Setup::new(&problem, &settings).unwrap();
         let chain = Chain::new(&setup.data);
         let path = attitudes(&solution);
@@ -266,9 +266,9 @@ fn a_perturbed_dual_vector_still_proves_a_bound() {
     let case = &file["so3"]["cases"][0];
     let minimum = number(&case["physical_minimum"]);
     let problem = spatial(&file, case);
-    let setup = Setup::new(&problem, &BoundSettings::discrete()).unwrap();
+    let setup = Setup::new(&problem, &BoundSettings::default()).unwrap();
     let moments = relaxation::build(&Chain::new(&setup.data), Relaxation::Localized).unwrap();
-    let settings = ConeSettings { regularization: 1e-7, ..ConeSettings::discrete() };
+    let settings = ConeSettings { regularization: 1e-7, ..ConeSettings::default() };
     let answer = ConeSolver::new(moments.program.clone(), &settings).unwrap().solve();
     let z = &answer.step().unwrap().z;
     let value = |proved: f64| 2.0 * setup.unit * proved;
@@ -311,7 +311,7 @@ fn the_correction_holds_for_a_solver_that_stops_early() {
     let file = reference("moment_relaxation.json");
     let case = &file["so3"]["cases"][1];
     for tolerance in [9e-3, 1e-3, 1e-5] {
-        let settings = BoundSettings { tolerance, ..BoundSettings::discrete() };
+        let settings = BoundSettings { tolerance, ..BoundSettings::default() };
         let bound = lower_bound(&spatial(&file, case), &settings).unwrap();
         assert!(2.0 * bound.cost <= number(&case["physical_minimum"]) + PRINTED, "{bound:?}");
     }
@@ -341,12 +341,12 @@ fn a_turn_that_no_step_can_make_is_proved_impossible() {
     assert!(bound.cost.is_infinite() && bound.solver == SolverEnd::NothingFree, "{bound:?}");
     // Two free steps of at most 30° cannot turn 100°.
     let two = three_steps(full_inertia(), Vector3::new(0.0, 0.0, 100f64.to_radians()));
-    let settings = BoundSettings { max_step_angle: 30f64.to_radians(), ..BoundSettings::discrete() };
+    let settings = BoundSettings { max_step_angle: 30f64.to_radians(), ..BoundSettings::default() };
     let bound = lower_bound(&two, &settings).unwrap();
     assert!(bound.cost.is_infinite() && bound.solver == SolverEnd::Infeasible, "{bound:?}");
     assert_eq!(bound.coverage, Coverage::WithinAngles);
     // Of at most 51° they can.
-    let settings = BoundSettings { max_step_angle: 51f64.to_radians(), ..BoundSettings::discrete() };
+    let settings = BoundSettings { max_step_angle: 51f64.to_radians(), ..BoundSettings::default() };
     assert!(lower_bound(&two, &settings).unwrap().cost.is_finite());
     // One free step of 60° is one maneuver, and its cost is known.
     let one = three_steps(full_inertia(), Vector3::new(0.0, 0.0, 1.0)).with_steps(2);
@@ -370,7 +370,7 @@ fn a_bound_scales_as_the_cost_does() {
 #[test]
 fn what_is_not_covered_is_refused_by_name() {
     let base = three_steps(full_inertia(), Vector3::new(0.0, 0.0, 1.0));
-    let settings = BoundSettings::discrete();
+    let settings = BoundSettings::default();
     let refused = |problem: &Problem| match lower_bound(problem, &settings) {
         Err(BoundError::NotCovered(reason)) => reason,
         other => panic!("{other:?}"),

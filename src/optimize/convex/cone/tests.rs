@@ -26,11 +26,11 @@ fn pinned(b: f64) -> Program {
 }
 
 fn new(program: Program) -> ConeSolver {
-    ConeSolver::new(program, &ConeSettings::discrete()).unwrap()
+    ConeSolver::new(program, &ConeSettings::default()).unwrap()
 }
 
 fn refused(program: Program) -> ConeError {
-    ConeSolver::new(program, &ConeSettings::discrete()).err().expect("refused")
+    ConeSolver::new(program, &ConeSettings::default()).err().expect("refused")
 }
 
 fn solved(solver: &mut ConeSolver) -> Optimum {
@@ -330,7 +330,7 @@ fn a_tolerance_below_round_off_is_almost_solved_at_best() {
         &[0.0, 0.0, 0.0, 1.0],
         &[Cone::SecondOrder(3), Cone::Nonnegative(1)],
     );
-    let strict = ConeSettings { tolerance: 1e-17, ..ConeSettings::discrete() };
+    let strict = ConeSettings { tolerance: 1e-17, ..ConeSettings::default() };
     let answer = ConeSolver::new(disk.clone(), &strict).unwrap().solve();
     match answer {
         Answer::AlmostSolved(optimum) => {
@@ -344,12 +344,12 @@ fn a_tolerance_below_round_off_is_almost_solved_at_best() {
 
 #[test]
 fn limits_end_a_solve_and_are_named() {
-    let one = ConeSettings { max_iterations: 1, ..ConeSettings::discrete() };
+    let one = ConeSettings { max_iterations: 1, ..ConeSettings::default() };
     let rows = [(0, 0, 1.0), (1, 0, -1.0)];
     let program = program(1, &[(0, 0, 1.0)], &[-7.0], &rows, &[1.0, 1.0], &[Cone::Nonnegative(2)]);
     let answer = ConeSolver::new(program.clone(), &one).unwrap().solve();
     assert!(matches!(answer, Answer::Failed { reason: Reason::Iterations, .. }), "{answer:?}");
-    let hasty = ConeSettings { time_limit: 1e-12, ..ConeSettings::discrete() };
+    let hasty = ConeSettings { time_limit: 1e-12, ..ConeSettings::default() };
     let answer = ConeSolver::new(program, &hasty).unwrap().solve();
     assert!(matches!(answer, Answer::Failed { reason: Reason::Time, .. }), "{answer:?}");
 }
@@ -357,18 +357,18 @@ fn limits_end_a_solve_and_are_named() {
 #[test]
 fn settings_are_checked_and_the_solver_is_silent_and_single() {
     for bad in [f64::NAN, 0.0, -1.0, f64::INFINITY] {
-        let settings = ConeSettings { tolerance: bad, ..ConeSettings::discrete() };
+        let settings = ConeSettings { tolerance: bad, ..ConeSettings::default() };
         assert!(matches!(ConeSolver::new(pinned(3.0), &settings), Err(ConeError::Setting { .. })));
     }
     for bad in [f64::NAN, 0.0, -1.0] {
-        let settings = ConeSettings { time_limit: bad, ..ConeSettings::discrete() };
+        let settings = ConeSettings { time_limit: bad, ..ConeSettings::default() };
         assert!(matches!(ConeSolver::new(pinned(3.0), &settings), Err(ConeError::Setting { .. })));
     }
     for bad in [f64::NAN, 0.0, 1.0] {
-        let settings = ConeSettings { regularization: bad, ..ConeSettings::discrete() };
+        let settings = ConeSettings { regularization: bad, ..ConeSettings::default() };
         assert!(matches!(ConeSolver::new(pinned(3.0), &settings), Err(ConeError::Setting { .. })));
     }
-    let none = ConeSettings { max_iterations: 0, ..ConeSettings::discrete() };
+    let none = ConeSettings { max_iterations: 0, ..ConeSettings::default() };
     assert!(matches!(ConeSolver::new(pinned(3.0), &none), Err(ConeError::Setting { .. })));
     let solver = new(pinned(3.0));
     let chosen = solver.solver.settings();

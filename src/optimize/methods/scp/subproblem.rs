@@ -261,7 +261,7 @@ impl<'a> Subproblem<'a> {
 
     fn answer(&mut self, draft: Draft) -> Result<Answer, Failure> {
         let (tolerance, time_limit) = (self.tolerance, self.watch.seconds_left());
-        let settings = ConeSettings { tolerance, time_limit, ..ConeSettings::discrete() };
+        let settings = ConeSettings { tolerance, time_limit, ..ConeSettings::default() };
         let (solver, flag) = (self.solver.take(), self.watch.flag.cloned());
         let solved = if draft.linear.len() < LARGE {
             solved(solver, draft, &settings, flag.into_iter().collect())

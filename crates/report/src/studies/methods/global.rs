@@ -116,7 +116,7 @@ pub fn global(
     let bound_settings = BoundSettings {
         known_cost: Some(known),
         time_limit: settings.time_limit.map(|limit| limit.as_secs_f64()),
-        ..BoundSettings::discrete()
+        ..BoundSettings::default()
     };
     let bound = lower_bound(&relaxed, &bound_settings)?;
     let gap = |cost: f64| if cost > 0.0 { (cost - bound.cost) / cost } else { 0.0 };
