@@ -199,6 +199,8 @@
 //! - **Units** are SI and radians. Solvers work in units in which `T = 1` and the mean principal
 //!   moment of inertia is 1.
 //! - **Quaternions** are Hamilton, scalar first, `[w, x, y, z]`; `q` and `−q` are one attitude.
+//! - **Numbers of equations**, as (4.13), are those of Leok, *An overview of Lie group variational integrators and their
+//!   applications to optimal control*; other sources are named where they are used.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]

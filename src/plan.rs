@@ -3,61 +3,6 @@
 //! [`plan`] takes a [`Problem`] and [`Settings`], and gives a [`Plan`]: the [`Solution`], what the witnesses found
 //! ([`Verification`]), and a [`Status`] that says in a word what became of it. How a solver stopped is a value; only
 //! what cannot be attempted at all is a [`PlanError`].
-//!
-//! # A slew within limits
-//!
-//! Three torques of at most 0.2 N·m each, and a boresight that keeps 30° away from a direction:
-//!
-//! ```
-//! use slewkit::{
-//!     Actuation, ActuatorSet, AxisFrame, Body, Constraint, Direction, Inertia, Limits, Matrix3,
-//!     Pointing, Problem, Rule, Settings, Side, Silent, State, Status, Vector3, lie, plan,
-//! };
-//!
-//! let body = Body { inertia: Inertia::diagonal(Vector3::new(12.0, 10.0, 8.0))?, mass: None };
-//! let start = State::at_rest(Matrix3::identity());
-//! let end = State::at_rest(lie::exp(&Vector3::new(0.0, 0.0, 1.5)));
-//! let limits = Limits { size: Some(vec![0.2; 3]), ..Limits::default() };
-//! let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits)?;
-//! let sun = Direction { vector: Vector3::new(1.0, 1.0, 0.6).normalize(), turns_with_frame: false };
-//! let cone = Pointing {
-//!     side: Side::KeepOut,
-//!     boresights: vec![Vector3::x()],
-//!     directions: vec![sun],
-//!     half_angle: 30.0_f64.to_radians(),
-//!     margin: 0.0,
-//! };
-//! let problem = Problem::attitude(body, start, end, 60.0)
-//!     .with_actuation(Actuation::torques(torques))
-//!     .with_constraint(Constraint { name: "Sun".into(), rule: Rule::Pointing(cone) });
-//!
-//! let plan = plan(&problem, &Settings::default(), None, &mut Silent)?;
-//! assert_eq!(plan.status, Status::Solved);
-//! let verification = plan.verification.expect("a solved plan is judged");
-//! assert!(verification.margins.iter().all(|margin| margin.holds()));
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
-//!
-//! # A maneuver that is infeasible
-//!
-//! ```
-//! # use slewkit::{
-//! #     Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits, Matrix3, Problem, Settings,
-//! #     Silent, State, Status, Vector3, lie, plan,
-//! # };
-//! let body = Body { inertia: Inertia::diagonal(Vector3::new(12.0, 10.0, 8.0))?, mass: None };
-//! let end = State::at_rest(lie::exp(&Vector3::new(0.0, 0.0, 1.5)));
-//! let limits = Limits { norm: Some(0.01), ..Limits::default() };
-//! let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits)?;
-//! let problem = Problem::attitude(body, State::at_rest(Matrix3::identity()), end, 20.0)
-//!     .with_actuation(Actuation::torques(torques));
-//!
-//! let plan = plan(&problem, &Settings::default(), None, &mut Silent)?;
-//! assert_eq!(plan.status, Status::Infeasible);
-//! let proof = plan.solution.infeasible.expect("what is called infeasible is proved");
-//! assert!(proof.duration_lower_bound.is_some_and(|seconds| seconds > 60.0));
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
 
 pub use crate::optimize::memory::PeakMemory;
 pub use crate::optimize::search::{Control, Guess, Observer, PlanError, Progress, Silent};

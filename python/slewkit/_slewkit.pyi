@@ -15,6 +15,7 @@ __all__ = [
     "is_plan",
     "plan",
     "read_plan",
+    "run_program",
     "simulate",
     "simulation_report",
     "to_toml",
@@ -91,6 +92,7 @@ def plan(
     progress: _Progress = None,
 ) -> tuple[Planned, BaseException | None]: ...
 def read_plan(bytes: bytes, name: str) -> Planned: ...
+def run_program(arguments: list[str]) -> int: ...
 def diagnose(spec: _Spec, overrides: _Overrides = None) -> list[dict[str, Any]]: ...
 def simulate(
     spec: _Spec | Maneuver,

@@ -8,6 +8,7 @@
 mod failure;
 mod maneuver;
 mod planned;
+mod program;
 mod simulated;
 mod studied;
 mod text;
@@ -22,6 +23,8 @@ mod _slewkit {
     use crate::maneuver::{Maneuver, diagnose};
     #[pymodule_export]
     use crate::planned::{Planned, plan, read_plan, write_page};
+    #[pymodule_export]
+    use crate::program::run_program;
     #[pymodule_export]
     use crate::simulated::{simulate, simulation_report};
     #[pymodule_export]

@@ -2,6 +2,9 @@
 
 import importlib.metadata
 import importlib.util
+import pathlib
+import subprocess
+import sys
 
 import slewkit
 
@@ -17,3 +20,7 @@ spec = {
 plan = slewkit.plan(spec)
 print(f"{slewkit.__version__} in a clean environment: {plan}")
 assert plan.status == "solved" and plan.torque.shape == (101, 3)
+
+program = pathlib.Path(sys.executable).parent / "slew"
+problem = pathlib.Path(__file__).parents[2] / "problems" / "xte_20s.toml"
+subprocess.run([program, "plan", problem], check=True)

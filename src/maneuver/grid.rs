@@ -17,12 +17,15 @@
 use std::sync::Arc;
 use thiserror::Error;
 
-/// The discretisation.
+/// The discretisation: a variational integrator on SO(3) or SE(3), of which the plan meets the discrete necessary conditions.
+///
+/// Over a step the body turns by `F = exp S(f)`, which solves the implicit equation `h S(Π) = F J_d − J_d Fᵀ` with the momentum
+/// `Π` after the last kick; a kick adds the impulse of inputs and environment. Lee, Leok and McClamroch 2006.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scheme {
-    /// Lie–Euler (4.5–4.7), first order, input `u_{k+1}` at the end of step k.
+    /// Lie–Euler (4.5–4.7), first order, input `u_{k+1}` at the end of step k: `N` rows of inputs.
     LieEuler,
-    /// Its conjugate by half kicks at both ends, trapezoidal cost: second order.
+    /// Lie–Verlet, the conjugate of Lie–Euler by half kicks at both ends, trapezoidal cost: second order, `N + 1` rows of inputs.
     LieVerlet,
 }
 

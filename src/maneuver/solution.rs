@@ -382,9 +382,9 @@ pub struct Solution {
     pub cost: f64,
     /// The trajectory, its inputs and costates.
     pub trajectory: Trajectory,
-    /// Discrete terminal error, against [`Trajectory::target`] where there is one.
+    /// Discrete terminal error, scaled, against [`Trajectory::target`] where there is one; its `largest()` is what the tolerance holds.
     pub terminal: TerminalError,
-    /// How it was made to land, where that was tried.
+    /// How it was made to land, where that was tried: `corrections` of the discrete target, and what each left to be missed.
     pub landing: Option<Landing>,
     /// How its steps were chosen, where they were not given.
     pub chosen: Option<ChosenSteps>,
@@ -398,17 +398,19 @@ pub struct Solution {
     pub turned_deg: f64,
     /// Newton iterations of the winning start, all its rungs.
     pub iterations: usize,
-    /// Everything tried, in order.
+    /// Everything tried, in order: [`Rung`], start, steps, outcome, iterations and scaled residuals of each.
     pub ladder: Vec<RungReport>,
-    /// What SCP took, where it was run.
+    /// What SCP took, where it was run: subproblems, iterations and time of the cone solver.
     pub convex: Option<ConvexWork>,
-    /// Which limits and constraints are active, where and how hard.
+    /// Which limits and constraints are active: name, times \[s\] and multipliers of each.
     pub active: Vec<ActiveConstraint>,
-    /// Arcs and certificate, where time or fuel is minimised.
+    /// Arcs and certificate, where time or fuel is minimised: the structure, the arcs of the continuous extremal, its duration, cost
+    /// and gap.
     pub switching: Option<Switching>,
-    /// Other extremals found, cheapest first.
+    /// Other extremals found, cheapest first: start, sense, cost, conjugate points and angle turned of each.
     pub rivals: Vec<Rival>,
-    /// The proof that there is no plan, where there is one.
+    /// The proof that there is no plan, where there is one: its `reason` in words, and a `duration_lower_bound` \[s\] where one is
+    /// known.
     pub infeasible: Option<Proof>,
     /// What stays violated where the search came nearest, and what would help; where no plan was found.
     pub shortfall: Option<String>,

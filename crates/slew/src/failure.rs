@@ -9,7 +9,6 @@ use slewkit_files::exchange::Lacking;
 use slewkit_files::export::{ExportError, FileError, write_document};
 use slewkit_files::spec::{Diagnostics, escape};
 use std::path::Path;
-use std::process::ExitCode;
 
 /// Exit codes of the program; a solve has those of its [`Status`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,12 +57,6 @@ impl Exit {
             Self::NotFinite => "not_finite",
             Self::CasesFailed => "cases_failed",
         }
-    }
-}
-
-impl From<Exit> for ExitCode {
-    fn from(exit: Exit) -> Self {
-        exit.code().into()
     }
 }
 

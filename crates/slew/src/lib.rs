@@ -41,9 +41,9 @@ pub(crate) use summary::{Lines, headline, line};
 
 use clap::{CommandFactory, Parser, Subcommand};
 use slewkit_files::spec::escape_lines;
+use std::ffi::OsString;
 use std::io::{self, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::process::ExitCode;
 
 /// Optimal attitude maneuvers, planned and independently verified.
 ///
@@ -185,12 +185,19 @@ fn print(text: &[u8]) -> Result<Exit, Failure> {
     Ok(Exit::Solved)
 }
 
-/// Parses, runs, and turns the outcome into an exit code.
-pub fn main() -> ExitCode {
+/// Runs the program: `arguments` as a shell gives them, the name of the program first. Gives its exit code.
+///
+/// It writes to the streams of the process and takes over its signals, and is meant to be all that the process does.
+///
+/// ```
+/// assert_eq!(slewkit_cli::run(["slew", "explain", "E0123"]), 0);
+/// assert_eq!(slewkit_cli::run(["slew", "fly"]), 2);
+/// ```
+pub fn run<A: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = A>) -> u8 {
     interrupt::prepare();
-    let command = match Cli::try_parse() {
+    let command = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli.command,
-        Err(said) => return tell(&said),
+        Err(said) => return tell(&said).code(),
     };
     let common = command.common();
     let mut console = Console::new(common.quiet);
@@ -203,11 +210,11 @@ pub fn main() -> ExitCode {
             Failure::Internal("the program panicked, see above".into()).report(&mut console, common.json)
         }
     };
-    exit.into()
+    exit.code()
 }
 
 /// Help and version to stdout with 0, usage errors to stderr with 2.
-fn tell(said: &clap::Error) -> ExitCode {
+fn tell(said: &clap::Error) -> Exit {
     let words = said.to_string();
     let shown = escape_lines(&words);
     // What was typed is quoted as it is, and no terminal is to obey it.
@@ -218,8 +225,8 @@ fn tell(said: &clap::Error) -> ExitCode {
     };
     match told {
         // A reader that has gone is no error.
-        Err(error) if !said.use_stderr() && error.kind() != io::ErrorKind::BrokenPipe => Exit::File.into(),
-        _ if said.use_stderr() => Exit::Usage.into(),
-        _ => Exit::Solved.into(),
+        Err(error) if !said.use_stderr() && error.kind() != io::ErrorKind::BrokenPipe => Exit::File,
+        _ if said.use_stderr() => Exit::Usage,
+        _ => Exit::Solved,
     }
 }

@@ -3,5 +3,5 @@
 #![forbid(unsafe_code)]
 
 fn main() -> std::process::ExitCode {
-    slewkit_cli::main()
+    slewkit_cli::run(std::env::args_os()).into()
 }

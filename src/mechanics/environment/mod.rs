@@ -155,18 +155,24 @@ pub enum Symmetry {
     All,
 }
 
-/// A potential field acting on the body.
+/// A potential field `U(x, R)` acting on the body.
+///
+/// With `δR = R S(ζ)` a field gives `dU = −f·δx − M·ζ`, the derivative `Γ` of force and moment, and the second derivative
+/// contracted with costates, by which costates become exact derivatives of the cost. What it gives must be finite at every pose
+/// on the way; where it is not, a solve ends as [`Outcome::NotFinite`](crate::Outcome::NotFinite). A wrong derivative shows in
+/// slow or failing convergence, and in the verdict: differences tell (`examples/own_environment.rs`).
 pub trait Environment: Debug + Send + Sync {
     /// Potential energy `U` \[J\].
     fn potential(&self, pose: &Pose) -> f64;
 
-    /// Force and moment at a pose.
+    /// Force `f`, reference frame \[N\], and moment `M`, body axes [N·m], at a pose.
     fn wrench(&self, pose: &Pose) -> Wrench;
 
-    /// Derivative `Γ` of force and moment with respect to `(δx, ζ)`.
+    /// Derivative `Γ` of force and moment with respect to `(δx, ζ)`: four 3×3 blocks [N/m, N/rad, N, N·m/rad] (4.13–4.14).
     fn gradient(&self, pose: &Pose) -> Blocks;
 
-    /// Derivative `𝒯` of `Γᵀ [λ^γ; λ^Π]` with respect to `(δx, ζ)`, the costates held fixed.
+    /// Derivative `𝒯` of `Γᵀ [λ^γ; λ^Π]` with respect to `(δx, ζ)`, the costates `λ` held fixed: four 3×3 blocks,
+    /// those of `Γ` times the unit of the costates, over m or rad.
     fn curvature(&self, pose: &Pose, costates: &Wrench) -> Blocks;
 
     /// Angular velocity of the reference frame, in its own axes [rad/s]. Zero: inertial.

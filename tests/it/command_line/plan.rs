@@ -339,24 +339,22 @@ fn a_solved_plan_that_is_coarse_or_idle_says_so() {
 #[test]
 fn a_plan_that_is_not_found_names_what_could_do() {
     let folder = Folder::new();
-    let plan = |limit: &str| {
-        let set = ["--set", limit, "-q", "--format", "json"];
-        folder.slew(&[&["plan", "spec.toml"], &set[..]].concat())
-    };
-    let proved = plan("actuators.torque_norm_limit_n_m=0.05").ends(4).json();
+    // The plan on stdout, and the words for people beside it.
+    let plan = |limit: &str| folder.slew(&["plan", "spec.toml", "--set", limit, "--format", "json"]);
+    let run = plan("actuators.torque_norm_limit_n_m=0.05").ends(4);
+    let proved = run.json();
     assert!(proved["shortest_duration_s"].as_f64().unwrap() > 10.0);
     assert_eq!(proved["optimality"]["stationarity"], Value::Null);
-    let run = folder.slew(&["plan", "spec.toml", "--set", "actuators.torque_norm_limit_n_m=0.05"]).ends(4);
     let run = run.tells("   # more time; no plan takes less than ");
     assert!(!run.stderr.contains("method"), "{}", run.stderr);
     // Not enough torque, and not provably so.
     let limit = "actuators.torque_norm_limit_n_m=0.13";
-    let missed = plan(limit).ends(5).json();
-    let longer = missed["longer_s"].as_f64().unwrap();
+    let run = plan(limit).ends(5);
+    let longer = run.json()["longer_s"].as_f64().unwrap();
     assert!(longer > 10.0 && longer < 20.0, "{longer}");
     let advice =
         format!("slew plan spec.toml --set {limit} --set maneuver.duration_s={longer}   # more time\n");
-    folder.slew(&["plan", "spec.toml", "--set", limit]).ends(5).tells(&advice);
+    run.tells(&advice);
     let longer = format!("maneuver.duration_s={longer}");
     folder.slew(&["plan", "spec.toml", "--set", limit, "--set", &longer]).ends(0);
 }

@@ -4,8 +4,7 @@ use slewkit::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side}
 use slewkit::maneuver::problem::{Motion, Problem, Scheme, State};
 use slewkit::maneuver::settings::Method;
 use slewkit::maneuver::solution::{
-    ActiveConstraint, ConvexWork, Outcome, Rival, Rung, RungReport, Sense, Solution,
-    TerminalError, Trajectory,
+    ActiveConstraint, ConvexWork, Outcome, Rival, Rung, RungReport, Sense, Solution, Trajectory,
 };
 use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use slewkit::mechanics::body::{Body, Inertia};
