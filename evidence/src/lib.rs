@@ -5,6 +5,7 @@
 use serde_json::Value;
 use slewkit::{Matrix3, Vector3};
 
+pub mod attitude_files;
 pub mod constrained;
 pub mod families;
 pub mod held;

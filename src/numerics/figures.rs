@@ -46,17 +46,17 @@ pub fn decimals(value: f64, decimals: usize) -> String {
 
 /// Rounded down to four significant digits, so that "no plan under …" stays true.
 pub fn at_least(value: f64) -> String {
-    to_one_side(value, f64::floor)
+    to_one_side(value, 4, f64::floor)
 }
 
 /// Rounded up to four significant digits, so that "… at most" stays true.
 pub fn at_most(value: f64) -> String {
-    to_one_side(value, f64::ceil)
+    to_one_side(value, 4, f64::ceil)
 }
 
 /// Rounded to four significant digits, before the point too.
 pub fn about(value: f64) -> String {
-    to_one_side(value, f64::round)
+    to_one_side(value, 4, f64::round)
 }
 
 /// The number of four significant digits at or above a positive `value`; 0 of 0.
@@ -68,6 +68,37 @@ pub fn rounded_up(value: f64) -> f64 {
     let unit = 10_f64.powi(value.log10().floor() as i32 - 3);
     let text = format!("{:.3e}", (value / unit).ceil() * unit);
     text.parse().unwrap_or(value)
+}
+
+/// Two figures that are held against each other, with as many digits as tell them apart: `told` says how one is told with so many,
+/// from `digits` on. Equal figures are told alike.
+pub fn told_apart(pair: [f64; 2], digits: usize, told: impl Fn(f64, usize) -> String) -> [String; 2] {
+    // What seventeen digits do not tell apart is one number.
+    const MOST: usize = 17;
+    let mut found = pair.map(|value| told(value, digits));
+    for digits in digits..=MOST {
+        if found[0] != found[1] || pair[0] == pair[1] {
+            break;
+        }
+        found = pair.map(|value| told(value, digits));
+    }
+    found
+}
+
+/// What is needed, rounded down, and what is possible, rounded up, with at least four digits and as many as tell that the first is
+/// more.
+pub fn exceeding(needed: f64, possible: f64) -> [String; 2] {
+    let of = |digits| [to_one_side(needed, digits, f64::floor), to_one_side(possible, digits, f64::ceil)];
+    let value = |text: &String| text.parse().unwrap_or(f64::NAN);
+    let mut found = of(4);
+    for digits in 5..=15 {
+        let [first, second]: [f64; 2] = found.each_ref().map(value);
+        if first > second || needed <= possible {
+            break;
+        }
+        found = of(digits);
+    }
+    found
 }
 
 /// An error: two digits and an exponent of two places, `4.0e-13`.
@@ -105,23 +136,24 @@ fn plain(value: f64) -> bool {
     value == 0.0 || !value.is_finite() || (1e-4..1e7).contains(&value.abs())
 }
 
-/// Far more than the slack that proofs allow for, far less than what four digits show.
+/// Far more than the slack that proofs allow for, far less than what four digits show; of more digits a share of one.
 const SLACK: f64 = 3e-6;
 
-fn to_one_side(value: f64, round: fn(f64) -> f64) -> String {
+fn to_one_side(value: f64, digits: i32, round: fn(f64) -> f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
     }
-    let digits = 3 - value.abs().log10().floor() as i32;
-    // A number that four digits give but for the slack of a proof stays what it is.
-    let unit = 10.0_f64.powi(digits.abs());
-    let steps = if digits >= 0 { value * unit } else { value / unit };
+    let decimals_of = digits - 1 - value.abs().log10().floor() as i32;
+    // A number that so many digits give but for the slack of a proof stays what it is.
+    let slack = SLACK * 10.0_f64.powi(4 - digits);
+    let unit = 10.0_f64.powi(decimals_of.abs());
+    let steps = if decimals_of >= 0 { value * unit } else { value / unit };
     let steps =
-        if (steps - steps.round()).abs() < SLACK * steps.abs() { steps.round() } else { round(steps) };
-    if !(-2..=8).contains(&digits) {
-        return format!("{}e{}", steps / 1e3, 3 - digits);
+        if (steps - steps.round()).abs() < slack * steps.abs() { steps.round() } else { round(steps) };
+    if !(-2..=8).contains(&(decimals_of - (digits - 4))) {
+        return format!("{}e{}", steps / 10.0_f64.powi(digits - 1), digits - 1 - decimals_of);
     }
-    if digits <= 0 { format!("{}", steps * unit) } else { decimals(steps / unit, digits as usize) }
+    if decimals_of <= 0 { format!("{}", steps * unit) } else { decimals(steps / unit, decimals_of as usize) }
 }
 
 /// Decimals without zeros at the end.
@@ -146,6 +178,19 @@ fn padded(scientific: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn figures_that_differ_are_told_with_the_digits_that_show_it() {
+        let told = |pair| told_apart(pair, 4, rounded);
+        assert_eq!(told([0.1042, 0.10416]), ["0.1042", "0.10416"]);
+        assert_eq!(told([0.2, 0.1]), ["0.2", "0.1"]);
+        assert_eq!(told([0.3, 0.3]), ["0.3", "0.3"]);
+        let [more, less] = told([1.0 + f64::EPSILON, 1.0]);
+        assert!(more != less, "{more} {less}");
+        assert_eq!(exceeding(12.342, 5.0), ["12.34", "5"]);
+        assert_eq!(exceeding(0.104_21, 0.104_19), ["0.10421", "0.10419"]);
+        assert_eq!(exceeding(2.000_001e9, 2e9), ["2000001000", "2000000000"]);
+    }
 
     #[test]
     fn numbers_for_people_keep_their_digits() {

@@ -424,6 +424,182 @@ def replay(case):
     return f"misses by {missed:.2e} deg, the witness says {expected:.2e}"
 
 
+# ---- a frame that turns -------------------------------------------------------------------------------------------
+
+RATE = 1.16e-3
+ORBIT = f"""
+format = 1
+epoch = "{EPOCH}"
+name = "Test orbit"
+[names]
+object = "TESTSAT"
+spice_id = -125544
+[body]
+inertia_kg_m2 = [[120, 4, -3], [4, 100, 2], [-3, 2, 80]]
+[environment]
+kind = "gravity_gradient"
+orbital_rate_rad_s = {RATE}
+[start]
+attitude = {{ euler_zyx_deg = [20.5, 31.2, -33.7] }}
+angular_velocity_deg_s = [0.03, -0.01, 0.07]
+[end]
+attitude = {{ euler_zyx_deg = [-67.1, -12.9, 45.3] }}
+angular_velocity_deg_s = [-0.02, 0.04, 0.01]
+[maneuver]
+duration_s = 613
+steps = 120
+"""
+# Names of CCSDS, and those of the same frames in Orekit; axes by the registry of SANA, in e1 along the velocity, e2 along the orbit
+# normal, e3 outward.
+FRAMES = {
+    "LVLH": ("LVLH_CCSDS", [[1, 0, 0], [0, -1, 0], [0, 0, -1]]),
+    "VVLH": ("VVLH", [[1, 0, 0], [0, -1, 0], [0, 0, -1]]),
+    "RTN": ("QSW", [[0, 0, 1], [1, 0, 0], [0, 1, 0]]),
+    "RSW": ("QSW", [[0, 0, 1], [1, 0, 0], [0, 1, 0]]),
+    "QSW": ("QSW", [[0, 0, 1], [1, 0, 0], [0, 1, 0]]),
+    "NTW": ("NTW", [[0, 0, 1], [1, 0, 0], [0, 1, 0]]),
+    "TNW": ("TNW", [[1, 0, 0], [0, 0, -1], [0, 1, 0]]),
+    "VNC": ("VNC", [[1, 0, 0], [0, 1, 0], [0, 0, 1]]),
+}
+
+
+class Turning(Case):
+    """A plan in the frame of an orbit. In the inertial axes that this frame has at the start the body is at `inertial`."""
+
+    def __init__(self, folder):
+        self.name, self.folder = "orbit", Path(folder) / "orbit"
+        self.folder.mkdir()
+        (self.folder / "spec.toml").write_text(ORBIT)
+        self.slew("plan", "spec.toml", "-q", "-o", "plan.json")
+        self.plan = json.loads((self.folder / "plan.json").read_text())
+        trajectory = self.plan["trajectory"]
+        self.time = np.array(trajectory["time_s"])
+        self.wxyz = np.array(trajectory["quaternion_wxyz"])
+        self.rotation = Rotation.from_quat(self.wxyz, scalar_first=True)
+        self.orbit = Rotation.from_rotvec(np.outer(self.time, [0, RATE, 0]))
+        self.inertial = self.orbit * self.rotation
+        # Against inertial space, body axes, as those of the spec.
+        self.rate = np.array(trajectory["angular_velocity_rad_s"])
+        close(self.rate[0], np.radians([0.03, -0.01, 0.07]), 1e-12, "rate at the start")
+        turning = self.rotation.inv().apply([0, RATE, 0])
+        self.relative = self.rate - turning
+
+
+def simulators_inertial(case):
+    """Tables of 42 and Basilisk against the axes that the orbit's frame has at the start."""
+    table = np.loadtxt(case.export("plan.42"))
+    off = (Rotation.from_quat(table[:, 1:5]).inv() * case.inertial).magnitude().max()
+    assert off < 1e-14, off
+    close(table[:, 5:], case.rate, 1e-15, "42 rates against inertial space, body axes")
+    table = np.genfromtxt(case.export("basilisk.csv", "--format", "basilisk"), delimiter=",", names=True)
+    sigma = np.stack([table[f"sigma_RN_{i}"] for i in (1, 2, 3)], axis=1)
+    off = (Rotation.from_mrp(sigma).inv() * case.inertial).magnitude().max()
+    assert off < 1e-14, off
+    omega = np.stack([table[f"omega_RN_N_{i}_rad_s"] for i in (1, 2, 3)], axis=1)
+    close(omega, case.inertial.apply(case.rate), 1e-15, "Basilisk rates in inertial axes")
+    return "inertial axes"
+
+
+def inertial_formats_refuse(case):
+    for file in ("plan.a", "plan.bc"):
+        run = subprocess.run([SLEW, "export", "plan.json", "-q", "--force", "-o", file], cwd=case.folder,
+                             capture_output=True, text=True)
+        assert run.returncode == 3 and "E0141" in run.stderr, f"{file}: {run.returncode} {run.stderr}"
+    for file in ("plan.aem", "plan.xml", "plan.apm"):
+        run = subprocess.run([SLEW, "export", "plan.json", "-q", "--force", "-o", file, "--set", "names.reference_frame=ICRF"],
+                             cwd=case.folder, capture_output=True, text=True)
+        assert run.returncode == 3 and "E0141" in run.stderr, f"{file}: {run.returncode} {run.stderr}"
+    return "STK, SPICE, and CCSDS under a name that does not turn"
+
+
+def own_axes(case):
+    """Tables of our own are in our axes of the orbit, e1 e2 e3, by all readers of tables."""
+    table = np.genfromtxt(case.export("plan.csv"), delimiter=",", names=True)
+    close(np.stack([table[f"quaternion_{axis}"] for axis in "wxyz"], axis=1), case.wxyz, 0, "csv")
+    arrays = np.load(case.export("plan.npz"))
+    assert np.array_equal(arrays["quaternion_wxyz"], case.wxyz)
+    matlab = scipy.io.loadmat(case.export("plan.mat"))
+    assert np.array_equal(matlab["quaternion_wxyz"], case.wxyz)
+    data = Path(case.export("table.flight")).read_text()
+    assert "orbit (e1 velocity, e2 orbit normal, e3 outward)" in data
+    lines = [line for line in data.splitlines() if not line.startswith("#")]
+    rows = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:]])
+    close(rows[:, 2:6], case.wxyz, 0, "flight table")
+    return "csv, npz, mat, flight"
+
+
+def orbit_names(case):
+    """Every name of a frame of the orbit by the axes of SANA's registry, and read back by `slew verify`."""
+    for name, (_, axes) in FRAMES.items():
+        for file in ("plan.aem", "plan.xml"):
+            path = case.export(file, "--set", f"names.reference_frame={name}")
+            if file == "plan.aem":
+                text = Path(path).read_text()
+                rows = text[text.index("DATA_START") : text.index("DATA_STOP")].splitlines()[1:]
+                rows = np.array([[float(word) for word in row.split()[1:]] for row in rows if row])
+                expected = Rotation.from_matrix(np.array(axes, float)) * case.rotation
+                off = (Rotation.from_quat(rows[:, :4]).inv() * expected).magnitude().max()
+                assert off < 1e-14, (name, off)
+                close(np.radians(rows[:, 4:]), case.relative, 1e-15, f"{name}: rates against the frame, body axes")
+            case.slew("verify", path, "--spec", "spec.toml", "-q")
+    return f"{len(FRAMES)} frames"
+
+
+def orbit_orekit(case):
+    """Orekit turns its own frame of that name, on a circular orbit, to inertial axes: the attitude is that of 42 and Basilisk."""
+    if orekit_or_none() is None:
+        return "SKIPPED"
+    from org.hipparchus.geometry.euclidean.threed import Vector3D
+    from org.orekit.data import DataSource
+    from org.orekit.files.ccsds.ndm import ParserBuilder
+    from org.orekit.frames import LOFType
+    from org.orekit.time import AbsoluteDate
+    from org.orekit.utils import PVCoordinates
+
+    def rotated(rotation, vector):
+        found = rotation.applyTo(Vector3D(*vector))
+        return np.array([found.getX(), found.getY(), found.getZ()])
+
+    worst = 0.0
+    radius = 7e6
+    for name, (known, _) in FRAMES.items():
+        path = case.export("plan.aem", *NO_EPHEMERIS[:2], "--set", f"names.reference_frame={name}")
+        message = ParserBuilder().buildAemParser().parseMessage(DataSource(path))
+        rows = message.getSegments().get(0).getData().getAngularCoordinates()
+        local = getattr(LOFType, known)
+        assert rows.size() == len(case.time)
+        for k in range(0, rows.size(), 7):
+            outward, along = (case.orbit[k].apply(axis) for axis in ([0, 0, 1.0], [1.0, 0, 0]))
+            state = PVCoordinates(Vector3D(*(radius * outward)), Vector3D(*(radius * RATE * along)))
+            to_local = local.rotationFromInertial(AbsoluteDate.J2000_EPOCH, state)
+            for axis in np.eye(3):
+                found = rotated(rows.get(k).getRotation(), rotated(to_local, axis))
+                worst = max(worst, np.abs(found - case.inertial[k].inv().apply(axis)).max())
+    assert worst < 1e-12, worst
+    return f"{len(FRAMES)} frames, attitudes to {worst:.1e}"
+
+
+def orbit_ndm(case):
+    reader = os.environ.get("READ_NDM")
+    if not reader:
+        return "SKIPPED: READ_NDM names no reader"
+    for name, (_, axes) in FRAMES.items():
+        for file in ("plan.aem", "plan.xml"):
+            run = subprocess.run([reader, case.export(file, "--set", f"names.reference_frame={name}")],
+                                 capture_output=True, text=True)
+            assert run.returncode == 0, run.stderr
+            (segment,) = json.loads(run.stdout)["body"]["segment"]
+            assert segment["metadata"]["REF_FRAME_A"] == name
+            expected = Rotation.from_matrix(np.array(axes, float)) * case.rotation
+            for k, state in enumerate(segment["data"]["attitudeState"]):
+                quaternion = state["quaternionAngVel"]["quaternion"]
+                found = Rotation.from_quat([quaternion[key] for key in ("Q1", "Q2", "Q3", "QC")])
+                assert (found.inv() * expected[k]).magnitude() < 1e-14
+    return f"{len(FRAMES)} frames"
+
+
+TURNING = (simulators_inertial, inertial_formats_refuse, own_axes, orbit_names, orbit_orekit, orbit_ndm)
+
 if __name__ == "__main__":
     wanted = sys.argv[2:]
     with tempfile.TemporaryDirectory() as folder:
@@ -432,3 +608,8 @@ if __name__ == "__main__":
             for test in (numpy_and_matlab, parquet, tables, flight, spice, basilisk, orekit, ndm, schema, replay):
                 if not wanted or test.__name__ in wanted:
                     print(f"{name:8} {test.__name__:18} {test(case)}", flush=True)
+        if not wanted or {test.__name__ for test in TURNING} & set(wanted):
+            case = Turning(folder)
+            for test in TURNING:
+                if not wanted or test.__name__ in wanted:
+                    print(f"{'orbit':8} {test.__name__:24} {test(case)}", flush=True)

@@ -4,7 +4,7 @@ use super::spec_file::PlanOrAttitudes;
 use super::{
     Console, Exit, Failure, Lines, Message, Reading, ReportArgs, Tone, interrupt, spec_file, summary,
 };
-use slewkit::numerics::figures::{error, significant};
+use slewkit::numerics::figures::{scientific, significant, told_apart};
 use slewkit::plan::Status;
 use slewkit::verify::{Check, DEFAULT_ACCURACY_DEG};
 use slewkit_files::exchange::{Attitudes, judge_file, read_attitudes};
@@ -29,9 +29,6 @@ pub struct Args {
     pub report: ReportArgs,
 }
 
-/// What a plan file tells beside that, which no witness of a motion can judge.
-const NOT_JUDGED: &str = "whether the plan is optimal (conjugate points, costates, rivals) and how it was found: `slew plan` finds that again";
-
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let inputs: Vec<&Path> = std::iter::once(&args.plan).chain(&args.spec).map(PathBuf::as_path).collect();
@@ -50,8 +47,9 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         (None, None) => return Err(unusable(ExportError::NoSpec)),
     };
     interrupt::watch();
-    let judged = plan.judge(&problem, &settings, &interrupt::requested);
-    let Judgement { problem, verification, differences } = judged.map_err(|error| misfit(args, &error))?;
+    let judged = plan.judge(&problem, &settings, &identity, &interrupt::requested);
+    let Judgement { problem, verification, differences, recorded, not_judged } =
+        judged.map_err(|error| misfit(args, &error))?;
     let (exit, verdict, tone) = if verification.passed() {
         (Exit::Solved, "verified", Tone::Good)
     } else if verification.was_stopped() {
@@ -68,7 +66,10 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         let Difference { key, first, second } = difference;
         lines.line("differs", format!("{key}: {first} in the plan, {second} in the spec"));
     }
-    lines.line("not judged", NOT_JUDGED);
+    for Difference { key, first, second } in &recorded {
+        lines.line("recorded", escape(&format!("{key}: {first} in the file, {second} found")));
+    }
+    lines.lines("not judged", not_judged.iter().map(|text| escape(text)));
     console.say(&lines.join("\n"));
     args.report.print(&document! {
         status: exit.status(),
@@ -78,6 +79,9 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         verified: &verification,
         // Where the spec that the plan holds is not the one that it is judged by: plan first.
         differences: &differences,
+        // Where what the file records is not what was found: file first.
+        recorded: &recorded,
+        not_judged: &not_judged,
     })?;
     Ok(exit)
 }
@@ -142,11 +146,7 @@ fn told(check: &Check, found: &Attitudes, file: &str) -> String {
         _ => " rad",
     };
     let failed = if *passed { "" } else { "failed: " };
-    // As many digits as tell a value from its limit.
-    let (mut value_text, mut limit_text) = (error(*value), error(*limit));
-    if value_text == limit_text && value != limit {
-        (value_text, limit_text) = (format!("{value:e}"), format!("{limit:e}"));
-    }
+    let [value_text, limit_text] = told_apart([*value, *limit], 1, scientific);
     let mut text = format!("{failed}{name} off by {value_text}{unit}, at most {limit_text}");
     let line = if name.ends_with("start") {
         found.line.first()

@@ -16,7 +16,7 @@ use super::Proof;
 use super::capability::{Ends, SLACK, fastest, means, motion, standing};
 use super::detour::Detour;
 use super::envelope::{Arc, Means, Motion, envelope};
-use super::words::{about, at_least, at_most, direction};
+use super::words::{about, at_least, at_most, direction, exceeding};
 use crate::lie::{self, hat};
 use crate::maneuver::constraint::{Rule, Side};
 use crate::maneuver::problem::{Problem, Scheme};
@@ -189,13 +189,12 @@ impl Case<'_> {
             || format!("no plan in {} s", about(duration)),
             |shortest| format!("no plan under {} s", at_least(shortest)),
         );
+        let [angle, allow] = exceeding(demand.angle.to_degrees(), allowed.to_degrees());
         let mut reason = format!(
-            "{under}{}: {} {} deg, {} s allow {} deg at most",
+            "{under}{}: {} {angle} deg, {} s allow {allow} deg at most",
             self.given(means),
             demand.words,
-            at_least(demand.angle.to_degrees()),
             about(duration),
-            at_most(allowed.to_degrees())
         );
         let needed = self.needed(means, demand, allowed);
         if !needed.is_empty() {

@@ -12,7 +12,7 @@
 
 use super::Proof;
 use super::capability::{Ends, SLACK, means, standing, strongest};
-use super::words::{about, at_least, at_most};
+use super::words::{about, at_least, exceeding};
 use crate::Vector3;
 use crate::maneuver::problem::{Motion, Problem};
 
@@ -35,7 +35,7 @@ fn missed(
     let reason = format!(
         "no plan {under} with {} {unit}: {what}; in {duration} s it takes at least {} {unit}",
         about(limit),
-        at_least(limit * factor)
+        exceeding(limit * factor, limit)[0]
     );
     Proof { reason, duration_lower_bound: needed }
 }
@@ -50,10 +50,9 @@ fn angular(problem: &Problem) -> Option<Proof> {
     let change = (ends.spatial_momentum(1) - ends.spatial_momentum(0)).norm();
     let allowed = limit * problem.duration;
     (change > allowed * (1.0 + SLACK)).then(|| {
+        let [needed, possible] = exceeding(change, allowed);
         let what = format!(
-            "the angular momentum has to change by {} N·m·s, {} N·m·s at most are possible",
-            at_least(change),
-            at_most(allowed)
+            "the angular momentum has to change by {needed} N·m·s, {possible} N·m·s at most are possible"
         );
         let shortest = Some(change / limit).filter(|_| standing(problem));
         missed(problem, limit, "N·m", what, shortest, change / allowed)
@@ -70,11 +69,8 @@ fn linear(problem: &Problem) -> Option<Proof> {
     let change = mass * (end.velocity - start.velocity).norm();
     let allowed = limit * duration;
     if change > allowed * (1.0 + SLACK) {
-        let what = format!(
-            "the velocity has to change by {} m/s, {} m/s at most are possible",
-            at_least(change / mass),
-            at_most(allowed / mass)
-        );
+        let [needed, possible] = exceeding(change / mass, allowed / mass);
+        let what = format!("the velocity has to change by {needed} m/s, {possible} m/s at most are possible");
         return Some(missed(problem, limit, "N", what, Some(change / limit), change / allowed));
     }
     let mean = 0.5 * (start.velocity + end.velocity);
@@ -83,11 +79,8 @@ fn linear(problem: &Problem) -> Option<Proof> {
     let allowed = limit * sum / mass;
     (way.norm() > allowed * (1.0 + SLACK)).then(|| {
         let drift = if mean == Vector3::zeros() { "" } else { " beside the mean of the terminal velocities" };
-        let what = format!(
-            "the body has to go {} m{drift}, {} m at most are possible",
-            at_least(way.norm()),
-            at_most(allowed)
-        );
+        let [needed, possible] = exceeding(way.norm(), allowed);
+        let what = format!("the body has to go {needed} m{drift}, {possible} m at most are possible");
         // At rest the way is the same in any time.
         let shortest = (mean == Vector3::zeros()).then(|| duration * (way.norm() / allowed).sqrt());
         missed(problem, limit, "N", what, shortest, way.norm() / allowed)

@@ -7,7 +7,7 @@
 use super::Proof;
 use super::capability::{Ends, SLACK, held, isolated, standing};
 use super::outputs::Outputs;
-use super::words::{at_least, at_most, direction};
+use super::words::{at_least, direction, exceeding};
 use crate::Vector3;
 use crate::maneuver::problem::Problem;
 
@@ -28,12 +28,11 @@ pub(super) fn proof(problem: &Problem) -> Option<Proof> {
         let change = axis.dot(&(end - stored));
         let under = shortest
             .map_or_else(|| "in that time".into(), |shortest| format!("under {} s", at_least(shortest)));
+        let [needed, possible] = exceeding(change, change / factor);
         let reason = format!(
-            "no plan {under} with these wheel torques: along the body axis {} the wheels have to take up {} N·m·s, the \
-             torques can do {} N·m·s; it takes wheel torque limits at least {} times as large",
+            "no plan {under} with these wheel torques: along the body axis {} the wheels have to take up {needed} N·m·s, the \
+             torques can do {possible} N·m·s; it takes wheel torque limits at least {} times as large",
             direction(&axis),
-            at_least(change),
-            at_most(change / factor),
             at_least(factor)
         );
         Proof { reason, duration_lower_bound: shortest }
@@ -41,20 +40,18 @@ pub(super) fn proof(problem: &Problem) -> Option<Proof> {
 }
 
 fn too_much(end: &Vector3, axis: &Vector3, factor: f64) -> String {
-    let needed = axis.dot(end);
+    let [needed, possible] = exceeding(axis.dot(end), axis.dot(end) / factor);
     let lacking = if factor.is_finite() {
         format!(
-            "can store {} N·m·s there: it takes wheel momentum limits at least {} times as large",
-            at_most(needed / factor),
+            "can store {possible} N·m·s there: it takes wheel momentum limits at least {} times as large",
             at_least(factor)
         )
     } else {
         "no wheel turns about it".into()
     };
     format!(
-        "the wheels have to hold {} N·m·s along the body axis {} at the end, because the total momentum is conserved, \
+        "the wheels have to hold {needed} N·m·s along the body axis {} at the end, because the total momentum is conserved, \
          and {lacking}",
-        at_least(needed),
         direction(axis)
     )
 }

@@ -1,6 +1,6 @@
-//! Figures in messages: four digits, rounded to the side that keeps a claim true.
+//! Figures in messages: four digits, more where two would not differ, rounded to the side that keeps a claim true.
 
-pub(super) use crate::numerics::figures::{about, at_least, at_most};
+pub(super) use crate::numerics::figures::{about, at_least, at_most, exceeding};
 
 use crate::Vector3;
 

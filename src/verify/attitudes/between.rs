@@ -20,7 +20,7 @@ use crate::maneuver::Problem;
 use crate::maneuver::constraint::{
     Arc, BOUNDARY_ROUNDING, Constraint, Direction, Pointing, Rule, Side, Target, angle_between,
 };
-use crate::numerics::figures::{decimals, significant};
+use crate::numerics::figures::{decimals, significant, told_apart};
 
 /// Judges every constraint.
 pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut AttitudeReport) {
@@ -225,12 +225,10 @@ fn rates(constraint: &Constraint, motion: &Motion<'_>, report: &mut AttitudeRepo
         }
     }
     if let Some((_, value, limit, axis, time)) = worst {
-        let degrees = |rate: f64| significant(rate.to_degrees(), 6);
+        let [value, limit] = told_apart([value, limit].map(f64::to_degrees), 6, significant);
         report.violations.push(format!(
-            "{}: the rate{axis} is {} deg/s at {time:.4} s, the limit is {} deg/s",
+            "{}: the rate{axis} is {value} deg/s at {time:.4} s, the limit is {limit} deg/s",
             constraint.name,
-            degrees(value),
-            degrees(limit)
         ));
     } else if rows.rate.is_empty() {
         report

@@ -6,7 +6,7 @@
 use super::{AttitudeReport, Motion};
 use crate::maneuver::Problem;
 use crate::maneuver::infeasible::strongest;
-use crate::numerics::figures::significant;
+use crate::numerics::figures::{significant, told_apart};
 use crate::{Vector3, lie};
 
 /// Part by which the mean torque of rates may exceed what the actuators have: that of a plan that is within its limits to round-off,
@@ -42,12 +42,11 @@ pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut Attitud
         if let Some((_, k)) = most {
             let h = motion.step(k);
             let mean = (momentum(k + 1) - momentum(k)).norm() / h;
+            let [mean, most] = told_apart([mean, strongest], 6, significant);
             report.violations.push(format!(
-                "torque: the rates need {} N·m on the average between {:.4} s and {:.4} s, the actuators give {} N·m at most",
-                significant(mean, 6),
+                "torque: the rates need {mean} N·m on the average between {:.4} s and {:.4} s, the actuators give {most} N·m at most",
                 rows.time[k],
                 rows.time[k + 1],
-                significant(strongest, 6)
             ));
         }
     }

@@ -15,6 +15,7 @@ mod random;
 mod reading;
 mod schema;
 mod simulation;
+mod tampered;
 mod writer;
 
 use slewkit_files::spec::{self, Diagnostics, Format, Loaded, Override, Spec};

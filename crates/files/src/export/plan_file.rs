@@ -252,7 +252,7 @@ impl<'a> PlanFile<'a> {
         let scheme = self.scheme().ok_or_else(|| ExportError::Scheme(self.scheme.clone()))?;
         let steps = self.steps;
         // A body that is where it should be needs no step, where time is minimised.
-        let none = steps == 0 && problem.seeks_duration();
+        let none = steps == 0 && problem.seeks_duration() && self.trajectory.0.time.len() <= 1;
         if !none && !(Problem::MIN_STEPS..=Problem::MAX_STEPS).contains(&steps) {
             let (found, needed) = (steps, Problem::MAX_STEPS);
             return Err(TrajectoryError::Shape { key: "steps", of: "steps", found, needed }.into());

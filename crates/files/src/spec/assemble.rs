@@ -13,6 +13,7 @@ use slewkit::maneuver::{
     Fuel, Method, Motion, Objective, Path, Problem, ProblemError, Settings, State, Weights,
 };
 use slewkit::mechanics::{Body, Inertia};
+use slewkit::numerics::figures::{rounded, told_apart};
 use std::f64::consts::TAU;
 
 /// What a spec says, all of it valid unless the report holds an error.
@@ -291,7 +292,7 @@ fn refuse(
                 Some(longest) => ("duration_at_most_s", longest),
                 None => ("duration_s", problem.duration),
             };
-            let (value, longest) = (short(*value), short(longest));
+            let [value, longest] = told_apart([*value, longest], 4, rounded);
             let reason = format!("the shortest pulse is {value} s: it {reason}, of {longest} s");
             if let Some(section) = root.section("actuators") {
                 section.error(

@@ -5,7 +5,7 @@ use super::{Section, short, show};
 use crate::rounding;
 use slewkit::Matrix3;
 use slewkit::mechanics::{Inertia, InertiaError};
-use slewkit::numerics::figures::rounded;
+use slewkit::numerics::figures::{rounded, told_apart};
 
 /// Asymmetry that needs no warning: the last digit of an entry.
 const SILENT_ASYMMETRY: f64 = 1e-15;
@@ -79,17 +79,17 @@ fn refusal(error: &InertiaError) -> (&'static str, String, &'static str) {
             format!("the smallest principal moment of inertia is {}, it must be positive", short(*smallest)),
             "check the diagonal, and the signs of the products of inertia: tensor signs, Jxy = −∫xy dm",
         ),
-        InertiaError::Triangle { principal: [a, b, c] } => (
-            "E0042",
-            format!(
-                "no body has the principal moments {}, {}, {}: the largest exceeds the sum of the others, {}",
+        InertiaError::Triangle { principal: [a, b, c] } => {
+            let [largest, sum] = told_apart([*c, a + b], 6, rounded);
+            let reason = format!(
+                "no body has the principal moments {}, {}, {largest}: the largest exceeds the sum of the others, {sum}",
                 rounded(*a, 6),
                 rounded(*b, 6),
-                rounded(*c, 6),
-                rounded(a + b, 6)
-            ),
-            "check the moments and the signs of the products of inertia: tensor signs, Jxy = −∫xy dm",
-        ),
+            );
+            let remedy =
+                "check the moments and the signs of the products of inertia: tensor signs, Jxy = −∫xy dm";
+            ("E0042", reason, remedy)
+        }
         InertiaError::IllConditioned { ratio } => (
             "E0045",
             format!(

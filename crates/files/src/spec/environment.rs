@@ -7,6 +7,7 @@ use slewkit::mechanics::{
     CentralGravity, Environment, EnvironmentError, Free, GravityGradient, Inertia, SecondOrderGravity,
     UniformGravity,
 };
+use slewkit::numerics::figures::{rounded, told_apart};
 use std::sync::Arc;
 
 /// `[environment]` and what it depends on.
@@ -134,7 +135,7 @@ impl Surroundings<'_> {
                     let Some(radius) = end.position.map(|position| position.norm()) else { continue };
                     if radius <= reach {
                         let reach = if points.is_empty() { 0.0 } else { reach };
-                        let (radius, reach) = (short(radius), short(reach));
+                        let [radius, reach] = told_apart([radius, reach], 4, rounded);
                         let reason = format!(
                             "the distance from the attracting point is {radius} m, the body reaches {reach} m: they touch"
                         );
@@ -158,7 +159,7 @@ impl Surroundings<'_> {
             let escape = (2.0 * parameter / position.norm()).sqrt();
             let speed = velocity.norm();
             if speed > escape {
-                let (speed, escape) = (short(speed), short(escape));
+                let [speed, escape] = told_apart([speed, escape], 4, rounded);
                 let reason = format!(
                     "the start is on a hyperbolic orbit: {speed} m/s, the escape velocity there is {escape} m/s"
                 );

@@ -118,6 +118,11 @@ impl SpecDocument {
         }
     }
 
+    /// Whether a key asks for something of a plan: names and the epoch do not.
+    pub(crate) fn is_asked(key: &str) -> bool {
+        key != "epoch" && key.split('.').next() != Some("names")
+    }
+
     /// The keys in which two maneuvers differ beyond round-off, each with both values; their names and grids, which
     /// are `maneuver.steps` and `solver.scheme`, do not count.
     pub fn differences(&self, other: &Self) -> Vec<Difference> {

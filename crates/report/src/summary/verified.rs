@@ -2,7 +2,7 @@
 
 use super::lines::{Lines, Tone, line, paint};
 use slewkit::maneuver::{ActiveConstraint, Problem, Trajectory};
-use slewkit::numerics::figures::{counted, error, significant};
+use slewkit::numerics::figures::{counted, error, significant, told_apart};
 use slewkit::verify::{Margin, Testimony, Verification};
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::escape;
@@ -73,11 +73,14 @@ pub fn verified(colour: bool, judged: &Judged, verification: &Verification) -> V
     }
     for check in verification.checks.iter().filter(|check| !check.passed) {
         let label = paint(colour, Tone::Bad, &escape(&check.name));
-        let figure = |value: f64| match check.name.as_str() {
-            "continuous terminal" => format!("{} deg", significant(value.to_degrees(), 3)),
-            _ => significant(value, 3),
+        let figure = |value: f64, digits: usize| match check.name.as_str() {
+            "continuous terminal" => {
+                format!("{} deg", significant(value.to_degrees(), digits))
+            }
+            _ => significant(value, digits),
         };
-        lines.line("failed", format!("{label}: {}, limit {}", figure(check.value), figure(check.limit)));
+        let [value, limit] = told_apart([check.value, check.limit], 3, figure);
+        lines.line("failed", format!("{label}: {value}, limit {limit}"));
         if check.name == "continuous terminal" && check.value > check.limit {
             lines.line(
                 "",

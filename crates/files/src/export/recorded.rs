@@ -1,0 +1,314 @@
+//! What a plan file records beside the plan, against what is found of the plan again.
+//!
+//! Found by the witnesses: `terminal`, `verified`, `accuracy`. Found in the rows of the trajectory: arcs, pulses, costates, what acts.
+//! What only another search could tell is in [`NOT_JUDGED`].
+
+use super::PlanFile;
+use crate::spec::Difference;
+use serde::Serialize;
+use serde_json::Value;
+use slewkit::maneuver::{Method, Problem, Structure, Switching, SwitchingArc, Trajectory};
+use slewkit::verify::{self, Accuracy, Verification};
+
+/// Keys of a plan file that are not judged, since they tell of the search and of optimality.
+pub const NOT_JUDGED: [&str; 18] = [
+    "generator",
+    "iterations",
+    "solve_time_s",
+    "start",
+    "landing.misses",
+    "landing.drawn_in",
+    "optimality",
+    "ladder",
+    "convex",
+    "active",
+    "switching.gap",
+    "switching.eigenaxis_s",
+    "switching.smoothing",
+    "switching.beside_optimum",
+    "switching.singular_inputs",
+    "switching.pulses.cost_without",
+    "rivals",
+    "trajectory.costates",
+];
+
+/// By how much the record of a figure may differ from the figure: relative, and beside that. Of another machine figures may differ by
+/// the round-off of a long motion.
+const TOLD: f64 = 1e-6;
+const ROUND_OFF: f64 = 1e-9;
+/// How far a recorded order of convergence may be from the one that is found: it is read off errors that come near round-off.
+const ORDER: f64 = 0.01;
+/// A limit that acts is met at many times alike: which of them is the one is round-off.
+const ACTS: f64 = 1e-6;
+
+/// What is recorded otherwise than it is found, with the value of the file first.
+pub(super) fn differences(
+    file: &PlanFile<'_>,
+    found: &Verification,
+    problem: &Problem,
+    continuous: Option<f64>,
+) -> Vec<Difference> {
+    let mut apart = Apart { found: Vec::new(), problem, trajectory: &file.trajectory.0 };
+    let (terminal, discrete) = (&file.terminal, found.discrete());
+    apart.near("terminal.attitude_rad", Some(terminal.attitude_rad), Some(discrete.attitude_rad));
+    apart.near(
+        "terminal.momentum_relative",
+        Some(terminal.momentum_relative),
+        Some(discrete.momentum_relative),
+    );
+    apart.near("terminal.position_relative", terminal.position_relative, discrete.position_relative);
+    let linear = [terminal, &discrete].map(|error| error.linear_momentum_relative);
+    apart.near("terminal.linear_momentum_relative", linear[0], linear[1]);
+    if let Some(told) = &file.verified {
+        apart.trees("verified", &tree(told), &tree(found));
+        // Of figures that were found to be right, so that it is the same to the bit.
+        apart.exactly("accuracy", &file.accuracy, &Some(Accuracy::of(told, problem, continuous)));
+    }
+    let held = file.spec.as_ref().and_then(|spec| spec.read("the plan's spec", &[]).ok());
+    if let Some(held) = held {
+        apart.exactly("name", &file.name, &held.problem.name);
+        if file.steps > 0 {
+            apart.exactly("steps", &file.steps, &held.problem.steps);
+        }
+    }
+    let first = &file.trajectory.0.costates;
+    apart.exactly("costates_0", &file.costates_0, &first[..problem.dimension().min(first.len())].to_vec());
+    match (&file.landing, file.trajectory.0.target) {
+        (Some(landing), _) => {
+            let corrections = landing.misses.len().saturating_sub(1);
+            apart.exactly("landing.corrections", &landing.corrections, &corrections);
+        }
+        (None, Some(_)) => apart.tell("landing", &Value::Null, &"a target that was shifted"),
+        (None, None) => {}
+    }
+    if ![Method::Shooting, Method::Scp].iter().any(|method| method.name() == file.method) {
+        apart.tell("method", &file.method, &"shooting or scp");
+    }
+    match &file.switching {
+        Some(switching) => apart.switching(switching),
+        None if problem.switches() => apart.tell("switching", &Value::Null, &"inputs that switch"),
+        None => {}
+    }
+    apart.found
+}
+
+fn tree(of: &impl Serialize) -> Value {
+    serde_json::to_value(of).unwrap_or_default()
+}
+
+fn near(told: f64, found: f64) -> bool {
+    told.is_nan() && found.is_nan() || (told - found).abs() <= ROUND_OFF + TOLD * found.abs()
+}
+
+/// What was found to differ so far.
+struct Apart<'a> {
+    found: Vec<Difference>,
+    problem: &'a Problem,
+    trajectory: &'a Trajectory,
+}
+
+impl Apart<'_> {
+    fn tell(&mut self, key: &str, told: &impl Serialize, found: &impl Serialize) {
+        let [first, second] = [tree(told), tree(found)].map(|value| value.to_string());
+        self.found.push(Difference { key: key.into(), first, second });
+    }
+
+    fn exactly<T: Serialize + PartialEq>(&mut self, key: &str, told: &T, found: &T) {
+        let [first, second] = [tree(told), tree(found)];
+        // NaN is null in both.
+        if first != second {
+            self.tell(key, &first, &second);
+        }
+    }
+
+    fn near(&mut self, key: &str, told: Option<f64>, found: Option<f64>) {
+        let same = match (told, found) {
+            (Some(told), Some(found)) => near(told, found),
+            (told, found) => told.is_none() && found.is_none(),
+        };
+        if !same {
+            self.tell(key, &told, &found);
+        }
+    }
+
+    /// Every figure and every word of two trees.
+    fn trees(&mut self, key: &str, told: &Value, found: &Value) {
+        let last = key.rsplit('.').next().unwrap_or_default();
+        match (told, found) {
+            (Value::Number(first), Value::Number(second)) => {
+                let [told_value, found_value] =
+                    [first, second].map(|number| number.as_f64().unwrap_or(f64::NAN));
+                let same = match last {
+                    "order" => (told_value - found_value).abs() <= ORDER,
+                    // What a value is held against is no figure of a motion, and may be as small as round-off.
+                    "limit" => (told_value - found_value).abs() <= TOLD * found_value.abs(),
+                    _ => near(told_value, found_value),
+                };
+                if !same {
+                    self.tell(key, told, found);
+                }
+            }
+            (Value::Array(first), Value::Array(second)) => {
+                if first.len() != second.len() {
+                    let count = |of: usize| format!("{of} entries");
+                    self.tell(key, &count(first.len()), &count(second.len()));
+                }
+                for (index, (first, second)) in first.iter().zip(second).enumerate() {
+                    self.trees(&format!("{key}.{index}"), first, second);
+                }
+            }
+            (Value::Object(first), Value::Object(second)) => {
+                let acts =
+                    second.get("scaled").and_then(Value::as_f64).is_some_and(|scaled| scaled.abs() <= ACTS);
+                let of_order = second.get("name").and_then(Value::as_str) == Some("order");
+                for name in first.keys().chain(second.keys().filter(|name| !first.contains_key(*name))) {
+                    let [told, found] = [first, second].map(|map| map.get(name).cloned().unwrap_or_default());
+                    let under = format!("{key}.{name}");
+                    match name.as_str() {
+                        "value" if of_order => self.order(&under, &told, &found),
+                        "time_s" if acts && self.acts_at(second, &told) => {}
+                        "at" if acts && is_one_of(&told, &found) => {}
+                        _ => self.trees(&under, &told, &found),
+                    }
+                }
+            }
+            _ if told == found => {}
+            _ => self.tell(key, told, found),
+        }
+    }
+
+    fn order(&mut self, key: &str, told: &Value, found: &Value) {
+        match (told.as_f64(), found.as_f64()) {
+            (Some(first), Some(second)) if (first - second).abs() <= ORDER => {}
+            (None, None) => {}
+            _ => self.tell(key, told, found),
+        }
+    }
+
+    /// Whether the limit of a margin that is met acts at a time as well: it does at the node nearest to it.
+    fn acts_at(&self, margin: &serde_json::Map<String, Value>, time: &Value) -> bool {
+        let (Some(name), Some(time)) = (margin.get("name").and_then(Value::as_str), time.as_f64()) else {
+            return false;
+        };
+        self.margin_at(name, time).is_some_and(|(value, largest)| value.abs() <= ACTS * largest)
+    }
+
+    /// The margin of a limit at a node, and the largest of all nodes; `None` where the time is that of no node.
+    fn margin_at(&self, name: &str, time: f64) -> Option<(f64, f64)> {
+        let (problem, trajectory) = (self.problem, self.trajectory);
+        let rows = problem.input_rows();
+        let node = trajectory.time.iter().position(|at| near(time, *at))?;
+        let inputs = |node: usize| (node < rows).then_some(node);
+        let margins = verify::margins_at_nodes(problem, trajectory, inputs);
+        let values = &margins.iter().find(|margin| margin.name == name)?.values;
+        let largest = values
+            .iter()
+            .filter(|value| value.is_finite())
+            .fold(0.0, |largest: f64, value| largest.max(value.abs()));
+        Some((values[node], largest))
+    }
+
+    /// What follows from arcs and from the rows of the plan.
+    fn switching(&mut self, told: &Switching) {
+        if matches!(told.structure, Structure::BangBang | Structure::BangOffBang) {
+            self.exactly("switching.gap", &told.gap, &0.0);
+        }
+        if told.pulses.is_none() && self.problem.shortest_pulse().is_some() && self.problem.switches() {
+            self.tell("switching.pulses", &Value::Null, &"pulses of a shortest length");
+        }
+        if told.arcs.is_empty() && told.smoothing.is_none() && told.structure != Structure::Rest {
+            self.tell("switching.arcs", &told.arcs, &"inputs that are not smoothed");
+        }
+        if let Some(pulses) = told.pulses {
+            let (count, shortest) = self.pulses();
+            self.exactly("switching.pulses.count", &pulses.count, &count);
+            self.near("switching.pulses.shortest_s", Some(pulses.shortest_s), Some(shortest));
+            self.near("switching.gap", Some(told.gap), Some(told.continuous_cost - pulses.cost_without));
+        }
+        let Some(last) = told.arcs.last() else { return };
+        self.near("switching.continuous_duration_s", Some(told.continuous_duration_s), Some(last.end_s));
+        let mut before = 0.0;
+        for (index, arc) in told.arcs.iter().enumerate() {
+            self.near(&format!("switching.arcs.{index}.start_s"), Some(arc.start_s), Some(before));
+            before = arc.end_s;
+        }
+        // Along an arc of the full norm the inputs turn and are not told.
+        let constant = told.arcs.iter().all(|arc| arc.input.len() == self.trajectory.input_count);
+        if told.structure == Structure::Norm {
+            return;
+        }
+        if !constant {
+            self.tell("switching.arcs", &"arcs of other inputs", &self.trajectory.input_count);
+            return;
+        }
+        let switched = |pair: &[SwitchingArc]| {
+            pair[0].input.iter().zip(&pair[1].input).filter(|(before, after)| before != after).count()
+        };
+        let switches: usize = told.arcs.windows(2).map(switched).sum();
+        self.exactly("switching.switches", &told.switches, &switches);
+        self.near("switching.continuous_cost", Some(told.continuous_cost), Some(self.cost_of(&told.arcs)));
+        self.inputs_of(told);
+    }
+
+    /// The cost of arcs.
+    fn cost_of(&self, arcs: &[SwitchingArc]) -> f64 {
+        let along = Trajectory {
+            time: std::iter::once(0.0).chain(arcs.iter().map(|arc| arc.end_s)).collect(),
+            input: arcs.iter().flat_map(|arc| arc.input.iter().copied()).collect(),
+            input_count: self.trajectory.input_count,
+            ..Trajectory::default()
+        };
+        verify::cost(self.problem, &along)
+    }
+
+    /// Every arc has the inputs that the plan has in its middle: the switches of the plan are those of the arcs to an error of its grid.
+    fn inputs_of(&mut self, told: &Switching) {
+        let times = &self.trajectory.time;
+        let whole = times.last().copied().unwrap_or(f64::NAN) / told.continuous_duration_s;
+        for (index, arc) in told.arcs.iter().enumerate() {
+            let middle = 0.5 * (arc.start_s + arc.end_s) * whole;
+            let row = times.windows(2).position(|ends| ends[0] <= middle && middle <= ends[1]);
+            let Some(row) = row else { continue };
+            let held = self.trajectory.inputs(row);
+            let same = held.iter().zip(&arc.input).all(|(held, told)| near(*told, *held));
+            // An arc shorter than a step need not be in the middle of any.
+            let long = arc.end_s - arc.start_s > (times[row + 1] - times[row]) / whole;
+            if long && !same {
+                self.tell(&format!("switching.arcs.{index}.input"), &arc.input, &held);
+            }
+        }
+    }
+
+    /// How many pulses the inputs have, and the shortest of them \[s\].
+    fn pulses(&self) -> (usize, f64) {
+        let (times, count) = (&self.trajectory.time, self.trajectory.input_count);
+        let (mut pulses, mut shortest) = (0, f64::INFINITY);
+        for input in 0..count {
+            let mut on: Option<(bool, f64)> = None;
+            let rows =
+                times.windows(2).enumerate().map(|(row, ends)| (self.trajectory.inputs(row)[input], ends[0]));
+            let end = times.last().map(|end| (0.0, *end));
+            for (value, time) in rows.chain(end) {
+                let side = (value != 0.0).then_some(value > 0.0);
+                if side != on.map(|(side, _)| side) {
+                    if let Some((_, since)) = on {
+                        pulses += 1;
+                        shortest = f64::min(shortest, time - since);
+                    }
+                    on = side.map(|side| (side, time));
+                }
+            }
+        }
+        (pulses, shortest)
+    }
+}
+
+/// Whether a word names one of many as another does: "input 2" as "input 1".
+fn is_one_of(told: &Value, found: &Value) -> bool {
+    let form = |value: &Value| {
+        value
+            .as_str()
+            .map(|text| text.split(|c: char| c.is_ascii_digit()).map(String::from).collect::<Vec<_>>())
+    };
+    told == found || form(told).is_some_and(|told| Some(told) == form(found))
+}

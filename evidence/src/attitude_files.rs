@@ -1,0 +1,643 @@
+//! Attitude files as other programs write them: one motion in every legal style of an AEM and of a table.
+//!
+//! The motion is `R(s) = R₀ exp(θ₁(s) a) exp(θ₂(s) b)` with `θ = Θ (3s² − 2s³)`, from rest to rest, so that every attitude and rate is a
+//! formula. Frames of the orbit, time systems, Euler angles and quaternions are written by formulas of their own.
+
+use crate::Random;
+use slewkit::{Matrix3, Vector3, lie};
+use std::f64::consts::FRAC_PI_2;
+use std::fmt::Write as _;
+
+/// A motion from rest to rest.
+#[derive(Clone, Debug)]
+pub struct Motion {
+    start: Matrix3,
+    axes: [Vector3; 2],
+    angles: [f64; 2],
+    /// Seconds.
+    pub duration: f64,
+}
+
+impl Motion {
+    /// Of 20° to 170° about each of two axes, in whole seconds.
+    pub fn random(random: &mut Random) -> Self {
+        let angle = |random: &mut Random| random.within(20.0, 85.0).to_radians();
+        Self {
+            start: random.uniform_rotation(),
+            axes: [random.direction(), random.direction()],
+            angles: [angle(random), angle(random)],
+            duration: (10 * (4 + random.below(30))) as f64,
+        }
+    }
+
+    /// Attitude, body → reference, and rate in body axes [rad/s].
+    pub fn at(&self, time: f64) -> (Matrix3, Vector3) {
+        let s = time / self.duration;
+        let (part, slope) = (s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s) / self.duration);
+        let [first, second] = [0, 1].map(|k| lie::exp(&(self.axes[k] * self.angles[k] * part)));
+        let rate =
+            self.axes[1] * self.angles[1] * slope + second.tr_mul(&(self.axes[0] * self.angles[0] * slope));
+        (self.start * first * second, rate)
+    }
+}
+
+/// The frame that the spec has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Frame {
+    Inertial,
+    /// That of a circular orbit: x along the velocity, y along the orbit normal, z outward.
+    Orbit,
+}
+
+/// What numbers a row has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    Quaternion,
+    QuaternionAngvel,
+    QuaternionDerivative,
+    Euler([usize; 3]),
+    EulerDerivative([usize; 3]),
+    EulerAngvel([usize; 3]),
+    Spin,
+}
+
+/// How a file is written.
+#[derive(Clone, Debug)]
+pub struct Style {
+    pub notation: Notation,
+    pub kind: Kind,
+    pub first_version: bool,
+    /// Whether A is the body.
+    pub body_is_a: bool,
+    /// Of version 1.0: whether attitudes lead from A to B; of 2.0 they always do.
+    pub a_to_b: bool,
+    pub scalar_first: bool,
+    pub reference: &'static str,
+    pub body: &'static str,
+    /// "REF_FRAME_A", "REF_FRAME_B", or empty: by the name of the frame. And whether rates are in the axes of A.
+    pub rate_by_keyword: bool,
+    pub rate_in_a: bool,
+    pub scale: &'static str,
+    pub of_year: bool,
+    pub decimals_of_time: usize,
+    /// Decimals of numbers; more than 12 with an exponent.
+    pub digits: usize,
+    pub lower_keys: bool,
+    pub lower_values: bool,
+    pub line_end: &'static str,
+    pub mark: bool,
+    pub comments: bool,
+    pub extra_keys: bool,
+    /// Rows at which a block ends and another begins, which repeats the last row of the one before.
+    pub blocks: Vec<usize>,
+    /// Whether it begins with the row after that instead.
+    pub apart: bool,
+    /// Every which row has its quaternion turned round.
+    pub flips: usize,
+    pub quote: char,
+    pub prefix: &'static str,
+    pub units: bool,
+    pub wrapped: bool,
+    pub separator: char,
+    pub quoted: bool,
+    pub index: bool,
+    pub degrees: bool,
+    /// Seconds of the rows.
+    pub times: Vec<f64>,
+}
+
+/// Notations of files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Notation {
+    Keywords,
+    Xml,
+    Table,
+}
+
+/// Names of the inertial frames of ICRF to a hundredth of a degree, and of the orbit with their axes, rows in ours.
+const INERTIAL: [&str; 5] = ["ICRF", "GCRF", "EME2000", "J2000", "ICRF3"];
+const ORBIT: [(&str, [[f64; 3]; 3]); 5] = [
+    ("LVLH", [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]),
+    ("RTN", [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
+    ("RSW_ROTATING", [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
+    ("QSW", [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
+    ("TNW", [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
+];
+const SEQUENCES: [[usize; 3]; 12] = [
+    [2, 1, 0],
+    [0, 1, 2],
+    [1, 2, 0],
+    [2, 0, 1],
+    [0, 2, 1],
+    [1, 0, 2],
+    [2, 0, 2],
+    [2, 1, 2],
+    [0, 1, 0],
+    [0, 2, 0],
+    [1, 0, 1],
+    [1, 2, 1],
+];
+
+impl Style {
+    /// Any legal style for this motion.
+    pub fn random(random: &mut Random, motion: &Motion, frame: Frame) -> Self {
+        let notation = random.pick(&[Notation::Keywords, Notation::Keywords, Notation::Xml, Notation::Table]);
+        let first_version = notation != Notation::Table && random.unit() < 0.3;
+        let sequence = random.pick(&SEQUENCES);
+        let kind = match notation {
+            Notation::Table => random.pick(&[Kind::Quaternion, Kind::QuaternionAngvel]),
+            _ if first_version => random.pick(&[
+                Kind::Quaternion,
+                Kind::QuaternionDerivative,
+                Kind::Euler(sequence),
+                Kind::Spin,
+            ]),
+            _ => random.pick(&[
+                Kind::Quaternion,
+                Kind::QuaternionAngvel,
+                Kind::QuaternionAngvel,
+                Kind::QuaternionDerivative,
+                Kind::Euler(sequence),
+                Kind::EulerDerivative(sequence),
+                Kind::EulerAngvel(sequence),
+                Kind::Spin,
+            ]),
+        };
+        let step = random.pick(&[0.5, 1.0, 2.0, 5.0]);
+        let count = (motion.duration / step).round() as usize;
+        let mut times: Vec<f64> = (0..=count).map(|k| k as f64 * step).collect();
+        if random.unit() < 0.2 {
+            // Uneven rows, to a tenth of a second.
+            for time in &mut times[1..count] {
+                *time += (random.within(-0.3, 0.3) * step * 10.0).round() / 10.0;
+            }
+        }
+        let blocks = if notation != Notation::Table && random.unit() < 0.3 {
+            vec![1 + random.below(count / 2), count / 2 + 1 + random.below(count / 2 - 1)]
+        } else {
+            Vec::new()
+        };
+        let reference = match frame {
+            Frame::Inertial => random.pick(&INERTIAL),
+            Frame::Orbit => random.pick(&ORBIT).0,
+        };
+        let body_is_a = random.coin();
+        Self {
+            notation,
+            kind,
+            first_version,
+            body_is_a,
+            a_to_b: !first_version || random.coin(),
+            scalar_first: first_version && notation == Notation::Keywords && random.coin(),
+            reference,
+            body: "SC_BODY_1",
+            rate_by_keyword: random.coin(),
+            rate_in_a: random.coin(),
+            scale: random.pick(&["UTC", "UTC", "TAI", "TT", "GPS", "TDB"]),
+            of_year: random.unit() < 0.25,
+            decimals_of_time: random.pick(&[1, 3, 6, 9]),
+            digits: random.pick(&[6, 8, 9, 12, 16]),
+            lower_keys: random.unit() < 0.15,
+            lower_values: random.unit() < 0.15,
+            line_end: if random.unit() < 0.25 { "\r\n" } else { "\n" },
+            mark: random.unit() < 0.15,
+            comments: random.coin(),
+            extra_keys: random.coin(),
+            blocks,
+            apart: false,
+            flips: if random.unit() < 0.3 { 2 + random.below(5) } else { usize::MAX },
+            quote: if random.unit() < 0.3 { '\'' } else { '"' },
+            prefix: if random.unit() < 0.3 { "n:" } else { "" },
+            units: random.coin(),
+            wrapped: random.unit() < 0.3,
+            separator: random.pick(&[',', ';', '\t', ' ']),
+            quoted: random.unit() < 0.3,
+            index: random.unit() < 0.3,
+            degrees: random.coin(),
+            times,
+        }
+    }
+
+    /// Whether rows have rates that are taken.
+    pub fn has_rates(&self) -> bool {
+        !matches!(self.kind, Kind::Quaternion | Kind::Euler(_) | Kind::Spin)
+    }
+}
+
+/// A row as it is to be written, so that faults can be planted: frame Y as seen from frame X.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// Seconds from the epoch.
+    pub time: f64,
+    /// Axes of Y in X.
+    pub attitude: Matrix3,
+    /// Of Y against X, axes of Y [rad/s].
+    pub rate: Vector3,
+    /// What is done to the numbers last.
+    pub tampered: Option<fn(&mut [f64])>,
+}
+
+/// The rows of a motion, as a style has them.
+pub fn rows(motion: &Motion, style: &Style) -> Vec<Row> {
+    // To the components of the file's reference frame.
+    let to_theirs = ORBIT
+        .iter()
+        .find(|(name, _)| *name == style.reference)
+        .map_or(Matrix3::identity(), |(_, rows)| Matrix3::from_fn(|row, column| rows[row][column]));
+    // Y is the body where what is told leads to the body.
+    let y_is_body = style.a_to_b != style.body_is_a;
+    style
+        .times
+        .iter()
+        .map(|&time| {
+            let (attitude, rate) = motion.at(time);
+            let attitude = to_theirs * attitude;
+            let (attitude, rate) = if y_is_body || style.notation == Notation::Table {
+                (attitude, rate)
+            } else {
+                (attitude.transpose(), -(attitude * rate))
+            };
+            Row { time, attitude, rate, tampered: None }
+        })
+        .collect()
+}
+
+/// Seconds from UTC to another scale on 2026-11-21, 07:00: TAI − UTC is 37 s, TDB − TT the usual series of two terms.
+fn ahead(scale: &str) -> f64 {
+    let anomaly = (357.53 + 0.985_600_28 * 9821.79_f64).to_radians();
+    match scale {
+        "TAI" => 37.0,
+        "TT" => 69.184,
+        "GPS" => 18.0,
+        "TDB" => 69.184 + 0.001_657 * anomaly.sin() + 0.000_022 * (2.0 * anomaly).sin(),
+        _ => 0.0,
+    }
+}
+
+/// A moment of 2026-11-21, seconds past 07:00 UTC, as the style writes it.
+fn date(style: &Style, time: f64) -> String {
+    let decimals = style.decimals_of_time;
+    let unit = 10_f64.powi(decimals as i32);
+    let past = ((7.0 * 3600.0 + time + ahead(style.scale)) * unit).round() / unit;
+    let (whole, part) = (past.floor(), past - past.floor());
+    let seconds = whole as u64;
+    let part = (part * unit).round() as u64;
+    let day = if style.of_year { "2026-325" } else { "2026-11-21" };
+    format!("{day}T{:02}:{:02}:{:02}.{part:0decimals$}", seconds / 3600, seconds / 60 % 60, seconds % 60)
+}
+
+/// A number with the digits of the style.
+fn number(style: &Style, value: f64) -> String {
+    let digits = style.digits;
+    if digits > 12 { format!("{value:.digits$e}") } else { format!("{value:.digits$}") }
+}
+
+/// A quaternion, scalar last, of the axes of Y in X.
+fn quaternion(attitude: &Matrix3) -> [f64; 4] {
+    let [w, x, y, z] = lie::quaternion_from_rotation(attitude);
+    [x, y, z, w]
+}
+
+fn about(axis: usize, angle: f64) -> Matrix3 {
+    let (sin, cos) = angle.sin_cos();
+    let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+    let mut turn = Matrix3::identity();
+    (turn[(i, i)], turn[(j, j)], turn[(i, j)], turn[(j, i)]) = (cos, cos, -sin, sin);
+    turn
+}
+
+/// Angles with `M = A₁(a₁) A₂(a₂) A₃(a₃)`, from the elements of M.
+fn euler(attitude: &Matrix3, axes: [usize; 3]) -> Vector3 {
+    let [i, j, k] = axes;
+    // Whether the axes go round as x, y, z do.
+    let sign = if (i + 1) % 3 == j { 1.0 } else { -1.0 };
+    let m = |row: usize, column: usize| attitude[(row, column)];
+    let (second, third) = if i == k {
+        // M_ii = cos a₂; the last row and column of the third axis tell the rest.
+        let other = 3 - i - j;
+        let second = m(i, i).clamp(-1.0, 1.0).acos();
+        (second, m(i, j).atan2(sign * m(i, other)))
+    } else {
+        ((sign * m(i, k)).clamp(-1.0, 1.0).asin(), (-sign * m(i, j)).atan2(m(i, i)))
+    };
+    // What is left is the first.
+    let first = attitude * about(k, third).transpose() * about(j, second).transpose();
+    let (p, q) = ((i + 1) % 3, (i + 2) % 3);
+    Vector3::new(first[(q, p)].atan2(first[(p, p)]), second, third)
+}
+
+/// Derivatives of the angles: the rate is `J(a) a'`, column by column.
+fn euler_derivative(angles: &Vector3, axes: [usize; 3], rate: &Vector3) -> Vector3 {
+    let [i, j, k] = axes;
+    let (third, second) = (about(k, angles[2]), about(j, angles[1]));
+    let unit = |axis: usize| Vector3::ith(axis, 1.0);
+    let columns =
+        Matrix3::from_columns(&[third.tr_mul(&second.tr_mul(&unit(i))), third.tr_mul(&unit(j)), unit(k)]);
+    columns.try_inverse().map_or(Vector3::repeat(f64::NAN), |inverse| inverse * rate)
+}
+
+/// The numbers of a row in the order of keywords; quaternions scalar last.
+fn numbers(style: &Style, row: &Row, index: usize) -> Vec<f64> {
+    let (x_is_a, degrees) = (style.a_to_b, |vector: Vector3| vector.map(f64::to_degrees));
+    let velocity = || {
+        // Axes of A are those of X where attitudes lead from A to B.
+        let in_x = style.rate_in_a == x_is_a;
+        degrees(if in_x { row.attitude * row.rate } else { row.rate })
+    };
+    let sign = if index % style.flips == style.flips - 1 { -1.0 } else { 1.0 };
+    let quaternion = || quaternion(&row.attitude).map(|part| sign * part);
+    let mut found: Vec<f64> = match style.kind {
+        Kind::Quaternion => quaternion().into(),
+        Kind::QuaternionAngvel if style.notation == Notation::Table => {
+            let rate = if style.degrees { degrees(row.rate) } else { row.rate };
+            quaternion().into_iter().chain(rate.iter().copied()).collect()
+        }
+        Kind::QuaternionAngvel => quaternion().into_iter().chain(velocity().iter().copied()).collect(),
+        Kind::QuaternionDerivative => {
+            // q̇ = ½ q ⊗ (0, Ω).
+            let [x, y, z, w] = quaternion();
+            let (vector, rate) = (Vector3::new(x, y, z), row.rate);
+            let moved = 0.5 * (w * rate + vector.cross(&rate));
+            let last = -0.5 * vector.dot(&rate);
+            [x, y, z, w].into_iter().chain(moved.iter().copied()).chain([last]).collect()
+        }
+        Kind::Euler(axes) => degrees(euler(&row.attitude, axes)).iter().copied().collect(),
+        Kind::EulerDerivative(axes) => {
+            let angles = euler(&row.attitude, axes);
+            let moved = euler_derivative(&angles, axes, &row.rate);
+            degrees(angles).iter().chain(degrees(moved).iter()).copied().collect()
+        }
+        Kind::EulerAngvel(axes) => {
+            degrees(euler(&row.attitude, axes)).iter().chain(velocity().iter()).copied().collect()
+        }
+        Kind::Spin => {
+            let angles = euler(&row.attitude, [2, 0, 2]);
+            let pole = [angles[0] - FRAC_PI_2, FRAC_PI_2 - angles[1], angles[2]];
+            pole.into_iter().map(f64::to_degrees).chain([row.rate.z.to_degrees()]).collect()
+        }
+    };
+    if let Some(tamper) = row.tampered {
+        tamper(&mut found);
+    }
+    found
+}
+
+/// The file.
+pub fn file(style: &Style, rows: &[Row]) -> Vec<u8> {
+    let text = match style.notation {
+        Notation::Keywords => keywords(style, rows),
+        Notation::Xml => xml(style, rows),
+        Notation::Table => table(style, rows),
+    };
+    let text = text.replace('\n', style.line_end);
+    let mark = if style.mark { "\u{feff}" } else { "" };
+    format!("{mark}{text}").into_bytes()
+}
+
+/// The first row of every block and its last.
+fn blocks(style: &Style, rows: &[Row]) -> Vec<(usize, usize)> {
+    let last = rows.len() - 1;
+    let inner: Vec<usize> = style.blocks.iter().copied().filter(|at| *at > 0 && *at < last).collect();
+    let starts = std::iter::once(0).chain(inner.iter().map(|at| at + usize::from(style.apart)));
+    starts.zip(inner.iter().copied().chain([last])).collect()
+}
+
+fn sequence_name(axes: [usize; 3], first_version: bool) -> String {
+    axes.iter()
+        .map(|axis| if first_version { ["1", "2", "3"][*axis] } else { ["X", "Y", "Z"][*axis] })
+        .collect()
+}
+
+/// Keys of a block and their values, in the order of the standard.
+fn metadata(style: &Style, rows: &[Row]) -> Vec<(&'static str, String)> {
+    let (a, b) = if style.body_is_a { (style.body, style.reference) } else { (style.reference, style.body) };
+    let mut keys: Vec<(&'static str, String)> =
+        vec![("OBJECT_NAME", "DEMO".into()), ("OBJECT_ID", "2026-001A".into())];
+    if style.extra_keys {
+        keys.push(("CENTER_NAME", "EARTH".into()));
+    }
+    keys.push(("REF_FRAME_A", a.into()));
+    keys.push(("REF_FRAME_B", b.into()));
+    if style.first_version {
+        keys.push(("ATTITUDE_DIR", if style.a_to_b { "A2B" } else { "B2A" }.into()));
+    }
+    let ends = [rows.first(), rows.last()].map(|row| date(style, row.map_or(0.0, |row| row.time)));
+    keys.push(("TIME_SYSTEM", style.scale.into()));
+    keys.push(("START_TIME", ends[0].clone()));
+    if style.extra_keys {
+        keys.push(("USEABLE_START_TIME", ends[0].clone()));
+        keys.push(("USEABLE_STOP_TIME", ends[1].clone()));
+    }
+    keys.push(("STOP_TIME", ends[1].clone()));
+    let kind = match style.kind {
+        Kind::Quaternion => "QUATERNION",
+        Kind::QuaternionAngvel => "QUATERNION/ANGVEL",
+        Kind::QuaternionDerivative => "QUATERNION/DERIVATIVE",
+        Kind::Euler(_) => "EULER_ANGLE",
+        Kind::EulerDerivative(_) => "EULER_ANGLE/DERIVATIVE",
+        Kind::EulerAngvel(_) => "EULER_ANGLE/ANGVEL",
+        Kind::Spin => "SPIN",
+    };
+    keys.push(("ATTITUDE_TYPE", kind.into()));
+    let of_quaternion =
+        matches!(style.kind, Kind::Quaternion | Kind::QuaternionAngvel | Kind::QuaternionDerivative);
+    if style.first_version && of_quaternion {
+        keys.push(("QUATERNION_TYPE", if style.scalar_first { "FIRST" } else { "LAST" }.into()));
+    }
+    if let Kind::Euler(axes) | Kind::EulerDerivative(axes) | Kind::EulerAngvel(axes) = style.kind {
+        keys.push(("EULER_ROT_SEQ", sequence_name(axes, style.first_version)));
+    }
+    if matches!(style.kind, Kind::QuaternionAngvel | Kind::EulerAngvel(_)) {
+        let keyword = if style.rate_in_a { "REF_FRAME_A" } else { "REF_FRAME_B" };
+        let name = if style.rate_in_a { a } else { b };
+        keys.push(("ANGVEL_FRAME", if style.rate_by_keyword { keyword } else { name }.into()));
+    }
+    if style.extra_keys {
+        keys.push(("INTERPOLATION_METHOD", "LAGRANGE".into()));
+        keys.push(("INTERPOLATION_DEGREE", "5".into()));
+    }
+    if style.lower_values {
+        for (key, value) in &mut keys {
+            if !key.ends_with("_TIME") {
+                *value = value.to_lowercase();
+            }
+        }
+    }
+    keys
+}
+
+fn version(style: &Style) -> &'static str {
+    if style.first_version { "1.0" } else { "2.0" }
+}
+
+fn keywords(style: &Style, rows: &[Row]) -> String {
+    let mut lines = vec![
+        format!("CCSDS_AEM_VERS = {}", version(style)),
+        "CREATION_DATE = 2026-11-20T00:00:00".into(),
+        "ORIGINATOR   =   TEST".into(),
+    ];
+    if style.comments {
+        lines.insert(1, "COMMENT of the header".into());
+    }
+    for (from, to) in blocks(style, rows) {
+        let own = &rows[from..=to];
+        lines.extend([String::new(), "META_START".into()]);
+        if style.comments {
+            lines.push("COMMENT of the block = with a sign".into());
+        }
+        lines.extend(metadata(style, own).iter().map(|(key, value)| format!("{key} = {value}")));
+        lines.extend(["META_STOP".into(), "DATA_START".into()]);
+        if style.comments {
+            lines.push("COMMENT of the data".into());
+        }
+        for (index, row) in own.iter().enumerate() {
+            let mut values = numbers(style, row, from + index);
+            if style.scalar_first {
+                values[..4].rotate_right(1);
+                if style.kind == Kind::QuaternionDerivative {
+                    values[4..8].rotate_right(1);
+                }
+            }
+            let values: Vec<String> = values.iter().map(|value| number(style, *value)).collect();
+            lines.push(format!("{} {}", date(style, row.time), values.join("  ")));
+        }
+        lines.push("DATA_STOP".into());
+    }
+    if style.lower_keys {
+        for line in &mut lines {
+            *line = match line.split_once(" = ") {
+                Some((key, value)) if !line.starts_with("COMMENT") => {
+                    format!("{} = {value}", key.to_lowercase())
+                }
+                _ if line.starts_with("META_") || line.starts_with("DATA_") => line.to_lowercase(),
+                _ => line.clone(),
+            };
+        }
+    }
+    lines.join("\n") + "\n"
+}
+
+/// The element of a state, and of each of its parts with the names of its numbers.
+fn elements(kind: Kind, first_version: bool) -> (&'static str, Vec<(&'static str, Vec<&'static str>)>) {
+    let quaternion = ("quaternion", vec!["Q1", "Q2", "Q3", "QC"]);
+    let velocity = ("angVel", vec!["ANGVEL_X", "ANGVEL_Y", "ANGVEL_Z"]);
+    let angles = vec!["ANGLE_1", "ANGLE_2", "ANGLE_3"];
+    match kind {
+        Kind::Quaternion if first_version => ("quaternionState", vec![quaternion]),
+        Kind::Quaternion => ("quaternionEphemeris", vec![quaternion]),
+        Kind::QuaternionAngvel => ("quaternionAngVel", vec![quaternion, velocity]),
+        Kind::QuaternionDerivative => (
+            "quaternionDerivative",
+            vec![quaternion, ("quaternionDot", vec!["Q1_DOT", "Q2_DOT", "Q3_DOT", "QC_DOT"])],
+        ),
+        Kind::Euler(_) if first_version => {
+            ("eulerAngle", vec![("rotationAngles", vec!["rotation1", "rotation2", "rotation3"])])
+        }
+        Kind::Euler(_) => ("eulerAngle", vec![("", angles)]),
+        Kind::EulerDerivative(_) => (
+            "eulerAngleDerivative",
+            vec![("", angles), ("", vec!["ANGLE_1_DOT", "ANGLE_2_DOT", "ANGLE_3_DOT"])],
+        ),
+        Kind::EulerAngvel(_) => ("eulerAngleAngVel", vec![("", angles), ("", velocity.1)]),
+        Kind::Spin => ("spin", vec![("", vec!["SPIN_ALPHA", "SPIN_DELTA", "SPIN_ANGLE", "SPIN_ANGLE_VEL"])]),
+    }
+}
+
+/// The unit of a number by its name.
+fn unit(name: &str) -> Option<&'static str> {
+    match name {
+        "QC" | "Q1" | "Q2" | "Q3" => None,
+        name if name.starts_with('Q') => Some("1/s"),
+        name if name.starts_with("ANGVEL") || name.ends_with("_DOT") || name.ends_with("_VEL") => {
+            Some("deg/s")
+        }
+        _ => Some("deg"),
+    }
+}
+
+fn xml(style: &Style, rows: &[Row]) -> String {
+    let Style { quote, prefix, .. } = *style;
+    let attribute = |name: &str, value: &str| format!("{name}={quote}{value}{quote}");
+    let mut text = format!("<?xml {} {}?>\n", attribute("version", "1.0"), attribute("encoding", "UTF-8"));
+    if style.wrapped {
+        let _ =
+            writeln!(text, "<ndm {}>", attribute("xmlns:xsi", "http://www.w3.org/2001/XMLSchema-instance"));
+    }
+    let space =
+        if prefix.is_empty() { String::new() } else { attribute("xmlns:n", "urn:ccsds:schema:ndmxml") };
+    let _ = writeln!(
+        text,
+        "<{prefix}aem {space} {} {}>",
+        attribute("id", "CCSDS_AEM_VERS"),
+        attribute("version", version(style))
+    );
+    text.push_str("<header><CREATION_DATE>2026-11-20T00:00:00</CREATION_DATE><ORIGINATOR>TEST</ORIGINATOR></header>\n<body>\n");
+    let (state, parts) = elements(style.kind, style.first_version);
+    for (from, to) in blocks(style, rows) {
+        let own = &rows[from..=to];
+        text.push_str("<segment><metadata>\n");
+        for (key, value) in metadata(style, own) {
+            let _ = writeln!(text, "<{key}>{value}</{key}>");
+        }
+        text.push_str("</metadata>\n<data>\n");
+        if style.comments {
+            text.push_str("<!-- of the data --><COMMENT>and of the message</COMMENT>\n");
+        }
+        for (index, row) in own.iter().enumerate() {
+            let mut values = numbers(style, row, from + index).into_iter();
+            let _ = write!(text, "<attitudeState><{state}><EPOCH>{}</EPOCH>", date(style, row.time));
+            for (part, names) in &parts {
+                let (open, close) = if part.is_empty() {
+                    (String::new(), String::new())
+                } else {
+                    (format!("<{part}>"), format!("</{part}>"))
+                };
+                text.push_str(&open);
+                for (name, value) in names.iter().zip(values.by_ref()) {
+                    let unit = unit(name)
+                        .filter(|_| style.units)
+                        .map_or(String::new(), |unit| format!(" {}", attribute("units", unit)));
+                    let _ = write!(text, "<{name}{unit}>{}</{name}>", number(style, value));
+                }
+                text.push_str(&close);
+            }
+            let _ = writeln!(text, "</{state}></attitudeState>");
+        }
+        text.push_str("</data></segment>\n");
+    }
+    let _ = writeln!(text, "</body></{prefix}aem>");
+    if style.wrapped {
+        text.push_str("</ndm>\n");
+    }
+    text
+}
+
+fn table(style: &Style, rows: &[Row]) -> String {
+    let unit = if style.degrees { "deg_s" } else { "rad_s" };
+    let mut names: Vec<String> =
+        ["time_s", "quaternion_x", "quaternion_y", "quaternion_z", "quaternion_w"].map(Into::into).into();
+    if style.kind == Kind::QuaternionAngvel {
+        names.extend(["x", "y", "z"].map(|axis| format!("angular_velocity_{axis}_{unit}")));
+    }
+    if style.quoted {
+        names = names.iter().map(|name| format!("\"{name}\"")).collect();
+    }
+    // A column without a name needs a sign between columns.
+    let index = style.index && style.separator != ' ';
+    let sign = style.separator.to_string();
+    let mut lines = Vec::new();
+    if style.comments {
+        lines.push("# of the table".to_string());
+    }
+    lines.push(if index { format!("{sign}{}", names.join(&sign)) } else { names.join(&sign) });
+    for (k, row) in rows.iter().enumerate() {
+        let time = format!("{:.*}", style.decimals_of_time, row.time);
+        let values = numbers(style, row, k).into_iter().map(|value| number(style, value));
+        let mut cells: Vec<String> = std::iter::once(time).chain(values).collect();
+        if index {
+            cells.insert(0, k.to_string());
+        }
+        lines.push(cells.join(&sign));
+    }
+    lines.join("\n") + "\n"
+}
