@@ -171,7 +171,55 @@ impl<'a> Flight<'a> {
     }
 
     /// Where the body is after `steps`; `None` where a number is not finite. `excess` meets the motion on its way.
-    pub fn fly(&self, steps: &[(Held, f64)], mut excess: Option<&mut Excess>) -> Option<State> {
+    pub fn fly(&self, steps: &[(Held, f64)], excess: Option<&mut Excess>) -> Option<State> {
+        self.pass(steps, excess, |_| ())
+    }
+
+    /// A plan with the true motion at its nodes in place of the discrete one, and torques and forces in the axes of that;
+    /// `None` where it cannot be followed.
+    pub fn recorded(problem: &Problem, plan: &Trajectory) -> Option<Trajectory> {
+        let steps = Self::of_plan(problem, plan);
+        let mut flight = Flight::new(problem);
+        flight.settle(&steps);
+        let mut states = Vec::with_capacity(steps.len());
+        flight.pass(&steps, None, |state| states.push(state))?;
+        let mut flown = plan.clone();
+        let nodes = std::iter::once(problem.start).chain(states);
+        for (node, state) in nodes.enumerate() {
+            if node == 0 {
+                continue;
+            }
+            let quaternion = lie::quaternion_from_rotation(&state.attitude);
+            let same_sign =
+                quaternion.iter().zip(&plan.quaternion[node]).map(|(a, b)| a * b).sum::<f64>() >= 0.0;
+            flown.quaternion[node] = if same_sign { quaternion } else { quaternion.map(|part| -part) };
+            flown.angular_velocity[node] = state.angular_velocity;
+            if flight.moves {
+                (flown.position[node], flown.velocity[node]) = (state.position, state.velocity);
+            }
+        }
+        let first = plan.time.len() - plan.torque.len();
+        for row in 0..plan.torque.len() {
+            // Inputs that switch have the row of the step that begins at a node, Lie–Euler none at the first.
+            let node = if problem.switches() { row } else { row + first };
+            let attitude = lie::rotation_from_quaternion(&flown.quaternion[node]);
+            let (force, torque) = problem.actuation.split(plan.inputs(row));
+            let set = &problem.actuation.torque;
+            flown.torque[row] = flight.torque_frame.to_body(&attitude, &set.output(torque));
+            if let (Some(set), true) = (&problem.actuation.force, flight.moves) {
+                flown.force[row] = flight.force_frame.to_reference(&attitude, &set.output(force));
+            }
+        }
+        Some(flown)
+    }
+
+    /// As [`Flight::fly`]; `visit` hears where the body is after each step.
+    fn pass(
+        &self,
+        steps: &[(Held, f64)],
+        mut excess: Option<&mut Excess>,
+        mut visit: impl FnMut(State),
+    ) -> Option<State> {
         let mut body = self.start;
         let mut time = 0.0;
         let rate = |body: &Body| self.j_inverse * body.momentum;
@@ -204,17 +252,23 @@ impl<'a> Flight<'a> {
                 }
             }
             time += step;
+            visit(self.state(time, &body));
         }
-        let attitude = self.frame(time).map_or(body.attitude, |frame| frame * body.attitude);
-        let state = State {
-            position: body.position,
-            velocity: body.linear_momentum * self.per_mass,
-            attitude: lie::project_to_rotation(&attitude),
-            angular_velocity: rate(&body),
-        };
+        let state = self.state(time, &body);
         let vectors = [state.position, state.velocity, state.angular_velocity];
         let finite = vectors.iter().flatten().chain(&state.attitude).all(|value| value.is_finite());
         finite.then_some(state)
+    }
+
+    /// Where the body is at `time`, as states of a maneuver are told.
+    fn state(&self, time: f64, body: &Body) -> State {
+        let attitude = self.frame(time).map_or(body.attitude, |frame| frame * body.attitude);
+        State {
+            position: body.position,
+            velocity: body.linear_momentum * self.per_mass,
+            attitude: lie::project_to_rotation(&attitude),
+            angular_velocity: self.j_inverse * body.momentum,
+        }
     }
 
     /// Rotation inertial → reference at `time`.

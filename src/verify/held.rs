@@ -2,14 +2,16 @@
 
 use super::continuous::Continuous;
 use super::margins::{Margin, Meter};
-use super::motion::{InOrder, Inputs, Phase};
+use super::motion::{InOrder, Inputs, Phase, Scale};
 use super::order::{self, Stage};
+use super::rows::{larger, node_difference};
 use super::symplectic;
 use super::verification::WitnessError;
 use super::watch::Watch;
 use super::window::{Marks, Window};
 use crate::lie;
 use crate::maneuver::constraint::Arc;
+use crate::maneuver::solution::Trajectory;
 use crate::propagate::plant::Plant;
 
 /// What the witnesses of the held torque find.
@@ -18,6 +20,8 @@ pub(super) struct Held {
     pub end: Phase,
     /// Margins of rates and cones of the continuous motion, where there are constraints.
     pub margins: Vec<Margin>,
+    /// Largest scaled difference between what a plan that lands has on record and this motion; NaN if any is.
+    pub recorded: f64,
     pub windows: Result<OnWindows, WitnessError>,
 }
 
@@ -41,13 +45,16 @@ pub(super) struct Symplectic {
 }
 
 /// The continuous witness under the held torque, and those that start from where it has been.
+///
+/// `flown` is a plan that has the true motion on record.
 pub(super) fn held_witnesses(
     plant: &Plant,
     inputs: &Inputs,
     start: &Phase,
+    flown: Option<&Trajectory>,
     watch: &Watch,
 ) -> Result<Held, WitnessError> {
-    let Passage { end, method, margins, windows } = held_end(plant, inputs, start, watch)?;
+    let Passage { end, method, margins, recorded, windows } = held_end(plant, inputs, start, flown, watch)?;
     let stage = Stage { plant, inputs, windows: &windows, watch: *watch };
     let on_windows = || {
         let mut symplectic = Err("has not run");
@@ -74,7 +81,7 @@ pub(super) fn held_witnesses(
         Ok(OnWindows { steps: stage.steps(), windows: windows.len(), symplectic, order })
     };
     let windows = on_windows();
-    Ok(Held { method, end, margins, windows })
+    Ok(Held { method, end, margins, recorded, windows })
 }
 
 /// Pieces of a step between which the continuous motion is taken for a rotation about one axis: it strays from
@@ -86,12 +93,19 @@ struct Passage {
     end: Phase,
     method: &'static str,
     margins: Vec<Margin>,
+    recorded: f64,
     windows: Vec<Window>,
 }
 
 /// End of the continuous motion under the held torque and its method, its margins of rates and cones where there are
 /// constraints, and where it was at the ends of each window.
-fn held_end(plant: &Plant, inputs: &Inputs, start: &Phase, watch: &Watch) -> Result<Passage, WitnessError> {
+fn held_end(
+    plant: &Plant,
+    inputs: &Inputs,
+    start: &Phase,
+    flown: Option<&Trajectory>,
+    watch: &Watch,
+) -> Result<Passage, WitnessError> {
     let problem = plant.problem;
     let mut body = Continuous::new(plant, start);
     let mut marks = Marks::new(problem, &inputs.grid, start);
@@ -101,7 +115,16 @@ fn held_end(plant: &Plant, inputs: &Inputs, start: &Phase, watch: &Watch) -> Res
     if let Some(meter) = &mut meter {
         meter.rate(0.0, &problem.start.angular_velocity);
     }
+    let scale = Scale::of(problem);
+    let mut recorded = 0.0;
+    let mut meet = |node: usize, body: &Continuous| {
+        let Some(plan) = flown else { return };
+        let (time, row) = (inputs.grid.after(node), inputs.row_at(node));
+        let row = row.map(|row| (row, inputs.row(row)));
+        recorded = larger(recorded, node_difference(plant, plan, node, &body.phase(time), row, &scale));
+    };
     marks.pass(0, &body);
+    meet(0, &body);
     let mut outputs = InOrder::new(inputs);
     for k in 0..problem.steps {
         watch.step(k)?;
@@ -109,6 +132,7 @@ fn held_end(plant: &Plant, inputs: &Inputs, start: &Phase, watch: &Watch) -> Res
         let Some(meter) = &mut meter else {
             body.advance(inputs.grid.after(k), inputs.grid.step(k), &held, &held)?;
             marks.pass(k + 1, &body);
+            meet(k + 1, &body);
             continue;
         };
         for index in pieces * k..pieces * (k + 1) {
@@ -119,10 +143,11 @@ fn held_end(plant: &Plant, inputs: &Inputs, start: &Phase, watch: &Watch) -> Res
             meter.rate(time + piece, &body.phase(time + piece).angular_velocity(problem));
         }
         marks.pass(k + 1, &body);
+        meet(k + 1, &body);
     }
     let margins = meter.map_or_else(Vec::new, |meter| meter.margins());
     let (end, method) = (body.phase(problem.duration), body.method());
-    Ok(Passage { end, method, margins, windows: marks.windows() })
+    Ok(Passage { end, method, margins, recorded, windows: marks.windows() })
 }
 
 /// End of the continuous motion under the torque that is linear between the rows of the plan.

@@ -60,7 +60,8 @@ use watch::Watch;
 /// error of the continuous one, and how far it may violate a cone. Whatever the numbers in `trajectory`, this
 /// returns: what cannot be computed is NaN in a failed check, with the reason in [`Verification::failure`].
 ///
-/// The checks, by name: `finite`, `discrete terminal`, `recorded states`, `total momentum` where wheels alone
+/// The checks, by name: `finite`, `discrete terminal`, `recorded states`, `recorded motion` where the plan
+/// lands and has the true motion on record, `total momentum` where wheels alone
 /// turn the body, `constraints` where there are any
 /// (the worst scaled violation at and between the nodes, against [`Margin::ROUND_OFF`]), `way round` where the problem
 /// asks for one (1 where the path goes the other way), `inputs off or at a limit` and `shortest pulse` where there is a shortest
@@ -95,6 +96,7 @@ pub fn verify_until(
     let mut found = Verification::unknown(problem.motion);
     let mut judged = Judged {
         recorded: f64::NAN,
+        flown: None,
         momentum_drift: None,
         goes_as_asked: None,
         violation: f64::NAN,
@@ -107,6 +109,7 @@ pub fn verify_until(
     }
     let Judged {
         recorded,
+        flown,
         momentum_drift,
         goes_as_asked,
         violation,
@@ -137,8 +140,12 @@ pub fn verify_until(
         found.at_most("shortest pulse", missing, pulses::ROUND_OFF);
     }
     found.at_most("recorded states", recorded, RECORDED.max(10.0 * tolerance));
+    if trajectory.target.is_some() {
+        found.at_most("recorded motion", flown.unwrap_or(f64::NAN), FLOWN);
+    }
     if let Some(drift) = momentum_drift {
-        found.at_most("total momentum", drift, RECORDED.max(10.0 * tolerance));
+        let limit = if trajectory.target.is_some() { FLOWN } else { RECORDED.max(10.0 * tolerance) };
+        found.at_most("total momentum", drift, limit);
     }
     if let Some(as_asked) = goes_as_asked {
         found.at_most("way round", f64::from(u8::from(!as_asked)), 0.0);
@@ -226,10 +233,15 @@ fn miss_allowed(turned: f64) -> f64 {
 /// what anyone would want to know.
 const RECORDED: f64 = 1e-9;
 
+/// Scaled difference that two flows of the true motion may have over many turns; what a plan that lands is asked for.
+const FLOWN: f64 = 1e-6;
+
 /// What the checks need beside the numbers of a [`Verification`]; NaN and `None` where a witness failed.
 struct Judged {
     /// Largest scaled difference between recorded and found states.
     recorded: f64,
+    /// The same of the true motion, where that is on record.
+    flown: Option<f64>,
     /// Drift of the total momentum in the recorded states, where wheels and nothing else turn the body.
     momentum_drift: Option<f64>,
     /// Whether the path goes round as asked, where one way is asked for.
@@ -273,7 +285,8 @@ impl Verification {
             let replayed = rows::compare(&plant, &inputs, trajectory, watch);
             (replayed, continuous_end(&plant, &start, &inputs, watch))
         };
-        let held = |watch: &Watch| held_witnesses(&plant, &inputs, &start, watch);
+        let flown = trajectory.target.is_some().then_some(trajectory);
+        let held = |watch: &Watch| held_witnesses(&plant, &inputs, &start, flown, watch);
         let ((replayed, interpolated), held) = if steps >= WORTH_A_THREAD && parallel::threads() > 1 {
             let noted = watch.noted();
             parallel::both(|| replayed(watch), || held(&Watch::of(noted)), || watch.ask())
@@ -300,6 +313,7 @@ impl Verification {
         for (margin, continuous) in self.margins.iter_mut().zip(&held.margins) {
             margin.continuous_margin = Some(continuous.margin).filter(|margin| !margin.is_nan());
         }
+        judged.flown = flown.map(|_| held.recorded);
         let limits = held.margins.len().saturating_sub(problem.constraints.len());
         judged.continuous_violation = worst_violation(&held.margins[limits..]);
         let missed = |end: &Phase| {

@@ -186,6 +186,7 @@ impl<'a> Aim<'a> {
         Landing {
             corrections: self.misses.len().saturating_sub(1),
             misses: self.misses.clone(),
+            cost_before: f64::NAN,
             drawn_in: named.map(|(constraint, by)| (constraint.name.clone(), *by)).collect(),
         }
     }

@@ -93,7 +93,8 @@ pub(crate) fn land_costate<const N: usize>(
     }
     let target = best.nodes.last()?.physical();
     let state = state_of(problem, bvp, &target);
-    let landing = Landing { corrections: misses.len() - 1, misses, drawn_in: Vec::new() };
+    let landing =
+        Landing { corrections: misses.len() - 1, misses, cost_before: f64::NAN, drawn_in: Vec::new() };
     let Tried { costate, nodes, cost, .. } = best;
     Some(LandedCostate { costate, nodes, cost, target, state, landing })
 }

@@ -5,7 +5,7 @@ use super::record::{self, Recorded};
 use super::way::Way;
 use crate::maneuver::problem::State;
 use crate::maneuver::settings::Method as Road;
-use crate::maneuver::solution::{ConvexWork, Optimality, Outcome, Rival, Solution, Trajectory};
+use crate::maneuver::solution::{ConvexWork, Landing, Optimality, Outcome, Rival, Solution, Trajectory};
 use crate::numerics::figures::{short, significant};
 use crate::numerics::parallel;
 use crate::optimize::landing::Landed;
@@ -81,9 +81,10 @@ impl<const N: usize> Search<'_, '_, N> {
     /// Everything that is told of an attempt, which is made to land first where that is asked for.
     pub fn write(&self, solution: &mut Solution, attempt: &Attempt) {
         match self.landed(attempt) {
-            Some(Landed { attempt, target, landing }) => {
-                self.write_aimed(solution, &attempt, Some(&target));
-                solution.landing = Some(landing);
+            Some(Landed { attempt: landed, target, landing }) => {
+                self.write_aimed(solution, &landed, Some(&target));
+                let cost_before = attempt.cost * self.fine.dynamics.units.cost;
+                solution.landing = Some(Landing { cost_before, ..landing });
             }
             None => self.write_aimed(solution, attempt, None),
         }

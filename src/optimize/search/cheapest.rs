@@ -261,8 +261,14 @@ impl<const N: usize> Search<'_, '_, N> {
         let mut found = std::mem::take(&mut self.found).into_iter();
         let first = found.next().filter(|first| first.candidate.steps() == self.problem.steps)?;
         let (mut first, mut share) = self.sharpened(first);
+        let before = self.chain(self.problem.steps).price(&first.candidate);
+        let before = match self.ask.goal.as_ref().map(|goal| &goal.objective) {
+            Some(Objective::Time) => stated * first.candidate.grid.duration(),
+            _ => before,
+        };
         let landed = self.landed_with_goal(&first, share).map(|(landed, least)| {
             let Landed { attempt, target, landing } = landed;
+            let landing = Landing { cost_before: before, ..landing };
             (first, share) = (attempt, least);
             (target, landing)
         });

@@ -196,6 +196,9 @@ pub(super) fn with_duration_found(problem: &Problem, solution: Solution, context
     let mut landed = Solution { ladder, solve_time, ..landed };
     if landed.landing.is_some() {
         landed.cost += priced;
+        if let Some(landing) = &mut landed.landing {
+            landing.cost_before += priced;
+        }
         landed.optimality.stationarity = landed.optimality.stationarity.max(stationarity);
     }
     landed

@@ -29,6 +29,7 @@ pub use context::{Control, Observer, Progress, Silent};
 pub use guess::Guess;
 
 use crate::Vector3;
+use crate::flight::Flight;
 use crate::maneuver::infeasible;
 use crate::maneuver::problem::{Motion, Path, Problem, ProblemError};
 use crate::maneuver::settings::{Method, Settings, SettingsError, Target};
@@ -203,9 +204,30 @@ pub fn solve(
     observer: &mut dyn Observer,
 ) -> Result<Solution, PlanError> {
     if problem.chooses_steps && settings.target == Target::Motion {
-        return steps::chosen(problem, settings, guess, observer);
+        return steps::chosen(problem, settings, guess, observer)
+            .map(|found| with_true_motion(problem, found));
     }
-    solve_on(problem, settings, guess, observer)
+    solve_on(problem, settings, guess, observer).map(|found| with_true_motion(problem, found))
+}
+
+/// A plan that lands, with the true motion at its nodes on record, which is what flies.
+fn with_true_motion(problem: &Problem, mut found: Solution) -> Solution {
+    if found.trajectory.target.is_some() {
+        let problem = problem.with_found_duration(&found.trajectory.time).with_steps(found.steps);
+        match Flight::recorded(&problem, &found.trajectory) {
+            Some(flown) => {
+                let rates = flown.angular_velocity.windows(2).zip(flown.time.windows(2));
+                let turned = |(rate, time): (&[Vector3], &[f64])| {
+                    0.5 * (time[1] - time[0]) * (rate[0].norm() + rate[1].norm())
+                };
+                found.turned_deg = rates.map(turned).sum::<f64>().to_degrees();
+                found.trajectory = flown;
+            }
+            // A motion that cannot be followed lands nowhere.
+            None => found.trajectory.target = None,
+        }
+    }
+    found
 }
 
 /// Solves a maneuver on its own number of steps.

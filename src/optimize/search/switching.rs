@@ -195,6 +195,7 @@ fn landed(
     afresh: &dyn Fn(&Extremal) -> Option<Planned>,
 ) -> Planned {
     let mut aim = Aim::of(problem);
+    let cost_before = first.cost;
     let (mut plan, mut target, mut best) = (first, problem.end, None);
     loop {
         let next = aim.correct(&plan.trajectory);
@@ -202,7 +203,7 @@ fn landed(
             break;
         }
         plan.trajectory.target = Some(target);
-        plan.landing = Some(aim.told());
+        plan.landing = Some(Landing { cost_before, ..aim.told() });
         if next != Next::Correct {
             return plan;
         }

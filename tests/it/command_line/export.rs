@@ -239,7 +239,14 @@ fn help_has_topics_and_commands_and_there_is_a_manual() {
 #[test]
 fn the_steps_that_are_named_reach_the_accuracy() {
     let folder = Folder::new();
-    let coarse = ["--set", "maneuver.steps=20", "--set", "end.angular_velocity_deg_s=[8, -3, 5]"];
+    let coarse = [
+        "--set",
+        "maneuver.steps=20",
+        "--set",
+        "end.angular_velocity_deg_s=[8, -3, 5]",
+        "--set",
+        "solver.target=discrete",
+    ];
     let plan = |more: &[&str]| -> Run {
         folder.slew(&[&["plan", "spec.toml", "--format", "json"], &coarse[..], more].concat())
     };

@@ -146,8 +146,10 @@ fn overrides_change_the_plan_and_wrong_ones_are_named() {
 #[test]
 fn a_plan_is_the_best_guess_for_itself() {
     let folder = Folder::new();
-    folder.slew(&["plan", "spec.toml", "-q", "-o", "plan.json"]).ends(0);
+    let discrete = ["--set", "solver.target=discrete"];
+    folder.slew(&[&["plan", "spec.toml", "-q", "-o", "plan.json"], &discrete[..]].concat()).ends(0);
     let args = ["plan", "spec.toml", "-q", "--format", "json", "--guess", "plan.json"];
+    let args = [&args[..], &discrete].concat();
     let again = folder.slew(&args).ends(0).json();
     let first = folder.json("plan.json");
     let rung = again["ladder"].as_array().unwrap().iter().find(|rung| rung["rung"] == "guess").unwrap();
@@ -225,7 +227,8 @@ fn a_plan_under_constraints_tells_margins_and_is_verified_from_its_file() {
     let folder = Folder::new();
     let cone = "constraint=[{ kind = \"keep_out\", name = \"Sun\", boresight_body = [1, 0, 0], direction_inertial = { ra_deg = 45, dec_deg = 2 }, half_angle_deg = 20 }]";
     let limit = "actuators.torque_norm_limit_n_m=0.17";
-    let set = ["--set", cone, "--set", limit, "--set", "maneuver.steps=50"];
+    let set =
+        ["--set", cone, "--set", limit, "--set", "maneuver.steps=50", "--set", "solver.target=discrete"];
     let plan = |more: &[&str]| folder.slew(&[&["plan", "spec.toml"], &set[..], more].concat());
     let run = plan(&["-o", "plan.json"]).ends(0).tells("solved and verified").tells("method      SCP: ");
     let run = run
@@ -314,7 +317,8 @@ fn a_plan_that_stands_for_no_motion_is_not_called_verified() {
 #[test]
 fn a_solved_plan_that_is_coarse_or_idle_says_so() {
     let folder = Folder::new();
-    let plan = |set: &[&str]| folder.slew(&[&["plan", "spec.toml"], set].concat()).ends(0);
+    let discrete = ["plan", "spec.toml", "--set", "solver.target=discrete"];
+    let plan = |set: &[&str]| folder.slew(&[&discrete, set].concat()).ends(0);
     assert!(!plan(&["--set", "maneuver.steps=500"]).stderr.contains("\n  try "));
     plan(&["--set", "maneuver.steps=5"])
         .tells(" deg)")
@@ -322,7 +326,7 @@ fn a_solved_plan_that_is_coarse_or_idle_says_so() {
         .tells("   # ends within 0.01 deg");
     // So coarse that it stands for no motion: a third of the angle turned.
     folder
-        .slew(&["plan", "spec.toml", "--set", "maneuver.steps=3"])
+        .slew(&[&discrete[..], &["--set", "maneuver.steps=3"]].concat())
         .ends(7)
         .tells(" deg)")
         .tells("\n  try         slew plan spec.toml --set maneuver.steps=");

@@ -105,7 +105,8 @@ fn tight_limits_are_reached_by_drawing_them_in() {
     assert_close("cost", &[solution.cost], &[convex.cost], 1e-10);
     assert_close("inputs", &solution.trajectory.input, &convex.trajectory.input, 1e-7);
     // By default the convex road takes over there, and the shooting confirms what it found.
-    let Plan { solution: found, status, .. } = plan(&tight, &Settings::discrete(), None, &mut Silent).unwrap();
+    let Plan { solution: found, status, .. } =
+        plan(&tight, &Settings::discrete(), None, &mut Silent).unwrap();
     assert_eq!(
         (status, found.method, found.optimality.conjugate_points),
         (Status::Solved, Method::Scp, Some(0))

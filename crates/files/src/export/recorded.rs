@@ -11,13 +11,15 @@ use slewkit::maneuver::{Method, Problem, Structure, Switching, SwitchingArc, Tra
 use slewkit::verify::{self, Accuracy, Verification};
 
 /// Keys of a plan file that are not judged, since they tell of the search and of optimality.
-pub const NOT_JUDGED: [&str; 18] = [
+pub const NOT_JUDGED: [&str; 20] = [
     "generator",
     "iterations",
     "solve_time_s",
     "start",
     "landing.misses",
+    "chosen",
     "landing.drawn_in",
+    "landing.cost_before",
     "optimality",
     "ladder",
     "convex",
@@ -252,12 +254,10 @@ impl Apart<'_> {
 
     /// The cost of arcs.
     fn cost_of(&self, arcs: &[SwitchingArc]) -> f64 {
-        let along = Trajectory {
-            time: std::iter::once(0.0).chain(arcs.iter().map(|arc| arc.end_s)).collect(),
-            input: arcs.iter().flat_map(|arc| arc.input.iter().copied()).collect(),
-            input_count: self.trajectory.input_count,
-            ..Trajectory::default()
-        };
+        let mut along = Trajectory::default();
+        along.time = std::iter::once(0.0).chain(arcs.iter().map(|arc| arc.end_s)).collect();
+        along.input = arcs.iter().flat_map(|arc| arc.input.iter().copied()).collect();
+        along.input_count = self.trajectory.input_count;
         verify::cost(self.problem, &along)
     }
 

@@ -5,7 +5,7 @@ use serde::de::{DeserializeSeed, Deserializer, Error, SeqAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Serialize, Serializer};
 use slewkit::maneuver::{Motion, Problem, State, Trajectory};
-use slewkit::{Vector3, lie};
+use slewkit::{Matrix3, Vector3};
 use std::borrow::Cow;
 use std::fmt;
 
@@ -49,7 +49,7 @@ pub struct TrajectoryDocument<'a>(pub Cow<'a, Trajectory>);
 /// Where the discrete motion of a plan that lands ends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct TargetDocument {
-    quaternion_wxyz: [f64; 4],
+    attitude: Matrix,
     angular_velocity_rad_s: [f64; 3],
     #[serde(default, skip_serializing_if = "Option::is_none")]
     position_m: Option<[f64; 3]>,
@@ -57,24 +57,37 @@ struct TargetDocument {
     velocity_m_s: Option<[f64; 3]>,
 }
 
+/// An attitude as in a spec, row by row: unlike a quaternion it comes back to its bits.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Matrix {
+    matrix: [[f64; 3]; 3],
+}
+
 impl TargetDocument {
+    /// What the product of a rotation with its transpose may be beside the identity.
+    const ROTATION: f64 = 1e-9;
+
     fn of(target: &State, moves: bool) -> Self {
         Self {
-            quaternion_wxyz: lie::quaternion_from_rotation(&target.attitude),
+            attitude: Matrix { matrix: target.attitude.transpose().into() },
             angular_velocity_rad_s: target.angular_velocity.into(),
             position_m: moves.then(|| target.position.into()),
             velocity_m_s: moves.then(|| target.velocity.into()),
         }
     }
 
-    fn state(&self) -> State {
+    /// The state; `None` where the attitude is none.
+    fn state(&self) -> Option<State> {
+        let attitude = Matrix3::from(self.attitude.matrix).transpose();
+        let is_rotation = (attitude.transpose() * attitude - Matrix3::identity()).amax() <= Self::ROTATION
+            && attitude.determinant() > 0.0;
         let vector = |row: Option<[f64; 3]>| row.map_or_else(Vector3::zeros, Vector3::from);
-        State {
+        is_rotation.then(|| State {
             position: vector(self.position_m),
             velocity: vector(self.velocity_m_s),
-            attitude: lie::rotation_from_quaternion(&self.quaternion_wxyz),
+            attitude,
             angular_velocity: self.angular_velocity_rad_s.into(),
-        }
+        })
     }
 }
 
@@ -128,7 +141,10 @@ impl<'de> Deserialize<'de> for TrajectoryDocument<'_> {
         trajectory.force = vectors(keys.force_n);
         trajectory.wheel_momentum = keys.wheel_momentum_n_m_s.values;
         trajectory.costates = keys.costates.values;
-        trajectory.target = keys.target.as_ref().map(TargetDocument::state);
+        if let Some(target) = &keys.target {
+            let refused = || D::Error::custom("`trajectory.target.attitude.matrix` is no rotation matrix");
+            trajectory.target = Some(target.state().ok_or_else(refused)?);
+        }
         // Rows and columns that have changed places would fit as well.
         let nodes = trajectory.time.len().max(trajectory.quaternion.len());
         let (width, count) = (keys.wheel_momentum_n_m_s.width, trajectory.wheel_momentum.len());

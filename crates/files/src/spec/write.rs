@@ -56,7 +56,7 @@ impl SpecDocument {
             maneuver.some("duration_s", Some(problem.duration).filter(|_| !problem.seeks_duration()));
             maneuver.some("duration_at_most_s", problem.duration_at_most);
             maneuver.some("time_price_per_s", problem.objective.given_time_price());
-            maneuver.put("steps", problem.steps);
+            maneuver.some("steps", (!problem.chooses_steps).then_some(problem.steps));
             maneuver.put("path", path);
         });
         spec.table("solver", |solver| {

@@ -9,7 +9,7 @@
 //! extremal: each is a local minimum of its own search.
 
 use serde::Serialize;
-use slewkit::maneuver::{Constraint, Method, Problem, Rule, Settings};
+use slewkit::maneuver::{Constraint, Method, Problem, Rule, Settings, Target};
 use slewkit::optimize::search::{self, Observer, PlanError};
 use slewkit::plan::{self, Plan, Status};
 use std::time::Instant;
@@ -57,6 +57,8 @@ pub fn compare(
         return Err(PlanError::Unsuited { reason: "ways are compared on maneuvers whose inputs switch" });
     }
     let began = Instant::now();
+    // Ways are compared by the discrete problem.
+    let settings = &Settings { target: Target::Discrete, ..settings.clone() };
     let smoothed = if problem.shortest_pulse().is_some() {
         Err("a smoothed law has no pulses".to_string())
     } else {

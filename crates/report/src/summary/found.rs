@@ -153,6 +153,7 @@ fn landed(landing: &Landing) -> String {
             counted(count, "correction")
         ),
     };
+    let how = format!("{how}, cost before {}", significant(landing.cost_before, 6));
     let named = |(name, by): &(String, f64)| format!("\"{}\" by {}", escape(name), error(*by));
     match &landing.drawn_in[..] {
         [] => how,

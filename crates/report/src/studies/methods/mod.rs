@@ -26,7 +26,7 @@ pub use global::{BOUND_STEPS, Global, GlobalError, global};
 
 use serde::Serialize;
 use slewkit::maneuver::{
-    Method, Outcome, Problem, Proof, Sense, Settings, Solution, TerminalError, Trajectory,
+    Method, Outcome, Problem, Proof, Sense, Settings, Solution, Target, TerminalError, Trajectory,
 };
 use slewkit::optimize::search::{self, Guess, Observer, PlanError};
 use slewkit::plan::{self, Plan, Status};
@@ -138,6 +138,8 @@ pub fn compare(
     if problem.objective.switches() || problem.seeks_duration() {
         return Err(PlanError::Unsuited { reason: "methods are compared on maneuvers of least effort" });
     }
+    // Methods are compared by what both of them solve: the discrete problem.
+    let settings = &Settings { target: Target::Discrete, ..settings.clone() };
     let shooting_settings = Settings { method: Method::Shooting, ..settings.clone() };
     let mut shooting = match plan::plan(problem, &shooting_settings, None, observer) {
         Err(PlanError::NotForShooting { reason }) => Err(reason),
