@@ -37,8 +37,8 @@
 //!
 //! A [`Plan`] has the [`Solution`] with its [`Trajectory`], the [`Verification`] of the witnesses, and a [`Status`]. How a
 //! solver stopped is a value; only what cannot be attempted at all is an error ([`PlanError`]). [`Settings`] choose method,
-//! tolerance and time limit, and whether the discrete motion meets the end, as in what is published, or the true one under
-//! the held inputs ([`Target`]).
+//! tolerance and time limit, and whether the true motion under the held inputs meets the end, as by default, or the discrete
+//! one, as in what is published ([`Target`]).
 //!
 //! # A constraint
 //!
