@@ -222,7 +222,7 @@ fn an_interrupted_plan_keeps_its_best_result() {
         "-o",
         "best.json",
         "--set",
-        "maneuver.steps=100000",
+        "maneuver.steps=20000",
         "--set",
         "end.angular_velocity_deg_s=[0, 0, 90000]",
     ];
