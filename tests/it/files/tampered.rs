@@ -91,7 +91,6 @@ momentum_n_m_s = 1
             .replace("[end]", "angular_velocity_rad_s = [0, 1e-3, 0]\n[end]")
             .replace("40] }", "40] }\nangular_velocity_rad_s = [0, 1e-3, 0]"),
         ),
-        ),
         (
             "moving body",
             r#"
@@ -217,7 +216,8 @@ fn is_any_of_many(file: &Value, path: &str) -> bool {
 /// The quaternions ±1 are one attitude.
 fn is_turn_of_nothing(file: &Value, path: &str) -> bool {
     let row = path.rsplit_once('/').and_then(|(row, _)| file.pointer(row)).and_then(Value::as_array);
-    path.contains("quaternion") && row.is_some_and(|row| row[1..].iter().all(|part| part.as_f64() == Some(0.0)))
+    path.contains("quaternion")
+        && row.is_some_and(|row| row[1..].iter().all(|part| part.as_f64() == Some(0.0)))
 }
 
 fn every_figure_is_judged(kind: &str) {
