@@ -239,11 +239,10 @@ pub struct Row {
 
 /// The rows of a motion, as a style has them.
 pub fn rows(motion: &Motion, style: &Style) -> Vec<Row> {
-    // To the components of the file's reference frame.
-    let to_theirs = ORBIT
-        .iter()
-        .find(|(name, _)| *name == style.reference)
-        .map_or(Matrix3::identity(), |(_, rows)| Matrix3::from_fn(|row, column| rows[row][column]));
+    // To the components of the file's reference frame; a table names none and has those of the spec.
+    let theirs = ORBIT.iter().find(|(name, _)| *name == style.reference && style.notation != Notation::Table);
+    let to_theirs =
+        theirs.map_or(Matrix3::identity(), |(_, rows)| Matrix3::from_fn(|row, column| rows[row][column]));
     // Y is the body where what is told leads to the body.
     let y_is_body = style.a_to_b != style.body_is_a;
     style
@@ -439,9 +438,7 @@ fn metadata(style: &Style, rows: &[Row]) -> Vec<(&'static str, String)> {
         Kind::Spin => "SPIN",
     };
     keys.push(("ATTITUDE_TYPE", kind.into()));
-    let of_quaternion =
-        matches!(style.kind, Kind::Quaternion | Kind::QuaternionAngvel | Kind::QuaternionDerivative);
-    if style.first_version && of_quaternion {
+    if style.first_version && is_quaternion(style.kind) {
         keys.push(("QUATERNION_TYPE", if style.scalar_first { "FIRST" } else { "LAST" }.into()));
     }
     if let Kind::Euler(axes) | Kind::EulerDerivative(axes) | Kind::EulerAngvel(axes) = style.kind {
@@ -464,6 +461,10 @@ fn metadata(style: &Style, rows: &[Row]) -> Vec<(&'static str, String)> {
         }
     }
     keys
+}
+
+fn is_quaternion(kind: Kind) -> bool {
+    matches!(kind, Kind::Quaternion | Kind::QuaternionAngvel | Kind::QuaternionDerivative)
 }
 
 fn version(style: &Style) -> &'static str {
@@ -492,7 +493,7 @@ fn keywords(style: &Style, rows: &[Row]) -> String {
         }
         for (index, row) in own.iter().enumerate() {
             let mut values = numbers(style, row, from + index);
-            if style.scalar_first {
+            if style.scalar_first && is_quaternion(style.kind) {
                 values[..4].rotate_right(1);
                 if style.kind == Kind::QuaternionDerivative {
                     values[4..8].rotate_right(1);

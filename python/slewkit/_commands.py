@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Callable, Mapping, NamedTuple, Sequence, Union
 
 import numpy as np
@@ -105,6 +105,10 @@ class Verification:
     found: dict[str, Any]
     #: Keys in which the spec of the plan and the one it was judged by differ: ``key``, ``first``, ``second``.
     differences: list[dict[str, str]]
+    #: Keys of the plan file whose record is not what was found: ``key``, ``first`` of the file, ``second`` as found.
+    recorded: list[dict[str, str]] = field(default_factory=list)
+    #: What was not judged, a sentence each.
+    not_judged: list[str] = field(default_factory=list)
 
     @property
     def passed(self) -> bool:
@@ -170,7 +174,12 @@ def _judged(text: str, judged: Plan | None, strict: bool) -> Verification:
     if document["status"] == "interrupted":
         raise OF_STATUS["interrupted"]("", f"{document['name']}: interrupted")
     found = Verification(
-        document["status"], document["steps"], document["verified"], document["differences"]
+        document["status"],
+        document["steps"],
+        document["verified"],
+        document["differences"],
+        document["recorded"],
+        document["not_judged"],
     )
     if strict and not found.passed:
         failed = [check["name"] for check in found.checks if not check["passed"]] + found.violations

@@ -103,6 +103,8 @@ pub fn verify_attitudes(
             "peak_torque_of_attitudes_n_m": rows.peak_torque_of_attitudes_n_m,
         },
         "differences": [],
+        "recorded": [],
+        "not_judged": judged.not_judged,
     });
     Ok(document.to_string())
 }

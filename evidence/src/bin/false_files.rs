@@ -268,7 +268,7 @@ fn planted(fault: Fault, random: &mut Random) -> Case {
             let text = renamed(&text, right.scale, said, style.lower_values);
             return Case { spec: spec_of(&motion, frame, named, ""), file: text.into_bytes(), open };
         }
-        Fault::Frame | Fault::UnitOfRates => {}
+        Fault::Frame => {}
     }
     Case { spec: spec_of(&motion, frame, named, &more), file: file(&style, &all), open }
 }

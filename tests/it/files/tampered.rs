@@ -33,8 +33,8 @@ fn kinds() -> Vec<(&'static str, String)> {
     vec![
         ("effort", plan("[maneuver]\nduration_s = 60\nsteps = 12\n")),
         ("limits", plan(&format!("[maneuver]\nduration_s = 48\nsteps = 12\n{TORQUES}"))),
-        ("time", plan(&format!("[maneuver]\nminimize = \"time\"\nsteps = 12\n{TORQUES}"))),
-        ("fuel", plan(&format!("[maneuver]\nminimize = \"fuel\"\nduration_s = 80\nsteps = 12\n{TORQUES}"))),
+        ("time", plan(&format!("[maneuver]\nminimize = \"time\"\nsteps = 20\n{TORQUES}"))),
+        ("fuel", plan(&format!("[maneuver]\nminimize = \"fuel\"\nduration_s = 80\nsteps = 20\n{TORQUES}"))),
         (
             "pulses",
             plan(&format!(
@@ -86,7 +86,10 @@ momentum_n_m_s = 1
             "orbit frame",
             plan(
                 "[environment]\nkind = \"gravity_gradient\"\norbital_rate_rad_s = 1.1e-3\n[maneuver]\nduration_s = 300\nsteps = 12\n",
-            ),
+            )
+            .replace("ICRF", "LVLH")
+            .replace("[end]", "angular_velocity_rad_s = [0, 1e-3, 0]\n[end]")
+            .replace("40] }", "40] }\nangular_velocity_rad_s = [0, 1e-3, 0]"),
         ),
         (
             "moving body",
@@ -210,6 +213,13 @@ fn is_any_of_many(file: &Value, path: &str) -> bool {
     matches!(key, "time_s" | "at") && scaled.is_some_and(|scaled| scaled.abs() < 1e-6)
 }
 
+/// The quaternions ±1 are one attitude.
+fn is_turn_of_nothing(file: &Value, path: &str) -> bool {
+    let row = path.rsplit_once('/').and_then(|(row, _)| file.pointer(row)).and_then(Value::as_array);
+    path.contains("quaternion")
+        && row.is_some_and(|row| row[1..].iter().all(|part| part.as_f64() == Some(0.0)))
+}
+
 fn every_figure_is_judged(kind: &str) {
     let (_, text) = kinds().into_iter().find(|(name, _)| *name == kind).unwrap();
     let (file, _) = planned(kind, &text);
@@ -223,6 +233,9 @@ fn every_figure_is_judged(kind: &str) {
     for path in all.iter().filter(|path| !is_open(path)) {
         let of_spec = path.starts_with("/spec");
         let mut to = falsified(&file.pointer(path).unwrap());
+        if is_turn_of_nothing(&file, path) {
+            to.retain(|to| to.as_f64().is_none_or(|to| to.abs() != 1.0));
+        }
         if is_any_of_many(&file, path) {
             to.retain(|to| to.as_f64().is_none_or(|to| to > 1e3));
         }

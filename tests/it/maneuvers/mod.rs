@@ -13,6 +13,7 @@ mod fuel_of_forces;
 mod fuel_within;
 mod invariance;
 mod landing;
+mod level;
 mod limits;
 mod metamorphic;
 mod minimum_fuel;

@@ -24,6 +24,9 @@ pub struct Judgement {
 
 /// What no witness of a motion can judge.
 const SEARCH: &str = "whether the plan is optimal (conjugate points, costates, rivals) and how it was found: `slew plan` finds that again";
+/// Of a smoothed law.
+const SMOOTHED: &str =
+    "the extremal of continuous time beside the smoothed inputs: the file does not hold its arcs";
 /// What is left out where the plan was made to another spec, or was not verified to the end.
 const FIGURES: &str = "the figures of the witnesses that the file records: they are those of its own spec, and of a run to the end";
 
@@ -63,6 +66,9 @@ impl PlanFile<'_> {
             not_judged.push(FIGURES.into());
             Vec::new()
         };
+        if self.switching.as_ref().is_some_and(|told| told.smoothing.is_some()) {
+            not_judged.push(SMOOTHED.into());
+        }
         let sense = if own { verify::sense(&problem, trajectory, stop) } else { None };
         // The tolerance that the plan was made to is its own matter, whatever another spec asks for.
         let cost = verify::cost(&problem, trajectory);

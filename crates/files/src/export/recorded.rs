@@ -227,7 +227,14 @@ impl Apart<'_> {
             self.near("switching.pulses.shortest_s", Some(pulses.shortest_s), Some(shortest));
             self.near("switching.gap", Some(told.gap), Some(told.continuous_cost - pulses.cost_without));
         }
-        let Some(last) = told.arcs.last() else { return };
+        let Some(last) = told.arcs.last() else {
+            // Of a smoothed law the extremal of continuous time is not in the file.
+            if !self.problem.seeks_duration() {
+                let duration = Some(self.problem.duration);
+                self.near("switching.continuous_duration_s", Some(told.continuous_duration_s), duration);
+            }
+            return;
+        };
         self.near("switching.continuous_duration_s", Some(told.continuous_duration_s), Some(last.end_s));
         let mut before = 0.0;
         for (index, arc) in told.arcs.iter().enumerate() {
