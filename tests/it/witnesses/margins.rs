@@ -358,8 +358,9 @@ fn margins_that_are_not_known_are_not_held() {
     let check = found.checks.iter().find(|check| check.name == "constraints").unwrap();
     assert!(check.value.is_nan() && !check.passed);
     assert!(margins(&problem, &wrong.input).is_err() && margins(&problem, &[]).is_err());
+    let sound = margins(&problem, &plan.input).unwrap();
     let [nan, held, missed] = [f64::NAN, 0.5, -0.25].map(|scaled| {
-        let mut margin = found.margins[0].clone();
+        let mut margin = sound[0].clone();
         margin.scaled = scaled;
         margin
     });
