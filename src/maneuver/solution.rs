@@ -162,7 +162,8 @@ pub struct Optimality {
     pub stationarity: f64,
     /// Number of conjugate points inside the maneuver; 0: a local minimum. From SCP the number
     /// of independent directions, among those that limits and constraints leave, in which the cost
-    /// decreases; 0: a strict local minimum. The two are one number. `None`: not decided.
+    /// decreases; 0: a strict local minimum. The two are one number. `None`: not decided, as where it decreases in none and is level
+    /// in some.
     pub conjugate_points: Option<usize>,
     /// Numerical rank of the sensitivity matrix Ψ₁₂.
     pub rank: usize,

@@ -189,7 +189,7 @@ mod tests {
         assert!(more != less, "{more} {less}");
         assert_eq!(exceeding(12.342, 5.0), ["12.34", "5"]);
         assert_eq!(exceeding(0.104_21, 0.104_19), ["0.10421", "0.10419"]);
-        assert_eq!(exceeding(2.000_001e9, 2e9), ["2000001000", "2000000000"]);
+        assert_eq!(exceeding(2.000_001e9, 2e9), ["2.000001e9", "2e9"]);
     }
 
     #[test]

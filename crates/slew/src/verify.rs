@@ -114,7 +114,11 @@ fn attitudes(
     for check in &rows.checks {
         lines.line("", told(check, &found, &name));
     }
-    lines.lines("violated", rows.violations.iter().map(|text| escape(text)));
+    let violated = rows.violations.iter().zip(&rows.violated_at);
+    lines.lines(
+        "violated",
+        violated.map(|(text, row)| format!("{} ({}:{})", escape(text), escape(&name), found.line[*row])),
+    );
     lines.lines("not judged", judged.not_judged.iter().map(|text| escape(text)));
     let needs = [(rows.peak_torque_n_m, "rates"), (rows.peak_torque_of_attitudes_n_m, "attitudes")];
     let needs = needs.into_iter().filter_map(|(peak, of)| {

@@ -104,11 +104,12 @@ fn cones(constraint: &Constraint, pointing: &Pointing, motion: &Motion<'_>, repo
     let degrees = |angle: f64| decimals(angle.to_degrees(), 6);
     if let Some(Inside { room, angle, time, from, to }) = inside {
         let side = if pointing.side == Side::KeepOut { "enters" } else { "leaves" };
-        report.violations.push(format!(
+        let text = format!(
             "{name}: the boresight {side} the cone by {} deg at {time:.4} s ({} deg from the axis), between {from:.4} s and {to:.4} s",
             degrees(-room),
             degrees(angle)
-        ));
+        );
+        report.violated(motion.row_at(time), text);
     } else if curved.0 > motion.tolerance {
         report.open.push(format!(
             "{name} between rows: by the rates the motion is {} deg beyond the rim at {:.4} s, at one rate from row to row it is not; the \
@@ -226,10 +227,11 @@ fn rates(constraint: &Constraint, motion: &Motion<'_>, report: &mut AttitudeRepo
     }
     if let Some((_, value, limit, axis, time)) = worst {
         let [value, limit] = told_apart([value, limit].map(f64::to_degrees), 6, significant);
-        report.violations.push(format!(
+        let text = format!(
             "{}: the rate{axis} is {value} deg/s at {time:.4} s, the limit is {limit} deg/s",
-            constraint.name,
-        ));
+            constraint.name
+        );
+        report.violated(motion.row_at(time), text);
     } else if rows.rate.is_empty() {
         report
             .open

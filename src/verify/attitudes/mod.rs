@@ -51,6 +51,8 @@ pub struct AttitudeReport {
     pub checks: Vec<Check>,
     /// What is violated, each in words with the time at which it is so.
     pub violations: Vec<String>,
+    /// The row at which each of them is, or the one before.
+    pub violated_at: Vec<usize>,
     /// What cannot be decided by these rows, in words.
     pub open: Vec<String>,
     /// The largest mean torque between two rows that a free body without wheels needs to have the rates \[N·m\]; `None` for others and
@@ -61,6 +63,11 @@ pub struct AttitudeReport {
 }
 
 impl AttitudeReport {
+    fn violated(&mut self, row: usize, text: String) {
+        self.violations.push(text);
+        self.violated_at.push(row);
+    }
+
     /// Whether nothing speaks against it.
     pub fn passed(&self) -> bool {
         self.checks.iter().all(|check| check.passed) && self.violations.is_empty()
@@ -89,6 +96,11 @@ impl Motion<'_> {
     /// Number of the last row.
     fn last(&self) -> usize {
         self.attitude.len() - 1
+    }
+
+    /// The last row at a time or before it.
+    fn row_at(&self, time: f64) -> usize {
+        self.rows.time.partition_point(|at| *at <= time).saturating_sub(1)
     }
 
     /// Whether the motion from row `k` to the next may be interpolated.
@@ -145,16 +157,18 @@ pub fn judge_attitudes(problem: &Problem, rows: &AttitudeRows<'_>, tolerance: f6
     let mut report = AttitudeReport {
         checks,
         violations: Vec::new(),
+        violated_at: Vec::new(),
         open: Vec::new(),
         peak_torque_n_m: None,
         peak_torque_of_attitudes_n_m: None,
     };
     for k in (0..last).filter(|k| !motion.goes_on(*k)) {
-        report.violations.push(format!(
+        let text = format!(
             "no attitude is told between {:.4} s and {:.4} s: nobody may interpolate from one block into the next",
             time[k],
             time[k + 1]
-        ));
+        );
+        report.violated(k, text);
     }
     between::judge(problem, &motion, &mut report);
     consistency::judge(&motion, &mut report);

@@ -43,11 +43,12 @@ pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut Attitud
             let h = motion.step(k);
             let mean = (momentum(k + 1) - momentum(k)).norm() / h;
             let [mean, most] = told_apart([mean, strongest], 6, significant);
-            report.violations.push(format!(
+            let text = format!(
                 "torque: the rates need {mean} N·m on the average between {:.4} s and {:.4} s, the actuators give {most} N·m at most",
                 rows.time[k],
                 rows.time[k + 1],
-            ));
+            );
+            report.violated(k, text);
         }
     }
     // The momentum in the middle of a stretch, by its mean rate.

@@ -103,6 +103,12 @@ fn verify_judges_a_plan_file_by_its_spec() {
         fs::write(folder.path("false.json"), false_finding.to_string()).unwrap();
         verify("false.json", &[]).ends(7).tells("recorded findings");
     }
+    let mut misses = plan.clone();
+    misses["accuracy"]["continuous_attitude_deg"] = 1e-12.into();
+    fs::write(folder.path("false.json"), misses.to_string()).unwrap();
+    let run = verify("false.json", &["--format", "json"]).ends(7).tells("accuracy: ");
+    assert_eq!(run.json()["recorded"][0]["key"], "accuracy");
+    assert!(run.json()["not_judged"][0].as_str().unwrap().contains("optimal"));
 
     let piped = folder.slew_with_stdin(&["verify", "-", "--spec", "spec.toml"], &folder.read("plan.json"));
     piped.ends(0).tells("verified");

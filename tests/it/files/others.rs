@@ -137,6 +137,8 @@ fn a_cone_entered_between_two_rows_is_violated() {
         {
             assert!(told.contains(part), "{told}");
         }
+        // The row before that.
+        assert_eq!(found.attitudes.violated_at, [times.len() / 2 - 1]);
     }
     // It stays out of a cone beyond the end.
     let beside = good(&format!("{REST}{CONE}"), &["constraint.0.direction_inertial.ra_deg=131"]);
@@ -300,7 +302,7 @@ fn another_frame_moment_or_time_system_is_no_agreement() {
     let of = |changes: &[(&str, &str)]| aem(changes, |time| quaternion(time, 9), &times(5));
     for frame in ["ITRF2000", "TEME", "LVLH", "MYFRAME"] {
         let errors = judged_by(&good(REST, &[]), &of(&[("REF_FRAME_A", frame)])).unwrap_err();
-        assert_eq!(errors.0[0].code, "E0152", "{frame}");
+        assert_eq!((errors.0[0].code, errors.0[0].line), ("E0152", 8), "{frame}");
         assert!(errors.0[0].reason.contains(frame) && errors.0[0].reason.contains("ICRF"), "{errors}");
     }
     // 23 milliarcseconds are within what is asked for, 23° of the ecliptic are not.

@@ -42,12 +42,13 @@ pub fn judge_file(
     tolerance: f64,
 ) -> Result<FileReport, Diagnostics> {
     let mut not_judged = found.not_taken.clone();
-    let to_ours = frames(found, problem, identity, &mut not_judged).map_err(|(reason, remedy)| {
-        Diagnostics(vec![Diagnostic::about_file("E0152", name, reason, &remedy)])
-    })?;
-    bodies(found, identity, &mut not_judged).map_err(|(reason, remedy)| {
-        Diagnostics(vec![Diagnostic::about_file("E0152", name, reason, &remedy)])
-    })?;
+    let apart = |(reason, remedy): Apart| {
+        let mut found_at = Diagnostic::about_file("E0152", name, reason, &remedy);
+        found_at.line = found.frames_line.unwrap_or(1);
+        Diagnostics(vec![found_at])
+    };
+    let to_ours = frames(found, problem, identity, &mut not_judged).map_err(apart)?;
+    bodies(found, identity, &mut not_judged).map_err(apart)?;
     let turned: Vec<[f64; 4]>;
     let quaternion = match to_ours {
         None => &found.quaternion,

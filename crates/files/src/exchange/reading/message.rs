@@ -146,7 +146,7 @@ impl<'t> Metadata<'t> {
         let (attitude, rates) = self.kind(version, kind, scalar_first, end, &axes)?;
         let layout = Layout { attitude, rates, inverse: body_is_a == to_b };
         let names = [reference.text.to_string(), body.text.to_string()];
-        Ok(Block { layout, scale, names, guessed, span })
+        Ok(Block { layout, scale, names, named_at: reference.at, guessed, span })
     }
 
     /// What the numbers of a row are.
@@ -252,6 +252,8 @@ pub(super) struct Block {
     pub scale: Scale,
     /// Reference and body.
     names: [String; 2],
+    /// The byte at which the reference is named.
+    named_at: usize,
     /// Whether no name says which of the two is the body.
     guessed: bool,
     span: Span,
@@ -291,6 +293,7 @@ impl Block {
         if let Attitude::Spin(_) = self.layout.attitude {
             rows.note("rates of the file: SPIN tells the one about its axis, which moves itself".into());
         }
+        rows.named_at.get_or_insert(self.named_at);
         (rows.found.reference_frame, rows.found.body_frame) = (Some(reference), Some(body));
         rows.begins = true;
         Ok(())

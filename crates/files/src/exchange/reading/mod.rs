@@ -48,6 +48,8 @@ pub struct Attitudes {
     pub reference_frame: Option<String>,
     /// What it calls the body frame.
     pub body_frame: Option<String>,
+    /// The line at which it names the frames.
+    pub frames_line: Option<usize>,
     /// What the file says and is not taken, or what it leaves open, a sentence each without its point.
     pub not_taken: Vec<String>,
     /// What was changed in reading.

@@ -29,6 +29,8 @@ pub(super) struct Rows {
     pub found: Attitudes,
     /// Where each row stands.
     places: Vec<usize>,
+    /// Where the frames are named.
+    pub named_at: Option<usize>,
     /// Whether the next row is the first of its block.
     pub begins: bool,
     /// The largest difference of a length from 1, and the row.
@@ -138,6 +140,7 @@ impl Rows {
         if self.found.begins.is_some() {
             self.found.begins = Some(start);
         }
+        self.found.frames_line = self.named_at.map(|place| source.line_number(place));
         self.found.line = self.places.iter().map(|place| source.line_number(*place)).collect();
         if let Some(open) = self.open {
             self.found.rounding = self.rounding(open);
