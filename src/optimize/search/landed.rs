@@ -151,6 +151,9 @@ impl<const N: usize> Search<'_, '_, N> {
         let mut written = answer.clone();
         self.write(&mut written, &Attempt::of(candidate, report));
         written.iterations = answer.iterations;
+        if let Some(landing) = &mut written.landing {
+            landing.cost_before = answer.cost;
+        }
         if written.landing.is_none() || !self.exceeds(&written.trajectory) {
             return written;
         }
@@ -196,9 +199,6 @@ pub(super) fn with_duration_found(problem: &Problem, solution: Solution, context
     let mut landed = Solution { ladder, solve_time, ..landed };
     if landed.landing.is_some() {
         landed.cost += priced;
-        if let Some(landing) = &mut landed.landing {
-            landing.cost_before += priced;
-        }
         landed.optimality.stationarity = landed.optimality.stationarity.max(stationarity);
     }
     landed

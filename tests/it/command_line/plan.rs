@@ -258,7 +258,10 @@ fn a_plan_under_constraints_tells_margins_and_is_verified_from_its_file() {
     // The plan of a wider cone would have to pass further out, and without limits it was not asked for.
     let wider = ["--set", cone, "--set", limit, "--set", "constraint.0.half_angle_deg=21"];
     verify(&wider).ends(7).tells("constraint.0.half_angle_rad").tells("violated, margin -1.00 deg");
-    verify(&[]).ends(0).tells("differs     constraint").tells("differs     actuators.torque_norm_limit_n_m");
+    verify(&["--set", "solver.target=discrete"])
+        .ends(0)
+        .tells("differs     constraint")
+        .tells("differs     actuators.torque_norm_limit_n_m");
     // By the spec that it holds, limits and all.
     let run = folder.slew(&["verify", "plan.json"]).ends(0).tells("torque norm limit  active, ");
     assert!(!run.stderr.contains("differs"), "{}", run.stderr);
@@ -322,14 +325,14 @@ fn a_solved_plan_that_is_coarse_or_idle_says_so() {
     assert!(!plan(&["--set", "maneuver.steps=500"]).stderr.contains("\n  try "));
     plan(&["--set", "maneuver.steps=5"])
         .tells(" deg)")
-        .tells("\n  try         slew plan spec.toml --set maneuver.steps=")
+        .tells("\n  try         slew plan spec.toml --set solver.target=discrete --set maneuver.steps=")
         .tells("   # ends within 0.01 deg");
     // So coarse that it stands for no motion: a third of the angle turned.
     folder
         .slew(&[&discrete[..], &["--set", "maneuver.steps=3"]].concat())
         .ends(7)
         .tells(" deg)")
-        .tells("\n  try         slew plan spec.toml --set maneuver.steps=");
+        .tells("\n  try         slew plan spec.toml --set solver.target=discrete --set maneuver.steps=");
     // Where no limit acts the shooting's plan stands, but its rivals may break limits that nobody held them to.
     assert!(plan(&[]).stderr.contains("\n  rival "));
     let wide = "constraint=[{ kind = \"keep_in\", boresight_body = [1, 0, 0], direction_inertial = { ra_deg = 45, dec_deg = 2 }, half_angle_deg = 80 }]";

@@ -1,6 +1,6 @@
 //! The way of the witnesses, step by step, has the extremes that their verdict states.
 
-use slewkit::maneuver::Problem;
+use slewkit::maneuver::{Problem, Settings, Target};
 use slewkit::plan::{Plan, Silent, plan};
 use slewkit::verify::{WitnessError, course};
 use slewkit_files::spec;
@@ -9,7 +9,9 @@ use std::path::Path;
 fn planned(file: &str) -> (Problem, Plan) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../problems").join(file);
     let loaded = spec::read(&path, &[]).unwrap();
-    let plan = plan(&loaded.problem, &loaded.settings, None, &mut Silent).unwrap();
+    // Of the discrete motion, from which the continuous one departs.
+    let settings = Settings { target: Target::Discrete, ..loaded.settings };
+    let plan = plan(&loaded.problem, &settings, None, &mut Silent).unwrap();
     (loaded.problem, plan)
 }
 
