@@ -140,6 +140,22 @@ class Plan:
         return dict(self._head["terminal"])
 
     @property
+    def landing(self) -> dict[str, Any] | None:
+        """How the plan was made to land, so that the true motion under the held torques meets the end: ``corrections`` of the
+        discrete target, ``misses`` before each and after the last (rad, or relative), ``cost_before`` of the discrete optimum,
+        which rivals compare with. None where the discrete motion meets the end (``target = "discrete"``)."""
+        found: dict[str, Any] | None = self._head.get("landing")
+        return found
+
+    @property
+    def chosen_steps(self) -> dict[str, Any] | None:
+        """How the number of steps was chosen, where the spec gives none: ``began`` with, whether the plan ``lands``, and
+        ``cost_error``, an estimate of what it costs above the optimum in continuous time, relative. None where steps are
+        given."""
+        found: dict[str, Any] | None = self._head.get("chosen")
+        return found
+
+    @property
     def spec(self) -> dict[str, Any] | None:
         """The maneuver that the plan answers, with the keys of a spec."""
         held: dict[str, Any] | None = self._head["spec"]

@@ -44,5 +44,11 @@ def spec() -> dict:
     }
 
 
+@pytest.fixture
+def discrete(spec) -> dict:
+    """The slew with the plan whose discrete motion meets the end, as in what is published."""
+    return spec | {"solver": {"target": "discrete"}}
+
+
 def pytest_addoption(parser):
     parser.addoption("--plans", type=int, default=2000, help="plans of the test of memory; 100000 take minutes")

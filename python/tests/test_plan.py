@@ -53,7 +53,8 @@ def test_a_dictionary_means_what_a_file_means(spec, tmp_path, slew):
     same(slewkit.plan(slewkit.Problem(spec).to_dict()).to_dict(), of_program)
 
 
-def test_scipy_reads_the_attitudes(spec):
+def test_scipy_reads_the_attitudes(discrete):
+    spec = discrete
     plan = slewkit.plan(spec)
     rotation = plan.rotation()
     target = Rotation.from_euler("ZYX", [30, -40, 70], degrees=True)
@@ -70,8 +71,27 @@ def test_scipy_reads_the_attitudes(spec):
     assert slewkit.plan(spec).cost == pytest.approx(plan.cost, rel=1e-12)
 
 
-def test_the_laws_of_motion_hold_between_the_arrays(spec):
+def test_a_plan_lands_and_says_how(spec, discrete):
     plan = slewkit.plan(spec)
+    target = Rotation.from_euler("ZYX", [30, -40, 70], degrees=True)
+    assert (plan.rotation()[-1] * target.inv()).magnitude() < 1e-8
+    assert plan.verification["continuous_attitude_rad"] < 1e-8
+    landing = plan.landing
+    assert landing["corrections"] == len(landing["misses"]) - 1 > 0
+    assert landing["misses"][0] > 1e-5 and landing["misses"][-1] < 1e-8
+    published = slewkit.plan(discrete)
+    assert published.landing is None and published.cost == landing["cost_before"] < plan.cost
+    assert published.verification["continuous_attitude_rad"] > 1e-5
+    # Steps that are not given are chosen.
+    assert plan.chosen_steps is None
+    del spec["maneuver"]["steps"]
+    chosen = slewkit.plan(spec)
+    assert chosen.chosen_steps["began"] <= chosen.steps and chosen.chosen_steps["lands"]
+    assert chosen.chosen_steps["cost_error"] < 1e-3
+
+
+def test_the_laws_of_motion_hold_between_the_arrays(discrete):
+    plan = slewkit.plan(discrete)
     momentum = plan.angular_momentum
     assert np.allclose(momentum, plan.angular_velocity * [120, 100, 80], rtol=1e-15)
     # What the torque adds to the inertial momentum; the trapezoidal sum is exact for Lie–Verlet.
@@ -147,7 +167,8 @@ def test_a_plan_is_pickled_and_so_is_a_problem(spec):
     same(slewkit.plan(problem).to_dict(), plan.to_dict())
 
 
-def test_a_plan_is_a_guess_for_its_neighbour(spec, tmp_path):
+def test_a_plan_is_a_guess_for_its_neighbour(discrete, tmp_path):
+    spec = discrete
     plan = slewkit.plan(spec)
     harder = {"maneuver.duration_s": 50}
     by_itself = slewkit.plan(spec, overrides=harder)
