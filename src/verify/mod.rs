@@ -56,7 +56,8 @@ use watch::Watch;
 
 /// Judges a plan for `problem` by all witnesses.
 ///
-/// `tolerance` limits the scaled terminal error of the discrete witness, `continuous_tolerance` \[rad\] the attitude
+/// `tolerance` limits the scaled terminal error of the discrete witness (of a plan that lands, whose target is a recorded state,
+/// as that of those), `continuous_tolerance` \[rad\] the attitude
 /// error of the continuous one, and how far it may violate a cone. Whatever the numbers in `trajectory`, this
 /// returns: what cannot be computed is NaN in a failed check, with the reason in [`Verification::failure`].
 ///
@@ -118,7 +119,10 @@ pub fn verify_until(
         apart_limit,
     } = judged;
     found.at_most("finite", rows::not_finite(trajectory) as f64, 0.0);
-    found.at_most("discrete terminal", found.discrete().largest(), tolerance);
+    // The target of a plan that lands is where its discrete motion came to: one more state on record.
+    let on_record = RECORDED.max(10.0 * tolerance);
+    let terminal = if trajectory.target.is_some() { on_record } else { tolerance };
+    found.at_most("discrete terminal", found.discrete().largest(), terminal);
     if problem.switches() && !problem.seeks_duration() {
         let last = trajectory.time.last().copied().unwrap_or(f64::NAN);
         found.at_most("duration", (last / problem.duration - 1.0).abs(), RECORDED);
@@ -139,12 +143,12 @@ pub fn verify_until(
         let missing = if pulses.shortest == f64::INFINITY { 0.0 } else { 1.0 - pulses.shortest / asked };
         found.at_most("shortest pulse", missing, pulses::ROUND_OFF);
     }
-    found.at_most("recorded states", recorded, RECORDED.max(10.0 * tolerance));
+    found.at_most("recorded states", recorded, on_record);
     if trajectory.target.is_some() {
         found.at_most("recorded motion", flown.unwrap_or(f64::NAN), FLOWN);
     }
     if let Some(drift) = momentum_drift {
-        let limit = if trajectory.target.is_some() { FLOWN } else { RECORDED.max(10.0 * tolerance) };
+        let limit = if trajectory.target.is_some() { FLOWN } else { on_record };
         found.at_most("total momentum", drift, limit);
     }
     if let Some(as_asked) = goes_as_asked {

@@ -38,7 +38,7 @@ pub(super) fn proved(subject: &Subject) -> Vec<String> {
         _ => told.push("The plan was not verified to the end.".into()),
     }
     if let Some(found) = &subject.plan.verification {
-        told.extend(witnessed(found));
+        told.extend(witnessed(found, solution.trajectory.target.is_some()));
     }
     told.extend(solution.switching.as_ref().and_then(extremal));
     told.push(minimum(subject).into());
@@ -71,13 +71,23 @@ fn extremal(switching: &Switching) -> Option<String> {
     }
 }
 
-fn witnessed(found: &Verification) -> Vec<String> {
-    let mut told = vec![format!(
-        "The discrete motion under the recorded inputs, propagated by other equations than the planner's, ends {} rad \
-         from the attitude asked for.",
+/// Of a plan that lands the true motion comes first: it is what flies.
+fn witnessed(found: &Verification, lands: bool) -> Vec<String> {
+    let mut told = Vec::new();
+    if lands {
+        told.push(format!(
+            "The true motion under the recorded inputs, held over each step, ends {} deg from the attitude asked for, by an \
+             integrator that is not the planner's.",
+            significant(found.continuous_attitude_rad.to_degrees(), 3)
+        ));
+    }
+    let target = if lands { "the target that was shifted for it" } else { "the attitude asked for" };
+    told.push(format!(
+        "The discrete motion under the recorded inputs, propagated by other equations than the planner's, ends {} rad from \
+         {target}.",
         error(found.discrete_attitude_rad)
-    )];
-    if found.continuous_attitude_rad.is_finite() {
+    ));
+    if found.continuous_attitude_rad.is_finite() && !lands {
         told.push(format!(
             "The continuous motion under the same inputs, held over each step, ends {} deg from it: the error of the \
              discretisation, which more steps make smaller.",
@@ -87,7 +97,12 @@ fn witnessed(found: &Verification) -> Vec<String> {
     let held = found.margins.iter().filter(|margin| margin.holds()).count();
     if !found.margins.is_empty() {
         told.push(if held == found.margins.len() {
-            format!("The discrete motion holds {}, at the nodes and between them.", all_of(held))
+            let motion = if lands && found.passed() {
+                "The true motion, like the discrete one,"
+            } else {
+                "The discrete motion"
+            };
+            format!("{motion} holds {}, at the nodes and between them.", all_of(held))
         } else {
             format!("The discrete motion holds {held} of {} limits and constraints.", found.margins.len())
         });
