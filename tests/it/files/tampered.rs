@@ -232,7 +232,7 @@ fn every_figure_is_judged(kind: &str) {
     let (mut passed, mut count) = (Vec::new(), 0);
     for path in all.iter().filter(|path| !is_open(path)) {
         let of_spec = path.starts_with("/spec");
-        let mut to = falsified(&file.pointer(path).unwrap());
+        let mut to = falsified(file.pointer(path).unwrap());
         if is_turn_of_nothing(&file, path) {
             to.retain(|to| to.as_f64().is_none_or(|to| to.abs() != 1.0));
         }
