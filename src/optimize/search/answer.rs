@@ -82,16 +82,26 @@ impl<const N: usize> Search<'_, '_, N> {
     pub fn write(&self, solution: &mut Solution, attempt: &Attempt) {
         match self.landed(attempt) {
             Some(Landed { attempt: landed, target, landing }) => {
-                self.write_aimed(solution, &landed, Some(&target));
+                self.write_aimed(solution, &landed, Some(&target), attempt);
                 let cost_before = attempt.cost * self.fine.dynamics.units.cost;
                 solution.landing = Some(Landing { cost_before, ..landing });
             }
-            None => self.write_aimed(solution, attempt, None),
+            None => self.write_aimed(solution, attempt, None, attempt),
         }
     }
 
     /// Everything that is told of an attempt at a target other than the end of the maneuver.
-    pub fn write_aimed(&self, solution: &mut Solution, attempt: &Attempt, target: Option<&State>) {
+    ///
+    /// The optimality of an extremal of the shooting is that of `optimum`, the discrete optimum that it was before it was made
+    /// to land: a shift by `O(h²)` takes a circle of equal minima apart into a minimum and a saddle, and neither is one of the
+    /// maneuver.
+    pub fn write_aimed(
+        &self,
+        solution: &mut Solution,
+        attempt: &Attempt,
+        target: Option<&State>,
+        optimum: &Attempt,
+    ) {
         let aimed = target.map(|target| self.fine.aimed(target));
         let fine = aimed.as_ref().unwrap_or(&self.fine);
         let candidate = &attempt.candidate;
@@ -116,7 +126,7 @@ impl<const N: usize> Search<'_, '_, N> {
         });
         let (recorded, optimality) = match &chain {
             Some(chain) => (record::chain(self.problem, fine, chain, candidate), None),
-            None => self.recorded(fine, attempt),
+            None => self.recorded(fine, attempt, optimum),
         };
         let recorded = match recorded {
             Ok(recorded) => recorded,
@@ -139,7 +149,7 @@ impl<const N: usize> Search<'_, '_, N> {
                 solution.optimality = match optimality {
                     Some(optimality) => optimality,
                     None if self.context.settings.test_second_order => {
-                        second_order::optimality(fine, &candidate.costate())
+                        second_order::optimality(&self.fine, &optimum.candidate.costate())
                     }
                     None => Optimality::UNTESTED,
                 };
@@ -173,6 +183,7 @@ impl<const N: usize> Search<'_, '_, N> {
         &self,
         fine: &BoundaryValueProblem<N>,
         attempt: &Attempt,
+        optimum: &Attempt,
     ) -> (Result<Recorded, StepError>, Option<Optimality>) {
         let (problem, stopped) = (self.problem, self.stopped());
         let (costate, swept) = (attempt.candidate.costate(), attempt.swept.as_ref());
@@ -190,7 +201,8 @@ impl<const N: usize> Search<'_, '_, N> {
             let fine = BoundaryValueProblem::<N>::of_parts(dynamics, start, terminal);
             record::extremal(problem, &fine, &costate, swept)
         };
-        let test = || second_order::optimality(fine, &costate);
+        let tested = optimum.candidate.costate();
+        let test = || second_order::optimality(&self.fine, &tested);
         let (optimality, recorded) = parallel::both(test, record, || {
             self.stopped();
         });

@@ -221,10 +221,10 @@ fn of_dimension<const N: usize>(
     let mut solution = Solution::unsolved(&planned, context.settings.tolerance);
     match landed {
         Some((target, landing)) => {
-            written.write_aimed(&mut solution, &attempt, Some(&target));
+            written.write_aimed(&mut solution, &attempt, Some(&target), &attempt);
             solution.landing = Some(landing);
         }
-        None => written.write_aimed(&mut solution, &attempt, None),
+        None => written.write_aimed(&mut solution, &attempt, None, &attempt),
     }
     // A duration to the last bit.
     solution.cost = if *objective == Objective::Time { duration } else { cost };

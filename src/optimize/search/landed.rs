@@ -153,9 +153,6 @@ impl<const N: usize> Search<'_, '_, N> {
         written.iterations = answer.iterations;
         if let Some(landing) = &mut written.landing {
             landing.cost_before = answer.cost;
-            // Of the discrete optimum that was chosen among others: a shift by O(h²) takes a circle of equal minima apart into a
-            // minimum and a saddle, and neither is one of the maneuver.
-            written.optimality.conjugate_points = answer.optimality.conjugate_points;
         }
         if written.landing.is_none() || !self.exceeds(&written.trajectory) {
             return written;
