@@ -3,7 +3,7 @@
 //! The maneuver is the free asymmetric body, three axes, rest to rest, the shorter way, to 1e-12. Both
 //! use the library's own step. They run in turns, and the ratio is the median over the pairs: a clock
 //! that drifts moves both. Then the whole default plan of another body: best way round, second order, all
-//! witnesses. `cargo bench -p evidence --bench ratio`; without `--bench` (as `cargo test` calls it) only the smallest grid runs,
+//! witnesses; beside the plan that does not land, in turns. `cargo bench -p evidence --bench ratio`; without `--bench` (as `cargo test` calls it) only the smallest grid runs,
 //! once.
 
 use evidence::measured;
@@ -57,6 +57,9 @@ fn main() {
         println!("{steps:>9} steps: {low:.2} … {ratio:.2} … {high:.2}");
     }
     whole_plans(benching);
+    println!(
+        "discrete: the plan whose discrete motion meets the end; then whole over discrete, and what landing takes a correction"
+    );
     println!("\nsolve: the solver alone, all grids and starts. 2nd order: writing the trajectory down and");
     println!("the tests of stationarity, rank and conjugate points. witnesses: both of the verification.");
 }
@@ -67,23 +70,41 @@ fn whole_plans(benching: bool) {
     let turn = Vector3::new(1.0, 2.0, 3.0).normalize() * 120.0_f64.to_radians();
     let (start, end) = (State::at_rest(Matrix3::identity()), State::at_rest(lie::exp(&turn)));
     println!("\nwhole default plan (best, second order, all witnesses), {} threads:", threads());
-    println!("{:>9} {:>12} {:>12} {:>8}", "steps", "bare", "whole", "ratio");
+    println!(
+        "{:>9} {:>12} {:>12} {:>8} {:>12} {:>8} {:>12}",
+        "steps", "bare", "whole", "ratio", "discrete", "ratio", "correction"
+    );
     let grids = if benching { &PLANS[..] } else { &PLANS[..1] };
     for &(steps, pairs) in grids {
         let problem = Problem::attitude(body.clone(), start, end, 4.0).with_steps(steps);
         let dynamics = Dynamics::new(&problem, steps);
         let (mut bares, mut wholes, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut discretes, mut landings, mut corrections) = (Vec::new(), Vec::new(), Vec::new());
         for _ in 0..if benching { pairs } else { 1 } {
             let (_, bare) = timed(|| dynamics.propagate(black_box(&problem)).unwrap());
-            let (found, whole) =
-                timed(|| plan(black_box(&problem), &Settings::default(), None, &mut Silent).unwrap());
-            assert_eq!(found.status, Status::Solved);
+            let planned = |settings: Settings| {
+                let (found, time) =
+                    timed(|| plan(black_box(&problem), &settings, None, &mut Silent).unwrap());
+                assert_eq!(found.status, Status::Solved);
+                (found, time)
+            };
+            let (found, whole) = planned(Settings::default());
+            let (_, discrete) = planned(Settings::discrete());
             bares.push(bare);
             wholes.push(whole);
             ratios.push(whole / bare);
+            discretes.push(discrete);
+            landings.push(whole / discrete);
+            let count = found.solution.landing.map_or(1, |landing| landing.corrections.max(1));
+            corrections.push((whole - discrete) / count as f64);
         }
-        let [bare, whole] = [&mut bares, &mut wholes].map(|times| quantile(times, 0.5) * 1e3);
-        println!("{steps:>9} {bare:>9.4} ms {whole:>9.3} ms {:>8.1}", quantile(&mut ratios, 0.5));
+        let [bare, whole, discrete] =
+            [&mut bares, &mut wholes, &mut discretes].map(|times| quantile(times, 0.5) * 1e3);
+        let [ratio, landing] = [&mut ratios, &mut landings].map(|ratios| quantile(ratios, 0.5));
+        let correction = quantile(&mut corrections, 0.5) * 1e6;
+        println!(
+            "{steps:>9} {bare:>9.4} ms {whole:>9.3} ms {ratio:>8.1} {discrete:>9.3} ms {landing:>8.2} {correction:>9.1} us"
+        );
     }
 }
 
