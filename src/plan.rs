@@ -170,8 +170,7 @@ pub fn judged(
         stopped.get() != Status::VerificationFailed
     };
     let (tolerance, continuous) = (settings.tolerance, settings.continuous_limit());
-    // Where two inputs switch together the grid may have a step more or less than was asked for.
-    let problem = &problem.with_found_duration(&solution.trajectory.time).with_steps(solution.steps);
+    let problem = &solution.on_grid(problem);
     let verification = verify::verify_until(problem, &solution.trajectory, tolerance, continuous, &stop);
     let status = if verification.passed() {
         Status::Solved

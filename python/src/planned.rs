@@ -50,9 +50,7 @@ pub fn plan(
     });
     let (found, wall_time) = found?;
     let plan = found.map_err(|error| failure::plan(py, &error))?;
-    // The grid of the plan may have a step more than was asked for, or none.
-    let steps = if plan.solution.steps > 0 { plan.solution.steps } else { problem.steps };
-    let problem = problem.with_found_duration(&plan.solution.trajectory.time).with_steps(steps);
+    let problem = plan.solution.on_grid(problem);
     let (settings, identity) = (settings.clone(), loaded.identity.clone());
     let planned = Planned { problem, settings, identity, plan, wall_time };
     Ok((planned, watch.raised()))

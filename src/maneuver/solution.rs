@@ -492,6 +492,13 @@ impl Solution {
         }
     }
 
+    /// The maneuver on the grid of its plan: with the number of steps that the plan has, which may have been chosen, or be one more
+    /// than was asked for, and with the duration that was found where it was sought.
+    pub fn on_grid(&self, problem: &Problem) -> Problem {
+        let steps = if self.steps > 0 { self.steps } else { problem.steps };
+        problem.with_found_duration(&self.trajectory.time).with_steps(steps)
+    }
+
     /// The costates that the shooting solves for: `λ_0` for Lie–Euler, `λ_{−1}` for Lie–Verlet, SI.
     pub fn costates_0(&self, problem: &Problem) -> &[f64] {
         &self.trajectory.costates[..problem.dimension().min(self.trajectory.costates.len())]

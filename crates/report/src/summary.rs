@@ -60,6 +60,7 @@ pub fn told(
     identity: &Identity,
 ) -> Vec<String> {
     let solution = &plan.solution;
+    let problem = &solution.on_grid(problem);
     let mut lines = Vec::new();
     // What is proved infeasible was not searched for.
     if plan.status != Status::Infeasible {

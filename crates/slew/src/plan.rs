@@ -61,7 +61,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     interrupt::watch();
     let plan = plan::plan(&problem, &settings, guess.as_ref(), &mut Watcher(console)).map_err(refusal)?;
 
-    let problem = problem.with_found_duration(&plan.solution.trajectory.time);
+    let problem = plan.solution.on_grid(&problem);
     console.say(&summary::plan(console, &args.spec, &problem, &settings, &plan, &identity));
     interrupt::writing();
     let format = destination.format().map(|format| format.of_data().unwrap_or(formats::Format::Json));

@@ -103,8 +103,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             steps.push(found.solution.steps);
             let is_solved = found.status == Status::Solved;
             solved += usize::from(is_solved);
-            let on_grid =
-                problem.with_found_duration(&found.solution.trajectory.time).with_steps(found.solution.steps);
+            let on_grid = found.solution.on_grid(&problem);
             let Some(Flown { attitude, rate, position, exceeded }) =
                 flown(&on_grid, &found.solution.trajectory)
             else {

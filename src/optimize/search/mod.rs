@@ -213,7 +213,7 @@ pub fn solve(
 /// A plan that lands, with the true motion at its nodes on record, which is what flies.
 fn with_true_motion(problem: &Problem, mut found: Solution) -> Solution {
     if found.trajectory.target.is_some() {
-        let problem = problem.with_found_duration(&found.trajectory.time).with_steps(found.steps);
+        let problem = found.on_grid(problem);
         match Flight::recorded(&problem, &found.trajectory) {
             Some(flown) => {
                 let rates = flown.angular_velocity.windows(2).zip(flown.time.windows(2));

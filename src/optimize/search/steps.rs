@@ -62,7 +62,7 @@ pub(super) fn chosen(
             best = before.or(Some(found));
             break;
         }
-        let flown = problem.with_found_duration(&found.trajectory.time).with_steps(found.steps);
+        let flown = found.on_grid(problem);
         let left = landing::left(&flown, &found.trajectory);
         let (lands, nearer) = (left <= landing::MET, left <= 0.5 * missed);
         missed = left;

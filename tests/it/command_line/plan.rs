@@ -425,3 +425,45 @@ fn steps_that_are_far_too_long_end_in_words() {
         }
     }
 }
+
+/// A station that yaws by 90° in the frame of its orbit: on the hundred steps with which the choice begins the true motion of the
+/// discrete optimum ends a hundred degrees off. Everything that is written is on the grid that was chosen.
+#[test]
+fn a_plan_on_chosen_steps_lands_and_is_written_on_its_own_grid() {
+    let folder = Folder::new();
+    let spec = r#"
+        format = 1
+        [body]
+        inertia_kg_m2 = [[128e6, 3e6, -5e6], [3e6, 107e6, 1e6], [-5e6, 1e6, 201e6]]
+        [start]
+        attitude = { axis = [0, 0, 1], angle_deg = 0 }
+        angular_velocity_rad_s = [0, 0.0011, 0]
+        [end]
+        attitude = { axis = [0, 0, 1], angle_deg = 90 }
+        angular_velocity_rad_s = [0.0011, 0, 0]
+        [environment]
+        kind = "gravity_gradient"
+        orbital_rate_rad_s = 0.0011
+        [maneuver]
+        duration_s = 5400
+    "#;
+    fs::write(folder.path("station.toml"), spec).unwrap();
+    let run = folder.slew(&["plan", "station.toml", "-o", "plan.json"]).ends(0).tells("solved and verified");
+    run.tells("\n  landing ").tells("\n  steps ").tells(" chosen, from 100 upwards: the true motion lands");
+    let plan = folder.json("plan.json");
+    let steps = plan["steps"].as_u64().unwrap();
+    assert!(steps > 100 && plan["spec"]["maneuver"]["steps"].as_u64() == Some(steps));
+    assert!(plan["verified"]["continuous_attitude_rad"].as_f64().unwrap() < 1e-6);
+    folder.slew(&["verify", "plan.json"]).ends(0).tells("verified");
+    folder.slew(&["verify", "plan.json", "--spec", "station.toml"]).ends(0).tells("verified");
+    folder.slew(&["export", "plan.json", "-q", "-o", "rows.csv"]).ends(0);
+    assert_eq!(
+        folder.read("rows.csv").lines().filter(|line| !line.starts_with('#')).count() as u64,
+        steps + 2
+    );
+    let again =
+        ["plan", "station.toml", "-q", "--set", &format!("maneuver.steps={steps}"), "-o", "given.json"];
+    folder.slew(&again).ends(0);
+    let given = folder.json("given.json");
+    assert!(given.get("chosen").is_none() && given["cost"] == plan["cost"]);
+}

@@ -154,8 +154,7 @@ impl<'a> PlanFile<'a> {
     /// The document of a plan; the trajectory is borrowed.
     pub fn new(problem: &Problem, settings: &Settings, plan: &'a Plan) -> Self {
         let solution = &plan.solution;
-        // The grid of the plan may have a step more than was asked for, or none.
-        let steps = if solution.steps > 0 { solution.steps } else { problem.steps };
+        let problem = &solution.on_grid(problem);
         Self {
             format: Self::FORMAT,
             generator: concat!("slewkit ", env!("CARGO_PKG_VERSION")).into(),
@@ -195,7 +194,7 @@ impl<'a> PlanFile<'a> {
             shortfall: solution.shortfall.clone(),
             shortest_found_s: solution.shortest,
             longer_s: solution.longer,
-            spec: SpecDocument::new(&problem.clone().with_steps(steps), settings).ok(),
+            spec: SpecDocument::new(problem, settings).ok(),
             costates_0: solution.costates_0(problem).to_vec(),
             trajectory: TrajectoryDocument(Cow::Borrowed(&solution.trajectory)),
         }
