@@ -33,6 +33,10 @@ spice_id = -125544
 inputs = ["roll", "pitch", "yaw"]
 [body]
 inertia_kg_m2 = [[120, 4, -3], [4, 100, 2], [-3, 2, 80]]
+# The discrete motion meets the end to round-off, so that every direction and digit can be held to it; `landing.py` flies plans
+# that land.
+[solver]
+target = "discrete"
 """
 GIVEN = """
 [maneuver]
