@@ -46,7 +46,7 @@ pub use rows::{cost, effort, margins, replay, swept};
 pub use verification::{Check, Testimony, Verification, WitnessError};
 
 use crate::maneuver::problem::Problem;
-use crate::maneuver::solution::{Sense, Trajectory};
+use crate::maneuver::solution::{Sense, TerminalError, Trajectory};
 use crate::numerics::parallel;
 use crate::{Vector3, lie};
 use held::{OnWindows, Symplectic, continuous_end, held_witnesses};
@@ -68,7 +68,8 @@ use watch::Watch;
 /// asks for one (1 where the path goes the other way), `inputs off or at a limit` and `shortest pulse` where there is a shortest
 /// pulse (the part of it by which one is shorter), `order`
 /// (`round-off` when the witnesses agree to round-off), `symplectic witness` where that one can judge,
-/// `continuous terminal`, and `continuous constraints` where a tolerance is given and there are rates or cones to hold: the
+/// `continuous terminal`, `continuous state` where the plan lands (rate, position and velocity of the end, scaled), and
+/// `continuous constraints` where a tolerance is given and there are rates or cones to hold: the
 /// worst that the continuous motion exceeds one by, \[rad\] or a part of the limit of a rate. Without a tolerance the continuous motion may miss the end by a quarter of the angle that the body turns, or 5° where that is
 /// less, and by 45° at most: beyond that the steps are too coarse to stand for a motion.
 pub fn verify(
@@ -98,6 +99,7 @@ pub fn verify_until(
     let mut judged = Judged {
         recorded: f64::NAN,
         flown: None,
+        continuous_state: f64::NAN,
         momentum_drift: None,
         goes_as_asked: None,
         violation: f64::NAN,
@@ -111,6 +113,7 @@ pub fn verify_until(
     let Judged {
         recorded,
         flown,
+        continuous_state,
         momentum_drift,
         goes_as_asked,
         violation,
@@ -174,6 +177,10 @@ pub fn verify_until(
     }
     let wide = continuous_tolerance.unwrap_or_else(|| miss_allowed(rows::turned(trajectory)));
     found.at_most("continuous terminal", found.continuous_attitude_rad, wide);
+    // The discrete motion meets a target of its own: the rate of the end, and place and velocity, are met by the true one alone.
+    if trajectory.target.is_some() {
+        found.at_most("continuous state", continuous_state, wide);
+    }
     if let Some(limit) = continuous_tolerance
         && !problem.constraints.is_empty()
     {
@@ -246,6 +253,8 @@ struct Judged {
     recorded: f64,
     /// The same of the true motion, where that is on record.
     flown: Option<f64>,
+    /// What the continuous motion misses of the end beside the attitude, scaled, the largest.
+    continuous_state: f64,
     /// Drift of the total momentum in the recorded states, where wheels and nothing else turn the body.
     momentum_drift: Option<f64>,
     /// Whether the path goes round as asked, where one way is asked for.
@@ -328,6 +337,10 @@ impl Verification {
                 moves(end.position - problem.end.position),
                 moves(end.velocity(problem) - problem.end.velocity),
             )
+        };
+        judged.continuous_state = {
+            let error = scale.distance(&held.end, &target, problem.motion);
+            TerminalError { attitude_rad: 0.0, ..error }.largest()
         };
         let (attitude, rate, position, velocity) = missed(&held.end);
         (self.continuous_attitude_rad, self.continuous_rate_rad_s) = (attitude, rate);

@@ -156,6 +156,10 @@ fn the_true_motion_is_on_record() {
         assert!(rate.norm() * trajectory.time[last] < 1e-8, "{name}");
         let tolerance = settings.continuous_limit();
         assert!(slewkit::verify::verify(&problem, &trajectory, 1e-12, tolerance).passed(), "{name}");
+        // Another end is told, though the discrete motion meets a target of its own.
+        let mut elsewhere = problem.clone();
+        elsewhere.end.angular_velocity.z += 1e-3 / trajectory.time[last];
+        assert!(!slewkit::verify::verify(&elsewhere, &trajectory, 1e-12, tolerance).passed(), "{name}");
         trajectory.angular_velocity[last / 2] *= 1.0 + 1e-4;
         let found = slewkit::verify::verify(&problem, &trajectory, 1e-12, tolerance);
         let failed: Vec<&str> =
