@@ -184,11 +184,8 @@ impl<'a> Flight<'a> {
         let mut states = Vec::with_capacity(steps.len());
         flight.pass(&steps, None, |state| states.push(state))?;
         let mut flown = plan.clone();
-        let nodes = std::iter::once(problem.start).chain(states);
-        for (node, state) in nodes.enumerate() {
-            if node == 0 {
-                continue;
-            }
+        // The start is the maneuver's own.
+        for (node, state) in (1..).zip(states) {
             let quaternion = lie::quaternion_from_rotation(&state.attitude);
             let same_sign =
                 quaternion.iter().zip(&plan.quaternion[node]).map(|(a, b)| a * b).sum::<f64>() >= 0.0;

@@ -91,7 +91,6 @@ pub struct Landing {
     pub misses: Vec<f64>,
     /// Cost of the plan whose discrete motion meets the end, from which the corrections began: what published plans state, and
     /// what [`Solution::rivals`] compare with. Of the landed plan it is [`Solution::cost`].
-    #[serde(default)]
     pub cost_before: f64,
     /// Constraints that were drawn in because the true motion exceeded them: by how much \[rad\], or of rates which part of the
     /// limit.

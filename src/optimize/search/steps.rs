@@ -16,7 +16,7 @@
 //!   continuous time. Of time and fuel on equal steps, where an input jumps within a step, no such formula holds: two grids
 //!   tell, of which one has half of the steps, and the difference stands for the error of the finer one, as at first order.
 //!
-//! Steps that are given stay as given.
+//! Steps that are given stay as given. A coarser plan that lands is kept where a finer one does not, or costs more.
 
 use super::{Guess, Observer, PlanError, solve_on};
 use crate::maneuver::objective::{Objective, effort};
@@ -65,6 +65,7 @@ pub(super) fn chosen(
         }
         let flown = found.on_grid(problem);
         let left = landing::left(&flown, &found.trajectory);
+        // Half as long steps bring the end twice as near at least, by a scheme of first order.
         let (lands, nearer) = (left <= landing::MET, left <= 0.5 * missed);
         missed = left;
         let estimate = cost_error(&on, settings, &found, observer, began);
@@ -73,6 +74,15 @@ pub(super) fn chosen(
             lands,
             cost_error: estimate.as_ref().map(|estimate| estimate.error),
         });
+        // What a plan that lands costs it costs in truth, on any grid: a dearer one of a finer grid is another optimum.
+        let kept = before.filter(|before| {
+            let landed = before.chosen.is_some_and(|chosen| chosen.lands);
+            landed && (!lands || before.cost < found.cost)
+        });
+        if let Some(before) = kept {
+            best = Some(before);
+            break;
+        }
         best = Some(found);
         let for_cost = estimate.filter(|estimate| estimate.error > COST);
         let for_cost = for_cost.map(|Estimate { error, order }| {
