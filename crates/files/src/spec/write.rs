@@ -40,8 +40,9 @@ impl SpecDocument {
             body.put("inertia_kg_m2", symmetric(problem.body.inertia.j().as_slice(), 3));
             body.some("mass_kg", problem.body.mass.filter(|_| moves));
         });
-        spec.table("start", |start| boundary(start, &problem.start, moves));
-        spec.table("end", |end| boundary(end, &problem.end, moves));
+        spec.table("start", |start| boundary(start, &problem.start, moves, true));
+        let given = !problem.ends_in_any_attitude();
+        spec.table("end", |end| boundary(end, &problem.end, moves, given));
         let path = match &problem.path {
             Path::Best => "best",
             Path::Shortest => "shortest",
@@ -238,9 +239,11 @@ fn symmetric(matrix: &[f64], count: usize) -> Value {
     (0..count).map(row).collect()
 }
 
-fn boundary(table: &mut Writing, state: &State, moves: bool) {
+fn boundary(table: &mut Writing, state: &State, moves: bool, has_attitude: bool) {
     let rows_of = |matrix: &Matrix3| <[[f64; 3]; 3]>::from(matrix.transpose()).map(Value::from);
-    table.table("attitude", |attitude| attitude.put("matrix", rows_of(&state.attitude)));
+    if has_attitude {
+        table.table("attitude", |attitude| attitude.put("matrix", rows_of(&state.attitude)));
+    }
     table.put("angular_velocity_rad_s", row(&state.angular_velocity));
     table.some("position_m", moves.then(|| row(&state.position)));
     table.some("velocity_m_s", moves.then(|| row(&state.velocity)));
