@@ -11,6 +11,11 @@ mod document;
 #[doc = include_str!("../../../README.md")]
 struct Readme;
 
+/// The code of the page on the library, compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/library.md")]
+struct Library;
+
 mod advice;
 mod args;
 mod batch;
