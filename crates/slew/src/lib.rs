@@ -101,9 +101,9 @@ enum Command {
     Convert(convert::Args),
     /// Print the JSON Schema of specs or of plan files
     Schema(texts::SchemaArgs),
-    /// Explain a command, or the topic `replay`: how a plan is integrated
+    /// Explain a command, or a topic: `replay` (how a plan is integrated), `glossary`, `conventions`
     Help {
-        /// A command, or replay
+        /// A command, or replay, glossary, conventions
         topic: Vec<String>,
     },
     /// Explain the code of an error or a warning, as in `slew explain E0123`
