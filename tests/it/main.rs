@@ -4,6 +4,7 @@
 //!
 //! | module | what it shows |
 //! |---|---|
+//! | `documents` | commands of README and `docs/` print what stands under them |
 //! | `imports` | the import law of `DESIGN.md` |
 //! | `laws` | what holds for every Lie kernel and every environment: identities, derivatives, reference vectors |
 //! | `bodies` | shapes and mutual gravity: closed forms, finite differences, conservation |
@@ -19,6 +20,7 @@
 
 mod bodies;
 mod command_line;
+mod documents;
 mod files;
 mod imports;
 mod infeasible;

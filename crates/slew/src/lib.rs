@@ -11,6 +11,11 @@ mod document;
 #[doc = include_str!("../../../README.md")]
 struct Readme;
 
+/// The code of the page on the library, compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/library.md")]
+struct Library;
+
 mod advice;
 mod args;
 mod batch;
@@ -96,9 +101,9 @@ enum Command {
     Convert(convert::Args),
     /// Print the JSON Schema of specs or of plan files
     Schema(texts::SchemaArgs),
-    /// Explain a command, or the topic `replay`: how a plan is integrated
+    /// Explain a command, or a topic: `replay` (how a plan is integrated), `glossary`, `conventions`
     Help {
-        /// A command, or replay
+        /// A command, or replay, glossary, conventions
         topic: Vec<String>,
     },
     /// Explain the code of an error or a warning, as in `slew explain E0123`

@@ -54,8 +54,12 @@ pub fn schema(of: SchemaOf) -> String {
     }
 }
 
-/// How a plan is replayed.
-pub const REPLAY: &str = include_str!("replay.md");
+/// Topics of `slew help` beside the commands: how a plan is replayed, words, and frames, directions, orders and units.
+const TOPICS: [(&str, &str); 3] = [
+    ("conventions", include_str!("conventions.md")),
+    ("glossary", include_str!("glossary.md")),
+    ("replay", include_str!("replay.md")),
+];
 
 /// What each code means: a line with code and title, then a paragraph, then a blank line.
 const EXPLANATIONS: &str = include_str!("explanations.txt");
@@ -92,16 +96,19 @@ pub fn help(mut program: clap::Command, topic: &[String]) -> Result<String, Fail
     program.build();
     match topic {
         [] => Ok(program.render_long_help().to_string()),
-        [topic] if topic == "replay" => Ok(REPLAY.into()),
-        [name] => match program.find_subcommand_mut(name) {
-            Some(command) => Ok(command.render_long_help().to_string()),
-            None => {
-                let reason = format!("there is no command or topic {}", escape(name));
-                Err(Failure::Usage(format!(
-                    "{reason}; the topic is replay, the commands are those of `slew --help`"
-                )))
+        [name] => {
+            if let Some((_, text)) = TOPICS.iter().find(|(topic, _)| topic == name) {
+                return Ok((*text).into());
             }
-        },
+            let Some(command) = program.find_subcommand_mut(name) else {
+                let topics = TOPICS.map(|(topic, _)| topic).join(", ");
+                return Err(Failure::Usage(format!(
+                    "there is no command or topic {}; topics are {topics}, the commands are those of `slew --help`",
+                    escape(name)
+                )));
+            };
+            Ok(command.render_long_help().to_string())
+        }
         _ => Err(Failure::Usage("name one command or topic".into())),
     }
 }

@@ -1,0 +1,326 @@
+//! README and `docs/` are true: commands print what stands under them, specs are read, links lead somewhere, lengths are kept.
+//!
+//! A fence ` ```console ` has commands after `$ ` and what they print, ` ```sh ` commands alone. All are run, in one folder for each
+//! document, which has `problems/` and the files of fences such as ` ```toml maneuver.toml `. What is printed may differ from the
+//! document in what [`same_word`] says. `BLESS=1 cargo test --test it -- documents` writes what is printed now into the documents.
+
+use evidence::ROOT;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Commands that no test can run, by how they begin.
+const NOT_RUN: [(&str, &str); 6] = [
+    ("cargo test", "it runs this test"),
+    ("cargo install", "it writes into the home of who runs it"),
+    ("cargo bench", "it compiles for minutes"),
+    ("pip install", "it loads from the network"),
+    ("maturin build", "it compiles for minutes"),
+    ("chromium", "not every machine has it; `browser` opens pages where there is one"),
+];
+
+/// How the program is run from a clone.
+const FROM_CLONE: &str = "cargo run --release -- ";
+
+/// The documents, from the top of the repository.
+fn documents() -> Vec<PathBuf> {
+    let top = Path::new(ROOT);
+    let mut found: Vec<_> =
+        ["README.md", "DESIGN.md", "CHANGELOG.md", "python/README.md"].map(|n| top.join(n)).into();
+    for folder in ["docs", "crates/files", "crates/report", "crates/slew"] {
+        let entries = fs::read_dir(top.join(folder)).unwrap().map(|entry| entry.unwrap().path());
+        found.extend(entries.filter(|path| path.extension().is_some_and(|end| end == "md")));
+    }
+    found.sort();
+    found
+}
+
+/// What stands between two fences: lines `first..end` of a document.
+struct Block {
+    language: String,
+    file: Option<String>,
+    first: usize,
+    end: usize,
+}
+
+fn blocks(lines: &[&str]) -> Vec<Block> {
+    let mut found = Vec::new();
+    let mut open: Option<Block> = None;
+    for (number, line) in lines.iter().enumerate() {
+        let Some(info) = line.strip_prefix("```") else { continue };
+        match open.take() {
+            Some(block) => found.push(Block { end: number, ..block }),
+            None => {
+                let mut words = info.split(' ').map(str::to_owned);
+                let language = words.next().unwrap_or_default();
+                open = Some(Block { language, file: words.next(), first: number + 1, end: number });
+            }
+        }
+    }
+    assert!(open.is_none(), "a fence is not closed");
+    found
+}
+
+/// A folder for the commands of a document.
+fn folder(lines: &[&str], blocks: &[Block]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    copy(&Path::new(ROOT).join("problems"), &folder.path().join("problems"));
+    for block in blocks {
+        if let Some(name) = &block.file {
+            fs::write(folder.path().join(name), lines[block.first..block.end].join("\n") + "\n").unwrap();
+        }
+    }
+    folder
+}
+
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let (from, to) = (entry.as_ref().unwrap().path(), to.join(entry.unwrap().file_name()));
+        if from.is_dir() {
+            copy(&from, &to);
+        } else {
+            fs::copy(from, to).unwrap();
+        }
+    }
+}
+
+/// Why a command is not run, if it is not.
+fn not_run(command: &str) -> Option<&'static str> {
+    NOT_RUN.iter().find(|(begin, _)| command.starts_with(begin)).map(|(_, reason)| *reason)
+}
+
+/// What a command prints to a terminal, both streams in their order, and how it ended.
+fn printed(command: &str, folder: &Path) -> (String, Option<i32>) {
+    let program = Path::new(env!("CARGO_BIN_EXE_slew"));
+    let path =
+        format!("{}:{}", program.parent().unwrap().display(), std::env::var("PATH").unwrap_or_default());
+    let command = command.strip_prefix(FROM_CLONE).map_or(command.to_owned(), |rest| format!("slew {rest}"));
+    let all = folder.join(".printed");
+    // Both streams lead to one file, as they do to a terminal.
+    let status = Command::new("sh")
+        .args(["-c", &format!("{{ {command}\n}} > .printed 2>&1")])
+        .env("PATH", path)
+        .current_dir(folder)
+        .status()
+        .unwrap();
+    (fs::read_to_string(all).unwrap(), status.code())
+}
+
+/// Whether two words are the same, or two figures that may differ from one machine to the next: by one in the last digit that is
+/// printed, both below 1e-8, where round-off decides, or, with `time` after them, both times of computing.
+fn same_word(expected: &str, found: &str, timed: bool) -> bool {
+    let bare = |word: &str| {
+        word.trim_matches(|c: char| !c.is_ascii_alphanumeric() && c != '-' && c != '+').to_owned()
+    };
+    let number = |word: &str| bare(word).parse::<f64>().ok();
+    match (number(expected), number(found)) {
+        _ if expected == found => true,
+        (Some(a), Some(b)) => {
+            timed || (a.abs() < 1e-8 && b.abs() < 1e-8) || (a - b).abs() <= 1.01 * last_digit(&bare(expected))
+        }
+        _ => false,
+    }
+}
+
+/// One in the last digit of a figure.
+fn last_digit(figure: &str) -> f64 {
+    let (digits, power) = figure.split_once(['e', 'E']).unwrap_or((figure, "0"));
+    let places = digits.split_once('.').map_or(0, |(_, places)| places.len() as i32);
+    10f64.powi(power.parse::<i32>().unwrap_or(0) - places)
+}
+
+/// Whether the word after a figure makes it a time of computing: those are told in milliseconds, or stand in the line of iterations.
+fn is_time(line: &str, unit: Option<&&str>) -> bool {
+    let unit = unit.map_or("", |word| word.trim_end_matches([',', ';', '.']));
+    matches!(unit, "ms" | "µs") || (unit == "s" && line.trim_start().starts_with("iterations"))
+}
+
+fn same_line(expected: &str, found: &str) -> bool {
+    let words = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+    let (a, b) = (words(expected), words(found));
+    let (a, b): (Vec<&str>, Vec<&str>) = (a.iter().map(|w| &**w).collect(), b.iter().map(|w| &**w).collect());
+    a.len() == b.len()
+        && (0..a.len()).all(|i| {
+            let times = is_time(expected, a.get(i + 1)) && is_time(found, b.get(i + 1));
+            let unit = i > 0 && is_time(expected, Some(&a[i])) && is_time(found, Some(&b[i]));
+            same_word(a[i], b[i], times) || unit
+        })
+}
+
+fn same_text(expected: &[&str], found: &[&str]) -> bool {
+    expected.len() == found.len() && expected.iter().zip(found).all(|(a, b)| same_line(a, b))
+}
+
+/// Runs the commands of a console block and gives its lines as they should be, and what differs.
+fn console(lines: &[&str], folder: &Path) -> (Vec<String>, Vec<String>) {
+    let (mut now, mut differences) = (Vec::new(), Vec::new());
+    let mut rest = lines;
+    while let Some((first, after)) = rest.split_first() {
+        let command = first.strip_prefix("$ ").expect("a console block begins with `$ ` and a command");
+        let expected = &after[..after.iter().position(|line| line.starts_with("$ ")).unwrap_or(after.len())];
+        rest = &after[expected.len()..];
+        now.push((*first).to_owned());
+        if not_run(command).is_some() {
+            now.extend(expected.iter().map(|line| (*line).to_owned()));
+            continue;
+        }
+        let (text, _) = printed(command, folder);
+        let found: Vec<_> = text.lines().map(str::trim_end).collect();
+        if same_text(expected, &found) {
+            now.extend(expected.iter().map(|line| (*line).to_owned()));
+        } else {
+            differences.push(format!(
+                "$ {command}\n--- documented\n{}\n+++ printed\n{}",
+                expected.join("\n"),
+                found.join("\n")
+            ));
+            now.extend(found.iter().map(|line| (*line).to_owned()));
+        }
+    }
+    (now, differences)
+}
+
+#[test]
+#[cfg(unix)]
+fn commands_print_what_stands_under_them() {
+    let bless = std::env::var_os("BLESS").is_some();
+    let mut all = Vec::new();
+    let mut run = 0;
+    for document in documents() {
+        let text = fs::read_to_string(&document).unwrap();
+        let lines: Vec<_> = text.lines().collect();
+        let blocks = blocks(&lines);
+        if !blocks.iter().any(|block| matches!(&*block.language, "console" | "sh")) {
+            continue;
+        }
+        let folder = folder(&lines, &blocks);
+        let mut now: Vec<String> = Vec::new();
+        let mut copied = 0;
+        for block in &blocks {
+            let inside = &lines[block.first..block.end];
+            if block.language == "console" {
+                let (as_it_is, differences) = console(inside, folder.path());
+                now.extend(lines[copied..block.first].iter().map(|line| (*line).to_owned()));
+                now.extend(as_it_is);
+                copied = block.end;
+                run += inside.iter().filter(|line| line.starts_with("$ ")).count();
+                all.extend(differences.into_iter().map(|said| format!("{}: {said}", document.display())));
+            } else if block.language == "sh" {
+                for command in inside.iter().filter(|line| not_run(line).is_none()) {
+                    let (said, code) = printed(command, folder.path());
+                    assert_eq!(code, Some(0), "{}: {command}\n{said}", document.display());
+                    run += 1;
+                }
+            }
+        }
+        now.extend(lines[copied..].iter().map(|line| (*line).to_owned()));
+        if bless && now != lines {
+            fs::write(&document, now.join("\n") + "\n").unwrap();
+        }
+    }
+    assert!(run >= 15, "only {run} commands were found");
+    assert!(bless || all.is_empty(), "{}\nwritten anew by BLESS=1", all.join("\n\n"));
+}
+
+#[test]
+fn figures_of_other_machines_are_told_from_other_figures() {
+    let same = |a: &str, b: &str| same_line(a, b);
+    assert!(same("  iterations  11 over 48, 1.8 ms", "  iterations  11 over 48,   902.1 µs"));
+    assert!(same("residual 7.4e-15", "residual 2.2e-16"));
+    assert!(same("cost 15428.3 N", "cost 15428.4 N"));
+    assert!(!same("cost 15428.3 N", "cost 15428.6 N"));
+    assert!(!same("residual 7.4e-15", "residual 7.4e-5"));
+    assert!(!same("steps of 0.600 s", "steps of 0.610 s"));
+    assert!(!same("path short way", "path long way"));
+    assert!(!same_text(&["a", "b"], &["a"]));
+}
+
+/// A block of a spec that is whole says its format.
+#[test]
+fn specs_are_read() {
+    let mut read = 0;
+    for document in documents() {
+        let text = fs::read_to_string(&document).unwrap();
+        let lines: Vec<_> = text.lines().collect();
+        for block in blocks(&lines) {
+            let spec = lines[block.first..block.end].join("\n");
+            if block.language == "toml" && spec.contains("format = 1") {
+                let folder = tempfile::tempdir().unwrap();
+                fs::write(folder.path().join("spec.toml"), spec).unwrap();
+                let (said, code) = printed("slew check spec.toml", folder.path());
+                assert_eq!(code, Some(0), "{}, line {}: {said}", document.display(), block.first);
+                read += 1;
+            }
+        }
+    }
+    assert!(read >= 4, "only {read} specs were found");
+}
+
+/// Links to files, and to headings within them; also the names of problems and of what measures.
+#[test]
+fn links_and_names_lead_somewhere() {
+    for document in documents() {
+        let text = fs::read_to_string(&document).unwrap();
+        for target in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            if target.starts_with("http") {
+                continue;
+            }
+            let (file, heading) = target.split_once('#').unwrap_or((target, ""));
+            let file = if file.is_empty() { document.clone() } else { document.parent().unwrap().join(file) };
+            assert!(file.exists(), "{}: {target} leads nowhere", document.display());
+            if !heading.is_empty() {
+                let anchors = |text: &str| -> Vec<String> {
+                    let headings = text.lines().filter_map(|line| line.strip_prefix('#'));
+                    headings.map(|line| anchor(line.trim_start_matches('#').trim())).collect()
+                };
+                let known = anchors(&fs::read_to_string(&file).unwrap());
+                assert!(known.iter().any(|a| a == heading), "{}: no heading {target}", document.display());
+            }
+        }
+        for quoted in text.split('`').skip(1).step_by(2) {
+            let measured =
+                quoted.split_once("-p evidence --bin ").map(|(_, rest)| ("evidence/src/bin", rest));
+            let benched =
+                quoted.split_once("-p evidence --bench ").map(|(_, rest)| ("evidence/benches", rest));
+            if let Some((folder, rest)) = measured.or(benched) {
+                let name = rest.split(' ').next().unwrap();
+                let file = Path::new(ROOT).join(folder).join(format!("{name}.rs"));
+                assert!(file.exists(), "{}: {} does not exist", document.display(), file.display());
+            }
+            if let Some(name) = quoted.strip_prefix("problems/").filter(|name| name.ends_with(".toml")) {
+                let file = Path::new(ROOT).join("problems").join(name);
+                assert!(name.contains('*') || file.exists(), "{}: no problems/{name}", document.display());
+            }
+        }
+    }
+}
+
+/// How a heading is linked to.
+fn anchor(heading: &str) -> String {
+    let kept = heading.to_lowercase();
+    kept.chars()
+        .filter(|c| c.is_alphanumeric() || " -_".contains(*c))
+        .map(|c| if c == ' ' { '-' } else { c })
+        .collect()
+}
+
+#[test]
+fn documents_are_as_short_as_promised() {
+    let read = |name: &str| fs::read_to_string(Path::new(ROOT).join(name)).unwrap();
+    assert!(read("README.md").lines().count() <= 150);
+    assert!(read("CHANGELOG.md").lines().count() <= 20);
+    assert!(read("DESIGN.md").len() <= 35_000);
+}
+
+/// The program shows them by `slew help`, so they lie in its crate.
+#[test]
+#[cfg(unix)]
+fn glossary_and_conventions_are_those_of_the_program() {
+    for topic in ["glossary", "conventions"] {
+        let page = fs::read_to_string(Path::new(ROOT).join(format!("docs/{topic}.md"))).unwrap();
+        let (shown, code) = printed(&format!("slew help {topic}"), tempfile::tempdir().unwrap().path());
+        assert_eq!(code, Some(0));
+        assert!(page == shown, "copy crates/slew/src/{topic}.md to docs/{topic}.md");
+    }
+}
