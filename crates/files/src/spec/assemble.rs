@@ -39,7 +39,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
         mass_and_motion(section, inertia.as_ref(), mass, motion);
     }
     let actuated = actuators::actuated(root.section("actuators"), motion);
-    let identity = names::identity(root, actuated.as_ref().map(|actuated| actuated.actuation.count()));
+    let identity = names::identity(root, actuated.as_ref().map(|actuated| &actuated.actuation));
     let constraints = constraint::constraints(root);
     let solver = root.section("solver");
     let (scheme, settings) = maneuver::solver(solver);

@@ -7,7 +7,7 @@
 use super::difference::{Difference, differences};
 use super::keys::{Kind, ROOT, Table};
 use super::{Diagnostics, Format, Loaded, Override, Spec, Wanted, interpret};
-use crate::identity::Identity;
+use crate::identity::{Identity, Nozzle};
 use serde::{Deserialize, Serialize, Serializer};
 use serde_json::{Map, Value};
 use slewkit::maneuver::{Constraint, Motion, Path, Problem, Rule, Settings, Side, State, Weighted};
@@ -103,6 +103,7 @@ impl SpecDocument {
         if !identity.inputs.is_empty() {
             spec.table("names", |names| names.put("inputs", identity.inputs.clone()));
         }
+        spec.by_force(&identity.nozzles);
         Self(Value::Object(spec.keys))
     }
 
@@ -207,6 +208,27 @@ impl Writing {
         let mut inner = Self { table, keys };
         write(&mut inner);
         self.keys.insert(name.into(), inner.keys.into());
+    }
+
+    /// Writes thrusters that are told by their torque by place and force instead, as the spec told them.
+    fn by_force(&mut self, nozzles: &[Nozzle]) {
+        let all = self.keys.get("actuators").and_then(|actuators| actuators.get("thruster"));
+        let Some(all) = all.and_then(Value::as_array).filter(|all| !all.is_empty() && all.len() == nozzles.len())
+        else {
+            return;
+        };
+        let priced = all[0].get("fuel_price").is_some();
+        self.table("actuators", |actuators| {
+            actuators.keys.remove("thruster");
+            for nozzle in nozzles {
+                actuators.item("thruster", |thruster| {
+                    thruster.put("position_m", row(&nozzle.position));
+                    thruster.put("force_direction_body", row(&nozzle.direction));
+                    thruster.put("force_limit_n", nozzle.force_limit);
+                    thruster.some("fuel_price", priced.then_some(nozzle.price));
+                });
+            }
+        });
     }
 
     /// Appends a table to the list `name`.
