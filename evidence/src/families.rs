@@ -22,7 +22,7 @@ pub struct Family {
     pub draw: fn(&mut Random) -> Problem,
 }
 
-pub const FAMILIES: [Family; 12] = [
+pub const FAMILIES: [Family; 13] = [
     Family { name: "F1 full torque, rates to 5 rad/T", draw: full_torque },
     Family { name: "F2 rest to rest, boxes among them", draw: rest_to_rest },
     Family { name: "F3 two torques", draw: two_torques },
@@ -35,6 +35,7 @@ pub const FAMILIES: [Family; 12] = [
     Family { name: "F10 box limits", draw: box_limits },
     Family { name: "F11 cones", draw: cones },
     Family { name: "F12 wheels", draw: wheels },
+    Family { name: "F13 any attitude at the end", draw: any_attitude },
 ];
 
 fn body(inertia: Inertia) -> Body {
@@ -87,6 +88,30 @@ fn detumbling(random: &mut Random) -> Problem {
     let stop = random.coin();
     let end = State::attitude(random.uniform_rotation(), if stop { Vector3::zeros() } else { rate(random) });
     Problem::attitude(body(inertia), start, end, 1.0)
+}
+
+/// To rest or to another rate, in any attitude: with limits, weights, or two torques by turns.
+fn any_attitude(random: &mut Random) -> Problem {
+    let inertia = random.inertia(8.0);
+    let rate = |random: &mut Random| random.normal_direction() * random.within(1.0, 15.0);
+    let start = State::attitude(Matrix3::identity(), rate(random));
+    let end =
+        State::attitude(Matrix3::identity(), if random.coin() { Vector3::zeros() } else { rate(random) });
+    let j = inertia.j();
+    let change = (j * (end.angular_velocity - start.angular_velocity)).amax();
+    let problem = Problem::attitude(body(inertia), start, end, 1.0).with_any_attitude_at_end();
+    match (random.unit() * 3.0) as usize {
+        0 => problem,
+        1 => {
+            let weight = DMatrix::from_diagonal(&DVector::from_fn(3, |_, _| random.within(0.0, 30f64.ln()).exp()));
+            problem.with_objective(Weights::of_torques(weight))
+        }
+        _ => {
+            let limits = Limits { size: Some(vec![random.within(1.5, 3.0) * change; 3]), ..Limits::default() };
+            let set = about(AxisFrame::Body).with_limits(limits).expect("limits");
+            problem.with_actuation(Actuation::torques(set))
+        }
+    }
 }
 
 fn pendulum(random: &mut Random) -> Problem {

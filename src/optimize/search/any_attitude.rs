@@ -13,7 +13,9 @@
 use crate::lie;
 use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::Problem;
+use crate::maneuver::settings::Thoroughness;
 use crate::mechanics::environment::Pose;
+use crate::numerics::random::Stream;
 use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::scp::model::Model;
 use crate::optimize::methods::scp::road::path;
@@ -25,20 +27,38 @@ const PACES: [(f64, &str); 3] = [(1.0, "braked"), (2.0, "braked early"), (0.5, "
 /// Turn of the end about each body axis by which the paths are bent, to either side \[rad\].
 const BEND: f64 = 1.0;
 
+/// Random bends that a thorough search tries, and their size \[rad\].
+const RANDOM: u32 = 60;
+const SPREAD: f64 = 2.0;
+
 /// Turn in a part of a step of the kinematics \[rad\]: what is followed are starts, not plans.
 const PART: f64 = 0.1;
 
 /// Paths on the grid of `model`, the likeliest first.
-pub(super) fn paths(problem: &Problem, model: &Model) -> Vec<Candidate> {
+pub(super) fn paths(problem: &Problem, model: &Model, search: Thoroughness) -> Vec<Candidate> {
     let grid = &model.dynamics.grid;
-    let paced = |(pace, name): &(f64, &str)| bent(model, name, &braked(problem, grid, *pace), &Vector3::zeros());
-    let mut paths: Vec<Candidate> = PACES.iter().map(paced).collect();
-    let straight = braked(problem, grid, 1.0);
+    let mut straight: Vec<(&str, Vec<Matrix3>)> =
+        PACES.iter().map(|(pace, name)| (*name, braked(problem, grid, *pace))).collect();
+    if problem.end.angular_velocity != Vector3::zeros() {
+        let spun = ["spun up", "spun up late", "spun up early"];
+        straight.extend(PACES.iter().zip(spun).map(|((pace, _), name)| (name, spun_up(problem, grid, *pace))));
+    }
+    let zero = Vector3::zeros();
+    let mut paths: Vec<Candidate> =
+        straight.iter().map(|(name, attitudes)| bent(model, name, attitudes, &zero)).collect();
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         for by in [BEND, -BEND] {
             let side = if by > 0.0 { '+' } else { '-' };
             let bend = Vector3::ith(axis, by);
-            paths.push(bent(model, &format!("braked, bent {side}{name}"), &straight, &bend));
+            paths.push(bent(model, &format!("braked, bent {side}{name}"), &straight[0].1, &bend));
+        }
+    }
+    if search == Thoroughness::Thorough {
+        for index in 0..RANDOM {
+            let mut stream = Stream::new(0, 0, index);
+            let bend = Vector3::from_fn(|_, _| SPREAD * stream.normal());
+            let (name, attitudes) = &straight[index as usize % straight.len()];
+            paths.push(bent(model, &format!("{name}, bent at random {}", index + 1), attitudes, &bend));
         }
     }
     paths
@@ -53,30 +73,50 @@ pub(super) fn likely_end(problem: &Problem) -> Matrix3 {
     attitudes.last().copied().unwrap_or(problem.start.attitude)
 }
 
-/// Attitudes at the nodes of a grid whose unit of time is the stated duration.
+/// Attitudes at the nodes of a grid whose unit of time is the stated duration: the momentum of the start stays where it is in
+/// space, and gives way to that of the end.
 fn braked(problem: &Problem, grid: &Grid, pace: f64) -> Vec<Matrix3> {
-    let (start, end) = (&problem.start, &problem.end);
+    let momenta = [&problem.start, &problem.end].map(|end| problem.body.inertia.j() * end.angular_velocity);
+    let turned = turned(problem, grid, pace, momenta, 1.0);
+    let frame = problem.environment.frame_rate() * problem.duration;
+    let of_node = |(node, turned): (usize, &Matrix3)| {
+        lie::project_to_rotation(&(lie::exp(&(-frame * grid.after(node))) * problem.start.attitude * turned))
+    };
+    turned.iter().enumerate().map(of_node).collect()
+}
+
+/// The same backward from the end: the momentum of the end stays where it is in space.
+fn spun_up(problem: &Problem, grid: &Grid, pace: f64) -> Vec<Matrix3> {
+    let momenta = [&problem.end, &problem.start].map(|end| problem.body.inertia.j() * end.angular_velocity);
+    let mut turned = turned(problem, grid, pace, momenta, -1.0);
+    turned.reverse();
+    let frame = problem.environment.frame_rate() * problem.duration;
+    let first = problem.start.attitude * turned[0].transpose();
+    let of_node = |(node, turned): (usize, &Matrix3)| {
+        lie::project_to_rotation(&(lie::exp(&(-frame * grid.after(node))) * first * turned))
+    };
+    turned.iter().enumerate().map(of_node).collect()
+}
+
+/// Rotations of the body from node to node, forward or backward in time, from the first of two momenta to the other.
+fn turned(problem: &Problem, grid: &Grid, pace: f64, momenta: [Vector3; 2], sense: f64) -> Vec<Matrix3> {
     let inertia = &problem.body.inertia;
-    let [first, last] = [start, end].map(|state| inertia.j() * state.angular_velocity);
-    let fastest = start.angular_velocity.norm() + end.angular_velocity.norm();
-    let frame = problem.environment.frame_rate();
-    let mut attitude = start.attitude;
-    let mut direction = first;
-    let mut attitudes = vec![start.attitude];
+    let [mut first, last] = momenta;
+    let fastest = momenta.map(|momentum| (inertia.j_inverse() * momentum).norm());
+    let mut attitude = Matrix3::identity();
+    let mut attitudes = vec![attitude];
     for node in 1..=grid.steps() {
         let [from, to] = [node - 1, node].map(|node| grid.after(node));
-        let parts = ((fastest * (to - from) * problem.duration / PART).ceil() as usize).max(1);
+        let parts = (((fastest[0] + fastest[1]) * (to - from) * problem.duration / PART).ceil() as usize).max(1);
         let part = (to - from) / parts as f64;
         for index in 0..parts {
             let s = from + (index as f64 + 0.5) * part;
-            let momentum = direction * (1.0 - s).max(0.0).powf(pace) + last * s;
-            let turn = inertia.j_inverse() * momentum * (part * problem.duration);
-            // `q` stays where it is in space while the body turns under it.
-            direction = lie::exp(&-turn) * direction;
+            let momentum = first * (1.0 - s).max(0.0).powf(pace) + last * s;
+            let turn = inertia.j_inverse() * momentum * (sense * part * problem.duration);
+            first = lie::exp(&-turn) * first;
             attitude *= lie::exp(&turn);
         }
-        let turned = lie::exp(&(-frame * (to * problem.duration)));
-        attitudes.push(lie::project_to_rotation(&(turned * attitude)));
+        attitudes.push(attitude);
     }
     attitudes
 }

@@ -75,6 +75,7 @@ impl<const N: usize> Search<'_, '_, N> {
         let coarse = self.chain(chain_steps(problem));
         let mut seeds = self.relaxed_paths(&relaxed, &coarse);
         if self.context.settings.method == Method::Auto
+            && !problem.ends_in_any_attitude()
             && let Some(answer) = self.unlimited(&relaxed, &seeds)
         {
             self.answer = Some(answer);
@@ -207,7 +208,7 @@ impl<const N: usize> Search<'_, '_, N> {
     /// The extremals of the relaxed maneuver, with their scaled costs, cheapest first: limits only make them costlier.
     fn relaxed_paths(&self, relaxed: &Problem, coarse: &Chain) -> Vec<(f64, Candidate)> {
         if self.problem.ends_in_any_attitude() {
-            let paths = any_attitude::paths(self.problem, &coarse.model);
+            let paths = any_attitude::paths(self.problem, &coarse.model, self.context.settings.search);
             return paths.into_iter().map(|path| (0.0, path)).collect();
         }
         let asked = relaxed.clone().with_steps(coarse.model.steps);
