@@ -3,6 +3,7 @@
 //! It proves that answers are right on single maneuvers of every kind, by closed forms, published values, other optimisers and laws
 //! that every optimum obeys. How often they are right on random maneuvers is counted by the programs of `evidence`.
 
+mod any_attitude;
 mod best;
 mod bounds;
 mod costs;
