@@ -172,7 +172,7 @@ impl<'a> Flight<'a> {
 
     /// Where the body is after `steps`; `None` where a number is not finite. `excess` meets the motion on its way.
     pub fn fly(&self, steps: &[(Held, f64)], excess: Option<&mut Excess>) -> Option<State> {
-        self.pass(steps, excess, |_| ())
+        self.pass(steps, excess, |_, _| ())
     }
 
     /// A plan with the true motion at its nodes in place of the discrete one, and torques and forces in the axes of that;
@@ -182,7 +182,7 @@ impl<'a> Flight<'a> {
         let mut flight = Flight::new(problem);
         flight.settle(&steps);
         let mut states = Vec::with_capacity(steps.len());
-        flight.pass(&steps, None, |state| states.push(state))?;
+        flight.pass(&steps, None, |time, body| states.push(flight.state(time, body)))?;
         let mut flown = plan.clone();
         // The start is the maneuver's own.
         for (node, state) in (1..).zip(states) {
@@ -210,12 +210,12 @@ impl<'a> Flight<'a> {
         Some(flown)
     }
 
-    /// As [`Flight::fly`]; `visit` hears where the body is after each step.
+    /// As [`Flight::fly`]; `visit` hears the time after each step, and where the body is then.
     fn pass(
         &self,
         steps: &[(Held, f64)],
         mut excess: Option<&mut Excess>,
-        mut visit: impl FnMut(State),
+        mut visit: impl FnMut(f64, &Body),
     ) -> Option<State> {
         let mut body = self.start;
         let mut time = 0.0;
@@ -249,7 +249,7 @@ impl<'a> Flight<'a> {
                 }
             }
             time += step;
-            visit(self.state(time, &body));
+            visit(time, &body);
         }
         let state = self.state(time, &body);
         let vectors = [state.position, state.velocity, state.angular_velocity];

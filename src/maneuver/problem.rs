@@ -72,6 +72,16 @@ pub enum Path {
     AsGiven(Vector3),
 }
 
+/// What is given of the end; the rest is the plan's to choose, by transversality.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EndCondition {
+    /// Attitude and angular velocity, and of a body that moves position and velocity.
+    #[default]
+    State,
+    /// All but the attitude: a body is to come to rest, or to a rate in body axes, in any attitude (detumbling).
+    AnyAttitude,
+}
+
 /// A maneuver: who moves, where from, where to, in what time, on which grid.
 ///
 /// Built by [`Problem::attitude`] or [`Problem::rigid_body`] and the `with_` methods, checked by
@@ -107,8 +117,10 @@ pub struct Problem {
     pub objective: Objective,
     /// State at `t = 0`.
     pub start: State,
-    /// State at `t = T`.
+    /// State at `t = T`. An attitude that is not given ([`Problem::end_condition`]) is a guess until a plan has found it.
     pub end: State,
+    /// What is given of the end.
+    pub end_condition: EndCondition,
     /// Duration `T` \[s\]. Where it is sought it is not given, and NaN; the plan has it.
     pub duration: f64,
     /// The longest duration \[s\] of a maneuver of least effort or fuel whose duration is sought: the best one up to it.
@@ -222,6 +234,7 @@ impl Problem {
             objective: Objective::default(),
             start,
             end,
+            end_condition: EndCondition::State,
             duration,
             duration_at_most: None,
             steps: 100,
@@ -283,12 +296,23 @@ impl Problem {
         self
     }
 
-    /// The maneuver with the duration that a plan of it has found, where that was sought and inputs do not switch:
-    /// the grid of the plan is then the maneuver's own.
-    pub fn with_found_duration(&self, time: &[f64]) -> Self {
-        let sought = self.seeks_duration() && !self.switches();
-        let found = time.last().copied().filter(|_| sought);
-        Self { duration: found.unwrap_or(self.duration), ..self.clone() }
+    /// Leaves the attitude at the end to the plan: detumbling.
+    ///
+    /// ```
+    /// use slewkit::{Body, Inertia, Matrix3, Problem, Settings, Silent, State, Vector3, plan};
+    ///
+    /// let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 3.0))?, mass: None };
+    /// let start = State::attitude(Matrix3::identity(), Vector3::new(0.3, -0.2, 0.1));
+    /// let rest = State::at_rest(Matrix3::identity());
+    /// let detumbling = Problem::attitude(body, start, rest, 20.0).with_any_attitude_at_end();
+    /// let plan = plan(&detumbling, &Settings::default(), None, &mut Silent)?;
+    /// // With equal weights the torque brakes along the momentum: the effort is |Π|²/2T, whatever the inertia.
+    /// let momentum = Vector3::new(0.3, -0.4, 0.3);
+    /// assert!((plan.solution.cost / (momentum.norm_squared() / 40.0) - 1.0).abs() < 1e-3);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn with_any_attitude_at_end(self) -> Self {
+        Self { end_condition: EndCondition::AnyAttitude, ..self }
     }
 
     /// Whether inputs switch, and are held over steps of unequal lengths: those of minimum time and fuel where nothing but
@@ -297,10 +321,16 @@ impl Problem {
         self.objective.switches() && !self.is_shaped()
     }
 
+    /// Whether the attitude at the end is the plan's to choose.
+    pub fn ends_in_any_attitude(&self) -> bool {
+        self.end_condition == EndCondition::AnyAttitude
+    }
+
     /// Whether more than limits of the torques shapes a plan of minimum time or fuel: its inputs then stand at the nodes of
     /// equal steps, as those of effort do. Forces do so too, and what acts on the body.
     pub fn is_shaped(&self) -> bool {
-        self.objective.switches() && (self.has_shaping_limits() || !self.is_free_turn())
+        let arcs = self.is_free_turn() && !self.ends_in_any_attitude();
+        self.objective.switches() && (self.has_shaping_limits() || !arcs)
     }
 
     /// Whether a duration of least effort is sought with the length of the steps as an unknown of the convex iteration: where
@@ -308,7 +338,8 @@ impl Problem {
     #[doc(hidden)]
     pub fn stretches_steps(&self) -> bool {
         let sought = self.duration.is_nan() && !self.objective.switches();
-        sought && (self.has_shaping_limits() || self.motion == Motion::RigidBody)
+        let shoots = !self.has_shaping_limits() && self.motion == Motion::Attitude && !self.ends_in_any_attitude();
+        sought && !shoots
     }
 
     /// Whether more time is never worse: from rest to rest where nothing acts on the body, it can wait.

@@ -1,6 +1,6 @@
 //! What a solver returns: how it ended, the trajectory, the costates, and how it got there.
 
-use crate::Vector3;
+use crate::{Vector3, lie};
 use crate::maneuver::infeasible::Proof;
 use crate::maneuver::problem::{Problem, Scheme, State};
 use crate::maneuver::settings::Method;
@@ -77,6 +77,18 @@ impl Trajectory {
     /// If there is no such row.
     pub fn inputs(&self, index: usize) -> &[f64] {
         &self.input[index * self.input_count..(index + 1) * self.input_count]
+    }
+
+    /// A maneuver with what this plan of it has found: the duration where that was sought and inputs do not switch, so that
+    /// the grid of the plan is the maneuver's own, and the attitude at the end where any will do.
+    pub fn completed(&self, problem: &Problem) -> Problem {
+        let sought = problem.seeks_duration() && !problem.switches();
+        let found = self.time.last().copied().filter(|_| sought);
+        let mut end = problem.end;
+        if let (Some(last), true) = (self.quaternion.last(), problem.ends_in_any_attitude()) {
+            end.attitude = lie::project_to_rotation(&lie::rotation_from_quaternion(last));
+        }
+        Problem { duration: found.unwrap_or(problem.duration), end, ..problem.clone() }
     }
 }
 
@@ -492,10 +504,10 @@ impl Solution {
     }
 
     /// The maneuver on the grid of its plan: with the number of steps that the plan has, which may have been chosen, or be one more
-    /// than was asked for, and with the duration that was found where it was sought.
+    /// than was asked for, with the duration that was found where it was sought, and the attitude at the end where any will do.
     pub fn on_grid(&self, problem: &Problem) -> Problem {
         let steps = if self.steps > 0 { self.steps } else { problem.steps };
-        problem.with_found_duration(&self.trajectory.time).with_steps(steps)
+        self.trajectory.completed(problem).with_steps(steps)
     }
 
     /// The costates that the shooting solves for: `λ_0` for Lie–Euler, `λ_{−1}` for Lie–Verlet, SI.

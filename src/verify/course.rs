@@ -7,7 +7,7 @@ use super::held::PIECES;
 use super::motion::{Inputs, Phase, judgeable};
 use super::rows;
 use super::verification::WitnessError;
-use crate::lie;
+use crate::{Matrix3, lie};
 use crate::maneuver::constraint::{Arc, Pointing, Rule};
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::Trajectory;
@@ -18,6 +18,10 @@ pub struct Course {
     /// Angle between the attitudes of the discrete and the continuous motion, the latter under the torque held over
     /// each step \[rad\]; `N + 1` values.
     pub apart: Vec<f64>,
+    /// Angle that the discrete motion has left to the attitude of the end \[rad\]; `N + 1` values.
+    pub discrete_left: Vec<f64>,
+    /// Angle that the continuous motion has left to it \[rad\]; the last one is what the verdict states.
+    pub continuous_left: Vec<f64>,
     /// One for each constraint on pointing, in their order.
     pub clearances: Vec<Clearance>,
 }
@@ -41,8 +45,17 @@ pub struct Clearance {
 pub fn course(problem: &Problem, trajectory: &Trajectory) -> Result<Course, WitnessError> {
     problem.check_numbers()?;
     rows::fit(problem, trajectory)?;
+    if problem.seeks_duration() && trajectory.time.len() == 1 {
+        // Of no duration: the body stays.
+        let left = vec![lie::minus(&problem.start.attitude, &problem.end.attitude).norm()];
+        return Ok(Course { apart: vec![0.0], discrete_left: left.clone(), continuous_left: left, clearances: vec![] });
+    }
+    // Of least time and fuel the steps are not equal.
+    let grid = rows::grid(problem, trajectory)?;
+    let flown = problem.clone().with_duration(grid.duration());
+    let problem = &flown;
     let plant = judgeable(problem)?;
-    let inputs = Inputs::checked(problem, &trajectory.input)?;
+    let inputs = Inputs::on(problem, grid, &trajectory.input);
     let start = Phase::of(problem, &problem.start);
     let cones: Vec<(&str, &Pointing)> = problem
         .constraints
@@ -53,20 +66,28 @@ pub fn course(problem: &Problem, trajectory: &Trajectory) -> Result<Course, Witn
         })
         .collect();
     let empty = |name: &str| Clearance { name: name.into(), discrete: vec![], continuous: vec![] };
-    let mut course =
-        Course { apart: vec![0.0], clearances: cones.iter().map(|(name, _)| empty(name)).collect() };
+    let left = |attitude: &Matrix3| lie::minus(attitude, &problem.end.attitude).norm();
+    let begun = vec![left(&problem.start.attitude)];
+    let mut course = Course {
+        apart: vec![0.0],
+        discrete_left: begun.clone(),
+        continuous_left: begun,
+        clearances: cones.iter().map(|(name, _)| empty(name)).collect(),
+    };
     let pieces = if cones.is_empty() { 1 } else { PIECES };
-    let (step, piece) = (problem.step(), problem.step() / pieces as f64);
     let frame_rate = problem.environment.frame_rate();
-    let mut discrete = Discrete::new(&plant, &start, problem.scheme, step);
+    let mut discrete = Discrete::new(&plant, &start, problem.scheme, inputs.grid.step(0));
     let mut continuous = Continuous::new(&plant, &start);
     for k in 0..problem.steps {
+        let (began, step) = (inputs.grid.after(k), inputs.grid.step(k));
+        let piece = step / pieces as f64;
         let (from, to) = inputs.ends(k);
+        discrete.set_step(step);
         discrete.advance(&from, &to)?;
         let held = inputs.held(k);
         let mut arcs = Vec::with_capacity(pieces);
-        for index in pieces * k..pieces * (k + 1) {
-            let (time, before) = (index as f64 * piece, continuous.inertial_attitude());
+        for index in 0..pieces {
+            let (time, before) = (began + index as f64 * piece, continuous.inertial_attitude());
             continuous.advance(time, piece, &held, &held)?;
             arcs.push((
                 time,
@@ -81,13 +102,15 @@ pub fn course(problem: &Problem, trajectory: &Trajectory) -> Result<Course, Witn
                     smaller(least, cone.room(angle))
                 })
             };
-            clearance.discrete.push(discrete.arc().map_or(f64::NAN, |arc| on(k as f64 * step, step, arc)));
+            clearance.discrete.push(discrete.arc().map_or(f64::NAN, |arc| on(began, step, arc)));
             let pieces = arcs.iter().map(|(time, arc)| on(*time, piece, arc));
             clearance.continuous.push(pieces.fold(f64::INFINITY, smaller));
         }
-        let time = (k + 1) as f64 * step;
+        let time = inputs.grid.after(k + 1);
         let (there, here) = (continuous.phase(time).attitude, discrete.phase().attitude);
         course.apart.push(lie::minus(&there, &here).norm());
+        course.discrete_left.push(left(&here));
+        course.continuous_left.push(left(&there));
     }
     Ok(course)
 }

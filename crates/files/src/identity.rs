@@ -1,6 +1,7 @@
 //! What a maneuver is of, and when: the names and the epoch that files for other programs carry.
 
 use super::epoch::Epoch;
+use slewkit::Vector3;
 
 /// Names and epoch. Nothing in it changes a plan.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -23,6 +24,29 @@ pub struct Identity {
     pub spice_id: Option<i32>,
     /// What the inputs are called, in their order; empty: by their numbers.
     pub inputs: Vec<String>,
+    /// The thrusters of an attitude maneuver that the spec tells by place and force, in their order; empty where one is told by its
+    /// torque. The inputs of the plan are their torques.
+    pub nozzles: Vec<Nozzle>,
+}
+
+/// A thruster as the spec tells it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nozzle {
+    /// Where it sits, from the mass center, body axes \[m\].
+    pub position: Vector3,
+    /// The way in which it pushes the body, of length 1.
+    pub direction: Vector3,
+    /// Its largest force \[N\].
+    pub force_limit: f64,
+    /// The price of its impulse [1/(N·s)].
+    pub price: f64,
+}
+
+impl Nozzle {
+    /// Its lever about the mass center \[m\]: torque over force.
+    pub fn lever(&self) -> f64 {
+        self.position.cross(&self.direction).norm()
+    }
 }
 
 impl Identity {

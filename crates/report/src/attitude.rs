@@ -63,15 +63,31 @@ fn error(subject: &Subject) -> Shown {
         .quaternion
         .iter()
         .map(|quaternion| lie::minus(&lie::rotation_from_quaternion(quaternion), end).norm().to_degrees());
-    let mut curves = vec![line("to the end attitude", 0, &trajectory.time, left)];
-    if let Some(course) = &subject.course {
-        let apart = course.apart.iter().map(|angle| angle.to_degrees());
-        curves.push(line("continuous motion\nfrom the discrete one", 1, &trajectory.time, apart));
-    }
-    let chart = Chart::new("Error angle", time_axis(), Axis::logarithmic("angle, deg"), curves);
-    shown(
-        "error",
-        chart,
-        "the angle that is left to turn, and how far the motion under the held torque is from the plan",
-    )
+    let title = "Angle to the end attitude";
+    let course = match &subject.course {
+        Some(Ok(course)) => course,
+        other => {
+            let chart = Chart::new(
+                title,
+                time_axis(),
+                Axis::logarithmic("angle, deg"),
+                vec![line("plan", 0, &trajectory.time, left)],
+            );
+            let why = match other {
+                Some(Err(error)) => format!("the true motion is not shown: {error}"),
+                _ => String::new(),
+            };
+            return shown("error", chart, why);
+        }
+    };
+    let degrees = |angles: &[f64]| angles.iter().map(|angle| angle.to_degrees()).collect::<Vec<_>>();
+    let curve = |name: &str, style: usize, angles: &[f64]| {
+        line(name, style, &trajectory.time, degrees(angles).into_iter())
+    };
+    let curves = vec![
+        curve("true motion", 0, &course.continuous_left),
+        curve("discrete motion", 1, &course.discrete_left),
+    ];
+    let chart = Chart::new(title, time_axis(), Axis::logarithmic("angle, deg"), curves);
+    shown("error", chart, "by the witnesses: the continuous motion under the held torque, and the discrete one")
 }

@@ -145,7 +145,7 @@ fn translation(subject: &Subject) -> Vec<Shown> {
 }
 
 fn clearance(subject: &Subject) -> Option<Shown> {
-    let course = subject.course.as_ref().filter(|course| !course.clearances.is_empty())?;
+    let course = subject.course().filter(|course| !course.clearances.is_empty())?;
     // A step has one value: it stands at its end.
     let time = &subject.trajectory().time[1..];
     let curves = course.clearances.iter().enumerate().flat_map(|(index, clearance)| {
@@ -153,7 +153,7 @@ fn clearance(subject: &Subject) -> Option<Shown> {
             let name = format!("{what}\n{}", clearance.name);
             line(name, 2 * index + part, time, values.iter().map(|value| value.to_degrees()))
         };
-        [curve("discrete", 0, &clearance.discrete), curve("continuous", 1, &clearance.continuous)]
+        [curve("true motion", 0, &clearance.continuous), curve("discrete motion", 1, &clearance.discrete)]
     });
     let axis = Axis::linear("angle to the cone, deg");
     let mut chart = Chart::new("Clearance of the cones", time_axis(), axis, curves.collect());

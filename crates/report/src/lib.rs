@@ -39,7 +39,7 @@ use crate::draw::{Curve, Picture, Shape, thinned};
 use crate::studies::integrators::figures::FIGURES;
 use slewkit::maneuver::{Problem, Trajectory};
 use slewkit::plan::Plan;
-use slewkit::verify::{Course, course};
+use slewkit::verify::{Course, WitnessError, course};
 use slewkit_files::identity::Identity;
 
 /// The names of all pictures that a plan may have, in their order.
@@ -93,7 +93,7 @@ pub struct Subject<'a> {
     pub identity: &'a Identity,
     /// Sequence of the Euler angles, one of [`slewkit_files::export::EULER_SEQUENCES`].
     pub sequence: &'a str,
-    course: Option<Course>,
+    course: Option<Result<Course, WitnessError>>,
 }
 
 /// A picture with its name in files, and what else is to be said of it.
@@ -108,11 +108,16 @@ pub struct Shown {
 }
 
 impl<'a> Subject<'a> {
-    /// The witnesses follow the plan once; where they cannot, what only they know is not shown.
+    /// The witnesses follow the plan once; where they cannot, what only they know is not shown, and why is told.
     pub fn new(problem: &'a Problem, plan: &'a Plan, identity: &'a Identity, sequence: &'a str) -> Self {
         let trajectory = &plan.solution.trajectory;
-        let course = if trajectory.time.is_empty() { None } else { course(problem, trajectory).ok() };
+        let course = (!trajectory.time.is_empty()).then(|| course(problem, trajectory));
         Self { problem, plan, identity, sequence, course }
+    }
+
+    /// The way of the witnesses, where they could follow it.
+    fn course(&self) -> Option<&Course> {
+        self.course.as_ref()?.as_ref().ok()
     }
 
     fn trajectory(&self) -> &'a Trajectory {

@@ -108,7 +108,7 @@ pub fn plan_page(
 ) -> String {
     let subject = &Subject::new(problem, plan, identity, sequence);
     let (verdict, tone) = summary::verdict(plan);
-    let lines = summary::told(false, problem, settings, plan, identity);
+    let lines = summary::told(problem, settings, plan, identity);
     let mut summary: Vec<_> = lines.iter().map(|line| summary::parts(line)).collect();
     summary.extend(named(identity));
     written(&Content {

@@ -1,12 +1,16 @@
-//! What is told of a plan in words: the summary of `slew plan` and `slew verify`, line by line.
+//! What is told of a plan in words, line by line: [`told`] for who flies it, [`details`] for who wants to know how it was found
+//! and what the witnesses measured, as `slew plan -v` has it below.
 
+mod brief;
+mod fixed_axis;
 mod found;
+pub(crate) mod inputs;
 mod lines;
 mod stopped;
 mod verified;
 
 pub use found::scheme;
-pub use lines::{Lines, Tone, headline, line, paint, parts};
+pub use lines::{Lines, TEXT, Tone, headline, line, paint, parts, wrapped};
 pub use verified::{Judged, verified};
 
 use found::{found, method};
@@ -28,7 +32,7 @@ pub fn plan(
 ) -> Vec<String> {
     let (verdict, tone) = verdict(plan);
     let mut lines = vec![headline(colour, &problem.name, verdict, tone)];
-    lines.extend(told(colour, problem, settings, plan, identity));
+    lines.extend(told(problem, settings, plan, identity));
     lines
 }
 
@@ -51,8 +55,13 @@ pub fn verdict(plan: &Plan) -> (&'static str, Tone) {
     }
 }
 
-/// The lines of a summary below its headline, but for what to try next.
-pub fn told(
+/// The lines of a summary below its headline, but for what to type next.
+pub fn told(problem: &Problem, settings: &Settings, plan: &Plan, identity: &Identity) -> Vec<String> {
+    brief::brief(problem, settings, plan, identity)
+}
+
+/// How it was found, and what the witnesses measured.
+pub fn details(
     colour: bool,
     problem: &Problem,
     settings: &Settings,

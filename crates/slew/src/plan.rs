@@ -3,7 +3,7 @@
 use super::pictured::EULER;
 use super::spec_file::PlanOrAttitudes;
 use super::{
-    Console, Exit, Failure, Format, Message, OutputArgs, SpecArgs, export, interrupt, memory, report,
+    Console, Destination, Exit, Failure, Format, Message, OutputArgs, SpecArgs, export, interrupt, memory, report,
     spec_file, summary,
 };
 use clap::ValueEnum;
@@ -31,6 +31,9 @@ pub struct Args {
     pub spec: SpecArgs,
     #[command(flatten)]
     pub output: OutputArgs,
+    /// Tell how the plan was found too: method, iterations, residuals, optimality, and what each witness measured
+    #[arg(short, long)]
+    pub verbose: bool,
     #[command(flatten)]
     pub tables: export::TableArgs,
     /// Begin from another plan: its costates, or its path where limits act; or from the path of an AEM or a table of
@@ -62,9 +65,20 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let plan = plan::plan(&problem, &settings, guess.as_ref(), &mut Watcher(console)).map_err(refusal)?;
 
     let problem = plan.solution.on_grid(&problem);
-    console.say(&summary::plan(console, &args.spec, &problem, &settings, &plan, &identity));
-    interrupt::writing();
     let format = destination.format().map(|format| format.of_data().unwrap_or(formats::Format::Json));
+    let file = args.output.output.as_deref().filter(|_| {
+        matches!(destination, Destination::File(..)) && matches!(format, Some(formats::Format::Json))
+    });
+    let told = summary::Told {
+        problem: &problem,
+        settings: &settings,
+        plan: &plan,
+        identity: &identity,
+        verbose: args.verbose,
+        file,
+    };
+    console.say(&summary::plan(console, &args.spec, &told));
+    interrupt::writing();
     if plan.solution.outcome != Outcome::Converged && matches!(format, Some(formats::Format::Exchange(_))) {
         console.say(&summary::line("wrote", "nothing: there is no plan, and this format holds nothing else"));
     } else if let Some(format) = format {

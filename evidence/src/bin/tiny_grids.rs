@@ -125,7 +125,7 @@ fn complaints(problem: &Problem, plan: &Plan) -> Vec<String> {
         complaints.push("solved what is impossible".into());
     }
     let told = plan.verification.as_ref().map_or(f64::NAN, |found| found.continuous_attitude_rad);
-    let problem = &problem.with_found_duration(time).with_steps(plan.solution.steps);
+    let problem = &plan.solution.on_grid(problem);
     match held::missed(problem, &plan.solution.trajectory) {
         None => complaints.push("cannot be followed".into()),
         Some(missed) => {

@@ -47,7 +47,12 @@ fn angular(problem: &Problem) -> Option<Proof> {
         return None;
     }
     let ends = Ends::of(problem, problem.duration);
-    let change = (ends.spatial_momentum(1) - ends.spatial_momentum(0)).norm();
+    let change = if problem.ends_in_any_attitude() {
+        // The end may be turned so that the momenta are along one line.
+        (ends.momentum[1].norm() - ends.momentum[0].norm()).abs()
+    } else {
+        (ends.spatial_momentum(1) - ends.spatial_momentum(0)).norm()
+    };
     let allowed = limit * problem.duration;
     (change > allowed * (1.0 + SLACK)).then(|| {
         let [needed, possible] = exceeding(change, allowed);

@@ -67,6 +67,10 @@ impl From<String> for Proof {
 /// A proof that the maneuver is infeasible, as it is discretised and in continuous time; `None` where
 /// nothing is proved. The problem must be one that [`Problem::check`] accepts.
 pub fn proof(problem: &Problem) -> Option<Proof> {
+    if problem.ends_in_any_attitude() {
+        // What the others prove, they prove of one attitude.
+        return exclusive_cones(problem).map(Proof::from).or_else(|| impulse::proof(problem));
+    }
     let wheels = problem.actuation.wheels.is_some();
     let conserved = || if wheels { None } else { conserved::proof(problem) };
     (conserved().map(Proof::from))

@@ -1,9 +1,9 @@
 //! What the types cannot rule out: ranges, rotations, boundary values against steps and constraints.
 
-use super::{Motion, Problem, ProblemError, Scheme, State};
+use super::{Motion, Path, Problem, ProblemError, Scheme, State};
 use crate::Matrix3;
 use crate::Vector3;
-use crate::maneuver::constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError, conflict};
+use crate::maneuver::constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError, Rule, conflict};
 use crate::maneuver::objective::{Fuel, Objective};
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame, Thrusters, Wheels};
 use std::collections::HashSet;
@@ -54,6 +54,7 @@ impl Problem {
             self.check_switching()?;
         }
         self.check_pulses()?;
+        self.check_any_attitude()?;
         self.ends().into_iter().try_for_each(|(end, state, _)| self.check_state(end, state))
     }
 
@@ -70,7 +71,10 @@ impl Problem {
             contradicting.is_none_or(|names| !names.contains(&constraint.name.as_str()))
         };
         self.ends().into_iter().flat_map(move |(end, state, time)| {
-            self.constraints.iter().filter(considered).filter_map(move |constraint| {
+            // An attitude that is the plan's to choose is held to no cone here.
+            let open = end == "end" && self.ends_in_any_attitude();
+            let judged = move |constraint: &&Constraint| !(open && matches!(constraint.rule, Rule::Pointing(_)));
+            self.constraints.iter().filter(considered).filter(judged).filter_map(move |constraint| {
                 let (attitude, rate) = (&state.attitude, &state.angular_velocity);
                 let found = constraint.violation(attitude, rate, time, &frame_rate)?;
                 Some(ProblemError::Violated { end, name: constraint.name.clone(), found })
@@ -223,6 +227,21 @@ impl Problem {
             (self.scheme != Scheme::LieVerlet, "scheme", "minimum time and fuel are planned by Lie–Verlet"),
         ];
         let met = obstacles.into_iter().find(|(met, ..)| *met);
+        met.map_or(Ok(()), |(_, what, reason)| Err(ProblemError::Unsuited { what, reason }))
+    }
+
+    /// What a maneuver that ends in any attitude takes.
+    fn check_any_attitude(&self) -> Result<(), ProblemError> {
+        let obstacles = [
+            (
+                self.path != Path::Best,
+                "path",
+                "where any attitude will do there is no way round to choose: path = \"best\" alone",
+            ),
+            (self.shortest_pulse().is_some(), "shortest_pulse_s", "pulses are planned to an attitude that is given"),
+        ];
+        let free = self.ends_in_any_attitude();
+        let met = obstacles.into_iter().find(|(met, ..)| free && *met);
         met.map_or(Ok(()), |(_, what, reason)| Err(ProblemError::Unsuited { what, reason }))
     }
 

@@ -41,6 +41,9 @@ pub fn obstacle(problem: &Problem) -> Option<&'static str> {
     if !problem.constraints.is_empty() {
         return Some("it has constraints on pointing or angular rate");
     }
+    if problem.ends_in_any_attitude() {
+        return Some("it leaves the attitude at the end open");
+    }
     let actuation = &problem.actuation;
     if actuation.wheels.is_some() {
         return Some("it has reaction wheels");

@@ -116,7 +116,11 @@ impl<'a> Aim<'a> {
         [
             (flown.position - end.position) / length,
             (flown.velocity - end.velocity) * (duration / length),
-            lie::minus(&flown.attitude, &end.attitude),
+            if self.problem.ends_in_any_attitude() {
+                Vector3::zeros()
+            } else {
+                lie::minus(&flown.attitude, &end.attitude)
+            },
             inertia.j() * rate * (duration / inertia.mean()),
         ]
     }
@@ -154,8 +158,10 @@ impl<'a> Aim<'a> {
     fn shift(&mut self, flown: &State) {
         let end = &self.problem.end;
         let target = &mut self.target;
-        let turn = lie::exp(&lie::minus(&end.attitude, &flown.attitude));
-        target.attitude = lie::project_to_rotation(&(target.attitude * turn));
+        if !self.problem.ends_in_any_attitude() {
+            let turn = lie::exp(&lie::minus(&end.attitude, &flown.attitude));
+            target.attitude = lie::project_to_rotation(&(target.attitude * turn));
+        }
         target.angular_velocity += end.angular_velocity - flown.angular_velocity;
         target.position += end.position - flown.position;
         target.velocity += end.velocity - flown.velocity;

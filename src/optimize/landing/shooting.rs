@@ -56,13 +56,22 @@ pub(crate) fn land_costate<const N: usize>(
     let mut misses = vec![best.size];
     let mut slopes = Slope::ALL.into_iter();
     let mut inverse: Option<SMatrix<f64, N, N>> = None;
+    // The miss where the derivative of the true motion was taken last.
+    let mut differenced = f64::INFINITY;
     let mut spare = Vec::new();
     while best.size > LANDED && misses.len() <= MOST_CORRECTIONS && !stopped() {
-        let Some(h) = inverse.or_else(|| slopes.next()?.inverse(&mut aim, bvp, coarse, &best)) else {
-            if slopes.len() == 0 {
-                break;
+        let h = match inverse {
+            Some(h) => h,
+            None => {
+                // The miss bends where a limit is entered: what one derivative brought nearer, the next may bring home.
+                let nearer = best.size < differenced;
+                let Some(slope) = slopes.next().or(nearer.then_some(Slope::True)) else { break };
+                if matches!(slope, Slope::True) {
+                    differenced = best.size;
+                }
+                let Some(h) = slope.inverse(&mut aim, bvp, coarse, &best) else { continue };
+                h
             }
-            continue;
         };
         let step = -(h * best.miss);
         let whole = tried(&mut aim, bvp, best.costate + step, std::mem::take(&mut spare));
@@ -77,9 +86,6 @@ pub(crate) fn land_costate<const N: usize>(
         });
         let Some(next) = found else {
             inverse = None;
-            if slopes.len() == 0 {
-                break;
-            }
             continue;
         };
         // Broyden's update of the inverse, `H += (s − H y) sᵀH/(sᵀ H y)`.

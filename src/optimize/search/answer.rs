@@ -3,6 +3,7 @@
 use super::ladder::{SAME_COST, Search};
 use super::record::{self, Recorded};
 use super::way::Way;
+use crate::lie;
 use crate::maneuver::problem::State;
 use crate::maneuver::settings::Method as Road;
 use crate::maneuver::solution::{ConvexWork, Landing, Optimality, Outcome, Rival, Solution, Trajectory};
@@ -142,7 +143,11 @@ impl<const N: usize> Search<'_, '_, N> {
         solution.terminal = recorded.terminal;
         solution.sense = recorded.way.sense;
         solution.turned_deg = recorded.way.turned_deg;
-        solution.trajectory = Trajectory { target: target.copied(), ..recorded.trajectory };
+        // Of a maneuver to any attitude the target is where the discrete motion ends.
+        let reached = recorded.trajectory.quaternion.last().filter(|_| self.problem.ends_in_any_attitude());
+        let reached = reached.map(lie::rotation_from_quaternion);
+        let target = target.map(|target| State { attitude: reached.unwrap_or(target.attitude), ..*target });
+        solution.trajectory = Trajectory { target, ..recorded.trajectory };
         match &chain {
             None => {
                 solution.active = recorded.active;

@@ -21,6 +21,7 @@
 //! found is not tried, unless wheels store momentum at the start: without it the body would move otherwise. A guess brings
 //! its path as one more seed, the first.
 
+use super::any_attitude;
 use super::cheapest::{Cheapest, SHARE};
 use super::coarse::chain_steps;
 use super::detour::detours;
@@ -222,6 +223,10 @@ impl<const N: usize> Search<'_, '_, N> {
 
     /// The extremals of the relaxed maneuver, with their scaled costs, cheapest first: limits only make them costlier.
     fn relaxed_paths(&self, relaxed: &Problem, coarse: &Chain) -> Vec<(f64, Candidate)> {
+        if self.problem.ends_in_any_attitude() {
+            let paths = any_attitude::paths(self.problem, &coarse.model);
+            return paths.into_iter().map(|path| (0.0, path)).collect();
+        }
         let asked = relaxed.clone().with_steps(coarse.model.steps);
         let mut search = Search::<N>::new(&asked, self.context, self.ask.of_relaxed());
         search.climb_far();

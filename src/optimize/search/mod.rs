@@ -1,6 +1,7 @@
 //! The search: every sense and winding, each up the ladder, what it finds compared.
 
 mod answer;
+mod any_attitude;
 mod asked;
 mod authority;
 mod cheapest;
@@ -343,12 +344,23 @@ fn searched(problem: &Problem, context: &Context, ask: Ask) -> Solution {
         let unsolved = Solution::unsolved(problem, context.settings.tolerance);
         return Solution { outcome: Outcome::Infeasible, infeasible: Some(proof), ..unsolved };
     }
-    let shortest = turns_the_shortest_way(problem).then(|| problem.clone().with_path(Path::Shortest));
-    let problem = shortest.as_ref().unwrap_or(problem);
+    let known = known_end(problem);
+    let problem = known.as_ref().unwrap_or(problem);
     match problem.motion {
         Motion::Attitude => Search::<6>::new(problem, context, ask).solve(),
         Motion::RigidBody => Search::<12>::new(problem, context, ask).solve(),
     }
+}
+
+/// A maneuver whose end tells more than what is written: the shortest way where a rotation stands for one, or the likely attitude
+/// where any will do.
+fn known_end(problem: &Problem) -> Option<Problem> {
+    if problem.ends_in_any_attitude() {
+        let mut likely = problem.clone();
+        likely.end.attitude = any_attitude::likely_end(problem);
+        return Some(likely);
+    }
+    turns_the_shortest_way(problem).then(|| problem.clone().with_path(Path::Shortest))
 }
 
 /// Rotations that are nearer to half a turn than this go either way round by their last bits \[rad\].

@@ -92,7 +92,7 @@ pub(crate) fn chain<const N: usize>(
         recorder.costate(&costate);
         recorder.outputs(output.force * units.force(), output.moment * units.torque());
     }
-    let (error, _) = model.terminal(&iterate.states[model.steps]);
+    let error = model.terminal_error(&iterate.states[model.steps]);
     Ok(Recorded {
         trajectory: recorder.trajectory,
         cost: iterate.cost(model),

@@ -4,6 +4,7 @@ use crate::lie::{self, continued};
 use crate::maneuver::solution::Sense;
 use crate::optimize::step::StepError;
 use crate::optimize::sweep::BoundaryValueProblem;
+use crate::optimize::terminal::TerminalCondition;
 use crate::{Matrix3, Vector3};
 use nalgebra::SVector;
 
@@ -58,7 +59,12 @@ impl Follower {
     pub fn way<const N: usize>(&self, bvp: &BoundaryValueProblem<N>) -> Result<Way, StepError> {
         let ballistic = Self::ballistic(bvp)?;
         let from = &ballistic.end;
-        let rest = lie::minus(&bvp.terminal.target().attitude.value, from);
+        let target = match &bvp.terminal {
+            TerminalCondition::State(target) => &target.attitude.value,
+            // Any attitude is the end of the path that leads there.
+            TerminalCondition::AttitudeFree(_) => &self.end,
+        };
+        let rest = lie::minus(target, from);
         // Short steps along the shortest rotation carry the ballistic sheet to the end of the path.
         let parts = 16;
         let mut carried = ballistic.lifted();

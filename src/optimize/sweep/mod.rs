@@ -129,7 +129,7 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
     pub(crate) fn on(problem: &Problem, grid: Grid) -> Self {
         let dynamics = Dynamics::on(problem, grid);
         let start = dynamics.point(&problem.start);
-        let terminal = TerminalCondition::State(dynamics.point(&problem.end));
+        let terminal = TerminalCondition::of(problem.end_condition, dynamics.point(&problem.end));
         Self { dynamics, start, terminal, listener: None }
     }
 
@@ -149,7 +149,7 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
 
     /// The same with another end of the maneuver.
     pub(crate) fn aimed(&self, end: &State) -> Self {
-        Self { terminal: TerminalCondition::State(self.dynamics.point(end)), ..self.clone() }
+        Self { terminal: self.terminal.aimed(self.dynamics.point(end)), ..self.clone() }
     }
 
     /// Whether a sweep is short enough to be made for a best iterate after somebody asked to stop.

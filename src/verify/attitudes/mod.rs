@@ -147,8 +147,10 @@ pub fn judge_attitudes(problem: &Problem, rows: &AttitudeRows<'_>, tolerance: f6
     let off = (time[last] - time[0] - problem.duration).abs() / problem.duration;
     let mut checks = vec![check("duration", off, DURATION + rows.rounding.time / problem.duration)];
     for (name, k, end) in [("start", 0, &problem.start), ("end", last, &problem.end)] {
-        let angle = lie::minus(&motion.attitude[k], &end.attitude).norm();
-        checks.push(check(&format!("attitude at the {name}"), angle, tolerance));
+        if k == 0 || !problem.ends_in_any_attitude() {
+            let angle = lie::minus(&motion.attitude[k], &end.attitude).norm();
+            checks.push(check(&format!("attitude at the {name}"), angle, tolerance));
+        }
         if let Some(rate) = motion.inertial(k) {
             let limit = tolerance / (RATE_SHARE * problem.duration);
             checks.push(check(&format!("rate at the {name}"), (rate - end.angular_velocity).norm(), limit));

@@ -163,8 +163,7 @@ fn a_longest_duration_is_taken_or_is_longer_than_needed() {
     }
 
     // A plan that takes longer is none.
-    let beyond =
-        problem.clone().with_duration_at_most(2.9).with_found_duration(&found.solution.trajectory.time);
+    let beyond = found.solution.trajectory.completed(&problem.clone().with_duration_at_most(2.9));
     let judged = verify(&beyond, &found.solution.trajectory, 1e-12, None);
     let named: Vec<_> = judged.checks.iter().filter(|check| !check.passed).map(|check| &check.name).collect();
     assert_eq!(named, ["longest duration"]);
@@ -175,8 +174,7 @@ fn another_duration_is_noticed_and_what_has_none_to_be_sought_is_refused() {
     let end = at([0.0, 0.3, 1.0], [0.0; 3]);
     let problem = Problem::attitude(body([1.0, 1.5, 2.0]), at([0.0; 3], [0.0; 3]), end, f64::NAN);
     let found = solved(&problem.clone().with_objective(priced(1.0)));
-    let own =
-        problem.clone().with_objective(priced(1.0)).with_found_duration(&found.solution.trajectory.time);
+    let own = found.solution.trajectory.completed(&problem.clone().with_objective(priced(1.0)));
     assert!(verify(&own, &found.solution.trajectory, 1e-12, None).passed());
     let other = own.clone().with_duration(1.001 * own.duration);
     assert!(!verify(&other, &found.solution.trajectory, 1e-12, None).passed());

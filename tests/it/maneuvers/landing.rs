@@ -146,8 +146,7 @@ fn the_true_motion_is_on_record() {
     for name in ["rest_120", "free_flyer", "orbit_turn", "minimum_time_xte", "wheels_pyramid"] {
         let (problem, settings) = shipped(name, Target::Motion);
         let plan = planned(&problem, &settings);
-        let problem =
-            problem.with_found_duration(&plan.solution.trajectory.time).with_steps(plan.solution.steps);
+        let problem = plan.solution.on_grid(&problem);
         let mut trajectory = plan.solution.trajectory.clone();
         let last = trajectory.quaternion.len() - 1;
         let end = lie::rotation_from_quaternion(&trajectory.quaternion[last]);

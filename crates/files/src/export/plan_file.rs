@@ -259,7 +259,7 @@ impl<'a> PlanFile<'a> {
         if none {
             return Ok(problem.clone());
         }
-        let found = problem.with_found_duration(&self.trajectory.0.time);
+        let found = self.trajectory.0.completed(problem);
         let problem = found.with_steps(steps).with_scheme(scheme);
         check_trajectory(&self.trajectory.0, &problem)?;
         Ok(problem)

@@ -10,7 +10,7 @@ use crate::identity::Identity;
 use slewkit::Matrix3;
 use slewkit::lie::{exp, minus};
 use slewkit::maneuver::{
-    Fuel, Method, Motion, Objective, Path, Problem, ProblemError, Settings, State, Weights,
+    EndCondition, Fuel, Method, Motion, Objective, Path, Problem, ProblemError, Settings, State, Weights,
 };
 use slewkit::mechanics::{Body, Inertia};
 use slewkit::numerics::figures::{rounded, told_apart};
@@ -39,7 +39,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
         mass_and_motion(section, inertia.as_ref(), mass, motion);
     }
     let actuated = actuators::actuated(root.section("actuators"), motion);
-    let identity = names::identity(root, actuated.as_ref().map(|actuated| actuated.actuation.count()));
+    let identity = names::identity(root, actuated.as_ref().map(|actuated| &actuated.actuation));
     let constraints = constraint::constraints(root);
     let solver = root.section("solver");
     let (scheme, settings) = maneuver::solver(solver);
@@ -56,7 +56,10 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
     let duration = maneuver::duration(section);
     let (start, end) = (start?, end?);
     let path = path(section, &end);
-    let (start_rotation, end_rotation) = (start.rotation.as_ref()?, end.rotation.as_ref()?);
+    let start_rotation = start.rotation.as_ref()?;
+    // Of any attitude that of the start is as good a guess as another.
+    let end_rotation = if end.is_open() { start_rotation } else { end.rotation.as_ref()? };
+    let end_condition = if end.is_open() { EndCondition::AnyAttitude } else { EndCondition::State };
     warn_quaternion_order(start_rotation, end_rotation, &root.report);
     let end_attitude =
         if end.relative() { start_rotation.matrix * end_rotation.matrix } else { end_rotation.matrix };
@@ -108,6 +111,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
         objective,
         start: start_state,
         end: end_state,
+        end_condition,
         duration: duration.unwrap_or(f64::NAN),
         duration_at_most: section.number("duration_at_most_s"),
         steps,

@@ -41,6 +41,12 @@ impl<'a> Boundary<'a> {
         self.key == "rotation_from_start"
     }
 
+    /// Whether a rate is given without an attitude: any will do.
+    pub fn is_open(&self) -> bool {
+        let attitudes = ["attitude", "rotation_from_start", "attitude_file"];
+        !attitudes.into_iter().any(|key| self.section.has(key))
+    }
+
     pub fn moves(&self) -> bool {
         self.section.has("position_m") || self.section.has("velocity_m_s")
     }

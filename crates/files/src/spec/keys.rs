@@ -417,6 +417,8 @@ shared_keys! {
 }
 const RATES: &[&str] = &["angular_velocity_deg_s", "angular_velocity_rad_s"];
 const END_ATTITUDES: &[&str] = &["attitude", "rotation_from_start", "attitude_file"];
+const ENDS: &[&str] =
+    &["attitude", "rotation_from_start", "attitude_file", "angular_velocity_deg_s", "angular_velocity_rad_s"];
 const ATTITUDE_SAMPLE: &str = "attitude = { axis = [0, 0, 1], angle_deg = 90 }";
 
 tables! {
@@ -434,9 +436,11 @@ tables! {
 
     static END[
         exclusive: &[END_ATTITUDES, &["rotation_from_start", "rotation_from_start_rad"], RATES],
-        one_of: &[(END_ATTITUDES, ATTITUDE_SAMPLE)],
+        one_of: &[(ENDS, ATTITUDE_SAMPLE)],
     ] {
-        ATTITUDE_KEY;
+        /// Attitude R, body vectors to reference-frame vectors, in one of the notations. Without one, and with an angular velocity,
+        /// the body ends in any attitude: detumbling.
+        "attitude": Table(&ATTITUDE);
         /// Instead of attitude: the rotation from the start, in its body axes, any angle; end = start ·
         /// rotation. Taken as written unless `path` says otherwise.
         "rotation_from_start": Table(&ATTITUDE);

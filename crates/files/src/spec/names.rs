@@ -2,10 +2,12 @@
 
 use super::{Section, cut, show};
 use crate::epoch::{Epoch, EpochError};
-use crate::identity::Identity;
+use crate::identity::{Identity, Nozzle};
+use slewkit::mechanics::Actuation;
 
-/// The identity; `inputs` is how many the maneuver has, where that is known.
-pub(crate) fn identity(root: &Section, inputs: Option<usize>) -> Identity {
+/// The identity; `actuation` is that of the maneuver, where it is known.
+pub(crate) fn identity(root: &Section, actuation: Option<&Actuation>) -> Identity {
+    let inputs = actuation.map(Actuation::count);
     let mut identity = Identity { epoch: epoch(root), ..Identity::default() };
     if let Some(names) = root.section("names") {
         identity.object = name(names, "object");
@@ -24,7 +26,23 @@ pub(crate) fn identity(root: &Section, inputs: Option<usize>) -> Identity {
     if identity.inputs.is_empty() {
         identity.inputs = ["wheel", "thruster"].into_iter().flat_map(|key| names_of(root, key)).collect();
     }
+    if actuation.is_some_and(|actuation| actuation.thrusters.is_none()) {
+        identity.nozzles = nozzles(root).unwrap_or_default();
+    }
     identity
+}
+
+/// Thrusters that are all told by place and force. The maneuver has been read from them.
+fn nozzles(root: &Section) -> Option<Vec<Nozzle>> {
+    let nozzle = |thruster: &Section| {
+        Some(Nozzle {
+            position: thruster.vector("position_m")?,
+            direction: thruster.unit(thruster.vector("force_direction_body")?),
+            force_limit: thruster.number("force_limit_n")?,
+            price: if thruster.has("fuel_price") { thruster.number("fuel_price")? } else { 1.0 },
+        })
+    };
+    root.section("actuators")?.list("thruster").iter().map(nozzle).collect()
 }
 
 fn epoch(root: &Section) -> Option<Epoch> {

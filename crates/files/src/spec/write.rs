@@ -7,7 +7,7 @@
 use super::difference::{Difference, differences};
 use super::keys::{Kind, ROOT, Table};
 use super::{Diagnostics, Format, Loaded, Override, Spec, Wanted, interpret};
-use crate::identity::Identity;
+use crate::identity::{Identity, Nozzle};
 use serde::{Deserialize, Serialize, Serializer};
 use serde_json::{Map, Value};
 use slewkit::maneuver::{Constraint, Motion, Path, Problem, Rule, Settings, Side, State, Weighted};
@@ -40,8 +40,9 @@ impl SpecDocument {
             body.put("inertia_kg_m2", symmetric(problem.body.inertia.j().as_slice(), 3));
             body.some("mass_kg", problem.body.mass.filter(|_| moves));
         });
-        spec.table("start", |start| boundary(start, &problem.start, moves));
-        spec.table("end", |end| boundary(end, &problem.end, moves));
+        spec.table("start", |start| boundary(start, &problem.start, moves, true));
+        let given = !problem.ends_in_any_attitude();
+        spec.table("end", |end| boundary(end, &problem.end, moves, given));
         let path = match &problem.path {
             Path::Best => "best",
             Path::Shortest => "shortest",
@@ -102,6 +103,7 @@ impl SpecDocument {
         if !identity.inputs.is_empty() {
             spec.table("names", |names| names.put("inputs", identity.inputs.clone()));
         }
+        spec.by_force(&identity.nozzles);
         Self(Value::Object(spec.keys))
     }
 
@@ -208,6 +210,27 @@ impl Writing {
         self.keys.insert(name.into(), inner.keys.into());
     }
 
+    /// Writes thrusters that are told by their torque by place and force instead, as the spec told them.
+    fn by_force(&mut self, nozzles: &[Nozzle]) {
+        let all = self.keys.get("actuators").and_then(|actuators| actuators.get("thruster"));
+        let Some(all) = all.and_then(Value::as_array).filter(|all| !all.is_empty() && all.len() == nozzles.len())
+        else {
+            return;
+        };
+        let priced = all[0].get("fuel_price").is_some();
+        self.table("actuators", |actuators| {
+            actuators.keys.remove("thruster");
+            for nozzle in nozzles {
+                actuators.item("thruster", |thruster| {
+                    thruster.put("position_m", row(&nozzle.position));
+                    thruster.put("force_direction_body", row(&nozzle.direction));
+                    thruster.put("force_limit_n", nozzle.force_limit);
+                    thruster.some("fuel_price", priced.then_some(nozzle.price));
+                });
+            }
+        });
+    }
+
     /// Appends a table to the list `name`.
     fn item(&mut self, name: &str, write: impl FnOnce(&mut Self)) {
         let Some(table) = self.kind(name).and_then(Kind::table) else { return };
@@ -238,9 +261,11 @@ fn symmetric(matrix: &[f64], count: usize) -> Value {
     (0..count).map(row).collect()
 }
 
-fn boundary(table: &mut Writing, state: &State, moves: bool) {
+fn boundary(table: &mut Writing, state: &State, moves: bool, has_attitude: bool) {
     let rows_of = |matrix: &Matrix3| <[[f64; 3]; 3]>::from(matrix.transpose()).map(Value::from);
-    table.table("attitude", |attitude| attitude.put("matrix", rows_of(&state.attitude)));
+    if has_attitude {
+        table.table("attitude", |attitude| attitude.put("matrix", rows_of(&state.attitude)));
+    }
     table.put("angular_velocity_rad_s", row(&state.angular_velocity));
     table.some("position_m", moves.then(|| row(&state.position)));
     table.some("velocity_m_s", moves.then(|| row(&state.velocity)));

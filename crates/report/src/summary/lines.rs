@@ -8,6 +8,25 @@ const WIDTH: usize = 76;
 /// Characters before the text of a labelled line.
 const LABELLED: usize = 13;
 
+/// Columns for the text of a labelled line, in a window of eighty.
+pub const TEXT: usize = 80 - LABELLED - 1;
+
+/// `text` in lines of at most `width` characters, broken between words; a longer word has a line of its own.
+pub fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(last) if last.chars().count() + 1 + word.chars().count() <= width => {
+                last.push(' ');
+                last.push_str(word);
+            }
+            _ => lines.push(word.into()),
+        }
+    }
+    lines.retain(|line| !line.trim().is_empty());
+    lines
+}
+
 /// A labelled line of a summary.
 pub fn line(label: &str, text: &str) -> String {
     format!("  {label:<11} {text}")

@@ -3,7 +3,7 @@
 use super::found::terminal;
 use super::lines::Lines;
 use slewkit::maneuver::{Method, Outcome, RungReport, Solution, TerminalError};
-use slewkit::numerics::figures::{counted, error};
+use slewkit::numerics::figures::{counted, error, significant};
 use slewkit_files::spec::escape;
 
 pub(super) fn stopped(solution: &Solution) -> &'static str {
@@ -26,6 +26,20 @@ pub(super) fn stopped(solution: &Solution) -> &'static str {
 /// The terminal error of the best iterate, if one reached the end at all.
 pub(super) fn best(error: &TerminalError) -> String {
     if error.largest().is_finite() { terminal(error) } else { "no iterate reached the end".into() }
+}
+
+/// How near the best iterate came to the end.
+pub(super) fn nearest(error: &TerminalError) -> String {
+    let attitude = error.attitude_rad.to_degrees();
+    if !error.largest().is_finite() {
+        return "no iterate reached the end".into();
+    }
+    let momentum = significant(100.0 * error.momentum_relative, 2);
+    let told = format!("{} deg off, momentum by {momentum} % of mean inertia / duration", significant(attitude, 3));
+    match error.position_relative {
+        Some(position) => format!("{told}, position by {} %", significant(100.0 * position, 2)),
+        None => told,
+    }
 }
 
 fn ended(outcome: Outcome) -> &'static str {

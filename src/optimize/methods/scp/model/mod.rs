@@ -141,7 +141,7 @@ impl Model {
             h: dynamics.grid.mean_step(),
             start: ChainState::of(&dynamics.point(&problem.start), DVector::zeros(wheels)),
             target: ChainState::of(&dynamics.point(&problem.end), DVector::zeros(wheels)),
-            terminal: TerminalCondition::State(dynamics.point(&problem.end)),
+            terminal: TerminalCondition::of(problem.end_condition, dynamics.point(&problem.end)),
             weight,
             effort_power: 0,
             input_unit,
@@ -163,7 +163,7 @@ impl Model {
     pub fn aim(&mut self, end: &State) {
         let point = self.dynamics.point(end);
         self.target = ChainState::of(&point, DVector::zeros(self.wheels));
-        self.terminal = TerminalCondition::State(point);
+        self.terminal = self.terminal.aimed(point);
     }
 
     /// Aims at the end that another chain of the maneuver aims at.
@@ -277,22 +277,27 @@ impl Model {
 
     /// Number of terminal conditions.
     pub fn terminal_count(&self) -> usize {
-        self.terminal.count(if self.moves { 12 } else { 6 })
+        self.given().len()
     }
 
-    /// Terminal error of a chain's last state, and its derivative, up to `J_r⁻¹` of the attitude error.
-    pub fn terminal(&self, state: &ChainState) -> (DVector<f64>, DMatrix<f64>) {
-        let count = self.terminal_count();
+    /// Components of a chain's state, without what wheels store, that are given at the end.
+    pub fn given(&self) -> Vec<usize> {
+        self.terminal.given(if self.moves { 12 } else { 6 })
+    }
+
+    /// Error of a chain's last state, with nothing where that is free, and its derivative as if all were given.
+    fn ended(&self, state: &ChainState) -> (DVector<f64>, DMatrix<f64>) {
+        let body = if self.moves { 12 } else { 6 };
         // The multipliers of these equations are the costate: none is asked for.
         let costate = Costate::from_vector(&SVector::<f64, 12>::zeros());
         let error = self.terminal.value::<12>(&state.point(), &costate);
-        let mut error = DVector::from_column_slice(&error.as_slice()[12 - count..]);
-        let mut slope = DMatrix::identity(count, self.n);
+        let mut error = DVector::from_column_slice(&error.as_slice()[12 - body..]);
+        let mut slope = DMatrix::identity(body, self.n);
         if let Some(duration) = self.duration {
             let (momenta, stated) =
                 (self.momenta(&self.target_in(state.stretch)), self.momenta(&self.target));
-            error -= (&momenta - stated).rows(0, count);
-            slope.set_column(duration, &-momenta.rows(0, count));
+            error -= (&momenta - stated).rows(0, body);
+            slope.set_column(duration, &-momenta.rows(0, body));
         }
         if self.wheels > 0 {
             let mut rows = error.rows_mut(3, 3);
@@ -300,5 +305,20 @@ impl Model {
             slope.view_mut((3, 6), (3, self.wheels)).copy_from(&-&self.wheel_axes);
         }
         (error, slope)
+    }
+
+    /// Terminal error of a chain's last state, 6 numbers on SO(3) and 12 on SE(3), those of what is free zero.
+    pub fn terminal_error(&self, state: &ChainState) -> DVector<f64> {
+        self.ended(state).0
+    }
+
+    /// The terminal equations at a chain's last state, and their derivative, up to `J_r⁻¹` of the attitude error.
+    pub fn terminal(&self, state: &ChainState) -> (DVector<f64>, DMatrix<f64>) {
+        let (error, slope) = self.ended(state);
+        let given = self.given();
+        if given.len() == error.len() {
+            return (error, slope);
+        }
+        (error.select_rows(&given), slope.select_rows(&given))
     }
 }

@@ -162,7 +162,7 @@ impl Model {
         let field = self.kick(&start, &vec![0.0; self.m]);
         let opening = self.momenta(&start) + self.by_duration(&field, 2.0 * self.kick_weight(0));
         let end = self.momenta(&self.target_in(last.stretch));
-        [opening.dot(costate), -end.rows(0, terminal.len()).dot(terminal)]
+        [opening.dot(costate), -end.select_rows(&self.given()).dot(terminal)]
     }
 
     /// Step k: from `y_k` under `u_{k+1}` to `y_{k+1}`.

@@ -1,0 +1,316 @@
+//! The summary for who flies the plan: what turns by how much in what time, what that costs, how near it comes to every limit,
+//! and where the true motion ends. A dozen lines of eighty columns; what the solver did stands in [`super::details`].
+
+use super::fixed_axis;
+use super::inputs;
+use super::lines::{Lines, TEXT, line, wrapped};
+use super::stopped::{nearest, stopped};
+use slewkit::maneuver::{
+    Motion, Objective, Outcome, Path, Problem, Rule, SecondOrder, Sense, Settings, Solution, Structure,
+};
+use slewkit::numerics::figures::{counted, error, short, significant};
+use slewkit::plan::Plan;
+use slewkit::verify::{Accuracy, Margin, Verification};
+use slewkit_files::identity::Identity;
+use slewkit_files::spec::escape;
+
+/// Lines of a summary, with headline and what to type next.
+const MOST_LINES: usize = 12;
+
+/// Lines around these: the headline, and what to type next.
+const AROUND: usize = 2;
+
+/// A part below this is nothing to an engineer: costs are told to a tenth of a percent.
+const SAME: f64 = 5e-4;
+
+/// The lines below the headline, but for what to type next.
+pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identity: &Identity) -> Vec<String> {
+    let solution = &plan.solution;
+    let problem = &solution.on_grid(problem);
+    if solution.outcome != Outcome::Converged {
+        return unsolved(solution);
+    }
+    let mut lines = Vec::new();
+    lines.line("slew", slew(problem, solution));
+    lines.lines("cost", wrapped(&cost(problem, solution, identity), TEXT));
+    let mut last = vec![line("proof", &proof(problem, solution))];
+    last.extend(also(problem, solution));
+    let Some(found) = &plan.verification else {
+        lines.extend(last);
+        return lines;
+    };
+    if found.was_stopped() {
+        lines.extend(found.failure.iter().map(|failure| line("check", &escape(failure))));
+        lines.extend(last);
+        return lines;
+    }
+    lines.lines("arrives", arrives(problem, settings, found));
+    lines.extend(inputs::told(problem, solution, found, identity));
+    lines.line("rate", rate(problem, found));
+    let failed = found.checks.iter().filter(|check| !check.passed).count();
+    if failed > 0 {
+        let what = found.checks.iter().find(|check| !check.passed).map_or("", |check| &check.name);
+        let more = if failed > 1 { format!(" and {} more", failed - 1) } else { String::new() };
+        last = vec![line("failed", &format!("{}{more}; -v tells value and limit", escape(what)))];
+    }
+    let room = MOST_LINES.saturating_sub(AROUND + lines.len() + last.len()).max(1);
+    lines.lines("clearance", clearances(problem, solution, found, room));
+    lines.extend(last);
+    lines
+}
+
+/// Why there is no plan.
+fn unsolved(solution: &Solution) -> Vec<String> {
+    let mut lines = Vec::new();
+    let reason = match &solution.infeasible {
+        Some(proof) => {
+            lines.lines("because", wrapped(&escape(&proof.reason), TEXT));
+            return lines;
+        }
+        None => stopped(solution),
+    };
+    lines.lines("stopped", wrapped(reason, TEXT));
+    lines.lines("missing", solution.shortfall.iter().flat_map(|text| wrapped(&escape(text), TEXT)));
+    lines.line("nearest", nearest(&solution.terminal));
+    if !solution.ladder.is_empty() {
+        let count = counted(solution.ladder.len(), "attempt");
+        lines.line("tried", format!("{count}, which -v lists"));
+    }
+    lines
+}
+
+/// Turned by how much, which way round, in what time.
+fn slew(problem: &Problem, solution: &Solution) -> String {
+    let round = match solution.sense {
+        Sense::Short => "the short way round",
+        Sense::Long => "the long way round",
+    };
+    let (turned, duration) = (solution.turned_deg, short(solution.duration(problem)));
+    let moved = match problem.motion {
+        Motion::Attitude => String::new(),
+        Motion::RigidBody => {
+            let way = (problem.end.position - problem.start.position).norm();
+            format!(" and {} m on", short(way))
+        }
+    };
+    let sought = if problem.seeks_duration() { ", which was sought" } else { "" };
+    let steps = counted(solution.steps, "step");
+    format!("{turned:.1} deg{moved}, {round}, in {duration} s{sought} ({steps})")
+}
+
+/// Cost with its unit, and against the turn about a fixed axis.
+fn cost(problem: &Problem, solution: &Solution, identity: &Identity) -> String {
+    let (what, unit) = match &problem.objective {
+        Objective::Time => ("least time", "s"),
+        Objective::Fuel(_) => ("least fuel", inputs::fuel_unit(problem, identity)),
+        Objective::Effort(weights) => {
+            let plain = weights.torque.is_none() && problem.motion == Motion::Attitude;
+            // Forces and torques add up in the unit that the weights give them.
+            ("least effort", if plain { "N²·m²·s" } else { "" })
+        }
+    };
+    let value = significant(solution.cost, 6);
+    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+    let price = problem.objective.given_time_price();
+    let timed = price.map_or(String::new(), |_| ", the price of time included".into());
+    let mut text = format!("{value}{unit}, {what}{timed}");
+    if matches!(problem.path, Path::Best | Path::Shortest) {
+        text.push_str(&against(problem, solution));
+    }
+    text
+}
+
+/// The cost against that of the turn about a fixed axis, where that is known.
+fn against(problem: &Problem, solution: &Solution) -> String {
+    let Some(fixed) = fixed_axis::cost(problem, solution) else { return String::new() };
+    let part = solution.cost / fixed - 1.0;
+    // A turn of least time about the axis obeys the limits, one of least effort need not.
+    let free = problem.objective != Objective::Time && problem.is_constrained();
+    let limits = if free { " without limits" } else { "" };
+    match part {
+        part if !part.is_finite() => String::new(),
+        part if part.abs() < SAME => format!("; as about a fixed axis{limits}"),
+        part => {
+            let word = if part > 0.0 { "more" } else { "less" };
+            format!("; {} % {word} than about a fixed axis{limits}", significant(100.0 * part.abs(), 2))
+        }
+    }
+}
+
+/// Where the true motion ends.
+fn arrives(problem: &Problem, settings: &Settings, found: &Verification) -> Vec<String> {
+    let off = |value: f64, unit: &str| match value {
+        value if value.is_finite() => format!("{} {unit}", significant(value, 2)),
+        _ => format!("? {unit}"),
+    };
+    let attitude = off(found.continuous_attitude_rad.to_degrees(), "deg");
+    let rate = off(found.continuous_rate_rad_s.to_degrees(), "deg/s");
+    let mut lines = Vec::new();
+    if let (Some(position), Some(velocity)) = (found.continuous_position_m, found.continuous_velocity_m_s) {
+        lines.push(format!("{attitude}, {rate}, {}, {} off,", off(position, "m"), off(velocity, "m/s")));
+        lines.push("by the true motion under these forces and torques".into());
+    } else {
+        lines.push(format!("{attitude} and {rate} off, by the true motion under these torques"));
+    }
+    let accuracy = Accuracy::of(found, problem, settings.continuous_limit());
+    let missed = accuracy.continuous_attitude_deg;
+    if missed > accuracy.wanted_deg {
+        let wanted = short(accuracy.wanted_deg);
+        lines.push(match accuracy.steps {
+            Some(steps) => format!("more than {wanted} deg: {steps} steps would do"),
+            None => format!("more than {wanted} deg, which no number of steps changes"),
+        });
+    }
+    lines
+}
+
+/// The largest rate, of the true motion where it is limited, and its limit.
+fn rate(problem: &Problem, found: &Verification) -> String {
+    let peak = format!("{} deg/s", significant(found.peak_rate_rad_s.to_degrees(), 3));
+    let limits = problem.constraints.iter().filter(|limit| !matches!(limit.rule, Rule::Pointing(_)));
+    let told: Vec<String> = limits
+        .filter_map(|limit| {
+            let margin = found.margins.iter().find(|margin| margin.name == limit.name)?;
+            let bound = match (&limit.rule, margin.at.strip_prefix("axis ")) {
+                (Rule::RateNorm(limit), _) => *limit,
+                (Rule::RateAxes(limits), axis) => {
+                    let axis = ["x", "y", "z"].iter().position(|name| Some(*name) == axis);
+                    limits[axis.unwrap_or(0)]
+                }
+                (Rule::Pointing(_), _) => return None,
+            };
+            let bound = bound.to_degrees();
+            let part = percent(1.0 - met(margin) / bound);
+            let axis = if margin.at.is_empty() { String::new() } else { format!(" about {}", &margin.at[5..]) };
+            Some(format!("{part} of {}{axis} at {} s", short(bound), short(margin.time_s)))
+        })
+        .collect();
+    if told.is_empty() { format!("{peak} at most") } else { format!("{peak} at most; {}", told.join(", ")) }
+}
+
+/// A part in percent, never 100 where it is more.
+pub(super) fn percent(part: f64) -> String {
+    match 100.0 * part {
+        percent if (percent - 100.0).abs() <= 1e-4 => "100 %".into(),
+        percent => format!("{} %", significant(percent, 3).trim_end_matches(".0")),
+    }
+}
+
+/// The margin in the true motion; that of inputs, which are held, is one with that of the plan.
+fn met(margin: &Margin) -> f64 {
+    let value = margin.continuous_margin.unwrap_or(margin.margin);
+    // What acts touches its limit up to round-off, of either sign.
+    let scale = if margin.scaled == 0.0 { 1.0 } else { (margin.margin / margin.scaled).abs() };
+    if value.abs() <= Margin::ROUND_OFF * scale { 0.0 } else { value }
+}
+
+/// The cones, nearest first, as many as there is room for.
+fn clearances(problem: &Problem, solution: &Solution, found: &Verification, room: usize) -> Vec<String> {
+    let is_cone = |margin: &&Margin| {
+        let rule = problem.constraints.iter().find(|constraint| constraint.name == margin.name);
+        rule.is_some_and(|constraint| matches!(constraint.rule, Rule::Pointing(_)))
+    };
+    let mut cones: Vec<&Margin> = found.margins.iter().filter(is_cone).collect();
+    cones.sort_by(|a, b| met(a).total_cmp(&met(b)));
+    let told = |margin: &&Margin| {
+        let left = met(margin);
+        let name = clipped(&escape(&margin.name), 30);
+        let along = solution.active.iter().any(|active| active.name == margin.name && active.time_s.len() > 1);
+        let at = format!("at {} s", short(margin.time_s));
+        match left {
+            left if left < 0.0 => format!("{name}: {} deg too near {at}", significant(-left, 2)),
+            _ if along => format!("{name}: {} deg to spare, along its cone {at}", significant(left, 3)),
+            left => format!("{name}: {} deg to spare {at}", significant(left, 3)),
+        }
+    };
+    if cones.len() <= room {
+        return cones.iter().map(told).collect();
+    }
+    let mut lines: Vec<String> = cones.iter().take(room.saturating_sub(1)).map(told).collect();
+    lines.push(format!("{} more with more room", counted(cones.len() - lines.len(), "cone")));
+    lines
+}
+
+/// `text`, cut where it is longer than so many characters.
+pub(super) fn clipped(text: &str, most: usize) -> String {
+    if text.chars().count() <= most {
+        return text.into();
+    }
+    let kept: String = text.chars().take(most.saturating_sub(1)).collect();
+    format!("{kept}…")
+}
+
+/// What is known of it as an optimum.
+fn proof(problem: &Problem, solution: &Solution) -> String {
+    if let Some(switching) = &solution.switching {
+        let part = switching.gap / switching.continuous_cost;
+        let gap = format!("within {} % of the least nearby", significant(100.0 * part, 2));
+        return match switching.structure {
+            Structure::Rest => "nothing to do: the body is where it should be".into(),
+            _ if switching.beside_optimum => "switches meet the end; the best of this grid was not found".into(),
+            Structure::BangBang | Structure::BangOffBang => {
+                "an extremal by the maximum principle; others may be better".into()
+            }
+            Structure::Pulses => {
+                let more = switching.continuous_cost
+                    / switching.pulses.map_or(f64::NAN, |pulses| pulses.cost_without)
+                    - 1.0;
+                format!("{} % above the best found without a shortest pulse", significant(100.0 * more, 2))
+            }
+            Structure::TruncatedChattering | Structure::Singular | Structure::Norm => {
+                format!("{gap}, to first order; others may be better")
+            }
+        };
+    }
+    if problem.is_shaped() {
+        return match solution.convex.map_or(0.0, |work| work.effort_share) {
+            share if share > 1e-6 => "nearly least nearby: a little effort is counted to smooth the inputs".into(),
+            _ => "least nearby, to first order; others may be better".into(),
+        };
+    }
+    match solution.optimality.second_order() {
+        SecondOrder::Minimum => "a local minimum; that nothing else is better is not proved".into(),
+        SecondOrder::Saddle if matches!(problem.path, Path::AsGiven(_)) => {
+            "not a minimum: another rotation than the given one costs less".into()
+        }
+        SecondOrder::Saddle => "not a minimum: there is a way down, but nothing better was found".into(),
+        SecondOrder::Undecided => "an extremal; whether it is a minimum is not decided".into(),
+        SecondOrder::NotTested => "an extremal; whether it is a minimum was not tested, as asked".into(),
+    }
+}
+
+/// What else was found, in words.
+fn also(problem: &Problem, solution: &Solution) -> Option<String> {
+    let best = solution.landing.as_ref().map_or(solution.cost, |landing| landing.cost_before);
+    let nearest = solution.rivals.first()?;
+    let round = match nearest.sense {
+        Sense::Short => "the short way round",
+        Sense::Long => "the long way round",
+    };
+    let turned = if nearest.turned_deg.is_finite() {
+        format!("{:.1} deg, {round}, ", nearest.turned_deg)
+    } else {
+        String::new()
+    };
+    let part = nearest.cost / best;
+    let cost = match part {
+        part if part >= 10.0 => format!("{} times the cost", significant(part, 3)),
+        part if part > 1.0 + SAME => format!("{} % more", significant(100.0 * (part - 1.0), 2)),
+        part if part < 1.0 - SAME => format!("{} % less, but no minimum", significant(100.0 * (1.0 - part), 2)),
+        _ => "at the same cost".into(),
+    };
+    let unit = match problem.objective {
+        Objective::Time => " s",
+        _ => "",
+    };
+    let others = match solution.rivals.len() - 1 {
+        0 => String::new(),
+        more => format!("; {more} more"),
+    };
+    Some(line("also found", &format!("{turned}{}{unit}, {cost}{others}", error_or(nearest.cost))))
+}
+
+/// A cost to six digits.
+fn error_or(cost: f64) -> String {
+    if cost.is_finite() { significant(cost, 6) } else { error(cost) }
+}

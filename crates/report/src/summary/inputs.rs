@@ -1,0 +1,204 @@
+//! Inputs in their own units: what each is called, its peak, and what part of its limit that is.
+
+use super::brief::{clipped, percent};
+use super::lines::{Lines, TEXT, wrapped};
+use slewkit::maneuver::{Fuel, Motion, Problem, Solution};
+use slewkit::mechanics::actuators::{InputLimit, LimitKind};
+use slewkit::mechanics::{ActuatorSet, AxisFrame};
+use slewkit::numerics::figures::{short, significant};
+use slewkit::verify::{Margin, Verification};
+use slewkit_files::identity::Identity;
+use slewkit_files::spec::escape;
+
+/// More inputs than these are not all told.
+const MOST_TOLD: usize = 6;
+
+/// Characters of a name.
+const NAME: usize = 10;
+
+/// What the input of this number is called: its name in the spec, the axis that it is along, or its kind and number.
+pub(crate) fn name(problem: &Problem, identity: &Identity, index: usize) -> String {
+    if let Some(name) = identity.input(index) {
+        return escape(name);
+    }
+    let actuation = &problem.actuation;
+    let (set, number) = match (&actuation.force, index.checked_sub(actuation.first_torque())) {
+        (Some(force), _) if actuation.thrusters.is_some() => (force, index),
+        (Some(force), None) => (force, index),
+        (_, number) => (&actuation.torque, number.unwrap_or(index)),
+    };
+    match (set.limits().one_sided, &actuation.wheels) {
+        (true, _) => format!("T{}", number + 1),
+        (_, Some(_)) => format!("W{}", number + 1),
+        _ => axis(set, number).map_or_else(|| format!("u{}", number + 1), str::to_string),
+    }
+}
+
+/// The coordinate axis that an input is along.
+fn axis(set: &ActuatorSet, number: usize) -> Option<&'static str> {
+    let axis = set.axes().get(number)?;
+    let at = axis.iamax();
+    let alone = axis.iter().filter(|value| **value != 0.0).count() == 1 && axis[at] > 0.0;
+    alone.then(|| ["x", "y", "z"][at])
+}
+
+/// By what an input of the plan is divided for people, and the unit of that: a thruster told by place and force is a force.
+pub(crate) fn scale(problem: &Problem, identity: &Identity, index: usize) -> (f64, &'static str) {
+    if problem.actuation.thrusters.is_some() || index < problem.actuation.first_torque() {
+        return (1.0, "N");
+    }
+    match identity.nozzles.get(index).filter(|_| identity.nozzles.len() == problem.actuation.count()) {
+        Some(nozzle) => (nozzle.lever(), "N"),
+        None => (1.0, "N·m"),
+    }
+}
+
+/// The unit of fuel, where all inputs are of one kind and cost the same.
+pub(super) fn fuel_unit(problem: &Problem, identity: &Identity) -> &'static str {
+    let Some(Fuel { prices, force_prices, .. }) = problem.objective.fuel() else { return "" };
+    let ones = |prices: &Option<Vec<f64>>| prices.iter().flatten().all(|price| *price == 1.0);
+    let by_force = identity.nozzles.len() == problem.actuation.count();
+    let each = by_force && identity.nozzles.iter().all(|nozzle| nozzle.price == 1.0);
+    match problem.motion {
+        Motion::Attitude if each => "N·s",
+        Motion::Attitude if ones(prices) => "N·m·s",
+        Motion::RigidBody if problem.actuation.thrusters.is_some() && ones(force_prices) => "N·s",
+        _ => "",
+    }
+}
+
+/// The peaks of all inputs, and the momenta of the wheels.
+pub(super) fn told(
+    problem: &Problem,
+    solution: &Solution,
+    found: &Verification,
+    identity: &Identity,
+) -> Vec<String> {
+    let actuation = &problem.actuation;
+    let first = actuation.first_torque();
+    let torques = Channel {
+        label: match (&actuation.wheels, actuation.torque.limits().one_sided) {
+            (Some(_), _) => "wheels",
+            (None, true) => "thrusters",
+            (None, false) => "torque",
+        },
+        set: &actuation.torque,
+        range: first..first + actuation.torque.count(),
+        of_force: actuation.thrusters.is_some(),
+    };
+    let force = actuation.force.as_ref().filter(|_| actuation.thrusters.is_none()).map(|set| Channel {
+        label: "force",
+        set,
+        range: 0..set.count(),
+        of_force: true,
+    });
+    let mut lines = Vec::new();
+    for channel in [Some(torques), force].into_iter().flatten() {
+        lines.lines(channel.label, channel.told(problem, solution, found, identity));
+    }
+    if let Some(wheels) = &actuation.wheels {
+        let count = wheels.momentum.len();
+        let names: Vec<String> = (0..count).map(|wheel| name(problem, identity, first + wheel)).collect();
+        let peaks = largest(&solution.trajectory.wheel_momentum, 0..count, count);
+        let limits = Some(&wheels.momentum_limit[..]).filter(|limits| limits.iter().any(|limit| limit.is_finite()));
+        lines.lines("momentum", wrapped(&peaks_told(&names, &peaks, limits, "N·m·s"), TEXT));
+    }
+    lines
+}
+
+/// Inputs of one kind.
+struct Channel<'a> {
+    label: &'static str,
+    set: &'a ActuatorSet,
+    range: std::ops::Range<usize>,
+    of_force: bool,
+}
+
+impl Channel<'_> {
+    fn told(
+        &self,
+        problem: &Problem,
+        solution: &Solution,
+        found: &Verification,
+        identity: &Identity,
+    ) -> Vec<String> {
+        let trajectory = &solution.trajectory;
+        let scales: Vec<(f64, &str)> =
+            self.range.clone().map(|input| scale(problem, identity, input)).collect();
+        let by = |values: &[f64]| -> Vec<f64> {
+            values.iter().zip(&scales).map(|(value, (scale, _))| value / scale).collect()
+        };
+        let peaks = by(&largest(&trajectory.input, self.range.clone(), trajectory.input_count));
+        let names: Vec<String> = self.range.clone().map(|input| name(problem, identity, input)).collect();
+        let limits = self.set.limits().size.as_deref().map(by);
+        let unit = scales.first().map_or("", |(_, unit)| unit);
+        let mut text = peaks_told(&names, &peaks, limits.as_deref(), unit);
+        if self.set.frame() == AxisFrame::Reference {
+            text.push_str(", reference axes");
+        }
+        // The limits of the whole: of its norm, of how fast it changes.
+        let of_whole = |limit: &InputLimit| {
+            limit.of_force == self.of_force && matches!(limit.kind, LimitKind::Norm | LimitKind::Rate)
+        };
+        for limit in problem.actuation.limits().filter(of_whole) {
+            let Some(margin) = found.margins.iter().find(|margin| margin.name == limit.name) else { continue };
+            let part = percent(1.0 - rounded(margin));
+            match limit.kind {
+                LimitKind::Norm => {
+                    text.push_str(&format!("; norm {part} of {} {}", short(limit.bounds[0]), limit.unit()));
+                }
+                _ => text.push_str(&format!("; change {part} of its limit")),
+            }
+        }
+        wrapped(&text, TEXT)
+    }
+}
+
+/// The margin of a limit relative to it; what acts touches it up to round-off, of either sign.
+fn rounded(margin: &Margin) -> f64 {
+    if margin.scaled.abs() <= Margin::ROUND_OFF { 0.0 } else { margin.scaled }
+}
+
+/// The largest size of each of `range`, of rows of `count` numbers.
+fn largest(rows: &[f64], range: std::ops::Range<usize>, count: usize) -> Vec<f64> {
+    let mut peaks = vec![0.0_f64; range.len()];
+    for row in rows.chunks_exact(count.max(1)) {
+        for (peak, value) in peaks.iter_mut().zip(&row[range.clone()]) {
+            *peak = peak.max(value.abs());
+        }
+    }
+    peaks
+}
+
+/// Names and peaks, and the largest part of a limit.
+fn peaks_told(names: &[String], peaks: &[f64], limits: Option<&[f64]>, unit: &str) -> String {
+    let mut order: Vec<usize> = (0..peaks.len()).collect();
+    let part = |index: usize| limits.map_or(peaks[index], |limits| peaks[index] / limits[index]);
+    let shown = if peaks.len() > MOST_TOLD {
+        order.sort_by(|a, b| part(*b).total_cmp(&part(*a)).then(a.cmp(b)));
+        &order[..MOST_TOLD / 2]
+    } else {
+        &order[..]
+    };
+    let one = |index: &usize| format!("{} {}", clipped(&names[*index], NAME), significant(peaks[*index], 3));
+    let mut text = shown.iter().map(one).collect::<Vec<_>>().join("  ");
+    text.push_str(&format!(" {unit}"));
+    if shown.len() < peaks.len() {
+        text.push_str(&format!(" (largest of {})", peaks.len()));
+    }
+    let Some(limits) = limits else { return text };
+    let Some(worst) = (0..peaks.len()).max_by(|a, b| part(*a).total_cmp(&part(*b))) else { return text };
+    let alike = limits.windows(2).all(|pair| (pair[0] - pair[1]).abs() <= 1e-12 * pair[0].abs());
+    let of = if alike || peaks.len() == 1 {
+        short(limits[worst])
+    } else {
+        format!("{} ({})", short(limits[worst]), clipped(&names[worst], NAME))
+    };
+    text.push_str(&format!("; {} of {of}", percent(rounded_part(part(worst)))));
+    text
+}
+
+/// A part of a limit, which it is where only round-off is between.
+fn rounded_part(part: f64) -> f64 {
+    if (part - 1.0).abs() <= Margin::ROUND_OFF { 1.0 } else { part }
+}

@@ -1,0 +1,94 @@
+//! Paths to a rate in any attitude (detumbling): the momentum runs from that of the start to that of the end, and the attitude
+//! follows.
+//!
+//! ```text
+//! Π(t) = (1 − s)^a q(t) + s Π_d ,   q̇ = q × J⁻¹Π ,   q(0) = Π_0 ,   s = t/T ,   Ṙ = R S(J⁻¹Π)
+//! ```
+//!
+//! With `Π_d = 0`, `a = 1` and torques of equal weight about all axes this is the optimum itself: the torque brakes along
+//! the momentum, `∫ ½|τ|² dt = |Π_0|²/2T` whatever the inertia, since `d|Π|/dt ≥ −|τ|`. Other paces end after other angles,
+//! and bends away from the path in other attitudes: what weights, limits, cones, wheels and fields make of the optimum lies
+//! near one of them.
+
+use crate::lie;
+use crate::maneuver::grid::Grid;
+use crate::maneuver::problem::Problem;
+use crate::mechanics::environment::Pose;
+use crate::optimize::candidate::Candidate;
+use crate::optimize::methods::scp::model::Model;
+use crate::optimize::methods::scp::road::path;
+use crate::{Matrix3, Vector3};
+
+/// The paces `a`: along the optimum of equal weights, faster at first, slower at first.
+const PACES: [(f64, &str); 3] = [(1.0, "braked"), (2.0, "braked early"), (0.5, "braked late")];
+
+/// Turn of the end about each body axis by which the paths are bent, to either side \[rad\].
+const BEND: f64 = 1.0;
+
+/// Turn in a part of a step of the kinematics \[rad\]: what is followed are starts, not plans.
+const PART: f64 = 0.1;
+
+/// Paths on the grid of `model`, the likeliest first.
+pub(super) fn paths(problem: &Problem, model: &Model) -> Vec<Candidate> {
+    let grid = &model.dynamics.grid;
+    let paced = |(pace, name): &(f64, &str)| bent(model, name, &braked(problem, grid, *pace), &Vector3::zeros());
+    let mut paths: Vec<Candidate> = PACES.iter().map(paced).collect();
+    let straight = braked(problem, grid, 1.0);
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        for by in [BEND, -BEND] {
+            let side = if by > 0.0 { '+' } else { '-' };
+            let bend = Vector3::ith(axis, by);
+            paths.push(bent(model, &format!("braked, bent {side}{name}"), &straight, &bend));
+        }
+    }
+    paths
+}
+
+/// The attitude in which the body ends that brakes along its momentum, where the duration is known; that of the start otherwise.
+pub(super) fn likely_end(problem: &Problem) -> Matrix3 {
+    if !problem.duration.is_finite() {
+        return problem.start.attitude;
+    }
+    let attitudes = braked(problem, &Grid::uniform(problem.scheme, 1.0, problem.steps), 1.0);
+    attitudes.last().copied().unwrap_or(problem.start.attitude)
+}
+
+/// Attitudes at the nodes of a grid whose unit of time is the stated duration.
+fn braked(problem: &Problem, grid: &Grid, pace: f64) -> Vec<Matrix3> {
+    let (start, end) = (&problem.start, &problem.end);
+    let inertia = &problem.body.inertia;
+    let [first, last] = [start, end].map(|state| inertia.j() * state.angular_velocity);
+    let fastest = start.angular_velocity.norm() + end.angular_velocity.norm();
+    let frame = problem.environment.frame_rate();
+    let mut attitude = start.attitude;
+    let mut direction = first;
+    let mut attitudes = vec![start.attitude];
+    for node in 1..=grid.steps() {
+        let [from, to] = [node - 1, node].map(|node| grid.after(node));
+        let parts = ((fastest * (to - from) * problem.duration / PART).ceil() as usize).max(1);
+        let part = (to - from) / parts as f64;
+        for index in 0..parts {
+            let s = from + (index as f64 + 0.5) * part;
+            let momentum = direction * (1.0 - s).max(0.0).powf(pace) + last * s;
+            let turn = inertia.j_inverse() * momentum * (part * problem.duration);
+            // `q` stays where it is in space while the body turns under it.
+            direction = lie::exp(&-turn) * direction;
+            attitude *= lie::exp(&turn);
+        }
+        let turned = lie::exp(&(-frame * (to * problem.duration)));
+        attitudes.push(lie::project_to_rotation(&(turned * attitude)));
+    }
+    attitudes
+}
+
+/// A path through attitudes, bent more and more by up to `bend` at its end, with the cubic between the boundary positions.
+fn bent(model: &Model, name: &str, attitudes: &[Matrix3], bend: &Vector3) -> Candidate {
+    let grid = &model.dynamics.grid;
+    let poses = attitudes.iter().enumerate().map(|(node, attitude)| {
+        let s = grid.after(node);
+        let along = 3.0 * s * s - 2.0 * s * s * s;
+        let position = model.start.position + (model.target.position - model.start.position) * along;
+        Pose { position, attitude: attitude * lie::exp(&(bend * (s * s))) }
+    });
+    path(name, grid, poses)
+}
