@@ -108,7 +108,7 @@ fn printed(command: &str, folder: &Path) -> (String, Option<i32>) {
 }
 
 /// Whether two words are the same, or two figures that may differ from one machine to the next: by one in the last digit that is
-/// printed, by 1e-12 of themselves, both below 1e-8, where round-off decides, or `timed`, both times of computing.
+/// printed, by 1e-12 of themselves, both below 1e-7, where round-off decides, or `timed`, both times of computing.
 fn same_word(expected: &str, found: &str, timed: bool) -> bool {
     let bare = |word: &str| {
         word.trim_matches(|c: char| !c.is_ascii_alphanumeric() && c != '-' && c != '+').to_owned()
@@ -118,7 +118,7 @@ fn same_word(expected: &str, found: &str, timed: bool) -> bool {
         _ if expected == found => true,
         (Some(a), Some(b)) => {
             timed
-                || (a.abs() < 1e-8 && b.abs() < 1e-8)
+                || (a.abs() < 1e-7 && b.abs() < 1e-7)
                 || (a - b).abs() <= (1.01 * last_digit(&bare(expected))).max(1e-12 * a.abs())
         }
         _ => false,
