@@ -31,7 +31,8 @@ const PART: f64 = 0.1;
 /// Paths on the grid of `model`, the likeliest first.
 pub(super) fn paths(problem: &Problem, model: &Model) -> Vec<Candidate> {
     let grid = &model.dynamics.grid;
-    let paced = |(pace, name): &(f64, &str)| bent(model, name, &braked(problem, grid, *pace), &Vector3::zeros());
+    let paced =
+        |(pace, name): &(f64, &str)| bent(model, name, &braked(problem, grid, *pace), &Vector3::zeros());
     let mut paths: Vec<Candidate> = PACES.iter().map(paced).collect();
     let straight = braked(problem, grid, 1.0);
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
