@@ -186,7 +186,9 @@
 //! No flexible bodies. No claim of a global minimum: no conjugate point means a local one. No ephemerides, no
 //! estimation, no control in the loop.
 //!
-//! # Conventions, stated here and nowhere else
+//! # Conventions
+//!
+//! Those of specs and files, in words, are printed by `slew help conventions`.
 //!
 //! - **Attitude** `R` maps body vectors to reference-frame vectors. The reference frame is inertial
 //!   unless the environment turns it ([`Environment::frame_rate`]).

@@ -3,6 +3,13 @@
 //! [`plan`] takes a [`Problem`] and [`Settings`], and gives a [`Plan`]: the [`Solution`], what the witnesses found
 //! ([`Verification`]), and a [`Status`] that says in a word what became of it. How a solver stopped is a value; only
 //! what cannot be attempted at all is a [`PlanError`].
+//!
+//! # What does a user of the library pay for?
+//!
+//! With default features off, for solving and verifying only. Files (TOML, JSON, temporary files), argmin, threads and the
+//! command line are features, each of which builds alone (`.ci/run`). serde, serde_json and thiserror stay: the cone solver
+//! brings them in any case, and its own default features cannot be left out, because it does not compile without them.
+//! Results do not depend on features: sums are taken in one order whether one thread evaluates or many.
 
 pub use crate::optimize::memory::PeakMemory;
 pub use crate::optimize::search::{Control, Guess, Observer, PlanError, Progress, Silent};

@@ -1,4 +1,12 @@
 //! A rotation as one value, with composition and differences.
+//!
+//! # Where is an attitude a `Rotation`, and where a matrix?
+//!
+//! A `Rotation` at the border: constructors take one, and so whatever of nalgebra becomes one. A matrix inside: there an
+//! attitude is a compensated sum of increments, a rotation to round-off and no more, and its nine numbers are what is added
+//! to. So `State`, `Pose` and what follows from them hold the matrix, and `lie::minus` is ⊖ on matrices. A matrix becomes a
+//! `Rotation` unchecked, because the check stands where its message can name the end of the maneuver or the body
+//! (`Problem::check`, `System::check`).
 
 use super::{exp, log, quaternion_from_rotation, rotation_from_quaternion};
 use crate::{Matrix3, Vector3};

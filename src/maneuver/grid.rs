@@ -13,6 +13,15 @@
 //!
 //! The cost is the same sum over the kicks, `Σ κ_k ½ u_kᵀWu_k`. Lie–Verlet is a chain of symmetric steps of half
 //! a kick, a drift and half a kick, so it keeps its second order whatever the lengths.
+//!
+//! # Why does the grid own its steps, and the duration is no unit?
+//!
+//! Minimum time makes the duration an unknown and aligns steps with arcs. So `Grid` has the steps, equal or each of its own
+//! length, node times and kick weights in one place, and the duration in the solvers' unit of time: 1 under effort, because
+//! that unit is the duration that the problem states. The witnesses of a plan of minimum time take their grid from its times.
+//! Lie–Verlet keeps its order on uneven grids, being a chain of symmetric steps (a test shows it); the step matrices and rows
+//! of SCP are tested on uneven grids too, its iteration only on even ones, and no spec asks for uneven ones yet. Equal steps
+//! stay a number, so that a uniform grid costs nothing.
 
 use std::sync::Arc;
 use thiserror::Error;

@@ -12,6 +12,13 @@
 //! likewise), with a price of time where the duration is sought: inputs are held over steps whose lengths are part of the
 //! answer (`optimize/methods/switching`), or stand at the nodes of equal steps where more than limits of the torques shapes
 //! them, `Σ κ_k Σ c_j |u_j,k|`.
+//!
+//! # Where does the objective stand?
+//!
+//! On the `Problem`, as an `Objective`: effort, time or fuel; the actuators hold what the body has: axes, frame, limits.
+//! Where the duration is sought the problem's `duration` is NaN until a plan has it, so that whoever uses it by mistake gets
+//! nothing that looks like an answer. A weight needs the set that it weighs: `Weighted` is both, with gain and authority,
+//! derived where they are used and never stored beside axes that may change.
 
 use crate::Matrix3;
 use crate::mechanics::actuators::{Actuation, ActuatorSet};

@@ -338,7 +338,8 @@ impl Problem {
     #[doc(hidden)]
     pub fn stretches_steps(&self) -> bool {
         let sought = self.duration.is_nan() && !self.objective.switches();
-        let shoots = !self.has_shaping_limits() && self.motion == Motion::Attitude && !self.ends_in_any_attitude();
+        let shoots =
+            !self.has_shaping_limits() && self.motion == Motion::Attitude && !self.ends_in_any_attitude();
         sought && !shoots
     }
 

@@ -1,10 +1,10 @@
 //! What a solver returns: how it ended, the trajectory, the costates, and how it got there.
 
-use crate::{Vector3, lie};
 use crate::maneuver::infeasible::Proof;
 use crate::maneuver::problem::{Problem, Scheme, State};
 use crate::maneuver::settings::Method;
 use crate::maneuver::switching::Switching;
+use crate::{Vector3, lie};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 

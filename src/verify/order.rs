@@ -4,6 +4,20 @@
 //! windows, from where the continuous witness begins each. Its ends must approach those of the continuous witness at
 //! the order of the scheme. Steps too long to be in that regime, or leading terms that happen to cancel, are given h/8
 //! and h/16.
+//!
+//! # Why do order test and symplectic witness run over windows?
+//!
+//! A fault of the scheme acts in every step. Over a stretch its share of the whole error is the stretch's share of the
+//! duration, and so is that of the error of discretisation: their ratio, which is what the order test sees, is the same over
+//! a stretch as over the plan. Rounding has less time to grow, so that the floor below which the witnesses agree is fifty
+//! times lower. The continuous witness comes by everywhere and notes its state at the ends of eight windows from the first
+//! step to the last, one step of 32 together and two steps each at least; plans of 16 steps or fewer are one window. Each
+//! finer run starts from there. `verify/order.rs` plants faults in the scheme (the gyroscopic term with the wrong sign, a
+//! half kick left out, the order reduced, a torque one part in a million too large) and finds each as soon as steps are so
+//! short that it stands out from the error of discretisation. The windows even see more: Lie–Euler from rest to rest ends
+//! with an error of second order, and showed order 2 as a whole; on the way it has order 1. What a window cannot show is a
+//! fault at one place only; that is what the replay, the continuous witness and the margins are for, which pass every step.
+//! Which witness ran over how many steps is in the plan file and in the summary.
 
 use super::discrete::Discrete;
 use super::motion::{Inputs, Phase, Scale};

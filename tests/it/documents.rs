@@ -108,7 +108,7 @@ fn printed(command: &str, folder: &Path) -> (String, Option<i32>) {
 }
 
 /// Whether two words are the same, or two figures that may differ from one machine to the next: by one in the last digit that is
-/// printed, both below 1e-8, where round-off decides, or, with `time` after them, both times of computing.
+/// printed, by 1e-12 of themselves, both below 1e-7, where round-off decides, or `timed`, both times of computing.
 fn same_word(expected: &str, found: &str, timed: bool) -> bool {
     let bare = |word: &str| {
         word.trim_matches(|c: char| !c.is_ascii_alphanumeric() && c != '-' && c != '+').to_owned()
@@ -117,7 +117,9 @@ fn same_word(expected: &str, found: &str, timed: bool) -> bool {
     match (number(expected), number(found)) {
         _ if expected == found => true,
         (Some(a), Some(b)) => {
-            timed || (a.abs() < 1e-8 && b.abs() < 1e-8) || (a - b).abs() <= 1.01 * last_digit(&bare(expected))
+            timed
+                || (a.abs() < 1e-7 && b.abs() < 1e-7)
+                || (a - b).abs() <= (1.01 * last_digit(&bare(expected))).max(1e-12 * a.abs())
         }
         _ => false,
     }
@@ -130,10 +132,14 @@ fn last_digit(figure: &str) -> f64 {
     10f64.powi(power.parse::<i32>().unwrap_or(0) - places)
 }
 
-/// Whether the word after a figure makes it a time of computing: those are told in milliseconds, or stand in the line of iterations.
+/// Whether the word after a figure makes it a time of computing: those are told in milliseconds and less, or stand in the lines of
+/// iterations and of the time of a batch.
 fn is_time(line: &str, unit: Option<&&str>) -> bool {
     let unit = unit.map_or("", |word| word.trim_end_matches([',', ';', '.']));
-    matches!(unit, "ms" | "µs") || (unit == "s" && line.trim_start().starts_with("iterations"))
+    let label = line.split_whitespace().next();
+    matches!(unit, "ms" | "µs" | "ns")
+        || (unit == "s" && matches!(label, Some("iterations" | "time")))
+        || (unit == "cases" && label == Some("time"))
 }
 
 fn same_line(expected: &str, found: &str) -> bool {

@@ -3,6 +3,14 @@
 //! Inside of the library time is elapsed seconds. An epoch says which moment was zero, in a time scale that is always
 //! named. Leap seconds and scales are those of `hifitime`; a moment is kept as a whole second and a fraction of it, so
 //! that a time written in 12 decimals comes back to a picosecond.
+//!
+//! # Why is the epoch beside the problem and not in it?
+//!
+//! A plan does not depend on the date. `Problem` stays elapsed seconds; `Identity` (epoch and names) travels from spec to
+//! plan file to exchange file beside it. A time scale is required, because UTC and TAI are 37 s apart. `hifitime` knows leap
+//! seconds and scales; what we add here is the second 60, which it has no name for, and the fraction of a second in a double,
+//! because a nanosecond at 1 rad/s is 1e-9 rad and a plan is good to 1e-12. Messages carry a date of creation, so two files
+//! differ in it; `SOURCE_DATE_EPOCH` fixes it.
 
 use hifitime::{Duration, Epoch as Instant, TimeScale, Unit};
 use std::fmt;

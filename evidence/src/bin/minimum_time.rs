@@ -1,7 +1,7 @@
 //! Minimum time on a published set: how many are solved and verified, how their durations compare with the best that was
 //! published, what they are made of, and how long it takes.
 //!
-//! `cargo run --release -p evidence --bin minimum_time [-- COUNT [FILE]]`; a FILE has the columns of `examples/minimum_time/*.csv` and is
+//! `cargo run --release -p evidence --bin minimum_time [-- COUNT [FILE]]`; a FILE has the columns of `evidence/public_set/*.csv` and is
 //! taken with the inertia diag(1, 2, 3) if its name starts with "asymmetric", with the identity otherwise.
 //!
 //! `cargo run --release -p evidence --bin minimum_time -- plain [EVERY]`: the cases that people try first, from rest to rest about

@@ -4,7 +4,7 @@
 //! random maneuvers, draws steps and a method of its own, plans it, and lets one of all integrators follow it without
 //! inputs over as few steps. Counted as wrong: a panic; a number of a solved plan or of a row that is not finite; a plan
 //! called solved for a maneuver that is proved impossible on a thousand steps; one whose inputs, followed by the plain equations of
-//! motion of `examples/common/held.rs`, miss the end by more than a plan may (a quarter of the angle turned, or 5° where that
+//! motion of `evidence::held`, miss the end by more than a plan may (a quarter of the angle turned, or 5° where that
 //! is less, and 45° at most), or elsewhere than its continuous witness says; more than thirty seconds, on a machine with nothing else
 //! to do.
 //!

@@ -73,7 +73,8 @@ impl Problem {
         self.ends().into_iter().flat_map(move |(end, state, time)| {
             // An attitude that is the plan's to choose is held to no cone here.
             let open = end == "end" && self.ends_in_any_attitude();
-            let judged = move |constraint: &&Constraint| !(open && matches!(constraint.rule, Rule::Pointing(_)));
+            let judged =
+                move |constraint: &&Constraint| !(open && matches!(constraint.rule, Rule::Pointing(_)));
             self.constraints.iter().filter(considered).filter(judged).filter_map(move |constraint| {
                 let (attitude, rate) = (&state.attitude, &state.angular_velocity);
                 let found = constraint.violation(attitude, rate, time, &frame_rate)?;
@@ -238,7 +239,11 @@ impl Problem {
                 "path",
                 "where any attitude will do there is no way round to choose: path = \"best\" alone",
             ),
-            (self.shortest_pulse().is_some(), "shortest_pulse_s", "pulses are planned to an attitude that is given"),
+            (
+                self.shortest_pulse().is_some(),
+                "shortest_pulse_s",
+                "pulses are planned to an attitude that is given",
+            ),
         ];
         let free = self.ends_in_any_attitude();
         let met = obstacles.into_iter().find(|(met, ..)| free && *met);

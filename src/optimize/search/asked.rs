@@ -1,4 +1,15 @@
 //! The way round that is asked for, and how far what was found is from it.
+//!
+//! # When does a saddle stand, and when the wrong way round?
+//!
+//! A plan by `best`, `shortest` or `long` that has a conjugate point on the requested grid is descended from there, up to
+//! three times in a row; only where that finds nothing lower does the saddle stand, and the summary, the status and
+//! `second_order` in the plan file say so. `shortest` and `long` are each the cheapest of their sense: from rest to rest,
+//! where a body can do all, that is what Newton meets first, elsewhere starts of that sense are descended from as for `best`.
+//! `as_given` is taken as written, saddle or not, since a lower plan of its class may turn less; only where torques about an
+//! axis are missing does a rotation of less than half a turn, from rest to rest, mean no more than `shortest`. A plan that
+//! goes round in the other class of rotations than was asked for is not solved: the solution says which way the nearest one
+//! goes. Classes are told on the double cover, against the motion without inputs.
 
 use super::ladder::{Search, held_to};
 use super::way::{Follower, Way};

@@ -10,6 +10,58 @@
 //! Seeds are the paths of least effort without limits, that of minimum time or fuel under torque limits alone, straight and
 //! bent, and their detours around the cones they cross; of fuel also what is of least effort within all limits. What is found
 //! is a local minimum; how far the cheapest of them is the cheapest of all nobody knows.
+//!
+//! # How is the shortest maneuver found under cones, rate limits and wheels?
+//!
+//! By SCP with the duration as a state of the chain that every step leaves as it is (`optimize/methods/scp/model`). All else
+//! is in the units that go with that duration: then a step of a free body does not know it, and what does are ends, fields
+//! and limits, which grow as `s`, `s²` and `s³`. With fixed units every step is bilinear in duration and inputs; the same
+//! iteration then creeps, because each step spoils what the one before has met. Subproblems, rows, Newton on the active set
+//! and the way to a finer grid are those of least effort, and the plan is an effort plan of the duration found for whoever
+//! reads it: equal steps, inputs at the nodes.
+//!
+//! Time alone leaves choices, and a Newton matrix without curvature: a share of the effort in the cost decides. It is a
+//! hundredth while durations are compared, and is lowered to a millionth on the requested grid as far as that goes
+//! (`search/cheapest`). The optimum is longer by the square of the share where inputs are free on arcs, and by nothing where
+//! nearly all are at limits. Steps that end at switches would need arcs of three kinds (inputs, rates, cones) and their
+//! order; opinion: `O(h²)` with the grid of all other plans is worth more. Switching times and a gap are therefore not told.
+//!
+//! # How does fuel go the same road?
+//!
+//! By its kinks. `c |u|` is the largest of `ν u` over the slopes `|ν| ≤ c`, so an input that costs fuel is one more row of
+//! its stage, with a slope for a multiplier: in the cone program a variable above `±u`, in Newton on the active set an
+//! equation `u = 0` where the slope is within its bounds, and a known slope elsewhere. Splitting inputs into two one-sided
+//! ones would do the same with twice the inputs, and each pair would have a direction that costs nothing. A thruster is the
+//! kink whose lower slope is any: the bound at 0 needs no row of its own. Under a limit of the norm alone the kink is that of
+//! `|τ|`, three rows together, with its curvature where it burns; under limits of inputs and of the norm fuel is counted by
+//! inputs. With the duration as a state the row is `u/s`, as `∫ c|u| dt` goes in the units of the chain, and its curvature
+//! follows as that of every row does. On a grid the optimum is a vertex: nearly all inputs are off or at a limit, and so many
+//! are between that the terminal conditions are met. A cost that is quadratic with a small share does not move a vertex; that
+//! is why the shares of effort that decide what fuel leaves open need not vanish. Seeds are, beside those of minimum time,
+//! the plans of least effort within all limits.
+//!
+//! # And forces, and fields?
+//!
+//! The same way, since the chain has them: a flight has force inputs beside those of the torques, each a kink of its own or,
+//! under a limit of the norm alone, one for all of them; a field changes `A_k` and nothing else. Their inputs stand at the
+//! nodes of equal steps. What they needed was a correction of second order. Where forces turn with the body, or a field with
+//! the place, the dynamics bend along a move, the merit function sees defects that the subproblem does not, and the iteration
+//! creeps with moves of a thousandth (Maratos). A move that gives less than half of what it promises is therefore solved once
+//! more with the defects that it ended with; the better of both is taken. Of twelve transfers in central gravity six came to
+//! a plan of fuel before and eleven do now; two of twelve pendulums and the flights of least time, which did not settle, do.
+//! What was tried before it and is not here: curvature moved from stage to stage along the linearised dynamics, so that none
+//! is lost where it is made convex, found four of the twelve transfers; a bound on how far positions move changed nothing.
+//! Thrusters that push and turn are one row of inputs behind two sets of axes (`Actuation::split`): `B` of the chain has two
+//! blocks in a column instead of one, and nothing else in the solver knows. The sets stay what they were, each with the
+//! limits of the thrusters, so that proofs of infeasibility and the seeds without limits hold as for forces and torques that
+//! do not know of each other, which can do more. Whether they push and turn every way is a question of six rows: full rank,
+//! and `−B 1` within the cone of the columns, which least squares without negative weights decide (`numerics/cone`); the
+//! three rows of torques alone ask the same. Where the duration is sought it is first guessed from all that helps along the
+//! way: from the weakest thruster alone the guess may be far too long, and SCP does not come back. Where the frame turns the
+//! duration says how far: `exp(−h s S(n))` on each step, whose derivative by `ln s` goes into the column of the duration, and
+//! into the rows of cones about directions that stand in space. What a chain with an unknown duration has found is written in
+//! the units of the duration found; where the body moves at an end the unit of length goes with it, and positions, momenta,
+//! forces and their multipliers with that.
 
 use super::coarse::chain_steps;
 use super::context::Context;

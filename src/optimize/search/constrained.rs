@@ -3,6 +3,23 @@
 //! The relaxed maneuver, without limits, is solved by shooting for each sense. Where the best of those
 //! meets every limit it is the answer. Otherwise each relaxed path, and its detours around the cones it
 //! crosses, seeds a convex iteration on a coarse grid; the cheapest is carried to the requested grid.
+//!
+//! # Which road does a limited maneuver take?
+//!
+//! Where only the inputs are limited, by size or by norm, the shooting goes first: from each extremal without limits, Newton
+//! goes on with the saturated law (`control_law/saturated`), which costs nothing but a clamp in the kick, and brings costates
+//! to round-off and a count of conjugate points. That count comes from the inertia of the accessory problem, because the
+//! sensitivity matrix loses rank while all inputs are at their limits. Where the shooting finds nothing, and for all other
+//! limits, SCP is taken.
+//!
+//! There the maneuver without limits is solved first, by shooting, for each sense. If the cheapest of those meets every limit
+//! it is the answer. Otherwise each of these paths, and its detours to either side of every cone that it crosses, is a seed
+//! of the convex iteration (`scp/`) on a coarse grid. The cheapest result is carried to the requested grid in one leap by
+//! Newton alone where that works; where it does not, over grids four times finer each, with the convex iteration behind
+//! Newton. The path between the coarse nodes is smooth, and inputs at their limits are those that the interpolated costates
+//! ask for. Because limits only make a maneuver costlier, a sense whose path without limits costs more than what is already
+//! found is not tried, unless wheels store momentum at the start: without it the body would move otherwise. A guess brings
+//! its path as one more seed, the first.
 
 use super::any_attitude;
 use super::cheapest::{Cheapest, SHARE};

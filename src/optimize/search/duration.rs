@@ -13,6 +13,26 @@
 //! (after the whole kick at the end of the step, half of which is the next step's: hence `h M_R` and not half of it),
 //! and `M_R` the derivative of the torques by the attitude. `E'` is about `−3E/T` from rest to rest, so the secant
 //! runs in the logarithms of `T` and `−E'`, where that is a straight line.
+//!
+//! # How is the duration of least effort found?
+//!
+//! By the derivative of the cost with respect to it, which is exact on the grid: the mean of the discrete Hamiltonians, plus
+//! the price. A search for a given duration stands inside (`optimize/search/duration.rs`), with all its starts and senses, so
+//! that nothing of it had to learn of a free duration; outside runs regula falsi in the logarithms of `T` and `−E'`, straight
+//! lines from rest to rest, from three first durations. Only a root at which the derivative goes from negative to positive
+//! counts, a minimum in the duration; a bend where two extremals change places is concave and never one. A Newton on costates
+//! and duration together would save some of these solves and would need a search of its own. What depends on the step
+//! otherwise than by its length (rate limits, wheels, cones) goes the road of minimum time, with the duration as a state and
+//! the effort as `Σ κ ½uᵀWu / s³` in its units; a limit that never acts leads both roads to one plan. A price beyond what the
+//! limits can do has no such root: the plan is then the shortest that has one. A frame that turns adds its own turn to that
+//! of a step. Flights go that road too. A problem keeps `NaN` as its duration; `Problem::with_found_duration` is the same on
+//! the grid of its plan.
+//!
+//! With a bound in place of a price (`duration_at_most_s`) all of the time is an answer where more of it would pay; from rest
+//! to rest it always is. A body that coasts comes by its target again and again, and every time is a minimum of its own:
+//! eighths of the bound are looked at, and every change of sign between them. Fuel knows the derivative as the Hamiltonian:
+//! the plan of all the time is compared with the one whose Hamiltonian vanishes. A key of its own beside `duration_s`, and
+//! not a table within it, leaves every key one kind of value.
 
 use super::{Observer, PlanError};
 use crate::maneuver::objective::{Objective, effort};

@@ -10,6 +10,19 @@
 //!   a rotation with the least torque, and β shifts its phase;
 //! - *bent*: smooth paths with a hump `± a sin²πt` about an axis;
 //! - *random*: smooth paths with `Σ b_m sin πt sin mπt`, m = 1 … 3, normal `b_m` from a fixed seed.
+//!
+//! # How is the best way found?
+//!
+//! Descents start from families of paths (`optimize/search/paths.rs`): smooth ones by turns, coasts blended into each other,
+//! slowed coasts, bent and random ones. How many is decided by what the maneuver is (`effort.rs`): two for a free body
+//! between states of rest, all of them for a long detumbling, a field, missing inputs or weights of very different size. A
+//! free body that turns by less than ten radians takes few slowed coasts, which all lead to the same two or three minima
+//! there, and more random paths instead: the cheapest minimum may be met by one random path in sixteen and by none of the
+//! others. A search that is half done ends after twenty starts without a lower minimum. A descent whose Newton step leads to
+//! within 3e-3 rad of every node of a minimum found before ends there: two minima as close would hardly differ in cost. What
+//! is found on the coarse grid is merged by its cost, and everything within 15 % of the cheapest is carried to the requested
+//! grid and compared there, because costs of a coarse grid are wrong by some percent. `search = "quick"` and `"thorough"`
+//! change the number of starts, nothing else.
 
 use super::starts::{name_of, wound};
 use crate::Vector3;

@@ -1,4 +1,11 @@
 //! Which way round a path goes, told on the double cover of the rotations.
+//!
+//! # What are senses and windings?
+//!
+//! The same two attitudes are joined by the short way, the long way, and each with more turns: different extremals. `path =
+//! "best"` compares what its search finds; the others stay in the solution as rivals, with cost and conjugate points. They
+//! are counted from the end of the uncontrolled motion, not from the start, because with boundary rates the way that looks
+//! shorter need not be the one that costs less. The sense of a result is read off the continuous quaternion of its path.
 
 use crate::lie::{self, continued};
 use crate::maneuver::solution::Sense;

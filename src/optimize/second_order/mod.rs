@@ -1,4 +1,17 @@
 //! What a plan proves by itself: stationarity, rank and condition of Ψ₁₂, conjugate points.
+//!
+//! # How are conjugate points counted?
+//!
+//! With `Z_k = Ψ₁₂(k)`, `Λ_k` the derivative of the costate and `Q = GGᵀ` the authority of the inputs, `P = Λ Z⁻¹` solves the
+//! discrete Riccati equation, and a step meets as many conjugate points as `I + GᵀPG` has negative eigenvalues. The
+//! determinant of `Z_k` changes sign at a simple conjugate point and not at a double one, and bodies with symmetry have
+//! double ones. None at all makes the plan a local minimum of the discrete problem. It says nothing about the global one.
+//! Near the start `Z` is singular and steps are passed over. Where it is singular at the end, or anywhere after it had an
+//! inverse, the inertia of the accessory problem is counted instead, which divides by no `Z`. What its last pivot leaves at
+//! zero is either what the inputs cannot reach (the rank of `W = Σ Φ Q Φᵀ` tells), or a direction along which the cost is
+//! level: a minimum that is one of a circle of equal ones, as a symmetry makes them
+//! (`problems/pendulum_two_torques_spin.toml`, half a turn about an axis without a torque). Its sign is round-off, so with no
+//! other way down the answer is `None`, not decided, and neither a minimum nor a saddle.
 
 mod accessory;
 mod kernel;

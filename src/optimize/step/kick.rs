@@ -17,6 +17,15 @@
 //!
 //! Under limits the inputs' part of `K` is the minimum over the allowed inputs: `B u` comes from the
 //! saturated law, and its derivative takes the place of `−A` (`control_law::saturated`).
+//!
+//! # Why split a step into a drift and a kick?
+//!
+//! The drift is the free rigid body, the kick everything else: environment and inputs at the new pose. The kick, lifted to
+//! the costates, is the flow of one Hamiltonian `K(q, p)`, so state and costate move by its two gradients and the
+//! linearisation is its Hessian. Environment, actuators fixed to the body and actuators fixed to the reference frame are
+//! three terms of one `K`. A new field or a new kind of actuator brings its own term and touches neither sweep, nor Newton,
+//! nor second-order test. The formulas for torques in reference axes, which are long when written out as a linearisation of
+//! the whole step, are four lines here.
 
 use super::{Costate, Dynamics, Point, Sensitivity};
 use crate::lie::hat;

@@ -8,6 +8,19 @@
 //! `λ_{−1}` is the one unknown. For Lie–Verlet, the conjugate form of the same sweep, half a kick opens
 //! it and half a kick closes it; the discrete optimum then has `u_0 = −W⁻¹Bᵀλ_{−1}` by the same formula
 //! and is of second order. Nothing is allocated.
+//!
+//! # How is Ctrl-C heard within a sweep?
+//!
+//! A boundary value problem may have a `Listener`, asked every 4096 steps; what it stops ends with `StepError::Stopped`, and
+//! the search knows whether it was a signal or the clock. The best iterate is then recorded by a sweep that asks nobody, up
+//! to 100,000 steps: beyond that, recording and writing alone would take longer than the answer may. Whether a solve is
+//! stopped never changes what it would have found. The cone solver takes a closure that lives on by itself, which cannot hold
+//! a borrowed observer: so an observer may hand out a flag (`Observer::stop_flag`), at which the solver looks between its
+//! iterations. While the solver is made, and within an iteration, it looks at nothing, which on fine grids takes longer than
+//! an answer may: there it works on a thread of its own, and who waits for it asks the observer and the clock. What is
+//! stopped leaves that thread behind. It owns all that it works on, sees a flag of its own, and ends with the iteration under
+//! way; a process that ends takes it along. While results are written there is nothing left to stop but the writing: a signal
+//! then ends the program, and the file does not appear.
 
 use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::{Problem, State};

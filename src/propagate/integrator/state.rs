@@ -1,4 +1,9 @@
 //! The state of all bodies, as compensated sums.
+//!
+//! # Why does a steady rotation need care in the attitude update?
+//!
+//! It repeats the same `F`, so what its elements have lost by rounding adds up instead of averaging out. The update
+//! multiplies by factors that move with `R` only, and takes the rest to an ulp of its small part.
 
 use super::{Momentum, StepError};
 use crate::mechanics::body::Body;

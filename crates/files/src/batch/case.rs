@@ -1,4 +1,12 @@
 //! One case, and what cases come from.
+//!
+//! # What is a case?
+//!
+//! The base spec with keys set, whether they come from a row, a grid or a random draw. So there is one way from a case to its
+//! plan, that of `slew plan --set`, and any case is planned again by the command that its line of results spells out, to the
+//! last bit. The base is parsed once; per case its tree is copied, changed and checked as a whole, with the messages of any
+//! spec. A column that no spec has, a row of another length and a value that no key takes are refused before the first case;
+//! what only shows in the whole spec, such as a start within a cone, is the result of that case.
 
 use crate::spec::Override;
 use serde::{Deserialize, Serialize};

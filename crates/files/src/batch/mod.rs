@@ -33,6 +33,35 @@
 //! assert!(costs.len() == 3 && costs[0] > costs[2]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! # How can the file of results be the same on any number of threads?
+//!
+//! Cases share nothing, and lines are written in the order of the cases. A worker may run ahead of the slowest by 4096 cases
+//! at most, which bounds what is held; what a kill loses are the cases that were finished early, and they are planned again.
+//! A line holds no time, no path and no address. Only `solver.time_limit_s` makes results depend on the machine, and
+//! `--times` asks for it.
+//!
+//! # Why does a shard take every n-th case?
+//!
+//! The hard cases of a sweep lie side by side, and contiguous parts would give them all to one process.
+//!
+//! # What of a draw that is no body?
+//!
+//! It is a case that failed, with its error. Drawing again until it is one would be another distribution than the spec says,
+//! and would hide that the spread does not fit the body. Limits below zero and ends within cones are told in the same way.
+//!
+//! # Why is everything in memory that the quantiles need?
+//!
+//! Eight bytes a case that was solved: exact quantiles of ten million cases, the most that there may be, are 80 MB. All else
+//! of the summary is counted as lines go by, and a file that is continued is counted on the way.
+//!
+//! # Why do batches not write Parquet at once?
+//!
+//! Because of its end. A Parquet file has its table of contents last: what a kill leaves of one cannot be read, let alone
+//! continued. The law of results is that of the lines: appended, checked, continued after any kill, merged from shards. So
+//! `slew merge`, which reads and checks all of it anyway and already makes one file of many, makes the table too, of one file
+//! or of all shards. It reads them twice, because a column of a key that cases set is one of numbers only if all of them are;
+//! it holds 65,536 rows.
 
 mod case;
 mod cases;

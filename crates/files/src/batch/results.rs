@@ -1,4 +1,11 @@
 //! Files of results, read.
+//!
+//! # How is a file continued?
+//!
+//! Its first line has a hash of the spec, of all that is set, of the cases and of the version of the program. Every line is
+//! read and checked on the way; a last line without its end is cut off. A lock keeps a second process out. There is no
+//! checksum per line: what a kill leaves is a prefix, and what is edited by hand into another valid result of the same case
+//! is the editor's.
 
 use super::error::shown;
 use super::{BatchError, CaseResult, Header};

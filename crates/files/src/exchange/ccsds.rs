@@ -3,6 +3,18 @@
 //! REF_FRAME_A is the reference frame and REF_FRAME_B the body: the attitude of B as seen from A, whose quaternion has
 //! the numbers of ours, scalar last. Rates are in deg/s, of the body, in body axes. AEM 1.0 has the derivative of the
 //! quaternion instead of rates, because its QUATERNION/RATE is read in two ways.
+//!
+//! # Where does an AEM begin a new block?
+//!
+//! Where an input switches: the standard forbids interpolation from one block into the next, and a cubic across a switch
+//! misses by the jump of the acceleration. Neighbours share the node between them, so that both arcs can be interpolated to
+//! their ends; a reader of ours takes the shared row once, and refuses two attitudes at one time. A smoothed law has no arcs
+//! and stays one block.
+//!
+//! # Why is AEM 1.0 written with derivatives of the quaternion?
+//!
+//! `QUATERNION/RATE` of version 1.0 is body rates to some readers and Euler rates to others (Orekit). The derivative is
+//! unambiguous, and the rate comes back from it. When reading, such rates are left out.
 
 use super::{Record, digits, six_of_inertia};
 use crate::export::ExportError;

@@ -4,6 +4,12 @@
 //! over the tick that begins there, so that their impulse is that of the plan. Where the tick is not the step of the
 //! plan, attitudes are found between the nodes of the plan by a cubic; what it misses is stated, and so is what a
 //! reader misses who interpolates between the rows.
+//!
+//! # Why is what an interpolation misses measured by leaving rows out?
+//!
+//! The rows are all there is to measure with. Every second row left out and found again from its neighbours gives the error
+//! at twice the distance, which is larger than that at the distance itself, for either interpolation: a bound without a
+//! model.
 
 use super::numpy::crc32;
 use super::{Lacking, Record, digits};

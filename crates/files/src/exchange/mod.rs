@@ -16,6 +16,23 @@
 //! written in the axes that their names have ([`frames`]). Simulators have inertial frames alone: where ours turns, their tables lead to
 //! the frame as it is at time zero, which does not turn, and rates are those against inertial space.
 //! Numbers have 17 significant digits, and read back to the same bits.
+//!
+//! # Why are exchange formats written by hand?
+//!
+//! | what we write ourselves | kept library | why |
+//! |---|---|---|
+//! | AEM, APM (`ccsds.rs`, `xml.rs`, 200 lines) | ccsds-ndm 0.0.9 | rejects version 1.0, costs two minutes of build; Orekit reads ours in the tests |
+//! | reader of AEM (`reading/`, 500 lines) | the same | errors with line and remedy, direction and order of both versions; XML of one message, so no crate for all of XML |
+//! | CK (`spice/`, 200 lines) | CSPICE, rsspice | a C library or a translation of all of it, for one segment; SPICE reads ours in the tests |
+//! | `.npz` and its ZIP (110 lines) | ndarray-npy, zip | arrays of another crate and a compressor for a stored archive |
+//! | `.mat` version 5 (60 lines) | none kept | |
+//! | CRC-32 (5 lines) | crc32fast | a table of 256 numbers, once a file |
+//! | STK, 42, Basilisk, flight table | none | text |
+//! | epochs' fraction and second 60 | hifitime otherwise | `epoch.rs` |
+//!
+//! Parquet is written by the crate `parquet` without any of its features, thirteen crates more than the program's 112 (`cargo
+//! tree -e normal -p slewkit-cli --features parquet`), behind a feature of ours: a table that CSV and NumPy carry is not
+//! worth them to everybody. Without it the name is known all the same, and the message says how to build it.
 
 mod ccsds;
 mod compared;

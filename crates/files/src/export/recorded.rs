@@ -2,6 +2,17 @@
 //!
 //! Found by the witnesses: `terminal`, `verified`, `accuracy`. Found in the rows of the trajectory: arcs, pulses, costates, what acts.
 //! What only another search could tell is in [`NOT_JUDGED`].
+//!
+//! # What of a plan file does `verify` judge?
+//!
+//! All that follows from the plan: the trajectory by the witnesses, and every figure that the file records beside it against
+//! what they find, key by key (`export/recorded.rs`): terminal errors, the whole of `verified` with its checks, margins and
+//! witnesses, `accuracy`, cost, duration, turn and sense, costates at the start, arcs and pulses. Figures may differ by
+//! round-off of a long motion, limits that values are held against by nothing. What only another search could tell
+//! (`NOT_JUDGED`) is said not to be judged; a test falsifies every figure, word and list of files of ten kinds, and each that
+//! is not on that list must be told of. Names and the epoch ask for nothing: they change no verdict, and where they differ
+//! from those of another spec that is told. A spec of its own is a question and no record: a limit that the plan keeps as
+//! well makes another question with the same answer.
 
 use super::PlanFile;
 use crate::spec::Difference;

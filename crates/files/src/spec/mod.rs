@@ -21,6 +21,14 @@
 //!
 //! What a simulation leaves out: Lie–Verlet; a row for every step; bodies at rest that neither attract nor are
 //! attracted; the inertia of a body that has a shape. A body without a shape attracts to second order in its size.
+//!
+//! # Why a hand-written reader of specs instead of serde derive?
+//!
+//! Derive stops at the first error and, for `--set` and nested tables, loses the place. We want all errors at once, each with
+//! line, column, reason with its numbers and the next thing to try. So TOML and JSON are parsed to one tree whose nodes carry
+//! spans, and tables of keys (`spec/keys.rs`) drive the check, the nearest-key suggestions, the writer and the JSON Schema: a
+//! key is one line there under its description. A table that has been read reports at its own keys (`section.refuse("E0054",
+//! "axis_body", reason, remedy)`). Opinion: the reader is long because helpful messages are long, not because parsing is.
 
 mod actuators;
 mod assemble;

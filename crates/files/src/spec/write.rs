@@ -3,6 +3,14 @@
 //! What is written reads back to the same numbers, bit for bit: in SI units and radians, attitudes as matrices, and
 //! under `rounding = "keep"`, so that no matrix and no unit vector is corrected a second time. The keys, and their
 //! order, are those of the tables that the reader has.
+//!
+//! # Why can a spec be written, and what is `rounding = "keep"` for?
+//!
+//! A plan file holds the maneuver in the notation in which it is read, so `slew verify plan.json` needs nothing else, and
+//! Python dictionaries will be the same text. The writer puts its keys through the tables of the reader and chooses the
+//! notation that gives the same bits back: radians, matrices. The reader rounds attitudes to rotations and axes to unit
+//! vectors, which would move the last bit of what was rounded before; `rounding = "keep"` takes such numbers as they are. A
+//! field of a library caller's own has no notation: then `spec` is null in the plan file, and `verify` asks for one.
 
 use super::difference::{Difference, differences};
 use super::keys::{Kind, ROOT, Table};
@@ -213,7 +221,8 @@ impl Writing {
     /// Writes thrusters that are told by their torque by place and force instead, as the spec told them.
     fn by_force(&mut self, nozzles: &[Nozzle]) {
         let all = self.keys.get("actuators").and_then(|actuators| actuators.get("thruster"));
-        let Some(all) = all.and_then(Value::as_array).filter(|all| !all.is_empty() && all.len() == nozzles.len())
+        let Some(all) =
+            all.and_then(Value::as_array).filter(|all| !all.is_empty() && all.len() == nozzles.len())
         else {
             return;
         };

@@ -181,7 +181,8 @@ fn rate(problem: &Problem, found: &Verification) -> String {
             };
             let bound = bound.to_degrees();
             let part = percent(1.0 - met(margin) / bound);
-            let axis = if margin.at.is_empty() { String::new() } else { format!(" about {}", &margin.at[5..]) };
+            let axis =
+                if margin.at.is_empty() { String::new() } else { format!(" about {}", &margin.at[5..]) };
             Some(format!("{part} of {}{axis} at {} s", short(bound), short(margin.time_s)))
         })
         .collect();
@@ -215,7 +216,8 @@ fn clearances(problem: &Problem, solution: &Solution, found: &Verification, room
     let told = |margin: &&Margin| {
         let left = met(margin);
         let name = clipped(&escape(&margin.name), 30);
-        let along = solution.active.iter().any(|active| active.name == margin.name && active.time_s.len() > 1);
+        let along =
+            solution.active.iter().any(|active| active.name == margin.name && active.time_s.len() > 1);
         let at = format!("at {} s", short(margin.time_s));
         match left {
             left if left < 0.0 => format!("{name}: {} deg too near {at}", significant(-left, 2)),
@@ -247,7 +249,9 @@ fn proof(problem: &Problem, solution: &Solution) -> String {
         let gap = format!("within {} % of the least nearby", significant(100.0 * part, 2));
         return match switching.structure {
             Structure::Rest => "nothing to do: the body is where it should be".into(),
-            _ if switching.beside_optimum => "switches meet the end; the best of this grid was not found".into(),
+            _ if switching.beside_optimum => {
+                "switches meet the end; the best of this grid was not found".into()
+            }
             Structure::BangBang | Structure::BangOffBang => {
                 "an extremal by the maximum principle; others may be better".into()
             }
@@ -264,7 +268,9 @@ fn proof(problem: &Problem, solution: &Solution) -> String {
     }
     if problem.is_shaped() {
         return match solution.convex.map_or(0.0, |work| work.effort_share) {
-            share if share > 1e-6 => "nearly least nearby: a little effort is counted to smooth the inputs".into(),
+            share if share > 1e-6 => {
+                "nearly least nearby: a little effort is counted to smooth the inputs".into()
+            }
             _ => "least nearby, to first order; others may be better".into(),
         };
     }
@@ -296,7 +302,9 @@ fn also(problem: &Problem, solution: &Solution) -> Option<String> {
     let cost = match part {
         part if part >= 10.0 => format!("{} times the cost", significant(part, 3)),
         part if part > 1.0 + SAME => format!("{} % more", significant(100.0 * (part - 1.0), 2)),
-        part if part < 1.0 - SAME => format!("{} % less, but no minimum", significant(100.0 * (1.0 - part), 2)),
+        part if part < 1.0 - SAME => {
+            format!("{} % less, but no minimum", significant(100.0 * (1.0 - part), 2))
+        }
         _ => "at the same cost".into(),
     };
     let unit = match problem.objective {

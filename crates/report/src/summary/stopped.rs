@@ -35,7 +35,8 @@ pub(super) fn nearest(error: &TerminalError) -> String {
         return "no iterate reached the end".into();
     }
     let momentum = significant(100.0 * error.momentum_relative, 2);
-    let told = format!("{} deg off, momentum by {momentum} % of mean inertia / duration", significant(attitude, 3));
+    let told =
+        format!("{} deg off, momentum by {momentum} % of mean inertia / duration", significant(attitude, 3));
     match error.position_relative {
         Some(position) => format!("{told}, position by {} %", significant(100.0 * position, 2)),
         None => told,

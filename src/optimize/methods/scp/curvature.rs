@@ -14,6 +14,14 @@
 //! so that `H` is that of a costate with `λ^ζ + g`, and `Tᵀ M T`. The parts of the rows, of wheels, and of a field where the
 //! duration is sought, are central differences of exact gradients, taken along the group: a Newton matrix with nine correct
 //! digits costs no accuracy, since that comes from the residual, and one procedure serves them all.
+//!
+//! # Why finite differences in the curvature of rows?
+//!
+//! The Newton matrix decides how fast the iteration converges, not where. Residuals and gradients are exact; second
+//! derivatives of rows, of wheels and of a field where the duration is sought are central differences of those gradients,
+//! good to nine digits. Written out they would be pages of formulas for one iteration less. Steps are another matter: their
+//! differences took most of the time that Newton takes on a flight with body-fixed thrust, and what inputs that turn add to
+//! the planner's own `H_k` is one 3×3 matrix (`scp/curvature`).
 
 use super::iterate::Evaluated;
 use super::model::{ChainState, Model, costate_blocks};

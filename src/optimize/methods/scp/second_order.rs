@@ -16,6 +16,13 @@
 //! What counts is the curvature relative to the effort: the test is made for `∇²L ∓ CURVATURE · effort`,
 //! so that neither a symmetry nor round-off decides. A row whose multiplier is nothing may act or not. For a
 //! minimum it must not be needed; for a decrease it must hold along the direction.
+//!
+//! # Is a constrained plan a minimum?
+//!
+//! The inertia of the matrix of Karush, Kuhn and Tucker tells: with as many negative eigenvalues as active equations the
+//! Lagrangian is convex along all feasible directions, a strict local minimum; each one more is a way down. It is counted
+//! stage by stage on the band (`scp/second_order`), at curvatures slightly raised and lowered; where the two differ the plan
+//! says that it is not decided.
 
 use super::curvature::Multipliers;
 use super::iterate::Iterate;

@@ -17,6 +17,14 @@
 //! `D` is the size of all defects. The virtual control `−t d_k` has one scalar: with `t = 1`, nothing
 //! moved and the slacks at the violations, the subproblem is always feasible. `P_k` is the convex part
 //! of the Lagrangian's second derivatives. The duals of the equations are `−λ_k`, those of the rows `ν`.
+//!
+//! # What does the convex iteration solve?
+//!
+//! `scp/model.rs` writes the maneuver as a chain of stages with the planner's own discrete step, so a point without defects
+//! is a variational trajectory. `scp/rows.rs` writes every limit as a half space or a ball, relative to the limit. The
+//! subproblem has a trust region on the rotation of each node, which is an angle and needs no chart, and is always feasible:
+//! one scalar leaves a share of all defects standing (the virtual control), one slack per constraint leaves its worst
+//! violation standing. Limits of the inputs are never relaxed.
 
 use super::curvature::Multipliers;
 use super::iterate::Evaluated;

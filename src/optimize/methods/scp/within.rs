@@ -10,6 +10,18 @@
 //! Its slope is piecewise linear and grows. The minimum over `v` moves what lies below the zero `m` of the slope by `r` to the
 //! left, and what lies above by `r` to the right; so its corners are kept in two lists that are moved as a whole.
 //! Backwards the inputs are `u_k = m_k`, held within `u_{k+1} ± r_k`.
+//!
+//! # How does a plan with limits of how fast torques change come to a fine grid?
+//!
+//! By what its costates ask for. With them held, each input within its size and its rate is a small convex problem of its
+//! own, whose exact solution takes one way forth and one back (`scp/within`): it gives the inputs, the rows that act and
+//! their multipliers without contradiction, from costates of a coarser grid that are wrong by `O(h²)`. Multipliers carried
+//! from row to row do not: between ramps and limits of the size a row too many fixes an input twice, and Newton's next step
+//! goes anywhere; on 40,000 steps nothing came of that, nor of a cone program of such a size. Two things are left to Newton.
+//! A ramp that ends at a limit of the size is fixed there by a force of no more than one node, and a maneuver of ramps alone
+//! then has no input left to steer by: so where Newton does not settle one step is taken with the ends of such ramps free,
+//! and the inputs are asked for anew from its costates. And a round that repeats itself leaves the way to the grids between.
+//! `slew plan problems/limited_torque_rate.toml --set maneuver.steps=40000` needs one cone program, of 24 steps.
 
 use super::curvature::Multipliers;
 use super::iterate::Iterate;

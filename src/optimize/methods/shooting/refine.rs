@@ -3,6 +3,19 @@
 //! `λ_{−1}` and `Ψ₁₂` of the discrete optimum have an expansion in `h` (Lie–Euler) or `h²` (Lie–Verlet).
 //! Solved on two or three coarse grids and extrapolated, they meet the fine grid so closely that a few
 //! plain sweeps with the extrapolated factor finish it: the fine grid sees no sensitivities at all.
+//!
+//! # Why coarse to fine over five grids?
+//!
+//! λ₋₁ of the discrete optimum has an expansion in `h²` (in `h` for Lie–Euler). Solved on coarse grids of 2, 3, 4, 6 and 8
+//! units and extrapolated to `h`, it is almost the solution on the requested grid, and so is Ψ₁₂. Sweeps with sensitivities
+//! are made on the two coarsest grids, and on a third where these have few steps; as a rule on no other: the fine grid gets
+//! plain sweeps with an extrapolated factor. The nodes of the last one are what is recorded, up to some thousand steps. The
+//! first grid has as many steps as the fastest moment of the turn needs. From rest to rest less will do: one way begins on as
+//! few as eight steps, and the best one, whose descents are half of what a plan of a hundred steps takes, on as few as
+//! twelve. The minima are the same there, and what their costs are wrong by is far below the margin that carries them on:
+//! some percent, which a rival that is not carried on is told with. Lie–Euler's would be off by more, and below 64 steps the
+//! search is on finer grids. A coarse grid is visited only if the requested one has at least three times as many steps, and
+//! Lie–Euler stops after two grids because first-order terms fall too slowly for more to pay.
 
 use super::Shooting;
 use crate::maneuver::grid::Grid;

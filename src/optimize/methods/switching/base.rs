@@ -3,6 +3,27 @@
 //! Angles that are cubic in time meet the attitude and both rates; the duration is taken so that the largest input is
 //! a part of its limit, and the costates are those which the smoothed law wants for these inputs. A body of any inertia
 //! is approached from the isotropic one, `J(s) = V diag(J_i^s) Vᵀ`, because a sphere's smoothed extremal is always found.
+//!
+//! # How does minimum fuel share the way of minimum time?
+//!
+//! An input that costs fuel is one-sided: it is off at 0 and costs its price up to its limit. With `f = ½ (1 + v)`, `v ∈ [−1,
+//! 1]`, the switching function of minimum time gains a constant, `s = a·e + c`, and nothing else changes: the same smoothed
+//! law (the root law is also the best of three for fuel), the same Newton, certificate and grid. A torque of both signs is
+//! two such inputs in opposite directions. Where the duration is given it takes the place of the condition on the
+//! Hamiltonian, and on the grid the means of the discrete Hamiltonians of all arcs are equal instead of zero. Two things
+//! differ. Between pulses every switching function is positive, so a short pulse may leave no crossing in the smoothed law:
+//! pulses are read off by area and centroid. And a turn about one axis has two switches, which do not determine the costates
+//! of the other axes: the Newton step is then the shortest one. Where a long duration has no first smoothed extremal, those
+//! of 0.7, 0.5 or 0.35 of it are stretched: thrusters that push unequally turn the body for as long as they are smoothed, and
+//! in a long time too far. One that turns a quarter further than it has to gets another beside it in the same way, from 0.7
+//! of the duration: under wider limits one maneuver of thrusters went once more round, for a fifth more fuel. Where there is
+//! none in any time, sought or given, that of inputs which give no torque in the middle of their limits is brought to them.
+//!
+//! Under a limit of the norm alone fuel is `∫ c|τ| dt`, as of one motor that points anywhere. The size of the torque is then
+//! one more one-sided input with `s = ½U(c − |e|)`, and its direction follows the costate, so that an arc on which it burns
+//! has a law and not a torque (`ArcLaw`). `|e|` can stay within a thousandth of the price for half of the maneuver
+//! (`problems/minimum_fuel_norm_moving.toml`): the smoothed law is followed further down, and arcs are read by crossings
+//! first, because pulses with hardly a gap between them run into one.
 
 use super::extremal::{Bias, Extremal, Law};
 use super::flow::Node;

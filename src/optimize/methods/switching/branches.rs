@@ -2,6 +2,29 @@
 //!
 //! A symmetric maneuver's unbiased path stays on its symmetric branch, a saddle; a bias of the switching functions tips
 //! it off where branches part, and vanishes with ε.
+//!
+//! # How is the shortest maneuver found?
+//!
+//! In four layers, each of which takes away a way to fail (`optimize/methods/switching`). Smoothed extremals, by a Newton
+//! that has every node for unknown, so that nothing grows along the maneuver. Branches: from a polynomial path for either way
+//! round, by way of the isotropic body, with the law tipped to each side where branches part; an unbiased path of a symmetric
+//! maneuver would stay on its saddle, the turn about the axis. What tips it lies askew to the axes of the body, since along
+//! them it would have the symmetry as well, and tips each input alike, whatever its limit and the axes of the body; where
+//! inputs or moments differ more, and larger, sets of it are tried. Branches may part below the ε at which they are compared:
+//! one whose symmetry leaves an input unused is tipped once more at the last ε, and where the best is no quicker than the
+//! turn about a fixed axis, which is known in closed form, the search becomes a thorough one. `cargo run --release -p
+//! evidence --bin minimum_time -- plain` counts. To let tipped starts go down on half of the intervals, since most lead to an
+//! extremal that is known, is quicker and lost a branch of one public case and of a box. Their bias is left before the last
+//! level of ε, when branches have parted, and unless a body is fast levels are further apart on the way: fewer iterations in
+//! all. How far apart decides a branch now and then, to either side; so far, none of the public set was lost. Where nothing
+//! comes to a small ε, as with fast bodies whose gyroscopic torques are of the size of the limits, first paths come by way of
+//! given durations: there the smoothed extremal is one of nearly least effort, which a cubic path is near, and times a factor
+//! for its costates and ε it is an extremal of a sought duration. Where these turn back as well, arcs are looked for where
+//! they do. Newton on the switching times, which does not need a switch to exist to converge to it. And the grid: arcs of
+//! equal steps each, whose lengths are unknowns; stationarity in the length of an arc (the mean of its discrete Hamiltonians
+//! is zero) replaces the switching functions, so that the plan is the exact optimum of its own grid and its error series is
+//! even in the step. Where two inputs switch together the arc between them stays in the equations without length: five
+//! lengths could not meet six conditions.
 
 use super::base::{BRANCHING, bases, by_durations, relaxed, stretched, unbalanced};
 use super::extremal::{Bias, Extremal};

@@ -1,5 +1,15 @@
 //! What a branch of extremals comes to: arcs at the limits of the inputs, corrected until their signs are right, or a smoothed
 //! extremal.
+//!
+//! # What if no list of arcs is exact?
+//!
+//! A singular arc is a dozen pulses and more before hardly anything is to be gained. The certificate tells where an input has
+//! the wrong sign; how long it should have the other is not how long it has the wrong one, so the worst three runs are put
+//! right for all of their time and for smaller parts of it about where they are most wrong, and what leaves less of the gap
+//! is kept (`switching/limit`, `refined`). All arcs on that path are kept too: those with the fewest gaps may have no room on
+//! the grid, whose optimum needs two steps for every arc, and fewer pulses cost far less than what is smoothed. Where no arcs
+//! are good, the cheaper of both is the plan. The smoothed law comes to the grid from its smallest ε, or, where its Newton
+//! fails there, from the ε at which branches were compared.
 
 use super::arcs::Arcs;
 use super::branches::tips;

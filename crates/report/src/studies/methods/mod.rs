@@ -13,6 +13,19 @@
 //! A maneuver has several extremals, and the methods search differently. Where they find different ones,
 //! those that found a costlier one, or none, are started once more from the cheapest, so that one extremal
 //! is compared; [`MethodRun::by_itself`] keeps what they found alone.
+//!
+//! # What does `slew compare` compare?
+//!
+//! One discrete problem, solved by the shooting, by the convex iteration to its own convergence without any Newton, and by
+//! the convex iteration with the polish. Costs, terminal errors and residuals stand side by side; duals against costates; the
+//! active nodes; and how many Newton steps the shooting needs from the duals. A cheaper answer of one method is followed by
+//! the others from its path, so that what is compared is one extremal (`studies/methods`).
+//!
+//! With `--objectives`, and where methods have nothing to compare because inputs switch or a duration is sought: the plans of
+//! least time, fuel and effort of one maneuver, each measured by the others (`studies/objectives`). What the best of one
+//! costs in the rest is what a mission weighs. Where inputs switch three ways to the plan stand before them (`studies/ways`):
+//! the smoothed law on the grid, switching times, and for minimum time the convex road, made to take it by a rate limit that
+//! never acts.
 
 mod agreement;
 #[cfg(feature = "sdp")]

@@ -29,6 +29,14 @@
 //!
 //! and a little effort beside it, which decides where these leave a choice. Where effort itself is the cost it goes in these
 //! units as `Σ κ_k ½ u_kᵀ W u_k / s³`.
+//!
+//! # Where do step and kick of the chain come from?
+//!
+//! From `optimize/step`, as those of the shooting do: the drift and the gyrostat's drift, their derivative ξ, the kick of
+//! given inputs with its gradient. What differs is where force and moment come from, an optimal law or an input that is a
+//! variable, and that wheels are states. Both run on grids whose steps have their own lengths. The kick of the optimal law
+//! keeps a gradient of its own, in which the answer of the inputs is added before the field is: the same sum, other last
+//! bits.
 
 mod goal;
 mod state;

@@ -13,6 +13,13 @@
 //! ```
 //!
 //! and an input that pushes to one side only costs `p v` for `v ≥ 0`, with `ν ≤ p`: any slope holds it at 0.
+//!
+//! # Why are there rows for arcs?
+//!
+//! On one step the body turns about one axis at one rate, so where a boresight comes nearest to a direction on the arc is the
+//! root of one smooth function, and the row is differentiated there by the envelope theorem. Where the extremum is at an end
+//! of the arc, the node's own row says all, and the arc's row is idle: two rows for one condition would make the active set
+//! degenerate.
 
 mod boresight;
 mod value;
