@@ -103,11 +103,13 @@ fn any_attitude(random: &mut Random) -> Problem {
     match (random.unit() * 3.0) as usize {
         0 => problem,
         1 => {
-            let weight = DMatrix::from_diagonal(&DVector::from_fn(3, |_, _| random.within(0.0, 30f64.ln()).exp()));
+            let weight =
+                DMatrix::from_diagonal(&DVector::from_fn(3, |_, _| random.within(0.0, 30f64.ln()).exp()));
             problem.with_objective(Weights::of_torques(weight))
         }
         _ => {
-            let limits = Limits { size: Some(vec![random.within(1.5, 3.0) * change; 3]), ..Limits::default() };
+            let limits =
+                Limits { size: Some(vec![random.within(1.5, 3.0) * change; 3]), ..Limits::default() };
             let set = about(AxisFrame::Body).with_limits(limits).expect("limits");
             problem.with_actuation(Actuation::torques(set))
         }

@@ -41,7 +41,8 @@ pub(super) fn paths(problem: &Problem, model: &Model, search: Thoroughness) -> V
         PACES.iter().map(|(pace, name)| (*name, braked(problem, grid, *pace))).collect();
     if problem.end.angular_velocity != Vector3::zeros() {
         let spun = ["spun up", "spun up late", "spun up early"];
-        straight.extend(PACES.iter().zip(spun).map(|((pace, _), name)| (name, spun_up(problem, grid, *pace))));
+        straight
+            .extend(PACES.iter().zip(spun).map(|((pace, _), name)| (name, spun_up(problem, grid, *pace))));
     }
     let zero = Vector3::zeros();
     let mut paths: Vec<Candidate> =
@@ -107,7 +108,8 @@ fn turned(problem: &Problem, grid: &Grid, pace: f64, momenta: [Vector3; 2], sens
     let mut attitudes = vec![attitude];
     for node in 1..=grid.steps() {
         let [from, to] = [node - 1, node].map(|node| grid.after(node));
-        let parts = (((fastest[0] + fastest[1]) * (to - from) * problem.duration / PART).ceil() as usize).max(1);
+        let parts =
+            (((fastest[0] + fastest[1]) * (to - from) * problem.duration / PART).ceil() as usize).max(1);
         let part = (to - from) / parts as f64;
         for index in 0..parts {
             let s = from + (index as f64 + 0.5) * part;

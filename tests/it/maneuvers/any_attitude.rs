@@ -8,7 +8,9 @@
 use super::support::{rest_to_rest, solved};
 use evidence::Random;
 use slewkit::maneuver::problem::{Path, Problem, Scheme, State};
-use slewkit::maneuver::{Constraint, Direction, Fuel, Objective, Pointing, Rule, Settings, Side, Target, Weights};
+use slewkit::maneuver::{
+    Constraint, Direction, Fuel, Objective, Pointing, Rule, Settings, Side, Target, Weights,
+};
 use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use slewkit::mechanics::body::Body;
 use slewkit::mechanics::environment::UniformGravity;
@@ -106,7 +108,10 @@ fn no_attitude_nearby_is_cheaper() {
             let by = 1e-3;
             let [back, ahead] = [-by, by].map(|by| cost(Vector3::ith(axis, by)));
             let (slope, bend) = ((ahead - back) / (2.0 * by), (ahead - 2.0 * open.cost + back) / (by * by));
-            println!("case {case}, axis {axis}: slope {slope:.1e}, curvature {bend:.1e}, cost {:.3}", open.cost);
+            println!(
+                "case {case}, axis {axis}: slope {slope:.1e}, curvature {bend:.1e}, cost {:.3}",
+                open.cost
+            );
             assert!(slope.abs() < 1e-5 * open.cost && bend > 0.0, "case {case}, axis {axis}: {slope} {bend}");
         }
     }
@@ -124,8 +129,14 @@ fn cones_limits_and_wheels_are_kept_on_the_way_to_any_attitude() {
         half_angle: 0.6,
         margin: 0.0,
     };
-    let coned = problem.clone().with_constraint(Constraint { name: "sun".into(), rule: Rule::Pointing(cone) });
-    let axes = [Vector3::new(1.0, 0.0, 0.6), Vector3::new(0.0, 1.0, 0.6), Vector3::new(-1.0, 0.0, 0.6), Vector3::new(0.0, -1.0, 0.6)];
+    let coned =
+        problem.clone().with_constraint(Constraint { name: "sun".into(), rule: Rule::Pointing(cone) });
+    let axes = [
+        Vector3::new(1.0, 0.0, 0.6),
+        Vector3::new(0.0, 1.0, 0.6),
+        Vector3::new(-1.0, 0.0, 0.6),
+        Vector3::new(0.0, -1.0, 0.6),
+    ];
     let axes: Vec<Vector3> = axes.iter().map(|axis| axis.normalize()).collect();
     let limits = Limits { size: Some(vec![0.2; 4]), ..Limits::default() };
     let set = ActuatorSet::new(axes, AxisFrame::Body).unwrap().with_limits(limits).unwrap();
