@@ -69,7 +69,7 @@ const GROUPS: [(&str, &str, &[&str]); 9] = [
     (
         "limits",
         "Inputs, rates and momenta",
-        &["inputs", "forces", "switching", "rates", "wheel_momentum", "position", "velocity", "clearance"],
+        &["inputs", "forces", "firings", "switching", "rates", "wheel_momentum", "position", "velocity", "clearance"],
     ),
     ("attitude", "Attitude", &["euler", "quaternion", "error"]),
     (

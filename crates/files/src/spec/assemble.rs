@@ -309,6 +309,9 @@ fn refuse(
                 "torque_limit_n_m" => "add torque_limit_n_m to [actuators]: one number, or one per axis",
                 "environment" => "give `duration_s`, and minimise fuel or effort",
                 "force_limit_n" => "add force_limit_n to [actuators]: one number, or one per axis",
+                "torque_axes_body" if problem.actuation.torque.limits().one_sided => {
+                    "add thrusters that turn the body that way"
+                }
                 "torque_axes_body" => "add inputs until every direction is reached, or minimise effort",
                 "force_direction_body" => "add thrusters until they push and turn every way",
                 "fuel_price" => "give fuel_price as one number",
@@ -316,7 +319,22 @@ fn refuse(
                 "thruster" => "write minimize = \"fuel\", or describe the inputs by torque axes",
                 _ => remedy,
             };
-            maneuver.error("E0029", "minimize", (*reason).to_string(), remedy);
+            let lacking = match *what {
+                "torque_axes_body" | "force_direction_body" | "thruster" => {
+                    actuators::reach::lacking(&problem.actuation)
+                }
+                _ => None,
+            };
+            // Sent from effort to fuel, thrusters are not to be sent back.
+            let (reason, remedy) = match (lacking, *what) {
+                (Some(way), "thruster") => (
+                    format!("{reason}; and {way}"),
+                    format!("{remedy}; of thrusters fuel needs some that reach every direction"),
+                ),
+                (Some(way), _) => (format!("{reason}; {way}"), remedy.to_string()),
+                (None, _) => ((*reason).to_string(), remedy.to_string()),
+            };
+            maneuver.error("E0029", "minimize", reason, remedy);
         }
         ProblemError::Value { .. }
         | ProblemError::Missing(_)
