@@ -7,10 +7,10 @@ use super::held::PIECES;
 use super::motion::{Inputs, Phase, judgeable};
 use super::rows;
 use super::verification::WitnessError;
-use crate::{Matrix3, lie};
 use crate::maneuver::constraint::{Arc, Pointing, Rule};
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::Trajectory;
+use crate::{Matrix3, lie};
 
 /// The way of the witnesses under the inputs of a plan.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -48,7 +48,12 @@ pub fn course(problem: &Problem, trajectory: &Trajectory) -> Result<Course, Witn
     if problem.seeks_duration() && trajectory.time.len() == 1 {
         // Of no duration: the body stays.
         let left = vec![lie::minus(&problem.start.attitude, &problem.end.attitude).norm()];
-        return Ok(Course { apart: vec![0.0], discrete_left: left.clone(), continuous_left: left, clearances: vec![] });
+        return Ok(Course {
+            apart: vec![0.0],
+            discrete_left: left.clone(),
+            continuous_left: left,
+            clearances: vec![],
+        });
     }
     // Of least time and fuel the steps are not equal.
     let grid = rows::grid(problem, trajectory)?;

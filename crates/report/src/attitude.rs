@@ -89,5 +89,9 @@ fn error(subject: &Subject) -> Shown {
         curve("discrete motion", 1, &course.discrete_left),
     ];
     let chart = Chart::new(title, time_axis(), Axis::logarithmic("angle, deg"), curves);
-    shown("error", chart, "by the witnesses: the continuous motion under the held torque, and the discrete one")
+    shown(
+        "error",
+        chart,
+        "by the witnesses: the continuous motion under the held torque, and the discrete one",
+    )
 }

@@ -1,12 +1,12 @@
 //! Inputs, rates, wheels, positions, clearance and costates over time, with limits and where they act.
 
+use super::summary::inputs::scale;
 use super::{Shown, Subject, arcs, line};
 use crate::draw::{Axis, Chart, Curve, Level, Picture, Span};
 use slewkit::Vector3;
 use slewkit::maneuver::{Motion, Rule};
 use slewkit::mechanics::actuators::{InputLimit, LimitKind};
 use slewkit::numerics::figures::short;
-use super::summary::inputs::scale;
 
 /// Limits farther out than so many times the curves are told and not drawn: the curves would be flat.
 const FAR: f64 = 3.0;

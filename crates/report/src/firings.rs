@@ -38,7 +38,9 @@ impl Firing {
 /// Of a plan of arcs they are those of its grid, whose nodes stand at the switches.
 pub(crate) fn firings(problem: &Problem, solution: &Solution) -> Vec<Firing> {
     let set = &problem.actuation.torque;
-    let Some(sizes) = set.limits().size.as_ref().filter(|_| set.limits().one_sided) else { return Vec::new() };
+    let Some(sizes) = set.limits().size.as_ref().filter(|_| set.limits().one_sided) else {
+        return Vec::new();
+    };
     let trajectory = &solution.trajectory;
     let first = problem.actuation.first_torque();
     let mut found = Vec::new();
@@ -70,7 +72,9 @@ fn stretches(problem: &Problem, time: &[f64]) -> Vec<(f64, f64)> {
     }
     let middle = |a: usize, b: usize| 0.5 * (time[a] + time[b]);
     let last = time.len().saturating_sub(1);
-    (0..time.len()).map(|node| (middle(node.saturating_sub(1), node), middle(node, (node + 1).min(last)))).collect()
+    (0..time.len())
+        .map(|node| (middle(node.saturating_sub(1), node), middle(node, (node + 1).min(last))))
+        .collect()
 }
 
 /// What all thrusters together push, `∫ R Σ f d dt` in the axes of the reference frame, and the sum of what each pushes by
@@ -88,14 +92,17 @@ pub(crate) fn impulse(problem: &Problem, solution: &Solution, identity: &Identit
     let (mut net, mut all) = (Vector3::zeros(), 0.0);
     for (row, (from, to)) in stretches(problem, &trajectory.time).into_iter().enumerate() {
         let Some(inputs) = trajectory.input.get(row * count..(row + 1) * count) else { break };
-        let forces = inputs.iter().enumerate().map(|(input, value)| value / inputs::scale(problem, identity, input).0);
-        let pushed: Vector3 = forces.clone().zip(&directions).map(|(force, direction)| direction * force).sum();
+        let forces =
+            inputs.iter().enumerate().map(|(input, value)| value / inputs::scale(problem, identity, input).0);
+        let pushed: Vector3 =
+            forces.clone().zip(&directions).map(|(force, direction)| direction * force).sum();
         // The body turns meanwhile: by the mean of both ends.
         let at = |node: usize| {
             let node = node.min(trajectory.quaternion.len() - 1);
             lie::rotation_from_quaternion(&trajectory.quaternion[node]) * pushed
         };
-        let turned = if problem.switches() && !problem.is_shaped() { 0.5 * (at(row) + at(row + 1)) } else { at(row) };
+        let turned =
+            if problem.switches() && !problem.is_shaped() { 0.5 * (at(row) + at(row + 1)) } else { at(row) };
         net += turned * (to - from);
         all += forces.sum::<f64>() * (to - from);
     }
@@ -180,14 +187,20 @@ pub(super) fn chart(subject: &Subject) -> Option<Shown> {
         let mut points = vec![(0.0, base)];
         for firing in found.iter().filter(|firing| firing.input == first + number) {
             let raised = base + RAISED;
-            points.extend([(firing.from, base), (firing.from, raised), (firing.to, raised), (firing.to, base)]);
+            points.extend([
+                (firing.from, base),
+                (firing.from, raised),
+                (firing.to, raised),
+                (firing.to, base),
+            ]);
         }
         points.push((end, base));
         let (time, values): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
         line(subject.input_name(first + number), number, &time, values.into_iter())
     };
     let curves = (0..count).map(curve).collect();
-    let mut chart = Chart::new("Thrusters on and off", time_axis(), Axis::linear("thruster, last below"), curves);
+    let mut chart =
+        Chart::new("Thrusters on and off", time_axis(), Axis::linear("thruster, last below"), curves);
     chart.subtitle = "a line is raised while its thruster is on".into();
     Some(shown("firings", chart, told(problem, solution, identity).join("; ")))
 }

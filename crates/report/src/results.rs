@@ -262,7 +262,7 @@ pub fn results_page(cases: &Cases) -> String {
     let summary = told_of_cases(tally).iter().map(|line| parts(line)).collect();
     written(&Content {
         name: cases.name(),
-        words: &Words { verdict, tone, summary },
+        words: &Words { verdict, tone, summary, details: Vec::new() },
         proved: Vec::new(),
         shown: cases.pictures(),
         missing: None,

@@ -11,6 +11,7 @@ mod verified;
 
 pub use found::scheme;
 pub use lines::{Lines, TEXT, Tone, headline, line, paint, parts, wrapped};
+pub use stopped::remedies;
 pub use verified::{Judged, verified};
 
 use crate::firings;

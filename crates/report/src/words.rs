@@ -158,7 +158,8 @@ fn arcs_told(subject: &Subject) -> Table {
     let row = |(index, span): (usize, Span)| {
         let named = |(input, value): (usize, &f64)| {
             let (scale, _) = scale(subject.problem, subject.identity, input);
-            (*value != 0.0).then(|| format!("{} {}", subject.input_name(input), significant(*value / scale, 4)))
+            (*value != 0.0)
+                .then(|| format!("{} {}", subject.input_name(input), significant(*value / scale, 4)))
         };
         let inputs: Vec<String> = arcs[index].input.iter().enumerate().filter_map(named).collect();
         let inputs = match inputs.is_empty() {

@@ -3,8 +3,8 @@
 use super::pictured::EULER;
 use super::spec_file::PlanOrAttitudes;
 use super::{
-    Console, Destination, Exit, Failure, Format, Message, OutputArgs, SpecArgs, export, interrupt, memory, report,
-    spec_file, summary,
+    Console, Destination, Exit, Failure, Format, Message, OutputArgs, SpecArgs, export, interrupt, memory,
+    report, spec_file, summary,
 };
 use clap::ValueEnum;
 use slewkit::maneuver::{Outcome, Problem, ProblemError};

@@ -63,7 +63,10 @@ fn next(args: &SpecArgs, file: Option<&Path>, verbose: bool) -> String {
     if command.chars().count() + more.chars().count() <= summary::TEXT {
         format!("{command}{more}")
     } else {
-        format!("-o plan.json writes it, --report plan.html shows it{}", if verbose { "" } else { "; more: -v" })
+        format!(
+            "-o plan.json writes it, --report plan.html shows it{}",
+            if verbose { "" } else { "; more: -v" }
+        )
     }
 }
 

@@ -244,7 +244,8 @@ fn a_plan_under_constraints_tells_margins_and_is_verified_from_its_file() {
     let set =
         ["--set", cone, "--set", limit, "--set", "maneuver.steps=50", "--set", "solver.target=discrete"];
     let plan = |more: &[&str]| folder.slew(&[&["plan", "spec.toml"], &set[..], more].concat());
-    let run = plan(&["-v", "-o", "plan.json"]).ends(0).tells("solved and verified").tells("method      SCP: ");
+    let run =
+        plan(&["-v", "-o", "plan.json"]).ends(0).tells("solved and verified").tells("method      SCP: ");
     let run = run
         .tells("torque norm limit  active at ")
         .tells("Sun                active at ")
@@ -491,7 +492,8 @@ fn summaries_of_what_is_infeasible_fit_a_screen() {
         let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems");
         fs::create_dir_all(folder.path("problems")).unwrap();
         fs::copy(format!("{shipped}/{name}.toml"), folder.path(&path)).unwrap();
-        let run = folder.slew(&["plan", &path]).ends(4).tells("infeasible").tells("\n  because ").tells("\n  try ");
+        let run =
+            folder.slew(&["plan", &path]).ends(4).tells("infeasible").tells("\n  because ").tells("\n  try ");
         assert!(run.stderr.lines().count() <= 12, "{}", run.stderr);
         for line in run.stderr.lines() {
             assert!(line.chars().count() <= 80, "{line}");
@@ -508,7 +510,8 @@ fn a_long_command_to_try_goes_on_in_the_next_line() {
     let set = ["--set", "actuators.torque_limit_n_m=0.01"];
     let run = folder.slew(&["plan", long, set[0], set[1]]).ends(4);
     let told = run.stderr.split("try         ").nth(1).unwrap();
-    let words: Vec<&str> = told.split('#').next().unwrap().split_whitespace().filter(|word| *word != "\\").collect();
+    let words: Vec<&str> =
+        told.split('#').next().unwrap().split_whitespace().filter(|word| *word != "\\").collect();
     assert_eq!(words[..3], ["slew", "plan", long]);
     folder.slew(&words[1..]).ends(0);
 }

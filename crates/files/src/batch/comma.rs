@@ -38,12 +38,10 @@ impl<'o> CommaTable<'o> {
     /// Of the writing.
     pub fn add(&mut self, result: &CaseResult) -> Result<(), ExportError> {
         let result = serde_json::to_value(result)?;
-        let cell = |path: &Vec<String>| {
-            match path.iter().try_fold(&result, |value, key| value.get(key)) {
-                None | Some(Value::Null) => String::new(),
-                Some(Value::String(text)) => quoted(text),
-                Some(value) => quoted(&value.to_string()),
-            }
+        let cell = |path: &Vec<String>| match path.iter().try_fold(&result, |value, key| value.get(key)) {
+            None | Some(Value::Null) => String::new(),
+            Some(Value::String(text)) => quoted(text),
+            Some(value) => quoted(&value.to_string()),
         };
         let cells: Vec<String> = self.paths.iter().map(cell).collect();
         self.row(&cells)

@@ -54,9 +54,9 @@ mod tally;
 
 pub use case::{Case, Kind};
 pub use cases::{Axis, Batch, MAX_CASES, Stream};
+pub use comma::CommaTable;
 pub use error::BatchError;
 pub use journal::{Found, Journal};
-pub use comma::CommaTable;
 pub use merge::{merge, merge_to_csv, merge_to_parquet};
 pub use options::{MAX_THREADS, Options};
 pub use result::{CaseError, CaseResult, Header, Verdict};

@@ -141,7 +141,6 @@ impl Tally {
     pub fn failed(&self) -> u64 {
         self.cases - self.solved()
     }
-
 }
 
 impl Costs {
@@ -203,7 +202,12 @@ mod tests {
         let kept: Vec<(u64, f64)> = costs.costliest.iter().map(|worst| (worst.case, worst.value)).collect();
         assert_eq!(costs.cheapest.as_ref().map(|least| least.case), Some(3));
         // What minimises something else is held against its like alone.
-        let fast = CaseResult { case: 10, objective: Some("time".into()), cost: Some(99.0), ..CaseResult::default() };
+        let fast = CaseResult {
+            case: 10,
+            objective: Some("time".into()),
+            cost: Some(99.0),
+            ..CaseResult::default()
+        };
         tally.add(&CaseResult { status: "solved".into(), ..fast });
         assert_eq!(tally.objectives["time"].costliest.len(), 1);
         assert_eq!(tally.objectives["effort"].costliest[0].value, 9.0);

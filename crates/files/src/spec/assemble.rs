@@ -64,6 +64,20 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
     let (start_state, end_state) = (start.state(start_rotation.matrix)?, end.state(end_attitude)?);
     let (duration, path, environment) = (duration?, path?, environment?);
 
+    let turning = |end: &Boundary, state: State| {
+        if !end.rests_in_orbit() {
+            return state;
+        }
+        if root.section("environment").and_then(|section| section.word("kind")) != Some("gravity_gradient") {
+            let reason =
+                "there is no orbit to be at rest in: LVLH is the frame of kind = \"gravity_gradient\"";
+            let remedy = "add that [environment], or write angular_velocity_deg_s";
+            end.section.error("E0028", super::boundary::REST_IN_ORBIT, reason, remedy);
+        }
+        let angular_velocity = state.attitude.tr_mul(&environment.frame_rate());
+        State { angular_velocity, ..state }
+    };
+    let (start_state, end_state) = (turning(&start, start_state), turning(&end, end_state));
     let still = environment.is_free() && environment.frame_rate().amax() == 0.0;
     if still && is_same(&start_state, &end_state, &path) {
         let reason = "the body is at rest where it should end: the plan is zero torque";

@@ -212,7 +212,8 @@ impl Writing {
     /// Writes thrusters that are told by their torque by place and force instead, as the spec told them.
     fn by_force(&mut self, nozzles: &[Nozzle]) {
         let all = self.keys.get("actuators").and_then(|actuators| actuators.get("thruster"));
-        let Some(all) = all.and_then(Value::as_array).filter(|all| !all.is_empty() && all.len() == nozzles.len())
+        let Some(all) =
+            all.and_then(Value::as_array).filter(|all| !all.is_empty() && all.len() == nozzles.len())
         else {
             return;
         };

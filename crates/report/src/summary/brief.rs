@@ -2,10 +2,10 @@
 //! and where the true motion ends. A dozen lines of eighty columns; what the solver did stands in [`super::details`].
 
 use super::fixed_axis;
-use crate::firings;
 use super::inputs;
 use super::lines::{Lines, TEXT, line, wrapped};
 use super::stopped::{nearest, stopped};
+use crate::firings;
 use slewkit::maneuver::{
     Motion, Objective, Outcome, Path, Problem, Rule, SecondOrder, Sense, Settings, Solution, Structure,
 };
@@ -51,7 +51,10 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
     }
     lines.lines("arrives", arrives(problem, settings, found));
     lines.extend(inputs::told(problem, solution, found, identity));
-    lines.lines("firing", firings::told(problem, solution, identity).iter().flat_map(|text| wrapped(text, TEXT)));
+    lines.lines(
+        "firing",
+        firings::told(problem, solution, identity).iter().flat_map(|text| wrapped(text, TEXT)),
+    );
     lines.lines("rate", wrapped(&rate(problem, found), TEXT));
     let failed = found.checks.iter().filter(|check| !check.passed).count();
     if failed > 0 {
@@ -61,7 +64,8 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
         last.lines("failed", wrapped(&format!("{}{more}; -v tells value and limit", escape(what)), TEXT));
     }
     let room = MOST_LINES.saturating_sub(AROUND + lines.len() + last.len()).max(1);
-    lines.lines("clearance", clearances(problem, solution, found, room));
+    let told = clearances(problem, solution, found, room);
+    lines.lines("clearance", told.iter().flat_map(|text| wrapped(text, TEXT)));
     lines.extend(last);
     lines
 }
@@ -156,7 +160,8 @@ fn arrives(problem: &Problem, settings: &Settings, found: &Verification) -> Vec<
     let mut lines = Vec::new();
     if let (Some(position), Some(velocity)) = (found.continuous_position_m, found.continuous_velocity_m_s) {
         let (position, velocity) = (off(position, "m"), off(velocity, "m/s"));
-        lines = wrapped(&format!("{attitude}, {rate}, {position} and {velocity} off, in the true motion"), TEXT);
+        lines =
+            wrapped(&format!("{attitude}, {rate}, {position} and {velocity} off, in the true motion"), TEXT);
     } else {
         lines.push(format!("{attitude} and {rate} off, in the true motion"));
     }
@@ -189,7 +194,8 @@ fn rate(problem: &Problem, found: &Verification) -> String {
             };
             let bound = bound.to_degrees();
             let part = percent(1.0 - met(margin) / bound);
-            let axis = if margin.at.is_empty() { String::new() } else { format!(" about {}", &margin.at[5..]) };
+            let axis =
+                if margin.at.is_empty() { String::new() } else { format!(" about {}", &margin.at[5..]) };
             Some(format!("{part} of {}{axis} at {} s", short(bound), short(margin.time_s)))
         })
         .collect();
@@ -223,7 +229,8 @@ fn clearances(problem: &Problem, solution: &Solution, found: &Verification, room
     let told = |margin: &&Margin| {
         let left = met(margin);
         let name = clipped(&escape(&margin.name), 30);
-        let along = solution.active.iter().any(|active| active.name == margin.name && active.time_s.len() > 1);
+        let along =
+            solution.active.iter().any(|active| active.name == margin.name && active.time_s.len() > 1);
         let at = format!("at {} s", short(margin.time_s));
         match left {
             left if left < 0.0 => format!("{name}: {} deg too near {at}", significant(-left, 2)),
@@ -266,7 +273,9 @@ fn proof(problem: &Problem, solution: &Solution) -> String {
         };
         return match switching.structure {
             Structure::Rest => "nothing to do: the body is where it should be".into(),
-            _ if switching.beside_optimum => "switches meet the end; the best of this grid was not found".into(),
+            _ if switching.beside_optimum => {
+                "switches meet the end; the best of this grid was not found".into()
+            }
             Structure::BangBang | Structure::BangOffBang => {
                 "an extremal by the maximum principle; others may be better".into()
             }
@@ -283,7 +292,9 @@ fn proof(problem: &Problem, solution: &Solution) -> String {
     }
     if problem.is_shaped() {
         return match solution.convex.map_or(0.0, |work| work.effort_share) {
-            share if share > 1e-6 => "nearly the least nearby: some effort is counted to smooth the inputs".into(),
+            share if share > 1e-6 => {
+                "nearly the least nearby: some effort is counted to smooth the inputs".into()
+            }
             _ => "the least nearby, to first order; others may be better".into(),
         };
     }

@@ -27,11 +27,14 @@ pub(super) fn cost(problem: &Problem, solution: &Solution) -> Option<f64> {
     }
     let Objective::Effort(weights) = &problem.objective else { return None };
     let duration = solution.duration(problem);
-    let rests = [&problem.start, &problem.end]
-        .iter()
-        .all(|state| state.angular_velocity.norm() * duration <= REST);
+    let rests =
+        [&problem.start, &problem.end].iter().all(|state| state.angular_velocity.norm() * duration <= REST);
     let still = problem.environment.frame_rate().norm() == 0.0 && problem.environment.is_free();
-    if problem.motion != Motion::Attitude || !still || !rests || problem.actuation.stored_momentum().norm() > 0.0 {
+    if problem.motion != Motion::Attitude
+        || !still
+        || !rests
+        || problem.actuation.stored_momentum().norm() > 0.0
+    {
         return None;
     }
     if problem.actuation.torque.frame() != AxisFrame::Body {
@@ -63,9 +66,7 @@ fn profile(k: f64) -> Option<f64> {
     let inner = NODES - 1;
     let at = |f: &[f64], index: usize| if index == 0 || index > inner { 0.0 } else { f[index - 1] };
     let value = |f: &[f64]| {
-        (0..=inner)
-            .map(|i| (at(f, i + 1) - at(f, i)).powi(2) / h + k * h * at(f, i).powi(4))
-            .sum::<f64>()
+        (0..=inner).map(|i| (at(f, i + 1) - at(f, i)).powi(2) / h + k * h * at(f, i).powi(4)).sum::<f64>()
     };
     let mut f: Vec<f64> = (1..=inner).map(|i| i as f64 * h).map(|s| 6.0 * s * (1.0 - s)).collect();
     let mean = h * f.iter().sum::<f64>();
@@ -78,7 +79,8 @@ fn profile(k: f64) -> Option<f64> {
             })
             .collect();
         let diagonal: Vec<f64> = f.iter().map(|value| 4.0 / h + 12.0 * k * h * value * value).collect();
-        let (down, ones) = (thomas(&diagonal, -2.0 / h, &gradient), thomas(&diagonal, -2.0 / h, &vec![1.0; inner]));
+        let (down, ones) =
+            (thomas(&diagonal, -2.0 / h, &gradient), thomas(&diagonal, -2.0 / h, &vec![1.0; inner]));
         // The step keeps the mean.
         let multiplier = down.iter().sum::<f64>() / ones.iter().sum::<f64>();
         let step: Vec<f64> = down.iter().zip(&ones).map(|(down, one)| multiplier * one - down).collect();

@@ -100,7 +100,8 @@ pub(super) fn told(
         let count = wheels.momentum.len();
         let names: Vec<String> = (0..count).map(|wheel| name(problem, identity, first + wheel)).collect();
         let peaks = largest(&solution.trajectory.wheel_momentum, 0..count, count);
-        let limits = Some(&wheels.momentum_limit[..]).filter(|limits| limits.iter().any(|limit| limit.is_finite()));
+        let limits =
+            Some(&wheels.momentum_limit[..]).filter(|limits| limits.iter().any(|limit| limit.is_finite()));
         lines.lines("momentum", wrapped(&peaks_told(&names, &peaks, limits, "N·m·s"), TEXT));
     }
     lines
@@ -141,7 +142,9 @@ impl Channel<'_> {
             limit.of_force == self.of_force && matches!(limit.kind, LimitKind::Norm | LimitKind::Rate)
         };
         for limit in problem.actuation.limits().filter(of_whole) {
-            let Some(margin) = found.margins.iter().find(|margin| margin.name == limit.name) else { continue };
+            let Some(margin) = found.margins.iter().find(|margin| margin.name == limit.name) else {
+                continue;
+            };
             let part = percent(1.0 - rounded(margin));
             match limit.kind {
                 LimitKind::Norm => {

@@ -72,7 +72,8 @@ pub fn checked_ending(path: &Path, endings: &[&str]) -> Result<(), Failure> {
         None => format!("{shown} has no ending, which would say in which format"),
     };
     let known: Vec<String> = endings.iter().map(|ending| format!(".{ending}")).collect();
-    let remedy = format!("let the name end in {}: .jsonl holds lines of JSON, and can be continued", known.join(", "));
+    let remedy =
+        format!("let the name end in {}: .jsonl holds lines of JSON, and can be continued", known.join(", "));
     Err(Failure::Output(Message::new("E0105", reason, remedy)))
 }
 

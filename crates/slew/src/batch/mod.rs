@@ -195,7 +195,14 @@ fn one(
     let spec = case.spec.unwrap_or_else(|| asked.spec.into());
     let spec = SpecArgs { spec, reading: Reading { set, input: asked.reading.input } };
     plan::run(
-        &plan::Args { spec, output, tables: export::TableArgs::default(), guess: None, report: None, verbose: false },
+        &plan::Args {
+            spec,
+            output,
+            tables: export::TableArgs::default(),
+            guess: None,
+            report: None,
+            verbose: false,
+        },
         console,
     )
 }
