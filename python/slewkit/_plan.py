@@ -161,6 +161,13 @@ class Plan:
         held: dict[str, Any] | None = self._head["spec"]
         return held
 
+    @property
+    def accuracy(self) -> dict[str, Any] | None:
+        """Where the true motion under the held torques ends: ``continuous_attitude_deg`` off, ``wanted_deg``, and about how many
+        ``steps`` would reach that (None where these do, or where no number of them will). None without a plan."""
+        found: dict[str, Any] | None = self._head.get("accuracy")
+        return found
+
     @cached_property
     def _head(self) -> dict[str, Any]:
         head: dict[str, Any] = json.loads(self._planned.head_json())

@@ -338,6 +338,43 @@ impl Actuation {
         Ok(Self { torque, force: Some(force), wheels: None, thrusters: Some(Thrusters { positions }) })
     }
 
+    /// Reaction wheels about `axes`, of length 1, body axes: wheel i gives up to `torque_limit[i]` [N·m], has stored
+    /// `wheels.momentum[i]` at the start and stores up to `wheels.momentum_limit[i]` [N·m·s].
+    ///
+    /// ```
+    /// use slewkit::mechanics::{Actuation, Wheels};
+    /// use slewkit::{Body, Inertia, Matrix3, Problem, Settings, Silent, State, Status, Vector3, lie, plan};
+    ///
+    /// // A pyramid of four, of which any three reach every direction.
+    /// let axes = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)];
+    /// let axes = axes.map(|(x, y)| Vector3::new(x, y, 1.0).normalize()).to_vec();
+    /// let wheels = Wheels { momentum: vec![0.0; 4], momentum_limit: vec![4.0; 4] };
+    /// let body = Body { inertia: Inertia::diagonal(Vector3::new(12.0, 10.0, 8.0))?, mass: None };
+    /// let end = State::at_rest(lie::exp(&Vector3::new(0.4, -0.8, 1.2)));
+    /// let problem = Problem::attitude(body, State::at_rest(Matrix3::identity()), end, 40.0)
+    ///     .with_actuation(Actuation::of_wheels(axes, vec![0.1; 4], wheels)?);
+    /// let plan = plan(&problem, &Settings::default(), None, &mut Silent)?;
+    /// assert_eq!(plan.status, Status::Solved);
+    /// // What the wheels store turns the body: from rest to rest they come back to where they were.
+    /// let momenta = &plan.solution.trajectory.wheel_momentum;
+    /// assert!(momenta.iter().any(|momentum| momentum.abs() > 0.1));
+    /// assert!(momenta[momenta.len() - 4..].iter().all(|momentum| momentum.abs() < 1e-3));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// An [`ActuatorSetError`] where axes or limits are unusable, or there is not one limit for each axis; that momenta fit is
+    /// checked with the maneuver.
+    pub fn of_wheels(
+        axes: Vec<Vector3>,
+        torque_limit: Vec<f64>,
+        wheels: Wheels,
+    ) -> Result<Self, ActuatorSetError> {
+        let limits = Limits { size: Some(torque_limit), ..Limits::default() };
+        let torque = ActuatorSet::new(axes, AxisFrame::Body)?.with_limits(limits)?;
+        Ok(Self { wheels: Some(wheels), ..Self::torques(torque) })
+    }
+
     /// Number of inputs, forces first.
     pub fn count(&self) -> usize {
         self.first_torque() + self.torque.count()

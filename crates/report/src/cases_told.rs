@@ -8,12 +8,16 @@ use slewkit_files::spec::escape;
 /// Counts and extremes of the results of a batch, line by line.
 pub fn told_of_cases(tally: &Tally) -> Vec<String> {
     let mut lines = Vec::new();
-    if let Some(found) = tally.quantiles() {
+    // Effort, time and fuel are in different units.
+    let several = tally.objectives.len() > 1;
+    for (objective, costs) in &tally.objectives {
+        let Some(found) = costs.quantiles() else { continue };
         let number = |value: f64| rounded(value, 6);
+        let of = if several { format!("{objective}: ") } else { String::new() };
         lines.line(
             "cost",
             format!(
-                "median {}, 5 % {}, 95 % {}, 99 % {}",
+                "{of}median {}, 5 % {}, 95 % {}, 99 % {}",
                 number(found.median),
                 number(found.low),
                 number(found.high),
@@ -62,9 +66,12 @@ pub fn told_of_cases(tally: &Tally) -> Vec<String> {
         "bad specs",
         errors.map(|(code, (count, reason))| format!("{count} × {code}, first: {}", escape(reason))),
     );
-    let worst = tally.costliest.iter().take(3);
-    lines
-        .lines("costliest", worst.map(|worst| format!("{}, cost {}", named(worst), rounded(worst.value, 6))));
+    for (objective, costs) in &tally.objectives {
+        let what = if several { objective } else { "cost" };
+        let told = |worst: &Worst| format!("{}, {what} {}", named(worst), rounded(worst.value, 6));
+        lines.lines("cheapest", costs.cheapest.iter().map(told));
+        lines.lines("costliest", costs.costliest.iter().take(3).map(told));
+    }
     lines
 }
 

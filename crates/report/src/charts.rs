@@ -1,5 +1,6 @@
 //! Inputs, rates, wheels, positions, clearance and costates over time, with limits and where they act.
 
+use super::summary::inputs::scale;
 use super::{Shown, Subject, arcs, line};
 use crate::draw::{Axis, Chart, Curve, Level, Picture, Span};
 use slewkit::Vector3;
@@ -42,7 +43,8 @@ pub(super) fn inputs(subject: &Subject) -> Vec<Shown> {
             .clone()
             .enumerate()
             .map(|(style, index)| {
-                let values = rows(index).map_while(|at| trajectory.input.get(at).copied());
+                let (scale, _) = scale(problem, subject.identity, index);
+                let values = rows(index).map_while(|at| trajectory.input.get(at).map(|value| value / scale));
                 subject.input_line(subject.input_name(index), style, values.collect())
             })
             .collect();
@@ -53,13 +55,24 @@ pub(super) fn inputs(subject: &Subject) -> Vec<Shown> {
             curves.push(subject.input_line("norm", several, values.collect()));
         }
         let bounds = limits.iter().filter(|limit| matches!(limit.kind, LimitKind::Size | LimitKind::Norm));
-        let bounds: Vec<(&str, &[f64])> = bounds.map(|limit| (limit.name, limit.bounds)).collect();
+        let bounds: Vec<(&str, Vec<f64>)> = bounds
+            .map(|limit| {
+                let scaled = |(index, bound): (usize, &f64)| match limit.kind {
+                    LimitKind::Size => bound / scale(problem, subject.identity, limit.first + index).0,
+                    _ => *bound,
+                };
+                (limit.name, limit.bounds.iter().enumerate().map(scaled).collect())
+            })
+            .collect();
+        let bounds: Vec<(&str, &[f64])> = bounds.iter().map(|(name, bounds)| (*name, &bounds[..])).collect();
         let (title, unit) = if of_force { ("Forces", "N") } else { ("Torques", "N·m") };
-        let title = match (&actuation.wheels, &actuation.thrusters) {
+        let one_sided = actuation.torque.limits().one_sided;
+        let title = match (&actuation.wheels, one_sided) {
             (Some(_), _) if !of_force => "Torques of the wheels",
-            (_, Some(_)) => "Thrusters",
+            (_, true) => "Thrusters",
             _ => title,
         };
+        let unit = if of_force { unit } else { scale(problem, subject.identity, forces).1 };
         let mut chart = Chart::new(title, time_axis(), Axis::linear(format!("input, {unit}")), curves);
         within(&mut chart, &bounds, unit);
         chart.spans = limits

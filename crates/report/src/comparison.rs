@@ -309,7 +309,7 @@ fn words(file: &ComparisonFile) -> Words {
         "solved" | "compared" => (format!("{what} compared"), Tone::Good),
         other => (other.replace('_', " "), Tone::Note),
     };
-    Words { verdict, tone, summary }
+    Words { verdict, tone, summary, details: Vec::new() }
 }
 
 fn tables(file: &ComparisonFile) -> Vec<Table> {

@@ -19,6 +19,7 @@ mod comparison;
 mod convergence;
 mod document;
 pub mod draw;
+mod firings;
 mod hamiltonian;
 mod page;
 mod results;
@@ -43,10 +44,11 @@ use slewkit::verify::{Course, WitnessError, course};
 use slewkit_files::identity::Identity;
 
 /// The names of all pictures that a plan may have, in their order.
-pub const KEYS: [&str; 18] = [
+pub const KEYS: [&str; 19] = [
     "sky",
     "inputs",
     "forces",
+    "firings",
     "switching",
     "rates",
     "wheel_momentum",
@@ -173,6 +175,7 @@ pub fn pictures(subject: &Subject) -> Vec<Shown> {
     if !subject.trajectory().time.is_empty() {
         shown.push(sphere::sky(subject));
         shown.extend(charts::inputs(subject));
+        shown.extend(firings::chart(subject));
         shown.extend(switching::chart(subject));
         shown.extend(charts::of_motion(subject));
         shown.extend(attitude::charts(subject));

@@ -43,6 +43,8 @@ pub(super) struct Words {
     pub tone: Tone,
     /// The summary: labels and texts; one without a label goes on from the one before.
     pub summary: Vec<(String, String)>,
+    /// What is folded away below: how it was found.
+    pub details: Vec<(String, String)>,
 }
 
 /// What wrote a page.
@@ -69,7 +71,17 @@ const GROUPS: [(&str, &str, &[&str]); 9] = [
     (
         "limits",
         "Inputs, rates and momenta",
-        &["inputs", "forces", "switching", "rates", "wheel_momentum", "position", "velocity", "clearance"],
+        &[
+            "inputs",
+            "forces",
+            "firings",
+            "switching",
+            "rates",
+            "wheel_momentum",
+            "position",
+            "velocity",
+            "clearance",
+        ],
     ),
     ("attitude", "Attitude", &["euler", "quaternion", "error"]),
     (
@@ -108,12 +120,14 @@ pub fn plan_page(
 ) -> String {
     let subject = &Subject::new(problem, plan, identity, sequence);
     let (verdict, tone) = summary::verdict(plan);
-    let lines = summary::told(problem, settings, plan, identity);
-    let mut summary: Vec<_> = lines.iter().map(|line| summary::parts(line)).collect();
+    let parts = |lines: &[String]| lines.iter().map(|line| summary::parts(line)).collect::<Vec<_>>();
+    let mut summary = parts(&summary::told(problem, settings, plan, identity));
+    summary.extend(labelled("would do", &summary::remedies(problem, &plan.solution)));
     summary.extend(named(identity));
+    let details = parts(&summary::details(false, problem, settings, plan, identity));
     written(&Content {
         name: &problem.name,
-        words: &Words { verdict: verdict.into(), tone, summary },
+        words: &Words { verdict: verdict.into(), tone, summary, details },
         proved: proved(subject),
         shown: pictures(subject),
         missing: hamiltonian_missing(subject),
@@ -129,6 +143,12 @@ fn hamiltonian_missing(subject: &Subject) -> Option<(&'static str, String)> {
     Some(("costates", format!("No Hamiltonian: {reason}.")))
 }
 
+/// Texts of which the first has the label.
+fn labelled(label: &str, texts: &[String]) -> Vec<(String, String)> {
+    let told = texts.iter().enumerate();
+    told.map(|(index, text)| (if index == 0 { label.into() } else { String::new() }, text.clone())).collect()
+}
+
 /// What the spec calls object and frames, and when time zero is.
 fn named(identity: &Identity) -> Vec<(String, String)> {
     let told = [
@@ -141,11 +161,23 @@ fn named(identity: &Identity) -> Vec<(String, String)> {
 
 /// The text of a page.
 pub(super) fn written(content: &Content) -> String {
-    let Content { name, words, proved, shown, missing, tables, body, nodes } = content;
+    let Content { name, words, proved, shown, missing: _, tables, body, nodes } = content;
     let name = if name.is_empty() { "Without a name" } else { name };
     let mut html = String::new();
     head(&mut html, name);
     verdict(&mut html, name, words);
+    section(&mut html, "summary", "Summary", |html| summary(html, &words.summary));
+    if !body.is_null() {
+        section(&mut html, "body", "The body in motion", stage);
+    }
+    let folded = ["costates", "convergence"];
+    for (id, heading, keys) in GROUPS.into_iter().filter(|(id, ..)| !folded.contains(id)) {
+        group(&mut html, content, id, heading, keys);
+    }
+    for table in tables {
+        let id = table.title.to_lowercase().replace(' ', "-");
+        section(&mut html, &id, table.title, |html| write_table(html, table));
+    }
     if !proved.is_empty() {
         section(&mut html, "proved", "What is proved", |html| {
             html.push_str("<ul class=\"proved\">\n");
@@ -155,25 +187,17 @@ pub(super) fn written(content: &Content) -> String {
             html.push_str("</ul>\n");
         });
     }
-    section(&mut html, "summary", "Summary", |html| summary(html, words));
-    for (id, heading, keys) in GROUPS {
-        let shown: Vec<&Shown> = shown.iter().filter(|shown| keys.contains(&shown.key)).collect();
-        let missing = missing.as_ref().filter(|(section, _)| *section == id);
-        if !shown.is_empty() || missing.is_some() {
-            section(&mut html, id, heading, |html| {
-                figures(html, &shown);
-                if let Some((_, reason)) = missing {
-                    let _ = writeln!(html, "<p class=\"remark\">{}</p>", escape(reason));
-                }
-            });
+    if !words.details.is_empty() {
+        html.push_str("<details class=\"details\">\n<summary>How it was found</summary>\n");
+        section(&mut html, "found", "Method, residuals, witnesses", |html| summary(html, &words.details));
+        for (id, heading, keys) in GROUPS.into_iter().filter(|(id, ..)| folded.contains(id)) {
+            group(&mut html, content, id, heading, keys);
         }
-    }
-    for table in tables {
-        let id = table.title.to_lowercase().replace(' ', "-");
-        section(&mut html, &id, table.title, |html| write_table(html, table));
-    }
-    if !body.is_null() {
-        section(&mut html, "body", "The body in motion", stage);
+        html.push_str("</details>\n");
+    } else {
+        for (id, heading, keys) in GROUPS.into_iter().filter(|(id, ..)| folded.contains(id)) {
+            group(&mut html, content, id, heading, keys);
+        }
     }
     foot(&mut html, !shown.is_empty(), *nodes);
     // JSON knows `\u003c` for `<`, and no other sign of it means anything to HTML.
@@ -215,9 +239,24 @@ fn section(html: &mut String, id: &str, heading: &str, content: impl FnOnce(&mut
     html.push_str("</section>\n");
 }
 
-fn summary(html: &mut String, words: &Words) {
+/// The pictures of a group, and what it lacks.
+fn group(html: &mut String, content: &Content, id: &str, heading: &str, keys: &[&str]) {
+    let shown: Vec<&Shown> = content.shown.iter().filter(|shown| keys.contains(&shown.key)).collect();
+    let missing = content.missing.as_ref().filter(|(section, _)| *section == id);
+    if shown.is_empty() && missing.is_none() {
+        return;
+    }
+    section(html, id, heading, |html| {
+        figures(html, &shown);
+        if let Some((_, reason)) = missing {
+            let _ = writeln!(html, "<p class=\"remark\">{}</p>", escape(reason));
+        }
+    });
+}
+
+fn summary(html: &mut String, lines: &[(String, String)]) {
     html.push_str("<dl class=\"summary\">\n");
-    for (index, (label, text)) in words.summary.iter().enumerate() {
+    for (index, (label, text)) in lines.iter().enumerate() {
         if !label.is_empty() || index == 0 {
             let _ = writeln!(html, "<dt>{}</dt>", escape(label));
         }

@@ -75,10 +75,14 @@ impl Cases {
     /// Pictures with their names in files.
     pub fn pictures(&self) -> Vec<Shown> {
         let mut shown = Vec::new();
-        let whole = self.tally.cases as usize <= self.points.len();
+        // Costs of effort, time and fuel are in different units, and have no picture together.
+        let one = self.tally.objectives.len() <= 1;
+        let whole = one && self.tally.cases as usize <= self.points.len();
         shown.extend((whole && self.header.keys.len() == 1).then(|| self.over_one()).flatten());
         shown.extend((whole && self.header.keys.len() == 2).then(|| self.over_two()).flatten());
-        shown.extend(distribution("distribution", "Distribution of the cost", "cost", self.tally.costs()));
+        for costs in self.tally.objectives.values().filter(|_| one) {
+            shown.extend(distribution("distribution", "Distribution of the cost", "cost", &costs.all));
+        }
         let title = "Distribution of what the continuous motion misses";
         shown.extend(distribution("miss", title, "miss of the attitude, deg", &self.misses));
         shown
@@ -176,7 +180,7 @@ impl Cases {
                 because.unwrap_or_default(),
             ]
         });
-        let costliest = self.tally.costliest.iter().map(|worst| {
+        let costliest = self.tally.objectives.values().flat_map(|costs| &costs.costliest).map(|worst| {
             vec![case(worst.case, &worst.name), significant(worst.value, 6), set(worst.set.clone())]
         });
         let mut tables = vec![
@@ -258,7 +262,7 @@ pub fn results_page(cases: &Cases) -> String {
     let summary = told_of_cases(tally).iter().map(|line| parts(line)).collect();
     written(&Content {
         name: cases.name(),
-        words: &Words { verdict, tone, summary },
+        words: &Words { verdict, tone, summary, details: Vec::new() },
         proved: Vec::new(),
         shown: cases.pictures(),
         missing: None,

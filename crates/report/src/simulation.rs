@@ -60,7 +60,7 @@ fn words(file: &SimulationFile) -> Words {
         summary.push(label(name, format!("{key} {}", error(value))));
     }
     let tone = if file.status == "simulated" { Tone::Good } else { Tone::Note };
-    Words { verdict: file.status.replace('_', " "), tone, summary }
+    Words { verdict: file.status.replace('_', " "), tone, summary, details: Vec::new() }
 }
 
 fn vectors(rows: &[[f64; 3]]) -> Vec<Vector3> {

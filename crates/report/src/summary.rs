@@ -11,8 +11,10 @@ mod verified;
 
 pub use found::scheme;
 pub use lines::{Lines, TEXT, Tone, headline, line, paint, parts, wrapped};
+pub use stopped::remedies;
 pub use verified::{Judged, verified};
 
+use crate::firings;
 use found::{found, method};
 use slewkit::maneuver::{Outcome, Problem, SecondOrder, Settings};
 use slewkit::numerics::figures::{short, significant};
@@ -77,6 +79,7 @@ pub fn details(
     }
     if solution.outcome == Outcome::Converged {
         lines.extend(found(problem, solution, identity));
+        lines.lines("firings", firings::times(problem, solution, identity));
     } else {
         lines.line("stopped", stopped(solution));
         if let Some(proof) = &solution.infeasible {

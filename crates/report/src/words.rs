@@ -2,6 +2,8 @@
 
 use super::Subject;
 use super::arcs;
+use super::firings;
+use super::summary::inputs::scale;
 use crate::draw::Span;
 use slewkit::maneuver::{Outcome, Path, SecondOrder, Sense, Structure, Switching};
 use slewkit::numerics::figures::{error, significant};
@@ -138,7 +140,7 @@ fn minimum(subject: &Subject) -> &'static str {
 
 /// Checks, margins, rivals; those that the plan has.
 pub(super) fn tables(subject: &Subject) -> Vec<Table> {
-    let mut tables = vec![arcs_told(subject), rivals(subject)];
+    let mut tables = vec![firings::table(subject), arcs_told(subject), rivals(subject)];
     if let Some(found) = &subject.plan.verification {
         if !found.margins.is_empty() {
             tables.push(margins(subject, found));
@@ -155,7 +157,9 @@ fn arcs_told(subject: &Subject) -> Table {
     let arcs = switching.map_or(&[][..], |switching| &switching.arcs);
     let row = |(index, span): (usize, Span)| {
         let named = |(input, value): (usize, &f64)| {
-            (*value != 0.0).then(|| format!("{} {}", subject.input_name(input), significant(*value, 4)))
+            let (scale, _) = scale(subject.problem, subject.identity, input);
+            (*value != 0.0)
+                .then(|| format!("{} {}", subject.input_name(input), significant(*value / scale, 4)))
         };
         let inputs: Vec<String> = arcs[index].input.iter().enumerate().filter_map(named).collect();
         let inputs = match inputs.is_empty() {
@@ -167,10 +171,14 @@ fn arcs_told(subject: &Subject) -> Table {
         let length = significant(span.to - span.from, 5);
         vec![(index + 1).to_string(), span.label, number(span.from), number(span.to), length, inputs]
     };
+    let unit = match scale(subject.problem, subject.identity, 0).1 {
+        "N" => "inputs, N",
+        _ => "inputs, N·m",
+    };
     let spans = if arcs.is_empty() { Vec::new() } else { arcs::arcs(subject) };
     Table {
         title: "Arcs",
-        head: vec!["arc", "", "from, s", "to, s", "length, s", "inputs, N·m"],
+        head: vec!["arc", "", "from, s", "to, s", "length, s", unit],
         rows: spans.into_iter().enumerate().map(row).collect(),
         remark: "Of the continuous extremal; the plan is the optimum of its own grid, and differs by the square of the step.",
     }

@@ -3,8 +3,6 @@
 use slewkit_files::export::ExportError;
 pub use slewkit_report::summary::Tone;
 use slewkit_report::summary::paint;
-#[cfg(unix)]
-use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::time::{Duration, Instant};
 
@@ -90,26 +88,6 @@ impl Console {
             let _ = write!(io::stderr().lock(), "\r\x1b[K");
         }
     }
-}
-
-/// Whether data on stdout are taken by somebody: it leads to a file or into a pipe, and the text for people does not
-/// go to the same place.
-#[cfg(unix)]
-pub fn stdout_is_taken() -> bool {
-    use std::os::fd::{AsFd, BorrowedFd};
-    use std::os::unix::fs::{FileTypeExt, MetadataExt};
-    let about = |stream: BorrowedFd<'_>| File::from(stream.try_clone_to_owned()?).metadata();
-    let Ok(stdout) = about(io::stdout().as_fd()) else { return false };
-    let kind = stdout.file_type();
-    let taken = kind.is_file() || kind.is_fifo() || kind.is_socket();
-    let place = |stream: &std::fs::Metadata| (stream.dev(), stream.ino());
-    taken && !about(io::stderr().as_fd()).is_ok_and(|stderr| place(&stderr) == place(&stdout))
-}
-
-/// Whether data on stdout are taken by somebody: it is no terminal.
-#[cfg(not(unix))]
-pub fn stdout_is_taken() -> bool {
-    !io::stdout().is_terminal()
 }
 
 /// Writes data to stdout. A reader that has gone, as `head` does, ends the writing and is no error.

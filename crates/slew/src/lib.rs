@@ -106,10 +106,10 @@ enum Command {
         /// A command, or replay, glossary, conventions
         topic: Vec<String>,
     },
-    /// Explain the code of an error or a warning, as in `slew explain E0123`
+    /// Explain the code of an error or a warning, as in `slew explain E0123`; without a code, list them all
     Explain {
         /// The code
-        code: String,
+        code: Option<String>,
     },
     /// Print the page of the manual, of the program or of a command
     Man {
@@ -165,7 +165,8 @@ impl Command {
             Self::Convert(args) => convert::run(&args, console),
             Self::Schema(args) => texts::run(&args.output, &texts::schema(args.of), console),
             Self::Help { topic } => print(texts::help(Cli::command(), &topic)?.as_bytes()),
-            Self::Explain { code } => match texts::explanation(&code) {
+            Self::Explain { code: None } => print(texts::codes().as_bytes()),
+            Self::Explain { code: Some(code) } => match texts::explanation(&code) {
                 Some(text) => print(text.as_bytes()),
                 None => {
                     let reason = format!("there is no code {}", slewkit_files::spec::escape(&code));
@@ -173,7 +174,7 @@ impl Command {
                 }
             },
             Self::Man { command } => print(&texts::manual(Cli::command(), command.as_deref())?),
-            Self::Init(args) => texts::run(&args.output, &texts::template(args.simulation), console),
+            Self::Init(args) => texts::run(&args.output, &texts::template(&args), console),
             Self::Completions { shell } => {
                 // Into memory first: the generator panics when the pipe is closed.
                 let mut script = Vec::new();

@@ -14,8 +14,7 @@ pub struct OutputArgs {
     /// Format of the data, on stdout or in the file of `-o`; by default that of the file name, on stdout JSON
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<Format>,
-    /// Write the data to FILE, whole or not at all; its ending says in which format. `-` is stdout, where the data
-    /// go by themselves if it is redirected and the text is not
+    /// Write the data to FILE, whole or not at all; its ending says in which format. `-` is stdout
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Replace FILE if it exists
@@ -126,8 +125,7 @@ pub enum Destination {
 impl OutputArgs {
     /// The part that failures need.
     pub fn common(&self) -> Common {
-        let by_itself = self.format.is_none() && self.output.is_none() && console::stdout_is_taken();
-        let json = matches!(self.format, Some(Format::Json | Format::Jsonl)) || by_itself;
+        let json = matches!(self.format, Some(Format::Json | Format::Jsonl));
         Common { quiet: self.quiet, json }
     }
 
@@ -142,9 +140,6 @@ impl OutputArgs {
         let Some(path) = &self.output else {
             return Ok(match asked {
                 Some(format) => Destination::Stdout(format),
-                None if self.format.is_none() && console::stdout_is_taken() => {
-                    Destination::Stdout(Format::Json)
-                }
                 None => Destination::None,
             });
         };

@@ -54,36 +54,45 @@ pub fn plan(console: &Console, args: &SpecArgs, told: &Told) -> String {
 /// What to type next of a plan that is as it should be.
 fn next(args: &SpecArgs, file: Option<&Path>, verbose: bool) -> String {
     let more = if verbose { "" } else { "; -v tells how it was found" };
-    match file {
-        Some(file) => {
-            let name = word(&file.to_string_lossy());
-            format!("slew report {name} -o plan.html{more}")
-        }
-        None => {
-            let spec = word(&args.spec.to_string_lossy());
-            let all = format!("slew plan {spec} -o plan.json{more}");
-            let short = format!("add -o plan.json{more}");
-            if all.chars().count() <= summary::TEXT { all } else { short }
-        }
+    if let Some(file) = file {
+        let name = word(&file.to_string_lossy());
+        return format!("slew report {name} -o plan.html{more}");
+    }
+    let spec = word(&args.spec.to_string_lossy());
+    let command = format!("slew plan {spec} -o plan.json");
+    if command.chars().count() + more.chars().count() <= summary::TEXT {
+        format!("{command}{more}")
+    } else {
+        format!(
+            "-o plan.json writes it, --report plan.html shows it{}",
+            if verbose { "" } else { "; more: -v" }
+        )
     }
 }
 
-/// A command to try: why stands behind it, or in a line of its own where both are too long for one.
+/// A command to try. Where it is too long for a line it goes on in the next, as a shell reads it, and so does why.
 fn tried(text: &str) -> Vec<String> {
-    if text.chars().count() <= summary::TEXT {
-        return vec![line("try", text)];
-    }
-    let (command, why) = text.split_once("   # ").unwrap_or(("", text));
     let mut lines = Vec::new();
-    if !command.is_empty() {
-        // To be copied, it is not broken.
-        lines.push(line("try", command));
+    if text.chars().count() <= summary::TEXT {
+        lines.line("try", text);
+        return lines;
     }
-    for part in summary::wrapped(why, summary::TEXT - 2) {
-        let label = if lines.is_empty() { "try" } else { "" };
-        let sign = if command.is_empty() { "" } else { "# " };
-        lines.push(line(label, &format!("{sign}{part}")));
+    let Some((command, why)) = text.split_once("   # ") else {
+        lines.lines("try", summary::wrapped(text, summary::TEXT));
+        return lines;
+    };
+    if command.chars().count() <= summary::TEXT {
+        lines.line("try", command);
+    } else {
+        let parts: Vec<&str> = command.split(" --set ").collect();
+        let last = parts.len() - 1;
+        let told = parts.iter().enumerate().map(|(index, part)| {
+            let set = if index == 0 { "" } else { "  --set " };
+            format!("{set}{part}{}", if index == last { "" } else { " \\" })
+        });
+        lines.lines("try", told);
     }
+    lines.lines("", summary::wrapped(why, summary::TEXT - 2).iter().map(|part| format!("# {part}")));
     lines
 }
 

@@ -23,8 +23,22 @@ pub struct InitArgs {
     /// A simulation instead of a maneuver
     #[arg(long)]
     pub simulation: bool,
+    /// A spec for one purpose, short and ready to be planned
+    #[arg(long = "for", value_name = "PURPOSE", conflicts_with = "simulation")]
+    pub purpose: Option<Purpose>,
     #[command(flatten)]
     pub output: Args,
+}
+
+/// What a short spec is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Purpose {
+    /// Reaction wheels that store momentum, a star tracker and the Sun
+    Wheels,
+    /// Least fuel of thrusters by place and force
+    Thrusters,
+    /// Least time under limits of torque
+    Time,
 }
 
 /// Arguments of `slew schema`.
@@ -71,6 +85,12 @@ pub fn explanation(code: &str) -> Option<String> {
     Some(format!("{}\n", found.trim_end()))
 }
 
+/// All codes with their titles, a line each.
+pub fn codes() -> String {
+    let titles = EXPLANATIONS.split("\n\n").filter_map(|entry| entry.trim().lines().next());
+    titles.map(|title| format!("{title}\n")).collect()
+}
+
 /// The page of the manual of the program, or of one of its commands.
 pub fn manual(program: clap::Command, command: Option<&str>) -> Result<Vec<u8>, Failure> {
     let page = match command {
@@ -114,9 +134,15 @@ pub fn help(mut program: clap::Command, topic: &[String]) -> Result<String, Fail
 }
 
 /// A commented spec.
-pub fn template(simulation: bool) -> String {
-    if simulation { slewkit_files::spec::simulation_template() } else { slewkit_files::spec::template() }
-        .into()
+pub fn template(args: &InitArgs) -> String {
+    match args.purpose {
+        Some(Purpose::Wheels) => include_str!("templates/wheels.toml"),
+        Some(Purpose::Thrusters) => include_str!("templates/thrusters.toml"),
+        Some(Purpose::Time) => include_str!("templates/time.toml"),
+        None if args.simulation => slewkit_files::spec::simulation_template(),
+        None => slewkit_files::spec::template(),
+    }
+    .into()
 }
 
 /// Writes `text` where the arguments say.

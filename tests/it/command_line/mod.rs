@@ -12,6 +12,7 @@ mod check;
 mod compare;
 mod convert;
 mod export;
+mod first_time;
 mod monte_carlo;
 mod page;
 mod plan;

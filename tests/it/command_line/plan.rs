@@ -12,8 +12,13 @@ fn plan_tells_people_on_stderr_and_writes_the_file() {
     let run = folder.slew(&["plan", "spec.toml", "-o", "plan.json"]).ends(0);
     assert_eq!(run.stdout, "");
     let run = run.tells("test slew").tells("solved and verified").tells("wrote       plan.json");
-    for label in ["method", "cost", "iterations", "terminal", "optimality", "limits", "verified"] {
+    for label in ["slew", "cost", "arrives", "torque", "rate", "proof", "next"] {
         assert!(run.stderr.contains(&format!("\n  {label} ")), "{label}: {}", run.stderr);
+    }
+    assert!(!run.stderr.contains("Newton"), "for who flies it: {}", run.stderr);
+    let long = folder.slew(&["plan", "spec.toml", "-v"]).ends(0);
+    for label in ["slew", "method", "cost", "iterations", "terminal", "optimality", "limits", "verified"] {
+        assert!(long.stderr.contains(&format!("\n  {label} ")), "{label}: {}", long.stderr);
     }
     assert!(!run.stderr.contains('\u{1b}'), "no colour and no progress off a terminal");
     let plan = PlanFile::read(fs::File::open(folder.path("plan.json")).unwrap()).unwrap();
@@ -27,8 +32,8 @@ fn plan_tells_people_on_stderr_and_writes_the_file() {
 fn a_test_that_was_skipped_is_told_in_summary_and_file() {
     let folder = Folder::new();
     let skip = "solver.second_order=skipped";
-    let run = folder.slew(&["plan", "spec.toml", "--set", skip, "-o", "plan.json"]).ends(0);
-    run.tells("second order: not tested, as asked");
+    let run = folder.slew(&["plan", "spec.toml", "--set", skip, "-v", "-o", "plan.json"]).ends(0);
+    run.tells("whether it is a minimum was not tested").tells("second order: not tested, as asked");
     let plan = folder.json("plan.json");
     assert_eq!((&plan["second_order"], &plan["optimality"]["tested"]), (&"not_tested".into(), &false.into()));
     assert_eq!(plan["spec"]["solver"]["second_order"], "skipped");
@@ -90,7 +95,7 @@ fn unknown_endings_and_contradictions_are_refused_before_any_work() {
 }
 
 #[test]
-fn data_go_where_stdout_leads_unless_the_text_goes_there_too() {
+fn data_go_to_stdout_only_where_that_is_asked_for() {
     let folder = Folder::new();
     let to = |stdout: Stdio, stderr: Stdio, more: &[&str]| {
         let args = [&["plan", "spec.toml"], more].concat();
@@ -98,10 +103,15 @@ fn data_go_where_stdout_leads_unless_the_text_goes_there_too() {
         assert_eq!(status.code(), Some(0));
     };
     let file = |name: &str| fs::File::create(folder.path(name)).unwrap();
-    // Into a file of its own: the plan.
-    to(file("plan.json").into(), file("summary.txt").into(), &[]);
-    assert_eq!(folder.json("plan.json")["status"], "solved");
-    assert!(folder.read("summary.txt").contains("solved and verified"));
+    // Asked for, into a file of its own: the plan.
+    for (name, asked) in [("dash", ["-o", "-"]), ("format", ["--format", "json"])] {
+        to(file(name).into(), file("summary.txt").into(), &asked);
+        assert_eq!(folder.json(name)["status"], "solved");
+        assert!(folder.read("summary.txt").contains("solved and verified"));
+    }
+    // A log of a script is not filled with numbers that nobody wanted.
+    to(file("unasked.json").into(), file("summary.txt").into(), &[]);
+    assert_eq!(folder.read("unasked.json"), "");
     // Both into one file: what a script reads is the summary alone.
     let both = file("both.txt");
     to(both.try_clone().unwrap().into(), both.into(), &[]);
@@ -110,11 +120,12 @@ fn data_go_where_stdout_leads_unless_the_text_goes_there_too() {
     // Text alone was asked for.
     to(file("none.json").into(), Stdio::null(), &["--format", "text"]);
     assert_eq!(folder.read("none.json"), "");
-    // Into a pipe of its own, and with `-o` nothing but the file.
-    assert_eq!(folder.slew(&["plan", "spec.toml"]).ends(0).json()["status"], "solved");
+    // Into a pipe of its own nothing, and with `-o` nothing but the file.
+    assert_eq!(folder.slew(&["plan", "spec.toml"]).ends(0).stdout, "");
     assert_eq!(folder.slew(&["plan", "spec.toml", "-o", "other.json"]).ends(0).stdout, "");
     // What fails tells why where the plan would be.
-    let failed = folder.slew(&["plan", "spec.toml", "--set", "maneuver.duration_s=-1"]).ends(3);
+    let failed =
+        folder.slew(&["plan", "spec.toml", "--format", "json", "--set", "maneuver.duration_s=-1"]).ends(3);
     assert_eq!(failed.json()["status"], "spec_invalid");
 }
 
@@ -214,6 +225,9 @@ fn an_unsolved_plan_tells_how_it_stopped_and_what_to_try() {
     let keys = ["solver.max_iterations=1", "solver.method=\"shooting\"", "maneuver.path=\"long\""];
     let one = ["plan", "spec.toml", "-o", "best.json", "--set", keys[0], "--set", keys[1], "--set", keys[2]];
     let run = folder.slew(&one).ends(5).tells("not converged").tells("the iteration limit was reached");
+    let run = run.tells("attempts, which -v lists").tells("\n  try ").tells("solver.max_iterations");
+    assert!(run.stderr.lines().count() < 16, "{}", run.stderr);
+    let run = folder.slew(&[&one[..], &["-v", "--force"]].concat()).ends(5);
     let run = run.tells("\n  ladder ").tells("newton").tells("\n  try ").tells("solver.max_iterations");
     assert!(run.stderr.lines().count() < 60, "a crowd of runs shares a line: {}", run.stderr);
     let best = folder.json("best.json");
@@ -230,7 +244,8 @@ fn a_plan_under_constraints_tells_margins_and_is_verified_from_its_file() {
     let set =
         ["--set", cone, "--set", limit, "--set", "maneuver.steps=50", "--set", "solver.target=discrete"];
     let plan = |more: &[&str]| folder.slew(&[&["plan", "spec.toml"], &set[..], more].concat());
-    let run = plan(&["-o", "plan.json"]).ends(0).tells("solved and verified").tells("method      SCP: ");
+    let run =
+        plan(&["-v", "-o", "plan.json"]).ends(0).tells("solved and verified").tells("method      SCP: ");
     let run = run
         .tells("torque norm limit  active at ")
         .tells("Sun                active at ")
@@ -466,4 +481,37 @@ fn a_plan_on_chosen_steps_lands_and_is_written_on_its_own_grid() {
     folder.slew(&again).ends(0);
     let given = folder.json("given.json");
     assert!(given.get("chosen").is_none() && given["cost"] == plan["cost"]);
+}
+
+/// Infeasible specs say why and what to type, within a screen.
+#[test]
+fn summaries_of_what_is_infeasible_fit_a_screen() {
+    let folder = Folder::new();
+    for name in ["infeasible_cones", "infeasible_rate", "infeasible_torque", "infeasible_wheels"] {
+        let path = format!("problems/{name}.toml");
+        let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems");
+        fs::create_dir_all(folder.path("problems")).unwrap();
+        fs::copy(format!("{shipped}/{name}.toml"), folder.path(&path)).unwrap();
+        let run =
+            folder.slew(&["plan", &path]).ends(4).tells("infeasible").tells("\n  because ").tells("\n  try ");
+        assert!(run.stderr.lines().count() <= 12, "{}", run.stderr);
+        for line in run.stderr.lines() {
+            assert!(line.chars().count() <= 80, "{line}");
+        }
+    }
+}
+
+/// A command to try is one that a shell takes, on one line or two.
+#[test]
+fn a_long_command_to_try_goes_on_in_the_next_line() {
+    let folder = Folder::new();
+    let long = "a_spec_with_a_name_that_is_as_long_as_a_line.toml";
+    fs::copy(folder.path("spec.toml"), folder.path(long)).unwrap();
+    let set = ["--set", "actuators.torque_limit_n_m=0.01"];
+    let run = folder.slew(&["plan", long, set[0], set[1]]).ends(4);
+    let told = run.stderr.split("try         ").nth(1).unwrap();
+    let words: Vec<&str> =
+        told.split('#').next().unwrap().split_whitespace().filter(|word| *word != "\\").collect();
+    assert_eq!(words[..3], ["slew", "plan", long]);
+    folder.slew(&words[1..]).ends(0);
 }

@@ -1,5 +1,6 @@
 //! Every shipped problem planned as a user would, against numbers that nobody here computed with this crate.
 
+use super::told::{picture_faults, summary_faults};
 use slewkit::maneuver::problem::Problem;
 use slewkit::maneuver::settings::{Settings, Target};
 use slewkit::plan::{Plan, PlanError, Silent, Status, plan};
@@ -172,7 +173,7 @@ fn unmet(expect: &Expect, plan: &Plan) -> Vec<String> {
 }
 
 #[test]
-fn every_shipped_problem_comes_to_what_it_expects() {
+fn every_shipped_problem_comes_to_what_it_expects_and_is_told_and_drawn_so() {
     let only = std::env::var("SLEW_PROBLEM").ok();
     let mut failures = Vec::new();
     println!(
@@ -224,6 +225,9 @@ fn every_shipped_problem_comes_to_what_it_expects() {
             rivals.join(" ")
         );
         failures.extend(unmet(expect, &plan).into_iter().map(|what| format!("{name}: {what}")));
+        // What people see of it is looked at here because it has been planned here.
+        let seen = [summary_faults(&loaded, &plan), picture_faults(&loaded, &plan)].concat();
+        failures.extend(seen.into_iter().map(|what| format!("{name}: {what}")));
     }
     assert!(failures.is_empty(), "\n{}", failures.join("\n"));
 }

@@ -4,3 +4,4 @@
 
 mod maneuvers;
 mod simulations;
+mod told;

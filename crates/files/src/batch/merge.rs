@@ -1,7 +1,7 @@
 //! Shards put together: byte for byte the file of a run without shards.
 
 use super::error::shown;
-use super::{BatchError, CaseResult, Header, Results, Shard};
+use super::{BatchError, CaseResult, CommaTable, Header, Results, Shard};
 use crate::export::{ExportError, Target};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -21,6 +21,20 @@ pub fn merge(shards: &[PathBuf], target: &Target) -> Result<u64, BatchError> {
         serde_json::to_writer(&mut *output, &header)?;
         output.write_all(b"\n")?;
         every_result(&mut files, header.cases, wrong, &mut |_, line| Ok(output.write_all(line)?))
+    })?;
+    Ok(header.cases)
+}
+
+/// Writes them as a table of comma-separated values, a row a case, for spreadsheets.
+///
+/// # Errors
+/// As of [`merge`].
+pub fn merge_to_csv(shards: &[PathBuf], target: &Target) -> Result<u64, BatchError> {
+    let mut files = in_order(shards)?;
+    let header = whole(&files[0]);
+    written(target, |output, wrong| {
+        let mut table = CommaTable::begin(&header, output)?;
+        every_result(&mut files, header.cases, wrong, &mut |result, _| table.add(result))
     })?;
     Ok(header.cases)
 }

@@ -65,6 +65,8 @@
 
 mod case;
 mod cases;
+mod columns;
+mod comma;
 mod error;
 mod fingerprint;
 mod journal;
@@ -81,13 +83,14 @@ mod tally;
 
 pub use case::{Case, Kind};
 pub use cases::{Axis, Batch, MAX_CASES, Stream};
+pub use comma::CommaTable;
 pub use error::BatchError;
 pub use journal::{Found, Journal};
-pub use merge::{merge, merge_to_parquet};
+pub use merge::{merge, merge_to_csv, merge_to_parquet};
 pub use options::{MAX_THREADS, Options};
 pub use result::{CaseError, CaseResult, Header, Verdict};
 pub use results::Results;
 pub use run::{Ended, run};
 pub use shard::Shard;
 pub use solve::plan_case;
-pub use tally::{Quantiles, Tally, Worst};
+pub use tally::{Costs, Quantiles, Tally, Worst};

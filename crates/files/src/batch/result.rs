@@ -58,6 +58,9 @@ pub struct CaseResult {
     /// What is wrong with its spec.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<CaseError>,
+    /// What was minimised: "effort", "time" or "fuel". Costs of one are not to be held against those of another.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub objective: Option<String>,
     /// Cost of the plan, converged.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cost: Option<f64>,
@@ -211,6 +214,7 @@ impl CaseResult {
         // What is proved infeasible was not searched for.
         let searched = solution.outcome != Outcome::Infeasible;
         Self {
+            objective: Some(problem.objective.name().into()),
             cost: finite(solution.cost).filter(|_| known),
             duration_s: finite(solution.duration(problem)),
             steps: searched.then_some(solution.steps),

@@ -1,6 +1,7 @@
 //! Results as Parquet, a row a case, for those who analyse them. Lines of JSON stay the form in which a batch is run: they
 //! can be appended to and continued, and the end of a Parquet file is written last of all.
 
+use super::columns::{self, AFTER, BEFORE};
 use super::{CaseResult, Header};
 use crate::exchange::parquet::{Cells, Kind, ParquetTable};
 use crate::export::ExportError;
@@ -9,43 +10,6 @@ use std::io::Write;
 
 /// Rows that are held at a time.
 const ROWS: usize = 1 << 16;
-
-/// Where a column stands in a result, and what it is. Its head is the path with underscores.
-const BEFORE: [(&str, Kind); 2] = [("case", Kind::Integer), ("name", Kind::Text)];
-const AFTER: [(&str, Kind); 32] = [
-    ("status", Kind::Text),
-    ("exit_code", Kind::Integer),
-    ("error/code", Kind::Text),
-    ("error/key", Kind::Text),
-    ("error/reason", Kind::Text),
-    ("error/remedy", Kind::Text),
-    ("error/more", Kind::Integer),
-    ("cost", Kind::Number),
-    ("duration_s", Kind::Number),
-    ("steps", Kind::Integer),
-    ("method", Kind::Text),
-    ("outcome", Kind::Text),
-    ("iterations", Kind::Integer),
-    ("sense", Kind::Text),
-    ("turned_deg", Kind::Number),
-    ("terminal/attitude_rad", Kind::Number),
-    ("terminal/momentum_relative", Kind::Number),
-    ("terminal/position_relative", Kind::Number),
-    ("terminal/linear_momentum_relative", Kind::Number),
-    ("second_order", Kind::Text),
-    ("gap", Kind::Number),
-    ("verified/passed", Kind::Flag),
-    ("verified/failed", Kind::Text),
-    ("verified/discrete_attitude_rad", Kind::Number),
-    ("verified/continuous_attitude_deg", Kind::Number),
-    ("verified/order", Kind::Number),
-    ("verified/peak_torque_n_m", Kind::Number),
-    ("verified/peak_rate_deg_s", Kind::Number),
-    ("obstruction", Kind::Text),
-    ("shortest_duration_s", Kind::Number),
-    ("shortfall", Kind::Text),
-    ("solve_time_s", Kind::Number),
-];
 
 /// A column: its head, where its value stands, and what it is.
 #[derive(Clone)]
@@ -61,10 +25,15 @@ pub(super) struct Columns(Vec<Column>);
 impl Columns {
     /// Keys are numbers until a case sets one to something else.
     pub fn new(header: &Header) -> Self {
-        let fixed = |(path, kind): &(&str, Kind)| Column {
+        let fixed = |(path, kind): &(&str, columns::Kind)| Column {
             head: path.replace('/', "_"),
             path: path.split('/').map(String::from).collect(),
-            kind: *kind,
+            kind: match kind {
+                columns::Kind::Number => Kind::Number,
+                columns::Kind::Integer => Kind::Integer,
+                columns::Kind::Flag => Kind::Flag,
+                columns::Kind::Text => Kind::Text,
+            },
         };
         let key = |key: &String| Column {
             head: key.clone(),
@@ -168,6 +137,7 @@ mod tests {
             set: serde_json::Map::new(),
             status: text(),
             exit_code: 7,
+            objective: Some(text()),
             error: Some(error),
             cost: number,
             duration_s: number,

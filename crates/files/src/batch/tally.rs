@@ -29,12 +29,21 @@ pub struct Tally {
     pub widest_gap: Option<Worst>,
     /// Solved cases that go the long way round.
     pub long_way: u64,
-    /// The solved cases of the highest cost, the highest first.
-    pub costliest: Vec<Worst>,
+    /// Costs of the solved cases by what was minimised, because those of effort, time and fuel are in different units.
+    pub objectives: BTreeMap<String, Costs>,
     /// The solved case whose continuous motion misses by most \[deg\].
     pub farthest: Option<Worst>,
-    /// Costs of the solved cases.
-    costs: Vec<f64>,
+}
+
+/// Costs of solved cases that minimise the same.
+#[derive(Clone, Debug, Default)]
+pub struct Costs {
+    /// The cases of the highest cost, the highest first.
+    pub costliest: Vec<Worst>,
+    /// The case of the lowest cost.
+    pub cheapest: Option<Worst>,
+    /// All costs, in the order of the cases.
+    pub all: Vec<f64>,
 }
 
 /// A case that stands out, with what makes it.
@@ -98,12 +107,17 @@ impl Tally {
             set: result.settings().collect(),
         };
         if let Some(cost) = result.cost {
-            self.costs.push(cost);
+            let objective = result.objective.clone().unwrap_or_default();
+            let costs = self.objectives.entry(objective).or_default();
+            costs.all.push(cost);
             // Of equal costs the first case stands first.
-            let place = self.costliest.partition_point(|other| other.value >= cost);
+            let place = costs.costliest.partition_point(|other| other.value >= cost);
             if place < KEPT {
-                self.costliest.insert(place, worst(cost));
-                self.costliest.truncate(KEPT);
+                costs.costliest.insert(place, worst(cost));
+                costs.costliest.truncate(KEPT);
+            }
+            if costs.cheapest.as_ref().is_none_or(|least| cost < least.value) {
+                costs.cheapest = Some(worst(cost));
             }
         }
         let wider = |gap: &f64| self.widest_gap.as_ref().is_none_or(|most| *gap > most.value);
@@ -118,11 +132,6 @@ impl Tally {
         }
     }
 
-    /// Costs of the solved cases, in their order.
-    pub fn costs(&self) -> &[f64] {
-        &self.costs
-    }
-
     /// How many cases have a plan that the witnesses confirm.
     pub fn solved(&self) -> u64 {
         self.statuses.get("solved").map_or(0, |(count, _)| *count)
@@ -132,10 +141,12 @@ impl Tally {
     pub fn failed(&self) -> u64 {
         self.cases - self.solved()
     }
+}
 
-    /// Quantiles of the cost of what was solved; none where nothing was.
+impl Costs {
+    /// Their quantiles; none where nothing was solved.
     pub fn quantiles(&self) -> Option<Quantiles> {
-        let mut sorted = self.costs.clone();
+        let mut sorted = self.all.clone();
         sorted.sort_unstable_by(f64::total_cmp);
         let (least, largest) = (*sorted.first()?, *sorted.last()?);
         let at = |part: f64| quantile(&sorted, part);
@@ -176,6 +187,7 @@ mod tests {
             tally.add(&CaseResult {
                 case,
                 status: "solved".into(),
+                objective: Some("effort".into()),
                 cost: Some(cost),
                 ..CaseResult::default()
             });
@@ -186,11 +198,23 @@ mod tests {
             exit_code: 4,
             ..CaseResult::default()
         });
-        let kept: Vec<(u64, f64)> = tally.costliest.iter().map(|worst| (worst.case, worst.value)).collect();
+        let costs = tally.objectives["effort"].clone();
+        let kept: Vec<(u64, f64)> = costs.costliest.iter().map(|worst| (worst.case, worst.value)).collect();
+        assert_eq!(costs.cheapest.as_ref().map(|least| least.case), Some(3));
+        // What minimises something else is held against its like alone.
+        let fast = CaseResult {
+            case: 10,
+            objective: Some("time".into()),
+            cost: Some(99.0),
+            ..CaseResult::default()
+        };
+        tally.add(&CaseResult { status: "solved".into(), ..fast });
+        assert_eq!(tally.objectives["time"].costliest.len(), 1);
+        assert_eq!(tally.objectives["effort"].costliest[0].value, 9.0);
         assert_eq!(kept, [(2, 9.0), (4, 9.0), (7, 6.0), (6, 5.0), (5, 4.0)]);
         assert_eq!(
             (tally.solved(), tally.failed(), tally.statuses["infeasible"].clone()),
-            (8, 1, (1, vec![9]))
+            (9, 1, (1, vec![9]))
         );
     }
 }

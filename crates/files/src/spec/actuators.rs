@@ -1,5 +1,6 @@
 //! `[actuators]`: axes, weights, prices and limits of the inputs.
 
+pub(crate) mod reach;
 mod thrusters;
 mod wheels;
 

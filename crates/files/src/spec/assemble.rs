@@ -67,6 +67,20 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
     let (start_state, end_state) = (start.state(start_rotation.matrix)?, end.state(end_attitude)?);
     let (duration, path, environment) = (duration?, path?, environment?);
 
+    let turning = |end: &Boundary, state: State| {
+        if !end.rests_in_orbit() {
+            return state;
+        }
+        if root.section("environment").and_then(|section| section.word("kind")) != Some("gravity_gradient") {
+            let reason =
+                "there is no orbit to be at rest in: LVLH is the frame of kind = \"gravity_gradient\"";
+            let remedy = "add that [environment], or write angular_velocity_deg_s";
+            end.section.error("E0028", super::boundary::REST_IN_ORBIT, reason, remedy);
+        }
+        let angular_velocity = state.attitude.tr_mul(&environment.frame_rate());
+        State { angular_velocity, ..state }
+    };
+    let (start_state, end_state) = (turning(&start, start_state), turning(&end, end_state));
     let still = environment.is_free() && environment.frame_rate().amax() == 0.0;
     if still && is_same(&start_state, &end_state, &path) {
         let reason = "the body is at rest where it should end: the plan is zero torque";
@@ -313,6 +327,9 @@ fn refuse(
                 "torque_limit_n_m" => "add torque_limit_n_m to [actuators]: one number, or one per axis",
                 "environment" => "give `duration_s`, and minimise fuel or effort",
                 "force_limit_n" => "add force_limit_n to [actuators]: one number, or one per axis",
+                "torque_axes_body" if problem.actuation.torque.limits().one_sided => {
+                    "add thrusters that turn the body that way"
+                }
                 "torque_axes_body" => "add inputs until every direction is reached, or minimise effort",
                 "force_direction_body" => "add thrusters until they push and turn every way",
                 "fuel_price" => "give fuel_price as one number",
@@ -320,7 +337,22 @@ fn refuse(
                 "thruster" => "write minimize = \"fuel\", or describe the inputs by torque axes",
                 _ => remedy,
             };
-            maneuver.error("E0029", "minimize", (*reason).to_string(), remedy);
+            let lacking = match *what {
+                "torque_axes_body" | "force_direction_body" | "thruster" => {
+                    actuators::reach::lacking(&problem.actuation)
+                }
+                _ => None,
+            };
+            // Sent from effort to fuel, thrusters are not to be sent back.
+            let (reason, remedy) = match (lacking, *what) {
+                (Some(way), "thruster") => (
+                    format!("{reason}; and {way}"),
+                    format!("{remedy}; of thrusters fuel needs some that reach every direction"),
+                ),
+                (Some(way), _) => (format!("{reason}; {way}"), remedy.to_string()),
+                (None, _) => ((*reason).to_string(), remedy.to_string()),
+            };
+            maneuver.error("E0029", "minimize", reason, remedy);
         }
         ProblemError::Value { .. }
         | ProblemError::Missing(_)

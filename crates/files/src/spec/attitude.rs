@@ -202,8 +202,8 @@ fn euler(section: &Section, name: &str, purpose: Use) -> Option<Rotation> {
     warn_unit(section, given.as_slice(), name, purpose);
     let angles = if name.ends_with("_deg") { given.map(f64::to_radians) } else { given };
     let axes = name.bytes().skip("euler_".len()).take(3).map(|letter| match letter {
-        b'x' => Vector3::x(),
-        b'y' => Vector3::y(),
+        b'x' | b'1' => Vector3::x(),
+        b'y' | b'2' => Vector3::y(),
         _ => Vector3::z(),
     });
     let turns: Vec<Vector3> = axes.zip(angles.iter()).map(|(axis, angle)| axis * *angle).collect();

@@ -21,6 +21,9 @@ pub(crate) struct Boundary<'a> {
 
 pub(super) const TURN: &str = "rotation_from_start_rad";
 
+/// The key that says "at rest in LVLH".
+pub(super) const REST_IN_ORBIT: &str = "angular_velocity";
+
 impl<'a> Boundary<'a> {
     pub fn read(section: &'a Section, key: &'static str) -> Self {
         let purpose = if key == "attitude" { Use::Attitude } else { Use::Turn };
@@ -45,6 +48,11 @@ impl<'a> Boundary<'a> {
     pub fn is_open(&self) -> bool {
         let attitudes = ["attitude", "rotation_from_start", "attitude_file"];
         !attitudes.into_iter().any(|key| self.section.has(key))
+    }
+
+    /// Whether it turns with the orbit.
+    pub fn rests_in_orbit(&self) -> bool {
+        self.section.knows(REST_IN_ORBIT) && self.section.has(REST_IN_ORBIT)
     }
 
     pub fn moves(&self) -> bool {

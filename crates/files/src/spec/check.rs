@@ -200,6 +200,13 @@ impl Checker {
             Value::Array(items) => items,
             _ => return values::heavenly_body(node),
         };
+        let numbers = |items: &[Node]| items.iter().all(|item| matches!(item.value, Value::Number(_)));
+        if items.len() == 3 && numbers(items) {
+            // Three numbers can mean nothing but a vector.
+            let vector = Entry { key: "vector".into(), key_span: node.span, node: node.clone() };
+            let table = Node { span: node.span, value: Value::Table(vec![vector]) };
+            return Ok(Parsed::Tables(vec![self.table(&table, &DIRECTION, path)]));
+        }
         if items.iter().any(|item| matches!(item.value, Value::Number(_))) {
             let reason = "expected a direction, found a list of numbers";
             return wrong("E0025", node, reason, format!("write {sample}"));
@@ -338,7 +345,6 @@ pub(super) fn elsewhere(name: &str, table: &Table, root: &Table) -> String {
     }
     let known = table.keys.iter().filter(|key| !matches!(key.kind, Kind::Later(_) | Kind::HeavenlyBody));
     let known: Vec<_> = known.map(|key| key.name).filter(|name| !name.starts_with('$')).collect();
-    let shown = known.len().min(12);
-    let more = if known.len() > shown { ", …" } else { "" };
-    format!("the keys here are {}{more}", known[..shown].join(", "))
+    // All of them: the one that was meant may be any.
+    format!("the keys here are {}", known.join(", "))
 }

@@ -116,13 +116,15 @@ impl Surroundings<'_> {
         match section.word("kind") {
             Some("gravity_gradient") => {
                 for end in ends {
-                    if end.section.rate_key().is_none() && !end.section.has("angular_momentum_body_n_m_s") {
+                    let told = end.section.rate_key().is_some() || end.rests_in_orbit();
+                    if !told && !end.section.has("angular_momentum_body_n_m_s") {
                         let reason = format!(
                             "[{}] needs an angular velocity: under gravity_gradient rest against LVLH and inertial rest differ",
                             end.section.path
                         );
-                        let remedy = "add angular_velocity_rad_s, inertial, in body axes: at rest against LVLH it is \
-                                      orbital_rate · Rᵀ e2";
+                        let remedy = "add angular_velocity = \"at rest in LVLH\", or angular_velocity_rad_s, inertial, in body \
+                                      axes; LVLH is here e1 along the velocity, e2 the orbit normal, e3 outward: a frame with \
+                                      its z axis to nadir and y against the normal is that one turned by 180 deg about e1";
                         end.section.error_here("E0021", reason, remedy);
                     }
                 }

@@ -415,7 +415,7 @@ shared_keys! {
     VELOCITY_KEY = "velocity_m_s": Vector(q::VELOCITY);
     LATER_FILE = "attitude_file": Later("attitudes read from files");
 }
-const RATES: &[&str] = &["angular_velocity_deg_s", "angular_velocity_rad_s"];
+const RATES: &[&str] = &["angular_velocity_deg_s", "angular_velocity_rad_s", "angular_velocity"];
 const END_ATTITUDES: &[&str] = &["attitude", "rotation_from_start", "attitude_file"];
 const ENDS: &[&str] =
     &["attitude", "rotation_from_start", "attitude_file", "angular_velocity_deg_s", "angular_velocity_rad_s"];
@@ -429,6 +429,8 @@ tables! {
         ATTITUDE_KEY;
         RATE_DEG_KEY;
         RATE_RAD_KEY;
+        /// Instead of numbers: at rest against the frame of the orbit, under kind = "gravity_gradient".
+        "angular_velocity": Choice(&["at rest in LVLH"], &[]);
         POSITION_KEY;
         VELOCITY_KEY;
         LATER_FILE;
@@ -449,6 +451,8 @@ tables! {
         "rotation_from_start_rad": Vector(q::ANGLE_RAD);
         RATE_DEG_KEY;
         RATE_RAD_KEY;
+        /// Instead of numbers: at rest against the frame of the orbit, under kind = "gravity_gradient".
+        "angular_velocity": Choice(&["at rest in LVLH"], &[]);
         POSITION_KEY;
         VELOCITY_KEY;
         LATER_FILE;
@@ -514,7 +518,7 @@ tables! {
         "pivot_to_mass_center_m": Vector(q::LENGTH), only UNIFORM,
             needed "pivot_to_mass_center_m = [0, 0, 0.3]";
         /// Orbital rate. Attitudes are then relative to LVLH: e1 along the velocity, e2 the orbit normal, e3
-        /// radially outward.
+        /// radially outward. What has z to nadir and y against the normal is this turned by 180 degrees about e1.
         "orbital_rate_rad_s": Number(q::ORBITAL_RATE), only GRADIENT, needed "orbital_rate_rad_s = 0.00116";
         /// Gravitational parameter of the point mass at the origin.
         "gravitational_parameter_m3_s2": Number(q::GRAVITATIONAL_PARAMETER), only CENTRAL,
@@ -613,4 +617,8 @@ macro_rules! attitude_keys {
     };
 }
 
-attitude_keys! { "xyz" "xzy" "yxz" "yzx" "zxy" "zyx" "xyx" "xzx" "yxy" "yzy" "zxz" "zyz" }
+// Axes by letters, and by numbers, as spacecraft engineers write them: 321 is zyx.
+attitude_keys! {
+    "xyz" "xzy" "yxz" "yzx" "zxy" "zyx" "xyx" "xzx" "yxy" "yzy" "zxz" "zyz"
+    "123" "132" "213" "231" "312" "321" "121" "131" "212" "232" "313" "323"
+}

@@ -417,6 +417,11 @@ fn parse(source: &Source, format: Format) -> Result<Node, Vec<Finding>> {
     };
     match &root.value {
         Value::Table(entries) if entries.is_empty() => empty(),
+        Value::Table(_) if root.entry("trajectory").is_some() && root.entry("exit_code").is_some() => {
+            let reason = "this is a plan file, not a spec";
+            let remedy = "`slew verify`, `slew report` and `slew export` take it; its own spec is what stands in it under `spec`";
+            wrong("E0018", (first, first + 1), reason, remedy)
+        }
         Value::Table(_) => Ok(root),
         other => {
             let reason = format!("a spec is an object, this is {}", other.kind());

@@ -157,7 +157,11 @@ fn kind(kind: Kind) -> Value {
             let vector = list(3, number(&quantity));
             json!({ "oneOf": [vector, several(vector.clone())] })
         }
-        Kind::Directions => json!({ "oneOf": [table(&DIRECTION), several(table(&DIRECTION))] }),
+        Kind::Directions => {
+            let vector =
+                json!({ "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3 });
+            json!({ "oneOf": [table(&DIRECTION), several(table(&DIRECTION)), vector] })
+        }
         Kind::Texts(most) => json!({ "type": "array", "items": { "type": "string" }, "maxItems": most }),
         Kind::Later(_) | Kind::HeavenlyBody => json!(false),
     }

@@ -5,10 +5,11 @@ use super::fixed_axis;
 use super::inputs;
 use super::lines::{Lines, TEXT, line, wrapped};
 use super::stopped::{nearest, stopped};
+use crate::firings;
 use slewkit::maneuver::{
     Motion, Objective, Outcome, Path, Problem, Rule, SecondOrder, Sense, Settings, Solution, Structure,
 };
-use slewkit::numerics::figures::{counted, error, short, significant};
+use slewkit::numerics::figures::{counted, short, significant};
 use slewkit::plan::Plan;
 use slewkit::verify::{Accuracy, Margin, Verification};
 use slewkit_files::identity::Identity;
@@ -23,6 +24,9 @@ const AROUND: usize = 2;
 /// A part below this is nothing to an engineer: costs are told to a tenth of a percent.
 const SAME: f64 = 5e-4;
 
+/// Less room than this is none to an engineer \[deg\].
+const LITTLE: f64 = 1e-3;
+
 /// The lines below the headline, but for what to type next.
 pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identity: &Identity) -> Vec<String> {
     let solution = &plan.solution;
@@ -31,10 +35,11 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
         return unsolved(solution);
     }
     let mut lines = Vec::new();
-    lines.line("slew", slew(problem, solution));
+    lines.lines("slew", wrapped(&slew(problem, solution), TEXT));
     lines.lines("cost", wrapped(&cost(problem, solution, identity), TEXT));
-    let mut last = vec![line("proof", &proof(problem, solution))];
-    last.extend(also(problem, solution));
+    let mut last = Vec::new();
+    last.lines("proof", wrapped(&proof(problem, solution), TEXT));
+    last.lines("also found", also(problem, solution).iter().flat_map(|text| wrapped(text, TEXT)));
     let Some(found) = &plan.verification else {
         lines.extend(last);
         return lines;
@@ -46,15 +51,21 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
     }
     lines.lines("arrives", arrives(problem, settings, found));
     lines.extend(inputs::told(problem, solution, found, identity));
-    lines.line("rate", rate(problem, found));
+    lines.lines(
+        "firing",
+        firings::told(problem, solution, identity).iter().flat_map(|text| wrapped(text, TEXT)),
+    );
+    lines.lines("rate", wrapped(&rate(problem, found), TEXT));
     let failed = found.checks.iter().filter(|check| !check.passed).count();
     if failed > 0 {
         let what = found.checks.iter().find(|check| !check.passed).map_or("", |check| &check.name);
         let more = if failed > 1 { format!(" and {} more", failed - 1) } else { String::new() };
-        last = vec![line("failed", &format!("{}{more}; -v tells value and limit", escape(what)))];
+        last.clear();
+        last.lines("failed", wrapped(&format!("{}{more}; -v tells value and limit", escape(what)), TEXT));
     }
     let room = MOST_LINES.saturating_sub(AROUND + lines.len() + last.len()).max(1);
-    lines.lines("clearance", clearances(problem, solution, found, room));
+    let told = clearances(problem, solution, found, room);
+    lines.lines("clearance", told.iter().flat_map(|text| wrapped(text, TEXT)));
     lines.extend(last);
     lines
 }
@@ -93,9 +104,10 @@ fn slew(problem: &Problem, solution: &Solution) -> String {
             format!(" and {} m on", short(way))
         }
     };
-    let sought = if problem.seeks_duration() { ", which was sought" } else { "" };
+    let timed = problem.objective == Objective::Time;
+    let sought = if problem.seeks_duration() && !timed { " (sought)" } else { "" };
     let steps = counted(solution.steps, "step");
-    format!("{turned:.1} deg{moved}, {round}, in {duration} s{sought} ({steps})")
+    format!("{turned:.1} deg{moved}, {round}, in {duration} s{sought}, {steps}")
 }
 
 /// Cost with its unit, and against the turn about a fixed axis.
@@ -147,10 +159,11 @@ fn arrives(problem: &Problem, settings: &Settings, found: &Verification) -> Vec<
     let rate = off(found.continuous_rate_rad_s.to_degrees(), "deg/s");
     let mut lines = Vec::new();
     if let (Some(position), Some(velocity)) = (found.continuous_position_m, found.continuous_velocity_m_s) {
-        lines.push(format!("{attitude}, {rate}, {}, {} off,", off(position, "m"), off(velocity, "m/s")));
-        lines.push("by the true motion under these forces and torques".into());
+        let (position, velocity) = (off(position, "m"), off(velocity, "m/s"));
+        lines =
+            wrapped(&format!("{attitude}, {rate}, {position} and {velocity} off, in the true motion"), TEXT);
     } else {
-        lines.push(format!("{attitude} and {rate} off, by the true motion under these torques"));
+        lines.push(format!("{attitude} and {rate} off, in the true motion"));
     }
     let accuracy = Accuracy::of(found, problem, settings.continuous_limit());
     let missed = accuracy.continuous_attitude_deg;
@@ -221,8 +234,16 @@ fn clearances(problem: &Problem, solution: &Solution, found: &Verification, room
         let at = format!("at {} s", short(margin.time_s));
         match left {
             left if left < 0.0 => format!("{name}: {} deg too near {at}", significant(-left, 2)),
-            _ if along => format!("{name}: {} deg to spare, along its cone {at}", significant(left, 3)),
-            left => format!("{name}: {} deg to spare {at}", significant(left, 3)),
+            left => {
+                // What is drawn in until the true motion holds it touches it up to the tolerance of that.
+                let spare = if left < LITTLE {
+                    format!("less than {LITTLE} deg")
+                } else {
+                    format!("{} deg", significant(left, 3))
+                };
+                let along = if along { ", along the cone" } else { "" };
+                format!("{name}: {spare} to spare{along} {at}")
+            }
         }
     };
     if cones.len() <= room {
@@ -246,7 +267,10 @@ pub(super) fn clipped(text: &str, most: usize) -> String {
 fn proof(problem: &Problem, solution: &Solution) -> String {
     if let Some(switching) = &solution.switching {
         let part = switching.gap / switching.continuous_cost;
-        let gap = format!("within {} % of the least nearby", significant(100.0 * part, 2));
+        let gap = match 100.0 * part {
+            small if small < 1e-3 => "within 0.001 % of the least nearby".into(),
+            part => format!("within {} % of the least nearby", significant(part, 2)),
+        };
         return match switching.structure {
             Structure::Rest => "nothing to do: the body is where it should be".into(),
             _ if switching.beside_optimum => {
@@ -269,9 +293,9 @@ fn proof(problem: &Problem, solution: &Solution) -> String {
     if problem.is_shaped() {
         return match solution.convex.map_or(0.0, |work| work.effort_share) {
             share if share > 1e-6 => {
-                "nearly least nearby: a little effort is counted to smooth the inputs".into()
+                "nearly the least nearby: some effort is counted to smooth the inputs".into()
             }
-            _ => "least nearby, to first order; others may be better".into(),
+            _ => "the least nearby, to first order; others may be better".into(),
         };
     }
     match solution.optimality.second_order() {
@@ -293,32 +317,26 @@ fn also(problem: &Problem, solution: &Solution) -> Option<String> {
         Sense::Short => "the short way round",
         Sense::Long => "the long way round",
     };
-    let turned = if nearest.turned_deg.is_finite() {
-        format!("{:.1} deg, {round}, ", nearest.turned_deg)
+    // Of switching times alone no path is known.
+    let way = if solution.switching.is_some() {
+        "another way".into()
     } else {
-        String::new()
-    };
-    let part = nearest.cost / best;
-    let cost = match part {
-        part if part >= 10.0 => format!("{} times the cost", significant(part, 3)),
-        part if part > 1.0 + SAME => format!("{} % more", significant(100.0 * (part - 1.0), 2)),
-        part if part < 1.0 - SAME => {
-            format!("{} % less, but no minimum", significant(100.0 * (1.0 - part), 2))
-        }
-        _ => "at the same cost".into(),
+        format!("{:.1} deg, {round}", nearest.turned_deg)
     };
     let unit = match problem.objective {
         Objective::Time => " s",
         _ => "",
     };
+    let cost = format!("{}{unit}", significant(nearest.cost, 4));
+    let against = match nearest.cost / best {
+        part if part >= 10.0 => format!("at {} times the cost ({cost})", significant(part, 3)),
+        part if part > 1.0 + SAME => format!("at {} % more ({cost})", significant(100.0 * (part - 1.0), 2)),
+        part if part < 1.0 - SAME => format!("at {} % less ({cost})", significant(100.0 * (1.0 - part), 2)),
+        _ => format!("at nearly the same cost ({cost})"),
+    };
     let others = match solution.rivals.len() - 1 {
         0 => String::new(),
         more => format!("; {more} more"),
     };
-    Some(line("also found", &format!("{turned}{}{unit}, {cost}{others}", error_or(nearest.cost))))
-}
-
-/// A cost to six digits.
-fn error_or(cost: f64) -> String {
-    if cost.is_finite() { significant(cost, 6) } else { error(cost) }
+    Some(format!("{way} {against}{others}"))
 }

@@ -2,8 +2,8 @@
 
 use super::found::terminal;
 use super::lines::Lines;
-use slewkit::maneuver::{Method, Outcome, RungReport, Solution, TerminalError};
-use slewkit::numerics::figures::{counted, error, significant};
+use slewkit::maneuver::{Method, Outcome, Problem, RungReport, Solution, TerminalError};
+use slewkit::numerics::figures::{about, counted, error, rounded_up, short, significant};
 use slewkit_files::spec::escape;
 
 pub(super) fn stopped(solution: &Solution) -> &'static str {
@@ -26,6 +26,35 @@ pub(super) fn stopped(solution: &Solution) -> &'static str {
 /// The terminal error of the best iterate, if one reached the end at all.
 pub(super) fn best(error: &TerminalError) -> String {
     if error.largest().is_finite() { terminal(error) } else { "no iterate reached the end".into() }
+}
+
+/// What would do where there is no plan, most promising first.
+pub fn remedies(problem: &Problem, solution: &Solution) -> Vec<String> {
+    let key = if problem.duration_at_most.is_some() { "duration_at_most_s" } else { "duration_s" };
+    let mut told = Vec::new();
+    if let Some(bound) = solution.infeasible.as_ref().and_then(|proof| proof.duration_lower_bound) {
+        let longer = short(rounded_up(1.2 * bound));
+        told.push(format!("{key} = {longer}, as no plan takes less than {} s", about(bound)));
+    }
+    if let Some(longer) = solution.longer {
+        told.push(format!("{key} = {}, for which a plan was found", short(longer)));
+    }
+    match solution.outcome {
+        Outcome::Converged | Outcome::Interrupted => {}
+        Outcome::Infeasible => {
+            told.push("what the reason names; or other torque axes, terminal rates or attitudes".into());
+        }
+        Outcome::TimeLimit => told.push("more time to search, solver.time_limit_s; or fewer steps".into()),
+        Outcome::IterationLimit => told.push("more solver.max_iterations, or more maneuver.steps".into()),
+        Outcome::StepTooLong => told.push("more maneuver.steps".into()),
+        Outcome::Singular => {
+            told.push("other torque axes, or rates at the end that the present ones can reach".into())
+        }
+        Outcome::Stalled | Outcome::NotFinite => {
+            told.push("more steps, looser limits, or solver.search = \"thorough\"".into());
+        }
+    }
+    told
 }
 
 /// How near the best iterate came to the end.

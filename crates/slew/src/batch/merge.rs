@@ -1,9 +1,10 @@
 //! `slew merge`: shards put together.
 
-use crate::{Common, Console, Exit, Failure, interrupt, summary};
+use crate::{Common, Console, Exit, Failure, Message, interrupt, summary};
 use slewkit::numerics::figures::counted;
-use slewkit_files::batch::{merge, merge_to_parquet};
+use slewkit_files::batch::{merge, merge_to_csv, merge_to_parquet};
 use slewkit_files::export::Target;
+use slewkit_files::spec::escape;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `slew merge`.
@@ -11,17 +12,17 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "\
 The shards may be named in any order. All of them are needed, and each must be complete: what is
 missing is named, and nothing is written. The result is, byte for byte, the file of a run
-without --shard. A name that ends in .parquet makes a table of it, a row a case, for pandas and its
-like; that needs a build with the feature `parquet`.
+without --shard. A name that ends in .csv or .parquet makes a table of it, a row a case, for
+spreadsheets, pandas and their like; .parquet needs a build with the feature `parquet`.
 
 Examples:
   slew merge part1.jsonl part2.jsonl part3.jsonl -o all.jsonl
-  slew merge all.jsonl -o all.parquet")]
+  slew merge all.jsonl -o all.csv")]
 pub struct Args {
     /// Results of all shards of one batch, or of a whole one
     #[arg(value_name = "SHARD.jsonl", required = true)]
     pub shards: Vec<PathBuf>,
-    /// The file of all results
+    /// The file of all results: .jsonl, .ndjson, .csv or .parquet
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
     /// Replace FILE if it exists
@@ -44,8 +45,11 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     interrupt::end_at_once();
     let target = Target::new(&args.output, args.force)?;
     args.shards.iter().try_for_each(|shard| target.distinct_from(shard))?;
+    checked_ending(&args.output, &["jsonl", "ndjson", "csv", "parquet"])?;
     let cases = if is_parquet(&args.output) {
         merge_to_parquet(&args.shards, &target)
+    } else if is_csv(&args.output) {
+        merge_to_csv(&args.shards, &target)
     } else {
         merge(&args.shards, &target)
     }?;
@@ -53,6 +57,29 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     console.say(&summary::line("merged", &format!("{cases} cases of {shards}")));
     summary::wrote(console, &target);
     Ok(Exit::Solved)
+}
+
+/// Refuses a name of results whose ending is none of `endings`; what is no file, such as `/dev/null`, needs none.
+pub fn checked_ending(path: &Path, endings: &[&str]) -> Result<(), Failure> {
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    let is_known = ending.as_deref().is_some_and(|ending| endings.contains(&ending));
+    if is_known || (path.exists() && !path.is_file()) {
+        return Ok(());
+    }
+    let shown = escape(&path.to_string_lossy());
+    let reason = match ending {
+        Some(ending) => format!("{shown}: results have no format with the ending .{}", escape(&ending)),
+        None => format!("{shown} has no ending, which would say in which format"),
+    };
+    let known: Vec<String> = endings.iter().map(|ending| format!(".{ending}")).collect();
+    let remedy =
+        format!("let the name end in {}: .jsonl holds lines of JSON, and can be continued", known.join(", "));
+    Err(Failure::Output(Message::new("E0105", reason, remedy)))
+}
+
+/// Whether a file of this name is to be a table of comma-separated values.
+pub fn is_csv(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
 }
 
 /// Whether a file of this name is to be Parquet.

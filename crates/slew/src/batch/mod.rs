@@ -8,13 +8,13 @@ pub mod sweep;
 pub mod table;
 
 use super::{
-    Common, Console, Exit, Failure, Message, OutputArgs, Reading, SpecArgs, console, export, interrupt, plan,
+    Common, Console, Exit, Failure, Message, OutputArgs, Reading, SpecArgs, export, interrupt, plan,
 };
 use progress::Progress;
 use slewkit_files::batch::{
-    Batch, BatchError, CaseResult, Ended, Journal, MAX_THREADS, Options, Shard, Tally, run,
+    Batch, BatchError, CaseResult, CommaTable, Ended, Journal, MAX_THREADS, Options, Shard, Tally, run,
 };
-use slewkit_files::export::{FileError, distinct};
+use slewkit_files::export::{FileError, Target, distinct};
 use slewkit_files::spec::{Base, escape};
 use std::cell::Cell;
 use std::io::{self, Write};
@@ -24,9 +24,9 @@ use std::time::Instant;
 /// How cases are planned and where results go, the same in all commands of many cases.
 #[derive(Debug, clap::Args)]
 pub struct Running {
-    /// Append the results to FILE, a JSON object a line; a file that has some of them is continued. `-` is stdout,
-    /// where the results go by themselves if it is redirected. With --case: the plan file
-    #[arg(short, long, value_name = "FILE.jsonl")]
+    /// Append the results to FILE.jsonl, a JSON object a line; a file that has some of them is continued. FILE.csv is a
+    /// table, written at the end. `-` is stdout. With --case: the plan file
+    #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Throw away the results that FILE holds; replace the plan file
     #[arg(long)]
@@ -107,6 +107,14 @@ pub fn conduct(
     for input in std::iter::once(asked.spec).chain(asked.cases) {
         outputs().try_for_each(|output| distinct(output, input))?;
     }
+    if let Some(path) = running.output.as_deref().filter(|path| path.as_os_str() != "-") {
+        merge::checked_ending(path, &["jsonl", "ndjson", "csv"])?;
+        if merge::is_csv(path) && running.shard.is_some() {
+            let reason = "shards are put together from lines of JSON, not from tables";
+            let remedy = "give -o FILE.jsonl, then `slew merge FILE.jsonl … -o ALL.csv`";
+            return Err(Failure::Output(Message::new("E0107", reason, remedy)));
+        }
+    }
     if let Some(folder) = &options.plans {
         make(folder)?;
     }
@@ -119,7 +127,7 @@ pub fn conduct(
         batch.check_plans(folder, shard)?;
     }
 
-    if running.output.is_some() || console::stdout_is_taken() {
+    if running.output.is_some() {
         interrupt::watch_kept();
     } else {
         interrupt::watch();
@@ -128,7 +136,7 @@ pub fn conduct(
     let counts = Cell::new((tally.cases, tally.failed()));
     let progress = Progress::new(shard.count(batch.count()), done, running.progress);
     let mut take = |result: &CaseResult, line: &str| {
-        sink.line(line)?;
+        sink.take(result, line)?;
         tally.add(result);
         counts.set((tally.cases, tally.failed()));
         Ok(())
@@ -222,6 +230,8 @@ enum Sink {
     Nowhere,
     Stdout,
     File(PathBuf, Box<Journal>),
+    /// A table of comma-separated values, which is written when all is there.
+    Table(Target, Box<slewkit_files::batch::Header>, Vec<CaseResult>),
 }
 
 impl Sink {
@@ -232,8 +242,10 @@ impl Sink {
         tally: &mut Tally,
         console: &mut Console,
     ) -> Result<Self, Failure> {
-        let by_itself = running.output.is_none() && console::stdout_is_taken();
         match &running.output {
+            Some(path) if merge::is_csv(path) => {
+                Ok(Self::Table(Target::new(path, running.force)?, Box::new(header.clone()), Vec::new()))
+            }
             Some(path) if path.as_os_str() != "-" => {
                 let (journal, found) =
                     Journal::open(path, header, running.force, &mut |result| tally.add(result))?;
@@ -247,7 +259,7 @@ impl Sink {
                 }
                 Ok(Self::File(path.clone(), Box::new(journal)))
             }
-            None if !by_itself => Ok(Self::Nowhere),
+            None => Ok(Self::Nowhere),
             _ => {
                 let head =
                     serde_json::to_string(header).map_err(|error| Failure::Internal(error.to_string()))?;
@@ -257,9 +269,17 @@ impl Sink {
         }
     }
 
+    fn take(&mut self, result: &CaseResult, line: &str) -> Result<(), BatchError> {
+        if let Self::Table(_, _, results) = self {
+            results.push(result.clone());
+            return Ok(());
+        }
+        self.line(line)
+    }
+
     fn line(&mut self, line: &str) -> Result<(), BatchError> {
         match self {
-            Self::Nowhere => Ok(()),
+            Self::Nowhere | Self::Table(..) => Ok(()),
             Self::File(_, journal) => journal.line(line),
             Self::Stdout => {
                 let mut output = io::stdout().lock();
@@ -276,6 +296,13 @@ impl Sink {
         match self {
             Self::Nowhere | Self::Stdout => Ok(None),
             Self::File(path, journal) => journal.close().map(|()| Some(path)),
+            Self::Table(target, header, results) => {
+                target.write(|output| {
+                    let mut table = CommaTable::begin(&header, output)?;
+                    results.iter().try_for_each(|result| table.add(result))
+                })?;
+                Ok(Some(target.path().to_path_buf()))
+            }
         }
     }
 }

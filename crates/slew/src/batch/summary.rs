@@ -59,11 +59,14 @@ pub fn text(console: &Console, facts: &Facts<'_>) -> String {
     if facts.done > 0 {
         lines.line("continued", format!("after {} cases that were there", facts.done));
     }
-    if let Some(path) = &facts.output {
+    if let Some(path) = facts.output.as_deref() {
         lines.line("wrote", escape(&path.to_string_lossy()));
     }
     if *stopped {
-        let how = match facts.output {
+        let how = match facts.output.as_deref() {
+            Some(path) if super::merge::is_csv(path) => {
+                "a table is not gone on with: with -o FILE.jsonl the same command would"
+            }
             Some(_) if facts.forced => "the same command without --force goes on where this was left",
             Some(_) => "the same command goes on where this was left",
             None => "nothing was kept: with -o FILE.jsonl the same command would go on where it was left",
@@ -77,7 +80,8 @@ pub fn text(console: &Console, facts: &Facts<'_>) -> String {
 fn again(facts: &Facts<'_>) -> Option<String> {
     let failures = facts.tally.statuses.iter().filter(|(status, _)| *status != "solved");
     let failed = failures.filter_map(|(_, (_, first))| first.first().copied()).min();
-    let costliest = facts.tally.costliest.first().map(|worst| worst.case);
+    let costs = facts.tally.objectives.values().next();
+    let costliest = costs.and_then(|costs| costs.costliest.first()).map(|worst| worst.case);
     let case = failed.or(costliest)?;
     let Asked { command, reading, spec, .. } = facts.asked;
     if spec.as_os_str() == "-" {

@@ -1,0 +1,48 @@
+//! The columns of a table of results, a row a case: where each stands in a result, and what it is.
+
+/// What the cells of a column are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Number,
+    Integer,
+    Flag,
+    Text,
+}
+
+/// Where a column stands in a result, and what it is. Its head is the path with underscores.
+pub(super) const BEFORE: [(&str, Kind); 2] = [("case", Kind::Integer), ("name", Kind::Text)];
+pub(super) const AFTER: [(&str, Kind); 33] = [
+    ("status", Kind::Text),
+    ("exit_code", Kind::Integer),
+    ("error/code", Kind::Text),
+    ("error/key", Kind::Text),
+    ("error/reason", Kind::Text),
+    ("error/remedy", Kind::Text),
+    ("error/more", Kind::Integer),
+    ("objective", Kind::Text),
+    ("cost", Kind::Number),
+    ("duration_s", Kind::Number),
+    ("steps", Kind::Integer),
+    ("method", Kind::Text),
+    ("outcome", Kind::Text),
+    ("iterations", Kind::Integer),
+    ("sense", Kind::Text),
+    ("turned_deg", Kind::Number),
+    ("terminal/attitude_rad", Kind::Number),
+    ("terminal/momentum_relative", Kind::Number),
+    ("terminal/position_relative", Kind::Number),
+    ("terminal/linear_momentum_relative", Kind::Number),
+    ("second_order", Kind::Text),
+    ("gap", Kind::Number),
+    ("verified/passed", Kind::Flag),
+    ("verified/failed", Kind::Text),
+    ("verified/discrete_attitude_rad", Kind::Number),
+    ("verified/continuous_attitude_deg", Kind::Number),
+    ("verified/order", Kind::Number),
+    ("verified/peak_torque_n_m", Kind::Number),
+    ("verified/peak_rate_deg_s", Kind::Number),
+    ("obstruction", Kind::Text),
+    ("shortest_duration_s", Kind::Number),
+    ("shortfall", Kind::Text),
+    ("solve_time_s", Kind::Number),
+];

@@ -1,0 +1,64 @@
+//! Results as a table of comma-separated values (RFC 4180), a row a case, for spreadsheets: the columns of the Parquet table.
+
+use super::columns::{AFTER, BEFORE};
+use super::{CaseResult, Header};
+use crate::export::ExportError;
+use serde_json::Value;
+use std::io::Write;
+
+/// A table of results that is being written.
+pub struct CommaTable<'o> {
+    output: &'o mut dyn Write,
+    /// Where the value of each column stands in a result.
+    paths: Vec<Vec<String>>,
+}
+
+impl<'o> CommaTable<'o> {
+    /// Begins the table with its head: every column that a result can have, and every key that the cases set.
+    ///
+    /// # Errors
+    /// Of the writing.
+    pub fn begin(header: &Header, output: &'o mut dyn Write) -> Result<Self, ExportError> {
+        let fixed = |(path, _): &(&str, _)| -> Vec<String> { path.split('/').map(String::from).collect() };
+        let set = header.keys.iter().map(|key| vec!["set".into(), key.clone()]);
+        let paths: Vec<_> = BEFORE.iter().map(fixed).chain(set).chain(AFTER.iter().map(fixed)).collect();
+        let head = paths.iter().map(|path| match &path[..] {
+            [set, key] if set == "set" => quoted(key),
+            path => quoted(&path.join("_")),
+        });
+        let head: Vec<String> = head.collect();
+        let mut table = Self { output, paths };
+        table.row(&head)?;
+        Ok(table)
+    }
+
+    /// Adds a result.
+    ///
+    /// # Errors
+    /// Of the writing.
+    pub fn add(&mut self, result: &CaseResult) -> Result<(), ExportError> {
+        let result = serde_json::to_value(result)?;
+        let cell = |path: &Vec<String>| match path.iter().try_fold(&result, |value, key| value.get(key)) {
+            None | Some(Value::Null) => String::new(),
+            Some(Value::String(text)) => quoted(text),
+            Some(value) => quoted(&value.to_string()),
+        };
+        let cells: Vec<String> = self.paths.iter().map(cell).collect();
+        self.row(&cells)
+    }
+
+    fn row(&mut self, cells: &[String]) -> Result<(), ExportError> {
+        Ok(writeln!(self.output, "{}", cells.join(","))?)
+    }
+}
+
+/// In quotes where a reader would see more cells or lines than one. A line break becomes a blank: many readers take a line for a
+/// row.
+fn quoted(text: &str) -> String {
+    let text = text.replace(['\r', '\n'], " ");
+    if text.contains([',', '"', ';', '\t']) || text.trim() != text {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text
+    }
+}

@@ -1,0 +1,89 @@
+//! Which way inputs lack, where they do not reach every direction.
+
+use slewkit::Vector3;
+use slewkit::mechanics::{Actuation, ActuatorSet};
+
+/// A part of the length of an axis that counts as nothing.
+const NOTHING: f64 = 1e-9;
+
+/// In words, as in "nothing turns the body about (0, 0, -1)": a direction in which the inputs give nothing, where torques or
+/// forces alone lack one.
+pub(crate) fn lacking(actuation: &Actuation) -> Option<String> {
+    let force = actuation.force.as_ref().filter(|_| actuation.thrusters.is_some());
+    let lacks = |set: &ActuatorSet, what: &str| Some(format!("nothing {what} {}", shown(&direction(set)?)));
+    lacks(&actuation.torque, "turns the body about")
+        .or_else(|| lacks(force?, "pushes the body along"))
+        .or_else(|| force.map(|_| "each way by itself is there, but not every push with every turn".into()))
+}
+
+/// A unit vector along which no input has an output, or none of both signs and this one lacks.
+fn direction(set: &ActuatorSet) -> Option<Vector3> {
+    match set.rank() {
+        (3, _) if !set.limits().one_sided => None,
+        (2, normal) => normal,
+        // All are along one line: any way across it lacks.
+        (1, Some(line)) => {
+            let across = Vector3::ith(line.iamin(), 1.0);
+            Some((across - line * line.dot(&across)).normalize())
+        }
+        _ => half_space(set.axes()),
+    }
+}
+
+/// A direction with which no axis has a positive product: amid the edges of the cone of all such, each of which is across two axes.
+fn half_space(axes: &[Vector3]) -> Option<Vector3> {
+    let units: Vec<Vector3> = axes.iter().map(|axis| axis.normalize()).collect();
+    let mut amid = Vector3::zeros();
+    for (index, a) in units.iter().enumerate() {
+        for b in &units[..index] {
+            let across = a.cross(b);
+            for edge in [across, -across] {
+                if across.norm() > NOTHING && units.iter().all(|unit| unit.dot(&edge) <= NOTHING) {
+                    amid += edge.normalize();
+                }
+            }
+        }
+    }
+    (amid.norm() > NOTHING).then(|| amid.normalize())
+}
+
+/// Three components to three decimals.
+fn shown(vector: &Vector3) -> String {
+    let [x, y, z] = [vector.x, vector.y, vector.z].map(|part| (part * 1e3).round() / 1e3 + 0.0);
+    format!("({x}, {y}, {z})")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slewkit::mechanics::{AxisFrame, Limits};
+
+    fn set(axes: &[[f64; 3]], one_sided: bool) -> ActuatorSet {
+        let axes: Vec<Vector3> = axes.iter().copied().map(Vector3::from).collect();
+        let limits = Limits { size: Some(vec![1.0; axes.len()]), one_sided, ..Limits::default() };
+        ActuatorSet::new(axes, AxisFrame::Body).unwrap().with_limits(limits).unwrap()
+    }
+
+    /// What is named lacks: no axis has a positive product with it; and where nothing lacks nothing is named.
+    #[test]
+    fn a_direction_is_named_where_one_lacks_and_nowhere_else() {
+        const PAIRS: [[f64; 3]; 6] = [
+            [1.0, 0.0, 0.0],
+            [-1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, -1.0, 0.0],
+            [0.0, 0.0, 1.0],
+            [0.0, 0.0, -1.0],
+        ];
+        assert_eq!(direction(&set(&PAIRS, true)), None);
+        assert_eq!(direction(&set(&PAIRS[..5], true)).map(|way| shown(&way)), Some("(0, 0, -1)".into()));
+        assert_eq!(direction(&set(&[PAIRS[0], PAIRS[2], PAIRS[4]], false)), None);
+        let two = direction(&set(&[PAIRS[0], PAIRS[2]], false)).unwrap();
+        assert!((two.z.abs() - 1.0).abs() < 1e-12);
+        for few in [&PAIRS[..4], &PAIRS[..3], &PAIRS[2..], &PAIRS[1..]] {
+            let set = set(few, true);
+            let way = direction(&set).unwrap();
+            assert!(set.axes().iter().all(|axis| axis.dot(&way) <= 1e-9), "{few:?}: {way}");
+        }
+    }
+}

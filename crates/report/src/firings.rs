@@ -1,0 +1,206 @@
+//! What thrusters do: when each is on, how long, and what all of them give together.
+
+use super::charts::{shown, time_axis};
+use super::summary::inputs;
+use super::words::Table;
+use super::{Shown, Subject, line};
+use crate::draw::{Axis, Chart};
+use slewkit::maneuver::{Problem, Solution};
+use slewkit::numerics::figures::{short, significant};
+use slewkit::{Vector3, lie};
+use slewkit_files::identity::Identity;
+
+/// A thruster that gives less than this part of its force is off.
+const OFF: f64 = 0.01;
+
+/// How high a thruster that is on stands above its line in the chart, of which lines are 1 apart.
+const RAISED: f64 = 0.7;
+
+/// A thruster that is on without a break.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Firing {
+    /// Which one.
+    pub input: usize,
+    /// When it opens \[s\].
+    pub from: f64,
+    /// When it closes \[s\].
+    pub to: f64,
+}
+
+impl Firing {
+    fn length(&self) -> f64 {
+        self.to - self.from
+    }
+}
+
+/// All firings of thrusters, by thruster and time; none where the inputs push to both sides.
+///
+/// Of a plan of arcs they are those of its grid, whose nodes stand at the switches.
+pub(crate) fn firings(problem: &Problem, solution: &Solution) -> Vec<Firing> {
+    let set = &problem.actuation.torque;
+    let Some(sizes) = set.limits().size.as_ref().filter(|_| set.limits().one_sided) else {
+        return Vec::new();
+    };
+    let trajectory = &solution.trajectory;
+    let first = problem.actuation.first_torque();
+    let mut found = Vec::new();
+    for (number, size) in sizes.iter().enumerate() {
+        let input = first + number;
+        let rows = trajectory.input.iter().skip(input).step_by(trajectory.input_count.max(1));
+        let mut open: Option<Firing> = None;
+        for ((from, to), value) in stretches(problem, &trajectory.time).into_iter().zip(rows) {
+            let on = *value > OFF * size;
+            match &mut open {
+                Some(firing) if on => firing.to = to,
+                Some(firing) => {
+                    found.push(*firing);
+                    open = None;
+                }
+                None if on => open = Some(Firing { input, from, to }),
+                None => {}
+            }
+        }
+        found.extend(open);
+    }
+    found
+}
+
+/// What stretch of time each row of inputs stands for: a step where rows are held, else the time around its node.
+fn stretches(problem: &Problem, time: &[f64]) -> Vec<(f64, f64)> {
+    if problem.switches() && !problem.is_shaped() {
+        return time.windows(2).map(|ends| (ends[0], ends[1])).collect();
+    }
+    let middle = |a: usize, b: usize| 0.5 * (time[a] + time[b]);
+    let last = time.len().saturating_sub(1);
+    (0..time.len())
+        .map(|node| (middle(node.saturating_sub(1), node), middle(node, (node + 1).min(last))))
+        .collect()
+}
+
+/// What all thrusters together push, `∫ R Σ f d dt` in the axes of the reference frame, and the sum of what each pushes by
+/// itself \[N·s\]; `None` where the forces are not known.
+pub(crate) fn impulse(problem: &Problem, solution: &Solution, identity: &Identity) -> Option<(Vector3, f64)> {
+    let trajectory = &solution.trajectory;
+    let count = problem.actuation.count();
+    let directions: Vec<Vector3> = match (&problem.actuation.thrusters, &problem.actuation.force) {
+        (Some(_), Some(force)) => force.axes().to_vec(),
+        _ if identity.nozzles.len() == count => {
+            identity.nozzles.iter().map(|nozzle| nozzle.direction).collect()
+        }
+        _ => return None,
+    };
+    let (mut net, mut all) = (Vector3::zeros(), 0.0);
+    for (row, (from, to)) in stretches(problem, &trajectory.time).into_iter().enumerate() {
+        let Some(inputs) = trajectory.input.get(row * count..(row + 1) * count) else { break };
+        let forces =
+            inputs.iter().enumerate().map(|(input, value)| value / inputs::scale(problem, identity, input).0);
+        let pushed: Vector3 =
+            forces.clone().zip(&directions).map(|(force, direction)| direction * force).sum();
+        // The body turns meanwhile: by the mean of both ends.
+        let at = |node: usize| {
+            let node = node.min(trajectory.quaternion.len() - 1);
+            lie::rotation_from_quaternion(&trajectory.quaternion[node]) * pushed
+        };
+        let turned =
+            if problem.switches() && !problem.is_shaped() { 0.5 * (at(row) + at(row + 1)) } else { at(row) };
+        net += turned * (to - from);
+        all += forces.sum::<f64>() * (to - from);
+    }
+    Some((net, all))
+}
+
+/// Three components with their unit.
+fn vector(vector: &Vector3) -> String {
+    let [x, y, z] = [vector.x, vector.y, vector.z].map(|part| significant(part, 3));
+    format!("({x}, {y}, {z}) N·s")
+}
+
+/// What is told of the firings in a line or two; nothing where there are no thrusters.
+pub(crate) fn told(problem: &Problem, solution: &Solution, identity: &Identity) -> Vec<String> {
+    let found = firings(problem, solution);
+    if found.is_empty() {
+        return Vec::new();
+    }
+    let shortest = found.iter().min_by(|a, b| a.length().total_cmp(&b.length()));
+    let shortest = shortest.map_or(String::new(), |firing| {
+        let name = inputs::name(problem, identity, firing.input);
+        format!("the shortest {} s ({name})", short(firing.length()))
+    });
+    let plural = if found.len() == 1 { "firing" } else { "firings" };
+    let mut lines = vec![format!("{} {plural}, {shortest}", found.len())];
+    if let Some((net, all)) = impulse(problem, solution, identity) {
+        lines.push(format!("push {} net of {} N·s", vector(&net), significant(all, 3)));
+    }
+    lines
+}
+
+/// When each thruster is on, a line a thruster: `T4 on 0.000–2.653 s, 5.1–6 s`.
+pub(crate) fn times(problem: &Problem, solution: &Solution, identity: &Identity) -> Vec<String> {
+    let found = firings(problem, solution);
+    let of = found.chunk_by(|a, b| a.input == b.input);
+    of.map(|firings| {
+        let name = inputs::name(problem, identity, firings[0].input);
+        format!("{name} on {} s", listed(firings).join(", "))
+    })
+    .collect()
+}
+
+fn listed(firings: &[Firing]) -> Vec<String> {
+    firings.iter().map(|firing| format!("{:.3}–{:.3}", firing.from, firing.to)).collect()
+}
+
+/// The table of a page.
+pub(super) fn table(subject: &Subject) -> Table {
+    let found = firings(subject.problem, &subject.plan.solution);
+    let row = |firings: &[Firing]| {
+        let on: f64 = firings.iter().map(Firing::length).sum();
+        let shortest = firings.iter().map(Firing::length).fold(f64::INFINITY, f64::min);
+        vec![
+            subject.input_name(firings[0].input),
+            listed(firings).join(", "),
+            firings.len().to_string(),
+            significant(on, 4),
+            significant(shortest, 4),
+        ]
+    };
+    Table {
+        title: "Firings",
+        head: vec!["thruster", "on, s", "firings", "on in all, s", "shortest, s"],
+        rows: found.chunk_by(|a, b| a.input == b.input).map(row).collect(),
+        remark: "Thrusters that are not named stay off.",
+    }
+}
+
+/// When each thruster is on, one above the other.
+pub(super) fn chart(subject: &Subject) -> Option<Shown> {
+    let (problem, solution, identity) = (subject.problem, &subject.plan.solution, subject.identity);
+    let found = firings(problem, solution);
+    let first = problem.actuation.first_torque();
+    let count = problem.actuation.torque.count();
+    if found.is_empty() {
+        return None;
+    }
+    let end = *solution.trajectory.time.last()?;
+    let curve = |number: usize| {
+        // The first thruster stands on top.
+        let base = (count - number) as f64;
+        let mut points = vec![(0.0, base)];
+        for firing in found.iter().filter(|firing| firing.input == first + number) {
+            let raised = base + RAISED;
+            points.extend([
+                (firing.from, base),
+                (firing.from, raised),
+                (firing.to, raised),
+                (firing.to, base),
+            ]);
+        }
+        points.push((end, base));
+        let (time, values): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
+        line(subject.input_name(first + number), number, &time, values.into_iter())
+    };
+    let curves = (0..count).map(curve).collect();
+    let mut chart =
+        Chart::new("Thrusters on and off", time_axis(), Axis::linear("thruster, last below"), curves);
+    chart.subtitle = "a line is raised while its thruster is on".into();
+    Some(shown("firings", chart, told(problem, solution, identity).join("; ")))
+}
