@@ -186,7 +186,9 @@ fn arcs_told(subject: &Subject) -> Table {
 
 fn rivals(subject: &Subject) -> Table {
     let solution = &subject.plan.solution;
+    let open = subject.problem.ends_in_any_attitude();
     let way = |sense: Sense| match sense {
+        _ if open => "any",
         Sense::Short => "short",
         Sense::Long => "long",
     };

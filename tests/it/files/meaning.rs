@@ -399,3 +399,24 @@ fn largest_and_smallest_numbers_make_a_finite_problem() {
         assert!(cost.iter().all(|value| value.is_finite()) && cost.amax() > 0.0, "{cost}");
     }
 }
+
+#[test]
+fn an_end_with_a_rate_alone_leaves_the_attitude_open() {
+    let text = "format = 1\nbody.inertia_kg_m2 = [1, 2, 2.5]\nstart.attitude = { axis = [0, 0, 1], angle_deg = 30 }\n\
+                start.angular_velocity_deg_s = [3, 2, 1]\nend.angular_velocity_deg_s = [0, 0, 1]\nmaneuver.duration_s = 20\n";
+    let problem = good(text, &[]).problem;
+    assert!(problem.ends_in_any_attitude());
+    assert!((problem.end.angular_velocity - Vector3::new(0.0, 0.0, 1f64.to_radians())).amax() < 1e-16);
+    for (set, why) in [
+        ("maneuver.path=\"long\"", "no way round to choose"),
+        ("end.rotation_from_start_rad=[1, 0, 0]", "tells the way to an attitude"),
+        ("solver.method=\"shooting\"", "leaves the attitude at the end open"),
+    ] {
+        let told = bad(text, &[set]).to_string();
+        assert!(told.contains(why), "{set}: {told}");
+    }
+    // An end of which nothing is given is a mistake still.
+    let nothing = text.replace("end.angular_velocity_deg_s = [0, 0, 1]\n", "end = {}\n");
+    let told = bad(&nothing, &[]).to_string();
+    assert!(told.contains("E0021") && told.contains("[end] needs"), "{told}");
+}

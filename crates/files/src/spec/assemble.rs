@@ -223,6 +223,12 @@ fn path(section: &Section, end: &Boundary<'_>) -> Option<Path> {
 fn wrong_turn(end: &Boundary<'_>, from_start: &Matrix3) {
     const ROUNDING: f64 = 1e-6;
     let Some(turn) = end.turn else { return };
+    if end.is_open() {
+        let reason = "a rotation tells the way to an attitude, and [end] gives none".to_string();
+        let remedy = "write it as rotation_from_start, which gives the attitude too; or leave it out";
+        end.section.error("E0029", TURN, reason, remedy);
+        return;
+    }
     let off = minus(from_start, &exp(&turn)).norm();
     if off > ROUNDING {
         let reason = format!(
@@ -319,6 +325,12 @@ fn refuse(
                     reason,
                     format!("shorten it, or lengthen `{key}`"),
                 );
+            }
+        }
+        // The rotation that leads to an attitude where none is given is told at its own key.
+        ProblemError::Unsuited { what: "path", reason } => {
+            if maneuver.has("path") {
+                maneuver.error("E0029", "path", (*reason).to_string(), "leave path out, or give [end] an attitude");
             }
         }
         ProblemError::Unsuited { what, reason } => {

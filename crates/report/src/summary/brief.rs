@@ -92,10 +92,7 @@ fn unsolved(solution: &Solution) -> Vec<String> {
 
 /// Turned by how much, which way round, in what time.
 fn slew(problem: &Problem, solution: &Solution) -> String {
-    let round = match solution.sense {
-        Sense::Short => "the short way round",
-        Sense::Long => "the long way round",
-    };
+    let round = way(problem, solution.sense);
     let (turned, duration) = (solution.turned_deg, short(solution.duration(problem)));
     let moved = match problem.motion {
         Motion::Attitude => String::new(),
@@ -309,14 +306,20 @@ fn proof(problem: &Problem, solution: &Solution) -> String {
     }
 }
 
+/// Which way a path goes.
+fn way(problem: &Problem, sense: Sense) -> &'static str {
+    match sense {
+        _ if problem.ends_in_any_attitude() => "to an attitude of its choice",
+        Sense::Short => "the short way round",
+        Sense::Long => "the long way round",
+    }
+}
+
 /// What else was found, in words.
 fn also(problem: &Problem, solution: &Solution) -> Option<String> {
     let best = solution.landing.as_ref().map_or(solution.cost, |landing| landing.cost_before);
     let nearest = solution.rivals.first()?;
-    let round = match nearest.sense {
-        Sense::Short => "the short way round",
-        Sense::Long => "the long way round",
-    };
+    let round = way(problem, nearest.sense);
     // Of switching times alone no path is known.
     let way = if solution.switching.is_some() {
         "another way".into()

@@ -54,7 +54,7 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
         Motion::RigidBody => "",
     };
     let mut lines =
-        vec![line("path", &format!("{}, turned {:.1} deg", way(solution.sense), solution.turned_deg))];
+        vec![line("path", &format!("{}, turned {:.1} deg", way(problem, solution.sense), solution.turned_deg))];
     match &solution.switching {
         Some(switching) => lines.extend(switched(problem, solution, switching, identity)),
         None if problem.objective == Objective::Time => {
@@ -123,7 +123,7 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
             Some(count) => format!(", {}", counted(count, "conjugate point")),
             None => String::new(),
         };
-        let mut path = format!("{}, turned {:.1} deg", way(rival.sense), rival.turned_deg);
+        let mut path = format!("{}, turned {:.1} deg", way(problem, rival.sense), rival.turned_deg);
         // What passes cones on different sides may turn the same way.
         if solution.method == Method::Scp {
             path.push_str(&format!(", from {}", escape(&rival.start)));
@@ -283,8 +283,9 @@ fn pulsed(problem: &Problem, switching: &Switching, pulses: &Pulses) -> String {
     format!("{asked}{}, the shortest {shortest} s", counted(pulses.count, "pulse"))
 }
 
-fn way(sense: Sense) -> &'static str {
+fn way(problem: &Problem, sense: Sense) -> &'static str {
     match sense {
+        _ if problem.ends_in_any_attitude() => "to an attitude of its choice",
         Sense::Short => "short way round",
         Sense::Long => "long way round",
     }
