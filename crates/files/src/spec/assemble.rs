@@ -7,10 +7,10 @@ use super::{
     short, show,
 };
 use crate::identity::Identity;
-use slewkit::Matrix3;
+use slewkit::{Matrix3, Vector3};
 use slewkit::lie::{exp, minus};
 use slewkit::maneuver::{
-    Fuel, Method, Motion, Objective, Path, Problem, ProblemError, Settings, State, Weights,
+    Constraint, Fuel, Method, Motion, Objective, Path, Problem, ProblemError, Rule, Settings, State, Weights,
 };
 use slewkit::mechanics::{Body, Inertia};
 use slewkit::numerics::figures::{rounded, told_apart};
@@ -60,8 +60,13 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
     warn_quaternion_order(start_rotation, end_rotation, &root.report);
     let end_attitude =
         if end.relative() { start_rotation.matrix * end_rotation.matrix } else { end_rotation.matrix };
+    // What is told against other axes of the orbit is turned to ours; what leads from start to end stays as it is.
+    let to_nadir = root.section("environment").and_then(|section| section.word("lvlh_axes"))
+        == Some("velocity_antinormal_nadir");
+    let axes = if to_nadir { Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0)) } else { Matrix3::identity() };
+    let constraints = constraints.map(|all| all.into_iter().map(|one| turned(one, &axes)).collect());
     wrong_turn(&end, &start_rotation.matrix.tr_mul(&end_attitude));
-    let (start_state, end_state) = (start.state(start_rotation.matrix)?, end.state(end_attitude)?);
+    let (start_state, end_state) = (start.state(axes * start_rotation.matrix)?, end.state(axes * end_attitude)?);
     let (duration, path, environment) = (duration?, path?, environment?);
 
     let turning = |end: &Boundary, state: State| {
@@ -229,6 +234,16 @@ fn wrong_turn(end: &Boundary<'_>, from_start: &Matrix3) {
             "write the rotation vector with all digits; or only one of the two, as rotation_from_start";
         end.section.error("E0058", TURN, reason, remedy);
     }
+}
+
+/// A constraint with its directions turned by `axes`.
+fn turned(mut constraint: Constraint, axes: &Matrix3) -> Constraint {
+    if let Rule::Pointing(pointing) = &mut constraint.rule {
+        for direction in &mut pointing.directions {
+            direction.vector = axes * direction.vector;
+        }
+    }
+    constraint
 }
 
 /// Rest to rest in the same place, no whole turn asked for.

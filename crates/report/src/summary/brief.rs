@@ -5,6 +5,7 @@ use super::fixed_axis;
 use super::inputs;
 use super::lines::{Lines, TEXT, line, wrapped};
 use super::stopped::{nearest, stopped};
+use super::verified::failures;
 use crate::firings;
 use slewkit::maneuver::{
     Motion, Objective, Outcome, Path, Problem, Rule, SecondOrder, Sense, Settings, Solution, Structure,
@@ -56,12 +57,9 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
         firings::told(problem, solution, identity).iter().flat_map(|text| wrapped(text, TEXT)),
     );
     lines.lines("rate", wrapped(&rate(problem, found), TEXT));
-    let failed = found.checks.iter().filter(|check| !check.passed).count();
-    if failed > 0 {
-        let what = found.checks.iter().find(|check| !check.passed).map_or("", |check| &check.name);
-        let more = if failed > 1 { format!(" and {} more", failed - 1) } else { String::new() };
-        last.clear();
-        last.lines("failed", wrapped(&format!("{}{more}; -v tells value and limit", escape(what)), TEXT));
+    let failed = failures(false, found);
+    if !failed.is_empty() {
+        last = failed;
     }
     let room = MOST_LINES.saturating_sub(AROUND + lines.len() + last.len()).max(1);
     let told = clearances(problem, solution, found, room);
