@@ -142,7 +142,10 @@ steps = 50
     // Against axes with z to nadir the same attitudes are other numbers: half a turn about the velocity, after which
     // (1, 0, 0) by 210° stands where (1, 0, 0) by 30° did.
     let nadir = spec
-        .replace("orbital_rate_rad_s = 0.001\n", "orbital_rate_rad_s = 0.001\nlvlh_axes = \"velocity_antinormal_nadir\"\n")
+        .replace(
+            "orbital_rate_rad_s = 0.001\n",
+            "orbital_rate_rad_s = 0.001\nlvlh_axes = \"velocity_antinormal_nadir\"\n",
+        )
         .replace("angle_deg = 30", "angle_deg = 210")
         .replace("axis = [0, 0, 1], angle_deg = 0", "axis = [1, 0, 0], angle_deg = 180");
     fs::write(folder.path("nadir.toml"), nadir).unwrap();

@@ -386,7 +386,8 @@ fn wheels_show_in_summary_and_tables() {
     let folder = Folder::new();
     let wheels = "actuators.wheel=[{ name = \"roll\", axis_body = [1, 0, 0], momentum_limit_n_m_s = 5, momentum_n_m_s = 0.5 }, { axis_body = [0, 1, 0] }, { axis_body = [0, 0, 1] }]";
     let plan = |more: &[&str]| folder.slew(&[&["plan", "spec.toml", "--set", wheels], more].concat());
-    let run = plan(&["-v", "-o", "plan.json"]).ends(0).tells("peak wheel momentum ").tells("\n  momentum    roll ");
+    let run =
+        plan(&["-v", "-o", "plan.json"]).ends(0).tells("peak wheel momentum ").tells("\n  momentum    roll ");
     let named = |line: &str| line.contains("wheel momentum limit  margin ") && line.ends_with(", roll");
     assert!(run.stderr.lines().any(named), "{}", run.stderr);
     let told = folder.slew(&["verify", "plan.json"]).ends(0);
@@ -463,7 +464,8 @@ fn a_plan_on_chosen_steps_lands_and_is_written_on_its_own_grid() {
         duration_s = 5400
     "#;
     fs::write(folder.path("station.toml"), spec).unwrap();
-    let run = folder.slew(&["plan", "station.toml", "-v", "-o", "plan.json"]).ends(0).tells("solved and verified");
+    let run =
+        folder.slew(&["plan", "station.toml", "-v", "-o", "plan.json"]).ends(0).tells("solved and verified");
     run.tells("\n  landing ").tells("\n  steps ").tells(" chosen, from 100 upwards: the true motion lands");
     let plan = folder.json("plan.json");
     let steps = plan["steps"].as_u64().unwrap();

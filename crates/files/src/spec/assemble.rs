@@ -7,13 +7,13 @@ use super::{
     short, show,
 };
 use crate::identity::Identity;
-use slewkit::{Matrix3, Vector3};
 use slewkit::lie::{exp, minus};
 use slewkit::maneuver::{
     Constraint, Fuel, Method, Motion, Objective, Path, Problem, ProblemError, Rule, Settings, State, Weights,
 };
 use slewkit::mechanics::{Body, Inertia};
 use slewkit::numerics::figures::{rounded, told_apart};
+use slewkit::{Matrix3, Vector3};
 use std::f64::consts::TAU;
 
 /// What a spec says, all of it valid unless the report holds an error.
@@ -63,10 +63,12 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
     // What is told against other axes of the orbit is turned to ours; what leads from start to end stays as it is.
     let to_nadir = root.section("environment").and_then(|section| section.word("lvlh_axes"))
         == Some("velocity_antinormal_nadir");
-    let axes = if to_nadir { Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0)) } else { Matrix3::identity() };
+    let axes =
+        if to_nadir { Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0)) } else { Matrix3::identity() };
     let constraints = constraints.map(|all| all.into_iter().map(|one| turned(one, &axes)).collect());
     wrong_turn(&end, &start_rotation.matrix.tr_mul(&end_attitude));
-    let (start_state, end_state) = (start.state(axes * start_rotation.matrix)?, end.state(axes * end_attitude)?);
+    let (start_state, end_state) =
+        (start.state(axes * start_rotation.matrix)?, end.state(axes * end_attitude)?);
     let (duration, path, environment) = (duration?, path?, environment?);
 
     let turning = |end: &Boundary, state: State| {

@@ -89,7 +89,10 @@ pub(super) fn failures(colour: bool, verification: &Verification) -> Vec<String>
         let [value, limit] = told_apart([check.value, check.limit], 3, figure);
         lines.line("failed", format!("{label}: {value}, limit {limit}"));
         if check.name == "continuous terminal" && check.value > check.limit {
-            lines.lines("", ["the steps are too coarse: the motion under this torque ends", "elsewhere; take more steps"]);
+            lines.lines(
+                "",
+                ["the steps are too coarse: the motion under this torque ends", "elsewhere; take more steps"],
+            );
         }
     }
     lines
