@@ -290,9 +290,7 @@ fn proof(problem: &Problem, solution: &Solution) -> String {
     }
     if problem.is_shaped() {
         return match solution.convex.map_or(0.0, |work| work.effort_share) {
-            share if share > 1e-6 => {
-                "nearly the least nearby: some effort is counted to smooth the inputs".into()
-            }
+            share if share > 1e-6 => "nearly the least nearby: a little effort is counted as well".into(),
             _ => "the least nearby, to first order; others may be better".into(),
         };
     }
