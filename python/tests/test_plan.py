@@ -219,3 +219,6 @@ def test_something_to_look_at(spec, tmp_path):
     plan.plot().savefig(tmp_path / "plan.png")
     assert (tmp_path / "plan.png").stat().st_size > 10_000
     assert "solved and verified" in plan.summary() and "solved" in repr(plan)
+    # Where the true motion ends, as the plan file has it.
+    assert plan.accuracy == plan.to_dict()["accuracy"]
+    assert plan.accuracy is not None and plan.accuracy["continuous_attitude_deg"] < 1e-3

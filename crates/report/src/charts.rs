@@ -61,7 +61,9 @@ pub(super) fn inputs(subject: &Subject) -> Vec<Shown> {
                     LimitKind::Size => bound / scale(problem, subject.identity, limit.first + index).0,
                     _ => *bound,
                 };
-                (limit.name, limit.bounds.iter().enumerate().map(scaled).collect())
+                let told_by_force = !limit.of_force && scale(problem, subject.identity, limit.first).1 == "N";
+                let name = if told_by_force { "force limit" } else { limit.name };
+                (name, limit.bounds.iter().enumerate().map(scaled).collect())
             })
             .collect();
         let bounds: Vec<(&str, &[f64])> = bounds.iter().map(|(name, bounds)| (*name, &bounds[..])).collect();

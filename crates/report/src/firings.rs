@@ -182,8 +182,8 @@ pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     }
     let end = *solution.trajectory.time.last()?;
     let curve = |number: usize| {
-        // The first thruster stands on top.
-        let base = (count - number) as f64;
+        // Its number.
+        let base = (number + 1) as f64;
         let mut points = vec![(0.0, base)];
         for firing in found.iter().filter(|firing| firing.input == first + number) {
             let raised = base + RAISED;
@@ -200,7 +200,7 @@ pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     };
     let curves = (0..count).map(curve).collect();
     let mut chart =
-        Chart::new("Thrusters on and off", time_axis(), Axis::linear("thruster, last below"), curves);
+        Chart::new("Thrusters on and off", time_axis(), Axis::linear("number of the thruster"), curves);
     chart.subtitle = "a line is raised while its thruster is on".into();
     Some(shown("firings", chart, told(problem, solution, identity).join("; ")))
 }

@@ -12,7 +12,8 @@ use super::{
 };
 use crate::draw::{Map, Picture, escape};
 use serde_json::Value;
-use slewkit::maneuver::{Problem, Settings};
+use slewkit::maneuver::{Problem, Settings, State};
+use slewkit::numerics::figures::rounded;
 use slewkit::plan::Plan;
 use slewkit_files::identity::Identity;
 use std::fmt::Write;
@@ -123,6 +124,7 @@ pub fn plan_page(
     let parts = |lines: &[String]| lines.iter().map(|line| summary::parts(line)).collect::<Vec<_>>();
     let mut summary = parts(&summary::told(problem, settings, plan, identity));
     summary.extend(labelled("would do", &summary::remedies(problem, &plan.solution)));
+    summary.extend(maneuver(problem));
     summary.extend(named(identity));
     let details = parts(&summary::details(false, problem, settings, plan, identity));
     written(&Content {
@@ -147,6 +149,25 @@ fn hamiltonian_missing(subject: &Subject) -> Option<(&'static str, String)> {
 fn labelled(label: &str, texts: &[String]) -> Vec<(String, String)> {
     let told = texts.iter().enumerate();
     told.map(|(index, text)| (if index == 0 { label.into() } else { String::new() }, text.clone())).collect()
+}
+
+/// Body, start and end.
+fn maneuver(problem: &Problem) -> Vec<(String, String)> {
+    let row = |values: &[f64]| values.iter().map(|value| rounded(*value, 5)).collect::<Vec<_>>().join(", ");
+    let inertia = problem.body.inertia.j();
+    let rows: Vec<String> =
+        (0..3).map(|index| format!("[{}]", row(inertia.row(index).transpose().as_slice()))).collect();
+    let state = |state: &State| {
+        let quaternion = slewkit::lie::quaternion_from_rotation(&state.attitude);
+        let rate = state.angular_velocity.map(f64::to_degrees);
+        format!("quaternion wxyz ({}), rate ({}) deg/s in body axes", row(&quaternion), row(rate.as_slice()))
+    };
+    let told = [
+        ("inertia", format!("{} kg·m²", rows.join(", "))),
+        ("start", state(&problem.start)),
+        ("end", state(&problem.end)),
+    ];
+    told.map(|(label, text)| (label.to_string(), text)).to_vec()
 }
 
 /// What the spec calls object and frames, and when time zero is.

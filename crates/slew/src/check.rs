@@ -136,7 +136,8 @@ fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit,
         Motion::Attitude => "attitude",
         Motion::RigidBody => "position and attitude",
     };
-    let moves = if problem.ends_in_any_attitude() { format!("{moves}, any at the end") } else { moves.into() };
+    let moves =
+        if problem.ends_in_any_attitude() { format!("{moves}, any at the end") } else { moves.into() };
     let duration = if problem.seeks_duration() {
         let sought = if problem.objective == Objective::Time { "shortest" } else { "best" };
         let longest = problem.duration_at_most;

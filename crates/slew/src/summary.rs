@@ -84,13 +84,24 @@ fn tried(text: &str) -> Vec<String> {
     if command.chars().count() <= summary::TEXT {
         lines.line("try", command);
     } else {
-        let parts: Vec<&str> = command.split(" --set ").collect();
+        // Before an option, so that its value stays beside it.
+        let mut parts: Vec<String> = Vec::new();
+        for (index, part) in command.split(" --set ").enumerate() {
+            let set = if index == 0 { part.to_string() } else { format!("--set {part}") };
+            match parts.last_mut() {
+                Some(last) if last.chars().count() + set.chars().count() + 3 <= summary::TEXT => {
+                    last.push_str(&format!(" {set}"));
+                }
+                Some(_) => parts.push(format!("  {set}")),
+                None => parts.push(set),
+            }
+        }
         let last = parts.len() - 1;
-        let told = parts.iter().enumerate().map(|(index, part)| {
-            let set = if index == 0 { "" } else { "  --set " };
-            format!("{set}{part}{}", if index == last { "" } else { " \\" })
-        });
-        lines.lines("try", told);
+        let told = parts.iter().enumerate();
+        lines.lines(
+            "try",
+            told.map(|(index, part)| if index == last { part.clone() } else { format!("{part} \\") }),
+        );
     }
     lines.lines("", summary::wrapped(why, summary::TEXT - 2).iter().map(|part| format!("# {part}")));
     lines

@@ -131,7 +131,8 @@ fn threads_shards_and_stdout_give_the_same_bytes() {
     assert_eq!(whole.lines().count(), 50);
     folder.slew(&with(&GRID, &["-q", "--threads", "7", "-o", "seven.jsonl"])).ends(0);
     assert_eq!(folder.read("seven.jsonl"), whole);
-    assert_eq!(folder.slew(&with(&GRID, &["-q"])).ends(0).stdout, whole, "stdout is taken by a pipe");
+    assert_eq!(folder.slew(&with(&GRID, &["-q", "-o", "-"])).ends(0).stdout, whole);
+    assert_eq!(folder.slew(&with(&GRID, &["-q"])).ends(0).stdout, "", "nobody asked for it");
     for shard in 1..=3 {
         let (shard, part) = (format!("{shard}/3"), format!("part{shard}.jsonl"));
         folder.slew(&with(&GRID, &["-q", "--shard", &shard, "-o", &part])).ends(0);

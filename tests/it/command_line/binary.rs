@@ -94,8 +94,28 @@ impl Run {
 
     #[track_caller]
     pub fn tells(self, wanted: &str) -> Self {
-        assert!(self.stderr.contains(wanted), "no {wanted:?} in: {}", self.stderr);
+        let said = self.stderr.contains(wanted) || self.typed().contains(wanted);
+        assert!(said, "no {wanted:?} in: {}", self.stderr);
         self
+    }
+
+    /// What is told as a shell takes it: a command that goes on in the next line in one, and its comment behind it.
+    fn typed(&self) -> String {
+        let mut text = String::new();
+        for line in self.stderr.lines() {
+            let bare = line.trim_start();
+            if text.ends_with(" \\") {
+                text.truncate(text.len() - 1);
+                text.push_str(bare);
+            } else if bare.starts_with("# ") {
+                text.push_str("   ");
+                text.push_str(bare);
+            } else {
+                text.push('\n');
+                text.push_str(line);
+            }
+        }
+        text + "\n"
     }
 
     #[track_caller]

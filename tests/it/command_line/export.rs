@@ -248,11 +248,11 @@ fn the_steps_that_are_named_reach_the_accuracy() {
         "solver.target=discrete",
     ];
     let plan = |more: &[&str]| -> Run {
-        folder.slew(&[&["plan", "spec.toml", "--format", "json"], &coarse[..], more].concat())
+        folder.slew(&[&["plan", "spec.toml", "-v", "--format", "json"], &coarse[..], more].concat())
     };
     for scheme in ["lie_verlet", "lie_euler"] {
         let scheme = format!("solver.scheme={scheme}");
-        let first = plan(&["--set", &scheme]).ends(0).tells("deg off the target; ");
+        let first = plan(&["--set", &scheme]).ends(0).tells("deg off the target; ").tells(" steps would do");
         let accuracy = first.json()["accuracy"].clone();
         assert!(accuracy["continuous_attitude_deg"].as_f64().unwrap() > 0.01);
         let steps = accuracy["steps"].as_u64().unwrap();

@@ -139,6 +139,28 @@ steps = 50
             assert!((rate(end, axis) - wanted).abs() < 1e-15, "{end} {axis}");
         }
     }
+    // Against axes with z to nadir the same attitudes are other numbers: half a turn about the velocity, after which
+    // (1, 0, 0) by 210° stands where (1, 0, 0) by 30° did.
+    let nadir = spec
+        .replace(
+            "orbital_rate_rad_s = 0.001\n",
+            "orbital_rate_rad_s = 0.001\nlvlh_axes = \"velocity_antinormal_nadir\"\n",
+        )
+        .replace("angle_deg = 30", "angle_deg = 210")
+        .replace("axis = [0, 0, 1], angle_deg = 0", "axis = [1, 0, 0], angle_deg = 180");
+    fs::write(folder.path("nadir.toml"), nadir).unwrap();
+    folder.slew(&["plan", "nadir.toml", "-q", "-o", "nadir.json"]).ends(0);
+    let other = folder.json("nadir.json");
+    for end in ["start", "end"] {
+        let matrix = |plan: &Value, row: usize, column: usize| {
+            plan["spec"][end]["attitude"]["matrix"][row][column].as_f64().unwrap()
+        };
+        for (row, column) in (0..3).flat_map(|row| (0..3).map(move |column| (row, column))) {
+            assert!((matrix(&plan, row, column) - matrix(&other, row, column)).abs() < 1e-15, "{end}");
+        }
+    }
+    let (cost, same) = (plan["cost"].as_f64().unwrap(), other["cost"].as_f64().unwrap());
+    assert!((cost / same - 1.0).abs() < 1e-9, "{cost} {same}");
     let bare = spec.replace("angular_velocity = \"at rest in LVLH\"\n", "");
     fs::write(folder.path("bare.toml"), &bare).unwrap();
     folder.slew(&["plan", "bare.toml"]).ends(3).tells("\"at rest in LVLH\"").tells("nadir");

@@ -108,8 +108,9 @@ fn the_formats_hold_the_same_numbers() {
 #[test]
 fn the_summary_tells_the_method_and_what_it_kept() {
     let folder = folder();
-    let run = folder.slew(&["simulate", "pair.toml"]).ends(0).tells("4.000 s in 400 steps");
-    assert_eq!(run.json()["steps"], 400, "data where stdout leads");
+    let run = folder.slew(&["simulate", "pair.toml", "-o", "-"]).ends(0).tells("4.000 s in 400 steps");
+    assert_eq!(run.json()["steps"], 400, "data were asked for");
+    assert_eq!(folder.slew(&["simulate", "pair.toml"]).ends(0).stdout, "", "nobody asked for data");
     let run = folder.slew(&["simulate", "pair.toml", "--format", "text"]).ends(0);
     assert_eq!(run.stdout, "", "text alone was asked for");
     let run =

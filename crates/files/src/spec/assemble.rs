@@ -7,13 +7,14 @@ use super::{
     short, show,
 };
 use crate::identity::Identity;
-use slewkit::Matrix3;
 use slewkit::lie::{exp, minus};
 use slewkit::maneuver::{
-    EndCondition, Fuel, Method, Motion, Objective, Path, Problem, ProblemError, Settings, State, Weights,
+    Constraint, EndCondition, Fuel, Method, Motion, Objective, Path, Problem, ProblemError, Rule, Settings,
+    State, Weights,
 };
 use slewkit::mechanics::{Body, Inertia};
 use slewkit::numerics::figures::{rounded, told_apart};
+use slewkit::{Matrix3, Vector3};
 use std::f64::consts::TAU;
 
 /// What a spec says, all of it valid unless the report holds an error.
@@ -63,8 +64,15 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
     warn_quaternion_order(start_rotation, end_rotation, &root.report);
     let end_attitude =
         if end.relative() { start_rotation.matrix * end_rotation.matrix } else { end_rotation.matrix };
+    // What is told against other axes of the orbit is turned to ours; what leads from start to end stays as it is.
+    let to_nadir = root.section("environment").and_then(|section| section.word("lvlh_axes"))
+        == Some("velocity_antinormal_nadir");
+    let axes =
+        if to_nadir { Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0)) } else { Matrix3::identity() };
+    let constraints = constraints.map(|all| all.into_iter().map(|one| turned(one, &axes)).collect());
     wrong_turn(&end, &start_rotation.matrix.tr_mul(&end_attitude));
-    let (start_state, end_state) = (start.state(start_rotation.matrix)?, end.state(end_attitude)?);
+    let (start_state, end_state) =
+        (start.state(axes * start_rotation.matrix)?, end.state(axes * end_attitude)?);
     let (duration, path, environment) = (duration?, path?, environment?);
 
     let turning = |end: &Boundary, state: State| {
@@ -241,6 +249,16 @@ fn wrong_turn(end: &Boundary<'_>, from_start: &Matrix3) {
     }
 }
 
+/// A constraint with its directions turned by `axes`.
+fn turned(mut constraint: Constraint, axes: &Matrix3) -> Constraint {
+    if let Rule::Pointing(pointing) = &mut constraint.rule {
+        for direction in &mut pointing.directions {
+            direction.vector = axes * direction.vector;
+        }
+    }
+    constraint
+}
+
 /// Rest to rest in the same place, no whole turn asked for.
 fn is_same(start: &State, end: &State, path: &Path) -> bool {
     const SAME: f64 = 1e-14;
@@ -330,7 +348,12 @@ fn refuse(
         // The rotation that leads to an attitude where none is given is told at its own key.
         ProblemError::Unsuited { what: "path", reason } => {
             if maneuver.has("path") {
-                maneuver.error("E0029", "path", (*reason).to_string(), "leave path out, or give [end] an attitude");
+                maneuver.error(
+                    "E0029",
+                    "path",
+                    (*reason).to_string(),
+                    "leave path out, or give [end] an attitude",
+                );
             }
         }
         ProblemError::Unsuited { what, reason } => {

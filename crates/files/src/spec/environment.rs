@@ -123,8 +123,8 @@ impl Surroundings<'_> {
                             end.section.path
                         );
                         let remedy = "add angular_velocity = \"at rest in LVLH\", or angular_velocity_rad_s, inertial, in body \
-                                      axes; LVLH is here e1 along the velocity, e2 the orbit normal, e3 outward: a frame with \
-                                      its z axis to nadir and y against the normal is that one turned by 180 deg about e1";
+                                      axes; LVLH is here e1 along the velocity, e2 the orbit normal, e3 outward: lvlh_axes = \
+                                      \"velocity_antinormal_nadir\" tells attitudes against z to nadir";
                         end.section.error_here("E0021", reason, remedy);
                     }
                 }

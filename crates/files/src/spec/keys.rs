@@ -518,8 +518,12 @@ tables! {
         "pivot_to_mass_center_m": Vector(q::LENGTH), only UNIFORM,
             needed "pivot_to_mass_center_m = [0, 0, 0.3]";
         /// Orbital rate. Attitudes are then relative to LVLH: e1 along the velocity, e2 the orbit normal, e3
-        /// radially outward. What has z to nadir and y against the normal is this turned by 180 degrees about e1.
+        /// radially outward. `lvlh_axes` chooses others.
         "orbital_rate_rad_s": Number(q::ORBITAL_RATE), only GRADIENT, needed "orbital_rate_rad_s = 0.00116";
+        /// Axes in which this spec tells attitudes and directions: velocity_normal_outward as above, or
+        /// velocity_antinormal_nadir, x along the velocity, y against the orbit normal, z to nadir. The plan file tells
+        /// them in the first. Default: velocity_normal_outward.
+        "lvlh_axes": Choice(&["velocity_normal_outward", "velocity_antinormal_nadir"], &[]), only GRADIENT;
         /// Gravitational parameter of the point mass at the origin.
         "gravitational_parameter_m3_s2": Number(q::GRAVITATIONAL_PARAMETER), only CENTRAL,
             needed "gravitational_parameter_m3_s2 = 3.986e14";

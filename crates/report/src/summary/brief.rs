@@ -3,8 +3,9 @@
 
 use super::fixed_axis;
 use super::inputs;
-use super::lines::{Lines, TEXT, line, wrapped};
+use super::lines::{Lines, TEXT, clipped, line, percent, wrapped};
 use super::stopped::{nearest, stopped};
+use super::verified::failures;
 use crate::firings;
 use slewkit::maneuver::{
     Motion, Objective, Outcome, Path, Problem, Rule, SecondOrder, Sense, Settings, Solution, Structure,
@@ -56,12 +57,9 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
         firings::told(problem, solution, identity).iter().flat_map(|text| wrapped(text, TEXT)),
     );
     lines.lines("rate", wrapped(&rate(problem, found), TEXT));
-    let failed = found.checks.iter().filter(|check| !check.passed).count();
-    if failed > 0 {
-        let what = found.checks.iter().find(|check| !check.passed).map_or("", |check| &check.name);
-        let more = if failed > 1 { format!(" and {} more", failed - 1) } else { String::new() };
-        last.clear();
-        last.lines("failed", wrapped(&format!("{}{more}; -v tells value and limit", escape(what)), TEXT));
+    let failed = failures(false, found);
+    if !failed.is_empty() {
+        last = failed;
     }
     let room = MOST_LINES.saturating_sub(AROUND + lines.len() + last.len()).max(1);
     let told = clearances(problem, solution, found, room);
@@ -199,14 +197,6 @@ fn rate(problem: &Problem, found: &Verification) -> String {
     if told.is_empty() { format!("{peak} at most") } else { format!("{peak} at most; {}", told.join(", ")) }
 }
 
-/// A part in percent, never 100 where it is more.
-pub(super) fn percent(part: f64) -> String {
-    match 100.0 * part {
-        percent if (percent - 100.0).abs() <= 1e-4 => "100 %".into(),
-        percent => format!("{} %", significant(percent, 3).trim_end_matches(".0")),
-    }
-}
-
 /// The margin in the true motion; that of inputs, which are held, is one with that of the plan.
 fn met(margin: &Margin) -> f64 {
     let value = margin.continuous_margin.unwrap_or(margin.margin);
@@ -251,15 +241,6 @@ fn clearances(problem: &Problem, solution: &Solution, found: &Verification, room
     lines
 }
 
-/// `text`, cut where it is longer than so many characters.
-pub(super) fn clipped(text: &str, most: usize) -> String {
-    if text.chars().count() <= most {
-        return text.into();
-    }
-    let kept: String = text.chars().take(most.saturating_sub(1)).collect();
-    format!("{kept}…")
-}
-
 /// What is known of it as an optimum.
 fn proof(problem: &Problem, solution: &Solution) -> String {
     if let Some(switching) = &solution.switching {
@@ -289,9 +270,7 @@ fn proof(problem: &Problem, solution: &Solution) -> String {
     }
     if problem.is_shaped() {
         return match solution.convex.map_or(0.0, |work| work.effort_share) {
-            share if share > 1e-6 => {
-                "nearly the least nearby: some effort is counted to smooth the inputs".into()
-            }
+            share if share > 1e-6 => "nearly the least nearby: a little effort is counted as well".into(),
             _ => "the least nearby, to first order; others may be better".into(),
         };
     }

@@ -53,8 +53,10 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
         // Forces and torques add up in the unit that the user's weights give them.
         Motion::RigidBody => "",
     };
-    let mut lines =
-        vec![line("path", &format!("{}, turned {:.1} deg", way(problem, solution.sense), solution.turned_deg))];
+    let mut lines = vec![line(
+        "path",
+        &format!("{}, turned {:.1} deg", way(problem, solution.sense), solution.turned_deg),
+    )];
     match &solution.switching {
         Some(switching) => lines.extend(switched(problem, solution, switching, identity)),
         None if problem.objective == Objective::Time => {

@@ -71,6 +71,13 @@ pub fn verified(colour: bool, judged: &Judged, verification: &Verification) -> V
     if let Some(failure) = &verification.failure {
         lines.line("witness", escape(failure));
     }
+    lines.extend(failures(colour, verification));
+    lines
+}
+
+/// Every check that fails, with its value and its limit.
+pub(super) fn failures(colour: bool, verification: &Verification) -> Vec<String> {
+    let mut lines = Vec::new();
     for check in verification.checks.iter().filter(|check| !check.passed) {
         let label = paint(colour, Tone::Bad, &escape(&check.name));
         let figure = |value: f64, digits: usize| match check.name.as_str() {
@@ -82,9 +89,9 @@ pub fn verified(colour: bool, judged: &Judged, verification: &Verification) -> V
         let [value, limit] = told_apart([check.value, check.limit], 3, figure);
         lines.line("failed", format!("{label}: {value}, limit {limit}"));
         if check.name == "continuous terminal" && check.value > check.limit {
-            lines.line(
+            lines.lines(
                 "",
-                "the steps are too coarse: the motion under this torque ends elsewhere; take more steps",
+                ["the steps are too coarse: the motion under this torque ends", "elsewhere; take more steps"],
             );
         }
     }
