@@ -156,13 +156,15 @@ fn corner(random: &mut Random) -> Option<Problem> {
     Some(problem)
 }
 
+/// `RANDOM_MANEUVERS` sets their number.
 #[test]
 fn random_maneuvers_never_panic_hang_or_pass_for_solved_when_they_are_not() {
     let mut random = Random::new(73);
     let settings =
         Settings { time_limit: Some(Duration::from_millis(200)), max_iterations: 25, ..Settings::discrete() };
     let (mut solved, mut open, mut refused, mut disputed) = (0, 0, 0, 0);
-    for case in 0..1500 {
+    let count = std::env::var("RANDOM_MANEUVERS").map_or(400, |count| count.parse().unwrap());
+    for case in 0..count {
         let Some(problem) = corner(&mut random) else { continue };
         let began = Instant::now();
         let planned = plan(&problem, &settings, None, &mut Silent);
@@ -182,5 +184,5 @@ fn random_maneuvers_never_panic_hang_or_pass_for_solved_when_they_are_not() {
             },
         }
     }
-    assert!(solved > 300, "solved {solved}, open {open}, refused {refused}, disputed {disputed}");
+    assert!(5 * solved > count, "of {count} solved {solved}, open {open}, refused {refused}, disputed {disputed}");
 }
