@@ -2,7 +2,6 @@
 
 use super::charts::{shown, time_axis};
 use super::summary::inputs;
-use super::words::Table;
 use super::{Shown, Subject, line};
 use crate::draw::{Axis, Chart};
 use slewkit::maneuver::{Problem, Solution};
@@ -28,7 +27,7 @@ pub(crate) struct Firing {
 }
 
 impl Firing {
-    fn length(&self) -> f64 {
+    pub fn length(&self) -> f64 {
         self.to - self.from
     }
 }
@@ -145,30 +144,9 @@ pub(crate) fn times(problem: &Problem, solution: &Solution, identity: &Identity)
     .collect()
 }
 
-fn listed(firings: &[Firing]) -> Vec<String> {
+/// From when to when each is on \[s\].
+pub(crate) fn listed(firings: &[Firing]) -> Vec<String> {
     firings.iter().map(|firing| format!("{:.3}–{:.3}", firing.from, firing.to)).collect()
-}
-
-/// The table of a page.
-pub(super) fn table(subject: &Subject) -> Table {
-    let found = firings(subject.problem, &subject.plan.solution);
-    let row = |firings: &[Firing]| {
-        let on: f64 = firings.iter().map(Firing::length).sum();
-        let shortest = firings.iter().map(Firing::length).fold(f64::INFINITY, f64::min);
-        vec![
-            subject.input_name(firings[0].input),
-            listed(firings).join(", "),
-            firings.len().to_string(),
-            significant(on, 4),
-            significant(shortest, 4),
-        ]
-    };
-    Table {
-        title: "Firings",
-        head: vec!["thruster", "on, s", "firings", "on in all, s", "shortest, s"],
-        rows: found.chunk_by(|a, b| a.input == b.input).map(row).collect(),
-        remark: "Thrusters that are not named stay off.",
-    }
 }
 
 /// When each thruster is on, one above the other.

@@ -2,7 +2,7 @@
 
 use super::Subject;
 use super::arcs;
-use super::firings;
+use super::firings::{self, Firing};
 use super::summary::inputs::scale;
 use crate::draw::Span;
 use slewkit::maneuver::{Outcome, Path, SecondOrder, Sense, Structure, Switching};
@@ -140,7 +140,7 @@ fn minimum(subject: &Subject) -> &'static str {
 
 /// Checks, margins, rivals; those that the plan has.
 pub(super) fn tables(subject: &Subject) -> Vec<Table> {
-    let mut tables = vec![firings::table(subject), arcs_told(subject), rivals(subject)];
+    let mut tables = vec![firings_told(subject), arcs_told(subject), rivals(subject)];
     if let Some(found) = &subject.plan.verification {
         if !found.margins.is_empty() {
             tables.push(margins(subject, found));
@@ -181,6 +181,28 @@ fn arcs_told(subject: &Subject) -> Table {
         head: vec!["arc", "", "from, s", "to, s", "length, s", unit],
         rows: spans.into_iter().enumerate().map(row).collect(),
         remark: "Of the continuous extremal; the plan is the optimum of its own grid, and differs by the square of the step.",
+    }
+}
+
+/// When each thruster is on.
+fn firings_told(subject: &Subject) -> Table {
+    let found = firings::firings(subject.problem, &subject.plan.solution);
+    let row = |of_one: &[Firing]| {
+        let on: f64 = of_one.iter().map(Firing::length).sum();
+        let shortest = of_one.iter().map(Firing::length).fold(f64::INFINITY, f64::min);
+        vec![
+            subject.input_name(of_one[0].input),
+            firings::listed(of_one).join(", "),
+            of_one.len().to_string(),
+            significant(on, 4),
+            significant(shortest, 4),
+        ]
+    };
+    Table {
+        title: "Firings",
+        head: vec!["thruster", "on, s", "firings", "on in all, s", "shortest, s"],
+        rows: found.chunk_by(|a, b| a.input == b.input).map(row).collect(),
+        remark: "Thrusters that are not named stay off.",
     }
 }
 

@@ -184,5 +184,8 @@ fn random_maneuvers_never_panic_hang_or_pass_for_solved_when_they_are_not() {
             },
         }
     }
-    assert!(5 * solved > count, "of {count} solved {solved}, open {open}, refused {refused}, disputed {disputed}");
+    assert!(
+        5 * solved > count,
+        "of {count} solved {solved}, open {open}, refused {refused}, disputed {disputed}"
+    );
 }

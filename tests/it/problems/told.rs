@@ -127,7 +127,8 @@ pub fn picture_faults(loaded: &Loaded, plan: &Plan) -> Vec<String> {
     let mut faults = Vec::new();
     let mut same = |what: &str, shown: f64, wanted: f64, tolerance: f64| {
         // NaN differs from everything.
-        if !((shown - wanted).abs() <= tolerance) {
+        let close = (shown - wanted).abs() <= tolerance;
+        if !close {
             faults.push(format!("{what}: {shown:e} shown, {wanted:e} found"));
         }
     };
