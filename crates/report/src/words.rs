@@ -2,7 +2,7 @@
 
 use super::Subject;
 use super::arcs;
-use super::firings;
+use super::summary::firings::{Firing, firings, listed};
 use super::summary::inputs::scale;
 use crate::draw::Span;
 use slewkit::maneuver::{Outcome, Path, SecondOrder, Sense, Structure, Switching};
@@ -140,7 +140,7 @@ fn minimum(subject: &Subject) -> &'static str {
 
 /// Checks, margins, rivals; those that the plan has.
 pub(super) fn tables(subject: &Subject) -> Vec<Table> {
-    let mut tables = vec![firings::table(subject), arcs_told(subject), rivals(subject)];
+    let mut tables = vec![firings_told(subject), arcs_told(subject), rivals(subject)];
     if let Some(found) = &subject.plan.verification {
         if !found.margins.is_empty() {
             tables.push(margins(subject, found));
@@ -149,6 +149,28 @@ pub(super) fn tables(subject: &Subject) -> Vec<Table> {
     }
     tables.retain(|table| !table.rows.is_empty());
     tables
+}
+
+/// When each thruster is on.
+fn firings_told(subject: &Subject) -> Table {
+    let found = firings(subject.problem, &subject.plan.solution);
+    let row = |firings: &[Firing]| {
+        let on: f64 = firings.iter().map(Firing::length).sum();
+        let shortest = firings.iter().map(Firing::length).fold(f64::INFINITY, f64::min);
+        vec![
+            subject.input_name(firings[0].input),
+            listed(firings).join(", "),
+            firings.len().to_string(),
+            significant(on, 4),
+            significant(shortest, 4),
+        ]
+    };
+    Table {
+        title: "Firings",
+        head: vec!["thruster", "on, s", "firings", "on in all, s", "shortest, s"],
+        rows: found.chunk_by(|a, b| a.input == b.input).map(row).collect(),
+        remark: "Thrusters that are not named stay off.",
+    }
 }
 
 /// The arcs of the continuous extremal; no rows where there are none.

@@ -79,7 +79,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
             let reason =
                 "there is no orbit to be at rest in: LVLH is the frame of kind = \"gravity_gradient\"";
             let remedy = "add that [environment], or write angular_velocity_deg_s";
-            end.section.error("E0028", super::boundary::REST_IN_ORBIT, reason, remedy);
+            end.section.error("E0028", super::keys::REST_IN_ORBIT, reason, remedy);
         }
         let angular_velocity = state.attitude.tr_mul(&environment.frame_rate());
         State { angular_velocity, ..state }

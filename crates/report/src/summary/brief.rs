@@ -1,12 +1,11 @@
 //! The summary for who flies the plan: what turns by how much in what time, what that costs, how near it comes to every limit,
 //! and where the true motion ends. A dozen lines of eighty columns; what the solver did stands in [`super::details`].
 
-use super::fixed_axis;
 use super::inputs;
-use super::lines::{Lines, TEXT, line, wrapped};
+use super::lines::{Lines, TEXT, clipped, percent, wrapped};
 use super::stopped::{nearest, stopped};
 use super::verified::failures;
-use crate::firings;
+use super::{firings, fixed_axis};
 use slewkit::maneuver::{
     Motion, Objective, Outcome, Path, Problem, Rule, SecondOrder, Sense, Settings, Solution, Structure,
 };
@@ -46,7 +45,7 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
         return lines;
     };
     if found.was_stopped() {
-        lines.extend(found.failure.iter().map(|failure| line("check", &escape(failure))));
+        lines.lines("check", found.failure.iter().map(|failure| escape(failure)));
         lines.extend(last);
         return lines;
     }
@@ -200,14 +199,6 @@ fn rate(problem: &Problem, found: &Verification) -> String {
     if told.is_empty() { format!("{peak} at most") } else { format!("{peak} at most; {}", told.join(", ")) }
 }
 
-/// A part in percent, never 100 where it is more.
-pub(super) fn percent(part: f64) -> String {
-    match 100.0 * part {
-        percent if (percent - 100.0).abs() <= 1e-4 => "100 %".into(),
-        percent => format!("{} %", significant(percent, 3).trim_end_matches(".0")),
-    }
-}
-
 /// The margin in the true motion; that of inputs, which are held, is one with that of the plan.
 fn met(margin: &Margin) -> f64 {
     let value = margin.continuous_margin.unwrap_or(margin.margin);
@@ -250,15 +241,6 @@ fn clearances(problem: &Problem, solution: &Solution, found: &Verification, room
     let mut lines: Vec<String> = cones.iter().take(room.saturating_sub(1)).map(told).collect();
     lines.push(format!("{} more with more room", counted(cones.len() - lines.len(), "cone")));
     lines
-}
-
-/// `text`, cut where it is longer than so many characters.
-pub(super) fn clipped(text: &str, most: usize) -> String {
-    if text.chars().count() <= most {
-        return text.into();
-    }
-    let kept: String = text.chars().take(most.saturating_sub(1)).collect();
-    format!("{kept}…")
 }
 
 /// What is known of it as an optimum.

@@ -1,7 +1,6 @@
 //! Inputs in their own units: what each is called, its peak, and what part of its limit that is.
 
-use super::brief::{clipped, percent};
-use super::lines::{Lines, TEXT, wrapped};
+use super::lines::{Lines, TEXT, clipped, percent, wrapped};
 use slewkit::maneuver::{Fuel, Motion, Problem, Solution};
 use slewkit::mechanics::actuators::{InputLimit, LimitKind};
 use slewkit::mechanics::{ActuatorSet, AxisFrame};

@@ -1,5 +1,6 @@
 //! Lines of a summary: labels, headline, colours.
 
+use slewkit::numerics::figures::significant;
 use slewkit_files::spec::escape;
 
 /// Width of the longest first line, name and verdict.
@@ -84,4 +85,21 @@ pub fn headline(colour: bool, name: &str, verdict: &str, tone: Tone) -> String {
     let name = escape(name);
     let gap = WIDTH.saturating_sub(name.chars().count() + verdict.chars().count()).max(2);
     format!("{name}{}{}", " ".repeat(gap), paint(colour, tone, verdict))
+}
+
+/// A part in percent, never 100 where it is more.
+pub(super) fn percent(part: f64) -> String {
+    match 100.0 * part {
+        percent if (percent - 100.0).abs() <= 1e-4 => "100 %".into(),
+        percent => format!("{} %", significant(percent, 3).trim_end_matches(".0")),
+    }
+}
+
+/// `text`, cut where it is longer than so many characters.
+pub(super) fn clipped(text: &str, most: usize) -> String {
+    if text.chars().count() <= most {
+        return text.into();
+    }
+    let kept: String = text.chars().take(most.saturating_sub(1)).collect();
+    format!("{kept}…")
 }

@@ -1,10 +1,6 @@
 //! What thrusters do: when each is on, how long, and what all of them give together.
 
-use super::charts::{shown, time_axis};
-use super::summary::inputs;
-use super::words::Table;
-use super::{Shown, Subject, line};
-use crate::draw::{Axis, Chart};
+use super::inputs;
 use slewkit::maneuver::{Problem, Solution};
 use slewkit::numerics::figures::{short, significant};
 use slewkit::{Vector3, lie};
@@ -12,9 +8,6 @@ use slewkit_files::identity::Identity;
 
 /// A thruster that gives less than this part of its force is off.
 const OFF: f64 = 0.01;
-
-/// How high a thruster that is on stands above its line in the chart, of which lines are 1 apart.
-const RAISED: f64 = 0.7;
 
 /// A thruster that is on without a break.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,7 +21,8 @@ pub(crate) struct Firing {
 }
 
 impl Firing {
-    fn length(&self) -> f64 {
+    /// How long \[s\].
+    pub fn length(&self) -> f64 {
         self.to - self.from
     }
 }
@@ -145,62 +139,7 @@ pub(crate) fn times(problem: &Problem, solution: &Solution, identity: &Identity)
     .collect()
 }
 
-fn listed(firings: &[Firing]) -> Vec<String> {
+/// From when to when, each.
+pub(crate) fn listed(firings: &[Firing]) -> Vec<String> {
     firings.iter().map(|firing| format!("{:.3}–{:.3}", firing.from, firing.to)).collect()
-}
-
-/// The table of a page.
-pub(super) fn table(subject: &Subject) -> Table {
-    let found = firings(subject.problem, &subject.plan.solution);
-    let row = |firings: &[Firing]| {
-        let on: f64 = firings.iter().map(Firing::length).sum();
-        let shortest = firings.iter().map(Firing::length).fold(f64::INFINITY, f64::min);
-        vec![
-            subject.input_name(firings[0].input),
-            listed(firings).join(", "),
-            firings.len().to_string(),
-            significant(on, 4),
-            significant(shortest, 4),
-        ]
-    };
-    Table {
-        title: "Firings",
-        head: vec!["thruster", "on, s", "firings", "on in all, s", "shortest, s"],
-        rows: found.chunk_by(|a, b| a.input == b.input).map(row).collect(),
-        remark: "Thrusters that are not named stay off.",
-    }
-}
-
-/// When each thruster is on, one above the other.
-pub(super) fn chart(subject: &Subject) -> Option<Shown> {
-    let (problem, solution, identity) = (subject.problem, &subject.plan.solution, subject.identity);
-    let found = firings(problem, solution);
-    let first = problem.actuation.first_torque();
-    let count = problem.actuation.torque.count();
-    if found.is_empty() {
-        return None;
-    }
-    let end = *solution.trajectory.time.last()?;
-    let curve = |number: usize| {
-        // Its number.
-        let base = (number + 1) as f64;
-        let mut points = vec![(0.0, base)];
-        for firing in found.iter().filter(|firing| firing.input == first + number) {
-            let raised = base + RAISED;
-            points.extend([
-                (firing.from, base),
-                (firing.from, raised),
-                (firing.to, raised),
-                (firing.to, base),
-            ]);
-        }
-        points.push((end, base));
-        let (time, values): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
-        line(subject.input_name(first + number), number, &time, values.into_iter())
-    };
-    let curves = (0..count).map(curve).collect();
-    let mut chart =
-        Chart::new("Thrusters on and off", time_axis(), Axis::linear("number of the thruster"), curves);
-    chart.subtitle = "a line is raised while its thruster is on".into();
-    Some(shown("firings", chart, told(problem, solution, identity).join("; ")))
 }
