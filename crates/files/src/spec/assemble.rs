@@ -352,7 +352,7 @@ fn refuse(
             };
             let lacking = match *what {
                 "torque_axes_body" | "force_direction_body" | "thruster" => {
-                    actuators::reach::lacking(&problem.actuation)
+                    actuators::reach::lacking(&problem.actuation, problem.motion == Motion::RigidBody)
                 }
                 _ => None,
             };
