@@ -1,5 +1,6 @@
 //! Inputs, rates, wheels, positions, clearance and costates over time, with limits and where they act.
 
+use super::summary::firings::{self, firings};
 use super::summary::inputs::scale;
 use super::{Shown, Subject, arcs, line};
 use crate::draw::{Axis, Chart, Curve, Level, Picture, Span};
@@ -10,6 +11,9 @@ use slewkit::numerics::figures::short;
 
 /// Limits farther out than so many times the curves are told and not drawn: the curves would be flat.
 const FAR: f64 = 3.0;
+
+/// How high a thruster that is on stands above its line in the chart, of which lines are 1 apart.
+const RAISED: f64 = 0.7;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -90,6 +94,40 @@ pub(super) fn inputs(subject: &Subject) -> Vec<Shown> {
     };
     let torques = (forces < count).then(|| channel(false));
     torques.into_iter().chain((forces > 0).then(|| channel(true))).collect()
+}
+
+/// When each thruster is on, one above the other.
+pub(super) fn on_and_off(subject: &Subject) -> Option<Shown> {
+    let (problem, solution, identity) = (subject.problem, &subject.plan.solution, subject.identity);
+    let found = firings(problem, solution);
+    let first = problem.actuation.first_torque();
+    let count = problem.actuation.torque.count();
+    if found.is_empty() {
+        return None;
+    }
+    let end = *solution.trajectory.time.last()?;
+    let curve = |number: usize| {
+        // Its number.
+        let base = (number + 1) as f64;
+        let mut points = vec![(0.0, base)];
+        for firing in found.iter().filter(|firing| firing.input == first + number) {
+            let raised = base + RAISED;
+            points.extend([
+                (firing.from, base),
+                (firing.from, raised),
+                (firing.to, raised),
+                (firing.to, base),
+            ]);
+        }
+        points.push((end, base));
+        let (time, values): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
+        line(subject.input_name(first + number), number, &time, values.into_iter())
+    };
+    let curves = (0..count).map(curve).collect();
+    let mut chart =
+        Chart::new("Thrusters on and off", time_axis(), Axis::linear("number of the thruster"), curves);
+    chart.subtitle = "a line is raised while its thruster is on".into();
+    Some(shown("firings", chart, firings::told(problem, solution, identity).join("; ")))
 }
 
 /// Curves of three components and, if asked, of their norm.

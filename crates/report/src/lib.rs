@@ -19,7 +19,6 @@ mod comparison;
 mod convergence;
 mod document;
 pub mod draw;
-mod firings;
 mod hamiltonian;
 mod page;
 mod results;
@@ -175,7 +174,7 @@ pub fn pictures(subject: &Subject) -> Vec<Shown> {
     if !subject.trajectory().time.is_empty() {
         shown.push(sphere::sky(subject));
         shown.extend(charts::inputs(subject));
-        shown.extend(firings::chart(subject));
+        shown.extend(charts::on_and_off(subject));
         shown.extend(switching::chart(subject));
         shown.extend(charts::of_motion(subject));
         shown.extend(attitude::charts(subject));

@@ -2,6 +2,7 @@
 //! and what the witnesses measured, as `slew plan -v` has it below.
 
 mod brief;
+pub(crate) mod firings;
 mod fixed_axis;
 mod found;
 pub(crate) mod inputs;
@@ -14,7 +15,6 @@ pub use lines::{Lines, TEXT, Tone, headline, line, paint, parts, wrapped};
 pub use stopped::remedies;
 pub use verified::{Judged, verified};
 
-use crate::firings;
 use found::{found, method};
 use slewkit::maneuver::{Outcome, Problem, SecondOrder, Settings};
 use slewkit::numerics::figures::{short, significant};

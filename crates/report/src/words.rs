@@ -2,7 +2,7 @@
 
 use super::Subject;
 use super::arcs;
-use super::firings::{self, Firing};
+use super::summary::firings::{Firing, firings, listed};
 use super::summary::inputs::scale;
 use crate::draw::Span;
 use slewkit::maneuver::{Outcome, Path, SecondOrder, Sense, Structure, Switching};
@@ -151,6 +151,28 @@ pub(super) fn tables(subject: &Subject) -> Vec<Table> {
     tables
 }
 
+/// When each thruster is on.
+fn firings_told(subject: &Subject) -> Table {
+    let found = firings(subject.problem, &subject.plan.solution);
+    let row = |firings: &[Firing]| {
+        let on: f64 = firings.iter().map(Firing::length).sum();
+        let shortest = firings.iter().map(Firing::length).fold(f64::INFINITY, f64::min);
+        vec![
+            subject.input_name(firings[0].input),
+            listed(firings).join(", "),
+            firings.len().to_string(),
+            significant(on, 4),
+            significant(shortest, 4),
+        ]
+    };
+    Table {
+        title: "Firings",
+        head: vec!["thruster", "on, s", "firings", "on in all, s", "shortest, s"],
+        rows: found.chunk_by(|a, b| a.input == b.input).map(row).collect(),
+        remark: "Thrusters that are not named stay off.",
+    }
+}
+
 /// The arcs of the continuous extremal; no rows where there are none.
 fn arcs_told(subject: &Subject) -> Table {
     let switching = subject.plan.solution.switching.as_ref();
@@ -181,28 +203,6 @@ fn arcs_told(subject: &Subject) -> Table {
         head: vec!["arc", "", "from, s", "to, s", "length, s", unit],
         rows: spans.into_iter().enumerate().map(row).collect(),
         remark: "Of the continuous extremal; the plan is the optimum of its own grid, and differs by the square of the step.",
-    }
-}
-
-/// When each thruster is on.
-fn firings_told(subject: &Subject) -> Table {
-    let found = firings::firings(subject.problem, &subject.plan.solution);
-    let row = |of_one: &[Firing]| {
-        let on: f64 = of_one.iter().map(Firing::length).sum();
-        let shortest = of_one.iter().map(Firing::length).fold(f64::INFINITY, f64::min);
-        vec![
-            subject.input_name(of_one[0].input),
-            firings::listed(of_one).join(", "),
-            of_one.len().to_string(),
-            significant(on, 4),
-            significant(shortest, 4),
-        ]
-    };
-    Table {
-        title: "Firings",
-        head: vec!["thruster", "on, s", "firings", "on in all, s", "shortest, s"],
-        rows: found.chunk_by(|a, b| a.input == b.input).map(row).collect(),
-        remark: "Thrusters that are not named stay off.",
     }
 }
 

@@ -126,9 +126,9 @@ pub fn picture_faults(loaded: &Loaded, plan: &Plan) -> Vec<String> {
     };
     let mut faults = Vec::new();
     let mut same = |what: &str, shown: f64, wanted: f64, tolerance: f64| {
+        let apart = (shown - wanted).abs();
         // NaN differs from everything.
-        let close = (shown - wanted).abs() <= tolerance;
-        if !close {
+        if apart.is_nan() || apart > tolerance {
             faults.push(format!("{what}: {shown:e} shown, {wanted:e} found"));
         }
     };

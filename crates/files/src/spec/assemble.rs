@@ -83,7 +83,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
             let reason =
                 "there is no orbit to be at rest in: LVLH is the frame of kind = \"gravity_gradient\"";
             let remedy = "add that [environment], or write angular_velocity_deg_s";
-            end.section.error("E0028", super::boundary::REST_IN_ORBIT, reason, remedy);
+            end.section.error("E0028", super::keys::REST_IN_ORBIT, reason, remedy);
         }
         let angular_velocity = state.attitude.tr_mul(&environment.frame_rate());
         State { angular_velocity, ..state }
@@ -374,7 +374,7 @@ fn refuse(
             };
             let lacking = match *what {
                 "torque_axes_body" | "force_direction_body" | "thruster" => {
-                    actuators::reach::lacking(&problem.actuation)
+                    actuators::reach::lacking(&problem.actuation, problem.motion == Motion::RigidBody)
                 }
                 _ => None,
             };

@@ -1,6 +1,7 @@
 //! The start and the end of a maneuver, and the start of a body, as a spec has them.
 
 use super::attitude::{self, Rotation, Use};
+use super::keys::REST_IN_ORBIT;
 use super::{Section, Spot};
 use slewkit::maneuver::State;
 use slewkit::{Matrix3, Vector3};
@@ -20,9 +21,6 @@ pub(crate) struct Boundary<'a> {
 }
 
 pub(super) const TURN: &str = "rotation_from_start_rad";
-
-/// The key that says "at rest in LVLH".
-pub(super) const REST_IN_ORBIT: &str = "angular_velocity";
 
 impl<'a> Boundary<'a> {
     pub fn read(section: &'a Section, key: &'static str) -> Self {

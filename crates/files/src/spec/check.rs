@@ -1,6 +1,6 @@
 //! The first pass: every key against the tables of [`super::keys`], in file order.
 
-use super::keys::{ATTITUDE, DIRECTION, Key, Kind, ROOT, SIMULATION_ROOT, Table};
+use super::keys::{ATTITUDE, DIRECTION, Key, Kind, REST_IN_ORBIT, ROOT, SIMULATION_ROOT, Table};
 use super::section::{Given, MAX_FINDINGS, Parsed, join};
 use super::suggest::nearest;
 use super::values::{self, Fault, Read, wrong};
@@ -72,7 +72,10 @@ impl Checker {
         });
         let mut suggested = Vec::new();
         for entry in node.entries() {
-            let value = match table.key(&entry.key) {
+            // Numbers without a unit are no word of ours.
+            let numbers = matches!(entry.node.value, Value::Array(_) | Value::Number(_));
+            let key = table.key(&entry.key).filter(|key| !(key.name == REST_IN_ORBIT && numbers));
+            let value = match key {
                 _ if self.full() => None,
                 None => {
                     suggested.extend(self.unknown(entry, table, path));
@@ -272,7 +275,8 @@ impl Checker {
 
     /// Reports an unknown key; returns the known one that was probably meant.
     fn unknown(&mut self, entry: &Entry, table: &'static Table, path: &str) -> Option<&'static str> {
-        let known = nearest(&entry.key, table.keys.iter().map(|key| key.name));
+        let others = table.keys.iter().map(|key| key.name).filter(|name| *name != entry.key);
+        let known = nearest(&entry.key, others);
         let name = cut(&entry.key, 60);
         let fault = |code, reason: &str, remedy: String| (code, entry.key_span, reason.to_string(), remedy);
         let attitude = std::ptr::eq(table, &raw const ATTITUDE);

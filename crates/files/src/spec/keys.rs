@@ -416,6 +416,8 @@ shared_keys! {
     LATER_FILE = "attitude_file": Later("attitudes read from files");
 }
 const RATES: &[&str] = &["angular_velocity_deg_s", "angular_velocity_rad_s", "angular_velocity"];
+/// The key that says "at rest in LVLH".
+pub(super) const REST_IN_ORBIT: &str = "angular_velocity";
 const END_ATTITUDES: &[&str] = &["attitude", "rotation_from_start", "attitude_file"];
 const ENDS: &[&str] =
     &["attitude", "rotation_from_start", "attitude_file", "angular_velocity_deg_s", "angular_velocity_rad_s"];

@@ -1,12 +1,11 @@
 //! The summary for who flies the plan: what turns by how much in what time, what that costs, how near it comes to every limit,
 //! and where the true motion ends. A dozen lines of eighty columns; what the solver did stands in [`super::details`].
 
-use super::fixed_axis;
 use super::inputs;
-use super::lines::{Lines, TEXT, clipped, line, percent, wrapped};
+use super::lines::{Lines, TEXT, clipped, percent, wrapped};
 use super::stopped::{nearest, stopped};
 use super::verified::failures;
-use crate::firings;
+use super::{firings, fixed_axis};
 use slewkit::maneuver::{
     Motion, Objective, Outcome, Path, Problem, Rule, SecondOrder, Sense, Settings, Solution, Structure,
 };
@@ -46,7 +45,7 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
         return lines;
     };
     if found.was_stopped() {
-        lines.extend(found.failure.iter().map(|failure| line("check", &escape(failure))));
+        lines.lines("check", found.failure.iter().map(|failure| escape(failure)));
         lines.extend(last);
         return lines;
     }
@@ -150,13 +149,17 @@ fn arrives(problem: &Problem, settings: &Settings, found: &Verification) -> Vec<
         value if value.is_finite() => format!("{} {unit}", significant(value, 2)),
         _ => format!("? {unit}"),
     };
-    let attitude = off(found.continuous_attitude_rad.to_degrees(), "deg");
     let rate = off(found.continuous_rate_rad_s.to_degrees(), "deg/s");
+    let open = problem.ends_in_any_attitude();
+    let attitude = off(found.continuous_attitude_rad.to_degrees(), "deg");
     let mut lines = Vec::new();
     if let (Some(position), Some(velocity)) = (found.continuous_position_m, found.continuous_velocity_m_s) {
         let (position, velocity) = (off(position, "m"), off(velocity, "m/s"));
+        let attitude = if open { String::new() } else { format!("{attitude}, ") };
         lines =
-            wrapped(&format!("{attitude}, {rate}, {position} and {velocity} off, in the true motion"), TEXT);
+            wrapped(&format!("{attitude}{rate}, {position} and {velocity} off, in the true motion"), TEXT);
+    } else if open {
+        lines.push(format!("{rate} off, in the true motion"));
     } else {
         lines.push(format!("{attitude} and {rate} off, in the true motion"));
     }

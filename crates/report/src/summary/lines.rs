@@ -12,23 +12,6 @@ const LABELLED: usize = 13;
 /// Columns for the text of a labelled line, in a window of eighty.
 pub const TEXT: usize = 80 - LABELLED - 1;
 
-/// A part in percent, never 100 where it is more.
-pub(super) fn percent(part: f64) -> String {
-    match 100.0 * part {
-        percent if (percent - 100.0).abs() <= 1e-4 => "100 %".into(),
-        percent => format!("{} %", significant(percent, 3).trim_end_matches(".0")),
-    }
-}
-
-/// `text`, cut where it is longer than so many characters.
-pub(super) fn clipped(text: &str, most: usize) -> String {
-    if text.chars().count() <= most {
-        return text.into();
-    }
-    let kept: String = text.chars().take(most.saturating_sub(1)).collect();
-    format!("{kept}…")
-}
-
 /// `text` in lines of at most `width` characters, broken between words; a longer word has a line of its own.
 pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
@@ -102,4 +85,21 @@ pub fn headline(colour: bool, name: &str, verdict: &str, tone: Tone) -> String {
     let name = escape(name);
     let gap = WIDTH.saturating_sub(name.chars().count() + verdict.chars().count()).max(2);
     format!("{name}{}{}", " ".repeat(gap), paint(colour, tone, verdict))
+}
+
+/// A part in percent, never 100 where it is more.
+pub(super) fn percent(part: f64) -> String {
+    match 100.0 * part {
+        percent if (percent - 100.0).abs() <= 1e-4 => "100 %".into(),
+        percent => format!("{} %", significant(percent, 3).trim_end_matches(".0")),
+    }
+}
+
+/// `text`, cut where it is longer than so many characters.
+pub(super) fn clipped(text: &str, most: usize) -> String {
+    if text.chars().count() <= most {
+        return text.into();
+    }
+    let kept: String = text.chars().take(most.saturating_sub(1)).collect();
+    format!("{kept}…")
 }

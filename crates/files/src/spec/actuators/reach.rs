@@ -8,7 +8,10 @@ const NOTHING: f64 = 1e-9;
 
 /// In words, as in "nothing turns the body about (0, 0, -1)": a direction in which the inputs give nothing, where torques or
 /// forces alone lack one.
-pub(crate) fn lacking(actuation: &Actuation) -> Option<String> {
+pub(crate) fn lacking(actuation: &Actuation, moves: bool) -> Option<String> {
+    if actuation.reaches_every_direction(moves) {
+        return None;
+    }
     let force = actuation.force.as_ref().filter(|_| actuation.thrusters.is_some());
     let lacks = |set: &ActuatorSet, what: &str| Some(format!("nothing {what} {}", shown(&direction(set)?)));
     lacks(&actuation.torque, "turns the body about")

@@ -1,9 +1,6 @@
 //! What thrusters do: when each is on, how long, and what all of them give together.
 
-use super::charts::{shown, time_axis};
-use super::summary::inputs;
-use super::{Shown, Subject, line};
-use crate::draw::{Axis, Chart};
+use super::inputs;
 use slewkit::maneuver::{Problem, Solution};
 use slewkit::numerics::figures::{short, significant};
 use slewkit::{Vector3, lie};
@@ -11,9 +8,6 @@ use slewkit_files::identity::Identity;
 
 /// A thruster that gives less than this part of its force is off.
 const OFF: f64 = 0.01;
-
-/// How high a thruster that is on stands above its line in the chart, of which lines are 1 apart.
-const RAISED: f64 = 0.7;
 
 /// A thruster that is on without a break.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,6 +21,7 @@ pub(crate) struct Firing {
 }
 
 impl Firing {
+    /// How long \[s\].
     pub fn length(&self) -> f64 {
         self.to - self.from
     }
@@ -144,41 +139,7 @@ pub(crate) fn times(problem: &Problem, solution: &Solution, identity: &Identity)
     .collect()
 }
 
-/// From when to when each is on \[s\].
+/// From when to when, each.
 pub(crate) fn listed(firings: &[Firing]) -> Vec<String> {
     firings.iter().map(|firing| format!("{:.3}–{:.3}", firing.from, firing.to)).collect()
-}
-
-/// When each thruster is on, one above the other.
-pub(super) fn chart(subject: &Subject) -> Option<Shown> {
-    let (problem, solution, identity) = (subject.problem, &subject.plan.solution, subject.identity);
-    let found = firings(problem, solution);
-    let first = problem.actuation.first_torque();
-    let count = problem.actuation.torque.count();
-    if found.is_empty() {
-        return None;
-    }
-    let end = *solution.trajectory.time.last()?;
-    let curve = |number: usize| {
-        // Its number.
-        let base = (number + 1) as f64;
-        let mut points = vec![(0.0, base)];
-        for firing in found.iter().filter(|firing| firing.input == first + number) {
-            let raised = base + RAISED;
-            points.extend([
-                (firing.from, base),
-                (firing.from, raised),
-                (firing.to, raised),
-                (firing.to, base),
-            ]);
-        }
-        points.push((end, base));
-        let (time, values): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
-        line(subject.input_name(first + number), number, &time, values.into_iter())
-    };
-    let curves = (0..count).map(curve).collect();
-    let mut chart =
-        Chart::new("Thrusters on and off", time_axis(), Axis::linear("number of the thruster"), curves);
-    chart.subtitle = "a line is raised while its thruster is on".into();
-    Some(shown("firings", chart, told(problem, solution, identity).join("; ")))
 }
