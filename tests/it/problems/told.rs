@@ -60,11 +60,13 @@ pub fn summary_faults(loaded: &Loaded, plan: &Plan) -> Vec<String> {
     let found = plan.verification.as_ref().expect("verified");
     let mut wanted = vec![
         has(format!("{:.1} deg", solution.turned_deg)),
-        has(format!("{} deg", significant(found.continuous_attitude_rad.to_degrees(), 2))),
         has(format!("{} deg/s", significant(found.continuous_rate_rad_s.to_degrees(), 2))),
         has(format!("{} deg/s at most", significant(found.peak_rate_rad_s.to_degrees(), 3))),
         has(significant(solution.cost, 6)),
     ];
+    if !problem.ends_in_any_attitude() {
+        wanted.push(has(format!("{} deg", significant(found.continuous_attitude_rad.to_degrees(), 2))));
+    }
     // Each input by itself, from the rows of the plan.
     let count = solution.trajectory.input_count;
     if count <= 6 && loaded.identity.nozzles.is_empty() {

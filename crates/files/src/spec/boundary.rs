@@ -45,7 +45,7 @@ impl<'a> Boundary<'a> {
     /// Whether a rate is given without an attitude: any will do.
     pub fn is_open(&self) -> bool {
         let attitudes = ["attitude", "rotation_from_start", "attitude_file"];
-        !attitudes.into_iter().any(|key| self.section.has(key))
+        self.section.rate_key().is_some() && !attitudes.into_iter().any(|key| self.section.has(key))
     }
 
     /// Whether it turns with the orbit.
