@@ -381,6 +381,7 @@ fn what_is_not_covered_is_refused_by_name() {
     moving.motion = Motion::RigidBody;
     moving.body.mass = Some(1.0);
     assert!(refused(&moving).contains("translates"));
+    assert!(refused(&base.clone().with_any_attitude_at_end()).contains("any attitude"));
     let torques = |axes: Vec<Vector3>, frame| Actuation::torques(ActuatorSet::new(axes, frame).unwrap());
     let two = torques(vec![Vector3::x(), Vector3::y()], AxisFrame::Body);
     assert!(refused(&base.clone().with_actuation(two)).contains("two axes"));

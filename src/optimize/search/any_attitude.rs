@@ -24,11 +24,13 @@ use crate::{Matrix3, Vector3};
 /// The paces `a`: along the optimum of equal weights, faster at first, slower at first.
 const PACES: [(f64, &str); 3] = [(1.0, "braked"), (2.0, "braked early"), (0.5, "braked late")];
 
-/// Turn of the end about each body axis by which the paths are bent, to either side \[rad\].
+/// Turn of the end about each body axis by which the paths are bent, to either side \[rad\]: less leads to the same minima, more
+/// costs subproblems. What the default search misses of the thorough one is counted by `families F13`.
 const BEND: f64 = 1.0;
 
-/// Random bends that a thorough search tries, and their size \[rad\].
+/// Random bends that a thorough search tries: time against what it may miss.
 const RANDOM: u32 = 60;
+/// Their size \[rad\]: ends all over the rotations.
 const SPREAD: f64 = 2.0;
 
 /// Turn in a part of a step of the kinematics \[rad\]: what is followed are starts, not plans.
@@ -77,20 +79,25 @@ pub(super) fn likely_end(problem: &Problem) -> Matrix3 {
 /// Attitudes at the nodes of a grid whose unit of time is the stated duration: the momentum of the start stays where it is in
 /// space, and gives way to that of the end.
 fn braked(problem: &Problem, grid: &Grid, pace: f64) -> Vec<Matrix3> {
-    let momenta = [&problem.start, &problem.end].map(|end| problem.body.inertia.j() * end.angular_velocity);
-    let turned = turned(problem, grid, pace, momenta, 1.0);
-    let frame = problem.environment.frame_rate() * problem.duration;
-    let of_node = |(node, turned): (usize, &Matrix3)| {
-        lie::project_to_rotation(&(lie::exp(&(-frame * grid.after(node))) * problem.start.attitude * turned))
-    };
-    turned.iter().enumerate().map(of_node).collect()
+    let turned = turned(problem, grid, pace, momenta(problem), 1.0);
+    from_start(problem, grid, &turned)
 }
 
-/// The same backward from the end: the momentum of the end stays where it is in space.
+/// Attitudes on the way on which the momentum of the end stays where it is in space, found backward from the end.
 fn spun_up(problem: &Problem, grid: &Grid, pace: f64) -> Vec<Matrix3> {
-    let momenta = [&problem.end, &problem.start].map(|end| problem.body.inertia.j() * end.angular_velocity);
-    let mut turned = turned(problem, grid, pace, momenta, -1.0);
+    let [first, last] = momenta(problem);
+    let mut turned = turned(problem, grid, pace, [last, first], -1.0);
     turned.reverse();
+    from_start(problem, grid, &turned)
+}
+
+/// Momenta of start and end, body axes.
+fn momenta(problem: &Problem) -> [Vector3; 2] {
+    [&problem.start, &problem.end].map(|end| problem.body.inertia.j() * end.angular_velocity)
+}
+
+/// Attitudes in the reference frame of a body that is turned so from node to node, from that of the start.
+fn from_start(problem: &Problem, grid: &Grid, turned: &[Matrix3]) -> Vec<Matrix3> {
     let frame = problem.environment.frame_rate() * problem.duration;
     let first = problem.start.attitude * turned[0].transpose();
     let of_node = |(node, turned): (usize, &Matrix3)| {

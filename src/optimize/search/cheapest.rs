@@ -156,16 +156,22 @@ fn effort_sought(problem: &Problem, context: &Context) -> Solution {
 /// In a given duration, or in the best one of all.
 fn solve_once(problem: &Problem, context: &Context) -> Solution {
     let unsolved = Solution::unsolved(problem, context.settings.tolerance);
-    let bare = Problem {
+    let mut bare = Problem {
         constraints: Vec::new(),
         actuation: problem.actuation.of_jumping_inputs(),
         ..problem.clone()
     };
     // Only a free body that turns has a plan of inputs that switch; in a frame that turns and in a field that is a path to begin from.
     let free = problem.is_free_turn();
+    let open = problem.ends_in_any_attitude();
+    if open {
+        bare.end.attitude = bare.start.attitude;
+    }
+    // To any attitude there is none, unless the body has the rate that it should have.
+    let arrived = problem.start.angular_velocity == problem.end.angular_velocity;
     let quick = match problem.motion {
-        Motion::Attitude => switching::solve_discrete(&without_field(bare), context),
-        Motion::RigidBody => unsolved.clone(),
+        Motion::Attitude if !open || arrived => switching::solve_discrete(&without_field(bare), context),
+        _ => unsolved.clone(),
     };
     *context.ladder.borrow_mut() = if free { quick.ladder.clone() } else { Vec::new() };
     if free && quick.trajectory.time.len() == 1 {
@@ -461,7 +467,13 @@ fn about(problem: &Problem) -> f64 {
     let of_body = |vector: &Vector3| torque.frame().of_body(&start.attitude, vector);
     let turn = of_body(&lie::minus(&end.attitude, &start.attitude));
     let rates = of_body(&(end.angular_velocity - start.angular_velocity));
-    let turning = lasting(&turn, 0.1, &rates, problem.body.inertia.j().norm(), torque);
+    let turning = if problem.ends_in_any_attitude() {
+        // By a torque along the change of the momentum, whichever way the body turns meanwhile.
+        let change = problem.body.inertia.j() * (end.angular_velocity - start.angular_velocity);
+        change.norm() / given(torque, &of_body(&change))
+    } else {
+        lasting(&turn, 0.1, &rates, problem.body.inertia.j().norm(), torque)
+    };
     let mass = problem.body.mass.filter(|_| problem.motion == Motion::RigidBody);
     let flying = mass.zip(problem.actuation.force.as_ref()).map_or(0.0, |(mass, force)| {
         let of_reference = |vector: &Vector3| force.frame().of_reference(&start.attitude, vector);

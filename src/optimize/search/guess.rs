@@ -56,7 +56,10 @@ impl Guess {
         };
         let (first, end) = (node(0), node(last));
         let turn = model.start.attitude * first.attitude.transpose();
+        // Where any attitude will do, that at the end of the path is as good as another.
+        let is_given = model.given().contains(&model.zeta());
         let turn_left = lie::minus(&model.target.attitude, &(turn * end.attitude));
+        let turn_left = if is_given { turn_left } else { Vector3::zeros() };
         let shift = model.start.position - first.position;
         let shift_left = model.target.position - (end.position + shift);
         let poses = (0..=model.steps).map(|stage| {

@@ -153,6 +153,32 @@ fn cones_limits_and_wheels_are_kept_on_the_way_to_any_attitude() {
     }
 }
 
+/// A body that moves: its turn and its way are two problems, each with a closed form. That of a way with `d = Δx − T(v_0 + v_N)/2`
+/// is `m² (|Δv|²/2T + 6|d|²/T³)`, to which the grid adds its error of second order.
+#[test]
+fn a_body_that_moves_is_brought_to_a_place_in_any_attitude() {
+    let mut random = Random::new(43);
+    let (turn, momentum) = spinning(&mut random, 0.8, 4.0);
+    let (mass, duration) = (2.0, 4.0);
+    let body = Body { mass: Some(mass), ..turn.body.clone() };
+    let (mut start, mut end) = (turn.start, turn.end);
+    (start.velocity, end.velocity) = (random.vector(), random.vector());
+    end.position = 2.0 * random.vector();
+    let way = end.position - 0.5 * duration * (start.velocity + end.velocity);
+    let speed = (end.velocity - start.velocity).norm_squared();
+    let least = momentum * momentum / (2.0 * duration)
+        + mass * mass * (speed / (2.0 * duration) + 6.0 * way.norm_squared() / duration.powi(3));
+    let problem = Problem::rigid_body(body, start, end, duration).with_any_attitude_at_end();
+    let off = [25, 50].map(|steps| solved(&problem.clone().with_steps(steps)).cost / least - 1.0);
+    let order = (off[0] / off[1]).abs().log2();
+    assert!(off[1].abs() < 1e-2 && (order - 2.0).abs() < 0.1, "{off:?}, order {order}");
+    let landed = plan(&problem, &Settings::default(), None, &mut Silent).unwrap();
+    assert_eq!(landed.status, Status::Solved);
+    let judged = landed.verification.unwrap();
+    let missed = [judged.continuous_position_m.unwrap(), judged.continuous_velocity_m_s.unwrap()];
+    assert!(missed.iter().all(|missed| *missed < 1e-6), "{missed:?}");
+}
+
 #[test]
 fn what_cannot_be_is_refused_or_proved() {
     let mut random = Random::new(42);

@@ -92,7 +92,9 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
     let still = environment.is_free() && environment.frame_rate().amax() == 0.0;
     if still && is_same(&start_state, &end_state, &path) {
         let reason = "the body is at rest where it should end: the plan is zero torque";
-        end.section.warn_here("W0059", reason, "give [end] another attitude");
+        let remedy =
+            if end.is_open() { "give [end] an attitude, or a rate" } else { "give [end] another attitude" };
+        end.section.warn_here("W0059", reason, remedy);
     }
     let shortest = minus(&end_state.attitude, &start_state.attitude).norm();
     let angle = match path {

@@ -1,8 +1,8 @@
 //! The sphere of directions as a map: tracks of boresights, and cones to keep out of or within.
 //!
 //! The projection is azimuthal equidistant about the middle of what is shown: a direction at the angle θ from the
-//! middle is drawn at a distance proportional to θ, in its true azimuth. No track is torn, and a cone is one closed
-//! curve wherever it is.
+//! middle is drawn at a distance proportional to θ, in its true azimuth. A track is torn only where it passes behind the
+//! middle, by the point opposite to it, and a cone is one closed curve wherever it is.
 
 use super::colour;
 use super::svg::{Anchor, FAINT, GRID, INK, SIZE, Svg, shortened};
@@ -91,6 +91,13 @@ impl SkyView {
         let angle = across.atan2(part.z) / self.reach;
         if across == 0.0 { (angle, 0.0) } else { (angle * part.x / across, angle * part.y / across) }
     }
+
+    /// Whether the map is torn between two neighbours on a track: both are behind the middle, and drawn on opposite sides of it.
+    fn tears(&self, a: &Vector3, b: &Vector3) -> bool {
+        let behind = [a, b].iter().all(|point| point.dot(&self.middle) < 0.0);
+        let ((ax, ay), (bx, by)) = (self.project(a), self.project(b));
+        behind && ax * bx + ay * by < 0.0
+    }
 }
 
 impl Sky {
@@ -151,8 +158,10 @@ impl Sky {
         }
         for track in self.tracks.iter().rev() {
             let colour = colour(track.style);
-            let points: Vec<(f64, f64)> = track.points.iter().map(place).collect();
-            svg.path(&points, false, &format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\""));
+            for stretch in track.points.chunk_by(|a, b| !view.tears(a, b)) {
+                let points: Vec<(f64, f64)> = stretch.iter().map(place).collect();
+                svg.path(&points, false, &format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\""));
+            }
         }
         svg.raw("</g>");
         let rim = format!("fill=\"none\" stroke=\"{INK}\"");
@@ -306,6 +315,20 @@ mod tests {
             let (x, y) = view.project(&mark.at);
             assert!(x.hypot(y) < 1.0);
         }
+    }
+
+    /// A track once round the sphere past the point opposite to the middle, and one that stays before it.
+    #[test]
+    fn a_track_is_torn_where_it_passes_behind_the_middle_and_nowhere_else() {
+        let view = SkyView { middle: Vector3::x(), right: Vector3::y(), up: Vector3::z(), reach: PI };
+        let around = |tilt: f64| -> Vec<Vector3> {
+            (0..=72).map(|k| sphere(tilt.to_radians(), f64::from(5 * k).to_radians())).collect()
+        };
+        let torn = |track: &[Vector3]| track.windows(2).filter(|pair| view.tears(&pair[0], &pair[1])).count();
+        assert_eq!(torn(&around(0.5)), 1);
+        // Past it by 40° the map turns it, and does not tear it.
+        assert_eq!(torn(&around(40.0)), 0);
+        assert_eq!(torn(&circle(&Vector3::x(), 1.5)), 0);
     }
 
     #[test]

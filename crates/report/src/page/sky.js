@@ -45,6 +45,20 @@ function sky(figureNode, picture) {
       return [cx + distance * x, cy - distance * y];
     };
     const trace = (points) => points.map(place).map(([x, y], k) => `${k ? "L" : "M"}${x.toFixed(1)} ${y.toFixed(1)}`).join("");
+    // A track is torn where it passes behind the middle: as SkyView::tears.
+    const tears = (a, b) => {
+      const along = (direction) => [dot(direction, right), dot(direction, up)];
+      const [[ax, ay], [bx, by]] = [along(a), along(b)];
+      return dot(a, middle) < 0 && dot(b, middle) < 0 && ax * bx + ay * by < 0;
+    };
+    const stretches = (points) => {
+      const parts = [];
+      points.forEach((point, k) => {
+        if (k && !tears(points[k - 1], point)) parts[parts.length - 1].push(point);
+        else parts.push([point]);
+      });
+      return parts;
+    };
     const svg = element("svg", { viewBox: `0 0 ${width} ${height}`, height });
     element("circle", { cx, cy, r: radius }, element("clipPath", { id: "clip-sky" }, svg));
     const inside = element("g", { "clip-path": "url(#clip-sky)" }, svg);
@@ -71,7 +85,7 @@ function sky(figureNode, picture) {
     }
     for (const track of [...picture.tracks].reverse()) {
       const stroke = { fill: "none", stroke: colour(track.style), "stroke-width": 2.2, class: "curve" };
-      element("path", { d: trace(track.points), ...stroke, "stroke-dasharray": DASHES[track.style % 4] }, inside);
+      element("path", { d: stretches(track.points).map(trace).join(""), ...stroke, "stroke-dasharray": DASHES[track.style % 4] }, inside);
     }
     element("circle", { cx, cy, r: radius, fill: "none", stroke: "var(--line)" }, svg);
     for (const label of picture.labels) {

@@ -314,6 +314,8 @@ fn also(problem: &Problem, solution: &Solution) -> Option<String> {
     };
     let cost = format!("{}{unit}", significant(nearest.cost, 4));
     let against = match nearest.cost / best {
+        // Where nothing is needed all else is infinitely dear.
+        part if !part.is_finite() => format!("at {cost}"),
         part if part >= 10.0 => format!("at {} times the cost ({cost})", significant(part, 3)),
         part if part > 1.0 + SAME => format!("at {} % more ({cost})", significant(100.0 * (part - 1.0), 2)),
         part if part < 1.0 - SAME => format!("at {} % less ({cost})", significant(100.0 * (1.0 - part), 2)),
