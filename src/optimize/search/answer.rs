@@ -225,14 +225,14 @@ impl<const N: usize> Search<'_, '_, N> {
             solution.longer = self.longer();
             solution.shortest = self.shortest;
             match (self.shortest, solution.longer) {
-                (Some(shortest), _) if shortest < self.problem.duration => {
-                    let (asked, shortest) = (short(self.problem.duration), significant(shortest, 6));
+                (Some(shortest), _) if shortest < self.problem.seconds() => {
+                    let (asked, shortest) = (short(self.problem.seconds()), significant(shortest, 6));
                     violated.push_str(&format!(
                         "; no plan of {asked} s was found, though there is one of {shortest} s"
                     ));
                 }
                 (Some(shortest), _) => {
-                    let (asked, shortest) = (short(self.problem.duration), significant(shortest, 6));
+                    let (asked, shortest) = (short(self.problem.seconds()), significant(shortest, 6));
                     violated.push_str(&format!(
                         "; no plan of {asked} s was found, the shortest duration found is {shortest} s (locally minimal)"
                     ));

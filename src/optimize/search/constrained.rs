@@ -409,7 +409,7 @@ impl<const N: usize> Search<'_, '_, N> {
         let paths = search.unlimited_paths(&search.chain(chain_steps(self.problem)));
         let Some(Cheapest { duration, attempt, .. }) = search.cheapest(paths) else { return };
         self.shortest = Some(duration);
-        if duration > self.problem.duration {
+        if duration > self.problem.seconds() {
             return;
         }
         let coarse = self.chain(chain_steps(self.problem));
@@ -436,7 +436,7 @@ impl<const N: usize> Search<'_, '_, N> {
     /// found, or not much longer. That is advice, not proof: the search is local.
     pub(super) fn longer(&self) -> Option<f64> {
         let found = |duration: &f64| {
-            let problem = self.problem.clone().with_duration(*duration);
+            let problem = self.problem.clone().lasting(*duration);
             // What was tried for advice is no rung of this maneuver's ladder.
             let noted = self.context.ladder.borrow().len();
             let found = problem.check().is_ok()
@@ -444,10 +444,10 @@ impl<const N: usize> Search<'_, '_, N> {
             self.context.ladder.borrow_mut().truncate(noted);
             found
         };
-        let from = self.shortest.unwrap_or(0.0).max(self.problem.duration);
+        let from = self.shortest.unwrap_or(0.0).max(self.problem.seconds());
         let durations = STRETCHES.into_iter().map(|stretch| rounded_up(stretch * from));
         durations
-            .filter(|duration| *duration > self.problem.duration)
+            .filter(|duration| *duration > self.problem.seconds())
             .find(|longer| !self.stopped() && found(longer))
     }
 }

@@ -97,8 +97,8 @@ impl<const N: usize> Search<'_, '_, N> {
         let goal = Goal { share, ..goal.clone() };
         let mut chain = Chain::with_goal(problem, steps, &goal);
         let record = |chain: &Chain, attempt: &Attempt| {
-            let duration = problem.duration * attempt.candidate.grid.duration();
-            let planned = problem.clone().with_duration(duration);
+            let duration = problem.seconds() * attempt.candidate.grid.duration();
+            let planned = problem.clone().lasting(duration);
             let given = chain.of_given_duration(attempt.clone(), &planned);
             let of_duration = match goal.in_given_duration() {
                 None => Chain::new(&planned, steps),
@@ -187,7 +187,7 @@ pub(super) fn with_duration_found(problem: &Problem, solution: Solution, context
     if !context.lands() || solution.outcome != Outcome::Converged {
         return solution;
     }
-    let given = problem.clone().with_duration(duration);
+    let given = problem.clone().lasting(duration);
     let ask = Ask { lands: true, ..Ask::of_goal(None, context.settings) };
     let priced = problem.objective.time_price() * duration;
     let (ladder, solve_time, stationarity) =
