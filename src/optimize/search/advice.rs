@@ -24,14 +24,14 @@ pub(super) fn advise<const N: usize>(search: &Search<N>, shortest: Option<f64>, 
         solution.longer = longer(search, shortest);
         solution.shortest = shortest;
         match (shortest, solution.longer) {
-            (Some(shortest), _) if shortest < search.problem.duration => {
-                let (asked, shortest) = (short(search.problem.duration), significant(shortest, 6));
+            (Some(shortest), _) if shortest < search.problem.seconds() => {
+                let (asked, shortest) = (short(search.problem.seconds()), significant(shortest, 6));
                 violated.push_str(&format!(
                     "; no plan of {asked} s was found, though there is one of {shortest} s"
                 ));
             }
             (Some(shortest), _) => {
-                let (asked, shortest) = (short(search.problem.duration), significant(shortest, 6));
+                let (asked, shortest) = (short(search.problem.seconds()), significant(shortest, 6));
                 violated.push_str(&format!(
                     "; no plan of {asked} s was found, the shortest duration found is {shortest} s (locally minimal)"
                 ));
@@ -48,7 +48,7 @@ pub(super) fn advise<const N: usize>(search: &Search<N>, shortest: Option<f64>, 
 /// found, or not much longer. That is advice, not proof: the search is local.
 fn longer<const N: usize>(search: &Search<N>, shortest: Option<f64>) -> Option<f64> {
     let found = |duration: &f64| {
-        let problem = search.problem.clone().with_duration(*duration);
+        let problem = search.problem.clone().lasting(*duration);
         // What was tried for advice is no rung of this maneuver's ladder.
         let noted = search.context.ladder.borrow().len();
         let found = problem.check().is_ok()
@@ -56,10 +56,10 @@ fn longer<const N: usize>(search: &Search<N>, shortest: Option<f64>) -> Option<f
         search.context.ladder.borrow_mut().truncate(noted);
         found
     };
-    let from = shortest.unwrap_or(0.0).max(search.problem.duration);
+    let from = shortest.unwrap_or(0.0).max(search.problem.seconds());
     let durations = STRETCHES.into_iter().map(|stretch| rounded_up(stretch * from));
     durations
-        .filter(|duration| *duration > search.problem.duration)
+        .filter(|duration| *duration > search.problem.seconds())
         .find(|longer| !search.stopped() && found(longer))
 }
 

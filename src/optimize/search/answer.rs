@@ -307,7 +307,7 @@ pub(super) fn with_duration_found(problem: &Problem, solution: Solution, context
     if !context.lands() || solution.outcome != Outcome::Converged {
         return solution;
     }
-    let given = problem.clone().with_duration(duration);
+    let given = problem.clone().lasting(duration);
     let ask = Ask { lands: true, ..Ask::of_goal(None, context.settings) };
     let priced = problem.objective.time_price() * duration;
     let (ladder, solve_time, stationarity) =

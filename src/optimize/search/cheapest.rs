@@ -132,14 +132,14 @@ pub(super) struct Cheapest {
 /// sought.
 pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
     let once = |problem: &Problem| match &problem.objective {
-        Objective::Effort(_) if problem.duration.is_nan() => effort_sought(problem, context),
+        Objective::Effort(_) if problem.duration.known().is_none() => effort_sought(problem, context),
         Objective::Effort(_) => {
             let ask = Ask { advise: true, lands: context.lands(), ..Ask::of_goal(None, context.settings) };
             super::searched(problem, context, ask)
         }
         Objective::Time | Objective::Fuel(_) => solve_once(problem, context),
     };
-    match problem.duration_at_most {
+    match problem.duration.at_most() {
         Some(longest) => switching::up_to(longest, problem, context, &once),
         None => once(problem),
     }
@@ -147,7 +147,7 @@ pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
 
 /// Least effort in the best duration. The search for it is a local one, from that of a turn about a fixed axis without limits.
 fn effort_sought(problem: &Problem, context: &Context) -> Solution {
-    let longest = problem.duration_at_most.unwrap_or(f64::INFINITY);
+    let longest = problem.duration.at_most().unwrap_or(f64::INFINITY);
     let free = duration::about_a_fixed_axis(problem, problem.objective.time_price());
     let stated = problem.clone().with_duration(free.min(longest));
     let stated = stated.with_objective(problem.objective.with_time_price(None));
@@ -188,12 +188,12 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
         let trajectory = Trajectory { wheel_momentum: stored, ..quick.trajectory };
         return Solution { trajectory, ..quick };
     }
-    let sought = problem.duration.is_nan();
+    let sought = problem.duration.known().is_none();
     let stated = quick.trajectory.time.last().copied().filter(|_| sought && free);
-    let duration = stated.unwrap_or_else(|| if sought { about(problem) } else { problem.duration });
+    let duration = stated.or(problem.duration.known()).unwrap_or_else(|| about(problem));
     let stated = Problem { objective: Objective::default(), ..problem.clone().with_duration(duration) };
     // Checked as what it is: effort takes less than time and fuel.
-    let mut solution = match (problem.clone().with_duration(duration).check(), context.interrupt()) {
+    let mut solution = match (problem.clone().lasting(duration).check(), context.interrupt()) {
         (_, Some(stopped)) => Solution { outcome: stopped, ..unsolved },
         (Err(error), _) => Solution { shortfall: Some(error.to_string()), ..unsolved },
         (Ok(()), None) => of_stated(&stated, &problem.objective, context, &quick.trajectory),
@@ -311,7 +311,7 @@ pub(super) fn cheapest<const N: usize>(
     if may_be_too_short(search, found) {
         from_the_shortest(search, found);
     }
-    let stated = search.problem.duration;
+    let stated = search.problem.seconds();
     let mut plans = found.take_plans().into_iter();
     let first = plans.next().filter(|first| first.candidate.steps() == search.problem.steps)?;
     let (mut first, mut share) = sharpened(search, found, first);
@@ -434,7 +434,7 @@ pub(super) fn from_the_shortest<const N: usize>(search: &Search<N>, found: &mut 
     let quickest = cheapest(&mut of_time, &mut Found::default(), paths);
     let Some(Cheapest { duration, attempt, .. }) = quickest else { return };
     found.shortest = Some(duration);
-    if duration > search.problem.duration {
+    if duration > search.problem.seconds() {
         return;
     }
     let coarse = search.chain(chain_steps(search.problem));

@@ -99,8 +99,8 @@ pub(super) fn landed_with_goal<const N: usize>(
     let goal = Goal { share, ..goal.clone() };
     let mut chain = Chain::with_goal(problem, steps, &goal);
     let record = |chain: &Chain, attempt: &Attempt| {
-        let duration = problem.duration * attempt.candidate.grid.duration();
-        let planned = problem.clone().with_duration(duration);
+        let duration = problem.seconds() * attempt.candidate.grid.duration();
+        let planned = problem.clone().lasting(duration);
         let given = chain.of_given_duration(attempt.clone(), &planned);
         let of_duration = match goal.in_given_duration() {
             None => Chain::new(&planned, steps),

@@ -253,7 +253,7 @@ fn solve_on(
         check_for_shaped(problem, settings, guess)?;
         return Ok(cheapest::solve(problem, &Context::new(settings, observer)));
     }
-    if problem.duration.is_nan() {
+    if problem.duration.known().is_none() {
         check_for_switching(settings, guess)?;
         // Durations are compared by their discrete optima; the one that is found lands.
         let discrete = Settings { target: Target::Discrete, ..settings.clone() };
