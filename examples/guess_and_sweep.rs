@@ -15,7 +15,7 @@ fn main() {
     let mut products = Vec::new();
     println!("duration  cost        cost·T³      start  iterations");
     for duration in [60.0, 63.0, 66.0, 69.0, 72.0] {
-        let problem = Problem { duration, ..problem.clone() };
+        let problem = problem.clone().with_duration(duration);
         let plan = plan(&problem, &settings, guess.as_ref(), &mut Silent).expect("a valid problem");
         let solution = &plan.solution;
         let product = solution.cost * duration.powi(3);

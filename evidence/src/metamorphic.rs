@@ -6,7 +6,7 @@
 use super::Random;
 use nalgebra::DMatrix;
 use slewkit::maneuver::{
-    Constraint, Fuel, Objective, Path, Problem, Rule, Scheme, Settings, State, Target, Weights,
+    Constraint, Duration, Fuel, Objective, Path, Problem, Rule, Scheme, Settings, State, Target, Weights,
 };
 use slewkit::mechanics::environment::{CentralGravity, GravityGradient, SecondOrderGravity, UniformGravity};
 use slewkit::mechanics::{ActuatorSet, AxisFrame, Body, Description, Inertia, Limits};
@@ -198,7 +198,12 @@ impl View {
             mass: problem.body.mass.map(|m| m * mass),
         };
         (told.start, told.end) = (self.state(&problem.start), self.state(&problem.end));
-        told.duration = problem.duration * time;
+        told.duration = match problem.duration {
+            Duration::Given(duration) => Duration::Given(duration * time),
+            Duration::Sought { at_most } | Duration::Found { at_most, .. } => {
+                Duration::Sought { at_most: at_most.map(|longest| longest * time) }
+            }
+        };
         let acceleration = length / (time * time);
         let parameter = length * length * acceleration;
         told.environment = match problem.environment.describe() {
@@ -341,8 +346,10 @@ fn reversed(problem: &Problem) -> Option<Problem> {
         return None;
     }
     let frame_rate = problem.environment.frame_rate();
-    let turned =
-        if frame_rate == Vector3::zeros() { PLAIN.reference } else { lie::exp(&Vector3::new(0.0, 0.0, PI)) };
+    let still = frame_rate == Vector3::zeros();
+    // How far the frame turns until the end is not known of a duration that is sought.
+    let duration = problem.duration.known().or(still.then_some(0.0))?;
+    let turned = if still { PLAIN.reference } else { lie::exp(&Vector3::new(0.0, 0.0, PI)) };
     let back = |state: &State| State {
         attitude: lie::project_to_rotation(&(turned * state.attitude)),
         angular_velocity: -state.angular_velocity,
@@ -365,7 +372,7 @@ fn reversed(problem: &Problem) -> Option<Problem> {
     for Constraint { rule, .. } in &mut reversed.constraints {
         if let Rule::Pointing(pointing) = rule {
             for to in &mut pointing.directions {
-                to.vector = (turned * to.at(problem.duration, &frame_rate)).normalize();
+                to.vector = (turned * to.at(duration, &frame_rate)).normalize();
             }
         }
     }
@@ -453,11 +460,12 @@ fn written_and_read(planned: &Planned, _: &mut Random) -> Option<Related> {
 /// in a second fall too.
 fn more_time(planned: &Planned, random: &mut Random) -> Option<Related> {
     let mut problem = planned.problem.clone();
-    if !is_free_slew(&problem) || problem.seeks_duration() {
+    let Duration::Given(duration) = problem.duration else { return None };
+    if !is_free_slew(&problem) {
         return None;
     }
     let longer = random.within(1.05, 2.0);
-    problem.duration *= longer;
+    problem.duration = Duration::Given(duration * longer);
     let factor = if problem.objective.fuel().is_some() { longer.recip() } else { longer.powi(-3) };
     Some(Related { problem, factor, at_most: true })
 }

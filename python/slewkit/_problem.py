@@ -53,8 +53,8 @@ class Problem:
         return self._maneuver.name
 
     @property
-    def duration(self) -> float:
-        """Duration in seconds; NaN where it is what is minimised."""
+    def duration(self) -> float | None:
+        """Duration in seconds; ``None`` where it is sought."""
         return self._maneuver.duration
 
     @property

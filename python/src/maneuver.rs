@@ -97,10 +97,10 @@ impl Maneuver {
         &self.loaded.problem.name
     }
 
-    /// Duration in seconds; NaN where time is minimised.
+    /// Duration in seconds; `None` where it is sought.
     #[getter]
-    fn duration(&self) -> f64 {
-        self.loaded.problem.duration
+    fn duration(&self) -> Option<f64> {
+        self.loaded.problem.duration.known()
     }
 
     /// Number of steps.

@@ -63,10 +63,10 @@ impl Motion {
         if inputs.into_iter().flatten().any(|value| !value.is_finite()) {
             return Err(PyValueError::new_err("inputs: every input must be finite"));
         }
-        if problem.duration.is_nan() {
+        let Some(duration) = problem.duration.known() else {
             let reason = "a maneuver whose duration is sought has none to simulate: plan it first, or set maneuver.duration_s";
             return Err(PyValueError::new_err(reason));
-        }
+        };
         if problem.actuation.wheels.is_none() {
             let made = Simulation::of(problem, inputs);
             let mut simulation = made.map_err(|error| PyValueError::new_err(error.to_string()))?;
@@ -87,7 +87,7 @@ impl Motion {
             integrator,
             bodies: vec!["body 1".into()],
             moves: vec![problem.motion == slewkit::maneuver::Motion::RigidBody],
-            duration: problem.duration,
+            duration,
             steps: problem.steps as u64,
             stride: 1,
             carrier: Carrier::Witness(Box::new(problem.clone()), propagator, asked.inputs.clone()),

@@ -9,7 +9,7 @@ use crate::verify::continuous_flow;
 
 /// Random held inputs over steps of unequal lengths.
 fn held(random: &mut Random, problem: &Problem, steps: usize) -> Vec<(Held, f64)> {
-    let mean = problem.duration / steps as f64;
+    let mean = problem.seconds() / steps as f64;
     let mut vector = || random.vector3();
     let outputs: Vec<Held> = (0..steps).map(|_| Held { force: vector(), torque: 2.0 * vector() }).collect();
     outputs.into_iter().enumerate().map(|(k, held)| (held, mean * (0.7 + 0.6 * (k % 2) as f64))).collect()

@@ -175,12 +175,13 @@ impl Constraint {
     /// How a body in `attitude` with angular velocity `rate` [rad/s] at `time` \[s\] violates the constraint,
     /// in words with the value and the limit; `None` where it holds, also exactly on the limit.
     ///
-    /// The reference frame turns at `frame_rate` [rad/s]. Of several violated pairs the worst is told.
+    /// The reference frame turns at `frame_rate` [rad/s]. Of several violated pairs the worst is told. Where the time is not
+    /// known, directions that go by in the frame are passed over.
     pub fn violation(
         &self,
         attitude: &Matrix3,
         rate: &Vector3,
-        time: f64,
+        time: Option<f64>,
         frame_rate: &Vector3,
     ) -> Option<String> {
         let above = |value: f64, limit: f64| value > limit * (1.0 + BOUNDARY_ROUNDING);
@@ -205,11 +206,14 @@ impl Constraint {
 }
 
 impl Pointing {
-    fn violation(&self, attitude: &Matrix3, time: f64, frame_rate: &Vector3) -> Option<String> {
+    fn violation(&self, attitude: &Matrix3, time: Option<f64>, frame_rate: &Vector3) -> Option<String> {
         let limit = self.effective_half_angle();
         let several = self.directions.len() > 1;
         let (mut worst, mut found) = (BOUNDARY_ROUNDING, None);
         for (index, (boresight, direction)) in self.pairs().enumerate() {
+            let still = direction.turns_with_frame || *frame_rate == Vector3::zeros();
+            // Where a direction goes by in a time that is not known, it may be anywhere.
+            let Some(time) = time.or(still.then_some(0.0)) else { continue };
             let (b, w) = (attitude * boresight, direction.at(time, frame_rate));
             let angle = angle_between(&b, &w);
             let inside = limit - angle;
@@ -268,7 +272,7 @@ mod tests {
     /// The boresight x, turned about −y by `angle`, is 90° − `angle` from z.
     fn found(constraint: &Constraint, angle: f64) -> Option<String> {
         let attitude = crate::lie::exp(&(Vector3::y() * -angle.to_radians()));
-        constraint.violation(&attitude, &Vector3::zeros(), 0.0, &Vector3::zeros())
+        constraint.violation(&attitude, &Vector3::zeros(), Some(0.0), &Vector3::zeros())
     }
 
     #[test]
@@ -297,7 +301,7 @@ mod tests {
         let constraint = cone(Side::KeepOut, 10.0, 0.0);
         let rate = Vector3::y() * PI / 2.0;
         let back = crate::lie::exp(&(Vector3::z() * PI));
-        let found = |time| constraint.violation(&back, &Vector3::zeros(), time, &rate);
+        let found = |time| constraint.violation(&back, &Vector3::zeros(), Some(time), &rate);
         assert_eq!(found(0.0), None);
         assert!(found(1.0).is_some_and(|told| told.contains("is 0 deg from the axis")), "{:?}", found(1.0));
     }
@@ -308,7 +312,7 @@ mod tests {
         let norm = Constraint { name: "n".into(), rule: Rule::RateNorm(0.25_f64.to_radians()) };
         let axes = Constraint { name: "a".into(), rule: Rule::RateAxes(degrees(1.0, 2.0, 3.0)) };
         let told = |constraint: &Constraint, rate: Vector3| {
-            constraint.violation(&Matrix3::identity(), &rate, 0.0, &Vector3::zeros())
+            constraint.violation(&Matrix3::identity(), &rate, Some(0.0), &Vector3::zeros())
         };
         assert_eq!(told(&norm, degrees(0.15, 0.2, 0.0)), None);
         let wanted = "the rate is 0.5 deg/s, the limit is 0.25 deg/s";

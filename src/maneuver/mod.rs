@@ -1,6 +1,7 @@
 //! The maneuver: what is asked, how to solve it, what came out, and what can be proved impossible.
 
 pub mod constraint;
+pub mod duration;
 pub mod grid;
 pub mod infeasible;
 pub mod objective;
@@ -10,6 +11,7 @@ pub mod solution;
 pub mod switching;
 
 pub use constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError, Direction, Pointing, Rule, Side};
+pub use duration::Duration;
 pub use grid::{Grid, GridError, Scheme};
 pub use infeasible::Proof;
 pub use objective::{Fuel, Objective, WeightError, Weighted, Weights};

@@ -16,8 +16,8 @@
 //! # Where does the objective stand?
 //!
 //! On the `Problem`, as an `Objective`: effort, time or fuel; the actuators hold what the body has: axes, frame, limits.
-//! Where the duration is sought the problem's `duration` is NaN until a plan has it, so that whoever uses it by mistake gets
-//! nothing that looks like an answer. A weight needs the set that it weighs: `Weighted` is both, with gain and authority,
+//! The price of a second stands here and not beside the [`Duration`](super::duration::Duration) that is sought: the cost of a
+//! plan has it too, whose duration is found. A weight needs the set that it weighs: `Weighted` is both, with gain and authority,
 //! derived where they are used and never stored beside axes that may change.
 
 use crate::Matrix3;

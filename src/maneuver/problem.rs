@@ -6,6 +6,7 @@ pub use crate::maneuver::grid::Scheme;
 
 use crate::lie::Rotation;
 use crate::maneuver::constraint::{Constraint, ConstraintError};
+use crate::maneuver::duration::Duration;
 use crate::maneuver::grid::Grid;
 use crate::maneuver::objective::{Fuel, Objective, WeightError};
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
@@ -121,10 +122,8 @@ pub struct Problem {
     pub end: State,
     /// What is given of the end.
     pub end_condition: EndCondition,
-    /// Duration `T` \[s\]. Where it is sought it is not given, and NaN; the plan has it.
-    pub duration: f64,
-    /// The longest duration \[s\] of a maneuver of least effort or fuel whose duration is sought: the best one up to it.
-    pub duration_at_most: Option<f64>,
+    /// Duration `T`: given, or the plan's to choose.
+    pub duration: Duration,
     /// Number of steps `N`; the step is `h = T/N`.
     pub steps: usize,
     /// Whether a plan that lands may take more steps where it needs them: until they are given ([`Problem::with_steps`]).
@@ -222,9 +221,9 @@ impl Problem {
     /// The most constraints.
     pub const MAX_CONSTRAINTS: usize = 1_000;
 
-    /// An attitude maneuver of a free body with three body torques of unit weight, in `duration` seconds, 100 steps
-    /// of the second-order scheme or as many as landing needs, every way round.
-    pub fn attitude(body: Body, start: State, end: State, duration: f64) -> Self {
+    /// An attitude maneuver of a free body with three body torques of unit weight, in `duration` \[s\] or one that is
+    /// sought ([`Duration::SOUGHT`]), 100 steps of the second-order scheme or as many as landing needs, every way round.
+    pub fn attitude(body: Body, start: State, end: State, duration: impl Into<Duration>) -> Self {
         Self {
             name: String::new(),
             motion: Motion::Attitude,
@@ -235,8 +234,7 @@ impl Problem {
             start,
             end,
             end_condition: EndCondition::State,
-            duration,
-            duration_at_most: None,
+            duration: duration.into(),
             steps: 100,
             chooses_steps: true,
             scheme: Scheme::LieVerlet,
@@ -247,7 +245,7 @@ impl Problem {
 
     /// A maneuver of position and attitude, with three forces of unit weight along the reference axes added. The body
     /// needs a mass.
-    pub fn rigid_body(body: Body, start: State, end: State, duration: f64) -> Self {
+    pub fn rigid_body(body: Body, start: State, end: State, duration: impl Into<Duration>) -> Self {
         let mut problem = Self::attitude(body, start, end, duration);
         problem.motion = Motion::RigidBody;
         problem.actuation.force = Some(ActuatorSet::three_axes(AxisFrame::Reference));
@@ -337,7 +335,7 @@ impl Problem {
     /// the shooting does not know the derivative by it.
     #[doc(hidden)]
     pub fn stretches_steps(&self) -> bool {
-        let sought = self.duration.is_nan() && !self.objective.switches();
+        let sought = self.duration.known().is_none() && !self.objective.switches();
         let shoots =
             !self.has_shaping_limits() && self.motion == Motion::Attitude && !self.ends_in_any_attitude();
         sought && !shoots
@@ -392,18 +390,23 @@ impl Problem {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn minimum_time(body: Body, start: State, end: State) -> Self {
-        Self { objective: Objective::Time, ..Self::attitude(body, start, end, f64::NAN) }
+        Self { objective: Objective::Time, ..Self::attitude(body, start, end, Duration::SOUGHT) }
     }
 
     /// A maneuver of least fuel `∫ Σ |u_j| dt` in a given duration \[s\]: of a free body with three body torques, which
     /// need limits.
-    pub fn minimum_fuel(body: Body, start: State, end: State, duration: f64) -> Self {
+    pub fn minimum_fuel(body: Body, start: State, end: State, duration: impl Into<Duration>) -> Self {
         Self { objective: Objective::Fuel(Fuel::default()), ..Self::attitude(body, start, end, duration) }
     }
 
-    /// Sets the duration \[s\], and drops the bound of one that is sought.
-    pub fn with_duration(self, duration: f64) -> Self {
-        Self { duration, duration_at_most: None, ..self }
+    /// Sets the duration: that in seconds, or [`Duration::SOUGHT`].
+    pub fn with_duration(self, duration: impl Into<Duration>) -> Self {
+        Self { duration: duration.into(), ..self }
+    }
+
+    /// The same in `duration` \[s\], which is found where it was sought.
+    pub(crate) fn lasting(self, duration: f64) -> Self {
+        Self { duration: self.duration.lasting(duration), ..self }
     }
 
     /// Asks for the best duration up to `longest` \[s\].
@@ -411,7 +414,7 @@ impl Problem {
     /// From rest to rest more time is never worse, and the plan takes all of it; where the body moves at an end it may
     /// not.
     pub fn with_duration_at_most(self, longest: f64) -> Self {
-        Self { duration: f64::NAN, duration_at_most: Some(longest), ..self }
+        Self { duration: Duration::Sought { at_most: Some(longest) }, ..self }
     }
 
     /// The shortest pulse \[s\] where inputs are off or at a limit alone.
@@ -419,9 +422,19 @@ impl Problem {
         self.actuation.torque.limits().shortest_pulse
     }
 
-    /// Whether the duration is sought: time counts, or it has a bound alone.
+    /// Whether the duration is the plan's to choose, be it found already.
     pub fn seeks_duration(&self) -> bool {
-        self.objective.counts_time() || self.duration_at_most.is_some()
+        !matches!(self.duration, Duration::Given(_))
+    }
+
+    /// The duration `T` \[s\], given or found.
+    ///
+    /// # Panics
+    /// While it is sought: solvers and witnesses work in a duration that is known ([`Problem::with_duration`]).
+    pub fn seconds(&self) -> f64 {
+        self.duration
+            .known()
+            .expect("a maneuver whose duration is sought has none before a plan has found it")
     }
 
     /// Rows of inputs of a plan: one for each node that has inputs, or one for each step where they switch.
@@ -430,13 +443,19 @@ impl Problem {
     }
 
     /// The time grid \[s\]: steps of equal length. A plan whose inputs switch has a grid of its own.
+    ///
+    /// # Panics
+    /// As [`Problem::seconds`].
     pub fn grid(&self) -> Grid {
-        Grid::uniform(self.scheme, self.duration, self.steps)
+        Grid::uniform(self.scheme, self.seconds(), self.steps)
     }
 
     /// Step `h = T/N` \[s\].
+    ///
+    /// # Panics
+    /// As [`Problem::seconds`].
     pub fn step(&self) -> f64 {
-        self.duration / self.steps as f64
+        self.seconds() / self.steps as f64
     }
 
     /// Tangent dimension: 6 on SO(3), 12 on SE(3).

@@ -1,5 +1,6 @@
 //! What a solver returns: how it ended, the trajectory, the costates, and how it got there.
 
+use crate::maneuver::duration::Duration;
 use crate::maneuver::infeasible::Proof;
 use crate::maneuver::problem::{Problem, Scheme, State};
 use crate::maneuver::settings::Method;
@@ -82,13 +83,13 @@ impl Trajectory {
     /// A maneuver with what this plan of it has found: the duration where that was sought and inputs do not switch, so that
     /// the grid of the plan is the maneuver's own, and the attitude at the end where any will do.
     pub fn completed(&self, problem: &Problem) -> Problem {
-        let sought = problem.seeks_duration() && !problem.switches();
-        let found = self.time.last().copied().filter(|_| sought);
+        let found = self.time.last().filter(|_| problem.seeks_duration() && !problem.switches());
         let mut end = problem.end;
         if let (Some(last), true) = (self.quaternion.last(), problem.ends_in_any_attitude()) {
             end.attitude = lie::project_to_rotation(&lie::rotation_from_quaternion(last));
         }
-        Problem { duration: found.unwrap_or(problem.duration), end, ..problem.clone() }
+        let duration = found.map_or(problem.duration, |found| problem.duration.lasting(*found));
+        Problem { duration, end, ..problem.clone() }
     }
 }
 
@@ -483,7 +484,7 @@ impl Solution {
         Self {
             scheme: problem.scheme,
             steps: problem.steps,
-            step: problem.step(),
+            step: problem.duration.known().map_or(f64::NAN, |duration| duration / problem.steps as f64),
             terminal: TerminalError {
                 position_relative: translation,
                 linear_momentum_relative: translation,
@@ -496,10 +497,11 @@ impl Solution {
 
     /// Duration of the plan \[s\]: that of the maneuver, or the one found where it is sought; NaN where none is.
     pub fn duration(&self, problem: &Problem) -> f64 {
-        if problem.seeks_duration() {
-            self.trajectory.time.last().copied().unwrap_or(f64::NAN)
-        } else {
-            problem.duration
+        match problem.duration {
+            Duration::Given(duration) => duration,
+            Duration::Sought { .. } | Duration::Found { .. } => {
+                self.trajectory.time.last().copied().unwrap_or(f64::NAN)
+            }
         }
     }
 

@@ -109,6 +109,9 @@ pub enum SimulationError {
     /// The integrators know no reaction wheels.
     #[error("the integrators know no reaction wheels; propagate the maneuver by `verify::propagation`")]
     Wheels,
+    /// The duration of the maneuver is sought.
+    #[error("the duration of the maneuver is sought: nothing says how long its motion is to be followed")]
+    Sought,
     /// Duration, steps or stride are not positive.
     #[error("duration, steps and stride must be positive, and the duration finite")]
     Grid,
@@ -155,6 +158,7 @@ impl Simulation {
         if problem.actuation.wheels.is_some() {
             return Err(SimulationError::Wheels);
         }
+        let Some(duration) = problem.duration.known() else { return Err(SimulationError::Sought) };
         let mut body = problem.body.clone();
         body.mass = body.mass.filter(|_| problem.motion == Motion::RigidBody);
         let environment = Arc::clone(&problem.environment);
@@ -177,8 +181,7 @@ impl Simulation {
             }
         };
         let start = system.state(&[problem.start])?;
-        let mut simulation =
-            Self::new(system, start, Kind::LieVerlet, problem.duration, problem.steps as u64);
+        let mut simulation = Self::new(system, start, Kind::LieVerlet, duration, problem.steps as u64);
         simulation.name.clone_from(&problem.name);
         Ok(simulation)
     }

@@ -146,7 +146,7 @@ fn held_end(
         meet(k + 1, &body);
     }
     let margins = meter.map_or_else(Vec::new, |meter| meter.margins());
-    let (end, method) = (body.phase(problem.duration), body.method());
+    let (end, method) = (body.phase(problem.seconds()), body.method());
     Ok(Passage { end, method, margins, recorded, windows: marks.windows() })
 }
 
@@ -165,5 +165,5 @@ pub(super) fn continuous_end(
         let (from, to) = outputs.ends(k);
         body.advance(inputs.grid.after(k), inputs.grid.step(k), &from, &to)?;
     }
-    Ok(body.phase(problem.duration))
+    Ok(body.phase(problem.seconds()))
 }

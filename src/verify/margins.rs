@@ -139,7 +139,13 @@ pub(crate) struct Meter<'a> {
 }
 
 impl<'a> Meter<'a> {
+    /// For a motion that is met at the nodes of equal steps.
     pub(crate) fn new(problem: &'a Problem) -> Self {
+        Self::every(problem.step(), problem)
+    }
+
+    /// For a motion met every `step` \[s\].
+    pub(crate) fn every(step: f64, problem: &'a Problem) -> Self {
         let smallest = Smallest { margin: f64::INFINITY, scaled: f64::INFINITY, time: f64::NAN, index: 0 };
         let entry = |name: &str, unit, what| Entry { name: name.into(), unit, what, smallest };
         let inputs =
@@ -149,12 +155,7 @@ impl<'a> Meter<'a> {
             entry(name, unit, What::Rule(rule))
         });
         let entries = inputs.chain(rules).collect();
-        Self { frame_rate: problem.environment.frame_rate(), step: problem.step(), entries }
-    }
-
-    /// For a motion met every `step` \[s\].
-    pub(crate) fn every(step: f64, problem: &'a Problem) -> Self {
-        Self { step, ..Self::new(problem) }
+        Self { frame_rate: problem.environment.frame_rate(), step, entries }
     }
 
     /// A row of inputs at `time`, after the row `before` one step earlier.

@@ -45,6 +45,7 @@ pub use motion::Phase;
 pub use rows::{cost, effort, margins, replay, swept};
 pub use verification::{Check, Testimony, Verification, WitnessError};
 
+use crate::maneuver::duration::Duration;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::{Sense, TerminalError, Trajectory};
 use crate::numerics::parallel;
@@ -126,11 +127,11 @@ pub fn verify_until(
     let on_record = RECORDED.max(10.0 * tolerance);
     let terminal = if trajectory.target.is_some() { on_record } else { tolerance };
     found.at_most("discrete terminal", found.discrete().largest(), terminal);
-    if problem.switches() && !problem.seeks_duration() {
+    if let (true, Duration::Given(duration)) = (problem.switches(), problem.duration) {
         let last = trajectory.time.last().copied().unwrap_or(f64::NAN);
-        found.at_most("duration", (last / problem.duration - 1.0).abs(), RECORDED);
+        found.at_most("duration", (last / duration - 1.0).abs(), RECORDED);
     }
-    if let Some(longest) = problem.duration_at_most {
+    if let Some(longest) = problem.duration.at_most() {
         let last = trajectory.time.last().copied().unwrap_or(f64::NAN);
         found.at_most("longest duration", last / longest - 1.0, RECORDED);
     }

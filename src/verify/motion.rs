@@ -2,7 +2,7 @@
 
 use super::verification::WitnessError;
 use crate::maneuver::grid::Grid;
-use crate::maneuver::problem::{Motion, Problem, State};
+use crate::maneuver::problem::{Motion, Problem, ProblemError, State};
 use crate::maneuver::solution::TerminalError;
 use crate::propagate::plant::{Output, Plant};
 use crate::{Matrix3, Vector3, lie};
@@ -71,7 +71,7 @@ pub(crate) struct Scale {
 
 impl Scale {
     pub(crate) fn of(problem: &Problem) -> Self {
-        let time = problem.duration;
+        let time = problem.seconds();
         let ends = [&problem.start, &problem.end];
         let lengths = ends.map(|state| state.position.norm().max(time * state.velocity.norm()));
         let length = lengths[0].max(lengths[1]);
@@ -102,8 +102,14 @@ impl Scale {
     }
 }
 
-/// The plant of `problem`, unless the body moves in a turning frame: the scheme then lacks the Coriolis force.
+/// The plant of `problem`, unless its duration is not known yet or the body moves in a turning frame: the scheme then lacks the
+/// Coriolis force.
 pub(super) fn judgeable(problem: &Problem) -> Result<Plant<'_>, WitnessError> {
+    if problem.duration.known().is_none() {
+        return Err(
+            ProblemError::Missing("a motion needs a duration, and that of the maneuver is sought").into()
+        );
+    }
     let plant = Plant::new(problem);
     if plant.moves && plant.turns() { Err(WitnessError::TurningFrame) } else { Ok(plant) }
 }

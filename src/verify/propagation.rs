@@ -75,7 +75,8 @@ pub fn propagate(
         None => Output::none(),
     };
     let (steps, stride) = (settings.steps.max(1), settings.stride.max(1));
-    let step = problem.duration / steps as f64;
+    let duration = problem.seconds();
+    let step = duration / steps as f64;
     let start = Phase::of(problem, &problem.start);
     let mut body = match settings.propagator {
         Propagator::LieVerlet => {
@@ -87,7 +88,7 @@ pub fn propagate(
     let mut quaternion = lie::quaternion_from_rotation(&start.attitude);
     let mut told_to_stop = false;
     for k in 0..=steps {
-        let time = if k == steps { problem.duration } else { k as f64 * step };
+        let time = if k == steps { duration } else { k as f64 * step };
         let phase = match &body {
             Carrier::Discrete(body) => body.phase(),
             Carrier::Continuous(body) => body.phase(time),

@@ -71,11 +71,11 @@ pub(super) fn fit(problem: &Problem, trajectory: &Trajectory) -> Result<(), Witn
     }
 }
 
-/// The grid of a plan: equal steps over the duration of the problem, or steps as the times give them where that is sought.
-/// The rows must fit.
+/// The grid of a plan: equal steps over the duration of the problem, or of the plan where that is sought, or steps as the times
+/// give them where inputs switch. The rows must fit.
 pub(super) fn grid(problem: &Problem, trajectory: &Trajectory) -> Result<Grid, WitnessError> {
     if !problem.switches() {
-        return Ok(problem.grid());
+        return Ok(trajectory.completed(problem).grid());
     }
     let lengths: Vec<f64> = trajectory.time.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let negative = |error| match error {
@@ -330,10 +330,11 @@ pub fn margins(problem: &Problem, inputs: &[f64]) -> Result<Vec<Margin>, Witness
 /// The cost of a plan: the effort of its inputs, their fuel, or its duration where that alone is minimised. Rows and
 /// problem must fit.
 pub fn cost(problem: &Problem, trajectory: &Trajectory) -> f64 {
+    let problem = &trajectory.completed(problem);
     match &problem.objective {
         Objective::Effort(weights) => {
             effort(problem, &trajectory.input)
-                + weights.time_price.map_or(0.0, |price| price * problem.duration)
+                + weights.time_price.map_or(0.0, |price| price * problem.seconds())
         }
         Objective::Time => trajectory.time.last().copied().unwrap_or(f64::NAN),
         Objective::Fuel(fuel) => {

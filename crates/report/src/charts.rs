@@ -275,15 +275,17 @@ fn within(chart: &mut Chart, bounds: &[(&str, &[f64])], unit: &str) {
 
 /// Where the limit or constraint `name` acts: nodes in a row as one span.
 fn active(subject: &Subject, name: &str, label: &str) -> Vec<Span> {
-    let step = subject.problem.step();
-    let Some(active) = subject.plan.solution.active.iter().find(|active| active.name == name) else {
+    let solution = &subject.plan.solution;
+    let Some(active) = solution.active.iter().find(|active| active.name == name) else {
         return Vec::new();
     };
+    let duration = solution.duration(subject.problem);
+    let step = duration / subject.problem.steps as f64;
     let mut times: Vec<f64> = active.time_s.clone();
     times.sort_by(f64::total_cmp);
     let mut spans: Vec<Span> = Vec::new();
     for time in times {
-        let (from, to) = ((time - 0.5 * step).max(0.0), (time + 0.5 * step).min(subject.problem.duration));
+        let (from, to) = ((time - 0.5 * step).max(0.0), (time + 0.5 * step).min(duration));
         match spans.last_mut() {
             // Arcs are noted between nodes: half a step apart.
             Some(last) if time - last.to <= 1.01 * step => last.to = to,

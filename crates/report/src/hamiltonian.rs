@@ -96,8 +96,8 @@ fn value(subject: &Subject, row: usize) -> f64 {
 
     // Half a kick leads the costate of the pose from beside the node to it.
     let half = match problem.scheme {
-        Scheme::LieVerlet => 0.5 * problem.step(),
-        Scheme::LieEuler => 0.0,
+        Scheme::LieVerlet if !problem.switches() => 0.5 * problem.step(),
+        Scheme::LieVerlet | Scheme::LieEuler => 0.0,
     };
     let gradient = problem.environment.gradient(&pose);
     let mut slope = gradient.rr.tr_mul(&pi) + gradient.xr.tr_mul(&linear);

@@ -38,10 +38,11 @@ pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Pl
     let more_steps =
         || again(args, "maneuver.steps", (2 * solution.steps).min(Problem::MAX_STEPS), "more steps");
     let longer = || {
-        let stated = problem.duration_at_most.unwrap_or(problem.duration);
+        let (key, stated) = match problem.duration.at_most() {
+            Some(longest) => ("maneuver.duration_at_most_s", longest),
+            None => ("maneuver.duration_s", solution.duration(problem)),
+        };
         let duration = solution.longer.unwrap_or_else(|| rounded_up(1.5 * stated));
-        let bounded = problem.duration_at_most.is_some();
-        let key = if bounded { "maneuver.duration_at_most_s" } else { "maneuver.duration_s" };
         again(args, key, duration, "more time")
     };
     let neighbour = || {

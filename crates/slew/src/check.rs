@@ -138,14 +138,15 @@ fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit,
     };
     let moves =
         if problem.ends_in_any_attitude() { format!("{moves}, any at the end") } else { moves.into() };
-    let duration = if problem.seeks_duration() {
+    let grid = problem.duration.known().map(|duration| (duration, problem.step()));
+    let duration = if let Some((duration, step)) = grid {
+        let (duration, step) = (significant(duration, 4), significant(step, 3));
+        format!("{duration} s in {} steps of {step} s", problem.steps)
+    } else {
         let sought = if problem.objective == Objective::Time { "shortest" } else { "best" };
-        let longest = problem.duration_at_most;
+        let longest = problem.duration.at_most();
         let longest = longest.map(|longest| format!(" up to {} s", significant(longest, 4)));
         format!("{sought} duration{}, {} steps", longest.unwrap_or_default(), problem.steps)
-    } else {
-        let (duration, step) = (significant(problem.duration, 4), significant(problem.step(), 3));
-        format!("{duration} s in {} steps of {step} s", problem.steps)
     };
     let inputs = problem.actuation.count();
     let wheels = problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len());
@@ -173,8 +174,8 @@ fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit,
         exit_code: 0,
         name: &problem.name,
         steps: problem.steps,
-        step_s: problem.step(),
-        duration_s: problem.duration,
+        step_s: grid.map(|(_, step)| step),
+        duration_s: grid.map(|(duration, _)| duration),
         inputs: inputs,
         wheels: wheels,
         limits: &limits,

@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let without = plan(&without, &settings, None, &mut Silent)?.status;
         println!("    without the cones: {}", without.name());
         unsolved += 1;
-        excess.extend(solution.shortest.map(|shortest| 100.0 * (shortest / problem.duration - 1.0)));
+        excess.extend(solution.shortest.map(|shortest| 100.0 * (shortest / problem.seconds() - 1.0)));
         by_torque += usize::from(without != Status::Solved);
         for rung in solution.ladder.iter().filter(|rung| matches!(rung.rung, Rung::Scp | Rung::Polish)) {
             let left = rung.residuals.last().copied().unwrap_or(f64::NAN);

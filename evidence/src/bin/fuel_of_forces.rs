@@ -12,7 +12,7 @@
 //! on a circular orbit, up to a quarter of it; `orbit`: a transfer in central gravity up to a tenth off a circle, up to a
 //! quarter of it; `pendulum`: a turn by up to 1 rad about a pivot within 0.3 m of the mass center, in up to a swing.
 
-use slewkit::maneuver::{Fuel, Objective, Problem, Settings, State};
+use slewkit::maneuver::{Duration, Fuel, Objective, Problem, Settings, State};
 use slewkit::mechanics::{
     Actuation, ActuatorSet, AxisFrame, Body, GravityGradient, Inertia, Limits, SecondOrderGravity,
     UniformGravity,
@@ -50,9 +50,9 @@ fn main() -> Result<(), Box<dyn Error>> {
                 continue;
             };
             fuel.take(index, &problem, burnt)?;
-            let fastest = problem.clone().with_objective(Objective::Time).with_duration(f64::NAN);
+            let fastest = problem.clone().with_objective(Objective::Time).with_duration(Duration::SOUGHT);
             if fastest.check().is_ok() {
-                time.take(index, &fastest, problem.duration)?;
+                time.take(index, &fastest, problem.seconds())?;
             }
         }
         println!("{name}: {count} drawn, of {undrawn} there is no plan of least effort");

@@ -13,7 +13,7 @@
 //! `box-pulses` and `thruster-pulses`: the same inputs off or at a limit, with a shortest pulse from 1 to 10 % of the duration,
 //! uniform in its logarithm; how much dearer they are than the same maneuvers without it.
 
-use slewkit::maneuver::{Fuel, Objective, Problem, Settings, State, Structure, Thoroughness};
+use slewkit::maneuver::{Duration, Fuel, Objective, Problem, Settings, State, Structure, Thoroughness};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
 use slewkit::plan::{Plan, Silent, Status, plan};
 use slewkit::{Matrix3, Vector3, lie};
@@ -92,9 +92,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         let mut tally = Tally { alone, ..Tally::default() };
         for index in 0..count {
-            let mut problem = case(&mut random, family, index % 2 == 1)?;
-            if family.seeks_duration() && !problem.duration.is_nan() {
-                problem = sought(&mut random, problem, index % 4 == 3);
+            let Some((mut problem, duration)) = case(&mut random, family, index % 2 == 1)? else {
+                tally.cases += 1;
+                println!("  case {index}: no shortest duration was found");
+                continue;
+            };
+            if family.seeks_duration() {
+                problem = sought(&mut random, problem, (index % 4 == 3).then_some(duration));
             }
             tally.take(index, &problem)?;
         }
@@ -113,8 +117,8 @@ fn direction(random: &mut Random) -> Vector3 {
     }
 }
 
-/// Without a duration where no shortest one is found.
-fn case(random: &mut Random, family: Family, moving: bool) -> Result<Problem, Box<dyn Error>> {
+/// A maneuver and its duration \[s\]; `None` where no shortest one is found.
+fn case(random: &mut Random, family: Family, moving: bool) -> Result<Option<(Problem, f64)>, Box<dyn Error>> {
     let frame = lie::exp(&(direction(random) * random.within(0.0, PI)));
     let (a, b) = (random.within(1.0, 10.0), random.within(1.0, 10.0));
     let c = random.within((a - b).abs().max(1.0), (a + b).min(10.0));
@@ -149,19 +153,19 @@ fn case(random: &mut Random, family: Family, moving: bool) -> Result<Problem, Bo
     let fastest = Problem::minimum_time(body, start, end).with_actuation(Actuation::torques(torques));
     let shortest = plan(&fastest, &Settings::default(), None, &mut Silent)?.solution.duration(&fastest);
     let duration = shortest * random.within(1.3, 4.0);
-    Ok(fastest.with_objective(Objective::Fuel(Fuel::default())).with_duration(duration))
+    let problem = fastest.with_objective(Objective::Fuel(Fuel::default())).with_duration(duration);
+    Ok(duration.is_finite().then_some((problem, duration)))
 }
 
-/// The maneuver in the best duration: up to the given one, or where a second has a price.
-fn sought(random: &mut Random, problem: Problem, bounded: bool) -> Problem {
+/// The maneuver in the best duration: up to the longest \[s\], or where a second has a price.
+fn sought(random: &mut Random, problem: Problem, longest: Option<f64>) -> Problem {
     let price = 0.02 * 25.0_f64.powf(random.unit());
-    if bounded {
-        let longest = problem.duration;
-        return Problem { duration: f64::NAN, ..problem }.with_duration_at_most(longest);
+    if let Some(longest) = longest {
+        return problem.with_duration_at_most(longest);
     }
     let sum: f64 = problem.actuation.torque.limits().size.iter().flatten().sum();
     let fuel = Fuel { time_price: Some(price * sum), ..Fuel::default() };
-    Problem { duration: f64::NAN, ..problem }.with_objective(Objective::Fuel(fuel))
+    problem.with_duration(Duration::SOUGHT).with_objective(Objective::Fuel(fuel))
 }
 
 /// The maneuver with a shortest pulse \[s\].
@@ -176,13 +180,13 @@ fn pulses(random: &mut Random, family: Family, count: usize) -> Result<(), Box<d
     let (mut solved, mut matched, mut above, mut dearer) = (0, 0, Vec::new(), Vec::new());
     let (mut solve_ms, mut pulses) = (Vec::new(), Vec::new());
     for index in 0..count {
-        let problem = case(random, family, index % 2 == 1)?;
+        let case = case(random, family, index % 2 == 1)?;
         let part = 0.01 * 10.0_f64.powf(random.within(0.0, 1.0));
-        if problem.duration.is_nan() {
+        let Some((problem, duration)) = case else {
             println!("  case {index}: no shortest duration was found");
             continue;
-        }
-        let problem = pulsed(&problem, part * problem.duration)?;
+        };
+        let problem = pulsed(&problem, part * duration)?;
         let found = plan(&problem, &Settings::default(), None, &mut Silent)?;
         let thorough = Settings { search: Thoroughness::Thorough, ..Settings::default() };
         let best = if index < COMPARED { cost(&plan(&problem, &thorough, None, &mut Silent)?) } else { None };
@@ -248,10 +252,6 @@ fn cost(plan: &Plan) -> Option<f64> {
 impl Tally {
     fn take(&mut self, index: usize, problem: &Problem) -> Result<(), Box<dyn Error>> {
         self.cases += 1;
-        if problem.duration.is_nan() && !problem.seeks_duration() {
-            println!("  case {index}: no shortest duration was found");
-            return Ok(());
-        }
         let began = Instant::now();
         let found = plan(problem, &Settings::default(), None, &mut Silent)?;
         self.whole_ms.push(began.elapsed().as_secs_f64() * 1e3);

@@ -123,7 +123,7 @@ fn bare(problems: &[(Problem, Settings)], threads: usize) -> u64 {
         let angle = lie::minus(&end, &problem.end.attitude).norm();
         let momentum = problem.body.inertia.j() * (rate - problem.end.angular_velocity);
         let mean = problem.body.inertia.j().trace() / 3.0;
-        let error = angle.max(momentum.norm() * problem.duration / mean);
+        let error = angle.max(momentum.norm() * problem.seconds() / mean);
         solution.outcome == Outcome::Converged && error <= TOLERANCE
     };
     let part = |first: usize| problems.iter().skip(first).step_by(threads).filter(|case| one(case)).count();

@@ -30,7 +30,7 @@ pub(super) fn proof(problem: &Problem) -> Option<String> {
     if !problem.environment.is_free() {
         return None;
     }
-    let ends = Ends::of(problem, problem.duration);
+    let ends = Ends::of(problem, problem.seconds());
     translation(problem).or_else(|| match problem.actuation.torque.frame() {
         AxisFrame::Body => symmetric_axis(problem, &ends).or_else(|| momentum_subspace(problem, &ends)),
         AxisFrame::Reference => spatial_momentum(problem, &ends),
@@ -63,7 +63,7 @@ fn unit_axes(channel: &ActuatorSet) -> Vec<Vector3> {
 
 /// Whether two values of an angular momentum differ by more than round-off.
 fn differ(problem: &Problem, a: f64, b: f64) -> bool {
-    (a - b).abs() * problem.duration > DIFFERENT * problem.body.inertia.mean()
+    (a - b).abs() * problem.seconds() > DIFFERENT * problem.body.inertia.mean()
 }
 
 /// Different momenta at the two ends about an axis that no torque acts on: a direction with `rows · c = 0`.
@@ -166,7 +166,7 @@ fn translation(problem: &Problem) -> Option<String> {
         Some(channel) if channel.frame() == AxisFrame::Reference => null_space(&unit_axes(channel)),
         Some(_) => return None,
     };
-    let (start, end, duration) = (&problem.start, &problem.end, problem.duration);
+    let (start, end, duration) = (&problem.start, &problem.end, problem.seconds());
     free.into_iter().find_map(|c| {
         let speeds = (c.dot(&start.velocity), c.dot(&end.velocity));
         let drifted = c.dot(&(start.position + start.velocity * duration));

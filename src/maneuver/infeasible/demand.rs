@@ -71,13 +71,13 @@ pub(super) fn proof(problem: &Problem) -> Option<Proof> {
         return None;
     }
     let case = Case::new(problem);
-    let worst = case.worst(&means, problem.duration)?;
+    let worst = case.worst(&means, problem.seconds())?;
     Some(case.explain(&means, worst))
 }
 
 impl<'a> Case<'a> {
     fn new(problem: &'a Problem) -> Self {
-        let ends = Ends::of(problem, problem.duration);
+        let ends = Ends::of(problem, problem.seconds());
         Self { problem, motion: motion(problem, &ends), demands: demands(problem, &ends) }
     }
 
@@ -182,7 +182,7 @@ impl Lever {
 impl Case<'_> {
     fn explain(&self, means: &Means, (demand, allowed): (&Demand, f64)) -> Proof {
         let problem = self.problem;
-        let duration = problem.duration;
+        let duration = problem.seconds();
         let longer = || least(LONG, |factor| self.possible(means, factor * duration));
         let shortest = standing(problem).then(longer).flatten().map(|factor| factor * duration);
         let under = shortest.map_or_else(
@@ -236,7 +236,7 @@ impl Case<'_> {
         let mut needed = vec![];
         for (name, limit, grow) in GROWN {
             let limit = limit(means);
-            let possible = |factor| self.possible(&grow(*means, factor), self.problem.duration);
+            let possible = |factor| self.possible(&grow(*means, factor), self.problem.seconds());
             let factor = if limit.is_finite() { least(MUCH, possible) } else { None };
             let Some(factor) = factor else { continue };
             // A norm of the torque is named as it is.

@@ -29,7 +29,7 @@ fn missed(
     needed: Option<f64>,
     factor: f64,
 ) -> Proof {
-    let duration = about(problem.duration);
+    let duration = about(problem.seconds());
     let under =
         needed.map_or_else(|| format!("in {duration} s"), |needed| format!("under {} s", at_least(needed)));
     let reason = format!(
@@ -46,14 +46,14 @@ fn angular(problem: &Problem) -> Option<Proof> {
     if problem.actuation.wheels.is_some() || !limit.is_finite() {
         return None;
     }
-    let ends = Ends::of(problem, problem.duration);
+    let ends = Ends::of(problem, problem.seconds());
     let change = if problem.ends_in_any_attitude() {
         // The end may be turned so that the momenta are along one line.
         (ends.momentum[1].norm() - ends.momentum[0].norm()).abs()
     } else {
         (ends.spatial_momentum(1) - ends.spatial_momentum(0)).norm()
     };
-    let allowed = limit * problem.duration;
+    let allowed = limit * problem.seconds();
     (change > allowed * (1.0 + SLACK)).then(|| {
         let [needed, possible] = exceeding(change, allowed);
         let what = format!(
@@ -70,7 +70,7 @@ fn linear(problem: &Problem) -> Option<Proof> {
     if problem.motion != Motion::RigidBody || !problem.environment.is_free() || !limit.is_finite() {
         return None;
     }
-    let (start, end, duration) = (&problem.start, &problem.end, problem.duration);
+    let (start, end, duration) = (&problem.start, &problem.end, problem.seconds());
     let change = mass * (end.velocity - start.velocity).norm();
     let allowed = limit * duration;
     if change > allowed * (1.0 + SLACK) {

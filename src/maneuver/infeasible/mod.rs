@@ -81,12 +81,12 @@ pub fn proof(problem: &Problem) -> Option<Proof> {
 }
 
 fn exclusive_cones(problem: &Problem) -> Option<String> {
-    let frame_turn = problem.environment.frame_rate() * problem.duration;
+    let frame_turn = problem.environment.frame_rate() * problem.seconds();
     let Conflict { names: [first, second], part, missing } = conflict(&problem.constraints, &frame_turn)?;
     Some(format!(
         "\"{first}\" and \"{second}\" leave no attitude at t = {} s: their cones miss each other by {} deg; half angles \
          that make up for that between them could do",
-        words::about(part * problem.duration),
+        words::about(part * problem.seconds()),
         words::at_least(missing.to_degrees())
     ))
 }

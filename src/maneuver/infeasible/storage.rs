@@ -14,17 +14,17 @@ use crate::maneuver::problem::Problem;
 pub(super) fn proof(problem: &Problem) -> Option<Proof> {
     let wheels = problem.actuation.wheels.as_ref().filter(|_| isolated(problem))?;
     let torque = &problem.actuation.torque;
-    let (_, [stored, end]) = held(problem, &Ends::of(problem, problem.duration));
+    let (_, [stored, end]) = held(problem, &Ends::of(problem, problem.seconds()));
     let limits = wheels.momentum_limit.iter().copied();
     let (factor, axis) = Outputs::new(torque.axes(), limits).shortfall(&end);
     if factor > 1.0 + SLACK {
         return Some(too_much(&end, &axis, factor).into());
     }
     let size = torque.limits().size.as_ref()?;
-    let impulse = Outputs::new(torque.axes(), size.iter().map(|limit| limit * problem.duration));
+    let impulse = Outputs::new(torque.axes(), size.iter().map(|limit| limit * problem.seconds()));
     let (factor, axis) = impulse.shortfall(&(end - stored));
     (factor > 1.0 + SLACK && factor.is_finite()).then(|| {
-        let shortest = Some(factor * problem.duration).filter(|_| standing(problem));
+        let shortest = Some(factor * problem.seconds()).filter(|_| standing(problem));
         let change = axis.dot(&(end - stored));
         let under = shortest
             .map_or_else(|| "in that time".into(), |shortest| format!("under {} s", at_least(shortest)));

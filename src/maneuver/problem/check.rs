@@ -4,6 +4,7 @@ use super::{Motion, Path, Problem, ProblemError, Scheme, State};
 use crate::Matrix3;
 use crate::Vector3;
 use crate::maneuver::constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError, Rule, conflict};
+use crate::maneuver::duration::Duration;
 use crate::maneuver::objective::{Fuel, Objective};
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame, Thrusters, Wheels};
 use std::collections::HashSet;
@@ -27,12 +28,7 @@ impl Problem {
     /// # Errors
     /// The first [`ProblemError`] met, never [`ProblemError::Violated`].
     pub fn check_numbers(&self) -> Result<(), ProblemError> {
-        // What is sought may be known already, of a plan.
-        let sought = self.seeks_duration() && self.duration.is_nan();
-        let usable = self.duration > 0.0 && self.duration.is_finite();
-        if !sought && !usable {
-            return Err(out_of_range("duration", self.duration, "must be positive and finite"));
-        }
+        self.check_duration()?;
         if self.steps < Self::MIN_STEPS || self.steps > Self::MAX_STEPS {
             return Err(out_of_range("steps", self.steps as f64, "must be from 2 to 1000000"));
         }
@@ -65,7 +61,9 @@ impl Problem {
     #[doc(hidden)]
     pub fn violations(&self) -> impl Iterator<Item = ProblemError> {
         let frame_rate = self.environment.frame_rate();
-        let turned = if frame_rate == Vector3::zeros() { frame_rate } else { frame_rate * self.duration };
+        // Of a duration that is sought the start alone is certain.
+        let turned = if frame_rate == Vector3::zeros() { 0.0 } else { self.duration.known().unwrap_or(0.0) };
+        let turned = frame_rate * turned;
         let contradicting = conflict(&self.constraints, &turned).map(|found| found.names);
         let considered = move |constraint: &&Constraint| {
             contradicting.is_none_or(|names| !names.contains(&constraint.name.as_str()))
@@ -83,11 +81,29 @@ impl Problem {
         })
     }
 
-    /// Name, state and time of both ends. In a frame that does not turn the time does not matter, and may be sought.
-    fn ends(&self) -> [(&'static str, &State, f64); 2] {
-        let still = self.environment.frame_rate() == Vector3::zeros();
-        let ended = if still && self.duration.is_nan() { 0.0 } else { self.duration };
-        [("start", &self.start, 0.0), ("end", &self.end, ended)]
+    /// Name, state and time \[s\] of both ends; `None` while the duration is sought.
+    fn ends(&self) -> [(&'static str, &State, Option<f64>); 2] {
+        [("start", &self.start, Some(0.0)), ("end", &self.end, self.duration.known())]
+    }
+
+    /// A duration in range, which is given where nothing says how to choose it, and sought where time counts.
+    fn check_duration(&self) -> Result<(), ProblemError> {
+        let usable = |duration: f64| duration > 0.0 && duration.is_finite();
+        let in_range = "must be positive and finite";
+        match self.duration {
+            Duration::Given(duration) | Duration::Found { duration, .. } if !usable(duration) => {
+                Err(out_of_range("duration", duration, in_range))
+            }
+            Duration::Given(_) if self.objective.counts_time() => {
+                let reason = "time has a cost: the duration is sought, not given";
+                Err(ProblemError::Unsuited { what: "duration_s", reason })
+            }
+            Duration::Sought { at_most: None } if !self.objective.counts_time() => {
+                let reason = "a duration is sought at a price of time or up to a bound: neither is given";
+                Err(ProblemError::Unsuited { what: "duration_s", reason })
+            }
+            _ => Ok(()),
+        }
     }
 
     fn check_state(&self, end: &'static str, state: &State) -> Result<(), ProblemError> {
@@ -106,9 +122,10 @@ impl Problem {
         }
         let limit = if self.body.inertia.is_degenerate() { 0.5 } else { 1.0 };
         let rate = state.angular_velocity.norm();
+        let Some(duration) = self.duration.known() else { return Ok(()) };
         let angle = rate * self.step();
         if angle >= limit {
-            let steps = ((rate * self.duration / limit).floor() as usize).saturating_add(1);
+            let steps = ((rate * duration / limit).floor() as usize).saturating_add(1);
             return Err(ProblemError::StepTooLong { end, angle, limit, steps });
         }
         Ok(())
@@ -121,7 +138,7 @@ impl Problem {
         {
             return Err(out_of_range("price of time", price, "must be positive and finite"));
         }
-        if let Some(longest) = self.duration_at_most {
+        if let Some(longest) = self.duration.at_most() {
             if !(longest > 0.0 && longest.is_finite()) {
                 return Err(out_of_range("longest duration", longest, "must be positive and finite"));
             }
@@ -279,7 +296,7 @@ impl Problem {
         if let Some((_, reason)) = obstacles.into_iter().find(|(met, _)| *met) {
             return Err(ProblemError::Unsuited { what: "shortest_pulse_s", reason });
         }
-        if shortest > self.duration_at_most.unwrap_or(self.duration) {
+        if self.duration.at_most().or(self.duration.known()).is_some_and(|longest| shortest > longest) {
             return Err(out_of_range("shortest pulse", shortest, "must not be longer than the maneuver"));
         }
         Ok(())

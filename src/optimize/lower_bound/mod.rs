@@ -383,7 +383,7 @@ impl Setup {
             return Err(BoundError::TooManySteps { steps, limit });
         }
         let weight = Weight::new(problem)?;
-        let (mean, duration) = (inertia.mean(), problem.duration);
+        let (mean, duration) = (inertia.mean(), problem.seconds());
         let h = problem.step();
         let j = inertia.j() / mean;
         let [start, end] = [&problem.start, &problem.end]

@@ -69,7 +69,7 @@ pub(super) fn paths(problem: &Problem, model: &Model, search: Thoroughness) -> V
 
 /// The attitude in which the body ends that brakes along its momentum, where the duration is known; that of the start otherwise.
 pub(super) fn likely_end(problem: &Problem) -> Matrix3 {
-    if !problem.duration.is_finite() {
+    if problem.duration.known().is_none() {
         return problem.start.attitude;
     }
     let attitudes = braked(problem, &Grid::uniform(problem.scheme, 1.0, problem.steps), 1.0);
@@ -98,7 +98,7 @@ fn momenta(problem: &Problem) -> [Vector3; 2] {
 
 /// Attitudes in the reference frame of a body that is turned so from node to node, from that of the start.
 fn from_start(problem: &Problem, grid: &Grid, turned: &[Matrix3]) -> Vec<Matrix3> {
-    let frame = problem.environment.frame_rate() * problem.duration;
+    let frame = problem.environment.frame_rate() * problem.seconds();
     let first = problem.start.attitude * turned[0].transpose();
     let of_node = |(node, turned): (usize, &Matrix3)| {
         lie::project_to_rotation(&(lie::exp(&(-frame * grid.after(node))) * first * turned))
@@ -116,12 +116,12 @@ fn turned(problem: &Problem, grid: &Grid, pace: f64, momenta: [Vector3; 2], sens
     for node in 1..=grid.steps() {
         let [from, to] = [node - 1, node].map(|node| grid.after(node));
         let parts =
-            (((fastest[0] + fastest[1]) * (to - from) * problem.duration / PART).ceil() as usize).max(1);
+            (((fastest[0] + fastest[1]) * (to - from) * problem.seconds() / PART).ceil() as usize).max(1);
         let part = (to - from) / parts as f64;
         for index in 0..parts {
             let s = from + (index as f64 + 0.5) * part;
             let momentum = first * (1.0 - s).max(0.0).powf(pace) + last * s;
-            let turn = inertia.j_inverse() * momentum * (sense * part * problem.duration);
+            let turn = inertia.j_inverse() * momentum * (sense * part * problem.seconds());
             first = lie::exp(&-turn) * first;
             attitude *= lie::exp(&turn);
         }

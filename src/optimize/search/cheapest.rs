@@ -63,18 +63,25 @@
 //! the units of the duration found; where the body moves at an end the unit of length goes with it, and positions, momenta,
 //! forces and their multipliers with that.
 
+use super::advice;
+use super::answer::{rival_of_cost, write_aimed};
+use super::asked::held_to_all;
+use super::chains::{carry, descend, effort_paths, unlimited_paths};
 use super::coarse::chain_steps;
 use super::context::Context;
 use super::detour::detours;
 use super::duration;
+use super::found::Found;
 use super::ladder::{Ask, Search};
+use super::landed::landed_with_goal;
 use super::paths::shortest_way;
 use super::switching;
+use super::transfer::Interpolant;
 use crate::Vector3;
 use crate::lie;
 use crate::maneuver::objective::{Fuel, Objective};
 use crate::maneuver::problem::{Motion, Problem, State};
-use crate::maneuver::settings::{Method, Settings};
+use crate::maneuver::settings::Method;
 use crate::maneuver::solution::{ConvexWork, Landing, Outcome, Rung, Solution, Trajectory};
 use crate::mechanics::actuators::{ActuatorSet, Limits};
 use crate::mechanics::environment::{Free, Pose};
@@ -84,6 +91,7 @@ use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::model::Goal;
 use crate::optimize::methods::scp::road::{Chain, ConvexIteration, path};
+use crate::optimize::step::Point;
 use std::f64::consts::PI;
 
 /// Share of the effort in the cost while plans are compared, and the least one for the plan that is told.
@@ -124,14 +132,14 @@ pub(super) struct Cheapest {
 /// sought.
 pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
     let once = |problem: &Problem| match &problem.objective {
-        Objective::Effort(_) if problem.duration.is_nan() => effort_sought(problem, context),
+        Objective::Effort(_) if problem.duration.known().is_none() => effort_sought(problem, context),
         Objective::Effort(_) => {
             let ask = Ask { advise: true, lands: context.lands(), ..Ask::of_goal(None, context.settings) };
             super::searched(problem, context, ask)
         }
         Objective::Time | Objective::Fuel(_) => solve_once(problem, context),
     };
-    match problem.duration_at_most {
+    match problem.duration.at_most() {
         Some(longest) => switching::up_to(longest, problem, context, &once),
         None => once(problem),
     }
@@ -139,7 +147,7 @@ pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
 
 /// Least effort in the best duration. The search for it is a local one, from that of a turn about a fixed axis without limits.
 fn effort_sought(problem: &Problem, context: &Context) -> Solution {
-    let longest = problem.duration_at_most.unwrap_or(f64::INFINITY);
+    let longest = problem.duration.at_most().unwrap_or(f64::INFINITY);
     let free = duration::about_a_fixed_axis(problem, problem.objective.time_price());
     let stated = problem.clone().with_duration(free.min(longest));
     let stated = stated.with_objective(problem.objective.with_time_price(None));
@@ -180,12 +188,12 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
         let trajectory = Trajectory { wheel_momentum: stored, ..quick.trajectory };
         return Solution { trajectory, ..quick };
     }
-    let sought = problem.duration.is_nan();
+    let sought = problem.duration.known().is_none();
     let stated = quick.trajectory.time.last().copied().filter(|_| sought && free);
-    let duration = stated.unwrap_or_else(|| if sought { about(problem) } else { problem.duration });
+    let duration = stated.or(problem.duration.known()).unwrap_or_else(|| about(problem));
     let stated = Problem { objective: Objective::default(), ..problem.clone().with_duration(duration) };
     // Checked as what it is: effort takes less than time and fuel.
-    let mut solution = match (problem.clone().with_duration(duration).check(), context.interrupt()) {
+    let mut solution = match (problem.clone().lasting(duration).check(), context.interrupt()) {
         (_, Some(stopped)) => Solution { outcome: stopped, ..unsolved },
         (Err(error), _) => Solution { shortfall: Some(error.to_string()), ..unsolved },
         (Ok(()), None) => of_stated(&stated, &problem.objective, context, &quick.trajectory),
@@ -247,21 +255,23 @@ fn of_dimension<const N: usize>(
     let goal = Goal { objective: objective.clone(), share: SHARE };
     let advise = !objective.counts_time();
     let ask = Ask { advise, lands: context.lands(), ..Ask::of_goal(Some(goal), context.settings) };
-    let mut search = Search::<N>::new(stated, context, ask);
+    let (mut search, mut found) = (super::search_of::<N>(stated, context, ask), Found::default());
     let coarse = search.chain(chain_steps(stated));
     let mut paths = bent(resampled(&coarse, objective.name(), quick));
     if paths.is_empty() {
         // Without a plan of inputs that switch.
         paths.push(shortest_way(&coarse.model));
     }
-    let unlimited = search.unlimited_paths(&coarse);
+    let unlimited = unlimited_paths(&search, &coarse);
     if objective.fuel().is_some() {
-        paths.extend(search.effort_paths(&unlimited));
+        paths.extend(effort_paths(&search, &unlimited));
     }
     paths.extend(unlimited);
-    let Some(Cheapest { duration, cost, attempt, share, rivals, landed }) = search.cheapest(paths) else {
+    let Some(Cheapest { duration, cost, attempt, share, rivals, landed }) =
+        cheapest(&mut search, &mut found, paths)
+    else {
         // The nearest miss may have a duration of its own, which is none of a plan.
-        let missed = search.failure.as_ref();
+        let missed = found.missed();
         let mut unsolved = Solution {
             method: Method::Scp,
             outcome: context.interrupt().or(missed.map(|missed| missed.outcome)).unwrap_or(Outcome::Stalled),
@@ -269,155 +279,178 @@ fn of_dimension<const N: usize>(
             ..Solution::unsolved(stated, context.settings.tolerance)
         };
         if advise {
-            search.advise(&mut unsolved);
+            advice::advise(&search, found.shortest, &mut unsolved);
         }
         return unsolved;
     };
     let planned = stated.clone().with_duration(duration);
-    let mut written = Search::<N>::new(&planned, context, search.ask.clone());
-    written.work = ConvexWork { effort_share: share, ..search.work };
+    let written = search.of(&planned, search.ask.clone());
+    let work = ConvexWork { effort_share: share, ..found.work };
     let mut solution = Solution::unsolved(&planned, context.settings.tolerance);
     match landed {
         Some((target, landing)) => {
-            written.write_aimed(&mut solution, &attempt, Some(&target), &attempt);
+            write_aimed(&written, &work, &mut solution, &attempt, Some(&target), &attempt);
             solution.landing = Some(landing);
         }
-        None => written.write_aimed(&mut solution, &attempt, None, &attempt),
+        None => write_aimed(&written, &work, &mut solution, &attempt, None, &attempt),
     }
     // A duration to the last bit.
     solution.cost = if *objective == Objective::Time { duration } else { cost };
-    solution.rivals = rivals.iter().map(|(rival, cost)| written.rival_of_cost(rival, *cost)).collect();
-    written.held_to_all(solution)
+    solution.rivals = rivals.iter().map(|(rival, cost)| rival_of_cost(&written, rival, *cost)).collect();
+    held_to_all(&written, solution)
 }
 
-impl Ask<'_> {
-    /// SCP alone, for a goal or the effort, from its own seeds.
-    pub(super) fn of_goal(goal: Option<Goal>, settings: &Settings) -> Self {
-        let last = ScpOptions::default().within(settings.max_iterations);
-        Self {
-            shooting: false,
-            convex: true,
-            guess: None,
-            along: None,
-            last,
-            advise: false,
-            goal,
-            lands: false,
+/// The cheapest of the local minima that SCP finds along `paths`, which are on its coarse grid.
+pub(super) fn cheapest<const N: usize>(
+    search: &mut Search<N>,
+    found: &mut Found<N>,
+    paths: Vec<Candidate>,
+) -> Option<Cheapest> {
+    let coarse = coarse_minima(search, found, paths);
+    carry_with_effort(search, found, &coarse);
+    if may_be_too_short(search, found) {
+        from_the_shortest(search, found);
+    }
+    let stated = search.problem.seconds();
+    let mut plans = found.take_plans().into_iter();
+    let first = plans.next().filter(|first| first.candidate.steps() == search.problem.steps)?;
+    let (mut first, mut share) = sharpened(search, found, first);
+    let before = search.chain(search.problem.steps).price(&first.candidate);
+    let before = match search.ask.goal.as_ref().map(|goal| &goal.objective) {
+        Some(Objective::Time) => stated * first.candidate.grid.duration(),
+        _ => before,
+    };
+    let landed = landed_with_goal(search, &first, share).map(|(landed, least)| {
+        let Landed { attempt, target, landing } = landed;
+        let landing = Landing { cost_before: before, ..landing };
+        (first, share) = (attempt, least);
+        (target, landing)
+    });
+    let duration = stated * first.candidate.grid.duration();
+    let chain = search.chain(search.problem.steps);
+    let cost = chain.price(&first.candidate);
+    let attempt = chain.of_given_duration(first, &search.problem.clone().with_duration(duration));
+    let price = |rival: Attempt| {
+        let own = [&chain, &coarse].into_iter().find(|chain| chain.model.steps == rival.candidate.steps())?;
+        let cost = own.price(&rival.candidate);
+        Some((rival, cost))
+    };
+    Some(Cheapest { duration, cost, attempt, share, rivals: plans.filter_map(price).collect(), landed })
+}
+
+/// The local minima that SCP finds along paths on its coarse grid, with as much effort in the cost as that takes, and
+/// that grid's chain: where forces turn with the body, or a field changes with its place, costs of fuel alone bend less
+/// than the dynamics do.
+fn coarse_minima<const N: usize>(
+    search: &mut Search<N>,
+    found: &mut Found<N>,
+    paths: Vec<Candidate>,
+) -> Chain {
+    let first = search.chain(chain_steps(search.problem));
+    let frame_rate = first.model.dynamics.frame_rate();
+    let seeds: Vec<Candidate> =
+        paths.into_iter().flat_map(|path| detours(search.problem, &frame_rate, path)).collect();
+    let mut coarse = first;
+    for share in shares(search) {
+        if let Some(goal) = &mut search.ask.goal {
+            goal.share = share;
+        }
+        coarse = search.chain(coarse.model.steps);
+        for seed in &seeds {
+            if !search.stopped() {
+                descend(search, found, &coarse, seed.clone());
+            }
+        }
+        if found.is_done() || search.stopped() {
+            break;
+        }
+    }
+    coarse
+}
+
+/// Shares to try one after the other, from the one that there is; of effort alone that one.
+fn shares<const N: usize>(search: &Search<N>) -> Vec<f64> {
+    let goal = search.ask.goal.as_ref();
+    let least = goal.map_or(SHARE, |goal| goal.share);
+    let several = goal.is_some_and(|goal| goal.objective.switches());
+    let from_least = FIRST_SHARES.into_iter().filter(|share| *share >= least);
+    from_least.take(if several { FIRST_SHARES.len() } else { 1 }).collect()
+}
+
+/// Carries the cheapest to the requested grid, with as much effort in the cost as that takes: along arcs on which a
+/// constraint acts rows of neighbouring nodes nearly repeat each other.
+fn carry_with_effort<const N: usize>(search: &mut Search<N>, found: &mut Found<N>, coarse: &Chain) {
+    let plans = found.plans().to_vec();
+    for share in shares(search) {
+        if let Some(goal) = &mut search.ask.goal {
+            goal.share = share;
+        }
+        found.reorder(|_| plans.clone());
+        carry(search, found, coarse);
+        if found.is_done() || search.stopped() {
+            return;
         }
     }
 }
 
-impl<const N: usize> Search<'_, '_, N> {
-    /// The cheapest of the local minima that SCP finds along `paths`, which are on its coarse grid.
-    pub(super) fn cheapest(&mut self, paths: Vec<Candidate>) -> Option<Cheapest> {
-        let coarse = self.coarse_minima(paths);
-        self.carry_with_effort(&coarse);
-        if self.may_be_too_short() {
-            self.scp_from_the_shortest();
-        }
-        let stated = self.problem.duration;
-        let mut found = std::mem::take(&mut self.found).into_iter();
-        let first = found.next().filter(|first| first.candidate.steps() == self.problem.steps)?;
-        let (mut first, mut share) = self.sharpened(first);
-        let before = self.chain(self.problem.steps).price(&first.candidate);
-        let before = match self.ask.goal.as_ref().map(|goal| &goal.objective) {
-            Some(Objective::Time) => stated * first.candidate.grid.duration(),
-            _ => before,
-        };
-        let landed = self.landed_with_goal(&first, share).map(|(landed, least)| {
-            let Landed { attempt, target, landing } = landed;
-            let landing = Landing { cost_before: before, ..landing };
-            (first, share) = (attempt, least);
-            (target, landing)
-        });
-        let duration = stated * first.candidate.grid.duration();
-        let chain = self.chain(self.problem.steps);
-        let cost = chain.price(&first.candidate);
-        let attempt = chain.of_given_duration(first, &self.problem.clone().with_duration(duration));
-        let price = |rival: Attempt| {
-            let own =
-                [&chain, &coarse].into_iter().find(|chain| chain.model.steps == rival.candidate.steps())?;
-            let cost = own.price(&rival.candidate);
-            Some((rival, cost))
-        };
-        Some(Cheapest { duration, cost, attempt, share, rivals: found.filter_map(price).collect(), landed })
-    }
-
-    /// The local minima that SCP finds along paths on its coarse grid, with as much effort in the cost as that takes, and
-    /// that grid's chain: where forces turn with the body, or a field changes with its place, costs of fuel alone bend less
-    /// than the dynamics do.
-    fn coarse_minima(&mut self, paths: Vec<Candidate>) -> Chain {
-        let first = self.chain(chain_steps(self.problem));
-        let frame_rate = first.model.dynamics.frame_rate();
-        let seeds: Vec<Candidate> =
-            paths.into_iter().flat_map(|path| detours(self.problem, &frame_rate, path)).collect();
-        let mut coarse = first;
-        for share in self.shares() {
-            if let Some(goal) = &mut self.ask.goal {
-                goal.share = share;
-            }
-            coarse = self.chain(coarse.model.steps);
-            for seed in &seeds {
-                if !self.stopped() {
-                    self.descend(&coarse, seed.clone());
-                }
-            }
-            if !self.found.is_empty() || self.stopped() {
-                break;
-            }
-        }
-        coarse
-    }
-
-    /// Shares to try one after the other, from the one that there is; of effort alone that one.
-    fn shares(&self) -> Vec<f64> {
-        let goal = self.ask.goal.as_ref();
-        let least = goal.map_or(SHARE, |goal| goal.share);
-        let several = goal.is_some_and(|goal| goal.objective.switches());
-        let from_least = FIRST_SHARES.into_iter().filter(|share| *share >= least);
-        from_least.take(if several { FIRST_SHARES.len() } else { 1 }).collect()
-    }
-
-    /// Carries the cheapest to the requested grid, with as much effort in the cost as that takes: along arcs on which a
-    /// constraint acts rows of neighbouring nodes nearly repeat each other.
-    fn carry_with_effort(&mut self, coarse: &Chain) {
-        let found = self.found.clone();
-        for share in self.shares() {
-            if let Some(goal) = &mut self.ask.goal {
-                goal.share = share;
-            }
-            self.found = found.clone();
-            self.carry(coarse);
-            if !self.found.is_empty() || self.stopped() {
-                return;
-            }
+/// A plan on the requested grid with less and less effort in its cost, as far as that goes, and its share. Other limits
+/// begin to act from share to share: a convex subproblem finds them sooner than Newton does, and the sooner the fewer.
+fn sharpened<const N: usize>(search: &Search<N>, found: &mut Found<N>, mut plan: Attempt) -> (Attempt, f64) {
+    let options = ScpOptions { cone_tolerance: SHARP, ..search.ask.last.clone().within(FEW) };
+    let Some(goal) = search.ask.goal.clone().filter(|goal| goal.objective.switches()) else {
+        return (plan, 0.0);
+    };
+    let (mut last, mut factor) = (goal.share, LOWERED.0);
+    while last > LAST_SHARE && factor <= LOWERED.1 && !search.stopped() {
+        let share = (last * factor).max(LAST_SHARE);
+        let chain = Chain::with_goal(search.problem, search.problem.steps, &Goal { share, ..goal.clone() });
+        let convex = ConvexIteration { chain: &chain, options: &options };
+        let next = search.context.attempt(Rung::Scp, &convex, plan.candidate.clone());
+        found.add_work(&next);
+        let [before, after] = [&plan, &next].map(|attempt| chain.price(&attempt.candidate));
+        let near = last.clamp(NEAR[0], NEAR[1]);
+        if next.converged() && (before - after).abs() <= near * before {
+            (plan, last, factor) = (next, share, (factor * factor).max(LOWERED.0));
+        } else {
+            factor = factor.sqrt();
         }
     }
+    (plan, last)
+}
 
-    /// A plan on the requested grid with less and less effort in its cost, as far as that goes, and its share. Other limits
-    /// begin to act from share to share: a convex subproblem finds them sooner than Newton does, and the sooner the fewer.
-    fn sharpened(&mut self, mut found: Attempt) -> (Attempt, f64) {
-        let options = ScpOptions { cone_tolerance: SHARP, ..self.ask.last.clone().within(FEW) };
-        let Some(goal) = self.ask.goal.clone().filter(|goal| goal.objective.switches()) else {
-            return (found, 0.0);
-        };
-        let (mut last, mut factor) = (goal.share, LOWERED.0);
-        while last > LAST_SHARE && factor <= LOWERED.1 && !self.stopped() {
-            let share = (last * factor).max(LAST_SHARE);
-            let chain = Chain::with_goal(self.problem, self.problem.steps, &Goal { share, ..goal.clone() });
-            let convex = ConvexIteration { chain: &chain, options: &options };
-            let next = self.attempt(Rung::Scp, &convex, found.candidate.clone());
-            self.add_work(&next);
-            let [before, after] = [&found, &next].map(|attempt| chain.price(&attempt.candidate));
-            let near = last.clamp(NEAR[0], NEAR[1]);
-            if next.converged() && (before - after).abs() <= near * before {
-                (found, last, factor) = (next, share, (factor * factor).max(LOWERED.0));
-            } else {
-                factor = factor.sqrt();
-            }
-        }
-        (found, last)
+/// Whether nothing was found, the search was not cut short, and the duration can be sought.
+pub(super) fn may_be_too_short<const N: usize>(search: &Search<N>, found: &Found<N>) -> bool {
+    let cut_short = found.missed().is_some_and(|missed| missed.outcome == Outcome::IterationLimit);
+    let searched = !found.is_done() && found.answer.is_none() && !cut_short && !search.stopped();
+    searched && search.ask.advise && search.problem.is_constrained()
+}
+
+/// SCP from the plan of the shortest duration that it finds: a plan that is quicker than the maneuver asks for is on a
+/// way that the seeds have missed.
+pub(super) fn from_the_shortest<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
+    let goal = Goal { objective: Objective::Time, share: SHARE };
+    let mut of_time = search.of(search.problem, Ask::of_goal(Some(goal), search.context.settings));
+    let paths = unlimited_paths(&of_time, &of_time.chain(chain_steps(search.problem)));
+    let quickest = cheapest(&mut of_time, &mut Found::default(), paths);
+    let Some(Cheapest { duration, attempt, .. }) = quickest else { return };
+    found.shortest = Some(duration);
+    if duration > search.problem.seconds() {
+        return;
     }
+    let coarse = search.chain(chain_steps(search.problem));
+    let nodes = Interpolant::of(attempt.candidate.states.iter().map(Point::pose).collect());
+    let ratio = attempt.candidate.steps() as f64 / coarse.model.steps as f64;
+    let pose = |node: usize| {
+        let at = node as f64 * ratio;
+        let low = (at.floor() as usize).min(attempt.candidate.steps() - 1);
+        nodes.at(low, at - low as f64)
+    };
+    let grid = &coarse.model.dynamics.grid;
+    let missed = found.take_missed();
+    descend(search, found, &coarse, path("shortest", grid, (0..=grid.steps()).map(pose)));
+    carry(search, found, &coarse);
+    let missed = missed.or(found.take_missed());
+    found.tell_missed(missed);
 }
 
 /// The path of a plan without constraints on the grid of a chain; none where there is no plan.

@@ -46,7 +46,7 @@ fn coarse_steps(problem: &Problem, angle: f64, rule: &CoarseRule) -> usize {
         .into_iter()
         .fold(0.0, f64::max);
     // The fastest moment of a rest-to-rest slew is 1.5 times its mean rate.
-    let needed = ((1.5 * angle + rate * problem.duration) / rule.angle).ceil().min(problem.steps as f64);
+    let needed = ((1.5 * angle + rate * problem.seconds()) / rule.angle).ceil().min(problem.steps as f64);
     // Even, so that grids of 3/2 as many steps exist.
     let coarse = (needed as usize).max(rule.fewest).next_multiple_of(2);
     if rule.worth * coarse as f64 <= problem.steps as f64 { coarse } else { problem.steps }

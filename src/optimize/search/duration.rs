@@ -109,7 +109,7 @@ pub(super) fn solve(
         let remaining = settings.time_limit.map(|limit| limit.saturating_sub(began.elapsed()));
         // The shooting alone: what it cannot do within the limits is too short, and SCP would search for long.
         let settings = Settings { time_limit: remaining, method: Method::Shooting, ..settings.clone() };
-        let given = problem.clone().with_duration(duration);
+        let given = problem.clone().lasting(duration);
         if given.check().is_err() {
             // Boundary rates that turn too far in a step of such a length.
             return Ok(None);
@@ -130,7 +130,7 @@ pub(super) fn solve(
         }
         Ok(slope.is_finite().then_some(known))
     };
-    let (first, longest) = (about_a_fixed_axis(problem, price), problem.duration_at_most);
+    let (first, longest) = (about_a_fixed_axis(problem, price), problem.duration.at_most());
     let mut keep = |found: Known| {
         if best.as_ref().is_none_or(|best| found.cost(price) < best.cost(price)) {
             best = Some(found);

@@ -55,8 +55,8 @@ impl Starts {
         let stiff = dynamics.is_stiff();
         let coupled = problem.motion == Motion::RigidBody && dynamics.is_coupled();
         let simple = problem.environment.is_free() && !few && !stiff && !coupled;
-        let turned =
-            problem.start.angular_velocity.norm().max(problem.end.angular_velocity.norm()) * problem.duration;
+        let turned = problem.start.angular_velocity.norm().max(problem.end.angular_velocity.norm())
+            * problem.seconds();
         let given = if let Path::AsGiven(rotation) = problem.path { Some(rotation) } else { None };
         let turns = super::starts::wanted_turns(problem);
         let plain = Self { given, smooth: turns.clone(), coasting: turns, ..Self::default() };

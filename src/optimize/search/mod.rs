@@ -1,25 +1,30 @@
 //! The search: every sense and winding, each up the ladder, what it finds compared.
 
+mod advice;
 mod answer;
 mod any_attitude;
 mod asked;
 mod authority;
+mod chains;
 mod cheapest;
 mod coarse;
-mod constrained;
 mod context;
 mod continuation;
+mod descents;
 mod detour;
 mod duration;
 mod effort;
-mod free;
+mod found;
 mod guess;
 mod ladder;
 mod landed;
 mod minima;
 pub(crate) mod paths;
+mod pool;
 mod record;
-mod saturated;
+mod requested;
+mod rungs;
+mod shots;
 mod starts;
 mod steps;
 mod switching;
@@ -39,6 +44,7 @@ use crate::mechanics::Description;
 use crate::optimize::control_law;
 use crate::optimize::methods::scp::ScpOptions;
 use context::Context;
+use found::Found;
 use ladder::{Ask, Search};
 use std::f64::consts::PI;
 use thiserror::Error;
@@ -179,8 +185,8 @@ pub fn polish(
         lands: false,
     };
     Ok(match problem.motion {
-        Motion::Attitude => Search::<6>::new(problem, &context, ask).polish(),
-        Motion::RigidBody => Search::<12>::new(problem, &context, ask).polish(),
+        Motion::Attitude => polished(&search_of::<6>(problem, &context, ask)),
+        Motion::RigidBody => polished(&search_of::<12>(problem, &context, ask)),
     })
 }
 
@@ -247,7 +253,7 @@ fn solve_on(
         check_for_shaped(problem, settings, guess)?;
         return Ok(cheapest::solve(problem, &Context::new(settings, observer)));
     }
-    if problem.duration.is_nan() {
+    if problem.duration.known().is_none() {
         check_for_switching(settings, guess)?;
         // Durations are compared by their discrete optima; the one that is found lands.
         let discrete = Settings { target: Target::Discrete, ..settings.clone() };
@@ -255,7 +261,7 @@ fn solve_on(
             solve_on(problem, settings, None, observer)
         };
         let solution = duration::solve(problem, &discrete, observer, &mut given)?;
-        return Ok(landed::with_duration_found(problem, solution, &Context::new(settings, observer)));
+        return Ok(answer::with_duration_found(problem, solution, &Context::new(settings, observer)));
     }
     if let Some(guess) = guess {
         // A path alone is a guess too.
@@ -347,9 +353,46 @@ fn searched(problem: &Problem, context: &Context, ask: Ask) -> Solution {
     let known = known_end(problem);
     let problem = known.as_ref().unwrap_or(problem);
     match problem.motion {
-        Motion::Attitude => Search::<6>::new(problem, context, ask).solve(),
-        Motion::RigidBody => Search::<12>::new(problem, context, ask).solve(),
+        Motion::Attitude => answer(&search_of::<6>(problem, context, ask)),
+        Motion::RigidBody => answer(&search_of::<12>(problem, context, ask)),
     }
+}
+
+/// A search with the ladder of all rungs.
+fn search_of<'a, 'c, const N: usize>(
+    problem: &'a Problem,
+    context: &'a Context<'c>,
+    ask: Ask<'a>,
+) -> Search<'a, 'c, N> {
+    Search::new(problem, context, ask, rungs::ladder())
+}
+
+/// Climbs the ladder, and writes the solution with all that was tried.
+fn answer<const N: usize>(search: &Search<N>) -> Solution {
+    let mut found = search.climb();
+    let solution = answer::conclude(search, &mut found);
+    let mut solution = asked::held_to_its_way(search, solution);
+    if solution.method == Method::Scp {
+        if search.ask.shooting {
+            solution = answer::confirm(search, solution);
+        }
+        if search.ask.last.polish {
+            solution = asked::held_to(search.context.settings.tolerance, solution);
+        }
+        if search.ask.advise {
+            advice::advise(search, found.shortest, &mut solution);
+        }
+    }
+    Solution { ladder: search.context.ladder.take(), ..solution }
+}
+
+/// Newton from the guess alone, on the requested grid, with no ladder behind it.
+fn polished<const N: usize>(search: &Search<N>) -> Solution {
+    let mut found = Found::default();
+    if let Some(guess) = search.ask.guess {
+        shots::shoot_from(search, &mut found, &guess.costates, starts::GUESS);
+    }
+    Solution { ladder: search.context.ladder.take(), ..answer::conclude(search, &mut found) }
 }
 
 /// A maneuver whose end tells more than what is written: the shortest way where a rotation stands for one, or the likely attitude

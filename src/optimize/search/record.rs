@@ -163,7 +163,7 @@ impl<'a> Optimal<'a> {
 
 impl<'a, const N: usize> Recorder<'a, N> {
     fn new(problem: &'a Problem, dynamics: &'a Dynamics) -> Self {
-        let grid = dynamics.grid.with_duration(problem.duration);
+        let grid = dynamics.grid.with_duration(problem.seconds());
         let (rows, input_rows) = (grid.steps() + 1, grid.input_rows());
         let input_count = problem.actuation.count();
         let translation = if problem.motion == Motion::RigidBody { rows } else { 0 };

@@ -4,6 +4,7 @@ mod pulses;
 
 use super::context::Context;
 use crate::lie::{self, continued};
+use crate::maneuver::duration::Duration;
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Path, Problem};
 use crate::maneuver::settings::Method;
@@ -66,7 +67,7 @@ pub(super) fn solve_smoothed(problem: &Problem, context: &Context) -> Solution {
 /// With arcs at the limits, or without.
 fn solve_by(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> Solution {
     let once = |problem: &Problem| solve_once(problem, context, arcs, lands);
-    match problem.duration_at_most {
+    match problem.duration.at_most() {
         Some(longest) => up_to(longest, problem, context, &once),
         None => once(problem),
     }
@@ -142,7 +143,7 @@ fn solve_once(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> 
     }
     let (mut chosen, mut chosen_limit) = (None, None);
     // A bound of what is sought; what is given has none.
-    let longest = problem.duration_at_most.filter(|_| extremal.given_duration.is_none());
+    let longest = problem.duration.at_most().filter(|_| extremal.given_duration.is_none());
     let allowed = |limit: &&Limit| longest.is_none_or(|longest| limit.duration() * units.time <= longest);
     for limit in found.limits.iter().filter(allowed) {
         context.enter(Rung::Aligned, limit.name(), problem.steps);
@@ -254,7 +255,7 @@ fn shortest_told(problem: &Problem, found: &Found, context: &Context, solution: 
     let quickest = problem.objective.fuel().and_then(|_| too_short(problem, found, context));
     let Some((shortest, longer)) = quickest else { return false };
     (solution.shortest, solution.longer) = (Some(shortest), longer);
-    let (asked, shortest) = (short(problem.duration), significant(shortest, 6));
+    let (asked, shortest) = (short(problem.seconds()), significant(shortest, 6));
     let told = format!(
         "no plan of {asked} s was found; the shortest duration found is {shortest} s (locally minimal)"
     );
@@ -274,8 +275,9 @@ fn too_short(problem: &Problem, found: &Found, context: &Context) -> Option<(f64
         let found = search(&extremal, &ask, &|| context.interrupt().is_some());
         found.limits.first().map(|limit| limit.duration() * units.time)
     };
-    let shortest = search(&Problem { objective: Objective::Time, ..problem.clone() })?;
-    if shortest <= problem.duration {
+    let shortest =
+        search(&Problem { objective: Objective::Time, duration: Duration::SOUGHT, ..problem.clone() })?;
+    if shortest <= problem.seconds() {
         return None;
     }
     let mut durations = STRETCHES.into_iter().map(|stretch| rounded_up(stretch * shortest));
@@ -306,7 +308,7 @@ fn ended(solution: Solution, outcome: Outcome, context: &Context) -> Solution {
 /// The body is where it should be: no time and no steps, or as many of a given duration without any input.
 fn at_rest(problem: &Problem, solution: Solution, steps: usize) -> Solution {
     let (nodes, count) = (steps + 1, problem.actuation.count());
-    let (duration, step) = if steps == 0 { (0.0, 0.0) } else { (problem.duration, problem.step()) };
+    let (duration, step) = if steps == 0 { (0.0, 0.0) } else { (problem.seconds(), problem.step()) };
     let time = |node: usize| if node == steps { duration } else { node as f64 * step };
     let trajectory = Trajectory {
         time: (0..nodes).map(time).collect(),

@@ -25,7 +25,7 @@ pub struct Units {
 impl Units {
     /// The units of a maneuver.
     pub fn of(problem: &Problem) -> Self {
-        let time = problem.duration;
+        let time = problem.seconds();
         let inertia = problem.body.inertia.mean();
         let mass = problem.body.mass.unwrap_or(1.0);
         let length = match problem.motion {

@@ -144,15 +144,22 @@ pub fn judge_attitudes(problem: &Problem, rows: &AttitudeRows<'_>, tolerance: f6
         limit,
         passed: value <= limit,
     };
-    let off = (time[last] - time[0] - problem.duration).abs() / problem.duration;
-    let mut checks = vec![check("duration", off, DURATION + rows.rounding.time / problem.duration)];
+    let told = time[last] - time[0];
+    let duration = problem.duration.known().unwrap_or(told);
+    let limit = DURATION + rows.rounding.time / duration;
+    let (mut checks, mut open) = (Vec::new(), Vec::new());
+    match (problem.duration.known(), problem.duration.at_most()) {
+        (Some(duration), _) => checks.push(check("duration", (told - duration).abs() / duration, limit)),
+        (None, Some(longest)) => checks.push(check("longest duration", told / longest - 1.0, limit)),
+        (None, None) => open.push("the duration: it is sought, and any will do".to_string()),
+    }
     for (name, k, end) in [("start", 0, &problem.start), ("end", last, &problem.end)] {
         if k == 0 || !problem.ends_in_any_attitude() {
             let angle = lie::minus(&motion.attitude[k], &end.attitude).norm();
             checks.push(check(&format!("attitude at the {name}"), angle, tolerance));
         }
         if let Some(rate) = motion.inertial(k) {
-            let limit = tolerance / (RATE_SHARE * problem.duration);
+            let limit = tolerance / (RATE_SHARE * duration);
             checks.push(check(&format!("rate at the {name}"), (rate - end.angular_velocity).norm(), limit));
         }
     }
@@ -160,7 +167,7 @@ pub fn judge_attitudes(problem: &Problem, rows: &AttitudeRows<'_>, tolerance: f6
         checks,
         violations: Vec::new(),
         violated_at: Vec::new(),
-        open: Vec::new(),
+        open,
         peak_torque_n_m: None,
         peak_torque_of_attitudes_n_m: None,
     };

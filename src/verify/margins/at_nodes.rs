@@ -66,7 +66,7 @@ pub fn margins_at_nodes(
     trajectory: &Trajectory,
     inputs: impl Fn(usize) -> Option<usize>,
 ) -> Vec<NodeMargins> {
-    let empty = Meter::new(problem);
+    let empty = Meter::every(0.0, problem);
     let mut found: Vec<NodeMargins> = (empty.entries.iter())
         .map(|entry| NodeMargins { name: entry.name.clone(), unit: entry.unit, values: Vec::new() })
         .collect();

@@ -22,7 +22,7 @@ fn two_specs_tell_the_keys_in_which_they_differ() {
     other.name = "other".into();
     other = other.with_steps(40).with_scheme(Scheme::LieEuler);
     assert_eq!(differences(&one, &other), [""; 0]);
-    other.duration = 0.4;
+    other.duration = slewkit::Duration::Given(0.4);
     other.end.angular_velocity.x = 1e-9;
     assert_eq!(differences(&one, &other), ["end.angular_velocity_rad_s", "maneuver.duration_s"]);
     let document = |settings| SpecDocument::new(&one, settings).unwrap();

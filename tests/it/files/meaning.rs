@@ -155,7 +155,7 @@ fn every_key_of_an_orbit_spec_arrives() {
     assert_eq!((problem.start.velocity, problem.end.velocity), (Vector3::y() * 0.1, Vector3::x() * -0.1));
     assert_eq!(problem.start.angular_velocity, Vector3::zeros());
     assert_eq!(problem.end.angular_velocity, Vector3::z() * 0.01);
-    assert_eq!((problem.duration, problem.steps, problem.scheme), (60.0, 120, Scheme::LieEuler));
+    assert_eq!((problem.seconds(), problem.steps, problem.scheme), (60.0, 120, Scheme::LieEuler));
     assert_eq!(problem.path, Path::AsGiven(Vector3::z() * 7.0));
     let torque = &problem.actuation.torque;
     assert_eq!(
@@ -395,7 +395,7 @@ fn largest_and_smallest_numbers_make_a_finite_problem() {
         let weights = problem.objective.weights();
         let authority = weights.torque(&problem.actuation).authority;
         let cost = problem.body.inertia.j() * authority.try_inverse().unwrap() * problem.body.inertia.j();
-        let cost = cost / problem.duration.powi(3);
+        let cost = cost / problem.seconds().powi(3);
         assert!(cost.iter().all(|value| value.is_finite()) && cost.amax() > 0.0, "{cost}");
     }
 }

@@ -60,7 +60,7 @@ fn random_maneuvers_of_minimum_time_come_back_bit_for_bit() {
         let text = lines.join("\n").replace("[maneuver]", "[maneuver]\nminimize = \"time\"");
         // Most have something that minimum time does not take.
         if let Ok(loaded) = spec::from_str(&text, "random.toml", Format::Toml, &[]) {
-            assert!(loaded.problem.seeks_duration() && loaded.problem.duration.is_nan());
+            assert!(loaded.problem.seeks_duration() && loaded.problem.duration.known().is_none());
             comes_back(&loaded, &format!("minimum time {index}"));
             count += 1;
         }

@@ -98,7 +98,7 @@ fn shortest(problem: &Problem, closed_form: f64, slack: f64) -> String {
     let below = closed_form * (1.0 - slack) <= shortest && shortest <= closed_form * (1.0 + 1e-6);
     assert!(below, "{shortest} against {closed_form}: {found}");
     // Just below it is denied, just above it is not; and the duration is in the text.
-    let with = |duration: f64| Problem { duration, ..problem.clone() };
+    let with = |duration: f64| problem.clone().with_duration(duration);
     assert!(proof(&with(shortest * (1.0 - 1e-5))).is_some(), "{found}");
     assert_eq!(proof(&with(shortest * (1.0 + 1e-5))), None);
     let digits: f64 = text_between(&found.reason, "no plan under ", " s").parse().unwrap();

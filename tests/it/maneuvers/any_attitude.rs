@@ -9,7 +9,7 @@ use super::support::{rest_to_rest, solved};
 use evidence::Random;
 use slewkit::maneuver::problem::{Path, Problem, Scheme, State};
 use slewkit::maneuver::{
-    Constraint, Direction, Fuel, Objective, Pointing, Rule, Settings, Side, Target, Weights,
+    Constraint, Direction, Duration, Fuel, Objective, Pointing, Rule, Settings, Side, Target, Weights,
 };
 use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use slewkit::mechanics::body::Body;
@@ -65,10 +65,10 @@ fn least_time_fuel_and_a_price_of_time_are_those_of_closed_forms() {
     for case in 0..3 {
         let (problem, momentum) = spinning(&mut random, 0.8, 5.0);
         let limited = problem.clone().with_actuation(of_norm(0.7)).with_steps(60);
-        let time = solved(&limited.clone().with_objective(Objective::Time).with_duration(f64::NAN));
+        let time = solved(&limited.clone().with_objective(Objective::Time).with_duration(Duration::SOUGHT));
         let fuel = solved(&limited.with_objective(Objective::Fuel(Fuel::default())));
         let weights = Weights { time_price: Some(0.05), ..Weights::default() };
-        let priced = solved(&problem.with_steps(60).with_objective(weights).with_duration(f64::NAN));
+        let priced = solved(&problem.with_steps(60).with_objective(weights).with_duration(Duration::SOUGHT));
         let duration = priced.trajectory.time.last().unwrap();
         let off = [
             time.cost / (momentum / 0.7) - 1.0,

@@ -102,7 +102,7 @@ fn problems_with_absurd_numbers_are_errors() {
             let value = any(&mut random);
             let row = (random.unit() * 3.0) as usize;
             match (random.unit() * 5.0) as usize {
-                0 => problem.duration = value,
+                0 => problem.duration = slewkit::Duration::Given(value),
                 1 => problem.start.angular_velocity[row] = value,
                 2 => problem.end.angular_velocity[row] = value,
                 3 => problem.start.attitude[(row, 1)] = value,

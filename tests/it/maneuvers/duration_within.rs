@@ -3,7 +3,7 @@
 use super::minimum_time::{CUBE, at, body, solved, torques};
 use super::shortest::{cone, rate, turn, wheeled};
 use slewkit::Matrix3;
-use slewkit::maneuver::{Objective, Problem, Rule, Side, State, Weights};
+use slewkit::maneuver::{Duration, Objective, Problem, Rule, Side, State, Weights};
 
 fn priced(problem: Problem, price: f64) -> Problem {
     problem.with_objective(Weights { time_price: Some(price), ..Weights::default() })
@@ -12,7 +12,7 @@ fn priced(problem: Problem, price: f64) -> Problem {
 /// From rest at the identity, with torques of at most 1 N·m about each principal axis, on 50 steps.
 fn slew(moments: [f64; 3], axis: [f64; 3], degrees: f64) -> Problem {
     let start = State::at_rest(Matrix3::identity());
-    Problem::attitude(body(moments), start, turn(axis, degrees), f64::NAN)
+    Problem::attitude(body(moments), start, turn(axis, degrees), Duration::SOUGHT)
         .with_actuation(torques(&CUBE, &[1.0; 3]))
         .with_steps(50)
 }
@@ -74,7 +74,7 @@ fn up_to_a_longest_duration() {
 fn a_price_too_high_is_paid_at_the_shortest() {
     let limits = slewkit::mechanics::Limits { norm: Some(1.0), ..Default::default() };
     let ends = [at([0.0; 3], [0.0; 3]), at([0.0, 0.0, 1.2], [0.0; 3])];
-    let sphere = Problem::attitude(body([1.0; 3]), ends[0], ends[1], f64::NAN).with_steps(60);
+    let sphere = Problem::attitude(body([1.0; 3]), ends[0], ends[1], Duration::SOUGHT).with_steps(60);
     let dear = priced(super::shortest::limited(sphere, limits), 1e5);
     let plan = solved(&dear);
     let [found, shortest] = [plan.solution.trajectory.time[60], 2.0 * 1.2f64.sqrt()];

@@ -2,7 +2,7 @@
 
 use super::minimum_time::{CUBE, at, body, solved, torques};
 use evidence::Turning;
-use slewkit::maneuver::{Objective, Problem, Settings, State, Weights};
+use slewkit::maneuver::{Duration, Objective, Problem, Settings, State, Weights};
 use slewkit::mechanics::environment::{GravityGradient, UniformGravity};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia};
 use slewkit::plan::{Plan, Silent, plan};
@@ -21,7 +21,7 @@ fn found(problem: &Problem) -> Plan {
 }
 
 fn sought(body: Body, [start, end]: [State; 2], price: f64) -> Problem {
-    Problem::attitude(body, start, end, f64::NAN).with_objective(priced(price))
+    Problem::attitude(body, start, end, Duration::SOUGHT).with_objective(priced(price))
 }
 
 fn duration(plan: &Plan) -> f64 {
@@ -88,7 +88,7 @@ fn from_rest_to_rest_the_cost_is_four_thirds_of_the_price_of_the_duration() {
 #[test]
 fn the_cost_is_least_at_the_duration_that_is_found() {
     let (start, end) = (at([0.1, 0.0, 0.2], [0.1, -0.2, 0.1]), at([0.9, -0.4, 0.6], [-0.1, 0.2, 0.15]));
-    let attitude = Problem::attitude(body([1.0, 1.5, 2.0]), start, end, f64::NAN).with_steps(50);
+    let attitude = Problem::attitude(body([1.0, 1.5, 2.0]), start, end, Duration::SOUGHT).with_steps(50);
     let axes = vec![Vector3::new(1.0, 0.2, 0.0), Vector3::y(), Vector3::new(0.0, -0.3, 1.2)];
     let in_reference = ActuatorSet::new(axes, AxisFrame::Reference).unwrap();
     let gravity =
@@ -140,7 +140,7 @@ fn a_target_that_turns_is_met_when_it_is_cheapest() {
 #[test]
 fn a_longest_duration_is_taken_or_is_longer_than_needed() {
     let (still, there) = (at([0.0; 3], [0.0; 3]), at([0.7, -1.1, 0.9], [0.0; 3]));
-    let rest = Problem::attitude(body([1.0, 1.5, 2.0]), still, there, f64::NAN).with_steps(60);
+    let rest = Problem::attitude(body([1.0, 1.5, 2.0]), still, there, Duration::SOUGHT).with_steps(60);
     let bounded = solved(&rest.clone().with_duration_at_most(5.0));
     assert!((duration(&bounded) / 5.0 - 1.0).abs() < 1e-15);
     let given = solved(&rest.clone().with_duration(5.0));
@@ -148,7 +148,8 @@ fn a_longest_duration_is_taken_or_is_longer_than_needed() {
 
     // It turns towards the target by itself: in the best duration it needs hardly any torque.
     let coasting = [at([0.0; 3], [0.0, 0.0, 0.5]), at([0.0, 0.0, 1.5], [0.0, 0.0, 0.5])];
-    let problem = Problem::attitude(body([1.0, 1.5, 2.0]), coasting[0], coasting[1], f64::NAN).with_steps(60);
+    let problem =
+        Problem::attitude(body([1.0, 1.5, 2.0]), coasting[0], coasting[1], Duration::SOUGHT).with_steps(60);
     let found = solved(&problem.clone().with_duration_at_most(10.0));
     // tan(hω/2) is what a step turns: the discrete coast takes 3 s but for h².
     assert!((duration(&found) - 3.0).abs() < 1e-3 && found.solution.cost < 1e-20, "{}", duration(&found));
@@ -172,11 +173,11 @@ fn a_longest_duration_is_taken_or_is_longer_than_needed() {
 #[test]
 fn another_duration_is_noticed_and_what_has_none_to_be_sought_is_refused() {
     let end = at([0.0, 0.3, 1.0], [0.0; 3]);
-    let problem = Problem::attitude(body([1.0, 1.5, 2.0]), at([0.0; 3], [0.0; 3]), end, f64::NAN);
+    let problem = Problem::attitude(body([1.0, 1.5, 2.0]), at([0.0; 3], [0.0; 3]), end, Duration::SOUGHT);
     let found = solved(&problem.clone().with_objective(priced(1.0)));
     let own = found.solution.trajectory.completed(&problem.clone().with_objective(priced(1.0)));
     assert!(verify(&own, &found.solution.trajectory, 1e-12, None).passed());
-    let other = own.clone().with_duration(1.001 * own.duration);
+    let other = own.clone().with_duration(Duration::Found { duration: 1.001 * own.seconds(), at_most: None });
     assert!(!verify(&other, &found.solution.trajectory, 1e-12, None).passed());
     let refused = |problem: &Problem| {
         plan(problem, &Settings::discrete(), None, &mut Silent).expect_err("refused").to_string()

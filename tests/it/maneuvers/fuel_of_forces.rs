@@ -3,7 +3,7 @@
 
 use super::minimum_time::{body, solved};
 use slewkit::maneuver::{
-    Constraint, Fuel, Method, Objective, Problem, ProblemError, Rule, Settings, State, Weights,
+    Constraint, Duration, Fuel, Method, Objective, Problem, ProblemError, Rule, Settings, State, Weights,
 };
 use slewkit::mechanics::{
     ActuatorSet, AxisFrame, GravityGradient, Limits, SecondOrderGravity, UniformGravity,
@@ -76,7 +76,7 @@ fn prices_weigh_forces_against_torques_and_neither_feels_the_other() {
 fn the_shortest_flight_pushes_all_the_way() {
     // Half of the way each way, at full force: T = 2 √(m d / f), on an even number of steps to the last digit.
     let flight = flight([0.2, 0.1, -0.3], [0.9, -0.4, 0.2], each(2.5), AxisFrame::Reference);
-    let found = solved(&flight.with_objective(Objective::Time).with_duration(f64::NAN));
+    let found = solved(&flight.with_objective(Objective::Time).with_duration(Duration::SOUGHT));
     near(found.solution.cost, 2.0 * (MASS * 0.9 / 2.5_f64).sqrt(), 1e-8);
 }
 
@@ -87,7 +87,7 @@ fn more_time_never_costs_more_fuel_and_a_price_of_time_finds_its_trade() {
     assert!(costs.windows(2).all(|pair| pair[1] < pair[0]), "{costs:?}");
     let price = 1.5;
     let objective = Objective::Fuel(Fuel { time_price: Some(price), ..Fuel::default() });
-    let traded = solved(&flight.clone().with_objective(objective).with_duration(f64::NAN));
+    let traded = solved(&flight.clone().with_objective(objective).with_duration(Duration::SOUGHT));
     let duration = traded.solution.duration(&flight);
     // In the duration found nothing is cheaper, and neither is a little more or less of it.
     for factor in [0.97, 1.0, 1.03] {
@@ -108,7 +108,8 @@ fn moves_along_a_bend_are_corrected_and_few() {
     let field = UniformGravity::new(MASS, 9.81, Vector3::z(), Vector3::new(0.02, 0.1, 0.1)).unwrap();
     let start = State::at_rest(lie::exp(&Vector3::new(0.3, 0.2, 0.1)));
     let end = State::at_rest(start.attitude * lie::exp(&Vector3::new(0.9, 0.1, 0.2)));
-    let mut pendulum = Problem::attitude(body([2.0, 1.6, 1.1]), start, end, f64::NAN).with_environment(field);
+    let mut pendulum =
+        Problem::attitude(body([2.0, 1.6, 1.1]), start, end, Duration::SOUGHT).with_environment(field);
     pendulum.actuation.torque = pendulum.actuation.torque.with_limits(each(7.5)).unwrap();
     let found = solved(&pendulum.with_steps(24).with_objective(Objective::Time));
     let subproblems = found.solution.convex.expect("planned by SCP").all_subproblems;
@@ -176,7 +177,7 @@ fn is_cheapest_in_its_duration(sought: &Problem, price: f64) {
 #[test]
 fn a_duration_is_sought_in_a_frame_that_turns() {
     let fuel = |price| Objective::Fuel(Fuel { time_price: Some(price), ..Fuel::default() });
-    let turn = on_an_orbit(0.2).with_duration(f64::NAN);
+    let turn = on_an_orbit(0.2).with_duration(Duration::SOUGHT);
     is_cheapest_in_its_duration(&turn.clone().with_objective(fuel(0.05)), 0.05);
     // The shortest one leaves nothing shorter, and a little more than it has a plan.
     let quickest = solved(&turn.clone().with_objective(Objective::Time)).solution.cost;
@@ -187,8 +188,8 @@ fn a_duration_is_sought_in_a_frame_that_turns() {
     assert_eq!(given(1.001 * quickest), Status::Solved);
     assert_eq!(given(0.99 * quickest), Status::NotConverged);
     // Where the frame hardly turns it is that of a free body.
-    let slow = solved(&on_an_orbit(1e-7).with_duration(f64::NAN).with_objective(Objective::Time));
-    let mut free = on_an_orbit(0.0).with_duration(f64::NAN).with_objective(Objective::Time);
+    let slow = solved(&on_an_orbit(1e-7).with_duration(Duration::SOUGHT).with_objective(Objective::Time));
+    let mut free = on_an_orbit(0.0).with_duration(Duration::SOUGHT).with_objective(Objective::Time);
     // The same equal steps for both.
     let limits = Limits { rate: Some(vec![1e6; 3]), ..each(0.3) };
     free.actuation.torque = free.actuation.torque.with_limits(limits).unwrap();
@@ -198,7 +199,7 @@ fn a_duration_is_sought_in_a_frame_that_turns() {
 #[test]
 fn a_duration_of_least_effort_is_the_same_by_both_roads_in_a_frame_that_turns() {
     // The secant of its derivative, and the length of the steps as an unknown, which a limit of the rate brings.
-    let mut effort = on_an_orbit(0.2).with_objective(effort(2e-3)).with_duration(f64::NAN);
+    let mut effort = on_an_orbit(0.2).with_objective(effort(2e-3)).with_duration(Duration::SOUGHT);
     let secant = solved(&effort).solution;
     effort.constraints = vec![Constraint { name: "never".into(), rule: Rule::RateNorm(50.0) }];
     let unknown = solved(&effort).solution;
@@ -214,7 +215,7 @@ fn a_duration_is_sought_where_a_body_moves_through_a_field() {
     flight.start.velocity = Vector3::new(0.1, 0.8, -0.2);
     flight.end.velocity = Vector3::new(-0.3, 0.6, 0.1);
     let pull = SecondOrderGravity::new(0.8, MASS, &flight.body.inertia).unwrap();
-    let flight = flight.with_environment(pull).with_duration(f64::NAN);
+    let flight = flight.with_environment(pull).with_duration(Duration::SOUGHT);
     let fuel = Fuel { time_price: Some(2.0), ..Fuel::default() };
     is_cheapest_in_its_duration(&flight.clone().with_objective(Objective::Fuel(fuel)), 2.0);
     let mut unlimited = flight.clone().with_objective(effort(1.0));

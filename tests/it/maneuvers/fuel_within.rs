@@ -4,7 +4,7 @@
 use super::minimum_fuel::{ball, thrusters};
 use super::minimum_time::{CUBE, at, body, solved, torques};
 use super::shortest::{cone, limited, rate, takes_no_guess_and_no_shooting, turn, wheeled};
-use slewkit::maneuver::{Fuel, Objective, Problem, Rule, Settings, Side};
+use slewkit::maneuver::{Duration, Fuel, Objective, Problem, Rule, Settings, Side};
 use slewkit::mechanics::Limits;
 use slewkit::plan::{Silent, Status, plan};
 use slewkit::{Matrix3, Vector3};
@@ -25,7 +25,7 @@ fn sun(problem: Problem) -> Problem {
 
 fn priced(problem: Problem, price: f64) -> Problem {
     let fuel = Fuel { time_price: Some(price), ..Fuel::default() };
-    problem.with_objective(Objective::Fuel(fuel)).with_duration(f64::NAN)
+    problem.with_objective(Objective::Fuel(fuel)).with_duration(Duration::SOUGHT)
 }
 
 fn changing_slowly(limit: f64) -> Limits {
@@ -142,7 +142,7 @@ fn up_to_a_longest_duration_all_of_it_or_what_is_worth_its_price() {
     assert!((all.solution.cost / reference - 1.0).abs() < 1e-6, "{}", all.solution.cost);
     assert_eq!(all.solution.duration(&problem), 6.0);
     let (_, sought, reference) = cases().pop().expect("cases");
-    let bounded = Problem { duration_at_most: Some(20.0), ..sought };
+    let bounded = sought.with_duration_at_most(20.0);
     let chosen = solved(&bounded);
     assert!((chosen.solution.cost / reference - 1.0).abs() < 1e-6, "{}", chosen.solution.cost);
 }

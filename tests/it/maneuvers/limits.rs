@@ -283,7 +283,7 @@ fn multipliers_tell_what_a_larger_limit_is_worth() {
         let slope = (at(1.0 + step).cost - at(1.0 - step).cost) / (2.0 * step);
         let active = &solution.active[0];
         let unit = cost_unit(&free);
-        let ends = |time: f64| scheme == Scheme::LieVerlet && (time == 0.0 || time >= free.duration);
+        let ends = |time: f64| scheme == Scheme::LieVerlet && (time == 0.0 || time >= free.seconds());
         let shares = active.time_s.iter().map(|time| if ends(*time) { 0.5 } else { 1.0 });
         let sum: f64 = shares.zip(&active.multiplier).map(|(share, multiplier)| share * multiplier).sum();
         let expected = -sum * unit / free.steps as f64;
@@ -293,7 +293,7 @@ fn multipliers_tell_what_a_larger_limit_is_worth() {
 
 /// The unit of cost of a free body with three unit torques: that of a turn by one radian.
 fn cost_unit(problem: &Problem) -> f64 {
-    let (inertia, time) = (problem.body.inertia.mean(), problem.duration);
+    let (inertia, time) = (problem.body.inertia.mean(), problem.seconds());
     inertia * inertia / time.powi(3)
 }
 

@@ -1,7 +1,7 @@
 //! Minimum fuel through the public interface: closed forms, laws that every optimum obeys, and honesty.
 
 use super::minimum_time::{CUBE, at, body, moving, solved, torques};
-use slewkit::maneuver::{Fuel, Objective, Outcome, Problem, Settings, State, Structure};
+use slewkit::maneuver::{Duration, Fuel, Objective, Outcome, Problem, Settings, State, Structure};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
 use slewkit::plan::{Silent, Status, plan};
 use slewkit::verify::verify;
@@ -18,7 +18,7 @@ fn moving_slowly() -> Problem {
 }
 
 /// A quarter turn of a body about its principal axis, by one torque of each axis.
-fn quarter_turn(objective: Fuel, duration: f64) -> Problem {
+fn quarter_turn(objective: Fuel, duration: impl Into<Duration>) -> Problem {
     let end = at([0.0, 0.0, FRAC_PI_2], [0.0; 3]);
     Problem::minimum_fuel(body([2.0, 2.5, 3.0]), at([0.0; 3], [0.0; 3]), end, duration)
         .with_actuation(torques(&CUBE, &[1.0, 1.0, 0.8]))
@@ -66,7 +66,7 @@ fn a_price_of_time_chooses_the_duration_of_the_closed_form() {
     let best = shortest * k / (k * k - 1.0).sqrt();
     let closed = limit * (best - (best * best - shortest * shortest).sqrt()) + price * best;
     let objective = Fuel { time_price: Some(price), ..Fuel::default() };
-    let found = solved(&quarter_turn(objective, f64::NAN)).solution.switching.unwrap();
+    let found = solved(&quarter_turn(objective, Duration::SOUGHT)).solution.switching.unwrap();
     assert!((found.continuous_duration_s / best - 1.0).abs() < 1e-13, "{found:?} {best}");
     assert!((found.continuous_cost / closed - 1.0).abs() < 1e-9, "{found:?} {closed}");
 }
@@ -79,7 +79,7 @@ fn a_torque_of_limited_norm_burns_as_the_closed_form_says() {
     let axis = Vector3::new(2.0, -1.0, 0.7).normalize();
     let shortest = 2.0 * (inertia * angle / limit).sqrt();
     let at_rest = |turn: Vector3| at(turn.into(), [0.0; 3]);
-    let problem = |objective: Fuel, duration: f64| {
+    let problem = |objective: Fuel, duration: Duration| {
         let [start, end] = [Vector3::zeros(), angle * axis].map(at_rest);
         Problem::minimum_fuel(body([inertia; 3]), start, end, duration)
             .with_actuation(ball(limit))
@@ -89,7 +89,7 @@ fn a_torque_of_limited_norm_burns_as_the_closed_form_says() {
         |duration: f64| price * limit * (duration - (duration * duration - shortest * shortest).sqrt());
     let prices = Some(vec![price; 3]);
     let duration = 1.3 * shortest;
-    let given = problem(Fuel { prices: prices.clone(), ..Fuel::default() }, duration);
+    let given = problem(Fuel { prices: prices.clone(), ..Fuel::default() }, Duration::Given(duration));
     let plan = solved(&given.with_steps(400));
     let found = plan.solution.switching.unwrap();
     assert_eq!((found.structure, found.switches), (Structure::BangOffBang, 2));
@@ -101,7 +101,8 @@ fn a_torque_of_limited_norm_burns_as_the_closed_form_says() {
     let time_price = 0.9;
     let k = 1.0 + time_price / (price * limit);
     let best = shortest * k / (k * k - 1.0).sqrt();
-    let found = solved(&problem(Fuel { prices, time_price: Some(time_price), ..Fuel::default() }, f64::NAN));
+    let found =
+        solved(&problem(Fuel { prices, time_price: Some(time_price), ..Fuel::default() }, Duration::SOUGHT));
     let found = found.solution.switching.unwrap();
     assert!((found.continuous_duration_s / best - 1.0).abs() < 1e-10, "{found:?} {best}");
     let closed = burnt(best) + time_price * best;
@@ -130,7 +131,7 @@ fn a_longest_duration_is_taken_or_is_longer_than_needed() {
     let k = 1.0 + price / limit;
     let best = shortest * k / (k * k - 1.0).sqrt();
     let bounded = |time_price: Option<f64>, longest: f64| {
-        let problem = quarter_turn(Fuel { time_price, ..Fuel::default() }, f64::NAN);
+        let problem = quarter_turn(Fuel { time_price, ..Fuel::default() }, Duration::SOUGHT);
         solved(&problem.with_duration_at_most(longest)).solution
     };
     let found = bounded(None, 7.0);
@@ -324,7 +325,7 @@ fn fuel_goes_with_inertia_over_duration_and_with_its_price() {
         body: body([40.0, 80.0, 120.0]),
         start: slower(&given.start),
         end: slower(&given.end),
-        duration: unit * given.duration,
+        duration: Duration::Given(unit * given.seconds()),
         ..given.clone().with_actuation(torques(&CUBE, &limits)).with_objective(Objective::Fuel(priced))
     };
     let (one, other) = (fuel(&given), fuel(&scaled));

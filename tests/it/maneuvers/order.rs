@@ -88,7 +88,7 @@ impl Optimum {
         y[12..18].copy_from_slice(lambda.as_slice());
         let control = |y: &Y| -part(y, 15).component_div(&Vector3::from(WEIGHT));
         let mut controls = vec![control(&y)];
-        let h = problem.duration / nodes as f64;
+        let h = problem.seconds() / nodes as f64;
         for _ in 0..nodes {
             let system = Pontryagin { problem };
             let method = ExplicitRungeKutta::rkv988e().rtol(1e-13).atol(1e-13);

@@ -4,7 +4,7 @@ use super::minimum_fuel::thrusters;
 use super::minimum_time::{CUBE, at, body, moving, solved, torques};
 use evidence::Random;
 use slewkit::maneuver::solution::Trajectory;
-use slewkit::maneuver::{Fuel, Objective, Outcome, Problem, Settings, State, Structure, Switching};
+use slewkit::maneuver::{Duration, Fuel, Objective, Outcome, Problem, Settings, State, Structure, Switching};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
 use slewkit::plan::{Silent, Status, plan};
 use slewkit::verify::verify;
@@ -72,7 +72,7 @@ fn a_turn_about_a_principal_axis_burns_as_the_closed_form_says() {
 /// The same maneuver where a second has a price, in the best duration.
 fn priced(problem: &Problem, price: f64) -> Problem {
     let fuel = Fuel { time_price: Some(price), ..Fuel::default() };
-    Problem { duration: f64::NAN, ..problem.clone() }.with_objective(Objective::Fuel(fuel))
+    problem.clone().with_duration(Duration::SOUGHT).with_objective(Objective::Fuel(fuel))
 }
 
 /// Two burns of length b that turn by `jθ = U b (T − b)` cost `2 U b + p T`: least at `b² = p jθ/U / (2 U + p)`, or at the shortest
@@ -212,7 +212,7 @@ fn random_maneuvers_have_pulses_that_lead_to_the_end() {
     let mut found = 0;
     for index in 0..24 {
         let problem = case(&mut random, index % 2 == 1, index % 4 > 1);
-        let shortest = random.within(0.01, 0.08) * problem.duration;
+        let shortest = random.within(0.01, 0.08) * problem.seconds();
         let problem = pulsed(&problem, shortest);
         let problem = if index % 3 == 2 { priced(&problem, 0.3) } else { problem };
         let plan = plan(&problem, &Settings::discrete(), None, &mut Silent).unwrap();

@@ -3,7 +3,7 @@
 
 use super::fuel_of_forces::{MASS, each, flight, near, pushes};
 use super::minimum_time::solved;
-use slewkit::maneuver::{Fuel, Objective, Problem, ProblemError};
+use slewkit::maneuver::{Duration, Fuel, Objective, Problem, ProblemError};
 use slewkit::mechanics::{Actuation, ActuatorSet, ActuatorSetError, AxisFrame, Limits};
 use slewkit::{Vector3, lie};
 
@@ -42,7 +42,8 @@ fn a_shift_costs_what_one_force_along_each_axis_does() {
     let each_axis: f64 = shift.iter().map(|along| pushes(*along, 3.0, 2.5)).sum();
     near(solved(&by_thrusters([0.0; 3], shift, 1.25)).solution.cost, each_axis, 1e-8);
     // Pushes along two axes at once are stronger: a body that turns on its way is there sooner.
-    let fastest = by_thrusters([0.0; 3], shift, 1.25).with_objective(Objective::Time).with_duration(f64::NAN);
+    let fastest =
+        by_thrusters([0.0; 3], shift, 1.25).with_objective(Objective::Time).with_duration(Duration::SOUGHT);
     assert!(solved(&fastest).solution.cost < 2.0 * (MASS * 0.9 / 2.5_f64).sqrt());
 }
 
@@ -99,7 +100,7 @@ fn a_push_while_the_body_turns_goes_where_it_points() {
 #[test]
 fn a_weak_thruster_among_strong_ones_does_not_lead_the_search_astray() {
     let strong = by_thrusters([0.3, 0.2, -0.1], [0.5, -0.3, 0.4], 2.0);
-    let strong = strong.with_objective(Objective::Time).with_duration(f64::NAN);
+    let strong = strong.with_objective(Objective::Time).with_duration(Duration::SOUGHT);
     let twelve = &strong.actuation;
     let (positions, directions) = (
         twelve.thrusters.as_ref().unwrap().positions.clone(),

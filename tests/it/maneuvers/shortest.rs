@@ -180,7 +180,7 @@ fn a_limited_maneuver_takes_as_long_backwards() {
 #[test]
 fn too_short_a_duration_is_answered_by_the_shortest_found() {
     let (_, problem, shortest) = cases().swap_remove(3);
-    let hasty = Problem { objective: Objective::default(), duration: 3.9, ..problem.with_steps(60) };
+    let hasty = Problem { objective: Objective::default(), duration: 3.9.into(), ..problem.with_steps(60) };
     let missed = plan(&hasty, &Settings::discrete(), None, &mut Silent).unwrap();
     assert_eq!(missed.status, Status::NotConverged);
     let found = missed.solution.shortest.expect("a duration");

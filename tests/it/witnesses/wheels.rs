@@ -319,7 +319,7 @@ fn verdict_does_not_depend_on_the_units() {
         let momentum = [2.0, -1.0, 4.0, 3.0].map(|h| h * 2.0 * size / duration);
         let rate = 2.0 / duration * Vector3::new(0.3, -0.4, 0.6);
         let mut problem = problem(size * full_inertia(), rate, pyramid(momentum)).with_steps(200);
-        problem.duration = duration;
+        problem.duration = duration.into();
         let unit = 4.0 * size / (duration * duration);
         let inputs: Vec<f64> = smooth_inputs(&problem).iter().map(|u| u * unit).collect();
         let (problem, plan) = aimed(problem, &inputs);

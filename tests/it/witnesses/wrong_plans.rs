@@ -1,6 +1,7 @@
 //! What the witnesses say of plans that are wrong, incomplete or no numbers.
 
 use super::support::*;
+use slewkit::Duration;
 
 pub(crate) fn good() -> (Problem, Trajectory) {
     let problem = ballistic(full_inertia(), Vector3::new(0.3, -0.4, 0.6), 2.0).with_steps(50);
@@ -148,10 +149,10 @@ fn steps_too_long_and_bad_problems_are_failures_with_reasons() {
     let found = verify(&problem, &kicked, 1e-12, None);
     assert!(found.failure.as_ref().unwrap().contains("one step"), "{found:#?}");
     assert!(!found.passed());
-    problem.duration = f64::NAN;
+    problem.duration = Duration::Given(f64::NAN);
     let found = verify(&problem, &plan, 1e-12, None);
     assert!(!found.passed() && found.failure.unwrap().contains("duration"));
-    problem.duration = 2.0;
+    problem.duration = Duration::Given(2.0);
     problem.steps = 0;
     let found = verify(&problem, &plan, 1e-12, None);
     assert!(!found.passed() && found.failure.unwrap().contains("steps"));

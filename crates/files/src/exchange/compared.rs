@@ -66,7 +66,8 @@ pub fn judge_file(
         rounding: found.rounding,
     };
     let mut attitudes = judge_attitudes(problem, &rows, tolerance);
-    let moment = moment(found, problem, identity, &mut not_judged);
+    let lasting = problem.duration.known().or_else(|| Some(found.time.last()? - found.time.first()?));
+    let moment = moment(found, lasting.unwrap_or(0.0), identity, &mut not_judged);
     attitudes.checks.extend(moment);
     not_judged.append(&mut attitudes.open.clone());
     if found.rate.is_empty() && !not_judged.iter().any(|text| text.starts_with("rates of the file")) {
@@ -134,13 +135,8 @@ fn bodies(found: &Attitudes, identity: &Identity, open: &mut Vec<String>) -> Res
     }
 }
 
-/// Whether the rows begin when the maneuver does.
-fn moment(
-    found: &Attitudes,
-    problem: &Problem,
-    identity: &Identity,
-    open: &mut Vec<String>,
-) -> Option<Check> {
+/// Whether the rows begin when the maneuver of `duration` \[s\] does.
+fn moment(found: &Attitudes, duration: f64, identity: &Identity, open: &mut Vec<String>) -> Option<Check> {
     if let Some(begins) = found.begins {
         if begins.abs() > found.printed_time {
             open.push(format!("the moment: times of the file begin at {begins} s"));
@@ -150,7 +146,7 @@ fn moment(
     match (found.epoch, identity.epoch) {
         (Some(theirs), Some(own)) => {
             let value = theirs.since(&own).abs();
-            let limit = found.printed_time + MOMENT_SHARE * problem.duration;
+            let limit = found.printed_time + MOMENT_SHARE * duration;
             Some(Check { name: MOMENT.into(), value, limit, passed: value <= limit })
         }
         (Some(_), None) => {

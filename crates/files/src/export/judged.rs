@@ -75,10 +75,9 @@ impl PlanFile<'_> {
         let made_to = held.and_then(|held| held.read("the plan's spec", &[]).ok());
         let made_to = made_to.map(|own| (self.tolerance, own.settings.tolerance));
         // Where inputs switch the plan has its duration, and steps of which the mean is told.
-        let switches = problem.switches();
         let last = trajectory.time.last().copied().unwrap_or(f64::NAN);
-        let duration = if switches { last } else { problem.duration };
-        let step = if switches { duration / problem.steps as f64 } else { problem.step() };
+        let duration = problem.duration.known().filter(|_| !problem.switches()).unwrap_or(last);
+        let step = duration / problem.steps as f64;
         let figures = [
             ("recorded cost", Some((self.cost, cost))),
             ("recorded duration", Some((self.duration_s, duration))),

@@ -18,7 +18,7 @@ use super::PlanFile;
 use crate::spec::Difference;
 use serde::Serialize;
 use serde_json::Value;
-use slewkit::maneuver::{Method, Problem, Structure, Switching, SwitchingArc, Trajectory};
+use slewkit::maneuver::{Duration, Method, Problem, Structure, Switching, SwitchingArc, Trajectory};
 use slewkit::verify::{self, Accuracy, Verification};
 
 /// Keys of a plan file that are not judged, since they tell of the search and of optimality.
@@ -240,9 +240,9 @@ impl Apart<'_> {
         }
         let Some(last) = told.arcs.last() else {
             // Of a smoothed law the extremal of continuous time is not in the file.
-            if !self.problem.seeks_duration() {
-                let duration = Some(self.problem.duration);
-                self.near("switching.continuous_duration_s", Some(told.continuous_duration_s), duration);
+            if let Duration::Given(duration) = self.problem.duration {
+                let told = Some(told.continuous_duration_s);
+                self.near("switching.continuous_duration_s", told, Some(duration));
             }
             return;
         };

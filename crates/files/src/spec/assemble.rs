@@ -9,8 +9,8 @@ use super::{
 use crate::identity::Identity;
 use slewkit::lie::{exp, minus};
 use slewkit::maneuver::{
-    Constraint, EndCondition, Fuel, Method, Motion, Objective, Path, Problem, ProblemError, Rule, Settings,
-    State, Weights,
+    Constraint, Duration, EndCondition, Fuel, Method, Motion, Objective, Path, Problem, ProblemError, Rule,
+    Settings, State, Weights,
 };
 use slewkit::mechanics::{Body, Inertia};
 use slewkit::numerics::figures::{rounded, told_apart};
@@ -105,7 +105,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
     };
     let rate = start_state.angular_velocity.norm().max(end_state.angular_velocity.norm());
     let rate = rate + environment.frame_rate().norm();
-    let steps = match duration {
+    let steps = match duration.known() {
         Some(duration) => maneuver::steps(section, duration, angle, rate)?,
         None => maneuver::steps_of_sought_duration(section, angle)?,
     };
@@ -121,7 +121,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
         }
         _ => Weights { time_price: section.number("time_price_per_s"), ..weights.clone() }.into(),
     };
-    let (switches, sought) = (objective.switches(), duration.is_none());
+    let (switches, sought) = (objective.switches(), duration.known().is_none());
     if switches && weights != Weights::default() {
         let reason = format!("weights of the effort have no say where {} is minimised", objective.name());
         section.error("E0029", "minimize", reason, "leave effort_weight out; or minimize = \"effort\"");
@@ -136,8 +136,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
         start: start_state,
         end: end_state,
         end_condition,
-        duration: duration.unwrap_or(f64::NAN),
-        duration_at_most: section.number("duration_at_most_s"),
+        duration,
         steps,
         chooses_steps: !section.has("steps") && !section.has("step_s"),
         scheme,
@@ -332,19 +331,21 @@ fn refuse(
             }
         }
         ProblemError::Value { what: "shortest pulse", value, reason } => {
-            let (key, longest) = match problem.duration_at_most {
-                Some(longest) => ("duration_at_most_s", longest),
-                None => ("duration_s", problem.duration),
+            let (told, remedy) = match problem.duration {
+                Duration::Given(longest) => (Some(longest), "shorten it, or lengthen `duration_s`"),
+                Duration::Sought { at_most } | Duration::Found { at_most, .. } => {
+                    (at_most, "shorten it, or lengthen `duration_at_most_s`")
+                }
             };
-            let [value, longest] = told_apart([*value, longest], 4, rounded);
-            let reason = format!("the shortest pulse is {value} s: it {reason}, of {longest} s");
+            let reason = match told {
+                Some(longest) => {
+                    let [value, longest] = told_apart([*value, longest], 4, rounded);
+                    format!("the shortest pulse is {value} s: it {reason}, of {longest} s")
+                }
+                None => error.to_string(),
+            };
             if let Some(section) = root.section("actuators") {
-                section.error(
-                    "E0031",
-                    actuators::SHORTEST_PULSE,
-                    reason,
-                    format!("shorten it, or lengthen `{key}`"),
-                );
+                section.error("E0031", actuators::SHORTEST_PULSE, reason, remedy);
             }
         }
         // The rotation that leads to an attitude where none is given is told at its own key.

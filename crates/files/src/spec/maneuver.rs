@@ -2,8 +2,8 @@
 
 use super::keys::StepsOf;
 use super::{Angle, Section, grid, short, show};
-use slewkit::maneuver::{Method, Problem, Scheme, Settings, Target, Thoroughness};
-use std::time::Duration;
+use slewkit::maneuver::{Duration, Method, Problem, Scheme, Settings, Target, Thoroughness};
+use std::time;
 
 /// Angle per step that the default number of steps allows \[rad\]: two or three Newton iterations.
 const ANGLE_PER_STEP: f64 = 0.3;
@@ -20,9 +20,8 @@ pub fn default_steps(angle: f64, rate: f64, duration: f64) -> f64 {
     ((1.5 * angle + rate * duration) / ANGLE_PER_STEP).ceil().max(DEFAULT_STEPS)
 }
 
-/// The duration: needed where effort or fuel is minimised and time has neither price nor bound; otherwise it is sought,
-/// and the inner `None` says so.
-pub(crate) fn duration(section: &Section) -> Option<Option<f64>> {
+/// The duration: needed where effort or fuel is minimised and time has neither price nor bound; otherwise it is sought.
+pub(crate) fn duration(section: &Section) -> Option<Duration> {
     let minimize = section.word("minimize");
     let (priced, bounded) = (section.has("time_price_per_s"), section.has("duration_at_most_s"));
     if minimize == Some("time") {
@@ -46,7 +45,7 @@ pub(crate) fn duration(section: &Section) -> Option<Option<f64>> {
                 "add duration_s = 60, or duration_at_most_s = 60, or time_price_per_s = 1",
             );
         }
-        return section.number("duration_s").map(Some);
+        return section.number("duration_s").map(Duration::Given);
     }
     if section.has("duration_s") {
         let (reason, remedy) = if priced {
@@ -69,7 +68,7 @@ pub(crate) fn duration(section: &Section) -> Option<Option<f64>> {
         let reason = "steps of a given length need a given duration, and the duration is looked for";
         return section.refuse("E0029", "step_s", reason, "give steps = 100 instead, or leave it out");
     }
-    Some(None)
+    Some(Duration::Sought { at_most: section.number("duration_at_most_s") })
 }
 
 /// The number of steps of a maneuver whose duration is sought, given or chosen for its angle.
@@ -146,7 +145,7 @@ pub(crate) fn solver(section: Option<&Section>) -> (Scheme, Settings) {
     }
     let continuous = section.angle("continuous_tolerance_deg", "continuous_tolerance_rad");
     settings.continuous_tolerance = continuous.map(Angle::radians);
-    settings.time_limit = section.number("time_limit_s").map(Duration::from_secs_f64);
+    settings.time_limit = section.number("time_limit_s").map(time::Duration::from_secs_f64);
     if let Some(count) = section.count("max_iterations") {
         settings.max_iterations = count;
     }

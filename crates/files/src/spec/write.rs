@@ -18,7 +18,7 @@ use super::{Diagnostics, Format, Loaded, Override, Spec, Wanted, interpret};
 use crate::identity::{Identity, Nozzle};
 use serde::{Deserialize, Serialize, Serializer};
 use serde_json::{Map, Value};
-use slewkit::maneuver::{Constraint, Motion, Path, Problem, Rule, Settings, Side, State, Weighted};
+use slewkit::maneuver::{Constraint, Duration, Motion, Path, Problem, Rule, Settings, Side, State, Weighted};
 use slewkit::mechanics::{AxisFrame, Description, Thrusters, Wheels};
 use slewkit::{Matrix3, Vector3};
 use thiserror::Error;
@@ -62,8 +62,9 @@ impl SpecDocument {
         };
         spec.table("maneuver", |maneuver| {
             maneuver.put("minimize", problem.objective.name());
-            maneuver.some("duration_s", Some(problem.duration).filter(|_| !problem.seeks_duration()));
-            maneuver.some("duration_at_most_s", problem.duration_at_most);
+            let given = if let Duration::Given(duration) = problem.duration { Some(duration) } else { None };
+            maneuver.some("duration_s", given);
+            maneuver.some("duration_at_most_s", problem.duration.at_most());
             maneuver.some("time_price_per_s", problem.objective.given_time_price());
             maneuver.some("steps", (!problem.chooses_steps).then_some(problem.steps));
             maneuver.put("path", path);

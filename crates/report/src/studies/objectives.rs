@@ -13,7 +13,7 @@
 
 use serde::Serialize;
 use slewkit::maneuver::objective::{Fuel, Objective, effort};
-use slewkit::maneuver::{Problem, Settings, Trajectory, Weights};
+use slewkit::maneuver::{Duration, Problem, Settings, Trajectory, Weights};
 use slewkit::numerics::figures::rounded_up;
 use slewkit::optimize::search::{Observer, PlanError};
 use slewkit::plan::{self, Plan, Status};
@@ -61,8 +61,8 @@ pub fn compare(
 ) -> Result<Vec<ObjectiveRun>, PlanError> {
     let measures = Measures::of(problem);
     let mut runs = Vec::new();
-    let found = |plan: &Plan| plan.solution.trajectory.time.last().copied().unwrap_or(f64::NAN);
-    let mut duration = problem.duration;
+    let found = |plan: &Plan| plan.solution.trajectory.time.last().copied();
+    let mut duration = problem.duration.known();
     if problem.objective != Objective::Time
         && problem.seeks_duration()
         && let Ok(chosen) = plan::plan(problem, settings, None, observer)
@@ -77,26 +77,27 @@ pub fn compare(
     ];
     let mut refusal = None;
     for objective in objectives {
-        let sought = objective == Objective::Time;
-        let of_this =
-            problem.clone().with_duration(if sought { f64::NAN } else { duration }).with_objective(objective);
-        let run = if !sought && duration.is_nan() {
-            Err("no duration is given, and none is found".to_string())
-        } else {
-            plan::plan(&of_this, settings, None, observer).map_err(|error| {
-                let reason = error.to_string();
-                refusal = Some(error);
-                reason
-            })
+        let (sought, name) = (objective == Objective::Time, objective.name());
+        let in_time = if sought { Some(Duration::SOUGHT) } else { duration.map(Duration::Given) };
+        let run = match in_time {
+            None => Err("no duration is given, and none is found".to_string()),
+            Some(in_time) => {
+                let of_this = problem.clone().with_duration(in_time).with_objective(objective);
+                plan::plan(&of_this, settings, None, observer).map_err(|error| {
+                    let reason = error.to_string();
+                    refusal = Some(error);
+                    reason
+                })
+            }
         };
         if let Ok(plan) = &run
             && problem.objective == Objective::Time
             && sought
             && plan.status == Status::Solved
         {
-            duration = rounded_up(STRETCH * found(plan));
+            duration = found(plan).map(|found| rounded_up(STRETCH * found));
         }
-        runs.push(measures.row(of_this.objective.name(), run));
+        runs.push(measures.row(name, run));
     }
     match refusal {
         Some(refusal) if runs.iter().all(|run| run.status.is_none()) => Err(refusal),

@@ -66,7 +66,7 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
         None if problem.seeks_duration() => {
             let duration = significant(solution.duration(problem), 9);
             let priced = problem.objective.given_time_price().is_some();
-            let why = match problem.duration_at_most {
+            let why = match problem.duration.at_most() {
                 _ if solution.shortest.is_some() => {
                     "the shortest found: less time would cost less, and has no plan"
                 }
@@ -198,7 +198,7 @@ fn switched(
     }
     if problem.seeks_duration() {
         let (found, continuous) = (solution.duration(problem), switching.continuous_duration_s);
-        let all = problem.duration_at_most.is_some_and(|longest| found >= longest * (1.0 - SAME_DURATION));
+        let all = problem.duration.at_most().is_some_and(|longest| found >= longest * (1.0 - SAME_DURATION));
         let told = if all {
             format!("{} s, the longest allowed", figure(found))
         } else {

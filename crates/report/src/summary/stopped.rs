@@ -30,7 +30,7 @@ pub(super) fn best(error: &TerminalError) -> String {
 
 /// What would do where there is no plan, most promising first.
 pub fn remedies(problem: &Problem, solution: &Solution) -> Vec<String> {
-    let key = if problem.duration_at_most.is_some() { "duration_at_most_s" } else { "duration_s" };
+    let key = if problem.duration.at_most().is_some() { "duration_at_most_s" } else { "duration_s" };
     let mut told = Vec::new();
     if let Some(bound) = solution.infeasible.as_ref().and_then(|proof| proof.duration_lower_bound) {
         let longer = short(rounded_up(1.2 * bound));

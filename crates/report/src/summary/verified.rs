@@ -123,8 +123,11 @@ fn margin(colour: bool, judged: &Judged, margin: &Margin) -> String {
     };
     // What acts touches its limit up to round-off, of either sign.
     let value = if margin.scaled.abs() <= Margin::ROUND_OFF { 0.0 } else { margin.margin };
-    let steps = margin.time_s / judged.problem.step();
-    let between = if (steps - steps.round()).abs() > 1e-6 { ", between nodes" } else { "" };
+    let is_between = judged.problem.duration.known().is_some_and(|duration| {
+        let steps = margin.time_s / (duration / judged.problem.steps as f64);
+        (steps - steps.round()).abs() > 1e-6
+    });
+    let between = if is_between { ", between nodes" } else { "" };
     let name = margin.input(judged.problem).and_then(|input| judged.identity.input(input));
     let at = name.unwrap_or(&margin.at);
     let at = if at.is_empty() { String::new() } else { format!(", {}", escape(at)) };

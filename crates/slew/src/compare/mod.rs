@@ -154,7 +154,7 @@ fn methods(args: &Args, loaded: Loaded, console: &mut Console) -> Result<Exit, F
         scheme: problem.scheme.name(),
         steps: problem.steps,
         step_s: problem.step(),
-        duration_s: problem.duration,
+        duration_s: problem.seconds(),
         tolerance: settings.tolerance,
         methods: &comparison.methods,
         agreement: &comparison.agreement,

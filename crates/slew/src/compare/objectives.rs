@@ -45,7 +45,7 @@ pub fn run(args: &Args, loaded: &Loaded, console: &mut Console) -> Result<Exit, 
     }
     if problem.objective == Objective::Time {
         lines.line("duration", format!("none given: effort and fuel have {STRETCH} times the shortest"));
-    } else if problem.duration.is_nan() {
+    } else if problem.duration.known().is_none() {
         lines.line("duration", "none given: effort and fuel have that which the price of time chooses");
     }
     console.say(&lines.join("\n"));

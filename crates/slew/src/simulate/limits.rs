@@ -52,7 +52,8 @@ pub fn exceeded(problem: &Problem, inputs: Option<&[f64]>) -> Vec<String> {
                 for (index, ((start, rate), bound)) in momenta.iter().zip(bounds).enumerate() {
                     // Linear in time: outside from when it crosses one of ±bound.
                     let crossing = (bound - start * rate.signum()) / rate.abs();
-                    if rate.abs() > 0.0 && crossing < problem.duration {
+                    if rate.abs() > 0.0 && problem.duration.known().is_none_or(|duration| crossing < duration)
+                    {
                         let (wheel, time, bound) = (index + 1, shown(crossing.max(0.0)), shown(*bound));
                         found.push(format!(
                             "wheel {wheel} exceeds its momentum limit of {bound} {unit} from t = {time} s on"

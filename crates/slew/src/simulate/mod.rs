@@ -14,7 +14,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use layout::Layout;
 use record::Recorder;
 use report::Seen;
-use slewkit::maneuver::Problem;
+use slewkit::maneuver::{Duration, Problem};
 use slewkit::numerics::figures::significant;
 use slewkit::plan::Status;
 use slewkit::propagate::integrator::{Kind, StepError};
@@ -199,12 +199,12 @@ impl Motion {
         if inputs.iter().copied().flatten().any(|value| !value.is_finite()) {
             return Err(Failure::Usage("--inputs: every input must be finite".into()));
         }
-        if problem.seeks_duration() {
+        let Duration::Given(duration) = problem.duration else {
             let reason =
                 "the duration is sought: nothing says how long the motion is to be followed".to_string();
             let remedy = "give `maneuver.duration_s`, with minimize = \"effort\" and no price of time; `--set KEY=VALUE` does";
             return Err(Failure::Problem(Message::new("E0121", reason, remedy)));
-        }
+        };
         let (steps, stride) = (args.steps.unwrap_or(problem.steps as u64), args.stride.unwrap_or(1));
         if problem.actuation.wheels.is_none() {
             let mut simulation = Simulation::of(problem, inputs).map_err(refusal)?;
@@ -226,7 +226,7 @@ impl Motion {
             integrator: kind.name(),
             bodies: vec!["body 1".into()],
             moves: vec![problem.motion == slewkit::maneuver::Motion::RigidBody],
-            duration: problem.duration,
+            duration,
             steps,
             stride,
             // What the wheels do is between them and the body.
@@ -412,7 +412,10 @@ fn refusal(error: SimulationError) -> Failure {
         SimulationError::Step { .. } => {
             stopped("E0122", "check the start and what acts; bodies may have met")
         }
-        SimulationError::System(_) | SimulationError::Grid | SimulationError::Wheels => {
+        SimulationError::System(_)
+        | SimulationError::Sought
+        | SimulationError::Grid
+        | SimulationError::Wheels => {
             Failure::Problem(Message::new("E0121", reason, "change the spec accordingly"))
         }
     }

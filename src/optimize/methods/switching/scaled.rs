@@ -1,6 +1,7 @@
 //! From a maneuver to an extremal in scaled units, and back.
 
 use super::extremal::{Extremal, Law};
+use crate::maneuver::duration::Duration;
 use crate::maneuver::problem::Problem;
 use crate::{Matrix3, Vector3};
 
@@ -98,7 +99,10 @@ pub(crate) fn scaled(problem: &Problem) -> Option<(Extremal, Units)> {
         j_inverse: (j / inertia).try_inverse()?,
         law,
         time_price: problem.objective.time_price() / rate + idle,
-        given_duration: Some(problem.duration / time).filter(|_| !problem.seeks_duration()),
+        given_duration: match problem.duration {
+            Duration::Given(duration) => Some(duration / time),
+            Duration::Sought { .. } | Duration::Found { .. } => None,
+        },
         costs,
         middle,
         start_rate: time * problem.start.angular_velocity,

@@ -51,7 +51,7 @@ pub(super) fn solve(
     context.enter(Rung::Pulses, "all", 0);
     let mut found = search::search(extremal, &without.limits, &ask, &|| context.interrupt().is_some());
     // A bound of what is sought; what is given has none.
-    let longest = problem.duration_at_most.filter(|_| ask.sought);
+    let longest = problem.duration.at_most().filter(|_| ask.sought);
     let allowed = |duration: f64| longest.is_none_or(|longest| duration * units.time <= longest);
     found.best.retain(|best| allowed(best.schedule.duration));
     let outcome = if found.best.is_empty() { Outcome::Stalled } else { Outcome::Converged };

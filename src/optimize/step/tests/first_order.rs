@@ -107,7 +107,7 @@ fn check_on<const N: usize>(
         for (kind, channel) in channels.into_iter().enumerate() {
             let (Some(channel), Some(weighted)) = (channel, &weighted[kind]) else { continue };
             let (mut gradients, mut largest) = (DVector::zeros(channel.count()), 0.0f64);
-            let effort = &weighted.weight * &rows[j][kind] * (grid.kick(j) * problem.duration);
+            let effort = &weighted.weight * &rows[j][kind] * (grid.kick(j) * problem.seconds());
             for component in 0..channel.count() {
                 let varied = |row: usize, which: usize| -> V<Dual64> {
                     let unit = if which == 0 { units.force() } else { units.torque() };

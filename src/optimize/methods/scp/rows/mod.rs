@@ -104,7 +104,7 @@ impl LimitRows {
             // At every inner node and on every arc.
             for (stage, arc) in (0..model.steps).flat_map(|stage| [(stage, false), (stage, true)]) {
                 if arc || stage > 0 {
-                    let whats = What::of(&constraint.rule, arc, problem.duration);
+                    let whats = What::of(&constraint.rule, arc, problem.seconds());
                     rows.rows.extend(whats.into_iter().map(|what| LimitRow { group, stage, what }));
                 }
             }
@@ -183,7 +183,7 @@ impl LimitRows {
                         LimitKind::Size => What::InputSize { input, sign, limit: bound / unit },
                         LimitKind::Norm => What::InputNorm { forces, limit: bound / unit },
                         LimitKind::Rate => {
-                            let limit = bound * problem.duration * model.dynamics.grid.step(stage) / unit;
+                            let limit = bound * problem.seconds() * model.dynamics.grid.step(stage) / unit;
                             What::InputRate { input, sign, limit }
                         }
                         LimitKind::WheelMomentum => {
