@@ -66,12 +66,12 @@
 use super::advice;
 use super::answer::{rival_of_cost, write_aimed};
 use super::asked::held_to_all;
-use super::chains::{carry, descend, effort_paths, unlimited_paths};
+use super::chains::{CARRIED, CLOSE, carried_to, carry, descend, effort_paths, unlimited_paths};
 use super::coarse::chain_steps;
 use super::context::Context;
 use super::detour::detours;
 use super::duration;
-use super::found::Found;
+use super::found::{Found, cheapest_first, same};
 use super::ladder::{Ask, Search};
 use super::landed::landed_with_goal;
 use super::paths::shortest_way;
@@ -377,20 +377,67 @@ fn shares<const N: usize>(search: &Search<N>) -> Vec<f64> {
     from_least.take(if several { FIRST_SHARES.len() } else { 1 }).collect()
 }
 
-/// Carries the cheapest to the requested grid, with as much effort in the cost as that takes: along arcs on which a
-/// constraint acts rows of neighbouring nodes nearly repeat each other.
+/// Carries the cheapest to the requested grid, each with as much effort in its cost as that takes before a dearer one is tried:
+/// along arcs on which a constraint acts rows of neighbouring nodes nearly repeat each other. Leaves the share of the first.
 fn carry_with_effort<const N: usize>(search: &mut Search<N>, found: &mut Found<N>, coarse: &Chain) {
-    let plans = found.plans().to_vec();
-    for share in shares(search) {
-        if let Some(goal) = &mut search.ask.goal {
-            goal.share = share;
+    found.reorder(cheapest_first);
+    let (few, many) = (coarse.model.steps, search.problem.steps);
+    if few == many {
+        return;
+    }
+    let shares = shares(search);
+    let plans = found.take_plans();
+    let (mut carried, mut rivals) = (Vec::<(f64, f64, Attempt)>::new(), Vec::new());
+    let mut best_coarse = None;
+    for (index, plan) in plans.iter().enumerate() {
+        // On the fine grid the order of costs may be another.
+        let close = |best: f64| carried.len() < CARRIED && plan.cost <= best + CLOSE * best.abs();
+        if search.stopped() || !best_coarse.is_none_or(close) {
+            rivals.extend_from_slice(&plans[index..]);
+            break;
         }
-        found.reorder(|_| plans.clone());
-        carry(search, found, coarse);
-        if found.is_done() || search.stopped() {
-            return;
+        let fine = shares.iter().find_map(|share| {
+            set_share(search, *share);
+            let grids = [search.chain(few), search.chain(many)];
+            let eased =
+                if *share == shares[0] { Some(plan.clone()) } else { eased(search, found, &grids[0], plan) };
+            let fine = carried_to(search, found, [&grids[0], &grids[1]], &eased?)?;
+            Some((grids[1].price(&fine.candidate), *share, fine))
+        });
+        match fine {
+            Some((.., fine)) if carried.iter().any(|(.., other)| same::<N>(other, &fine)) => {}
+            Some(fine) => {
+                best_coarse = best_coarse.or(Some(plan.cost));
+                carried.push(fine);
+            }
+            None => rivals.push(plan.clone()),
         }
     }
+    carried.sort_by(|a, b| a.0.total_cmp(&b.0));
+    if let Some((_, share, _)) = carried.first() {
+        set_share(search, *share);
+        found.reorder(|_| carried.into_iter().map(|(.., fine)| fine).chain(rivals).collect());
+    }
+}
+
+fn set_share<const N: usize>(search: &mut Search<N>, share: f64) {
+    if let Some(goal) = &mut search.ask.goal {
+        goal.share = share;
+    }
+}
+
+/// A plan of the coarse grid as it is with the share of effort that the goal has now.
+fn eased<const N: usize>(
+    search: &Search<N>,
+    found: &mut Found<N>,
+    coarse: &Chain,
+    plan: &Attempt,
+) -> Option<Attempt> {
+    let options = ScpOptions::default().within(search.context.settings.max_iterations);
+    let convex = ConvexIteration { chain: coarse, options: &options };
+    let eased = search.context.attempt(Rung::Scp, &convex, plan.candidate.clone());
+    found.add_work(&eased);
+    eased.converged().then_some(eased)
 }
 
 /// A plan on the requested grid with less and less effort in its cost, as far as that goes, and its share. Other limits
