@@ -2,6 +2,7 @@
 
 pub mod constraint;
 pub mod duration;
+pub mod formulation;
 pub mod grid;
 pub mod infeasible;
 pub mod objective;
@@ -12,6 +13,7 @@ pub mod switching;
 
 pub use constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError, Direction, Pointing, Rule, Side};
 pub use duration::Duration;
+pub use formulation::Formulation;
 pub use grid::{Grid, GridError, Scheme};
 pub use infeasible::Proof;
 pub use objective::{Fuel, Objective, WeightError, Weighted, Weights};
