@@ -2,7 +2,6 @@
 
 pub mod constraint;
 pub mod duration;
-pub mod formulation;
 pub mod grid;
 pub mod infeasible;
 pub mod objective;
@@ -13,11 +12,10 @@ pub mod switching;
 
 pub use constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError, Direction, Pointing, Rule, Side};
 pub use duration::Duration;
-pub use formulation::Formulation;
 pub use grid::{Grid, GridError, Scheme};
 pub use infeasible::Proof;
 pub use objective::{Fuel, Objective, WeightError, Weighted, Weights};
-pub use problem::{EndCondition, Motion, Path, Problem, ProblemError, State};
+pub use problem::{EndCondition, Formulation, Motion, Path, Problem, ProblemError, State};
 pub use settings::{Method, Settings, SettingsError, Target, Thoroughness};
 pub use solution::{
     ActiveConstraint, ChosenSteps, ConvexWork, Landing, Optimality, Outcome, Rival, Rung, RungReport,

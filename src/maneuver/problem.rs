@@ -1,13 +1,14 @@
 //! The maneuver to plan: a plain value in SI units, checked by [`Problem::check`] where it is solved.
 
 mod check;
+mod formulation;
 
 pub use crate::maneuver::grid::Scheme;
+pub use formulation::Formulation;
 
 use crate::lie::Rotation;
 use crate::maneuver::constraint::{Constraint, ConstraintError};
 use crate::maneuver::duration::Duration;
-use crate::maneuver::formulation::Formulation;
 use crate::maneuver::grid::Grid;
 use crate::maneuver::objective::{Fuel, Objective, WeightError};
 use crate::maneuver::settings::Method;
@@ -336,7 +337,7 @@ impl Problem {
         self.objective.switches() && !self.switches()
     }
 
-    /// The same as `method` plans it.
+    /// The maneuver as `method` plans it: by SCP on equal steps.
     #[doc(hidden)]
     pub fn planned_by(self, method: Method) -> Self {
         Self { on_equal_steps: self.on_equal_steps || method == Method::Scp, ..self }

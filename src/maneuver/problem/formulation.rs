@@ -1,6 +1,6 @@
 //! Which discrete problem a maneuver is planned as.
 
-use super::problem::{Motion, Problem};
+use super::{Motion, Problem};
 
 /// The discrete problem that a maneuver is planned as.
 ///
