@@ -165,9 +165,36 @@ fn ways(extremal: &Extremal, path: &Way) -> Vec<Vector3> {
     }
 }
 
-/// Distinct extremals at a small ε, the best first. Where there are none for a long duration, those of shorter ones are stretched:
-/// smoothed inputs never rest, and what they do meanwhile may lead nowhere.
+/// Distinct extremals at a small ε, the best first, of the maneuver and, but where a quick answer is asked for, of the same
+/// backwards: what a search of one misses, that of the other finds as a rule.
 pub(super) fn branches(
+    extremal: &Extremal,
+    ask: &Ask,
+    stop: &dyn Fn() -> bool,
+    sweeps: &mut usize,
+) -> Vec<Smoothed> {
+    let mut found = branches_forward(extremal, ask, stop, sweeps);
+    if ask.thoroughness == Thoroughness::Quick {
+        return found;
+    }
+    let backwards = match ask.path {
+        // About one axis in body and space: the same vector at both ends.
+        Way::AsGiven(vector) => Way::AsGiven(-vector),
+        way => way,
+    };
+    let reversed = extremal.reversed();
+    for one in branches_forward(&reversed, &Ask { path: backwards, ..*ask }, stop, sweeps) {
+        let path = one.path.reversed(&reversed.end_attitude);
+        let one = unbiased(extremal, &Smoothed { path, ..one }, sweeps);
+        found.extend(one.filter(|one| !found.iter().any(|known| same(extremal, known, one))));
+    }
+    found.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
+    found
+}
+
+/// The same of the maneuver alone. Where there are none for a long duration, those of shorter ones are stretched:
+/// smoothed inputs never rest, and what they do meanwhile may lead nowhere.
+fn branches_forward(
     extremal: &Extremal,
     ask: &Ask,
     stop: &dyn Fn() -> bool,
