@@ -15,7 +15,7 @@ pub use duration::Duration;
 pub use grid::{Grid, GridError, Scheme};
 pub use infeasible::Proof;
 pub use objective::{Fuel, Objective, WeightError, Weighted, Weights};
-pub use problem::{EndCondition, Motion, Path, Problem, ProblemError, State};
+pub use problem::{EndCondition, Formulation, Motion, Path, Problem, ProblemError, State};
 pub use settings::{Method, Settings, SettingsError, Target, Thoroughness};
 pub use solution::{
     ActiveConstraint, ChosenSteps, ConvexWork, Landing, Optimality, Outcome, Rival, Rung, RungReport,

@@ -292,6 +292,10 @@ impl Problem {
             ),
             (limits.rate.is_some(), "pulses jump: they go with no limit of how fast inputs change"),
             (!self.constraints.is_empty(), "pulses are planned without cones and limits of the rates"),
+            (
+                self.on_equal_steps,
+                "pulses begin and end between equal steps: method = \"scp\" does not plan them",
+            ),
         ];
         if let Some((_, reason)) = obstacles.into_iter().find(|(met, _)| *met) {
             return Err(ProblemError::Unsuited { what: "shortest_pulse_s", reason });

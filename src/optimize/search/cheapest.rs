@@ -167,6 +167,7 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
     let mut bare = Problem {
         constraints: Vec::new(),
         actuation: problem.actuation.of_jumping_inputs(),
+        on_equal_steps: false,
         ..problem.clone()
     };
     // Only a free body that turns has a plan of inputs that switch; in a frame that turns and in a field that is a path to begin from.

@@ -36,6 +36,7 @@ pub use guess::Guess;
 
 use crate::Vector3;
 use crate::flight::Flight;
+use crate::maneuver::Formulation;
 use crate::maneuver::infeasible;
 use crate::maneuver::problem::{Motion, Path, Problem, ProblemError};
 use crate::maneuver::settings::{Method, Settings, SettingsError, Target};
@@ -114,33 +115,24 @@ fn check_for_scp(problem: &Problem) -> Result<(), PlanError> {
     if steps <= MAX_CONVEX_STEPS { Ok(()) } else { Err(PlanError::TooManySteps { steps }) }
 }
 
-/// Whether settings and guess are such that a duration can be sought, or inputs switch.
-fn check_for_switching(settings: &Settings, guess: Option<&Guess>) -> Result<(), PlanError> {
-    if settings.method == Method::Scp {
-        let reason = "it is planned by shooting: use method = \"shooting\" or \"auto\"";
-        return Err(PlanError::Unsuited { reason });
-    }
-    if guess.is_some() {
-        return Err(PlanError::Unsuited { reason: "it takes no guess: leave it out" });
-    }
-    Ok(())
+/// Whether nothing is to be begun from.
+fn check_for_no_guess(guess: Option<&Guess>) -> Result<(), PlanError> {
+    guess.map_or(Ok(()), |_| Err(PlanError::Unsuited { reason: "it takes no guess: leave it out" }))
 }
 
-/// Whether settings and guess are such that least time or fuel can be sought by SCP.
-fn check_for_shaped(problem: &Problem, settings: &Settings, guess: Option<&Guess>) -> Result<(), PlanError> {
+/// Whether settings and guess are such that least time or fuel, or a duration, can be sought by SCP.
+fn check_for_chain(problem: &Problem, settings: &Settings, guess: Option<&Guess>) -> Result<(), PlanError> {
     if settings.method == Method::Shooting {
         let reason = "its time or fuel is minimised on equal steps";
         return Err(PlanError::NotForShooting { reason });
     }
-    if guess.is_some() {
-        return Err(PlanError::Unsuited { reason: "it takes no guess: leave it out" });
-    }
+    check_for_no_guess(guess)?;
     check_for_scp(problem)
 }
 
-/// Whether the effort is what is minimised.
+/// Whether the effort is what is minimised, in a given duration.
 fn check_for_effort(problem: &Problem) -> Result<(), PlanError> {
-    if problem.switches() || problem.seeks_duration() {
+    if Formulation::of(problem) != Formulation::Extremal || problem.seeks_duration() {
         return Err(PlanError::Unsuited {
             reason: "only a maneuver of least effort in a given duration has costates to polish",
         });
@@ -210,6 +202,7 @@ pub fn solve(
     guess: Option<&Guess>,
     observer: &mut dyn Observer,
 ) -> Result<Solution, PlanError> {
+    let problem = &problem.clone().planned_by(settings.method);
     if problem.chooses_steps && settings.target == Target::Motion {
         return steps::chosen(problem, settings, guess, observer)
             .map(|found| with_true_motion(problem, found));
@@ -245,24 +238,37 @@ fn solve_on(
     observer: &mut dyn Observer,
 ) -> Result<Solution, PlanError> {
     check(problem, settings)?;
-    if problem.switches() {
-        check_for_switching(settings, guess)?;
-        return Ok(switching::solve(problem, &Context::new(settings, observer)));
+    match Formulation::of(problem) {
+        Formulation::Extremal => in_given_duration(problem, settings, guess, observer),
+        Formulation::OverDurations => {
+            check_for_no_guess(guess)?;
+            // Durations are compared by their discrete optima; the one that is found lands.
+            let discrete = Settings { target: Target::Discrete, ..settings.clone() };
+            let mut given = |problem: &Problem, settings: &Settings, observer: &mut dyn Observer| {
+                check(problem, settings)?;
+                in_given_duration(problem, settings, None, observer)
+            };
+            let solution = duration::solve(problem, &discrete, observer, &mut given)?;
+            Ok(answer::with_duration_found(problem, solution, &Context::new(settings, observer)))
+        }
+        Formulation::Switching => {
+            check_for_no_guess(guess)?;
+            Ok(switching::solve(problem, &Context::new(settings, observer)))
+        }
+        Formulation::Chain => {
+            check_for_chain(problem, settings, guess)?;
+            Ok(cheapest::solve(problem, &Context::new(settings, observer)))
+        }
     }
-    if problem.is_shaped() || problem.stretches_steps() {
-        check_for_shaped(problem, settings, guess)?;
-        return Ok(cheapest::solve(problem, &Context::new(settings, observer)));
-    }
-    if problem.duration.known().is_none() {
-        check_for_switching(settings, guess)?;
-        // Durations are compared by their discrete optima; the one that is found lands.
-        let discrete = Settings { target: Target::Discrete, ..settings.clone() };
-        let mut given = |problem: &Problem, settings: &Settings, observer: &mut dyn Observer| {
-            solve_on(problem, settings, None, observer)
-        };
-        let solution = duration::solve(problem, &discrete, observer, &mut given)?;
-        return Ok(answer::with_duration_found(problem, solution, &Context::new(settings, observer)));
-    }
+}
+
+/// Solves a maneuver of least effort in a known duration, by shooting or by SCP.
+fn in_given_duration(
+    problem: &Problem,
+    settings: &Settings,
+    guess: Option<&Guess>,
+    observer: &mut dyn Observer,
+) -> Result<Solution, PlanError> {
     if let Some(guess) = guess {
         // A path alone is a guess too.
         if !guess.costates.is_empty() || guess.quaternion.is_empty() {
@@ -303,7 +309,6 @@ pub fn solve_smoothed(
     observer: &mut dyn Observer,
 ) -> Result<Solution, PlanError> {
     check(problem, settings)?;
-    check_for_switching(settings, None)?;
     Ok(switching::solve_smoothed(problem, &Context::new(settings, observer)))
 }
 

@@ -140,13 +140,14 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
         steps,
         chooses_steps: !section.has("steps") && !section.has("step_s"),
         scheme,
+        on_equal_steps: settings.method == Method::Scp,
         path,
         constraints: constraints?,
     };
     if (switches || sought)
         && let Some(solver) = &solver
     {
-        maneuver::refuse_solver(solver, &problem);
+        maneuver::refuse_scheme(solver);
     }
     if let (Method::Shooting, Some(solver)) = (settings.method, &solver) {
         constraint::refuse_shooting(&problem, solver);
