@@ -229,7 +229,7 @@ pub mod verify;
 pub use lie::Rotation;
 pub use maneuver::{
     Constraint, Direction, Duration, Fuel, Method, Motion, Objective, Optimality, Outcome, Path, Pointing,
-    Problem, Rule, Rung, Scheme, Settings, Side, Solution, State, Target, Thoroughness, Trajectory, Weights,
+    Problem, Rule, Scheme, Settings, Side, Solution, State, Target, Thoroughness, Trajectory, Weights,
 };
 pub use mechanics::environment::{Blocks, Pose, Wrench};
 pub use mechanics::{
