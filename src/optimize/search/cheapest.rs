@@ -75,6 +75,7 @@ use super::found::Found;
 use super::ladder::{Ask, Search};
 use super::landed::landed_with_goal;
 use super::paths::shortest_way;
+use super::shares::{FIRST_SHARES, LAST_SHARE, LOWERED, SHARE, SHARP};
 use super::switching;
 use super::transfer::Interpolant;
 use crate::Vector3;
@@ -94,19 +95,10 @@ use crate::optimize::methods::scp::road::{Chain, ConvexIteration, path};
 use crate::optimize::step::Point;
 use std::f64::consts::PI;
 
-/// Share of the effort in the cost while plans are compared, and the least one for the plan that is told.
-pub(super) const SHARE: f64 = 1e-2;
-const LAST_SHARE: f64 = 1e-6;
-/// How a share is lowered: by the first factor where that goes, or else by the square root of what failed, down to the last.
-const LOWERED: (f64, f64) = (0.1, 0.5);
-/// Shares with which the requested grid is reached, the next where the one before finds nothing there.
-const FIRST_SHARES: [f64; 3] = [SHARE, 1e-1, 1.0];
 /// How far the path of minimum time or fuel is bent to either side \[rad\]: a turn about one axis is often a saddle.
 const BENT: f64 = 0.5;
 /// Costs of one plan with two shares of the effort differ by less, relative: by the larger share, from the one to the other.
 const NEAR: [f64; 2] = [0.01, 0.1];
-/// Accuracy of the subproblems: multipliers tell which inputs are off, the less clearly the smaller the share.
-pub(super) const SHARP: f64 = 1e-9;
 /// Costs that differ by less than this part are those of one plan.
 const SAME_COST: f64 = 1e-6;
 /// Most subproblems from one share to the next.

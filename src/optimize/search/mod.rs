@@ -24,6 +24,7 @@ mod pool;
 mod record;
 mod requested;
 mod rungs;
+mod shares;
 mod shots;
 mod starts;
 mod steps;
