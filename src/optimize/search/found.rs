@@ -20,6 +20,8 @@ pub(super) struct Found<const N: usize> {
     pub pool: Pool<N>,
     /// What the convex subproblems of all seeds took.
     pub work: ConvexWork,
+    /// The share of the effort in the cost with which the plans of a goal were found.
+    pub share: Option<f64>,
     /// The whole answer, where a rung has it: that of the maneuver without limits, which meets them all.
     pub answer: Option<Solution>,
     /// The answer as it is written, where a rung had to read it.
