@@ -228,8 +228,8 @@ pub mod verify;
 
 pub use lie::Rotation;
 pub use maneuver::{
-    Constraint, Direction, Duration, Fuel, Method, Motion, Objective, Optimality, Outcome, Path, Pointing,
-    Problem, Rule, Rung, Scheme, Settings, Side, Solution, State, Target, Thoroughness, Trajectory, Weights,
+    Constraint, Direction, Duration, Fuel, Method, Motion, Objective, Outcome, Path, Pointing, Problem, Rule,
+    Rung, Scheme, Settings, Side, Solution, State, Target, Thoroughness, Trajectory, Weights,
 };
 pub use mechanics::environment::{Blocks, Pose, Wrench};
 pub use mechanics::{

@@ -75,7 +75,9 @@ pub(super) fn fit(problem: &Problem, trajectory: &Trajectory) -> Result<(), Witn
 /// give them where inputs switch. The rows must fit.
 pub(super) fn grid(problem: &Problem, trajectory: &Trajectory) -> Result<Grid, WitnessError> {
     if !problem.switches() {
-        return Ok(trajectory.completed(problem).grid());
+        let found = || trajectory.time.last().copied().ok_or(WitnessError::NotFinite { time: 0.0 });
+        let duration = problem.duration.known().map_or_else(found, Ok)?;
+        return Ok(Grid::uniform(problem.scheme, duration, problem.steps));
     }
     let lengths: Vec<f64> = trajectory.time.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let negative = |error| match error {
@@ -328,13 +330,15 @@ pub fn margins(problem: &Problem, inputs: &[f64]) -> Result<Vec<Margin>, Witness
 }
 
 /// The cost of a plan: the effort of its inputs, their fuel, or its duration where that alone is minimised. Rows and
-/// problem must fit.
+/// problem must fit. NaN where inputs stand at nodes of a duration that nobody knows ([`Trajectory::completed`]).
 pub fn cost(problem: &Problem, trajectory: &Trajectory) -> f64 {
-    let problem = &trajectory.completed(problem);
+    if problem.duration.known().is_none() && !problem.switches() {
+        return f64::NAN;
+    }
     match &problem.objective {
         Objective::Effort(weights) => {
-            effort(problem, &trajectory.input)
-                + weights.time_price.map_or(0.0, |price| price * problem.seconds())
+            let of_time = |price| price * problem.seconds();
+            effort(problem, &trajectory.input) + weights.time_price.map_or(0.0, of_time)
         }
         Objective::Time => trajectory.time.last().copied().unwrap_or(f64::NAN),
         Objective::Fuel(fuel) => {

@@ -46,8 +46,8 @@ const LEAP: usize = 4;
 /// Costs of one plan on two grids differ by less, relative.
 const NEAR: f64 = 0.05;
 /// How far the coarse costs of two plans may lie apart, relative, for both to be carried to the fine grid, and how many are.
-const CLOSE: f64 = 0.02;
-const CARRIED: usize = 3;
+pub(super) const CLOSE: f64 = 0.02;
+pub(super) const CARRIED: usize = 3;
 
 /// What may carry a solution to a finer grid.
 #[derive(Clone, Copy)]
@@ -156,9 +156,7 @@ pub(super) fn carry<const N: usize>(search: &Search<N>, found: &mut Found<N>, co
             rivals.extend_from_slice(&coarse_plans[index..]);
             break;
         }
-        let attempt = refine(search, found, [coarse, &fine], cheapest, Roads { newton: true, convex: false })
-            .or_else(|| refine_by_and_by(search, found, [coarse, &fine], cheapest));
-        match attempt {
+        match carried_to(search, found, [coarse, &fine], cheapest) {
             Some(attempt) if carried.iter().any(|other| same::<N>(other, &attempt)) => {}
             Some(attempt) => carried.push(attempt),
             None => rivals.push(cheapest.clone()),
@@ -167,6 +165,17 @@ pub(super) fn carry<const N: usize>(search: &Search<N>, found: &mut Found<N>, co
     if !carried.is_empty() {
         found.reorder(|_| cheapest_first(carried).into_iter().chain(rivals).collect());
     }
+}
+
+/// A coarse solution carried to the fine grid, in one leap where Newton alone does that.
+pub(super) fn carried_to<const N: usize>(
+    search: &Search<N>,
+    found: &mut Found<N>,
+    grids: [&Chain; 2],
+    plan: &Attempt,
+) -> Option<Attempt> {
+    refine(search, found, grids, plan, Roads { newton: true, convex: false })
+        .or_else(|| refine_by_and_by(search, found, grids, plan))
 }
 
 /// A coarse solution carried to the fine grid over grids between, where Newton's method did not find the
