@@ -66,15 +66,15 @@
 use super::advice;
 use super::answer::{rival_of_cost, write_aimed};
 use super::asked::held_to_all;
-use super::chains::{CARRIED, CLOSE, carried_to, carry, descend, effort_paths, unlimited_paths};
+use super::chains::{carry, descend, effort_paths, unlimited_paths};
 use super::coarse::chain_steps;
 use super::context::Context;
-use super::detour::detours;
 use super::duration;
-use super::found::{Found, cheapest_first, same};
+use super::found::Found;
 use super::ladder::{Ask, Search};
 use super::landed::landed_with_goal;
 use super::paths::shortest_way;
+use super::shares::{LAST_SHARE, LOWERED, SHARE, SHARP};
 use super::switching;
 use super::transfer::Interpolant;
 use crate::Vector3;
@@ -94,19 +94,10 @@ use crate::optimize::methods::scp::road::{Chain, ConvexIteration, path};
 use crate::optimize::step::Point;
 use std::f64::consts::PI;
 
-/// Share of the effort in the cost while plans are compared, and the least one for the plan that is told.
-pub(super) const SHARE: f64 = 1e-2;
-const LAST_SHARE: f64 = 1e-6;
-/// How a share is lowered: by the first factor where that goes, or else by the square root of what failed, down to the last.
-const LOWERED: (f64, f64) = (0.1, 0.5);
-/// Shares with which the requested grid is reached, the next where the one before finds nothing there.
-const FIRST_SHARES: [f64; 3] = [SHARE, 1e-1, 1.0];
 /// How far the path of minimum time or fuel is bent to either side \[rad\]: a turn about one axis is often a saddle.
 const BENT: f64 = 0.5;
 /// Costs of one plan with two shares of the effort differ by less, relative: by the larger share, from the one to the other.
 const NEAR: [f64; 2] = [0.01, 0.1];
-/// Accuracy of the subproblems: multipliers tell which inputs are off, the less clearly the smaller the share.
-pub(super) const SHARP: f64 = 1e-9;
 /// Costs that differ by less than this part are those of one plan.
 const SAME_COST: f64 = 1e-6;
 /// Most subproblems from one share to the next.
@@ -256,7 +247,7 @@ fn of_dimension<const N: usize>(
     let goal = Goal { objective: objective.clone(), share: SHARE };
     let advise = !objective.counts_time();
     let ask = Ask { advise, lands: context.lands(), ..Ask::of_goal(Some(goal), context.settings) };
-    let (mut search, mut found) = (super::search_of::<N>(stated, context, ask), Found::default());
+    let search = super::search_of::<N>(stated, context, ask.clone());
     let coarse = search.chain(chain_steps(stated));
     let mut paths = bent(resampled(&coarse, objective.name(), quick));
     if paths.is_empty() {
@@ -268,9 +259,9 @@ fn of_dimension<const N: usize>(
         paths.extend(effort_paths(&search, &unlimited));
     }
     paths.extend(unlimited);
-    let Some(Cheapest { duration, cost, attempt, share, rivals, landed }) =
-        cheapest(&mut search, &mut found, paths)
-    else {
+    let search = search.of(stated, Ask { paths: &paths, ..ask });
+    let (found, cheapest) = cheapest(&search);
+    let Some(Cheapest { duration, cost, attempt, share, rivals, landed }) = cheapest else {
         // The nearest miss may have a duration of its own, which is none of a plan.
         let missed = found.missed();
         let mut unsolved = Solution {
@@ -285,7 +276,7 @@ fn of_dimension<const N: usize>(
         return unsolved;
     };
     let planned = stated.clone().with_duration(duration);
-    let written = search.of(&planned, search.ask.clone());
+    let written = search.of(&planned, search.with_effort(found.share).ask);
     let work = ConvexWork { effort_share: share, ..found.work };
     let mut solution = Solution::unsolved(&planned, context.settings.tolerance);
     match landed {
@@ -301,17 +292,15 @@ fn of_dimension<const N: usize>(
     held_to_all(&written, solution)
 }
 
-/// The cheapest of the local minima that SCP finds along `paths`, which are on its coarse grid.
-pub(super) fn cheapest<const N: usize>(
-    search: &mut Search<N>,
-    found: &mut Found<N>,
-    paths: Vec<Candidate>,
-) -> Option<Cheapest> {
-    let coarse = coarse_minima(search, found, paths);
-    carry_with_effort(search, found, &coarse);
-    if may_be_too_short(search, found) {
-        from_the_shortest(search, found);
-    }
+/// The cheapest of the local minima that SCP finds along the paths of a search with a goal, and what else it knows.
+fn cheapest<const N: usize>(search: &Search<N>) -> (Found<N>, Option<Cheapest>) {
+    let mut found = search.climb();
+    let cheapest = made_cheap(&search.with_effort(found.share), &mut found);
+    (found, cheapest)
+}
+
+/// The cheapest of what was found, with as little of the effort in its cost as goes, and made to land where that is asked for.
+fn made_cheap<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Option<Cheapest> {
     let stated = search.problem.seconds();
     let mut plans = found.take_plans().into_iter();
     let first = plans.next().filter(|first| first.candidate.steps() == search.problem.steps)?;
@@ -331,114 +320,13 @@ pub(super) fn cheapest<const N: usize>(
     let chain = search.chain(search.problem.steps);
     let cost = chain.price(&first.candidate);
     let attempt = chain.of_given_duration(first, &search.problem.clone().with_duration(duration));
+    let coarse = search.chain(chain_steps(search.problem));
     let price = |rival: Attempt| {
         let own = [&chain, &coarse].into_iter().find(|chain| chain.model.steps == rival.candidate.steps())?;
         let cost = own.price(&rival.candidate);
         Some((rival, cost))
     };
     Some(Cheapest { duration, cost, attempt, share, rivals: plans.filter_map(price).collect(), landed })
-}
-
-/// The local minima that SCP finds along paths on its coarse grid, with as much effort in the cost as that takes, and
-/// that grid's chain: where forces turn with the body, or a field changes with its place, costs of fuel alone bend less
-/// than the dynamics do.
-fn coarse_minima<const N: usize>(
-    search: &mut Search<N>,
-    found: &mut Found<N>,
-    paths: Vec<Candidate>,
-) -> Chain {
-    let first = search.chain(chain_steps(search.problem));
-    let frame_rate = first.model.dynamics.frame_rate();
-    let seeds: Vec<Candidate> =
-        paths.into_iter().flat_map(|path| detours(search.problem, &frame_rate, path)).collect();
-    let mut coarse = first;
-    for share in shares(search) {
-        if let Some(goal) = &mut search.ask.goal {
-            goal.share = share;
-        }
-        coarse = search.chain(coarse.model.steps);
-        for seed in &seeds {
-            if !search.stopped() {
-                descend(search, found, &coarse, seed.clone());
-            }
-        }
-        if found.is_done() || search.stopped() {
-            break;
-        }
-    }
-    coarse
-}
-
-/// Shares to try one after the other, from the one that there is; of effort alone that one.
-fn shares<const N: usize>(search: &Search<N>) -> Vec<f64> {
-    let goal = search.ask.goal.as_ref();
-    let least = goal.map_or(SHARE, |goal| goal.share);
-    let several = goal.is_some_and(|goal| goal.objective.switches());
-    let from_least = FIRST_SHARES.into_iter().filter(|share| *share >= least);
-    from_least.take(if several { FIRST_SHARES.len() } else { 1 }).collect()
-}
-
-/// Carries the cheapest to the requested grid, each with as much effort in its cost as that takes before a dearer one is tried:
-/// along arcs on which a constraint acts rows of neighbouring nodes nearly repeat each other. Leaves the share of the first.
-fn carry_with_effort<const N: usize>(search: &mut Search<N>, found: &mut Found<N>, coarse: &Chain) {
-    found.reorder(cheapest_first);
-    let (few, many) = (coarse.model.steps, search.problem.steps);
-    if few == many {
-        return;
-    }
-    let shares = shares(search);
-    let plans = found.take_plans();
-    let (mut carried, mut rivals) = (Vec::<(f64, f64, Attempt)>::new(), Vec::new());
-    let mut best_coarse = None;
-    for (index, plan) in plans.iter().enumerate() {
-        // On the fine grid the order of costs may be another.
-        let close = |best: f64| carried.len() < CARRIED && plan.cost <= best + CLOSE * best.abs();
-        if search.stopped() || !best_coarse.is_none_or(close) {
-            rivals.extend_from_slice(&plans[index..]);
-            break;
-        }
-        let fine = shares.iter().find_map(|share| {
-            set_share(search, *share);
-            let grids = [search.chain(few), search.chain(many)];
-            let eased =
-                if *share == shares[0] { Some(plan.clone()) } else { eased(search, found, &grids[0], plan) };
-            let fine = carried_to(search, found, [&grids[0], &grids[1]], &eased?)?;
-            Some((grids[1].price(&fine.candidate), *share, fine))
-        });
-        match fine {
-            Some((.., fine)) if carried.iter().any(|(.., other)| same::<N>(other, &fine)) => {}
-            Some(fine) => {
-                best_coarse = best_coarse.or(Some(plan.cost));
-                carried.push(fine);
-            }
-            None => rivals.push(plan.clone()),
-        }
-    }
-    carried.sort_by(|a, b| a.0.total_cmp(&b.0));
-    if let Some((_, share, _)) = carried.first() {
-        set_share(search, *share);
-        found.reorder(|_| carried.into_iter().map(|(.., fine)| fine).chain(rivals).collect());
-    }
-}
-
-fn set_share<const N: usize>(search: &mut Search<N>, share: f64) {
-    if let Some(goal) = &mut search.ask.goal {
-        goal.share = share;
-    }
-}
-
-/// A plan of the coarse grid as it is with the share of effort that the goal has now.
-fn eased<const N: usize>(
-    search: &Search<N>,
-    found: &mut Found<N>,
-    coarse: &Chain,
-    plan: &Attempt,
-) -> Option<Attempt> {
-    let options = ScpOptions::default().within(search.context.settings.max_iterations);
-    let convex = ConvexIteration { chain: coarse, options: &options };
-    let eased = search.context.attempt(Rung::Scp, &convex, plan.candidate.clone());
-    found.add_work(&eased);
-    eased.converged().then_some(eased)
 }
 
 /// A plan on the requested grid with less and less effort in its cost, as far as that goes, and its share. Other limits
@@ -477,14 +365,16 @@ pub(super) fn may_be_too_short<const N: usize>(search: &Search<N>, found: &Found
 /// way that the seeds have missed.
 pub(super) fn from_the_shortest<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
     let goal = Goal { objective: Objective::Time, share: SHARE };
-    let mut of_time = search.of(search.problem, Ask::of_goal(Some(goal), search.context.settings));
-    let paths = unlimited_paths(&of_time, &of_time.chain(chain_steps(search.problem)));
-    let quickest = cheapest(&mut of_time, &mut Found::default(), paths);
+    let of_time = Ask::of_goal(Some(goal), search.context.settings);
+    let trial = search.of(search.problem, of_time.clone());
+    let paths = unlimited_paths(&trial, &trial.chain(chain_steps(search.problem)));
+    let (_, quickest) = cheapest(&search.of(search.problem, Ask { paths: &paths, ..of_time }));
     let Some(Cheapest { duration, attempt, .. }) = quickest else { return };
     found.shortest = Some(duration);
     if duration > search.problem.seconds() {
         return;
     }
+    let search = &search.with_effort(found.share);
     let coarse = search.chain(chain_steps(search.problem));
     let nodes = Interpolant::of(attempt.candidate.states.iter().map(Point::pose).collect());
     let ratio = attempt.candidate.steps() as f64 / coarse.model.steps as f64;

@@ -1,13 +1,11 @@
 //! What a search knows so far: a value that every rung takes and gives.
 
-use super::pool::Pool;
+use super::pool::{Pool, SAME};
 use super::starts::GUESS;
 use crate::maneuver::settings::Method as Road;
 use crate::maneuver::solution::{ConvexWork, Solution};
 use crate::optimize::methods::method::Attempt;
 
-/// Two extremals whose costates differ by less, relative, are one.
-pub(super) const SAME: f64 = 1e-6;
 /// Costs of one optimum of SCP differ by less, relative.
 pub(super) const SAME_COST: f64 = 1e-9;
 
@@ -22,6 +20,8 @@ pub(super) struct Found<const N: usize> {
     pub pool: Pool<N>,
     /// What the convex subproblems of all seeds took.
     pub work: ConvexWork,
+    /// The share of the effort in the cost with which the plans of a goal were found.
+    pub share: Option<f64>,
     /// The whole answer, where a rung has it: that of the maneuver without limits, which meets them all.
     pub answer: Option<Solution>,
     /// The answer as it is written, where a rung had to read it.

@@ -11,6 +11,7 @@ use super::starts::wanted_turns;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Settings;
 use crate::maneuver::solution::Trajectory;
+use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::model::Goal;
 use crate::optimize::methods::scp::road::Chain;
@@ -32,6 +33,8 @@ pub(super) struct Ask<'a> {
     pub advise: bool,
     /// What SCP minimises in place of the effort (`cheapest`).
     pub goal: Option<Goal>,
+    /// The paths that it begins from for a goal.
+    pub paths: &'a [Candidate],
     /// Whether what is written is made to land.
     pub lands: bool,
 }
@@ -45,6 +48,7 @@ impl Ask<'_> {
             guess: None,
             along: None,
             goal: None,
+            paths: &[],
             lands: false,
             ..self.clone()
         }
@@ -61,6 +65,7 @@ impl Ask<'_> {
             last,
             advise: false,
             goal,
+            paths: &[],
             lands: false,
         }
     }
@@ -108,6 +113,14 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         'a: 'b,
     {
         Search::new(problem, self.context, ask, self.ladder)
+    }
+
+    /// The same with another share of the effort beside its goal.
+    pub fn with_effort(&self, share: Option<f64>) -> Self {
+        let goal = self.ask.goal.clone().map(|goal| Goal { share: share.unwrap_or(goal.share), ..goal });
+        let ask = Ask { goal, ..self.ask.clone() };
+        let (turns, fine, coarse) = (self.turns.clone(), self.fine.clone(), self.coarse.clone());
+        Self { ask, turns, fine, coarse, ..*self }
     }
 
     /// Climbs the ladder.

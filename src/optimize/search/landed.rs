@@ -1,8 +1,8 @@
 //! The plan that is written, made to land (`optimize::landing`), by the method that found it.
 
-use super::cheapest::{SHARE, SHARP};
 use super::ladder::Search;
 use super::record;
+use super::shares::{EASED, SHARE, SHARP};
 use crate::maneuver::settings::Method as Road;
 use crate::optimize::candidate::Candidate;
 use crate::optimize::landing::{Landed, land_chain, land_costate};
@@ -15,9 +15,6 @@ use nalgebra::{DVector, SVector};
 
 /// Steps, as a multiple of those of the coarse grid, from whose sensitivity corrections begin.
 const BEGUN_ON: usize = 2;
-
-/// By what the share of the effort is raised where a plan of time or fuel does not settle for a shifted target.
-const EASED: f64 = 0.1;
 
 /// An attempt on the requested grid, made to land; `None` where that is not asked for or cannot begin.
 pub(super) fn landed<const N: usize>(search: &Search<N>, attempt: &Attempt) -> Option<Landed> {

@@ -24,6 +24,7 @@ mod pool;
 mod record;
 mod requested;
 mod rungs;
+mod shares;
 mod shots;
 mod starts;
 mod steps;
@@ -174,6 +175,7 @@ pub fn polish(
         last,
         advise: false,
         goal: None,
+        paths: &[],
         lands: false,
     };
     Ok(match problem.motion {
@@ -294,7 +296,17 @@ fn in_given_duration(
     Ok(searched(
         problem,
         &context,
-        Ask { shooting, convex, guess, along: None, last, advise: true, goal: None, lands: context.lands() },
+        Ask {
+            shooting,
+            convex,
+            guess,
+            along: None,
+            last,
+            advise: true,
+            goal: None,
+            paths: &[],
+            lands: context.lands(),
+        },
     ))
 }
 
@@ -344,6 +356,7 @@ pub fn solve_convex(
         last,
         advise: false,
         goal: None,
+        paths: &[],
         lands: false,
     };
     Ok(searched(problem, &context, ask))

@@ -1,9 +1,11 @@
 //! Extremals of the coarse grid, and what was lost on the way from there.
 
-use super::found::SAME;
 use crate::numerics::factor::effective;
 use crate::optimize::methods::method::Attempt;
 use nalgebra::SVector;
+
+/// Two extremals whose costates differ by less, relative, are one.
+pub(super) const SAME: f64 = 1e-6;
 
 /// What the rungs without limits know of the coarse grid.
 #[derive(Default)]

@@ -30,7 +30,7 @@ pub(super) struct Convex;
 impl<const N: usize> Climb<N> for Convex {
     fn applies(&self, search: &Search<N>, found: &Found<N>) -> bool {
         let rescue = search.ask.shooting && (found.is_done() || search.stopped());
-        search.ask.convex && !rescue
+        search.ask.convex && search.ask.goal.is_none() && !rescue
     }
 
     fn climb(&self, search: &Search<N>, found: &mut Found<N>) {

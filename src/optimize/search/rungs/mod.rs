@@ -4,6 +4,7 @@ mod convex;
 mod extremals;
 mod further;
 mod given;
+mod goal;
 mod saturated;
 mod shortest;
 
@@ -14,7 +15,7 @@ struct Steps<const N: usize>;
 
 impl<const N: usize> Steps<N> {
     /// A guess, `Saturated` and `Shortest` work on the requested grid, the others on a coarse one first.
-    const LADDER: [&'static dyn Climb<N>; 6] = [
+    const LADDER: [&'static dyn Climb<N>; 7] = [
         // guess
         &given::Given,
         // newton, descent and lifted
@@ -22,6 +23,7 @@ impl<const N: usize> Steps<N> {
         // saturated, lifted and limits
         &saturated::Saturated,
         // scp and polish
+        &goal::OfGoal,
         &convex::Convex,
         // scp from a plan in less time
         &shortest::Shortest,
