@@ -36,6 +36,9 @@ const SAME: f64 = 1e-14;
 /// Costs that differ by this part are those of two extremals.
 const DISTINCT: f64 = 1e-6;
 
+/// A plan of arcs on the grid costs more than its extremal by this part at most, as a rule: what `O(h²)` is on some ten steps an arc.
+const OF_THE_GRID: f64 = 1e-3;
+
 /// Multiples of the shortest duration that are tried for one of least fuel.
 const STRETCHES: [f64; 3] = [1.02, 1.1, 1.5];
 
@@ -146,6 +149,11 @@ fn solve_once(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> 
     let longest = problem.duration.at_most().filter(|_| extremal.given_duration.is_none());
     let allowed = |limit: &&Limit| longest.is_none_or(|longest| limit.duration() * units.time <= longest);
     for limit in found.limits.iter().filter(allowed) {
+        // Extremals come cheapest first: the next is of use where the plan of the last is dearer than its grid accounts for.
+        let beats = |plan: &Planned| limit.cost(&extremal) * units.cost() < plan.cost * (1.0 - OF_THE_GRID);
+        if !chosen.as_ref().is_none_or(beats) || context.interrupt().is_some() {
+            break;
+        }
         context.enter(Rung::Aligned, limit.name(), problem.steps);
         let plan = cheapest(problem, &extremal, &units, limit);
         let outcome = if plan.is_some() { Outcome::Converged } else { Outcome::Stalled };
@@ -154,10 +162,9 @@ fn solve_once(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> 
         context.note(Rung::Aligned, limit.name(), problem.steps, Report { outcome, iterations, residuals });
         if let Some(plan) = plan
             && follows(problem, &plan)
+            && chosen.as_ref().is_none_or(|best: &Planned| plan.cost < best.cost)
         {
             (chosen, chosen_limit) = (Some(plan), Some(limit));
-            // Rivals are told by their continuous extremals: only the plan itself needs the grid.
-            break;
         }
     }
     let Some(mut plan) = chosen else {

@@ -31,8 +31,10 @@ use super::extremal::{Bias, Extremal};
 use super::smooth::{Smooth, Smoothed, descend, descend_steeply};
 use crate::maneuver::problem::Path as Way;
 use crate::maneuver::settings::Thoroughness;
+use crate::numerics::parallel;
 use crate::{Vector3, lie};
 use std::f64::consts::TAU;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What is searched for.
 #[derive(Clone, Copy, Debug)]
@@ -173,17 +175,31 @@ pub(super) fn branches(
     stop: &dyn Fn() -> bool,
     sweeps: &mut usize,
 ) -> Vec<Smoothed> {
-    let mut found = branches_forward(extremal, ask, stop, sweeps);
     if ask.thoroughness == Thoroughness::Quick {
-        return found;
+        return branches_forward(extremal, ask, stop, sweeps);
     }
-    let backwards = match ask.path {
+    let way_back = match ask.path {
         // About one axis in body and space: the same vector at both ends.
         Way::AsGiven(vector) => Way::AsGiven(-vector),
         way => way,
     };
-    let reversed = extremal.reversed();
-    for one in branches_forward(&reversed, &Ask { path: backwards, ..*ask }, stop, sweeps) {
+    let (reversed, back) = (extremal.reversed(), Ask { path: way_back, ..*ask });
+    // Only this thread may ask whether to stop.
+    let (stopped, mut sweeps_back) = (AtomicBool::new(false), 0);
+    let asks = || {
+        let stops = stop();
+        stopped.fetch_or(stops, Ordering::Relaxed);
+        stops
+    };
+    let (mut found, backwards) = parallel::both(
+        || branches_forward(extremal, ask, &asks, sweeps),
+        || branches_forward(&reversed, &back, &|| stopped.load(Ordering::Relaxed), &mut sweeps_back),
+        || {
+            asks();
+        },
+    );
+    *sweeps += sweeps_back;
+    for one in backwards {
         let path = one.path.reversed(&reversed.end_attitude);
         let one = unbiased(extremal, &Smoothed { path, ..one }, sweeps);
         found.extend(one.filter(|one| !found.iter().any(|known| same(extremal, known, one))));
