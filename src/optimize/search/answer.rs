@@ -2,9 +2,8 @@
 
 use super::asked;
 use super::chains::along;
-use super::context::Context;
 use super::found::{Found, SAME_COST};
-use super::ladder::{Ask, Search};
+use super::ladder::Search;
 use super::landed::landed;
 use super::record::{self, Recorded};
 use super::shots::shoot_from;
@@ -12,7 +11,7 @@ use super::starts;
 use super::way::Way;
 use crate::flight::{Excess, Flight};
 use crate::lie;
-use crate::maneuver::problem::{Motion, Problem, State};
+use crate::maneuver::problem::State;
 use crate::maneuver::settings::Method as Road;
 use crate::maneuver::solution::{ConvexWork, Landing, Optimality, Outcome, Rival, Solution, Trajectory};
 use crate::numerics::parallel;
@@ -299,27 +298,4 @@ fn exceeds<const N: usize>(search: &Search<N>, plan: &Trajectory) -> bool {
     let mut flight = Flight::new(search.problem);
     flight.settle(&steps);
     flight.fly(&steps, Some(&mut excess)).is_none() || excess.worst.iter().any(|worst| *worst > 0.0)
-}
-
-/// A plan of least effort whose duration was sought, made to land in that duration.
-pub(super) fn with_duration_found(problem: &Problem, solution: Solution, context: &Context) -> Solution {
-    let Some(duration) = solution.trajectory.time.last().copied() else { return solution };
-    if !context.lands() || solution.outcome != Outcome::Converged {
-        return solution;
-    }
-    let given = problem.clone().lasting(duration);
-    let ask = Ask { lands: true, ..Ask::of_goal(None, context.settings) };
-    let priced = problem.objective.time_price() * duration;
-    let (ladder, solve_time, stationarity) =
-        (solution.ladder.clone(), solution.solve_time, solution.optimality.stationarity);
-    let landed = match given.motion {
-        Motion::Attitude => answer_landed(&super::search_of::<6>(&given, context, ask), solution),
-        Motion::RigidBody => answer_landed(&super::search_of::<12>(&given, context, ask), solution),
-    };
-    let mut landed = Solution { ladder, solve_time, ..landed };
-    if landed.landing.is_some() {
-        landed.cost += priced;
-        landed.optimality.stationarity = landed.optimality.stationarity.max(stationarity);
-    }
-    landed
 }

@@ -66,69 +66,44 @@
 use super::advice;
 use super::answer::{rival_of_cost, write_aimed};
 use super::asked::held_to_all;
-use super::chains::{carry, descend, effort_paths, unlimited_paths};
+use super::chains::{effort_paths, unlimited_paths};
 use super::coarse::chain_steps;
 use super::context::Context;
 use super::duration;
-use super::found::Found;
-use super::ladder::{Ask, Search};
-use super::landed::landed_with_goal;
+use super::given_duration::{search_of, searched};
+use super::goal::{Cheapest, cheapest};
+use super::ladder::Ask;
 use super::paths::shortest_way;
-use super::shares::{LAST_SHARE, LOWERED, SHARE, SHARP};
+use super::shares::SHARE;
 use super::switching;
-use super::transfer::Interpolant;
 use crate::Vector3;
 use crate::lie;
 use crate::maneuver::objective::{Fuel, Objective};
-use crate::maneuver::problem::{Motion, Problem, State};
+use crate::maneuver::problem::{Formulation, Motion, Problem, State};
 use crate::maneuver::settings::Method;
-use crate::maneuver::solution::{ConvexWork, Landing, Outcome, Rung, Solution, Trajectory};
+use crate::maneuver::solution::{ConvexWork, Outcome, Solution, Trajectory};
 use crate::mechanics::actuators::{ActuatorSet, Limits};
 use crate::mechanics::environment::{Free, Pose};
 use crate::optimize::candidate::Candidate;
-use crate::optimize::landing::Landed;
-use crate::optimize::methods::method::Attempt;
-use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::model::Goal;
-use crate::optimize::methods::scp::road::{Chain, ConvexIteration, path};
-use crate::optimize::step::Point;
+use crate::optimize::methods::scp::road::{Chain, path};
 use std::f64::consts::PI;
 
 /// How far the path of minimum time or fuel is bent to either side \[rad\]: a turn about one axis is often a saddle.
 const BENT: f64 = 0.5;
-/// Costs of one plan with two shares of the effort differ by less, relative: by the larger share, from the one to the other.
-const NEAR: [f64; 2] = [0.01, 0.1];
 /// Costs that differ by less than this part are those of one plan.
 const SAME_COST: f64 = 1e-6;
-/// Most subproblems from one share to the next.
-const FEW: usize = 12;
-
-/// The cheapest plan that was found.
-pub(super) struct Cheapest {
-    /// Its duration \[s\].
-    pub duration: f64,
-    /// Its cost in the unit of the user.
-    pub cost: f64,
-    /// The plan, as the chain of that duration takes it.
-    pub attempt: Attempt,
-    /// The share of the effort in its cost.
-    pub share: f64,
-    /// Dearer ones, each a local minimum, on a coarse grid, with their costs.
-    pub rivals: Vec<(Attempt, f64)>,
-    /// The target at which it lands, where that was asked for.
-    pub landed: Option<(State, Landing)>,
-}
 
 /// Solves a maneuver of minimum time or fuel that more than torque limits shapes, or of least effort with a duration that is
 /// sought.
 pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
-    let once = |problem: &Problem| match &problem.objective {
-        Objective::Effort(_) if problem.duration.known().is_none() => effort_sought(problem, context),
-        Objective::Effort(_) => {
+    let once = |problem: &Problem| match (Formulation::of(problem), &problem.objective) {
+        (Formulation::Extremal, _) => {
             let ask = Ask { advise: true, lands: context.lands(), ..Ask::of_goal(None, context.settings) };
-            super::searched(problem, context, ask)
+            searched(problem, context, ask)
         }
-        Objective::Time | Objective::Fuel(_) => solve_once(problem, context),
+        (_, Objective::Effort(_)) => effort_sought(problem, context),
+        (_, Objective::Time | Objective::Fuel(_)) => solve_once(problem, context),
     };
     match problem.duration.at_most() {
         Some(longest) => switching::up_to(longest, problem, context, &once),
@@ -247,7 +222,7 @@ fn of_dimension<const N: usize>(
     let goal = Goal { objective: objective.clone(), share: SHARE };
     let advise = !objective.counts_time();
     let ask = Ask { advise, lands: context.lands(), ..Ask::of_goal(Some(goal), context.settings) };
-    let search = super::search_of::<N>(stated, context, ask.clone());
+    let search = search_of::<N>(stated, context, ask.clone());
     let coarse = search.chain(chain_steps(stated));
     let mut paths = bent(resampled(&coarse, objective.name(), quick));
     if paths.is_empty() {
@@ -290,105 +265,6 @@ fn of_dimension<const N: usize>(
     solution.cost = if *objective == Objective::Time { duration } else { cost };
     solution.rivals = rivals.iter().map(|(rival, cost)| rival_of_cost(&written, rival, *cost)).collect();
     held_to_all(&written, solution)
-}
-
-/// The cheapest of the local minima that SCP finds along the paths of a search with a goal, and what else it knows.
-fn cheapest<const N: usize>(search: &Search<N>) -> (Found<N>, Option<Cheapest>) {
-    let mut found = search.climb();
-    let cheapest = made_cheap(&search.with_effort(found.share), &mut found);
-    (found, cheapest)
-}
-
-/// The cheapest of what was found, with as little of the effort in its cost as goes, and made to land where that is asked for.
-fn made_cheap<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Option<Cheapest> {
-    let stated = search.problem.seconds();
-    let mut plans = found.take_plans().into_iter();
-    let first = plans.next().filter(|first| first.candidate.steps() == search.problem.steps)?;
-    let (mut first, mut share) = sharpened(search, found, first);
-    let before = search.chain(search.problem.steps).price(&first.candidate);
-    let before = match search.ask.goal.as_ref().map(|goal| &goal.objective) {
-        Some(Objective::Time) => stated * first.candidate.grid.duration(),
-        _ => before,
-    };
-    let landed = landed_with_goal(search, &first, share).map(|(landed, least)| {
-        let Landed { attempt, target, landing } = landed;
-        let landing = Landing { cost_before: before, ..landing };
-        (first, share) = (attempt, least);
-        (target, landing)
-    });
-    let duration = stated * first.candidate.grid.duration();
-    let chain = search.chain(search.problem.steps);
-    let cost = chain.price(&first.candidate);
-    let attempt = chain.of_given_duration(first, &search.problem.clone().with_duration(duration));
-    let coarse = search.chain(chain_steps(search.problem));
-    let price = |rival: Attempt| {
-        let own = [&chain, &coarse].into_iter().find(|chain| chain.model.steps == rival.candidate.steps())?;
-        let cost = own.price(&rival.candidate);
-        Some((rival, cost))
-    };
-    Some(Cheapest { duration, cost, attempt, share, rivals: plans.filter_map(price).collect(), landed })
-}
-
-/// A plan on the requested grid with less and less effort in its cost, as far as that goes, and its share. Other limits
-/// begin to act from share to share: a convex subproblem finds them sooner than Newton does, and the sooner the fewer.
-fn sharpened<const N: usize>(search: &Search<N>, found: &mut Found<N>, mut plan: Attempt) -> (Attempt, f64) {
-    let options = ScpOptions { cone_tolerance: SHARP, ..search.ask.last.clone().within(FEW) };
-    let Some(goal) = search.ask.goal.clone().filter(|goal| goal.objective.switches()) else {
-        return (plan, 0.0);
-    };
-    let (mut last, mut factor) = (goal.share, LOWERED.0);
-    while last > LAST_SHARE && factor <= LOWERED.1 && !search.stopped() {
-        let share = (last * factor).max(LAST_SHARE);
-        let chain = Chain::with_goal(search.problem, search.problem.steps, &Goal { share, ..goal.clone() });
-        let convex = ConvexIteration { chain: &chain, options: &options };
-        let next = search.context.attempt(Rung::Scp, &convex, plan.candidate.clone());
-        found.add_work(&next);
-        let [before, after] = [&plan, &next].map(|attempt| chain.price(&attempt.candidate));
-        let near = last.clamp(NEAR[0], NEAR[1]);
-        if next.converged() && (before - after).abs() <= near * before {
-            (plan, last, factor) = (next, share, (factor * factor).max(LOWERED.0));
-        } else {
-            factor = factor.sqrt();
-        }
-    }
-    (plan, last)
-}
-
-/// Whether nothing was found, the search was not cut short, and the duration can be sought.
-pub(super) fn may_be_too_short<const N: usize>(search: &Search<N>, found: &Found<N>) -> bool {
-    let cut_short = found.missed().is_some_and(|missed| missed.outcome == Outcome::IterationLimit);
-    let searched = !found.is_done() && found.answer.is_none() && !cut_short && !search.stopped();
-    searched && search.ask.advise && search.problem.is_constrained()
-}
-
-/// SCP from the plan of the shortest duration that it finds: a plan that is quicker than the maneuver asks for is on a
-/// way that the seeds have missed.
-pub(super) fn from_the_shortest<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
-    let goal = Goal { objective: Objective::Time, share: SHARE };
-    let of_time = Ask::of_goal(Some(goal), search.context.settings);
-    let trial = search.of(search.problem, of_time.clone());
-    let paths = unlimited_paths(&trial, &trial.chain(chain_steps(search.problem)));
-    let (_, quickest) = cheapest(&search.of(search.problem, Ask { paths: &paths, ..of_time }));
-    let Some(Cheapest { duration, attempt, .. }) = quickest else { return };
-    found.shortest = Some(duration);
-    if duration > search.problem.seconds() {
-        return;
-    }
-    let search = &search.with_effort(found.share);
-    let coarse = search.chain(chain_steps(search.problem));
-    let nodes = Interpolant::of(attempt.candidate.states.iter().map(Point::pose).collect());
-    let ratio = attempt.candidate.steps() as f64 / coarse.model.steps as f64;
-    let pose = |node: usize| {
-        let at = node as f64 * ratio;
-        let low = (at.floor() as usize).min(attempt.candidate.steps() - 1);
-        nodes.at(low, at - low as f64)
-    };
-    let grid = &coarse.model.dynamics.grid;
-    let missed = found.take_missed();
-    descend(search, found, &coarse, path("shortest", grid, (0..=grid.steps()).map(pose)));
-    carry(search, found, &coarse);
-    let missed = missed.or(found.take_missed());
-    found.tell_missed(missed);
 }
 
 /// The path of a plan without constraints on the grid of a chain; none where there is no plan.

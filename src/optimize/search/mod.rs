@@ -15,6 +15,8 @@ mod detour;
 mod duration;
 mod effort;
 mod found;
+mod given_duration;
+mod goal;
 mod guess;
 mod ladder;
 mod landed;
@@ -37,18 +39,14 @@ pub use guess::Guess;
 
 use crate::Vector3;
 use crate::flight::Flight;
-use crate::maneuver::Formulation;
-use crate::maneuver::infeasible;
-use crate::maneuver::problem::{Motion, Path, Problem, ProblemError};
+use crate::maneuver::problem::{Formulation, Motion, Problem, ProblemError};
 use crate::maneuver::settings::{Method, Settings, SettingsError, Target, Thoroughness};
 use crate::maneuver::solution::{Outcome, Solution, Trajectory};
-use crate::mechanics::Description;
 use crate::optimize::control_law;
 use crate::optimize::methods::scp::ScpOptions;
 use context::Context;
-use found::Found;
-use ladder::{Ask, Search};
-use std::f64::consts::PI;
+use given_duration::{polished, search_of, searched, with_duration_found};
+use ladder::Ask;
 use thiserror::Error;
 
 /// Why a plan was not attempted.
@@ -251,7 +249,7 @@ fn solve_on(
                 in_given_duration(problem, settings, None, observer)
             };
             let solution = duration::solve(problem, &discrete, observer, &mut given)?;
-            Ok(answer::with_duration_found(problem, solution, &Context::new(settings, observer)))
+            Ok(with_duration_found(problem, solution, &Context::new(settings, observer)))
         }
         Formulation::Switching => {
             check_for_no_guess(guess)?;
@@ -386,79 +384,4 @@ pub fn solve_convex(
         lands: false,
     };
     Ok(searched(problem, &context, ask))
-}
-
-/// The answer of a search, or the proof that there is none.
-fn searched(problem: &Problem, context: &Context, ask: Ask) -> Solution {
-    if let Some(proof) = infeasible::proof(problem) {
-        let unsolved = Solution::unsolved(problem, context.settings.tolerance);
-        return Solution { outcome: Outcome::Infeasible, infeasible: Some(proof), ..unsolved };
-    }
-    let known = known_end(problem);
-    let problem = known.as_ref().unwrap_or(problem);
-    match problem.motion {
-        Motion::Attitude => answer(&search_of::<6>(problem, context, ask)),
-        Motion::RigidBody => answer(&search_of::<12>(problem, context, ask)),
-    }
-}
-
-/// A search with the ladder of all rungs.
-fn search_of<'a, 'c, const N: usize>(
-    problem: &'a Problem,
-    context: &'a Context<'c>,
-    ask: Ask<'a>,
-) -> Search<'a, 'c, N> {
-    Search::new(problem, context, ask, rungs::ladder())
-}
-
-/// Climbs the ladder, and writes the solution with all that was tried.
-fn answer<const N: usize>(search: &Search<N>) -> Solution {
-    let mut found = search.climb();
-    let solution = answer::conclude(search, &mut found);
-    let mut solution = asked::held_to_its_way(search, solution);
-    if solution.method == Method::Scp {
-        if search.ask.shooting {
-            solution = answer::confirm(search, solution);
-        }
-        if search.ask.last.polish {
-            solution = asked::held_to(search.context.settings.tolerance, solution);
-        }
-        if search.ask.advise {
-            advice::advise(search, found.shortest, &mut solution);
-        }
-    }
-    Solution { ladder: search.context.ladder.take(), ..solution }
-}
-
-/// Newton from the guess alone, on the requested grid, with no ladder behind it.
-fn polished<const N: usize>(search: &Search<N>) -> Solution {
-    let mut found = Found::default();
-    if let Some(guess) = search.ask.guess {
-        shots::shoot_from(search, &mut found, &guess.costates, starts::GUESS);
-    }
-    Solution { ladder: search.context.ladder.take(), ..answer::conclude(search, &mut found) }
-}
-
-/// A maneuver whose end tells more than what is written: the shortest way where a rotation stands for one, or the likely attitude
-/// where any will do.
-fn known_end(problem: &Problem) -> Option<Problem> {
-    if problem.ends_in_any_attitude() {
-        let mut likely = problem.clone();
-        likely.end.attitude = any_attitude::likely_end(problem);
-        return Some(likely);
-    }
-    turns_the_shortest_way(problem).then(|| problem.clone().with_path(Path::Shortest))
-}
-
-/// Rotations that are nearer to half a turn than this go either way round by their last bits \[rad\].
-const HALF_TURN: f64 = 1e-3;
-
-/// Whether the rotation that is given is that of the shortest way between two states at rest, and cannot be followed as it is
-/// written, since torques about some axis are missing: then all that it tells is the sense.
-fn turns_the_shortest_way(problem: &Problem) -> bool {
-    let Path::AsGiven(rotation) = problem.path else { return false };
-    let still = [&problem.start, &problem.end].map(|state| state.angular_velocity == Vector3::zeros());
-    let free = matches!(problem.environment.describe(), Description::Free);
-    let missing = problem.actuation.torque.rank().0 < 3;
-    free && missing && still == [true; 2] && rotation.norm() < PI - HALF_TURN
 }

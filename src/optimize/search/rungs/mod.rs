@@ -22,10 +22,11 @@ impl<const N: usize> Steps<N> {
         &extremals::Extremals,
         // saturated, lifted and limits
         &saturated::Saturated,
-        // scp and polish
+        // scp and polish: of time, fuel and a duration that is sought
         &goal::OfGoal,
+        // the same of effort
         &convex::Convex,
-        // scp from a plan in less time
+        // the same from a plan in less time
         &shortest::Shortest,
         // descent and lifted, from a saddle
         &further::Further,
