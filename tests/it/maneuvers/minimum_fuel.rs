@@ -57,6 +57,36 @@ fn a_turn_about_a_principal_axis_burns_as_the_closed_form_says() {
     assert!((plan.solution.cost / closed - 1.0).abs() < 1e-4, "{} {closed}", plan.solution.cost);
 }
 
+/// `U T_min² / (T + √(T² − T_min²))`, which loses no digits, from ten to ten thousand times the shortest duration: in long ones burns
+/// take less than a millionth of the time.
+#[test]
+fn fuel_in_a_long_duration_is_that_of_the_closed_form() {
+    for (actuation, limit) in [(torques(&CUBE, &[1.0, 1.0, 0.8]), 0.8), (ball(0.8), 0.8)] {
+        let shortest = 2.0 * (3.0 * FRAC_PI_2 / limit).sqrt();
+        for times in [10.0, 20.0, 50.0, 100.0, 1e3, 1e4] {
+            let duration: f64 = times * shortest;
+            let closed =
+                limit * shortest * shortest / (duration + (duration * duration - shortest * shortest).sqrt());
+            let plan = solved(&quarter_turn(Fuel::default(), duration).with_actuation(actuation.clone()));
+            let switching = plan.solution.switching.unwrap();
+            let apart = [switching.continuous_cost, plan.solution.cost].map(|cost| cost / closed - 1.0);
+            assert!(apart.iter().all(|apart| apart.abs() < 1e-7), "{times} times: {apart:?}");
+        }
+    }
+}
+
+/// A slower motion along the same path burns less in proportion.
+#[test]
+fn fuel_times_duration_never_grows() {
+    let end = at([0.6, 1.1, 1.6], [0.0; 3]);
+    let of = |duration: f64| {
+        let problem = Problem::minimum_fuel(body([1.0, 2.0, 2.9]), at([0.0; 3], [0.0; 3]), end, duration);
+        duration * fuel(&problem.with_actuation(torques(&CUBE, &[1.0; 3])).with_steps(100))
+    };
+    let products = [15.0, 30.0, 60.0, 120.0, 1200.0, 12000.0].map(of);
+    assert!(products.windows(2).all(|pair| pair[1] <= pair[0] * (1.0 + 1e-6)), "{products:?}");
+}
+
 /// `d/dT (U (T − √(T² − T_min²)) + w T) = 0`.
 #[test]
 fn a_price_of_time_chooses_the_duration_of_the_closed_form() {

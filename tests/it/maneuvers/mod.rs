@@ -6,6 +6,7 @@
 mod any_attitude;
 mod asked_of_scp;
 mod best;
+mod best_known;
 mod bounds;
 mod costs;
 mod dense;

@@ -1,0 +1,61 @@
+//! Maneuvers that searches have missed, each against the best cost that is known of it, on grids of several sizes.
+//!
+//! `cargo run --release -p evidence --bin best_known [-- WORD [STEPS …]]`: those whose file names hold WORD (all without one), on their
+//! own steps and on these. The first line of each file of `evidence/best_known` tells the cost and where it comes from: closed forms,
+//! published values, other programs, an image of the maneuver.
+//!
+//! A line tells the cost of the discrete optimum and by how much it is above what is known. Ends with 1 where one is by more than 0.1 %
+//! or has no plan.
+
+use slewkit::maneuver::{Settings, Target};
+use slewkit::plan::{Silent, Status, plan};
+use slewkit_files::spec::{Format, from_str};
+use std::error::Error;
+use std::fs;
+use std::path::Path;
+use std::time::Instant;
+
+/// A cost that is dearer by more than this part is not the best known.
+const NEAR: f64 = 1e-3;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let word = words.first().cloned().unwrap_or_default();
+    let grids = words.iter().skip(1).map(|steps| steps.parse()).collect::<Result<Vec<usize>, _>>()?;
+    let mut files: Vec<_> = fs::read_dir(Path::new(evidence::ROOT).join("evidence/best_known"))?
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .collect();
+    files.sort();
+    let (mut count, mut missed) = (0, 0);
+    for path in files {
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        if !name.contains(&word) {
+            continue;
+        }
+        let text = fs::read_to_string(&path)?;
+        let told = text.split(&[' ', '\n'][..]).nth(3).ok_or("no best known cost")?;
+        let best: f64 = told.parse()?;
+        let loaded = from_str(&text, &name, Format::Toml, &[]).map_err(|error| format!("{name}: {error}"))?;
+        let own = loaded.problem.steps;
+        for steps in std::iter::once(own).chain(grids.iter().copied()) {
+            let settings = Settings { target: Target::Discrete, ..loaded.settings.clone() };
+            let began = Instant::now();
+            let found = plan(&loaded.problem.clone().with_steps(steps), &settings, None, &mut Silent)?;
+            let seconds = began.elapsed().as_secs_f64();
+            let solved = found.status == Status::Solved;
+            let apart = found.solution.cost / best - 1.0;
+            let good = solved && apart <= NEAR;
+            count += 1;
+            missed += usize::from(!good);
+            let cost = if solved {
+                format!("{:.6} ({:+.3} %)", found.solution.cost, 100.0 * apart)
+            } else {
+                found.status.name().into()
+            };
+            let mark = if good { "" } else { "  <-" };
+            println!("{name:<30} {steps:>6} steps  {cost:<24} best known {best}  {seconds:.2} s{mark}");
+        }
+    }
+    println!("{} of {count} as cheap as the best known", count - missed);
+    if missed > 0 { Err("see above".into()) } else { Ok(()) }
+}

@@ -1,0 +1,62 @@
+//! Maneuvers that a search from their start alone, or on their own grid alone, has missed: each as cheap as the best that is known.
+
+use slewkit::maneuver::{Settings, Target};
+use slewkit::plan::{Silent, Status, plan};
+use slewkit_files::spec::{Format, from_str};
+use std::path::Path;
+
+/// The cost of a file of `evidence/best_known` over the best known, which stands in its first line with its source.
+fn over_the_best(name: &str) -> f64 {
+    let path = Path::new(evidence::ROOT).join("evidence/best_known").join(format!("{name}.toml"));
+    let text = std::fs::read_to_string(path).unwrap();
+    let best: f64 = text.split_whitespace().nth(3).unwrap().parse().unwrap();
+    let loaded = from_str(&text, name, Format::Toml, &[]).unwrap();
+    let settings = Settings { target: Target::Discrete, ..loaded.settings };
+    let found = plan(&loaded.problem, &settings, None, &mut Silent).unwrap();
+    assert_eq!(found.status, Status::Solved, "{name}");
+    found.solution.cost / best
+}
+
+/// What is planned backwards has another first path, other branches and the same optimum.
+#[test]
+fn a_search_backwards_finds_what_one_forwards_misses() {
+    let missed = [
+        "time_given_300",
+        "time_long_way",
+        "time_long_way_3",
+        "time_public_asymmetric_3410",
+        "time_thrusters_reverse",
+        "fuel_price_moving_start",
+        "fuel_thrusters_plate",
+    ];
+    for name in missed {
+        let over = over_the_best(name);
+        assert!(over < 1.001, "{name}: {over}");
+    }
+}
+
+/// Inputs that are singular have no arcs that the grid can hold.
+#[test]
+fn equal_steps_are_tried_where_arcs_do_not_fit() {
+    for name in ["fuel_price_rod", "time_public_track_7813"] {
+        let over = over_the_best(name);
+        assert!(over < 1.001, "{name}: {over}");
+    }
+}
+
+/// What the coarse grid has found is not given up for a dearer plan that is carried more easily.
+#[test]
+fn a_cheap_plan_of_the_coarse_grid_is_carried_with_more_effort_in_its_cost() {
+    for name in ["fuel_keep_out", "time_torque_rate"] {
+        let over = over_the_best(name);
+        assert!(over < 1.001, "{name}: {over}");
+    }
+}
+
+#[test]
+fn long_durations_are_followed_from_moderate_ones() {
+    for name in ["fuel_in_20_shortest", "fuel_in_50_shortest", "fuel_in_100_shortest"] {
+        let over = over_the_best(name);
+        assert!(over < 1.001, "{name}: {over}");
+    }
+}
