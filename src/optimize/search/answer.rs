@@ -6,8 +6,8 @@ use super::way::Way;
 use crate::lie;
 use crate::maneuver::problem::State;
 use crate::maneuver::settings::Method as Road;
+use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{ConvexWork, Landing, Optimality, Outcome, Rival, Solution, Trajectory};
-use crate::numerics::figures::{short, significant};
 use crate::numerics::parallel;
 use crate::optimize::landing::Landed;
 use crate::optimize::methods::method::{Attempt, Watch};
@@ -220,28 +220,16 @@ impl<const N: usize> Search<'_, '_, N> {
         let searched = !matches!(solution.outcome, Outcome::Converged | Outcome::IterationLimit);
         if searched
             && !self.stopped()
-            && let Some(violated) = &mut solution.shortfall
+            && let Some(missing) = solution.shortfall.take()
         {
             solution.longer = self.longer();
             solution.shortest = self.shortest;
-            match (self.shortest, solution.longer) {
-                (Some(shortest), _) if shortest < self.problem.seconds() => {
-                    let (asked, shortest) = (short(self.problem.seconds()), significant(shortest, 6));
-                    violated.push_str(&format!(
-                        "; no plan of {asked} s was found, though there is one of {shortest} s"
-                    ));
-                }
-                (Some(shortest), _) => {
-                    let (asked, shortest) = (short(self.problem.seconds()), significant(shortest, 6));
-                    violated.push_str(&format!(
-                        "; no plan of {asked} s was found, the shortest duration found is {shortest} s (locally minimal)"
-                    ));
-                }
-                (None, Some(duration)) => violated.push_str(&format!("; a plan of {duration} s was found")),
-                (None, None) => {
-                    violated.push_str("; none was found for up to three times the duration either");
-                }
-            }
+            solution.shortfall = Some(Shortfall::InOtherTime {
+                missing: Box::new(missing),
+                asked: self.problem.seconds(),
+                shortest: self.shortest,
+                longer: solution.longer,
+            });
         }
     }
 

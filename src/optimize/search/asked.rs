@@ -17,6 +17,7 @@ use crate::Vector3;
 use crate::lie;
 use crate::maneuver::problem::Path;
 use crate::maneuver::settings::Method as Road;
+use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{Outcome, Sense, Solution};
 use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::method::Attempt;
@@ -66,13 +67,9 @@ impl<'a, const N: usize> Search<'a, '_, N> {
     /// A solution that counts as converged only if it goes the way round that was asked for.
     pub fn held_to_its_way(&self, mut solution: Solution) -> Solution {
         if solution.outcome == Outcome::Converged && !self.goes_as_asked(&solution) {
-            let way = if solution.sense == Sense::Short { "short" } else { "long" };
-            let turned = solution.turned_deg;
+            let (short, turned_deg) = (solution.sense == Sense::Short, solution.turned_deg);
             solution.outcome = Outcome::Stalled;
-            solution.shortfall = Some(format!(
-                "no optimum that goes round as asked was found; the nearest goes the {way} way and turns by \
-                 {turned:.1}°"
-            ));
+            solution.shortfall = Some(Shortfall::OtherWay { short, turned_deg });
         }
         solution
     }

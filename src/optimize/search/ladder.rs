@@ -9,6 +9,7 @@ use super::guess::Guess;
 use super::starts::{self, wanted_turns};
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Method as Road;
+use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{ConvexWork, Outcome, Rung, Solution, Trajectory};
 use crate::numerics::factor::effective;
 use crate::optimize::candidate::Candidate;
@@ -92,8 +93,8 @@ pub(super) struct Search<'a, 'c, const N: usize> {
     pub work: ConvexWork,
     /// The whole answer, where a rung has it: that of the maneuver without limits, which meets them all.
     pub answer: Option<Solution>,
-    /// What is lacking, in words, where no plan was found.
-    pub shortfall: Option<String>,
+    /// What is missing, where no plan was found.
+    pub shortfall: Option<Shortfall>,
     /// The shortest duration that was found \[s\], where none was for the one asked for.
     pub shortest: Option<f64>,
 }
@@ -325,11 +326,7 @@ pub(super) fn held_to(tolerance: f64, mut solution: Solution) -> Solution {
     let met = solution.terminal.largest() <= tolerance;
     if solution.outcome == Outcome::Converged && !met {
         solution.outcome = Outcome::Stalled;
-        solution.shortfall = Some(format!(
-            "the conditions of the optimum are met, but the inputs replayed from the start miss the end by {:.1e}, \
-             scaled; the tolerance is {tolerance:.1e}",
-            solution.terminal.largest()
-        ));
+        solution.shortfall = Some(Shortfall::Missed { error: solution.terminal.largest(), tolerance });
     }
     solution
 }

@@ -11,6 +11,7 @@ use super::free::LIFTED_TOLERANCE;
 use super::ladder::{Ask, Search};
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Method;
+use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::Rung;
 use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::driver::Report;
@@ -144,11 +145,7 @@ impl<'a, const N: usize> Search<'a, '_, N> {
             }
         }
         if self.found.is_empty() {
-            self.shortfall = Some(format!(
-                "the limits of the inputs are too tight for this search: it found a plan within limits {:.4} times \
-                 as large",
-                wider.factor
-            ));
+            self.shortfall = Some(Shortfall::TightLimits { factor: wider.factor });
         }
     }
 }

@@ -185,7 +185,7 @@ fn too_short_a_duration_is_answered_by_the_shortest_found() {
     assert_eq!(missed.status, Status::NotConverged);
     let found = missed.solution.shortest.expect("a duration");
     assert!((found / shortest - 1.0).abs() < 5e-4, "{found}");
-    let told = missed.solution.shortfall.expect("words");
+    let told = missed.solution.shortfall.expect("a cause").to_string();
     assert!(told.contains("no plan of 3.9 s was found, the shortest duration found is 4.03"), "{told}");
     let longer = missed.solution.longer.expect("a longer one");
     assert!(longer >= found);

@@ -9,6 +9,7 @@
 //! extremal: each is a local minimum of its own search.
 
 use serde::Serialize;
+use slewkit::maneuver::Shortfall;
 use slewkit::maneuver::{Constraint, Method, Problem, Rule, Settings, Target};
 use slewkit::optimize::search::{self, Observer, PlanError};
 use slewkit::plan::{self, Plan, Status};
@@ -111,7 +112,7 @@ impl WayRun {
         };
         let solution = &plan.solution;
         (row.status, row.solve_time_s) = (Some(plan.status), solution.solve_time);
-        row.reason = solution.shortfall.clone();
+        row.reason = solution.shortfall.as_ref().map(Shortfall::to_string);
         if plan.status != Status::Solved {
             return row;
         }

@@ -38,6 +38,7 @@ pub use agreement::{Agreement, FromDuals, Verdict};
 pub use global::{BOUND_STEPS, Global, GlobalError, global};
 
 use serde::Serialize;
+use slewkit::maneuver::Shortfall;
 use slewkit::maneuver::{
     Method, Outcome, Problem, Proof, Sense, Settings, Solution, Target, TerminalError, Trajectory,
 };
@@ -334,7 +335,8 @@ impl MethodRun {
             method,
             status,
             by_itself,
-            reason: solution.infeasible.as_ref().map(Proof::to_string).or_else(|| solution.shortfall.clone()),
+            reason: (solution.infeasible.as_ref().map(Proof::to_string))
+                .or_else(|| solution.shortfall.as_ref().map(Shortfall::to_string)),
             cost: reached.then_some(solution.cost),
             terminal: reached.then_some(solution.terminal),
             stationarity: converged.then_some(solution.optimality.stationarity),
