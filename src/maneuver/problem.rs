@@ -1,8 +1,10 @@
 //! The maneuver to plan: a plain value in SI units, checked by [`Problem::check`] where it is solved.
 
 mod check;
+mod unsuited;
 
 pub use crate::maneuver::grid::Scheme;
+pub use unsuited::Unsuited;
 
 use crate::lie::Rotation;
 use crate::maneuver::constraint::{Constraint, ConstraintError};
@@ -196,13 +198,8 @@ pub enum ProblemError {
     #[error("{0}")]
     Wheels(String),
     /// What is minimised does not go with what the maneuver has, or lacks.
-    #[error("{reason}")]
-    Unsuited {
-        /// What is in the way: a key of a spec.
-        what: &'static str,
-        /// Why.
-        reason: &'static str,
-    },
+    #[error(transparent)]
+    Unsuited(#[from] Unsuited),
     /// A weight of the objective does not fit the inputs.
     #[error("{inputs} inputs: {error}")]
     Weight {

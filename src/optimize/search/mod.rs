@@ -59,11 +59,8 @@ pub enum PlanError {
         reason: &'static str,
     },
     /// What cannot be asked of a maneuver whose inputs switch or whose duration is sought.
-    #[error("this maneuver does not go with the settings: {reason}")]
-    Unsuited {
-        /// What to change.
-        reason: &'static str,
-    },
+    #[error("this maneuver does not go with the settings: {0}")]
+    Unsuited(Misfit),
     /// A grid beyond the memory of SCP.
     #[error(
         "what limits this maneuver is planned on {MAX_CONVEX_STEPS} steps at most, and it has {steps}: take fewer"
@@ -85,6 +82,27 @@ pub enum PlanError {
         "the path of the guess is unusable: it takes two or more unit quaternions, and as many positions or none"
     )]
     GuessPath,
+}
+
+/// What is asked of a maneuver that it does not go with.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Misfit {
+    /// SCP, where inputs switch or a duration is sought by the shooting.
+    #[error("it is planned by shooting: use method = \"shooting\" or \"auto\"")]
+    Scp,
+    /// A guess, where none is used.
+    #[error("it takes no guess: leave it out")]
+    Guess,
+    /// Costates to polish, where effort in a given duration is not what is minimised.
+    #[error("only a maneuver of least effort in a given duration has costates to polish")]
+    Polish,
+    /// A comparison of the ways to plan inputs that switch.
+    #[error("ways are compared on maneuvers whose inputs switch")]
+    Ways,
+    /// A comparison of shooting and SCP.
+    #[error("methods are compared on maneuvers of least effort")]
+    Methods,
 }
 
 /// Most steps of SCP: subproblem and Newton matrix hold all of them at once, some gigabytes of memory.
@@ -111,11 +129,10 @@ fn check_for_scp(problem: &Problem) -> Result<(), PlanError> {
 /// Whether settings and guess are such that a duration can be sought, or inputs switch.
 fn check_for_switching(settings: &Settings, guess: Option<&Guess>) -> Result<(), PlanError> {
     if settings.method == Method::Scp {
-        let reason = "it is planned by shooting: use method = \"shooting\" or \"auto\"";
-        return Err(PlanError::Unsuited { reason });
+        return Err(PlanError::Unsuited(Misfit::Scp));
     }
     if guess.is_some() {
-        return Err(PlanError::Unsuited { reason: "it takes no guess: leave it out" });
+        return Err(PlanError::Unsuited(Misfit::Guess));
     }
     Ok(())
 }
@@ -127,7 +144,7 @@ fn check_for_shaped(problem: &Problem, settings: &Settings, guess: Option<&Guess
         return Err(PlanError::NotForShooting { reason });
     }
     if guess.is_some() {
-        return Err(PlanError::Unsuited { reason: "it takes no guess: leave it out" });
+        return Err(PlanError::Unsuited(Misfit::Guess));
     }
     check_for_scp(problem)
 }
@@ -135,9 +152,7 @@ fn check_for_shaped(problem: &Problem, settings: &Settings, guess: Option<&Guess
 /// Whether the effort is what is minimised.
 fn check_for_effort(problem: &Problem) -> Result<(), PlanError> {
     if problem.switches() || problem.seeks_duration() {
-        return Err(PlanError::Unsuited {
-            reason: "only a maneuver of least effort in a given duration has costates to polish",
-        });
+        return Err(PlanError::Unsuited(Misfit::Polish));
     }
     Ok(())
 }

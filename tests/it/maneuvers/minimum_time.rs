@@ -217,7 +217,7 @@ fn what_cannot_be_planned_in_minimum_time_is_refused() {
     let two = problem.clone().with_actuation(torques(&CUBE[..2], &[1.0; 2]));
     assert!(refused(&two, &settings).contains("every direction"));
     let scp = Settings { method: Method::Scp, ..Settings::discrete() };
-    assert!(matches!(plan(&problem, &scp, None, &mut Silent), Err(PlanError::Unsuited { .. })));
+    assert!(matches!(plan(&problem, &scp, None, &mut Silent), Err(PlanError::Unsuited(_))));
 }
 
 /// The best durations that were published, in three digits: `evidence/public_set/ORIGIN.md`; all 1500 by

@@ -25,7 +25,7 @@ pub(super) fn takes_no_guess_and_no_shooting(problem: &Problem) {
     assert!(matches!(refused, PlanError::NotForShooting { .. }), "{refused}");
     let guess = Guess::costates(&[0.0; 6]);
     let refused = plan(problem, &Settings::discrete(), Some(&guess), &mut Silent).unwrap_err();
-    assert!(matches!(refused, PlanError::Unsuited { .. }), "{refused}");
+    assert!(matches!(refused, PlanError::Unsuited(_)), "{refused}");
 }
 
 pub(super) fn limited(problem: Problem, limits: Limits) -> Problem {

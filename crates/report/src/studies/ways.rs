@@ -11,7 +11,7 @@
 use serde::Serialize;
 use slewkit::maneuver::Shortfall;
 use slewkit::maneuver::{Constraint, Method, Problem, Rule, Settings, Target};
-use slewkit::optimize::search::{self, Observer, PlanError};
+use slewkit::optimize::search::{self, Misfit, Observer, PlanError};
 use slewkit::plan::{self, Plan, Status};
 use std::time::Instant;
 
@@ -55,7 +55,7 @@ pub fn compare(
     observer: &mut dyn Observer,
 ) -> Result<Vec<WayRun>, PlanError> {
     if !problem.switches() {
-        return Err(PlanError::Unsuited { reason: "ways are compared on maneuvers whose inputs switch" });
+        return Err(PlanError::Unsuited(Misfit::Ways));
     }
     let began = Instant::now();
     // Ways are compared by the discrete problem.

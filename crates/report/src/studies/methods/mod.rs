@@ -42,7 +42,7 @@ use slewkit::maneuver::Shortfall;
 use slewkit::maneuver::{
     Method, Outcome, Problem, Proof, Sense, Settings, Solution, Target, TerminalError, Trajectory,
 };
-use slewkit::optimize::search::{self, Guess, Observer, PlanError};
+use slewkit::optimize::search::{self, Guess, Misfit, Observer, PlanError};
 use slewkit::plan::{self, Plan, Status};
 use std::time::Instant;
 
@@ -150,7 +150,7 @@ pub fn compare(
     observer: &mut dyn Observer,
 ) -> Result<Comparison, PlanError> {
     if problem.objective.switches() || problem.seeks_duration() {
-        return Err(PlanError::Unsuited { reason: "methods are compared on maneuvers of least effort" });
+        return Err(PlanError::Unsuited(Misfit::Methods));
     }
     // Methods are compared by what both of them solve: the discrete problem.
     let settings = &Settings { target: Target::Discrete, ..settings.clone() };
