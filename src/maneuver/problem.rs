@@ -401,7 +401,7 @@ impl Problem {
         Self { duration: duration.into(), ..self }
     }
 
-    /// The same in `duration` \[s\], which is found where it was sought.
+    /// In `duration` \[s\], which is found where it was sought.
     pub(crate) fn lasting(self, duration: f64) -> Self {
         Self { duration: self.duration.lasting(duration), ..self }
     }

@@ -42,7 +42,7 @@ pub enum Unsuited {
     /// Minimum time or fuel of torques that leave a direction out.
     #[error("minimum time and fuel are planned for torques that reach every direction")]
     TorqueDirections,
-    /// The same of thrusters that push and turn.
+    /// Minimum time or fuel of thrusters that leave a push or a turn out.
     #[error("minimum time and fuel are planned for thrusters that together push and turn in every direction")]
     ThrusterDirections,
     /// Minimum time or fuel by another scheme than Lie–Verlet.
