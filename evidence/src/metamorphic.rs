@@ -103,6 +103,24 @@ fn inexact(plan: &Plan) -> f64 {
 /// The law says nothing of this maneuver.
 pub struct NotApplicable;
 
+/// The same maneuver backwards, in three mirrors and in permuted axes, where it has these: all cost the same.
+pub fn images(problem: &Problem) -> Vec<(&'static str, Problem)> {
+    let mirror = |at: usize| {
+        let mut matrix = Matrix3::identity();
+        matrix[(at, at)] = -1.0;
+        View { reference: matrix, body: matrix, ..PLAIN }.of(problem)
+    };
+    let permuted = View { body: Matrix3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0), ..PLAIN };
+    let all = [
+        ("backwards", reversed(problem)),
+        ("x mirrored", mirror(0)),
+        ("y mirrored", mirror(1)),
+        ("z mirrored", mirror(2)),
+        ("axes permuted", permuted.of(problem)),
+    ];
+    all.into_iter().filter_map(|(name, image)| Some((name, image?))).collect()
+}
+
 /// How a maneuver is told.
 struct View {
     mass: f64,
@@ -314,13 +332,17 @@ fn in_a_mirror(planned: &Planned, _: &mut Random) -> Option<Related> {
     same(View { reference: mirror, body: mirror, ..PLAIN }.of(&planned.problem)?, 1.0)
 }
 
-/// The ends change places, rates their sign. An orbit run backwards is one seen from the other side of its plane.
-/// Lie–Euler is not symmetric in time, and nobody knows with what momenta the wheels end. Nor are torques that are held over the
-/// steps after their nodes: backwards the continuous motion misses by another amount, which a limit of it may tell.
+/// Backwards in time, as [`reversed`] has it. Nor is a limit of what the continuous motion misses: torques that are held over the
+/// steps after their nodes miss by another amount backwards.
 fn backwards(planned: &Planned, _: &mut Random) -> Option<Related> {
-    let problem = &planned.problem;
-    let asymmetric = problem.scheme == Scheme::LieEuler || planned.settings.continuous_tolerance.is_some();
-    if asymmetric || problem.actuation.wheels.is_some() {
+    let judged = planned.settings.continuous_tolerance.is_some();
+    if judged { None } else { same(reversed(&planned.problem)?, 1.0) }
+}
+
+/// The ends change places, rates their sign. An orbit run backwards is one seen from the other side of its plane.
+/// Lie–Euler is not symmetric in time, and nobody knows with what momenta the wheels end.
+fn reversed(problem: &Problem) -> Option<Problem> {
+    if problem.scheme == Scheme::LieEuler || problem.actuation.wheels.is_some() {
         return None;
     }
     let frame_rate = problem.environment.frame_rate();
@@ -354,7 +376,7 @@ fn backwards(planned: &Planned, _: &mut Random) -> Option<Related> {
             }
         }
     }
-    same(reversed, 1.0)
+    Some(reversed)
 }
 
 fn inputs_reordered(planned: &Planned, _: &mut Random) -> Option<Related> {

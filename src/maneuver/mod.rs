@@ -16,7 +16,7 @@ pub use duration::Duration;
 pub use grid::{Grid, GridError, Scheme};
 pub use infeasible::Proof;
 pub use objective::{Fuel, Objective, WeightError, Weighted, Weights};
-pub use problem::{EndCondition, Motion, Path, Problem, ProblemError, State, Unsuited};
+pub use problem::{EndCondition, Formulation, Motion, Path, Problem, ProblemError, State, Unsuited};
 pub use settings::{Method, Settings, SettingsError, Target, Thoroughness};
 pub use shortfall::{Excess, Shortfall, Violation};
 pub use solution::{

@@ -1,9 +1,11 @@
 //! The maneuver to plan: a plain value in SI units, checked by [`Problem::check`] where it is solved.
 
 mod check;
+mod formulation;
 mod unsuited;
 
 pub use crate::maneuver::grid::Scheme;
+pub use formulation::Formulation;
 pub use unsuited::Unsuited;
 
 use crate::lie::Rotation;
@@ -11,6 +13,7 @@ use crate::maneuver::constraint::{Constraint, ConstraintError};
 use crate::maneuver::duration::Duration;
 use crate::maneuver::grid::Grid;
 use crate::maneuver::objective::{Fuel, Objective, WeightError};
+use crate::maneuver::settings::Method;
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::{Environment, Free};
@@ -132,6 +135,9 @@ pub struct Problem {
     pub chooses_steps: bool,
     /// The discretisation.
     pub scheme: Scheme,
+    /// Whether SCP is to plan it on equal steps, also where inputs could switch between them ([`Formulation`]).
+    #[doc(hidden)]
+    pub on_equal_steps: bool,
     /// Which way round.
     pub path: Path,
     /// Where the body may point and how fast it may turn.
@@ -235,6 +241,7 @@ impl Problem {
             steps: 100,
             chooses_steps: true,
             scheme: Scheme::LieVerlet,
+            on_equal_steps: false,
             path: Path::Best,
             constraints: Vec::new(),
         }
@@ -313,7 +320,7 @@ impl Problem {
     /// Whether inputs switch, and are held over steps of unequal lengths: those of minimum time and fuel where nothing but
     /// limits of the torques shapes the plan.
     pub fn switches(&self) -> bool {
-        self.objective.switches() && !self.is_shaped()
+        Formulation::of(self) == Formulation::Switching
     }
 
     /// Whether the attitude at the end is the plan's to choose.
@@ -321,21 +328,16 @@ impl Problem {
         self.end_condition == EndCondition::AnyAttitude
     }
 
-    /// Whether more than limits of the torques shapes a plan of minimum time or fuel: its inputs then stand at the nodes of
-    /// equal steps, as those of effort do. Forces do so too, and what acts on the body.
+    /// Whether a plan of minimum time or fuel has its inputs at the nodes of equal steps, as those of effort do: where more than
+    /// limits of the torques shapes it, or forces or what acts on the body, and where SCP is asked for.
     pub fn is_shaped(&self) -> bool {
-        let arcs = self.is_free_turn() && !self.ends_in_any_attitude();
-        self.objective.switches() && (self.has_shaping_limits() || !arcs)
+        self.objective.switches() && !self.switches()
     }
 
-    /// Whether a duration of least effort is sought with the length of the steps as an unknown of the convex iteration: where
-    /// the shooting does not know the derivative by it.
+    /// The maneuver as `method` plans it: by SCP on equal steps.
     #[doc(hidden)]
-    pub fn stretches_steps(&self) -> bool {
-        let sought = self.duration.known().is_none() && !self.objective.switches();
-        let shoots =
-            !self.has_shaping_limits() && self.motion == Motion::Attitude && !self.ends_in_any_attitude();
-        sought && !shoots
+    pub fn planned_by(self, method: Method) -> Self {
+        Self { on_equal_steps: self.on_equal_steps || method == Method::Scp, ..self }
     }
 
     /// Whether more time is never worse: from rest to rest where nothing acts on the body, it can wait.

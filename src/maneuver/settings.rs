@@ -13,7 +13,8 @@ pub enum Method {
     Auto,
     /// Shooting on the costates. Limits on the inputs alone go through the saturated control law.
     Shooting,
-    /// Sequential convex programming, then polish on the active set.
+    /// Sequential convex programming, then polish on the active set: on equal steps, also where inputs could switch between
+    /// them.
     Scp,
 }
 

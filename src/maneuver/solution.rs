@@ -507,10 +507,11 @@ impl Solution {
     }
 
     /// The maneuver on the grid of its plan: with the number of steps that the plan has, which may have been chosen, or be one more
-    /// than was asked for, with the duration that was found where it was sought, and the attitude at the end where any will do.
+    /// than was asked for, with the duration that was found where it was sought, the attitude at the end where any will do, and on
+    /// equal steps where SCP has planned it.
     pub fn on_grid(&self, problem: &Problem) -> Problem {
         let steps = if self.steps > 0 { self.steps } else { problem.steps };
-        self.trajectory.completed(problem).with_steps(steps)
+        self.trajectory.completed(&problem.clone().planned_by(self.method)).with_steps(steps)
     }
 
     /// The costates that the shooting solves for: `λ_0` for Lie–Euler, `λ_{−1}` for Lie–Verlet, SI.

@@ -53,7 +53,7 @@ impl PeakMemory {
         let plain = BASE + steps * if moves { NODE_WITH_POSITION } else { NODE };
         let shooting = settings.method != Method::Scp && control_law::obstacle(problem).is_none();
         let convex = settings.method == Method::Auto && problem.is_constrained() || !shooting;
-        if problem.switches() || !convex {
+        if problem.clone().planned_by(settings.method).switches() || !convex {
             return Self { likely: plain, most: plain };
         }
         let wheels = problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len());

@@ -270,6 +270,65 @@ fn verify_reaches_nothing_of_the_optimiser_by_any_detour() {
     }
 }
 
+/// Types of the optimiser whose methods are still spread over files, a piece of the theory in each.
+const SPREAD: [&str; 3] = ["Dynamics", "Extremal", "Model"];
+
+/// The types to which a file gives methods of their own, those of no trait.
+fn types_with_methods(words: &[String]) -> BTreeSet<String> {
+    let is_item = |at: usize| at == 0 || ["}", ";", "]", "{"].contains(&words[at - 1].as_str());
+    let of_item = |at: usize| -> Option<String> {
+        let (mut depth, mut name) = (0, None);
+        for next in at + 1.. {
+            match words[next].as_str() {
+                "<" => depth += 1,
+                ">" if words[next - 1] != "-" => depth -= 1,
+                "for" if depth == 0 => return None,
+                "{" | "where" => return name,
+                word if depth == 0 && word.starts_with(char::is_uppercase) => {
+                    name = name.or(Some(word.into()))
+                }
+                _ => {}
+            }
+        }
+        None
+    };
+    (0..words.len()).filter(|at| words[*at] == "impl" && is_item(*at)).filter_map(of_item).collect()
+}
+
+/// What a type can do, and what may write to it, is read in one place.
+#[test]
+fn a_type_of_the_optimiser_has_its_methods_in_one_file() {
+    let modules = read();
+    let is_defined = |name: &Name, of: &str| {
+        let kinds = ["struct", "enum"];
+        modules[name].words.windows(2).any(|pair| kinds.contains(&pair[0].as_str()) && pair[1] == of)
+    };
+    let owner = |name: &Name, of: &str| -> Name {
+        let used = modules[name].uses.iter().filter(|path| path.last().is_some_and(|last| last == of));
+        let places = used.flat_map(|path| defined(&modules, path, 9));
+        [name.clone()].into_iter().chain(places).find(|place| is_defined(place, of)).unwrap_or(name.clone())
+    };
+    let mut files: BTreeMap<(Name, String), Vec<&str>> = BTreeMap::new();
+    for (name, module) in
+        modules.iter().filter(|(name, _)| name.first().is_some_and(|wing| wing == "optimize"))
+    {
+        for of in types_with_methods(&module.words) {
+            files.entry((owner(name, &of), of)).or_default().push(&module.file);
+        }
+    }
+    assert!(files.len() > 50, "{files:?}");
+    let spread: Vec<_> = files.iter().filter(|(_, files)| files.len() > 1).collect();
+    for ((_, of), files) in &spread {
+        assert!(SPREAD.contains(&of.as_str()), "{of} has methods in several files: {files:?}");
+    }
+    for of in SPREAD {
+        assert!(
+            spread.iter().any(|((_, spread), _)| spread == of),
+            "{of} has its methods in one file: leave it out"
+        );
+    }
+}
+
 /// The names that the documentation of a file shows as its own: declared or passed on in public, and not hidden.
 fn shown(file: &str) -> Vec<String> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(file);

@@ -240,6 +240,7 @@ impl Problem {
             (limits.size.is_none() || limits.norm.is_some(), Unsuited::PulsesUnderNorm),
             (limits.rate.is_some(), Unsuited::PulsesOfLimitedRate),
             (!self.constraints.is_empty(), Unsuited::PulsesUnderConstraints),
+            (self.on_equal_steps, Unsuited::PulsesOnEqualSteps),
         ])?;
         if self.duration.at_most().or(self.duration.known()).is_some_and(|longest| shortest > longest) {
             return Err(out_of_range("shortest pulse", shortest, "must not be longer than the maneuver"));

@@ -75,6 +75,9 @@ pub enum Unsuited {
     /// A shortest pulse with cones or limits of the rates.
     #[error("pulses are planned without cones and limits of the rates")]
     PulsesUnderConstraints,
+    /// A shortest pulse where SCP is asked for.
+    #[error("pulses begin and end between equal steps: method = \"scp\" does not plan them")]
+    PulsesOnEqualSteps,
     /// Thrusters that push and turn, with limits of another kind than one for each.
     #[error(
         "thrusters that push and turn push to one side only, up to a limit each, and have no other limits"

@@ -1,17 +1,25 @@
 //! The answer of a search: the best of what was found, written with all that is told of it.
 
-use super::ladder::{SAME_COST, Search};
+use super::asked;
+use super::chains::along;
+use super::found::{Found, SAME_COST};
+use super::ladder::Search;
+use super::landed::landed;
 use super::record::{self, Recorded};
+use super::shots::shoot_from;
+use super::starts;
 use super::way::Way;
+use crate::flight::{Excess, Flight};
 use crate::lie;
 use crate::maneuver::problem::State;
 use crate::maneuver::settings::Method as Road;
-use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{ConvexWork, Landing, Optimality, Outcome, Rival, Solution, Trajectory};
 use crate::numerics::parallel;
+use crate::optimize::candidate::Candidate;
 use crate::optimize::landing::Landed;
-use crate::optimize::methods::method::{Attempt, Watch};
-use crate::optimize::methods::scp::road::{iterate, multipliers};
+use crate::optimize::methods::driver::Report;
+use crate::optimize::methods::method::{Attempt, Method, Watch};
+use crate::optimize::methods::scp::road::{Chain, ConvexIteration, iterate, multipliers};
 use crate::optimize::methods::scp::second_order::descents;
 use crate::optimize::methods::shooting::newton::outcome_of;
 use crate::optimize::second_order;
@@ -21,242 +29,273 @@ use crate::optimize::sweep::BoundaryValueProblem;
 /// Steps from which a second thread takes less time than waking it.
 const WORTH_A_THREAD: usize = 400;
 
-impl<const N: usize> Search<'_, '_, N> {
-    /// Chooses among what was found, and writes the solution.
-    pub fn conclude(&mut self) -> Solution {
-        let solve_time = self.context.began.elapsed().as_secs_f64();
-        let mut solution = match self.answer.take() {
-            Some(answer) => self.answer_landed(answer),
-            None => self.chosen(),
-        };
-        solution.solve_time = solve_time;
-        if let Some(stopped) = self.context.interrupt()
-            && solution.outcome != Outcome::Converged
-        {
-            solution.outcome = stopped;
+/// Chooses among what was found, and writes the solution.
+pub(super) fn conclude<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Solution {
+    if let Some(told) = found.told.take() {
+        return told;
+    }
+    let solve_time = search.context.began.elapsed().as_secs_f64();
+    let mut solution = match found.answer.take() {
+        Some(answer) => answer_landed(search, answer),
+        None => chosen(search, found),
+    };
+    solution.solve_time = solve_time;
+    if let Some(stopped) = search.context.interrupt()
+        && solution.outcome != Outcome::Converged
+    {
+        solution.outcome = stopped;
+    }
+    solution
+}
+
+/// The best of what was found, or the nearest miss, with its rivals.
+fn chosen<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Solution {
+    let unsolved = Solution::unsolved(search.problem, search.context.settings.tolerance);
+    // SCP has ranked what it found from its own seeds: its winner is on the requested grid, its rivals are not.
+    let ranked = |plan: &Attempt| plan.candidate.provenance.method == Road::Scp;
+    let elsewhere = |plan: &Attempt| plan.candidate.steps() != search.problem.steps;
+    let own = !search.is_free() || found.is_guessed() || found.plans().iter().any(elsewhere);
+    if !(own && found.plans().iter().any(ranked)) {
+        found.reorder(|plans| asked::ranked(search, plans));
+    }
+    let rivals = found.plans().iter().skip(1).chain(&found.pool.rivals).map(|plan| rival(search, plan));
+    // One that cannot be followed from its start is no plan.
+    let rivals = rivals.filter(|rival| rival.turned_deg.is_finite() && rival.cost.is_finite()).collect();
+    let shortfall = found.shortfall.clone();
+    let method = if search.ask.shooting { Road::Shooting } else { Road::Scp };
+    let mut solution = Solution { method, rivals, shortfall, ..unsolved };
+    if let Some(chosen) = found.best().or(found.missed()) {
+        write(search, &found.work, &mut solution, chosen);
+    } else if search.context.ladder.borrow().iter().any(|rung| rung.outcome == Outcome::IterationLimit) {
+        solution.outcome = Outcome::IterationLimit;
+    }
+    solution
+}
+
+/// What is told of another plan, with the cost that it has in the unit of the file.
+pub(super) fn rival_of_cost<const N: usize>(search: &Search<N>, plan: &Attempt, cost: f64) -> Rival {
+    Rival { cost, ..rival(search, plan) }
+}
+
+fn rival<const N: usize>(search: &Search<N>, rival: &Attempt) -> Rival {
+    let candidate = &rival.candidate;
+    let Way { sense, turned_deg, .. } = asked::way(search, candidate);
+    let conjugate_points = match candidate.provenance.method {
+        _ if !search.context.settings.test_second_order => None,
+        Road::Scp => None,
+        _ => second_order::conjugate_points(asked::told_on(search, candidate), &candidate.costate::<N>()),
+    };
+    let (start, cost) = (candidate.provenance.start.clone(), rival.cost * search.fine.dynamics.units.cost);
+    Rival { start, sense, cost, conjugate_points, turned_deg }
+}
+
+/// Everything that is told of an attempt, which is made to land first where that is asked for.
+pub(super) fn write<const N: usize>(
+    search: &Search<N>,
+    work: &ConvexWork,
+    solution: &mut Solution,
+    attempt: &Attempt,
+) {
+    match landed(search, attempt) {
+        Some(Landed { attempt: landed, target, landing }) => {
+            write_aimed(search, work, solution, &landed, Some(&target), attempt);
+            let cost_before = attempt.cost * search.fine.dynamics.units.cost;
+            solution.landing = Some(Landing { cost_before, ..landing });
         }
-        solution
+        None => write_aimed(search, work, solution, attempt, None, attempt),
     }
+}
 
-    /// The best of what was found, or the nearest miss, with its rivals.
-    fn chosen(&mut self) -> Solution {
-        let unsolved = Solution::unsolved(self.problem, self.context.settings.tolerance);
-        // SCP has ranked what it found from its own seeds: its winner is on the requested grid, its rivals are not.
-        let ranked = |found: &Attempt| found.candidate.provenance.method == Road::Scp;
-        let elsewhere = |found: &Attempt| found.candidate.steps() != self.problem.steps;
-        let own = !self.is_free() || self.found.iter().any(elsewhere);
-        if !(own && self.found.iter().any(ranked)) {
-            self.rank();
+/// Everything that is told of an attempt at a target other than the end of the maneuver.
+///
+/// The optimality of an extremal of the shooting is that of `optimum`, the discrete optimum that it was before it was made
+/// to land: a shift by `O(h²)` takes a circle of equal minima apart into a minimum and a saddle, and neither is one of the
+/// maneuver.
+pub(super) fn write_aimed<const N: usize>(
+    search: &Search<N>,
+    work: &ConvexWork,
+    solution: &mut Solution,
+    attempt: &Attempt,
+    target: Option<&State>,
+    optimum: &Attempt,
+) {
+    let aimed = target.map(|target| search.fine.aimed(target));
+    let fine = aimed.as_ref().unwrap_or(&search.fine);
+    let candidate = &attempt.candidate;
+    let provenance = &candidate.provenance;
+    solution.outcome = attempt.outcome;
+    solution.method = provenance.method;
+    solution.start = provenance.start.clone();
+    solution.iterations = provenance.iterations;
+    if let Some(shortfall) = &attempt.shortfall {
+        solution.shortfall = Some(shortfall.clone());
+    }
+    if candidate.steps() != search.problem.steps {
+        return;
+    }
+    let scp = provenance.method == Road::Scp;
+    let chain = scp.then(|| {
+        let mut chain = search.chain_of_given_duration(candidate.steps());
+        if let Some(target) = target {
+            chain.model.aim(target);
         }
-        let rivals = self.found.iter().skip(1).chain(&self.rivals).map(|rival| self.rival(rival));
-        // One that cannot be followed from its start is no plan.
-        let rivals = rivals.filter(|rival| rival.turned_deg.is_finite() && rival.cost.is_finite()).collect();
-        let shortfall = self.shortfall.clone();
-        let method = if self.ask.shooting { Road::Shooting } else { Road::Scp };
-        let mut solution = Solution { method, rivals, shortfall, ..unsolved };
-        if let Some(chosen) = self.found.first().or(self.failure.as_ref()) {
-            self.write(&mut solution, chosen);
-        } else if self.context.ladder.borrow().iter().any(|rung| rung.outcome == Outcome::IterationLimit) {
-            solution.outcome = Outcome::IterationLimit;
-        }
-        solution
-    }
-
-    /// What is told of another plan, with the cost that it has in the unit of the file.
-    pub fn rival_of_cost(&self, rival: &Attempt, cost: f64) -> Rival {
-        Rival { cost, ..self.rival(rival) }
-    }
-
-    fn rival(&self, rival: &Attempt) -> Rival {
-        let candidate = &rival.candidate;
-        let Way { sense, turned_deg, .. } = self.way(candidate);
-        let conjugate_points = match candidate.provenance.method {
-            _ if !self.context.settings.test_second_order => None,
-            Road::Scp => None,
-            _ => second_order::conjugate_points(self.told_on(candidate), &candidate.costate::<N>()),
-        };
-        let (start, cost) = (candidate.provenance.start.clone(), rival.cost * self.fine.dynamics.units.cost);
-        Rival { start, sense, cost, conjugate_points, turned_deg }
-    }
-
-    /// Everything that is told of an attempt, which is made to land first where that is asked for.
-    pub fn write(&self, solution: &mut Solution, attempt: &Attempt) {
-        match self.landed(attempt) {
-            Some(Landed { attempt: landed, target, landing }) => {
-                self.write_aimed(solution, &landed, Some(&target), attempt);
-                let cost_before = attempt.cost * self.fine.dynamics.units.cost;
-                solution.landing = Some(Landing { cost_before, ..landing });
+        chain
+    });
+    let (recorded, optimality) = match &chain {
+        Some(chain) => (record::chain(search.problem, fine, chain, candidate), None),
+        None => recorded(search, fine, attempt, optimum),
+    };
+    let recorded = match recorded {
+        Ok(recorded) => recorded,
+        // What cannot be replayed is no plan, however well its conditions are met.
+        Err(error) => {
+            if attempt.converged() {
+                solution.outcome = outcome_of(error);
             }
-            None => self.write_aimed(solution, attempt, None, attempt),
-        }
-    }
-
-    /// Everything that is told of an attempt at a target other than the end of the maneuver.
-    ///
-    /// The optimality of an extremal of the shooting is that of `optimum`, the discrete optimum that it was before it was made
-    /// to land: a shift by `O(h²)` takes a circle of equal minima apart into a minimum and a saddle, and neither is one of the
-    /// maneuver.
-    pub fn write_aimed(
-        &self,
-        solution: &mut Solution,
-        attempt: &Attempt,
-        target: Option<&State>,
-        optimum: &Attempt,
-    ) {
-        let aimed = target.map(|target| self.fine.aimed(target));
-        let fine = aimed.as_ref().unwrap_or(&self.fine);
-        let candidate = &attempt.candidate;
-        let provenance = &candidate.provenance;
-        solution.outcome = attempt.outcome;
-        solution.method = provenance.method;
-        solution.start = provenance.start.clone();
-        solution.iterations = provenance.iterations;
-        if let Some(shortfall) = &attempt.shortfall {
-            solution.shortfall = Some(shortfall.clone());
-        }
-        if candidate.steps() != self.problem.steps {
             return;
         }
-        let scp = provenance.method == Road::Scp;
-        let chain = scp.then(|| {
-            let mut chain = self.chain_of_given_duration(candidate.steps());
-            if let Some(target) = target {
-                chain.model.aim(target);
-            }
-            chain
-        });
-        let (recorded, optimality) = match &chain {
-            Some(chain) => (record::chain(self.problem, fine, chain, candidate), None),
-            None => self.recorded(fine, attempt, optimum),
-        };
-        let recorded = match recorded {
-            Ok(recorded) => recorded,
-            // What cannot be replayed is no plan, however well its conditions are met.
-            Err(error) => {
-                if attempt.converged() {
-                    solution.outcome = outcome_of(error);
+    };
+    solution.cost = recorded.cost * fine.dynamics.units.cost;
+    solution.terminal = recorded.terminal;
+    solution.sense = recorded.way.sense;
+    solution.turned_deg = recorded.way.turned_deg;
+    // Of a maneuver to any attitude the target is where the discrete motion ends.
+    let reached = recorded.trajectory.quaternion.last().filter(|_| search.problem.ends_in_any_attitude());
+    let reached = reached.map(lie::rotation_from_quaternion);
+    let target = target.map(|target| State { attitude: reached.unwrap_or(target.attitude), ..*target });
+    solution.trajectory = Trajectory { target, ..recorded.trajectory };
+    match &chain {
+        None => {
+            solution.active = recorded.active;
+            solution.optimality = match optimality {
+                Some(optimality) => optimality,
+                None if search.context.settings.test_second_order => {
+                    second_order::optimality(&search.fine, &optimum.candidate.costate())
                 }
-                return;
-            }
-        };
-        solution.cost = recorded.cost * fine.dynamics.units.cost;
-        solution.terminal = recorded.terminal;
-        solution.sense = recorded.way.sense;
-        solution.turned_deg = recorded.way.turned_deg;
-        // Of a maneuver to any attitude the target is where the discrete motion ends.
-        let reached = recorded.trajectory.quaternion.last().filter(|_| self.problem.ends_in_any_attitude());
-        let reached = reached.map(lie::rotation_from_quaternion);
-        let target = target.map(|target| State { attitude: reached.unwrap_or(target.attitude), ..*target });
-        solution.trajectory = Trajectory { target, ..recorded.trajectory };
-        match &chain {
-            None => {
-                solution.active = recorded.active;
-                solution.optimality = match optimality {
-                    Some(optimality) => optimality,
-                    None if self.context.settings.test_second_order => {
-                        second_order::optimality(&self.fine, &optimum.candidate.costate())
-                    }
-                    None => Optimality::UNTESTED,
-                };
-            }
-            Some(chain) if attempt.converged() => {
-                solution.active = recorded.active;
-                solution.convex = Some(ConvexWork { subproblems: provenance.subproblems, ..self.work });
-                // The second order is that of the effort, in the duration found.
-                let effort = self.ask.goal.as_ref().is_none_or(|goal| !goal.objective.switches());
-                let tested = self.context.settings.test_second_order;
-                solution.optimality = self.context.within(|budget| {
-                    let (iterate, multipliers) = (iterate(candidate), multipliers(candidate));
-                    let watch = Watch { deadline: None, ..budget.watch };
-                    Optimality {
-                        tested,
-                        stationarity: attempt.stationarity,
-                        conjugate_points: (effort && tested)
-                            .then(|| descents(&chain.model, &chain.rows, &iterate, &multipliers, &watch))
-                            .flatten(),
-                        rank: chain.model.terminal_count(),
-                        condition: f64::NAN,
-                    }
-                });
-            }
-            Some(_) => {}
+                None => Optimality::UNTESTED,
+            };
         }
-    }
-
-    /// Records an extremal, and where that pays tests its second order meanwhile.
-    fn recorded(
-        &self,
-        fine: &BoundaryValueProblem<N>,
-        attempt: &Attempt,
-        optimum: &Attempt,
-    ) -> (Result<Recorded, StepError>, Option<Optimality>) {
-        let (problem, stopped) = (self.problem, self.stopped());
-        let (costate, swept) = (attempt.candidate.costate(), attempt.swept.as_ref());
-        if stopped || !fine.is_kept_after_stop() {
-            // The best iterate is worth a moment more.
-            let undisturbed = (stopped && fine.is_kept_after_stop()).then(|| fine.undisturbed());
-            return (record::extremal(problem, undisturbed.as_ref().unwrap_or(fine), &costate, swept), None);
-        }
-        let pays = problem.steps >= WORTH_A_THREAD && parallel::threads() > 1;
-        if !pays || !self.context.settings.test_second_order {
-            return (record::extremal(problem, fine, &costate, swept), None);
-        }
-        let (dynamics, start, terminal) = fine.parts();
-        let record = || {
-            let fine = BoundaryValueProblem::<N>::of_parts(dynamics, start, terminal);
-            record::extremal(problem, &fine, &costate, swept)
-        };
-        let tested = optimum.candidate.costate();
-        let test = || second_order::optimality(&self.fine, &tested);
-        let (optimality, recorded) = parallel::both(test, record, || {
-            self.stopped();
-        });
-        (recorded, Some(optimality))
-    }
-
-    /// Adds to an unsolved maneuver the duration for which a plan was found.
-    pub fn advise(&self, solution: &mut Solution) {
-        // A search that was cut short says nothing about the maneuver.
-        let searched = !matches!(solution.outcome, Outcome::Converged | Outcome::IterationLimit);
-        if searched
-            && !self.stopped()
-            && let Some(missing) = solution.shortfall.take()
-        {
-            solution.longer = self.longer();
-            solution.shortest = self.shortest;
-            solution.shortfall = Some(Shortfall::InOtherTime {
-                missing: Box::new(missing),
-                asked: self.problem.seconds(),
-                shortest: self.shortest,
-                longer: solution.longer,
+        Some(chain) if attempt.converged() => {
+            solution.active = recorded.active;
+            solution.convex = Some(ConvexWork { subproblems: provenance.subproblems, ..*work });
+            // The second order is that of the effort, in the duration found.
+            let effort = search.ask.goal.as_ref().is_none_or(|goal| !goal.objective.switches());
+            let tested = search.context.settings.test_second_order;
+            solution.optimality = search.context.within(|budget| {
+                let (iterate, multipliers) = (iterate(candidate), multipliers(candidate));
+                let watch = Watch { deadline: None, ..budget.watch };
+                Optimality {
+                    tested,
+                    stationarity: attempt.stationarity,
+                    conjugate_points: (effort && tested)
+                        .then(|| descents(&chain.model, &chain.rows, &iterate, &multipliers, &watch))
+                        .flatten(),
+                    rank: chain.model.terminal_count(),
+                    condition: f64::NAN,
+                }
             });
         }
+        Some(_) => {}
     }
+}
 
-    /// The shooting's word on an answer of SCP, started from its duals: whether it is an extremal, and of which
-    /// second order. Where its terminal error is above the tolerance, the shooting's own answer.
-    pub fn confirm(&mut self, solution: Solution) -> Solution {
-        if solution.outcome != Outcome::Converged || self.stopped() {
-            return solution;
-        }
-        self.found.clear();
-        let duals = solution.costates_0(self.problem).to_vec();
-        if duals.is_empty() {
-            return solution;
-        }
-        self.shoot_from(&duals, "duals");
-        let Some(shot) = self.found.first() else { return solution };
-        let unsolved = Solution::unsolved(self.problem, self.context.settings.tolerance);
-        let mut confirmed = Solution { solve_time: self.context.began.elapsed().as_secs_f64(), ..unsolved };
-        self.write(&mut confirmed, shot);
-        if (confirmed.cost - solution.cost).abs() > SAME_COST * solution.cost.abs() {
-            return solution;
-        }
-        if solution.terminal.largest() > self.context.settings.tolerance {
-            return Solution { convex: solution.convex, rivals: solution.rivals, ..confirmed };
-        }
-        let stationarity = solution.optimality.stationarity.max(confirmed.optimality.stationarity);
-        let optimality = Optimality { stationarity, ..confirmed.optimality };
-        Solution { optimality, solve_time: confirmed.solve_time, ..solution }
+/// Records an extremal, and where that pays tests its second order meanwhile.
+fn recorded<const N: usize>(
+    search: &Search<N>,
+    fine: &BoundaryValueProblem<N>,
+    attempt: &Attempt,
+    optimum: &Attempt,
+) -> (Result<Recorded, StepError>, Option<Optimality>) {
+    let (problem, stopped) = (search.problem, search.stopped());
+    let (costate, swept) = (attempt.candidate.costate(), attempt.swept.as_ref());
+    if stopped || !fine.is_kept_after_stop() {
+        // The best iterate is worth a moment more.
+        let undisturbed = (stopped && fine.is_kept_after_stop()).then(|| fine.undisturbed());
+        return (record::extremal(problem, undisturbed.as_ref().unwrap_or(fine), &costate, swept), None);
     }
+    let pays = problem.steps >= WORTH_A_THREAD && parallel::threads() > 1;
+    if !pays || !search.context.settings.test_second_order {
+        return (record::extremal(problem, fine, &costate, swept), None);
+    }
+    let (dynamics, start, terminal) = fine.parts();
+    let record = || {
+        let fine = BoundaryValueProblem::<N>::of_parts(dynamics, start, terminal);
+        record::extremal(problem, &fine, &costate, swept)
+    };
+    let tested = optimum.candidate.costate();
+    let test = || second_order::optimality(&search.fine, &tested);
+    let (optimality, recorded) = parallel::both(test, record, || {
+        search.stopped();
+    });
+    (recorded, Some(optimality))
+}
+
+/// The shooting's word on an answer of SCP, started from its duals: whether it is an extremal, and of which
+/// second order. Where its terminal error is above the tolerance, the shooting's own answer.
+pub(super) fn confirm<const N: usize>(search: &Search<N>, solution: Solution) -> Solution {
+    if solution.outcome != Outcome::Converged || search.stopped() {
+        return solution;
+    }
+    let duals = solution.costates_0(search.problem).to_vec();
+    if duals.is_empty() {
+        return solution;
+    }
+    let mut found = Found::default();
+    shoot_from(search, &mut found, &duals, "duals");
+    let Some(shot) = found.best() else { return solution };
+    let unsolved = Solution::unsolved(search.problem, search.context.settings.tolerance);
+    let mut confirmed = Solution { solve_time: search.context.began.elapsed().as_secs_f64(), ..unsolved };
+    write(search, &found.work, &mut confirmed, shot);
+    if (confirmed.cost - solution.cost).abs() > SAME_COST * solution.cost.abs() {
+        return solution;
+    }
+    if solution.terminal.largest() > search.context.settings.tolerance {
+        return Solution { convex: solution.convex, rivals: solution.rivals, ..confirmed };
+    }
+    let stationarity = solution.optimality.stationarity.max(confirmed.optimality.stationarity);
+    let optimality = Optimality { stationarity, ..confirmed.optimality };
+    Solution { optimality, solve_time: confirmed.solve_time, ..solution }
+}
+
+/// The answer of a search without limits, made to land: where its true motion then exceeds a constraint, by the convex
+/// iteration along its path.
+pub(super) fn answer_landed<const N: usize>(search: &Search<N>, answer: Solution) -> Solution {
+    if !search.ask.lands || answer.outcome != Outcome::Converged || search.stopped() {
+        return answer;
+    }
+    let Ok(costate) = starts::given(search.problem, &search.fine, answer.costates_0(search.problem)) else {
+        return answer;
+    };
+    let candidate = Candidate::of_costate(&answer.start, &search.fine.dynamics.grid, &costate);
+    let report = Report { outcome: Outcome::Converged, iterations: answer.iterations, residuals: Vec::new() };
+    let mut written = answer.clone();
+    write(search, &ConvexWork::default(), &mut written, &Attempt::of(candidate, report));
+    written.iterations = answer.iterations;
+    if let Some(landing) = &mut written.landing {
+        landing.cost_before = answer.cost;
+    }
+    if written.landing.is_none() || !exceeds(search, &written.trajectory) {
+        return written;
+    }
+    let steps = search.problem.steps;
+    let chain = Chain::new(search.problem, steps);
+    let path = chain.opened(&along(&answer.start, &answer.trajectory, &chain.model.dynamics));
+    let convex = ConvexIteration { chain: &chain, options: &search.ask.last };
+    let kept = search.context.within(|budget| convex.improve(path, budget));
+    if kept.converged() {
+        let mut kept_within = answer.clone();
+        write(search, &ConvexWork::default(), &mut kept_within, &kept);
+        kept_within.iterations = answer.iterations;
+        return kept_within;
+    }
+    written
+}
+
+/// Whether the true motion of a plan exceeds a constraint.
+fn exceeds<const N: usize>(search: &Search<N>, plan: &Trajectory) -> bool {
+    let Some(mut excess) = Excess::of(search.problem) else { return false };
+    let steps = Flight::of_plan(search.problem, plan);
+    let mut flight = Flight::new(search.problem);
+    flight.settle(&steps);
+    flight.fly(&steps, Some(&mut excess)).is_none() || excess.worst.iter().any(|worst| *worst > 0.0)
 }

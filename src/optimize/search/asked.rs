@@ -11,7 +11,7 @@
 //! goes round in the other class of rotations than was asked for is not solved: the solution says which way the nearest one
 //! goes. Classes are told on the double cover, against the motion without inputs.
 
-use super::ladder::{Search, held_to};
+use super::ladder::Search;
 use super::way::{Follower, Way};
 use crate::Vector3;
 use crate::lie;
@@ -31,113 +31,155 @@ const NEAR: f64 = 0.2;
 /// How much farther from a rotation that is given all paths of the other class are than those of its own: more turns than a
 /// path has.
 const OTHER_CLASS: f64 = 1e6;
+/// A path that is farther from the one asked for goes another way round.
+pub(super) const ASTRAY: f64 = 1.0;
 
-impl<'a, const N: usize> Search<'a, '_, N> {
-    /// Whether a solution goes the way that was asked for, and no cheaper one is near it. A rotation that is given
-    /// is taken as written: that may be a saddle. So may be what is not to be tested.
-    pub fn satisfies(&self, solution: &Solution) -> bool {
-        let untested = !self.context.settings.test_second_order;
-        let minimal = untested || solution.optimality.conjugate_points == Some(0);
-        let given = matches!(self.problem.path, Path::AsGiven(_));
-        solution.outcome == Outcome::Converged && (minimal || given) && self.goes_as_asked(solution)
-    }
+/// Whether a solution goes the way that was asked for, and no cheaper one is near it. A rotation that is given
+/// is taken as written: that may be a saddle. So may be what is not to be tested.
+pub(super) fn satisfies<const N: usize>(search: &Search<N>, solution: &Solution) -> bool {
+    let untested = !search.context.settings.test_second_order;
+    let minimal = untested || solution.optimality.conjugate_points == Some(0);
+    let given = matches!(search.problem.path, Path::AsGiven(_));
+    solution.outcome == Outcome::Converged && (minimal || given) && goes_as_asked(search, solution)
+}
 
-    pub fn goes_as_asked(&self, solution: &Solution) -> bool {
-        self.asked_sense().is_none_or(|sense| sense == solution.sense)
-    }
+pub(super) fn goes_as_asked<const N: usize>(search: &Search<N>, solution: &Solution) -> bool {
+    asked_sense(search).is_none_or(|sense| sense == solution.sense)
+}
 
-    /// The sense that was asked for.
-    pub fn asked_sense(&self) -> Option<Sense> {
-        match self.problem.path {
-            Path::Best => None,
-            Path::Shortest => Some(Sense::Short),
-            Path::Long => Some(Sense::Long),
-            Path::AsGiven(rotation) => {
-                let mut path = Follower::new();
-                let parts = (rotation.norm() / 0.1).ceil().max(1.0);
-                for part in 0..=parts as usize {
-                    let turned = lie::exp(&(rotation * (part as f64 / parts)));
-                    path.node(&(self.problem.start.attitude * turned), Vector3::zeros(), 0.0);
-                }
-                path.way(&self.coarse).ok().map(|way| way.sense)
+/// The sense that was asked for.
+pub(super) fn asked_sense<const N: usize>(search: &Search<N>) -> Option<Sense> {
+    match search.problem.path {
+        Path::Best => None,
+        Path::Shortest => Some(Sense::Short),
+        Path::Long => Some(Sense::Long),
+        Path::AsGiven(rotation) => {
+            let mut path = Follower::new();
+            let parts = (rotation.norm() / 0.1).ceil().max(1.0);
+            for part in 0..=parts as usize {
+                let turned = lie::exp(&(rotation * (part as f64 / parts)));
+                path.node(&(search.problem.start.attitude * turned), Vector3::zeros(), 0.0);
             }
+            path.way(&search.coarse).ok().map(|way| way.sense)
         }
     }
+}
 
-    /// A solution that counts as converged only if it goes the way round that was asked for.
-    pub fn held_to_its_way(&self, mut solution: Solution) -> Solution {
-        if solution.outcome == Outcome::Converged && !self.goes_as_asked(&solution) {
-            let (short, turned_deg) = (solution.sense == Sense::Short, solution.turned_deg);
-            solution.outcome = Outcome::Stalled;
-            solution.shortfall = Some(Shortfall::OtherWay { short, turned_deg });
+/// A solution that counts as converged only if it goes the way round that was asked for.
+pub(super) fn held_to_its_way<const N: usize>(search: &Search<N>, mut solution: Solution) -> Solution {
+    if solution.outcome == Outcome::Converged && !goes_as_asked(search, &solution) {
+        let (short, turned_deg) = (solution.sense == Sense::Short, solution.turned_deg);
+        solution.outcome = Outcome::Stalled;
+        solution.shortfall = Some(Shortfall::OtherWay { short, turned_deg });
+    }
+    solution
+}
+
+/// A solution that counts as converged only where it goes the way that was asked for, and ends where it should.
+pub(super) fn held_to_all<const N: usize>(search: &Search<N>, solution: Solution) -> Solution {
+    held_to(search.context.settings.tolerance, held_to_its_way(search, solution))
+}
+
+/// The grid that an extremal is told on: the coarse one, unless its costates lead elsewhere there.
+pub(super) fn told_on<'s, 'a, const N: usize>(
+    search: &'s Search<'a, '_, N>,
+    candidate: &Candidate,
+) -> &'s BoundaryValueProblem<'a, N> {
+    let [coarse, fine] = [&search.coarse, &search.fine].map(|bvp| bvp.dynamics.grid.steps());
+    let is_fine = candidate.steps() == fine && fine != coarse;
+    let near = || {
+        Follower::of(&search.coarse, &candidate.costate()).is_ok_and(|path| path.miss(&search.coarse) < NEAR)
+    };
+    if is_fine && !near() { &search.fine } else { &search.coarse }
+}
+
+/// How a candidate goes round.
+pub(super) fn way<const N: usize>(search: &Search<N>, candidate: &Candidate) -> Way {
+    let way = match candidate.provenance.method {
+        Road::Scp => {
+            let mut path = Follower::new();
+            let model = Model::new(search.problem, candidate.steps());
+            for (attitude, rate) in body_rates(&model, candidate) {
+                path.node(&attitude, rate, model.h);
+            }
+            Ok(path.way_or_short(&search.fine))
         }
-        solution
-    }
+        _ => {
+            let bvp = told_on(search, candidate);
+            Follower::of(bvp, &candidate.costate()).map(|path| path.way_or_short(bvp))
+        }
+    };
+    let (turned_deg, rotation) = (f64::NAN, Vector3::repeat(f64::NAN));
+    way.unwrap_or(Way { sense: Sense::Short, turned_deg, rotation })
+}
 
-    /// A solution that counts as converged only where it goes the way that was asked for, and ends where it should.
-    pub fn held_to_all(&self, solution: Solution) -> Solution {
-        held_to(self.context.settings.tolerance, self.held_to_its_way(solution))
-    }
-
-    /// The grid that an extremal is told on: the coarse one, unless its costates lead elsewhere there.
-    pub fn told_on(&self, candidate: &Candidate) -> &BoundaryValueProblem<'a, N> {
-        let [coarse, fine] = [&self.coarse, &self.fine].map(|bvp| bvp.dynamics.grid.steps());
-        let is_fine = candidate.steps() == fine && fine != coarse;
-        let near = || {
-            Follower::of(&self.coarse, &candidate.costate()).is_ok_and(|path| path.miss(&self.coarse) < NEAR)
-        };
-        if is_fine && !near() { &self.fine } else { &self.coarse }
-    }
-
-    /// How a candidate goes round.
-    pub fn way(&self, candidate: &Candidate) -> Way {
-        let way = match candidate.provenance.method {
-            Road::Scp => {
-                let mut path = Follower::new();
-                let model = Model::new(self.problem, candidate.steps());
-                for (attitude, rate) in body_rates(&model, candidate) {
-                    path.node(&attitude, rate, model.h);
-                }
-                Ok(path.way_or_short(&self.fine))
-            }
-            _ => {
-                let bvp = self.told_on(candidate);
-                Follower::of(bvp, &candidate.costate()).map(|path| path.way_or_short(bvp))
-            }
-        };
-        let (turned_deg, rotation) = (f64::NAN, Vector3::repeat(f64::NAN));
-        way.unwrap_or(Way { sense: Sense::Short, turned_deg, rotation })
-    }
-
-    /// How far a path is from what was asked for: the wrong sense, or another rotation than the given.
-    pub fn astray(&self, found: &Attempt) -> f64 {
-        let way = || self.way(&found.candidate);
-        match self.problem.path {
-            Path::Best => 0.0,
-            Path::Shortest => f64::from(u8::from(way().sense != Sense::Short)),
-            Path::Long => f64::from(u8::from(way().sense != Sense::Long)),
-            // In full turns, to a thousandth; a path of the other class is another way whatever it turns by.
-            Path::AsGiven(rotation) => {
-                let way = way();
-                let other = self.asked_sense().is_some_and(|sense| sense != way.sense);
-                f64::from(u8::from(other)) * OTHER_CLASS
-                    + ((way.rotation - rotation).norm() / TAU * 1e3).round() / 1e3
-            }
+/// How far a path is from what was asked for: the wrong sense, or another rotation than the given.
+pub(super) fn astray<const N: usize>(search: &Search<N>, found: &Attempt) -> f64 {
+    let way = || way(search, &found.candidate);
+    match search.problem.path {
+        Path::Best => 0.0,
+        Path::Shortest => f64::from(u8::from(way().sense != Sense::Short)),
+        Path::Long => f64::from(u8::from(way().sense != Sense::Long)),
+        // In full turns, to a thousandth; a path of the other class is another way whatever it turns by.
+        Path::AsGiven(rotation) => {
+            let way = way();
+            let other = asked_sense(search).is_some_and(|sense| sense != way.sense);
+            f64::from(u8::from(other)) * OTHER_CLASS
+                + ((way.rotation - rotation).norm() / TAU * 1e3).round() / 1e3
         }
     }
+}
 
-    /// The nearest to what was asked for first, of these the lowest cost.
-    pub fn ranked(&self, found: Vec<Attempt>) -> Vec<Attempt> {
-        let several = found.len() > 1;
-        let mut keyed: Vec<(f64, Attempt)> =
-            found.into_iter().map(|found| (if several { self.astray(&found) } else { 0.0 }, found)).collect();
-        keyed.sort_by(|(a, x), (b, y)| a.total_cmp(b).then(x.cost.total_cmp(&y.cost)));
-        keyed.into_iter().map(|(_, found)| found).collect()
-    }
+/// The nearest to what was asked for first, of these the lowest cost.
+pub(super) fn ranked<const N: usize>(search: &Search<N>, found: Vec<Attempt>) -> Vec<Attempt> {
+    let several = found.len() > 1;
+    let mut keyed: Vec<(f64, Attempt)> =
+        found.into_iter().map(|found| (if several { astray(search, &found) } else { 0.0 }, found)).collect();
+    keyed.sort_by(|(a, x), (b, y)| a.total_cmp(b).then(x.cost.total_cmp(&y.cost)));
+    keyed.into_iter().map(|(_, found)| found).collect()
+}
 
-    /// Puts the winner first.
-    pub fn rank(&mut self) {
-        let found = std::mem::take(&mut self.found);
-        self.found = self.ranked(found);
+/// A solution that counts as converged only where its terminal error, replayed from the start, is within the
+/// tolerance.
+pub(super) fn held_to(tolerance: f64, mut solution: Solution) -> Solution {
+    let met = solution.terminal.largest() <= tolerance;
+    if solution.outcome == Outcome::Converged && !met {
+        solution.outcome = Outcome::Stalled;
+        solution.shortfall = Some(Shortfall::Missed { error: solution.terminal.largest(), tolerance });
     }
+    solution
+}
+
+/// Whether a path goes the way round that is asked for; short where there is nothing to tell the senses by.
+pub(super) fn goes_round_as_asked<const N: usize>(search: &Search<N>, path: &Candidate) -> bool {
+    let sense = || sense_of(&search.fine, path).unwrap_or(Sense::Short);
+    asked_sense(search).is_none_or(|asked| asked == sense())
+}
+
+/// The sense that is asked for, where any path of it will do.
+pub(super) fn asked_for_a_sense<const N: usize>(search: &Search<N>) -> Option<Sense> {
+    match search.problem.path {
+        Path::Shortest => Some(Sense::Short),
+        Path::Long => Some(Sense::Long),
+        Path::Best | Path::AsGiven(_) => None,
+    }
+}
+
+/// Whether a path is of that sense, or there is nothing to tell the senses by.
+pub(super) fn is_of_the_sense<const N: usize>(search: &Search<N>, path: &Candidate) -> bool {
+    let is = |asked: Sense| sense_of(&search.coarse, path).is_none_or(|sense| sense == asked);
+    asked_for_a_sense(search).is_none_or(is)
+}
+
+/// The sense of a path from node to node; none where the motion without inputs cannot be followed to its end.
+fn sense_of<const N: usize>(bvp: &BoundaryValueProblem<N>, path: &Candidate) -> Option<Sense> {
+    let mut follower = Follower::new();
+    path.states.iter().for_each(|node| follower.node(&node.attitude.value, Vector3::zeros(), 0.0));
+    follower.way(bvp).ok().map(|way| way.sense)
+}
+
+/// The lowest cost of some attempts that go as asked.
+pub(super) fn lowest<const N: usize>(search: &Search<N>, attempts: &[Attempt]) -> f64 {
+    let right = attempts.iter().filter(|attempt| astray(search, attempt) < ASTRAY);
+    right.map(|attempt| attempt.cost).fold(f64::INFINITY, f64::min)
 }

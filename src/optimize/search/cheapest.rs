@@ -63,74 +63,48 @@
 //! the units of the duration found; where the body moves at an end the unit of length goes with it, and positions, momenta,
 //! forces and their multipliers with that.
 
+use super::advice;
+use super::answer::{rival_of_cost, write_aimed};
+use super::asked::held_to_all;
+use super::chains::{effort_paths, unlimited_paths};
 use super::coarse::chain_steps;
 use super::context::Context;
-use super::detour::detours;
 use super::duration;
-use super::ladder::{Ask, Search};
+use super::given_duration::{search_of, searched};
+use super::goal::{Cheapest, cheapest};
+use super::ladder::Ask;
 use super::paths::shortest_way;
+use super::shares::SHARE;
 use super::switching;
 use crate::Vector3;
 use crate::lie;
 use crate::maneuver::objective::{Fuel, Objective};
-use crate::maneuver::problem::{Motion, Problem, State};
-use crate::maneuver::settings::{Method, Settings};
+use crate::maneuver::problem::{Formulation, Motion, Problem, State};
+use crate::maneuver::settings::Method;
 use crate::maneuver::shortfall::Shortfall;
-use crate::maneuver::solution::{ConvexWork, Landing, Outcome, Rung, Solution, Trajectory};
+use crate::maneuver::solution::{ConvexWork, Outcome, Solution, Trajectory};
 use crate::mechanics::actuators::{ActuatorSet, Limits};
 use crate::mechanics::environment::{Free, Pose};
 use crate::optimize::candidate::Candidate;
-use crate::optimize::landing::Landed;
-use crate::optimize::methods::method::Attempt;
-use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::model::Goal;
-use crate::optimize::methods::scp::road::{Chain, ConvexIteration, path};
+use crate::optimize::methods::scp::road::{Chain, path};
 use std::f64::consts::PI;
 
-/// Share of the effort in the cost while plans are compared, and the least one for the plan that is told.
-pub(super) const SHARE: f64 = 1e-2;
-const LAST_SHARE: f64 = 1e-6;
-/// How a share is lowered: by the first factor where that goes, or else by the square root of what failed, down to the last.
-const LOWERED: (f64, f64) = (0.1, 0.5);
-/// Shares with which the requested grid is reached, the next where the one before finds nothing there.
-const FIRST_SHARES: [f64; 3] = [SHARE, 1e-1, 1.0];
 /// How far the path of minimum time or fuel is bent to either side \[rad\]: a turn about one axis is often a saddle.
 const BENT: f64 = 0.5;
-/// Costs of one plan with two shares of the effort differ by less, relative: by the larger share, from the one to the other.
-const NEAR: [f64; 2] = [0.01, 0.1];
-/// Accuracy of the subproblems: multipliers tell which inputs are off, the less clearly the smaller the share.
-pub(super) const SHARP: f64 = 1e-9;
 /// Costs that differ by less than this part are those of one plan.
 const SAME_COST: f64 = 1e-6;
-/// Most subproblems from one share to the next.
-const FEW: usize = 12;
-
-/// The cheapest plan that was found.
-pub(super) struct Cheapest {
-    /// Its duration \[s\].
-    pub duration: f64,
-    /// Its cost in the unit of the user.
-    pub cost: f64,
-    /// The plan, as the chain of that duration takes it.
-    pub attempt: Attempt,
-    /// The share of the effort in its cost.
-    pub share: f64,
-    /// Dearer ones, each a local minimum, on a coarse grid, with their costs.
-    pub rivals: Vec<(Attempt, f64)>,
-    /// The target at which it lands, where that was asked for.
-    pub landed: Option<(State, Landing)>,
-}
 
 /// Solves a maneuver of minimum time or fuel that more than torque limits shapes, or of least effort with a duration that is
 /// sought.
 pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
-    let once = |problem: &Problem| match &problem.objective {
-        Objective::Effort(_) if problem.duration.known().is_none() => effort_sought(problem, context),
-        Objective::Effort(_) => {
+    let once = |problem: &Problem| match (Formulation::of(problem), &problem.objective) {
+        (Formulation::Extremal, _) => {
             let ask = Ask { advise: true, lands: context.lands(), ..Ask::of_goal(None, context.settings) };
-            super::searched(problem, context, ask)
+            searched(problem, context, ask)
         }
-        Objective::Time | Objective::Fuel(_) => solve_once(problem, context),
+        (_, Objective::Effort(_)) => effort_sought(problem, context),
+        (_, Objective::Time | Objective::Fuel(_)) => solve_once(problem, context),
     };
     match problem.duration.at_most() {
         Some(longest) => switching::up_to(longest, problem, context, &once),
@@ -160,6 +134,7 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
     let mut bare = Problem {
         constraints: Vec::new(),
         actuation: problem.actuation.of_jumping_inputs(),
+        on_equal_steps: false,
         ..problem.clone()
     };
     // Only a free body that turns has a plan of inputs that switch; in a frame that turns and in a field that is a path to begin from.
@@ -248,21 +223,23 @@ fn of_dimension<const N: usize>(
     let goal = Goal { objective: objective.clone(), share: SHARE };
     let advise = !objective.counts_time();
     let ask = Ask { advise, lands: context.lands(), ..Ask::of_goal(Some(goal), context.settings) };
-    let mut search = Search::<N>::new(stated, context, ask);
+    let search = search_of::<N>(stated, context, ask.clone());
     let coarse = search.chain(chain_steps(stated));
     let mut paths = bent(resampled(&coarse, objective.name(), quick));
     if paths.is_empty() {
         // Without a plan of inputs that switch.
         paths.push(shortest_way(&coarse.model));
     }
-    let unlimited = search.unlimited_paths(&coarse);
+    let unlimited = unlimited_paths(&search, &coarse);
     if objective.fuel().is_some() {
-        paths.extend(search.effort_paths(&unlimited));
+        paths.extend(effort_paths(&search, &unlimited));
     }
     paths.extend(unlimited);
-    let Some(Cheapest { duration, cost, attempt, share, rivals, landed }) = search.cheapest(paths) else {
+    let search = search.of(stated, Ask { paths: &paths, ..ask });
+    let (found, cheapest) = cheapest(&search);
+    let Some(Cheapest { duration, cost, attempt, share, rivals, landed }) = cheapest else {
         // The nearest miss may have a duration of its own, which is none of a plan.
-        let missed = search.failure.as_ref();
+        let missed = found.missed();
         let mut unsolved = Solution {
             method: Method::Scp,
             outcome: context.interrupt().or(missed.map(|missed| missed.outcome)).unwrap_or(Outcome::Stalled),
@@ -270,155 +247,25 @@ fn of_dimension<const N: usize>(
             ..Solution::unsolved(stated, context.settings.tolerance)
         };
         if advise {
-            search.advise(&mut unsolved);
+            advice::advise(&search, found.shortest, &mut unsolved);
         }
         return unsolved;
     };
     let planned = stated.clone().with_duration(duration);
-    let mut written = Search::<N>::new(&planned, context, search.ask.clone());
-    written.work = ConvexWork { effort_share: share, ..search.work };
+    let written = search.of(&planned, search.with_effort(found.share).ask);
+    let work = ConvexWork { effort_share: share, ..found.work };
     let mut solution = Solution::unsolved(&planned, context.settings.tolerance);
     match landed {
         Some((target, landing)) => {
-            written.write_aimed(&mut solution, &attempt, Some(&target), &attempt);
+            write_aimed(&written, &work, &mut solution, &attempt, Some(&target), &attempt);
             solution.landing = Some(landing);
         }
-        None => written.write_aimed(&mut solution, &attempt, None, &attempt),
+        None => write_aimed(&written, &work, &mut solution, &attempt, None, &attempt),
     }
     // A duration to the last bit.
     solution.cost = if *objective == Objective::Time { duration } else { cost };
-    solution.rivals = rivals.iter().map(|(rival, cost)| written.rival_of_cost(rival, *cost)).collect();
-    written.held_to_all(solution)
-}
-
-impl Ask<'_> {
-    /// SCP alone, for a goal or the effort, from its own seeds.
-    pub(super) fn of_goal(goal: Option<Goal>, settings: &Settings) -> Self {
-        let last = ScpOptions::default().within(settings.max_iterations);
-        Self {
-            shooting: false,
-            convex: true,
-            guess: None,
-            along: None,
-            last,
-            advise: false,
-            goal,
-            lands: false,
-        }
-    }
-}
-
-impl<const N: usize> Search<'_, '_, N> {
-    /// The cheapest of the local minima that SCP finds along `paths`, which are on its coarse grid.
-    pub(super) fn cheapest(&mut self, paths: Vec<Candidate>) -> Option<Cheapest> {
-        let coarse = self.coarse_minima(paths);
-        self.carry_with_effort(&coarse);
-        if self.may_be_too_short() {
-            self.scp_from_the_shortest();
-        }
-        let stated = self.problem.seconds();
-        let mut found = std::mem::take(&mut self.found).into_iter();
-        let first = found.next().filter(|first| first.candidate.steps() == self.problem.steps)?;
-        let (mut first, mut share) = self.sharpened(first);
-        let before = self.chain(self.problem.steps).price(&first.candidate);
-        let before = match self.ask.goal.as_ref().map(|goal| &goal.objective) {
-            Some(Objective::Time) => stated * first.candidate.grid.duration(),
-            _ => before,
-        };
-        let landed = self.landed_with_goal(&first, share).map(|(landed, least)| {
-            let Landed { attempt, target, landing } = landed;
-            let landing = Landing { cost_before: before, ..landing };
-            (first, share) = (attempt, least);
-            (target, landing)
-        });
-        let duration = stated * first.candidate.grid.duration();
-        let chain = self.chain(self.problem.steps);
-        let cost = chain.price(&first.candidate);
-        let attempt = chain.of_given_duration(first, &self.problem.clone().with_duration(duration));
-        let price = |rival: Attempt| {
-            let own =
-                [&chain, &coarse].into_iter().find(|chain| chain.model.steps == rival.candidate.steps())?;
-            let cost = own.price(&rival.candidate);
-            Some((rival, cost))
-        };
-        Some(Cheapest { duration, cost, attempt, share, rivals: found.filter_map(price).collect(), landed })
-    }
-
-    /// The local minima that SCP finds along paths on its coarse grid, with as much effort in the cost as that takes, and
-    /// that grid's chain: where forces turn with the body, or a field changes with its place, costs of fuel alone bend less
-    /// than the dynamics do.
-    fn coarse_minima(&mut self, paths: Vec<Candidate>) -> Chain {
-        let first = self.chain(chain_steps(self.problem));
-        let frame_rate = first.model.dynamics.frame_rate();
-        let seeds: Vec<Candidate> =
-            paths.into_iter().flat_map(|path| detours(self.problem, &frame_rate, path)).collect();
-        let mut coarse = first;
-        for share in self.shares() {
-            if let Some(goal) = &mut self.ask.goal {
-                goal.share = share;
-            }
-            coarse = self.chain(coarse.model.steps);
-            for seed in &seeds {
-                if !self.stopped() {
-                    self.descend(&coarse, seed.clone());
-                }
-            }
-            if !self.found.is_empty() || self.stopped() {
-                break;
-            }
-        }
-        coarse
-    }
-
-    /// Shares to try one after the other, from the one that there is; of effort alone that one.
-    fn shares(&self) -> Vec<f64> {
-        let goal = self.ask.goal.as_ref();
-        let least = goal.map_or(SHARE, |goal| goal.share);
-        let several = goal.is_some_and(|goal| goal.objective.switches());
-        let from_least = FIRST_SHARES.into_iter().filter(|share| *share >= least);
-        from_least.take(if several { FIRST_SHARES.len() } else { 1 }).collect()
-    }
-
-    /// Carries the cheapest to the requested grid, with as much effort in the cost as that takes: along arcs on which a
-    /// constraint acts rows of neighbouring nodes nearly repeat each other.
-    fn carry_with_effort(&mut self, coarse: &Chain) {
-        let found = self.found.clone();
-        for share in self.shares() {
-            if let Some(goal) = &mut self.ask.goal {
-                goal.share = share;
-            }
-            self.found = found.clone();
-            self.carry(coarse);
-            if !self.found.is_empty() || self.stopped() {
-                return;
-            }
-        }
-    }
-
-    /// A plan on the requested grid with less and less effort in its cost, as far as that goes, and its share. Other limits
-    /// begin to act from share to share: a convex subproblem finds them sooner than Newton does, and the sooner the fewer.
-    fn sharpened(&mut self, mut found: Attempt) -> (Attempt, f64) {
-        let options = ScpOptions { cone_tolerance: SHARP, ..self.ask.last.clone().within(FEW) };
-        let Some(goal) = self.ask.goal.clone().filter(|goal| goal.objective.switches()) else {
-            return (found, 0.0);
-        };
-        let (mut last, mut factor) = (goal.share, LOWERED.0);
-        while last > LAST_SHARE && factor <= LOWERED.1 && !self.stopped() {
-            let share = (last * factor).max(LAST_SHARE);
-            let chain = Chain::with_goal(self.problem, self.problem.steps, &Goal { share, ..goal.clone() });
-            let convex = ConvexIteration { chain: &chain, options: &options };
-            let next = self.attempt(Rung::Scp, &convex, found.candidate.clone());
-            self.add_work(&next);
-            let [before, after] = [&found, &next].map(|attempt| chain.price(&attempt.candidate));
-            let near = last.clamp(NEAR[0], NEAR[1]);
-            if next.converged() && (before - after).abs() <= near * before {
-                (found, last, factor) = (next, share, (factor * factor).max(LOWERED.0));
-            } else {
-                factor = factor.sqrt();
-            }
-        }
-        (found, last)
-    }
+    solution.rivals = rivals.iter().map(|(rival, cost)| rival_of_cost(&written, rival, *cost)).collect();
+    held_to_all(&written, solution)
 }
 
 /// The path of a plan without constraints on the grid of a chain; none where there is no plan.

@@ -2,8 +2,9 @@
 
 use crate::maneuver::settings::{Settings, Target};
 use crate::maneuver::solution::{Outcome, Rung, RungReport};
+use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::driver::Report;
-use crate::optimize::methods::method::{Budget, Watch};
+use crate::optimize::methods::method::{Attempt, Budget, Method, Run, Watch};
 use crate::optimize::sweep::Listener;
 use std::cell::{Cell, RefCell};
 use std::sync::Arc;
@@ -105,6 +106,29 @@ impl<'a> Context<'a> {
         let interrupt = || self.interrupt();
         let watch = Watch { interrupt: &interrupt, deadline: self.deadline(), flag: self.flag.as_ref() };
         work(&Budget { iterations: self.settings.max_iterations, watch })
+    }
+
+    /// Has a method improve a candidate, and notes how that went.
+    pub fn attempt(&self, rung: Rung, method: &impl Method, candidate: Candidate) -> Attempt {
+        self.noted(rung, self.tried(rung, method, candidate))
+    }
+
+    /// Has a method improve a candidate.
+    pub fn tried(&self, rung: Rung, method: &impl Method, candidate: Candidate) -> Attempt {
+        self.enter(rung, &candidate.provenance.start, candidate.steps());
+        self.within(|budget| method.improve(candidate, budget))
+    }
+
+    /// Notes how a try went.
+    pub fn noted(&self, rung: Rung, mut attempt: Attempt) -> Attempt {
+        let Attempt { candidate, work, runs, .. } = &mut attempt;
+        for Run { rung: own, steps, report } in runs {
+            candidate.provenance.iterations += report.iterations;
+            let start = &candidate.provenance.start;
+            self.note(own.unwrap_or(rung), start, *steps, report.clone());
+        }
+        candidate.provenance.subproblems += work.subproblems;
+        attempt
     }
 
     /// Whether something asks to stop; sticky.

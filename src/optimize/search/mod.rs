@@ -1,25 +1,33 @@
 //! The search: every sense and winding, each up the ladder, what it finds compared.
 
+mod advice;
 mod answer;
 mod any_attitude;
 mod asked;
 mod authority;
+mod chains;
 mod cheapest;
 mod coarse;
-mod constrained;
 mod context;
 mod continuation;
+mod descents;
 mod detour;
 mod duration;
 mod effort;
-mod free;
+mod found;
+mod given_duration;
+mod goal;
 mod guess;
 mod ladder;
 mod landed;
 mod minima;
 pub(crate) mod paths;
+mod pool;
 mod record;
-mod saturated;
+mod requested;
+mod rungs;
+mod shares;
+mod shots;
 mod starts;
 mod steps;
 mod switching;
@@ -31,16 +39,14 @@ pub use guess::Guess;
 
 use crate::Vector3;
 use crate::flight::Flight;
-use crate::maneuver::infeasible;
-use crate::maneuver::problem::{Motion, Path, Problem, ProblemError};
-use crate::maneuver::settings::{Method, Settings, SettingsError, Target};
+use crate::maneuver::problem::{Formulation, Motion, Problem, ProblemError};
+use crate::maneuver::settings::{Method, Settings, SettingsError, Target, Thoroughness};
 use crate::maneuver::solution::{Outcome, Solution, Trajectory};
-use crate::mechanics::Description;
 use crate::optimize::control_law;
 use crate::optimize::methods::scp::ScpOptions;
 use context::Context;
-use ladder::{Ask, Search};
-use std::f64::consts::PI;
+use given_duration::{polished, search_of, searched, with_duration_found};
+use ladder::Ask;
 use thiserror::Error;
 
 /// Why a plan was not attempted.
@@ -88,9 +94,6 @@ pub enum PlanError {
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Misfit {
-    /// SCP, where inputs switch or a duration is sought by the shooting.
-    #[error("it is planned by shooting: use method = \"shooting\" or \"auto\"")]
-    Scp,
     /// A guess, where none is used.
     #[error("it takes no guess: leave it out")]
     Guess,
@@ -126,32 +129,24 @@ fn check_for_scp(problem: &Problem) -> Result<(), PlanError> {
     if steps <= MAX_CONVEX_STEPS { Ok(()) } else { Err(PlanError::TooManySteps { steps }) }
 }
 
-/// Whether settings and guess are such that a duration can be sought, or inputs switch.
-fn check_for_switching(settings: &Settings, guess: Option<&Guess>) -> Result<(), PlanError> {
-    if settings.method == Method::Scp {
-        return Err(PlanError::Unsuited(Misfit::Scp));
-    }
-    if guess.is_some() {
-        return Err(PlanError::Unsuited(Misfit::Guess));
-    }
-    Ok(())
+/// Whether nothing is to be begun from.
+fn check_for_no_guess(guess: Option<&Guess>) -> Result<(), PlanError> {
+    guess.map_or(Ok(()), |_| Err(PlanError::Unsuited(Misfit::Guess)))
 }
 
-/// Whether settings and guess are such that least time or fuel can be sought by SCP.
-fn check_for_shaped(problem: &Problem, settings: &Settings, guess: Option<&Guess>) -> Result<(), PlanError> {
+/// Whether settings and guess are such that least time or fuel, or a duration, can be sought by SCP.
+fn check_for_chain(problem: &Problem, settings: &Settings, guess: Option<&Guess>) -> Result<(), PlanError> {
     if settings.method == Method::Shooting {
         let reason = "its time or fuel is minimised on equal steps";
         return Err(PlanError::NotForShooting { reason });
     }
-    if guess.is_some() {
-        return Err(PlanError::Unsuited(Misfit::Guess));
-    }
+    check_for_no_guess(guess)?;
     check_for_scp(problem)
 }
 
-/// Whether the effort is what is minimised.
+/// Whether the effort is what is minimised, in a given duration.
 fn check_for_effort(problem: &Problem) -> Result<(), PlanError> {
-    if problem.switches() || problem.seeks_duration() {
+    if Formulation::of(problem) != Formulation::Extremal || problem.seeks_duration() {
         return Err(PlanError::Unsuited(Misfit::Polish));
     }
     Ok(())
@@ -191,11 +186,12 @@ pub fn polish(
         last,
         advise: false,
         goal: None,
+        paths: &[],
         lands: false,
     };
     Ok(match problem.motion {
-        Motion::Attitude => Search::<6>::new(problem, &context, ask).polish(),
-        Motion::RigidBody => Search::<12>::new(problem, &context, ask).polish(),
+        Motion::Attitude => polished(&search_of::<6>(problem, &context, ask)),
+        Motion::RigidBody => polished(&search_of::<12>(problem, &context, ask)),
     })
 }
 
@@ -219,6 +215,7 @@ pub fn solve(
     guess: Option<&Guess>,
     observer: &mut dyn Observer,
 ) -> Result<Solution, PlanError> {
+    let problem = &problem.clone().planned_by(settings.method);
     if problem.chooses_steps && settings.target == Target::Motion {
         return steps::chosen(problem, settings, guess, observer)
             .map(|found| with_true_motion(problem, found));
@@ -254,24 +251,63 @@ fn solve_on(
     observer: &mut dyn Observer,
 ) -> Result<Solution, PlanError> {
     check(problem, settings)?;
-    if problem.switches() {
-        check_for_switching(settings, guess)?;
-        return Ok(switching::solve(problem, &Context::new(settings, observer)));
+    match Formulation::of(problem) {
+        Formulation::Extremal => in_given_duration(problem, settings, guess, observer),
+        Formulation::OverDurations => {
+            check_for_no_guess(guess)?;
+            // Durations are compared by their discrete optima; the one that is found lands.
+            let discrete = Settings { target: Target::Discrete, ..settings.clone() };
+            let mut given = |problem: &Problem, settings: &Settings, observer: &mut dyn Observer| {
+                check(problem, settings)?;
+                in_given_duration(problem, settings, None, observer)
+            };
+            let solution = duration::solve(problem, &discrete, observer, &mut given)?;
+            Ok(with_duration_found(problem, solution, &Context::new(settings, observer)))
+        }
+        Formulation::Switching => {
+            check_for_no_guess(guess)?;
+            let context = Context::new(settings, observer);
+            let found = switching::solve(problem, &context);
+            Ok(or_on_equal_steps(problem, &context, found))
+        }
+        Formulation::Chain => {
+            check_for_chain(problem, settings, guess)?;
+            Ok(cheapest::solve(problem, &Context::new(settings, observer)))
+        }
     }
-    if problem.is_shaped() || problem.stretches_steps() {
-        check_for_shaped(problem, settings, guess)?;
-        return Ok(cheapest::solve(problem, &Context::new(settings, observer)));
+}
+
+/// The plan of arcs or, where there is none or the grid makes it dearer than its own extremal, that of SCP on equal steps, if that is
+/// cheaper: where inputs are singular no arcs that the grid can hold may be near, and a first path may lead nowhere.
+fn or_on_equal_steps(problem: &Problem, context: &Context, found: Solution) -> Solution {
+    let converged = |solution: &Solution| solution.outcome == Outcome::Converged;
+    let dear = |solution: &Solution| {
+        let extremal = solution.switching.as_ref().map_or(f64::NAN, |switching| switching.continuous_cost);
+        solution.cost > extremal * (1.0 + switching::OF_THE_GRID)
+    };
+    // In less time than the quickest extremal takes there is nothing to look for.
+    let settled = if converged(&found) { !dear(&found) } else { found.shortest.is_some() };
+    let settings = context.settings;
+    let asked = settings.method == Method::Auto && settings.search != Thoroughness::Quick;
+    let may = asked && problem.shortest_pulse().is_none() && check_for_scp(problem).is_ok();
+    if settled || !may || context.interrupt().is_some() {
+        return found;
     }
-    if problem.duration.known().is_none() {
-        check_for_switching(settings, guess)?;
-        // Durations are compared by their discrete optima; the one that is found lands.
-        let discrete = Settings { target: Target::Discrete, ..settings.clone() };
-        let mut given = |problem: &Problem, settings: &Settings, observer: &mut dyn Observer| {
-            solve_on(problem, settings, None, observer)
-        };
-        let solution = duration::solve(problem, &discrete, observer, &mut given)?;
-        return Ok(landed::with_duration_found(problem, solution, &Context::new(settings, observer)));
-    }
+    let tried = found.ladder.clone();
+    let other = cheapest::solve(&problem.clone().planned_by(Method::Scp), context);
+    let better = converged(&other) && !(converged(&found) && found.cost <= other.cost);
+    let mut chosen = if better { other } else { Solution { solve_time: other.solve_time, ..found } };
+    chosen.ladder.splice(0..0, tried);
+    chosen
+}
+
+/// Solves a maneuver of least effort in a known duration, by shooting or by SCP.
+fn in_given_duration(
+    problem: &Problem,
+    settings: &Settings,
+    guess: Option<&Guess>,
+    observer: &mut dyn Observer,
+) -> Result<Solution, PlanError> {
     if let Some(guess) = guess {
         // A path alone is a guess too.
         if !guess.costates.is_empty() || guess.quaternion.is_empty() {
@@ -297,7 +333,17 @@ fn solve_on(
     Ok(searched(
         problem,
         &context,
-        Ask { shooting, convex, guess, along: None, last, advise: true, goal: None, lands: context.lands() },
+        Ask {
+            shooting,
+            convex,
+            guess,
+            along: None,
+            last,
+            advise: true,
+            goal: None,
+            paths: &[],
+            lands: context.lands(),
+        },
     ))
 }
 
@@ -312,7 +358,6 @@ pub fn solve_smoothed(
     observer: &mut dyn Observer,
 ) -> Result<Solution, PlanError> {
     check(problem, settings)?;
-    check_for_switching(settings, None)?;
     Ok(switching::solve_smoothed(problem, &Context::new(settings, observer)))
 }
 
@@ -348,45 +393,8 @@ pub fn solve_convex(
         last,
         advise: false,
         goal: None,
+        paths: &[],
         lands: false,
     };
     Ok(searched(problem, &context, ask))
-}
-
-/// The answer of a search, or the proof that there is none.
-fn searched(problem: &Problem, context: &Context, ask: Ask) -> Solution {
-    if let Some(proof) = infeasible::proof(problem) {
-        let unsolved = Solution::unsolved(problem, context.settings.tolerance);
-        return Solution { outcome: Outcome::Infeasible, infeasible: Some(proof), ..unsolved };
-    }
-    let known = known_end(problem);
-    let problem = known.as_ref().unwrap_or(problem);
-    match problem.motion {
-        Motion::Attitude => Search::<6>::new(problem, context, ask).solve(),
-        Motion::RigidBody => Search::<12>::new(problem, context, ask).solve(),
-    }
-}
-
-/// A maneuver whose end tells more than what is written: the shortest way where a rotation stands for one, or the likely attitude
-/// where any will do.
-fn known_end(problem: &Problem) -> Option<Problem> {
-    if problem.ends_in_any_attitude() {
-        let mut likely = problem.clone();
-        likely.end.attitude = any_attitude::likely_end(problem);
-        return Some(likely);
-    }
-    turns_the_shortest_way(problem).then(|| problem.clone().with_path(Path::Shortest))
-}
-
-/// Rotations that are nearer to half a turn than this go either way round by their last bits \[rad\].
-const HALF_TURN: f64 = 1e-3;
-
-/// Whether the rotation that is given is that of the shortest way between two states at rest, and cannot be followed as it is
-/// written, since torques about some axis are missing: then all that it tells is the sense.
-fn turns_the_shortest_way(problem: &Problem) -> bool {
-    let Path::AsGiven(rotation) = problem.path else { return false };
-    let still = [&problem.start, &problem.end].map(|state| state.angular_velocity == Vector3::zeros());
-    let free = matches!(problem.environment.describe(), Description::Free);
-    let missing = problem.actuation.torque.rank().0 < 3;
-    free && missing && still == [true; 2] && rotation.norm() < PI - HALF_TURN
 }

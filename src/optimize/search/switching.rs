@@ -37,6 +37,9 @@ const SAME: f64 = 1e-14;
 /// Costs that differ by this part are those of two extremals.
 const DISTINCT: f64 = 1e-6;
 
+/// A plan of arcs on the grid costs more than its extremal by this part at most, as a rule: what `O(h²)` is on some ten steps an arc.
+pub(super) const OF_THE_GRID: f64 = 1e-3;
+
 /// Multiples of the shortest duration that are tried for one of least fuel.
 const STRETCHES: [f64; 3] = [1.02, 1.1, 1.5];
 
@@ -147,6 +150,11 @@ fn solve_once(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> 
     let longest = problem.duration.at_most().filter(|_| extremal.given_duration.is_none());
     let allowed = |limit: &&Limit| longest.is_none_or(|longest| limit.duration() * units.time <= longest);
     for limit in found.limits.iter().filter(allowed) {
+        // Extremals come cheapest first: the next is of use where the plan of the last is dearer than its grid accounts for.
+        let beats = |plan: &Planned| limit.cost(&extremal) * units.cost() < plan.cost * (1.0 - OF_THE_GRID);
+        if !chosen.as_ref().is_none_or(beats) || context.interrupt().is_some() {
+            break;
+        }
         context.enter(Rung::Aligned, limit.name(), problem.steps);
         let plan = cheapest(problem, &extremal, &units, limit);
         let outcome = if plan.is_some() { Outcome::Converged } else { Outcome::Stalled };
@@ -155,10 +163,9 @@ fn solve_once(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> 
         context.note(Rung::Aligned, limit.name(), problem.steps, Report { outcome, iterations, residuals });
         if let Some(plan) = plan
             && follows(problem, &plan)
+            && chosen.as_ref().is_none_or(|best: &Planned| plan.cost < best.cost)
         {
             (chosen, chosen_limit) = (Some(plan), Some(limit));
-            // Rivals are told by their continuous extremals: only the plan itself needs the grid.
-            break;
         }
     }
     let Some(mut plan) = chosen else {
@@ -456,8 +463,30 @@ fn told(problem: &Problem, extremal: &Extremal, units: &Units, arcs: &Arcs) -> V
     told
 }
 
+/// Terminal errors that the recorded times may leave by their last digits alone.
+const OF_THE_CLOCK: f64 = 1e-13;
+
 /// Replays a plan from the start and records every node.
+///
+/// In a long duration a burn is so short that the last digits of the recorded times are a part of it that matters: then inputs are
+/// recorded that give the impulse of the plan in the time that is recorded, and are off their limits by these digits.
 fn record(problem: &Problem, extremal: &Extremal, units: &Units, grid: &OnGrid) -> Option<Planned> {
+    let plain = replayed(problem, extremal, units, grid, false)?;
+    if plain.terminal.largest() <= OF_THE_CLOCK {
+        return Some(plain);
+    }
+    let exact = replayed(problem, extremal, units, grid, true)?;
+    Some(if exact.terminal.largest() < plain.terminal.largest() { exact } else { plain })
+}
+
+/// The same with the inputs of the plan, or with its impulses.
+fn replayed(
+    problem: &Problem,
+    extremal: &Extremal,
+    units: &Units,
+    grid: &OnGrid,
+    impulses: bool,
+) -> Option<Planned> {
     let start = &problem.start.attitude;
     let least = NO_LENGTH * grid.duration();
     let kept: Vec<usize> =
@@ -495,13 +524,15 @@ fn record(problem: &Problem, extremal: &Extremal, units: &Units, grid: &OnGrid) 
             _ => shared(problem, units, &grid.torques[k])?,
         };
         let length = grid.step_length(step);
-        cost += length * units.time * rate(&row);
-        let torque = problem.actuation.torque.output(&row);
-        trajectory.input.extend(&row);
-        trajectory.torque.push(torque);
         // The step as the witnesses will take it: of the length that the recorded times give.
         clock += length;
         let h = (clock * units.time - trajectory.time[index]) / units.time;
+        let row: Vec<f64> =
+            if impulses { row.iter().map(|input| input * (length / h)).collect() } else { row };
+        cost += if impulses { h } else { length } * units.time * rate(&row);
+        let torque = problem.actuation.torque.output(&row);
+        trajectory.input.extend(&row);
+        trajectory.torque.push(torque);
         let torque = torque / units.torque;
         let kicked = pi + 0.5 * h * torque;
         let c = drift_equation::solve(&j, &extremal.j_inverse, &(h * kicked))?;

@@ -15,20 +15,9 @@ use nalgebra::DVector;
 pub(super) fn transfer(grids: [&Chain; 2], found: &Candidate) -> Candidate {
     let [coarse, fine] = grids.map(|chain| &chain.model);
     let (known, multipliers) = (iterate(found), multipliers(found));
-    let ratio = coarse.steps as f64 / fine.steps as f64;
-    let between = |stage: usize| {
-        let at = (stage as f64 * ratio).min(coarse.steps as f64);
-        let low = (at.floor() as usize).min(coarse.steps - 1);
-        (low, at - low as f64)
-    };
+    let between = |stage: usize| between([coarse.steps, fine.steps], stage);
     let states = &known.states;
-    let smooth = Interpolant::of(states.iter().map(ChainState::pose).collect());
-    let poses: Vec<Pose> = (0..=fine.steps)
-        .map(|stage| {
-            let (low, share) = between(stage);
-            smooth.at(low, share)
-        })
-        .collect();
+    let poses = Interpolant::of(states.iter().map(ChainState::pose).collect()).on(fine.steps);
     let path = first_iterate::states_along(fine, &poses, known.stretch());
     let mut start = Iterate { states: path, inputs: vec![vec![0.0; fine.m]; fine.steps + 1] };
     for (stage, state) in start.states.iter_mut().enumerate() {
@@ -54,6 +43,13 @@ pub(super) fn transfer(grids: [&Chain; 2], found: &Candidate) -> Candidate {
     with_iterate(found.clone().on_grid(&fine.dynamics.grid), start, multipliers)
 }
 
+/// Where a node of the second of two grids lies on the first: behind which node, and at which share of the step there.
+fn between([from, to]: [usize; 2], node: usize) -> (usize, f64) {
+    let at = (node as f64 * (from as f64 / to as f64)).min(from as f64);
+    let low = (at.floor() as usize).min(from - 1);
+    (low, at - low as f64)
+}
+
 /// A path with continuous rates through the nodes of a coarse one: cubics of Hermite on each step, in the
 /// rotation vector from its first node.
 pub(super) struct Interpolant {
@@ -69,6 +65,15 @@ impl Interpolant {
         let ways = nodes.windows(2).map(|pair| pair[1].position - pair[0].position);
         let (turns, ways) = (turns.collect(), ways.collect());
         Self { nodes, turns, ways }
+    }
+
+    /// The poses at the nodes of a grid of `steps` steps.
+    pub fn on(&self, steps: usize) -> Vec<Pose> {
+        let pose = |node: usize| {
+            let (low, share) = between([self.turns.len(), steps], node);
+            self.at(low, share)
+        };
+        (0..=steps).map(pose).collect()
     }
 
     /// The pose at a share of the step that begins at node `low`.

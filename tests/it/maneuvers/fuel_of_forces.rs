@@ -1,10 +1,9 @@
 //! Minimum fuel and time where forces move the body, and in fields: closed forms on the grid, another program on the same
 //! grid, laws.
 
+use super::asked_of_scp::by_scp;
 use super::minimum_time::{body, solved};
-use slewkit::maneuver::{
-    Constraint, Duration, Fuel, Method, Objective, Problem, ProblemError, Rule, Settings, State, Weights,
-};
+use slewkit::maneuver::{Duration, Fuel, Method, Objective, Problem, ProblemError, Settings, State, Weights};
 use slewkit::mechanics::{
     ActuatorSet, AxisFrame, GravityGradient, Limits, SecondOrderGravity, UniformGravity,
 };
@@ -118,7 +117,6 @@ fn moves_along_a_bend_are_corrected_and_few() {
 
 #[test]
 fn in_a_field_that_pulls_hardly_the_fuel_is_that_of_a_free_body() {
-    // Of a body on equal steps: with a limit of how fast torques change that never acts.
     let free = {
         let mut problem = flight([0.5, -0.7, 0.3], [0.0; 3], each(2.5), AxisFrame::Reference);
         problem.motion = slewkit::maneuver::Motion::Attitude;
@@ -126,10 +124,7 @@ fn in_a_field_that_pulls_hardly_the_fuel_is_that_of_a_free_body() {
         problem.actuation.force = None;
         problem
     };
-    let mut slow = free.clone();
-    let limits = Limits { rate: Some(vec![1e6; 3]), ..each(2.0) };
-    slow.actuation.torque = slow.actuation.torque.with_limits(limits).unwrap();
-    let wanted = solved(&slow).solution.cost;
+    let wanted = by_scp(&free).solution.cost;
     let pull = UniformGravity::new(1e-9, 9.81, Vector3::z(), Vector3::new(0.0, 0.1, 0.3)).unwrap();
     near(solved(&free.clone().with_environment(pull)).solution.cost, wanted, 1e-6);
     let orbit = GravityGradient::new(1e-7, &free.body.inertia).unwrap();
@@ -189,20 +184,16 @@ fn a_duration_is_sought_in_a_frame_that_turns() {
     assert_eq!(given(0.99 * quickest), Status::NotConverged);
     // Where the frame hardly turns it is that of a free body.
     let slow = solved(&on_an_orbit(1e-7).with_duration(Duration::SOUGHT).with_objective(Objective::Time));
-    let mut free = on_an_orbit(0.0).with_duration(Duration::SOUGHT).with_objective(Objective::Time);
-    // The same equal steps for both.
-    let limits = Limits { rate: Some(vec![1e6; 3]), ..each(0.3) };
-    free.actuation.torque = free.actuation.torque.with_limits(limits).unwrap();
-    near(slow.solution.cost, solved(&free).solution.cost, 1e-6);
+    let free = on_an_orbit(0.0).with_duration(Duration::SOUGHT).with_objective(Objective::Time);
+    near(slow.solution.cost, by_scp(&free).solution.cost, 1e-6);
 }
 
 #[test]
 fn a_duration_of_least_effort_is_the_same_by_both_roads_in_a_frame_that_turns() {
-    // The secant of its derivative, and the length of the steps as an unknown, which a limit of the rate brings.
-    let mut effort = on_an_orbit(0.2).with_objective(effort(2e-3)).with_duration(Duration::SOUGHT);
+    // The secant of its derivative, and the length of the steps as an unknown.
+    let effort = on_an_orbit(0.2).with_objective(effort(2e-3)).with_duration(Duration::SOUGHT);
     let secant = solved(&effort).solution;
-    effort.constraints = vec![Constraint { name: "never".into(), rule: Rule::RateNorm(50.0) }];
-    let unknown = solved(&effort).solution;
+    let unknown = by_scp(&effort).solution;
     assert_eq!((secant.method, unknown.method), (Method::Shooting, Method::Scp));
     near(unknown.cost, secant.cost, 1e-10);
 }

@@ -9,8 +9,8 @@ use serde_json::ser::{CompactFormatter, Formatter};
 use slewkit::Vector3;
 use slewkit::maneuver::Shortfall;
 use slewkit::maneuver::{
-    ActiveConstraint, ChosenSteps, ConvexWork, Landing, Optimality, Outcome, Problem, Rival, RungReport,
-    Scheme, SecondOrder, Sense, Settings, Switching, TerminalError,
+    ActiveConstraint, ChosenSteps, ConvexWork, Landing, Method, Optimality, Outcome, Problem, Rival,
+    RungReport, Scheme, SecondOrder, Sense, Settings, Switching, TerminalError,
 };
 use slewkit::numerics::encoding;
 use slewkit::plan::{Guess, Plan, Status};
@@ -260,7 +260,8 @@ impl<'a> PlanFile<'a> {
         if none {
             return Ok(problem.clone());
         }
-        let found = self.trajectory.0.completed(problem);
+        let method = if self.method == Method::Scp.name() { Method::Scp } else { Method::Auto };
+        let found = self.trajectory.0.completed(&problem.clone().planned_by(method));
         let problem = found.with_steps(steps).with_scheme(scheme);
         check_trajectory(&self.trajectory.0, &problem)?;
         Ok(problem)

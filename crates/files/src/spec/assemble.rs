@@ -141,13 +141,14 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
         steps,
         chooses_steps: !section.has("steps") && !section.has("step_s"),
         scheme,
+        on_equal_steps: settings.method == Method::Scp,
         path,
         constraints: constraints?,
     };
     if (switches || sought)
         && let Some(solver) = &solver
     {
-        maneuver::refuse_solver(solver, &problem);
+        maneuver::refuse_scheme(solver);
     }
     if let (Method::Shooting, Some(solver)) = (settings.method, &solver) {
         constraint::refuse_shooting(&problem, solver);
@@ -373,7 +374,8 @@ fn unsuited(cause: Unsuited, root: &Section, maneuver: &Section, problem: &Probl
         | Unsuited::PulsesOfWheels
         | Unsuited::PulsesUnderNorm
         | Unsuited::PulsesOfLimitedRate
-        | Unsuited::PulsesUnderConstraints => {
+        | Unsuited::PulsesUnderConstraints
+        | Unsuited::PulsesOnEqualSteps => {
             let remedy = "leave it out, or write minimize = \"fuel\" with limits of the inputs alone";
             if let Some(section) = root.section("actuators") {
                 section.error("E0029", actuators::SHORTEST_PULSE, reason, remedy);

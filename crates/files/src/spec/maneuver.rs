@@ -80,12 +80,8 @@ pub(crate) fn steps_of_sought_duration(section: &Section, angle: f64) -> Option<
     }
 }
 
-/// Refuses settings of the solver that a maneuver cannot have whose inputs switch, or whose duration is sought.
-pub(crate) fn refuse_solver(section: &Section, problem: &Problem) {
-    if section.word("method") == Some("scp") && !problem.is_shaped() && !problem.stretches_steps() {
-        let reason = "what has no given duration, or switches, is planned by shooting";
-        section.error("E0029", "method", reason, "write method = \"auto\", or leave it out");
-    }
+/// Refuses the scheme that a maneuver cannot have whose inputs switch, or whose duration is sought.
+pub(crate) fn refuse_scheme(section: &Section) {
     if section.word("scheme") == Some("lie_euler") {
         let reason = "what has no given duration, or switches, takes the second-order scheme";
         section.error("E0029", "scheme", reason, "write scheme = \"lie_verlet\", or leave it out");

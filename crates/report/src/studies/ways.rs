@@ -2,21 +2,18 @@
 //!
 //! - **smoothed**: the law with the smallest ε that is found, on equal steps; nothing of switching times is in it;
 //! - **switching times**: what a plan takes, arcs at the limits on steps that end where inputs switch;
-//! - **convex**: SCP with the duration as an unknown where it is sought, on equal steps with inputs at the nodes. It is the road of
-//!   maneuvers with constraints, and taken here with one that never acts.
+//! - **convex**: SCP with the duration as an unknown where it is sought, on equal steps with inputs at the nodes: the road of
+//!   maneuvers with constraints, which `method = "scp"` asks for.
 //!
 //! The three discretise differently, so that durations agree but for the square of the step, where they find the same
 //! extremal: each is a local minimum of its own search.
 
 use serde::Serialize;
 use slewkit::maneuver::Shortfall;
-use slewkit::maneuver::{Constraint, Method, Problem, Rule, Settings, Target};
+use slewkit::maneuver::{Method, Problem, Settings, Target};
 use slewkit::optimize::search::{self, Misfit, Observer, PlanError};
 use slewkit::plan::{self, Plan, Status};
 use std::time::Instant;
-
-/// A limit of the rate that never acts, over the largest rate of the plan.
-const NEVER: f64 = 10.0;
 
 /// A plan by one of the ways. Numbers are absent where there is no plan.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -67,29 +64,13 @@ pub fn compare(
         Ok(plan::judged(problem, settings, smoothed, began, observer))
     };
     let arcs = plan::plan(problem, settings, None, observer)?;
-    let convex = match on_the_convex_road(problem, &arcs) {
-        Ok(shaped) => {
-            let settings = Settings { method: Method::Auto, ..settings.clone() };
-            plan::plan(&shaped, &settings, None, observer).map_err(|error| error.to_string())
-        }
-        Err(reason) => Err(reason.into()),
-    };
+    let on_equal_steps = Settings { method: Method::Scp, ..settings.clone() };
+    let convex = plan::plan(problem, &on_equal_steps, None, observer).map_err(|error| error.to_string());
     Ok(vec![
         WayRun::of("smoothed", smoothed),
         WayRun::of("switching_times", Ok(arcs)),
         WayRun::of("convex", convex),
     ])
-}
-
-/// The same maneuver under a limit that never acts, so that it is planned as constrained ones are.
-fn on_the_convex_road(problem: &Problem, plan: &Plan) -> Result<Problem, &'static str> {
-    let rates = &plan.solution.trajectory.angular_velocity;
-    let largest = rates.iter().map(|rate| rate.norm()).fold(0.0, f64::max);
-    if plan.status != Status::Solved || largest == 0.0 {
-        return Err("there is no plan to tell a limit that never acts");
-    }
-    let constraint = Constraint { name: "never acts".into(), rule: Rule::RateNorm(NEVER * largest) };
-    Ok(problem.clone().with_constraint(constraint))
 }
 
 impl WayRun {

@@ -31,8 +31,10 @@ use super::extremal::{Bias, Extremal};
 use super::smooth::{Smooth, Smoothed, descend, descend_steeply};
 use crate::maneuver::problem::Path as Way;
 use crate::maneuver::settings::Thoroughness;
+use crate::numerics::parallel;
 use crate::{Vector3, lie};
 use std::f64::consts::TAU;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What is searched for.
 #[derive(Clone, Copy, Debug)]
@@ -156,7 +158,8 @@ fn ways(extremal: &Extremal, path: &Way) -> Vec<Vector3> {
     let fast = is_fast(extremal);
     match path {
         Way::AsGiven(vector) => vec![*vector],
-        Way::Best if angle > OTHER_SENSE || fast => vec![phi, other],
+        // Thrusters may be far stronger to one side than to the other.
+        Way::Best if angle > OTHER_SENSE || fast || extremal.middle != Vector3::zeros() => vec![phi, other],
         Way::Best => vec![phi],
         // Against the motion without inputs; where that turns far, either may be it.
         Way::Shortest if !fast => vec![phi],
@@ -165,9 +168,50 @@ fn ways(extremal: &Extremal, path: &Way) -> Vec<Vector3> {
     }
 }
 
-/// Distinct extremals at a small ε, the best first. Where there are none for a long duration, those of shorter ones are stretched:
-/// smoothed inputs never rest, and what they do meanwhile may lead nowhere.
+/// Distinct extremals at a small ε, the best first, of the maneuver and, but where a quick answer is asked for, of the same
+/// backwards: what a search of one misses, that of the other finds as a rule.
 pub(super) fn branches(
+    extremal: &Extremal,
+    ask: &Ask,
+    stop: &dyn Fn() -> bool,
+    sweeps: &mut usize,
+) -> Vec<Smoothed> {
+    if ask.thoroughness == Thoroughness::Quick {
+        return branches_forward(extremal, ask, stop, sweeps);
+    }
+    let way_back = match ask.path {
+        // About one axis in body and space: the same vector at both ends.
+        Way::AsGiven(vector) => Way::AsGiven(-vector),
+        way => way,
+    };
+    let (reversed, back) = (extremal.reversed(), Ask { path: way_back, ..*ask });
+    // Only this thread may ask whether to stop.
+    let (stopped, mut sweeps_back) = (AtomicBool::new(false), 0);
+    let asks = || {
+        let stops = stop();
+        stopped.fetch_or(stops, Ordering::Relaxed);
+        stops
+    };
+    let (mut found, backwards) = parallel::both(
+        || branches_forward(extremal, ask, &asks, sweeps),
+        || branches_forward(&reversed, &back, &|| stopped.load(Ordering::Relaxed), &mut sweeps_back),
+        || {
+            asks();
+        },
+    );
+    *sweeps += sweeps_back;
+    for one in backwards {
+        let path = one.path.reversed(&reversed.end_attitude);
+        let one = unbiased(extremal, &Smoothed { path, ..one }, sweeps);
+        found.extend(one.filter(|one| !found.iter().any(|known| same(extremal, known, one))));
+    }
+    found.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
+    found
+}
+
+/// The same of the maneuver alone. Where there are none for a long duration, those of shorter ones are stretched:
+/// smoothed inputs never rest, and what they do meanwhile may lead nowhere.
+fn branches_forward(
     extremal: &Extremal,
     ask: &Ask,
     stop: &dyn Fn() -> bool,

@@ -140,6 +140,19 @@ impl Extremal {
         })
     }
 
+    /// The maneuver backwards in time: from its end to its start with rates of the other sign, under the same torques.
+    ///
+    /// With `(R, Π)(t)` and the costates `(M, e)` an extremal, `(R_eᵀ R, −Π)(T − t)` and `(−R_eᵀ M, e)` are one of this maneuver
+    /// ([`Path::reversed`](super::smooth::Path::reversed)): the Hamiltonian is even in momentum and `M` together.
+    pub fn reversed(&self) -> Self {
+        Self {
+            start_rate: -self.end_rate,
+            end_rate: -self.start_rate,
+            end_attitude: self.end_attitude.transpose(),
+            ..self.clone()
+        }
+    }
+
     /// The smoothed law at the costate `e`, moved by `ε` times `bias`.
     #[inline(always)]
     pub fn smooth<T: Number>(&self, e: &Vector<T>, epsilon: f64, bias: &Vector<T>) -> Response<T> {

@@ -11,7 +11,7 @@ use crate::numerics::eight::{Eight, Number};
 use crate::numerics::hermite::hermite;
 use crate::numerics::three::{Vector, apply, cross, splat};
 use crate::numerics::widest::widest;
-use crate::{Vector3, lie};
+use crate::{Matrix3, Vector3, lie};
 use nalgebra::{SMatrix, SVector};
 
 const TIME: usize = 6;
@@ -72,6 +72,17 @@ impl Path {
 
     pub fn intervals(&self) -> usize {
         self.nodes.len() - 1
+    }
+
+    /// An extremal of a maneuver as one of the same backwards, which starts where the maneuver ends, at `end`.
+    pub fn reversed(&self, end: &Matrix3) -> Self {
+        let node = |node: &Node| Node { r: end.tr_mul(&node.r), pi: -node.pi, e: node.e };
+        Self {
+            m: -end.tr_mul(&self.m),
+            duration: self.duration,
+            nodes: self.nodes.iter().rev().map(node).collect(),
+            parts: self.parts.iter().rev().map(|part| 1.0 - part).collect(),
+        }
     }
 
     /// The interval in which a part of the duration is, and how far into it, from 0 to 1.

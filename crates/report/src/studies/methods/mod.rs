@@ -24,8 +24,7 @@
 //! With `--objectives`, and where methods have nothing to compare because inputs switch or a duration is sought: the plans of
 //! least time, fuel and effort of one maneuver, each measured by the others (`studies/objectives`). What the best of one
 //! costs in the rest is what a mission weighs. Where inputs switch three ways to the plan stand before them (`studies/ways`):
-//! the smoothed law on the grid, switching times, and for minimum time the convex road, made to take it by a rate limit that
-//! never acts.
+//! the smoothed law on the grid, switching times, and the convex road.
 
 mod agreement;
 #[cfg(feature = "sdp")]

@@ -1,0 +1,43 @@
+//! Which discrete problem a maneuver is planned as.
+
+use super::{Motion, Problem};
+
+/// The discrete problem that a maneuver is planned as.
+///
+/// ```text
+///                      what the shooting takes        more: cones, rates, wheels; SCP asked for
+/// effort, T given      Extremal                       Extremal
+/// effort, T sought     OverDurations                  Chain
+/// time, fuel           Switching                      Chain
+/// ```
+///
+/// Only plans that are [`Formulation::Switching`] have steps of unequal lengths, with inputs that are held over them; all others
+/// have their inputs at the nodes of equal steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Formulation {
+    /// Least effort in a duration that is known: an extremal of the discrete action, by shooting, or within limits by SCP.
+    Extremal,
+    /// Least effort in a duration that is sought: extremals of given durations, until the mean of their Hamiltonians vanishes.
+    OverDurations,
+    /// Minimum time or fuel of a body that nothing acts on, under limits of the torques alone: arcs, and steps that end where
+    /// inputs switch.
+    Switching,
+    /// Minimum time or fuel, or least effort in a duration that is sought, as a chain of equal steps: by SCP, with the duration as
+    /// one of its states.
+    Chain,
+}
+
+impl Formulation {
+    /// That of a maneuver.
+    pub fn of(problem: &Problem) -> Self {
+        let given_end = !problem.ends_in_any_attitude();
+        // The shooting differentiates by the duration what only turns, and knows arcs of a body that nothing acts on.
+        let taken = given_end && !problem.has_shaping_limits() && !problem.on_equal_steps;
+        match (problem.objective.switches(), problem.duration.known()) {
+            (true, _) if taken && problem.is_free_turn() => Self::Switching,
+            (false, None) if taken && problem.motion == Motion::Attitude => Self::OverDurations,
+            (true, _) | (false, None) => Self::Chain,
+            (false, Some(_)) => Self::Extremal,
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! A maneuver in a duration that is known, from its search to its solution.
+
+use super::context::Context;
+use super::found::Found;
+use super::ladder::{Ask, Search};
+use super::{advice, answer, any_attitude, asked, rungs, shots, starts};
+use crate::Vector3;
+use crate::maneuver::infeasible;
+use crate::maneuver::problem::{Motion, Path, Problem};
+use crate::maneuver::settings::Method;
+use crate::maneuver::solution::{Outcome, Solution};
+use crate::mechanics::Description;
+use std::f64::consts::PI;
+
+/// The answer of a search, or the proof that there is none.
+pub(super) fn searched(problem: &Problem, context: &Context, ask: Ask) -> Solution {
+    if let Some(proof) = infeasible::proof(problem) {
+        let unsolved = Solution::unsolved(problem, context.settings.tolerance);
+        return Solution { outcome: Outcome::Infeasible, infeasible: Some(proof), ..unsolved };
+    }
+    let known = known_end(problem);
+    let problem = known.as_ref().unwrap_or(problem);
+    match problem.motion {
+        Motion::Attitude => answer(&search_of::<6>(problem, context, ask)),
+        Motion::RigidBody => answer(&search_of::<12>(problem, context, ask)),
+    }
+}
+
+/// A search with the ladder of all rungs.
+pub(super) fn search_of<'a, 'c, const N: usize>(
+    problem: &'a Problem,
+    context: &'a Context<'c>,
+    ask: Ask<'a>,
+) -> Search<'a, 'c, N> {
+    Search::new(problem, context, ask, rungs::ladder())
+}
+
+/// Climbs the ladder, and writes the solution with all that was tried.
+fn answer<const N: usize>(search: &Search<N>) -> Solution {
+    let mut found = search.climb();
+    let solution = answer::conclude(search, &mut found);
+    let mut solution = asked::held_to_its_way(search, solution);
+    if solution.method == Method::Scp {
+        if search.ask.shooting {
+            solution = answer::confirm(search, solution);
+        }
+        if search.ask.last.polish {
+            solution = asked::held_to(search.context.settings.tolerance, solution);
+        }
+        if search.ask.advise {
+            advice::advise(search, found.shortest, &mut solution);
+        }
+    }
+    Solution { ladder: search.context.ladder.take(), ..solution }
+}
+
+/// Newton from the guess alone, on the requested grid, with no ladder behind it.
+pub(super) fn polished<const N: usize>(search: &Search<N>) -> Solution {
+    let mut found = Found::default();
+    if let Some(guess) = search.ask.guess {
+        shots::shoot_from(search, &mut found, &guess.costates, starts::GUESS);
+    }
+    Solution { ladder: search.context.ladder.take(), ..answer::conclude(search, &mut found) }
+}
+
+/// A maneuver whose end tells more than what is written: the shortest way where a rotation stands for one, or the likely attitude
+/// where any will do.
+fn known_end(problem: &Problem) -> Option<Problem> {
+    if problem.ends_in_any_attitude() {
+        let mut likely = problem.clone();
+        likely.end.attitude = any_attitude::likely_end(problem);
+        return Some(likely);
+    }
+    turns_the_shortest_way(problem).then(|| problem.clone().with_path(Path::Shortest))
+}
+
+/// Rotations that are nearer to half a turn than this go either way round by their last bits \[rad\].
+const HALF_TURN: f64 = 1e-3;
+
+/// Whether the rotation that is given is that of the shortest way between two states at rest, and cannot be followed as it is
+/// written, since torques about some axis are missing: then all that it tells is the sense.
+fn turns_the_shortest_way(problem: &Problem) -> bool {
+    let Path::AsGiven(rotation) = problem.path else { return false };
+    let still = [&problem.start, &problem.end].map(|state| state.angular_velocity == Vector3::zeros());
+    let free = matches!(problem.environment.describe(), Description::Free);
+    let missing = problem.actuation.torque.rank().0 < 3;
+    free && missing && still == [true; 2] && rotation.norm() < PI - HALF_TURN
+}
+
+/// A plan of least effort whose duration was sought, made to land in that duration.
+pub(super) fn with_duration_found(problem: &Problem, solution: Solution, context: &Context) -> Solution {
+    let Some(duration) = solution.trajectory.time.last().copied() else { return solution };
+    if !context.lands() || solution.outcome != Outcome::Converged {
+        return solution;
+    }
+    let given = problem.clone().lasting(duration);
+    let ask = Ask { lands: true, ..Ask::of_goal(None, context.settings) };
+    let priced = problem.objective.time_price() * duration;
+    let (ladder, solve_time, stationarity) =
+        (solution.ladder.clone(), solution.solve_time, solution.optimality.stationarity);
+    let landed = match given.motion {
+        Motion::Attitude => answer::answer_landed(&search_of::<6>(&given, context, ask), solution),
+        Motion::RigidBody => answer::answer_landed(&search_of::<12>(&given, context, ask), solution),
+    };
+    let mut landed = Solution { ladder, solve_time, ..landed };
+    if landed.landing.is_some() {
+        landed.cost += priced;
+        landed.optimality.stationarity = landed.optimality.stationarity.max(stationarity);
+    }
+    landed
+}

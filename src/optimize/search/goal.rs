@@ -1,0 +1,98 @@
+//! The cheapest plan of a goal: of what the ladder finds, with as little of the effort in its cost as goes.
+
+use super::coarse::chain_steps;
+use super::found::Found;
+use super::ladder::Search;
+use super::landed::landed_with_goal;
+use super::shares::{LAST_SHARE, LOWERED, SHARP};
+use crate::maneuver::objective::Objective;
+use crate::maneuver::problem::State;
+use crate::maneuver::solution::{Landing, Rung};
+use crate::optimize::landing::Landed;
+use crate::optimize::methods::method::Attempt;
+use crate::optimize::methods::scp::ScpOptions;
+use crate::optimize::methods::scp::model::Goal;
+use crate::optimize::methods::scp::road::{Chain, ConvexIteration};
+
+/// Costs of one plan with two shares of the effort differ by less, relative: by the larger share, from the one to the other.
+const NEAR: [f64; 2] = [0.01, 0.1];
+/// Most subproblems from one share to the next.
+const FEW: usize = 12;
+
+/// The cheapest plan that was found.
+pub(super) struct Cheapest {
+    /// Its duration \[s\].
+    pub duration: f64,
+    /// Its cost in the unit of the user.
+    pub cost: f64,
+    /// The plan, as the chain of that duration takes it.
+    pub attempt: Attempt,
+    /// The share of the effort in its cost.
+    pub share: f64,
+    /// Dearer ones, each a local minimum, on a coarse grid, with their costs.
+    pub rivals: Vec<(Attempt, f64)>,
+    /// The target at which it lands, where that was asked for.
+    pub landed: Option<(State, Landing)>,
+}
+
+/// The cheapest of the local minima that SCP finds along the paths of a search with a goal, and what else it knows.
+pub(super) fn cheapest<const N: usize>(search: &Search<N>) -> (Found<N>, Option<Cheapest>) {
+    let mut found = search.climb();
+    let cheapest = made_cheap(&search.with_effort(found.share), &mut found);
+    (found, cheapest)
+}
+
+/// The cheapest of what was found, with as little of the effort in its cost as goes, and made to land where that is asked for.
+fn made_cheap<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Option<Cheapest> {
+    let stated = search.problem.seconds();
+    let mut plans = found.take_plans().into_iter();
+    let first = plans.next().filter(|first| first.candidate.steps() == search.problem.steps)?;
+    let (mut first, mut share) = sharpened(search, found, first);
+    let before = search.chain(search.problem.steps).price(&first.candidate);
+    let before = match search.ask.goal.as_ref().map(|goal| &goal.objective) {
+        Some(Objective::Time) => stated * first.candidate.grid.duration(),
+        _ => before,
+    };
+    let landed = landed_with_goal(search, &first, share).map(|(landed, least)| {
+        let Landed { attempt, target, landing } = landed;
+        let landing = Landing { cost_before: before, ..landing };
+        (first, share) = (attempt, least);
+        (target, landing)
+    });
+    let duration = stated * first.candidate.grid.duration();
+    let chain = search.chain(search.problem.steps);
+    let cost = chain.price(&first.candidate);
+    let attempt = chain.of_given_duration(first, &search.problem.clone().with_duration(duration));
+    let coarse = search.chain(chain_steps(search.problem));
+    let price = |rival: Attempt| {
+        let own = [&chain, &coarse].into_iter().find(|chain| chain.model.steps == rival.candidate.steps())?;
+        let cost = own.price(&rival.candidate);
+        Some((rival, cost))
+    };
+    Some(Cheapest { duration, cost, attempt, share, rivals: plans.filter_map(price).collect(), landed })
+}
+
+/// A plan on the requested grid with less and less effort in its cost, as far as that goes, and its share. Other limits
+/// begin to act from share to share: a convex subproblem finds them sooner than Newton does, and the sooner the fewer.
+fn sharpened<const N: usize>(search: &Search<N>, found: &mut Found<N>, mut plan: Attempt) -> (Attempt, f64) {
+    let options = ScpOptions { cone_tolerance: SHARP, ..search.ask.last.clone().within(FEW) };
+    let Some(goal) = search.ask.goal.clone().filter(|goal| goal.objective.switches()) else {
+        return (plan, 0.0);
+    };
+    let (mut last, mut factor) = (goal.share, LOWERED.0);
+    while last > LAST_SHARE && factor <= LOWERED.1 && !search.stopped() {
+        let share = (last * factor).max(LAST_SHARE);
+        let chain = Chain::with_goal(search.problem, search.problem.steps, &Goal { share, ..goal.clone() });
+        let convex = ConvexIteration { chain: &chain, options: &options };
+        let next = search.context.attempt(Rung::Scp, &convex, plan.candidate.clone());
+        found.add_work(&next);
+        let [before, after] = [&plan, &next].map(|attempt| chain.price(&attempt.candidate));
+        let near = last.clamp(NEAR[0], NEAR[1]);
+        if next.converged() && (before - after).abs() <= near * before {
+            (plan, last, factor) = (next, share, (factor * factor).max(LOWERED.0));
+        } else {
+            factor = factor.sqrt();
+        }
+    }
+    (plan, last)
+}

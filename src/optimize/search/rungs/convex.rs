@@ -1,0 +1,174 @@
+//! The rung of SCP, as the only road or as the last resort.
+
+use crate::Vector3;
+use crate::maneuver::problem::{Path, Problem};
+use crate::maneuver::settings::{Method, Thoroughness};
+use crate::maneuver::solution::{Outcome, Solution};
+use crate::optimize::candidate::Candidate;
+use crate::optimize::methods::method::Attempt;
+use crate::optimize::methods::scp::ScpOptions;
+use crate::optimize::methods::scp::road::{Chain, path};
+use crate::optimize::search::answer::conclude;
+use crate::optimize::search::asked::goes_round_as_asked;
+use crate::optimize::search::chains::{along, carry, descend, relaxed, relaxed_paths};
+use crate::optimize::search::coarse::chain_steps;
+use crate::optimize::search::detour::detours;
+use crate::optimize::search::effort::Starts;
+use crate::optimize::search::found::Found;
+use crate::optimize::search::ladder::{Ask, Climb, Search};
+use crate::optimize::search::paths;
+use crate::optimize::step::Point;
+use crate::optimize::sweep::BoundaryValueProblem;
+
+/// A violation on the coarse grid that spares the fine solve of the relaxed maneuver.
+const CLEAR_VIOLATION: f64 = 0.05;
+
+/// SCP from all seeds. As the last resort its miss says more where something is limited, and that of the shooting where
+/// nothing is.
+pub(super) struct Convex;
+
+impl<const N: usize> Climb<N> for Convex {
+    fn applies(&self, search: &Search<N>, found: &Found<N>) -> bool {
+        let rescue = search.ask.shooting && (found.is_done() || search.stopped());
+        search.ask.convex && search.ask.goal.is_none() && !rescue
+    }
+
+    fn climb(&self, search: &Search<N>, found: &mut Found<N>) {
+        let missed = found.take_missed();
+        from_seeds(search, found);
+        if search.ask.shooting && !found.is_done() && !search.problem.is_constrained() {
+            found.tell_missed(missed);
+        }
+    }
+}
+
+/// SCP from all seeds; leaves the winner on the requested grid, before its rivals on the coarse one.
+fn from_seeds<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
+    let problem = search.problem;
+    if let Some(trajectory) = search.ask.along {
+        let fine = search.chain(problem.steps);
+        let seed = along("given path", trajectory, &fine.model.dynamics);
+        descend(search, found, &fine, seed);
+        return carry(search, found, &fine);
+    }
+    let relaxed = relaxed(problem);
+    let coarse = search.chain(chain_steps(problem));
+    let mut seeds = relaxed_paths(search, &relaxed, &coarse);
+    if search.context.settings.method == Method::Auto
+        && !problem.ends_in_any_attitude()
+        && let Some(answer) = unlimited(search, &relaxed, &seeds)
+    {
+        found.answer = Some(answer);
+        return;
+    }
+    if seeds.is_empty() {
+        seeds.push((0.0, paths::shortest_way(&coarse.model)));
+    }
+    if let Some(guess) = search.ask.guess
+        && let Some(seed) = guess.seed(&coarse.model)
+        && as_asked(search, &seed)
+    {
+        descend(search, found, &coarse, seed);
+    }
+    // Without what its wheels store a body moves otherwise: those costs bound nothing, and the best plan may lie near none
+    // of those paths.
+    let bounds = problem.actuation.stored_momentum() == Vector3::zeros();
+    for (cost, seed) in seeds {
+        let cheaper = |plan: &Attempt| plan.cost < cost && goes_round_as_asked(search, &plan.candidate);
+        let hopeless = bounds && found.plans().iter().any(cheaper);
+        if hopeless || search.stopped() {
+            continue;
+        }
+        for seed in detours(problem, &coarse.model.dynamics.frame_rate(), seed) {
+            descend(search, found, &coarse, seed);
+        }
+    }
+    // From rest to rest with torques about all axes the extremals without limits, and their detours, are enough as a rule.
+    let asked = found.plans().iter().any(|plan| goes_round_as_asked(search, &plan.candidate));
+    let simple = bounds && asked && problem.can_wait() && search.fine.dynamics.has_all_axes();
+    match search.context.settings.search {
+        Thoroughness::Thorough => from_paths(search, found, Starts::all(), &relaxed, &coarse),
+        Thoroughness::Default if !simple => {
+            from_paths(search, found, Starts::bent_ways(asked), &relaxed, &coarse)
+        }
+        Thoroughness::Default | Thoroughness::Quick => {}
+    }
+    // What goes the other way round is told where nothing goes as asked.
+    found.reorder(|mut plans| {
+        if plans.iter().any(|plan| goes_round_as_asked(search, &plan.candidate)) {
+            plans.retain(|plan| goes_round_as_asked(search, &plan.candidate));
+        }
+        plans
+    });
+    carry(search, found, &coarse);
+}
+
+/// SCP from the paths that descents of the relaxed maneuver start from, bent and random ones among them: optima within
+/// limits need not lie near any extremal without them.
+fn from_paths<const N: usize>(
+    search: &Search<N>,
+    found: &mut Found<N>,
+    starts: Starts,
+    relaxed: &Problem,
+    coarse: &Chain,
+) {
+    let grid = &coarse.model.dynamics.grid;
+    let bvp = BoundaryValueProblem::<N>::new(relaxed, coarse.model.steps);
+    for start in starts.paths(&bvp) {
+        let seed = path(&start.provenance.start, grid, start.states.iter().map(Point::pose));
+        for seed in detours(search.problem, &coarse.model.dynamics.frame_rate(), seed) {
+            if search.stopped() {
+                return;
+            }
+            descend(search, found, coarse, seed);
+        }
+    }
+}
+
+/// The solution of the problem without limits: the shooting's, or where torques about an axis are missing and that may
+/// arrive nowhere, SCP's.
+fn shot<const N: usize>(search: &Search<N>, relaxed: &Problem) -> Solution {
+    let convex = search.problem.is_constrained() && !search.fine.dynamics.has_all_axes();
+    let ask = Ask { convex, last: ScpOptions::default(), ..search.ask.of_relaxed() };
+    let search = search.of(relaxed, ask);
+    conclude(&search, &mut search.climb())
+}
+
+/// The relaxed solution, where it meets every limit as it is.
+fn unlimited<const N: usize>(
+    search: &Search<N>,
+    relaxed: &Problem,
+    seeds: &[(f64, Candidate)],
+) -> Option<Solution> {
+    let problem = search.problem;
+    let (_, seed) = seeds.first().filter(|_| problem.actuation.wheels.is_none())?;
+    // A clear violation on the coarse grid spares the fine solve, where there is but one best path.
+    let coarse = Chain::new(problem, seed.steps());
+    if search.fine.dynamics.has_all_axes() && coarse.worst_violation(&coarse.opened(seed))? > CLEAR_VIOLATION
+    {
+        return None;
+    }
+    let solution = shot(search, relaxed);
+    if solution.outcome != Outcome::Converged {
+        return None;
+    }
+    let fine = Chain::new(problem, problem.steps);
+    let path = along("short", &solution.trajectory, &fine.model.dynamics);
+    let first = fine.model.first_input();
+    let mut candidate = fine.opened(&path);
+    for stage in first..=problem.steps {
+        let inputs = solution.trajectory.inputs(stage - first);
+        candidate.inputs[stage] =
+            inputs.iter().zip(&fine.model.input_unit).map(|(u, unit)| u / unit).collect();
+    }
+    if fine.worst_violation(&candidate)? > 0.0 {
+        return None;
+    }
+    // The rivals are those of the relaxed maneuver: nobody knows whether they keep within the limits.
+    Some(Solution { rivals: Vec::new(), ..solution })
+}
+
+/// Whether a guess goes the way round that the problem asks for; one may well lead to the rotation that is given.
+fn as_asked<const N: usize>(search: &Search<N>, seed: &Candidate) -> bool {
+    matches!(search.problem.path, Path::AsGiven(_)) || goes_round_as_asked(search, seed)
+}

@@ -1,0 +1,118 @@
+//! The rung of time, of fuel, and of a duration that is sought: SCP along the paths that are given.
+
+use crate::maneuver::solution::Rung;
+use crate::optimize::candidate::Candidate;
+use crate::optimize::methods::method::Attempt;
+use crate::optimize::methods::scp::ScpOptions;
+use crate::optimize::methods::scp::road::{Chain, ConvexIteration};
+use crate::optimize::search::chains::{CARRIED, CLOSE, carried_to, descend};
+use crate::optimize::search::coarse::chain_steps;
+use crate::optimize::search::detour::detours;
+use crate::optimize::search::found::{Found, cheapest_first, same};
+use crate::optimize::search::ladder::{Climb, Search};
+use crate::optimize::search::shares::{FIRST_SHARES, SHARE};
+
+/// The local minima of a goal, the cheapest on the requested grid.
+pub(super) struct OfGoal;
+
+impl<const N: usize> Climb<N> for OfGoal {
+    fn applies(&self, search: &Search<N>, _: &Found<N>) -> bool {
+        search.ask.goal.is_some()
+    }
+
+    fn climb(&self, search: &Search<N>, found: &mut Found<N>) {
+        let coarse = coarse_minima(search, found);
+        carry_with_effort(search, found, &coarse);
+    }
+}
+
+/// The local minima that SCP finds along paths on its coarse grid, with as much effort in the cost as that takes, and
+/// that grid's chain: where forces turn with the body, or a field changes with its place, costs of fuel alone bend less
+/// than the dynamics do.
+fn coarse_minima<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Chain {
+    let mut coarse = search.chain(chain_steps(search.problem));
+    let frame_rate = coarse.model.dynamics.frame_rate();
+    let detours = |path: &Candidate| detours(search.problem, &frame_rate, path.clone());
+    let seeds: Vec<Candidate> = search.ask.paths.iter().flat_map(detours).collect();
+    for share in shares(search, found) {
+        found.share = Some(share);
+        let search = search.with_effort(found.share);
+        coarse = search.chain(coarse.model.steps);
+        for seed in &seeds {
+            if !search.stopped() {
+                descend(&search, found, &coarse, seed.clone());
+            }
+        }
+        if found.is_done() || search.stopped() {
+            break;
+        }
+    }
+    coarse
+}
+
+/// Shares to try one after the other, from the one that there is; of effort alone that one.
+fn shares<const N: usize>(search: &Search<N>, found: &Found<N>) -> Vec<f64> {
+    let goal = search.ask.goal.as_ref();
+    let least = found.share.or(goal.map(|goal| goal.share)).unwrap_or(SHARE);
+    let several = goal.is_some_and(|goal| goal.objective.switches());
+    let from_least = FIRST_SHARES.into_iter().filter(|share| *share >= least);
+    from_least.take(if several { FIRST_SHARES.len() } else { 1 }).collect()
+}
+
+/// Carries the cheapest to the requested grid, each with as much effort in its cost as that takes before a dearer one is tried:
+/// along arcs on which a constraint acts rows of neighbouring nodes nearly repeat each other. Leaves the share of the first.
+fn carry_with_effort<const N: usize>(search: &Search<N>, found: &mut Found<N>, coarse: &Chain) {
+    found.reorder(cheapest_first);
+    let (few, many) = (coarse.model.steps, search.problem.steps);
+    if few == many {
+        return;
+    }
+    let shares = shares(search, found);
+    let plans = found.take_plans();
+    let (mut carried, mut rivals) = (Vec::<(f64, f64, Attempt)>::new(), Vec::new());
+    let mut best_coarse = None;
+    for (index, plan) in plans.iter().enumerate() {
+        // On the fine grid the order of costs may be another.
+        let close = |best: f64| carried.len() < CARRIED && plan.cost <= best + CLOSE * best.abs();
+        if search.stopped() || !best_coarse.is_none_or(close) {
+            rivals.extend_from_slice(&plans[index..]);
+            break;
+        }
+        let fine = shares.iter().find_map(|share| {
+            found.share = Some(*share);
+            let search = &search.with_effort(found.share);
+            let grids = [search.chain(few), search.chain(many)];
+            let eased =
+                if *share == shares[0] { Some(plan.clone()) } else { eased(search, found, &grids[0], plan) };
+            let fine = carried_to(search, found, [&grids[0], &grids[1]], &eased?)?;
+            Some((grids[1].price(&fine.candidate), *share, fine))
+        });
+        match fine {
+            Some((.., fine)) if carried.iter().any(|(.., other)| same::<N>(other, &fine)) => {}
+            Some(fine) => {
+                best_coarse = best_coarse.or(Some(plan.cost));
+                carried.push(fine);
+            }
+            None => rivals.push(plan.clone()),
+        }
+    }
+    carried.sort_by(|a, b| a.0.total_cmp(&b.0));
+    if let Some((_, share, _)) = carried.first() {
+        found.share = Some(*share);
+        found.reorder(|_| carried.into_iter().map(|(.., fine)| fine).chain(rivals).collect());
+    }
+}
+
+/// A plan of the coarse grid as it is with the share of effort that the goal has now.
+fn eased<const N: usize>(
+    search: &Search<N>,
+    found: &mut Found<N>,
+    coarse: &Chain,
+    plan: &Attempt,
+) -> Option<Attempt> {
+    let options = ScpOptions::default().within(search.context.settings.max_iterations);
+    let convex = ConvexIteration { chain: coarse, options: &options };
+    let eased = search.context.attempt(Rung::Scp, &convex, plan.candidate.clone());
+    found.add_work(&eased);
+    eased.converged().then_some(eased)
+}

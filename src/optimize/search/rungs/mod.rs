@@ -1,0 +1,39 @@
+//! The rungs of the ladder, each a type in a file of its own, and their order.
+
+mod convex;
+mod extremals;
+mod further;
+mod given;
+mod goal;
+mod saturated;
+mod shortest;
+
+use super::ladder::{Climb, Ladder};
+
+/// All steps of the ladder, for the tangent dimension of a motion.
+struct Steps<const N: usize>;
+
+impl<const N: usize> Steps<N> {
+    /// A guess, `Saturated` and `Shortest` work on the requested grid, the others on a coarse one first.
+    const LADDER: [&'static dyn Climb<N>; 7] = [
+        // guess
+        &given::Given,
+        // newton, descent and lifted
+        &extremals::Extremals,
+        // saturated, lifted and limits
+        &saturated::Saturated,
+        // scp and polish: of time, fuel and a duration that is sought
+        &goal::OfGoal,
+        // the same of effort
+        &convex::Convex,
+        // the same from a plan in less time
+        &shortest::Shortest,
+        // descent and lifted, from a saddle
+        &further::Further,
+    ];
+}
+
+/// The ladder.
+pub(super) const fn ladder<const N: usize>() -> Ladder<N> {
+    &Steps::<N>::LADDER
+}
