@@ -7,6 +7,7 @@ pub mod infeasible;
 pub mod objective;
 pub mod problem;
 pub mod settings;
+pub mod shortfall;
 pub mod solution;
 pub mod switching;
 
@@ -15,8 +16,9 @@ pub use duration::Duration;
 pub use grid::{Grid, GridError, Scheme};
 pub use infeasible::Proof;
 pub use objective::{Fuel, Objective, WeightError, Weighted, Weights};
-pub use problem::{EndCondition, Formulation, Motion, Path, Problem, ProblemError, State};
+pub use problem::{EndCondition, Formulation, Motion, Path, Problem, ProblemError, State, Unsuited};
 pub use settings::{Method, Settings, SettingsError, Target, Thoroughness};
+pub use shortfall::{Excess, Shortfall, Violation};
 pub use solution::{
     ActiveConstraint, ChosenSteps, ConvexWork, Landing, Optimality, Outcome, Rival, Rung, RungReport,
     SecondOrder, Sense, Solution, TerminalError, Trajectory,

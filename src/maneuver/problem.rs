@@ -2,9 +2,11 @@
 
 mod check;
 mod formulation;
+mod unsuited;
 
 pub use crate::maneuver::grid::Scheme;
 pub use formulation::Formulation;
+pub use unsuited::Unsuited;
 
 use crate::lie::Rotation;
 use crate::maneuver::constraint::{Constraint, ConstraintError};
@@ -202,13 +204,8 @@ pub enum ProblemError {
     #[error("{0}")]
     Wheels(String),
     /// What is minimised does not go with what the maneuver has, or lacks.
-    #[error("{reason}")]
-    Unsuited {
-        /// What is in the way: a key of a spec.
-        what: &'static str,
-        /// Why.
-        reason: &'static str,
-    },
+    #[error(transparent)]
+    Unsuited(#[from] Unsuited),
     /// A weight of the objective does not fit the inputs.
     #[error("{inputs} inputs: {error}")]
     Weight {
@@ -406,7 +403,7 @@ impl Problem {
         Self { duration: duration.into(), ..self }
     }
 
-    /// The same in `duration` \[s\], which is found where it was sought.
+    /// In `duration` \[s\], which is found where it was sought.
     pub(crate) fn lasting(self, duration: f64) -> Self {
         Self { duration: self.duration.lasting(duration), ..self }
     }

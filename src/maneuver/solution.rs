@@ -4,6 +4,7 @@ use crate::maneuver::duration::Duration;
 use crate::maneuver::infeasible::Proof;
 use crate::maneuver::problem::{Problem, Scheme, State};
 use crate::maneuver::settings::Method;
+use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::switching::Switching;
 use crate::{Vector3, lie};
 use serde::{Deserialize, Serialize};
@@ -430,7 +431,7 @@ pub struct Solution {
     /// known.
     pub infeasible: Option<Proof>,
     /// What stays violated where the search came nearest, and what would help; where no plan was found.
-    pub shortfall: Option<String>,
+    pub shortfall: Option<Shortfall>,
     /// The shortest duration \[s\] that was found, a local minimum, where no plan was for the one asked for. Of a plan whose
     /// duration was sought: less time would cost less, but no plan that takes less was found.
     pub shortest: Option<f64>,

@@ -85,7 +85,7 @@ pub fn details(
         if let Some(proof) = &solution.infeasible {
             lines.line("because", escape(&proof.reason));
         } else {
-            lines.extend(solution.shortfall.iter().map(|text| line("missing", &escape(text))));
+            lines.extend(solution.shortfall.iter().map(|told| line("missing", &escape(&told.to_string()))));
             lines.line("best", best(&solution.terminal));
             lines.extend(ladder(&solution.ladder));
         }

@@ -41,7 +41,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             continue;
         }
         println!("case {seed}: {}, {}", found.status.name(), problem.name);
-        println!("    {}", solution.shortfall.as_deref().unwrap_or("nothing is known to be missing"));
+        match &solution.shortfall {
+            Some(shortfall) => println!("    {shortfall}"),
+            None => println!("    nothing is known to be missing"),
+        }
         let without = Problem { constraints: Vec::new(), ..problem.clone() };
         let without = plan(&without, &settings, None, &mut Silent)?.status;
         println!("    without the cones: {}", without.name());

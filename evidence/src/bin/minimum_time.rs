@@ -219,7 +219,7 @@ fn any(count: usize, first: usize) -> Result<(), Box<dyn Error>> {
         solve_ms.push(plan.solution.solve_time * 1e3);
         solved += usize::from(plan.status == Status::Solved);
         if plan.status != Status::Solved {
-            let shortfall = plan.solution.shortfall.unwrap_or_default();
+            let shortfall = plan.solution.shortfall.map_or_else(String::new, |told| told.to_string());
             println!("  case {index}: {} {shortfall}", plan.status.name());
         }
     }

@@ -1,6 +1,6 @@
 //! What the types cannot rule out: ranges, rotations, boundary values against steps and constraints.
 
-use super::{Motion, Path, Problem, ProblemError, Scheme, State};
+use super::{Motion, Path, Problem, ProblemError, Scheme, State, Unsuited};
 use crate::Matrix3;
 use crate::Vector3;
 use crate::maneuver::constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError, Rule, conflict};
@@ -94,13 +94,9 @@ impl Problem {
             Duration::Given(duration) | Duration::Found { duration, .. } if !usable(duration) => {
                 Err(out_of_range("duration", duration, in_range))
             }
-            Duration::Given(_) if self.objective.counts_time() => {
-                let reason = "time has a cost: the duration is sought, not given";
-                Err(ProblemError::Unsuited { what: "duration_s", reason })
-            }
+            Duration::Given(_) if self.objective.counts_time() => Err(Unsuited::GivenDuration.into()),
             Duration::Sought { at_most: None } if !self.objective.counts_time() => {
-                let reason = "a duration is sought at a price of time or up to a bound: neither is given";
-                Err(ProblemError::Unsuited { what: "duration_s", reason })
+                Err(Unsuited::SoughtDuration.into())
             }
             _ => Ok(()),
         }
@@ -143,8 +139,7 @@ impl Problem {
                 return Err(out_of_range("longest duration", longest, "must be positive and finite"));
             }
             if self.objective == Objective::Time {
-                let reason = "the duration is what is minimised: it takes no bound";
-                return Err(ProblemError::Unsuited { what: "duration_at_most_s", reason });
+                return Err(Unsuited::LongestDuration.into());
             }
         }
         if self.seeks_duration() && !self.objective.switches() {
@@ -158,8 +153,7 @@ impl Problem {
         if !self.objective.switches()
             && (thrusters || sets.into_iter().flatten().any(|set| set.limits().one_sided))
         {
-            let reason = "thrusters push to one side only: they are planned for minimum time and fuel";
-            return Err(ProblemError::Unsuited { what: "thruster", reason });
+            return Err(Unsuited::ThrustersOfEffort.into());
         }
         Ok(())
     }
@@ -168,18 +162,13 @@ impl Problem {
     fn check_fuel_prices(&self, fuel: &Fuel) -> Result<(), ProblemError> {
         let (torque, force) = (&self.actuation.torque, self.actuation.force.as_ref());
         if fuel.prices.is_some() && self.actuation.thrusters.is_some() {
-            let reason = "the prices of thrusters that push and turn are those of forces";
-            return Err(ProblemError::Unsuited { what: "fuel_price", reason });
+            return Err(Unsuited::TorquePricesOfThrusters.into());
         }
-        let of_norm = [
-            "fuel is counted by the norm of the torque under a limit of that: it has one price",
-            "fuel is counted by the norm of the force under a limit of that: it has one price",
-        ];
         let sets = [
-            (Some(torque), &fuel.prices, "number of torque inputs", "fuel_price", of_norm[0]),
-            (force, &fuel.force_prices, "number of force inputs", "force_fuel_price", of_norm[1]),
+            (Some(torque), &fuel.prices, "number of torque inputs", Unsuited::TorquePricesUnderNorm),
+            (force, &fuel.force_prices, "number of force inputs", Unsuited::ForcePricesUnderNorm),
         ];
-        for (set, prices, number, key, one_price) in sets {
+        for (set, prices, number, several) in sets {
             let Some(prices) = prices else { continue };
             let count = set.map_or(0, ActuatorSet::count);
             if prices.len() != count {
@@ -190,7 +179,7 @@ impl Problem {
             }
             let differ = prices.iter().any(|price| *price != prices[0]);
             if differ && set.is_some_and(Fuel::is_of_norm) {
-                return Err(ProblemError::Unsuited { what: key, reason: one_price });
+                return Err(several.into());
             }
         }
         Ok(())
@@ -198,11 +187,7 @@ impl Problem {
 
     /// What the search for the duration of least effort and time takes.
     fn check_free_duration(&self) -> Result<(), ProblemError> {
-        if self.scheme != Scheme::LieVerlet {
-            let reason = "the duration is sought by Lie–Verlet";
-            return Err(ProblemError::Unsuited { what: "scheme", reason });
-        }
-        Ok(())
+        if self.scheme == Scheme::LieVerlet { Ok(()) } else { Err(Unsuited::SchemeOfSoughtDuration.into()) }
     }
 
     /// What the search for maneuvers of minimum time and fuel takes: torques along body axes that reach every direction, and
@@ -216,55 +201,26 @@ impl Problem {
             let infinite = |size: &Vec<f64>| size.iter().any(|size| !size.is_finite());
             limits.size.as_ref().map_or(limits.norm.is_none(), infinite)
         };
-        let obstacles = [
-            (
-                torque.frame() != AxisFrame::Body,
-                "torque_axes_reference",
-                "minimum time and fuel are planned for torques along body axes",
-            ),
-            (
-                unlimited(torque),
-                "torque_limit_n_m",
-                "minimum time and fuel need a limit of every torque: without one the best plan is an impulse",
-            ),
-            (
-                force.is_some_and(unlimited),
-                "force_limit_n",
-                "minimum time and fuel need a limit of every force: without one the best plan is an impulse",
-            ),
-            (
-                !self.actuation.reaches_every_direction(moves),
-                if self.actuation.thrusters.is_some() { "force_direction_body" } else { "torque_axes_body" },
-                match &self.actuation.thrusters {
-                    None => "minimum time and fuel are planned for torques that reach every direction",
-                    Some(_) => {
-                        "minimum time and fuel are planned for thrusters that together push and turn in every direction"
-                    }
-                },
-            ),
-            (self.scheme != Scheme::LieVerlet, "scheme", "minimum time and fuel are planned by Lie–Verlet"),
-        ];
-        let met = obstacles.into_iter().find(|(met, ..)| *met);
-        met.map_or(Ok(()), |(_, what, reason)| Err(ProblemError::Unsuited { what, reason }))
+        let directions = match &self.actuation.thrusters {
+            None => Unsuited::TorqueDirections,
+            Some(_) => Unsuited::ThrusterDirections,
+        };
+        first_met([
+            (torque.frame() != AxisFrame::Body, Unsuited::ReferenceTorques),
+            (unlimited(torque), Unsuited::UnlimitedTorque),
+            (force.is_some_and(unlimited), Unsuited::UnlimitedForce),
+            (!self.actuation.reaches_every_direction(moves), directions),
+            (self.scheme != Scheme::LieVerlet, Unsuited::SchemeOfSwitching),
+        ])
     }
 
     /// What a maneuver that ends in any attitude takes.
     fn check_any_attitude(&self) -> Result<(), ProblemError> {
-        let obstacles = [
-            (
-                self.path != Path::Best,
-                "path",
-                "where any attitude will do there is no way round to choose: path = \"best\" alone",
-            ),
-            (
-                self.shortest_pulse().is_some(),
-                "shortest_pulse_s",
-                "pulses are planned to an attitude that is given",
-            ),
-        ];
         let free = self.ends_in_any_attitude();
-        let met = obstacles.into_iter().find(|(met, ..)| free && *met);
-        met.map_or(Ok(()), |(_, what, reason)| Err(ProblemError::Unsuited { what, reason }))
+        first_met([
+            (free && self.path != Path::Best, Unsuited::WayToAnyAttitude),
+            (free && self.shortest_pulse().is_some(), Unsuited::PulsesToAnyAttitude),
+        ])
     }
 
     /// What the search for pulses takes: fuel, and no limits but those of the inputs.
@@ -275,31 +231,17 @@ impl Problem {
         if !(shortest > 0.0 && shortest.is_finite()) {
             return Err(out_of_range("shortest pulse", shortest, "must be positive and finite"));
         }
-        let obstacles = [
-            (
-                of_forces.is_some() || self.motion != Motion::Attitude,
-                "pulses are planned for torques and the attitude alone",
-            ),
-            (!self.is_free_turn(), "pulses are planned for a body that nothing acts on but its torques"),
-            (self.objective.fuel().is_none(), "pulses are planned for minimum fuel alone"),
-            (
-                self.actuation.wheels.is_some(),
-                "wheels do not pulse: they give any torque within their limits",
-            ),
-            (
-                limits.size.is_none() || limits.norm.is_some(),
-                "pulses are of inputs with limits of their own, not under a limit of the norm",
-            ),
-            (limits.rate.is_some(), "pulses jump: they go with no limit of how fast inputs change"),
-            (!self.constraints.is_empty(), "pulses are planned without cones and limits of the rates"),
-            (
-                self.on_equal_steps,
-                "pulses begin and end between equal steps: method = \"scp\" does not plan them",
-            ),
-        ];
-        if let Some((_, reason)) = obstacles.into_iter().find(|(met, _)| *met) {
-            return Err(ProblemError::Unsuited { what: "shortest_pulse_s", reason });
-        }
+        let of_motion = of_forces.is_some() || self.motion != Motion::Attitude;
+        first_met([
+            (of_motion, Unsuited::PulsesOfMotion),
+            (!self.is_free_turn(), Unsuited::PulsesInField),
+            (self.objective.fuel().is_none(), Unsuited::PulsesWithoutFuel),
+            (self.actuation.wheels.is_some(), Unsuited::PulsesOfWheels),
+            (limits.size.is_none() || limits.norm.is_some(), Unsuited::PulsesUnderNorm),
+            (limits.rate.is_some(), Unsuited::PulsesOfLimitedRate),
+            (!self.constraints.is_empty(), Unsuited::PulsesUnderConstraints),
+            (self.on_equal_steps, Unsuited::PulsesOnEqualSteps),
+        ])?;
         if self.duration.at_most().or(self.duration.known()).is_some_and(|longest| shortest > longest) {
             return Err(out_of_range("shortest pulse", shortest, "must not be longer than the maneuver"));
         }
@@ -339,17 +281,12 @@ impl Problem {
         let limits = torque.limits();
         let each =
             limits.one_sided && limits.size.is_some() && limits.norm.is_none() && limits.rate.is_none();
-        let obstacles = [
-            (
-                !each,
-                "thrusters that push and turn push to one side only, up to a limit each, and have no other limits",
-            ),
-            (self.motion == Motion::Attitude, "thrusters that push as well are for a body that moves"),
-            (self.actuation.wheels.is_some(), "thrusters that push and turn do not go with wheels"),
-            (!alike, "the axes and limits of thrusters that push and turn do not agree"),
-        ];
-        let met = obstacles.into_iter().find(|(met, _)| *met);
-        met.map_or(Ok(()), |(_, reason)| Err(ProblemError::Unsuited { what: "thruster", reason }))
+        first_met([
+            (!each, Unsuited::ThrusterLimits),
+            (self.motion == Motion::Attitude, Unsuited::ThrustersOfAttitude),
+            (self.actuation.wheels.is_some(), Unsuited::ThrustersWithWheels),
+            (!alike, Unsuited::ThrusterAxes),
+        ])
     }
 
     fn check_wheels(&self) -> Result<(), ProblemError> {
@@ -403,6 +340,12 @@ impl Problem {
             _ => Ok(()),
         }
     }
+}
+
+/// The first obstacle that is met.
+fn first_met<const N: usize>(obstacles: [(bool, Unsuited); N]) -> Result<(), ProblemError> {
+    let met = obstacles.into_iter().find(|(met, _)| *met);
+    met.map_or(Ok(()), |(_, cause)| Err(cause.into()))
 }
 
 fn out_of_range(what: &'static str, value: f64, reason: &'static str) -> ProblemError {

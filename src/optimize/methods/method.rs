@@ -1,6 +1,7 @@
 //! What a method is: something that improves a candidate within a budget.
 
 use super::driver::{Interrupt, Report};
+use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{ConvexWork, Outcome, Rung};
 use crate::optimize::candidate::Candidate;
 use crate::optimize::sweep::Node;
@@ -74,8 +75,8 @@ pub(crate) struct Attempt {
     pub work: ConvexWork,
     /// What the sweep of its first costate showed, where that was kept.
     pub swept: Option<Swept>,
-    /// What is lacking, in words, where it did not converge.
-    pub shortfall: Option<String>,
+    /// What is missing, where it did not converge.
+    pub shortfall: Option<Shortfall>,
 }
 
 /// What the sweep of a costate showed.

@@ -6,8 +6,9 @@ use super::coarse::chain_steps;
 use super::detour::detours;
 use super::found::Found;
 use super::ladder::{Ask, Search};
+use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{Outcome, Solution};
-use crate::numerics::figures::{rounded_up, short, significant};
+use crate::numerics::figures::rounded_up;
 use crate::optimize::methods::scp::road::Chain;
 
 /// Durations tried for advice, as multiples of the shortest one found: next to it a plan without a guess is hard to find.
@@ -19,28 +20,16 @@ pub(super) fn advise<const N: usize>(search: &Search<N>, shortest: Option<f64>, 
     let searched = !matches!(solution.outcome, Outcome::Converged | Outcome::IterationLimit);
     if searched
         && !search.stopped()
-        && let Some(violated) = &mut solution.shortfall
+        && let Some(missing) = solution.shortfall.take()
     {
         solution.longer = longer(search, shortest);
         solution.shortest = shortest;
-        match (shortest, solution.longer) {
-            (Some(shortest), _) if shortest < search.problem.seconds() => {
-                let (asked, shortest) = (short(search.problem.seconds()), significant(shortest, 6));
-                violated.push_str(&format!(
-                    "; no plan of {asked} s was found, though there is one of {shortest} s"
-                ));
-            }
-            (Some(shortest), _) => {
-                let (asked, shortest) = (short(search.problem.seconds()), significant(shortest, 6));
-                violated.push_str(&format!(
-                    "; no plan of {asked} s was found, the shortest duration found is {shortest} s (locally minimal)"
-                ));
-            }
-            (None, Some(duration)) => violated.push_str(&format!("; a plan of {duration} s was found")),
-            (None, None) => {
-                violated.push_str("; none was found for up to three times the duration either");
-            }
-        }
+        solution.shortfall = Some(Shortfall::InOtherTime {
+            missing: Box::new(missing),
+            asked: search.problem.seconds(),
+            shortest,
+            longer: solution.longer,
+        });
     }
 }
 

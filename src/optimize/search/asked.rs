@@ -17,6 +17,7 @@ use crate::Vector3;
 use crate::lie;
 use crate::maneuver::problem::Path;
 use crate::maneuver::settings::Method as Road;
+use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{Outcome, Sense, Solution};
 use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::method::Attempt;
@@ -67,13 +68,9 @@ pub(super) fn asked_sense<const N: usize>(search: &Search<N>) -> Option<Sense> {
 /// A solution that counts as converged only if it goes the way round that was asked for.
 pub(super) fn held_to_its_way<const N: usize>(search: &Search<N>, mut solution: Solution) -> Solution {
     if solution.outcome == Outcome::Converged && !goes_as_asked(search, &solution) {
-        let way = if solution.sense == Sense::Short { "short" } else { "long" };
-        let turned = solution.turned_deg;
+        let (short, turned_deg) = (solution.sense == Sense::Short, solution.turned_deg);
         solution.outcome = Outcome::Stalled;
-        solution.shortfall = Some(format!(
-            "no optimum that goes round as asked was found; the nearest goes the {way} way and turns by \
-             {turned:.1}°"
-        ));
+        solution.shortfall = Some(Shortfall::OtherWay { short, turned_deg });
     }
     solution
 }
@@ -148,11 +145,7 @@ pub(super) fn held_to(tolerance: f64, mut solution: Solution) -> Solution {
     let met = solution.terminal.largest() <= tolerance;
     if solution.outcome == Outcome::Converged && !met {
         solution.outcome = Outcome::Stalled;
-        solution.shortfall = Some(format!(
-            "the conditions of the optimum are met, but the inputs replayed from the start miss the end by {:.1e}, \
-             scaled; the tolerance is {tolerance:.1e}",
-            solution.terminal.largest()
-        ));
+        solution.shortfall = Some(Shortfall::Missed { error: solution.terminal.largest(), tolerance });
     }
     solution
 }

@@ -81,6 +81,7 @@ use crate::lie;
 use crate::maneuver::objective::{Fuel, Objective};
 use crate::maneuver::problem::{Formulation, Motion, Problem, State};
 use crate::maneuver::settings::Method;
+use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{ConvexWork, Outcome, Solution, Trajectory};
 use crate::mechanics::actuators::{ActuatorSet, Limits};
 use crate::mechanics::environment::{Free, Pose};
@@ -119,7 +120,7 @@ fn effort_sought(problem: &Problem, context: &Context) -> Solution {
     let stated = stated.with_objective(problem.objective.with_time_price(None));
     let unsolved = Solution::unsolved(problem, context.settings.tolerance);
     let mut solution = match stated.check() {
-        Err(error) => Solution { shortfall: Some(error.to_string()), ..unsolved },
+        Err(error) => Solution { shortfall: Some(Shortfall::Unusable(error)), ..unsolved },
         Ok(()) => of_stated(&stated, &problem.objective, context, &Trajectory::default()),
     };
     solution.ladder = context.ladder.take();
@@ -162,7 +163,7 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
     // Checked as what it is: effort takes less than time and fuel.
     let mut solution = match (problem.clone().lasting(duration).check(), context.interrupt()) {
         (_, Some(stopped)) => Solution { outcome: stopped, ..unsolved },
-        (Err(error), _) => Solution { shortfall: Some(error.to_string()), ..unsolved },
+        (Err(error), _) => Solution { shortfall: Some(Shortfall::Unusable(error)), ..unsolved },
         (Ok(()), None) => of_stated(&stated, &problem.objective, context, &quick.trajectory),
     };
     if sought && let Some(cheaper) = by_its_duration(problem, context, &solution) {

@@ -38,11 +38,11 @@ use super::{Observer, PlanError};
 use crate::maneuver::objective::{Objective, effort};
 use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::settings::{Method, Settings};
+use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{Outcome, Solution};
 use crate::mechanics::actuators::AxisFrame;
 use crate::mechanics::drift_equation;
 use crate::mechanics::environment::Pose;
-use crate::numerics::figures::short;
 use crate::{Matrix3, Vector3, lie};
 use std::time::Instant;
 
@@ -163,12 +163,8 @@ pub(super) fn solve(
         let unsolved =
             unsolved.map_or_else(|| Solution::unsolved(problem, settings.tolerance), |solution| *solution);
         let shortfall = match longest {
-            Some(longest) => format!("no plan of {} s or less was found", short(longest)),
-            None => format!(
-                "no duration from {} s to {} s was found at which a second is worth its price",
-                short(first / LONGEST_WAY),
-                short(first * LONGEST_WAY)
-            ),
+            Some(longest) => Shortfall::NoneWithin { longest },
+            None => Shortfall::NoWorthwhile { from: first / LONGEST_WAY, to: first * LONGEST_WAY },
         };
         let (outcome, shortfall) = (Outcome::Stalled, Some(shortfall));
         return Ok(Solution { outcome, shortfall, solve_time: elapsed, ..unsolved });

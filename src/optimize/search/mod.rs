@@ -65,11 +65,8 @@ pub enum PlanError {
         reason: &'static str,
     },
     /// What cannot be asked of a maneuver whose inputs switch or whose duration is sought.
-    #[error("this maneuver does not go with the settings: {reason}")]
-    Unsuited {
-        /// What to change.
-        reason: &'static str,
-    },
+    #[error("this maneuver does not go with the settings: {0}")]
+    Unsuited(Misfit),
     /// A grid beyond the memory of SCP.
     #[error(
         "what limits this maneuver is planned on {MAX_CONVEX_STEPS} steps at most, and it has {steps}: take fewer"
@@ -91,6 +88,24 @@ pub enum PlanError {
         "the path of the guess is unusable: it takes two or more unit quaternions, and as many positions or none"
     )]
     GuessPath,
+}
+
+/// What is asked of a maneuver that it does not go with.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Misfit {
+    /// A guess, where none is used.
+    #[error("it takes no guess: leave it out")]
+    Guess,
+    /// Costates to polish, where effort in a given duration is not what is minimised.
+    #[error("only a maneuver of least effort in a given duration has costates to polish")]
+    Polish,
+    /// A comparison of the ways to plan inputs that switch.
+    #[error("ways are compared on maneuvers whose inputs switch")]
+    Ways,
+    /// A comparison of shooting and SCP.
+    #[error("methods are compared on maneuvers of least effort")]
+    Methods,
 }
 
 /// Most steps of SCP: subproblem and Newton matrix hold all of them at once, some gigabytes of memory.
@@ -116,7 +131,7 @@ fn check_for_scp(problem: &Problem) -> Result<(), PlanError> {
 
 /// Whether nothing is to be begun from.
 fn check_for_no_guess(guess: Option<&Guess>) -> Result<(), PlanError> {
-    guess.map_or(Ok(()), |_| Err(PlanError::Unsuited { reason: "it takes no guess: leave it out" }))
+    guess.map_or(Ok(()), |_| Err(PlanError::Unsuited(Misfit::Guess)))
 }
 
 /// Whether settings and guess are such that least time or fuel, or a duration, can be sought by SCP.
@@ -132,9 +147,7 @@ fn check_for_chain(problem: &Problem, settings: &Settings, guess: Option<&Guess>
 /// Whether the effort is what is minimised, in a given duration.
 fn check_for_effort(problem: &Problem) -> Result<(), PlanError> {
     if Formulation::of(problem) != Formulation::Extremal || problem.seeks_duration() {
-        return Err(PlanError::Unsuited {
-            reason: "only a maneuver of least effort in a given duration has costates to polish",
-        });
+        return Err(PlanError::Unsuited(Misfit::Polish));
     }
     Ok(())
 }

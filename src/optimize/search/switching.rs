@@ -8,12 +8,13 @@ use crate::maneuver::duration::Duration;
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Path, Problem};
 use crate::maneuver::settings::Method;
+use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{
     Landing, Optimality, Outcome, Rival, Rung, Sense, Solution, TerminalError, Trajectory,
 };
 use crate::maneuver::switching::{Structure, Switching, SwitchingArc};
 use crate::mechanics::drift_equation;
-use crate::numerics::figures::{rounded_up, short, significant};
+use crate::numerics::figures::rounded_up;
 use crate::optimize::landing::{Aim, Next};
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::switching::arcs::Arcs;
@@ -173,10 +174,10 @@ fn solve_once(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> 
         if !shortest_told(problem, &found, context, &mut solution) {
             solution.shortfall = Some(match arcs {
                 Some(arcs) if arcs * LEAST_STEPS > problem.steps => {
-                    format!("{arcs} arcs need at least {} steps", arcs * LEAST_STEPS)
+                    Shortfall::FewSteps { arcs, steps: arcs * LEAST_STEPS }
                 }
-                _ if found.branches == 0 => "no smoothed extremal was found".into(),
-                _ => format!("no discrete optimum was found on {} steps", problem.steps),
+                _ if found.branches == 0 => Shortfall::NoSmoothedExtremal,
+                _ => Shortfall::NoDiscreteOptimum { steps: problem.steps },
             });
         }
         return ended(solution, Outcome::Stalled, context);
@@ -262,11 +263,7 @@ fn shortest_told(problem: &Problem, found: &Found, context: &Context, solution: 
     let quickest = problem.objective.fuel().and_then(|_| too_short(problem, found, context));
     let Some((shortest, longer)) = quickest else { return false };
     (solution.shortest, solution.longer) = (Some(shortest), longer);
-    let (asked, shortest) = (short(problem.seconds()), significant(shortest, 6));
-    let told = format!(
-        "no plan of {asked} s was found; the shortest duration found is {shortest} s (locally minimal)"
-    );
-    solution.shortfall = Some(told);
+    solution.shortfall = Some(Shortfall::TooShort { asked: problem.seconds(), shortest });
     true
 }
 

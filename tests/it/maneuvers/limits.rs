@@ -135,7 +135,7 @@ fn the_convex_road_stops_at_the_limit_of_iterations_and_says_so() {
     let convex: Vec<&RungReport> = cut.solution.ladder.iter().filter(convex).collect();
     assert!(convex.iter().all(|rung| rung.iterations <= 2), "{convex:?}");
     assert!(convex.iter().any(|rung| rung.outcome == Outcome::IterationLimit), "{convex:?}");
-    let shortfall = cut.solution.shortfall.unwrap();
+    let shortfall = cut.solution.shortfall.unwrap().to_string();
     assert!(shortfall.contains("the limit of iterations came first, after 2 subproblems"), "{shortfall}");
     // No advice on the duration from a search that was cut short.
     assert!(!shortfall.contains("was found"), "{shortfall}");
@@ -357,7 +357,7 @@ fn limits_too_tight_for_any_maneuver_end_unsolved() {
     let tight = free.clone().with_actuation(Actuation::torques(torque));
     let planned = plan(&tight, &settings(), None, &mut Silent).unwrap();
     assert_eq!(planned.status, Status::NotConverged);
-    let shortfall = planned.solution.shortfall.unwrap();
+    let shortfall = planned.solution.shortfall.unwrap().to_string();
     assert!(shortfall.contains("too tight for this search"), "{shortfall}");
     // Half of that is proved to be too little.
     let proved = plan(&within(&free, 0.3), &settings(), None, &mut Silent).unwrap();

@@ -409,7 +409,7 @@ fn too_short_a_duration_is_answered_by_the_shortest_one() {
     let plan = plan(&too_short, &Settings::discrete(), None, &mut Silent).unwrap();
     assert_eq!((plan.status, plan.solution.outcome), (Status::NotConverged, Outcome::Stalled));
     let shortest = solved(&moving()).solution.switching.unwrap().continuous_duration_s;
-    let told = plan.solution.shortfall.unwrap();
+    let told = plan.solution.shortfall.unwrap().to_string();
     assert!(told.contains(&format!("{shortest:.5}")), "{told}, not {shortest}");
     let longer = plan.solution.longer.expect("a longer duration");
     assert!(longer > shortest);

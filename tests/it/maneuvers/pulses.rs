@@ -333,5 +333,5 @@ fn what_does_not_go_with_pulses_is_refused() {
 fn pulses_without_room_are_not_called_a_plan() {
     let plan = plan(&pulsed(&moving_slowly(), 4.9), &Settings::discrete(), None, &mut Silent).unwrap();
     assert_eq!((plan.status, plan.solution.outcome), (Status::NotConverged, Outcome::Stalled));
-    assert!(plan.solution.shortfall.unwrap().contains("4.9 s"));
+    assert!(plan.solution.shortfall.unwrap().to_string().contains("4.9 s"));
 }

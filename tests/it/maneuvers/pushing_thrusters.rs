@@ -117,11 +117,7 @@ fn a_weak_thruster_among_strong_ones_does_not_lead_the_search_astray() {
 fn what_cannot_push_and_turn_every_way_is_refused() {
     let refused = |problem: Problem, words: &str| {
         let error = problem.check().expect_err("accepted");
-        assert!(
-            matches!(error, ProblemError::Unsuited { what: "thruster" | "force_direction_body", .. })
-                && error.to_string().contains(words),
-            "{error}"
-        );
+        assert!(matches!(error, ProblemError::Unsuited(_)) && error.to_string().contains(words), "{error}");
     };
     let problem = by_thrusters([0.3, 0.2, 0.1], [0.5, 0.4, -0.2], 2.0);
     problem.check().unwrap();

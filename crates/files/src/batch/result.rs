@@ -4,6 +4,7 @@ use super::{Case, Kind, Shard};
 use crate::spec::{Diagnostics, Severity};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
+use slewkit::maneuver::Shortfall;
 use slewkit::maneuver::{Outcome, Problem, SecondOrder, Sense, TerminalError};
 use slewkit::plan::Plan;
 use slewkit::verify::Verification;
@@ -229,7 +230,7 @@ impl CaseResult {
             verified: plan.verification.as_ref().map(Verdict::from),
             obstruction: solution.infeasible.as_ref().map(|proof| proof.reason.clone()),
             shortest_duration_s: solution.infeasible.as_ref().and_then(|proof| proof.duration_lower_bound),
-            shortfall: solution.shortfall.clone(),
+            shortfall: solution.shortfall.as_ref().map(Shortfall::to_string),
             solve_time_s: times.then_some(solution.solve_time),
             ..Self::of(case, plan.status.name(), plan.status.exit_code())
         }

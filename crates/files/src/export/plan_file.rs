@@ -7,6 +7,7 @@ use crate::spec::SpecDocument;
 use serde::{Deserialize, Serialize};
 use serde_json::ser::{CompactFormatter, Formatter};
 use slewkit::Vector3;
+use slewkit::maneuver::Shortfall;
 use slewkit::maneuver::{
     ActiveConstraint, ChosenSteps, ConvexWork, Landing, Method, Optimality, Outcome, Problem, Rival,
     RungReport, Scheme, SecondOrder, Sense, Settings, Switching, TerminalError,
@@ -191,7 +192,7 @@ impl<'a> PlanFile<'a> {
             rivals: solution.rivals.clone(),
             obstruction: solution.infeasible.as_ref().map(|proof| proof.reason.clone()),
             shortest_duration_s: solution.infeasible.as_ref().and_then(|proof| proof.duration_lower_bound),
-            shortfall: solution.shortfall.clone(),
+            shortfall: solution.shortfall.as_ref().map(Shortfall::to_string),
             shortest_found_s: solution.shortest,
             longer_s: solution.longer,
             spec: SpecDocument::new(problem, settings).ok(),

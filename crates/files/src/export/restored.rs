@@ -1,6 +1,7 @@
 //! The plan that a plan file holds.
 
 use super::{ExportError, PlanFile};
+use slewkit::maneuver::Shortfall;
 use slewkit::maneuver::{ConvexWork, Method, Proof, Solution};
 use slewkit::plan::Plan;
 
@@ -45,7 +46,7 @@ impl PlanFile<'_> {
             proof.duration_lower_bound = self.shortest_duration_s;
             proof
         });
-        solution.shortfall = self.shortfall.clone();
+        solution.shortfall = self.shortfall.clone().map(Shortfall::Told);
         solution.shortest = self.shortest_found_s;
         solution.longer = self.longer_s;
         solution.switching = self.switching.clone();

@@ -8,6 +8,7 @@ use super::{
 };
 use crate::identity::Identity;
 use slewkit::lie::{exp, minus};
+use slewkit::maneuver::Unsuited;
 use slewkit::maneuver::{
     Constraint, Duration, EndCondition, Fuel, Method, Motion, Objective, Path, Problem, ProblemError, Rule,
     Settings, State, Weights,
@@ -323,14 +324,7 @@ fn refuse(
             let spot = if code == "E0060" { at.rate_spot() } else { at.section.spot(at.key) };
             maneuver.report.error(code, spot, escape(&error.to_string()), remedy);
         }
-        // Told at the key itself.
-        ProblemError::Unsuited { what: "scheme", .. } => {}
-        ProblemError::Unsuited { what: actuators::SHORTEST_PULSE, reason } => {
-            let remedy = "leave it out, or write minimize = \"fuel\" with limits of the inputs alone";
-            if let Some(section) = root.section("actuators") {
-                section.error("E0029", actuators::SHORTEST_PULSE, (*reason).to_string(), remedy);
-            }
-        }
+        ProblemError::Unsuited(cause) => unsuited(*cause, root, maneuver, problem),
         ProblemError::Value { what: "shortest pulse", value, reason } => {
             let (told, remedy) = match problem.duration {
                 Duration::Given(longest) => (Some(longest), "shorten it, or lengthen `duration_s`"),
@@ -349,50 +343,6 @@ fn refuse(
                 section.error("E0031", actuators::SHORTEST_PULSE, reason, remedy);
             }
         }
-        // The rotation that leads to an attitude where none is given is told at its own key.
-        ProblemError::Unsuited { what: "path", reason } => {
-            if maneuver.has("path") {
-                maneuver.error(
-                    "E0029",
-                    "path",
-                    (*reason).to_string(),
-                    "leave path out, or give [end] an attitude",
-                );
-            }
-        }
-        ProblemError::Unsuited { what, reason } => {
-            let remedy = "take it away, or minimise effort in a given `duration_s`";
-            let remedy = match *what {
-                "torque_limit_n_m" => "add torque_limit_n_m to [actuators]: one number, or one per axis",
-                "environment" => "give `duration_s`, and minimise fuel or effort",
-                "force_limit_n" => "add force_limit_n to [actuators]: one number, or one per axis",
-                "torque_axes_body" if problem.actuation.torque.limits().one_sided => {
-                    "add thrusters that turn the body that way"
-                }
-                "torque_axes_body" => "add inputs until every direction is reached, or minimise effort",
-                "force_direction_body" => "add thrusters until they push and turn every way",
-                "fuel_price" => "give fuel_price as one number",
-                "force_fuel_price" => "give force_fuel_price as one number",
-                "thruster" => "write minimize = \"fuel\", or describe the inputs by torque axes",
-                _ => remedy,
-            };
-            let lacking = match *what {
-                "torque_axes_body" | "force_direction_body" | "thruster" => {
-                    actuators::reach::lacking(&problem.actuation, problem.motion == Motion::RigidBody)
-                }
-                _ => None,
-            };
-            // Sent from effort to fuel, thrusters are not to be sent back.
-            let (reason, remedy) = match (lacking, *what) {
-                (Some(way), "thruster") => (
-                    format!("{reason}; and {way}"),
-                    format!("{remedy}; of thrusters fuel needs some that reach every direction"),
-                ),
-                (Some(way), _) => (format!("{reason}; {way}"), remedy.to_string()),
-                (None, _) => ((*reason).to_string(), remedy.to_string()),
-            };
-            maneuver.error("E0029", "minimize", reason, remedy);
-        }
         ProblemError::Value { .. }
         | ProblemError::Missing(_)
         | ProblemError::Constraint { .. }
@@ -401,4 +351,75 @@ fn refuse(
             maneuver.error_here("E0031", error.to_string(), "check the numbers");
         }
     }
+}
+
+/// Tells what does not go together, and what to do.
+fn unsuited(cause: Unsuited, root: &Section, maneuver: &Section, problem: &Problem) {
+    let reason = cause.to_string();
+    let remedy = match cause {
+        // Told at the key itself.
+        Unsuited::SchemeOfSoughtDuration | Unsuited::SchemeOfSwitching => return,
+        // The rotation that leads to an attitude where none is given is told at its own key.
+        Unsuited::WayToAnyAttitude => {
+            if maneuver.has("path") {
+                let reason = format!("{reason}: path = \"best\" alone");
+                maneuver.error("E0029", "path", reason, "leave path out, or give [end] an attitude");
+            }
+            return;
+        }
+        Unsuited::PulsesToAnyAttitude
+        | Unsuited::PulsesOfMotion
+        | Unsuited::PulsesInField
+        | Unsuited::PulsesWithoutFuel
+        | Unsuited::PulsesOfWheels
+        | Unsuited::PulsesUnderNorm
+        | Unsuited::PulsesOfLimitedRate
+        | Unsuited::PulsesUnderConstraints
+        | Unsuited::PulsesOnEqualSteps => {
+            let remedy = "leave it out, or write minimize = \"fuel\" with limits of the inputs alone";
+            if let Some(section) = root.section("actuators") {
+                section.error("E0029", actuators::SHORTEST_PULSE, reason, remedy);
+            }
+            return;
+        }
+        Unsuited::UnlimitedTorque => "add torque_limit_n_m to [actuators]: one number, or one per axis",
+        Unsuited::UnlimitedForce => "add force_limit_n to [actuators]: one number, or one per axis",
+        Unsuited::TorqueDirections if problem.actuation.torque.limits().one_sided => {
+            "add thrusters that turn the body that way"
+        }
+        Unsuited::TorqueDirections => "add inputs until every direction is reached, or minimise effort",
+        Unsuited::ThrusterDirections => "add thrusters until they push and turn every way",
+        Unsuited::TorquePricesOfThrusters | Unsuited::TorquePricesUnderNorm => {
+            "give fuel_price as one number"
+        }
+        Unsuited::ForcePricesUnderNorm => "give force_fuel_price as one number",
+        Unsuited::ThrustersOfEffort
+        | Unsuited::ThrusterLimits
+        | Unsuited::ThrustersOfAttitude
+        | Unsuited::ThrustersWithWheels
+        | Unsuited::ThrusterAxes => "write minimize = \"fuel\", or describe the inputs by torque axes",
+        _ => "take it away, or minimise effort in a given `duration_s`",
+    };
+    let of_thrusters = matches!(
+        cause,
+        Unsuited::ThrustersOfEffort
+            | Unsuited::ThrusterLimits
+            | Unsuited::ThrustersOfAttitude
+            | Unsuited::ThrustersWithWheels
+            | Unsuited::ThrusterAxes
+    );
+    let of_directions = matches!(cause, Unsuited::TorqueDirections | Unsuited::ThrusterDirections);
+    let moves = problem.motion == Motion::RigidBody;
+    let lacking =
+        (of_thrusters || of_directions).then(|| actuators::reach::lacking(&problem.actuation, moves));
+    let (reason, remedy) = match lacking.flatten() {
+        // Sent from effort to fuel, thrusters are not to be sent back.
+        Some(way) if of_thrusters => (
+            format!("{reason}; and {way}"),
+            format!("{remedy}; of thrusters fuel needs some that reach every direction"),
+        ),
+        Some(way) => (format!("{reason}; {way}"), remedy.to_string()),
+        None => (reason, remedy.to_string()),
+    };
+    maneuver.error("E0029", "minimize", reason, remedy);
 }

@@ -12,6 +12,7 @@
 //! chooses; where it minimises time, [`STRETCH`] times the shortest.
 
 use serde::Serialize;
+use slewkit::maneuver::Shortfall;
 use slewkit::maneuver::objective::{Fuel, Objective, effort};
 use slewkit::maneuver::{Duration, Problem, Settings, Trajectory, Weights};
 use slewkit::numerics::figures::rounded_up;
@@ -138,7 +139,7 @@ impl<'a> Measures<'a> {
         };
         let solution = &plan.solution;
         (row.status, row.solve_time_s) = (Some(plan.status), solution.solve_time);
-        row.reason = solution.shortfall.clone();
+        row.reason = solution.shortfall.as_ref().map(Shortfall::to_string);
         if plan.status != Status::Solved {
             return row;
         }

@@ -9,8 +9,9 @@
 //! extremal: each is a local minimum of its own search.
 
 use serde::Serialize;
+use slewkit::maneuver::Shortfall;
 use slewkit::maneuver::{Method, Problem, Settings, Target};
-use slewkit::optimize::search::{self, Observer, PlanError};
+use slewkit::optimize::search::{self, Misfit, Observer, PlanError};
 use slewkit::plan::{self, Plan, Status};
 use std::time::Instant;
 
@@ -51,7 +52,7 @@ pub fn compare(
     observer: &mut dyn Observer,
 ) -> Result<Vec<WayRun>, PlanError> {
     if !problem.switches() {
-        return Err(PlanError::Unsuited { reason: "ways are compared on maneuvers whose inputs switch" });
+        return Err(PlanError::Unsuited(Misfit::Ways));
     }
     let began = Instant::now();
     // Ways are compared by the discrete problem.
@@ -92,7 +93,7 @@ impl WayRun {
         };
         let solution = &plan.solution;
         (row.status, row.solve_time_s) = (Some(plan.status), solution.solve_time);
-        row.reason = solution.shortfall.clone();
+        row.reason = solution.shortfall.as_ref().map(Shortfall::to_string);
         if plan.status != Status::Solved {
             return row;
         }

@@ -78,7 +78,10 @@ fn unsolved(solution: &Solution) -> Vec<String> {
         None => stopped(solution),
     };
     lines.lines("stopped", wrapped(reason, TEXT));
-    lines.lines("missing", solution.shortfall.iter().flat_map(|text| wrapped(&escape(text), TEXT)));
+    lines.lines(
+        "missing",
+        solution.shortfall.iter().flat_map(|told| wrapped(&escape(&told.to_string()), TEXT)),
+    );
     lines.line("nearest", nearest(&solution.terminal));
     if !solution.ladder.is_empty() {
         let count = counted(solution.ladder.len(), "attempt");

@@ -9,6 +9,7 @@ use super::{Convex, ScpOptions, first_iterate, polished_only, run};
 use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings;
+use crate::maneuver::shortfall::{Excess, Shortfall, Violation};
 use crate::maneuver::solution::{ConvexWork, Outcome, Rung};
 use crate::mechanics::environment::Pose;
 use crate::numerics::compensated::Sum;
@@ -232,32 +233,16 @@ pub(crate) fn path(start: &str, grid: &Grid, poses: impl Iterator<Item = Pose>) 
     Candidate { states, ..Candidate::empty(settings::Method::Scp, start, grid.clone()) }
 }
 
-/// What stays violated at the last iterate, in words.
-fn violated(convex: &Convex, rows: &LimitRows) -> String {
-    let mut parts = Vec::new();
-    let cut_short = convex.outcome == Outcome::IterationLimit;
-    if cut_short {
-        let subproblems = convex.subproblems;
-        parts.push(format!("the limit of iterations came first, after {subproblems} subproblems"));
-    }
-    for (group, violation) in rows.groups.iter().zip(&convex.violations) {
-        if *violation > NOTICED {
-            // Cones are violated by an angle, limits by a share of themselves.
-            parts.push(if group.is_angle {
-                format!("\"{}\" stays violated by {:.3} deg", group.name, violation.to_degrees())
-            } else {
-                format!("{} stays exceeded by {:.2} %", group.name, 100.0 * violation)
-            });
-        }
-    }
+/// What stays violated at the last iterate.
+fn violated(convex: &Convex, rows: &LimitRows) -> Shortfall {
+    let cut_short_after = (convex.outcome == Outcome::IterationLimit).then_some(convex.subproblems);
+    let noticed = rows.groups.iter().zip(&convex.violations).filter(|(_, violation)| **violation > NOTICED);
+    // Cones are violated by an angle, limits by a share of themselves.
+    let excess = |is_angle: bool| if is_angle { Excess::Angle } else { Excess::Share };
+    let violations = noticed.map(|(group, violation)| Violation {
+        name: group.name.clone(),
+        excess: excess(group.is_angle)(*violation),
+    });
     let defect = convex.residuals.last().copied().unwrap_or(f64::NAN);
-    let met = defect <= NOTICED;
-    if !met {
-        parts.push(if cut_short {
-            "the path does not yet reach the end".into()
-        } else {
-            "no path within limits and constraints that reaches the end was found".into()
-        });
-    }
-    if parts.is_empty() { "the search came near, and did not settle".into() } else { parts.join("; ") }
+    Shortfall::Violated { cut_short_after, violations: violations.collect(), reaches_end: defect <= NOTICED }
 }

@@ -8,6 +8,7 @@
 
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Method;
+use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::Rung;
 use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::driver::Report;
@@ -168,10 +169,6 @@ fn insist<const N: usize>(search: &Search<N>, found: &mut Found<N>, start: &str,
         }
     }
     if !found.is_done() {
-        found.shortfall = Some(format!(
-            "the limits of the inputs are too tight for this search: it found a plan within limits {:.4} times \
-             as large",
-            wider.factor
-        ));
+        found.shortfall = Some(Shortfall::TightLimits { factor: wider.factor });
     }
 }

@@ -6,9 +6,9 @@
 use super::{Planned, ended, finished, follows, landed, record, shortest_told, told};
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Thoroughness;
+use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{Outcome, Rival, Rung, Solution, Trajectory};
 use crate::maneuver::switching::{Pulses, Structure};
-use crate::numerics::figures::short;
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::switching::extremal::Extremal;
 use crate::optimize::methods::switching::limit::Found;
@@ -37,7 +37,7 @@ pub(super) fn solve(
 ) -> Solution {
     if without.branches == 0 {
         if !shortest_told(problem, without, context, &mut solution) {
-            solution.shortfall = Some("no smoothed extremal was found".into());
+            solution.shortfall = Some(Shortfall::NoSmoothedExtremal);
         }
         return ended(solution, Outcome::Stalled, context);
     }
@@ -83,14 +83,9 @@ pub(super) fn solve(
     }
     let Some((index, mut plan)) = chosen else {
         solution.shortfall = Some(match needed {
-            Some(steps) => format!("the pulses found need at least {steps} steps"),
-            None if found.best.is_empty() => {
-                let pulse = short(shortest);
-                format!(
-                    "no pulses of at least {pulse} s were found that meet the end; without a shortest pulse there is a plan"
-                )
-            }
-            None => format!("no discrete optimum of the pulses was found on {} steps", problem.steps),
+            Some(steps) => Shortfall::FewStepsForPulses { steps },
+            None if found.best.is_empty() => Shortfall::NoPulses { shortest },
+            None => Shortfall::NoDiscretePulses { steps: problem.steps },
         });
         return ended(solution, Outcome::Stalled, context);
     };

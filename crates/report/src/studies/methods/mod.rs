@@ -37,10 +37,11 @@ pub use agreement::{Agreement, FromDuals, Verdict};
 pub use global::{BOUND_STEPS, Global, GlobalError, global};
 
 use serde::Serialize;
+use slewkit::maneuver::Shortfall;
 use slewkit::maneuver::{
     Method, Outcome, Problem, Proof, Sense, Settings, Solution, Target, TerminalError, Trajectory,
 };
-use slewkit::optimize::search::{self, Guess, Observer, PlanError};
+use slewkit::optimize::search::{self, Guess, Misfit, Observer, PlanError};
 use slewkit::plan::{self, Plan, Status};
 use std::time::Instant;
 
@@ -148,7 +149,7 @@ pub fn compare(
     observer: &mut dyn Observer,
 ) -> Result<Comparison, PlanError> {
     if problem.objective.switches() || problem.seeks_duration() {
-        return Err(PlanError::Unsuited { reason: "methods are compared on maneuvers of least effort" });
+        return Err(PlanError::Unsuited(Misfit::Methods));
     }
     // Methods are compared by what both of them solve: the discrete problem.
     let settings = &Settings { target: Target::Discrete, ..settings.clone() };
@@ -333,7 +334,8 @@ impl MethodRun {
             method,
             status,
             by_itself,
-            reason: solution.infeasible.as_ref().map(Proof::to_string).or_else(|| solution.shortfall.clone()),
+            reason: (solution.infeasible.as_ref().map(Proof::to_string))
+                .or_else(|| solution.shortfall.as_ref().map(Shortfall::to_string)),
             cost: reached.then_some(solution.cost),
             terminal: reached.then_some(solution.terminal),
             stationarity: converged.then_some(solution.optimality.stationarity),

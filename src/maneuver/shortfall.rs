@@ -1,0 +1,210 @@
+//! What is missing where no plan was found: causes with their figures, and their sentences in one place.
+
+use crate::maneuver::problem::ProblemError;
+use crate::numerics::figures::{short, significant};
+use std::fmt;
+
+/// What is missing where no plan was found; that proves nothing. Displayed as a sentence for people.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Shortfall {
+    /// Limits, constraints or the end are not met where SCP came nearest.
+    Violated {
+        /// The subproblems after which the limit of iterations came, where it came first.
+        cut_short_after: Option<usize>,
+        /// What stays violated.
+        violations: Vec<Violation>,
+        /// Whether the path reaches the end.
+        reaches_end: bool,
+    },
+    /// The limits of the inputs are too tight for the continuation of the shooting.
+    TightLimits {
+        /// How many times as large the limits are within which it has a plan.
+        factor: f64,
+    },
+    /// The conditions of the optimum are met, but the inputs replayed from the start miss the end.
+    Missed {
+        /// The largest terminal error, scaled.
+        error: f64,
+        /// The tolerance, scaled.
+        tolerance: f64,
+    },
+    /// No optimum goes round as asked.
+    OtherWay {
+        /// Whether the nearest goes the short way.
+        short: bool,
+        /// By how much it turns \[deg\].
+        turned_deg: f64,
+    },
+    /// No extremal of the smoothed law of inputs that switch.
+    NoSmoothedExtremal,
+    /// Too few steps for the arcs of the extremal that was found.
+    FewSteps {
+        /// Its arcs.
+        arcs: usize,
+        /// The fewest steps.
+        steps: usize,
+    },
+    /// An extremal in continuous time, and no optimum on the grid.
+    NoDiscreteOptimum {
+        /// Steps of the grid.
+        steps: usize,
+    },
+    /// A plan without a shortest pulse, and none with it.
+    NoPulses {
+        /// The shortest pulse \[s\].
+        shortest: f64,
+    },
+    /// Too few steps for the pulses that were found.
+    FewStepsForPulses {
+        /// The fewest steps.
+        steps: usize,
+    },
+    /// Pulses in continuous time, and no optimum of them on the grid.
+    NoDiscretePulses {
+        /// Steps of the grid.
+        steps: usize,
+    },
+    /// The duration is shorter than the shortest that was found.
+    TooShort {
+        /// The duration asked for \[s\].
+        asked: f64,
+        /// The shortest that was found, locally minimal \[s\].
+        shortest: f64,
+    },
+    /// No plan up to the longest duration.
+    NoneWithin {
+        /// The longest duration \[s\].
+        longest: f64,
+    },
+    /// No duration at which a second is worth its price.
+    NoWorthwhile {
+        /// The shortest duration that was looked at \[s\].
+        from: f64,
+        /// The longest \[s\].
+        to: f64,
+    },
+    /// In the duration with which the search for it would begin the maneuver cannot be planned.
+    Unusable(ProblemError),
+    /// What is missing, and what came of other durations.
+    InOtherTime {
+        /// What is missing.
+        missing: Box<Shortfall>,
+        /// The duration asked for \[s\].
+        asked: f64,
+        /// The shortest that was found, locally minimal \[s\].
+        shortest: Option<f64>,
+        /// A longer one that has a plan \[s\].
+        longer: Option<f64>,
+    },
+    /// The sentence of a plan file.
+    Told(String),
+}
+
+/// A limit or constraint that stays violated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Violation {
+    /// Its name.
+    pub name: String,
+    /// By how much.
+    pub excess: Excess,
+}
+
+/// How far a limit or constraint is exceeded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Excess {
+    /// A cone, by an angle \[rad\].
+    Angle(f64),
+    /// A limit, by a share of itself.
+    Share(f64),
+}
+
+impl fmt::Display for Shortfall {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Violated { cut_short_after, violations, reaches_end } => {
+                f.write_str(&violated(*cut_short_after, violations, *reaches_end))
+            }
+            Self::TightLimits { factor } => write!(
+                f,
+                "the limits of the inputs are too tight for this search: it found a plan within limits {factor:.4} times \
+                 as large"
+            ),
+            Self::Missed { error, tolerance } => write!(
+                f,
+                "the conditions of the optimum are met, but the inputs replayed from the start miss the end by {error:.1e}, \
+                 scaled; the tolerance is {tolerance:.1e}"
+            ),
+            Self::OtherWay { short, turned_deg } => {
+                let way = if *short { "short" } else { "long" };
+                write!(
+                    f,
+                    "no optimum that goes round as asked was found; the nearest goes the {way} way and turns by \
+                     {turned_deg:.1}°"
+                )
+            }
+            Self::NoSmoothedExtremal => f.write_str("no smoothed extremal was found"),
+            Self::FewSteps { arcs, steps } => write!(f, "{arcs} arcs need at least {steps} steps"),
+            Self::NoDiscreteOptimum { steps } => write!(f, "no discrete optimum was found on {steps} steps"),
+            Self::NoPulses { shortest } => write!(
+                f,
+                "no pulses of at least {} s were found that meet the end; without a shortest pulse there is a plan",
+                short(*shortest)
+            ),
+            Self::FewStepsForPulses { steps } => write!(f, "the pulses found need at least {steps} steps"),
+            Self::NoDiscretePulses { steps } => {
+                write!(f, "no discrete optimum of the pulses was found on {steps} steps")
+            }
+            Self::TooShort { asked, shortest } => write!(
+                f,
+                "no plan of {} s was found; the shortest duration found is {} s (locally minimal)",
+                short(*asked),
+                significant(*shortest, 6)
+            ),
+            Self::NoneWithin { longest } => write!(f, "no plan of {} s or less was found", short(*longest)),
+            Self::NoWorthwhile { from, to } => write!(
+                f,
+                "no duration from {} s to {} s was found at which a second is worth its price",
+                short(*from),
+                short(*to)
+            ),
+            Self::Unusable(error) => error.fmt(f),
+            Self::InOtherTime { missing, asked, shortest, longer } => {
+                write!(f, "{missing}; ")?;
+                let figures = |shortest: f64| (short(*asked), significant(shortest, 6));
+                match (*shortest, longer) {
+                    (Some(shortest), _) if shortest < *asked => {
+                        let (asked, shortest) = figures(shortest);
+                        write!(f, "no plan of {asked} s was found, though there is one of {shortest} s")
+                    }
+                    (Some(shortest), _) => {
+                        let (asked, shortest) = figures(shortest);
+                        write!(
+                            f,
+                            "no plan of {asked} s was found, the shortest duration found is {shortest} s (locally minimal)"
+                        )
+                    }
+                    (None, Some(longer)) => write!(f, "a plan of {longer} s was found"),
+                    (None, None) => f.write_str("none was found for up to three times the duration either"),
+                }
+            }
+            Self::Told(text) => f.write_str(text),
+        }
+    }
+}
+
+/// What stays violated at the last iterate of SCP.
+fn violated(cut_short_after: Option<usize>, violations: &[Violation], reaches_end: bool) -> String {
+    let cut = cut_short_after
+        .map(|subproblems| format!("the limit of iterations came first, after {subproblems} subproblems"));
+    let of_one = |Violation { name, excess }: &Violation| match excess {
+        Excess::Angle(angle) => format!("\"{name}\" stays violated by {:.3} deg", angle.to_degrees()),
+        Excess::Share(share) => format!("{name} stays exceeded by {:.2} %", 100.0 * share),
+    };
+    let open = (!reaches_end).then(|| match cut_short_after {
+        Some(_) => "the path does not yet reach the end".to_string(),
+        None => "no path within limits and constraints that reaches the end was found".to_string(),
+    });
+    let parts: Vec<String> = cut.into_iter().chain(violations.iter().map(of_one)).chain(open).collect();
+    if parts.is_empty() { "the search came near, and did not settle".into() } else { parts.join("; ") }
+}
