@@ -40,8 +40,8 @@ pub use guess::Guess;
 use crate::Vector3;
 use crate::flight::Flight;
 use crate::maneuver::problem::{Formulation, Motion, Problem, ProblemError};
-use crate::maneuver::settings::{Method, Settings, SettingsError, Target};
-use crate::maneuver::solution::{Solution, Trajectory};
+use crate::maneuver::settings::{Method, Settings, SettingsError, Target, Thoroughness};
+use crate::maneuver::solution::{Outcome, Solution, Trajectory};
 use crate::optimize::control_law;
 use crate::optimize::methods::scp::ScpOptions;
 use context::Context;
@@ -253,13 +253,39 @@ fn solve_on(
         }
         Formulation::Switching => {
             check_for_no_guess(guess)?;
-            Ok(switching::solve(problem, &Context::new(settings, observer)))
+            let context = Context::new(settings, observer);
+            let found = switching::solve(problem, &context);
+            Ok(or_on_equal_steps(problem, &context, found))
         }
         Formulation::Chain => {
             check_for_chain(problem, settings, guess)?;
             Ok(cheapest::solve(problem, &Context::new(settings, observer)))
         }
     }
+}
+
+/// The plan of arcs or, where there is none or the grid makes it dearer than its own extremal, that of SCP on equal steps, if that is
+/// cheaper: where inputs are singular no arcs that the grid can hold may be near, and a first path may lead nowhere.
+fn or_on_equal_steps(problem: &Problem, context: &Context, found: Solution) -> Solution {
+    let converged = |solution: &Solution| solution.outcome == Outcome::Converged;
+    let dear = |solution: &Solution| {
+        let extremal = solution.switching.as_ref().map_or(f64::NAN, |switching| switching.continuous_cost);
+        solution.cost > extremal * (1.0 + switching::OF_THE_GRID)
+    };
+    // In less time than the quickest extremal takes there is nothing to look for.
+    let settled = if converged(&found) { !dear(&found) } else { found.shortest.is_some() };
+    let settings = context.settings;
+    let asked = settings.method == Method::Auto && settings.search != Thoroughness::Quick;
+    let may = asked && problem.shortest_pulse().is_none() && check_for_scp(problem).is_ok();
+    if settled || !may || context.interrupt().is_some() {
+        return found;
+    }
+    let tried = found.ladder.clone();
+    let other = cheapest::solve(&problem.clone().planned_by(Method::Scp), context);
+    let better = converged(&other) && !(converged(&found) && found.cost <= other.cost);
+    let mut chosen = if better { other } else { Solution { solve_time: other.solve_time, ..found } };
+    chosen.ladder.splice(0..0, tried);
+    chosen
 }
 
 /// Solves a maneuver of least effort in a known duration, by shooting or by SCP.

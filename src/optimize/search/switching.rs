@@ -37,7 +37,7 @@ const SAME: f64 = 1e-14;
 const DISTINCT: f64 = 1e-6;
 
 /// A plan of arcs on the grid costs more than its extremal by this part at most, as a rule: what `O(h²)` is on some ten steps an arc.
-const OF_THE_GRID: f64 = 1e-3;
+pub(super) const OF_THE_GRID: f64 = 1e-3;
 
 /// Multiples of the shortest duration that are tried for one of least fuel.
 const STRETCHES: [f64; 3] = [1.02, 1.1, 1.5];
@@ -466,8 +466,30 @@ fn told(problem: &Problem, extremal: &Extremal, units: &Units, arcs: &Arcs) -> V
     told
 }
 
+/// Terminal errors that the recorded times may leave by their last digits alone.
+const OF_THE_CLOCK: f64 = 1e-13;
+
 /// Replays a plan from the start and records every node.
+///
+/// In a long duration a burn is so short that the last digits of the recorded times are a part of it that matters: then inputs are
+/// recorded that give the impulse of the plan in the time that is recorded, and are off their limits by these digits.
 fn record(problem: &Problem, extremal: &Extremal, units: &Units, grid: &OnGrid) -> Option<Planned> {
+    let plain = replayed(problem, extremal, units, grid, false)?;
+    if plain.terminal.largest() <= OF_THE_CLOCK {
+        return Some(plain);
+    }
+    let exact = replayed(problem, extremal, units, grid, true)?;
+    Some(if exact.terminal.largest() < plain.terminal.largest() { exact } else { plain })
+}
+
+/// The same with the inputs of the plan, or with its impulses.
+fn replayed(
+    problem: &Problem,
+    extremal: &Extremal,
+    units: &Units,
+    grid: &OnGrid,
+    impulses: bool,
+) -> Option<Planned> {
     let start = &problem.start.attitude;
     let least = NO_LENGTH * grid.duration();
     let kept: Vec<usize> =
@@ -505,13 +527,15 @@ fn record(problem: &Problem, extremal: &Extremal, units: &Units, grid: &OnGrid) 
             _ => shared(problem, units, &grid.torques[k])?,
         };
         let length = grid.step_length(step);
-        cost += length * units.time * rate(&row);
-        let torque = problem.actuation.torque.output(&row);
-        trajectory.input.extend(&row);
-        trajectory.torque.push(torque);
         // The step as the witnesses will take it: of the length that the recorded times give.
         clock += length;
         let h = (clock * units.time - trajectory.time[index]) / units.time;
+        let row: Vec<f64> =
+            if impulses { row.iter().map(|input| input * (length / h)).collect() } else { row };
+        cost += if impulses { h } else { length } * units.time * rate(&row);
+        let torque = problem.actuation.torque.output(&row);
+        trajectory.input.extend(&row);
+        trajectory.torque.push(torque);
         let torque = torque / units.torque;
         let kicked = pi + 0.5 * h * torque;
         let c = drift_equation::solve(&j, &extremal.j_inverse, &(h * kicked))?;

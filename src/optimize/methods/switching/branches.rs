@@ -158,7 +158,8 @@ fn ways(extremal: &Extremal, path: &Way) -> Vec<Vector3> {
     let fast = is_fast(extremal);
     match path {
         Way::AsGiven(vector) => vec![*vector],
-        Way::Best if angle > OTHER_SENSE || fast => vec![phi, other],
+        // Thrusters may be far stronger to one side than to the other.
+        Way::Best if angle > OTHER_SENSE || fast || extremal.middle != Vector3::zeros() => vec![phi, other],
         Way::Best => vec![phi],
         // Against the motion without inputs; where that turns far, either may be it.
         Way::Shortest if !fast => vec![phi],

@@ -30,6 +30,7 @@ pub(crate) mod fuel;
 pub(crate) mod grid_step;
 pub(crate) mod least_gap;
 pub(crate) mod limit;
+pub(crate) mod long;
 pub(crate) mod on_grid;
 pub(crate) mod pulses;
 pub(crate) mod scaled;

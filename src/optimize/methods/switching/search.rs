@@ -7,6 +7,7 @@ use super::eigenaxis;
 use super::extremal::{Bias, Extremal, Law};
 use super::fuel::fuel_limit;
 use super::limit::{Found, LAST, Limit, NO_GAP, SMALLEST, bounded, is_small, polish, refined, tipped};
+use super::long;
 use super::smooth::{Smooth, Smoothed, descend, settle};
 use crate::maneuver::problem::Path as Way;
 use crate::maneuver::settings::Thoroughness;
@@ -57,6 +58,18 @@ pub(crate) fn search(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool) ->
 
 fn search_once(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool) -> Found {
     let mut found = Found::default();
+    if let Some(shorter) = long::shorter(extremal).filter(|_| ask.arcs) {
+        let of_shorter = search_once(&shorter, ask, stop);
+        found = Found { limits: Vec::new(), ..of_shorter };
+        let limits = of_shorter.limits.iter();
+        let followed: Vec<Limit> =
+            limits.filter_map(|limit| long::followed(extremal, limit, stop, &mut found)).collect();
+        if !followed.is_empty() || stop() {
+            found.limits = followed;
+            found.limits.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
+            return found;
+        }
+    }
     let rivals = branches(extremal, ask, stop, &mut found.sweeps);
     found.branches = rivals.len();
     let Some(best) = rivals.first().map(|first| first.cost(extremal)) else { return found };

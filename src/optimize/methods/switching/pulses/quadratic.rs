@@ -172,6 +172,9 @@ impl Quadratic<'_> {
         let met: Vec<usize> = (0..acting.len()).filter(|index| acting[*index]).collect();
         let equal = self.equations.map_or(0, |(_, c)| c.len());
         let count = n + equal + met.len();
+        if count == 0 {
+            return None;
+        }
         let (mut matrix, mut right) = (DMatrix::zeros(count, count), DVector::zeros(count));
         matrix.view_mut((0, 0), (n, n)).copy_from(self.hessian);
         right.rows_mut(0, n).copy_from(&-self.gradient);

@@ -1,0 +1,89 @@
+//! Least fuel from rest to rest in a long duration, from a shorter one.
+//!
+//! As `T → ∞` the optimum becomes impulsive: it coasts nearly all of the time, at rates and with pulses that fall as `1/T`, along
+//! one and the same path. A smoothed law, whose inputs never rest, has nothing to do with that. So the maneuver is solved in a
+//! moderate duration, and its arcs are followed from there as the duration grows: coasts are stretched, pulses shortened, Newton on
+//! costates and switching times does the rest. Fuel never grows with the duration, since a slower motion along the same path is
+//! always one: what grows has left its branch.
+
+use super::arcs::Arcs;
+use super::certificate::Certificate;
+use super::extremal::Extremal;
+use super::limit::{Found, Limit, polish};
+use super::smooth::{Path, Smoothed};
+use crate::lie;
+
+/// A duration is long from so many times that of a turn of a sphere with limits about the axis: `2 √θ` in the units of an extremal.
+const LONG: f64 = 10.0;
+
+/// By how much a duration is stretched at once at most, and what is too little to go on.
+const STRETCH: f64 = 2.0;
+const LEAST_STRETCH: f64 = 1.05;
+
+/// The same maneuver in a moderate duration, where its own is long.
+pub(super) fn shorter(extremal: &Extremal) -> Option<Extremal> {
+    let given = extremal.given_duration.filter(|_| extremal.counts_fuel())?;
+    let angle = lie::log(&extremal.end_attitude).norm();
+    let moderate = LONG * 2.0 * angle.sqrt();
+    let rests = extremal.start_rate.norm() + extremal.end_rate.norm() == 0.0;
+    (rests && angle > 0.0 && given > moderate)
+        .then(|| Extremal { given_duration: Some(moderate), ..extremal.clone() })
+}
+
+/// What a limit of the shorter maneuver becomes in the duration of `extremal`; `None` where it cannot be followed so far.
+pub(super) fn followed(
+    extremal: &Extremal,
+    limit: &Limit,
+    stop: &dyn Fn() -> bool,
+    found: &mut Found,
+) -> Option<Limit> {
+    let given = extremal.given_duration?;
+    let (mut at, mut certificate): (Arcs, Certificate) = limit.arcs.clone()?;
+    let mut factor = STRETCH;
+    while at.duration < given {
+        if stop() || factor < LEAST_STRETCH {
+            return None;
+        }
+        let duration = (factor * at.duration).min(given);
+        let there = Extremal { given_duration: Some(duration), ..extremal.clone() };
+        let next = polish(&there, stretched(&at, extremal, duration / at.duration), found);
+        match next.filter(|(next, _)| next.cost(&there) <= at.cost(extremal)) {
+            Some(next) => ((at, certificate), factor) = (next, (factor * factor).min(STRETCH)),
+            None => factor = factor.sqrt(),
+        }
+    }
+    let whole = at.duration / limit.branch.path.duration;
+    let slower = |smoothed: &Smoothed| Smoothed { path: slower(&smoothed.path, whole), ..smoothed.clone() };
+    Some(Limit {
+        branch: slower(&limit.branch),
+        smooth: slower(&limit.smooth),
+        arcs: Some((at, certificate)),
+        looser: Vec::new(),
+    })
+}
+
+/// The path at rates that are smaller by a factor.
+fn slower(path: &Path, factor: f64) -> Path {
+    let nodes = path.nodes.iter().map(|node| super::flow::Node { pi: node.pi / factor, ..*node }).collect();
+    Path { m: path.m / factor, duration: factor * path.duration, nodes, parts: path.parts.clone() }
+}
+
+/// Arcs at rates that are smaller by a factor: burns are shorter by it, and coasts take what that leaves.
+fn stretched(arcs: &Arcs, extremal: &Extremal, factor: f64) -> Arcs {
+    let burns =
+        |signs: &[f64]| extremal.on_arc(signs).held().is_none() || signs.iter().any(|sign| *sign > 0.0);
+    let lengths: Vec<(f64, bool)> =
+        arcs.arcs().iter().map(|(_, start, end, signs)| (end - start, burns(signs))).collect();
+    let burning: f64 = lengths.iter().filter(|(_, burns)| *burns).map(|(length, _)| length).sum();
+    let coasts = (factor * arcs.duration - burning / factor) / (arcs.duration - burning);
+    let mut next = arcs.clone();
+    let mut time = 0.0;
+    for (switch, (length, burns)) in next.switches.iter_mut().zip(&lengths) {
+        time += length * if *burns { 1.0 / factor } else { coasts };
+        switch.time = time;
+        switch.node.pi /= factor;
+    }
+    next.m /= factor;
+    next.duration *= factor;
+    next
+}
