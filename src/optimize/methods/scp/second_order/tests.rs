@@ -111,7 +111,7 @@ impl Reduced<'_> {
         let (m, first) = (self.model.m, self.model.first_input());
         let mut all = vec![vec![0.0; m]; first];
         all.extend(inputs.as_slice().chunks(m).map(<[f64]>::to_vec));
-        let first = step::opening(&self.model, 1.0, &all[0]).end;
+        let first = step::opening(self.model, 1.0, &all[0]).end;
         Iterate { states: vec![first], inputs: all }.replayed(self.model).unwrap()
     }
 
