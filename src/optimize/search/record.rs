@@ -12,6 +12,7 @@ use crate::optimize::candidate::Candidate;
 use crate::optimize::control_law::ControlLaw;
 use crate::optimize::methods::method::Swept;
 use crate::optimize::methods::scp::model::costate_blocks;
+use crate::optimize::methods::scp::model::step;
 use crate::optimize::methods::scp::road::{Chain, iterate};
 use crate::optimize::step::{Costate, Dynamics, Point, StepError};
 use crate::optimize::sweep::{BoundaryValueProblem, Node};
@@ -76,7 +77,7 @@ pub(crate) fn chain<const N: usize>(
     let mut recorder = Recorder::<N>::new(problem, &model.dynamics);
     for (stage, costate) in candidate.costates.iter().enumerate() {
         let (state, inputs) = (&iterate.states[stage], &iterate.inputs[stage]);
-        let physical = model.physical(stage, state, inputs);
+        let physical = step::physical(model, stage, state, inputs);
         let mut point = physical.point();
         point.momentum.value -= model.wheel_momentum(&physical.wheels);
         recorder.state(stage, &point);
@@ -87,8 +88,8 @@ pub(crate) fn chain<const N: usize>(
         }
         let input = inputs.iter().zip(&model.input_unit).map(|(input, unit)| input * unit);
         recorder.trajectory.input.extend(input);
-        let output = model.output(&physical, inputs);
-        let costate = costate_blocks(model, &model.after_full_kick(stage, state, inputs, costate));
+        let output = step::output(model, &physical, inputs);
+        let costate = costate_blocks(model, &step::after_full_kick(model, stage, state, inputs, costate));
         recorder.costate(&costate);
         recorder.outputs(output.force * units.force(), output.moment * units.torque());
     }

@@ -27,6 +27,7 @@ use super::iterate::Evaluated;
 use super::model::{ChainState, Model, costate_blocks};
 use super::rows::{Place, RowValue};
 use crate::lie::hat;
+use crate::optimize::methods::scp::model::{state, step};
 use crate::optimize::step::StepError;
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, DVector, Matrix3xX, SMatrix, SVector};
@@ -71,7 +72,7 @@ pub(crate) fn blocks(at: &Evaluated, multipliers: &Multipliers) -> Result<Vec<Bl
     if let Some(duration) = at.model.duration {
         let last = at.model.steps;
         let states = [&at.iterate.states[0], &at.iterate.states[last]];
-        let bends = at.model.bends_of_ends(states, &multipliers.costates[0], &multipliers.terminal);
+        let bends = step::bends_of_ends(at.model, states, &multipliers.costates[0], &multipliers.terminal);
         blocks[0].state[(duration, duration)] += bends[0] + at.model.time_price * at.iterate.stretch();
         blocks[last].state[(duration, duration)] += bends[1];
         if at.model.effort_power != 0 {
@@ -109,13 +110,13 @@ fn block(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Result<Bloc
     let acting: Vec<usize> = limits.range(stage).filter(acts).collect();
     // Gradient of the step's part by the state, and that of the rows' part by state and inputs.
     let of_step = |z: &DVector<f64>, next: &[f64]| -> Result<DVector<f64>, StepError> {
-        let step = model.step(stage, &model.moved(state, z), next)?;
+        let step = step::step(model, stage, &state::moved(model, state, z), next)?;
         Ok(step.a.tr_mul(&multipliers.costates[stage + 1]))
     };
     let on_arc = acting.iter().any(|index| limits.rows[*index].what.is_of_arc());
     let of_rows = |z: &DVector<f64>, inputs: &[f64]| -> Result<DVector<f64>, StepError> {
-        let moved = model.moved(state, z);
-        let arc = if on_arc { Some(model.arc(stage, &moved)?) } else { None };
+        let moved = state::moved(model, state, z);
+        let arc = if on_arc { Some(step::arc(model, stage, &moved)?) } else { None };
         let next = next.map_or(inputs, |next| next);
         let place = Place { state: &moved, inputs, next, arc: arc.as_ref() };
         let mut gradient = DVector::zeros(n + m);

@@ -7,6 +7,7 @@ use crate::Vector3;
 use crate::lie::vee;
 use crate::mechanics::environment::Pose;
 use crate::optimize::methods::method::Watch;
+use crate::optimize::methods::scp::model::{state, step};
 use nalgebra::{DMatrix, DVector};
 
 /// The iterate that follows `poses` (one per node, scaled) in `stretch` times the stated duration, as far as inputs within
@@ -39,7 +40,7 @@ pub(crate) fn states_along(model: &Model, poses: &[Pose], stretch: f64) -> Vec<C
         if let Some(next) = poses.get(stage + 1) {
             // `h S(Π) = F J_d − J_d Fᵀ` gives Π from F without an equation to solve.
             let h = model.dynamics.grid.step(stage);
-            let f = pose.attitude.tr_mul(&model.unturned(stage, &next.attitude, stretch));
+            let f = pose.attitude.tr_mul(&step::unturned(model, stage, &next.attitude, stretch));
             state.momentum = vee(&(f * j_d - j_d * f.transpose())) / h;
             state.linear_momentum = (next.position - pose.position) / h;
         }
@@ -61,15 +62,15 @@ fn inputs(model: &Model, rows: &LimitRows, states: &[ChainState], stage: usize) 
         return zero;
     }
     let (end, slope) = if stage == 0 {
-        let opening = model.opening(states[0].stretch, &zero);
+        let opening = step::opening(model, states[0].stretch, &zero);
         (opening.end, opening.by_inputs)
     } else {
-        match model.step(stage - 1, &states[stage - 1], &zero) {
+        match step::step(model, stage - 1, &states[stage - 1], &zero) {
             Ok(step) => (step.end, step.b),
             Err(_) => return zero,
         }
     };
-    let lack = model.difference(&states[stage], &end);
+    let lack = state::difference(model, &states[stage], &end);
     let price = model.weight.clone().cholesky().map(|factor| factor.solve(&slope.transpose()));
     let Some(price) = price else { return zero };
     let authority = &slope * &price;

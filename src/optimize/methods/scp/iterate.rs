@@ -3,6 +3,7 @@
 use super::model::{ChainState, Model, Opening, Step};
 use super::rows::{LimitRows, Place, RowValue};
 use crate::optimize::methods::method::Watch;
+use crate::optimize::methods::scp::model::{goal, state, step};
 use crate::optimize::step::StepError;
 use nalgebra::{DMatrix, DVector};
 
@@ -41,16 +42,16 @@ impl Iterate {
         limits: &'a LimitRows,
         watch: Watch<'a>,
     ) -> Result<Evaluated<'a>, StepError> {
-        let opening = model.opening(self.stretch(), &self.inputs[0]);
+        let opening = step::opening(model, self.stretch(), &self.inputs[0]);
         let mut defects = Vec::with_capacity(model.steps + 1);
-        defects.push(model.difference(&opening.end, &self.states[0]));
+        defects.push(state::difference(model, &opening.end, &self.states[0]));
         let mut steps = Vec::with_capacity(model.steps);
         for stage in 0..model.steps {
             if watch.stopped_at(stage) {
                 return Err(StepError::Stopped);
             }
-            let step = model.step(stage, &self.states[stage], &self.inputs[stage + 1])?;
-            defects.push(model.difference(&step.end, &self.states[stage + 1]));
+            let step = step::step(model, stage, &self.states[stage], &self.inputs[stage + 1])?;
+            defects.push(state::difference(model, &step.end, &self.states[stage + 1]));
             steps.push(step);
         }
         let (terminal, terminal_slope) = model.terminal(&self.states[model.steps]);
@@ -101,13 +102,14 @@ impl Iterate {
 
     /// What the inputs of a stage cost as effort.
     pub fn effort(&self, model: &Model, stage: usize) -> f64 {
-        model.effort_weight(stage, self.states[stage].stretch) * model.effort(&self.inputs[stage])
+        model.effort_weight(stage, self.states[stage].stretch) * goal::effort(model, &self.inputs[stage])
     }
 
     /// What fuel and time cost.
     pub fn price(&self, model: &Model) -> f64 {
         let fuel = |stage: usize| {
-            model.kick_weight(stage) * model.fuel_rate(&self.inputs[stage]) / self.states[stage].stretch
+            model.kick_weight(stage) * goal::fuel_rate(model, &self.inputs[stage])
+                / self.states[stage].stretch
         };
         let fuel: f64 = (model.first_input()..=model.steps).map(fuel).sum();
         fuel + model.time_price * self.stretch()
@@ -120,7 +122,7 @@ impl Iterate {
 
     /// The iterate moved by a direction.
     pub fn moved(&self, model: &Model, states: &[DVector<f64>], inputs: &[DVector<f64>], by: f64) -> Self {
-        let state = |(state, z): (&ChainState, &DVector<f64>)| model.moved(state, &(z * by));
+        let state = |(state, z): (&ChainState, &DVector<f64>)| state::moved(model, state, &(z * by));
         let input = |(u, du): (&Vec<f64>, &DVector<f64>)| -> Vec<f64> {
             u.iter().zip(du.iter()).map(|(u, du)| u + by * du).collect()
         };
@@ -133,9 +135,9 @@ impl Iterate {
     /// The trajectory that these inputs make from the start, node after node.
     pub fn replayed(&self, model: &Model) -> Result<Self, StepError> {
         let mut states = Vec::with_capacity(model.steps + 1);
-        states.push(model.opening(self.stretch(), &self.inputs[0]).end);
+        states.push(step::opening(model, self.stretch(), &self.inputs[0]).end);
         for stage in 0..model.steps {
-            let step = model.step(stage, &states[stage], &self.inputs[stage + 1])?;
+            let step = step::step(model, stage, &states[stage], &self.inputs[stage + 1])?;
             states.push(step.end);
         }
         Ok(Self { states, inputs: self.inputs.clone() })

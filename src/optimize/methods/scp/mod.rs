@@ -23,6 +23,7 @@ mod within;
 use crate::maneuver::solution::Outcome;
 use crate::optimize::methods::driver::{self, Iteration};
 use crate::optimize::methods::method::Watch;
+use crate::optimize::methods::scp::model::state;
 pub(crate) use curvature::Multipliers;
 use curvature::{blocks, convexified};
 use iterate::{Evaluated, Iterate};
@@ -435,7 +436,7 @@ impl<'a> Scp<'a> {
 
 /// The largest rotation of a node in a move \[rad\], or change of the duration.
 fn longest(model: &Model, step: &Move) -> f64 {
-    step.states.iter().map(|z| model.length(z)).fold(0.0, f64::max)
+    step.states.iter().map(|z| state::length(model, z)).fold(0.0, f64::max)
 }
 
 #[cfg(test)]

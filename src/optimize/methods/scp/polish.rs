@@ -48,6 +48,7 @@ use crate::maneuver::solution::Outcome;
 use crate::numerics::banded::Banded;
 use crate::optimize::methods::driver::{Iteration, run};
 use crate::optimize::methods::method::Watch;
+use crate::optimize::methods::scp::model::state;
 use crate::optimize::methods::shooting::newton::outcome_of;
 use nalgebra::DVector;
 
@@ -293,7 +294,7 @@ impl<'a> Newton<'a> {
         let Self { at, multipliers, residuals, .. } = self;
         let kkt = Kkt::of(at, multipliers, &self.active, self.proximal)?;
         let (states, inputs, change) = direction(at, kkt, residuals)?;
-        let longest = states.iter().map(|z| at.model.length(z)).fold(0.0, f64::max);
+        let longest = states.iter().map(|z| state::length(at.model, z)).fold(0.0, f64::max);
         let fraction = if longest > LONGEST_TURN { LONGEST_TURN / longest } else { 1.0 };
         Some((
             at.iterate.moved(at.model, &states, &inputs, fraction),

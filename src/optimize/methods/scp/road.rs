@@ -16,6 +16,7 @@ use crate::numerics::compensated::Sum;
 use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Attempt, Budget, Method, Run, Watch};
+use crate::optimize::methods::scp::model::{goal, step};
 use crate::optimize::step::{Point, Units};
 use crate::{Matrix3, Vector3};
 use nalgebra::DVector;
@@ -70,7 +71,7 @@ impl Chain {
 
     /// The chain of a maneuver of least time or fuel.
     pub fn with_goal(problem: &Problem, steps: usize, goal: &Goal) -> Self {
-        let model = Model::with_goal(problem, steps, goal);
+        let model = goal::with_goal(problem, steps, goal);
         let rows = LimitRows::of(problem, &model);
         Self { model, rows }
     }
@@ -214,7 +215,7 @@ pub(crate) fn with_iterate(candidate: Candidate, iterate: Iterate, multipliers: 
 pub(crate) fn body_rates(model: &Model, candidate: &Candidate) -> impl Iterator<Item = (Matrix3, Vector3)> {
     let Iterate { states, inputs } = iterate(candidate);
     states.into_iter().zip(inputs).enumerate().map(|(stage, (state, inputs))| {
-        let physical = model.physical(stage, &state, &inputs);
+        let physical = step::physical(model, stage, &state, &inputs);
         let carried = model.wheel_momentum(&physical.wheels);
         (state.attitude, model.dynamics.j_inverse * (physical.momentum - carried))
     })

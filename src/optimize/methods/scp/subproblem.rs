@@ -37,6 +37,7 @@ use crate::optimize::convex::cone::{
 };
 use crate::optimize::convex::sparse::{Sparse, SparseParts};
 use crate::optimize::methods::method::Watch;
+use crate::optimize::methods::scp::model::goal;
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -513,7 +514,7 @@ impl Move {
             let stretched = model.duration.map_or(0.0, |duration| {
                 f64::from(model.effort_power) * at.iterate.effort(model, stage) * self.states[stage][duration]
             });
-            model.effort_weight(stage, at.iterate.states[stage].stretch) * model.effort(&u) + stretched
+            model.effort_weight(stage, at.iterate.states[stage].stretch) * goal::effort(model, &u) + stretched
         };
         let moved: f64 = (model.first_input()..=model.steps).map(moved).sum();
         let bend: f64 = self.states.iter().zip(curvature).map(|(z, p)| 0.5 * z.dot(&(p * z))).sum();

@@ -11,6 +11,7 @@ use crate::maneuver::problem::{Problem, Scheme, State};
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::{GravityGradient, Pose, SecondOrderGravity, UniformGravity};
+use crate::optimize::methods::scp::model::{goal, state, step};
 use crate::optimize::step::Dynamics;
 use crate::testing::{Random, attitude_only, full_inertia, graded, moving_ends};
 use crate::{Matrix3, Vector3, lie};
@@ -110,7 +111,7 @@ fn chains() -> impl Iterator<Item = (Problem, Model)> {
         let models = [Model::new(&problem, problem.steps), Model::of(&problem, Dynamics::on(&problem, grid))];
         let fuel = Fuel { time_price: Some(0.1), ..Fuel::default() };
         let goals = [Objective::Time, Objective::Fuel(fuel)].map(|objective| Goal { objective, share: 1e-2 });
-        let seeking = goals.map(|goal| Model::with_goal(&problem, problem.steps, &goal));
+        let seeking = goals.map(|goal| goal::with_goal(&problem, problem.steps, &goal));
         models.into_iter().chain(seeking).map(move |model| (problem.clone(), model))
     })
 }
@@ -133,9 +134,9 @@ fn shifted(inputs: &[f64], index: usize, by: f64) -> Vec<f64> {
 
 /// A state of the chain some way along: a few steps from the start under random inputs.
 fn somewhere(random: &mut Random, model: &Model) -> Node {
-    let mut state = model.opening(stretch(model), &random_inputs(random, model.m)).end;
+    let mut state = step::opening(model, stretch(model), &random_inputs(random, model.m)).end;
     for stage in 0..3 {
-        state = model.step(stage, &state, &random_inputs(random, model.m)).unwrap().end;
+        state = step::step(model, stage, &state, &random_inputs(random, model.m)).unwrap().end;
     }
     state
 }
@@ -147,20 +148,27 @@ fn the_matrices_of_a_step_are_its_derivatives() {
         let state = somewhere(&mut random, &model);
         let inputs = random_inputs(&mut random, model.m);
         for stage in [3, model.steps - 1] {
-            let step = model.step(stage, &state, &inputs).unwrap();
+            let step = step::step(&model, stage, &state, &inputs).unwrap();
             let slope = |plus: model::Step, minus: model::Step| {
-                let ends = model.difference(&plus.end, &step.end) - model.difference(&minus.end, &step.end);
+                let ends = state::difference(&model, &plus.end, &step.end)
+                    - state::difference(&model, &minus.end, &step.end);
                 (ends / (2.0 * STEP), (plus.arc.turn - minus.arc.turn) / (2.0 * STEP))
             };
             for column in 0..model.n {
-                let at =
-                    |by: f64| model.step(stage, &model.moved(&state, &unit(model.n, column, by)), &inputs);
+                let at = |by: f64| {
+                    step::step(
+                        &model,
+                        stage,
+                        &state::moved(&model, &state, &unit(model.n, column, by)),
+                        &inputs,
+                    )
+                };
                 let (end, arc) = slope(at(STEP).unwrap(), at(-STEP).unwrap());
                 assert!((end - step.a.column(column)).amax() < CLOSE, "{:?} A {column}", problem.environment);
                 assert!((arc - step.arc.slope.column(column)).amax() < CLOSE, "arc {column}");
             }
             for column in 0..model.m {
-                let at = |by: f64| model.step(stage, &state, &shifted(&inputs, column, by)).unwrap();
+                let at = |by: f64| step::step(&model, stage, &state, &shifted(&inputs, column, by)).unwrap();
                 let (end, _) = slope(at(STEP), at(-STEP));
                 assert!((end - step.b.column(column)).amax() < CLOSE, "B {column}");
             }
@@ -175,9 +183,9 @@ fn the_curvature_of_a_step_is_the_derivative_of_what_carries_costates_back() {
     for (problem, model) in chains() {
         let rows = LimitRows::default();
         let inputs: Vec<_> = (0..=model.steps).map(|_| random_inputs(&mut random, model.m)).collect();
-        let mut states = vec![model.opening(stretch(&model), &inputs[0]).end];
+        let mut states = vec![step::opening(&model, stretch(&model), &inputs[0]).end];
         for stage in 0..model.steps {
-            let end = model.step(stage, &states[stage], &inputs[stage + 1]).unwrap().end;
+            let end = step::step(&model, stage, &states[stage], &inputs[stage + 1]).unwrap().end;
             states.push(end);
         }
         let at = Iterate { states, inputs }.evaluate(&model, &rows, Watch::NONE).unwrap();
@@ -189,7 +197,7 @@ fn the_curvature_of_a_step_is_the_derivative_of_what_carries_costates_back() {
         for stage in [2, model.steps - 1] {
             let (state, next) = (&at.iterate.states[stage], &at.iterate.inputs[stage + 1]);
             let carried = |z: &DVector<f64>, next: &[f64]| {
-                let step = model.step(stage, &model.moved(state, z), next).unwrap();
+                let step = step::step(&model, stage, &state::moved(&model, state, z), next).unwrap();
                 step.a.tr_mul(&multipliers.costates[stage + 1])
             };
             let none = DVector::zeros(model.n);
@@ -223,18 +231,19 @@ fn the_derivatives_of_the_opening_kick_are_those_of_the_state_after_it() {
     let mut sought = 0;
     for (problem, model) in chains() {
         let inputs = random_inputs(&mut random, model.m);
-        let opening = model.opening(stretch(&model), &inputs);
+        let opening = step::opening(&model, stretch(&model), &inputs);
         let slope = |at: &dyn Fn(f64) -> Node| {
-            let change = |by: f64| model.difference(&at(by), &opening.end);
+            let change = |by: f64| state::difference(&model, &at(by), &opening.end);
             (change(STEP) - change(-STEP)) / (2.0 * STEP)
         };
         for column in 0..model.m {
-            let by_input = slope(&|by| model.opening(stretch(&model), &shifted(&inputs, column, by)).end);
+            let by_input =
+                slope(&|by| step::opening(&model, stretch(&model), &shifted(&inputs, column, by)).end);
             let wrong = (by_input - opening.by_inputs.column(column)).amax();
             assert!(wrong < CLOSE, "{:?} input {column}: {wrong:.1e}", problem.environment);
         }
         if model.duration.is_some() {
-            let by_duration = slope(&|by| model.opening(stretch(&model) * by.exp(), &inputs).end);
+            let by_duration = slope(&|by| step::opening(&model, stretch(&model) * by.exp(), &inputs).end);
             let wrong = (by_duration - &opening.by_duration).amax();
             assert!(wrong < CLOSE, "{:?} duration: {wrong:.1e}", problem.environment);
             sought += 1;
@@ -252,8 +261,8 @@ fn the_derivatives_of_every_row_are_those_of_its_value() {
         let state = somewhere(&mut random, &model);
         let (inputs, next) = (random_inputs(&mut random, model.m), random_inputs(&mut random, model.m));
         let value = |row: &LimitRow, z: &DVector<f64>, inputs: &[f64], next: &[f64]| {
-            let moved = model.moved(&state, z);
-            let step = model.step(row.stage, &moved, next).unwrap();
+            let moved = state::moved(&model, &state, z);
+            let step = step::step(&model, row.stage, &moved, next).unwrap();
             let place = Place { state: &moved, inputs, next, arc: Some(&step.arc) };
             row.what.at(&model, row.stage, &place).smooth()
         };
@@ -306,10 +315,10 @@ fn wheels_keep_the_total_momentum_in_space() {
     let mut random = Random(8);
     let problem = wheeled(&mut random);
     let model = Model::new(&problem, 200);
-    let mut state = model.opening(1.0, &random_inputs(&mut random, 4)).end;
+    let mut state = step::opening(&model, 1.0, &random_inputs(&mut random, 4)).end;
     let before = state.attitude * state.momentum;
     for stage in 0..200 {
-        state = model.step(stage, &state, &random_inputs(&mut random, 4)).unwrap().end;
+        state = step::step(&model, stage, &state, &random_inputs(&mut random, 4)).unwrap().end;
     }
     assert!((state.attitude * state.momentum - before).amax() < 1e-13 * before.norm());
 }

@@ -46,63 +46,61 @@ impl FuelPrice {
     }
 }
 
-impl Model {
-    /// The chain of a maneuver with a goal. Of least time or fuel its cost is what these cost, scaled, and a share of what the inputs
-    /// cost, as a part of what they would cost at their limits throughout.
-    pub fn with_goal(problem: &Problem, steps: usize, goal: &Goal) -> Self {
-        let mut model = Self::new(problem, steps);
-        let (stated, time_price) = (model.dynamics.units.time, goal.objective.time_price());
-        if goal.objective.counts_time() {
-            model.duration = Some(model.n);
-            model.n += 1;
-        }
-        if let Objective::Effort(_) = goal.objective {
-            model.cost_scale = 1.0 / model.dynamics.units.cost;
-            model.time_price = model.cost_scale * time_price * stated;
-            model.effort_power = -3;
-            return model;
-        }
-        let prices = goal.objective.fuel().map(|fuel| model.fuel_prices(fuel));
-        let dearest = prices.iter().flatten().copied().fold(0.0, f64::max);
-        model.cost_scale = TIME_PRICE / (TIME_PRICE / FUEL_PRICE * dearest + time_price * stated);
+/// The chain of a maneuver with a goal. Of least time or fuel its cost is what these cost, scaled, and a share of what the inputs
+/// cost, as a part of what they would cost at their limits throughout.
+pub fn with_goal(problem: &Problem, steps: usize, goal: &Goal) -> Model {
+    let mut model = Model::new(problem, steps);
+    let (stated, time_price) = (model.dynamics.units.time, goal.objective.time_price());
+    if goal.objective.counts_time() {
+        model.duration = Some(model.n);
+        model.n += 1;
+    }
+    if let Objective::Effort(_) = goal.objective {
+        model.cost_scale = 1.0 / model.dynamics.units.cost;
         model.time_price = model.cost_scale * time_price * stated;
-        model.fuel = prices.map(|prices| FuelPrice {
-            inputs: prices.iter().map(|price| price * model.cost_scale).collect(),
-            of_norm: [Fuel::is_of_norm(&model.torque), model.force.as_ref().is_some_and(Fuel::is_of_norm)],
-        });
-        let limits = model.input_bounds(problem);
-        let most: f64 = (0..model.m).map(|i| 0.5 * model.weight[(i, i)] * limits[i] * limits[i]).sum();
-        model.weight *= goal.share * TIME_PRICE / if most.is_finite() { most } else { TYPICAL_EFFORT };
-        model
+        model.effort_power = -3;
+        return model;
     }
+    let prices = goal.objective.fuel().map(|fuel| fuel_prices(&model, fuel));
+    let dearest = prices.iter().flatten().copied().fold(0.0, f64::max);
+    model.cost_scale = TIME_PRICE / (TIME_PRICE / FUEL_PRICE * dearest + time_price * stated);
+    model.time_price = model.cost_scale * time_price * stated;
+    model.fuel = prices.map(|prices| FuelPrice {
+        inputs: prices.iter().map(|price| price * model.cost_scale).collect(),
+        of_norm: [Fuel::is_of_norm(&model.torque), model.force.as_ref().is_some_and(Fuel::is_of_norm)],
+    });
+    let limits = model.input_bounds(problem);
+    let most: f64 = (0..model.m).map(|i| 0.5 * model.weight[(i, i)] * limits[i] * limits[i]).sum();
+    model.weight *= goal.share * TIME_PRICE / if most.is_finite() { most } else { TYPICAL_EFFORT };
+    model
+}
 
-    /// What a unit of each input costs over the stated duration, in the user's unit.
-    fn fuel_prices(&self, fuel: &Fuel) -> Vec<f64> {
-        let price = |input: usize| match input.checked_sub(self.forces) {
-            Some(torque) => fuel.price(torque),
-            None => fuel.force_price(input),
-        };
-        (0..self.m).map(|input| price(input) * self.input_unit[input] * self.dynamics.units.time).collect()
-    }
+/// What a unit of each input costs over the stated duration, in the user's unit.
+fn fuel_prices(model: &Model, fuel: &Fuel) -> Vec<f64> {
+    let price = |input: usize| match input.checked_sub(model.forces) {
+        Some(torque) => fuel.price(torque),
+        None => fuel.force_price(input),
+    };
+    (0..model.m).map(|input| price(input) * model.input_unit[input] * model.dynamics.units.time).collect()
+}
 
-    /// What fuel costs in a unit of time under `inputs`.
-    pub fn fuel_rate(&self, inputs: &[f64]) -> f64 {
-        let Some(fuel) = &self.fuel else { return 0.0 };
-        let (forces, torques) = inputs.split_at(self.forces);
-        let (of_forces, of_torques) = fuel.inputs.split_at(self.forces);
-        let burnt = |set: &ActuatorSet, of_norm: bool, prices: &[f64], inputs: &[f64]| -> f64 {
-            if of_norm {
-                return prices[0] * set.output(inputs).norm();
-            }
-            prices.iter().zip(inputs).map(|(price, u)| price * u.abs()).sum()
-        };
-        let force = self.force.as_ref();
-        force.map_or(0.0, |set| burnt(set, fuel.is_of_norm(true), of_forces, forces))
-            + burnt(&self.torque, fuel.is_of_norm(false), of_torques, torques)
-    }
+/// What fuel costs in a unit of time under `inputs`.
+pub fn fuel_rate(model: &Model, inputs: &[f64]) -> f64 {
+    let Some(fuel) = &model.fuel else { return 0.0 };
+    let (forces, torques) = inputs.split_at(model.forces);
+    let (of_forces, of_torques) = fuel.inputs.split_at(model.forces);
+    let burnt = |set: &ActuatorSet, of_norm: bool, prices: &[f64], inputs: &[f64]| -> f64 {
+        if of_norm {
+            return prices[0] * set.output(inputs).norm();
+        }
+        prices.iter().zip(inputs).map(|(price, u)| price * u.abs()).sum()
+    };
+    let force = model.force.as_ref();
+    force.map_or(0.0, |set| burnt(set, fuel.is_of_norm(true), of_forces, forces))
+        + burnt(&model.torque, fuel.is_of_norm(false), of_torques, torques)
+}
 
-    /// `½ uᵀ W u`.
-    pub fn effort(&self, inputs: &[f64]) -> f64 {
-        objective::effort(&self.weight, inputs)
-    }
+/// `½ uᵀ W u`.
+pub fn effort(model: &Model, inputs: &[f64]) -> f64 {
+    objective::effort(&model.weight, inputs)
 }

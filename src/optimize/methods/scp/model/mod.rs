@@ -38,9 +38,9 @@
 //! keeps a gradient of its own, in which the answer of the inputs is added before the field is: the same sum, other last
 //! bits.
 
-mod goal;
-mod state;
-mod step;
+pub(crate) mod goal;
+pub(crate) mod state;
+pub(crate) mod step;
 
 use crate::Vector3;
 use crate::maneuver::problem::{Motion, Problem, State};
@@ -295,7 +295,7 @@ impl Model {
         let mut slope = DMatrix::identity(body, self.n);
         if let Some(duration) = self.duration {
             let (momenta, stated) =
-                (self.momenta(&self.target_in(state.stretch)), self.momenta(&self.target));
+                (state::momenta(self, &self.target_in(state.stretch)), state::momenta(self, &self.target));
             error -= (&momenta - stated).rows(0, body);
             slope.set_column(duration, &-momenta.rows(0, body));
         }

@@ -58,62 +58,60 @@ impl ChainState {
     }
 }
 
-impl Model {
-    /// `a ⊖ b` in the tangent space at `b`.
-    pub fn difference(&self, a: &ChainState, b: &ChainState) -> DVector<f64> {
-        let mut out = DVector::zeros(self.n);
-        let (zeta, pi) = (self.zeta(), self.pi());
-        let blocks = a.point().minus(&b.point());
-        if self.moves {
-            out.rows_mut(0, 3).copy_from(&blocks.x);
-            out.rows_mut(3, 3).copy_from(&blocks.gamma);
-        }
-        out.rows_mut(zeta, 3).copy_from(&blocks.zeta);
-        out.rows_mut(pi, 3).copy_from(&blocks.pi);
-        if self.wheels > 0 {
-            out.rows_mut(6, self.wheels).copy_from(&(&a.wheels - &b.wheels));
-        }
-        if let Some(duration) = self.duration {
-            out[duration] = (a.stretch / b.stretch).ln();
-        }
-        out
+/// `a ⊖ b` in the tangent space at `b`.
+pub fn difference(model: &Model, a: &ChainState, b: &ChainState) -> DVector<f64> {
+    let mut out = DVector::zeros(model.n);
+    let (zeta, pi) = (model.zeta(), model.pi());
+    let blocks = a.point().minus(&b.point());
+    if model.moves {
+        out.rows_mut(0, 3).copy_from(&blocks.x);
+        out.rows_mut(3, 3).copy_from(&blocks.gamma);
     }
+    out.rows_mut(zeta, 3).copy_from(&blocks.zeta);
+    out.rows_mut(pi, 3).copy_from(&blocks.pi);
+    if model.wheels > 0 {
+        out.rows_mut(6, model.wheels).copy_from(&(&a.wheels - &b.wheels));
+    }
+    if let Some(duration) = model.duration {
+        out[duration] = (a.stretch / b.stretch).ln();
+    }
+    out
+}
 
-    /// `state ⊕ z`.
-    pub fn moved(&self, state: &ChainState, z: &DVector<f64>) -> ChainState {
-        let part = |row: usize| Vector3::new(z[row], z[row + 1], z[row + 2]);
-        let mut out = state.clone();
-        if self.moves {
-            out.position += part(0);
-            out.linear_momentum += part(3);
-        }
-        out.attitude = lie::project_to_rotation(&(state.attitude * lie::exp(&part(self.zeta()))));
-        out.momentum += part(self.pi());
-        if self.wheels > 0 {
-            out.wheels += z.rows(6, self.wheels);
-        }
-        if let Some(duration) = self.duration {
-            out.stretch *= z[duration].exp();
-        }
-        out
+/// `state ⊕ z`.
+pub fn moved(model: &Model, state: &ChainState, z: &DVector<f64>) -> ChainState {
+    let part = |row: usize| Vector3::new(z[row], z[row + 1], z[row + 2]);
+    let mut out = state.clone();
+    if model.moves {
+        out.position += part(0);
+        out.linear_momentum += part(3);
     }
+    out.attitude = lie::project_to_rotation(&(state.attitude * lie::exp(&part(model.zeta()))));
+    out.momentum += part(model.pi());
+    if model.wheels > 0 {
+        out.wheels += z.rows(6, model.wheels);
+    }
+    if let Some(duration) = model.duration {
+        out.stretch *= z[duration].exp();
+    }
+    out
+}
 
-    /// The momenta of a state as a tangent vector.
-    pub(super) fn momenta(&self, state: &ChainState) -> DVector<f64> {
-        let mut momenta = DVector::zeros(self.n);
-        if self.moves {
-            momenta.rows_mut(3, 3).copy_from(&state.linear_momentum);
-        }
-        momenta.rows_mut(self.pi(), 3).copy_from(&state.momentum);
-        momenta.rows_mut(6, self.wheels).copy_from(&state.wheels);
-        momenta
+/// The momenta of a state as a tangent vector.
+pub(super) fn momenta(model: &Model, state: &ChainState) -> DVector<f64> {
+    let mut momenta = DVector::zeros(model.n);
+    if model.moves {
+        momenta.rows_mut(3, 3).copy_from(&state.linear_momentum);
     }
+    momenta.rows_mut(model.pi(), 3).copy_from(&state.momentum);
+    momenta.rows_mut(6, model.wheels).copy_from(&state.wheels);
+    momenta
+}
 
-    /// Length of a move of one state: its rotation \[rad\], or the change of the duration in the same measure.
-    pub fn length(&self, z: &DVector<f64>) -> f64 {
-        let turn = z.rows(self.zeta(), 3).norm();
-        self.duration.map_or(turn, |duration| turn.max(z[duration].abs() / STRETCHED))
-    }
+/// Length of a move of one state: its rotation \[rad\], or the change of the duration in the same measure.
+pub fn length(model: &Model, z: &DVector<f64>) -> f64 {
+    let turn = z.rows(model.zeta(), 3).norm();
+    model.duration.map_or(turn, |duration| turn.max(z[duration].abs() / STRETCHED))
 }
 
 /// A costate of the chain as the planner orders it.

@@ -1,6 +1,6 @@
 //! Kick and drift of the chain, with their matrices.
 
-use super::{ChainState, Model};
+use super::{ChainState, Model, state};
 use crate::lie::{self, hat};
 use crate::mechanics::environment::{Blocks, Wrench};
 use crate::optimize::step::StepError;
@@ -46,254 +46,255 @@ struct Kick {
     inputs: DMatrix<f64>,
 }
 
-impl Model {
-    /// The kick at a state under `inputs`.
-    fn kick(&self, state: &ChainState, inputs: &[f64]) -> Kick {
-        let (pose, squared) = (state.pose(), state.stretch * state.stretch);
-        let r = &pose.attitude;
-        let mut columns = DMatrix::zeros(self.n, self.m);
-        let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
-        for (index, axis) in self.torque.axes().iter().enumerate() {
-            let input = self.first_torque + index;
-            let axis = self.torque.frame().to_body(r, axis);
-            torque += axis * inputs[input];
-            if self.wheels > 0 {
-                columns[(6 + index, input)] = -1.0;
-            } else {
-                columns.view_mut((self.pi(), input), (3, 1)).copy_from(&axis);
-            }
+/// The kick at a state under `inputs`.
+fn kick(model: &Model, state: &ChainState, inputs: &[f64]) -> Kick {
+    let (pose, squared) = (state.pose(), state.stretch * state.stretch);
+    let r = &pose.attitude;
+    let mut columns = DMatrix::zeros(model.n, model.m);
+    let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
+    for (index, axis) in model.torque.axes().iter().enumerate() {
+        let input = model.first_torque + index;
+        let axis = model.torque.frame().to_body(r, axis);
+        torque += axis * inputs[input];
+        if model.wheels > 0 {
+            columns[(6 + index, input)] = -1.0;
+        } else {
+            columns.view_mut((model.pi(), input), (3, 1)).copy_from(&axis);
         }
-        if let Some(set) = &self.force {
-            for (input, axis) in set.axes().iter().enumerate() {
-                let axis = set.frame().to_reference(r, axis);
-                force += axis * inputs[input];
-                columns.view_mut((3, input), (3, 1)).copy_from(&axis);
-            }
-        }
-        // Wheels exchange their torque with the body: the total momentum gains nothing.
-        let given = Wrench { force, moment: if self.wheels > 0 { Vector3::zeros() } else { torque } };
-        let in_stated_units = Wrench { force: given.force / squared, moment: given.moment / squared };
-        let (wrench, gradient) = self.dynamics.kick_of_inputs(&pose, &in_stated_units);
-        let wrench = Wrench { force: wrench.force * squared, moment: wrench.moment * squared };
-        let gradient = gradient.scaled(squared);
-        let field = Wrench { force: wrench.force - given.force, moment: wrench.moment - given.moment };
-        Kick { wrench, field, gradient, inputs: columns }
     }
-
-    /// The costate of a stage as the shooting knows it: after a full kick, also at the end of a Lie–Verlet
-    /// chain, whose last kick is a half one. `λ ← (I − ½h G)ᵀ λ` there.
-    pub fn after_full_kick(
-        &self,
-        stage: usize,
-        state: &ChainState,
-        inputs: &[f64],
-        costate: &DVector<f64>,
-    ) -> DVector<f64> {
-        if stage < self.steps || !self.dynamics.grid.has_half_kicks() {
-            return costate.clone();
+    if let Some(set) = &model.force {
+        for (input, axis) in set.axes().iter().enumerate() {
+            let axis = set.frame().to_reference(r, axis);
+            force += axis * inputs[input];
+            columns.view_mut((3, input), (3, 1)).copy_from(&axis);
         }
-        let mut rest = DMatrix::identity(self.n, self.n);
-        let kick = self.kick(state, inputs);
-        self.add_gradient(&mut rest, &kick.gradient, -self.kick_weight(stage));
-        rest.tr_mul(costate)
     }
+    // Wheels exchange their torque with the body: the total momentum gains nothing.
+    let given = Wrench { force, moment: if model.wheels > 0 { Vector3::zeros() } else { torque } };
+    let in_stated_units = Wrench { force: given.force / squared, moment: given.moment / squared };
+    let (wrench, gradient) = model.dynamics.kick_of_inputs(&pose, &in_stated_units);
+    let wrench = Wrench { force: wrench.force * squared, moment: wrench.moment * squared };
+    let gradient = gradient.scaled(squared);
+    let field = Wrench { force: wrench.force - given.force, moment: wrench.moment - given.moment };
+    Kick { wrench, field, gradient, inputs: columns }
+}
 
-    /// Applies a kick of weight `weight`.
-    fn kicked(&self, state: &ChainState, kick: &Kick, inputs: &[f64], weight: f64) -> ChainState {
-        let mut out = state.clone();
-        out.momentum += kick.wrench.moment * weight;
-        if self.moves {
-            out.linear_momentum += kick.wrench.force * weight;
-        }
-        for wheel in 0..self.wheels {
-            out.wheels[wheel] -= inputs[self.forces + wheel] * weight;
-        }
-        out
+/// The costate of a stage as the shooting knows it: after a full kick, also at the end of a Lie–Verlet
+/// chain, whose last kick is a half one. `λ ← (I − ½h G)ᵀ λ` there.
+pub fn after_full_kick(
+    model: &Model,
+    stage: usize,
+    state: &ChainState,
+    inputs: &[f64],
+    costate: &DVector<f64>,
+) -> DVector<f64> {
+    if stage < model.steps || !model.dynamics.grid.has_half_kicks() {
+        return costate.clone();
     }
+    let mut rest = DMatrix::identity(model.n, model.n);
+    let kick = kick(model, state, inputs);
+    add_gradient(model, &mut rest, &kick.gradient, -model.kick_weight(stage));
+    rest.tr_mul(costate)
+}
 
-    /// The derivative of a kick of weight `weight` with respect to `ln s`.
-    fn by_duration(&self, kick: &Kick, weight: f64) -> DVector<f64> {
-        let mut slope = DVector::zeros(self.n);
-        slope.rows_mut(self.pi(), 3).copy_from(&(kick.field.moment * (2.0 * weight)));
-        if self.moves {
-            slope.rows_mut(3, 3).copy_from(&(kick.field.force * (2.0 * weight)));
-        }
-        slope
+/// Applies a kick of weight `weight`.
+fn kicked(model: &Model, state: &ChainState, kick: &Kick, inputs: &[f64], weight: f64) -> ChainState {
+    let mut out = state.clone();
+    out.momentum += kick.wrench.moment * weight;
+    if model.moves {
+        out.linear_momentum += kick.wrench.force * weight;
     }
-
-    /// `G z` of a kick's gradient, added with `weight` to the rows of the momenta: `A ← (I + κ G) A`.
-    fn add_gradient(&self, matrix: &mut DMatrix<f64>, gradient: &Blocks, weight: f64) {
-        let (zeta, pi) = (self.zeta(), self.pi());
-        let rotation = matrix.rows(zeta, 3).into_owned();
-        let mut to_momentum = gradient.rr * &rotation;
-        if self.moves {
-            let shift = matrix.rows(0, 3).into_owned();
-            to_momentum += gradient.rx * &shift;
-            let to_force = gradient.xx * &shift + gradient.xr * &rotation;
-            let mut rows = matrix.rows_mut(3, 3);
-            rows += to_force * weight;
-        }
-        let mut rows = matrix.rows_mut(pi, 3);
-        rows += to_momentum * weight;
+    for wheel in 0..model.wheels {
+        out.wheels[wheel] -= inputs[model.forces + wheel] * weight;
     }
+    out
+}
 
-    /// The opening kick of a maneuver that takes `stretch` times the stated duration.
-    pub fn opening(&self, stretch: f64, inputs: &[f64]) -> Opening {
-        let (start, weight) = (self.start_in(stretch), self.kick_weight(0));
-        let kick = self.kick(&start, inputs);
-        let mut by_duration = DVector::zeros(self.n);
-        if let Some(duration) = self.duration {
-            by_duration = self.momenta(&start) + self.by_duration(&kick, weight);
+/// The derivative of a kick of weight `weight` with respect to `ln s`.
+fn by_duration(model: &Model, kick: &Kick, weight: f64) -> DVector<f64> {
+    let mut slope = DVector::zeros(model.n);
+    slope.rows_mut(model.pi(), 3).copy_from(&(kick.field.moment * (2.0 * weight)));
+    if model.moves {
+        slope.rows_mut(3, 3).copy_from(&(kick.field.force * (2.0 * weight)));
+    }
+    slope
+}
+
+/// `G z` of a kick's gradient, added with `weight` to the rows of the momenta: `A ← (I + κ G) A`.
+fn add_gradient(model: &Model, matrix: &mut DMatrix<f64>, gradient: &Blocks, weight: f64) {
+    let (zeta, pi) = (model.zeta(), model.pi());
+    let rotation = matrix.rows(zeta, 3).into_owned();
+    let mut to_momentum = gradient.rr * &rotation;
+    if model.moves {
+        let shift = matrix.rows(0, 3).into_owned();
+        to_momentum += gradient.rx * &shift;
+        let to_force = gradient.xx * &shift + gradient.xr * &rotation;
+        let mut rows = matrix.rows_mut(3, 3);
+        rows += to_force * weight;
+    }
+    let mut rows = matrix.rows_mut(pi, 3);
+    rows += to_momentum * weight;
+}
+
+/// The opening kick of a maneuver that takes `stretch` times the stated duration.
+pub fn opening(model: &Model, stretch: f64, inputs: &[f64]) -> Opening {
+    let (start, weight) = (model.start_in(stretch), model.kick_weight(0));
+    let kick = kick(model, &start, inputs);
+    let by_duration = match model.duration {
+        None => DVector::zeros(model.n),
+        Some(duration) => {
+            let mut by_duration = state::momenta(model, &start) + by_duration(model, &kick, weight);
             by_duration[duration] = 1.0;
+            by_duration
         }
-        let end = self.kicked(&start, &kick, inputs, weight);
-        Opening { end, by_inputs: kick.inputs * weight, by_duration }
-    }
+    };
+    let end = kicked(model, &start, &kick, inputs, weight);
+    Opening { end, by_inputs: kick.inputs * weight, by_duration }
+}
 
-    /// Second derivatives with respect to `ln s` of `λ·y_0` after the opening kick, and of `η·e` of the terminal error.
-    pub fn bends_of_ends(
-        &self,
-        at: [&ChainState; 2],
-        costate: &DVector<f64>,
-        terminal: &DVector<f64>,
-    ) -> [f64; 2] {
-        let [first, last] = at;
-        let start = self.start_in(first.stretch);
-        let field = self.kick(&start, &vec![0.0; self.m]);
-        let opening = self.momenta(&start) + self.by_duration(&field, 2.0 * self.kick_weight(0));
-        let end = self.momenta(&self.target_in(last.stretch));
-        [opening.dot(costate), -end.select_rows(&self.given()).dot(terminal)]
-    }
+/// Second derivatives with respect to `ln s` of `λ·y_0` after the opening kick, and of `η·e` of the terminal error.
+pub fn bends_of_ends(
+    model: &Model,
+    at: [&ChainState; 2],
+    costate: &DVector<f64>,
+    terminal: &DVector<f64>,
+) -> [f64; 2] {
+    let [first, last] = at;
+    let start = model.start_in(first.stretch);
+    let field = kick(model, &start, &vec![0.0; model.m]);
+    let opening = state::momenta(model, &start) + by_duration(model, &field, 2.0 * model.kick_weight(0));
+    let end = state::momenta(model, &model.target_in(last.stretch));
+    [opening.dot(costate), -end.select_rows(&model.given()).dot(terminal)]
+}
 
-    /// Step k: from `y_k` under `u_{k+1}` to `y_{k+1}`.
-    pub fn step(&self, stage: usize, state: &ChainState, inputs: &[f64]) -> Result<Step, StepError> {
-        let (zeta, pi) = (self.zeta(), self.pi());
-        let (mut end, drift) = self.drift(stage, state)?;
-        // z' = A0 z: ζ' = Fᵀζ + ξ and δΠ' = FᵀδΠ + S(Π')ξ, where ξ is how far the arc itself is turned.
-        let turn = drift.turn;
-        let mut a = DMatrix::identity(self.n, self.n);
-        a.rows_mut(zeta, 3).copy_from(&turn);
-        a.view_mut((zeta, zeta), (3, 3)).copy_from(&drift.f.transpose());
-        if let Some(duration) = self.duration {
-            let passed = self.frame_rate() * (end.stretch * self.dynamics.grid.step(stage));
-            let mut back = a.fixed_view_mut::<3, 1>(zeta, duration);
-            back -= end.attitude.tr_mul(&passed);
-        }
-        a.rows_mut(pi, 3).copy_from(&(hat(&end.momentum) * &turn));
-        let mut block = a.view_mut((pi, pi), (3, 3));
-        block += drift.f.transpose();
-        if self.moves {
-            let h = self.dynamics.grid.step(stage);
-            (0..3).for_each(|axis| a[(axis, axis + 3)] = h);
-        }
-        let weight = self.kick_weight(stage + 1);
-        let kick = self.kick(&end, inputs);
-        self.add_gradient(&mut a, &kick.gradient, weight);
-        if let Some(duration) = self.duration {
-            let mut column = a.column_mut(duration);
-            column += self.by_duration(&kick, weight);
-        }
-        end = self.kicked(&end, &kick, inputs, weight);
-        Ok(Step { end, a, b: kick.inputs * weight, arc: Arc::of(&drift.f, turn) })
+/// Step k: from `y_k` under `u_{k+1}` to `y_{k+1}`.
+pub fn step(model: &Model, stage: usize, state: &ChainState, inputs: &[f64]) -> Result<Step, StepError> {
+    let (zeta, pi) = (model.zeta(), model.pi());
+    let (mut end, drift) = drift(model, stage, state)?;
+    // z' = A0 z: ζ' = Fᵀζ + ξ and δΠ' = FᵀδΠ + S(Π')ξ, where ξ is how far the arc itself is turned.
+    let turn = drift.turn;
+    let mut a = DMatrix::identity(model.n, model.n);
+    a.rows_mut(zeta, 3).copy_from(&turn);
+    a.view_mut((zeta, zeta), (3, 3)).copy_from(&drift.f.transpose());
+    if let Some(duration) = model.duration {
+        let passed = frame_rate(model) * (end.stretch * model.dynamics.grid.step(stage));
+        let mut back = a.fixed_view_mut::<3, 1>(zeta, duration);
+        back -= end.attitude.tr_mul(&passed);
     }
-
-    /// The arc of step k alone.
-    pub fn arc(&self, stage: usize, state: &ChainState) -> Result<Arc, StepError> {
-        let (_, drift) = self.drift(stage, state)?;
-        Ok(Arc::of(&drift.f, drift.turn))
+    a.rows_mut(pi, 3).copy_from(&(hat(&end.momentum) * &turn));
+    let mut block = a.view_mut((pi, pi), (3, 3));
+    block += drift.f.transpose();
+    if model.moves {
+        let h = model.dynamics.grid.step(stage);
+        (0..3).for_each(|axis| a[(axis, axis + 3)] = h);
     }
-
-    /// The drift of step k: the state between drift and kick, and how the relative attitude turns.
-    fn drift(&self, stage: usize, state: &ChainState) -> Result<(ChainState, DriftArc), StepError> {
-        let mut turn = Matrix3xX::zeros(self.n);
-        let mut by_momentum = turn.view_mut((0, self.pi()), (3, 3));
-        if self.wheels == 0 {
-            let mut point = state.point();
-            let drift = self.dynamics.drift::<12>(stage, &mut point)?;
-            let e = self.dynamics.drift_matrix(&drift);
-            by_momentum.copy_from(&self.dynamics.drift_block(&drift, &e));
-            let attitude = self.hastened_frame(stage, state.stretch) * point.attitude.value;
-            let end = ChainState::of(&point, state.wheels.clone());
-            let end = ChainState { attitude, stretch: state.stretch, ..end };
-            return Ok((end, DriftArc { f: drift.f, turn }));
-        }
-        let carried = self.wheel_momentum(&state.wheels);
-        let drift = self.dynamics.gyrostat_drift(stage, &state.momentum, &carried)?;
-        by_momentum.copy_from(&drift.by_momentum);
-        turn.view_mut((0, 6), (3, self.wheels)).copy_from(&(drift.by_wheels * &self.wheel_axes));
-        let attitude = self.dynamics.turned(stage, &(state.attitude * drift.f));
-        let attitude = self.hastened_frame(stage, state.stretch) * attitude;
-        let end = ChainState { attitude, momentum: drift.momentum_after, ..state.clone() };
-        Ok((end, DriftArc { f: drift.f, turn }))
+    let weight = model.kick_weight(stage + 1);
+    let kick = kick(model, &end, inputs);
+    add_gradient(model, &mut a, &kick.gradient, weight);
+    if let Some(duration) = model.duration {
+        let mut column = a.column_mut(duration);
+        column += by_duration(model, &kick, weight);
     }
+    end = kicked(model, &end, &kick, inputs, weight);
+    Ok(Step { end, a, b: kick.inputs * weight, arc: Arc::of(&drift.f, turn) })
+}
 
-    /// Rotation of the reference frame in the stated duration, in its axes.
-    pub fn frame_rate(&self) -> Vector3 {
-        self.dynamics.frame_rate()
+/// The arc of step k alone.
+pub fn arc(model: &Model, stage: usize, state: &ChainState) -> Result<Arc, StepError> {
+    let (_, drift) = drift(model, stage, state)?;
+    Ok(Arc::of(&drift.f, drift.turn))
+}
+
+/// The drift of step k: the state between drift and kick, and how the relative attitude turns.
+fn drift(model: &Model, stage: usize, state: &ChainState) -> Result<(ChainState, DriftArc), StepError> {
+    let mut turn = Matrix3xX::zeros(model.n);
+    let mut by_momentum = turn.view_mut((0, model.pi()), (3, 3));
+    if model.wheels == 0 {
+        let mut point = state.point();
+        let drift = model.dynamics.drift::<12>(stage, &mut point)?;
+        let e = model.dynamics.drift_matrix(&drift);
+        by_momentum.copy_from(&model.dynamics.drift_block(&drift, &e));
+        let attitude = hastened_frame(model, stage, state.stretch) * point.attitude.value;
+        let end = ChainState::of(&point, state.wheels.clone());
+        let end = ChainState { attitude, stretch: state.stretch, ..end };
+        return Ok((end, DriftArc { f: drift.f, turn }));
     }
+    let carried = model.wheel_momentum(&state.wheels);
+    let drift = model.dynamics.gyrostat_drift(stage, &state.momentum, &carried)?;
+    by_momentum.copy_from(&drift.by_momentum);
+    turn.view_mut((0, 6), (3, model.wheels)).copy_from(&(drift.by_wheels * &model.wheel_axes));
+    let attitude = model.dynamics.turned(stage, &(state.attitude * drift.f));
+    let attitude = hastened_frame(model, stage, state.stretch) * attitude;
+    let end = ChainState { attitude, momentum: drift.momentum_after, ..state.clone() };
+    Ok((end, DriftArc { f: drift.f, turn }))
+}
 
-    /// How much less than in the stated duration a turning frame lets attitudes fall back on step k of one that is `stretch`
-    /// times as long.
-    fn hastened_frame(&self, stage: usize, stretch: f64) -> Matrix3 {
-        if stretch == 1.0 || self.frame_rate() == Vector3::zeros() {
-            return Matrix3::identity();
-        }
-        lie::exp(&(self.frame_rate() * (self.dynamics.grid.step(stage) * (1.0 - stretch))))
+/// Rotation of the reference frame in the stated duration, in its axes.
+pub fn frame_rate(model: &Model) -> Vector3 {
+    model.dynamics.frame_rate()
+}
+
+/// How much less than in the stated duration a turning frame lets attitudes fall back on step k of one that is `stretch`
+/// times as long.
+fn hastened_frame(model: &Model, stage: usize, stretch: f64) -> Matrix3 {
+    if stretch == 1.0 || frame_rate(model) == Vector3::zeros() {
+        return Matrix3::identity();
     }
+    lie::exp(&(frame_rate(model) * (model.dynamics.grid.step(stage) * (1.0 - stretch))))
+}
 
-    /// `R_k F_k` of an attitude at the end of step k: without the turn of the reference frame over it.
-    pub fn unturned(&self, stage: usize, attitude: &Matrix3, stretch: f64) -> Matrix3 {
-        self.dynamics.unturned(stage, &self.hastened_frame(stage, stretch).tr_mul(attitude))
+/// `R_k F_k` of an attitude at the end of step k: without the turn of the reference frame over it.
+pub fn unturned(model: &Model, stage: usize, attitude: &Matrix3, stretch: f64) -> Matrix3 {
+    model.dynamics.unturned(stage, &hastened_frame(model, stage, stretch).tr_mul(attitude))
+}
+
+/// Physical angular velocity at stage k, and its derivatives with respect to state and inputs.
+pub fn rate(
+    model: &Model,
+    stage: usize,
+    state: &ChainState,
+    inputs: &[f64],
+) -> (Vector3, Matrix3xX<f64>, Matrix3xX<f64>) {
+    let (zeta, pi, lag) = (model.zeta(), model.pi(), model.lag(stage));
+    let kick = kick(model, state, inputs);
+    let physical = kicked(model, state, &kick, inputs, -lag);
+    let momentum = physical.momentum - model.wheel_momentum(&physical.wheels);
+    let mut by_state = Matrix3xX::zeros(model.n);
+    by_state.view_mut((0, pi), (3, 3)).fill_with_identity();
+    by_state.view_mut((0, zeta), (3, 3)).copy_from(&(kick.gradient.rr * -lag));
+    if model.moves {
+        by_state.view_mut((0, 0), (3, 3)).copy_from(&(kick.gradient.rx * -lag));
     }
-
-    /// Physical angular velocity at stage k, and its derivatives with respect to state and inputs.
-    pub fn rate(
-        &self,
-        stage: usize,
-        state: &ChainState,
-        inputs: &[f64],
-    ) -> (Vector3, Matrix3xX<f64>, Matrix3xX<f64>) {
-        let (zeta, pi, lag) = (self.zeta(), self.pi(), self.lag(stage));
-        let kick = self.kick(state, inputs);
-        let physical = self.kicked(state, &kick, inputs, -lag);
-        let momentum = physical.momentum - self.wheel_momentum(&physical.wheels);
-        let mut by_state = Matrix3xX::zeros(self.n);
-        by_state.view_mut((0, pi), (3, 3)).fill_with_identity();
-        by_state.view_mut((0, zeta), (3, 3)).copy_from(&(kick.gradient.rr * -lag));
-        if self.moves {
-            by_state.view_mut((0, 0), (3, 3)).copy_from(&(kick.gradient.rx * -lag));
-        }
-        let mut by_inputs: Matrix3xX<f64> = kick.inputs.fixed_rows::<3>(pi) * -lag;
-        if self.wheels > 0 {
-            by_state.view_mut((0, 6), (3, self.wheels)).copy_from(&-&self.wheel_axes);
-            let mut of_wheels = by_inputs.columns_mut(self.forces, self.wheels);
-            of_wheels -= &self.wheel_axes * lag;
-        }
-        if let Some(duration) = self.duration {
-            by_state.set_column(duration, &self.by_duration(&kick, -lag).fixed_rows::<3>(pi));
-        }
-        let inverse = &self.dynamics.j_inverse;
-        (inverse * momentum, inverse * by_state, inverse * by_inputs)
+    let mut by_inputs: Matrix3xX<f64> = kick.inputs.fixed_rows::<3>(pi) * -lag;
+    if model.wheels > 0 {
+        by_state.view_mut((0, 6), (3, model.wheels)).copy_from(&-&model.wheel_axes);
+        let mut of_wheels = by_inputs.columns_mut(model.forces, model.wheels);
+        of_wheels -= &model.wheel_axes * lag;
     }
-
-    /// The physical state at stage k.
-    pub fn physical(&self, stage: usize, state: &ChainState, inputs: &[f64]) -> ChainState {
-        if stage == 0 {
-            return self.start_in(state.stretch);
-        }
-        let kick = self.kick(state, inputs);
-        self.kicked(state, &kick, inputs, -self.lag(stage))
+    if let Some(duration) = model.duration {
+        by_state.set_column(duration, &by_duration(model, &kick, -lag).fixed_rows::<3>(pi));
     }
+    let inverse = &model.dynamics.j_inverse;
+    (inverse * momentum, inverse * by_state, inverse * by_inputs)
+}
 
-    /// Actuator force (reference frame) and torque (body axes) at a state, scaled.
-    pub fn output(&self, state: &ChainState, inputs: &[f64]) -> Wrench {
-        let (forces, torques) = (&inputs[..self.forces], &inputs[self.first_torque..]);
-        let r = &state.attitude;
-        let force = self.force.as_ref().map(|set| set.frame().to_reference(r, &set.output(forces)));
-        Wrench {
-            force: force.unwrap_or_else(Vector3::zeros),
-            moment: self.torque.frame().to_body(r, &self.torque.output(torques)),
-        }
+/// The physical state at stage k.
+pub fn physical(model: &Model, stage: usize, state: &ChainState, inputs: &[f64]) -> ChainState {
+    if stage == 0 {
+        return model.start_in(state.stretch);
+    }
+    let kick = kick(model, state, inputs);
+    kicked(model, state, &kick, inputs, -model.lag(stage))
+}
+
+/// Actuator force (reference frame) and torque (body axes) at a state, scaled.
+pub fn output(model: &Model, state: &ChainState, inputs: &[f64]) -> Wrench {
+    let (forces, torques) = (&inputs[..model.forces], &inputs[model.first_torque..]);
+    let r = &state.attitude;
+    let force = model.force.as_ref().map(|set| set.frame().to_reference(r, &set.output(forces)));
+    Wrench {
+        force: force.unwrap_or_else(Vector3::zeros),
+        moment: model.torque.frame().to_body(r, &model.torque.output(torques)),
     }
 }
 

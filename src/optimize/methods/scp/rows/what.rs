@@ -4,6 +4,7 @@ use super::super::model::{Arc, ChainState, Model};
 use super::RowValue;
 use super::boresight::BoresightArc;
 use crate::maneuver::constraint::{Direction, Rule, Side};
+use crate::optimize::methods::scp::model::step;
 use crate::{Vector3, lie};
 use nalgebra::{DVector, Matrix3xX};
 
@@ -192,7 +193,8 @@ impl What {
                 RowValue::half(sign * rate[*axis] / limit - 1.0, Some(row(&state)), inputs.as_ref().map(row))
             }
             Self::Cone { arc, boresight, direction, sign, half_angle } => {
-                let (frame_rate, grid) = (model.frame_rate() * place.state.stretch, &model.dynamics.grid);
+                let (frame_rate, grid) =
+                    (step::frame_rate(model) * place.state.stretch, &model.dynamics.grid);
                 let along = place.arc.filter(|_| *arc);
                 let turns = along.filter(|_| direction.turns_with_frame);
                 let pointing = BoresightArc {
@@ -274,6 +276,6 @@ fn rate(
         let h = model.dynamics.grid.step(stage);
         return (arc.turn / h, &arc.slope / h, None);
     }
-    let (rate, state, inputs) = model.rate(stage, place.state, place.inputs);
+    let (rate, state, inputs) = step::rate(model, stage, place.state, place.inputs);
     (rate, state, (model.lag(stage) > 0.0).then_some(inputs))
 }

@@ -12,6 +12,7 @@ use crate::mechanics::environment::UniformGravity;
 use crate::optimize::methods::method::Watch;
 use crate::optimize::methods::scp::iterate::Iterate;
 use crate::optimize::methods::scp::model::Model;
+use crate::optimize::methods::scp::model::step;
 use crate::optimize::methods::scp::polish::{Told, polish};
 use crate::optimize::methods::scp::rows::{LimitRows, RowValue};
 use crate::optimize::methods::scp::{ScpOptions, first_iterate, run};
@@ -110,7 +111,7 @@ impl Reduced<'_> {
         let (m, first) = (self.model.m, self.model.first_input());
         let mut all = vec![vec![0.0; m]; first];
         all.extend(inputs.as_slice().chunks(m).map(<[f64]>::to_vec));
-        let first = self.model.opening(1.0, &all[0]).end;
+        let first = step::opening(self.model, 1.0, &all[0]).end;
         Iterate { states: vec![first], inputs: all }.replayed(self.model).unwrap()
     }
 
