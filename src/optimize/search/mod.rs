@@ -277,13 +277,13 @@ fn solve_on(
     }
 }
 
-/// The plan of arcs or, where there is none or the grid makes it dearer than its own extremal, that of SCP on equal steps, if that is
-/// cheaper: where inputs are singular no arcs that the grid can hold may be near, and a first path may lead nowhere.
+/// The plan of arcs or, where there is none or it is dearer than its certificate and the grid account for, that of SCP on equal steps, if
+/// that is cheaper: where inputs are singular no arcs that the grid can hold may be near, and a first path may lead nowhere.
 fn or_on_equal_steps(problem: &Problem, context: &Context, found: Solution) -> Solution {
     let converged = |solution: &Solution| solution.outcome == Outcome::Converged;
     let dear = |solution: &Solution| {
-        let extremal = solution.switching.as_ref().map_or(f64::NAN, |switching| switching.continuous_cost);
-        solution.cost > extremal * (1.0 + switching::OF_THE_GRID)
+        let least = solution.switching.as_ref().map_or(f64::NAN, |found| found.continuous_cost - found.gap);
+        solution.cost > least * (1.0 + switching::OF_THE_GRID)
     };
     // In less time than the quickest extremal takes there is nothing to look for.
     let settled = if converged(&found) { !dear(&found) } else { found.shortest.is_some() };

@@ -463,8 +463,8 @@ fn told(problem: &Problem, extremal: &Extremal, units: &Units, arcs: &Arcs) -> V
     told
 }
 
-/// Terminal errors that the recorded times may leave by their last digits alone.
-const OF_THE_CLOCK: f64 = 1e-13;
+/// Terminal errors above this, half of the default tolerance, are taken for those of the last digits of recorded times.
+const OF_THE_CLOCK: f64 = 5e-13;
 
 /// Replays a plan from the start and records every node.
 ///
@@ -472,7 +472,8 @@ const OF_THE_CLOCK: f64 = 1e-13;
 /// recorded that give the impulse of the plan in the time that is recorded, and are off their limits by these digits.
 fn record(problem: &Problem, extremal: &Extremal, units: &Units, grid: &OnGrid) -> Option<Planned> {
     let plain = replayed(problem, extremal, units, grid, false)?;
-    if plain.terminal.largest() <= OF_THE_CLOCK {
+    // Pulses are off or at a limit, to the last bit.
+    if plain.terminal.largest() <= OF_THE_CLOCK || problem.shortest_pulse().is_some() {
         return Some(plain);
     }
     let exact = replayed(problem, extremal, units, grid, true)?;

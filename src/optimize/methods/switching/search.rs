@@ -62,17 +62,12 @@ fn search_once(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool) -> Found
         let of_shorter = search_once(&shorter, ask, stop);
         found = Found { limits: Vec::new(), ..of_shorter };
         let limits = of_shorter.limits.iter();
-        let followed: Vec<Limit> =
-            limits.filter_map(|limit| long::followed(extremal, limit, stop, &mut found)).collect();
-        if !followed.is_empty() || stop() {
-            found.limits = followed;
-            found.limits.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
-            return found;
-        }
+        found.limits = limits.filter_map(|limit| long::followed(extremal, limit, stop, &mut found)).collect();
     }
+    let followed = found.limits.len();
     let rivals = branches(extremal, ask, stop, &mut found.sweeps);
-    found.branches = rivals.len();
-    let Some(best) = rivals.first().map(|first| first.cost(extremal)) else { return found };
+    found.branches += rivals.len();
+    let best = rivals.first().map_or(f64::NAN, |first| first.cost(extremal));
     let limit = best * if extremal.counts_fuel() { RIVAL_FUEL } else { RIVAL };
     for rival in rivals.iter().filter(|rival| rival.cost(extremal) <= limit) {
         if stop() {
@@ -88,6 +83,10 @@ fn search_once(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool) -> Found
             let limit = end_game(extremal, &tipped, ask, stop, &mut found);
             found.limits.push(limit);
         }
+    }
+    if followed > 0 {
+        // What is smoothed in a long duration has a cost that means nothing.
+        found.limits.retain(|limit| limit.arcs.as_ref().is_some_and(|arcs| is_small(extremal, arcs)));
     }
     found.limits.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
     found

@@ -130,7 +130,9 @@ fn planned(
     switching.structure = Structure::Pulses;
     switching.continuous_duration_s = arcs.duration * units.time;
     switching.continuous_cost = schedule.cost(extremal) * units.cost();
-    switching.gap = (switching.continuous_cost - least).max(0.0);
+    // Pulses are a plan without a shortest one too.
+    let least = least.min(switching.continuous_cost);
+    switching.gap = switching.continuous_cost - least;
     switching.switches = arcs.switches.len();
     switching.arcs = told(problem, extremal, units, arcs);
     let shortest_s = shortest(&plan.trajectory);
