@@ -277,6 +277,10 @@ fn solve_on(
     }
 }
 
+/// Most steps on which equal steps are tried unasked: SCP takes seconds on two hundred of them, in proportion more on more, and memory
+/// that is told of no plan of arcs (`cargo run --release -p evidence --bin best_known -- fuel_price_rod 1000`).
+const MOST_EQUAL_STEPS: usize = 1_000;
+
 /// The plan of arcs or, where there is none or it is dearer than its certificate and the grid account for, that of SCP on equal steps, if
 /// that is cheaper: where inputs are singular no arcs that the grid can hold may be near, and a first path may lead nowhere.
 fn or_on_equal_steps(problem: &Problem, context: &Context, found: Solution) -> Solution {
@@ -285,17 +289,19 @@ fn or_on_equal_steps(problem: &Problem, context: &Context, found: Solution) -> S
         let least = solution.switching.as_ref().map_or(f64::NAN, |found| found.continuous_cost - found.gap);
         solution.cost > least * (1.0 + switching::OF_THE_GRID)
     };
-    // In less time than the quickest extremal takes there is nothing to look for.
-    let settled = if converged(&found) { !dear(&found) } else { found.shortest.is_some() };
+    // Arcs that miss the end by round-off alone are the plan, and in less time than the quickest extremal takes there is none.
+    let settled = if found.trajectory.time.is_empty() { found.shortest.is_some() } else { !dear(&found) };
     let settings = context.settings;
     let asked = settings.method == Method::Auto && settings.search != Thoroughness::Quick;
-    let may = asked && problem.shortest_pulse().is_none() && check_for_scp(problem).is_ok();
+    let may = asked && problem.shortest_pulse().is_none() && problem.steps <= MOST_EQUAL_STEPS;
     if settled || !may || context.interrupt().is_some() {
         return found;
     }
     let tried = found.ladder.clone();
     let other = cheapest::solve(&problem.clone().planned_by(Method::Scp), context);
-    let better = converged(&other) && !(converged(&found) && found.cost <= other.cost);
+    // What was stopped is told as such, with its best iterate.
+    let stopped = context.interrupt().is_some() && !converged(&found);
+    let better = stopped || converged(&other) && !(converged(&found) && found.cost <= other.cost);
     let mut chosen = if better { other } else { Solution { solve_time: other.solve_time, ..found } };
     chosen.ladder.splice(0..0, tried);
     chosen

@@ -7,7 +7,7 @@
 use super::colour;
 use super::svg::{Anchor, FAINT, GRID, INK, SIZE, Svg, shortened};
 use slewkit::Vector3;
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI, TAU};
 
 /// A map of directions.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,11 +92,12 @@ impl SkyView {
         if across == 0.0 { (angle, 0.0) } else { (angle * part.x / across, angle * part.y / across) }
     }
 
-    /// Whether the map is torn between two neighbours on a track: both are behind the middle, and drawn on opposite sides of it.
+    /// Whether the map is torn between two neighbours on a track: both are behind the middle, which one sees across it from the
+    /// other, by more than an eighth of a turn.
     fn tears(&self, a: &Vector3, b: &Vector3) -> bool {
         let behind = [a, b].iter().all(|point| point.dot(&self.middle) < 0.0);
         let ((ax, ay), (bx, by)) = (self.project(a), self.project(b));
-        behind && ax * bx + ay * by < 0.0
+        behind && ax * bx + ay * by < FRAC_1_SQRT_2 * ax.hypot(ay) * bx.hypot(by)
     }
 }
 
@@ -322,7 +323,7 @@ mod tests {
     fn a_track_is_torn_where_it_passes_behind_the_middle_and_nowhere_else() {
         let view = SkyView { middle: Vector3::x(), right: Vector3::y(), up: Vector3::z(), reach: PI };
         let around = |tilt: f64| -> Vec<Vector3> {
-            (0..=72).map(|k| sphere(tilt.to_radians(), f64::from(5 * k).to_radians())).collect()
+            (0..=72).map(|k| sphere(tilt.to_radians(), (5.0 * f64::from(k) + 2.5).to_radians())).collect()
         };
         let torn = |track: &[Vector3]| track.windows(2).filter(|pair| view.tears(&pair[0], &pair[1])).count();
         assert_eq!(torn(&around(0.5)), 1);

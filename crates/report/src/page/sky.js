@@ -49,7 +49,8 @@ function sky(figureNode, picture) {
     const tears = (a, b) => {
       const along = (direction) => [dot(direction, right), dot(direction, up)];
       const [[ax, ay], [bx, by]] = [along(a), along(b)];
-      return dot(a, middle) < 0 && dot(b, middle) < 0 && ax * bx + ay * by < 0;
+      const behind = dot(a, middle) < 0 && dot(b, middle) < 0;
+      return behind && ax * bx + ay * by < Math.SQRT1_2 * Math.hypot(ax, ay) * Math.hypot(bx, by);
     };
     const stretches = (points) => {
       const parts = [];

@@ -190,7 +190,7 @@ mod tests {
     use slewkit::plan::Silent;
     use slewkit::{Matrix3, Vector3, lie};
 
-    fn slew(duration: f64) -> Problem {
+    fn slew(duration: impl Into<Duration>) -> Problem {
         let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 3.0)).unwrap(), mass: None };
         let end = State::at_rest(lie::exp(&Vector3::new(0.9, -0.4, 0.6)));
         let limits = Limits { size: Some(vec![1.0; 3]), ..Limits::default() };
@@ -232,7 +232,7 @@ mod tests {
     #[test]
     fn a_price_of_time_chooses_the_duration_of_all() {
         let objective = Objective::Effort(Weights { time_price: Some(0.1), ..Weights::default() });
-        let priced = slew(f64::NAN).with_objective(objective);
+        let priced = slew(Duration::SOUGHT).with_objective(objective);
         let chosen = plan::plan(&priced, &Settings::discrete(), None, &mut Silent).unwrap().solution;
         let runs = compare(&priced, &Settings::discrete(), &mut Silent).unwrap();
         let duration = *chosen.trajectory.time.last().unwrap();
@@ -245,7 +245,7 @@ mod tests {
 
     #[test]
     fn without_a_duration_the_others_have_more_than_the_shortest() {
-        let problem = slew(f64::NAN).with_objective(Objective::Time);
+        let problem = slew(Duration::SOUGHT).with_objective(Objective::Time);
         let runs = compare(&problem, &Settings::discrete(), &mut Silent).unwrap();
         let [shortest, given] = [0, 2].map(|row: usize| runs[row].duration_s.unwrap());
         assert!(given >= STRETCH * shortest && given < 1.05 * STRETCH * shortest, "{runs:?}");
