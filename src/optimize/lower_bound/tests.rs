@@ -183,7 +183,7 @@ fn no_bound_exceeds_a_plan() {
 fn rest_to_rest(degrees: f64, scheme: Scheme, steps: usize) -> Problem {
     let axis = Vector3::new(1.0, 2.0, -0.5).normalize();
     let mut problem = three_steps(full_inertia(), axis * degrees.to_radians());
-    problem.duration = 2.0;
+    problem = problem.with_duration(2.0);
     problem.with_scheme(scheme).with_steps(steps)
 }
 
@@ -362,7 +362,7 @@ fn a_bound_scales_as_the_cost_does() {
     let plain = bounded(&problem, Relaxation::Localized).cost;
     let mut scaled = problem.clone();
     scaled.body.inertia = Inertia::new(problem.body.inertia.j() * 4000.0).unwrap();
-    scaled.duration *= 50.0;
+    scaled.duration = (50.0 * scaled.seconds()).into();
     let ratio = bounded(&scaled, Relaxation::Localized).cost / plain;
     assert!((ratio / (4000f64.powi(2) / 50f64.powi(3)) - 1.0).abs() < 1e-6, "{ratio}");
 }
