@@ -54,7 +54,7 @@
 //! # let end = State::at_rest(lie::exp(&Vector3::new(0.0, 0.0, 1.5)));
 //! let limits = Limits { size: Some(vec![0.2; 3]), ..Limits::default() };
 //! let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits)?;
-//! let sun = Direction { vector: Vector3::new(1.0, 1.0, 0.6).normalize(), turns_with_frame: false };
+//! let sun = Direction::Fixed(Vector3::new(1.0, 1.0, 0.6).normalize());
 //! let cone = Pointing {
 //!     side: Side::KeepOut,
 //!     boresights: vec![Vector3::x()],

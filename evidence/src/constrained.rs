@@ -55,7 +55,7 @@ pub fn case(seed: u64, cones: Option<usize>) -> Option<Problem> {
                 let pointing = Pointing {
                     side: Side::KeepOut,
                     boresights: vec![boresight],
-                    directions: vec![Direction { vector: direction.normalize(), turns_with_frame: false }],
+                    directions: vec![Direction::Fixed(direction.normalize())],
                     half_angle,
                     margin: 0.0,
                 };

@@ -233,7 +233,7 @@ fn cones(random: &mut Random) -> Problem {
             let pointing = Pointing {
                 side: Side::KeepOut,
                 boresights: vec![boresight],
-                directions: vec![Direction { vector: direction, turns_with_frame: false }],
+                directions: vec![Direction::Fixed(direction)],
                 half_angle,
                 margin: 0.0,
             };

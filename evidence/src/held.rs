@@ -115,8 +115,10 @@ fn exceeded(problem: &Problem, time: f64, y: &Numbers) -> f64 {
         Rule::RateAxes(limits) => rate.component_div(limits).amax() - 1.0,
         Rule::Pointing(pointing) => {
             let of_pair = |(boresight, direction): (&Vector3, &Direction)| {
-                let target =
-                    if direction.turns_with_frame { direction.vector } else { frame * direction.vector };
+                let target = match direction {
+                    Direction::InFrame(vector) => *vector,
+                    _ => frame * direction.in_space(time, &problem.environment.frame_rate()).direction,
+                };
                 let angle = (r * boresight).cross(&target).norm().atan2((r * boresight).dot(&target));
                 match pointing.side {
                     Side::KeepOut => pointing.half_angle + pointing.margin - angle,

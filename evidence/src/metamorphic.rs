@@ -11,7 +11,7 @@ use slewkit::maneuver::{
 use slewkit::mechanics::environment::{CentralGravity, GravityGradient, SecondOrderGravity, UniformGravity};
 use slewkit::mechanics::{ActuatorSet, AxisFrame, Body, Description, Inertia, Limits};
 use slewkit::plan::{Plan, Silent, Status, plan};
-use slewkit::{Matrix3, Vector3, lie};
+use slewkit::{Direction, Matrix3, Vector3, lie};
 use slewkit_files::spec::SpecDocument;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -285,7 +285,7 @@ impl View {
                 Rule::Pointing(pointing) => {
                     pointing.boresights.iter_mut().for_each(|b| *b = (body * *b).normalize());
                     let directions = pointing.directions.iter_mut();
-                    directions.for_each(|to| to.vector = (reference * to.vector).normalize());
+                    directions.for_each(|to| *to = to.turned(&reference));
                 }
             }
         }
@@ -372,7 +372,11 @@ fn reversed(problem: &Problem) -> Option<Problem> {
     for Constraint { rule, .. } in &mut reversed.constraints {
         if let Rule::Pointing(pointing) = rule {
             for to in &mut pointing.directions {
-                to.vector = (turned * to.at(duration, &frame_rate)).normalize();
+                let seen = (turned * to.at(duration, &frame_rate)).normalize();
+                match to {
+                    Direction::Fixed(vector) | Direction::InFrame(vector) => *vector = seen,
+                    Direction::Moving(_) | Direction::Disc { .. } => return None,
+                }
             }
         }
     }

@@ -1,6 +1,6 @@
 //! By how much the true motion exceeds rates and cones.
 
-use crate::maneuver::constraint::{Arc, Constraint, Rule};
+use crate::maneuver::constraint::{Arc, Constraint, Rule, on_arc};
 use crate::maneuver::problem::Problem;
 use crate::{Matrix3, Vector3, lie};
 
@@ -42,17 +42,20 @@ impl<'a> Excess<'a> {
     /// A piece of `step` \[s\] from `time`, between two attitudes, body → inertial.
     pub(super) fn piece(&mut self, time: f64, step: f64, before: &Matrix3, after: &Matrix3) {
         let arc = Arc { start: *before, turn: lie::minus(after, before) };
-        let travel = arc.turn.norm() + self.frame_rate.norm() * step;
+        let travel = arc.turn.norm();
         for (constraint, worst) in self.constraints.iter().zip(&mut self.worst) {
             let Rule::Pointing(pointing) = &constraint.rule else { continue };
             for (boresight, direction) in pointing.pairs() {
-                let target = direction.on_arc(time, step, &self.frame_rate);
+                let target = on_arc(direction, time, step, &self.frame_rate);
                 // Too far away to come nearer than ever before: no extremum needed.
-                if travel - pointing.room(arc.angle(boresight, &target, 0.0)) < *worst {
+                if travel + target.turn.norm()
+                    - pointing.room_beside(arc.angle(boresight, &target, 0.0), target.radius)
+                    < *worst
+                {
                     continue;
                 }
                 let nearest = arc.extreme(boresight, &target, pointing.side);
-                *worst = worst.max(-pointing.room(nearest.angle));
+                *worst = worst.max(-pointing.room_beside(nearest.angle, target.radius));
             }
         }
     }

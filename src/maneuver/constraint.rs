@@ -6,6 +6,7 @@
 mod arc;
 mod conflict;
 
+pub use crate::mechanics::direction::Direction;
 pub use arc::{Approach, Arc, Target, angle_between};
 pub use conflict::{Conflict, conflict};
 
@@ -61,15 +62,6 @@ pub struct Pointing {
     pub margin: f64,
 }
 
-/// A direction in space.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Direction {
-    /// Unit vector at `t = 0`, axes of the reference frame.
-    pub vector: Vector3,
-    /// Whether it turns with the reference frame; otherwise it is fixed in inertial space.
-    pub turns_with_frame: bool,
-}
-
 /// Why a constraint cannot be used.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ConstraintError {
@@ -118,26 +110,42 @@ impl Pointing {
         }
     }
 
+    /// The same of a disc, from its limb.
+    pub fn room_beside(&self, angle: f64, radius: f64) -> f64 {
+        match self.side {
+            Side::KeepOut => self.room(angle) - radius,
+            Side::KeepIn => self.room(angle) + radius,
+        }
+    }
+
     /// Every pair of a boresight and a direction.
     pub fn pairs(&self) -> impl Iterator<Item = (&Vector3, &Direction)> {
         self.boresights.iter().flat_map(|b| self.directions.iter().map(move |w| (b, w)))
     }
 }
 
-impl Direction {
-    /// The direction at time `t` \[s\] in the axes of a reference frame that turns at `frame_rate`.
-    pub fn at(&self, time: f64, frame_rate: &Vector3) -> Vector3 {
-        if self.turns_with_frame { self.vector } else { crate::lie::exp(&(frame_rate * -time)) * self.vector }
-    }
-
-    /// The direction on the arc of `step` \[s\] that begins at `time` \[s\], in inertial axes: those of the
-    /// reference frame, which turns at `frame_rate`, at `t = 0`.
-    pub fn on_arc(&self, time: f64, step: f64, frame_rate: &Vector3) -> Target {
-        if !self.turns_with_frame || *frame_rate == Vector3::zeros() {
-            return Target { start: self.vector, turn: Vector3::zeros() };
+/// The direction on the arc of `step` \[s\] that begins at `time` \[s\], in inertial axes: those of the reference frame, which turns at
+/// `frame_rate`, at `t = 0`. One that moves goes from where it is at first to where it is at last at one rate; in between that is off by
+/// `h²|d̈|/8` at most.
+pub fn on_arc(direction: &Direction, time: f64, step: f64, frame_rate: &Vector3) -> Target {
+    let start = direction.in_space(time, frame_rate).direction;
+    match direction {
+        Direction::Fixed(_) => Target::fixed(start),
+        Direction::InFrame(_) => Target { start, turn: frame_rate * step, radius: 0.0 },
+        Direction::Moving(_) | Direction::Disc { .. } => {
+            let turn = turn_between(&start, &direction.in_space(time + step, frame_rate).direction);
+            // The larger of both ends: a disc hardly grows in a step.
+            let [first, last] = [time, time + step].map(|time| direction.angular_radius(time));
+            Target { start, turn, radius: first.max(last) }
         }
-        Target { start: crate::lie::exp(&(frame_rate * time)) * self.vector, turn: frame_rate * step }
     }
+}
+
+/// The rotation vector of the shortest turn from one unit vector to another.
+pub fn turn_between(from: &Vector3, to: &Vector3) -> Vector3 {
+    let axis = from.cross(to);
+    let sine = axis.norm();
+    if sine == 0.0 { Vector3::zeros() } else { axis * (sine.atan2(from.dot(to)) / sine) }
 }
 
 impl Constraint {
@@ -156,13 +164,11 @@ impl Constraint {
                 if pointing.boresights.is_empty() || pointing.directions.is_empty() {
                     return Err(ConstraintError::Nothing);
                 }
-                let directions = pointing.directions.iter().map(|direction| &direction.vector);
-                for vector in pointing.boresights.iter().chain(directions) {
-                    let length = vector.norm();
-                    let unit = (length - 1.0).abs() <= 1e-9;
-                    if !unit {
-                        return Err(ConstraintError::Vector { length });
-                    }
+                let lengths = pointing.boresights.iter().map(Vector3::norm);
+                let odd = lengths.into_iter().find(|length| !((length - 1.0).abs() <= 1e-9));
+                let odd = odd.or_else(|| pointing.directions.iter().find_map(Direction::length_defect));
+                if let Some(length) = odd {
+                    return Err(ConstraintError::Vector { length });
                 }
                 let angle = pointing.effective_half_angle();
                 let cone = |angle: f64| angle > 0.0 && angle < PI;
@@ -211,18 +217,19 @@ impl Pointing {
         let several = self.directions.len() > 1;
         let (mut worst, mut found) = (BOUNDARY_ROUNDING, None);
         for (index, (boresight, direction)) in self.pairs().enumerate() {
-            let still = direction.turns_with_frame || *frame_rate == Vector3::zeros();
+            let still = direction.is_still(frame_rate);
             // Where a direction goes by in a time that is not known, it may be anywhere.
             let Some(time) = time.or(still.then_some(0.0)) else { continue };
             let (b, w) = (attitude * boresight, direction.at(time, frame_rate));
             let angle = angle_between(&b, &w);
+            let limit = limit + direction.angular_radius(time);
             let inside = limit - angle;
             let excess = if self.side == Side::KeepOut { inside } else { -inside };
             if excess > worst {
-                (worst, found) = (excess, Some((index, angle)));
+                (worst, found) = (excess, Some((index, angle, limit)));
             }
         }
-        let (index, angle) = found?;
+        let (index, angle, limit) = found?;
         let (boresight, direction) = (index / self.directions.len(), index % self.directions.len());
         let name = |what: &str, many: bool, index: usize| {
             if many { format!("{what} {}", index + 1) } else { format!("the {what}") }
@@ -262,7 +269,7 @@ mod tests {
     use super::*;
 
     fn cone(side: Side, half_angle: f64, margin: f64) -> Constraint {
-        let directions = vec![Direction { vector: Vector3::z(), turns_with_frame: false }];
+        let directions = vec![Direction::Fixed(Vector3::z())];
         let boresights = vec![Vector3::x()];
         let (half_angle, margin) = (half_angle.to_radians(), margin.to_radians());
         let rule = Rule::Pointing(Pointing { side, boresights, directions, half_angle, margin });

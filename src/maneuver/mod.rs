@@ -1,5 +1,6 @@
 //! The maneuver: what is asked, how to solve it, what came out, and what can be proved impossible.
 
+pub mod aim;
 pub mod constraint;
 pub mod duration;
 pub mod grid;
@@ -11,6 +12,7 @@ pub mod shortfall;
 pub mod solution;
 pub mod switching;
 
+pub use aim::{Aim, AimError, AimRate, Roll};
 pub use constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError, Direction, Pointing, Rule, Side};
 pub use duration::Duration;
 pub use grid::{Grid, GridError, Scheme};

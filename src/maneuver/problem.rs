@@ -9,6 +9,7 @@ pub use formulation::Formulation;
 pub use unsuited::Unsuited;
 
 use crate::lie::Rotation;
+use crate::maneuver::aim::{Aim, AimError, Ends};
 use crate::maneuver::constraint::{Constraint, ConstraintError};
 use crate::maneuver::duration::Duration;
 use crate::maneuver::grid::Grid;
@@ -79,13 +80,15 @@ pub enum Path {
 }
 
 /// What is given of the end; the rest is the plan's to choose, by transversality.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub enum EndCondition {
     /// Attitude and angular velocity, and of a body that moves position and velocity.
     #[default]
     State,
     /// All but the attitude: a body is to come to rest, or to a rate in body axes, in any attitude (detumbling).
     AnyAttitude,
+    /// A body axis points at a target, which may move; the roll about it may be free.
+    Aim(Aim),
 }
 
 /// A maneuver: who moves, where from, where to, in what time, on which grid.
@@ -206,6 +209,9 @@ pub enum ProblemError {
     /// What is minimised does not go with what the maneuver has, or lacks.
     #[error(transparent)]
     Unsuited(#[from] Unsuited),
+    /// The end is on a target, and that cannot be used.
+    #[error("the end: {0}")]
+    Aim(#[from] AimError),
     /// A weight of the objective does not fit the inputs.
     #[error("{inputs} inputs: {error}")]
     Weight {
@@ -315,6 +321,44 @@ impl Problem {
     /// ```
     pub fn with_any_attitude_at_end(self) -> Self {
         Self { end_condition: EndCondition::AnyAttitude, ..self }
+    }
+
+    /// Ends with a body axis on a target, in place of the attitude and the rate of [`Problem::end`].
+    ///
+    /// ```
+    /// use slewkit::{Aim, Body, Direction, Inertia, Matrix3, Problem, Settings, Silent, State, Vector3, plan};
+    ///
+    /// let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 3.0))?, mass: None };
+    /// let start = State::at_rest(Matrix3::identity());
+    /// let star = Direction::Fixed(Vector3::new(1.0, 2.0, -1.0).normalize());
+    /// let problem = Problem::attitude(body, start, start, 4.0).with_aim_at_end(Aim::new(Vector3::z(), star).at_rest());
+    /// let plan = plan(&problem, &Settings::discrete(), None, &mut Silent)?;
+    /// // The best of all rolls about the boresight, on 100 steps.
+    /// assert!((plan.solution.cost - 0.47766).abs() < 1e-4);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn with_aim_at_end(self, aim: Aim) -> Self {
+        Self { end_condition: EndCondition::Aim(aim), ..self }
+    }
+
+    /// The target on which it ends, where it ends on one.
+    pub fn aim(&self) -> Option<&Aim> {
+        match &self.end_condition {
+            EndCondition::Aim(aim) => Some(aim),
+            EndCondition::State | EndCondition::AnyAttitude => None,
+        }
+    }
+
+    /// The same to one of the ends on a target: that at a roll \[rad\].
+    pub(crate) fn facing(&self, ends: &Ends, roll: f64) -> Self {
+        let (attitude, angular_velocity) = ends.at(roll);
+        let end = State { attitude, angular_velocity, ..self.end };
+        Self { end, end_condition: EndCondition::State, ..self.clone() }
+    }
+
+    /// The ends on `aim` that it may have at `time` \[s\].
+    pub(crate) fn ends_on(&self, aim: &Aim, time: f64) -> Result<Ends, AimError> {
+        aim.ends(time, &self.start.attitude, &self.environment.frame_rate())
     }
 
     /// Whether inputs switch, and are held over steps of unequal lengths: those of minimum time and fuel where nothing but

@@ -2,7 +2,7 @@
 
 use crate::maneuver::duration::Duration;
 use crate::maneuver::infeasible::Proof;
-use crate::maneuver::problem::{Problem, Scheme, State};
+use crate::maneuver::problem::{EndCondition, Problem, Scheme, State};
 use crate::maneuver::settings::Method;
 use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::switching::Switching;
@@ -82,12 +82,21 @@ impl Trajectory {
     }
 
     /// A maneuver with what this plan of it has found: the duration where that was sought and inputs do not switch, so that
-    /// the grid of the plan is the maneuver's own, and the attitude at the end where any will do.
+    /// the grid of the plan is the maneuver's own, the attitude at the end where any will do, and the roll of an end on a target.
     pub fn completed(&self, problem: &Problem) -> Problem {
         let found = self.time.last().filter(|_| problem.seeks_duration() && !problem.switches());
         let mut end = problem.end;
-        if let (Some(last), true) = (self.quaternion.last(), problem.ends_in_any_attitude()) {
-            end.attitude = lie::project_to_rotation(&lie::rotation_from_quaternion(last));
+        let last =
+            self.quaternion.last().map(|last| lie::project_to_rotation(&lie::rotation_from_quaternion(last)));
+        match (&problem.end_condition, last) {
+            (EndCondition::AnyAttitude, Some(last)) => end.attitude = last,
+            (EndCondition::Aim(aim), Some(last)) => {
+                let ends = self.time.last().and_then(|time| problem.ends_on(aim, *time).ok());
+                if let Some(ends) = ends {
+                    (end.attitude, end.angular_velocity) = ends.at(ends.nearest(&last));
+                }
+            }
+            _ => {}
         }
         let duration = found.map_or(problem.duration, |found| problem.duration.lasting(*found));
         Problem { duration, end, ..problem.clone() }

@@ -2,6 +2,7 @@
 
 pub mod actuators;
 pub mod body;
+pub mod direction;
 pub(crate) mod drift_equation;
 pub mod environment;
 pub mod full_body;

@@ -26,9 +26,10 @@ pub(crate) enum TerminalCondition {
 
 impl TerminalCondition {
     /// That of a maneuver whose end is `point`, as far as it is given.
-    pub fn of(condition: EndCondition, point: Point) -> Self {
+    pub fn of(condition: &EndCondition, point: Point) -> Self {
         match condition {
-            EndCondition::State => Self::State(point),
+            // An end on a target is planned roll by roll.
+            EndCondition::State | EndCondition::Aim(_) => Self::State(point),
             EndCondition::AnyAttitude => Self::AttitudeFree(point),
         }
     }

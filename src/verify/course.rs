@@ -7,7 +7,7 @@ use super::held::PIECES;
 use super::motion::{Inputs, Phase, judgeable};
 use super::rows;
 use super::verification::WitnessError;
-use crate::maneuver::constraint::{Arc, Pointing, Rule};
+use crate::maneuver::constraint::{Arc, Pointing, Rule, on_arc};
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::Trajectory;
 use crate::{Matrix3, lie};
@@ -102,9 +102,9 @@ pub fn course(problem: &Problem, trajectory: &Trajectory) -> Result<Course, Witn
         for ((_, cone), clearance) in cones.iter().zip(&mut course.clearances) {
             let on = |time: f64, length: f64, arc: &Arc| {
                 cone.pairs().fold(f64::INFINITY, |least, (boresight, direction)| {
-                    let target = direction.on_arc(time, length, &frame_rate);
+                    let target = on_arc(direction, time, length, &frame_rate);
                     let angle = arc.extreme(boresight, &target, cone.side).angle;
-                    smaller(least, cone.room(angle))
+                    smaller(least, cone.room_beside(angle, target.radius))
                 })
             };
             clearance.discrete.push(discrete.arc().map_or(f64::NAN, |arc| on(began, step, arc)));

@@ -12,7 +12,7 @@ mod at_nodes;
 pub use at_nodes::{ConeAngle, NodeMargins, cone_angles, margins_at_nodes};
 
 use crate::Vector3;
-use crate::maneuver::constraint::{Arc, Constraint, Rule};
+use crate::maneuver::constraint::{Arc, Constraint, Rule, on_arc};
 use crate::maneuver::problem::Problem;
 use crate::mechanics::actuators::{InputLimit, LimitKind};
 use crate::numerics::figures::short;
@@ -208,17 +208,19 @@ impl<'a> Meter<'a> {
     pub(crate) fn arc(&mut self, time: f64, arc: &Arc) {
         let (step, frame_rate) = (self.step, self.frame_rate);
         self.rate(time + 0.5 * step, &(arc.turn / step));
-        let travel = arc.turn.norm() + frame_rate.norm() * step;
         for Entry { what, smallest, .. } in &mut self.entries {
             let What::Rule(Rule::Pointing(pointing)) = what else { continue };
             for (index, (boresight, direction)) in pointing.pairs().enumerate() {
-                let target = direction.on_arc(time, step, &frame_rate);
+                let target = on_arc(direction, time, step, &frame_rate);
                 // Too far away to come nearer than ever before: no extremum needed.
-                if pointing.room(arc.angle(boresight, &target, 0.0)) - travel > smallest.scaled {
+                let travel = arc.turn.norm() + target.turn.norm();
+                if pointing.room_beside(arc.angle(boresight, &target, 0.0), target.radius) - travel
+                    > smallest.scaled
+                {
                     continue;
                 }
                 let worst = arc.extreme(boresight, &target, pointing.side);
-                let scaled = pointing.room(worst.angle);
+                let scaled = pointing.room_beside(worst.angle, target.radius);
                 let time = time + worst.part * step;
                 smallest.meet(Smallest { margin: scaled, scaled, time, index });
             }

@@ -25,8 +25,8 @@ pub(super) fn body(subject: &Subject) -> Value {
         for direction in &pointing.directions {
             let mut disc = cone(&SkyCone {
                 name: name.into(),
-                axis: direction.vector,
-                half_angle: pointing.effective_half_angle(),
+                axis: direction.at(0.0, &frame_rate),
+                half_angle: pointing.effective_half_angle() + direction.angular_radius(0.0),
                 inside_forbidden: pointing.side == Side::KeepOut,
             });
             disc["moves"] = moves(direction, &frame_rate).into();

@@ -63,11 +63,11 @@ pub(super) fn sky(subject: &Subject) -> Shown {
             moving |= moves(direction, &frame_rate);
             discs.push(SkyCone {
                 name: name.into(),
-                axis: direction.vector,
-                half_angle: pointing.effective_half_angle(),
+                axis: direction.at(0.0, &frame_rate),
+                half_angle: pointing.effective_half_angle() + direction.angular_radius(0.0),
                 inside_forbidden: pointing.side == Side::KeepOut,
             });
-            marks.push(SkyMark { name: String::new(), at: direction.vector });
+            marks.push(SkyMark { name: String::new(), at: direction.at(0.0, &frame_rate) });
         }
     }
     // Where the end asked for is, the track may not be: a plan that failed.
@@ -84,7 +84,7 @@ pub(super) fn sky(subject: &Subject) -> Shown {
     let remark = match (discs.is_empty(), moving) {
         (true, _) => "the spec has no boresight: the body axes are shown".into(),
         (false, false) => String::new(),
-        (false, true) => "directions fixed in space move here: their cones stand as at the start".into(),
+        (false, true) => "some directions move here: their cones stand as at the start".into(),
     };
     let sky = Sky {
         title: "Boresights on the sphere of directions".into(),
@@ -123,5 +123,5 @@ pub(super) fn axes_on_sphere(quaternions: &[[f64; 4]]) -> Shown {
 
 /// Whether a direction moves in the reference frame.
 pub(super) fn moves(direction: &Direction, frame_rate: &Vector3) -> bool {
-    !direction.turns_with_frame && *frame_rate != Vector3::zeros()
+    !direction.is_still(frame_rate)
 }

@@ -236,7 +236,7 @@ fn with_cones(mut problem: Problem, turn: &Vector3, random: &mut Random) -> Opti
         let rule = Rule::Pointing(Pointing {
             side: Side::KeepOut,
             boresights: vec![boresight],
-            directions: vec![Direction { vector: aside, turns_with_frame: false }],
+            directions: vec![Direction::Fixed(aside)],
             half_angle: angle,
             margin: 0.0,
         });

@@ -31,6 +31,8 @@ pub struct Target {
     pub start: Vector3,
     /// Rotation vector of its own motion over the arc, inertial axes \[rad\]; zero: fixed.
     pub turn: Vector3,
+    /// Angle from it to the limb of what is seen there \[rad\]; 0: a point.
+    pub radius: f64,
 }
 
 /// Where on an arc a boresight is nearest to a direction, or farthest from it.
@@ -54,6 +56,11 @@ pub fn angle_between(a: &Vector3, b: &Vector3) -> f64 {
 }
 
 impl Target {
+    /// One that stands still.
+    pub fn fixed(start: Vector3) -> Self {
+        Self { start, turn: Vector3::zeros(), radius: 0.0 }
+    }
+
     /// The direction after `part` of the arc, inertial axes.
     pub fn at(&self, part: f64) -> Vector3 {
         if self.turn == Vector3::zeros() { self.start } else { lie::exp(&(part * self.turn)) * self.start }

@@ -5,7 +5,7 @@
 //! only if `|γ − δ| ≤ α₁ + α₂`. Between directions of which one turns with the reference frame δ changes, and
 //! its extremes over a whole maneuver are those of one rotation ([`Arc`]).
 
-use super::{Arc, BOUNDARY_ROUNDING, Constraint, Pointing, Rule, Side, Target, angle_between};
+use super::{Arc, BOUNDARY_ROUNDING, Constraint, Direction, Pointing, Rule, Side, Target, angle_between};
 use crate::{Matrix3, Vector3};
 use std::f64::consts::PI;
 
@@ -50,7 +50,7 @@ impl<'a> Inside<'a> {
         let (moving, standing) = if self.turns { (self, other) } else { (other, self) };
         let turn = if moving.turns && !standing.turns { *frame_turn } else { Vector3::zeros() };
         let arc = Arc { start: Matrix3::identity(), turn };
-        let target = Target { start: standing.axis, turn: Vector3::zeros() };
+        let target = Target::fixed(standing.axis);
         let off = |side: Side| {
             let extreme = arc.extreme(&moving.axis, &target, side);
             (extreme.part, (extreme.angle - between).abs())
@@ -71,11 +71,13 @@ fn cones(constraint: &Constraint) -> impl Iterator<Item = Inside<'_>> {
     };
     pointing.into_iter().flat_map(move |pointing| {
         let (sign, half_angle) = inside(pointing);
-        pointing.pairs().map(move |(boresight, direction)| Inside {
+        // Of directions that move by themselves nothing is claimed.
+        let constant = pointing.pairs().filter_map(|(b, to)| Some((b, to, to.constant()?)));
+        constant.map(move |(boresight, direction, vector)| Inside {
             name: &constraint.name,
             boresight,
-            axis: sign * direction.vector,
-            turns: direction.turns_with_frame,
+            axis: sign * vector,
+            turns: matches!(direction, Direction::InFrame(_)),
             half_angle,
         })
     })
@@ -92,12 +94,11 @@ fn inside(pointing: &Pointing) -> (f64, f64) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Direction;
     use super::*;
     use crate::testing::Random;
 
     fn cone(name: &str, side: Side, boresight: Vector3, vector: Vector3, half_angle: f64) -> Constraint {
-        let (boresights, directions) = (vec![boresight], vec![Direction { vector, turns_with_frame: false }]);
+        let (boresights, directions) = (vec![boresight], vec![Direction::Fixed(vector)]);
         let rule = Rule::Pointing(Pointing { side, boresights, directions, half_angle, margin: 0.0 });
         Constraint { name: name.into(), rule }
     }

@@ -18,7 +18,7 @@ use super::detour::Detour;
 use super::envelope::{Arc, Means, Motion, envelope};
 use super::words::{about, at_least, at_most, direction, exceeding};
 use crate::lie::{self, hat};
-use crate::maneuver::constraint::{Rule, Side};
+use crate::maneuver::constraint::{Direction, Rule, Side};
 use crate::maneuver::problem::{Problem, Scheme};
 use crate::mechanics::body::principal_moments;
 use crate::{Matrix3, Vector3};
@@ -157,10 +157,14 @@ fn detours(problem: &Problem, ends: &Ends) -> impl Iterator<Item = (Vector3, Det
         _ => None,
     });
     cones.flat_map(move |(name, pointing)| {
-        let standing = pointing.pairs().filter(move |(_, w)| !(turning && w.turns_with_frame));
-        standing.map(move |(b, w)| {
+        let standing = pointing.pairs().filter_map(move |(b, w)| match w {
+            Direction::Fixed(vector) => Some((b, vector)),
+            Direction::InFrame(vector) => (!turning).then_some((b, vector)),
+            Direction::Moving(_) | Direction::Disc { .. } => None,
+        });
+        standing.map(move |(b, vector)| {
             let half_angle = pointing.effective_half_angle() - SLACK;
-            (*b, Detour::new(name, half_angle, &w.vector, &(start * b), &(end * b)))
+            (*b, Detour::new(name, half_angle, vector, &(start * b), &(end * b)))
         })
     })
 }

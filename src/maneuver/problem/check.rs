@@ -51,7 +51,8 @@ impl Problem {
         }
         self.check_pulses()?;
         self.check_any_attitude()?;
-        self.ends().into_iter().try_for_each(|(end, state, _)| self.check_state(end, state))
+        self.check_aim()?;
+        self.ends().try_for_each(|(end, state, _)| self.check_state(end, state))
     }
 
     /// Every constraint that the start or the end violates: no plan can hold it.
@@ -68,7 +69,7 @@ impl Problem {
         let considered = move |constraint: &&Constraint| {
             contradicting.is_none_or(|names| !names.contains(&constraint.name.as_str()))
         };
-        self.ends().into_iter().flat_map(move |(end, state, time)| {
+        self.ends().flat_map(move |(end, state, time)| {
             // An attitude that is the plan's to choose is held to no cone here.
             let open = end == "end" && self.ends_in_any_attitude();
             let judged =
@@ -82,8 +83,11 @@ impl Problem {
     }
 
     /// Name, state and time \[s\] of both ends; `None` while the duration is sought.
-    fn ends(&self) -> [(&'static str, &State, Option<f64>); 2] {
-        [("start", &self.start, Some(0.0)), ("end", &self.end, self.duration.known())]
+    fn ends(&self) -> impl Iterator<Item = (&'static str, &State, Option<f64>)> {
+        let end = ("end", &self.end, self.duration.known());
+        // What comes of an end on a target is judged roll by roll.
+        let end = (self.aim().is_none()).then_some(end);
+        [Some(("start", &self.start, Some(0.0))), end].into_iter().flatten()
     }
 
     /// A duration in range, which is given where nothing says how to choose it, and sought where time counts.
@@ -221,6 +225,27 @@ impl Problem {
             (free && self.path != Path::Best, Unsuited::WayToAnyAttitude),
             (free && self.shortest_pulse().is_some(), Unsuited::PulsesToAnyAttitude),
         ])
+    }
+
+    /// What a maneuver that ends on a target takes.
+    fn check_aim(&self) -> Result<(), ProblemError> {
+        let Some(aim) = self.aim() else { return Ok(()) };
+        aim.check()?;
+        let sought = self.duration.known().is_none() && aim.moves(&self.environment.frame_rate());
+        let effort_beyond_shooting =
+            self.has_shaping_limits() || self.motion == Motion::RigidBody || self.on_equal_steps;
+        first_met([
+            (self.path != Path::Best, Unsuited::WayToTarget),
+            (sought && self.objective.fuel().is_some(), Unsuited::FuelToMovingTarget),
+            (
+                sought && self.objective != Objective::Time && effort_beyond_shooting,
+                Unsuited::LimitsToMovingTarget,
+            ),
+        ])?;
+        if let Some(time) = self.duration.known() {
+            self.ends_on(aim, time)?;
+        }
+        Ok(())
     }
 
     /// What the search for pulses takes: fuel, and no limits but those of the inputs.
@@ -369,7 +394,7 @@ mod tests {
     }
 
     fn cone(side: Side, direction: Vector3, half_angle_deg: f64) -> Constraint {
-        let directions = vec![Direction { vector: direction, turns_with_frame: false }];
+        let directions = vec![Direction::Fixed(direction)];
         let (boresights, half_angle) = (vec![Vector3::x()], half_angle_deg.to_radians());
         let rule = Rule::Pointing(Pointing { side, boresights, directions, half_angle, margin: 0.0 });
         Constraint { name: "cone".into(), rule }

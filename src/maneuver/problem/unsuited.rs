@@ -51,6 +51,17 @@ pub enum Unsuited {
     /// One way round is asked for where any attitude will do.
     #[error("where any attitude will do there is no way round to choose")]
     WayToAnyAttitude,
+    /// One way round is asked for where the roll about the boresight is free.
+    #[error("an end on a target has no way round to choose: all are compared")]
+    WayToTarget,
+    /// Least fuel in a duration that is sought, to a target that moves.
+    #[error("least fuel to a target that moves is planned in a given duration")]
+    FuelToMovingTarget,
+    /// Least effort in a duration that is sought, to a target that moves, within more than limits of the torques.
+    #[error(
+        "within limits of more than the torques, least effort to a target that moves is planned in a given duration"
+    )]
+    LimitsToMovingTarget,
     /// A shortest pulse where any attitude will do.
     #[error("pulses are planned to an attitude that is given")]
     PulsesToAnyAttitude,

@@ -14,6 +14,7 @@ mod descents;
 mod detour;
 mod duration;
 mod effort;
+mod ends;
 mod found;
 mod given_duration;
 mod goal;
@@ -146,7 +147,7 @@ fn check_for_chain(problem: &Problem, settings: &Settings, guess: Option<&Guess>
 
 /// Whether the effort is what is minimised, in a given duration.
 fn check_for_effort(problem: &Problem) -> Result<(), PlanError> {
-    if Formulation::of(problem) != Formulation::Extremal || problem.seeks_duration() {
+    if Formulation::of(problem) != Formulation::Extremal || problem.duration.known().is_none() {
         return Err(PlanError::Unsuited(Misfit::Polish));
     }
     Ok(())
@@ -216,6 +217,11 @@ pub fn solve(
     observer: &mut dyn Observer,
 ) -> Result<Solution, PlanError> {
     let problem = &problem.clone().planned_by(settings.method);
+    if let Some(aim) = problem.aim() {
+        check(problem, settings)?;
+        check_for_no_guess(guess)?;
+        return ends::solve_to(problem, aim, settings, observer);
+    }
     if problem.chooses_steps && settings.target == Target::Motion {
         return steps::chosen(problem, settings, guess, observer)
             .map(|found| with_true_motion(problem, found));

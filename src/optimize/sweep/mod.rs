@@ -129,7 +129,7 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
     pub(crate) fn on(problem: &Problem, grid: Grid) -> Self {
         let dynamics = Dynamics::on(problem, grid);
         let start = dynamics.point(&problem.start);
-        let terminal = TerminalCondition::of(problem.end_condition, dynamics.point(&problem.end));
+        let terminal = TerminalCondition::of(&problem.end_condition, dynamics.point(&problem.end));
         Self { dynamics, start, terminal, listener: None }
     }
 

@@ -18,7 +18,7 @@ use crate::Vector3;
 use crate::lie::{self, interpolation};
 use crate::maneuver::Problem;
 use crate::maneuver::constraint::{
-    Arc, BOUNDARY_ROUNDING, Constraint, Direction, Pointing, Rule, Side, Target, angle_between,
+    Arc, BOUNDARY_ROUNDING, Constraint, Direction, Pointing, Rule, Side, Target, angle_between, turn_between,
 };
 use crate::numerics::figures::{decimals, significant, told_apart};
 
@@ -48,9 +48,18 @@ pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut Attitud
 
 /// The direction while the body goes from row `k` to the next, in the axes of the reference frame.
 fn target(motion: &Motion<'_>, direction: &Direction, k: usize) -> Target {
-    let still = direction.turns_with_frame || motion.frame_rate == Vector3::zeros();
-    let turn = if still { Vector3::zeros() } else { -motion.frame_rate * motion.step(k) };
-    Target { start: direction.at(motion.rows.time[k] - motion.rows.time[0], &motion.frame_rate), turn }
+    let (time, step, frame_rate) =
+        (motion.rows.time[k] - motion.rows.time[0], motion.step(k), &motion.frame_rate);
+    let start = direction.at(time, frame_rate);
+    match direction {
+        Direction::InFrame(_) => Target::fixed(start),
+        Direction::Fixed(_) => Target { start, turn: -frame_rate * step, radius: 0.0 },
+        Direction::Moving(_) | Direction::Disc { .. } => {
+            let [first, last] = [time, time + step].map(|time| direction.angular_radius(time));
+            let turn = turn_between(&start, &direction.at(time + step, frame_rate));
+            Target { start, turn, radius: first.max(last) }
+        }
+    }
 }
 
 /// The deepest point of a violation, and when it begins and ends.
@@ -72,9 +81,9 @@ fn cones(constraint: &Constraint, pointing: &Pointing, motion: &Motion<'_>, repo
         let arc = Arc { start: motion.attitude[k], turn: motion.turn(k) };
         for (boresight, direction) in pointing.pairs() {
             let target = target(motion, direction, k);
-            let room = |part: f64| pointing.room(arc.angle(boresight, &target, part));
+            let room = |part: f64| pointing.room_beside(arc.angle(boresight, &target, part), target.radius);
             let worst = arc.extreme(boresight, &target, pointing.side);
-            let deepest = pointing.room(worst.angle);
+            let deepest = pointing.room_beside(worst.angle, target.radius);
             if deepest.is_nan() || deepest < -allowed {
                 let edge = |from: f64, to: f64| begin + step * border(&room, from, to);
                 let found = Inside {
@@ -152,7 +161,7 @@ fn along_cubic(
     let speed = cubic.steepest() + target.turn.norm();
     let room = |part: f64| {
         let pointed = first.attitude * lie::exp(&cubic.at(part).0) * boresight;
-        pointing.room(angle_between(&pointed, &target.at(part)))
+        pointing.room_beside(angle_between(&pointed, &target.at(part)), target.radius)
     };
     let mut found: Option<(f64, f64)> = None;
     let mut open = vec![(0.0, 1.0)];
@@ -212,7 +221,7 @@ fn rates(constraint: &Constraint, motion: &Motion<'_>, report: &mut AttitudeRepo
                 for axis in 0..3 {
                     let mut value = mean[axis].abs();
                     if frame > 0.0 {
-                        let target = Target { start: motion.frame_rate / frame, turn: Vector3::zeros() };
+                        let target = Target::fixed(motion.frame_rate / frame);
                         let along = |side| {
                             let part = arc.extreme(&Vector3::ith(axis, 1.0), &target, side);
                             (mean[axis] + frame * part.angle.cos()).abs()

@@ -38,24 +38,24 @@ impl Meter<'_> {
         let frame_rate = self.frame_rate;
         for entry in &mut self.entries {
             let super::What::Rule(Rule::Pointing(pointing)) = entry.what else { continue };
-            for (index, angle) in angles(pointing, time, attitude, &frame_rate).enumerate() {
-                let scaled = pointing.room(angle);
+            for (index, (angle, radius)) in angles(pointing, time, attitude, &frame_rate).enumerate() {
+                let scaled = pointing.room_beside(angle, radius);
                 entry.smallest.meet(super::Smallest { margin: scaled, scaled, time, index });
             }
         }
     }
 }
 
-/// The angle of every pair \[rad\].
+/// The angle of every pair, and the angular radius of what is seen \[rad\].
 fn angles(
     pointing: &Pointing,
     time: f64,
     attitude: &Matrix3,
     frame_rate: &Vector3,
-) -> impl Iterator<Item = f64> {
-    pointing
-        .pairs()
-        .map(move |(boresight, to)| angle_between(&(attitude * boresight), &to.at(time, frame_rate)))
+) -> impl Iterator<Item = (f64, f64)> {
+    pointing.pairs().map(move |(boresight, to)| {
+        (angle_between(&(attitude * boresight), &to.at(time, frame_rate)), to.angular_radius(time))
+    })
 }
 
 /// How far `trajectory` stays from every limit and constraint of `problem` at its nodes; `inputs` says which row of
@@ -108,7 +108,7 @@ pub fn cone_angles(problem: &Problem, trajectory: &Trajectory) -> Vec<ConeAngle>
         }));
         for (time, quaternion) in trajectory.time.iter().zip(&trajectory.quaternion) {
             let attitude = lie::rotation_from_quaternion(quaternion);
-            for (cone, angle) in
+            for (cone, (angle, _)) in
                 found[first..].iter_mut().zip(angles(pointing, *time, &attitude, &frame_rate))
             {
                 cone.degrees.push(angle.to_degrees());

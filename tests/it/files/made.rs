@@ -70,7 +70,9 @@ pub fn wheel_count(problem: &Problem) -> usize {
 
 /// Every kind of constraint, all held by the ends.
 pub fn with_constraints(problem: Problem) -> Problem {
-    let direction = |vector, turns_with_frame| Direction { vector, turns_with_frame };
+    let direction = |vector, turns_with_frame| {
+        if turns_with_frame { Direction::InFrame(vector) } else { Direction::Fixed(vector) }
+    };
     let pointing = |side, sign: f64, half_angle| {
         Rule::Pointing(Pointing {
             side,

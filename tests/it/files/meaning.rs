@@ -200,7 +200,7 @@ fn every_limit_and_constraint_arrives_in_si_units() {
     assert_eq!((out.half_angle, out.margin), (35_f64.to_radians(), 0.5_f64.to_radians()));
     let (ra, dec) = (231_f64.to_radians(), -(18.3_f64.to_radians()));
     let sun = Vector3::new(dec.cos() * ra.cos(), dec.cos() * ra.sin(), dec.sin());
-    assert!((out.directions[0].vector - sun).amax() < 1e-15 && !out.directions[0].turns_with_frame);
+    assert!(matches!(out.directions[0], Direction::Fixed(vector) if (vector - sun).amax() < 1e-15));
 
     let Rule::Pointing(within) = &problem.constraints[1].rule else { panic!() };
     assert_eq!((within.side, within.margin), (Side::KeepIn, 0.0));
@@ -210,9 +210,10 @@ fn every_limit_and_constraint_arrives_in_si_units() {
     let expected =
         [(Vector3::z(), false), (Vector3::new(0.0, -c, s), false), (Vector3::new(half, 0.0, half), true)];
     assert_eq!(within.directions.len(), 3);
-    for (Direction { vector, turns_with_frame }, (wanted, turning)) in within.directions.iter().zip(expected)
-    {
-        assert!((vector - wanted).amax() < 1e-15 && *turns_with_frame == turning, "{vector} {wanted}");
+    for (direction, (wanted, turning)) in within.directions.iter().zip(expected) {
+        let vector = direction.constant().unwrap();
+        let turns = matches!(direction, Direction::InFrame(_));
+        assert!((vector - wanted).amax() < 1e-15 && turns == turning, "{vector} {wanted}");
     }
     assert_eq!(problem.constraints[2].rule, Rule::RateNorm(4_f64.to_radians()));
     assert_eq!(problem.constraints[3].rule, Rule::RateAxes(Vector3::new(0.1, 0.2, 0.3)));

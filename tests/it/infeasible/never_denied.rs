@@ -59,9 +59,9 @@ fn fence(mut problem: Problem, inputs: &[f64], random: &mut Random) -> Problem {
         let pointing = Pointing {
             side,
             boresights: vec![random.direction()],
-            directions: vec![Direction {
-                vector: random.direction(),
-                turns_with_frame: random.uniform() > 0.0,
+            directions: vec![{
+                let vector = random.direction();
+                if random.uniform() > 0.0 { Direction::InFrame(vector) } else { Direction::Fixed(vector) }
             }],
             half_angle: 1.0,
             margin: 0.0,

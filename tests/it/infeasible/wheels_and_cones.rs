@@ -104,7 +104,7 @@ fn a_cone_in_the_way_needs_time() {
     let rotation = Vector3::new(120.0_f64.to_radians(), 0.0, 0.0);
     let axis = lie::exp(&(0.5 * rotation)) * Vector3::z();
     let cone = |degrees: f64| {
-        let direction = Direction { vector: axis, turns_with_frame: false };
+        let direction = Direction::Fixed(axis);
         let half_angle = degrees.to_radians();
         let (boresights, directions) = (vec![Vector3::z()], vec![direction]);
         let rule =
@@ -137,17 +137,17 @@ fn cones_that_meet_on_the_way_are_named_both() {
     let start = State::attitude(Matrix3::identity(), Vector3::new(0.0, rate, 0.0));
     let duration = 2000.0;
     let star = lie::exp(&Vector3::new(0.0, 1.0, 0.0)) * Vector3::z();
-    let cone = |name: &str, side, vector, turns_with_frame, degrees: f64| {
+    let cone = |name: &str, side, direction, degrees: f64| {
         let (boresights, half_angle) = (vec![Vector3::z()], degrees.to_radians());
-        let directions = vec![Direction { vector, turns_with_frame }];
+        let directions = vec![direction];
         let rule = Rule::Pointing(Pointing { side, boresights, directions, half_angle, margin: 0.0 });
         Constraint { name: name.into(), rule }
     };
     let problem = |keep_in: f64, keep_out: f64| {
         Problem::attitude(body.clone(), start, start, duration)
             .with_environment(field.clone())
-            .with_constraint(cone("zenith", Side::KeepIn, Vector3::z(), true, keep_in))
-            .with_constraint(cone("star", Side::KeepOut, star, false, keep_out))
+            .with_constraint(cone("zenith", Side::KeepIn, Direction::InFrame(Vector3::z()), keep_in))
+            .with_constraint(cone("star", Side::KeepOut, Direction::Fixed(star), keep_out))
     };
     assert_eq!(proof(&problem(30.0, 29.0)), None);
     let found = denied(&problem(20.0, 30.0));

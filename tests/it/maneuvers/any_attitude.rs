@@ -125,7 +125,7 @@ fn cones_limits_and_wheels_are_kept_on_the_way_to_any_attitude() {
     let cone = Pointing {
         side: Side::KeepOut,
         boresights: vec![Vector3::z()],
-        directions: vec![Direction { vector: sun, turns_with_frame: false }],
+        directions: vec![Direction::Fixed(sun)],
         half_angle: 0.6,
         margin: 0.0,
     };

@@ -26,3 +26,4 @@ mod pulses;
 mod pushing_thrusters;
 mod shortest;
 mod support;
+mod targets;

@@ -40,7 +40,7 @@ pub(super) fn cone(
     direction: [f64; 3],
     degrees: f64,
 ) -> Problem {
-    let direction = Direction { vector: Vector3::from(direction).normalize(), turns_with_frame: false };
+    let direction = Direction::Fixed(Vector3::from(direction).normalize());
     let (boresights, half_angle) = (vec![boresight.into()], degrees.to_radians());
     let rule =
         Rule::Pointing(Pointing { side, boresights, directions: vec![direction], half_angle, margin: 0.0 });

@@ -57,7 +57,7 @@ fn extremum_on_an_arc_is_that_of_dense_sampling() {
             0 => (arc.attitude(random.uniform().abs()) * boresight + 1e-4 * random.vector()).normalize(),
             _ => random.direction(),
         };
-        let target = Target { start: direction, turn: Vector3::zeros() };
+        let target = Target::fixed(direction);
         for side in SIDES {
             let found = arc.extreme(&boresight, &target, side);
             let expected = sampled(|part| arc.angle(&boresight, &target, part), side, 400);
@@ -78,7 +78,7 @@ fn extremum_on_an_arc_is_exact_for_turning_directions() {
         let mut arc = Arc { start: random.rotation(), turn: 1.4 * random.uniform() * random.direction() };
         let boresight = random.direction();
         let axis = random.direction();
-        let mut target = Target { start: random.direction(), turn: random.uniform() * axis };
+        let mut target = Target { start: random.direction(), turn: random.uniform() * axis, radius: 0.0 };
         if case % 3 == 0 {
             target.start = (arc.attitude(0.4) * boresight + 1e-3 * random.vector()).normalize();
         }
@@ -92,7 +92,7 @@ fn extremum_on_an_arc_is_exact_for_turning_directions() {
         arc.turn = body * arc.start.tr_mul(&axis);
         target.turn = frame * axis;
         let relative = Arc { start: arc.start, turn: (body - frame) * arc.start.tr_mul(&axis) };
-        let fixed = Target { start: target.start, turn: Vector3::zeros() };
+        let fixed = Target::fixed(target.start);
         for side in SIDES {
             let a = arc.extreme(&boresight, &target, side).angle;
             let b = relative.extreme(&boresight, &fixed, side).angle;
@@ -104,7 +104,7 @@ fn extremum_on_an_arc_is_exact_for_turning_directions() {
 #[test]
 fn extremum_on_an_arc_at_rest_without_numbers_or_too_fast() {
     let (x, z) = (Vector3::x(), Vector3::z());
-    let fixed = Target { start: z, turn: Vector3::zeros() };
+    let fixed = Target::fixed(z);
     let rest = Arc { start: Matrix3::identity(), turn: Vector3::zeros() };
     for side in SIDES {
         assert_eq!(rest.extreme(&x, &fixed, side).angle, PI / 2.0);
@@ -112,7 +112,7 @@ fn extremum_on_an_arc_at_rest_without_numbers_or_too_fast() {
         let lost = Arc { turn: Vector3::new(0.1, f64::NAN, 0.0), ..rest };
         assert!(lost.extreme(&x, &fixed, side).angle.is_nan());
         for turn in [1e9, f64::INFINITY, f64::NAN] {
-            let fast = Target { start: z, turn: turn * x };
+            let fast = Target { start: z, turn: turn * x, radius: 0.0 };
             assert!(rest.extreme(&x, &fast, side).angle.is_nan(), "{turn}");
         }
     }
@@ -142,7 +142,7 @@ fn smooth_inputs(problem: &Problem) -> Vec<f64> {
 
 fn cone(side: Side, half_angle: f64, margin: f64, turns_with_frame: bool) -> Constraint {
     let directions = [Vector3::new(0.6, -0.64, 0.48), Vector3::new(0.0, 0.28, 0.96)];
-    let direction = |vector| Direction { vector, turns_with_frame };
+    let direction = if turns_with_frame { Direction::InFrame } else { Direction::Fixed };
     let pointing = Pointing {
         side,
         boresights: vec![Vector3::x(), Vector3::new(0.0, 0.8, 0.6), Vector3::z()],
@@ -311,7 +311,7 @@ fn passing_between_nodes(half_angle_deg: f64) -> (Problem, Trajectory) {
     let pointing = Pointing {
         side: Side::KeepOut,
         boresights: vec![Vector3::x()],
-        directions: vec![Direction { vector, turns_with_frame: false }],
+        directions: vec![Direction::Fixed(vector)],
         half_angle: half_angle_deg.to_radians(),
         margin: 0.0,
     };
@@ -327,7 +327,7 @@ fn passing_between_nodes(half_angle_deg: f64) -> (Problem, Trajectory) {
 fn a_cone_entered_between_the_nodes_only_is_refused() {
     let (problem, plan) = passing_between_nodes(12.0);
     let Rule::Pointing(pointing) = &problem.constraints[0].rule else { unreachable!() };
-    let w = pointing.directions[0].vector;
+    let w = *pointing.directions[0].constant().unwrap();
     let at_nodes =
         attitudes(&plan).iter().map(|r| angle_between(&(r * Vector3::x()), &w)).fold(9.0, f64::min);
     let expected = (10.0_f64.to_radians().cos().powi(2)).acos();
@@ -389,7 +389,7 @@ fn motions_along_the_pole_and_across_a_narrow_cone_are_exact() {
 fn pointing_at(problem: &mut Problem, vector: Vector3, half_angle: f64) {
     let Rule::Pointing(pointing) = &mut problem.constraints[0].rule else { unreachable!() };
     pointing.boresights = vec![Vector3::x()];
-    pointing.directions = vec![Direction { vector, turns_with_frame: false }];
+    pointing.directions = vec![Direction::Fixed(vector)];
     pointing.half_angle = half_angle;
 }
 

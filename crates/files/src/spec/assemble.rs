@@ -256,7 +256,7 @@ fn wrong_turn(end: &Boundary<'_>, from_start: &Matrix3) {
 fn turned(mut constraint: Constraint, axes: &Matrix3) -> Constraint {
     if let Rule::Pointing(pointing) = &mut constraint.rule {
         for direction in &mut pointing.directions {
-            direction.vector = axes * direction.vector;
+            *direction = direction.turned(&axes);
         }
     }
     constraint
@@ -347,6 +347,7 @@ fn refuse(
         | ProblemError::Missing(_)
         | ProblemError::Constraint { .. }
         | ProblemError::Wheels(_)
+        | ProblemError::Aim(_)
         | ProblemError::Weight { .. } => {
             maneuver.error_here("E0031", error.to_string(), "check the numbers");
         }
@@ -365,6 +366,10 @@ fn unsuited(cause: Unsuited, root: &Section, maneuver: &Section, problem: &Probl
                 let reason = format!("{reason}: path = \"best\" alone");
                 maneuver.error("E0029", "path", reason, "leave path out, or give [end] an attitude");
             }
+            return;
+        }
+        Unsuited::WayToTarget => {
+            maneuver.error("E0029", "path", reason, "leave path out, or give [end] an attitude");
             return;
         }
         Unsuited::PulsesToAnyAttitude
@@ -398,6 +403,9 @@ fn unsuited(cause: Unsuited, root: &Section, maneuver: &Section, problem: &Probl
         | Unsuited::ThrustersOfAttitude
         | Unsuited::ThrustersWithWheels
         | Unsuited::ThrusterAxes => "write minimize = \"fuel\", or describe the inputs by torque axes",
+        Unsuited::FuelToMovingTarget | Unsuited::LimitsToMovingTarget => {
+            "give `duration_s`, or aim at what stands still"
+        }
         _ => "take it away, or minimise effort in a given `duration_s`",
     };
     let of_thrusters = matches!(

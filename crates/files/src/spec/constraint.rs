@@ -154,11 +154,13 @@ fn cone(section: &Section, side: Side) -> Option<(f64, f64)> {
 /// The directions of both kinds.
 fn directions(section: &Section) -> Option<Vec<Direction>> {
     let mut directions = Vec::new();
-    for (name, turns_with_frame) in [("direction_inertial", false), ("direction_reference", true)] {
+    let kinds: [(_, fn(Vector3) -> Direction); 2] =
+        [("direction_inertial", Direction::Fixed), ("direction_reference", Direction::InFrame)];
+    for (name, kind) in kinds {
         let sections = section.tables(name)?;
         let read: Vec<_> = sections.iter().map(direction).collect();
         for vector in read {
-            directions.push(Direction { vector: vector?, turns_with_frame });
+            directions.push(kind(vector?));
         }
     }
     (!directions.is_empty()).then_some(directions)

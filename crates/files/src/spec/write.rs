@@ -18,7 +18,9 @@ use super::{Diagnostics, Format, Loaded, Override, Spec, Wanted, interpret};
 use crate::identity::{Identity, Nozzle};
 use serde::{Deserialize, Serialize, Serializer};
 use serde_json::{Map, Value};
-use slewkit::maneuver::{Constraint, Duration, Motion, Path, Problem, Rule, Settings, Side, State, Weighted};
+use slewkit::maneuver::{
+    Constraint, Direction, Duration, Motion, Path, Problem, Rule, Settings, Side, State, Weighted,
+};
 use slewkit::mechanics::{AxisFrame, Description, Thrusters, Wheels};
 use slewkit::{Matrix3, Vector3};
 use thiserror::Error;
@@ -484,8 +486,13 @@ fn constraint(table: &mut Writing, constraint: &Constraint) {
     table.put("kind", if pointing.side == Side::KeepOut { "keep_out" } else { "keep_in" });
     table.put("boresight_body", rows(&pointing.boresights));
     for (name, turning) in [("direction_inertial", false), ("direction_reference", true)] {
-        for direction in pointing.directions.iter().filter(|to| to.turns_with_frame == turning) {
-            table.item(name, |table| table.put("vector", row(&direction.vector)));
+        for direction in &pointing.directions {
+            let vector = match direction {
+                Direction::Fixed(vector) if !turning => vector,
+                Direction::InFrame(vector) if turning => vector,
+                _ => continue,
+            };
+            table.item(name, |table| table.put("vector", row(vector)));
         }
     }
     table.put("half_angle_rad", pointing.half_angle);

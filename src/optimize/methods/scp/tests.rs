@@ -64,20 +64,20 @@ fn limited_channel(channel: &ActuatorSet) -> ActuatorSet {
 fn limited(mut problem: Problem) -> Problem {
     problem.actuation.torque = limited_channel(&problem.actuation.torque);
     problem.actuation.force = problem.actuation.force.as_ref().map(limited_channel);
-    let cone = |side, turns_with_frame| Constraint {
+    let cone = |side, kind: fn(Vector3) -> Direction| Constraint {
         name: "cone".into(),
         rule: Rule::Pointing(Pointing {
             side,
             boresights: vec![Vector3::new(0.6, 0.0, 0.8), Vector3::y()],
-            directions: vec![Direction { vector: Vector3::new(0.0, 0.8, -0.6), turns_with_frame }],
+            directions: vec![kind(Vector3::new(0.0, 0.8, -0.6))],
             half_angle: 0.7,
             margin: 0.02,
         }),
     };
     let rate = |rule| Constraint { name: "rate".into(), rule };
     problem
-        .with_constraint(cone(Side::KeepOut, false))
-        .with_constraint(cone(Side::KeepIn, true))
+        .with_constraint(cone(Side::KeepOut, Direction::Fixed))
+        .with_constraint(cone(Side::KeepIn, Direction::InFrame))
         .with_constraint(rate(Rule::RateNorm(1.5)))
         .with_constraint(rate(Rule::RateAxes(Vector3::new(1.0, 1.2, 1.4))))
 }

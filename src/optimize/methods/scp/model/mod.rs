@@ -141,7 +141,7 @@ impl Model {
             h: dynamics.grid.mean_step(),
             start: ChainState::of(&dynamics.point(&problem.start), DVector::zeros(wheels)),
             target: ChainState::of(&dynamics.point(&problem.end), DVector::zeros(wheels)),
-            terminal: TerminalCondition::of(problem.end_condition, dynamics.point(&problem.end)),
+            terminal: TerminalCondition::of(&problem.end_condition, dynamics.point(&problem.end)),
             weight,
             effort_power: 0,
             input_unit,

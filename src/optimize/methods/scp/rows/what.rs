@@ -3,7 +3,7 @@
 use super::super::model::{Arc, ChainState, Model};
 use super::RowValue;
 use super::boresight::BoresightArc;
-use crate::maneuver::constraint::{Direction, Rule, Side};
+use crate::maneuver::constraint::{Direction, Rule, Side, on_arc};
 use crate::optimize::methods::scp::model::step;
 use crate::{Vector3, lie};
 use nalgebra::{DVector, Matrix3xX};
@@ -60,7 +60,7 @@ impl What {
                 let cone = |(boresight, direction): (&Vector3, &Direction)| Self::Cone {
                     arc,
                     boresight: *boresight,
-                    direction: *direction,
+                    direction: direction.clone(),
                     sign,
                     half_angle,
                 };
@@ -193,15 +193,26 @@ impl What {
                 RowValue::half(sign * rate[*axis] / limit - 1.0, Some(row(&state)), inputs.as_ref().map(row))
             }
             Self::Cone { arc, boresight, direction, sign, half_angle } => {
-                let (frame_rate, grid) =
-                    (step::frame_rate(model) * place.state.stretch, &model.dynamics.grid);
+                let (unit, grid) = (model.dynamics.units.time, &model.dynamics.grid);
+                // In seconds, as directions know the time.
+                let (frame_rate, seconds) = (step::frame_rate(model) / unit, unit * place.state.stretch);
                 let along = place.arc.filter(|_| *arc);
-                let turns = along.filter(|_| direction.turns_with_frame);
+                let (time, step) =
+                    (grid.after(stage) * seconds, along.map_or(0.0, |_| grid.step(stage) * seconds));
+                let seen = direction.at(time, &frame_rate);
+                let target = on_arc(direction, time, step, &frame_rate);
+                let half_angle = half_angle + sign * target.radius;
+                // In the axes of the reference frame as it stands when the arc begins.
+                let turn = if frame_rate == Vector3::zeros() {
+                    target.turn
+                } else {
+                    lie::exp(&(frame_rate * -time)) * target.turn
+                };
                 let pointing = BoresightArc {
                     attitude: place.state.attitude,
                     boresight: *boresight,
-                    direction: direction.at(grid.after(stage), &frame_rate),
-                    turn: turns.map_or_else(Vector3::zeros, |_| frame_rate * grid.step(stage)),
+                    direction: seen,
+                    turn,
                     arc: along.map_or_else(Vector3::zeros, |arc| arc.turn),
                     sign: *sign,
                 };
@@ -222,8 +233,15 @@ impl What {
                     None => by_zeta.copy_from(&(slope * scale)),
                 }
                 if let Some(duration) = model.duration {
-                    let fallen = if direction.turns_with_frame { 0.0 } else { -grid.after(stage) };
-                    let passed = frame_rate * fallen + pointing.turn * fraction;
+                    let passed = match direction {
+                        Direction::Fixed(_) => frame_rate * -time,
+                        Direction::InFrame(_) => pointing.turn * fraction,
+                        Direction::Moving(_) | Direction::Disc { .. } => {
+                            let at = time + step * fraction;
+                            let moved = direction.in_space(at, &frame_rate);
+                            moved.direction.cross(&moved.rate) * at - frame_rate * time
+                        }
+                    };
                     state[duration] += pointing.along(fraction, &passed) * scale;
                 }
                 RowValue::half((cosine - sign * half_angle.cos()) * scale, Some(state), None)

@@ -208,7 +208,7 @@ fn fenced(problem: &Problem, free: &Solution, depth: f64, random: &mut Random) -
     let cone = Pointing {
         side: Side::KeepOut,
         boresights: vec![boresight],
-        directions: vec![Direction { vector: (aside * seen).normalize(), turns_with_frame: false }],
+        directions: vec![Direction::Fixed((aside * seen).normalize())],
         half_angle: 0.1,
         margin: 0.0,
     };

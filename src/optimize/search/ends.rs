@@ -1,0 +1,637 @@
+//! An end on a target: the least cost over the roll at which the boresight comes to it.
+//!
+//! The least cost `V(ρ)` of a maneuver to the end of roll ρ is planned as any maneuver to a given end, with all its starts,
+//! senses, limits and cones; the envelope of these is what is minimised here. Its slope is the transversality condition,
+//!
+//! ```text
+//! dV/dρ = −g ,   g = μ^R·b + μ^Π·J(Ω × b) ,      μ^R = λ^R + (h/2) K_pqᵀλ^Π ,   μ^Π = λ^Π
+//! ```
+//!
+//! with the recorded costates λ, which have had the whole of the last kick, and μ those of the physical state. A root at which
+//! g falls is a minimum over the roll and, since the plan is one for its roll, a minimum on the manifold of ends; where V has
+//! several, they are rivals. V is the least of several extremals, so its kinks are concave and no minimum is at one. Where
+//! costates do not tell the slope (time and fuel, limits), parabolas through values are minimised.
+//!
+//! Over a band the ends of it count as minima where the slope leads out of it.
+//!
+//! # A target that moves, and a duration that is sought
+//!
+//! At a price of time the end moves with the duration, and `dV/dT = ℋ − μ^R·Rᵀω − μ^Π·J Rᵀω̇` (`search/duration.rs`). In least
+//! time T is the first time at which the quickest plan to the end *at that time* takes no longer: a root of `T*(T) − T`, looked for from below,
+//! since the target may come nearer and go away again.
+
+use super::{Guess, Observer, PlanError, duration, solve};
+use crate::maneuver::aim::{Aim, Ends};
+use crate::maneuver::objective::Objective;
+use crate::maneuver::problem::{EndCondition, Formulation, Motion, Problem, ProblemError};
+use crate::maneuver::settings::{Settings, Target, Thoroughness};
+use crate::maneuver::shortfall::Shortfall;
+use crate::maneuver::solution::{Outcome, Rival, Solution};
+use crate::mechanics::actuators::AxisFrame;
+use crate::mechanics::environment::Pose;
+use crate::{Vector3, lie};
+use std::f64::consts::PI;
+use std::time::Instant;
+
+/// Rolls that are looked at over a whole turn: time against minima that are missed
+/// (`cargo run --release -p evidence --bin rolls`).
+const ROLLS: usize = 12;
+
+/// A slope below this part of the cost per radian is none: what the tolerance of the costates leaves of it.
+const STATIONARY: f64 = 1e-12;
+
+/// The same on a coarser grid than the plan's, whose minimum is only looked for from there.
+const NEARLY: f64 = 1e-4;
+
+/// Rolls nearer than this \[rad\] are one where values tell the minimum: their costs differ by its square.
+const RESOLVED: f64 = 1e-5;
+
+/// Times nearer than this, relative, are one: of plans that are given to round-off.
+const ON_TIME: f64 = 1e-12;
+
+/// Steps of the grids on which rolls are compared at first, at most.
+const EXPLORED: usize = 32;
+
+/// First stride from the minimum of another grid or time \[rad\]: of second order in the step.
+const REFINED: f64 = 0.05;
+
+/// Most evaluations about one minimum.
+const MOST_EVALUATIONS: usize = 40;
+
+/// A plan at one roll.
+#[derive(Clone)]
+struct Known {
+    roll: f64,
+    solution: Solution,
+    /// `dV/dρ`; `None` where costates do not tell.
+    slope: Option<f64>,
+}
+
+/// Why the search over rolls ends at once.
+enum Halt {
+    Refused(PlanError),
+    /// The solve that was interrupted, or ran out of time.
+    Stopped(Box<Solution>),
+}
+
+impl From<PlanError> for Halt {
+    fn from(error: PlanError) -> Self {
+        Self::Refused(error)
+    }
+}
+
+/// Plans to ends of one time, roll after roll.
+struct Rolls<'a> {
+    problem: &'a Problem,
+    ends: Ends,
+    settings: Settings,
+    observer: &'a mut dyn Observer,
+    began: Instant,
+    /// A roll that has no plan, with what came of it.
+    unsolved: Option<Box<Solution>>,
+    refused: Option<PlanError>,
+}
+
+impl<'a> Rolls<'a> {
+    fn new(problem: &'a Problem, ends: Ends, settings: &Settings, observer: &'a mut dyn Observer) -> Self {
+        // Rolls are compared by their discrete optima, a step less thoroughly than the best of them is planned; that lands.
+        let search = match settings.search {
+            Thoroughness::Thorough => Thoroughness::Default,
+            Thoroughness::Default | Thoroughness::Quick => Thoroughness::Quick,
+        };
+        let settings =
+            Settings { target: Target::Discrete, test_second_order: false, search, ..settings.clone() };
+        Self { problem, ends, settings, observer, began: Instant::now(), unsolved: None, refused: None }
+    }
+
+    /// The least cost at a roll; `guess` is that of a neighbour.
+    fn at(&mut self, roll: f64, steps: usize, guess: Option<&Known>) -> Result<Option<Known>, Halt> {
+        let problem = self.problem.facing(&self.ends, roll).with_steps(steps);
+        if let Err(error) = problem.check() {
+            // Cones leave nothing of some rolls.
+            self.refused.get_or_insert(error.into());
+            return Ok(None);
+        }
+        let remaining = self.settings.time_limit.map(|limit| limit.saturating_sub(self.began.elapsed()));
+        let settings = Settings { time_limit: remaining, ..self.settings.clone() };
+        let taken = takes_a_guess(&problem);
+        let costates = guess.filter(|_| taken).map(|known| Guess::of(&known.solution, &problem));
+        let solution = match &costates {
+            Some(guess) if problem.motion == Motion::Attitude && shoots(&problem) => {
+                let polished = super::polish(&problem, &settings, &guess.costates, self.observer)?;
+                if polished.outcome == Outcome::Converged {
+                    polished
+                } else {
+                    solve(&problem, &settings, Some(guess), self.observer)?
+                }
+            }
+            guess => solve(&problem, &settings, guess.as_ref(), self.observer)?,
+        };
+        match solution.outcome {
+            Outcome::Converged => {}
+            Outcome::TimeLimit | Outcome::Interrupted => return Err(Halt::Stopped(Box::new(solution))),
+            _ => {
+                self.unsolved.get_or_insert(Box::new(solution));
+                return Ok(None);
+            }
+        }
+        let slope = if self.ends.has_roll() { slope_of_roll(&problem, &self.ends, &solution) } else { None };
+        Ok(Some(Known { roll, solution, slope }))
+    }
+
+    /// The minima over the roll on `steps` steps, the cheapest first.
+    fn minima(&mut self, steps: usize) -> Result<Vec<Known>, Halt> {
+        if !self.ends.has_roll() {
+            return Ok(self.at(0.0, steps, None)?.into_iter().collect());
+        }
+        let (within, around) = (self.ends.within(), self.ends.within() >= PI);
+        let count = ((ROLLS as f64 * within / PI).ceil() as usize).max(2);
+        let spacing = 2.0 * within / count as f64;
+        // All around the last is the first once more.
+        let last = if around { count } else { count + 1 };
+        let mut seen = Vec::with_capacity(last);
+        for index in 0..last {
+            seen.push(self.at(-within + spacing * index as f64, steps, None)?);
+        }
+        let cost = |index: usize| seen[index].as_ref().map_or(f64::INFINITY, |known| known.solution.cost);
+        let mut minima = Vec::new();
+        for index in 0..last {
+            let Some(middle) = &seen[index] else { continue };
+            let before = if index > 0 { Some(index - 1) } else { around.then_some(last - 1) };
+            let after = if index + 1 < last { Some(index + 1) } else { around.then_some(0) };
+            let lowest = [before, after].into_iter().flatten().all(|beside| cost(index) <= cost(beside));
+            if lowest {
+                minima.push(self.lowest(middle.clone(), spacing, steps)?);
+            }
+        }
+        minima.sort_by(|a, b| a.solution.cost.total_cmp(&b.solution.cost));
+        minima.dedup_by(|b, a| apart(a.roll, b.roll) < 1e-3);
+        Ok(minima)
+    }
+
+    /// The minimum downhill of a plan, looked for in steps of `stride` \[rad\] at first.
+    fn lowest(&mut self, from: Known, stride: f64, steps: usize) -> Result<Known, Halt> {
+        let from = if from.solution.steps == steps {
+            from
+        } else {
+            // Another grid has another cost, and another slope.
+            match self.at(from.roll, steps, Some(&from))? {
+                Some(from) => from,
+                None => return Ok(from),
+            }
+        };
+        if !self.ends.has_roll() {
+            return Ok(from);
+        }
+        if from.slope.is_some()
+            && let Some(found) = self.stationary(from.clone(), stride, steps)?
+        {
+            return Ok(found);
+        }
+        self.by_values(from, stride, steps)
+    }
+
+    /// A roll within the band.
+    fn held(&self, roll: f64) -> f64 {
+        if self.ends.within() >= PI { roll } else { roll.clamp(-self.ends.within(), self.ends.within()) }
+    }
+
+    /// By the root of the slope; `None` where a roll on the way has no plan or no slope.
+    fn stationary(&mut self, from: Known, stride: f64, steps: usize) -> Result<Option<Known>, Halt> {
+        let slope = |known: &Known| known.slope.unwrap_or(f64::NAN);
+        let least = if steps == self.problem.steps { STATIONARY } else { NEARLY };
+        let settled = |known: &Known| slope(known).abs() <= least * known.solution.cost.abs();
+        if settled(&from) {
+            return Ok(Some(from));
+        }
+        let down = slope(&from) < 0.0;
+        // From neighbour to neighbour, so that costates stay within the reach of Newton, until the slope turns.
+        let (mut near, mut reach) = (from, if down { stride } else { -stride });
+        let mut far = loop {
+            let roll = self.held(near.roll + reach);
+            if roll == near.roll {
+                // At the edge of the band, and the slope leads out of it.
+                return Ok(Some(near));
+            }
+            let Some(next) = self.at(roll, steps, Some(&near))? else { return Ok(None) };
+            if slope(&next).is_nan() || reach.abs() > PI {
+                return Ok(None);
+            }
+            if (slope(&next) < 0.0) != down {
+                break next;
+            }
+            (near, reach) = (next, 2.0 * reach);
+        };
+        let mut weights = [slope(&near), slope(&far)];
+        let mut moved_before = None;
+        for _ in 0..MOST_EVALUATIONS {
+            let part = weights[0] / (weights[0] - weights[1]);
+            let roll = near.roll + part * (far.roll - near.roll);
+            let inside = roll > near.roll.min(far.roll) && roll < near.roll.max(far.roll);
+            if !inside {
+                break;
+            }
+            let closest = if part < 0.5 { &near } else { &far };
+            let Some(next) = self.at(roll, steps, Some(closest))? else { return Ok(None) };
+            if settled(&next) {
+                return Ok(Some(next));
+            }
+            let moved = usize::from((slope(&next) < 0.0) != down);
+            // The weight of an end that stays is halved (Illinois).
+            if moved_before == Some(moved) {
+                weights[1 - moved] *= 0.5;
+            }
+            (weights[moved], moved_before) = (slope(&next), Some(moved));
+            *[&mut near, &mut far][moved] = next;
+        }
+        let better = if slope(&near).abs() < slope(&far).abs() { near } else { far };
+        Ok(Some(better))
+    }
+
+    /// By parabolas through values, or the golden section where they fail.
+    fn by_values(&mut self, from: Known, stride: f64, steps: usize) -> Result<Known, Halt> {
+        const GOLDEN: f64 = 0.381_966_011_250_105;
+        let value = |known: &Option<Known>| known.as_ref().map_or(f64::INFINITY, |known| known.solution.cost);
+        let mut best = from;
+        // Both sides, as far as the cost goes on falling; a roll without a plan costs any price.
+        let mut sides = [(best.roll, f64::INFINITY); 2];
+        for (side, sign) in [(0, -1.0), (1, 1.0)] {
+            let mut reach = sign * stride;
+            loop {
+                let roll = self.held(best.roll + reach);
+                if roll == best.roll {
+                    sides[side] = (roll, f64::INFINITY);
+                    break;
+                }
+                let found = self.at(roll, steps, Some(&best))?;
+                let cost = value(&found);
+                match found.filter(|found| found.solution.cost < best.solution.cost && reach.abs() <= PI) {
+                    None => {
+                        sides[side] = (roll, cost);
+                        break;
+                    }
+                    Some(found) => {
+                        sides[1 - side] = (best.roll, best.solution.cost);
+                        (best, reach) = (found, 2.0 * reach);
+                    }
+                }
+            }
+            if sides[1].1 < f64::INFINITY && side == 0 {
+                // The cost fell that way: the other side is known.
+                break;
+            }
+        }
+        let [mut low, mut high] = [sides[0].0, sides[1].0];
+        for _ in 0..MOST_EVALUATIONS {
+            if high - low <= 2.0 * RESOLVED {
+                break;
+            }
+            let x = best.roll;
+            let larger = if high - x > x - low { x + GOLDEN * (high - x) } else { x - GOLDEN * (x - low) };
+            let inside = |roll: &f64| *roll > low + RESOLVED && *roll < high - RESOLVED;
+            let vertex = vertex(sides[0], (x, best.solution.cost), sides[1]).filter(inside);
+            let mut roll = vertex.unwrap_or(larger);
+            if (roll - x).abs() < RESOLVED {
+                // The best is at the vertex: the larger part is closed in from here.
+                roll = if high - x > x - low { x + 2.0 * RESOLVED } else { x - 2.0 * RESOLVED };
+            }
+            if !(roll > low && roll < high) {
+                break;
+            }
+            let found = self.at(roll, steps, Some(&best))?;
+            let cost = value(&found);
+            match found.filter(|_| cost < best.solution.cost) {
+                Some(found) => {
+                    let left = (x, best.solution.cost);
+                    if roll > x {
+                        (low, sides[0]) = (x, left);
+                    } else {
+                        (high, sides[1]) = (x, left);
+                    }
+                    best = found;
+                }
+                None if roll > x => (high, sides[1]) = (roll, (roll, cost)),
+                None => (low, sides[0]) = (roll, (roll, cost)),
+            }
+        }
+        Ok(best)
+    }
+}
+
+/// Solves a maneuver that ends on a target.
+pub(super) fn solve_to(
+    problem: &Problem,
+    aim: &Aim,
+    settings: &Settings,
+    observer: &mut dyn Observer,
+) -> Result<Solution, PlanError> {
+    let began = Instant::now();
+    let searched = match problem.duration.known() {
+        Some(duration) => in_time(problem, aim, duration, settings, observer),
+        None if !aim.moves(&problem.environment.frame_rate()) => {
+            in_time(problem, aim, 0.0, settings, observer)
+        }
+        None if problem.objective == Objective::Time => quickest(problem, aim, settings, observer),
+        None => at_best_duration(problem, aim, settings, observer),
+    };
+    let solution = match searched {
+        Ok(solution) => solution,
+        Err(Halt::Stopped(solution)) => *solution,
+        Err(Halt::Refused(error)) => return Err(error),
+    };
+    Ok(Solution { solve_time: began.elapsed().as_secs_f64(), ..solution })
+}
+
+/// The ends of a maneuver at a time.
+fn ends_at(problem: &Problem, aim: &Aim, time: f64) -> Result<Ends, Halt> {
+    let ends = problem.ends_on(aim, time);
+    Ok(ends.map_err(|error| PlanError::from(ProblemError::from(error)))?)
+}
+
+/// The plan to the best of the ends of one time.
+fn in_time(
+    problem: &Problem,
+    aim: &Aim,
+    time: f64,
+    settings: &Settings,
+    observer: &mut dyn Observer,
+) -> Result<Solution, Halt> {
+    let ends = ends_at(problem, aim, time)?;
+    let mut rolls = Rolls::new(problem, ends, settings, observer);
+    let minima = rolls.minima(problem.steps.min(EXPLORED))?;
+    rolls.planned(minima, settings)
+}
+
+impl Rolls<'_> {
+    /// The plan at the best of some minima, on the grid and with the target that is asked for.
+    fn planned(&mut self, minima: Vec<Known>, settings: &Settings) -> Result<Solution, Halt> {
+        let Some(best) = minima.first().cloned() else { return self.without_plan() };
+        let (mut best, mut problem) = (best, self.problem.clone());
+        let mut chosen = None;
+        for _ in 0..2 {
+            // Steps that are chosen are those of the plan at the best roll so far.
+            if best.solution.steps != problem.steps {
+                best = self.lowest(best, REFINED, problem.steps)?;
+            }
+            let remaining = settings.time_limit.map(|limit| limit.saturating_sub(self.began.elapsed()));
+            let settings = Settings { time_limit: remaining, ..settings.clone() };
+            let given = problem.facing(&self.ends, best.roll);
+            let guess = takes_a_guess(&given).then(|| Guess::of(&best.solution, &given));
+            let found = solve(&given, &settings, guess.as_ref(), self.observer)?;
+            let again = found.outcome == Outcome::Converged && found.steps != problem.steps;
+            let chosen_before = chosen.take();
+            chosen = found.chosen.or(chosen_before);
+            if again {
+                problem = problem.with_steps(found.steps);
+                continue;
+            }
+            return Ok(with_rivals(Solution { chosen, ..found }, &best, &minima));
+        }
+        let given = problem.facing(&self.ends, best.roll);
+        let found = solve(&given, settings, None, self.observer)?;
+        Ok(with_rivals(Solution { chosen, ..found }, &best, &minima))
+    }
+
+    /// What there is to tell where no roll has a plan.
+    fn without_plan(&mut self) -> Result<Solution, Halt> {
+        match (self.unsolved.take(), self.refused.take()) {
+            (Some(solution), _) => {
+                // What is proved of one roll is not of the others.
+                let reason = solution.infeasible.map(|proof| Shortfall::Told(proof.reason));
+                let shortfall = solution.shortfall.or(reason);
+                Ok(Solution { outcome: Outcome::Stalled, infeasible: None, shortfall, ..*solution })
+            }
+            (None, Some(error)) => Err(error.into()),
+            (None, None) => Ok(Solution::unsolved(self.problem, self.settings.tolerance)),
+        }
+    }
+}
+
+/// A plan with the other minima over the roll beside it, and how far its cost is from stationary.
+fn with_rivals(mut found: Solution, best: &Known, minima: &[Known]) -> Solution {
+    let cost_of = |known: &Known| known.solution.cost;
+    // At the edge of a band the slope leads out of it.
+    let inside = |slope: &f64| {
+        slope.abs() <= NEARLY * cost_of(best).abs() && found.optimality.stationarity.is_finite()
+    };
+    if let Some(slope) = best.slope.filter(inside) {
+        let relative = slope.abs() / cost_of(best).abs().max(f64::MIN_POSITIVE);
+        found.optimality.stationarity = found.optimality.stationarity.max(relative);
+    }
+    // The first of them is the one from which the best was found.
+    let others = minima.iter().skip(1);
+    found.rivals.extend(others.map(|known| {
+        let start = format!("roll {:+.1} deg", known.roll.to_degrees());
+        Rival::new(&start, known.solution.sense, cost_of(known), known.solution.turned_deg)
+    }));
+    found.rivals.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    found
+}
+
+/// Least effort or fuel at a price of time, to a target that moves.
+fn at_best_duration(
+    problem: &Problem,
+    aim: &Aim,
+    settings: &Settings,
+    observer: &mut dyn Observer,
+) -> Result<Solution, Halt> {
+    let discrete = Settings { target: Target::Discrete, ..settings.clone() };
+    let mut given = |problem: &Problem, settings: &Settings, observer: &mut dyn Observer| {
+        solve_to(problem, aim, settings, observer)
+    };
+    // How long it may take is guessed from where the target is at first.
+    let likely = problem.facing(&ends_at(problem, aim, 0.0)?, 0.0);
+    let likely = Problem { end_condition: problem.end_condition.clone(), ..likely };
+    let found = duration::solve(&likely, &discrete, observer, &mut given)?;
+    let Some(best) = found.trajectory.time.last().copied() else { return Ok(found) };
+    if found.outcome != Outcome::Converged || settings.target == Target::Discrete {
+        return Ok(found);
+    }
+    let priced = problem.objective.time_price() * best;
+    let landed = in_time(&problem.clone().lasting(best), aim, best, settings, observer)?;
+    let stationarity = landed.optimality.stationarity.max(found.optimality.stationarity);
+    let mut landed = Solution { cost: landed.cost + priced, ..landed };
+    landed.rivals.iter_mut().for_each(|rival| rival.cost += priced);
+    landed.optimality.stationarity = stationarity;
+    Ok(landed)
+}
+
+/// Least time to a target that moves.
+fn quickest(
+    problem: &Problem,
+    aim: &Aim,
+    settings: &Settings,
+    observer: &mut dyn Observer,
+) -> Result<Solution, Halt> {
+    let began = Instant::now();
+    let remaining = || settings.time_limit.map(|limit| limit.saturating_sub(began.elapsed()));
+    let lasts = |solution: &Solution| solution.trajectory.time.last().copied().unwrap_or(f64::NAN);
+    let quick = Settings { search: Thoroughness::Quick, ..settings.clone() };
+    // The best roll moves with the time, and little: after the first time it is followed.
+    let mut roll: Option<f64> = None;
+    let mut last: Option<Solution> = None;
+    let mut late = |time: f64, observer: &mut dyn Observer| -> Result<Option<f64>, Halt> {
+        let settings = Settings { time_limit: remaining(), ..quick.clone() };
+        let mut rolls = Rolls::new(problem, ends_at(problem, aim, time)?, &settings, observer);
+        let steps = problem.steps.min(EXPLORED);
+        let found = match roll {
+            None => rolls.minima(steps)?.into_iter().next(),
+            Some(near) => match rolls.at(near, steps, None)? {
+                Some(near) => Some(rolls.lowest(near, REFINED, steps)?),
+                None => rolls.minima(steps)?.into_iter().next(),
+            },
+        };
+        let Some(found) = found else {
+            last = rolls.unsolved.take().map(|solution| *solution);
+            return Ok(None);
+        };
+        roll = Some(found.roll);
+        Ok(Some(lasts(&found.solution) - time))
+    };
+    let Some((from, to)) = first_reached(&mut |time| late(time, observer))? else {
+        let unsolved = last.unwrap_or_else(|| Solution::unsolved(problem, settings.tolerance));
+        return Ok(Solution { outcome: Outcome::Stalled, infeasible: None, ..unsolved });
+    };
+    let time = root(from, to, ON_TIME, &mut |time| late(time, observer))?;
+    // The plan that lands takes a little longer than the one that was compared: its own time is that of the end.
+    let (mut time, mut problem, mut best) = (time, problem.clone(), None::<Solution>);
+    let mut before: Option<(f64, f64)> = None;
+    for _ in 0..MOST_EVALUATIONS {
+        let settings = Settings { time_limit: remaining(), ..settings.clone() };
+        let given = problem.facing(&ends_at(&problem, aim, time)?, roll.unwrap_or(0.0));
+        let found = solve(&given, &settings, None, observer)?;
+        let (took, converged) = (lasts(&found), found.outcome == Outcome::Converged);
+        let chosen = best.as_ref().and_then(|best| best.chosen).or(found.chosen);
+        problem = problem.with_steps(found.steps.max(Problem::MIN_STEPS));
+        let late = took - time;
+        best = Some(Solution { chosen, ..found });
+        if !converged || late.abs() <= ON_TIME * time {
+            break;
+        }
+        // Newton by secants on how late it is; at first as if the end stood still.
+        let slope = before.map_or(-1.0, |(earlier, was)| (late - was) / (time - earlier));
+        before = Some((time, late));
+        time -= late / if slope < 0.0 { slope } else { -1.0 };
+    }
+    Ok(best.unwrap_or_else(|| Solution::unsolved(&problem, settings.tolerance)))
+}
+
+/// The first interval at whose start a plan takes longer than there is time and at whose end it does not, with how late it is
+/// at either.
+fn first_reached(
+    late: &mut dyn FnMut(f64) -> Result<Option<f64>, Halt>,
+) -> Result<Option<([f64; 2], [f64; 2])>, Halt> {
+    let mut time = 0.0;
+    let Some(mut delay) = late(time)? else { return Ok(None) };
+    for _ in 0..MOST_EVALUATIONS {
+        // By the time that the plan would take the target is elsewhere.
+        let next = time + delay;
+        let Some(then) = late(next)? else { return Ok(None) };
+        if then <= 0.0 {
+            return Ok(Some(([time, delay], [next, then])));
+        }
+        (time, delay) = (next, then);
+    }
+    Ok(None)
+}
+
+/// A root between two times, to a relative width.
+fn root(
+    mut low: [f64; 2],
+    mut high: [f64; 2],
+    width: f64,
+    late: &mut dyn FnMut(f64) -> Result<Option<f64>, Halt>,
+) -> Result<f64, Halt> {
+    let mut moved_before = None;
+    let mut weights = [low[1], high[1]];
+    for _ in 0..MOST_EVALUATIONS {
+        let next = low[0] + weights[0] / (weights[0] - weights[1]) * (high[0] - low[0]);
+        if !(next > low[0] && next < high[0]) || high[0] - low[0] <= width * high[0] {
+            break;
+        }
+        let Some(delay) = late(next)? else { break };
+        if delay.abs() <= width * next {
+            return Ok(next);
+        }
+        let moved = usize::from(delay <= 0.0);
+        if moved_before == Some(moved) {
+            weights[1 - moved] *= 0.5;
+        }
+        (weights[moved], moved_before) = (delay, Some(moved));
+        *[&mut low, &mut high][moved] = [next, delay];
+    }
+    Ok(high[0])
+}
+
+/// Whether the shooting plans a maneuver, and a neighbour's costates may be all that it needs.
+fn shoots(problem: &Problem) -> bool {
+    super::check_for_shooting(problem).is_ok() && !problem.on_equal_steps
+}
+
+/// Whether a plan can begin from a neighbour's.
+fn takes_a_guess(problem: &Problem) -> bool {
+    Formulation::of(problem) == Formulation::Extremal
+}
+
+/// The costate `(μ^R, μ^Π)` of the physical state at the end of a plan of least effort in a given duration; `None` where what is recorded does not tell.
+fn end_costate(problem: &Problem, solution: &Solution) -> Option<(Vector3, Vector3)> {
+    let told = takes_a_guess(problem)
+        && problem.motion == Motion::Attitude
+        && problem.actuation.wheels.is_none()
+        && matches!(problem.objective, Objective::Effort(_));
+    let trajectory = &solution.trajectory;
+    let (row, torque) = (trajectory.costates.last_chunk::<6>()?, trajectory.torque.last()?);
+    let quaternion = trajectory.quaternion.last()?;
+    let (zeta, pi) = (Vector3::from_column_slice(&row[..3]), Vector3::from_column_slice(&row[3..]));
+    let attitude = lie::rotation_from_quaternion(quaternion);
+    let mut pull = Vector3::zeros();
+    if problem.actuation.torque.frame() == AxisFrame::Reference {
+        pull += pi.cross(torque);
+    }
+    if !problem.environment.is_free() {
+        let pose = Pose { position: Vector3::zeros(), attitude };
+        pull += problem.environment.gradient(&pose).rr.tr_mul(&pi);
+    }
+    let half = if problem.scheme.first_input() == 0 { 0.5 * solution.step } else { 0.0 };
+    told.then(|| (zeta + pull * half, pi))
+}
+
+/// `dV/dρ` of a plan to an end.
+fn slope_of_roll(problem: &Problem, ends: &Ends, solution: &Solution) -> Option<f64> {
+    let (of_attitude, of_momentum) = end_costate(problem, solution)?;
+    let (turn, change) = ends.along_roll(&problem.end.angular_velocity);
+    let slope = -(of_attitude.dot(&turn) + of_momentum.dot(&(problem.body.inertia.j() * change)));
+    slope.is_finite().then_some(slope)
+}
+
+/// What the motion of the target adds to the derivative of the least cost by the duration: `−μ^R·v' − μ^Π·J v''`.
+pub(super) fn slope_of_motion(problem: &Problem, solution: &Solution) -> f64 {
+    let EndCondition::Aim(aim) = &problem.end_condition else { return 0.0 };
+    let (Some(time), Some(quaternion)) =
+        (solution.trajectory.time.last(), solution.trajectory.quaternion.last())
+    else {
+        return f64::NAN;
+    };
+    let attitude = lie::rotation_from_quaternion(quaternion);
+    let Ok(ends) = problem.ends_on(aim, *time) else {
+        return f64::NAN;
+    };
+    let given = problem.facing(&ends, ends.nearest(&attitude));
+    let Some((of_attitude, of_momentum)) = end_costate(&given, solution) else { return f64::NAN };
+    let (turn, change) = ends.along_time(&given.end.attitude);
+    -(of_attitude.dot(&turn) + of_momentum.dot(&(problem.body.inertia.j() * change)))
+}
+
+/// The lowest point of the parabola through three points, the middle one of which is lowest.
+fn vertex(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> Option<f64> {
+    let [left, right] = [a, c].map(|(x, y)| ((x - b.0), (y - b.1)));
+    let (p, q) = (left.0 * right.1, right.0 * left.1);
+    let move_ = 0.5 * (right.0 * q - left.0 * p) / (q - p);
+    move_.is_finite().then(|| b.0 + move_)
+}
+
+/// The angle between two rolls.
+fn apart(a: f64, b: f64) -> f64 {
+    let turns = (a - b) / (2.0 * PI);
+    2.0 * PI * (turns - turns.round()).abs()
+}

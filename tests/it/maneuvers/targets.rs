@@ -1,0 +1,158 @@
+//! Ends on a target: free rolls, matched rates, targets that move, cones that move, against optima by two other methods
+//! (`reference/targets`), whose directions are the Chebyshev polynomials that define them.
+
+use evidence::{list, matrix3, number, numbers, reference, vector};
+use serde_json::Value;
+use slewkit::maneuver::Aim;
+use slewkit::mechanics::direction::Track;
+use slewkit::{
+    Actuation, ActuatorSet, AxisFrame, Body, Constraint, Direction, Inertia, Limits, Pointing, Problem, Rule,
+    Settings, Side, Silent, State, Status, Vector3, Weights, lie, plan,
+};
+
+/// What a reference points at, or along.
+fn direction(given: &Value, name: &str) -> Direction {
+    let span = numbers(&given["sky"]["interval_s"]);
+    let coefficients = list(&given["directions"][name]["chebyshev"]).iter().map(vector).collect();
+    Direction::Moving(Track::of_coefficients(span[0], span[1], coefficients).unwrap())
+}
+
+/// The maneuver of a reference that ends at `aim`.
+fn maneuver(given: &Value, aim: Aim) -> Problem {
+    let body = Body { inertia: Inertia::new(matrix3(&given["inertia"])).unwrap(), mass: None };
+    let quaternion = numbers(&given["q0"]);
+    let quaternion = [quaternion[0], quaternion[1], quaternion[2], quaternion[3]];
+    let start = State::attitude(
+        lie::project_to_rotation(&lie::rotation_from_quaternion(&quaternion)),
+        vector(&given["w0"]),
+    );
+    let aim = if given["end_rate"] == "zero" { aim.at_rest() } else { aim };
+    let duration = given["T"].as_f64().unwrap_or(1.0);
+    Problem::attitude(body, start, start, duration).with_aim_at_end(aim)
+}
+
+/// The cost on ever finer grids, extrapolated: the scheme is of second order, in even powers.
+fn extrapolated(problem: &Problem, steps: usize) -> f64 {
+    let cost = |steps: usize| {
+        let found =
+            plan(&problem.clone().with_steps(steps), &Settings::discrete(), None, &mut Silent).unwrap();
+        assert_eq!(found.status, Status::Solved, "{:?} {:?}", found.verification, found.solution.shortfall);
+        assert!(found.solution.terminal.largest() < 1e-12);
+        println!(
+            "{steps} steps: {:.12}, stationary to {:.1e}, rivals {:?}",
+            found.solution.cost,
+            found.solution.optimality.stationarity,
+            found.solution.rivals.iter().map(|rival| rival.cost).collect::<Vec<_>>()
+        );
+        found.solution.cost
+    };
+    let [a, b, c] = [1, 2, 4].map(|times| cost(times * steps));
+    let [first, second] = [(4.0 * b - a) / 3.0, (4.0 * c - b) / 3.0];
+    (16.0 * second - first) / 15.0
+}
+
+fn agrees(name: &str, problem: &Problem, steps: usize, within: f64) {
+    let wanted = number(&reference(&format!("targets/{name}"))["optimum"]["cost"]);
+    let found = extrapolated(problem, steps);
+    assert!((found / wanted - 1.0).abs() < within, "{name}: {found} {wanted} {:.2e}", found / wanted - 1.0);
+}
+
+/// p01 and p02: at rest on a direction that stands; p03: with the rate of one that moves.
+#[test]
+fn a_free_roll_costs_what_it_costs_at_best() {
+    for name in ["p01_freeroll_diag123", "p02_freeroll_full_nonrest", "p03_moving_matched_full"] {
+        let given = &reference(&format!("targets/{name}"))["problem"];
+        let at = if given["direction_ref"].is_array() {
+            Direction::Fixed(vector(&given["direction_ref"]))
+        } else {
+            let along = |t: f64| {
+                let (elevation, azimuth) = (0.3_f64, 1.9 + 0.15 * t);
+                Ok::<_, slewkit::mechanics::direction::TrackError>(Vector3::new(
+                    elevation.cos() * azimuth.cos(),
+                    elevation.cos() * azimuth.sin(),
+                    elevation.sin(),
+                ))
+            };
+            Direction::Moving(Track::fitted(0.0, 6.0, 6.0, 24, along).unwrap())
+        };
+        let problem = maneuver(given, Aim::new(vector(&given["boresight_body"]), at));
+        agrees(name, &problem, 200, 1e-8);
+    }
+}
+
+/// q01 and q03: a second axis along the velocity; q02: the roll free; q05: at rest on the Sun.
+#[test]
+fn targets_of_an_orbit_are_met_at_the_least_cost() {
+    for name in ["q01", "q02", "q03", "q05"] {
+        let given = &reference(&format!("targets/{name}"))["problem"];
+        let aim = Aim::new(vector(&given["boresight_body"]), direction(given, "target"));
+        let second = &given["second_axis_body"];
+        let aim = if second.is_array() {
+            aim.with_roll_towards(vector(second), direction(given, "second"), 0.0)
+        } else {
+            aim
+        };
+        agrees(name, &maneuver(given, aim), 200, 1e-8);
+    }
+}
+
+/// q04: the duration is sought at a price of time, and the target moves on meanwhile.
+#[test]
+fn a_target_that_moves_is_met_at_the_best_time() {
+    let given = &reference("targets/q04")["problem"];
+    let aim = Aim::new(vector(&given["boresight_body"]), direction(given, "target"));
+    let price = number(&given["w_T"]);
+    let problem =
+        maneuver(given, aim).with_objective(Weights { time_price: Some(price), ..Weights::default() });
+    agrees("q04", &problem.with_duration(slewkit::Duration::SOUGHT), 50, 1e-7);
+}
+
+/// q06: least time under a limit of the norm of the torque.
+#[test]
+fn a_target_that_moves_is_met_in_the_shortest_time() {
+    let given = &reference("targets/q06")["problem"];
+    let aim = Aim::new(vector(&given["boresight_body"]), direction(given, "target"));
+    let limits = Limits { norm: Some(number(&given["u_norm_max"])), ..Limits::default() };
+    let torque = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
+    let start = maneuver(given, aim.clone()).start;
+    let body = maneuver(given, aim.clone()).body;
+    let problem = Problem::minimum_time(body, start, start)
+        .with_actuation(Actuation::torques(torque))
+        .with_aim_at_end(aim);
+    agrees("q06", &problem, 100, 1e-7);
+}
+
+/// q07: past a keep-out cone about a point on the ground that goes by.
+#[test]
+fn a_cone_that_moves_is_touched_where_it_is_by_then() {
+    let file = reference("targets/q07");
+    let given = &file["problem"];
+    let body = Body { inertia: Inertia::new(matrix3(&given["inertia"])).unwrap(), mass: None };
+    let state = |q: &str, w: &str| {
+        let q = numbers(&given[q]);
+        let attitude = lie::project_to_rotation(&lie::rotation_from_quaternion(&[q[0], q[1], q[2], q[3]]));
+        State::attitude(attitude, vector(&given[w]))
+    };
+    let cone = Pointing {
+        side: Side::KeepOut,
+        boresights: vec![vector(&given["boresight_body"])],
+        directions: vec![direction(given, "cone")],
+        half_angle: number(&given["half_angle_deg"]).to_radians(),
+        margin: 0.0,
+    };
+    let problem = Problem::attitude(body, state("q0", "w0"), state("qf", "wf"), number(&given["T"]))
+        .with_constraint(Constraint { name: "station".into(), rule: Rule::Pointing(cone) });
+    // The reference passes on the side of the free path; the other side is cheaper.
+    let wanted = number(&file["optimum"]["cost"]);
+    let costs = [100, 200, 400].map(|steps| {
+        let found =
+            plan(&problem.clone().with_steps(steps), &Settings::discrete(), None, &mut Silent).unwrap();
+        assert_eq!(found.status, Status::Solved, "{:?}", found.verification);
+        assert!(found.solution.cost < wanted);
+        found.solution.rivals[0].cost
+    });
+    let extrapolated = |coarse: f64, fine: f64| (4.0 * fine - coarse) / 3.0;
+    let found = [extrapolated(costs[0], costs[1]), extrapolated(costs[1], costs[2])];
+    println!("{found:?} {wanted}");
+    assert!((found[1] / wanted - 1.0).abs() < 1e-7, "{found:?} {wanted}");
+}
