@@ -118,12 +118,12 @@ impl Aim {
         Self { boresight, at, roll: Roll::Free, rate: AimRate::Matched }
     }
 
-    /// The same with a second axis towards a second direction, as well as it can or `within` \[rad\] of that.
+    /// This end with a second axis towards a second direction, as well as it can or `within` \[rad\] of that.
     pub fn with_roll_towards(self, axis: Vector3, at: Direction, within: f64) -> Self {
         Self { roll: Roll::Towards { axis, at, within }, ..self }
     }
 
-    /// The same with the body at rest.
+    /// This end with the body at rest.
     pub fn at_rest(self) -> Self {
         Self { rate: AimRate::Zero, ..self }
     }

@@ -110,7 +110,7 @@ impl Pointing {
         }
     }
 
-    /// The same of a disc, from its limb.
+    /// How far a boresight at `angle` from the centre of a disc of angular `radius` is from the cone about its limb \[rad\].
     pub fn room_beside(&self, angle: f64, radius: f64) -> f64 {
         match self.side {
             Side::KeepOut => self.room(angle) - radius,

@@ -34,7 +34,8 @@
 //! the plan of all the time is compared with the one whose Hamiltonian vanishes. A key of its own beside `duration_s`, and
 //! not a table within it, leaves every key one kind of value.
 
-use super::{Observer, PlanError, ends};
+use super::transversality::slope_of_motion;
+use super::{Observer, PlanError};
 use crate::maneuver::objective::{Objective, effort};
 use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::settings::{Method, Settings};
@@ -123,8 +124,7 @@ pub(super) fn solve(
                 return Ok(None);
             }
         }
-        let slope =
-            price + effort_slope(problem, duration, &solution) + ends::slope_of_motion(&given, &solution);
+        let slope = price + effort_slope(problem, duration, &solution) + slope_of_motion(&given, &solution);
         let known = Known { duration, solution, slope, stationarity: 0.0 };
         if shortest.as_ref().is_none_or(|shortest| duration < shortest.duration) {
             shortest = Some(known.clone());

@@ -20,16 +20,14 @@
 //! time T is the first time at which the quickest plan to the end *at that time* takes no longer: a root of `T*(T) − T`, looked for from below,
 //! since the target may come nearer and go away again.
 
+use super::transversality::{slope_of_roll, takes_a_guess};
 use super::{Guess, Observer, PlanError, duration, solve};
 use crate::maneuver::aim::{Aim, Ends};
 use crate::maneuver::objective::Objective;
-use crate::maneuver::problem::{EndCondition, Formulation, Motion, Problem, ProblemError};
+use crate::maneuver::problem::{Motion, Problem, ProblemError};
 use crate::maneuver::settings::{Settings, Target, Thoroughness};
 use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{Outcome, Rival, Solution};
-use crate::mechanics::actuators::AxisFrame;
-use crate::mechanics::environment::Pose;
-use crate::{Vector3, lie};
 use std::f64::consts::PI;
 use std::time::Instant;
 
@@ -566,60 +564,6 @@ fn root(
 /// Whether the shooting plans a maneuver, and a neighbour's costates may be all that it needs.
 fn shoots(problem: &Problem) -> bool {
     super::check_for_shooting(problem).is_ok() && !problem.on_equal_steps
-}
-
-/// Whether a plan can begin from a neighbour's.
-fn takes_a_guess(problem: &Problem) -> bool {
-    Formulation::of(problem) == Formulation::Extremal
-}
-
-/// The costate `(μ^R, μ^Π)` of the physical state at the end of a plan of least effort in a given duration; `None` where what is recorded does not tell.
-fn end_costate(problem: &Problem, solution: &Solution) -> Option<(Vector3, Vector3)> {
-    let told = takes_a_guess(problem)
-        && problem.motion == Motion::Attitude
-        && problem.actuation.wheels.is_none()
-        && matches!(problem.objective, Objective::Effort(_));
-    let trajectory = &solution.trajectory;
-    let (row, torque) = (trajectory.costates.last_chunk::<6>()?, trajectory.torque.last()?);
-    let quaternion = trajectory.quaternion.last()?;
-    let (zeta, pi) = (Vector3::from_column_slice(&row[..3]), Vector3::from_column_slice(&row[3..]));
-    let attitude = lie::rotation_from_quaternion(quaternion);
-    let mut pull = Vector3::zeros();
-    if problem.actuation.torque.frame() == AxisFrame::Reference {
-        pull += pi.cross(torque);
-    }
-    if !problem.environment.is_free() {
-        let pose = Pose { position: Vector3::zeros(), attitude };
-        pull += problem.environment.gradient(&pose).rr.tr_mul(&pi);
-    }
-    let half = if problem.scheme.first_input() == 0 { 0.5 * solution.step } else { 0.0 };
-    told.then(|| (zeta + pull * half, pi))
-}
-
-/// `dV/dρ` of a plan to an end.
-fn slope_of_roll(problem: &Problem, ends: &Ends, solution: &Solution) -> Option<f64> {
-    let (of_attitude, of_momentum) = end_costate(problem, solution)?;
-    let (turn, change) = ends.along_roll(&problem.end.angular_velocity);
-    let slope = -(of_attitude.dot(&turn) + of_momentum.dot(&(problem.body.inertia.j() * change)));
-    slope.is_finite().then_some(slope)
-}
-
-/// What the motion of the target adds to the derivative of the least cost by the duration: `−μ^R·v' − μ^Π·J v''`.
-pub(super) fn slope_of_motion(problem: &Problem, solution: &Solution) -> f64 {
-    let EndCondition::Aim(aim) = &problem.end_condition else { return 0.0 };
-    let (Some(time), Some(quaternion)) =
-        (solution.trajectory.time.last(), solution.trajectory.quaternion.last())
-    else {
-        return f64::NAN;
-    };
-    let attitude = lie::rotation_from_quaternion(quaternion);
-    let Ok(ends) = problem.ends_on(aim, *time) else {
-        return f64::NAN;
-    };
-    let given = problem.facing(&ends, ends.nearest(&attitude));
-    let Some((of_attitude, of_momentum)) = end_costate(&given, solution) else { return f64::NAN };
-    let (turn, change) = ends.along_time(&given.end.attitude);
-    -(of_attitude.dot(&turn) + of_momentum.dot(&(problem.body.inertia.j() * change)))
 }
 
 /// The lowest point of the parabola through three points, the middle one of which is lowest.

@@ -33,6 +33,7 @@ mod starts;
 mod steps;
 mod switching;
 mod transfer;
+mod transversality;
 mod way;
 
 pub use context::{Control, Observer, Progress, Silent};

@@ -1,0 +1,148 @@
+//! The frames between an orbit, the ground and the stars.
+//!
+//! ```text
+//! r_ITRF = W R₃(ERA) C r_GCRS ,      r_GCRS = Cᵀ R₃(GMST82 − ERA) r_TEME ,      R₃(θ) = [[c, s, 0], [−s, c, 0], [0, 0, 1]]
+//! ```
+//!
+//! with C from the celestial intermediate pole (X, Y) and its origin s, the Earth rotation angle ERA of UT1, and W of the motion of the
+//! pole. Neither UT1 nor that motion enters the second.
+
+use crate::time::Clock;
+use slewkit::{Matrix3, Vector3};
+use std::f64::consts::{PI, TAU};
+
+/// Equatorial radius of the Earth of WGS 84 \[m\].
+pub const EARTH_RADIUS_M: f64 = 6_378_137.0;
+/// Its flattening.
+const FLATTENING: f64 = 1.0 / 298.257_223_563;
+
+/// A second of arc \[rad\].
+pub(crate) const ARCSECOND: f64 = PI / 648_000.0;
+
+/// How the Earth turns beside its mean: what bulletins tell.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EarthRotation {
+    /// UT1 − UTC \[s\].
+    pub ut1_minus_utc_s: f64,
+    /// Coordinates of the pole \[″\].
+    pub polar_motion_arcsec: [f64; 2],
+}
+
+/// Which theory of precession and nutation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Theory {
+    /// Seven arguments of nutation, printed below: 0.063″ from 1990 to 2050.
+    Series,
+    /// IAU 2006/2000A.
+    Full,
+}
+
+/// `R₃(θ)`.
+fn about_z(angle: f64) -> Matrix3 {
+    let (s, c) = angle.sin_cos();
+    Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0)
+}
+
+/// X and Y of the pole and s of the origin \[rad\], T in Julian centuries of TT: IAU 2006 and the largest terms of 2000A.
+fn pole(t: f64) -> (f64, f64, f64) {
+    let degrees = |at_zero: f64, rate: f64| ((at_zero + rate * t) % 360.0).to_radians();
+    let node = degrees(125.044_555_01, -1_934.136_261_9);
+    let anomaly = degrees(134.963_402_51, 477_198.867_560_5);
+    let sun = degrees(357.529_109_18, 35_999.050_291_1);
+    let latitude = degrees(93.272_090_62, 483_202.017_457_7);
+    let elongation = degrees(297.850_195_47, 445_267.111_446_9);
+    let longitude = latitude - elongation + node;
+    let x = -0.0169 + (2004.2074 - 0.552_81 * t) * t - 6.8452 * node.sin() + 0.2059 * t * node.cos()
+        - 0.5244 * (2.0 * longitude).sin()
+        - 0.0908 * (2.0 * (latitude + node)).sin()
+        + 0.0821 * (2.0 * node).sin()
+        + 0.0510 * sun.sin()
+        - 0.0206 * (sun + 2.0 * longitude).sin()
+        + 0.0282 * anomaly.sin();
+    let y = -0.0052 - (0.0269 + 22.404_65 * t) * t
+        + 9.2052 * node.cos()
+        + 0.1530 * t * node.sin()
+        + 0.5729 * (2.0 * longitude).cos()
+        + 0.0980 * (2.0 * (latitude + node)).cos()
+        - 0.0896 * (2.0 * node).cos()
+        - 0.0047 * sun.sin()
+        + 0.0160 * anomaly.cos()
+        + 0.0224 * (sun + 2.0 * longitude).cos();
+    let (x, y) = (x * ARCSECOND, y * ARCSECOND);
+    (x, y, -0.5 * x * y)
+}
+
+/// C: GCRS to the celestial intermediate frame of date.
+pub(crate) fn intermediate(clock: &Clock, time: f64, theory: Theory) -> Matrix3 {
+    let (x, y, s) = match theory {
+        Theory::Series => pole(clock.centuries(time)),
+        Theory::Full => {
+            let (day, part) = clock.julian_tt(time);
+            sofars::pnp::xys06a(day, part)
+        }
+    };
+    let z = (1.0 - x * x - y * y).sqrt();
+    let a = 1.0 / (1.0 + z);
+    let turned = Matrix3::new(1.0 - a * x * x, -a * x * y, -x, -a * x * y, 1.0 - a * y * y, -y, x, y, z);
+    about_z(-s) * turned
+}
+
+/// The Earth rotation angle \[rad\].
+fn rotation_angle(clock: &Clock, time: f64, rotation: &EarthRotation) -> f64 {
+    let (days, part) = clock.days_of_ut1(time, rotation.ut1_minus_utc_s);
+    // In turns, of which whole ones are left out before they are multiplied.
+    let turns = 0.779_057_273_264 + part + 0.002_737_811_911_354_48 * (days + part);
+    TAU * turns.rem_euclid(1.0)
+}
+
+/// GCRS to the frame that turns with the Earth.
+pub(crate) fn to_earth(clock: &Clock, time: f64, rotation: &EarthRotation, theory: Theory) -> Matrix3 {
+    let [x, y] = rotation.polar_motion_arcsec.map(|angle| angle * ARCSECOND);
+    // W = R₃(−s') R₂(x_p) R₁(y_p), s' = −47 µas T.
+    let s = -47e-6 * ARCSECOND * clock.centuries(time);
+    let ((sx, cx), (sy, cy)) = (x.sin_cos(), y.sin_cos());
+    let second = Matrix3::new(cx, 0.0, -sx, 0.0, 1.0, 0.0, sx, 0.0, cx);
+    let first = Matrix3::new(1.0, 0.0, 0.0, 0.0, cy, sy, 0.0, -sy, cy);
+    let wobble = (about_z(s) * second.transpose() * first.transpose()).transpose();
+    wobble.transpose() * about_z(rotation_angle(clock, time, rotation)) * intermediate(clock, time, theory)
+}
+
+/// The frame of two-line elements (true equator, mean equinox) to GCRS.
+pub(crate) fn from_teme(clock: &Clock, time: f64, theory: Theory) -> Matrix3 {
+    let t = clock.centuries(time);
+    // GMST82 − ERA of one moment: it does not turn with the Earth.
+    let apart = (4612.432 * t + 1.3967 * t * t) * ARCSECOND;
+    intermediate(clock, time, theory).transpose() * about_z(apart)
+}
+
+/// A point on the ground, Earth-fixed axes \[m\]: geodetic latitude and east longitude \[deg\], height above the ellipsoid of WGS 84 \[m\].
+pub fn station(latitude_deg: f64, longitude_deg: f64, height_m: f64) -> Vector3 {
+    let ((sin, cos), (sl, cl)) = (latitude_deg.to_radians().sin_cos(), longitude_deg.to_radians().sin_cos());
+    let squared = FLATTENING * (2.0 - FLATTENING);
+    let across = EARTH_RADIUS_M / (1.0 - squared * sin * sin).sqrt();
+    Vector3::new(
+        (across + height_m) * cos * cl,
+        (across + height_m) * cos * sl,
+        (across * (1.0 - squared) + height_m) * sin,
+    )
+}
+
+/// The direction away from the ellipsoid at a latitude and longitude \[deg\], Earth-fixed axes: up.
+pub(crate) fn up(latitude_deg: f64, longitude_deg: f64) -> Vector3 {
+    let ((sin, cos), (sl, cl)) = (latitude_deg.to_radians().sin_cos(), longitude_deg.to_radians().sin_cos());
+    Vector3::new(cos * cl, cos * sl, sin)
+}
+
+/// The normal of the ellipsoid through a point, outward, Earth-fixed axes.
+pub(crate) fn geodetic_up(position: &Vector3) -> Vector3 {
+    let squared = FLATTENING * (2.0 - FLATTENING);
+    let longitude = position.y.atan2(position.x);
+    let across = position.x.hypot(position.y);
+    let mut latitude = position.z.atan2(across * (1.0 - squared));
+    // Converges by the square of the eccentricity: twelve steps leave round-off.
+    for _ in 0..12 {
+        let normal = EARTH_RADIUS_M / (1.0 - squared * latitude.sin().powi(2)).sqrt();
+        latitude = (position.z + squared * normal * latitude.sin()).atan2(across);
+    }
+    up(latitude.to_degrees(), longitude.to_degrees())
+}

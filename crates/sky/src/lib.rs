@@ -1,0 +1,35 @@
+//! Where targets are: orbits, Sun and Moon, stations on the ground, frames and time scales.
+//!
+//! Axes are those of the GCRS, origin the centre of the Earth, time is elapsed seconds since the epoch of a [`Clock`], lengths are
+//! metres. A [`Sky`] is a spacecraft on its orbit from an epoch on; it makes a [`Direction`](slewkit::Direction) of a [`Target`]: the vector to it,
+//! fitted once by Chebyshev polynomials, so that its derivatives belong to it (the velocity that SGP4 states is not the derivative
+//! of the position that it states, by up to 2e-4). [`Sky::seen`] evaluates the same without a fit and, where there is one, by another theory:
+//! what a witness asks.
+//!
+//! | | planner | witness |
+//! |---|---|---|
+//! | precession and nutation | seven arguments, 0.063″ | IAU 2006/2000A |
+//! | Sun | series of 30 terms, 3.8″ | VSOP2000 (`epv00`), 0.01″ |
+//! | Moon | ELP abridged (`moon98`), 9.6″ | the same |
+//! | orbit | SGP4, two-body, J2 | the same, not fitted |
+//!
+//! What is left out: aberration (20.5″ of the Sun and of stars, 0.7″ of the Moon, 5″ of all by the spacecraft's own velocity) and
+//! light time (0.01″ of the Sun, 1″ of stations): directions are geometric. UT1 − UTC and the motion of the pole move stations alone,
+//! by 120 m and 15 m at most where they are taken for zero.
+
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+
+mod bodies;
+mod frames;
+mod orbit;
+mod target;
+mod time;
+
+pub use frames::{EARTH_RADIUS_M, EarthRotation, station};
+pub use orbit::{Elements, Model, Orbit, OrbitError};
+pub use target::{Sky, SkyError, Target, Window};
+pub use time::{Clock, DATE_OF_LAST_LEAP_SECOND};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,330 @@
+//! Where a satellite is: two-line elements by SGP4, a Keplerian orbit, one with the Earth's flattening, a table.
+
+use crate::frames::{self, EARTH_RADIUS_M, Theory};
+use crate::time::Clock;
+use slewkit::{Matrix3, Vector3};
+use std::sync::Arc;
+use thiserror::Error;
+
+/// Gravitational parameter of the Earth \[m³/s²\].
+const MU: f64 = 3.986_004_418e14;
+/// Its second zonal harmonic.
+const J2: f64 = 1.082_626_68e-3;
+
+/// How a state goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Model {
+    /// About a point mass.
+    TwoBody,
+    /// About the flattened Earth, whose pole is that of the epoch.
+    J2,
+}
+
+/// Osculating Keplerian elements, axes of the GCRS.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Elements {
+    /// \[m\]
+    pub semi_major_axis_m: f64,
+    /// Below 1.
+    pub eccentricity: f64,
+    /// \[deg\]
+    pub inclination_deg: f64,
+    /// Right ascension of the ascending node \[deg\].
+    pub raan_deg: f64,
+    /// \[deg\]
+    pub argument_of_perigee_deg: f64,
+    /// \[deg\]
+    pub true_anomaly_deg: f64,
+}
+
+/// Why there is no orbit, or no position on it.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum OrbitError {
+    /// The two lines are none.
+    #[error("these are no two-line elements: {0}")]
+    TwoLines(String),
+    /// SGP4 cannot go there: it decays, as a rule.
+    #[error("SGP4 has no position {0:.0} s after the epoch: the orbit decays")]
+    Decays(f64),
+    /// Not an ellipse.
+    #[error("the orbit is no ellipse: {0}")]
+    NoEllipse(&'static str),
+    /// Its perigee is below the ground.
+    #[error("the perigee is {0:.0} km below the ground")]
+    Underground(f64),
+    /// A table does not reach so far.
+    #[error("the table of positions does not reach {0:.1} s after the epoch")]
+    Beyond(f64),
+}
+
+/// The orbit of a satellite: positions in the GCRS \[m\] at seconds after an epoch.
+#[derive(Clone, Debug)]
+pub struct Orbit {
+    path: Path,
+    /// From the epoch of the orbit to the epoch of the maneuver \[s\].
+    ahead: f64,
+    clock: Clock,
+}
+
+#[derive(Clone, Debug)]
+enum Path {
+    TwoLines(Arc<sgp4::Constants>),
+    State {
+        position: Vector3,
+        velocity: Vector3,
+        model: Model,
+        pole: Vector3,
+    },
+    /// Times since the epoch of the maneuver, positions, and how many neighbours are interpolated between.
+    Table {
+        time: Arc<[f64]>,
+        position: Arc<[Vector3]>,
+        degree: usize,
+    },
+}
+
+impl Orbit {
+    /// By SGP4, from two-line elements; `clock` is the epoch of the maneuver.
+    ///
+    /// # Errors
+    /// [`OrbitError::TwoLines`] with the place and the reason.
+    pub fn of_two_lines(lines: [&str; 2], clock: Clock) -> Result<Self, OrbitError> {
+        let wrong = |error: &dyn std::fmt::Display| OrbitError::TwoLines(error.to_string());
+        let [first, second] = lines.map(str::trim_end);
+        let elements =
+            sgp4::Elements::from_tle(None, first.as_bytes(), second.as_bytes()).map_err(|e| wrong(&e))?;
+        let constants =
+            sgp4::Constants::from_elements_afspc_compatibility_mode(&elements).map_err(|e| wrong(&e))?;
+        // The crate counts without leap seconds: the epoch goes through TAI.
+        let text = elements.datetime.format("%Y %m %d %H %M %S %f").to_string();
+        let numbers: Vec<u32> = text.split(' ').filter_map(|part| part.parse().ok()).collect();
+        let epoch = match numbers[..] {
+            [year, month, day, hour, minute, second, nanosecond] => {
+                let date = [year, month, day].map(|number| number as i32);
+                Clock::of_utc(date, hour as u8, minute as u8, second as u8, nanosecond)
+            }
+            _ => None,
+        };
+        let epoch = epoch.ok_or_else(|| OrbitError::TwoLines("their epoch is no moment of UTC".into()))?;
+        Ok(Self { path: Path::TwoLines(constants.into()), ahead: clock.since(&epoch), clock })
+    }
+
+    /// From a state at an epoch of its own, GCRS \[m\], \[m/s\].
+    ///
+    /// # Errors
+    /// [`OrbitError::NoEllipse`], [`OrbitError::Underground`].
+    pub fn of_state(
+        position: Vector3,
+        velocity: Vector3,
+        model: Model,
+        epoch: Clock,
+        clock: Clock,
+    ) -> Result<Self, OrbitError> {
+        let (r, energy) = (position.norm(), 0.5 * velocity.norm_squared() - MU / position.norm());
+        if !(r > 0.0 && energy.is_finite()) {
+            return Err(OrbitError::NoEllipse("position and velocity must be finite, and not zero"));
+        }
+        if energy >= 0.0 {
+            return Err(OrbitError::NoEllipse("the velocity is that of an escape"));
+        }
+        let momentum = position.cross(&velocity).norm_squared();
+        let axis = -0.5 * MU / energy;
+        let eccentricity = (1.0 - momentum / (MU * axis)).max(0.0).sqrt();
+        let below = EARTH_RADIUS_M - axis * (1.0 - eccentricity);
+        if below > 0.0 {
+            return Err(OrbitError::Underground(below / 1e3));
+        }
+        let pole = frames::intermediate(&epoch, 0.0, Theory::Series).row(2).transpose();
+        Ok(Self { path: Path::State { position, velocity, model, pole }, ahead: clock.since(&epoch), clock })
+    }
+
+    /// From osculating elements at an epoch of their own.
+    ///
+    /// # Errors
+    /// As [`Orbit::of_state`].
+    pub fn of_elements(
+        elements: &Elements,
+        model: Model,
+        epoch: Clock,
+        clock: Clock,
+    ) -> Result<Self, OrbitError> {
+        let Elements { semi_major_axis_m: a, eccentricity: e, .. } = *elements;
+        if !(a > 0.0 && a.is_finite() && (0.0..1.0).contains(&e)) {
+            return Err(OrbitError::NoEllipse(
+                "the semi-major axis must be positive, the eccentricity from 0 to below 1",
+            ));
+        }
+        let about = |axis: Vector3, degrees: f64| slewkit::lie::exp(&(axis * degrees.to_radians()));
+        let (x, z) = (Vector3::x(), Vector3::z());
+        let plane: Matrix3 = about(z, elements.raan_deg)
+            * about(x, elements.inclination_deg)
+            * about(z, elements.argument_of_perigee_deg);
+        let (sin, cos) = elements.true_anomaly_deg.to_radians().sin_cos();
+        let parameter = a * (1.0 - e * e);
+        let position = plane * Vector3::new(cos, sin, 0.0) * (parameter / (1.0 + e * cos));
+        let velocity = plane * Vector3::new(-sin, e + cos, 0.0) * (MU / parameter).sqrt();
+        Self::of_state(position, velocity, model, epoch, clock)
+    }
+
+    /// From a table: seconds since the epoch of the maneuver, rising, and positions, GCRS \[m\]; between them Lagrange's polynomial of
+    /// this degree.
+    ///
+    /// # Errors
+    /// [`OrbitError::Beyond`] where the table has fewer rows than the polynomial needs, or times that do not rise.
+    pub fn of_table(
+        time: Vec<f64>,
+        position: Vec<Vector3>,
+        degree: usize,
+        clock: Clock,
+    ) -> Result<Self, OrbitError> {
+        let rises = time.windows(2).all(|pair| pair[1] > pair[0]);
+        if time.len() != position.len() || time.len() < degree + 1 || !rises {
+            return Err(OrbitError::Beyond(0.0));
+        }
+        Ok(Self {
+            path: Path::Table { time: time.into(), position: position.into(), degree },
+            ahead: 0.0,
+            clock,
+        })
+    }
+
+    /// How old the elements are at the epoch of the maneuver \[s\]; 0 of a table.
+    pub fn age(&self) -> f64 {
+        self.ahead
+    }
+
+    /// Position at `time` \[s\] after the epoch of the maneuver, GCRS \[m\].
+    ///
+    /// # Errors
+    /// [`OrbitError::Decays`], [`OrbitError::Beyond`].
+    pub fn position(&self, time: f64) -> Result<Vector3, OrbitError> {
+        self.position_by(time, Theory::Series)
+    }
+
+    pub(crate) fn position_by(&self, time: f64, theory: Theory) -> Result<Vector3, OrbitError> {
+        let since = self.ahead + time;
+        match &self.path {
+            Path::TwoLines(constants) => {
+                let at = sgp4::MinutesSinceEpoch(since / 60.0);
+                let found = constants.propagate_afspc_compatibility_mode(at);
+                let found = found.map_err(|_| OrbitError::Decays(time))?;
+                let position = Vector3::from(found.position) * 1e3;
+                if !position.iter().all(|x| x.is_finite()) || position.norm() < EARTH_RADIUS_M {
+                    return Err(OrbitError::Decays(time));
+                }
+                Ok(frames::from_teme(&self.clock, time, theory) * position)
+            }
+            Path::State { position, velocity, model: Model::TwoBody, .. } => {
+                Ok(kepler(position, velocity, since))
+            }
+            Path::State { position, velocity, model: Model::J2, pole } => {
+                Ok(extrapolated(position, velocity, since, pole))
+            }
+            Path::Table { time: times, position, degree } => {
+                lagrange(times, position, *degree, time).ok_or(OrbitError::Beyond(time))
+            }
+        }
+    }
+
+    /// One revolution about a point mass from the state at the epoch \[s\].
+    ///
+    /// # Errors
+    /// As [`Orbit::position`].
+    pub fn period(&self) -> Result<f64, OrbitError> {
+        const STEP: f64 = 1.0;
+        let at = |time: f64| self.position(time);
+        let (before, here, after) = (at(0.0)?, at(STEP)?, at(2.0 * STEP)?);
+        let velocity = (after - before) / (2.0 * STEP);
+        let axis = 1.0 / (2.0 / here.norm() - velocity.norm_squared() / MU);
+        Ok(std::f64::consts::TAU * (axis.powi(3) / MU).sqrt())
+    }
+}
+
+/// Along an ellipse, by the difference of the eccentric anomalies.
+fn kepler(position: &Vector3, velocity: &Vector3, time: f64) -> Vector3 {
+    let r = position.norm();
+    let axis = 1.0 / (2.0 / r - velocity.norm_squared() / MU);
+    let n = (MU / axis.powi(3)).sqrt();
+    let cosine = 1.0 - r / axis;
+    let sine = position.dot(velocity) / (MU * axis).sqrt();
+    let turns = (n * time / std::f64::consts::TAU).trunc();
+    let mean = n * time - turns * std::f64::consts::TAU;
+    // x − e cos E₀ sin x + e sin E₀ (1 − cos x) = M.
+    let mut x = mean;
+    for _ in 0..50 {
+        let value = x - cosine * x.sin() + sine * (1.0 - x.cos()) - mean;
+        let slope = 1.0 - cosine * x.cos() + sine * x.sin();
+        let step = value / slope;
+        x -= step.clamp(-1.0, 1.0);
+        if step.abs() <= 1e-15 * (1.0 + x.abs()) {
+            break;
+        }
+    }
+    let f = 1.0 - axis / r * (1.0 - x.cos());
+    let g = (mean - (x - x.sin())) / n;
+    position * f + velocity * g
+}
+
+/// Along an orbit about the flattened Earth: steps of a minute, by extrapolated midpoints of order sixteen.
+fn extrapolated(position: &Vector3, velocity: &Vector3, time: f64, pole: &Vector3) -> Vector3 {
+    const STEP: f64 = 60.0;
+    const STAGES: usize = 8;
+    let acceleration = |r: &Vector3| {
+        let (square, along) = (r.norm_squared(), r.dot(pole));
+        let central = -MU / (square * square.sqrt());
+        let ratio = EARTH_RADIUS_M * EARTH_RADIUS_M / square;
+        let flat = 1.5 * J2 * ratio;
+        (r * (1.0 + flat * (1.0 - 5.0 * along * along / square)) + pole * (2.0 * flat * along)) * central
+    };
+    let count = (time.abs() / STEP).ceil().max(1.0);
+    let step = time / count;
+    let (mut r, mut v) = (*position, *velocity);
+    for _ in 0..count as usize {
+        let mut table: Vec<(Vector3, Vector3)> = Vec::with_capacity(STAGES);
+        for stage in 1..=STAGES {
+            let parts = 2 * stage;
+            let h = step / parts as f64;
+            let (mut before, mut here) = ((r, v), (r + v * h, v + acceleration(&r) * h));
+            for _ in 1..parts {
+                let next = (before.0 + here.1 * (2.0 * h), before.1 + acceleration(&here.0) * (2.0 * h));
+                (before, here) = (here, next);
+            }
+            let last = acceleration(&here.0);
+            let mut value = ((before.0 + here.0 + here.1 * h) * 0.5, (before.1 + here.1 + last * h) * 0.5);
+            // Neville's scheme in the square of the step.
+            for column in 1..stage {
+                let ratio = (stage as f64 / (stage - column) as f64).powi(2);
+                let left = table[column - 1];
+                let next = (
+                    value.0 + (value.0 - left.0) / (ratio - 1.0),
+                    value.1 + (value.1 - left.1) / (ratio - 1.0),
+                );
+                table[column - 1] = value;
+                value = next;
+            }
+            table.push(value);
+        }
+        if let Some(found) = table.last() {
+            (r, v) = *found;
+        }
+    }
+    r
+}
+
+/// Lagrange's polynomial through the neighbours of a time; `None` outside of the table.
+fn lagrange(times: &[f64], values: &[Vector3], degree: usize, time: f64) -> Option<Vector3> {
+    let (first, last) = (*times.first()?, *times.last()?);
+    if !(first..=last).contains(&time) {
+        return None;
+    }
+    let after = times.partition_point(|t| *t <= time);
+    let from = after.saturating_sub(degree / 2 + 1).min(times.len() - (degree + 1));
+    let rows = from..from + degree + 1;
+    let weight = |row: usize| -> f64 {
+        rows.clone()
+            .filter(|other| *other != row)
+            .map(|other| (time - times[other]) / (times[row] - times[other]))
+            .product()
+    };
+    Some(rows.clone().fold(Vector3::zeros(), |sum, row| sum + values[row] * weight(row)))
+}

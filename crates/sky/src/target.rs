@@ -1,0 +1,298 @@
+//! What a body axis points at, from a satellite on its orbit.
+
+use crate::bodies;
+use crate::frames::{self, EARTH_RADIUS_M, EarthRotation, Theory};
+use crate::orbit::{Orbit, OrbitError};
+use crate::time::Clock;
+use slewkit::mechanics::direction::{Track, TrackError};
+use slewkit::{Direction, Matrix3, Vector3};
+use thiserror::Error;
+
+/// Radius of the Sun and of the Moon \[m\].
+const SUN_RADIUS: f64 = 695_700_000.0;
+
+/// What is pointed at. Sun and Moon are seen from where the spacecraft is: from the centre of the Earth where no orbit is known.
+#[derive(Clone, Debug)]
+pub enum Target {
+    /// The centre of the Sun.
+    Sun,
+    /// Away from it.
+    AntiSun,
+    /// The centre of the Moon.
+    Moon,
+    /// The centre of the Earth.
+    Nadir,
+    /// Away from it.
+    Zenith,
+    /// Down along the normal of the ellipsoid of WGS 84.
+    GeodeticNadir,
+    /// The velocity of the satellite relative to the stars; or against it.
+    Velocity {
+        /// Against it.
+        reversed: bool,
+    },
+    /// Normal to nadir and orbit normal, forward.
+    AlongTrack,
+    /// The normal of the orbit `r × v`; or against it.
+    OrbitNormal {
+        /// Against it.
+        reversed: bool,
+    },
+    /// A station on the ground.
+    Ground {
+        /// Geodetic \[deg\].
+        latitude_deg: f64,
+        /// East \[deg\].
+        longitude_deg: f64,
+        /// Above the ellipsoid \[m\].
+        height_m: f64,
+    },
+    /// A fixed direction, GCRS, a unit vector.
+    Fixed(Vector3),
+    /// A vector that is fixed in the orbit: along the track, the orbit normal, outward.
+    InOrbit(Vector3),
+    /// Another satellite.
+    Satellite(Box<Orbit>),
+}
+
+/// Why a direction is not known.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum SkyError {
+    /// It depends on where the satellite is.
+    #[error("it depends on where the satellite is: [orbit] is missing")]
+    NoOrbit,
+    /// The orbit.
+    #[error(transparent)]
+    Orbit(#[from] OrbitError),
+    /// The vector.
+    #[error(transparent)]
+    Track(#[from] TrackError),
+}
+
+/// A spacecraft on its orbit from an epoch on.
+#[derive(Clone, Debug)]
+pub struct Sky {
+    clock: Clock,
+    orbit: Option<Orbit>,
+    rotation: EarthRotation,
+}
+
+/// When a station is above the horizon \[s\] after the epoch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Window {
+    /// It rises.
+    pub from: f64,
+    /// It sets, or the look ahead ends.
+    pub to: f64,
+}
+
+/// Pieces of a track \[s\] and their degree: 3e-8 m of a low orbit by SGP4.
+const PIECE: f64 = 600.0;
+const DEGREE: usize = 14;
+
+/// How finely windows and shadows are looked for \[s\]: a pass above the horizon or through the shadow lasts minutes.
+const LOOK: f64 = 20.0;
+
+impl Sky {
+    /// From an epoch on; without an orbit Sun, Moon and stars are known alone.
+    pub fn new(clock: Clock, orbit: Option<Orbit>, rotation: EarthRotation) -> Self {
+        Self { clock, orbit, rotation }
+    }
+
+    /// The orbit.
+    pub fn orbit(&self) -> Option<&Orbit> {
+        self.orbit.as_ref()
+    }
+
+    fn place(&self, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
+        Ok(self.orbit.as_ref().ok_or(SkyError::NoOrbit)?.position_by(time, theory)?)
+    }
+
+    /// The velocity, by differences of positions.
+    fn velocity(&self, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
+        // Of fourth order: 1e-7 m/s in a low orbit.
+        const H: f64 = 0.5;
+        let at = |steps: f64| self.place(time + steps * H, theory);
+        let near = at(1.0)? - at(-1.0)?;
+        let far = at(2.0)? - at(-2.0)?;
+        Ok((near * 8.0 - far) / (12.0 * H))
+    }
+
+    /// The axes of the orbit, columns: along the track, its normal, outward.
+    fn orbit_axes(&self, time: f64, theory: Theory) -> Result<Matrix3, SkyError> {
+        let (r, v) = (self.place(time, theory)?, self.velocity(time, theory)?);
+        let outward = r.normalize();
+        let normal = r.cross(&v).normalize();
+        Ok(Matrix3::from_columns(&[normal.cross(&outward), normal, outward]))
+    }
+
+    /// The vector to a target \[m\], or along a direction, of any length.
+    fn vector(&self, target: &Target, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
+        let from = |far: Vector3| match &self.orbit {
+            Some(_) => Ok::<_, SkyError>(far - self.place(time, theory)?),
+            None => Ok(far),
+        };
+        let sun = || match theory {
+            Theory::Series => bodies::sun(&self.clock, time),
+            Theory::Full => {
+                bodies::sun_by_vsop(&self.clock, time).unwrap_or_else(|| bodies::sun(&self.clock, time))
+            }
+        };
+        Ok(match target {
+            Target::Sun => from(sun())?,
+            Target::AntiSun => -from(sun())?,
+            Target::Moon => from(bodies::moon(&self.clock, time))?,
+            Target::Nadir => -self.place(time, theory)?,
+            Target::Zenith => self.place(time, theory)?,
+            Target::GeodeticNadir => {
+                let earth = frames::to_earth(&self.clock, time, &self.rotation, theory);
+                let up = frames::geodetic_up(&(earth * self.place(time, theory)?));
+                -(earth.transpose() * up) * EARTH_RADIUS_M
+            }
+            Target::Velocity { reversed } => {
+                self.velocity(time, theory)? * if *reversed { -1.0 } else { 1.0 }
+            }
+            Target::AlongTrack => self.orbit_axes(time, theory)?.column(0).into_owned(),
+            Target::OrbitNormal { reversed } => {
+                self.orbit_axes(time, theory)?.column(1) * if *reversed { -1.0 } else { 1.0 }
+            }
+            Target::Ground { latitude_deg, longitude_deg, height_m } => {
+                let earth = frames::to_earth(&self.clock, time, &self.rotation, theory);
+                let there = earth.tr_mul(&frames::station(*latitude_deg, *longitude_deg, *height_m));
+                there - self.place(time, theory)?
+            }
+            Target::Fixed(vector) => *vector,
+            Target::InOrbit(vector) => self.orbit_axes(time, theory)? * vector,
+            Target::Satellite(orbit) => orbit.position_by(time, theory)? - self.place(time, theory)?,
+        })
+    }
+
+    /// The direction to a target over `from … to` \[s\] after the epoch, for plans.
+    ///
+    /// # Errors
+    /// A [`SkyError`]: no orbit, or none that reaches so far.
+    pub fn direction(&self, target: &Target, from: f64, to: f64) -> Result<Direction, SkyError> {
+        if let Target::Fixed(vector) = target {
+            return Ok(Direction::Fixed(*vector));
+        }
+        Ok(Direction::Moving(self.track(target, from, to)?))
+    }
+
+    /// The disc of the Earth over `from … to` \[s\]: cones about it begin at its limb.
+    ///
+    /// # Errors
+    /// As [`Sky::direction`].
+    pub fn earth_disc(&self, from: f64, to: f64) -> Result<Direction, SkyError> {
+        Ok(Direction::Disc { centre: self.track(&Target::Nadir, from, to)?, radius: EARTH_RADIUS_M })
+    }
+
+    fn track(&self, target: &Target, from: f64, to: f64) -> Result<Track, SkyError> {
+        let scale = self.vector(target, from, Theory::Series)?.norm();
+        // Lengths that are exact powers of two: the digits stay.
+        let scale = 2f64.powi(scale.log2().floor() as i32);
+        Track::fitted(from, to, PIECE, DEGREE, |time| Ok(self.vector(target, time, Theory::Series)? / scale))
+            .map(|track| if matches!(target, Target::Nadir) { track.scaled(scale) } else { track })
+    }
+
+    /// The unit vector to a target, for a witness: not fitted, and by the full theories.
+    ///
+    /// # Errors
+    /// As [`Sky::direction`].
+    pub fn seen(&self, target: &Target, time: f64) -> Result<Vector3, SkyError> {
+        Ok(self.vector(target, time, Theory::Full)?.normalize())
+    }
+
+    /// Distance to a target \[m\].
+    ///
+    /// # Errors
+    /// As [`Sky::direction`].
+    pub fn range(&self, target: &Target, time: f64) -> Result<f64, SkyError> {
+        Ok(self.vector(target, time, Theory::Series)?.norm())
+    }
+
+    /// Elevation of the satellite above the horizon of a station \[rad\].
+    ///
+    /// # Errors
+    /// As [`Sky::direction`].
+    pub fn elevation(
+        &self,
+        latitude_deg: f64,
+        longitude_deg: f64,
+        height_m: f64,
+        time: f64,
+    ) -> Result<f64, SkyError> {
+        let station = Target::Ground { latitude_deg, longitude_deg, height_m };
+        let earth = frames::to_earth(&self.clock, time, &self.rotation, Theory::Series);
+        let up = earth.transpose() * frames::up(latitude_deg, longitude_deg);
+        let away = -self.vector(&station, time, Theory::Series)?.normalize();
+        Ok(std::f64::consts::FRAC_PI_2 - away.cross(&up).norm().atan2(away.dot(&up)))
+    }
+
+    /// When a station is above the horizon next, from `from` on and within `ahead` \[s\]; `None` where it is not.
+    ///
+    /// # Errors
+    /// As [`Sky::direction`].
+    pub fn window(
+        &self,
+        latitude_deg: f64,
+        longitude_deg: f64,
+        height_m: f64,
+        from: f64,
+        ahead: f64,
+    ) -> Result<Option<Window>, SkyError> {
+        let above =
+            |time: f64| Ok::<_, SkyError>(self.elevation(latitude_deg, longitude_deg, height_m, time)? > 0.0);
+        let found = intervals(from, from + ahead, &above)?;
+        Ok(found.first().copied())
+    }
+
+    /// When the satellite is in the shadow of the Earth, a cone, at least half of the Sun's disc: intervals \[s\].
+    ///
+    /// # Errors
+    /// As [`Sky::direction`].
+    pub fn eclipses(&self, from: f64, to: f64) -> Result<Vec<Window>, SkyError> {
+        intervals(from, to, &|time| self.is_dark(time))
+    }
+
+    fn is_dark(&self, time: f64) -> Result<bool, SkyError> {
+        let place = self.place(time, Theory::Series)?;
+        let sun = bodies::sun(&self.clock, time) - place;
+        let apart = place.cross(&sun).norm().atan2(-place.dot(&sun));
+        let earth = (EARTH_RADIUS_M / place.norm()).min(1.0).asin();
+        let disc = (SUN_RADIUS / sun.norm()).asin();
+        // The middle of the penumbra is where the centre of the Sun sets; of a small Sun the cone shrinks by its radius.
+        Ok(apart < earth.max(disc))
+    }
+}
+
+/// When something holds, its borders to a millisecond.
+fn intervals(
+    from: f64,
+    to: f64,
+    holds: &dyn Fn(f64) -> Result<bool, SkyError>,
+) -> Result<Vec<Window>, SkyError> {
+    let border = |mut low: f64, mut high: f64, at_low: bool| {
+        while high - low > 1e-3 {
+            let middle = 0.5 * (low + high);
+            if holds(middle)? == at_low { low = middle } else { high = middle }
+        }
+        Ok::<_, SkyError>(0.5 * (low + high))
+    };
+    let mut found = Vec::new();
+    let (mut time, mut now) = (from, holds(from)?);
+    let mut since = from;
+    while time < to {
+        let next = (time + LOOK).min(to);
+        let then = holds(next)?;
+        match (now, then) {
+            (false, true) => since = border(time, next, false)?,
+            (true, false) => found.push(Window { from: since, to: border(time, next, true)? }),
+            _ => {}
+        }
+        (time, now) = (next, then);
+    }
+    if now {
+        found.push(Window { from: since, to });
+    }
+    Ok(found)
+}

@@ -1,0 +1,104 @@
+//! A moment, and the moments that follow it by seconds.
+//!
+//! A Julian date in one double has 40 µs, 0.3 m of a satellite; so days and seconds are kept apart, and elapsed SI seconds are added
+//! to the latter.
+
+use hifitime::{Duration, Epoch, TimeScale};
+
+/// The last leap second that is known; none is assumed after it.
+pub const DATE_OF_LAST_LEAP_SECOND: &str = "2017-01-01";
+
+const DAY: f64 = 86_400.0;
+
+/// The epoch of a maneuver.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clock {
+    /// Whole days of TT since J2000.0, noon.
+    days: f64,
+    /// Seconds of TT into that day.
+    seconds: f64,
+    /// TAI − UTC at the epoch \[s\].
+    leap: f64,
+}
+
+impl Clock {
+    /// That of a moment: whole seconds of TAI since 1900-01-01, midnight, and a fraction of one.
+    pub fn of_tai(seconds: i64, fraction: f64) -> Self {
+        let whole = Epoch::from_tai_duration(Duration::from_seconds(seconds as f64));
+        // From 1900-01-01, midnight, to 2000-01-01, noon; TT is 32.184 s ahead.
+        const CENTURY: i64 = 36_524 * 86_400 + 43_200;
+        let since = seconds - CENTURY;
+        let days = since.div_euclid(86_400);
+        let seconds = since.rem_euclid(86_400) as f64 + fraction + 32.184;
+        Self { days: days as f64, seconds, leap: whole.leap_seconds(true).unwrap_or(0.0) }
+    }
+
+    /// That of a moment of UTC.
+    ///
+    /// `None` where the calendar has no such moment.
+    pub fn of_utc(date: [i32; 3], hours: u8, minutes: u8, seconds: u8, nanoseconds: u32) -> Option<Self> {
+        let [year, month, day] = date;
+        let (month, day) = (u8::try_from(month).ok()?, u8::try_from(day).ok()?);
+        let at = Epoch::maybe_from_gregorian(
+            year,
+            month,
+            day,
+            hours,
+            minutes,
+            seconds,
+            nanoseconds,
+            TimeScale::UTC,
+        );
+        let tai = at.ok()?.to_tai_duration().total_nanoseconds();
+        let whole = tai.div_euclid(1_000_000_000);
+        let fraction = tai.rem_euclid(1_000_000_000) as f64 * 1e-9;
+        Some(Self::of_tai(i64::try_from(whole).ok()?, fraction))
+    }
+
+    /// This epoch `seconds` later, of the same difference of TAI and UTC.
+    #[must_use]
+    pub fn later(&self, seconds: f64) -> Self {
+        Self { seconds: self.seconds + seconds, ..*self }
+    }
+
+    /// Seconds from another epoch to this one.
+    pub fn since(&self, other: &Self) -> f64 {
+        (self.days - other.days) * DAY + (self.seconds - other.seconds)
+    }
+
+    /// Julian centuries of TT (and, to 2 ms, of TDB) since J2000.0.
+    pub(crate) fn centuries(&self, time: f64) -> f64 {
+        (self.days + (self.seconds + time) / DAY) / 36_525.0
+    }
+
+    /// A two-part Julian date of TT.
+    pub(crate) fn julian_tt(&self, time: f64) -> (f64, f64) {
+        (2_451_545.0 + self.days, (self.seconds + time) / DAY)
+    }
+
+    /// Days of UT1 since J2000.0: whole ones, and a part.
+    pub(crate) fn days_of_ut1(&self, time: f64, ut1_minus_utc: f64) -> (f64, f64) {
+        (self.days, (self.seconds - 32.184 - self.leap + ut1_minus_utc + time) / DAY)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_epoch_is_at_its_seconds() {
+        let noon = Clock::of_utc([2000, 1, 1], 12, 0, 0, 0).unwrap();
+        // TT − UTC was 64.184 s.
+        assert_eq!((noon.days, noon.seconds, noon.leap), (0.0, 64.184, 32.0));
+        let later = Clock::of_utc([2026, 11, 21], 7, 0, 0, 250_000_000).unwrap();
+        assert_eq!(later.leap, 37.0);
+        let next = Clock::of_utc([2026, 11, 22], 7, 0, 0, 0).unwrap();
+        assert!((next.since(&later) - 86_399.75).abs() < 1e-9);
+        // Over a leap second a day has one more.
+        let [before, after] =
+            [[2016, 12, 31], [2017, 1, 1]].map(|day| Clock::of_utc(day, 12, 0, 0, 0).unwrap());
+        assert_eq!(after.since(&before), 86_401.0);
+        assert_eq!(Clock::of_utc([2026, 13, 1], 0, 0, 0, 0), None);
+    }
+}
