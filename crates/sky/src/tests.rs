@@ -142,8 +142,10 @@ fn satellites_and_what_they_see_are_where_they_were_computed() {
             let off = apart(&planned.direction, &wanted);
             assert!(off < within, "{name}: {off:.1e}");
             let rate = vector(&case[format!("{name}_rate")]);
+            // Of the series themselves, and of the pole that seven arguments leave out.
+            let rates = if name == "moon" || name == "sun" { 1e-4 } else { 2e-6 };
             let rate_off = (planned.rate - rate).norm();
-            assert!(rate_off < 2e-6 * rate.norm() + 1e-10, "{name}: {rate_off:.1e} of {}", rate.norm());
+            assert!(rate_off < rates * rate.norm() + 1e-11, "{name}: {rate_off:.1e} of {}", rate.norm());
             let witness = sky.seen(&target, 0.0).unwrap();
             assert!(apart(&witness, &planned.direction) < 2.0 * within);
         }
