@@ -223,6 +223,13 @@ impl Epoch {
         whole.to_seconds() + (self.fraction - other.fraction)
     }
 
+    /// The clock that starts at it, for where things are in the sky.
+    pub(crate) fn clock(&self) -> slewkit_sky::Clock {
+        let nanoseconds = self.second.to_tai_duration().total_nanoseconds();
+        let (whole, rest) = (nanoseconds.div_euclid(1_000_000_000), nanoseconds.rem_euclid(1_000_000_000));
+        slewkit_sky::Clock::of_tai(i64::try_from(whole).unwrap_or(0), rest as f64 * 1e-9 + self.fraction)
+    }
+
     /// Terrestrial time past J2000, seconds: what the clock kernels of SPICE count in.
     pub fn terrestrial_past_j2000(&self) -> f64 {
         self.second.to_tt_since_j2k().to_seconds() + self.fraction

@@ -4,7 +4,7 @@ use super::attitude::Rotation;
 use super::boundary::{Boundary, TURN};
 use super::{
     Expect, Report, Section, actuators, body, constraint, environment, escape, expect, maneuver, names,
-    short, show,
+    short, show, sky,
 };
 use crate::identity::Identity;
 use slewkit::lie::{exp, minus};
@@ -24,6 +24,7 @@ pub(crate) struct Assembled {
     pub settings: Settings,
     pub expect: Option<Expect>,
     pub identity: Identity,
+    pub heavens: Option<sky::Heavens>,
 }
 
 /// Builds the problem; `None` when the report says why not.
@@ -31,8 +32,8 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
     let body_section = root.section("body");
     let inertia = body_section.as_ref().and_then(|section| body::inertia(section));
     let mass = body_section.as_ref().and_then(|section| section.number("mass_kg"));
-    let start = root.section("start").map(|section| Boundary::read(section, "attitude"));
-    let end = root.section("end").map(|section| {
+    let mut start = root.section("start").map(|section| Boundary::read(section, "attitude"));
+    let mut end = root.section("end").map(|section| {
         let relative = section.has("rotation_from_start") && !section.has("attitude");
         Boundary::read(section, if relative { "rotation_from_start" } else { "attitude" })
     });
@@ -42,7 +43,23 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
     }
     let actuated = actuators::actuated(root.section("actuators"), motion);
     let identity = names::identity(root, actuated.as_ref().map(|actuated| &actuated.actuation));
-    let constraints = constraint::constraints(root);
+    let section = root.section("maneuver")?;
+    let duration = maneuver::duration(section);
+    let known = duration.and_then(|duration| duration.known().or(duration.at_most()));
+    let mut sky = sky::Reading::new(root, identity.epoch, known);
+    let constraints = constraint::constraints(root, &mut sky);
+    if let Some(start) = &mut start {
+        start.aimed(&mut sky);
+    }
+    let aim = match &end {
+        Some(end) if end.section.has("point") => {
+            Some(sky.aim(end.section, duration.and_then(|duration| duration.known()))?)
+        }
+        _ => None,
+    };
+    if let (Some(end), Some(_), Some(start)) = (&mut end, &aim, &start) {
+        end.rotation.clone_from(&start.rotation);
+    }
     let solver = root.section("solver");
     let (scheme, settings) = maneuver::solver(solver);
     let expect = root.section("expect").map(expect::of_maneuver);
@@ -54,14 +71,17 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
         surroundings.check_ends(&[start, end]);
     }
 
-    let section = root.section("maneuver")?;
-    let duration = maneuver::duration(section);
     let (start, end) = (start?, end?);
     let path = path(section, &end);
     let start_rotation = start.rotation.as_ref()?;
     // Of any attitude that of the start is as good a guess as another.
     let end_rotation = if end.is_open() { start_rotation } else { end.rotation.as_ref()? };
-    let end_condition = if end.is_open() { EndCondition::AnyAttitude } else { EndCondition::State };
+    let end_condition = match aim {
+        Some(aim) => EndCondition::Aim(aim),
+        None if end.is_open() => EndCondition::AnyAttitude,
+        None => EndCondition::State,
+    };
+    let aims = matches!(end_condition, EndCondition::Aim(_));
     warn_quaternion_order(start_rotation, end_rotation, &root.report);
     let end_attitude =
         if end.relative() { start_rotation.matrix * end_rotation.matrix } else { end_rotation.matrix };
@@ -91,7 +111,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
     };
     let (start_state, end_state) = (turning(&start, start_state), turning(&end, end_state));
     let still = environment.is_free() && environment.frame_rate().amax() == 0.0;
-    if still && is_same(&start_state, &end_state, &path) {
+    if still && !aims && is_same(&start_state, &end_state, &path) {
         let reason = "the body is at rest where it should end: the plan is zero torque";
         let remedy =
             if end.is_open() { "give [end] an attitude, or a rate" } else { "give [end] another attitude" };
@@ -167,7 +187,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
             return None;
         }
     }
-    Some(Assembled { problem, settings, expect, identity })
+    Some(Assembled { problem, settings, expect, identity, heavens: sky.heavens() })
 }
 
 /// Positions anywhere make it a maneuver of the whole body, and are then needed everywhere.
@@ -324,6 +344,10 @@ fn refuse(
             let spot = if code == "E0060" { at.rate_spot() } else { at.section.spot(at.key) };
             maneuver.report.error(code, spot, escape(&error.to_string()), remedy);
         }
+        ProblemError::Aim(error) => {
+            let reason = error.to_string();
+            at("end").section.error("E0078", "point", reason, "check the axes and the directions");
+        }
         ProblemError::Unsuited(cause) => unsuited(*cause, root, maneuver, problem),
         ProblemError::Value { what: "shortest pulse", value, reason } => {
             let (told, remedy) = match problem.duration {
@@ -347,7 +371,6 @@ fn refuse(
         | ProblemError::Missing(_)
         | ProblemError::Constraint { .. }
         | ProblemError::Wheels(_)
-        | ProblemError::Aim(_)
         | ProblemError::Weight { .. } => {
             maneuver.error_here("E0031", error.to_string(), "check the numbers");
         }

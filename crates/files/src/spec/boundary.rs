@@ -2,7 +2,7 @@
 
 use super::attitude::{self, Rotation, Use};
 use super::keys::REST_IN_ORBIT;
-use super::{Section, Spot};
+use super::{Section, Spot, sky};
 use slewkit::maneuver::State;
 use slewkit::{Matrix3, Vector3};
 
@@ -38,13 +38,44 @@ impl<'a> Boundary<'a> {
         Self { section, key, rotation, turn, rate, position, velocity }
     }
 
+    /// Takes the state of a body that points at a target when the maneuver begins.
+    pub fn aimed(&mut self, sky: &mut sky::Reading) {
+        if !self.section.has("point") {
+            return;
+        }
+        if !self.section.has("second") {
+            let reason = "a start on a target needs `second`: the roll about the boresight is open without";
+            self.section.error(
+                "E0078",
+                "point",
+                reason,
+                "add second = { axis_body = [1, 0, 0], at = \"velocity\" }",
+            );
+            return;
+        }
+        let Some(aim) = sky.aim(self.section, Some(0.0)) else { return };
+        let ends = aim.check().and_then(|()| aim.ends(0.0, &Matrix3::identity(), &Vector3::zeros()));
+        match ends {
+            Err(error) => {
+                self.section.error("E0078", "point", error.to_string(), "check the axes and the directions");
+            }
+            Ok(ends) => {
+                let (matrix, rate) = ends.at(0.0);
+                let vector = slewkit::lie::log(&matrix);
+                let spot = self.section.spot("point");
+                self.rotation = Some(Rotation { matrix, vector, spot, maybe_identity: None });
+                self.rate = Some(rate);
+            }
+        }
+    }
+
     pub fn relative(&self) -> bool {
         self.key == "rotation_from_start"
     }
 
     /// Whether a rate is given without an attitude: any will do.
     pub fn is_open(&self) -> bool {
-        let attitudes = ["attitude", "rotation_from_start", "attitude_file"];
+        let attitudes = ["attitude", "rotation_from_start", "attitude_file", "point"];
         self.section.rate_key().is_some() && !attitudes.into_iter().any(|key| self.section.has(key))
     }
 

@@ -1,6 +1,6 @@
 //! The first pass: every key against the tables of [`super::keys`], in file order.
 
-use super::keys::{ATTITUDE, DIRECTION, Key, Kind, REST_IN_ORBIT, ROOT, SIMULATION_ROOT, Table};
+use super::keys::{ATTITUDE, DIRECTION, Key, Kind, REST_IN_ORBIT, ROOT, SIMULATION_ROOT, TARGET, Table};
 use super::section::{Given, MAX_FINDINGS, Parsed, join};
 use super::suggest::nearest;
 use super::values::{self, Fault, Read, wrong};
@@ -175,6 +175,7 @@ impl Checker {
             Kind::Table(table) => Ok(Parsed::Tables(vec![self.table(node, table, path)])),
             Kind::List(table, most) => return self.list(node, table, most, path),
             Kind::Directions => self.directions(node, path),
+            Kind::Targets => self.targets(node, path),
             Kind::Later(what) => {
                 let reason = format!("`{}`: this version of slew does not have {what} yet", key.name);
                 Err(vec![("E0019", entry.key_span, reason, "remove it to plan without".into())])
@@ -226,6 +227,34 @@ impl Checker {
             Value::Table(_) => Ok(self.table(item, &DIRECTION, &format!("{path}.{index}"))),
             _ => values::heavenly_body(item),
         });
+        Ok(Parsed::Tables(tables?))
+    }
+
+    /// What is aimed at, or a list of it: words and tables.
+    fn targets(&mut self, node: &Node, path: &str) -> Read<Parsed> {
+        let mut one = |node: &Node, path: &str| match &node.value {
+            Value::Table(_) => Ok(self.table(node, &TARGET, path)),
+            Value::Text(_) => {
+                let word = Entry { key: "at".into(), key_span: node.span, node: node.clone() };
+                Ok(self.table(&Node { span: node.span, value: Value::Table(vec![word]) }, &TARGET, path))
+            }
+            _ => {
+                let reason = format!("expected what is aimed at, found {}", node.value.kind());
+                wrong(
+                    "E0025",
+                    node,
+                    reason,
+                    "write \"sun\", or { at = \"ground\", latitude_deg = 48.1, longitude_deg = 11.6 }",
+                )
+            }
+        };
+        let Value::Array(items) = &node.value else { return Ok(Parsed::Tables(vec![one(node, path)?])) };
+        if items.is_empty() || items.len() > values::MAX_DIRECTIONS {
+            let reason = format!("a list of {} targets", items.len());
+            return wrong("E0026", node, reason, format!("give from 1 to {}", values::MAX_DIRECTIONS));
+        }
+        let tables =
+            values::each(items.iter().enumerate(), |(index, item)| one(item, &format!("{path}.{index}")));
         Ok(Parsed::Tables(tables?))
     }
 

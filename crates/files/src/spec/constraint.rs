@@ -1,6 +1,6 @@
 //! `[[constraint]]`: where the body may point and how fast it may turn.
 
-use super::{Angle, Limits, Section, escape, short, show};
+use super::{Angle, Limits, Section, escape, short, show, sky};
 use slewkit::Vector3;
 use slewkit::maneuver::{Constraint, Direction, Pointing, Problem, Rule, Side};
 use slewkit::optimize::shooting_obstacle;
@@ -22,13 +22,14 @@ const TAKEN: [&str; 9] = [
 ];
 
 /// All constraints; `None` when the report says what is wrong with one.
-pub(crate) fn constraints(root: &Section) -> Option<Vec<Constraint>> {
+pub(crate) fn constraints(root: &Section, sky: &mut sky::Reading) -> Option<Vec<Constraint>> {
     let sections = root.tables("constraint")?;
     let names = names(sections);
-    let rules: Vec<_> = sections.iter().map(rule).collect();
+    let names = names?;
+    let rules: Vec<_> = sections.iter().zip(&names).map(|(section, name)| rule(section, sky, name)).collect();
     let mut pairs = 0;
     let mut constraints = Vec::new();
-    for ((rule, name), section) in rules.into_iter().zip(names?).zip(sections) {
+    for ((rule, name), section) in rules.into_iter().zip(names).zip(sections) {
         let rule = rule?;
         if let Rule::Pointing(pointing) = &rule {
             pairs += pointing.boresights.len() * pointing.directions.len();
@@ -89,7 +90,7 @@ fn names(sections: &[Section]) -> Option<Vec<String>> {
     good.then_some(names.into_iter().flatten().collect())
 }
 
-fn rule(section: &Section) -> Option<Rule> {
+fn rule(section: &Section, sky: &mut sky::Reading, name: &str) -> Option<Rule> {
     let side = match section.word("kind")? {
         "keep_out" => Side::KeepOut,
         "keep_in" => Side::KeepIn,
@@ -98,7 +99,7 @@ fn rule(section: &Section) -> Option<Rule> {
     let boresights = section
         .vectors("boresight_body")
         .map(|vectors| vectors.into_iter().map(|vector| section.unit(vector)).collect());
-    let directions = directions(section);
+    let directions = directions(section, sky, name);
     let (half_angle, margin) = cone(section, side)?;
     Some(Rule::Pointing(Pointing {
         side,
@@ -123,7 +124,11 @@ fn rate_limit(section: &Section) -> Option<Rule> {
 
 /// Half angle and margin \[rad\].
 fn cone(section: &Section, side: Side) -> Option<(f64, f64)> {
-    let half_angle = section.angle("half_angle_deg", "half_angle_rad");
+    let half_angle = if section.has("beyond_limb_deg") {
+        section.number("beyond_limb_deg").map(|value| Angle { key: "beyond_limb_deg", value })
+    } else {
+        section.angle("half_angle_deg", "half_angle_rad")
+    };
     let margin = section.angle("margin_deg", "margin_rad");
     let margin_given = section.has("margin_deg") || section.has("margin_rad");
     let half_angle = half_angle?;
@@ -152,7 +157,7 @@ fn cone(section: &Section, side: Side) -> Option<(f64, f64)> {
 }
 
 /// The directions of both kinds.
-fn directions(section: &Section) -> Option<Vec<Direction>> {
+fn directions(section: &Section, sky: &mut sky::Reading, used_by: &str) -> Option<Vec<Direction>> {
     let mut directions = Vec::new();
     let kinds: [(_, fn(Vector3) -> Direction); 2] =
         [("direction_inertial", Direction::Fixed), ("direction_reference", Direction::InFrame)];
@@ -163,10 +168,24 @@ fn directions(section: &Section) -> Option<Vec<Direction>> {
             directions.push(kind(vector?));
         }
     }
+    let named: Vec<_> =
+        section.tables("direction")?.iter().map(|target| sky.direction(target, used_by)).collect();
+    for direction in named {
+        directions.push(direction?);
+    }
+    if section.has("limb_of") {
+        section.word("limb_of")?;
+        directions.push(sky.limb(section, used_by)?);
+    }
+    if section.has("beyond_limb_deg") != section.has("limb_of") {
+        let reason = "`limb_of` and `beyond_limb_deg` go together: the angle is counted from the limb";
+        let key = if section.has("limb_of") { "limb_of" } else { "beyond_limb_deg" };
+        return section.refuse("E0021", key, reason, "write limb_of = \"earth\", beyond_limb_deg = 20");
+    }
     (!directions.is_empty()).then_some(directions)
 }
 
-fn direction(section: &Section) -> Option<Vector3> {
+pub(super) fn direction(section: &Section) -> Option<Vector3> {
     let (angles, vector) = (["ra_deg", "dec_deg"], "vector");
     let given: Vec<&str> = angles.into_iter().filter(|name| section.has(name)).collect();
     match (&given[..], section.has(vector)) {

@@ -48,6 +48,8 @@ pub(crate) enum Kind {
     Vectors(Quantity),
     /// A direction in space, or a list of them.
     Directions,
+    /// What is aimed at: a word, a table, or a list of these.
+    Targets,
     /// A heavenly body, whose direction this version cannot know.
     HeavenlyBody,
     /// A list of texts, at most this many.
@@ -93,6 +95,7 @@ impl Kind {
         match self {
             Self::Table(table) | Self::List(table, _) => Some(table),
             Self::Directions => Some(&DIRECTION),
+            Self::Targets => Some(&TARGET),
             _ => None,
         }
     }
@@ -235,6 +238,8 @@ tables! {
         "expect": Table(&EXPECT);
         /// Where the body may point and how fast it may turn, all the way. Default: anywhere, any rate.
         "constraint": List(&CONSTRAINT, Problem::MAX_CONSTRAINTS);
+        /// The orbit, where ends or cones aim at what depends on it. Axes of the reference frame are then those of the GCRS (ICRF).
+        "orbit": Table(&ORBIT);
         /// What is uncertain, for `slew monte-carlo`; any other command plans the values as they stand.
         "dispersion": Table(&DISPERSION);
         /// What becomes of the rounded last digits of matrices and unit vectors. remove: they become
@@ -370,6 +375,12 @@ tables! {
         "direction_inertial": Directions, only POINTING;
         /// The same, fixed to a reference frame that turns.
         "direction_reference": Directions, only POINTING;
+        /// What the cone is about by name, as it moves: "sun", { at = "ground", latitude_deg = 48.1, longitude_deg = 11.6 }; one or several.
+        "direction": Targets, only POINTING;
+        /// Instead of a direction: the disc of the Earth as it is seen; half angles are then counted from its limb.
+        "limb_of": Choice(&["earth"], &[]), only POINTING;
+        /// Angle beyond the limb, instead of the half angle.
+        "beyond_limb_deg": Number(q::MARGIN_DEG), only POINTING;
         /// Half angle of the cone, between 0 and 180.
         "half_angle_deg": Number(q::ANGLE_DEG), only POINTING;
         /// The same in rad, between 0 and π.
@@ -385,9 +396,133 @@ tables! {
         "angular_velocity_limit_rad_s": Limits(q::RATE_LIMIT_RAD, Some(3)), only RATE_LIMIT;
     }
 }
-const HALF_ANGLES: &[&str] = &["half_angle_deg", "half_angle_rad"];
+const HALF_ANGLES: &[&str] = &["half_angle_deg", "half_angle_rad", "beyond_limb_deg"];
 const RATE_LIMITS: &[&str] = &["angular_velocity_limit_deg_s", "angular_velocity_limit_rad_s"];
-const DIRECTIONS: &[&str] = &["direction_inertial", "direction_reference"];
+const DIRECTIONS: &[&str] = &["direction_inertial", "direction_reference", "direction", "limb_of"];
+const PLACES: &[&str] = &[
+    "sun",
+    "moon",
+    "nadir",
+    "earth",
+    "zenith",
+    "geodetic_nadir",
+    "velocity",
+    "anti_velocity",
+    "along_track",
+    "orbit_normal",
+    "anti_orbit_normal",
+    "anti_sun",
+    "ground",
+    "satellite",
+    "orbit_vector",
+    "track",
+];
+
+shared_keys! {
+    /// What is aimed at: sun, anti_sun, moon, nadir (or earth), zenith, geodetic_nadir, velocity, anti_velocity, along_track,
+    /// orbit_normal, anti_orbit_normal, ground, satellite, orbit_vector; or a track, as plan files write it. All but Sun and Moon need
+    /// [orbit], and all an epoch. Instead: ra_deg and dec_deg, or a vector, which stand still.
+    AT_KEY = "at": Choice(PLACES, &[]);
+    /// Right ascension, with dec_deg.
+    RA_KEY = "ra_deg": Number(q::ANGLE_DEG);
+    /// Declination, with ra_deg.
+    DEC_KEY = "dec_deg": Number(q::ANGLE_DEG);
+    /// A vector of any length.
+    VECTOR_KEY = "vector": Vector(q::COMPONENT);
+    /// Geodetic latitude of a station.
+    LATITUDE_KEY = "latitude_deg": Number(q::ANGLE_DEG);
+    /// East longitude of a station.
+    LONGITUDE_KEY = "longitude_deg": Number(q::ANGLE_DEG);
+    /// Height of a station above the ellipsoid of WGS 84. Default: 0.
+    HEIGHT_KEY = "height_m": Number(q::POSITION);
+    /// Two-line elements of another satellite.
+    TLE_KEY = "tle": Texts(2);
+    /// For orbit_vector: along the track, the orbit normal, outward.
+    ORBIT_VECTOR_KEY = "orbit_vector": Vector(q::COMPONENT);
+    /// For track: when it begins. Default: 0.
+    FROM_KEY = "from_s": Number(q::ELAPSED);
+    /// For track: the length of a piece.
+    PIECE_KEY = "piece_s": Number(q::DURATION);
+    /// For track: how many coefficients a piece has. Default: all.
+    TERMS_KEY = "terms": Count(1, 10_000);
+    /// For track: Chebyshev coefficients of a vector in reference axes at time zero, piece after piece.
+    COEFFICIENTS_KEY = "coefficients": Vertices(q::COMPONENT);
+    /// For track: radius of what it leads to, whose limb cones begin at.
+    DISC_KEY = "disc_radius": Number(q::COMPONENT);
+    /// A body axis that points at a target, in place of an attitude: the body then turns with it.
+    POINT_KEY = "point": Table(&POINT_AT);
+    /// With point: a second body axis towards a second target, as well as it can. Default: the roll is free.
+    SECOND_KEY = "second": Table(&SECOND);
+    /// With point: whether the body moves on with the target or stands. Default: matched.
+    AIM_RATE_KEY = "rate": Choice(&["matched", "zero"], &[]);
+}
+
+macro_rules! targets {
+    ($($(#[doc = $about:literal])* $visibility:vis static $table:ident { $($(#[doc = $doc:literal])* $name:literal: $kind:expr $(, needed $sample:expr)?;)* })*) => {
+        tables! {
+            $(
+                $(#[doc = $about])*
+                $visibility static $table {
+                    $($(#[doc = $doc])* $name: $kind $(, needed $sample)?;)*
+                    AT_KEY; RA_KEY; DEC_KEY; VECTOR_KEY; LATITUDE_KEY; LONGITUDE_KEY; HEIGHT_KEY; TLE_KEY; ORBIT_VECTOR_KEY;
+                    FROM_KEY; PIECE_KEY; TERMS_KEY; COEFFICIENTS_KEY; DISC_KEY;
+                }
+            )*
+        }
+    };
+}
+
+targets! {
+    /// What is aimed at.
+    pub(crate) static TARGET {}
+
+    /// The axis that points, and what at.
+    static POINT_AT {
+        /// The axis that points, body axes, any length.
+        "boresight_body": Vector(q::COMPONENT), needed "boresight_body = [0, 0, 1]";
+    }
+
+    /// The axis that keeps the roll, and what towards.
+    static SECOND {
+        /// The axis, body axes, any length.
+        "axis_body": Vector(q::COMPONENT), needed "axis_body = [1, 0, 0]";
+        /// How far the roll may be from there to either side. Default: 0.
+        "roll_within_deg": Number(q::MARGIN_DEG);
+    }
+}
+
+tables! {
+    static ORBIT[exclusive: &[&["tle", "semi_major_axis_m", "position_m"]], one_of: &[(&["tle", "semi_major_axis_m", "position_m"], "tle = [\"1 …\", \"2 …\"]")]] {
+        /// Two-line elements, both lines, by SGP4.
+        "tle": Texts(2);
+        /// Keplerian elements, osculating, GCRS: semi-major axis.
+        "semi_major_axis_m": Number(q::POSITION);
+        /// Eccentricity, below 1. Default: 0.
+        "eccentricity": Number(q::COMPONENT);
+        /// Inclination. Default: 0.
+        "inclination_deg": Number(q::ANGLE_DEG);
+        /// Right ascension of the ascending node. Default: 0.
+        "raan_deg": Number(q::ANGLE_DEG);
+        /// Argument of the perigee. Default: 0.
+        "argument_of_perigee_deg": Number(q::ANGLE_DEG);
+        /// True anomaly. Default: 0.
+        "true_anomaly_deg": Number(q::ANGLE_DEG);
+        /// Instead of elements: position, GCRS; with velocity_m_s.
+        "position_m": Vector(q::POSITION);
+        /// Velocity, GCRS.
+        "velocity_m_s": Vector(q::VELOCITY);
+        /// The moment of elements or state. Default: the epoch of the maneuver.
+        "epoch": Text(100);
+        /// How elements or a state go on: about a point mass, or about the flattened Earth. Default: j2.
+        "model": Choice(&["j2", "two_body"], &[]);
+        /// UT1 − UTC, of bulletins: 120 m on the ground at most. Default: 0.
+        "ut1_minus_utc_s": Number(q::ELAPSED);
+        /// Coordinate x of the pole: 15 m on the ground at most. Default: 0.
+        "polar_motion_x_arcsec": Number(q::COMPONENT);
+        /// Coordinate y of the pole. Default: 0.
+        "polar_motion_y_arcsec": Number(q::COMPONENT);
+    }
+}
 
 tables! {
     /// A direction: right ascension and declination, or a vector.
@@ -418,28 +553,37 @@ shared_keys! {
 const RATES: &[&str] = &["angular_velocity_deg_s", "angular_velocity_rad_s", "angular_velocity"];
 /// The key that says "at rest in LVLH".
 pub(super) const REST_IN_ORBIT: &str = "angular_velocity";
-const END_ATTITUDES: &[&str] = &["attitude", "rotation_from_start", "attitude_file"];
-const ENDS: &[&str] =
-    &["attitude", "rotation_from_start", "attitude_file", "angular_velocity_deg_s", "angular_velocity_rad_s"];
+const END_ATTITUDES: &[&str] = &["attitude", "rotation_from_start", "attitude_file", "point"];
+const ENDS: &[&str] = &[
+    "attitude",
+    "rotation_from_start",
+    "attitude_file",
+    "point",
+    "angular_velocity_deg_s",
+    "angular_velocity_rad_s",
+];
 const ATTITUDE_SAMPLE: &str = "attitude = { axis = [0, 0, 1], angle_deg = 90 }";
 
 tables! {
     static START[
-        exclusive: &[&["attitude", "attitude_file"], RATES],
-        one_of: &[(&["attitude", "attitude_file"], ATTITUDE_SAMPLE)],
+        exclusive: &[&["attitude", "attitude_file", "point"], RATES, &["point", "angular_velocity_deg_s", "angular_velocity_rad_s"]],
+        one_of: &[(&["attitude", "attitude_file", "point"], ATTITUDE_SAMPLE)],
     ] {
         ATTITUDE_KEY;
         RATE_DEG_KEY;
         RATE_RAD_KEY;
         /// Instead of numbers: at rest against the frame of the orbit, under kind = "gravity_gradient".
         "angular_velocity": Choice(&["at rest in LVLH"], &[]);
+        POINT_KEY;
+        SECOND_KEY;
+        AIM_RATE_KEY;
         POSITION_KEY;
         VELOCITY_KEY;
         LATER_FILE;
     }
 
     static END[
-        exclusive: &[END_ATTITUDES, &["rotation_from_start", "rotation_from_start_rad"], RATES],
+        exclusive: &[END_ATTITUDES, &["point", "angular_velocity_deg_s", "angular_velocity_rad_s"], &["rotation_from_start", "rotation_from_start_rad"], RATES],
         one_of: &[(ENDS, ATTITUDE_SAMPLE)],
     ] {
         /// Attitude R, body vectors to reference-frame vectors, in one of the notations. Without one, and with an angular velocity,
@@ -455,6 +599,9 @@ tables! {
         RATE_RAD_KEY;
         /// Instead of numbers: at rest against the frame of the orbit, under kind = "gravity_gradient".
         "angular_velocity": Choice(&["at rest in LVLH"], &[]);
+        POINT_KEY;
+        SECOND_KEY;
+        AIM_RATE_KEY;
         POSITION_KEY;
         VELOCITY_KEY;
         LATER_FILE;

@@ -55,6 +55,7 @@ mod schema;
 mod section;
 mod shape;
 mod simulation;
+mod sky;
 mod source;
 mod suggest;
 mod text;
@@ -75,6 +76,7 @@ pub(crate) use overrides::typed;
 pub(crate) use quantity::{short, show};
 pub use schema::schema;
 pub(crate) use section::{Angle, Limits, Report, Section};
+pub use sky::{Heavens, Named};
 pub use source::Origin;
 pub(crate) use source::{Source, Span};
 pub(crate) use tree::{Entry, Node, Value};
@@ -123,6 +125,8 @@ pub struct Loaded {
     pub identity: Identity,
     /// What is uncertain, if the spec says so.
     pub dispersion: Option<Dispersion>,
+    /// Where what it aims at by name is, if it does.
+    pub heavens: Option<Heavens>,
     /// What is accepted but worth a word, in file order.
     pub warnings: Vec<Diagnostic>,
 }
@@ -350,10 +354,18 @@ fn understand(
         })
     } else {
         assemble::assemble(&section, &stem).map(|assembled| {
-            let assemble::Assembled { problem, settings, expect, identity } = assembled;
+            let assemble::Assembled { problem, settings, expect, identity, heavens } = assembled;
             let dispersion = dispersion::read(&section, root);
             let warnings = Vec::new();
-            Spec::Maneuver(Box::new(Loaded { problem, settings, expect, identity, dispersion, warnings }))
+            Spec::Maneuver(Box::new(Loaded {
+                problem,
+                settings,
+                expect,
+                identity,
+                dispersion,
+                heavens,
+                warnings,
+            }))
         })
     };
     let failed = report.failed();

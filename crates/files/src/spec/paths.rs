@@ -101,7 +101,7 @@ fn element(
 /// What is wrong with a value of this key, as far as it can be said without the rest of the spec.
 pub(super) fn faults(key: &'static Key, node: &Node) -> Vec<Fault> {
     match key.kind {
-        Kind::Table(_) | Kind::List(..) | Kind::Directions => vec![],
+        Kind::Table(_) | Kind::List(..) | Kind::Directions | Kind::Targets => vec![],
         Kind::Later(what) => {
             let reason = format!("`{}`: this version of slew does not have {what} yet", key.name);
             vec![("E0019", node.span, reason, "leave it out".into())]

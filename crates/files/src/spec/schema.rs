@@ -1,6 +1,6 @@
 //! The JSON Schema of a spec, made from the tables of [`super::keys`].
 
-use super::keys::{ATTITUDE, DIRECTION, Kind, MAX_LISTED, ROOT, SIMULATION_ROOT, Table};
+use super::keys::{ATTITUDE, DIRECTION, Kind, MAX_LISTED, ROOT, SIMULATION_ROOT, TARGET, Table};
 use super::quantity::{Quantity, Sign};
 use super::values::MAX_DIRECTIONS;
 use serde_json::{Map, Value, json};
@@ -161,6 +161,10 @@ fn kind(kind: Kind) -> Value {
             let vector =
                 json!({ "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3 });
             json!({ "oneOf": [table(&DIRECTION), several(table(&DIRECTION)), vector] })
+        }
+        Kind::Targets => {
+            let word = json!({ "type": "string" });
+            json!({ "oneOf": [word, table(&TARGET), several(table(&TARGET)), several(word)] })
         }
         Kind::Texts(most) => json!({ "type": "array", "items": { "type": "string" }, "maxItems": most }),
         Kind::Later(_) | Kind::HeavenlyBody => json!(false),

@@ -57,7 +57,9 @@ pub(crate) fn read(kind: Kind, node: &Node) -> Read<Parsed> {
         }
         Kind::Spread(quantity) => Parsed::Limits(lists::spread(node, &quantity)?),
         Kind::HeavenlyBody => return heavenly_body(node),
-        Kind::Table(_) | Kind::List(..) | Kind::Directions | Kind::Later(_) => return Err(Vec::new()),
+        Kind::Table(_) | Kind::List(..) | Kind::Directions | Kind::Targets | Kind::Later(_) => {
+            return Err(Vec::new());
+        }
     })
 }
 
@@ -138,7 +140,7 @@ const HEAVENLY: [&str; 10] =
 
 /// A heavenly body in place of a direction: without ephemerides and an epoch nobody knows where it is.
 pub(crate) fn heavenly_body<T>(node: &Node) -> Read<T> {
-    let fixed = "write its direction at the time of the maneuver: { ra_deg = 231.0, dec_deg = -18.3 }";
+    let fixed = "write direction = \"sun\", with an epoch; or its direction at the time of the maneuver: { ra_deg = 231.0, dec_deg = -18.3 }";
     let Value::Text(body) = &node.value else {
         let wanted = "a direction: { ra_deg = 231.0, dec_deg = -18.3 } or { vector = [0, 0, 1] }";
         return wrong_type(node, wanted);
@@ -146,7 +148,7 @@ pub(crate) fn heavenly_body<T>(node: &Node) -> Read<T> {
     let lower = body.to_lowercase();
     if HEAVENLY.contains(&lower.as_str()) {
         let reason = format!(
-            "where \"{lower}\" stands depends on the time: that takes an epoch and an ephemeris, which are not read yet"
+            "where \"{lower}\" stands depends on the time, and this key is for directions that stand still"
         );
         return wrong("E0073", node, reason, fixed);
     }

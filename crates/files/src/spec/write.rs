@@ -19,7 +19,8 @@ use crate::identity::{Identity, Nozzle};
 use serde::{Deserialize, Serialize, Serializer};
 use serde_json::{Map, Value};
 use slewkit::maneuver::{
-    Constraint, Direction, Duration, Motion, Path, Problem, Rule, Settings, Side, State, Weighted,
+    Aim, AimRate, Constraint, Direction, Duration, Motion, Path, Problem, Roll, Rule, Settings, Side, State,
+    Weighted,
 };
 use slewkit::mechanics::{AxisFrame, Description, Thrusters, Wheels};
 use slewkit::{Matrix3, Vector3};
@@ -51,8 +52,19 @@ impl SpecDocument {
             body.some("mass_kg", problem.body.mass.filter(|_| moves));
         });
         spec.table("start", |start| boundary(start, &problem.start, moves, true));
-        let given = !problem.ends_in_any_attitude();
-        spec.table("end", |end| boundary(end, &problem.end, moves, given));
+        match problem.aim() {
+            None => {
+                let given = !problem.ends_in_any_attitude();
+                spec.table("end", |end| boundary(end, &problem.end, moves, given));
+            }
+            Some(aim) => {
+                spec.table("end", |end| {
+                    end.some("position_m", moves.then(|| row(&problem.end.position)));
+                    end.some("velocity_m_s", moves.then(|| row(&problem.end.velocity)));
+                });
+                self::aim(&mut spec, aim)?;
+            }
+        }
         let path = match &problem.path {
             Path::Best => "best",
             Path::Shortest => "shortest",
@@ -283,6 +295,48 @@ fn boundary(table: &mut Writing, state: &State, moves: bool, has_attitude: bool)
     table.some("velocity_m_s", moves.then(|| row(&state.velocity)));
 }
 
+fn aim(spec: &mut Writing, aim: &Aim) -> Result<(), Unwritable> {
+    let targets = match &aim.roll {
+        Roll::Free => vec![&aim.at],
+        Roll::Towards { at, .. } => vec![&aim.at, at],
+    };
+    if targets.into_iter().any(|at| matches!(at, Direction::InFrame(_))) {
+        return Err(Unwritable("an end on a direction that turns with the reference frame"));
+    }
+    spec.table("end", |end| {
+        end.table("point", |point| {
+            point.put("boresight_body", row(&aim.boresight));
+            target(point, &aim.at);
+        });
+        if let Roll::Towards { axis, at, within } = &aim.roll {
+            end.table("second", |second| {
+                second.put("axis_body", row(axis));
+                second.put("roll_within_deg", within.to_degrees());
+                target(second, at);
+            });
+        }
+        end.put("rate", if aim.rate == AimRate::Zero { "zero" } else { "matched" });
+    });
+    Ok(())
+}
+
+/// What is aimed at, by coefficients where it moves.
+fn target(table: &mut Writing, direction: &Direction) {
+    let track = match direction {
+        Direction::Fixed(vector) | Direction::InFrame(vector) => return table.put("vector", row(vector)),
+        Direction::Moving(track) | Direction::Disc { centre: track, .. } => track,
+    };
+    let (from, piece, pieces) = track.pieces();
+    table.put("at", "track");
+    table.put("from_s", from);
+    table.put("piece_s", piece);
+    table.put("terms", pieces.first().map_or(0, Vec::len));
+    table.put("coefficients", rows(pieces.iter().flatten()));
+    if let Direction::Disc { radius, .. } = direction {
+        table.put("disc_radius", *radius);
+    }
+}
+
 fn actuators(spec: &mut Writing, problem: &Problem, moves: bool) -> Result<(), Unwritable> {
     let weights = problem.objective.weights();
     let (torque, force) = (weights.torque(&problem.actuation), weights.force(&problem.actuation));
@@ -494,6 +548,9 @@ fn constraint(table: &mut Writing, constraint: &Constraint) {
             };
             table.item(name, |table| table.put("vector", row(vector)));
         }
+    }
+    for direction in pointing.directions.iter().filter(|direction| direction.constant().is_none()) {
+        table.item("direction", |table| target(table, direction));
     }
     table.put("half_angle_rad", pointing.half_angle);
     table.put("margin_rad", pointing.margin);

@@ -1,0 +1,349 @@
+//! `epoch` and `[orbit]`, and what ends and cones aim at by name.
+//!
+//! What is known of the sky is turned into vectors as functions of time when a spec is read: the maneuver holds these, and a plan file
+//! writes their coefficients (`at = "track"`), so that nobody needs an orbit or an ephemeris after that. Axes are those of the GCRS.
+
+use super::{Section, short};
+use crate::epoch::Epoch;
+use slewkit::maneuver::{Aim, AimRate};
+use slewkit::mechanics::direction::Track;
+use slewkit::{Direction, Vector3};
+use slewkit_sky::{Clock, EarthRotation, Elements, Model, Orbit, OrbitError, Sky, SkyError, Target};
+
+/// How far ahead the sky is known where the duration is sought without a bound \[s\].
+const HORIZON: f64 = 7_200.0;
+
+/// How far ahead the next pass over a station is looked for \[s\].
+const PASSES: f64 = 86_400.0;
+
+/// Age of two-line elements from which a word is said \[days\]: they are off by 1 to 3 km a day.
+const OLD: f64 = 3.0;
+
+/// Something that is aimed at, with the name that people read.
+#[derive(Clone, Debug)]
+pub struct Named {
+    /// As in "end", or the name of the constraint.
+    pub used_by: String,
+    /// As in "sun".
+    pub name: String,
+    /// What it is.
+    pub target: Target,
+}
+
+/// Where a spec's targets are.
+#[derive(Clone, Debug)]
+pub struct Heavens {
+    /// The spacecraft on its orbit.
+    pub sky: Sky,
+    /// What the spec aims at.
+    pub targets: Vec<Named>,
+}
+
+/// What a spec says of the sky, while it is read.
+pub(crate) struct Reading {
+    clock: Option<Clock>,
+    /// `None` where the report says why not, or no epoch is given.
+    sky: Option<Sky>,
+    /// How far ahead tracks reach \[s\].
+    ahead: f64,
+    targets: Vec<Named>,
+}
+
+impl Reading {
+    /// Reads `[orbit]`.
+    pub fn new(root: &Section, epoch: Option<Epoch>, duration: Option<f64>) -> Self {
+        let clock = epoch.map(|epoch| epoch.clock());
+        let mut reading = Self { clock, sky: None, ahead: duration.unwrap_or(HORIZON), targets: Vec::new() };
+        let section = root.section("orbit");
+        let orbit = match (section, clock) {
+            (Some(section), None) => {
+                let reason = "[orbit] needs `epoch`: where a satellite is depends on the date";
+                section.error_here("E0075", reason, "add epoch = \"2026-11-21T07:00:00 UTC\" at the top");
+                None
+            }
+            (Some(section), Some(clock)) => orbit(section, clock),
+            (None, _) => None,
+        };
+        let turns =
+            root.section("environment").is_some_and(|environment| environment.has("orbital_rate_rad_s"));
+        if let (Some(section), true) = (section, turns) {
+            let reason = "[orbit] places the satellite among the stars, and `orbital_rate_rad_s` in a frame that turns";
+            section.error_here("E0028", reason, "leave one of the two out");
+        }
+        let number = |name: &str| section.and_then(|section| section.number(name)).unwrap_or(0.0);
+        let rotation = EarthRotation {
+            ut1_minus_utc_s: number("ut1_minus_utc_s"),
+            polar_motion_arcsec: [number("polar_motion_x_arcsec"), number("polar_motion_y_arcsec")],
+        };
+        // Of an orbit that is wrong something has been said already.
+        if orbit.is_some() || section.is_none() {
+            reading.sky = clock.map(|clock| Sky::new(clock, orbit, rotation));
+        }
+        reading
+    }
+
+    /// What was aimed at.
+    pub fn heavens(self) -> Option<Heavens> {
+        Some(Heavens { sky: self.sky.filter(|_| !self.targets.is_empty())?, targets: self.targets })
+    }
+
+    /// The direction of a table of targets.
+    pub fn direction(&mut self, section: &Section, used_by: &str) -> Option<Direction> {
+        if !section.has("at") {
+            return super::constraint::direction(section).map(Direction::Fixed);
+        }
+        let word = section.word("at")?;
+        if let Some(given) = ["ra_deg", "dec_deg", "vector"].into_iter().find(|name| section.has(name)) {
+            let reason = format!("the direction is given twice, by `at` and by `{given}`");
+            return section.refuse("E0028", given, reason, "give one of the two");
+        }
+        let target = match word {
+            "track" => return track(section),
+            "sun" => Target::Sun,
+            "anti_sun" => Target::AntiSun,
+            "moon" => Target::Moon,
+            "nadir" | "earth" => Target::Nadir,
+            "zenith" => Target::Zenith,
+            "geodetic_nadir" => Target::GeodeticNadir,
+            "velocity" => Target::Velocity { reversed: false },
+            "anti_velocity" => Target::Velocity { reversed: true },
+            "along_track" => Target::AlongTrack,
+            "orbit_normal" => Target::OrbitNormal { reversed: false },
+            "anti_orbit_normal" => Target::OrbitNormal { reversed: true },
+            "ground" => station(section)?,
+            "satellite" => {
+                let Some(lines) = section.texts("tle") else {
+                    let reason = "`at = \"satellite\"` needs `tle`: its two lines";
+                    return section.refuse_here("E0021", reason, "add tle = [\"1 …\", \"2 …\"]");
+                };
+                Target::Satellite(Box::new(two_lines(section, &lines, self.clock?)?))
+            }
+            _ => Target::InOrbit(section.vector("orbit_vector")?),
+        };
+        let Some(sky) = &self.sky else {
+            if self.clock.is_none() {
+                let reason = format!("where \"{word}\" is depends on the date, and the spec has no `epoch`");
+                section.error("E0075", "at", reason, "add epoch = \"2026-11-21T07:00:00 UTC\" at the top");
+            }
+            return None;
+        };
+        let found = sky.direction(&target, 0.0, self.ahead);
+        let direction = self.told(section, word, found)?;
+        self.targets.push(Named { used_by: used_by.into(), name: named(word, section), target });
+        Some(direction)
+    }
+
+    /// The disc of the Earth, whose limb a cone begins at.
+    pub fn limb(&mut self, section: &Section, used_by: &str) -> Option<Direction> {
+        let Some(sky) = &self.sky else {
+            if self.clock.is_none() {
+                let reason = "where the Earth is depends on the date, and the spec has no `epoch`";
+                section.error(
+                    "E0075",
+                    "limb_of",
+                    reason,
+                    "add epoch = \"2026-11-21T07:00:00 UTC\" at the top",
+                );
+            }
+            return None;
+        };
+        let found = sky.earth_disc(0.0, self.ahead);
+        let direction = self.told(section, "the limb of the Earth", found)?;
+        self.targets.push(Named { used_by: used_by.into(), name: "earth".into(), target: Target::Nadir });
+        Some(direction)
+    }
+
+    fn told<T>(&self, section: &Section, what: &str, found: Result<T, SkyError>) -> Option<T> {
+        let remedy = match &found {
+            Ok(_) => "",
+            Err(SkyError::NoOrbit) => "add [orbit] with tle, or with the keys of a Keplerian orbit",
+            Err(SkyError::Orbit(OrbitError::Decays(_))) => "take newer elements, or a shorter maneuver",
+            Err(_) => "check [orbit]",
+        };
+        let key = if section.has("at") { "at" } else { "limb_of" };
+        found.map_err(|error| section.error("E0076", key, format!("\"{what}\": {error}"), remedy)).ok()
+    }
+
+    /// An end, or a start, on a target.
+    pub fn aim(&mut self, boundary: &Section, duration: Option<f64>) -> Option<Aim> {
+        let (point, end) = (boundary.section("point")?, &boundary.path);
+        let boresight = axis(point, "boresight_body");
+        let at = self.direction(point, end);
+        if at.is_some()
+            && let Some(time) = duration
+        {
+            self.above_the_horizon(point, time)?;
+        }
+        let mut aim = Aim::new(boresight?, at?);
+        if let Some(second) = boundary.section("second") {
+            let (axis, at) = (axis(second, "axis_body"), self.direction(second, end));
+            let within = second.number("roll_within_deg").unwrap_or(0.0).to_radians();
+            aim = aim.with_roll_towards(axis?, at?, within);
+        }
+        Some(if boundary.word("rate") == Some("zero") { Aim { rate: AimRate::Zero, ..aim } } else { aim })
+    }
+
+    /// Refuses a station that is below the horizon when it is to be pointed at.
+    fn above_the_horizon(&self, section: &Section, time: f64) -> Option<()> {
+        let Some(Named { target: Target::Ground { latitude_deg, longitude_deg, height_m }, .. }) =
+            self.targets.last()
+        else {
+            return Some(());
+        };
+        if section.word("at") != Some("ground") {
+            return Some(());
+        }
+        let sky = self.sky.as_ref()?;
+        let (latitude, longitude, height) = (*latitude_deg, *longitude_deg, *height_m);
+        let elevation = sky.elevation(latitude, longitude, height, time).ok()?.to_degrees();
+        if elevation >= 0.0 {
+            return Some(());
+        }
+        let next = sky.window(latitude, longitude, height, time, PASSES).ok().flatten();
+        let remedy = next.map_or_else(
+            || "it is not visible within a day: check the orbit and the station".to_string(),
+            |window| {
+                format!(
+                    "it rises {} s after the epoch and is visible for {} s",
+                    short(window.from.round()),
+                    short((window.to - window.from).round())
+                )
+            },
+        );
+        let reason = format!(
+            "the station is {} deg below the horizon {} s after the epoch",
+            short((-elevation * 1e3).round() / 1e3),
+            short(time)
+        );
+        section.refuse("E0077", "at", reason, remedy)
+    }
+}
+
+fn named(word: &str, section: &Section) -> String {
+    if word != "ground" {
+        return word.replace('_', " ");
+    }
+    let number = |name: &str| section.number(name).map_or_else(String::new, short);
+    format!("ground {}, {}", number("latitude_deg"), number("longitude_deg"))
+}
+
+fn axis(section: &Section, name: &str) -> Option<Vector3> {
+    let axis = section.vector(name)?;
+    if axis.amax() == 0.0 {
+        return section.refuse(
+            "E0054",
+            name,
+            "a vector of length zero has no direction",
+            "give the vector a direction",
+        );
+    }
+    Some(section.unit(axis))
+}
+
+fn station(section: &Section) -> Option<Target> {
+    let range = |name: &str, most: f64| {
+        if !section.has(name) {
+            let reason = format!("`at = \"ground\"` needs `{name}`");
+            return section.refuse_here("E0021", reason, format!("add {name} = 48.1"));
+        }
+        let value = section.number(name)?;
+        if value.abs() <= most {
+            return Some(value);
+        }
+        let reason = format!("`{name}` of {} deg is outside −{most} to {most} deg", short(value));
+        section.refuse("E0074", name, reason, "check the order and the unit of the angles")
+    };
+    let (latitude_deg, longitude_deg) = (range("latitude_deg", 90.0), range("longitude_deg", 360.0));
+    let height_m = section.number("height_m").unwrap_or(0.0);
+    Some(Target::Ground { latitude_deg: latitude_deg?, longitude_deg: longitude_deg?, height_m })
+}
+
+/// The vector of coefficients as a plan file writes it.
+fn track(section: &Section) -> Option<Direction> {
+    let (from, piece) = (section.number("from_s").unwrap_or(0.0), section.number("piece_s"));
+    let (terms, all) = (section.count("terms"), section.vectors("coefficients"));
+    let (Some(piece), Some(all)) = (piece, all) else {
+        let reason = "`at = \"track\"` needs `piece_s` and `coefficients`";
+        return section.refuse_here(
+            "E0021",
+            reason,
+            "give the length of a piece, and its Chebyshev coefficients",
+        );
+    };
+    let terms = terms.unwrap_or(all.len());
+    if terms == 0 || all.len() % terms != 0 {
+        let reason = format!("{} coefficients do not make pieces of {terms}", all.len());
+        return section.refuse("E0026", "coefficients", reason, "give as many for each piece");
+    }
+    let pieces = all.chunks(terms).map(<[Vector3]>::to_vec).collect();
+    let track = Track::of_pieces(from, piece, pieces);
+    let track = track
+        .map_err(|error| section.error("E0076", "coefficients", error.to_string(), "check the numbers"))
+        .ok()?;
+    Some(match section.number("disc_radius") {
+        Some(radius) => Direction::Disc { centre: track, radius },
+        None => Direction::Moving(track),
+    })
+}
+
+fn two_lines(section: &Section, lines: &[String], clock: Clock) -> Option<Orbit> {
+    let [first, second] = lines else {
+        let reason = format!("`tle` has {} lines, two-line elements have two", lines.len());
+        return section.refuse("E0026", "tle", reason, "write [\"1 …\", \"2 …\"], without the title");
+    };
+    let orbit = Orbit::of_two_lines([first, second], clock);
+    let remedy = "copy both lines with all their columns; the last digit of each is its checksum";
+    let orbit = orbit.map_err(|error| section.error("E0076", "tle", error.to_string(), remedy)).ok()?;
+    let days = orbit.age().abs() / 86_400.0;
+    if days > OLD {
+        let reason = format!(
+            "the elements are {} days old: the satellite may be some kilometres elsewhere",
+            short((days * 10.0).round() / 10.0)
+        );
+        section.warn("W0076", "tle", reason, "take newer ones; 1 km is 0.1 deg for a station 600 km away");
+    }
+    Some(orbit)
+}
+
+fn orbit(section: &Section, clock: Clock) -> Option<Orbit> {
+    if section.has("tle") {
+        return two_lines(section, &section.texts("tle")?, clock);
+    }
+    let model = if section.word("model") == Some("two_body") { Model::TwoBody } else { Model::J2 };
+    let at = match section.word("epoch") {
+        None if section.has("epoch") => return None,
+        None => clock,
+        Some(text) => match Epoch::parse(text) {
+            Ok(epoch) => epoch.clock(),
+            Err(error) => {
+                let remedy = "write epoch = \"2026-11-21T07:00:00 UTC\"";
+                return section.refuse("E0130", "epoch", format!("`epoch`: {error}"), remedy);
+            }
+        },
+    };
+    let needs = |name: &str, sample: &str| {
+        if !section.has(name) {
+            let reason = format!("[orbit] needs `{name}`");
+            return section.refuse_here::<()>("E0021", reason, format!("add {name} = {sample}"));
+        }
+        Some(())
+    };
+    let made = if section.has("position_m") || section.has("velocity_m_s") {
+        needs("position_m", "[7000000, 0, 0]").and(needs("velocity_m_s", "[0, 7500, 0]"))?;
+        Orbit::of_state(section.vector("position_m")?, section.vector("velocity_m_s")?, model, at, clock)
+    } else {
+        needs("semi_major_axis_m", "6928137")?;
+        let angle = |name: &str| if section.has(name) { section.number(name) } else { Some(0.0) };
+        let elements = Elements {
+            semi_major_axis_m: section.number("semi_major_axis_m")?,
+            eccentricity: angle("eccentricity")?,
+            inclination_deg: angle("inclination_deg")?,
+            raan_deg: angle("raan_deg")?,
+            argument_of_perigee_deg: angle("argument_of_perigee_deg")?,
+            true_anomaly_deg: angle("true_anomaly_deg")?,
+        };
+        Orbit::of_elements(&elements, model, at, clock)
+    };
+    made.map_err(|error| section.error_here("E0076", error.to_string(), "check the numbers and their units"))
+        .ok()
+}
