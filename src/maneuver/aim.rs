@@ -140,6 +140,14 @@ impl Aim {
             || (self.rate == AimRate::Matched && *frame_rate != Vector3::zeros())
     }
 
+    /// Whether the roll about the boresight, or a part of it, is the plan's to choose.
+    pub fn has_roll(&self) -> bool {
+        match &self.roll {
+            Roll::Free => true,
+            Roll::Towards { within, .. } => *within > 0.0,
+        }
+    }
+
     /// Checks the numbers.
     ///
     /// # Errors

@@ -8,9 +8,10 @@ use std::fs;
 use std::path::Path;
 
 /// The sources, and what leads to them from the top.
-const CRATES: [(&str, &str); 4] = [
+const CRATES: [(&str, &str); 5] = [
     ("slewkit", "src"),
     ("slewkit_files", "crates/files/src"),
+    ("slewkit_sky", "crates/sky/src"),
     ("slewkit_report", "crates/report/src"),
     ("slewkit_cli", "crates/slew/src"),
 ];
@@ -27,6 +28,7 @@ fn by_wings(of: &str, path: &[String]) -> Name {
             None
         }
         ("slewkit_files", _) => Some("files"),
+        ("slewkit_sky", _) => Some("sky"),
         ("slewkit_report", _) => Some("report"),
         _ => Some("cli"),
     };

@@ -33,6 +33,7 @@ mod plan;
 mod plot;
 mod report;
 mod simulate;
+mod sky;
 mod spec_file;
 mod summary;
 mod texts;
@@ -75,6 +76,8 @@ enum Command {
     Init(texts::InitArgs),
     /// Check a spec and report all its errors at once
     Check(check::Args),
+    /// Tell where the targets of a spec are, and how far that is known
+    Sky(sky::Args),
     /// Plan the maneuver of a spec and verify it
     Plan(plan::Args),
     /// Verify a plan file by the witnesses, without the solver
@@ -130,6 +133,7 @@ impl Command {
             Self::Simulate(args) => args.output.common(),
             Self::Export(args) => args.output.common(),
             Self::Check(args) => args.report.common(),
+            Self::Sky(args) => args.report.common(),
             Self::Verify(args) => args.report.common(),
             Self::Compare(args) => args.report.common(),
             Self::Convert(args) => args.report.common(),
@@ -152,6 +156,7 @@ impl Command {
         match self {
             Self::Plan(args) => plan::run(&args, console),
             Self::Check(args) => check::run(&args, console),
+            Self::Sky(args) => sky::run(&args, console),
             Self::Verify(args) => verify::run(&args, console),
             Self::Export(args) => export::run(&args, console),
             Self::Report(args) => report::run(&args, console),

@@ -295,6 +295,7 @@ fn proof(problem: &Problem, solution: &Solution) -> String {
 fn way(problem: &Problem, sense: Sense) -> &'static str {
     match sense {
         _ if problem.ends_in_any_attitude() => "to an attitude of its choice",
+        _ if problem.aim().is_some_and(|aim| aim.has_roll()) => "to a roll of its choice",
         Sense::Short => "the short way round",
         Sense::Long => "the long way round",
     }

@@ -288,6 +288,7 @@ fn pulsed(problem: &Problem, switching: &Switching, pulses: &Pulses) -> String {
 fn way(problem: &Problem, sense: Sense) -> &'static str {
     match sense {
         _ if problem.ends_in_any_attitude() => "to an attitude of its choice",
+        _ if problem.aim().is_some_and(|aim| aim.has_roll()) => "to a roll of its choice",
         Sense::Short => "short way round",
         Sense::Long => "long way round",
     }

@@ -1,0 +1,184 @@
+//! `slew sky`: where the targets of a spec are, and how far that is known.
+
+use super::console;
+use super::{Console, Exit, Failure, ReportArgs, SpecArgs};
+use serde::Serialize;
+use slewkit::Vector3;
+use slewkit::maneuver::constraint::angle_between;
+use slewkit::numerics::figures::significant;
+use slewkit_files::export::write_document;
+use slewkit_files::spec::{Heavens, Loaded, Named};
+use slewkit_sky::{SkyError, Target};
+
+/// Arguments of `slew sky`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  slew sky problems/ground_pass.toml
+  slew sky problems/sun_free_roll.toml --format json
+
+Directions are geometric, axes those of the GCRS. `apart` is how far the direction that is planned with is from that of the full
+theories (IAU 2006/2000A, VSOP2000), which the planner does not use.")]
+pub struct Args {
+    #[command(flatten)]
+    pub spec: SpecArgs,
+    #[command(flatten)]
+    pub report: ReportArgs,
+}
+
+/// A target at the start and at the end of a maneuver.
+#[derive(Debug, Serialize)]
+struct Line {
+    target: String,
+    used_by: String,
+    /// \[s\], start and end.
+    time_s: [f64; 2],
+    /// Right ascension and declination \[deg\].
+    ra_dec_deg: [[f64; 2]; 2],
+    /// How fast the direction turns \[deg/s\].
+    rate_deg_s: [f64; 2],
+    /// Absent of what has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    range_km: Option<[f64; 2]>,
+    /// Of the spacecraft above the horizon of a station \[deg\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    elevation_deg: Option<[f64; 2]>,
+    /// Between the direction that is planned with and that of the full theories \[arcsec\].
+    apart_arcsec: [f64; 2],
+}
+
+/// What a spec's sky is like.
+#[derive(Debug, Serialize)]
+struct Told {
+    /// One revolution \[s\]; absent without an orbit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    period_s: Option<f64>,
+    /// Age of the elements at the epoch \[s\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    age_s: Option<f64>,
+    /// When the spacecraft is in the shadow of the Earth, of the maneuver \[s\].
+    eclipses_s: Vec<[f64; 2]>,
+    targets: Vec<Line>,
+}
+
+/// How far ahead is looked where the duration is sought \[s\].
+const AHEAD: f64 = 600.0;
+
+/// Runs the command.
+pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
+    let loaded = super::spec_file::read(&args.spec.spec, &args.spec.reading, console)?;
+    let Some(heavens) = &loaded.heavens else {
+        console.say(
+            "nothing in this spec is aimed at by name: `point` or `direction` with at = \"sun\" would be",
+        );
+        return Ok(Exit::Solved);
+    };
+    let told = told(&loaded, heavens).map_err(|error| Failure::Internal(error.to_string()))?;
+    console::to_stdout(|output| {
+        if args.report.json() {
+            return write_document(&told, output);
+        }
+        write!(output, "{}", table(&told))?;
+        Ok(())
+    })?;
+    Ok(Exit::Solved)
+}
+
+fn told(loaded: &Loaded, heavens: &Heavens) -> Result<Told, SkyError> {
+    let sky = &heavens.sky;
+    let end = loaded.problem.duration.known().or(loaded.problem.duration.at_most()).unwrap_or(AHEAD);
+    let (period_s, age_s, eclipses) = match sky.orbit() {
+        Some(orbit) => (Some(orbit.period()?), Some(orbit.age()), sky.eclipses(0.0, end)?),
+        None => (None, None, Vec::new()),
+    };
+    let targets =
+        heavens.targets.iter().map(|named| line(heavens, named, [0.0, end])).collect::<Result<_, _>>()?;
+    Ok(Told {
+        period_s,
+        age_s,
+        eclipses_s: eclipses.iter().map(|window| [window.from, window.to]).collect(),
+        targets,
+    })
+}
+
+fn line(heavens: &Heavens, named: &Named, times: [f64; 2]) -> Result<Line, SkyError> {
+    let (sky, target) = (&heavens.sky, &named.target);
+    let direction = sky.direction(target, 0.0, times[1].max(1.0))?;
+    let none = Vector3::zeros();
+    let seen = times.map(|time| direction.in_space(time, &none));
+    let mut apart_arcsec = [0.0; 2];
+    for (apart, (time, seen)) in apart_arcsec.iter_mut().zip(times.iter().zip(&seen)) {
+        *apart = angle_between(&seen.direction, &sky.seen(target, *time)?).to_degrees() * 3600.0;
+    }
+    let has_range = matches!(
+        target,
+        Target::Sun | Target::Moon | Target::Nadir | Target::Ground { .. } | Target::Satellite(_)
+    );
+    let range = |time: f64| Ok::<_, SkyError>(sky.range(target, time)? / 1e3);
+    let elevation_deg = match target {
+        Target::Ground { latitude_deg, longitude_deg, height_m } => {
+            let at = |time: f64| sky.elevation(*latitude_deg, *longitude_deg, *height_m, time);
+            Some([at(times[0])?.to_degrees(), at(times[1])?.to_degrees()])
+        }
+        _ => None,
+    };
+    Ok(Line {
+        target: named.name.clone(),
+        used_by: named.used_by.clone(),
+        time_s: times,
+        ra_dec_deg: seen.map(|seen| {
+            let d = seen.direction;
+            [d.y.atan2(d.x).to_degrees().rem_euclid(360.0), d.z.clamp(-1.0, 1.0).asin().to_degrees()]
+        }),
+        rate_deg_s: seen.map(|seen| seen.rate.norm().to_degrees()),
+        range_km: if has_range { Some([range(times[0])?, range(times[1])?]) } else { None },
+        elevation_deg,
+        apart_arcsec,
+    })
+}
+
+fn table(told: &Told) -> String {
+    let mut text = String::new();
+    if let (Some(period), Some(age)) = (told.period_s, told.age_s) {
+        let days = age / 86_400.0;
+        text.push_str(&format!(
+            "orbit       {} min a revolution, elements {} days old\n",
+            significant(period / 60.0, 4),
+            significant(days, 2)
+        ));
+        let dark = match &told.eclipses_s[..] {
+            [] => "in the Sun all the way".to_string(),
+            all => all
+                .iter()
+                .map(|[from, to]| {
+                    format!("in the shadow from {} to {} s", significant(*from, 4), significant(*to, 4))
+                })
+                .collect::<Vec<_>>()
+                .join(", "),
+        };
+        text.push_str(&format!("light       {dark}\n"));
+    }
+    text.push_str(&format!(
+        "{:<22} {:>7} {:>9} {:>9} {:>10} {:>11} {:>10} {:>8}\n",
+        "target", "t, s", "ra, deg", "dec, deg", "deg/s", "range, km", "elev, deg", "apart, ″"
+    ));
+    for line in &told.targets {
+        for end in 0..2 {
+            let name = if end == 0 { line.target.as_str() } else { "" };
+            let of = |value: Option<[f64; 2]>, digits| {
+                value.map_or("-".into(), |value| significant(value[end], digits))
+            };
+            text.push_str(&format!(
+                "{name:<22} {:>7} {:>9} {:>9} {:>10} {:>11} {:>10} {:>8}\n",
+                significant(line.time_s[end], 5),
+                format!("{:.3}", line.ra_dec_deg[end][0]),
+                format!("{:.3}", line.ra_dec_deg[end][1]),
+                significant(line.rate_deg_s[end], 3),
+                of(line.range_km, 6),
+                of(line.elevation_deg, 3),
+                significant(line.apart_arcsec[end], 2),
+            ));
+        }
+    }
+    text
+}
