@@ -228,8 +228,8 @@ pub mod verify;
 
 pub use lie::Rotation;
 pub use maneuver::{
-    Constraint, Direction, Duration, Fuel, Method, Motion, Objective, Outcome, Path, Pointing, Problem, Rule,
-    Rung, Scheme, Settings, Side, Solution, State, Target, Thoroughness, Trajectory, Weights,
+    Aim, Constraint, Direction, Duration, Fuel, Method, Motion, Objective, Outcome, Path, Pointing, Problem,
+    Rule, Rung, Scheme, Settings, Side, Solution, State, Target, Thoroughness, Trajectory, Weights,
 };
 pub use mechanics::environment::{Blocks, Pose, Wrench};
 pub use mechanics::{
@@ -237,7 +237,7 @@ pub use mechanics::{
     SecondOrderGravity, UniformGravity, Wheels,
 };
 pub use plan::{Control, Guess, Observer, Plan, PlanError, Progress, Silent, Status, plan};
-pub use propagate::simulate::{Simulation, SimulationRow};
+pub use propagate::simulate::Simulation;
 pub use verify::{Check, Margin, Verification, verify};
 
 /// A vector of three components of double precision, nalgebra's: those of angular velocities, torques, directions.

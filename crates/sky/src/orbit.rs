@@ -11,6 +11,9 @@ const MU: f64 = 3.986_004_418e14;
 /// Its second zonal harmonic.
 const J2: f64 = 1.082_626_68e-3;
 
+/// How far the epoch of a state may be from that of the maneuver \[s\]: beyond that what J2 leaves out is hundreds of kilometres.
+const OLDEST: f64 = 30.0 * 86_400.0;
+
 /// How a state goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Model {
@@ -52,6 +55,9 @@ pub enum OrbitError {
     /// Its perigee is below the ground.
     #[error("the perigee is {0:.0} km below the ground")]
     Underground(f64),
+    /// The epoch of a state is too far from that of the maneuver.
+    #[error("the epoch of the orbit is {0:.0} days from that of the maneuver; 30 are the most")]
+    Old(f64),
     /// A table does not reach so far.
     #[error("the table of positions does not reach {0:.1} s after the epoch")]
     Beyond(f64),
@@ -134,8 +140,17 @@ impl Orbit {
         if below > 0.0 {
             return Err(OrbitError::Underground(below / 1e3));
         }
+        let ahead = clock.since(&epoch);
+        if !(ahead.abs() <= OLDEST) {
+            return Err(OrbitError::Old(ahead / 86_400.0));
+        }
         let pole = frames::intermediate(&epoch, 0.0, Theory::Series).row(2).transpose();
-        Ok(Self { path: Path::State { position, velocity, model, pole }, ahead: clock.since(&epoch), clock })
+        // Once to the epoch of the maneuver, so that positions take as long as the maneuver does.
+        let (position, velocity) = match model {
+            Model::TwoBody => kepler(&position, &velocity, ahead),
+            Model::J2 => extrapolated(&position, &velocity, ahead, &pole),
+        };
+        Ok(Self { path: Path::State { position, velocity, model, pole }, ahead, clock })
     }
 
     /// From osculating elements at an epoch of their own.
@@ -202,10 +217,9 @@ impl Orbit {
     }
 
     pub(crate) fn position_by(&self, time: f64, theory: Theory) -> Result<Vector3, OrbitError> {
-        let since = self.ahead + time;
         match &self.path {
             Path::TwoLines(constants) => {
-                let at = sgp4::MinutesSinceEpoch(since / 60.0);
+                let at = sgp4::MinutesSinceEpoch((self.ahead + time) / 60.0);
                 let found = constants.propagate_afspc_compatibility_mode(at);
                 let found = found.map_err(|_| OrbitError::Decays(time))?;
                 let position = Vector3::from(found.position) * 1e3;
@@ -215,10 +229,10 @@ impl Orbit {
                 Ok(frames::from_teme(&self.clock, time, theory) * position)
             }
             Path::State { position, velocity, model: Model::TwoBody, .. } => {
-                Ok(kepler(position, velocity, since))
+                Ok(kepler(position, velocity, time).0)
             }
             Path::State { position, velocity, model: Model::J2, pole } => {
-                Ok(extrapolated(position, velocity, since, pole))
+                Ok(extrapolated(position, velocity, time, pole).0)
             }
             Path::Table { time: times, position, degree } => {
                 lagrange(times, position, *degree, time).ok_or(OrbitError::Beyond(time))
@@ -241,7 +255,7 @@ impl Orbit {
 }
 
 /// Along an ellipse, by the difference of the eccentric anomalies.
-fn kepler(position: &Vector3, velocity: &Vector3, time: f64) -> Vector3 {
+fn kepler(position: &Vector3, velocity: &Vector3, time: f64) -> (Vector3, Vector3) {
     let r = position.norm();
     let axis = 1.0 / (2.0 / r - velocity.norm_squared() / MU);
     let n = (MU / axis.powi(3)).sqrt();
@@ -262,11 +276,14 @@ fn kepler(position: &Vector3, velocity: &Vector3, time: f64) -> Vector3 {
     }
     let f = 1.0 - axis / r * (1.0 - x.cos());
     let g = (mean - (x - x.sin())) / n;
-    position * f + velocity * g
+    let there = position * f + velocity * g;
+    let far = there.norm();
+    let (f_rate, g_rate) = (-(MU * axis).sqrt() / (far * r) * x.sin(), 1.0 - axis / far * (1.0 - x.cos()));
+    (there, position * f_rate + velocity * g_rate)
 }
 
 /// Along an orbit about the flattened Earth: steps of a minute, by extrapolated midpoints of order sixteen.
-fn extrapolated(position: &Vector3, velocity: &Vector3, time: f64, pole: &Vector3) -> Vector3 {
+fn extrapolated(position: &Vector3, velocity: &Vector3, time: f64, pole: &Vector3) -> (Vector3, Vector3) {
     const STEP: f64 = 60.0;
     const STAGES: usize = 8;
     let acceleration = |r: &Vector3| {
@@ -308,7 +325,7 @@ fn extrapolated(position: &Vector3, velocity: &Vector3, time: f64, pole: &Vector
             (r, v) = *found;
         }
     }
-    r
+    (r, v)
 }
 
 /// Lagrange's polynomial through the neighbours of a time; `None` outside of the table.
@@ -327,4 +344,44 @@ fn lagrange(times: &[f64], values: &[Vector3], degree: usize, time: f64) -> Opti
             .product()
     };
     Some(rows.clone().fold(Vector3::zeros(), |sum, row| sum + values[row] * weight(row)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// From any state on it an orbit is the same orbit.
+    #[test]
+    fn an_orbit_goes_on_from_each_of_its_states() {
+        let (r, v) = (Vector3::new(7.1e6, 1e5, -3e5), Vector3::new(-100.0, 5.2e3, 5.6e3));
+        let pole = Vector3::new(0.0, 0.6, 0.8);
+        let onward: [&dyn Fn((Vector3, Vector3), f64) -> (Vector3, Vector3); 2] =
+            [&|(r, v), time| kepler(&r, &v, time), &|(r, v), time| extrapolated(&r, &v, time, &pole)];
+        for along in onward {
+            let direct = along((r, v), 9000.0);
+            let by_parts = along(along((r, v), 3700.0), 5300.0);
+            let back = along(direct, -9000.0);
+            assert!((direct.0 - by_parts.0).norm() < 1e-3, "{}", (direct.0 - by_parts.0).norm());
+            assert!((back.0 - r).norm() < 1e-3 && (back.1 - v).norm() < 1e-6);
+            let (before, after) = (along((r, v), 8999.5).0, along((r, v), 9000.5).0);
+            assert!((after - before - direct.1).norm() < 1e-3);
+        }
+        // What the flattening does in that time: kilometres.
+        assert!((onward[0]((r, v), 9000.0).0 - onward[1]((r, v), 9000.0).0).norm() > 1e3);
+    }
+
+    /// Lagrange's polynomial of degree 7 between rows a minute apart.
+    #[test]
+    fn a_table_is_met_between_its_rows() {
+        let (r, v) = (Vector3::new(7e6, 0.0, 0.0), Vector3::new(0.0, 7.5e3, 1e3));
+        let clock = Clock::of_utc([2026, 11, 21], 7, 0, 0, 0).unwrap();
+        let time: Vec<f64> = (0..20).map(|row| 60.0 * f64::from(row)).collect();
+        let position = time.iter().map(|t| kepler(&r, &v, *t).0).collect();
+        let orbit = Orbit::of_table(time, position, 7, clock).unwrap();
+        for t in [0.0, 31.0, 570.0, 1139.9, 1140.0] {
+            let off = (orbit.position(t).unwrap() - kepler(&r, &v, t).0).norm();
+            assert!(off < 1e-3, "{t} {off:.1e}");
+        }
+        assert_eq!(orbit.position(1140.1), Err(OrbitError::Beyond(1140.1)));
+    }
 }

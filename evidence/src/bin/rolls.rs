@@ -2,15 +2,15 @@
 //!
 //! `cargo run --release -p evidence --bin rolls [-- COUNT]`: COUNT (500 by default) random maneuvers each with a boresight that ends at
 //! rest on a fixed direction, and on one that moves, with its rate. Bodies with moments in ratios to 10 about any axes, starts at rest
-//! or turning, boresights and directions uniform on the sphere, directions that move at up to a tenth of a radian in the duration
-//! times ten. On 100 steps, least effort.
+//! or turning, boresights and directions uniform on the sphere, directions that turn at up to 0.3 rad/s about each axis, in 2 to
+//! 8 s. On 100 steps, least effort.
 //!
 //! It prints how many are as cheap as the best of the rolls, and how long a plan takes, as a multiple of that to the end that was
 //! found, given. Ends with 1 where fewer than 99.5 % are.
 
 use evidence::Random;
 use slewkit::maneuver::{Aim, Path, Settings, Target};
-use slewkit::mechanics::direction::Direction;
+use slewkit::mechanics::direction::{Direction, Track, TrackError};
 use slewkit::plan::{Silent, Status, plan};
 use slewkit::{Body, Matrix3, Problem, State, Vector3, lie};
 use std::error::Error;
@@ -22,23 +22,26 @@ const ROLLS: usize = 24;
 /// A cost that is above the best of them by more than this part is missed.
 const NEAR: f64 = 1e-6;
 
+/// A direction that turns about an axis at one rate.
+fn moving(from: &Vector3, rate: &Vector3, duration: f64) -> Direction {
+    let along = |time: f64| Ok::<_, TrackError>(lie::exp(&(rate * time)) * from);
+    Track::fitted(0.0, duration, duration, 20, along).map_or(Direction::Fixed(*from), Direction::Moving)
+}
+
 fn maneuver(index: usize, moves: bool) -> Problem {
     let mut random = Random::of_case(41, 2 * index + usize::from(moves));
     let body = Body { inertia: random.inertia(10.0), mass: None };
     let rate = if random.coin() { Vector3::zeros() } else { random.within_cube(0.5) };
     let start = State::attitude(random.uniform_rotation(), rate);
     let (boresight, direction) = (random.direction(), random.direction());
+    let duration = random.within(2.0, 8.0);
     let at = if moves {
-        Direction::Turning(direction, random.within_cube(0.3))
+        moving(&direction, &random.within_cube(0.3), duration)
     } else {
         Direction::Fixed(direction)
     };
     let aim = Aim::new(boresight, at);
-    Problem::attitude(body, start, start, random.within(2.0, 8.0)).with_aim_at_end(if moves {
-        aim
-    } else {
-        aim.at_rest()
-    })
+    Problem::attitude(body, start, start, duration).with_aim_at_end(if moves { aim } else { aim.at_rest() })
 }
 
 /// The cheapest of given rolls.

@@ -35,6 +35,9 @@ use std::time::Instant;
 /// (`cargo run --release -p evidence --bin rolls`).
 const ROLLS: usize = 12;
 
+/// The fewest parts of a band: one narrower than a few of these may hold two minima all the same.
+const FEWEST: usize = 6;
+
 /// A slope below this part of the cost per radian is none: what the tolerance of the costates leaves of it.
 const STATIONARY: f64 = 1e-12;
 
@@ -143,7 +146,7 @@ impl<'a> Rolls<'a> {
             return Ok(self.at(0.0, steps, None)?.into_iter().collect());
         }
         let (within, around) = (self.ends.within(), self.ends.within() >= PI);
-        let count = ((ROLLS as f64 * within / PI).ceil() as usize).max(2);
+        let count = ((ROLLS as f64 * within / PI).ceil() as usize).max(FEWEST);
         let spacing = 2.0 * within / count as f64;
         // All around the last is the first once more.
         let last = if around { count } else { count + 1 };

@@ -15,6 +15,7 @@ mod random;
 mod reading;
 mod schema;
 mod simulation;
+mod sky;
 mod tampered;
 mod writer;
 

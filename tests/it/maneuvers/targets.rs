@@ -156,3 +156,48 @@ fn a_cone_that_moves_is_touched_where_it_is_by_then() {
     println!("{found:?} {wanted}");
     assert!((found[1] / wanted - 1.0).abs() < 1e-7, "{found:?} {wanted}");
 }
+
+/// The best of a band of rolls lies between the aligned roll and the free one, and nowhere else is anything cheaper: by values
+/// where costates do not tell the slope, and at the edge of the band where the slope leads out of it.
+#[test]
+fn no_roll_of_a_band_is_cheaper_than_the_answer() {
+    let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 3.0)).unwrap(), mass: None };
+    let start = State::at_rest(slewkit::Matrix3::identity());
+    let star = Direction::Fixed(Vector3::new(1.0, 2.0, -1.0).normalize());
+    let beside = Direction::Fixed(Vector3::new(0.3, -0.4, 0.9).normalize());
+    let limits = Limits { size: Some(vec![0.6; 3]), ..Limits::default() };
+    let torque = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
+    let limited = |problem: Problem| problem.with_actuation(Actuation::torques(torque.clone()));
+    let effort = Problem::attitude(body.clone(), start, start, 4.0);
+    let kinds = [
+        ("effort", effort.clone()),
+        ("effort within limits", limited(effort)),
+        ("time", limited(Problem::minimum_time(body.clone(), start, start))),
+        ("fuel", limited(Problem::minimum_fuel(body, start, start, 5.0))),
+    ];
+    let cost = |problem: &Problem| {
+        let found = plan(&problem.clone().with_steps(60), &Settings::discrete(), None, &mut Silent).unwrap();
+        (found.status == Status::Solved).then_some(found.solution.cost)
+    };
+    for (name, problem) in kinds {
+        let aimed = |within: f64| {
+            let aim = Aim::new(Vector3::z(), star.clone()).at_rest();
+            problem.clone().with_aim_at_end(aim.with_roll_towards(Vector3::x(), beside.clone(), within))
+        };
+        let within = 0.5;
+        let [aligned, band, free] =
+            [0.0, within, std::f64::consts::PI].map(|within| cost(&aimed(within)).unwrap());
+        println!("{name}: aligned {aligned}, within {within} {band}, free {free}");
+        assert!(free <= band * (1.0 + 1e-9) && band <= aligned * (1.0 + 1e-9), "{name}");
+        let aim = aimed(within);
+        let ends = aim.aim().unwrap().ends(1.0, &start.attitude, &Vector3::zeros()).unwrap();
+        for step in -6..=6 {
+            let (attitude, rate) = ends.at(within * f64::from(step) / 6.0);
+            let end_condition = slewkit::maneuver::EndCondition::State;
+            let given = Problem { end: State::attitude(attitude, rate), end_condition, ..problem.clone() };
+            if let Some(given) = cost(&given) {
+                assert!(band <= given * (1.0 + 1e-6), "{name}: {band} where {given} exists at step {step}");
+            }
+        }
+    }
+}

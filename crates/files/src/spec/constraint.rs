@@ -1,6 +1,6 @@
 //! `[[constraint]]`: where the body may point and how fast it may turn.
 
-use super::{Angle, Limits, Section, escape, short, show, sky};
+use super::{Angle, Limits, Section, escape, short, sky};
 use slewkit::Vector3;
 use slewkit::maneuver::{Constraint, Direction, Pointing, Problem, Rule, Side};
 use slewkit::optimize::shooting_obstacle;
@@ -163,7 +163,7 @@ fn directions(section: &Section, sky: &mut sky::Reading, used_by: &str) -> Optio
         [("direction_inertial", Direction::Fixed), ("direction_reference", Direction::InFrame)];
     for (name, kind) in kinds {
         let sections = section.tables(name)?;
-        let read: Vec<_> = sections.iter().map(direction).collect();
+        let read: Vec<_> = sections.iter().map(sky::star).collect();
         for vector in read {
             directions.push(kind(vector?));
         }
@@ -183,54 +183,6 @@ fn directions(section: &Section, sky: &mut sky::Reading, used_by: &str) -> Optio
         return section.refuse("E0021", key, reason, "write limb_of = \"earth\", beyond_limb_deg = 20");
     }
     (!directions.is_empty()).then_some(directions)
-}
-
-pub(super) fn direction(section: &Section) -> Option<Vector3> {
-    let (angles, vector) = (["ra_deg", "dec_deg"], "vector");
-    let given: Vec<&str> = angles.into_iter().filter(|name| section.has(name)).collect();
-    match (&given[..], section.has(vector)) {
-        ([name, ..], true) => {
-            let reason = format!("the direction is given twice, by `{name}` and by `vector`");
-            section.refuse("E0028", vector, reason, "give one of the two")
-        }
-        ([], true) => {
-            let vector = section.vector(vector)?;
-            if vector.amax() == 0.0 {
-                let reason = "a vector of length zero has no direction";
-                return section.refuse("E0054", "vector", reason, "give the vector a direction");
-            }
-            Some(section.unit(vector))
-        }
-        ([_, _], false) => {
-            let range = |name: &str, least: f64, most: f64, what: &str| {
-                let angle = section.number(name)?;
-                if (least..=most).contains(&angle) {
-                    return Some(angle.to_radians());
-                }
-                let reason =
-                    format!("`{name}`: {what} of {} deg is outside {least} to {most} deg", show(angle));
-                let remedy = "check the order and the unit of the angles";
-                section.refuse("E0074", name, reason, remedy)
-            };
-            let ra = range("ra_deg", -180.0, 360.0, "a right ascension");
-            let dec = range("dec_deg", -90.0, 90.0, "a declination");
-            let ((sin_ra, cos_ra), (sin_dec, cos_dec)) = (ra?.sin_cos(), dec?.sin_cos());
-            Some(section.unit(Vector3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec)))
-        }
-        ([name], false) => {
-            let other = if *name == "ra_deg" { "dec_deg" } else { "ra_deg" };
-            let reason = format!("`{name}` needs `{other}`");
-            section.refuse_here("E0021", reason, format!("add {other} = 0"))
-        }
-        (_, false) => {
-            // A heavenly body has been refused already.
-            if !section.has("body") {
-                let reason = "the direction is empty";
-                section.error_here("E0021", reason, "add ra_deg = 231.0, dec_deg = -18.3");
-            }
-            None
-        }
-    }
 }
 
 /// What kind of constraint the problem calls `name`.

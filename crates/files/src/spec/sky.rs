@@ -3,7 +3,7 @@
 //! What is known of the sky is turned into vectors as functions of time when a spec is read: the maneuver holds these, and a plan file
 //! writes their coefficients (`at = "track"`), so that nobody needs an orbit or an ephemeris after that. Axes are those of the GCRS.
 
-use super::{Section, short};
+use super::{Section, short, show};
 use crate::epoch::Epoch;
 use slewkit::maneuver::{Aim, AimRate};
 use slewkit::mechanics::direction::Track;
@@ -12,6 +12,9 @@ use slewkit_sky::{Clock, EarthRotation, Elements, Model, Orbit, OrbitError, Sky,
 
 /// How far ahead the sky is known where the duration is sought without a bound \[s\].
 const HORIZON: f64 = 7_200.0;
+
+/// The most of that \[s\]: a day of vectors is read in a second.
+const MOST_AHEAD: f64 = 86_400.0;
 
 /// How far ahead the next pass over a station is looked for \[s\].
 const PASSES: f64 = 86_400.0;
@@ -90,7 +93,7 @@ impl Reading {
     /// The direction of a table of targets.
     pub fn direction(&mut self, section: &Section, used_by: &str) -> Option<Direction> {
         if !section.has("at") {
-            return super::constraint::direction(section).map(Direction::Fixed);
+            return star(section).map(Direction::Fixed);
         }
         let word = section.word("at")?;
         if let Some(given) = ["ra_deg", "dec_deg", "vector"].into_iter().find(|name| section.has(name)) {
@@ -116,17 +119,26 @@ impl Reading {
                     let reason = "`at = \"satellite\"` needs `tle`: its two lines";
                     return section.refuse_here("E0021", reason, "add tle = [\"1 …\", \"2 …\"]");
                 };
-                Target::Satellite(Box::new(two_lines(section, &lines, self.clock?)?))
+                let Some(clock) = self.clock else { return self.without_epoch(section, word) };
+                Target::Satellite(Box::new(two_lines(section, &lines, clock)?))
             }
-            _ => Target::InOrbit(section.vector("orbit_vector")?),
+            _ if !section.has("orbit_vector") => {
+                let reason = "`at = \"orbit_vector\"` needs `orbit_vector`: along the track, the orbit normal, outward";
+                return section.refuse_here("E0021", reason, "add orbit_vector = [1, 0, 0]");
+            }
+            _ => Target::InOrbit(axis(section, "orbit_vector")?),
         };
         let Some(sky) = &self.sky else {
-            if self.clock.is_none() {
-                let reason = format!("where \"{word}\" is depends on the date, and the spec has no `epoch`");
-                section.error("E0075", "at", reason, "add epoch = \"2026-11-21T07:00:00 UTC\" at the top");
-            }
-            return None;
+            return if self.clock.is_none() { self.without_epoch(section, word) } else { None };
         };
+        if self.ahead > MOST_AHEAD {
+            let reason = format!(
+                "targets are known for {} s ahead, and the maneuver may take {} s",
+                short(MOST_AHEAD),
+                short(self.ahead)
+            );
+            return section.refuse("E0076", "at", reason, "shorten it, or bound it by duration_at_most_s");
+        }
         let found = sky.direction(&target, 0.0, self.ahead);
         let direction = self.told(section, word, found)?;
         self.targets.push(Named { used_by: used_by.into(), name: named(word, section), target });
@@ -147,10 +159,28 @@ impl Reading {
             }
             return None;
         };
+        if self.ahead > MOST_AHEAD {
+            let reason = format!(
+                "targets are known for {} s ahead, and the maneuver may take {} s",
+                short(MOST_AHEAD),
+                short(self.ahead)
+            );
+            return section.refuse(
+                "E0076",
+                "limb_of",
+                reason,
+                "shorten it, or bound it by duration_at_most_s",
+            );
+        }
         let found = sky.earth_disc(0.0, self.ahead);
         let direction = self.told(section, "the limb of the Earth", found)?;
         self.targets.push(Named { used_by: used_by.into(), name: "earth".into(), target: Target::Nadir });
         Some(direction)
+    }
+
+    fn without_epoch<T>(&self, section: &Section, word: &str) -> Option<T> {
+        let reason = format!("where \"{word}\" is depends on the date, and the spec has no `epoch`");
+        section.refuse("E0075", "at", reason, "add epoch = \"2026-11-21T07:00:00 UTC\" at the top")
     }
 
     fn told<T>(&self, section: &Section, what: &str, found: Result<T, SkyError>) -> Option<T> {
@@ -216,6 +246,55 @@ impl Reading {
             short(time)
         );
         section.refuse("E0077", "at", reason, remedy)
+    }
+}
+
+/// A direction that stands still, as angles or as a vector.
+pub(super) fn star(section: &Section) -> Option<Vector3> {
+    let (angles, vector) = (["ra_deg", "dec_deg"], "vector");
+    let given: Vec<&str> = angles.into_iter().filter(|name| section.has(name)).collect();
+    match (&given[..], section.has(vector)) {
+        ([name, ..], true) => {
+            let reason = format!("the direction is given twice, by `{name}` and by `vector`");
+            section.refuse("E0028", vector, reason, "give one of the two")
+        }
+        ([], true) => {
+            let vector = section.vector(vector)?;
+            if vector.amax() == 0.0 {
+                let reason = "a vector of length zero has no direction";
+                return section.refuse("E0054", "vector", reason, "give the vector a direction");
+            }
+            Some(section.unit(vector))
+        }
+        ([_, _], false) => {
+            let range = |name: &str, least: f64, most: f64, what: &str| {
+                let angle = section.number(name)?;
+                if (least..=most).contains(&angle) {
+                    return Some(angle.to_radians());
+                }
+                let reason =
+                    format!("`{name}`: {what} of {} deg is outside {least} to {most} deg", show(angle));
+                let remedy = "check the order and the unit of the angles";
+                section.refuse("E0074", name, reason, remedy)
+            };
+            let ra = range("ra_deg", -180.0, 360.0, "a right ascension");
+            let dec = range("dec_deg", -90.0, 90.0, "a declination");
+            let ((sin_ra, cos_ra), (sin_dec, cos_dec)) = (ra?.sin_cos(), dec?.sin_cos());
+            Some(section.unit(Vector3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec)))
+        }
+        ([name], false) => {
+            let other = if *name == "ra_deg" { "dec_deg" } else { "ra_deg" };
+            let reason = format!("`{name}` needs `{other}`");
+            section.refuse_here("E0021", reason, format!("add {other} = 0"))
+        }
+        (_, false) => {
+            // A heavenly body has been refused already.
+            if !section.has("body") {
+                let reason = "the direction is empty";
+                section.error_here("E0021", reason, "add ra_deg = 231.0, dec_deg = -18.3");
+            }
+            None
+        }
     }
 }
 
