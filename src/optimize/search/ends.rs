@@ -63,6 +63,8 @@ const MOST_EVALUATIONS: usize = 40;
 #[derive(Clone)]
 struct Known {
     roll: f64,
+    /// Of its grid, as it was asked for: a plan whose inputs switch may have one more.
+    steps: usize,
     solution: Solution,
     /// `dV/dρ`; `None` where costates do not tell.
     slope: Option<f64>,
@@ -95,13 +97,8 @@ struct Rolls<'a> {
 
 impl<'a> Rolls<'a> {
     fn new(problem: &'a Problem, ends: Ends, settings: &Settings, observer: &'a mut dyn Observer) -> Self {
-        // Rolls are compared by their discrete optima, a step less thoroughly than the best of them is planned; that lands.
-        let search = match settings.search {
-            Thoroughness::Thorough => Thoroughness::Default,
-            Thoroughness::Default | Thoroughness::Quick => Thoroughness::Quick,
-        };
-        let settings =
-            Settings { target: Target::Discrete, test_second_order: false, search, ..settings.clone() };
+        // Rolls are compared by their discrete optima; the plan of the best lands.
+        let settings = Settings { target: Target::Discrete, test_second_order: false, ..settings.clone() };
         Self { problem, ends, settings, observer, began: Instant::now(), unsolved: None, refused: None }
     }
 
@@ -137,7 +134,7 @@ impl<'a> Rolls<'a> {
             }
         }
         let slope = if self.ends.has_roll() { slope_of_roll(&problem, &self.ends, &solution) } else { None };
-        Ok(Some(Known { roll, solution, slope }))
+        Ok(Some(Known { roll, steps, solution, slope }))
     }
 
     /// The minima over the roll on `steps` steps, the cheapest first.
@@ -172,7 +169,7 @@ impl<'a> Rolls<'a> {
 
     /// The minimum downhill of a plan, looked for in steps of `stride` \[rad\] at first.
     fn lowest(&mut self, from: Known, stride: f64, steps: usize) -> Result<Known, Halt> {
-        let from = if from.solution.steps == steps {
+        let from = if from.steps == steps {
             from
         } else {
             // Another grid has another cost, and another slope.
@@ -366,12 +363,13 @@ fn in_time(
 impl Rolls<'_> {
     /// The plan at the best of some minima, on the grid and with the target that is asked for.
     fn planned(&mut self, minima: Vec<Known>, settings: &Settings) -> Result<Solution, Halt> {
+        let minima = self.on_steps(minima, self.problem.steps)?;
         let Some(best) = minima.first().cloned() else { return self.without_plan() };
         let (mut best, mut problem) = (best, self.problem.clone());
         let mut chosen = None;
         for _ in 0..2 {
             // Steps that are chosen are those of the plan at the best roll so far.
-            if best.solution.steps != problem.steps {
+            if best.steps != problem.steps {
                 best = self.lowest(best, REFINED, problem.steps)?;
             }
             let remaining = settings.time_limit.map(|limit| limit.saturating_sub(self.began.elapsed()));
@@ -379,7 +377,8 @@ impl Rolls<'_> {
             let given = problem.facing(&self.ends, best.roll);
             let guess = takes_a_guess(&given).then(|| Guess::of(&best.solution, &given));
             let found = solve(&given, &settings, guess.as_ref(), self.observer)?;
-            let again = found.outcome == Outcome::Converged && found.steps != problem.steps;
+            let again =
+                problem.chooses_steps && found.outcome == Outcome::Converged && found.steps != problem.steps;
             let chosen_before = chosen.take();
             chosen = found.chosen.or(chosen_before);
             if again {
@@ -391,6 +390,21 @@ impl Rolls<'_> {
         let given = problem.facing(&self.ends, best.roll);
         let found = solve(&given, settings, None, self.observer)?;
         Ok(with_rivals(Solution { chosen, ..found }, &best, &minima))
+    }
+
+    /// The minima on another grid: what a coarse one errs by may be more than what they differ by.
+    fn on_steps(&mut self, minima: Vec<Known>, steps: usize) -> Result<Vec<Known>, Halt> {
+        if minima.iter().all(|known| known.steps == steps) {
+            return Ok(minima);
+        }
+        let mut carried = Vec::with_capacity(minima.len());
+        for known in minima {
+            carried.push(self.lowest(known, REFINED, steps)?);
+        }
+        // A minimum whose roll has no plan on that grid is none.
+        carried.retain(|known| known.steps == steps);
+        carried.sort_by(|a, b| a.solution.cost.total_cmp(&b.solution.cost));
+        Ok(carried)
     }
 
     /// What there is to tell where no roll has a plan.
