@@ -2,9 +2,10 @@
 
     python tests/exchange/sky.py SLEW
 
-Orbits by the C++ code of SGP4 (PyPI: sgp4) and by SciPy's DOP853, frames, stations and time scales by Skyfield (IAU 2000A), Sun and Moon by DE421 (jplephem,
-skyfield-data). Each maneuver is a spec whose cones aim at everything; `slew sky` tells where that is at its start and its end. Directions
-are geometric on both sides. A velocity is the difference quotient of positions, not the one that SGP4 states.
+Orbits by the C++ code of SGP4 (PyPI: sgp4) and by SciPy's DOP853, frames, stations and time scales by Skyfield (IAU 2000A), Sun and
+Moon by DE421 (jplephem, skyfield-data). Each maneuver is a spec whose cones aim at everything; `slew sky` tells where that is at its
+start and its end. Directions are geometric on both sides. A velocity is the difference quotient of positions, not the one that SGP4
+states.
 """
 
 import json
