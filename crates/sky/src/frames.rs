@@ -66,7 +66,7 @@ fn pole(t: f64) -> (f64, f64, f64) {
         + 0.0980 * (2.0 * (latitude + node)).cos()
         - 0.0896 * (2.0 * node).cos()
         - 0.0047 * sun.sin()
-        + 0.0160 * anomaly.cos()
+        + 0.0160 * sun.cos()
         + 0.0224 * (sun + 2.0 * longitude).cos();
     let (x, y) = (x * ARCSECOND, y * ARCSECOND);
     (x, y, -0.5 * x * y)
