@@ -285,7 +285,7 @@ impl View {
                 Rule::Pointing(pointing) => {
                     pointing.boresights.iter_mut().for_each(|b| *b = (body * *b).normalize());
                     let directions = pointing.directions.iter_mut();
-                    directions.for_each(|to| *to = to.turned(&reference));
+                    directions.for_each(|to| *to = to.turned(reference));
                 }
             }
         }

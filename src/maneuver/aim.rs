@@ -200,7 +200,9 @@ impl Aim {
                 let second = seen(at);
                 let apart = angle_between(&first.direction, &second.direction);
                 let degrees = apart.min(PI - apart).to_degrees();
-                if !(degrees >= LEAST_APART) {
+                // Written so that what is not a number is refused.
+                let defined = degrees >= LEAST_APART;
+                if !defined {
                     return Err(AimError::Undefined { time, degrees });
                 }
                 let frame = AlignedFrame::of([&self.boresight, axis], [&first, &second]);

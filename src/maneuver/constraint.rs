@@ -165,7 +165,8 @@ impl Constraint {
                     return Err(ConstraintError::Nothing);
                 }
                 let lengths = pointing.boresights.iter().map(Vector3::norm);
-                let odd = lengths.into_iter().find(|length| !((length - 1.0).abs() <= 1e-9));
+                let is_unit = |length: &f64| (length - 1.0).abs() <= 1e-9;
+                let odd = lengths.into_iter().find(|length| !is_unit(length));
                 let odd = odd.or_else(|| pointing.directions.iter().find_map(Direction::length_defect));
                 if let Some(length) = odd {
                     return Err(ConstraintError::Vector { length });

@@ -298,7 +298,8 @@ impl Direction {
         match self {
             Self::Fixed(vector) | Self::InFrame(vector) => {
                 let length = vector.norm();
-                (!((length - 1.0).abs() <= 1e-9)).then_some(length)
+                let is_unit = (length - 1.0).abs() <= 1e-9;
+                (!is_unit).then_some(length)
             }
             Self::Moving(_) => None,
             Self::Disc { radius, .. } => (!(*radius > 0.0 && radius.is_finite())).then_some(*radius),

@@ -141,7 +141,8 @@ impl Orbit {
             return Err(OrbitError::Underground(below / 1e3));
         }
         let ahead = clock.since(&epoch);
-        if !(ahead.abs() <= OLDEST) {
+        let recent = ahead.abs() <= OLDEST;
+        if !recent {
             return Err(OrbitError::Old(ahead / 86_400.0));
         }
         let pole = frames::intermediate(&epoch, 0.0, Theory::Series).row(2).transpose();
@@ -350,12 +351,15 @@ fn lagrange(times: &[f64], values: &[Vector3], degree: usize, time: f64) -> Opti
 mod tests {
     use super::*;
 
+    /// From a state to that of some seconds later.
+    type Onward<'a> = dyn Fn((Vector3, Vector3), f64) -> (Vector3, Vector3) + 'a;
+
     /// From any state on it an orbit is the same orbit.
     #[test]
     fn an_orbit_goes_on_from_each_of_its_states() {
         let (r, v) = (Vector3::new(7.1e6, 1e5, -3e5), Vector3::new(-100.0, 5.2e3, 5.6e3));
         let pole = Vector3::new(0.0, 0.6, 0.8);
-        let onward: [&dyn Fn((Vector3, Vector3), f64) -> (Vector3, Vector3); 2] =
+        let onward: [&Onward<'_>; 2] =
             [&|(r, v), time| kepler(&r, &v, time), &|(r, v), time| extrapolated(&r, &v, time, &pole)];
         for along in onward {
             let direct = along((r, v), 9000.0);

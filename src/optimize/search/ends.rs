@@ -153,8 +153,8 @@ impl<'a> Rolls<'a> {
         }
         let cost = |index: usize| seen[index].as_ref().map_or(f64::INFINITY, |known| known.solution.cost);
         let mut minima = Vec::new();
-        for index in 0..last {
-            let Some(middle) = &seen[index] else { continue };
+        for (index, middle) in seen.iter().enumerate() {
+            let Some(middle) = middle else { continue };
             let before = if index > 0 { Some(index - 1) } else { around.then_some(last - 1) };
             let after = if index + 1 < last { Some(index + 1) } else { around.then_some(0) };
             let lowest = [before, after].into_iter().flatten().all(|beside| cost(index) <= cost(beside));
@@ -503,7 +503,7 @@ fn quickest(
         roll = Some(found.roll);
         Ok(Some(lasts(&found.solution) - time))
     };
-    let Some((from, to)) = first_reached(&mut |time| late(time, observer))? else {
+    let Some([from, to]) = first_reached(&mut |time| late(time, observer))? else {
         let unsolved = last.unwrap_or_else(|| Solution::unsolved(problem, settings.tolerance));
         return Ok(Solution { outcome: Outcome::Stalled, infeasible: None, ..unsolved });
     };
@@ -531,11 +531,12 @@ fn quickest(
     Ok(best.unwrap_or_else(|| Solution::unsolved(&problem, settings.tolerance)))
 }
 
+/// A time, and how late a plan is that is to end then \[s\].
+type Late = [f64; 2];
+
 /// The first interval at whose start a plan takes longer than there is time and at whose end it does not, with how late it is
 /// at either.
-fn first_reached(
-    late: &mut dyn FnMut(f64) -> Result<Option<f64>, Halt>,
-) -> Result<Option<([f64; 2], [f64; 2])>, Halt> {
+fn first_reached(late: &mut dyn FnMut(f64) -> Result<Option<f64>, Halt>) -> Result<Option<[Late; 2]>, Halt> {
     let mut time = 0.0;
     let Some(mut delay) = late(time)? else { return Ok(None) };
     for _ in 0..MOST_EVALUATIONS {
@@ -543,7 +544,7 @@ fn first_reached(
         let next = time + delay;
         let Some(then) = late(next)? else { return Ok(None) };
         if then <= 0.0 {
-            return Ok(Some(([time, delay], [next, then])));
+            return Ok(Some([[time, delay], [next, then]]));
         }
         (time, delay) = (next, then);
     }
@@ -587,8 +588,8 @@ fn shoots(problem: &Problem) -> bool {
 fn vertex(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> Option<f64> {
     let [left, right] = [a, c].map(|(x, y)| ((x - b.0), (y - b.1)));
     let (p, q) = (left.0 * right.1, right.0 * left.1);
-    let move_ = 0.5 * (right.0 * q - left.0 * p) / (q - p);
-    move_.is_finite().then(|| b.0 + move_)
+    let offset = 0.5 * (right.0 * q - left.0 * p) / (q - p);
+    offset.is_finite().then_some(b.0 + offset)
 }
 
 /// The angle between two rolls.

@@ -276,7 +276,7 @@ fn wrong_turn(end: &Boundary<'_>, from_start: &Matrix3) {
 fn turned(mut constraint: Constraint, axes: &Matrix3) -> Constraint {
     if let Rule::Pointing(pointing) = &mut constraint.rule {
         for direction in &mut pointing.directions {
-            *direction = direction.turned(&axes);
+            *direction = direction.turned(axes);
         }
     }
     constraint

@@ -159,9 +159,8 @@ fn cone(section: &Section, side: Side) -> Option<(f64, f64)> {
 /// The directions of both kinds.
 fn directions(section: &Section, sky: &mut sky::Reading, used_by: &str) -> Option<Vec<Direction>> {
     let mut directions = Vec::new();
-    let kinds: [(_, fn(Vector3) -> Direction); 2] =
-        [("direction_inertial", Direction::Fixed), ("direction_reference", Direction::InFrame)];
-    for (name, kind) in kinds {
+    for (name, turns) in [("direction_inertial", false), ("direction_reference", true)] {
+        let kind = if turns { Direction::InFrame } else { Direction::Fixed };
         let sections = section.tables(name)?;
         let read: Vec<_> = sections.iter().map(sky::star).collect();
         for vector in read {
