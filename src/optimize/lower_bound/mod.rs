@@ -364,6 +364,7 @@ impl Setup {
             (problem.objective.switches(), "time or fuel is minimised; only effort is covered"),
             (problem.seeks_duration(), "the duration is sought; only given ones are covered"),
             (problem.ends_in_any_attitude(), "any attitude will do at the end; only given ones are covered"),
+            (problem.aim().is_some(), "the end is on a target; only given ones are covered"),
             (field, "a field acts on the body; only free bodies are covered"),
             (
                 problem.actuation.wheels.is_some(),

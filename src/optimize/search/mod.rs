@@ -148,7 +148,8 @@ fn check_for_chain(problem: &Problem, settings: &Settings, guess: Option<&Guess>
 
 /// Whether the effort is what is minimised, in a given duration.
 fn check_for_effort(problem: &Problem) -> Result<(), PlanError> {
-    if Formulation::of(problem) != Formulation::Extremal || problem.duration.known().is_none() {
+    let taken = Formulation::of(problem) == Formulation::Extremal && problem.aim().is_none();
+    if !taken || problem.duration.known().is_none() {
         return Err(PlanError::Unsuited(Misfit::Polish));
     }
     Ok(())

@@ -39,7 +39,8 @@ pub use global::{BOUND_STEPS, Global, GlobalError, global};
 use serde::Serialize;
 use slewkit::maneuver::Shortfall;
 use slewkit::maneuver::{
-    Method, Outcome, Problem, Proof, Sense, Settings, Solution, Target, TerminalError, Trajectory,
+    EndCondition, Method, Outcome, Problem, Proof, Sense, Settings, Solution, Target, TerminalError,
+    Trajectory,
 };
 use slewkit::optimize::search::{self, Guess, Misfit, Observer, PlanError};
 use slewkit::plan::{self, Plan, Status};
@@ -153,6 +154,16 @@ pub fn compare(
     }
     // Methods are compared by what both of them solve: the discrete problem.
     let settings = &Settings { target: Target::Discrete, ..settings.clone() };
+    // Of the ends on a target they are given the one that a plan has found.
+    let aimed = match problem.aim() {
+        None => None,
+        Some(_) => {
+            let found = search::solve(problem, settings, None, observer)?;
+            let completed = found.trajectory.completed(problem);
+            Some(Problem { end_condition: EndCondition::State, ..completed })
+        }
+    };
+    let problem = aimed.as_ref().unwrap_or(problem);
     let shooting_settings = Settings { method: Method::Shooting, ..settings.clone() };
     let mut shooting = match plan::plan(problem, &shooting_settings, None, observer) {
         Err(PlanError::NotForShooting { reason }) => Err(reason),
