@@ -334,7 +334,7 @@ impl Problem {
     /// let problem = Problem::attitude(body, start, start, 4.0).with_aim_at_end(Aim::new(Vector3::z(), star).at_rest());
     /// let plan = plan(&problem, &Settings::discrete(), None, &mut Silent)?;
     /// // The best of all rolls about the boresight, on 100 steps.
-    /// assert!((plan.solution.cost - 0.47766).abs() < 1e-4);
+    /// assert!((plan.solution.cost - 0.47766).abs() < 5e-4);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn with_aim_at_end(self, aim: Aim) -> Self {
