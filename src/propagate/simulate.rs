@@ -1,8 +1,9 @@
 //! Propagation without optimisation: rigid bodies, one or many, from their start, row after row.
 //!
 //! ```
-//! use slewkit::{Body, Inertia, Matrix3, Simulation, SimulationRow, State, Vector3};
 //! use slewkit::propagate::integrator::{Kind, System};
+//! use slewkit::propagate::simulate::SimulationRow;
+//! use slewkit::{Body, Inertia, Matrix3, Simulation, State, Vector3};
 //! use std::ops::ControlFlow;
 //!
 //! let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5))?, mass: None };
