@@ -105,7 +105,9 @@ pub struct Ends {
     boresight: Vector3,
     /// Attitude without roll.
     attitude: Matrix3,
-    /// Angular velocity and acceleration of a body that stays on the target, axes of the reference frame \[rad/s\], \[rad/s²\].
+    /// How fast the end turns as time goes on, axes of the reference frame \[rad/s\].
+    turning: Vector3,
+    /// Angular velocity of the body there, and how fast that changes, same axes \[rad/s\], \[rad/s²\]: as the end turns, or none.
     rate: Vector3,
     acceleration: Vector3,
     /// How far the roll may go to either side \[rad\].
@@ -186,15 +188,10 @@ impl Aim {
             }
         };
         let first = seen(&self.at);
-        let (attitude, rate, acceleration, within) = match &self.roll {
+        let (attitude, turning, acceleration, within) = match &self.roll {
             Roll::Free => {
-                let rate = first.direction.cross(&first.rate);
-                (
-                    onto(start, &self.boresight, &first.direction),
-                    rate,
-                    first.direction.cross(&first.acceleration),
-                    PI,
-                )
+                let d = &first.direction;
+                (onto(start, &self.boresight, d), d.cross(&first.rate), d.cross(&first.acceleration), PI)
             }
             Roll::Towards { axis, at, within } => {
                 let second = seen(at);
@@ -210,10 +207,10 @@ impl Aim {
             }
         };
         let (rate, acceleration) = match self.rate {
-            AimRate::Matched => (rate, acceleration),
+            AimRate::Matched => (turning, acceleration),
             AimRate::Zero => (Vector3::zeros(), Vector3::zeros()),
         };
-        Ok(Ends { boresight: self.boresight, attitude, rate, acceleration, within })
+        Ok(Ends { boresight: self.boresight, attitude, turning, rate, acceleration, within })
     }
 }
 
@@ -249,9 +246,9 @@ impl Ends {
         (self.boresight, rate.cross(&self.boresight))
     }
 
-    /// How the state in `attitude` moves with the time: `(ζ, δΩ)` per \[s\], body axes.
+    /// How the end in `attitude` moves with the time, but for a roll: `(ζ, δΩ)` per \[s\], body axes.
     pub fn along_time(&self, attitude: &Matrix3) -> (Vector3, Vector3) {
-        (attitude.tr_mul(&self.rate), attitude.tr_mul(&self.acceleration))
+        (attitude.tr_mul(&self.turning), attitude.tr_mul(&self.acceleration))
     }
 }
 

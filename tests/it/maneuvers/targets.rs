@@ -201,3 +201,60 @@ fn no_roll_of_a_band_is_cheaper_than_the_answer() {
         }
     }
 }
+
+/// A cone to stay in is counted from the limb outward, as one to keep out of is.
+#[test]
+fn a_boresight_stays_within_an_angle_of_the_limb() {
+    let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 3.0)).unwrap(), mass: None };
+    // A disc of 20 degrees that rises by ten while the boresight x turns past it.
+    let centre = Track::fitted(0.0, 10.0, 10.0, 12, |t| {
+        let rise = (1.0_f64 * t).to_radians();
+        Ok::<_, slewkit::mechanics::direction::TrackError>(Vector3::new(rise.cos(), 0.0, rise.sin()) * 5.0)
+    });
+    let disc = Direction::Disc { centre: centre.unwrap(), radius: 5.0 * 20.0_f64.to_radians().sin() };
+    let half_angle = 10.0_f64.to_radians();
+    let cone = Pointing {
+        side: Side::KeepIn,
+        boresights: vec![Vector3::x()],
+        directions: vec![disc],
+        half_angle,
+        margin: 0.0,
+    };
+    // About an axis aside of the way from start to end, and by way of rates that carry the boresight beyond.
+    let start = State::attitude(slewkit::Matrix3::identity(), Vector3::new(0.0, 0.0, 0.4));
+    let end = State::attitude(lie::exp(&Vector3::new(0.0, 0.0, -0.3)), Vector3::zeros());
+    let free = Problem::attitude(body, start, end, 10.0).with_steps(80);
+    let held = free.clone().with_constraint(Constraint { name: "limb".into(), rule: Rule::Pointing(cone) });
+    let [free, found] =
+        [free, held].map(|problem| plan(&problem, &Settings::discrete(), None, &mut Silent).unwrap());
+    assert_eq!(found.status, Status::Solved, "{:?}", found.solution.shortfall);
+    let margin = &found.verification.unwrap().margins[0];
+    println!("{} above {}, margin {:.1e}", found.solution.cost, free.solution.cost, margin.margin);
+    assert!(found.solution.cost > free.solution.cost * (1.0 + 1e-6), "the cone is not in the way");
+    assert!(margin.margin.abs() < 1e-7, "{margin:?}");
+}
+
+/// A body that ends at rest on a target that moves: its attitude moves with the duration, its rate does not.
+#[test]
+fn a_target_that_moves_is_met_at_rest_at_the_best_time() {
+    let given = &reference("targets/q04")["problem"];
+    let aim = Aim::new(vector(&given["boresight_body"]), direction(given, "target")).at_rest();
+    let price = number(&given["w_T"]);
+    let given =
+        Problem { end_condition: slewkit::maneuver::EndCondition::Aim(aim.clone()), ..maneuver(given, aim) };
+    let planned = |problem: &Problem| {
+        plan(&problem.clone().with_steps(50), &Settings::discrete(), None, &mut Silent).unwrap()
+    };
+    let priced = Weights { time_price: Some(price), ..Weights::default() };
+    let found = planned(&given.clone().with_objective(priced).with_duration(slewkit::Duration::SOUGHT));
+    assert_eq!(found.status, Status::Solved);
+    let best = found.solution.trajectory.time.last().copied().unwrap();
+    let cost =
+        |duration: f64| planned(&given.clone().with_duration(duration)).solution.cost + price * duration;
+    assert!((cost(best) / found.solution.cost - 1.0).abs() < 1e-10);
+    let h = 0.2;
+    let (before, after) = (cost(best - h), cost(best + h));
+    println!("best {best} s, {before} {} {after}", found.solution.cost);
+    // The slope by differences, in parts of the price.
+    assert!(((after - before) / (2.0 * h) / price).abs() < 1e-4, "{}", (after - before) / (2.0 * h) / price);
+}

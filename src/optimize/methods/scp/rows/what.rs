@@ -201,7 +201,7 @@ impl What {
                     (grid.after(stage) * seconds, along.map_or(0.0, |_| grid.step(stage) * seconds));
                 let seen = direction.at(time, &frame_rate);
                 let target = on_arc(direction, time, step, &frame_rate);
-                let half_angle = half_angle + sign * target.radius;
+                let half_angle = half_angle + target.radius;
                 // In the axes of the reference frame as it stands when the arc begins.
                 let turn = if frame_rate == Vector3::zeros() {
                     target.turn
