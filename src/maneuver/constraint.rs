@@ -173,6 +173,9 @@ impl Constraint {
                 }
                 let angle = pointing.effective_half_angle();
                 let cone = |angle: f64| angle > 0.0 && angle < PI;
+                // From the limb of a disc on, as it is seen at first.
+                let discs = pointing.directions.iter().map(|direction| angle + direction.angular_radius(0.0));
+                let angle = discs.fold(angle, f64::max);
                 let usable = cone(angle) && cone(pointing.half_angle) && pointing.margin >= 0.0;
                 if usable { Ok(()) } else { Err(ConstraintError::Angle { degrees: angle.to_degrees() }) }
             }

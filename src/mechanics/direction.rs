@@ -293,7 +293,8 @@ impl Direction {
         }
     }
 
-    /// Whether its numbers are those of a direction: unit vectors, a radius that is positive and finite.
+    /// A length that is none of a direction: of a vector that is not of length 1, or a radius that is not positive and finite. `None`
+    /// where all is well.
     pub fn length_defect(&self) -> Option<f64> {
         match self {
             Self::Fixed(vector) | Self::InFrame(vector) => {

@@ -48,6 +48,9 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
     let known = duration.and_then(|duration| duration.known().or(duration.at_most()));
     let mut sky = sky::Reading::new(root, identity.epoch, known);
     let constraints = constraint::constraints(root, &mut sky);
+    for boundary in [&start, &end].into_iter().flatten() {
+        sky::Reading::check_boundary(boundary.section);
+    }
     if let Some(start) = &mut start {
         start.aimed(&mut sky);
     }

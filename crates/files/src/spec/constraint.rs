@@ -101,6 +101,16 @@ fn rule(section: &Section, sky: &mut sky::Reading, name: &str) -> Option<Rule> {
         .map(|vectors| vectors.into_iter().map(|vector| section.unit(vector)).collect());
     let directions = directions(section, sky, name);
     let (half_angle, margin) = cone(section, side)?;
+    let widest =
+        directions.iter().flatten().map(|direction| direction.angular_radius(0.0)).fold(0.0, f64::max);
+    let whole = (half_angle + margin + widest).to_degrees();
+    if widest > 0.0 && whole >= 180.0 {
+        let seen = short((widest.to_degrees() * 10.0).round() / 10.0);
+        let reason = format!(
+            "the Earth is seen {seen} deg from its middle to its limb: with what is asked beyond that nothing is left"
+        );
+        return section.refuse("E0070", "beyond_limb_deg", reason, "write a smaller angle");
+    }
     Some(Rule::Pointing(Pointing {
         side,
         boresights: boresights?,

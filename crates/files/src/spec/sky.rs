@@ -100,6 +100,7 @@ impl Reading {
             let reason = format!("the direction is given twice, by `at` and by `{given}`");
             return section.refuse("E0028", given, reason, "give one of the two");
         }
+        own_keys(section, word)?;
         let target = match word {
             "track" => return track(section),
             "sun" => Target::Sun,
@@ -192,6 +193,17 @@ impl Reading {
         };
         let key = if section.has("at") { "at" } else { "limb_of" };
         found.map_err(|error| section.error("E0076", key, format!("\"{what}\": {error}"), remedy)).ok()
+    }
+
+    /// Refuses what goes with `point` where that is not given.
+    pub fn check_boundary(boundary: &Section) {
+        for key in ["second", "rate"] {
+            if boundary.has(key) && !boundary.has("point") {
+                let reason = format!("`{key}` goes with `point`, which [{}] does not have", boundary.path);
+                let remedy = "add point = { boresight_body = [0, 0, 1], at = \"sun\" }, or leave it out";
+                boundary.error("E0021", key, reason, remedy);
+            }
+        }
     }
 
     /// An end, or a start, on a target.
@@ -298,6 +310,28 @@ pub(super) fn star(section: &Section) -> Option<Vector3> {
     }
 }
 
+/// Which keys go with a word of `at`.
+fn keys_of(word: &str) -> &'static [&'static str] {
+    match word {
+        "ground" => &["latitude_deg", "longitude_deg", "height_m"],
+        "satellite" => &["tle"],
+        "orbit_vector" => &["orbit_vector"],
+        "track" => &["from_s", "piece_s", "terms", "coefficients", "disc_radius"],
+        _ => &[],
+    }
+}
+
+/// Refuses a key that goes with another word of `at`: what is not used was meant to be.
+fn own_keys(section: &Section, word: &str) -> Option<()> {
+    for owner in ["ground", "satellite", "orbit_vector", "track"].into_iter().filter(|owner| *owner != word) {
+        if let Some(key) = keys_of(owner).iter().find(|key| section.has(key)) {
+            let reason = format!("`{key}` goes with at = \"{owner}\", not with \"{word}\"");
+            return section.refuse("E0029", key, reason, "leave it out, or name the other target");
+        }
+    }
+    Some(())
+}
+
 fn named(word: &str, section: &Section) -> String {
     if word != "ground" {
         return word.replace('_', " ");
@@ -385,6 +419,19 @@ fn two_lines(section: &Section, lines: &[String], clock: Clock) -> Option<Orbit>
 }
 
 fn orbit(section: &Section, clock: Clock) -> Option<Orbit> {
+    const KEPLERIAN: [&str; 5] =
+        ["eccentricity", "inclination_deg", "raan_deg", "argument_of_perigee_deg", "true_anomaly_deg"];
+    let state = section.has("position_m") || section.has("velocity_m_s");
+    let of_others: Vec<&str> = match (section.has("tle"), state) {
+        (true, _) => [&KEPLERIAN[..], &["velocity_m_s", "epoch", "model"]].concat(),
+        (false, true) => KEPLERIAN.to_vec(),
+        (false, false) => Vec::new(),
+    };
+    if let Some(key) = of_others.into_iter().find(|key| section.has(key)) {
+        let kind = if section.has("tle") { "two-line elements" } else { "a position and a velocity" };
+        let reason = format!("`{key}` is not used: the orbit is told by {kind}");
+        return section.refuse("E0029", key, reason, "leave it out");
+    }
     if section.has("tle") {
         return two_lines(section, &section.texts("tle")?, clock);
     }
@@ -407,7 +454,7 @@ fn orbit(section: &Section, clock: Clock) -> Option<Orbit> {
         }
         Some(())
     };
-    let made = if section.has("position_m") || section.has("velocity_m_s") {
+    let made = if state {
         needs("position_m", "[7000000, 0, 0]").and(needs("velocity_m_s", "[0, 7500, 0]"))?;
         Orbit::of_state(section.vector("position_m")?, section.vector("velocity_m_s")?, model, at, clock)
     } else {
