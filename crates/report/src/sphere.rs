@@ -11,9 +11,15 @@ pub(super) struct Boresight {
     pub vector: Vector3,
 }
 
-/// The boresights of all constraints, each once; the body axes where there are none.
+/// The boresight that ends on a target, and those of all constraints, each once; the body axes where there are none.
 pub(super) fn boresights(subject: &Subject) -> Vec<Boresight> {
     let mut found: Vec<Boresight> = Vec::new();
+    found.extend(
+        subject
+            .problem
+            .aim()
+            .map(|aim| Boresight { name: "boresight on the target".into(), vector: aim.boresight }),
+    );
     for (name, pointing) in cones(subject) {
         for (index, vector) in pointing.boresights.iter().enumerate() {
             if found.iter().any(|other| (other.vector - vector).norm() < 1e-9) {

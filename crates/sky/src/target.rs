@@ -8,9 +8,6 @@ use slewkit::mechanics::direction::{Track, TrackError};
 use slewkit::{Direction, Matrix3, Vector3};
 use thiserror::Error;
 
-/// Radius of the Sun and of the Moon \[m\].
-const SUN_RADIUS: f64 = 695_700_000.0;
-
 /// What is pointed at. Sun and Moon are seen from where the spacecraft is: from the centre of the Earth where no orbit is known.
 #[derive(Clone, Debug)]
 pub enum Target {
@@ -246,7 +243,7 @@ impl Sky {
         Ok(found.first().copied())
     }
 
-    /// When the satellite is in the shadow of the Earth, a cone, at least half of the Sun's disc: intervals \[s\].
+    /// When the centre of the Sun is behind the Earth, a sphere: intervals \[s\]. Umbra and penumbra differ from that by some ten seconds.
     ///
     /// # Errors
     /// As [`Sky::direction`].
@@ -258,10 +255,8 @@ impl Sky {
         let place = self.place(time, Theory::Series)?;
         let sun = bodies::sun(&self.clock, time) - place;
         let apart = place.cross(&sun).norm().atan2(-place.dot(&sun));
-        let earth = (EARTH_RADIUS_M / place.norm()).min(1.0).asin();
-        let disc = (SUN_RADIUS / sun.norm()).asin();
-        // The middle of the penumbra is where the centre of the Sun sets; of a small Sun the cone shrinks by its radius.
-        Ok(apart < earth.max(disc))
+        // The centre of the Sun sets behind the limb.
+        Ok(apart < (EARTH_RADIUS_M / place.norm()).min(1.0).asin())
     }
 }
 

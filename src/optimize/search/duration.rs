@@ -34,6 +34,8 @@
 //! the plan of all the time is compared with the one whose Hamiltonian vanishes. A key of its own beside `duration_s`, and
 //! not a table within it, leaves every key one kind of value.
 
+use super::halt::Halt;
+use super::illinois::Illinois;
 use super::transversality::slope_of_motion;
 use super::{Observer, PlanError};
 use crate::maneuver::objective::{Objective, effort};
@@ -72,19 +74,6 @@ struct Known {
 impl Known {
     fn cost(&self, price: f64) -> f64 {
         self.solution.cost + price * self.duration
-    }
-}
-
-/// Why the search for a duration ends at once.
-enum Halt {
-    Refused(PlanError),
-    /// The solve that was interrupted, or ran out of time.
-    Stopped(Box<Solution>),
-}
-
-impl From<PlanError> for Halt {
-    fn from(error: PlanError) -> Self {
-        Self::Refused(error)
     }
 }
 
@@ -243,12 +232,10 @@ fn between(mut low: Known, mut high: Known, price: f64, at: &mut At<'_>) -> Resu
     // What slopes are compared with.
     let scale = if price > 0.0 { price } else { low.slope.abs().max(high.slope.abs()) };
     let relative = |known: Known| Known { stationarity: known.slope.abs() / scale, ..known };
-    // Regula falsi that halves the weight of an end which stays (Illinois), in the logarithms.
-    let mut weights = [deviation(&low, scale), deviation(&high, scale)];
-    let mut last_moved = None;
+    // In the logarithms, where deviations are straight lines.
+    let mut illinois = Illinois::new([deviation(&low, scale), deviation(&high, scale)]);
     for _ in 0..MOST_ITERATIONS {
-        let part = weights[0] / (weights[0] - weights[1]);
-        let next = low.duration * (high.duration / low.duration).powf(part);
+        let next = low.duration * (high.duration / low.duration).powf(illinois.part());
         if !(next > low.duration && next < high.duration) {
             break;
         }
@@ -257,10 +244,7 @@ fn between(mut low: Known, mut high: Known, price: f64, at: &mut At<'_>) -> Resu
             return Ok(Some(relative(next)));
         }
         let moved = usize::from(next.slope > 0.0);
-        if last_moved == Some(moved) {
-            weights[1 - moved] *= 0.5;
-        }
-        (weights[moved], last_moved) = (deviation(&next, scale), Some(moved));
+        illinois.moved(moved, deviation(&next, scale));
         *[&mut low, &mut high][moved] = next;
     }
     Ok(Some(relative(if low.slope.abs() < high.slope.abs() { low } else { high })))

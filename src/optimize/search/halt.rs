@@ -1,0 +1,17 @@
+//! Why a search over durations or rolls, which solves a maneuver again and again, ends at once.
+
+use super::PlanError;
+use crate::maneuver::solution::Solution;
+
+/// What ends it.
+pub(super) enum Halt {
+    Refused(PlanError),
+    /// The solve that was interrupted, or ran out of time.
+    Stopped(Box<Solution>),
+}
+
+impl From<PlanError> for Halt {
+    fn from(error: PlanError) -> Self {
+        Self::Refused(error)
+    }
+}
