@@ -232,6 +232,21 @@ fn derivative(coefficients: &[Vector3], factor: f64) -> Vec<Vector3> {
 }
 
 impl Direction {
+    /// Along a vector that moves, of any length, inertial axes, over `from … to` \[s\]: fitted by Chebyshev polynomials of degree `degree`
+    /// on pieces of at most `piece` \[s\], whose derivatives it has.
+    ///
+    /// # Errors
+    /// A [`TrackError`]: of a span that is none, or a vector that is not finite or vanishes.
+    pub fn along(
+        from: f64,
+        to: f64,
+        piece: f64,
+        degree: usize,
+        mut vector: impl FnMut(f64) -> Vector3,
+    ) -> Result<Self, TrackError> {
+        Track::fitted(from, to, piece, degree, |time| Ok(vector(time))).map(Self::Moving)
+    }
+
     /// The unit vector in axes of the reference frame at `time` \[s\]; the frame turns at `frame_rate` \[rad/s\].
     pub fn at(&self, time: f64, frame_rate: &Vector3) -> Vector3 {
         match self {

@@ -10,9 +10,8 @@
 
 use evidence::Random;
 use slewkit::maneuver::{Aim, Path, Settings, Target};
-use slewkit::mechanics::direction::{Direction, Track, TrackError};
 use slewkit::plan::{Silent, Status, plan};
-use slewkit::{Body, Matrix3, Problem, State, Vector3, lie};
+use slewkit::{Body, Direction, Matrix3, Problem, State, Vector3, lie};
 use std::error::Error;
 use std::f64::consts::TAU;
 use std::time::Instant;
@@ -24,8 +23,8 @@ const NEAR: f64 = 1e-6;
 
 /// A direction that turns about an axis at one rate.
 fn moving(from: &Vector3, rate: &Vector3, duration: f64) -> Direction {
-    let along = |time: f64| Ok::<_, TrackError>(lie::exp(&(rate * time)) * from);
-    Track::fitted(0.0, duration, duration, 20, along).map_or(Direction::Fixed(*from), Direction::Moving)
+    let along = |time: f64| lie::exp(&(rate * time)) * from;
+    Direction::along(0.0, duration, duration, 20, along).expect("a unit vector does not vanish")
 }
 
 fn maneuver(index: usize, moves: bool) -> Problem {

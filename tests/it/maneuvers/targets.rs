@@ -67,13 +67,10 @@ fn a_free_roll_costs_what_it_costs_at_best() {
         } else {
             let along = |t: f64| {
                 let (elevation, azimuth) = (0.3_f64, 1.9 + 0.15 * t);
-                Ok::<_, slewkit::mechanics::direction::TrackError>(Vector3::new(
-                    elevation.cos() * azimuth.cos(),
-                    elevation.cos() * azimuth.sin(),
-                    elevation.sin(),
-                ))
+                let (x, y) = (azimuth.cos(), azimuth.sin());
+                Vector3::new(elevation.cos() * x, elevation.cos() * y, elevation.sin())
             };
-            Direction::Moving(Track::fitted(0.0, 6.0, 6.0, 24, along).unwrap())
+            Direction::along(0.0, 6.0, 6.0, 24, along).unwrap()
         };
         let problem = maneuver(given, Aim::new(vector(&given["boresight_body"]), at));
         agrees(name, &problem, 200, 1e-8);
