@@ -207,6 +207,8 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+#[doc(hidden)]
+pub mod feedback;
 mod flight;
 pub mod lie;
 #[doc(hidden)]
@@ -223,6 +225,8 @@ pub mod plan;
 pub mod propagate;
 #[cfg(test)]
 mod testing;
+#[doc(hidden)]
+pub mod uncertainty;
 #[doc(hidden)]
 pub mod verify;
 

@@ -158,3 +158,30 @@ pub fn limited<const N: usize>(
     assert_eq!(crate::optimize::control_law::obstacle(&problem), None);
     problem
 }
+
+/// A plan of `tests/reference/closed_loop`: the discrete optimum of a maneuver at constant unit weights.
+pub fn planned_reference(name: &str) -> (Value, Problem, crate::maneuver::solution::Trajectory) {
+    use crate::lie;
+    let file = reference(&format!("closed_loop/{name}.json"));
+    let given = &file["problem"];
+    let state = |attitude: &Value, rate: &Value| State {
+        attitude: lie::rotation_from_quaternion(&std::array::from_fn(|index| attitude[index].as_f64().unwrap())),
+        angular_velocity: vector(rate),
+        ..State::at_rest(Matrix3::identity())
+    };
+    let body = Body { inertia: Inertia::new(matrix(&given["inertia"])).unwrap(), mass: None };
+    let (start, end) = (state(&given["q0"], &given["w0"]), state(&given["qf"], &given["wf"]));
+    let steps = given["N"].as_u64().unwrap() as usize;
+    let problem = Problem::attitude(body, start, end, given["T"].as_f64().unwrap()).with_steps(steps);
+    let plan = planned(&problem);
+    (file, problem, plan)
+}
+
+/// The discrete optimum of a maneuver.
+pub fn planned(problem: &Problem) -> crate::maneuver::solution::Trajectory {
+    use crate::optimize::search;
+    let settings = crate::maneuver::settings::Settings::discrete();
+    let solution = search::solve(problem, &settings, None, &mut search::Silent).unwrap();
+    assert_eq!(solution.outcome, crate::maneuver::solution::Outcome::Converged, "{}", problem.name);
+    solution.trajectory
+}

@@ -4,6 +4,7 @@ pub(crate) mod candidate;
 pub(crate) mod control_law;
 mod convex;
 mod landing;
+pub mod linear_plan;
 #[cfg(feature = "sdp")]
 pub mod lower_bound;
 pub mod memory;

@@ -365,6 +365,14 @@ impl Dynamics {
         }
     }
 
+    /// `∂M/∂R` of the environment's moment, and the second derivative of `λ^Π · M`, scaled; zero for a free body.
+    pub(crate) fn field_derivatives(&self, pose: &Pose, costate: &Vector3) -> (Matrix3, Matrix3) {
+        let Some(environment) = &self.environment else { return (Matrix3::zeros(), Matrix3::zeros()) };
+        let costates = Wrench { force: Vector3::zeros(), moment: *costate };
+        let gradient = self.gradient(environment.as_ref(), pose).rr;
+        (gradient, self.curvature(environment.as_ref(), pose, &costates).rr)
+    }
+
     /// Force and moment of the environment, scaled; zero for a free body.
     #[inline(always)]
     pub(crate) fn environment_wrench(&self, pose: &Pose) -> Wrench {

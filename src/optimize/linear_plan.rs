@@ -1,0 +1,607 @@
+//! The motion beside a plan, to first order: `A_k`, `B_k`, the curvature `H_k` of the Lagrangian, and what the inputs can still give.
+//!
+//! ```text
+//! z_k = [log(R*_kᵀ R_k); Π_k − Π*_k]          z_{k+1} = A_k z_k + B_k δτ_k + E_k p          δλ_{k−1} = A_kᵀ δλ_k + H_k z_k
+//! ```
+//!
+//! A step is a kick of weight `w₀`, a drift and a kick of weight `w₁`, so that with the drift's `D = [[Fᵀ, B], [0, C]]`
+//! (`step::drift`) and `K_i = [[I, 0], [w_i ∂M/∂R, I]]`
+//!
+//! ```text
+//! A = K₁ D K₀ ,     B = K₁ D [0; w₀ I] + [0; w₁ I] ,     H = w₀ K_qq + K₀ᵀ (H_free + Dᵀ w₁ K_qq D) K₀
+//! ```
+//!
+//! [`Timing::Held`]: `w₀ = w₁ = h/2`, a torque held over the step. It is the linearised Lie–Verlet flow of the motion that is
+//! flown, of second order in the step, and its `z` has the physical momenta at the nodes. [`Timing::AtNodes`]: `w₀ = 0`, and
+//! `w₁` the full kick at the node that the step leads to. It is the discrete problem itself, exactly; its momenta are those after a
+//! full kick, and half a kick leads there from the physical start, and back at the end.
+
+use crate::lie;
+use crate::maneuver::grid::{Grid, Scheme};
+use crate::maneuver::problem::{Motion, Problem};
+use crate::maneuver::solution::Trajectory;
+use crate::mechanics::actuators::AxisFrame;
+use crate::mechanics::environment::Pose;
+use crate::numerics::compensated::Sum;
+use crate::optimize::step::drift::Drift;
+use crate::optimize::step::{Costate, Dynamics, Point, StepError, Units};
+use crate::{Matrix3, Vector3};
+use nalgebra::{DMatrix, Matrix3xX, SMatrix, SVector};
+use thiserror::Error;
+
+/// Six by six: tangent vectors `[ζ, δΠ]`.
+pub type Matrix6 = SMatrix<f64, 6, 6>;
+/// Six by three: the answer of the state to torques.
+pub type Matrix6x3 = SMatrix<f64, 6, 3>;
+/// A tangent vector `[ζ, δΠ]`.
+pub type Vector6 = SVector<f64, 6>;
+
+/// When a correction of the torque acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Timing {
+    /// Held over the step that begins with the measurement: what is flown.
+    Held,
+    /// A full kick at the node that the step leads to: the discrete problem of the planner.
+    AtNodes,
+}
+
+/// Why the motion beside a plan is not linearised.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum Unlinearised {
+    /// The body translates.
+    #[error("the body translates: gains and covariances are those of attitude and rate")]
+    Translation,
+    /// Wheels drive it.
+    #[error("reaction wheels drive the body: their momenta would be states of the loop")]
+    Wheels,
+    /// Torques are fixed in the reference frame.
+    #[error("the torques are fixed in the reference frame")]
+    Frame,
+    /// The plan has no trajectory, or one that does not fit the maneuver.
+    #[error("the plan has no trajectory on the grid of the maneuver")]
+    Trajectory,
+    /// A step of it has no drift.
+    #[error("a step of the plan is too long for its momentum, or a number is not finite")]
+    Step,
+    /// Inputs switch on a grid of the discrete problem.
+    #[error("inputs that switch are held over steps, and have no values at nodes")]
+    Switching,
+}
+
+impl From<StepError> for Unlinearised {
+    fn from(_: StepError) -> Self {
+        Self::Step
+    }
+}
+
+/// One step beside a plan, in the solver's units.
+#[derive(Clone, Debug)]
+pub(crate) struct LinearStep {
+    /// `A_k`.
+    pub a: Matrix6,
+    /// `B_k`, for torques about the body axes.
+    pub b: Matrix6x3,
+    /// `H_k`.
+    pub h: Matrix6,
+    /// Time for which a correction acts.
+    pub length: f64,
+    /// `B W⁻¹ Bᵀ` of the inputs that are not at their limits.
+    pub authority: Matrix3,
+    /// `W⁻¹Bᵀ` of these, m×3: of a scaled dual torque, in SI.
+    pub to_inputs: DMatrix<f64>,
+    /// What the plan gives in its kicks.
+    applied: Applied,
+    /// Weights of the kicks before and after the drift.
+    kicks: [f64; 2],
+    /// Length, relative attitude `F`, `B` and momentum `Π'` of the drift.
+    drift: Drift,
+    drift_b: Matrix3,
+    /// `K₁ D`, what follows the first kick.
+    after: Matrix6,
+    /// `∂M/∂R` in the second kick.
+    gradient: Matrix3,
+}
+
+/// Inputs of the torques, SI, and the torque that they give, body axes, scaled.
+#[derive(Clone, Debug)]
+struct Applied {
+    inputs: Vec<f64>,
+    torque: Vector3,
+}
+
+/// Half a kick between a physical state and the `z` beside it.
+#[derive(Clone, Debug)]
+struct HalfKick {
+    /// Its weight, 0 where torques are held.
+    weight: f64,
+    applied: Applied,
+    /// `∂M/∂R` there.
+    gradient: Matrix3,
+}
+
+/// The motion beside a plan, to first order.
+#[derive(Clone, Debug)]
+pub struct LinearPlan {
+    timing: Timing,
+    units: Units,
+    /// `J`, scaled.
+    j: Matrix3,
+    steps: Vec<LinearStep>,
+    /// Between the physical start and the first `z`, and between the last `z` and the physical end.
+    outer: [HalfKick; 2],
+    times: Vec<f64>,
+    /// Attitude and angular velocity of the plan at its nodes, SI.
+    nodes: Vec<(Matrix3, Vector3)>,
+    /// Axes of the inputs, 3×m, SI.
+    axes: Matrix3xX<f64>,
+}
+
+/// What an uncertain number of a maneuver multiplies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Parameter {
+    /// The symmetric `δJ` per unit, body axes; the moments of a field are taken to be those of the nominal body.
+    Inertia(Matrix3),
+    /// Part by which input `i` gives more than it should.
+    InputScale(usize),
+    /// Turn of all actuators about a body axis \[rad\]: `τ = exp S(α) B u`.
+    ActuatorTurn(Vector3),
+    /// A constant torque, body axes [N·m].
+    ConstantTorque(Vector3),
+    /// Turn of the attitude sensor about a body axis \[rad\]: `R exp S(β)` is measured.
+    SensorTurn(Vector3),
+    /// Part by which the rate about an axis is measured too large.
+    RateScale(usize),
+    /// A constant error of the measured rate [rad/s].
+    RateBias(Vector3),
+}
+
+impl LinearPlan {
+    /// Linearises the motion beside `plan`, a trajectory of `problem` on its own grid ([`Solution::on_grid`]).
+    ///
+    /// [`Solution::on_grid`]: crate::maneuver::Solution::on_grid
+    ///
+    /// # Errors
+    /// [`Unlinearised`]: of bodies that translate, wheels, torques fixed in the reference frame, or a trajectory that does not fit.
+    pub fn new(problem: &Problem, plan: &Trajectory, timing: Timing) -> Result<Self, Unlinearised> {
+        if problem.motion == Motion::RigidBody {
+            return Err(Unlinearised::Translation);
+        }
+        if problem.actuation.wheels.is_some() {
+            return Err(Unlinearised::Wheels);
+        }
+        if problem.actuation.torque.frame() != AxisFrame::Body {
+            return Err(Unlinearised::Frame);
+        }
+        if problem.switches() && timing == Timing::AtNodes {
+            return Err(Unlinearised::Switching);
+        }
+        let count = plan.time.len().saturating_sub(1);
+        let m = problem.actuation.torque.count();
+        let rows = plan.torque.len();
+        let fits = count > 0
+            && plan.quaternion.len() == count + 1
+            && plan.angular_velocity.len() == count + 1
+            && plan.input_count >= m
+            && plan.input.len() == rows * plan.input_count
+            && rows >= if problem.switches() { count } else { problem.scheme.input_rows(count) };
+        if !fits {
+            return Err(Unlinearised::Trajectory);
+        }
+        Beside { problem, plan, timing, count }.linearise()
+    }
+
+    /// Number of steps.
+    pub fn count(&self) -> usize {
+        self.steps.len()
+    }
+
+    /// When corrections act.
+    pub fn timing(&self) -> Timing {
+        self.timing
+    }
+
+    /// Times of the nodes \[s\].
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    /// Attitude and angular velocity [rad/s] of the plan at a node.
+    pub fn node(&self, index: usize) -> (&Matrix3, &Vector3) {
+        let (attitude, rate) = &self.nodes[index];
+        (attitude, rate)
+    }
+
+    /// Inputs of the plan in a step, those of the torques, SI.
+    pub fn inputs(&self, step: usize) -> &[f64] {
+        &self.steps[step].applied.inputs
+    }
+
+    /// The axes of the inputs, `B`, 3×m, SI.
+    pub fn axes(&self) -> &Matrix3xX<f64> {
+        &self.axes
+    }
+
+    /// `A_k`, in rad and N·m·s.
+    pub fn a(&self, step: usize) -> Matrix6 {
+        let scaled = &self.steps[step].a;
+        Matrix6::from_fn(|row, column| scaled[(row, column)] * self.unit(row) / self.unit(column))
+    }
+
+    /// `B_k`, in rad and N·m·s for each N·m.
+    pub fn b(&self, step: usize) -> Matrix6x3 {
+        let scaled = &self.steps[step].b;
+        Matrix6x3::from_fn(|row, column| scaled[(row, column)] * self.unit(row) / self.units.torque())
+    }
+
+    /// `H_k`: the curvature of the Lagrangian along the state, in the unit of the cost over rad and N·m·s.
+    pub fn h(&self, step: usize) -> Matrix6 {
+        let scaled = &self.steps[step].h;
+        Matrix6::from_fn(|row, column| {
+            scaled[(row, column)] * self.units.cost / self.unit(row) / self.unit(column)
+        })
+    }
+
+    pub(crate) fn units(&self) -> &Units {
+        &self.units
+    }
+
+    pub(crate) fn steps(&self) -> &[LinearStep] {
+        &self.steps
+    }
+
+    /// `K₊`, from the physical start to the first `z`, scaled.
+    pub(crate) fn first(&self) -> Matrix6 {
+        kick(&(self.outer[0].weight * self.outer[0].gradient))
+    }
+
+    /// `K₋`, from the last `z` to the physical end, scaled.
+    pub(crate) fn last(&self) -> Matrix6 {
+        kick(&(-self.outer[1].weight * self.outer[1].gradient))
+    }
+
+    /// What of a torque in the first half kick comes before the first `z` (0), or in the last kick after the end (1), scaled.
+    pub(crate) fn half_kick(&self, end: usize) -> f64 {
+        self.outer[end].weight
+    }
+
+    /// Unit of component `row` of `z`.
+    pub(crate) fn unit(&self, row: usize) -> f64 {
+        if row < 3 { 1.0 } else { self.units.momentum() }
+    }
+
+    /// `J`, scaled, for rates in rad/s: a controller knows rates.
+    pub(crate) fn momentum_of_rate(&self) -> Matrix3 {
+        self.j * self.units.time
+    }
+
+    /// `δJ`, scaled, for rates in rad/s.
+    pub(crate) fn scaled_inertia(&self, delta: &Matrix3) -> Matrix3 {
+        delta * (self.units.time / self.units.inertia)
+    }
+
+    /// `E_k` of a parameter: what one unit of it (SI) adds to the state in a step, scaled.
+    pub(crate) fn disturbance(&self, step: usize, parameter: &Parameter) -> Vector6 {
+        let step = &self.steps[step];
+        let error = self.torque_error(&step.applied, parameter);
+        let mut out = step.after * momenta(&(step.kicks[0] * error)) + momenta(&(step.kicks[1] * error));
+        if let Parameter::Inertia(delta) = parameter {
+            let turned = self.turned(step, delta);
+            let attitude: Vector3 = turned.fixed_rows::<3>(0).into_owned();
+            out += turned + momenta(&(step.kicks[1] * (step.gradient * attitude)));
+        }
+        out
+    }
+
+    /// What one unit of a parameter adds in the half kick before the first `z` (0), or in that after the end (1), scaled.
+    pub(crate) fn outer_disturbance(&self, end: usize, parameter: &Parameter) -> Vector6 {
+        let HalfKick { weight, applied, .. } = &self.outer[end];
+        momenta(&(*weight * self.torque_error(applied, parameter)))
+    }
+
+    /// What a change of the inertia alone does to a drift: `[ξ; S(Π') ξ]`, `ξ = −(1/h) B vee(F δJ_d − δJ_d Fᵀ)`.
+    fn turned(&self, step: &LinearStep, delta: &Matrix3) -> Vector6 {
+        let delta = delta / self.units.inertia;
+        let delta_d = Matrix3::from_diagonal_element(0.5 * delta.trace()) - delta;
+        let skew = step.drift.f * delta_d - delta_d * step.drift.f.transpose();
+        let vee = Vector3::new(skew[(2, 1)], skew[(0, 2)], skew[(1, 0)]);
+        let xi = -(step.drift_b * vee) / step.drift.h;
+        let pi = step.drift.momentum_after.cross(&xi);
+        Vector6::new(xi.x, xi.y, xi.z, pi.x, pi.y, pi.z)
+    }
+
+    /// `δτ` of one unit of a parameter, scaled.
+    fn torque_error(&self, applied: &Applied, parameter: &Parameter) -> Vector3 {
+        match parameter {
+            Parameter::InputScale(input) => {
+                let axis: Vector3 = self.axes.fixed_columns::<1>(*input).into_owned();
+                axis * (applied.inputs[*input] / self.units.torque())
+            }
+            Parameter::ActuatorTurn(axis) => axis.cross(&applied.torque),
+            Parameter::ConstantTorque(torque) => torque / self.units.torque(),
+            _ => Vector3::zeros(),
+        }
+    }
+
+    /// `C_k` of a parameter: what one unit of it (SI) adds to the measured `z` at a node, scaled. Who measures multiplies the rate
+    /// by the nominal inertia; beside torques at nodes, half of the kick that was commanded is added, whatever was given.
+    pub(crate) fn measured(&self, node: usize, parameter: &Parameter) -> Vector6 {
+        let rate = self.nodes[node].1;
+        let (half, applied, gradient) = match (self.timing, node) {
+            (Timing::Held, _) => (0.0, &self.outer[0].applied, Matrix3::zeros()),
+            (_, 0) => (self.outer[0].weight, &self.outer[0].applied, self.outer[0].gradient),
+            _ => {
+                let step = &self.steps[node - 1];
+                let half = if self.outer[0].weight > 0.0 { 0.5 * step.kicks[1] } else { 0.0 };
+                (half, &step.applied, step.gradient)
+            }
+        };
+        let mut out = momenta(&match parameter {
+            Parameter::SensorTurn(axis) => half * (gradient * axis),
+            Parameter::RateScale(axis) => self.momentum_of_rate().column(*axis) * rate[*axis],
+            Parameter::RateBias(bias) => self.momentum_of_rate() * bias,
+            Parameter::Inertia(delta) => -(self.scaled_inertia(delta) * rate),
+            _ => -half * self.torque_error(applied, parameter),
+        });
+        if let Parameter::SensorTurn(axis) = parameter {
+            out.fixed_rows_mut::<3>(0).copy_from(axis);
+        }
+        out
+    }
+}
+
+/// `[0; vector]`.
+fn momenta(vector: &Vector3) -> Vector6 {
+    Vector6::new(0.0, 0.0, 0.0, vector.x, vector.y, vector.z)
+}
+
+/// `[[I, 0], [block, I]]`.
+fn kick(block: &Matrix3) -> Matrix6 {
+    let identity = Matrix3::identity();
+    blocks([[&identity, &Matrix3::zeros()], [block, &identity]])
+}
+
+/// What is linearised.
+struct Beside<'a> {
+    problem: &'a Problem,
+    plan: &'a Trajectory,
+    timing: Timing,
+    count: usize,
+}
+
+impl LinearStep {
+    /// A step of which only what is given is known.
+    fn of(applied: Applied) -> Self {
+        let (zero, zero6) = (Matrix3::zeros(), Matrix6::zeros());
+        let still = Vector3::zeros();
+        Self {
+            a: zero6,
+            b: Matrix6x3::zeros(),
+            h: zero6,
+            length: 0.0,
+            authority: zero,
+            to_inputs: DMatrix::zeros(applied.inputs.len(), 3),
+            applied,
+            kicks: [0.0; 2],
+            drift: Drift { h: 0.0, f: zero, momentum: still, momentum_after: still },
+            drift_b: zero,
+            after: zero6,
+            gradient: zero,
+        }
+    }
+}
+
+impl Beside<'_> {
+    fn linearise(&self) -> Result<LinearPlan, Unlinearised> {
+        let (problem, plan, count) = (self.problem, self.plan, self.count);
+        let scheme = if problem.switches() { Scheme::LieVerlet } else { problem.scheme };
+        let duration = *plan.time.last().unwrap_or(&f64::NAN);
+        let units = Units::of(problem);
+        let grid = if problem.switches() {
+            let lengths: Vec<f64> = plan.time.windows(2).map(|ends| ends[1] - ends[0]).collect();
+            Grid::of_lengths(scheme, &lengths).map_err(|_| Unlinearised::Step)?.with_duration(duration / units.time)
+        } else {
+            Grid::uniform(scheme, duration / units.time, count)
+        };
+        let dynamics = Dynamics::on(problem, grid.clone());
+        let nodes: Vec<(Matrix3, Vector3)> = plan
+            .quaternion
+            .iter()
+            .zip(&plan.angular_velocity)
+            .map(|(quaternion, rate)| (lie::rotation_from_quaternion(quaternion), *rate))
+            .collect();
+        let m = problem.actuation.torque.count();
+        let forces = plan.input_count - m;
+        let row = |index: usize| plan.inputs(index)[forces..].to_vec();
+        let first_row = scheme.first_input();
+        let applied = |inputs: Vec<f64>| Applied { torque: problem.actuation.torque.output(&inputs) / units.torque(), inputs };
+        let given = |k: usize| match self.timing {
+            Timing::AtNodes => row(k + 1 - first_row),
+            Timing::Held if first_row == 0 && !problem.switches() => {
+                let mean = |(a, b): (&f64, &f64)| 0.5 * (a + b);
+                row(k).iter().zip(&row(k + 1)).map(mean).collect()
+            }
+            Timing::Held => row(k),
+        };
+        let none = || applied(vec![0.0; m]);
+        let before = if self.timing == Timing::AtNodes && first_row == 0 { applied(row(0)) } else { none() };
+        let law = Law::of(problem, &units);
+        let mut steps: Vec<LinearStep> = Vec::with_capacity(count);
+        for k in 0..count {
+            let applied = applied(given(k));
+            let torque = match (self.timing, k) {
+                (Timing::Held, _) => applied.torque,
+                (Timing::AtNodes, 0) => before.torque,
+                (Timing::AtNodes, _) => steps[k - 1].applied.torque,
+            };
+            let (authority, to_inputs) = law.at(&applied, problem);
+            steps.push(self.step(&dynamics, &nodes, k, &torque, LinearStep { authority, to_inputs, ..LinearStep::of(applied) })?);
+        }
+        let half = |node: usize, applied: Applied| {
+            let outer = self.timing == Timing::AtNodes && scheme == Scheme::LieVerlet;
+            let weight = if outer { 0.5 * grid.full_kick(node) } else { 0.0 };
+            let gradient = dynamics.field(&self.pose(&units, &nodes[node].0)).1.rr;
+            HalfKick { weight, applied, gradient }
+        };
+        let last = steps[count - 1].applied.clone();
+        let axes = problem.actuation.torque.axes();
+        Ok(LinearPlan {
+            timing: self.timing,
+            j: dynamics.j,
+            units,
+            outer: [half(0, before), half(count, last)],
+            steps,
+            times: plan.time.clone(),
+            nodes,
+            axes: Matrix3xX::from_fn(m, |row, column| axes[column][row]),
+        })
+    }
+
+    fn pose(&self, units: &Units, attitude: &Matrix3) -> Pose {
+        Pose { position: self.problem.start.position / units.length, attitude: *attitude }
+    }
+
+    /// Costate `λ_k` of step k, scaled; zero where there is none.
+    fn costate(&self, units: &Units, step: usize) -> Costate {
+        let row = if self.problem.switches() { step + 1 } else { step + 1 - self.problem.scheme.first_input() };
+        let unit = units.costate::<6>();
+        let recorded = self.plan.costates.get(6 * row..6 * row + 6);
+        let vector = recorded.map_or_else(Vector6::zeros, |row| Vector6::from_column_slice(row).component_div(&unit));
+        Costate::from_vector(&vector)
+    }
+
+    /// The matrices of step k, which begins under `torque`.
+    fn step(
+        &self,
+        dynamics: &Dynamics,
+        nodes: &[(Matrix3, Vector3)],
+        k: usize,
+        torque: &Vector3,
+        given: LinearStep,
+    ) -> Result<LinearStep, Unlinearised> {
+        let units = &dynamics.units;
+        let length = dynamics.grid.step(k);
+        let (kicks, ahead, acts) = match self.timing {
+            Timing::Held => ([0.5 * length; 2], 0.5 * length, length),
+            Timing::AtNodes => {
+                let full = dynamics.grid.full_kick(k + 1);
+                ([0.0, full], dynamics.grid.ahead(k), full)
+            }
+        };
+        let (attitude, rate) = &nodes[k];
+        let begin = self.pose(units, attitude);
+        let field = dynamics.environment_wrench(&begin).moment;
+        let momentum = dynamics.j * rate * units.time + ahead * (field + torque);
+        let mut point = Point {
+            position: Sum::new(begin.position),
+            linear_momentum: Sum::new(Vector3::zeros()),
+            attitude: Sum::new(*attitude),
+            momentum: Sum::new(momentum),
+        };
+        let drift = dynamics.drift::<6>(k, &mut point)?;
+        let costate = self.costate(units, k);
+        let (gradient, bent) = dynamics.field_derivatives(&self.pose(units, &nodes[k + 1].0), &costate.pi);
+        let between = Costate { zeta: costate.zeta + kicks[1] * gradient.tr_mul(&costate.pi), ..costate };
+        let linear = dynamics.linear_drift(&drift, &dynamics.drift_matrix(&drift), &between);
+        let d = blocks([[&linear.f_t, &linear.b], [&Matrix3::zeros(), &linear.c]]);
+        let free = blocks([[&Matrix3::zeros(), &linear.h12], [&Matrix3::zeros(), &linear.h22]]);
+        let of_attitudes = |block: Matrix3| blocks([[&block, &Matrix3::zeros()], [&Matrix3::zeros(); 2]]);
+        let (mut before, mut h) = (Matrix6::identity(), free + d.transpose() * of_attitudes(kicks[1] * bent) * d);
+        if kicks[0] > 0.0 {
+            let costate = dynamics.drift_costate_back::<6>(&drift, &between);
+            let (gradient, bent) = dynamics.field_derivatives(&begin, &costate.pi);
+            before = kick(&(kicks[0] * gradient));
+            h = of_attitudes(kicks[0] * bent) + before.transpose() * h * before;
+        }
+        let after = kick(&(kicks[1] * gradient)) * d;
+        let of_momenta = |matrix: &Matrix6| matrix.fixed_view::<6, 3>(0, 3).into_owned();
+        Ok(LinearStep {
+            a: after * before,
+            b: kicks[0] * of_momenta(&after) + kicks[1] * of_momenta(&Matrix6::identity()),
+            h,
+            length: acts,
+            kicks,
+            drift,
+            drift_b: linear.b,
+            after,
+            gradient,
+            ..given
+        })
+    }
+}
+
+fn blocks(of: [[&Matrix3; 2]; 2]) -> Matrix6 {
+    Matrix6::from_fn(|row, column| of[row / 3][column / 3][(row % 3, column % 3)])
+}
+
+/// What the inputs can still give: `B W⁻¹Bᵀ` and `W⁻¹Bᵀ` of those that are not at their limits.
+struct Law {
+    axes: Matrix3xX<f64>,
+    weight: DMatrix<f64>,
+    sizes: Option<Vec<f64>>,
+    one_sided: bool,
+    norm: Option<f64>,
+    /// The scaled authority per SI one, and a scaled dual torque in SI.
+    authority: f64,
+    dual: f64,
+}
+
+/// Part of a limit within which an input counts as being at it: round-off of a mean of two.
+const AT_LIMIT: f64 = 1e-9;
+
+impl Law {
+    fn of(problem: &Problem, units: &Units) -> Self {
+        let weights = problem.objective.weights();
+        let torque = weights.torque(&problem.actuation);
+        let axes = torque.set.axes();
+        let limits = torque.set.limits();
+        Self {
+            axes: Matrix3xX::from_fn(axes.len(), |row, column| axes[column][row]),
+            weight: torque.weight.clone(),
+            sizes: limits.size.clone(),
+            one_sided: limits.one_sided,
+            norm: limits.norm,
+            authority: units.cost / units.momentum() / units.torque(),
+            dual: units.cost / units.momentum(),
+        }
+    }
+
+    /// Those two where `inputs` are given.
+    fn at(&self, applied: &Applied, problem: &Problem) -> (Matrix3, DMatrix<f64>) {
+        let inputs = &applied.inputs;
+        let m = inputs.len();
+        // Inputs that switch are at their limits always: what corrects them has an authority held back for it.
+        let free = |index: &usize| {
+            problem.switches()
+                || self.sizes.as_ref().is_none_or(|sizes| {
+                    let at = (1.0 - AT_LIMIT) * sizes[*index];
+                    inputs[*index].abs() < at && !(self.one_sided && inputs[*index] <= 0.0)
+                })
+        };
+        let free: Vec<usize> = (0..m).filter(free).collect();
+        let mut gain = DMatrix::zeros(m, 3);
+        if free.is_empty() {
+            return (Matrix3::zeros(), gain);
+        }
+        let b = self.axes.select_columns(&free);
+        let weight = self.weight.select_rows(&free).select_columns(&free);
+        if let Some(factor) = weight.cholesky() {
+            let of_free = factor.solve(&b.transpose());
+            for (row, index) in free.iter().enumerate() {
+                gain.row_mut(*index).copy_from(&of_free.row(row));
+            }
+        }
+        let torque = problem.actuation.torque.output(inputs);
+        let at_norm = self.norm.filter(|norm| !problem.switches() && torque.norm() >= (1.0 - AT_LIMIT) * norm);
+        let mut authority = Matrix3::from_iterator((&self.axes * &gain).iter().copied());
+        if at_norm.is_some() {
+            // Along the sphere of the norm only: `P S P`, given by the inputs of least effort.
+            let out = torque.normalize();
+            let along = Matrix3::identity() - out * out.transpose();
+            let inverse = authority.pseudo_inverse(1e-12 * authority.amax()).unwrap_or_else(|_| Matrix3::zeros());
+            let change = inverse * (along * authority * along);
+            gain *= DMatrix::from_column_slice(3, 3, change.as_slice());
+            authority = along * authority * along;
+        }
+        (0.5 * (authority + authority.transpose()) * self.authority, gain * self.dual)
+    }
+}
