@@ -208,6 +208,8 @@
 #![warn(missing_docs)]
 
 #[doc(hidden)]
+pub mod closed_loop;
+#[doc(hidden)]
 pub mod feedback;
 mod flight;
 pub mod lie;

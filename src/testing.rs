@@ -165,7 +165,9 @@ pub fn planned_reference(name: &str) -> (Value, Problem, crate::maneuver::soluti
     let file = reference(&format!("closed_loop/{name}.json"));
     let given = &file["problem"];
     let state = |attitude: &Value, rate: &Value| State {
-        attitude: lie::rotation_from_quaternion(&std::array::from_fn(|index| attitude[index].as_f64().unwrap())),
+        attitude: lie::rotation_from_quaternion(&std::array::from_fn(|index| {
+            attitude[index].as_f64().unwrap()
+        })),
         angular_velocity: vector(rate),
         ..State::at_rest(Matrix3::identity())
     };

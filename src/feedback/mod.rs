@@ -76,9 +76,7 @@ impl RegulatorWeights {
         let per = units.time / units.cost;
         let inverse = plan.momentum_of_rate().try_inverse().unwrap_or_else(Matrix3::identity);
         let mut running = Matrix6::identity() * (self.attitude * per);
-        running
-            .fixed_view_mut::<3, 3>(3, 3)
-            .copy_from(&(inverse.transpose() * inverse * (self.rate * per)));
+        running.fixed_view_mut::<3, 3>(3, 3).copy_from(&(inverse.transpose() * inverse * (self.rate * per)));
         [running, running * self.end]
     }
 }
@@ -87,10 +85,14 @@ impl RegulatorWeights {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum NoGains {
     /// Inputs that switch have no neighbouring extremal of continuous gains.
-    #[error("inputs that switch between their limits leave nothing to correct with: a neighbouring plan moves the switches")]
+    #[error(
+        "inputs that switch between their limits leave nothing to correct with: a neighbouring plan moves the switches"
+    )]
     Switching,
     /// The inputs that are not at their limits cannot bring the craft to the end from everywhere beside the start.
-    #[error("the inputs that are not at their limits along the plan cannot bring every error beside its start to the end")]
+    #[error(
+        "the inputs that are not at their limits along the plan cannot bring every error beside its start to the end"
+    )]
     Unreachable,
     /// A number is not finite.
     #[error("a gain is not finite")]
@@ -182,7 +184,8 @@ const UNREACHED: f64 = 1e-11;
 impl Sweep {
     fn neighbouring(plan: &LinearPlan, freeze: f64) -> Result<Self, NoGains> {
         let count = plan.count();
-        let held = if freeze > 0.0 { Kind::LEAST_FROZEN.max((freeze * count as f64).round() as usize) } else { 0 };
+        let held =
+            if freeze > 0.0 { Kind::LEAST_FROZEN.max((freeze * count as f64).round() as usize) } else { 0 };
         // The gain of step N − held is the last that is designed; that of the first step always is.
         let frozen_from = (count + 1).saturating_sub(held).clamp(1, count);
         let quadratic = |step: &LinearStep| step.b * (step.authority / step.length) * step.b.transpose();
@@ -223,9 +226,10 @@ impl Sweep {
             let g = step.a.transpose() * to_go[0] + step.h;
             let mut half = Matrix6::zeros();
             half.fixed_view_mut::<3, 3>(3, 3).copy_from(&(plan.half_kick(0) * step.authority));
-            let costate = (Matrix6::identity() + g * half).try_inverse().unwrap_or_else(|| Matrix6::repeat(f64::NAN))
-                * g
-                * plan.first();
+            let costate =
+                (Matrix6::identity() + g * half).try_inverse().unwrap_or_else(|| Matrix6::repeat(f64::NAN))
+                    * g
+                    * plan.first();
             costate.fixed_view::<3, 6>(3, 0).into_owned()
         });
         Ok(Self { duals, first, frozen_from, to_go })
@@ -269,7 +273,12 @@ fn inverse_of(z: &Matrix6) -> Option<(Matrix6, bool)> {
 }
 
 /// What the corrected motion is beside a plan: `[log(R*ᵀ R); Π − Π*]`, rad and N·m·s.
-pub fn beside(attitude: &Matrix3, momentum: &Vector3, planned: &Matrix3, planned_momentum: &Vector3) -> Vector6 {
+pub fn beside(
+    attitude: &Matrix3,
+    momentum: &Vector3,
+    planned: &Matrix3,
+    planned_momentum: &Vector3,
+) -> Vector6 {
     let turn = crate::lie::minus(attitude, planned);
     let momentum = momentum - planned_momentum;
     Vector6::new(turn.x, turn.y, turn.z, momentum.x, momentum.y, momentum.z)

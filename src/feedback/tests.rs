@@ -32,7 +32,12 @@ fn gains_are_those_of_the_references() {
             let expected = file[key]["K"].as_object().unwrap();
             assert_eq!(expected.len(), 6);
             for (step, rows) in expected {
-                near(&gain(&gains, step.parse().unwrap()), &matrix(rows), 1e-9, &format!("{name} {key} {step}"));
+                near(
+                    &gain(&gains, step.parse().unwrap()),
+                    &matrix(rows),
+                    1e-9,
+                    &format!("{name} {key} {step}"),
+                );
             }
             if let Some(first) = &gains.first {
                 let first = Matrix3x6::from_row_slice(first);
@@ -70,7 +75,8 @@ fn the_first_correction_is_that_of_the_forward_sensitivities() {
         let unit = linear.units().costate::<6>();
         let costate = Vector6::from_column_slice(&plan.costates[..6]).component_div(&unit);
         let (psi_11, psi_12) = (forward(&linear, true), forward(&linear, false));
-        let swept = BoundaryValueProblem::<6>::new(&problem, problem.steps).sweep_linearized(&costate).unwrap().1;
+        let swept =
+            BoundaryValueProblem::<6>::new(&problem, problem.steps).sweep_linearized(&costate).unwrap().1;
         let apart = (psi_12 - swept).amax() / swept.amax();
         assert!(apart < 1e-12, "{name}: {apart:e}");
         let expected = -swept.try_inverse().unwrap() * psi_11;
@@ -131,8 +137,9 @@ impl<'a> Loop<'a> {
         let turn = lie::exp(&z.fixed_rows::<3>(0).into_owned());
         point.attitude = Sum::new(point.attitude.value * turn);
         point.momentum = Sum::new(point.momentum.value + z.fixed_rows::<3>(3));
-        let mut kick = |point: &mut Point, weight: f64, inputs: &[f64]| {
-            let wrench = crate::mechanics::environment::Wrench { force: Vector3::zeros(), moment: torque(inputs) };
+        let kick = |point: &mut Point, weight: f64, inputs: &[f64]| {
+            let wrench =
+                crate::mechanics::environment::Wrench { force: Vector3::zeros(), moment: torque(inputs) };
             self.dynamics.bare_kick::<6>(point, weight, &wrench);
         };
         let correct = |inputs: &mut Vec<f64>, gain: &[f64], z: &Vector6| {
@@ -196,11 +203,15 @@ fn maneuver(random: &mut Random, kind: usize) -> Problem {
                 .with_actuation(Actuation::torques(torque))
                 .with_objective(Weights::of_torques(crate::testing::weight(&weight)))
         }
-        3 => problem.with_environment(UniformGravity::new(1.0, 0.4, -Vector3::z(), Vector3::new(0.3, 0.1, -0.6)).unwrap()),
+        3 => problem.with_environment(
+            UniformGravity::new(1.0, 0.4, -Vector3::z(), Vector3::new(0.3, 0.1, -0.6)).unwrap(),
+        ),
         4 => {
             // Limits at nine tenths of what the plan without them gives most.
             let free = planned(&problem);
-            let most = (0..free.torque.len()).flat_map(|row| free.inputs(row).to_vec()).fold(0.0, |m: f64, u| m.max(u.abs()));
+            let most = (0..free.torque.len())
+                .flat_map(|row| free.inputs(row).to_vec())
+                .fold(0.0, |m: f64, u| m.max(u.abs()));
             let limits = Limits { size: Some(vec![0.9 * most; 3]), ..Limits::default() };
             let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
             problem.with_actuation(Actuation::torques(torques))
@@ -326,8 +337,11 @@ fn what_cannot_be_corrected_is_said() {
     // One axis alone cannot bring it back.
     let mut weak = problem.clone();
     weak.actuation = crate::mechanics::actuators::Actuation::torques(
-        crate::mechanics::actuators::ActuatorSet::new(vec![Vector3::x()], crate::mechanics::actuators::AxisFrame::Body)
-            .unwrap(),
+        crate::mechanics::actuators::ActuatorSet::new(
+            vec![Vector3::x()],
+            crate::mechanics::actuators::AxisFrame::Body,
+        )
+        .unwrap(),
     );
     let mut along = plan.clone();
     along.input = along.input.chunks(3).map(|row| row[0]).collect();

@@ -20,11 +20,12 @@ impl<'a> Excess<'a> {
     /// For the constraints of a maneuver; `None` where it has none.
     pub fn of(problem: &'a Problem) -> Option<Self> {
         let constraints = &problem.constraints[..];
-        (!constraints.is_empty()).then(|| Self {
-            constraints,
-            frame_rate: problem.environment.frame_rate(),
-            worst: vec![f64::NEG_INFINITY; constraints.len()],
-        })
+        (!constraints.is_empty()).then(|| Self::beside(constraints, problem.environment.frame_rate()))
+    }
+
+    /// For constraints of a maneuver in another form, as without their margins.
+    pub fn beside(constraints: &'a [Constraint], frame_rate: Vector3) -> Self {
+        Self { constraints, frame_rate, worst: vec![f64::NEG_INFINITY; constraints.len()] }
     }
 
     /// A rate, body axes [rad/s].

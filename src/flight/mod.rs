@@ -37,7 +37,7 @@ pub(crate) struct Held {
 
 /// A body on its way, SI units.
 #[derive(Clone, Copy, Debug)]
-struct Body {
+pub(crate) struct Body {
     /// Body → inertial.
     attitude: Matrix3,
     momentum: Vector3,
@@ -219,35 +219,12 @@ impl<'a> Flight<'a> {
     ) -> Option<State> {
         let mut body = self.start;
         let mut time = 0.0;
-        let rate = |body: &Body| self.j_inverse * body.momentum;
         if let Some(excess) = &mut excess {
             excess.rate(&self.problem.start.angular_velocity);
         }
         for (held, step) in steps {
-            let turn = step * (rate(&body).norm() + 0.5 * step * (self.j_inverse * held.torque).norm());
-            let needed = (turn / Self::PART).ceil();
-            // Not finite is too many as well.
-            if needed.is_nan() || needed >= Self::MOST_PARTS as f64 {
-                return None;
-            }
             let least = if excess.is_some() { Excess::PIECES } else { 1 };
-            let parts = (needed as usize).max(self.parts).max(least);
-            let part = step / parts as f64;
-            for index in 0..parts {
-                let before = body.attitude;
-                let now = time + index as f64 * part;
-                if self.posed {
-                    self.advance::<true, 7>(&SIXTH, now, part, held, &mut body);
-                } else if turn < Self::SLOW {
-                    self.advance::<false, 4>(&FOURTH, now, part, held, &mut body);
-                } else {
-                    self.advance::<false, 7>(&SIXTH, now, part, held, &mut body);
-                }
-                if let Some(excess) = &mut excess {
-                    excess.piece(now, part, &before, &body.attitude);
-                    excess.rate(&rate(&body));
-                }
-            }
+            self.carry(&mut body, time, held, *step, least, excess.as_deref_mut())?;
             time += step;
             visit(time, &body);
         }
@@ -257,8 +234,55 @@ impl<'a> Flight<'a> {
         finite.then_some(state)
     }
 
+    /// Carries a body over a step from `time`, in `least` parts at least; `None` where it turns more than can be followed.
+    pub fn carry(
+        &self,
+        body: &mut Body,
+        time: f64,
+        held: &Held,
+        step: f64,
+        least: usize,
+        mut excess: Option<&mut Excess>,
+    ) -> Option<()> {
+        let rate = |body: &Body| self.j_inverse * body.momentum;
+        let turn = step * (rate(body).norm() + 0.5 * step * (self.j_inverse * held.torque).norm());
+        let needed = (turn / Self::PART).ceil();
+        // Not finite is too many as well.
+        if needed.is_nan() || needed >= Self::MOST_PARTS as f64 {
+            return None;
+        }
+        let parts = (needed as usize).max(self.parts).max(least);
+        let part = step / parts as f64;
+        for index in 0..parts {
+            let before = body.attitude;
+            let now = time + index as f64 * part;
+            if self.posed {
+                self.advance::<true, 7>(&SIXTH, now, part, held, body);
+            } else if turn < Self::SLOW {
+                self.advance::<false, 4>(&FOURTH, now, part, held, body);
+            } else {
+                self.advance::<false, 7>(&SIXTH, now, part, held, body);
+            }
+            if let Some(excess) = &mut excess {
+                excess.piece(now, part, &before, &body.attitude);
+                excess.rate(&rate(body));
+            }
+        }
+        Some(())
+    }
+
+    /// The body at the start.
+    pub fn start(&self) -> Body {
+        self.start
+    }
+
+    /// The least parts of a step that another flight has settled on.
+    pub fn as_fine_as(self, other: &Self) -> Self {
+        Self { parts: other.parts, ..self }
+    }
+
     /// Where the body is at `time`, as states of a maneuver are told.
-    fn state(&self, time: f64, body: &Body) -> State {
+    pub fn state(&self, time: f64, body: &Body) -> State {
         let attitude = self.frame(time).map_or(body.attitude, |frame| frame * body.attitude);
         State {
             position: body.position,

@@ -16,6 +16,7 @@
 //! `w₁` the full kick at the node that the step leads to. It is the discrete problem itself, exactly; its momenta are those after a
 //! full kick, and half a kick leads there from the physical start, and back at the end.
 
+use crate::flight::Flight;
 use crate::lie;
 use crate::maneuver::grid::{Grid, Scheme};
 use crate::maneuver::problem::{Motion, Problem};
@@ -63,10 +64,16 @@ pub enum Unlinearised {
     /// A step of it has no drift.
     #[error("a step of the plan is too long for its momentum, or a number is not finite")]
     Step,
+    /// The plan has more than 100,000 steps.
+    #[error("the plan has more than {MOST_STEPS} steps: each has matrices of some kilobytes")]
+    Fine,
     /// Inputs switch on a grid of the discrete problem.
     #[error("inputs that switch are held over steps, and have no values at nodes")]
     Switching,
 }
+
+/// Steps of a plan beside which matrices are held, at most.
+const MOST_STEPS: usize = 100_000;
 
 impl From<StepError> for Unlinearised {
     fn from(_: StepError) -> Self {
@@ -163,6 +170,15 @@ impl LinearPlan {
     /// # Errors
     /// [`Unlinearised`]: of bodies that translate, wheels, torques fixed in the reference frame, or a trajectory that does not fit.
     pub fn new(problem: &Problem, plan: &Trajectory, timing: Timing) -> Result<Self, Unlinearised> {
+        Self::fits(problem, plan)?;
+        if problem.switches() && timing == Timing::AtNodes {
+            return Err(Unlinearised::Switching);
+        }
+        Beside { problem, plan, timing, count: plan.time.len() - 1 }.linearise()
+    }
+
+    /// Whether a plan can be linearised beside.
+    fn fits(problem: &Problem, plan: &Trajectory) -> Result<(), Unlinearised> {
         if problem.motion == Motion::RigidBody {
             return Err(Unlinearised::Translation);
         }
@@ -171,9 +187,6 @@ impl LinearPlan {
         }
         if problem.actuation.torque.frame() != AxisFrame::Body {
             return Err(Unlinearised::Frame);
-        }
-        if problem.switches() && timing == Timing::AtNodes {
-            return Err(Unlinearised::Switching);
         }
         let count = plan.time.len().saturating_sub(1);
         let m = problem.actuation.torque.count();
@@ -184,10 +197,20 @@ impl LinearPlan {
             && plan.input_count >= m
             && plan.input.len() == rows * plan.input_count
             && rows >= if problem.switches() { count } else { problem.scheme.input_rows(count) };
-        if !fits {
-            return Err(Unlinearised::Trajectory);
+        if count > MOST_STEPS {
+            return Err(Unlinearised::Fine);
         }
-        Beside { problem, plan, timing, count }.linearise()
+        if fits { Ok(()) } else { Err(Unlinearised::Trajectory) }
+    }
+
+    /// The motion beside the one that is flown: the true motion under the plan's inputs, held over the steps.
+    ///
+    /// # Errors
+    /// As [`LinearPlan::new`].
+    pub fn flown(problem: &Problem, plan: &Trajectory) -> Result<Self, Unlinearised> {
+        Self::fits(problem, plan)?;
+        let recorded = Flight::recorded(problem, plan).ok_or(Unlinearised::Step)?;
+        Self::new(problem, &recorded, Timing::Held)
     }
 
     /// Number of steps.
@@ -398,7 +421,9 @@ impl Beside<'_> {
         let units = Units::of(problem);
         let grid = if problem.switches() {
             let lengths: Vec<f64> = plan.time.windows(2).map(|ends| ends[1] - ends[0]).collect();
-            Grid::of_lengths(scheme, &lengths).map_err(|_| Unlinearised::Step)?.with_duration(duration / units.time)
+            Grid::of_lengths(scheme, &lengths)
+                .map_err(|_| Unlinearised::Step)?
+                .with_duration(duration / units.time)
         } else {
             Grid::uniform(scheme, duration / units.time, count)
         };
@@ -413,7 +438,10 @@ impl Beside<'_> {
         let forces = plan.input_count - m;
         let row = |index: usize| plan.inputs(index)[forces..].to_vec();
         let first_row = scheme.first_input();
-        let applied = |inputs: Vec<f64>| Applied { torque: problem.actuation.torque.output(&inputs) / units.torque(), inputs };
+        let applied = |inputs: Vec<f64>| Applied {
+            torque: problem.actuation.torque.output(&inputs) / units.torque(),
+            inputs,
+        };
         let given = |k: usize| match self.timing {
             Timing::AtNodes => row(k + 1 - first_row),
             Timing::Held if first_row == 0 && !problem.switches() => {
@@ -434,7 +462,13 @@ impl Beside<'_> {
                 (Timing::AtNodes, _) => steps[k - 1].applied.torque,
             };
             let (authority, to_inputs) = law.at(&applied, problem);
-            steps.push(self.step(&dynamics, &nodes, k, &torque, LinearStep { authority, to_inputs, ..LinearStep::of(applied) })?);
+            steps.push(self.step(
+                &dynamics,
+                &nodes,
+                k,
+                &torque,
+                LinearStep { authority, to_inputs, ..LinearStep::of(applied) },
+            )?);
         }
         let half = |node: usize, applied: Applied| {
             let outer = self.timing == Timing::AtNodes && scheme == Scheme::LieVerlet;
@@ -462,10 +496,12 @@ impl Beside<'_> {
 
     /// Costate `λ_k` of step k, scaled; zero where there is none.
     fn costate(&self, units: &Units, step: usize) -> Costate {
-        let row = if self.problem.switches() { step + 1 } else { step + 1 - self.problem.scheme.first_input() };
+        let row =
+            if self.problem.switches() { step + 1 } else { step + 1 - self.problem.scheme.first_input() };
         let unit = units.costate::<6>();
         let recorded = self.plan.costates.get(6 * row..6 * row + 6);
-        let vector = recorded.map_or_else(Vector6::zeros, |row| Vector6::from_column_slice(row).component_div(&unit));
+        let vector =
+            recorded.map_or_else(Vector6::zeros, |row| Vector6::from_column_slice(row).component_div(&unit));
         Costate::from_vector(&vector)
     }
 
@@ -505,7 +541,8 @@ impl Beside<'_> {
         let d = blocks([[&linear.f_t, &linear.b], [&Matrix3::zeros(), &linear.c]]);
         let free = blocks([[&Matrix3::zeros(), &linear.h12], [&Matrix3::zeros(), &linear.h22]]);
         let of_attitudes = |block: Matrix3| blocks([[&block, &Matrix3::zeros()], [&Matrix3::zeros(); 2]]);
-        let (mut before, mut h) = (Matrix6::identity(), free + d.transpose() * of_attitudes(kicks[1] * bent) * d);
+        let (mut before, mut h) =
+            (Matrix6::identity(), free + d.transpose() * of_attitudes(kicks[1] * bent) * d);
         if kicks[0] > 0.0 {
             let costate = dynamics.drift_costate_back::<6>(&drift, &between);
             let (gradient, bent) = dynamics.field_derivatives(&begin, &costate.pi);
@@ -591,13 +628,15 @@ impl Law {
             }
         }
         let torque = problem.actuation.torque.output(inputs);
-        let at_norm = self.norm.filter(|norm| !problem.switches() && torque.norm() >= (1.0 - AT_LIMIT) * norm);
+        let at_norm =
+            self.norm.filter(|norm| !problem.switches() && torque.norm() >= (1.0 - AT_LIMIT) * norm);
         let mut authority = Matrix3::from_iterator((&self.axes * &gain).iter().copied());
         if at_norm.is_some() {
             // Along the sphere of the norm only: `P S P`, given by the inputs of least effort.
             let out = torque.normalize();
             let along = Matrix3::identity() - out * out.transpose();
-            let inverse = authority.pseudo_inverse(1e-12 * authority.amax()).unwrap_or_else(|_| Matrix3::zeros());
+            let inverse =
+                authority.pseudo_inverse(1e-12 * authority.amax()).unwrap_or_else(|_| Matrix3::zeros());
             let change = inverse * (along * authority * along);
             gain *= DMatrix::from_column_slice(3, 3, change.as_slice());
             authority = along * authority * along;

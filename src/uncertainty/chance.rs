@@ -9,8 +9,8 @@
 
 use super::Covariance;
 use crate::lie::hat;
-use crate::maneuver::constraint::{Pointing, Rule, Side};
 use crate::maneuver::Problem;
+use crate::maneuver::constraint::{Pointing, Rule, Side};
 use crate::optimize::linear_plan::LinearPlan;
 use crate::{Matrix3, Vector3};
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -45,18 +45,23 @@ impl Chance {
     /// Of every cone of a maneuver, beside the cone without its margin.
     pub fn of_cones(problem: &Problem, plan: &LinearPlan, covariance: &Covariance) -> Vec<Self> {
         let cone = |constraint: &crate::maneuver::constraint::Constraint| match &constraint.rule {
-            Rule::Pointing(pointing) => {
-                Some(Self::of(&constraint.name, pointing, problem, plan, covariance))
-            }
+            Rule::Pointing(pointing) => Some(Self::of(&constraint.name, pointing, problem, plan, covariance)),
             Rule::RateNorm(_) | Rule::RateAxes(_) => None,
         };
         problem.constraints.iter().filter_map(cone).collect()
     }
 
     /// Of one cone.
-    pub fn of(name: &str, cone: &Pointing, problem: &Problem, plan: &LinearPlan, covariance: &Covariance) -> Self {
+    pub fn of(
+        name: &str,
+        cone: &Pointing,
+        problem: &Problem,
+        plan: &LinearPlan,
+        covariance: &Covariance,
+    ) -> Self {
         let frame_rate = problem.environment.frame_rate();
-        let mut out = Self { name: name.into(), nodes: Vec::new(), worst: 0, sigma: 0.0, room: f64::INFINITY };
+        let mut out =
+            Self { name: name.into(), nodes: Vec::new(), worst: 0, sigma: 0.0, room: f64::INFINITY };
         for (node, state) in covariance.states.iter().enumerate() {
             let attitude = plan.node(node).0;
             let time = plan.times()[node];
@@ -69,7 +74,8 @@ impl Chance {
                 let room = without.room_beside(angle, direction.angular_radius(time));
                 let gradient = if cone.side == Side::KeepOut { gradient } else { -gradient };
                 let sigma = gradient.dot(&(of_attitude * gradient)).max(0.0).sqrt();
-                let chance = if sigma > 0.0 { normal_cdf(-room / sigma) } else { f64::from(u8::from(room < 0.0)) };
+                let chance =
+                    if sigma > 0.0 { normal_cdf(-room / sigma) } else { f64::from(u8::from(room < 0.0)) };
                 if chance > worst.0 || chance == worst.0 && room < worst.2 || chance.is_nan() {
                     worst = (chance, sigma, room);
                 }

@@ -99,7 +99,8 @@ impl Flow<'_> {
     }
 
     fn columns(&self, of: impl Fn(&Parameter) -> Vector6) -> Matrix6xX<f64> {
-        let columns: Vec<Vector6> = self.uncertainty.parameters.iter().map(|(_, parameter, _)| of(parameter)).collect();
+        let columns: Vec<Vector6> =
+            self.uncertainty.parameters.iter().map(|(_, parameter, _)| of(parameter)).collect();
         if columns.is_empty() { Matrix6xX::zeros(0) } else { Matrix6xX::from_columns(&columns) }
     }
 

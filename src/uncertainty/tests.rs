@@ -74,9 +74,11 @@ fn numbers(list: &Value) -> Vec<f64> {
 
 #[test]
 fn covariances_without_parameters_are_those_of_the_references() {
-    for (name, plan_name) in
-        [("u01_diag123", "g01_diag123_100"), ("u02_full_nonrest", "g02_full_nonrest"), ("u03_xte_si", "g03_xte_si")]
-    {
+    for (name, plan_name) in [
+        ("u01_diag123", "g01_diag123_100"),
+        ("u02_full_nonrest", "g02_full_nonrest"),
+        ("u03_xte_si", "g03_xte_si"),
+    ] {
         let file = reference(&format!("closed_loop/{name}.json"));
         let (_, problem, plan) = planned_reference(plan_name);
         let linear = LinearPlan::new(&problem, &plan, Timing::AtNodes).unwrap();
@@ -118,7 +120,9 @@ fn covariances_without_parameters_are_those_of_the_references() {
 
 #[test]
 fn covariances_with_parameters_are_those_of_the_references() {
-    for (name, plan_name) in [("cl01_parameters_g01", "g01_diag123_100"), ("cl02_everything_g02", "g02_full_nonrest")] {
+    for (name, plan_name) in
+        [("cl01_parameters_g01", "g01_diag123_100"), ("cl02_everything_g02", "g02_full_nonrest")]
+    {
         let file = reference(&format!("closed_loop/{name}.json"));
         let (_, problem, plan) = planned_reference(plan_name);
         let linear = LinearPlan::new(&problem, &plan, Timing::AtNodes).unwrap();
@@ -142,7 +146,11 @@ fn covariances_with_parameters_are_those_of_the_references() {
             for (index, column) in found.end_by_parameter.iter().enumerate() {
                 let dy = Vector6::from_fn(|row, _| expected["dy_dp"][row][index].as_f64().unwrap());
                 let size = matrix::<6, 24>(&expected["dy_dp"]).amax();
-                assert!((column - dy).amax() / size < 1e-9, "{what} parameter {index}: {column}{dy} {size:e} {:e}", (column - dy).amax() / size);
+                assert!(
+                    (column - dy).amax() / size < 1e-9,
+                    "{what} parameter {index}: {column}{dy} {size:e} {:e}",
+                    (column - dy).amax() / size
+                );
             }
             near(&found.end_of_parameters, &matrix(&expected["P_end_parameters"]), 1e-9, &what);
             near(&found.end_sigma(), &vector(&expected["sigma_end"]), 1e-9, &what);
@@ -152,10 +160,16 @@ fn covariances_with_parameters_are_those_of_the_references() {
             let boresight: Vector3 = vector(&given["boresight"]);
             let radius = Radius::of(&boresight, &found.end.fixed_view::<3, 3>(0, 0).into_owned());
             let linear_radius = expected["boresight_9973_linear"].as_f64().unwrap();
-            assert!((radius.within / linear_radius - 1.0).abs() < 5e-3, "{what} {}: {linear_radius}", radius.within);
+            assert!(
+                (radius.within / linear_radius - 1.0).abs() < 5e-3,
+                "{what} {}: {linear_radius}",
+                radius.within
+            );
             if !given["cone"].is_null() {
                 let chances = Chance::of("cone", &cone(&given["cone"], boresight), &problem, &linear, &found);
-                for (found, expected) in chances.nodes.iter().zip(numbers(&expected["cone"]["chance_per_step_linear"])) {
+                for (found, expected) in
+                    chances.nodes.iter().zip(numbers(&expected["cone"]["chance_per_step_linear"]))
+                {
                     assert!((found - expected).abs() < 1e-8, "{what}: {found} for {expected}");
                 }
             }

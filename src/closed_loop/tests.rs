@@ -1,0 +1,200 @@
+//! The loop that is flown against what is linear of it, closed forms, and itself.
+
+use super::*;
+use crate::feedback::Kind;
+use crate::testing::planned;
+use crate::uncertainty::Covariance;
+
+fn maneuver(steps: usize) -> Problem {
+    let j = Matrix3::new(2.2, -0.3, 0.2, -0.3, 1.6, -0.25, 0.2, -0.25, 1.1);
+    let body = Body { inertia: Inertia::new(j).unwrap(), mass: None };
+    let state = |turn: Vector3, rate: Vector3| {
+        crate::maneuver::State::attitude(crate::lie::Rotation::exp(&turn), rate)
+    };
+    let start = state(Vector3::zeros(), Vector3::new(0.3, 0.4, -0.5));
+    let end = state(Vector3::new(1.2, 0.9, -0.4), Vector3::new(0.1, -0.2, 0.3));
+    Problem::attitude(body, start, end, 6.0).with_steps(steps)
+}
+
+fn unit(axis: usize) -> Vector3 {
+    Vector3::from_fn(|row, _| f64::from(u8::from(row == axis)))
+}
+
+/// One of each kind of parameter about each axis.
+fn parameters(sigma: f64) -> Vec<(String, Parameter, f64)> {
+    let mut all = Vec::new();
+    for axis in 0..3 {
+        let mut delta = Matrix3::zeros();
+        delta[(axis, axis)] = 1.0;
+        let mut product = Matrix3::zeros();
+        product[(axis, (axis + 1) % 3)] = 1.0;
+        product[((axis + 1) % 3, axis)] = 1.0;
+        all.extend([
+            Parameter::Inertia(delta),
+            Parameter::Inertia(product),
+            Parameter::InputScale(axis),
+            Parameter::ActuatorTurn(unit(axis)),
+            Parameter::ConstantTorque(unit(axis)),
+            Parameter::SensorTurn(unit(axis)),
+            Parameter::RateScale(axis),
+            Parameter::RateBias(unit(axis)),
+        ]);
+    }
+    all.into_iter().enumerate().map(|(index, parameter)| (index.to_string(), parameter, sigma)).collect()
+}
+
+#[test]
+fn without_errors_the_plan_is_flown_to_its_end() {
+    let problem = maneuver(60);
+    let plan = planned(&problem);
+    let linear = LinearPlan::flown(&problem, &plan).unwrap();
+    let gains = Gains::along(&linear, Kind::Tvlqr(None), false).unwrap();
+    let nothing = Uncertainty::default();
+    for gains in [None, Some(&gains)] {
+        let campaign = Campaign::new(&problem, &linear, gains, &nothing, Plant::default(), 1);
+        let flown = campaign.fly(0).unwrap();
+        assert!(flown.end.amax() < 1e-12, "{}", flown.end);
+        assert_eq!(flown.saturated, 0.0);
+    }
+}
+
+/// The derivative of the flown loop by every parameter and every component of the start is the linear one, to the order of the
+/// scheme: errors fall fourfold with half the step.
+#[test]
+fn the_loop_has_the_derivatives_of_the_linear_model() {
+    let apart = |steps: usize, closed: bool| {
+        let problem = maneuver(steps);
+        let plan = planned(&problem);
+        let linear = LinearPlan::flown(&problem, &plan).unwrap();
+        let gains = Gains::along(&linear, Kind::Tvlqr(None), false).unwrap();
+        let gains = closed.then_some(&gains);
+        let uncertainty = Uncertainty { parameters: parameters(1.0), ..Uncertainty::default() };
+        let covariance = Covariance::along(&linear, gains, &uncertainty);
+        let campaign = Campaign::new(&problem, &linear, gains, &uncertainty, Plant::default(), 1);
+        let count = uncertainty.parameters.len();
+        let end = |index: usize, size: f64| {
+            let mut values = vec![0.0; count];
+            values[index] = size;
+            let mut j = *problem.body.inertia.j();
+            if let Parameter::Inertia(delta) = uncertainty.parameters[index].1 {
+                j += delta * size;
+            }
+            let streams = [stream::SENSORS, stream::TORQUE].map(|of| Stream::new(1, 0, of));
+            campaign.run(&values, Inertia::new(j).unwrap(), &Vector6::zeros(), streams, |_| ()).unwrap().end
+        };
+        let mut worst: f64 = 0.0;
+        let size = 1e-5;
+        for index in 0..count {
+            let found = (end(index, size) - end(index, -size)) / (2.0 * size);
+            let expected = covariance.end_by_parameter[index];
+            let error = (found - expected).amax()
+                / covariance.end_by_parameter.iter().map(|c| c.amax()).fold(0.0, f64::max);
+            worst = worst.max(error);
+        }
+        worst
+    };
+    for closed in [false, true] {
+        let (coarse, fine) = (apart(60, closed), apart(120, closed));
+        let order = (coarse / fine).log2();
+        assert!((1.6..2.6).contains(&order) && fine < 2e-3, "{closed}: {coarse:e} {fine:e}");
+    }
+}
+
+fn everything() -> Uncertainty {
+    let diagonal = |attitude: f64, rate: f64| {
+        Matrix6::from_diagonal(
+            &Vector6::new(attitude, attitude, attitude, rate, rate, rate).map(|sigma| sigma * sigma),
+        )
+    };
+    Uncertainty {
+        start: diagonal(1e-2, 1e-3),
+        parameters: parameters(3e-3),
+        torque_noise: Matrix3::identity() * 1e-7,
+        sensor_noise: diagonal(1e-4, 5e-5),
+    }
+}
+
+/// Every deviation of 4,000 cases within five standard errors (1.1 %) of the linear one.
+#[test]
+fn sampled_covariances_are_the_linear_ones() {
+    let problem = maneuver(100);
+    let plan = planned(&problem);
+    let linear = LinearPlan::flown(&problem, &plan).unwrap();
+    let regulator = Gains::along(&linear, Kind::Tvlqr(None), false).unwrap();
+    let neighbouring = Gains::along(&linear, Kind::Neighbouring { freeze: Kind::FREEZE }, false).unwrap();
+    let uncertainty = everything();
+    for gains in [None, Some(&regulator), Some(&neighbouring)] {
+        let covariance = Covariance::along(&linear, gains, &uncertainty);
+        let campaign = Campaign::new(&problem, &linear, gains, &uncertainty, Plant::default(), 5);
+        let ends: Vec<Vector6> =
+            campaign.fly_all(0, 4000).into_iter().map(|flown| flown.unwrap().end).collect();
+        let sampled = Sampled::of(&ends, &covariance.end);
+        let ratios = sampled.sigma().component_div(&covariance.end_sigma());
+        assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.056), "{ratios}");
+        let [least, largest] = sampled.eigenvalues.unwrap();
+        assert!(least > 0.85 && largest < 1.2, "{least} {largest}");
+        assert!(sampled.inside.part() > 0.99, "{:?}", sampled.inside);
+    }
+}
+
+#[test]
+fn a_case_is_the_same_alone_and_among_others() {
+    let problem = maneuver(40);
+    let plan = planned(&problem);
+    let linear = LinearPlan::flown(&problem, &plan).unwrap();
+    let gains = Gains::along(&linear, Kind::Tvlqr(None), false).unwrap();
+    let uncertainty = everything();
+    let plant = Plant { lag: 0.1, delay: 0.2, quantum: 1e-4, tick: 0.05, leads: true };
+    let campaign = Campaign::new(&problem, &linear, Some(&gains), &uncertainty, plant, 9);
+    let all = campaign.fly_all(10, 40);
+    let alone = campaign.fly(27).unwrap();
+    assert_eq!(all[17].as_ref().unwrap(), &alone);
+    let (flown, moments) = campaign.traced(27).unwrap();
+    assert_eq!(flown, alone);
+    assert_eq!(moments.len(), 41);
+    assert_eq!(moments[40].beside, alone.end);
+    let others = Campaign::new(&problem, &linear, Some(&gains), &uncertainty, plant, 10).fly(27).unwrap();
+    assert_ne!(others, alone);
+}
+
+/// A lag and a delay that are known and led cost a hundredth of what they do otherwise.
+#[test]
+fn commands_that_lead_a_lag_and_a_delay_keep_the_end() {
+    let problem = maneuver(60);
+    let plan = planned(&problem);
+    let linear = LinearPlan::flown(&problem, &plan).unwrap();
+    let gains = Gains::along(&linear, Kind::Tvlqr(None), false).unwrap();
+    let nothing = Uncertainty::default();
+    let missed = |plant: Plant| {
+        Campaign::new(&problem, &linear, Some(&gains), &nothing, plant, 1).fly(0).unwrap().end.amax()
+    };
+    for plant in [
+        Plant { lag: 0.2, ..Plant::default() },
+        Plant { lag: 0.2, tick: 0.01, ..Plant::default() },
+        Plant { delay: 0.1, ..Plant::default() },
+        Plant { delay: 0.25, tick: 0.05, ..Plant::default() },
+    ] {
+        let (late, led) = (missed(plant), missed(Plant { leads: true, ..plant }));
+        assert!(led < 0.2 * late, "{plant:?}: {late:e}, led {led:e}");
+    }
+    // A quantum of a thousandth of the torque is corrected to less than it moves the body open loop.
+    assert!(missed(Plant { quantum: 1e-3, ..Plant::default() }) < 1e-3);
+}
+
+#[test]
+fn a_plate_whose_inertias_are_drawn_again_says_how_often() {
+    let mut problem = maneuver(20);
+    problem.body.inertia = Inertia::diagonal(Vector3::new(1.0, 2.0, 3.0)).unwrap();
+    let plan = planned(&problem);
+    let linear = LinearPlan::flown(&problem, &plan).unwrap();
+    let moments = (0..3).map(|axis| {
+        let mut delta = Matrix3::zeros();
+        delta[(axis, axis)] = 1.0;
+        (format!("J{axis}"), Parameter::Inertia(delta), 0.02)
+    });
+    let uncertainty = Uncertainty { parameters: moments.collect(), ..Uncertainty::default() };
+    let campaign = Campaign::new(&problem, &linear, None, &uncertainty, Plant::default(), 3);
+    let rejected: u32 = campaign.fly_all(0, 500).into_iter().map(|flown| flown.unwrap().rejected).sum();
+    // Half of the draws are none: one more a case on average.
+    assert!((400..620).contains(&rejected), "{rejected}");
+}
