@@ -208,6 +208,8 @@
 #![warn(missing_docs)]
 
 #[doc(hidden)]
+pub mod assured;
+#[doc(hidden)]
 pub mod closed_loop;
 #[doc(hidden)]
 pub mod feedback;

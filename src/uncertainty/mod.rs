@@ -237,4 +237,4 @@ fn deviations(gain: &Matrix3x6, covariance: &Matrix6) -> Vector3 {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

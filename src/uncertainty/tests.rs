@@ -30,7 +30,7 @@ fn gains(linear: &LinearPlan, key: &str) -> Option<Gains> {
 }
 
 /// The 24 parameters of the files, in their order.
-fn parameters(sigma: &Value) -> Vec<(String, Parameter, f64)> {
+pub(crate) fn parameters(sigma: &Value) -> Vec<(String, Parameter, f64)> {
     let unit = |axis: usize| Vector3::from_fn(|row, _| f64::from(u8::from(row == axis)));
     let inertia = |index: usize| {
         let (row, column) = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)][index];

@@ -188,9 +188,11 @@ macro_rules! tables {
     };
 }
 
+mod closed_loop;
 mod dispersion;
 mod simulation;
 
+use closed_loop::{FEEDBACK, PLANT, UNCERTAINTY};
 pub(crate) use dispersion::{DISPERSION, MOST_CASES, SPREADS};
 pub(crate) use simulation::{MAX_LISTED, MAX_STEPS, SIMULATION_ROOT};
 
@@ -242,6 +244,12 @@ tables! {
         "orbit": Table(&ORBIT);
         /// What is uncertain, for `slew monte-carlo`; any other command plans the values as they stand.
         "dispersion": Table(&DISPERSION);
+        /// Gains that keep the craft on the plan.
+        "feedback": Table(&FEEDBACK);
+        /// What the craft that flies the plan differs by while the plan stays, for covariances along it and for `slew fly`.
+        "uncertainty": Table(&UNCERTAINTY);
+        /// How the actuators follow when the plan is flown, for `slew fly`.
+        "plant": Table(&PLANT);
         /// What becomes of the rounded last digits of matrices and unit vectors. remove: they become
         /// rotations, and of length 1. keep: each number is taken to its last bit, as in a spec that slew
         /// wrote. Default: remove.
@@ -389,6 +397,9 @@ tables! {
         "margin_deg": Number(q::MARGIN_DEG), only POINTING;
         /// The same in rad.
         "margin_rad": Number(q::MARGIN_RAD), only POINTING;
+        /// The chance of violating it at its worst instant, under [uncertainty], with the gains of [feedback]: the plan keeps as much
+        /// margin as that takes. Below 0.5.
+        "chance": Number(q::CHANCE), only POINTING;
         /// Limit of the inertial angular velocity: one number for its norm, or three for its components in
         /// body axes.
         "angular_velocity_limit_deg_s": Limits(q::RATE_LIMIT_DEG, Some(3)), only RATE_LIMIT;

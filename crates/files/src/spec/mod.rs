@@ -37,6 +37,7 @@ mod base;
 mod body;
 mod boundary;
 mod check;
+mod closed_loop;
 mod constraint;
 mod diagnostic;
 mod difference;
@@ -65,6 +66,7 @@ mod values;
 mod write;
 
 pub use base::Base;
+pub use closed_loop::{Chance, ClosedLoop};
 pub use diagnostic::{Diagnostic, Diagnostics, Severity, escape, escape_lines};
 pub(crate) use diagnostic::{Finding, Spot, cut};
 pub use difference::Difference;
@@ -127,6 +129,8 @@ pub struct Loaded {
     pub dispersion: Option<Dispersion>,
     /// Where what it aims at by name is, if it does.
     pub heavens: Option<Heavens>,
+    /// What it is flown with: gains, what is uncertain, actuators.
+    pub closed_loop: ClosedLoop,
     /// What is accepted but worth a word, in file order.
     pub warnings: Vec<Diagnostic>,
 }
@@ -356,6 +360,7 @@ fn understand(
         assemble::assemble(&section, &stem).map(|assembled| {
             let assemble::Assembled { problem, settings, expect, identity, heavens } = assembled;
             let dispersion = dispersion::read(&section, root);
+            let closed_loop = closed_loop::read(&section, root, &problem);
             let warnings = Vec::new();
             Spec::Maneuver(Box::new(Loaded {
                 problem,
@@ -364,6 +369,7 @@ fn understand(
                 identity,
                 dispersion,
                 heavens,
+                closed_loop,
                 warnings,
             }))
         })

@@ -12,6 +12,7 @@
 //! vectors, which would move the last bit of what was rounded before; `rounding = "keep"` takes such numbers as they are. A
 //! field of a library caller's own has no notation: then `spec` is null in the plan file, and `verify` asks for one.
 
+use super::closed_loop::ClosedLoop;
 use super::difference::{Difference, differences};
 use super::keys::{Kind, ROOT, Table};
 use super::{Diagnostics, Format, Loaded, Override, Spec, Wanted, interpret};
@@ -130,6 +131,25 @@ impl SpecDocument {
         Self(Value::Object(spec.keys))
     }
 
+    /// The spec with what the plan is flown with, as it was written.
+    pub fn with_closed_loop(self, closed_loop: &ClosedLoop) -> Self {
+        let Self(Value::Object(mut keys)) = self else { return self };
+        for (name, section) in closed_loop.written() {
+            keys.insert(name.clone(), section.clone());
+        }
+        if let Some(Value::Array(constraints)) = keys.get_mut("constraint") {
+            for constraint in constraints {
+                let name = constraint.get("name").and_then(Value::as_str).map(String::from);
+                let chance =
+                    closed_loop.chances.iter().find(|chance| Some(&chance.constraint) == name.as_ref());
+                if let (Some(chance), Some(constraint)) = (chance, constraint.as_object_mut()) {
+                    constraint.insert("chance".into(), chance.at_most.into());
+                }
+            }
+        }
+        Self(Value::Object(keys))
+    }
+
     /// Reads the maneuver, as from a file; `name` stands for it in messages.
     ///
     /// # Errors
@@ -145,7 +165,10 @@ impl SpecDocument {
 
     /// Whether a key asks for something of a plan: names and the epoch do not.
     pub(crate) fn is_asked(key: &str) -> bool {
-        key != "epoch" && key.split('.').next() != Some("names")
+        let section = key.split('.').next().unwrap_or_default();
+        key != "epoch"
+            && !["names", "feedback", "uncertainty", "plant"].contains(&section)
+            && !key.ends_with(".chance")
     }
 
     /// The keys in which two maneuvers differ beyond round-off, each with both values; their names and grids, which

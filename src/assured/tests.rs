@@ -1,0 +1,93 @@
+//! Margins by iteration against the reference.
+
+use super::*;
+use crate::maneuver::{Constraint, Direction, Pointing, Side, State};
+use crate::mechanics::{Body, Inertia};
+use crate::plan::Silent;
+use crate::testing::{matrix, reference, vector};
+use crate::uncertainty::tests::parameters;
+use crate::{Matrix3, Rotation, Vector3};
+
+fn maneuver() -> (serde_json::Value, Problem, Uncertainty) {
+    let file = reference("closed_loop/cl04_chance_backoff.json");
+    let given = &file["problem"];
+    let body = Body { inertia: Inertia::new(matrix(&given["inertia"])).unwrap(), mass: None };
+    let end = State::at_rest(Rotation::new(matrix(&given["end"]["attitude"]["matrix"])).unwrap());
+    let unit = |value: &serde_json::Value| vector::<3>(value).normalize();
+    let cone = Pointing {
+        side: Side::KeepOut,
+        boresights: vec![unit(&given["cone"]["boresight"])],
+        directions: vec![Direction::Fixed(unit(&given["cone"]["direction"]))],
+        half_angle: given["cone"]["half_angle"].as_f64().unwrap(),
+        margin: 0.0,
+    };
+    let start = State::at_rest(Matrix3::identity());
+    let problem = Problem::attitude(body, start, end, 60.0)
+        .with_steps(100)
+        .with_constraint(Constraint { name: "Sun".into(), rule: Rule::Pointing(cone) });
+    let uncertainty = Uncertainty {
+        start: matrix(&given["P0"]),
+        parameters: parameters(&given["sigma_p"]),
+        torque_noise: matrix(&given["Sw"]),
+        sensor_noise: {
+            let mut map = crate::optimize::linear_plan::Matrix6::identity();
+            map.fixed_view_mut::<3, 3>(3, 3).copy_from(problem.body.inertia.j_inverse());
+            map * matrix::<6, 6>(&given["Rs"]) * map.transpose()
+        },
+    };
+    (file, problem, uncertainty)
+}
+
+/// The iteration of cl04, with torques at nodes as it has them: margin, chance and deviation of each plan.
+#[test]
+fn margins_of_torques_at_nodes_are_those_of_the_reference() {
+    use crate::optimize::linear_plan::Timing;
+    let (file, mut problem, uncertainty) = maneuver();
+    for expected in file["iterations"].as_array().unwrap() {
+        let number = |key: &str| expected[key].as_f64().unwrap();
+        set_margin(&mut problem, "Sun", number("margin"));
+        let plan = plan::plan(&problem, &Settings::discrete(), None, &mut Silent).unwrap();
+        assert!((plan.solution.cost - number("cost")).abs() < 1e-7, "{}", plan.solution.cost);
+        let linear = LinearPlan::new(&problem, &plan.solution.trajectory, Timing::AtNodes).unwrap();
+        let gains = Gains::along(&linear, Kind::Tvlqr(None), false).unwrap();
+        let covariance = Covariance::along(&linear, Some(&gains), &uncertainty);
+        let chance = &Chance::of_cones(&problem, &linear, &covariance)[0];
+        assert_eq!(chance.worst as f64, number("node"));
+        assert!((chance.largest() / number("chance_linear") - 1.0).abs() < 1e-5, "{}", chance.largest());
+    }
+}
+
+/// Margin and cost of cl04: there torques act at nodes, half a step later than ours that are held, whose loop is a little tighter.
+#[test]
+fn a_chance_takes_the_margin_of_the_reference() {
+    let (file, problem, uncertainty) = maneuver();
+    let kept = [Kept { constraint: "Sun", at_most: 0.01 }];
+    let settings = Settings::discrete();
+    let (with, plan, margins) =
+        super::plan(&problem, &settings, Some(Kind::Tvlqr(None)), &uncertainty, &kept, &mut Silent).unwrap();
+    assert!(margins.agreed && plan.status == Status::Solved, "{margins:?}");
+    let last = file["iterations"].as_array().unwrap().last().unwrap();
+    let (margin, cost) = (last["margin"].as_f64().unwrap(), last["cost"].as_f64().unwrap());
+    assert!((margins.margins[0] / margin - 1.0).abs() < 0.05, "{} for {margin}", margins.margins[0]);
+    assert!((plan.solution.cost / cost - 1.0).abs() < 2e-3, "{} for {cost}", plan.solution.cost);
+    assert!((margins.cost_without - 1.155_823_235_548_22).abs() < 1e-7);
+    let beside = Beside::along(&with, &plan.solution, Some(Kind::Tvlqr(None)), Some(&uncertainty)).unwrap();
+    let chance = beside.chances[0].largest();
+    assert!(chance <= 0.0101 && chance > 0.005, "{chance}");
+}
+
+#[test]
+fn an_end_too_near_to_its_cone_is_refused() {
+    let (_, mut problem, uncertainty) = maneuver();
+    let boresight = problem.end.attitude * Vector3::x();
+    for constraint in &mut problem.constraints {
+        let Rule::Pointing(cone) = &mut constraint.rule else { unreachable!("a cone") };
+        cone.directions = vec![Direction::Fixed(boresight)];
+        cone.half_angle = 1e-3;
+        cone.boresights = vec![Rotation::exp(&Vector3::new(0.0, 0.0, 1.1e-3)).matrix() * Vector3::x()];
+    }
+    let kept = [Kept { constraint: "Sun", at_most: 1e-3 }];
+    let kind = Some(Kind::Tvlqr(None));
+    let found = super::plan(&problem, &Settings::default(), kind, &uncertainty, &kept, &mut Silent);
+    assert!(matches!(found, Err(PlanError::Problem(_))), "{:?}", found.map(|found| found.2));
+}
